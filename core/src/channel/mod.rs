@@ -1,0 +1,1 @@
+//! Channel data → delayed analytic samples.

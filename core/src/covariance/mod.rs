@@ -1,0 +1,1 @@
+//! Spatially smoothed, time-averaged covariance (Eq. 2, 3).

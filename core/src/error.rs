@@ -1,0 +1,69 @@
+//! The one error type of the crate.
+
+use core::fmt;
+
+/// Why a call was refused. Nothing was computed and no output was touched, unless the
+/// function's own documentation says otherwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Error {
+    /// A parameter is outside its range.
+    Parameter {
+        /// The parameter's name, as in the documentation.
+        name: &'static str,
+        /// The value that was given.
+        value: f64,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// A slice has another length than the shapes ask for.
+    Length {
+        /// What the slice holds.
+        name: &'static str,
+        /// Its length.
+        actual: usize,
+        /// The length asked for.
+        expected: usize,
+    },
+    /// A size exceeds the capacity that was compiled in.
+    Capacity {
+        /// The size's name.
+        name: &'static str,
+        /// The size asked for.
+        actual: usize,
+        /// The largest that fits.
+        capacity: usize,
+    },
+    /// An input sample is NaN or infinite.
+    NonFinite {
+        /// What the slice holds.
+        name: &'static str,
+        /// Where, as an index into the flat slice.
+        index: usize,
+    },
+    /// External memory could not be read or written.
+    Memory,
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Error::Parameter { name, value, expected } => {
+                write!(f, "{name} is {value}, expected {expected}")
+            }
+            Error::Length { name, actual, expected } => {
+                write!(f, "{name} has length {actual}, expected {expected}")
+            }
+            Error::Capacity { name, actual, capacity } => {
+                write!(f, "{name} is {actual}, more than the capacity {capacity}")
+            }
+            Error::NonFinite { name, index } => {
+                write!(f, "{name} holds a NaN or infinite value at index {index}")
+            }
+            Error::Memory => write!(f, "external memory could not be read or written"),
+        }
+    }
+}
+
+impl core::error::Error for Error {}

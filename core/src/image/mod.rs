@@ -1,0 +1,1 @@
+//! Beamformed lines → an image of isotropic pixels, 0..255.

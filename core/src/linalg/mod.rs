@@ -1,0 +1,1 @@
+//! Cholesky, power iteration and the full eigensolver, over lanes.

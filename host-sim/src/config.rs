@@ -1,0 +1,1 @@
+//! Every parameter, from TOML and from the command line.

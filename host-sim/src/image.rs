@@ -1,0 +1,1 @@
+//! Lines → image, through the core.

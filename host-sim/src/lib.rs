@@ -1,0 +1,18 @@
+//! The host simulator of bonebeam: synthetic channel data, files, the drive of the core over
+//! threads, two independent references, measures and reports.
+
+pub mod beamform;
+pub mod cli;
+pub mod config;
+pub mod error;
+pub mod files;
+pub mod image;
+pub mod main_job;
+pub mod measure;
+pub mod phase_symmetry;
+pub mod reference;
+pub mod report;
+pub mod simulate;
+pub mod verify;
+
+pub use error::{Error, Result};

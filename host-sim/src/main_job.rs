@@ -1,0 +1,1 @@
+//! The main job: both phantoms, every method, every check, one report.

@@ -1,0 +1,1 @@
+//! Measures on lines and images.

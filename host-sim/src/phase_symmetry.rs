@@ -1,0 +1,1 @@
+//! Phase symmetry of an image, through the core's strips.

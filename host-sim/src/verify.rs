@@ -1,0 +1,1 @@
+//! All bit-for-bit checks, with hashes.
