@@ -1,0 +1,261 @@
+//! DAS, MV and ESMV in f64, as Eq. 1–8 are written: snapshots, outer products, a library's
+//! factorisations.
+
+use std::ops::{Range, RangeInclusive};
+
+use nalgebra::{Cholesky, Complex, DMatrix, DVector, SymmetricEigen};
+use ndarray::ArrayView2;
+
+use crate::{Error, Result};
+
+type Vector = DVector<Complex<f64>>;
+type Matrix = DMatrix<Complex<f64>>;
+
+/// How the output of a sample is formed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// The mean over the active elements.
+    Das,
+    /// Minimum variance, Eq. 1 and 4.
+    Mv,
+    /// Eigenspace-based, Eq. 7, with the rank that Eq. 8 chooses for this β.
+    EsmvBeta(f64),
+    /// Eigenspace-based with this rank, at most L.
+    EsmvRank(usize),
+    /// Everything but the first eigenvector: w − e₁e₁ᴴw.
+    EsmvExcludeFirst,
+}
+
+/// Which covariance is loaded, inverted and decomposed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Covariance {
+    /// R of Eq. 2.
+    Forward,
+    /// (R + J R* J)/2, Eq. 3.
+    ForwardBackward,
+}
+
+/// What every sample of a line has in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters {
+    /// Forward or forward-backward.
+    pub covariance: Covariance,
+    /// K: the window is n−K..n+K, clamped to the record.
+    pub temporal: usize,
+    /// Δ: Δ/L·tr(R) is added to the diagonal.
+    pub loading: f64,
+    /// L = max(1, floor(ratio·active elements)).
+    pub subarray_ratio: f64,
+}
+
+/// z of every sample of a line. `x` is [sample, element]; `active` holds, for each sample, the
+/// first active element and the number of them.
+pub fn beamform(
+    x: ArrayView2<Complex<f32>>,
+    active: &[(usize, usize)],
+    parameters: &Parameters,
+    method: Method,
+) -> Result<Vec<Complex<f64>>> {
+    (0..x.nrows())
+        .map(|n| {
+            if method == Method::Das {
+                let (first, count) = active[n];
+                return Ok(snapshots(x, n, (first, count), count).column(0).mean());
+            }
+            match Sample::new(x, n, active[n], parameters)? {
+                None => Ok(Complex::ZERO),
+                Some(sample) => Ok(sample.output(&sample.weights(method))),
+            }
+        })
+        .collect()
+}
+
+/// The snapshots X̄_l of sample `n` as columns, L × P.
+fn snapshots(
+    x: ArrayView2<Complex<f32>>,
+    n: usize,
+    (first, count): (usize, usize),
+    subarray: usize,
+) -> Matrix {
+    Matrix::from_fn(subarray, count - subarray + 1, |i, l| {
+        let sample = x[[n, first + l + i]];
+        Complex::new(f64::from(sample.re), f64::from(sample.im))
+    })
+}
+
+/// One output sample: its snapshots, its covariance, its minimum-variance weights.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// X̄_l as columns, L × P.
+    pub snapshots: Matrix,
+    /// The loaded covariance in use, L × L.
+    pub covariance: Matrix,
+    /// w of Eq. 1.
+    pub minimum_variance: Vector,
+}
+
+impl Sample {
+    /// Sample `n` of `x` [sample, element] over the elements `active` (first, count).
+    /// `None` where the covariance has zero trace: the output is then 0.
+    ///
+    /// # Errors
+    /// The loaded covariance is not positive definite, which takes Δ = 0.
+    pub fn new(
+        x: ArrayView2<Complex<f32>>,
+        n: usize,
+        active: (usize, usize),
+        parameters: &Parameters,
+    ) -> Result<Option<Self>> {
+        let subarray = ((parameters.subarray_ratio * active.1 as f64).floor() as usize).max(1);
+        let window = n.saturating_sub(parameters.temporal)
+            ..(n.saturating_add(parameters.temporal).saturating_add(1)).min(x.nrows());
+        let mut covariance = estimate(x, window, active, subarray);
+        if parameters.covariance == Covariance::ForwardBackward {
+            covariance = (&covariance + backward(&covariance)) * Complex::from(0.5);
+        }
+        let trace = covariance.trace();
+        if trace.re == 0.0 {
+            return Ok(None);
+        }
+        let loading = trace * (parameters.loading / subarray as f64);
+        covariance += Matrix::from_diagonal_element(subarray, subarray, loading);
+
+        let steering = Vector::from_element(subarray, Complex::ONE);
+        let solved = Cholesky::new(covariance.clone())
+            .ok_or_else(|| Error::Data(format!("the covariance of sample {n} is singular")))?
+            .solve(&steering);
+        Ok(Some(Sample {
+            snapshots: snapshots(x, n, active, subarray),
+            covariance,
+            minimum_variance: &solved / steering.dotc(&solved),
+        }))
+    }
+
+    /// Eq. 4: the mean over the subarrays of wᴴX̄_l.
+    pub fn output(&self, weights: &Vector) -> Complex<f64> {
+        (weights.adjoint() * &self.snapshots).mean()
+    }
+
+    /// Eq. 5: the eigenvalues and eigenvectors of the loaded covariance in use.
+    pub fn eigenspace(&self) -> Eigenspace {
+        let eigen = SymmetricEigen::new(self.covariance.clone());
+        let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
+        order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
+        Eigenspace {
+            values: DVector::from_iterator(
+                order.len(),
+                order.iter().map(|&i| eigen.eigenvalues[i]),
+            ),
+            vectors: eigen.eigenvectors.select_columns(&order),
+        }
+    }
+
+    /// The weights of a method that works on subarrays: every one but [`Method::Das`], for which
+    /// these are the weights of DAS over the subarrays, 1/L.
+    pub fn weights(&self, method: Method) -> Vector {
+        let w = &self.minimum_variance;
+        let subarray = w.len();
+        match method {
+            Method::Das => Vector::from_element(subarray, Complex::from(1.0 / subarray as f64)),
+            Method::Mv => w.clone(),
+            Method::EsmvBeta(beta) => {
+                let eigenspace = self.eigenspace();
+                eigenspace.project(w, 0..eigenspace.rank(beta))
+            }
+            Method::EsmvRank(rank) => self.eigenspace().project(w, 0..rank.min(subarray)),
+            Method::EsmvExcludeFirst => w - self.eigenspace().project(w, 0..1),
+        }
+    }
+}
+
+/// Eq. 2: outer products of every snapshot of the window, divided by their number.
+fn estimate(
+    x: ArrayView2<Complex<f32>>,
+    window: Range<usize>,
+    active: (usize, usize),
+    subarray: usize,
+) -> Matrix {
+    let positions = active.1 - subarray + 1;
+    let count = window.len() * positions;
+    // With the snapshots of the whole window side by side, one product is the sum of them all;
+    // in real and imaginary parts, for which the library has a fast product.
+    let mut re = DMatrix::<f64>::zeros(subarray, count);
+    let mut im = DMatrix::<f64>::zeros(subarray, count);
+    for (k, n) in window.enumerate() {
+        let columns = snapshots(x, n, active, subarray);
+        re.columns_mut(k * positions, positions)
+            .copy_from(&columns.map(|value| value.re));
+        im.columns_mut(k * positions, positions)
+            .copy_from(&columns.map(|value| value.im));
+    }
+    let (re_t, im_t) = (re.transpose(), im.transpose());
+    let real = &re * &re_t + &im * &im_t;
+    let imaginary = &im * &re_t - &re * &im_t;
+    real.zip_map(&imaginary, |re, im| Complex::new(re, im) / count as f64)
+}
+
+/// J R* J.
+fn backward(r: &Matrix) -> Matrix {
+    let last = r.nrows() - 1;
+    Matrix::from_fn(r.nrows(), r.ncols(), |i, j| r[(last - i, last - j)].conj())
+}
+
+/// Eigenvalues, descending, and the eigenvectors that belong to them.
+#[derive(Clone, Debug)]
+pub struct Eigenspace {
+    /// λ₁ ≥ λ₂ ≥ …
+    pub values: DVector<f64>,
+    /// e₁, e₂, … as columns.
+    pub vectors: Matrix,
+}
+
+impl Eigenspace {
+    /// Eq. 7: the projection of `w` on the eigenvectors of these (zero-based) indices.
+    pub fn project(&self, w: &Vector, indices: Range<usize>) -> Vector {
+        let signal = self.vectors.columns_range(indices);
+        signal * (signal.adjoint() * w)
+    }
+
+    /// Eq. 8, summed up: c_j = Σ_{k≤j} ρ_k²/λ_k with ρ = Eᴴa, for j = 1..L.
+    pub fn cross_spectral_sums(&self) -> Vec<f64> {
+        let metric = self.vectors.column_iter().zip(self.values.iter());
+        metric
+            .scan(0.0, |sum, (vector, value)| {
+                // ρ_k is the conjugate of the sum of e_k's entries, since a = 1.
+                *sum += vector.sum().norm_sqr() / value;
+                Some(*sum)
+            })
+            .collect()
+    }
+
+    /// The smallest rank j ≥ 1 with c_j ≥ β·c_L.
+    pub fn rank(&self, beta: f64) -> usize {
+        *self.ranks(beta, 0.0).start()
+    }
+
+    /// The ranks that arithmetic of less precision may choose: from the first j with
+    /// c_j ≥ (1 − tolerance)·β·c_L to the first with c_j ≥ (1 + tolerance)·β·c_L.
+    pub fn ranks(&self, beta: f64, tolerance: f64) -> RangeInclusive<usize> {
+        let sums = self.cross_spectral_sums();
+        let threshold = beta * sums[sums.len() - 1];
+        let first_above = |threshold: f64| {
+            sums.iter()
+                .position(|&sum| sum >= threshold)
+                .map_or(sums.len(), |index| index + 1)
+        };
+        first_above((1.0 - tolerance) * threshold)..=first_above((1.0 + tolerance) * threshold)
+    }
+
+    /// λ₂/λ₁, 0 where L = 1.
+    pub fn second_to_first(&self) -> f64 {
+        if self.values.len() < 2 {
+            0.0
+        } else {
+            self.values[1] / self.values[0]
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "beamform_tests.rs"]
+mod tests;
