@@ -49,13 +49,25 @@ pub enum Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Error::Parameter { name, value, expected } => {
+            Error::Parameter {
+                name,
+                value,
+                expected,
+            } => {
                 write!(f, "{name} is {value}, expected {expected}")
             }
-            Error::Length { name, actual, expected } => {
+            Error::Length {
+                name,
+                actual,
+                expected,
+            } => {
                 write!(f, "{name} has length {actual}, expected {expected}")
             }
-            Error::Capacity { name, actual, capacity } => {
+            Error::Capacity {
+                name,
+                actual,
+                capacity,
+            } => {
                 write!(f, "{name} is {actual}, more than the capacity {capacity}")
             }
             Error::NonFinite { name, index } => {

@@ -46,7 +46,9 @@ impl<const W: usize> Lanes<W> {
     /// `self` where `mask` is true, `other` elsewhere.
     #[inline(always)]
     pub fn select(mask: [bool; W], yes: Self, no: Self) -> Self {
-        Lanes(core::array::from_fn(|k| if mask[k] { yes.0[k] } else { no.0[k] }))
+        Lanes(core::array::from_fn(|k| {
+            if mask[k] { yes.0[k] } else { no.0[k] }
+        }))
     }
 }
 
@@ -87,7 +89,10 @@ impl<const W: usize> SubAssign for Lanes<W> {
 
 impl<const W: usize> ComplexLanes<W> {
     /// Zero in every lane.
-    pub const ZERO: Self = ComplexLanes { re: Lanes::ZERO, im: Lanes::ZERO };
+    pub const ZERO: Self = ComplexLanes {
+        re: Lanes::ZERO,
+        im: Lanes::ZERO,
+    };
 
     /// The number in lane `k`.
     #[inline(always)]
@@ -107,7 +112,10 @@ impl<const W: usize> Add for ComplexLanes<W> {
     type Output = Self;
     #[inline(always)]
     fn add(self, rhs: Self) -> Self {
-        ComplexLanes { re: self.re + rhs.re, im: self.im + rhs.im }
+        ComplexLanes {
+            re: self.re + rhs.re,
+            im: self.im + rhs.im,
+        }
     }
 }
 
@@ -115,7 +123,10 @@ impl<const W: usize> Sub for ComplexLanes<W> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, rhs: Self) -> Self {
-        ComplexLanes { re: self.re - rhs.re, im: self.im - rhs.im }
+        ComplexLanes {
+            re: self.re - rhs.re,
+            im: self.im - rhs.im,
+        }
     }
 }
 
@@ -174,7 +185,10 @@ impl<const W: usize> Scalar<W> for Lanes<W> {
     }
     #[inline(always)]
     fn conj_mul_complex(self, rhs: ComplexLanes<W>) -> ComplexLanes<W> {
-        ComplexLanes { re: self * rhs.re, im: self * rhs.im }
+        ComplexLanes {
+            re: self * rhs.re,
+            im: self * rhs.im,
+        }
     }
     #[inline(always)]
     fn scale(self, factor: Lanes<W>) -> Self {
@@ -186,7 +200,10 @@ impl<const W: usize> Scalar<W> for Lanes<W> {
     }
     #[inline(always)]
     fn complex(self) -> ComplexLanes<W> {
-        ComplexLanes { re: self, im: Lanes::ZERO }
+        ComplexLanes {
+            re: self,
+            im: Lanes::ZERO,
+        }
     }
     #[inline(always)]
     fn select(mask: [bool; W], yes: Self, no: Self) -> Self {
@@ -195,11 +212,17 @@ impl<const W: usize> Scalar<W> for Lanes<W> {
 }
 
 impl<const W: usize> Scalar<W> for ComplexLanes<W> {
-    const ZERO: Self = ComplexLanes { re: Lanes([0.0; W]), im: Lanes([0.0; W]) };
+    const ZERO: Self = ComplexLanes {
+        re: Lanes([0.0; W]),
+        im: Lanes([0.0; W]),
+    };
 
     #[inline(always)]
     fn from_real(value: Lanes<W>) -> Self {
-        ComplexLanes { re: value, im: Lanes::ZERO }
+        ComplexLanes {
+            re: value,
+            im: Lanes::ZERO,
+        }
     }
     #[inline(always)]
     fn real(self) -> Lanes<W> {
@@ -225,7 +248,10 @@ impl<const W: usize> Scalar<W> for ComplexLanes<W> {
     }
     #[inline(always)]
     fn scale(self, factor: Lanes<W>) -> Self {
-        ComplexLanes { re: self.re * factor, im: self.im * factor }
+        ComplexLanes {
+            re: self.re * factor,
+            im: self.im * factor,
+        }
     }
     #[inline(always)]
     fn norm_sqr(self) -> Lanes<W> {

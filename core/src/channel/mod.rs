@@ -1,1 +1,2 @@
 //! Channel data → delayed analytic samples.
+pub mod aperture;

@@ -1,0 +1,96 @@
+//! The delayed samples of one beam.
+
+use crate::Error;
+use num_complex::Complex;
+
+/// Delayed analytic samples of one beam, row-major `[sample][element]`, checked once.
+#[derive(Clone, Copy, Debug)]
+pub struct DelayedLine<'a> {
+    x: &'a [Complex<f32>],
+    elements: usize,
+    /// The exponent bits of the largest component, within what a normal reciprocal allows.
+    exponent: u32,
+}
+
+impl<'a> DelayedLine<'a> {
+    /// Checks that `x` holds whole snapshots of `elements` finite samples.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for no elements, [`Error::Length`] for an empty or ragged `x`,
+    /// [`Error::NonFinite`] with the index into `x` (`sample·elements + element`).
+    pub fn new(x: &'a [Complex<f32>], elements: usize) -> Result<Self, Error> {
+        if elements == 0 {
+            return Err(Error::Parameter {
+                name: "elements",
+                value: 0.0,
+                expected: "at least 1",
+            });
+        }
+        if x.is_empty() || !x.len().is_multiple_of(elements) {
+            let samples = if x.is_empty() { 1 } else { x.len() / elements };
+            return Err(Error::Length {
+                name: "delayed samples",
+                actual: x.len(),
+                expected: samples * elements,
+            });
+        }
+        let mut largest = 0.0f32;
+        for (index, value) in x.iter().enumerate() {
+            let (re, im) = (libm::fabsf(value.re), libm::fabsf(value.im));
+            let component = if re > im { re } else { im };
+            if !(re.is_finite() && im.is_finite()) {
+                return Err(Error::NonFinite {
+                    name: "delayed samples",
+                    index,
+                });
+            }
+            if component > largest {
+                largest = component;
+            }
+        }
+        let exponent = (largest.to_bits() >> 23).clamp(1, 253);
+        Ok(DelayedLine {
+            x,
+            elements,
+            exponent,
+        })
+    }
+
+    /// The number of elements.
+    pub fn elements(&self) -> usize {
+        self.elements
+    }
+
+    /// The number of samples.
+    pub fn samples(&self) -> usize {
+        self.x.len() / self.elements
+    }
+
+    /// The snapshot of one sample.
+    pub(super) fn snapshot(&self, sample: usize) -> &'a [Complex<f32>] {
+        &self.x[sample * self.elements..(sample + 1) * self.elements]
+    }
+
+    /// The power of two that brings the line's largest component into `[1, 2)` (`[2, 4)` for the
+    /// largest floats): squares can then neither overflow nor, above −300 dB, underflow, and a line
+    /// scaled by a power of two gives the same numbers scaled.
+    pub(super) fn scale(&self) -> f32 {
+        f32::from_bits((254 - self.exponent) << 23)
+    }
+
+    /// `value` back at the line's own scale, at most `f32::MAX` in magnitude.
+    pub(super) fn unscale(&self, value: Complex<f32>) -> Complex<f32> {
+        let factor = f32::from_bits(self.exponent << 23);
+        Complex::new(saturate(value.re * factor), saturate(value.im * factor))
+    }
+}
+
+fn saturate(x: f32) -> f32 {
+    if x > f32::MAX {
+        f32::MAX
+    } else if x < f32::MIN {
+        f32::MIN
+    } else {
+        x
+    }
+}

@@ -1,0 +1,106 @@
+//! What a beamformer can be asked for.
+
+use crate::Error;
+
+/// The beamformer. All but [`Method::Das`] are adaptive, with weights for each sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Method {
+    /// Delay and sum: the mean over the active elements.
+    Das,
+    /// Minimum variance, Capon (Eq. 1, 4).
+    Mv,
+    /// Eigenspace MV (Eq. 5–7) with the cross-spectral rank rule (Eq. 8): the smallest rank `j`
+    /// with `c_j ≥ β·c_L`.
+    EsmvBeta(f32),
+    /// Eigenspace MV with a fixed rank, at most the subarray's length.
+    EsmvRank(usize),
+    /// Eigenspace MV with a signal subspace of rank 1, by power iteration.
+    EsmvRank1,
+    /// Eigenspace MV with all eigenvectors but the first (Fig. 2c): `w − e₁e₁ᴴw`.
+    EsmvExcludeFirst,
+}
+
+/// Parameters of a [`Beamformer`]; the default is the product's: MV, `K = 0`, `Δ = 0.05`, `L = M/2`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Parameters {
+    /// The beamformer.
+    pub method: Method,
+    /// `K`: the covariance is averaged over the samples `n−K..=n+K`.
+    pub temporal: usize,
+    /// `Δ`: `Δ/L·tr(R)` is added to the diagonal. Below about 1e-4 the rounding of f32 decides.
+    pub loading: f32,
+    /// `L = max(1, floor(ratio·active elements))`, in `(0, 1]`.
+    pub subarray_ratio: f64,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Parameters {
+            method: Method::Mv,
+            temporal: 0,
+            loading: 0.05,
+            subarray_ratio: 0.5,
+        }
+    }
+}
+
+/// A beamformer with valid parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Beamformer {
+    parameters: Parameters,
+}
+
+impl Beamformer {
+    /// Validates the parameters.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for `β` outside `(0, 1]`, a rank of 0, `Δ` that is negative, not finite
+    /// or above 1e6, a subarray ratio outside `(0, 1]`.
+    pub fn new(parameters: Parameters) -> Result<Self, Error> {
+        match parameters.method {
+            Method::EsmvBeta(beta) if !(beta > 0.0 && beta <= 1.0) => {
+                return Err(Error::Parameter {
+                    name: "beta",
+                    value: beta as f64,
+                    expected: "above 0, at most 1",
+                });
+            }
+            Method::EsmvRank(0) => {
+                return Err(Error::Parameter {
+                    name: "rank",
+                    value: 0.0,
+                    expected: "at least 1",
+                });
+            }
+            _ => {}
+        }
+        if !(parameters.loading >= 0.0 && parameters.loading <= 1e6) {
+            return Err(Error::Parameter {
+                name: "loading",
+                value: parameters.loading as f64,
+                expected: "0 to 1e6",
+            });
+        }
+        if !(parameters.subarray_ratio > 0.0 && parameters.subarray_ratio <= 1.0) {
+            return Err(Error::Parameter {
+                name: "subarray ratio",
+                value: parameters.subarray_ratio,
+                expected: "above 0, at most 1 (the subarray cannot exceed the active aperture)",
+            });
+        }
+        Ok(Beamformer { parameters })
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// `L` for `count ≥ 1` active elements.
+    pub fn subarray(&self, count: usize) -> usize {
+        let length = libm::floor(self.parameters.subarray_ratio * count as f64) as usize;
+        if length > 1 { length } else { 1 }
+    }
+}
