@@ -1,0 +1,141 @@
+//! Outputs that appear whole or not at all: a temporary file in the same folder, then a rename.
+
+use std::error::Error as StdError;
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use super::file_error;
+use crate::Result;
+
+/// What an output's contents are written to: seekable, as a zip archive needs it.
+pub type Sink<'a> = BufWriter<&'a mut File>;
+
+/// The outputs of one run. They are staged under temporary names beside their places, and appear
+/// together at [`Outputs::commit`]; dropped before that, they leave nothing behind.
+#[derive(Default)]
+pub struct Outputs {
+    staged: Vec<(NamedTempFile, PathBuf)>,
+}
+
+impl Outputs {
+    /// No outputs yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Writes the contents of `path` to a temporary file beside it.
+    ///
+    /// # Errors
+    /// The folder does not exist or cannot be written, `path` is something other than a file, the
+    /// disk is full, or `contents` fails. The error names the path; nothing is left behind.
+    pub fn stage<F>(&mut self, path: &Path, contents: F) -> Result<()>
+    where
+        F: FnOnce(&mut Sink<'_>) -> std::result::Result<(), Box<dyn StdError>>,
+    {
+        let (mut file, place) = open(path)?;
+        let mut sink = BufWriter::new(file.as_file_mut());
+        contents(&mut sink)
+            .and_then(|()| Ok(sink.flush()?))
+            .map_err(|e| file_error(path, format!("cannot be written: {e}")))?;
+        drop(sink);
+        // Some file systems tell of a full disk only here; after the rename it would be too late.
+        file.as_file()
+            .sync_all()
+            .map_err(|e| file_error(path, format!("cannot be written: {e}")))?;
+        self.staged.push((file, place));
+        Ok(())
+    }
+
+    /// Gives every staged file its name.
+    ///
+    /// # Errors
+    /// A rename fails, which after a successful [`Outputs::stage`] takes a change of the folder
+    /// in between.
+    pub fn commit(self) -> Result<()> {
+        for (file, path) in self.staged {
+            file.persist(&path)
+                .map_err(|e| file_error(&path, format!("cannot be written: {}", e.error)))?;
+        }
+        Ok(())
+    }
+}
+
+/// Writes one file whole or not at all.
+///
+/// # Errors
+/// As [`Outputs::stage`].
+pub fn write<F>(path: &Path, contents: F) -> Result<()>
+where
+    F: FnOnce(&mut Sink<'_>) -> std::result::Result<(), Box<dyn StdError>>,
+{
+    let mut outputs = Outputs::new();
+    outputs.stage(path, contents)?;
+    outputs.commit()
+}
+
+/// Tells before a long computation whether its output could be written.
+///
+/// # Errors
+/// As [`Outputs::stage`].
+pub fn check_writable(path: &Path) -> Result<()> {
+    open(path).map(drop)
+}
+
+/// A temporary file beside `path`, and the place where it belongs (symbolic links followed).
+fn open(path: &Path) -> Result<(NamedTempFile, PathBuf)> {
+    // A rename would replace a symbolic link or a device; the person meant what it stands for.
+    let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    if fs::metadata(&place).is_ok_and(|m| !m.is_file()) {
+        return Err(file_error(
+            path,
+            "is not a file, so no output can be written there",
+        ));
+    }
+    let folder = match place.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        let state = if folder.exists() {
+            "is not a folder"
+        } else {
+            "does not exist"
+        };
+        return Err(file_error(
+            path,
+            format!("its folder {} {state}", folder.display()),
+        ));
+    }
+    let file = builder().tempfile_in(folder).map_err(|e| {
+        let reason = e.kind();
+        file_error(
+            path,
+            format!(
+                "its folder {} cannot be written: {reason}",
+                folder.display()
+            ),
+        )
+    })?;
+    Ok((file, place))
+}
+
+/// Temporary files with the permissions of any new file, not the private ones of the default.
+#[cfg(unix)]
+fn builder() -> tempfile::Builder<'static, 'static> {
+    use std::os::unix::fs::PermissionsExt;
+    let mut builder = tempfile::Builder::new();
+    builder
+        .prefix(".host-sim-")
+        .permissions(fs::Permissions::from_mode(0o666));
+    builder
+}
+
+#[cfg(not(unix))]
+fn builder() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".host-sim-");
+    builder
+}

@@ -1,0 +1,87 @@
+//! Beamformed lines: one complex value a beam and depth.
+
+use std::io::{Seek, Write};
+use std::path::Path;
+
+use ndarray::{Array2, arr0, aview1};
+use ndarray_npy::{NpzWriter, WriteNpzError};
+use num_complex::Complex;
+
+use super::atomic::Outputs;
+use super::{file_error, npz, validate};
+use crate::Result;
+
+/// Beamformed lines. Sample n lies at the depth c·(t0 + n/fs)/2.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lines {
+    /// The beamformer's output, [beam, sample].
+    pub z: Array2<Complex<f32>>,
+    /// The sampling rate, Hz.
+    pub fs: f64,
+    /// The two-way time of sample 0, s.
+    pub t0: f64,
+    /// The lateral positions of the beams, m.
+    pub beam_x: Vec<f64>,
+    /// The speed of sound, m/s.
+    pub c: f64,
+}
+
+impl Lines {
+    /// Reads the keys `z`, `fs`, `t0`, `beam_x` and `c` of a `.npz` file.
+    ///
+    /// # Errors
+    /// A key is missing or has the wrong type, rank, length or value.
+    pub fn read(path: &Path) -> Result<Self> {
+        let mut file = npz::Reader::open(path)?;
+        let z: Array2<Complex<f32>> = file.complex("z", "[beam, sample]")?;
+        let beam_x = file.vector("beam_x", z.nrows(), "beam")?;
+        let lines = Self {
+            z,
+            fs: file.scalar("fs")?,
+            t0: file.scalar("t0")?,
+            beam_x,
+            c: file.scalar("c")?,
+        };
+        lines.check().map_err(|message| file.error(message))?;
+        Ok(lines)
+    }
+
+    /// Writes the file whole or not at all.
+    ///
+    /// # Errors
+    /// The lines are not valid, or the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let mut outputs = Outputs::new();
+        self.stage(path, &mut outputs)?;
+        outputs.commit()
+    }
+
+    /// Stages the file, to appear together with the run's other outputs.
+    ///
+    /// # Errors
+    /// As [`Lines::write`].
+    pub fn stage(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
+        self.check().map_err(|message| file_error(path, message))?;
+        outputs.stage(path, |sink| Ok(self.write_npz(sink)?))
+    }
+
+    fn write_npz<W: Write + Seek>(&self, sink: W) -> std::result::Result<(), WriteNpzError> {
+        let mut npz = NpzWriter::new_with_options(sink, npz::options(self.z.len() * 8));
+        npz.add_array("z", &self.z)?;
+        npz.add_array("fs", &arr0(self.fs))?;
+        npz.add_array("t0", &arr0(self.t0))?;
+        npz.add_array("beam_x", &aview1(&self.beam_x))?;
+        npz.add_array("c", &arr0(self.c))?;
+        npz.finish()?;
+        Ok(())
+    }
+
+    fn check(&self) -> std::result::Result<(), String> {
+        validate::samples("z", &self.z, &["beam", "sample"])?;
+        validate::positive("fs", self.fs, "Hz")?;
+        validate::finite("t0", self.t0)?;
+        validate::count("beam_x", self.beam_x.len(), self.z.nrows(), "beam")?;
+        validate::all_finite("beam_x", &self.beam_x, "beam")?;
+        validate::positive("c", self.c, "m/s")
+    }
+}

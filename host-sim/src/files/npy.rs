@@ -1,0 +1,55 @@
+//! One array in the `.npy` format, of an element type that the file decides.
+
+use ndarray::{ArrayD, ArrayViewD};
+use ndarray_npy::{ReadNpyExt, ReadableElement, ViewElement, ViewNpyError, ViewNpyExt};
+
+/// Why an array could not be read.
+pub enum NpyError {
+    /// It has another element type: the one named here.
+    Type(String),
+    /// It is damaged.
+    Damaged(String),
+}
+
+/// Reads an array of element type `T` in row-major order, whatever the order in the file.
+pub fn read<T>(bytes: &[u8]) -> Result<ArrayD<T>, NpyError>
+where
+    T: ReadableElement + ViewElement + Clone,
+{
+    // The view compares the header with the bytes that are there before anything is allocated:
+    // a damaged header may ask for more memory than any machine has.
+    match ArrayViewD::<T>::view_npy(bytes) {
+        Ok(_) | Err(ViewNpyError::NonNativeEndian | ViewNpyError::MisalignedData) => {}
+        Err(ViewNpyError::WrongDescriptor(found)) => {
+            return Err(NpyError::Type(found.to_string()));
+        }
+        Err(ViewNpyError::MissingBytes(missing)) => {
+            return Err(NpyError::Damaged(format!(
+                "is truncated: {missing} bytes are missing"
+            )));
+        }
+        // The parser's own message draws a picture over several lines.
+        Err(ViewNpyError::ParseHeader(_)) => {
+            return Err(NpyError::Damaged("has a damaged header".into()));
+        }
+        Err(e) => return Err(NpyError::Damaged(format!("is damaged: {e}"))),
+    }
+    let array =
+        ArrayD::<T>::read_npy(bytes).map_err(|e| NpyError::Damaged(format!("is damaged: {e}")))?;
+    if array.is_standard_layout() {
+        Ok(array)
+    } else {
+        Ok(array.as_standard_layout().into_owned())
+    }
+}
+
+/// Tries another element type where the first did not fit.
+pub fn or_type<T, F>(first: Result<ArrayD<T>, NpyError>, next: F) -> Result<ArrayD<T>, NpyError>
+where
+    F: FnOnce() -> Result<ArrayD<T>, NpyError>,
+{
+    match first {
+        Err(NpyError::Type(_)) => next(),
+        other => other,
+    }
+}

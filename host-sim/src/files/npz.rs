@@ -1,0 +1,217 @@
+//! The keyed arrays of a `.npz` file, with errors that name file, key and what would be right.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use ndarray::{Array, ArrayD, Dimension};
+use num_complex::Complex;
+use zip::result::ZipError;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive};
+
+use super::npy::{self, NpyError, or_type};
+use crate::{Error, Result};
+
+/// An open `.npz` file.
+pub struct Reader {
+    path: PathBuf,
+    archive: ZipArchive<BufReader<File>>,
+}
+
+impl Reader {
+    /// Opens the archive and reads its table of contents.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = File::open(path)
+            .map_err(|e| super::file_error(path, format!("cannot be opened: {}", e.kind())))?;
+        let archive = ZipArchive::new(BufReader::new(file)).map_err(|e| {
+            super::file_error(path, format!("is truncated or not an .npz archive ({e})"))
+        })?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            archive,
+        })
+    }
+
+    /// An error about this file.
+    pub fn error(&self, message: impl Into<String>) -> Error {
+        super::file_error(&self.path, message)
+    }
+
+    /// Whether there is an array of this name.
+    pub fn has(&self, key: &str) -> bool {
+        self.archive.index_for_name(&format!("{key}.npy")).is_some()
+    }
+
+    /// A real number (0-d; f64, f32 or an integer).
+    pub fn scalar(&mut self, key: &str) -> Result<f64> {
+        let array: Array<f64, ndarray::Ix0> = self.real(key, "a scalar (0-d)")?;
+        Ok(array.into_scalar())
+    }
+
+    /// Real numbers (f64, f32 or integers), `count` of them: one for each `of`.
+    pub fn vector(&mut self, key: &str, count: usize, of: &str) -> Result<Vec<f64>> {
+        let array: Array<f64, ndarray::Ix1> = self.real(key, &format!("one axis, [{of}]"))?;
+        self.check_length(key, array.len(), count, of)?;
+        Ok(array.to_vec())
+    }
+
+    /// As [`Reader::vector`]; a scalar stands for `count` equal numbers.
+    pub fn vector_or_scalar(&mut self, key: &str, count: usize, of: &str) -> Result<Vec<f64>> {
+        let array = self.real_of_any_rank(key)?;
+        match array.ndim() {
+            0 => Ok(vec![array.sum(); count]),
+            1 => {
+                self.check_length(key, array.len(), count, of)?;
+                Ok(array.iter().copied().collect())
+            }
+            _ => Err(self.rank_error(key, array.shape(), &format!("a scalar or [{of}]"))),
+        }
+    }
+
+    /// Indices (integers), `count` of them, each below `limit`.
+    pub fn indices(
+        &mut self,
+        key: &str,
+        count: usize,
+        of: &str,
+        limit: usize,
+    ) -> Result<Vec<usize>> {
+        let bytes = self.bytes(key)?;
+        let array = self.typed(key, integers(&bytes), "an integer type such as int64")?;
+        let array: Array<i64, ndarray::Ix1> =
+            self.ranked(key, array, &format!("one axis, [{of}]"))?;
+        self.check_length(key, array.len(), count, of)?;
+        let mut indices = Vec::with_capacity(count);
+        for (i, &value) in array.iter().enumerate() {
+            match usize::try_from(value) {
+                Ok(index) if index < limit => indices.push(index),
+                _ => {
+                    return Err(self.error(format!(
+                        "`{key}` is {value} at {of} {i}; expected 0 to {}",
+                        limit - 1
+                    )));
+                }
+            }
+        }
+        Ok(indices)
+    }
+
+    /// Recorded samples: f32, or i16 converted to f32 without loss.
+    pub fn samples<D: Dimension>(&mut self, key: &str, axes: &str) -> Result<Array<f32, D>> {
+        let bytes = self.bytes(key)?;
+        let array = or_type(npy::read::<f32>(&bytes), || {
+            npy::read::<i16>(&bytes).map(|a| a.mapv(f32::from))
+        });
+        let array = self.typed(key, array, "float32 or int16")?;
+        self.ranked(key, array, axes)
+    }
+
+    /// Complex samples: complex64, or complex128 rounded to it.
+    pub fn complex<D: Dimension>(
+        &mut self,
+        key: &str,
+        axes: &str,
+    ) -> Result<Array<Complex<f32>, D>> {
+        let bytes = self.bytes(key)?;
+        let array = or_type(npy::read::<Complex<f32>>(&bytes), || {
+            let wide = npy::read::<Complex<f64>>(&bytes)?;
+            Ok(wide.mapv(|z| Complex::new(z.re as f32, z.im as f32)))
+        });
+        let array = self.typed(key, array, "complex64 or complex128")?;
+        self.ranked(key, array, axes)
+    }
+
+    fn real<D: Dimension>(&mut self, key: &str, expected: &str) -> Result<Array<f64, D>> {
+        let array = self.real_of_any_rank(key)?;
+        self.ranked(key, array, expected)
+    }
+
+    fn real_of_any_rank(&mut self, key: &str) -> Result<ArrayD<f64>> {
+        let bytes = self.bytes(key)?;
+        let floats = or_type(npy::read::<f64>(&bytes), || {
+            npy::read::<f32>(&bytes).map(|a| a.mapv(f64::from))
+        });
+        // numpy makes integers of numbers written without a point, such as c=1540.
+        let array = or_type(floats, || integers(&bytes).map(|a| a.mapv(|v| v as f64)));
+        self.typed(key, array, "float64, float32 or an integer type")
+    }
+
+    /// The bytes of one member; reading them to the end checks the archive's checksum.
+    fn bytes(&mut self, key: &str) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let outcome = match self.archive.by_name(&format!("{key}.npy")) {
+            Ok(mut member) => member.read_to_end(&mut bytes).map_err(ZipError::from),
+            Err(e) => Err(e),
+        };
+        match outcome {
+            Ok(_) => Ok(bytes),
+            Err(ZipError::FileNotFound) => Err(self.error(format!("has no key `{key}`"))),
+            Err(e) => Err(self.error(format!("`{key}` is truncated or damaged ({e})"))),
+        }
+    }
+
+    fn typed<T>(
+        &self,
+        key: &str,
+        array: std::result::Result<ArrayD<T>, NpyError>,
+        expected: &str,
+    ) -> Result<ArrayD<T>> {
+        array.map_err(|e| match e {
+            NpyError::Type(found) => {
+                self.error(format!("`{key}` has dtype {found}; expected {expected}"))
+            }
+            NpyError::Damaged(message) => self.error(format!("`{key}` {message}")),
+        })
+    }
+
+    fn ranked<T, D: Dimension>(
+        &self,
+        key: &str,
+        array: ArrayD<T>,
+        expected: &str,
+    ) -> Result<Array<T, D>> {
+        let shape = array.shape().to_vec();
+        array
+            .into_dimensionality()
+            .map_err(|_| self.rank_error(key, &shape, expected))
+    }
+
+    fn rank_error(&self, key: &str, shape: &[usize], expected: &str) -> Error {
+        self.error(format!("`{key}` has shape {shape:?}; expected {expected}"))
+    }
+
+    fn check_length(&self, key: &str, length: usize, expected: usize, of: &str) -> Result<()> {
+        if length == expected {
+            return Ok(());
+        }
+        Err(self.error(format!(
+            "`{key}` has length {length}; expected {expected}, one for each {of}"
+        )))
+    }
+}
+
+/// Integers of any of numpy's usual types.
+fn integers(bytes: &[u8]) -> std::result::Result<ArrayD<i64>, NpyError> {
+    let signed = or_type(npy::read::<i64>(bytes), || {
+        npy::read::<i32>(bytes).map(|a| a.mapv(i64::from))
+    });
+    let signed = or_type(signed, || {
+        npy::read::<i16>(bytes).map(|a| a.mapv(i64::from))
+    });
+    let all = or_type(signed, || {
+        npy::read::<u32>(bytes).map(|a| a.mapv(i64::from))
+    });
+    let all = or_type(all, || npy::read::<u16>(bytes).map(|a| a.mapv(i64::from)));
+    or_type(all, || npy::read::<u8>(bytes).map(|a| a.mapv(i64::from)))
+}
+
+/// How arrays are stored: uncompressed, and with 64-bit sizes where `bytes` of data ask for them.
+pub fn options(bytes: usize) -> SimpleFileOptions {
+    // The header of the array adds less than this.
+    const HEADER: usize = 4096;
+    let large = bytes.saturating_add(HEADER) > u32::MAX as usize;
+    SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .large_file(large)
+}

@@ -1,0 +1,91 @@
+//! Checks that several kinds of file share. Messages name the key, the index and what is right.
+
+use ndarray::{Array, Dimension};
+use num_complex::Complex;
+
+/// A finite number above zero.
+pub fn positive(key: &str, value: f64, unit: &str) -> Result<(), String> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(format!(
+        "`{key}` is {value}; expected a finite number above 0 ({unit})"
+    ))
+}
+
+/// A finite number.
+pub fn finite(key: &str, value: f64) -> Result<(), String> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(format!("`{key}` is {value}; expected a finite number"))
+}
+
+/// Finite numbers, one for each `of`.
+pub fn all_finite(key: &str, values: &[f64], of: &str) -> Result<(), String> {
+    match values.iter().position(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(format!(
+            "`{key}` is {} at {of} {i}; expected finite numbers",
+            values[i]
+        )),
+    }
+}
+
+/// As many values as there are of what they describe.
+pub fn count(key: &str, length: usize, expected: usize, of: &str) -> Result<(), String> {
+    if length == expected {
+        return Ok(());
+    }
+    Err(format!(
+        "`{key}` has length {length}; expected {expected}, one for each {of}"
+    ))
+}
+
+/// A sample that can be told to be finite.
+pub trait Sample: Copy + std::fmt::Display {
+    /// Neither NaN nor infinite, in either part.
+    fn is_finite(self) -> bool;
+}
+
+impl Sample for f32 {
+    fn is_finite(self) -> bool {
+        f32::is_finite(self)
+    }
+}
+
+impl Sample for Complex<f32> {
+    fn is_finite(self) -> bool {
+        self.re.is_finite() && self.im.is_finite()
+    }
+}
+
+/// At least one sample, and all of them finite. `axes` names the array's axes in order.
+pub fn samples<T, D>(key: &str, array: &Array<T, D>, axes: &[&str]) -> Result<(), String>
+where
+    T: Sample,
+    D: Dimension,
+{
+    if array.is_empty() {
+        let shape = array.shape();
+        return Err(format!(
+            "`{key}` is empty (shape {shape:?}); expected [{}]",
+            axes.join(", ")
+        ));
+    }
+    let Some((flat, value)) = array.iter().enumerate().find(|(_, v)| !v.is_finite()) else {
+        return Ok(());
+    };
+    // The index along each axis, from the last one, which runs fastest.
+    let mut rest = flat;
+    let mut place = Vec::new();
+    for (axis, &length) in axes.iter().zip(array.shape()).rev() {
+        place.push(format!("{axis} {}", rest % length));
+        rest /= length;
+    }
+    place.reverse();
+    Err(format!(
+        "`{key}` is {value} at {}; expected finite samples",
+        place.join(", ")
+    ))
+}

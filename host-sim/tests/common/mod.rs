@@ -1,0 +1,69 @@
+//! Files for the tests, valid or spoilt in one place.
+
+use std::fs::File;
+use std::path::Path;
+
+use ndarray::{Array1, Array3, ArrayD, Ix3, arr0};
+use ndarray_npy::{NpzWriter, WritableElement};
+
+/// A `.npz` file put together key by key.
+pub struct Npz(NpzWriter<File>);
+
+impl Npz {
+    pub fn create(path: &Path) -> Self {
+        Self(NpzWriter::new(File::create(path).unwrap()))
+    }
+
+    pub fn with<T: WritableElement>(mut self, key: &str, array: ArrayD<T>) -> Self {
+        self.0.add_array(key, &array).unwrap();
+        self
+    }
+
+    pub fn finish(self) {
+        self.0.finish().unwrap();
+    }
+}
+
+pub fn scalar(value: f64) -> ArrayD<f64> {
+    arr0(value).into_dyn()
+}
+
+pub fn vector(values: &[f64]) -> ArrayD<f64> {
+    Array1::from_vec(values.to_vec()).into_dyn()
+}
+
+/// Two transmits, four elements, 64 samples: a ramp, so that every sample differs.
+pub fn ramp() -> Array3<f32> {
+    Array3::from_shape_fn((2, 4, 64), |(t, m, n)| (t * 1000 + m * 100 + n) as f32)
+}
+
+/// Writes plane-wave channel data from which `left_out` is missing.
+pub fn channel_data_without(path: &Path, left_out: &[&str]) -> Npz {
+    let mut npz = Npz::create(path);
+    if !left_out.contains(&"rf") {
+        npz = npz.with("rf", ramp().into_dyn());
+    }
+    let keys = [
+        ("fs", scalar(40e6)),
+        ("t0", vector(&[1e-6, 2e-6])),
+        ("element_x", vector(&[-0.45e-3, -0.15e-3, 0.15e-3, 0.45e-3])),
+        ("c", scalar(1540.0)),
+        ("f0", scalar(5e6)),
+        ("tx_angle", vector(&[-0.1, 0.1])),
+    ];
+    for (key, array) in keys {
+        if !left_out.contains(&key) {
+            npz = npz.with(key, array);
+        }
+    }
+    npz
+}
+
+/// The ramp in column-major order, as a user of Fortran or MATLAB writes it.
+#[allow(dead_code, reason = "not every test binary reads column-major files")]
+pub fn column_major_ramp() -> ArrayD<f32> {
+    use ndarray::ShapeBuilder;
+    let mut array = Array3::<f32>::zeros(Ix3(2, 4, 64).f());
+    array.assign(&ramp());
+    array.into_dyn()
+}

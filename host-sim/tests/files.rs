@@ -1,0 +1,460 @@
+//! Files: what is written is read back, what numpy users write is accepted, and what is wrong is
+//! refused with the name of the key, the place and what would be right.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::{Npz, channel_data_without, column_major_ramp, ramp, scalar, vector};
+use host_sim::files::{ChannelData, DelayedData, Lines, Recording, Transmits, atomic, image};
+use ndarray::{Array1, Array2, Array3, ArrayD, Axis, arr0};
+use num_complex::Complex;
+use tempfile::tempdir;
+
+fn channel_data(transmits: Transmits) -> ChannelData {
+    ChannelData {
+        rf: ramp(),
+        fs: 40e6,
+        t0: vec![1e-6, 2e-6],
+        element_x: vec![-0.45e-3, -0.15e-3, 0.15e-3, 0.45e-3],
+        c: 1540.0,
+        f0: 5e6,
+        transmits,
+    }
+}
+
+/// Reads a file that must be refused, and returns the one-line error.
+fn refused(path: &Path) -> String {
+    let error = match Recording::read(path) {
+        Ok(_) => panic!("{} was accepted", path.display()),
+        Err(error) => error,
+    };
+    assert_eq!(error.exit_status(), 1);
+    let message = error.to_string();
+    assert!(!message.contains('\n'), "more than one line: {message}");
+    assert!(
+        message.starts_with(&path.display().to_string()),
+        "does not name the file: {message}"
+    );
+    message
+}
+
+fn assert_names(message: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(message.contains(part), "`{part}` is not in: {message}");
+    }
+}
+
+#[test]
+fn channel_data_of_every_delay_law_return_as_written() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    let laws = [
+        Transmits::Focused {
+            x: vec![-1e-3, 1e-3],
+            focus: vec![15e-3, 16e-3],
+            f_number: Some(2.8),
+        },
+        Transmits::Focused {
+            x: vec![-1e-3, 1e-3],
+            focus: vec![15e-3, 16e-3],
+            f_number: None,
+        },
+        Transmits::Plane {
+            angle: vec![-0.2, 0.2],
+        },
+        Transmits::Element { index: vec![0, 3] },
+    ];
+    for law in laws {
+        let data = channel_data(law);
+        data.write(&path).unwrap();
+        assert_eq!(ChannelData::read(&path).unwrap(), data);
+    }
+    // Nothing but the file is left in the folder.
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn delayed_data_and_lines_return_as_written() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    let x = Array3::from_shape_fn((2, 5, 3), |(b, n, m)| {
+        Complex::new(b as f32, (n * m) as f32)
+    });
+    for beam_x in [Some(vec![0.0, 1e-3]), None] {
+        let delayed = DelayedData {
+            x: x.clone(),
+            fs: 20e6,
+            t0: -1e-6,
+            beam_x,
+        };
+        delayed.write(&path).unwrap();
+        assert_eq!(DelayedData::read(&path).unwrap(), delayed);
+    }
+    let z = x.index_axis(Axis(2), 1).to_owned();
+    let lines = Lines {
+        z,
+        fs: 20e6,
+        t0: 1e-5,
+        beam_x: vec![0.0, 1e-3],
+        c: 1480.0,
+    };
+    lines.write(&path).unwrap();
+    assert_eq!(Lines::read(&path).unwrap(), lines);
+}
+
+#[test]
+fn images_return_as_written() {
+    let folder = tempdir().unwrap();
+    let pixels = Array2::from_shape_fn((16, 8), |(r, c)| (r * 16 + c) as f32);
+    for name in ["image.npy", "image.png", "image.PNG"] {
+        let path = folder.path().join(name);
+        image::write(&pixels, &path).unwrap();
+        assert_eq!(image::read(&path).unwrap(), pixels, "{name}");
+    }
+}
+
+#[test]
+fn a_png_holds_the_nearest_grey_level() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("image.png");
+    let pixels = Array2::from_shape_vec((1, 5), vec![-3.0, 0.4, 0.6, 254.4, 300.0]).unwrap();
+    image::write(&pixels, &path).unwrap();
+    let levels = image::read(&path).unwrap().into_raw_vec_and_offset().0;
+    assert_eq!(levels, [0.0, 0.0, 1.0, 254.0, 255.0]);
+}
+
+#[test]
+fn what_numpy_users_write_is_accepted() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    let expected = channel_data(Transmits::Plane {
+        angle: vec![-0.1, 0.1],
+    });
+
+    // 16-bit samples, as digitisers deliver them.
+    let counts = ramp().mapv(|v| v as i16).into_dyn();
+    channel_data_without(&path, &["rf"])
+        .with("rf", counts)
+        .finish();
+    assert_eq!(ChannelData::read(&path).unwrap(), expected);
+
+    // Column-major order.
+    channel_data_without(&path, &["rf"])
+        .with("rf", column_major_ramp())
+        .finish();
+    assert_eq!(ChannelData::read(&path).unwrap(), expected);
+
+    // Coordinates in f32, and numbers written without a point.
+    let x = Array1::from_vec(vec![-0.45e-3f32, -0.15e-3, 0.15e-3, 0.45e-3]).into_dyn();
+    channel_data_without(&path, &["element_x", "c"])
+        .with("element_x", x)
+        .with("c", arr0(1540i64).into_dyn())
+        .finish();
+    let data = ChannelData::read(&path).unwrap();
+    assert_eq!(data.c, 1540.0);
+    assert_eq!(data.element_x[3], f64::from(0.45e-3f32));
+
+    // One t0 for all transmits, keys that mean nothing here.
+    channel_data_without(&path, &["t0"])
+        .with("t0", scalar(3e-6))
+        .with("scatterers_xyz", Array2::<f64>::zeros((3, 3)).into_dyn())
+        .finish();
+    assert_eq!(ChannelData::read(&path).unwrap().t0, [3e-6, 3e-6]);
+
+    // One focal depth for all transmits; transmitting elements as int32.
+    channel_data_without(&path, &["tx_angle"])
+        .with("tx_x", vector(&[-1e-3, 1e-3]))
+        .with("tx_focus", scalar(15e-3))
+        .finish();
+    let focused = Transmits::Focused {
+        x: vec![-1e-3, 1e-3],
+        focus: vec![15e-3; 2],
+        f_number: None,
+    };
+    assert_eq!(ChannelData::read(&path).unwrap().transmits, focused);
+    channel_data_without(&path, &["tx_angle"])
+        .with("tx_element", Array1::from_vec(vec![0i32, 3]).into_dyn())
+        .finish();
+    assert_eq!(
+        ChannelData::read(&path).unwrap().transmits,
+        Transmits::Element { index: vec![0, 3] }
+    );
+
+    // Complex samples in double precision.
+    let x = Array3::from_elem((1, 2, 3), Complex::new(0.5f64, -2.0)).into_dyn();
+    Npz::create(&path)
+        .with("x", x)
+        .with("fs", scalar(20e6))
+        .with("t0", scalar(0.0))
+        .finish();
+    assert_eq!(
+        DelayedData::read(&path).unwrap().x[(0, 1, 2)],
+        Complex::new(0.5f32, -2.0)
+    );
+}
+
+#[test]
+fn a_missing_key_is_named() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    for key in ["fs", "t0", "element_x", "c", "f0"] {
+        channel_data_without(&path, &[key]).finish();
+        assert_names(&refused(&path), &[&format!("has no key `{key}`")]);
+    }
+    channel_data_without(&path, &["rf"]).finish();
+    assert_names(&refused(&path), &["neither `rf`", "nor `x`"]);
+    channel_data_without(&path, &["tx_angle"]).finish();
+    assert_names(
+        &refused(&path),
+        &["no delay law", "tx_angle", "tx_focus", "tx_element"],
+    );
+    channel_data_without(&path, &["tx_angle"])
+        .with("tx_x", vector(&[0.0, 0.0]))
+        .finish();
+    assert_names(&refused(&path), &["has no key `tx_focus`"]);
+}
+
+#[test]
+fn wrong_types_and_ranks_are_named() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    channel_data_without(&path, &["rf"])
+        .with("rf", ramp().mapv(f64::from).into_dyn())
+        .finish();
+    assert_names(
+        &refused(&path),
+        &["`rf` has dtype", "f8", "expected float32 or int16"],
+    );
+    channel_data_without(&path, &["rf"])
+        .with("rf", ArrayD::<f32>::zeros(vec![4, 64]))
+        .finish();
+    assert_names(
+        &refused(&path),
+        &["`rf` has shape [4, 64]", "[transmit, element, sample]"],
+    );
+    channel_data_without(&path, &["fs"])
+        .with("fs", vector(&[40e6]))
+        .finish();
+    assert_names(&refused(&path), &["`fs` has shape [1]", "scalar"]);
+    let complex = arr0(Complex::new(1.0f64, 0.0)).into_dyn();
+    channel_data_without(&path, &["c"])
+        .with("c", complex)
+        .finish();
+    assert_names(&refused(&path), &["`c` has dtype", "c16", "float64"]);
+    channel_data_without(&path, &["element_x"])
+        .with("element_x", vector(&[0.0, 1e-3]))
+        .finish();
+    assert_names(
+        &refused(&path),
+        &["`element_x` has length 2", "expected 4", "element"],
+    );
+    channel_data_without(&path, &["tx_angle"])
+        .with("tx_element", vector(&[0.0, 1.0]))
+        .finish();
+    assert_names(&refused(&path), &["`tx_element` has dtype", "integer"]);
+    let real = ArrayD::<f32>::zeros(vec![1, 2, 3]);
+    Npz::create(&path)
+        .with("x", real)
+        .with("fs", scalar(20e6))
+        .with("t0", scalar(0.0))
+        .finish();
+    assert_names(&refused(&path), &["`x` has dtype", "complex64"]);
+}
+
+#[test]
+fn impossible_values_are_named() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    for value in [0.0, -40e6, f64::NAN, f64::INFINITY] {
+        for key in ["fs", "c", "f0"] {
+            channel_data_without(&path, &[key])
+                .with(key, scalar(value))
+                .finish();
+            assert_names(
+                &refused(&path),
+                &[&format!("`{key}` is {value}"), "above 0"],
+            );
+        }
+    }
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut rf = ramp();
+        rf[(1, 2, 33)] = value;
+        channel_data_without(&path, &["rf"])
+            .with("rf", rf.into_dyn())
+            .finish();
+        assert_names(
+            &refused(&path),
+            &[
+                &format!("`rf` is {value}"),
+                "transmit 1, element 2, sample 33",
+            ],
+        );
+    }
+    let mut x = Array3::from_elem((2, 3, 4), Complex::new(0.0f32, 1.0));
+    x[(1, 0, 2)].im = f32::NAN;
+    Npz::create(&path)
+        .with("x", x.into_dyn())
+        .with("fs", scalar(20e6))
+        .with("t0", scalar(0.0))
+        .finish();
+    assert_names(&refused(&path), &["`x` is", "beam 1, sample 0, element 2"]);
+    channel_data_without(&path, &["element_x"])
+        .with("element_x", vector(&[0.0, 1e-3, 2.5e-3, 3e-3]))
+        .finish();
+    assert_names(
+        &refused(&path),
+        &["`element_x` is 0.0025 m at element 2", "evenly spaced"],
+    );
+    channel_data_without(&path, &["tx_angle"])
+        .with("tx_element", Array1::from_vec(vec![0i64, 4]).into_dyn())
+        .finish();
+    assert_names(
+        &refused(&path),
+        &["`tx_element` is 4 at transmit 1", "0 to 3"],
+    );
+    channel_data_without(&path, &["tx_angle"])
+        .with("tx_angle", vector(&[0.0, 12.0]))
+        .finish();
+    assert_names(
+        &refused(&path),
+        &["`tx_angle` is 12 at transmit 1", "radians"],
+    );
+}
+
+#[test]
+fn empty_arrays_are_refused() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    for shape in [vec![0, 4, 64], vec![2, 0, 64], vec![2, 4, 0]] {
+        let rf = ArrayD::<f32>::zeros(shape.clone());
+        let transmits = vector(&vec![0.0; shape[0]]);
+        Npz::create(&path)
+            .with("rf", rf)
+            .with("fs", scalar(40e6))
+            .with("t0", transmits.clone())
+            .with(
+                "element_x",
+                vector(&[-1.5e-4, 1.5e-4, 4.5e-4, 7.5e-4][..shape[1]]),
+            )
+            .with("c", scalar(1540.0))
+            .with("f0", scalar(5e6))
+            .with("tx_angle", transmits)
+            .finish();
+        assert_names(&refused(&path), &["`rf` is empty", &format!("{shape:?}")]);
+    }
+}
+
+#[test]
+fn two_delay_laws_at_once_are_refused() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    channel_data_without(&path, &[])
+        .with("tx_element", Array1::from_vec(vec![0i64, 1]).into_dyn())
+        .finish();
+    assert_names(
+        &refused(&path),
+        &["several delay laws", "tx_angle, tx_element", "exactly one"],
+    );
+    let x = Array3::from_elem((1, 2, 3), Complex::new(0.0f32, 1.0)).into_dyn();
+    channel_data_without(&path, &[]).with("x", x).finish();
+    assert_names(&refused(&path), &["both `rf`", "`x`"]);
+}
+
+#[test]
+fn a_truncated_or_damaged_file_is_refused_wherever_the_damage_is() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    channel_data_without(&path, &[]).finish();
+    let whole = fs::read(&path).unwrap();
+    for length in [0, 1, 100, whole.len() / 2, whole.len() - 1] {
+        fs::write(&path, &whole[..length]).unwrap();
+        assert_names(&refused(&path), &["truncated"]);
+    }
+    // One flipped bit in the samples: the archive's checksum tells.
+    let mut damaged = whole.clone();
+    damaged[400] ^= 1;
+    fs::write(&path, &damaged).unwrap();
+    assert_names(&refused(&path), &["`rf`", "damaged"]);
+    assert_names(
+        &refused(&folder.path().join("none.npz")),
+        &["cannot be opened"],
+    );
+}
+
+#[test]
+fn a_header_that_asks_for_more_data_than_there_are_is_refused() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("image.npy");
+    image::write(&Array2::<f32>::zeros((64, 64)), &path).unwrap();
+    let bytes = fs::read(&path).unwrap();
+    // Behind the magic bytes and the header's length there is plain text.
+    let header = std::str::from_utf8(&bytes[10..128]).unwrap();
+    // A header of the same length that asks for terabytes; the padding after it has the room.
+    let place = header.find("(64, 64)}         ");
+    let shape = 10 + place.expect("the header as it is written today");
+    let mut damaged = bytes.clone();
+    damaged[shape..shape + 17].copy_from_slice(b"(64, 9999999999)}");
+    fs::write(&path, &damaged).unwrap();
+    let message = image::read(&path).unwrap_err().to_string();
+    assert_names(&message, &["truncated", "bytes are missing"]);
+
+    damaged[shape..shape + 17].copy_from_slice(b"(64, {{{{{{{{{{{{");
+    fs::write(&path, &damaged).unwrap();
+    let message = image::read(&path).unwrap_err().to_string();
+    assert_names(&message, &["damaged header"]);
+    assert!(!message.contains('\n'), "more than one line: {message}");
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_told_beforehand_and_leaves_nothing() {
+    let folder = tempdir().unwrap();
+    let inside = folder.path().join("none").join("out.npz");
+    let message = atomic::check_writable(&inside).unwrap_err().to_string();
+    assert_names(&message, &["out.npz", "none", "does not exist"]);
+
+    let file = folder.path().join("file");
+    fs::write(&file, "").unwrap();
+    let message = atomic::check_writable(&file.join("out.npz"))
+        .unwrap_err()
+        .to_string();
+    assert_names(&message, &["file", "is not a folder"]);
+
+    let message = atomic::check_writable(folder.path())
+        .unwrap_err()
+        .to_string();
+    assert_names(&message, &["is not a file"]);
+
+    // A check leaves nothing behind, and an output that fails half-way neither; what was there
+    // before stays as it was.
+    let path = folder.path().join("out.npz");
+    atomic::check_writable(&path).unwrap();
+    assert!(!path.exists());
+    fs::write(&path, "before").unwrap();
+    let failed = atomic::write(&path, |sink| {
+        std::io::Write::write_all(sink, b"half")?;
+        Err("the disk is full".into())
+    });
+    assert_names(
+        &failed.unwrap_err().to_string(),
+        &["out.npz", "the disk is full"],
+    );
+    assert_eq!(fs::read_to_string(&path).unwrap(), "before");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+}
+
+#[test]
+fn invalid_data_are_not_written() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    let mut data = channel_data(Transmits::Plane {
+        angle: vec![-0.1, 0.1],
+    });
+    data.rf[(0, 0, 0)] = f32::NAN;
+    assert_names(
+        &data.write(&path).unwrap_err().to_string(),
+        &["`rf` is NaN"],
+    );
+    assert!(!path.exists());
+}
