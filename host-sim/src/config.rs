@@ -1,1 +1,0 @@
-//! Every parameter, from TOML and from the command line.

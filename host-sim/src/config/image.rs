@@ -1,0 +1,65 @@
+//! The parameters of the image.
+
+use serde::{Deserialize, Serialize};
+
+use super::{check_positive, out_of_range};
+use crate::Result;
+
+const SECTION: &str = "image";
+/// The longest side of an image, in pixels.
+const MAX_SIDE: usize = 16_384;
+
+/// Section `[image]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Image {
+    /// What lies this far below the largest envelope is black, dB.
+    pub dynamic_range: f64,
+    /// Pixels down the image.
+    pub rows: usize,
+    /// Pixels across the image.
+    pub columns: usize,
+    /// How far the image reaches down from its top row, m; without it, as far as the lines do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth: Option<f64>,
+    /// How far the image reaches across, centred on the beams, m; without it, as far as the
+    /// beams do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub width: Option<f64>,
+    /// Whether a 3 × 3 median smooths the image.
+    pub median: bool,
+}
+
+impl Default for Image {
+    fn default() -> Self {
+        Self {
+            dynamic_range: 60.0,
+            rows: 512,
+            columns: 512,
+            depth: None,
+            width: None,
+            median: false,
+        }
+    }
+}
+
+impl Image {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] naming the flag, the key, the value and the range.
+    pub fn validate(&self) -> Result<()> {
+        check_positive(SECTION, "dynamic_range", self.dynamic_range, " (dB)")?;
+        for (key, side) in [("rows", self.rows), ("columns", self.columns)] {
+            if !(2..=MAX_SIDE).contains(&side) {
+                return Err(out_of_range(SECTION, key, side, "2 to 16384"));
+            }
+        }
+        for (key, length) in [("depth", self.depth), ("width", self.width)] {
+            if let Some(length) = length {
+                check_positive(SECTION, key, length, " (m)")?;
+            }
+        }
+        Ok(())
+    }
+}

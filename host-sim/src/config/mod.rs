@@ -1,0 +1,112 @@
+//! Every parameter, from TOML and from the command line.
+//!
+//! A value comes from the command line, else from the file of `--config`, else from the defaults,
+//! which are the paper's and the contract's. Every run writes the configuration that it used next
+//! to its outputs; that file can be given to `--config` again.
+
+mod beamform;
+mod image;
+mod phase_symmetry;
+
+pub use beamform::{Beamform, Covariance, Method};
+pub use image::Image;
+pub use phase_symmetry::{PhaseSymmetry, Size, parse_scale};
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::files::atomic::Outputs;
+use crate::{Error, Result};
+
+/// All parameters, one section a stage.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Delay and beamformer.
+    pub beamform: Beamform,
+    /// From lines to pixels.
+    pub image: Image,
+    /// The ridge filter.
+    pub phase_symmetry: PhaseSymmetry,
+}
+
+impl Config {
+    /// Reads a TOML file; what it does not mention keeps its default.
+    ///
+    /// # Errors
+    /// The file cannot be opened, or a line of it is not TOML, names an unknown key or has a
+    /// value of the wrong type. Ranges are checked by [`Config::validate`].
+    pub fn read(path: &Path) -> Result<Self> {
+        let error = |message: String| Error::Usage(format!("{}: {message}", path.display()));
+        let text = fs::read_to_string(path)
+            .map_err(|e| error(format!("the configuration cannot be opened: {}", e.kind())))?;
+        toml::from_str(&text).map_err(|e| {
+            let start = e.span().map_or(0, |span| span.start);
+            let line = 1 + text.bytes().take(start).filter(|&b| b == b'\n').count();
+            // The parser may explain itself over several lines; the first says what is wrong.
+            let message = e.message().lines().next().unwrap_or("not valid TOML");
+            error(format!("line {line}: {message}"))
+        })
+    }
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] naming the flag, the key, the value and the range.
+    pub fn validate(&self) -> Result<()> {
+        self.beamform.validate()?;
+        self.image.validate()?;
+        self.phase_symmetry.validate()
+    }
+
+    /// Where the configuration of the run that makes `output` is written: beside it, with
+    /// `.config.toml` added to its name.
+    pub fn path_beside(output: &Path) -> PathBuf {
+        let mut name = output.as_os_str().to_owned();
+        name.push(".config.toml");
+        PathBuf::from(name)
+    }
+
+    /// Stages the configuration as TOML, headed by a comment that tells the program's version
+    /// and the command.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn stage(&self, command: &str, path: &Path, outputs: &mut Outputs) -> Result<()> {
+        let version = env!("CARGO_PKG_VERSION");
+        outputs.stage(path, |sink| {
+            let command = command.escape_debug();
+            write!(
+                sink,
+                "# host-sim {version}: {command}\n\n{}",
+                toml::to_string(self)?
+            )?;
+            Ok(())
+        })
+    }
+}
+
+/// The usage error for a parameter outside its range: its flag and its key, its value, and what
+/// would be right.
+fn out_of_range(section: &str, key: &str, value: impl std::fmt::Display, expected: &str) -> Error {
+    let flag = key.replace('_', "-");
+    Error::Usage(format!(
+        "--{flag} (`{key}` in [{section}]) is {value}; expected {expected}"
+    ))
+}
+
+/// A finite number above zero.
+fn check_positive(section: &str, key: &str, value: f64, unit: &str) -> Result<()> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(out_of_range(
+        section,
+        key,
+        value,
+        &format!("a finite number above 0{unit}"),
+    ))
+}

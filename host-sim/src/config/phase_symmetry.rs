@@ -1,0 +1,124 @@
+//! The parameters of phase symmetry.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use super::out_of_range;
+use crate::Result;
+
+const SECTION: &str = "phase_symmetry";
+/// The most scales of a bank.
+const MAX_SCALES: usize = 8;
+/// The sides that the transform takes.
+const SIDES: [usize; 5] = [64, 128, 256, 512, 1024];
+
+/// Section `[phase_symmetry]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PhaseSymmetry {
+    /// The filters' centre frequencies r₀, cycles per pixel.
+    pub scales: Vec<f64>,
+    /// The noise threshold T_n, in grey levels of an image of 0 to 255.
+    pub threshold: f64,
+    /// How many rows or columns are worked on at a time. It changes the memory needed, never the
+    /// result.
+    pub strip: usize,
+    /// Resample the image to this size first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resize: Option<Size>,
+}
+
+/// The size of an image, pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Size {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let parse = |side: &str| side.parse::<usize>().ok();
+        let sides = text
+            .split_once('x')
+            .and_then(|(w, h)| parse(w).zip(parse(h)));
+        match sides {
+            Some((width, height)) => Ok(Self { width, height }),
+            None => Err("expected WIDTHxHEIGHT in pixels, such as 512x512".into()),
+        }
+    }
+}
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
+}
+
+/// A scale as a power of two (`2^-7`) or as a decimal number (`0.0078125`), cycles per pixel.
+pub fn parse_scale(text: &str) -> std::result::Result<f64, String> {
+    let value = match text.strip_prefix("2^") {
+        Some(exponent) => exponent.parse().ok().map(f64::exp2),
+        None => text.parse().ok(),
+    };
+    value.ok_or_else(|| "expected a power of two such as 2^-7, or a decimal number".into())
+}
+
+impl Default for PhaseSymmetry {
+    fn default() -> Self {
+        Self {
+            scales: vec![(-7f64).exp2(), (-8f64).exp2(), (-9f64).exp2()],
+            threshold: 15.0,
+            strip: 16,
+            resize: None,
+        }
+    }
+}
+
+impl PhaseSymmetry {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] naming the flag, the key, the value and the range.
+    pub fn validate(&self) -> Result<()> {
+        let count = self.scales.len();
+        if !(1..=MAX_SCALES).contains(&count) {
+            let expected = format!("1 to {MAX_SCALES} scales");
+            return Err(out_of_range(
+                SECTION,
+                "scales",
+                format!("{count} scales"),
+                &expected,
+            ));
+        }
+        let (low, high) = ((-10f64).exp2(), (-1f64).exp2());
+        if let Some(scale) = self.scales.iter().find(|s| !(low..=high).contains(*s)) {
+            return Err(out_of_range(
+                SECTION,
+                "scales",
+                scale,
+                "2^-10 to 2^-1 cycles per pixel",
+            ));
+        }
+        if !(self.threshold.is_finite() && self.threshold >= 0.0) {
+            let expected = "a finite number of at least 0 (grey levels)";
+            return Err(out_of_range(SECTION, "threshold", self.threshold, expected));
+        }
+        if self.strip == 0 {
+            return Err(out_of_range(SECTION, "strip", 0, "at least 1 row"));
+        }
+        match self.resize {
+            Some(size) if !(SIDES.contains(&size.width) && SIDES.contains(&size.height)) => {
+                let expected = "sides of 64, 128, 256, 512 or 1024 pixels";
+                Err(out_of_range(SECTION, "resize", size, expected))
+            }
+            _ => Ok(()),
+        }
+    }
+}

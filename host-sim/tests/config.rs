@@ -1,0 +1,207 @@
+//! The configuration: defaults, the written file that can be given back, and what is refused.
+
+use std::fs;
+
+use host_sim::Error;
+use host_sim::config::{
+    Beamform, Config, Covariance, Image, Method, PhaseSymmetry, Size, parse_scale,
+};
+use host_sim::files::atomic::Outputs;
+use tempfile::tempdir;
+
+fn refused(text: &str) -> String {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("config.toml");
+    fs::write(&path, text).unwrap();
+    let error = Config::read(&path)
+        .and_then(|c| c.validate())
+        .expect_err(text);
+    assert!(matches!(error, Error::Usage(_)), "{text}");
+    let message = error.to_string();
+    assert!(!message.contains('\n'), "more than one line: {message}");
+    message
+}
+
+#[test]
+fn the_defaults_are_those_of_the_paper_and_the_contract() {
+    let config = Config::default();
+    config.validate().unwrap();
+    assert_eq!(config.beamform.loading, 0.05);
+    assert_eq!(config.beamform.subarray_ratio, 0.5);
+    assert_eq!(config.beamform.covariance, Covariance::ForwardBackward);
+    assert_eq!(config.beamform.f_number, 1.5);
+    assert_eq!(config.beamform.min_elements, 8);
+    assert_eq!(config.beamform.output_rate, 20e6);
+    assert_eq!((config.image.rows, config.image.columns), (512, 512));
+    // 2^-7, 2^-8, 2^-9 and T_n = 15, as for the paper's simulations.
+    assert_eq!(
+        config.phase_symmetry.scales,
+        [1.0 / 128.0, 1.0 / 256.0, 1.0 / 512.0]
+    );
+    assert_eq!(config.phase_symmetry.threshold, 15.0);
+}
+
+#[test]
+fn the_written_configuration_is_read_back_as_it_was() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("lines.npz.config.toml");
+    let config = Config {
+        beamform: Beamform {
+            method: Method::Esmv,
+            beta: Some(1e-5),
+            temporal: 10,
+            covariance: Covariance::Forward,
+            loading: 0.1,
+            depth_start: Some(5e-3),
+            depth_end: Some(40e-3),
+            ..Beamform::default()
+        },
+        image: Image {
+            dynamic_range: 70.0,
+            median: true,
+            width: Some(0.02),
+            ..Image::default()
+        },
+        phase_symmetry: PhaseSymmetry {
+            resize: Some(Size {
+                width: 512,
+                height: 256,
+            }),
+            ..PhaseSymmetry::default()
+        },
+    };
+    for config in [config, Config::default()] {
+        let mut outputs = Outputs::new();
+        // Whatever is on the command line stays within the comment.
+        config
+            .stage("beamform 'a\nb.npz'", &path, &mut outputs)
+            .unwrap();
+        outputs.commit().unwrap();
+        assert_eq!(Config::read(&path).unwrap(), config);
+    }
+}
+
+#[test]
+fn a_file_may_mention_one_key_only() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("config.toml");
+    fs::write(&path, "[beamform]\nloading = 0.2\n").unwrap();
+    let mut expected = Config::default();
+    expected.beamform.loading = 0.2;
+    assert_eq!(Config::read(&path).unwrap(), expected);
+}
+
+#[test]
+fn unknown_keys_and_wrong_types_are_named_with_their_line() {
+    let message = refused("[beamform]\n\nbetta = 0.1\n");
+    assert!(
+        message.contains("line 3") && message.contains("betta"),
+        "{message}"
+    );
+    let message = refused("[beamform]\ntemporal = \"two\"\n");
+    assert!(
+        message.contains("line 2") && message.contains("two"),
+        "{message}"
+    );
+    let message = refused("[beamform]\nmethod = \"music\"\n");
+    assert!(
+        message.contains("music") && message.contains("esmv-rank1"),
+        "{message}"
+    );
+    let message = refused("[beamform\n");
+    assert!(message.contains("line 1"), "{message}");
+}
+
+#[test]
+fn values_outside_their_range_are_named_with_flag_key_value_and_range() {
+    let cases = [
+        ("beamform", "subarray_ratio = 1.5", "at most 1"),
+        ("beamform", "subarray_ratio = 0.0", "above 0"),
+        ("beamform", "subarray_ratio = nan", "above 0"),
+        ("beamform", "loading = -0.1", "0 to 1e6"),
+        ("beamform", "loading = inf", "0 to 1e6"),
+        ("beamform", "f_number = 0.0", "above 0"),
+        ("beamform", "f_number = -1.5", "above 0"),
+        ("beamform", "f_number = inf", "finite"),
+        ("beamform", "min_elements = 0", "at least 1"),
+        ("beamform", "output_rate = 0.0", "Hz"),
+        ("beamform", "sound_speed = 0.0", "m/s"),
+        ("beamform", "depth_start = -1.0", "at least 0"),
+        ("beamform", "depth_end = 0.0", "more than the start"),
+        ("image", "dynamic_range = 0.0", "dB"),
+        ("image", "rows = 1", "2 to"),
+        ("image", "columns = 0", "2 to"),
+        ("image", "depth = 0.0", "(m)"),
+        ("image", "width = -1.0", "(m)"),
+        ("phase_symmetry", "scales = []", "1 to 8"),
+        ("phase_symmetry", "scales = [0.75]", "2^-1"),
+        ("phase_symmetry", "scales = [0.0]", "2^-10"),
+        ("phase_symmetry", "threshold = -1.0", "at least 0"),
+        ("phase_symmetry", "strip = 0", "at least 1"),
+        (
+            "phase_symmetry",
+            "resize = { width = 100, height = 128 }",
+            "512",
+        ),
+    ];
+    for (section, line, expected) in cases {
+        let message = refused(&format!("[{section}]\n{line}\n"));
+        let key = line.split(' ').next().unwrap();
+        let flag = format!("--{}", key.replace('_', "-"));
+        for part in [flag.as_str(), key, section, expected] {
+            assert!(message.contains(part), "`{part}` is not in: {message}");
+        }
+    }
+    let message = refused("[beamform]\nmethod = \"esmv\"\nbeta = 1.5\n");
+    assert!(
+        message.contains("--beta") && message.contains("at most 1"),
+        "{message}"
+    );
+    let message = refused("[beamform]\nmethod = \"esmv\"\nrank = 0\n");
+    assert!(
+        message.contains("--rank") && message.contains("at least 1"),
+        "{message}"
+    );
+}
+
+#[test]
+fn parameters_that_contradict_each_other_are_refused() {
+    let cases = [
+        ("method = \"das\"\nbeta = 0.1", "--beta needs --method esmv"),
+        (
+            "method = \"esmv-rank1\"\nrank = 2",
+            "--rank needs --method esmv",
+        ),
+        (
+            "method = \"esmv\"\nrank = 2\nbeta = 0.1",
+            "give one of them",
+        ),
+        (
+            "method = \"mv\"\nexclude_first = true",
+            "--exclude-first needs --method esmv-rank1",
+        ),
+    ];
+    for (lines, expected) in cases {
+        let message = refused(&format!("[beamform]\n{lines}\n"));
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn scales_and_sizes_are_read_as_people_write_them() {
+    assert_eq!(parse_scale("2^-7"), Ok(1.0 / 128.0));
+    assert_eq!(parse_scale("0.0078125"), Ok(1.0 / 128.0));
+    assert_eq!(
+        "512x256".parse(),
+        Ok(Size {
+            width: 512,
+            height: 256
+        })
+    );
+    for wrong in ["2^", "2^x", "", "a"] {
+        assert!(parse_scale(wrong).is_err(), "{wrong}");
+    }
+    for wrong in ["512", "x", "512x", "512x-1", "512 x 512"] {
+        assert!(wrong.parse::<Size>().is_err(), "{wrong}");
+    }
+}
