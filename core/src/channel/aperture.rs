@@ -1,6 +1,7 @@
 //! The active receive aperture: it grows with depth at a constant f-number and is cut at the
 //! array's ends. What lies outside is left out, never zeroed.
 
+use super::positive;
 use crate::Error;
 
 /// Consecutive active elements, `first .. first + count`. A beam too far from the array has
@@ -114,17 +115,6 @@ fn at_least_one(name: &'static str, value: usize) -> Result<(), Error> {
         });
     }
     Ok(())
-}
-
-fn positive(name: &'static str, value: f64) -> Result<(), Error> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(Error::Parameter {
-        name,
-        value,
-        expected: "a positive, finite number",
-    })
 }
 
 #[cfg(test)]

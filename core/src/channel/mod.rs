@@ -1,2 +1,36 @@
 //! Channel data → delayed analytic samples.
+//!
+//! [`aperture`] says which elements take part at a depth; [`delay`] turns the RF of one transmit
+//! into the delayed analytic samples of one image column, by the laws of [`delay_law`], the filter
+//! of [`interpolate`] and the Hilbert transformer of [`analytic`].
+
+pub mod analytic;
 pub mod aperture;
+pub mod delay;
+pub mod delay_law;
+pub mod interpolate;
+mod kaiser;
+
+use crate::Error;
+
+fn positive(name: &'static str, value: f64) -> Result<(), Error> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(Error::Parameter {
+        name,
+        value,
+        expected: "a positive, finite number",
+    })
+}
+
+fn finite(name: &'static str, value: f64) -> Result<(), Error> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(Error::Parameter {
+        name,
+        value,
+        expected: "a finite number",
+    })
+}

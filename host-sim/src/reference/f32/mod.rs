@@ -1,1 +1,3 @@
 //! The f32 reference.
+
+pub mod delay;

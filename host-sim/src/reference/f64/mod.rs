@@ -1,2 +1,3 @@
 //! The f64 reference.
 pub mod beamform;
+pub mod delay;

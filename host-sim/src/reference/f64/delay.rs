@@ -1,0 +1,98 @@
+//! The delay stage from its definition: geometry in f64, a sinc four times as long as the core's
+//! evaluated where it is needed, and the analytic signal by the DFT.
+
+use bonebeam::channel::delay::{Column, DelayParameters};
+use bonebeam::channel::delay_law::TransmitLaw;
+use num_complex::Complex;
+use rustfft::FftPlanner;
+use std::f64::consts::PI;
+
+/// Sinc lobes on either side of a sample, and output samples beyond either end of the column.
+const LOBES: f64 = 32.0;
+const MARGIN: usize = 256;
+
+/// The delayed analytic samples of one column, row-major [output sample][element]; elements that
+/// are not active are 0. `column.store` does not matter. `rf`: row-major [element][sample]. The
+/// caller's sizes must fit.
+pub fn column(parameters: &DelayParameters, column: &Column, rf: &[f32]) -> Vec<Complex<f64>> {
+    let p = parameters;
+    let mut out = vec![Complex::new(0.0, 0.0); p.output_samples * p.elements];
+    let samples = p.output_samples + 2 * MARGIN;
+    let mut planner = FftPlanner::new();
+    let forward = planner.plan_fft_forward(samples);
+    let inverse = planner.plan_fft_inverse(samples);
+    for m in column.active.first..column.active.first + column.active.count {
+        let record = &rf[m * p.record_samples..][..p.record_samples];
+        let mut line: Vec<Complex<f64>> = (0..samples)
+            .map(|n| {
+                let t = p.output_start + (n as f64 - MARGIN as f64) / p.output_rate;
+                let value = read(p, record, arrival(p, column, m, t), t);
+                Complex::new(value, 0.0)
+            })
+            .collect();
+        forward.process(&mut line);
+        keep_positive(&mut line);
+        inverse.process(&mut line);
+        for n in 0..p.output_samples {
+            out[n * p.elements + m] = line[n + MARGIN] / samples as f64;
+        }
+    }
+    out
+}
+
+/// When element `m` hears the echo of the column's pixel at two-way time `t`, in record samples.
+fn arrival(p: &DelayParameters, column: &Column, m: usize, t: f64) -> f64 {
+    let z = p.sound_speed * t / 2.0;
+    let transmit = match column.law {
+        TransmitLaw::Focused => z,
+        TransmitLaw::Plane { angle } => column.x * angle.sin() + z * angle.cos(),
+        TransmitLaw::Element { x } => (x - column.x).hypot(z),
+    };
+    let receive = (column.element_x[m] - column.x).hypot(z);
+    ((transmit + receive) / p.sound_speed - column.t0) * p.sampling_rate
+}
+
+/// The record, band-limited to the lower of its own and the output's Nyquist frequency, at
+/// `position`; 0 at depths of 0 and less.
+fn read(p: &DelayParameters, record: &[f32], position: f64, t: f64) -> f64 {
+    if t <= 0.0 {
+        return 0.0;
+    }
+    let cutoff = (p.output_rate / p.sampling_rate).min(1.0);
+    let half = LOBES / cutoff;
+    let first = (position - half).ceil().max(0.0) as usize;
+    let end = (position + half).floor().min(record.len() as f64 - 1.0);
+    let mut sum = 0.0;
+    let mut k = first;
+    while k as f64 <= end {
+        let u = position - k as f64;
+        sum += f64::from(record[k]) * cutoff * sinc(cutoff * u) * hann(u / half);
+        k += 1;
+    }
+    sum
+}
+
+fn sinc(x: f64) -> f64 {
+    if x == 0.0 {
+        1.0
+    } else {
+        (PI * x).sin() / (PI * x)
+    }
+}
+
+/// A cosine-squared window over −1..1.
+fn hann(position: f64) -> f64 {
+    (PI / 2.0 * position).cos().powi(2)
+}
+
+/// Doubles the positive frequencies of a DFT and removes the negative ones.
+fn keep_positive(spectrum: &mut [Complex<f64>]) {
+    let samples = spectrum.len();
+    for (k, value) in spectrum.iter_mut().enumerate() {
+        if k > 0 && 2 * k < samples {
+            *value *= 2.0;
+        } else if 2 * k > samples {
+            *value = Complex::new(0.0, 0.0);
+        }
+    }
+}

@@ -1,0 +1,647 @@
+//! The delay stage: against both references, against echoes computed by hand, and its invariants.
+
+mod common;
+
+use bonebeam::channel::analytic::HilbertTransformer;
+use bonebeam::channel::aperture::Active;
+use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
+use bonebeam::channel::delay_law::TransmitLaw;
+use bonebeam::{Complex, Error};
+use common::tolerances::{DELAY_SHIFT, DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
+use host_sim::reference;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::f64::consts::PI;
+
+const C: f64 = 1540.0;
+const F0: f64 = 5e6;
+const PITCH: f64 = 0.308e-3;
+const HILBERT_TAPS: usize = 8;
+const ZERO: Complex<f32> = Complex::new(0.0, 0.0);
+const LAWS: [TransmitLaw; 3] = [
+    TransmitLaw::Focused,
+    TransmitLaw::Plane { angle: -0.15 },
+    TransmitLaw::Element { x: 2.1e-3 },
+];
+
+fn parameters(fs: f64, fout: f64, elements: usize, record_samples: usize) -> DelayParameters {
+    DelayParameters {
+        sound_speed: C,
+        sampling_rate: fs,
+        centre_frequency: F0,
+        output_rate: fout,
+        output_start: 0.0,
+        output_samples: (record_samples as f64 * fout / fs) as usize + 7,
+        elements,
+        record_samples,
+    }
+}
+
+fn line_up(elements: usize) -> Vec<f64> {
+    (0..elements)
+        .map(|m| (m as f64 - (elements as f64 - 1.0) / 2.0) * PITCH)
+        .collect()
+}
+
+fn noise(length: usize, seed: u64) -> Vec<f32> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (0..length).map(|_| rng.random_range(-1.0..1.0)).collect()
+}
+
+fn all(elements: usize) -> Active {
+    Active {
+        first: 0,
+        count: elements,
+    }
+}
+
+fn core_column(p: &DelayParameters, taps: usize, column: &Column, rf: &[f32]) -> Vec<Complex<f32>> {
+    let delay = Delay::new(*p, HilbertTransformer::new(taps).unwrap()).unwrap();
+    let mut scratch = vec![f32::NAN; delay.scratch_len()];
+    let mut out = vec![ZERO; p.output_samples * p.elements];
+    delay.column(column, rf, &mut scratch, &mut out).unwrap();
+    out
+}
+
+fn assert_same_bits(left: &[Complex<f32>], right: &[Complex<f32>], what: &str) {
+    assert_eq!(left.len(), right.len());
+    for (index, (a, b)) in left.iter().zip(right).enumerate() {
+        let same = a.re.to_bits() == b.re.to_bits() && a.im.to_bits() == b.im.to_bits();
+        assert!(same, "{what}: {a} and {b} at {index}");
+    }
+}
+
+#[test]
+fn equals_the_f32_reference_to_the_bit() {
+    let mut seed = 0;
+    for (fs, fout) in [
+        (20e6, 20e6),
+        (100e6, 20e6),
+        (40e6, 20e6),
+        (50e6, 20e6),
+        (20e6, 40e6),
+        (62.5e6, 5e6),
+    ] {
+        for law in LAWS {
+            for (elements, record_samples, taps) in [(1, 1, 1), (5, 211, 8), (13, 1777, 33)] {
+                seed += 1;
+                let rf = noise(elements * record_samples, seed);
+                let element_x = line_up(elements);
+                let mut p = parameters(fs, fout, elements, record_samples);
+                p.output_start = -1.3e-6;
+                let column = Column {
+                    law,
+                    t0: 0.37e-6,
+                    x: -0.41e-3,
+                    element_x: &element_x,
+                    active: Active {
+                        first: elements / 3,
+                        count: elements - elements / 3,
+                    },
+                    store: Store::Replace,
+                };
+                let what = format!("{fs} -> {fout}, {law:?}, {elements} elements");
+                let mut ours = core_column(&p, taps, &column, &rf);
+                let mut reference = vec![Complex::new(7.0, 7.0); ours.len()];
+                reference::f32::delay::column(&p, taps, &column, &rf, &mut reference);
+                assert_same_bits(&ours, &reference, &what);
+                assert!(
+                    record_samples == 1 || ours.iter().any(|y| y.im != 0.0),
+                    "{what}: empty"
+                );
+
+                // Once more, on top.
+                let column = Column {
+                    x: 0.2e-3,
+                    store: Store::Add,
+                    ..column
+                };
+                let delay = Delay::new(p, HilbertTransformer::new(taps).unwrap()).unwrap();
+                let mut scratch = vec![0.0; delay.scratch_len()];
+                delay.column(&column, &rf, &mut scratch, &mut ours).unwrap();
+                reference::f32::delay::column(&p, taps, &column, &rf, &mut reference);
+                assert_same_bits(&ours, &reference, &what);
+            }
+        }
+    }
+}
+
+/// A Gaussian pulse of 5 MHz and 60 % bandwidth at −6 dB.
+fn pulse(t: f64) -> f64 {
+    let a = (PI * F0 * 0.6).powi(2) / (4.0 * 10f64.powf(6.0 / 20.0).ln());
+    (-a * t * t).exp() * (2.0 * PI * F0 * t).cos()
+}
+
+/// The echo of a point: on each element a pulse centred on the time the wave takes to the point
+/// and back.
+fn echo(p: &DelayParameters, column: &Column, point: (f64, f64)) -> Vec<f32> {
+    let (x, z) = point;
+    let transmit = match column.law {
+        TransmitLaw::Focused => z / C,
+        TransmitLaw::Plane { angle } => (x * angle.sin() + z * angle.cos()) / C,
+        TransmitLaw::Element { x: source } => (x - source).hypot(z) / C,
+    };
+    let mut rf = Vec::new();
+    for &element in column.element_x {
+        let arrival = transmit + (x - element).hypot(z) / C;
+        for k in 0..p.record_samples {
+            rf.push(pulse(column.t0 + k as f64 / p.sampling_rate - arrival) as f32);
+        }
+    }
+    rf
+}
+
+const RATES: [(f64, f64, f64); 5] = [
+    (20e6, 20e6, DELAYED_PULSE_20_MHZ),
+    (40e6, 20e6, DELAYED_PULSE_20_MHZ),
+    (100e6, 20e6, DELAYED_PULSE_20_MHZ),
+    (40e6, 40e6, DELAYED_PULSE_40_MHZ),
+    (100e6, 100e6, DELAYED_PULSE_40_MHZ),
+];
+
+#[test]
+fn a_point_echo_becomes_a_flat_wavefront() {
+    let element_x = line_up(33);
+    for (fs, fout, tolerance) in RATES {
+        let taps = (2.0 * fout / F0) as usize;
+        for law in LAWS {
+            let (x, z) = (0.7e-3, 17.3e-3);
+            let mut p = parameters(fs, fout, 33, (30e-6 * fs) as usize);
+            // Output sample 100 lies on the point.
+            p.output_start = 2.0 * z / C - 100.0 / fout;
+            p.output_samples = 200;
+            let column = Column {
+                law,
+                t0: 1.234e-6,
+                x,
+                element_x: &element_x,
+                active: all(33),
+                store: Store::Replace,
+            };
+            let out = core_column(&p, taps, &column, &echo(&p, &column, (x, z)));
+            for m in 0..33 {
+                // The pulse's middle: magnitude 1, phase 0, on every element.
+                let y = out[100 * 33 + m];
+                let error = (f64::from(y.re) - 1.0).hypot(f64::from(y.im));
+                assert!(
+                    error < tolerance,
+                    "{fs} -> {fout}, {law:?}, element {m}: {y}"
+                );
+                // And its envelope is highest there.
+                for n in [90, 99, 101, 110] {
+                    assert!(out[n * 33 + m].norm() < y.norm());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn stays_within_its_bound_of_the_f64_reference() {
+    let element_x = line_up(33);
+    for (fs, fout, tolerance) in RATES {
+        let taps = (2.0 * fout / F0) as usize;
+        for law in LAWS {
+            let p = DelayParameters {
+                output_samples: (28e-6 * fout) as usize,
+                ..parameters(fs, fout, 33, (30e-6 * fs) as usize)
+            };
+            let column = Column {
+                law,
+                t0: -0.2e-6,
+                x: -1.1e-3,
+                element_x: &element_x,
+                active: Active {
+                    first: 2,
+                    count: 30,
+                },
+                store: Store::Replace,
+            };
+            // Two points that do not overlap, one near and off the column, one far.
+            let mut rf = echo(&p, &column, (0.3e-3, 8e-3));
+            for (sum, value) in rf.iter_mut().zip(echo(&p, &column, (-1.1e-3, 16e-3))) {
+                *sum += value;
+            }
+            let ours = core_column(&p, taps, &column, &rf);
+            let exact = reference::f64::delay::column(&p, &column, &rf);
+            let mut worst = 0.0f64;
+            for (y, e) in ours.iter().zip(&exact) {
+                let difference = (f64::from(y.re) - e.re).hypot(f64::from(y.im) - e.im);
+                worst = worst.max(difference);
+            }
+            println!("{fs} -> {fout}, {law:?}: {worst:.2e}");
+            assert!(worst < tolerance, "{fs} -> {fout}, {law:?}: {worst}");
+        }
+    }
+}
+
+#[test]
+fn the_ends_of_a_column_are_as_good_as_its_middle() {
+    let element_x = line_up(9);
+    let rf = noise(9 * 900, 4);
+    let whole = DelayParameters {
+        output_samples: 300,
+        ..parameters(40e6, 20e6, 9, 900)
+    };
+    // A power of two of samples, so that both start times are exact.
+    let part = DelayParameters {
+        output_start: 128.0 / 20e6,
+        output_samples: 64,
+        ..whole
+    };
+    let column = Column {
+        law: TransmitLaw::Focused,
+        t0: 0.0,
+        x: 0.0,
+        element_x: &element_x,
+        active: all(9),
+        store: Store::Replace,
+    };
+    let whole = core_column(&whole, HILBERT_TAPS, &column, &rf);
+    let part = core_column(&part, HILBERT_TAPS, &column, &rf);
+    for (a, b) in part.iter().zip(&whole[128 * 9..192 * 9]) {
+        assert!((a - b).norm() < DELAY_SHIFT, "{a} {b}");
+    }
+}
+
+#[test]
+fn moving_record_and_t0_together_changes_nothing() {
+    let element_x = line_up(9);
+    let (elements, samples, shift) = (9, 800, 37);
+    let rf = noise(elements * samples, 5);
+    let mut moved = vec![0.0; elements * (samples + shift)];
+    for m in 0..elements {
+        moved[m * (samples + shift) + shift..][..samples]
+            .copy_from_slice(&rf[m * samples..][..samples]);
+    }
+    for law in LAWS {
+        let p = parameters(40e6, 20e6, elements, samples);
+        let column = Column {
+            law,
+            t0: 1e-6,
+            x: 0.1e-3,
+            element_x: &element_x,
+            active: all(9),
+            store: Store::Replace,
+        };
+        let at_rest = core_column(&p, HILBERT_TAPS, &column, &rf);
+        let p = DelayParameters {
+            record_samples: samples + shift,
+            ..p
+        };
+        let column = Column {
+            t0: 1e-6 - shift as f64 / 40e6,
+            ..column
+        };
+        let shifted = core_column(&p, HILBERT_TAPS, &column, &moved);
+        for (a, b) in at_rest.iter().zip(&shifted) {
+            assert!((a - b).norm() < DELAY_SHIFT, "{law:?}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn the_mirror_image_and_powers_of_two_are_exact() {
+    let element_x = line_up(9);
+    let rf = noise(9 * 700, 6);
+    for law in LAWS {
+        let p = parameters(40e6, 20e6, 9, 700);
+        let column = Column {
+            law,
+            t0: 0.0,
+            x: 0.3e-3,
+            element_x: &element_x,
+            active: all(9),
+            store: Store::Replace,
+        };
+        let direct = core_column(&p, HILBERT_TAPS, &column, &rf);
+
+        let scaled: Vec<f32> = rf.iter().map(|x| x * 1024.0).collect();
+        let scaled = core_column(&p, HILBERT_TAPS, &column, &scaled);
+        let expected: Vec<_> = direct.iter().map(|y| y * 1024.0).collect();
+        assert_same_bits(&scaled, &expected, "scaled");
+
+        let law = match law {
+            TransmitLaw::Focused => TransmitLaw::Focused,
+            TransmitLaw::Plane { angle } => TransmitLaw::Plane { angle: -angle },
+            TransmitLaw::Element { x } => TransmitLaw::Element { x: -x },
+        };
+        let mirrored_rf: Vec<f32> = rf.chunks(700).rev().flatten().copied().collect();
+        let column = Column {
+            law,
+            x: -0.3e-3,
+            ..column
+        };
+        let mirrored = core_column(&p, HILBERT_TAPS, &column, &mirrored_rf);
+        let expected: Vec<_> = direct
+            .chunks(9)
+            .flat_map(|row| row.iter().rev().copied())
+            .collect();
+        assert_same_bits(&mirrored, &expected, "mirrored");
+    }
+}
+
+#[test]
+fn elements_outside_the_active_range_are_zero_and_the_others_unaffected() {
+    let element_x = line_up(9);
+    let rf = noise(9 * 700, 7);
+    let p = parameters(40e6, 20e6, 9, 700);
+    let column = Column {
+        law: TransmitLaw::Focused,
+        t0: 0.0,
+        x: 0.0,
+        element_x: &element_x,
+        active: all(9),
+        store: Store::Replace,
+    };
+    let every = core_column(&p, HILBERT_TAPS, &column, &rf);
+    for (first, count) in [(0, 0), (9, 0), (2, 4), (8, 1)] {
+        let column = Column {
+            active: Active { first, count },
+            ..column
+        };
+        let some = core_column(&p, HILBERT_TAPS, &column, &rf);
+        for (index, (s, e)) in some.iter().zip(&every).enumerate() {
+            let inside = (first..first + count).contains(&(index % 9));
+            assert_eq!(*s, if inside { *e } else { ZERO });
+        }
+    }
+}
+
+#[test]
+fn extreme_geometry_never_gives_nan_or_infinity() {
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let mut extreme = |allow_negative: bool| {
+        let magnitude = 10f64.powf(rng.random_range(-60.0..60.0));
+        match rng.random_range(0..4) {
+            0 => 0.0,
+            1 if allow_negative => -magnitude,
+            2 => rng.random_range(0.0..1.0) * 1e-2,
+            _ => magnitude,
+        }
+    };
+    for _ in 0..2000 {
+        let element_x = [extreme(true), extreme(true), 0.0];
+        let law = match extreme(true) {
+            v if v < 0.0 => TransmitLaw::Plane { angle: 1.5 },
+            0.0 => TransmitLaw::Focused,
+            v => TransmitLaw::Element { x: v },
+        };
+        let fs = extreme(false) + 1e-60;
+        let p = DelayParameters {
+            sound_speed: extreme(false) + 1e-60,
+            sampling_rate: fs,
+            centre_frequency: extreme(false) + 1e-60,
+            output_rate: fs,
+            output_start: extreme(true),
+            output_samples: 20,
+            elements: 3,
+            record_samples: 10,
+        };
+        let column = Column {
+            law,
+            t0: extreme(true),
+            x: extreme(true),
+            element_x: &element_x,
+            active: all(3),
+            store: Store::Replace,
+        };
+        for y in core_column(&p, 2, &column, &[1e30; 30]) {
+            assert!(y.re.is_finite() && y.im.is_finite(), "{p:?} {column:?}");
+        }
+    }
+}
+
+#[test]
+fn bad_parameters_are_named() {
+    let good = parameters(40e6, 20e6, 3, 100);
+    let name = |p: DelayParameters| match Delay::new(p, HilbertTransformer::new(2).unwrap()) {
+        Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
+        other => panic!("{other:?}"),
+    };
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert_eq!(
+            name(DelayParameters {
+                sound_speed: bad,
+                ..good
+            }),
+            "sound_speed"
+        );
+        assert_eq!(
+            name(DelayParameters {
+                sampling_rate: bad,
+                ..good
+            }),
+            "sampling_rate"
+        );
+        assert_eq!(
+            name(DelayParameters {
+                output_rate: bad,
+                ..good
+            }),
+            "output_rate"
+        );
+        assert_eq!(
+            name(DelayParameters {
+                centre_frequency: bad,
+                ..good
+            }),
+            "centre_frequency"
+        );
+    }
+    assert_eq!(
+        name(DelayParameters {
+            output_rate: 2e6,
+            ..good
+        }),
+        "output_rate"
+    );
+    assert_eq!(
+        name(DelayParameters {
+            output_start: f64::NAN,
+            ..good
+        }),
+        "output_start"
+    );
+    assert_eq!(
+        name(DelayParameters {
+            elements: 0,
+            ..good
+        }),
+        "elements"
+    );
+    assert_eq!(
+        name(DelayParameters {
+            elements: usize::MAX,
+            ..good
+        }),
+        "elements"
+    );
+    assert_eq!(
+        name(DelayParameters {
+            output_samples: 0,
+            ..good
+        }),
+        "output_samples"
+    );
+    assert_eq!(
+        name(DelayParameters {
+            record_samples: 0,
+            ..good
+        }),
+        "record_samples"
+    );
+    assert_eq!(
+        name(DelayParameters {
+            record_samples: 1 << 23,
+            ..good
+        }),
+        "record_samples"
+    );
+}
+
+#[test]
+fn bad_calls_are_refused_before_anything_is_written() {
+    let p = DelayParameters {
+        output_samples: 50,
+        ..parameters(40e6, 20e6, 3, 100)
+    };
+    let delay = Delay::new(p, HilbertTransformer::new(2).unwrap()).unwrap();
+    let element_x = line_up(3);
+    let rf = vec![1.0; 300];
+    let column = Column {
+        law: TransmitLaw::Focused,
+        t0: 0.0,
+        x: 0.0,
+        element_x: &element_x,
+        active: all(3),
+        store: Store::Replace,
+    };
+    let refused = |column: &Column, rf: &[f32], scratch: usize, out: usize| {
+        let mut out = vec![Complex::new(5.0, 6.0); out];
+        let result = delay.column(column, rf, &mut vec![0.0; scratch], &mut out);
+        assert!(
+            out.iter().all(|y| *y == Complex::new(5.0, 6.0)),
+            "written after {result:?}"
+        );
+        result.unwrap_err()
+    };
+    let scratch = delay.scratch_len();
+    let length = |name, actual, expected| Error::Length {
+        name,
+        actual,
+        expected,
+    };
+
+    assert_eq!(
+        refused(&column, &rf[1..], scratch, 150),
+        length("rf", 299, 300)
+    );
+    assert_eq!(refused(&column, &[], scratch, 150), length("rf", 0, 300));
+    assert_eq!(
+        refused(&column, &rf, scratch + 1, 150),
+        length("scratch", scratch + 1, scratch)
+    );
+    assert_eq!(refused(&column, &rf, scratch, 151), length("out", 151, 150));
+    let two = Column {
+        element_x: &element_x[1..],
+        ..column
+    };
+    assert_eq!(refused(&two, &rf, scratch, 150), length("element_x", 2, 3));
+
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut rf = rf.clone();
+        rf[217] = value;
+        let error = refused(&column, &rf, scratch, 150);
+        assert_eq!(
+            error,
+            Error::NonFinite {
+                name: "rf",
+                index: 217
+            }
+        );
+    }
+    let mut loud = rf.clone();
+    loud[3] = -1e31;
+    let parameter = |error| match error {
+        Error::Parameter { name, .. } => name,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(parameter(refused(&column, &loud, scratch, 150)), "rf");
+
+    let mut bad_x = element_x.clone();
+    bad_x[2] = f64::NAN;
+    for (bad, name) in [
+        (
+            Column {
+                t0: f64::INFINITY,
+                ..column
+            },
+            "t0",
+        ),
+        (
+            Column {
+                x: f64::NAN,
+                ..column
+            },
+            "x",
+        ),
+        (
+            Column {
+                element_x: &bad_x,
+                ..column
+            },
+            "element_x",
+        ),
+        (
+            Column {
+                law: TransmitLaw::Plane { angle: 1.6 },
+                ..column
+            },
+            "angle",
+        ),
+        (
+            Column {
+                law: TransmitLaw::Element { x: f64::NAN },
+                ..column
+            },
+            "transmit element x",
+        ),
+        (
+            Column {
+                active: Active { first: 1, count: 3 },
+                ..column
+            },
+            "active",
+        ),
+        (
+            Column {
+                active: Active {
+                    first: usize::MAX,
+                    count: 2,
+                },
+                ..column
+            },
+            "active",
+        ),
+    ] {
+        assert_eq!(parameter(refused(&bad, &rf, scratch, 150)), name);
+    }
+
+    let add = Column {
+        store: Store::Add,
+        ..column
+    };
+    let mut out = vec![ZERO; 150];
+    out[9].im = f32::NAN;
+    let error = delay
+        .column(&add, &rf, &mut vec![0.0; scratch], &mut out)
+        .unwrap_err();
+    assert_eq!(
+        error,
+        Error::NonFinite {
+            name: "out",
+            index: 9
+        }
+    );
+}
