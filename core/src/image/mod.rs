@@ -1,1 +1,36 @@
 //! Beamformed lines → an image of isotropic pixels, 0..255.
+//!
+//! [`envelope()`] → [`log_compression()`] → [`resample()`] → [`median()`] where asked for. Every
+//! function reads one slice and writes another, in a fixed order of operations, and refuses
+//! NaN and infinity before it writes anything.
+
+mod envelope;
+mod log_compression;
+mod median;
+mod resample;
+
+pub use envelope::envelope;
+pub use log_compression::{largest, log_compression};
+pub use median::median;
+pub use resample::{Axis, resample};
+
+use crate::Error;
+
+fn check_length(name: &'static str, actual: usize, expected: usize) -> Result<(), Error> {
+    if actual == expected {
+        Ok(())
+    } else {
+        Err(Error::Length {
+            name,
+            actual,
+            expected,
+        })
+    }
+}
+
+fn check_finite(name: &'static str, values: &[f32]) -> Result<(), Error> {
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(index) => Err(Error::NonFinite { name, index }),
+    }
+}

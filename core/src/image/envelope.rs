@@ -1,0 +1,44 @@
+//! The envelope: the magnitude of the analytic signal.
+
+use super::check_length;
+use crate::Error;
+use num_complex::Complex;
+
+/// `|z|` of each sample, in the unit of `z`.
+///
+/// With `a ≥ b` the magnitudes of the two parts: `a·√(1 + (b/a)²)`, so that no square overflows
+/// or vanishes. A magnitude beyond `f32::MAX` (both parts near it) gives `f32::MAX`. Scaling the
+/// input by a power of two scales the result exactly.
+///
+/// No memory of its own; a division and a square root a sample.
+///
+/// # Errors
+/// [`Error::Length`] where `out` is not as long as `z`, [`Error::NonFinite`] with the first bad
+/// sample's index; `out` is then untouched.
+pub fn envelope(z: &[Complex<f32>], out: &mut [f32]) -> Result<(), Error> {
+    check_length("envelope output", out.len(), z.len())?;
+    if let Some(index) = z
+        .iter()
+        .position(|z| !z.re.is_finite() || !z.im.is_finite())
+    {
+        return Err(Error::NonFinite {
+            name: "analytic signal",
+            index,
+        });
+    }
+    for (out, z) in out.iter_mut().zip(z) {
+        *out = magnitude(*z);
+    }
+    Ok(())
+}
+
+fn magnitude(z: Complex<f32>) -> f32 {
+    let (re, im) = (z.re.abs(), z.im.abs());
+    let (large, small) = if re < im { (im, re) } else { (re, im) };
+    if large == 0.0 {
+        return 0.0;
+    }
+    let ratio = small / large;
+    let value = large * libm::sqrtf(1.0 + ratio * ratio);
+    if value < f32::MAX { value } else { f32::MAX }
+}
