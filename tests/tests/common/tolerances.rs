@@ -12,3 +12,17 @@ pub const DELAYED_PULSE_40_MHZ: f64 = 3.0e-4;
 /// rounding in f64 (1e-13), which can move the f32 fraction by one step near 10² samples of lag
 /// (8e-6 samples); at most π a sample of slope: 3e-5 of the largest sample.
 pub const DELAY_SHIFT: f32 = 3e-5;
+
+/// The contract's bound on the phase symmetry map against the f64 reference.
+pub const PHASE_SYMMETRY: f64 = 1e-5;
+/// Two maps that are each within [`PHASE_SYMMETRY`] of the same exact one: moving an image moves
+/// every pixel to other places in the transforms, which round differently.
+pub const PHASE_SYMMETRY_MOVED: f64 = 2.0 * PHASE_SYMMETRY;
+/// A division, a square root and two products, each rounded once (6e-8), of which the square root
+/// halves what it gets.
+pub const ENVELOPE_RELATIVE: f64 = 2.5e-7;
+/// In grey levels at 60 dB, i.e. 4.25 levels a dB: the envelopes' ratio is off by 6e-7 (5e-6 dB), the
+/// logarithm by one unit in the last place (5e-6 dB), and two roundings near 255 add 1.5e-5 each.
+pub const GREY_LEVEL: f64 = 1e-4;
+/// [`GREY_LEVEL`], plus six roundings of 1.5e-5 in the bilinear sum. The median adds nothing.
+pub const PIXEL: f64 = 2e-4;

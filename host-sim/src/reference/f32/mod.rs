@@ -1,3 +1,5 @@
 //! The f32 reference.
 
 pub mod delay;
+pub mod image;
+pub mod phase_symmetry;

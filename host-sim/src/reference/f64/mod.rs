@@ -1,3 +1,5 @@
 //! The f64 reference.
 pub mod beamform;
 pub mod delay;
+pub mod image;
+pub mod phase_symmetry;
