@@ -1,3 +1,4 @@
 //! What the test files share.
 
+pub mod lines;
 pub mod tolerances;

@@ -1,0 +1,255 @@
+//! DAS, MV and ESMV of one line in plain loops, in the order of operations of
+//! `bonebeam::beamform`.
+
+use num_complex::Complex;
+
+use super::covariance::{
+    forward, load, real_form, real_form_of_data, real_form_of_steering, subarray_sum, window_sum,
+};
+use super::linalg::{
+    FLOOR, Number, cholesky, eigen, norm_sqr, power_iteration, solve_lower, solve_upper,
+};
+
+/// How the output of a sample is formed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// The mean over the active elements.
+    Das,
+    /// Minimum variance.
+    Mv,
+    /// Eigenspace-based, with the rank that Eq. 8 chooses for this β.
+    EsmvBeta(f32),
+    /// Eigenspace-based with this rank, at most L.
+    EsmvRank(usize),
+    /// Eigenspace-based with rank 1, by power iteration.
+    EsmvRank1,
+    /// Everything but the first eigenvector.
+    EsmvExcludeFirst,
+}
+
+/// Which covariance is in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Covariance {
+    /// R of Eq. 2.
+    Forward,
+    /// R_FB of Eq. 3.
+    ForwardBackward,
+}
+
+/// What every sample of a line has in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters {
+    /// How the output is formed.
+    pub method: Method,
+    /// Forward or forward-backward.
+    pub covariance: Covariance,
+    /// K: the window is n−K..n+K.
+    pub temporal: usize,
+    /// Δ.
+    pub loading: f32,
+    /// L = max(1, floor(ratio·active elements)).
+    pub subarray_ratio: f64,
+}
+
+/// z of every sample of a line. `x[n]` holds the elements of sample `n`; `active[n]` its first
+/// active element and the number of them.
+///
+/// The line is scaled by a power of two so that its largest component lies in [1, 2) ([2, 4) for
+/// the largest floats), and its output scaled back.
+pub fn beamform(
+    x: &[Vec<Complex<f32>>],
+    active: &[(usize, usize)],
+    parameters: &Parameters,
+) -> Vec<Complex<f32>> {
+    let mut largest = 0.0;
+    for value in x.iter().flatten() {
+        for component in [value.re.abs(), value.im.abs()] {
+            if component > largest {
+                largest = component;
+            }
+        }
+    }
+    let exponent = libm::ilogbf(largest).clamp(-126, 126);
+    let (down, up) = (libm::ldexpf(1.0, -exponent), libm::ldexpf(1.0, exponent));
+    let scaled: Vec<Vec<Complex<f32>>> = x
+        .iter()
+        .map(|sample| sample.iter().map(|value| value * down).collect())
+        .collect();
+
+    let mut z = Vec::new();
+    while z.len() < x.len() {
+        let start = z.len();
+        let run = active[start..]
+            .iter()
+            .take_while(|&&set| set == active[start])
+            .count();
+        let (first, count) = active[start];
+        // The run's samples and K on each side, zero outside the record.
+        let before = start as isize - parameters.temporal as isize;
+        let elements: Vec<Vec<Complex<f32>>> = (0..run + 2 * parameters.temporal)
+            .map(|i| match usize::try_from(before + i as isize) {
+                Ok(n) if n < x.len() => scaled[n][first..first + count].to_vec(),
+                _ => vec![Complex::ZERO; count],
+            })
+            .collect();
+        z.extend(match (count, parameters.covariance) {
+            (0, _) => vec![Complex::ZERO; run],
+            (_, Covariance::Forward) => run_forward(&elements, parameters),
+            (_, Covariance::ForwardBackward) => run_forward_backward(&elements, parameters),
+        });
+    }
+    let saturate = |value: f32| {
+        if value.abs() > f32::MAX {
+            f32::MAX.copysign(value)
+        } else {
+            value
+        }
+    };
+    z.into_iter()
+        .map(|z| Complex::new(saturate(z.re * up), saturate(z.im * up)))
+        .collect()
+}
+
+fn subarray(elements: usize, parameters: &Parameters) -> usize {
+    ((parameters.subarray_ratio * elements as f64).floor() as usize).max(1)
+}
+
+/// The samples of a run with one active set; `elements` has K more on each side.
+fn run_forward(elements: &[Vec<Complex<f32>>], parameters: &Parameters) -> Vec<Complex<f32>> {
+    let n = subarray(elements[0].len(), parameters);
+    let gain = (elements[0].len() - n + 1) as f32;
+    let matrices: Vec<_> = elements.iter().map(|x| forward(x, n)).collect();
+    let steering = vec![Complex::ONE; n];
+    outputs(elements, &matrices, &steering, gain, parameters, |x| {
+        subarray_sum(x, n)
+    })
+}
+
+/// The same in the real coordinates of forward-backward averaging.
+fn run_forward_backward(
+    elements: &[Vec<Complex<f32>>],
+    parameters: &Parameters,
+) -> Vec<Complex<f32>> {
+    let n = subarray(elements[0].len(), parameters);
+    let gain = (2 * (elements[0].len() - n + 1)) as f32;
+    let matrices: Vec<_> = elements.iter().map(|x| real_form(&forward(x, n))).collect();
+    let steering = real_form_of_steering(n);
+    outputs(elements, &matrices, &steering, gain, parameters, |x| {
+        real_form_of_data(&subarray_sum(x, n))
+    })
+}
+
+fn outputs<T: Number>(
+    elements: &[Vec<Complex<f32>>],
+    matrices: &[Vec<Vec<T>>],
+    steering: &[T],
+    gain: f32,
+    parameters: &Parameters,
+    data: impl Fn(&[Complex<f32>]) -> Vec<Complex<f32>>,
+) -> Vec<Complex<f32>> {
+    let temporal = parameters.temporal;
+    let length = 2 * temporal + 1;
+    let mut z = Vec::new();
+    for i in 0..elements.len() - 2 * temporal {
+        let x = &elements[i + temporal];
+        if parameters.method == Method::Das {
+            let mut sum = Complex::ZERO;
+            for value in x {
+                sum += value;
+            }
+            z.push(sum / x.len() as f32);
+            continue;
+        }
+        // Blocks of 2K+1 matrices are counted from the run's first one.
+        let window = &matrices[i..i + length];
+        let block = i.div_ceil(length) * length - i;
+        z.push(match load(window_sum(window, block), parameters.loading) {
+            None => Complex::ZERO,
+            Some(a) => response(&a, steering, &data(x), parameters.method) / gain,
+        });
+    }
+    z
+}
+
+/// `wᴴs` or `w_pᴴs` for the loaded covariance `a`.
+fn response<T: Number>(
+    a: &[Vec<T>],
+    steering: &[T],
+    s: &[Complex<f32>],
+    method: Method,
+) -> Complex<f32> {
+    match method {
+        Method::Mv => {
+            let (g, inverse) = cholesky(a);
+            let whitened = solve_lower(&g, &inverse, steering);
+            let w = solve_upper(&g, &inverse, &whitened);
+            inner(&w, s) / norm_sqr(&whitened)
+        }
+        Method::EsmvRank1 => match power_iteration(a) {
+            None => eigenspace(a, steering, s, Method::EsmvRank(1)),
+            Some((eigenvalue, e)) => {
+                let mut projection = T::zero();
+                for i in 0..e.len() {
+                    projection = projection + steering[i] * e[i].conj();
+                }
+                let (g, inverse) = cholesky(a);
+                let power = norm_sqr(&solve_lower(&g, &inverse, steering));
+                projection.conj().times(inner(&e, s)) / (eigenvalue * power)
+            }
+        },
+        _ => eigenspace(a, steering, s, method),
+    }
+}
+
+/// `vᴴs`.
+fn inner<T: Number>(v: &[T], s: &[Complex<f32>]) -> Complex<f32> {
+    let mut sum = Complex::ZERO;
+    for i in 0..v.len() {
+        sum += v[i].conj().times(s[i]);
+    }
+    sum
+}
+
+/// `w_pᴴs` by all eigenvectors: `Σ (e_kᴴa)*(e_kᴴs)/λ_k` over the kept ones, over `c_L`.
+fn eigenspace<T: Number>(
+    a: &[Vec<T>],
+    steering: &[T],
+    s: &[Complex<f32>],
+    method: Method,
+) -> Complex<f32> {
+    let steering: Vec<Complex<f32>> = steering.iter().map(|&entry| entry.into()).collect();
+    let mut rows = [steering, s.to_vec()];
+    let values = eigen(a.to_vec(), &mut rows);
+    let n = values.len();
+    let mut order: Vec<usize> = (0..n).collect();
+    // Stable: equal eigenvalues stay in the order found.
+    order.sort_by(|&i, &j| {
+        values[j]
+            .partial_cmp(&values[i])
+            .expect("eigenvalues are finite")
+    });
+    let value = |k: usize| if values[k] > FLOOR { values[k] } else { FLOOR };
+
+    let mut sums = Vec::new();
+    let mut total = 0.0;
+    for &k in &order {
+        total += rows[0][k].norm_sqr() / value(k);
+        sums.push(total);
+    }
+    let kept = match method {
+        Method::EsmvBeta(beta) => {
+            0..sums
+                .iter()
+                .position(|&sum| sum >= beta * total)
+                .expect("beta is at most 1")
+                + 1
+        }
+        Method::EsmvRank(rank) => 0..rank.min(n),
+        _ => 1..n,
+    };
+    let mut sum = Complex::ZERO;
+    for &k in &order[kept] {
+        sum += rows[0][k].conj() * rows[1][k] / value(k);
+    }
+    sum / total
+}

@@ -1,0 +1,241 @@
+//! The core's beamformers are the same bits in every number of lanes, and those of plain scalar
+//! loops.
+
+mod common;
+
+use bonebeam::beamform::{Method, Parameters};
+use bonebeam::channel::aperture::Active;
+use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_lanes, frame, scalar};
+use ndarray::Array2;
+use num_complex::Complex;
+
+/// The bits of every number, so that 0 and −0 differ.
+fn bits(z: &[Complex<f32>]) -> Vec<(u32, u32)> {
+    z.iter().map(|z| (z.re.to_bits(), z.im.to_bits())).collect()
+}
+
+fn assert_core_is_scalar(line: &Line, parameters: Parameters, name: &str) {
+    for covariance in COVARIANCES {
+        for method in METHODS {
+            let parameters = Parameters {
+                method,
+                ..parameters
+            };
+            assert_eq!(
+                bits(&core(line, parameters, covariance)),
+                bits(&scalar(line, parameters, covariance)),
+                "{name}: {covariance:?}, {parameters:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_size_and_time_window() {
+    // Odd and even subarrays, and one of one element.
+    for elements in [1, 2, 3, 9, 16, 31, 64] {
+        let line = Line::noise(elements as u64, 12, elements);
+        for temporal in 0..=10 {
+            let parameters = Parameters {
+                temporal,
+                ..Parameters::default()
+            };
+            assert_core_is_scalar(&line, parameters, &format!("{elements} elements"));
+        }
+    }
+}
+
+#[test]
+fn the_full_array() {
+    let line = Line::noise(1, 24, 128);
+    let parameters = Parameters {
+        temporal: 10,
+        ..Parameters::default()
+    };
+    assert_core_is_scalar(&line, parameters, "128 elements");
+}
+
+#[test]
+fn every_subarray_ratio_and_loading() {
+    let line = Line::noise(2, 8, 20);
+    for subarray_ratio in [0.01, 0.3, 0.75, 1.0] {
+        for loading in [0.0, 1e-3, 0.05, 1e6] {
+            let parameters = Parameters {
+                subarray_ratio,
+                loading,
+                temporal: 1,
+                ..Parameters::default()
+            };
+            assert_core_is_scalar(&line, parameters, "20 elements");
+        }
+    }
+}
+
+/// An aperture that is empty at first, grows, and is cut at the array's start.
+fn growing(samples: usize, shift: usize) -> Vec<Active> {
+    (0..samples)
+        .map(|n| match n / 5 {
+            0 => Active { first: 0, count: 0 },
+            step => Active {
+                first: shift,
+                count: 3 * step + step % 2,
+            },
+        })
+        .collect()
+}
+
+#[test]
+fn growing_apertures() {
+    let mut line = Line::noise(3, 64, 48);
+    line.active = growing(64, 4);
+    for temporal in [0, 2, 7] {
+        let parameters = Parameters {
+            temporal,
+            ..Parameters::default()
+        };
+        assert_core_is_scalar(&line, parameters, "growing aperture");
+    }
+}
+
+/// Lines that are hard on the arithmetic: no power, equal eigenvalues, extremes of the format.
+fn hard_lines() -> Vec<(&'static str, Line)> {
+    let mut gaussian = Gaussian::new(4);
+    let wave = |angle: f32, m: usize| Complex::cis(angle * m as f32);
+    let noise = Line::noise(5, 10, 18);
+    let scaled = |factor: f32| noise.map(|x| x * factor);
+    vec![
+        ("zeros", noise.map(|_| Complex::ZERO)),
+        ("real data", noise.map(|x| Complex::from(x.re))),
+        ("on axis", noise.map(|_| Complex::new(1.0, -1.0))),
+        ("off axis", Line::from_fn(10, 18, |_, m| wave(0.9, m))),
+        (
+            "two waves",
+            Line::from_fn(10, 18, |_, m| wave(0.4, m) + wave(-0.4, m)),
+        ),
+        (
+            "zero sum",
+            Line::from_fn(10, 18, |_, m| wave(std::f32::consts::PI, m)),
+        ),
+        (
+            "one hot element",
+            Line::from_fn(10, 18, |n, m| {
+                if (n, m) == (4, 7) {
+                    Complex::new(3e30, -2e30)
+                } else {
+                    Complex::ZERO
+                }
+            }),
+        ),
+        (
+            "silence after an echo",
+            Line::from_fn(10, 18, |n, _| {
+                if n < 5 {
+                    gaussian.next()
+                } else {
+                    Complex::ZERO
+                }
+            }),
+        ),
+        (
+            "a shadow of 60 dB",
+            Line::from_fn(10, 18, |n, m| {
+                noise.x[[n, m]] * if n < 5 { 1.0 } else { 1e-3 }
+            }),
+        ),
+        (
+            "beyond the range of the covariance",
+            Line::from_fn(10, 18, |n, m| {
+                noise.x[[n, m]] * if n < 5 { 1.0 } else { 1e-20 }
+            }),
+        ),
+        ("subnormal", scaled(1e-42)),
+        ("small", scaled(1e-30)),
+        ("large", scaled(1e30)),
+        ("largest", noise.map(|_| Complex::new(f32::MAX, -f32::MAX))),
+    ]
+}
+
+#[test]
+fn hard_data() {
+    for (name, line) in hard_lines() {
+        for temporal in [0, 3] {
+            let parameters = Parameters {
+                temporal,
+                ..Parameters::default()
+            };
+            assert_core_is_scalar(&line, parameters, name);
+        }
+    }
+}
+
+#[test]
+fn every_number_of_lanes() {
+    // Lines of different data, place and length, so that lanes stop at different times; hard data
+    // beside them, so that a lane that is silent or slow to converge is not alone.
+    let mut lines: Vec<Line> = (0..19)
+        .map(|k| {
+            let samples = 40 + k % 4;
+            let mut line = Line::noise(10 + k as u64, samples, 48);
+            line.active = growing(samples, k);
+            line
+        })
+        .collect();
+    lines[3].x.fill(Complex::ZERO);
+    lines[6].x.fill(Complex::ONE);
+    lines[12] = lines[12].map(|x| x * 1e-25);
+    for covariance in COVARIANCES {
+        for method in METHODS {
+            for temporal in [0, 4] {
+                let parameters = Parameters {
+                    method,
+                    temporal,
+                    ..Parameters::default()
+                };
+                let expected: Vec<_> = lines
+                    .iter()
+                    .map(|line| bits(&scalar(line, parameters, covariance)))
+                    .collect();
+                let all =
+                    |z: Vec<Vec<Complex<f32>>>| -> Vec<_> { z.iter().map(|z| bits(z)).collect() };
+                let name = format!("{covariance:?}, {parameters:?}");
+                let one = lines.iter().map(|line| core(line, parameters, covariance));
+                assert_eq!(all(one.collect()), expected, "1 lane: {name}");
+                let four = core_lanes::<4>(&lines, parameters, covariance);
+                assert_eq!(all(four), expected, "4 lanes: {name}");
+                let eight = core_lanes::<8>(&lines, parameters, covariance);
+                assert_eq!(all(eight), expected, "8 lanes: {name}");
+                let sixteen = core_lanes::<16>(&lines, parameters, covariance);
+                assert_eq!(all(sixteen), expected, "16 lanes: {name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_frame_on_all_threads() {
+    let lines: Vec<Line> = (0..9)
+        .map(|k| {
+            let mut line = Line::noise(40 + k, 30, 40);
+            line.active = growing(30, k as usize);
+            line
+        })
+        .collect();
+    for covariance in COVARIANCES {
+        for method in [Method::Das, Method::EsmvRank1] {
+            let parameters = Parameters {
+                method,
+                temporal: 2,
+                ..Parameters::default()
+            };
+            let z: Array2<Complex<f32>> = frame(&lines, parameters, covariance);
+            for (line, z) in lines.iter().zip(z.rows()) {
+                let expected = scalar(line, parameters, covariance);
+                assert_eq!(
+                    bits(&z.to_vec()),
+                    bits(&expected),
+                    "{covariance:?}, {method:?}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! Delayed lines to test beamformers with, and the three beamformers that they go through: the
+//! core, the f32 reference, the f64 reference.
+// Each test file is a crate of its own and uses only some of this.
+#![allow(dead_code)]
+
+use bonebeam::beamform::{
+    Beamformer, DelayedLine, Method, Parameters, Run, Workspace, constant_runs,
+};
+use bonebeam::channel::aperture::Active;
+use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use host_sim::beamform::Covariance;
+use host_sim::reference::{f32 as f32_reference, f64 as f64_reference};
+use ndarray::Array2;
+use num_complex::Complex;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+pub const COVARIANCES: [Covariance; 2] = [Covariance::Forward, Covariance::ForwardBackward];
+
+pub const METHODS: [Method; 7] = [
+    Method::Das,
+    Method::Mv,
+    Method::EsmvBeta(0.1),
+    Method::EsmvBeta(1e-5),
+    Method::EsmvRank(3),
+    Method::EsmvRank1,
+    Method::EsmvExcludeFirst,
+];
+
+/// Delayed samples of one beam, [sample, element], and each sample's active elements.
+#[derive(Clone, Debug)]
+pub struct Line {
+    pub x: Array2<Complex<f32>>,
+    pub active: Vec<Active>,
+}
+
+impl Line {
+    /// With every element active.
+    pub fn full(x: Array2<Complex<f32>>) -> Self {
+        let all = Active {
+            first: 0,
+            count: x.ncols(),
+        };
+        let active = vec![all; x.nrows()];
+        Line { x, active }
+    }
+
+    /// `f(sample, element)` with every element active.
+    pub fn from_fn(
+        samples: usize,
+        elements: usize,
+        mut f: impl FnMut(usize, usize) -> Complex<f32>,
+    ) -> Self {
+        Line::full(Array2::from_shape_fn((samples, elements), |(n, m)| f(n, m)))
+    }
+
+    /// Complex Gaussian noise of unit power.
+    pub fn noise(seed: u64, samples: usize, elements: usize) -> Self {
+        let mut gaussian = Gaussian::new(seed);
+        Line::from_fn(samples, elements, |_, _| gaussian.next())
+    }
+
+    /// The same line with every sample changed.
+    pub fn map(&self, f: impl Fn(Complex<f32>) -> Complex<f32>) -> Self {
+        Line {
+            x: self.x.mapv(f),
+            active: self.active.clone(),
+        }
+    }
+
+    fn delayed(&self) -> DelayedLine<'_> {
+        let samples = self.x.as_slice().expect("standard layout");
+        DelayedLine::new(samples, self.x.ncols()).expect("finite samples")
+    }
+}
+
+/// Complex Gaussian numbers with E|x|² = 1, by Box and Muller.
+pub struct Gaussian(ChaCha8Rng);
+
+impl Gaussian {
+    pub fn new(seed: u64) -> Self {
+        Gaussian(ChaCha8Rng::seed_from_u64(seed))
+    }
+
+    pub fn next(&mut self) -> Complex<f32> {
+        let uniform: f32 = 1.0 - self.0.random::<f32>();
+        Complex::from_polar(
+            (-uniform.ln()).sqrt(),
+            self.0.random::<f32>() * std::f32::consts::TAU,
+        )
+    }
+}
+
+/// Runs `f` on a thread whose stack holds a workspace while it moves to its box.
+pub fn with_room<T: Send>(f: impl FnOnce() -> T + Send) -> T {
+    std::thread::scope(|scope| {
+        std::thread::Builder::new()
+            .stack_size(64 << 20)
+            .spawn_scoped(scope, f)
+            .expect("a thread")
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+/// Capacities of the tests' workspaces.
+const M: usize = 128;
+const L: usize = 128;
+const SLOTS: usize = 21;
+
+/// The core, one line at a time.
+pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<Complex<f32>> {
+    match covariance {
+        Covariance::Forward => core_line::<Forward>(line, parameters),
+        Covariance::ForwardBackward => core_line::<ForwardBackward>(line, parameters),
+    }
+}
+
+fn core_line<A: Averaging<1>>(line: &Line, parameters: Parameters) -> Vec<Complex<f32>> {
+    with_room(|| {
+        let mut workspace = Box::new(Workspace::<A, M, L, SLOTS, 1>::new());
+        let mut z = vec![Complex::ZERO; line.active.len()];
+        Beamformer::new(parameters)
+            .expect("valid parameters")
+            .line(&mut workspace, line.delayed(), |n| line.active[n], &mut z)
+            .expect("a line that fits");
+        z
+    })
+}
+
+/// The core, `W` lines at a time. The lines' apertures grow alike, but stand apart and may end at
+/// different samples.
+pub fn core_lanes<const W: usize>(
+    lines: &[Line],
+    parameters: Parameters,
+    covariance: Covariance,
+) -> Vec<Vec<Complex<f32>>>
+where
+    Forward: Averaging<W>,
+    ForwardBackward: Averaging<W>,
+{
+    let groups = lines.chunks(W);
+    match covariance {
+        Covariance::Forward => groups
+            .flat_map(|lines| core_group::<Forward, W>(lines, parameters))
+            .collect(),
+        Covariance::ForwardBackward => groups
+            .flat_map(|lines| core_group::<ForwardBackward, W>(lines, parameters))
+            .collect(),
+    }
+}
+
+fn core_group<A: Averaging<W>, const W: usize>(
+    lines: &[Line],
+    parameters: Parameters,
+) -> Vec<Vec<Complex<f32>>> {
+    with_room(|| {
+        let beamformer = Beamformer::new(parameters).expect("valid parameters");
+        let mut workspace = Box::new(Workspace::<A, 48, 24, 9, W>::new());
+        // A lane without a line of its own repeats the first and puts nothing out.
+        let lane = |k: usize| lines.get(k).unwrap_or(&lines[0]);
+        let mut z: Vec<_> = lines
+            .iter()
+            .map(|line| vec![Complex::ZERO; line.active.len()])
+            .collect();
+        let samples = z.iter().map(Vec::len).max().unwrap_or(0);
+        let longest = lines.iter().find(|line| line.active.len() == samples);
+        let sets = &longest.expect("a line").active;
+        for (first, count, set) in constant_runs(samples, |n| sets[n]) {
+            let runs = std::array::from_fn(|k| {
+                let length = lane(k).active.len();
+                Run {
+                    line: lane(k).delayed(),
+                    first_element: lane(k).active[first.min(length - 1)].first,
+                    first_sample: first.min(length),
+                }
+            });
+            let mut rest = z.iter_mut();
+            let mut out: [&mut [Complex<f32>]; W] = std::array::from_fn(|_| {
+                rest.next().map_or(&mut [][..], |z| {
+                    let length = z.len();
+                    &mut z[first.min(length)..(first + count).min(length)]
+                })
+            });
+            beamformer
+                .runs(&mut workspace, &runs, set.count, &mut out)
+                .expect("runs that fit");
+        }
+        z
+    })
+}
+
+/// The core through the host's driver: lines of one length, on all threads.
+pub fn frame(
+    lines: &[Line],
+    parameters: Parameters,
+    covariance: Covariance,
+) -> Array2<Complex<f32>> {
+    let views: Vec<_> = lines.iter().map(|line| line.x.view()).collect();
+    let x = ndarray::stack(ndarray::Axis(0), &views).expect("lines of one shape");
+    let active = |beam: usize, sample: usize| lines[beam].active[sample];
+    host_sim::beamform::beamform(x.view(), active, parameters, covariance, |_| {})
+        .expect("a frame that fits")
+}
+
+/// The f32 reference.
+pub fn scalar(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<Complex<f32>> {
+    use f32_reference::beamform as reference;
+    let x: Vec<Vec<Complex<f32>>> = line.x.rows().into_iter().map(|row| row.to_vec()).collect();
+    let active: Vec<_> = line
+        .active
+        .iter()
+        .map(|set| (set.first, set.count))
+        .collect();
+    let parameters = reference::Parameters {
+        method: match parameters.method {
+            Method::Das => reference::Method::Das,
+            Method::Mv => reference::Method::Mv,
+            Method::EsmvBeta(beta) => reference::Method::EsmvBeta(beta),
+            Method::EsmvRank(rank) => reference::Method::EsmvRank(rank),
+            Method::EsmvRank1 => reference::Method::EsmvRank1,
+            Method::EsmvExcludeFirst => reference::Method::EsmvExcludeFirst,
+        },
+        covariance: match covariance {
+            Covariance::Forward => reference::Covariance::Forward,
+            Covariance::ForwardBackward => reference::Covariance::ForwardBackward,
+        },
+        temporal: parameters.temporal,
+        loading: parameters.loading,
+        subarray_ratio: parameters.subarray_ratio,
+    };
+    reference::beamform(&x, &active, &parameters)
+}
+
+/// The parameters of the f64 reference.
+pub fn exact_parameters(
+    parameters: Parameters,
+    covariance: Covariance,
+) -> f64_reference::beamform::Parameters {
+    use f64_reference::beamform as reference;
+    reference::Parameters {
+        covariance: match covariance {
+            Covariance::Forward => reference::Covariance::Forward,
+            Covariance::ForwardBackward => reference::Covariance::ForwardBackward,
+        },
+        temporal: parameters.temporal,
+        loading: f64::from(parameters.loading),
+        subarray_ratio: parameters.subarray_ratio,
+    }
+}
