@@ -4,6 +4,7 @@ use crate::{Error, Result};
 use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Run, Workspace};
 use bonebeam::channel::aperture::Active;
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use clap::ValueEnum;
 use ndarray::{Array2, ArrayView3, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -22,7 +23,7 @@ pub const MAX_SUBARRAY: usize = 128;
 pub const MAX_TEMPORAL: usize = 31;
 
 /// Which covariance is in use (Eq. 2 or 3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Covariance {
     /// `R` of Eq. 2, as in the paper's figures.

@@ -1,1 +1,84 @@
-//! The command line.
+//! The command line: what there is to ask for, and how a failure ends.
+
+use std::num::NonZeroUsize;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::commands::{beamform, phase_symmetry};
+use crate::{Error, Result};
+
+/// From ultrasound channel data to bone surfaces: beamforms and filters with the bonebeam core.
+///
+/// Lengths are metres, times seconds, frequencies hertz. An error is one line; the exit status is
+/// 2 where the command line or the configuration is wrong and 1 where the data are.
+#[derive(Debug, Parser)]
+#[command(name = "host-sim", version, after_help = EXAMPLES, arg_required_else_help = false)]
+struct Cli {
+    /// How many threads compute; all processors without it. The results do not depend on it
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Beamform(Box<beamform::Arguments>),
+    PhaseSymmetry(phase_symmetry::Arguments),
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim beamform channels.npz --method esmv-rank1 -o lines.npz --image lines.png
+  host-sim phase-symmetry lines.png --scales 2^-7,2^-8,2^-9 --threshold 15 -o ps.npy --image ps.png
+  host-sim beamform --help";
+
+/// Runs the program on the process's arguments.
+pub fn run() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) if !e.use_stderr() => {
+            // Help and version are no errors. A closed pipe is nobody's concern.
+            let _ = e.print();
+            return ExitCode::SUCCESS;
+        }
+        Err(e) => return fail(&Error::Usage(one_line(&e))),
+    };
+    match dispatch(cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(e) => fail(&e),
+    }
+}
+
+fn dispatch(cli: Cli) -> Result<()> {
+    if let Some(threads) = cli.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.get())
+            .build_global()
+            .map_err(|e| Error::Usage(format!("--threads {threads}: {e}")))?;
+    }
+    match cli.command {
+        Command::Beamform(arguments) => beamform::run(*arguments),
+        Command::PhaseSymmetry(arguments) => phase_symmetry::run(arguments),
+    }
+}
+
+fn fail(error: &Error) -> ExitCode {
+    eprintln!("host-sim: {error}");
+    ExitCode::from(error.exit_status())
+}
+
+/// What is wrong with the command line, without the usage text that follows it.
+fn one_line(error: &clap::Error) -> String {
+    let text = error.render().to_string();
+    let lines = text.lines().map(str::trim);
+    let told = lines.take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"));
+    let words: Vec<&str> = told.filter(|l| !l.is_empty()).collect();
+    let message = words.join(" ");
+    message
+        .strip_prefix("error: ")
+        .unwrap_or(&message)
+        .to_owned()
+}

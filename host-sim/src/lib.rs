@@ -3,9 +3,12 @@
 
 pub mod beamform;
 pub mod cli;
+mod commands;
 pub mod config;
+pub mod delay;
 pub mod error;
 pub mod files;
+pub mod frame;
 pub mod image;
 pub mod main_job;
 pub mod measure;

@@ -3,9 +3,8 @@
 use std::fs;
 
 use host_sim::Error;
-use host_sim::config::{
-    Beamform, Config, Covariance, Image, Method, PhaseSymmetry, Size, parse_scale,
-};
+use host_sim::beamform::Covariance;
+use host_sim::config::{Beamform, Config, Image, Method, PhaseSymmetry, Size, parse_scale};
 use host_sim::files::atomic::Outputs;
 use tempfile::tempdir;
 
@@ -64,8 +63,8 @@ fn the_written_configuration_is_read_back_as_it_was() {
         },
         phase_symmetry: PhaseSymmetry {
             resize: Some(Size {
-                width: 512,
-                height: 256,
+                rows: 512,
+                columns: 256,
             }),
             ..PhaseSymmetry::default()
         },
@@ -140,7 +139,7 @@ fn values_outside_their_range_are_named_with_flag_key_value_and_range() {
         ("phase_symmetry", "strip = 0", "at least 1"),
         (
             "phase_symmetry",
-            "resize = { width = 100, height = 128 }",
+            "resize = { rows = 100, columns = 128 }",
             "512",
         ),
     ];
@@ -194,8 +193,8 @@ fn scales_and_sizes_are_read_as_people_write_them() {
     assert_eq!(
         "512x256".parse(),
         Ok(Size {
-            width: 512,
-            height: 256
+            rows: 512,
+            columns: 256
         })
     );
     for wrong in ["2^", "2^x", "", "a"] {

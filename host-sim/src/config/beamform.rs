@@ -5,6 +5,7 @@ use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 use super::{check_positive, out_of_range};
+use crate::beamform::Covariance;
 use crate::{Error, Result};
 
 const SECTION: &str = "beamform";
@@ -48,9 +49,11 @@ pub struct Beamform {
     /// The greatest depth of the lines, m; without it, where the record ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_end: Option<f64>,
-    /// The speed of sound, m/s, in place of the file's.
+    /// The speed of sound, m/s, in place of the file's; delayed data tell none, 1540 is assumed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sound_speed: Option<f64>,
+    /// Delayed data that do not tell where their beams are: the distance between them, m.
+    pub beam_spacing: f64,
 }
 
 /// The beamformers.
@@ -65,16 +68,6 @@ pub enum Method {
     Esmv,
     /// Eigenspace minimum variance with a signal subspace of rank 1
     EsmvRank1,
-}
-
-/// How the covariance is averaged over the subarrays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Covariance {
-    /// Eq. 2, as in the paper's figures
-    Forward,
-    /// Eq. 3
-    ForwardBackward,
 }
 
 impl Default for Beamform {
@@ -94,6 +87,7 @@ impl Default for Beamform {
             depth_start: None,
             depth_end: None,
             sound_speed: None,
+            beam_spacing: 0.308e-3,
         }
     }
 }
@@ -147,6 +141,7 @@ impl Beamform {
             return Err(out_of_range(SECTION, "min_elements", 0, "at least 1"));
         }
         check_positive(SECTION, "output_rate", self.output_rate, " (Hz)")?;
+        check_positive(SECTION, "beam_spacing", self.beam_spacing, " (m)")?;
         if let Some(c) = self.sound_speed {
             check_positive(SECTION, "sound_speed", c, " (m/s)")?;
         }

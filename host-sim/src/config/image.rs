@@ -19,7 +19,8 @@ pub struct Image {
     pub rows: usize,
     /// Pixels across the image.
     pub columns: usize,
-    /// How far the image reaches down from its top row, m; without it, as far as the lines do.
+    /// The depth of the image's bottom, m; without it, that of the lines. The top is where the
+    /// lines begin.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth: Option<f64>,
     /// How far the image reaches across, centred on the beams, m; without it, as far as the

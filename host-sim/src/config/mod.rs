@@ -8,7 +8,7 @@ mod beamform;
 mod image;
 mod phase_symmetry;
 
-pub use beamform::{Beamform, Covariance, Method};
+pub use beamform::{Beamform, Method};
 pub use image::Image;
 pub use phase_symmetry::{PhaseSymmetry, Size, parse_scale};
 

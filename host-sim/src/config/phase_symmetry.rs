@@ -3,14 +3,13 @@
 use std::fmt;
 use std::str::FromStr;
 
+use bonebeam::phase_symmetry::MAX_SCALES;
 use serde::{Deserialize, Serialize};
 
 use super::out_of_range;
 use crate::Result;
 
 const SECTION: &str = "phase_symmetry";
-/// The most scales of a bank.
-const MAX_SCALES: usize = 8;
 /// The sides that the transform takes.
 const SIDES: [usize; 5] = [64, 128, 256, 512, 1024];
 
@@ -34,10 +33,10 @@ pub struct PhaseSymmetry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Size {
-    /// Pixels across.
-    pub width: usize,
     /// Pixels down.
-    pub height: usize,
+    pub rows: usize,
+    /// Pixels across.
+    pub columns: usize,
 }
 
 impl FromStr for Size {
@@ -47,17 +46,17 @@ impl FromStr for Size {
         let parse = |side: &str| side.parse::<usize>().ok();
         let sides = text
             .split_once('x')
-            .and_then(|(w, h)| parse(w).zip(parse(h)));
+            .and_then(|(r, c)| parse(r).zip(parse(c)));
         match sides {
-            Some((width, height)) => Ok(Self { width, height }),
-            None => Err("expected WIDTHxHEIGHT in pixels, such as 512x512".into()),
+            Some((rows, columns)) => Ok(Self { rows, columns }),
+            None => Err("expected ROWSxCOLUMNS in pixels, such as 512x512".into()),
         }
     }
 }
 
 impl fmt::Display for Size {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}x{}", self.width, self.height)
+        write!(f, "{}x{}", self.rows, self.columns)
     }
 }
 
@@ -114,7 +113,7 @@ impl PhaseSymmetry {
             return Err(out_of_range(SECTION, "strip", 0, "at least 1 row"));
         }
         match self.resize {
-            Some(size) if !(SIDES.contains(&size.width) && SIDES.contains(&size.height)) => {
+            Some(size) if !(SIDES.contains(&size.rows) && SIDES.contains(&size.columns)) => {
                 let expected = "sides of 64, 128, 256, 512 or 1024 pixels";
                 Err(out_of_range(SECTION, "resize", size, expected))
             }

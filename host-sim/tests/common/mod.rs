@@ -1,5 +1,7 @@
 //! Files for the tests, valid or spoilt in one place.
 
+#![allow(dead_code, reason = "each test binary uses a part of these")]
+
 use std::fs::File;
 use std::path::Path;
 
@@ -60,7 +62,6 @@ pub fn channel_data_without(path: &Path, left_out: &[&str]) -> Npz {
 }
 
 /// The ramp in column-major order, as a user of Fortran or MATLAB writes it.
-#[allow(dead_code, reason = "not every test binary reads column-major files")]
 pub fn column_major_ramp() -> ArrayD<f32> {
     use ndarray::ShapeBuilder;
     let mut array = Array3::<f32>::zeros(Ix3(2, 4, 64).f());

@@ -1,0 +1,51 @@
+//! One file a subcommand: its arguments, and the order in which it calls on the rest.
+
+pub mod beamform;
+pub mod phase_symmetry;
+
+use std::env;
+use std::path::{Path, PathBuf};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::config::Config;
+use crate::{Error, Result};
+
+/// The file of `--config`, or the defaults.
+fn load_config(path: Option<&Path>) -> Result<Config> {
+    path.map_or_else(|| Ok(Config::default()), Config::read)
+}
+
+/// The command line as it was typed, for the head of the written configuration.
+fn command_line() -> String {
+    let words = env::args_os()
+        .skip(1)
+        .map(|word| word.to_string_lossy().into_owned());
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// An error about data that came from a file, with the file's name.
+fn about(path: &Path, error: Error) -> Error {
+    match error {
+        Error::Data(_) | Error::Core(_) => Error::File {
+            path: path.to_path_buf(),
+            message: error.to_string(),
+        },
+        Error::Usage(_) | Error::File { .. } => error,
+    }
+}
+
+/// A progress bar on the terminal; where there is none, nothing.
+fn progress_bar(what: &'static str, steps: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg:20} {wide_bar} {percent:>3} % {eta:>4}");
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(steps).with_style(style).with_message(what)
+}
+
+/// `--config`, which every command takes.
+#[derive(Debug, clap::Args)]
+struct ConfigArgument {
+    /// TOML file with parameters, such as the one that an earlier run wrote; flags override it
+    #[arg(long = "config", value_name = "FILE.toml")]
+    path: Option<PathBuf>,
+}

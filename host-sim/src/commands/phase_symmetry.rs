@@ -1,0 +1,127 @@
+//! `host-sim phase-symmetry`: image → phase-symmetry map.
+
+use std::path::PathBuf;
+
+use bonebeam::phase_symmetry::scale_for_display;
+use clap::Args;
+
+use super::{ConfigArgument, about, command_line, load_config, progress_bar};
+use crate::config::{self, Config, Size, parse_scale};
+use crate::files::atomic::{Outputs, check_writable};
+use crate::files::image::{self, Format};
+use crate::image::resize;
+use crate::phase_symmetry::{Parameters, phase_symmetry};
+use crate::{Error, Result};
+
+/// Filter an image for ridges: bright lines such as bone surfaces (phase symmetry, Eq. 9 and 10).
+///
+/// The map has the image's size and values from 0 to below 1. The configuration used is written
+/// beside it as PS.npy.config.toml.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES, allow_negative_numbers = true)]
+pub struct Arguments {
+    /// The image, 0 to 255: PNG, or .npy (float32 [row, column])
+    image: PathBuf,
+
+    /// The map, float32 [row, column]
+    #[arg(short, long, value_name = "PS.npy")]
+    output: PathBuf,
+
+    /// Also the map as 8-bit grey levels, its largest value at 255
+    #[arg(long = "image", value_name = "PS.png")]
+    picture: Option<PathBuf>,
+
+    /// Centre frequencies of the filters, cycles per pixel, such as 2^-7,2^-8 or 0.0078125
+    /// [default: 2^-7,2^-8,2^-9]
+    #[arg(long, value_name = "R0,…", value_delimiter = ',', value_parser = parse_scale)]
+    scales: Option<Vec<f64>>,
+
+    /// Noise threshold T_n, in grey levels of the image [default: 15]
+    #[arg(long, value_name = "GREY")]
+    threshold: Option<f64>,
+
+    /// Rows or columns worked on at a time; it changes the memory needed, never the result
+    /// [default: 16]
+    #[arg(long, value_name = "ROWS")]
+    strip: Option<usize>,
+
+    /// Resample the image first; sides are 64, 128, 256, 512 or 1024 pixels
+    #[arg(long, value_name = "ROWSxCOLUMNS")]
+    resize: Option<Size>,
+
+    #[command(flatten)]
+    config: ConfigArgument,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim phase-symmetry bone.png --scales 2^-7,2^-8,2^-9 --threshold 15 -o ps.npy --image ps.png
+  host-sim phase-symmetry scan.png --resize 512x512 --scales 2^-5,2^-6,2^-7,2^-8,2^-9 \\
+      --threshold 10 -o ps.npy";
+
+impl Arguments {
+    fn apply(&self, config: &mut config::PhaseSymmetry) {
+        if let Some(scales) = &self.scales {
+            config.scales.clone_from(scales);
+        }
+        config.threshold = self.threshold.unwrap_or(config.threshold);
+        config.strip = self.strip.unwrap_or(config.strip);
+        config.resize = self.resize.or(config.resize);
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A parameter out of range, an image that is not valid, or an output that cannot be written.
+pub fn run(arguments: Arguments) -> Result<()> {
+    let mut config = load_config(arguments.config.path.as_deref())?;
+    arguments.apply(&mut config.phase_symmetry);
+    config.validate()?;
+
+    if Format::of(&arguments.output)? != Format::Npy {
+        return Err(Error::Usage(format!(
+            "--output is {}; expected a name that ends in .npy (--image makes a PNG)",
+            arguments.output.display()
+        )));
+    }
+    let config_path = Config::path_beside(&arguments.output);
+    check_writable(&arguments.output)?;
+    check_writable(&config_path)?;
+    if let Some(picture) = &arguments.picture {
+        Format::of(picture)?;
+        check_writable(picture)?;
+    }
+
+    let parameters = &config.phase_symmetry;
+    let mut pixels = image::read(&arguments.image)?;
+    if let Some(size) = parameters.resize {
+        pixels = resize(pixels.view(), size.rows, size.columns)
+            .map_err(|e| about(&arguments.image, e))?;
+    }
+    let bar = progress_bar("phase symmetry", 1);
+    let map = phase_symmetry(
+        pixels.view(),
+        &Parameters {
+            scales: parameters.scales.clone(),
+            threshold: parameters.threshold as f32,
+            strip: parameters.strip,
+        },
+        |done, of| {
+            bar.set_length(of as u64);
+            bar.set_position(done as u64);
+        },
+    )
+    .map_err(|e| about(&arguments.image, e))?;
+    bar.finish_and_clear();
+
+    let mut outputs = Outputs::new();
+    image::stage(&map, &arguments.output, &mut outputs)?;
+    if let Some(picture) = &arguments.picture {
+        let mut levels = map;
+        scale_for_display(levels.as_slice_memory_order_mut().unwrap_or_default());
+        image::stage(&levels, picture, &mut outputs)?;
+    }
+    config.stage(&command_line(), &config_path, &mut outputs)?;
+    outputs.commit()
+}

@@ -1,0 +1,201 @@
+//! Drives the core's delay stage over a frame, on all threads.
+
+use std::ops::Range;
+
+use bonebeam::channel::analytic::HilbertTransformer;
+use bonebeam::channel::aperture::{Active, Aperture};
+use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
+use bonebeam::channel::delay_law::TransmitLaw;
+use bonebeam::channel::interpolate::MAX_DECIMATION;
+use ndarray::{Array3, Axis, CowArray, Ix3};
+use num_complex::Complex;
+use rayon::prelude::*;
+
+use crate::config::Beamform;
+use crate::files::{ChannelData, Transmits};
+use crate::{Error, Result};
+
+/// The delay stage of one set of channel data: which beams, which depths, which elements.
+///
+/// Focused transmits make one beam each, on their axis; plane waves and single-element transmits
+/// are compounded coherently (their mean) into one beam per element.
+pub struct DelayStage<'a> {
+    data: &'a ChannelData,
+    rf: CowArray<'a, f32, Ix3>,
+    delay: Delay,
+    aperture: Aperture,
+    laws: Vec<TransmitLaw>,
+    beam_x: Vec<f64>,
+}
+
+impl<'a> DelayStage<'a> {
+    /// Plans the delaying of `data`, from `depth_start` to `depth_end` of the parameters or over
+    /// the whole record.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an output rate or a depth that does not fit the record.
+    pub fn new(data: &'a ChannelData, parameters: &Beamform) -> Result<Self> {
+        let c = parameters.sound_speed.unwrap_or(data.c);
+        let rate = parameters.output_rate;
+        let (lowest, highest) = (2.0 * data.f0, data.fs / MAX_DECIMATION as f64);
+        if rate <= lowest || rate < highest {
+            return Err(Error::Usage(format!(
+                "--output-rate is {rate} Hz; expected more than twice the centre frequency of {} \
+                 Hz and at least 1/{MAX_DECIMATION} of the sampling rate of {} Hz",
+                data.f0, data.fs
+            )));
+        }
+        let (transmits, elements, record_samples) = data.rf.dim();
+        let (start, end) = record_times(data);
+        let start = parameters
+            .depth_start
+            .map_or(start, |depth| 2.0 * depth / c);
+        let end = parameters.depth_end.map_or(end, |depth| 2.0 * depth / c);
+        if end <= start {
+            return Err(Error::Usage(format!(
+                "no depth is left between {} m and {} m (--depth-start, --depth-end, or the ends \
+                 of the record)",
+                c * start / 2.0,
+                c * end / 2.0
+            )));
+        }
+        // The last sample may lie on the end; rounding must not lose it.
+        let output_samples = ((end - start) * rate + 1e-6).floor() as usize + 1;
+        let delay = Delay::new(
+            DelayParameters {
+                sound_speed: c,
+                sampling_rate: data.fs,
+                centre_frequency: data.f0,
+                output_rate: rate,
+                output_start: start,
+                output_samples,
+                elements,
+                record_samples,
+            },
+            HilbertTransformer::for_pulse(rate, data.f0)?,
+        )?;
+        let aperture = Aperture::new(
+            parameters.f_number,
+            data.pitch(),
+            elements,
+            parameters.min_elements,
+        )?;
+        let beam_x = match &data.transmits {
+            Transmits::Focused { x, .. } => x.clone(),
+            Transmits::Plane { .. } | Transmits::Element { .. } => data.element_x.clone(),
+        };
+        let laws = (0..transmits).map(|t| law(data, t)).collect();
+        let rf = data.rf.as_standard_layout();
+        Ok(Self {
+            data,
+            rf,
+            delay,
+            aperture,
+            laws,
+            beam_x,
+        })
+    }
+
+    /// The lateral positions of the beams, m.
+    pub fn beam_x(&self) -> &[f64] {
+        &self.beam_x
+    }
+
+    /// Output samples a beam.
+    pub fn samples(&self) -> usize {
+        self.delay.parameters().output_samples
+    }
+
+    /// The two-way time of output sample 0, s.
+    pub fn start(&self) -> f64 {
+        self.delay.parameters().output_start
+    }
+
+    /// The speed of sound in use, m/s.
+    pub fn sound_speed(&self) -> f64 {
+        self.delay.parameters().sound_speed
+    }
+
+    /// The active elements of a beam at an output sample.
+    pub fn active(&self, beam: usize, sample: usize) -> Active {
+        let p = self.delay.parameters();
+        let depth = p.sound_speed * (p.output_start + sample as f64 / p.output_rate) / 2.0;
+        let position = (self.beam_x[beam] - self.data.element_x[0]) / self.data.pitch();
+        self.aperture.active(position, depth)
+    }
+
+    /// The delayed analytic samples of some beams, [beam, sample, element].
+    ///
+    /// # Errors
+    /// What the core refuses: samples beyond its range.
+    pub fn delay(&self, beams: Range<usize>) -> Result<Array3<Complex<f32>>> {
+        let p = self.delay.parameters();
+        let shape = (beams.len(), p.output_samples, p.elements);
+        let mut x = vec![Complex::new(0.0, 0.0); shape.0 * shape.1 * shape.2];
+        x.par_chunks_exact_mut(shape.1 * shape.2)
+            .zip(beams)
+            .try_for_each_init(
+                || vec![0.0; self.delay.scratch_len()],
+                |scratch, (x, beam)| self.delay_beam(beam, scratch, x),
+            )?;
+        Ok(Array3::from_shape_vec(shape, x).expect("the length is that of the shape"))
+    }
+
+    fn delay_beam(&self, beam: usize, scratch: &mut [f32], x: &mut [Complex<f32>]) -> Result<()> {
+        // A deeper active set contains the shallower ones.
+        let active = self.active(beam, self.samples() - 1);
+        let focused = matches!(self.data.transmits, Transmits::Focused { .. });
+        let transmits = if focused {
+            beam..beam + 1
+        } else {
+            0..self.laws.len()
+        };
+        let scale = 1.0 / transmits.len() as f32;
+        for (i, transmit) in transmits.enumerate() {
+            let column = Column {
+                law: self.laws[transmit],
+                t0: self.data.t0[transmit],
+                x: self.beam_x[beam],
+                element_x: &self.data.element_x,
+                active,
+                store: if i == 0 { Store::Replace } else { Store::Add },
+            };
+            let rf = self.rf.index_axis(Axis(0), transmit);
+            let rf = rf
+                .to_slice()
+                .expect("one transmit of a standard layout is contiguous");
+            self.delay.column(&column, rf, scratch, x)?;
+        }
+        if !focused {
+            for value in x {
+                *value *= scale;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The delay law of one transmit.
+fn law(data: &ChannelData, transmit: usize) -> TransmitLaw {
+    match &data.transmits {
+        Transmits::Focused { .. } => TransmitLaw::Focused,
+        Transmits::Plane { angle } => TransmitLaw::Plane {
+            angle: angle[transmit],
+        },
+        Transmits::Element { index } => TransmitLaw::Element {
+            x: data.element_x[index[transmit]],
+        },
+    }
+}
+
+/// The two-way times between which every transmit has recorded, from 0 at the earliest.
+fn record_times(data: &ChannelData) -> (f64, f64) {
+    let length = (data.rf.dim().2 - 1) as f64 / data.fs;
+    let mut start = 0.0f64;
+    let mut end = f64::INFINITY;
+    for &t0 in &data.t0 {
+        start = start.max(t0);
+        end = end.min(t0 + length);
+    }
+    (start, end)
+}

@@ -1,0 +1,388 @@
+//! Bad input to the program: one line that names the thing, the right exit status, and no output
+//! left behind.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use common::{Npz, channel_data_without, ramp, scalar, vector};
+use ndarray::{Array2, Array3, ArrayD};
+use ndarray_npy::write_npy;
+use num_complex::Complex;
+use tempfile::{TempDir, tempdir};
+
+/// The exit status of a wrong command line or configuration.
+const USAGE: i32 = 2;
+/// The exit status of wrong data.
+const DATA: i32 = 1;
+
+/// Runs the program in a folder of its own.
+fn run(folder: &TempDir, arguments: &str) -> (i32, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(arguments.split(' '))
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    (
+        output.status.code().expect("ended by a signal"),
+        String::from_utf8(output.stderr).unwrap(),
+    )
+}
+
+/// The names of the files in a folder, in order.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<_> = entries
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// Runs the program and asserts how it fails: the status, one line on the standard error that
+/// holds all of `parts`, and nothing new in the folder.
+fn fails(folder: &TempDir, arguments: &str, status: i32, parts: &[&str]) {
+    let before = names(folder.path());
+    let (code, message) = run(folder, arguments);
+    assert!(message.starts_with("host-sim: "), "{arguments}: {message}");
+    assert_eq!(
+        message.trim_end().lines().count(),
+        1,
+        "{arguments}: {message}"
+    );
+    for part in parts {
+        assert!(
+            message.contains(part),
+            "{arguments}: `{part}` is not in: {message}"
+        );
+    }
+    assert_eq!(code, status, "{arguments}: {message}");
+    assert_eq!(
+        names(folder.path()),
+        before,
+        "{arguments}: outputs were left"
+    );
+}
+
+/// A folder with valid channel data in `data.npz`.
+fn folder_with_channel_data() -> TempDir {
+    let folder = tempdir().unwrap();
+    channel_data_without(&folder.path().join("data.npz"), &[]).finish();
+    folder
+}
+
+const BEAMFORM: &str = "beamform data.npz -o lines.npz --image lines.png";
+
+#[test]
+fn the_data_of_these_tests_are_good_where_they_are_not_spoilt() {
+    let folder = folder_with_channel_data();
+    for method in [
+        "das",
+        "mv",
+        "esmv --rank 1",
+        "esmv --beta 0.1",
+        "esmv-rank1",
+    ] {
+        let (code, message) = run(&folder, &format!("{BEAMFORM} --method {method}"));
+        assert_eq!((code, message.as_str()), (0, ""));
+    }
+    assert_eq!(
+        names(folder.path()),
+        [
+            "data.npz",
+            "lines.npz",
+            "lines.npz.config.toml",
+            "lines.png"
+        ]
+    );
+    let (code, message) = run(&folder, "phase-symmetry lines.png -o ps.npy --image ps.png");
+    assert_eq!((code, message.as_str()), (0, ""));
+    assert!(folder.path().join("ps.npy.config.toml").exists());
+}
+
+#[test]
+fn samples_that_are_not_finite() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    for value in [f32::NAN, f32::INFINITY] {
+        let mut rf = ramp();
+        rf[(1, 2, 33)] = value;
+        channel_data_without(&path, &["rf"])
+            .with("rf", rf.into_dyn())
+            .finish();
+        fails(
+            &folder,
+            BEAMFORM,
+            DATA,
+            &["data.npz", "transmit 1, element 2, sample 33"],
+        );
+
+        let mut x = Array3::from_elem((2, 30, 4), Complex::new(1.0f32, 0.0));
+        x[(1, 7, 2)].re = value;
+        let npz = Npz::create(&path).with("x", x.into_dyn());
+        npz.with("fs", scalar(20e6))
+            .with("t0", scalar(0.0))
+            .finish();
+        fails(
+            &folder,
+            BEAMFORM,
+            DATA,
+            &["data.npz", "beam 1, sample 7, element 2"],
+        );
+    }
+}
+
+#[test]
+fn parameters_that_cannot_be() {
+    let folder = folder_with_channel_data();
+    let cases: [(&str, &[&str]); 15] = [
+        // L > M.
+        (
+            "--subarray-ratio 1.1",
+            &["--subarray-ratio", "1.1", "at most 1"],
+        ),
+        // K beyond the record.
+        ("--temporal 100000", &["temporal", "100000", "at most"]),
+        ("--f-number 0", &["--f-number", "0", "above 0"]),
+        ("--f-number nan", &["--f-number", "NaN", "above 0"]),
+        ("--loading -0.1", &["--loading", "-0.1", "0 to 1e6"]),
+        (
+            "--output-rate 5e6",
+            &["--output-rate", "5000000", "centre frequency"],
+        ),
+        ("--depth-start 1", &["--depth-start", "1 m", "the record"]),
+        ("--depth 0", &["--depth", "above 0"]),
+        ("--rows 0", &["--rows", "2 to"]),
+        ("--dynamic-range 0", &["--dynamic-range", "dB"]),
+        ("--sound-speed 0", &["--sound-speed", "m/s"]),
+        ("--method esmv --rank 0", &["--rank", "at least 1"]),
+        ("--method esmv --beta 2", &["--beta", "at most 1"]),
+        ("--beta x", &["--beta", "'x'"]),
+        ("--method music", &["--method", "music", "esmv-rank1"]),
+    ];
+    for (flags, parts) in cases {
+        fails(&folder, &format!("{BEAMFORM} {flags}"), USAGE, parts);
+    }
+}
+
+#[test]
+fn flags_that_contradict_each_other() {
+    let folder = folder_with_channel_data();
+    for (flags, part) in [
+        ("--method das --beta 0.1", "--beta needs --method esmv"),
+        ("--method mv --rank 2", "--rank needs --method esmv"),
+        ("--method esmv --rank 2 --beta 0.1", "--beta and --rank"),
+        (
+            "--method esmv --exclude-first",
+            "--exclude-first needs --method esmv-rank1",
+        ),
+    ] {
+        fails(&folder, &format!("{BEAMFORM} {flags}"), USAGE, &[part]);
+    }
+    let x = Array3::from_elem((2, 30, 4), Complex::new(1.0f32, 0.0)).into_dyn();
+    let npz = Npz::create(&folder.path().join("delayed.npz")).with("x", x);
+    npz.with("fs", scalar(20e6))
+        .with("t0", scalar(0.0))
+        .finish();
+    let command = "beamform delayed.npz -o lines.npz --f-number 2";
+    fails(
+        &folder,
+        command,
+        USAGE,
+        &["--f-number has no effect", "delayed.npz"],
+    );
+    fails(&folder, "beamform data.npz", USAGE, &["--output"]);
+    fails(&folder, "beamfrom data.npz", USAGE, &["beamfrom"]);
+    fails(
+        &folder,
+        &format!("--threads 0 {BEAMFORM}"),
+        USAGE,
+        &["--threads"],
+    );
+}
+
+#[test]
+fn arrays_of_the_wrong_kind() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    channel_data_without(&path, &["rf"])
+        .with("rf", ArrayD::<f32>::zeros(vec![2, 4, 0]))
+        .finish();
+    fails(&folder, BEAMFORM, DATA, &["data.npz", "`rf` is empty"]);
+    channel_data_without(&path, &["rf"])
+        .with("rf", ramp().mapv(f64::from).into_dyn())
+        .finish();
+    fails(
+        &folder,
+        BEAMFORM,
+        DATA,
+        &["data.npz", "`rf` has dtype", "float32 or int16"],
+    );
+    channel_data_without(&path, &["rf"])
+        .with("rf", ArrayD::<f32>::zeros(vec![4, 64]))
+        .finish();
+    fails(
+        &folder,
+        BEAMFORM,
+        DATA,
+        &["data.npz", "`rf` has shape [4, 64]", "transmit"],
+    );
+    channel_data_without(&path, &["f0"]).finish();
+    fails(&folder, BEAMFORM, DATA, &["data.npz", "no key `f0`"]);
+    channel_data_without(&path, &["tx_angle"]).finish();
+    fails(&folder, BEAMFORM, DATA, &["data.npz", "no delay law"]);
+    for value in [0.0, -1.0] {
+        channel_data_without(&path, &["fs"])
+            .with("fs", scalar(value))
+            .finish();
+        fails(&folder, BEAMFORM, DATA, &["data.npz", "`fs` is", "above 0"]);
+    }
+    channel_data_without(&path, &["t0"])
+        .with("t0", vector(&[0.0]))
+        .finish();
+    fails(
+        &folder,
+        BEAMFORM,
+        DATA,
+        &["data.npz", "`t0` has length 1", "expected 2"],
+    );
+}
+
+#[test]
+fn files_that_are_not_whole() {
+    let folder = folder_with_channel_data();
+    let path = folder.path().join("data.npz");
+    let whole = fs::read(&path).unwrap();
+    for length in [0, 30, whole.len() / 2, whole.len() - 1] {
+        fs::write(&path, &whole[..length]).unwrap();
+        fails(&folder, BEAMFORM, DATA, &["data.npz", "truncated"]);
+    }
+    fails(
+        &folder,
+        "beamform none.npz -o lines.npz",
+        DATA,
+        &["none.npz", "cannot be opened"],
+    );
+    fails(
+        &folder,
+        &format!("{BEAMFORM} --config none.toml"),
+        USAGE,
+        &["none.toml"],
+    );
+    fs::write(folder.path().join("bad.toml"), "[beamform]\nloadin = 1\n").unwrap();
+    fails(
+        &folder,
+        &format!("{BEAMFORM} --config bad.toml"),
+        USAGE,
+        &["bad.toml", "line 2", "loadin"],
+    );
+}
+
+#[test]
+fn images_that_cannot_be_filtered() {
+    let folder = tempdir().unwrap();
+    let image = |pixels: Array2<f32>| write_npy(folder.path().join("image.npy"), &pixels).unwrap();
+    let command = "phase-symmetry image.npy -o ps.npy --image ps.png";
+    image(Array2::zeros((100, 128)));
+    fails(
+        &folder,
+        command,
+        DATA,
+        &["image.npy", "100", "powers of two", "--resize 128x128"],
+    );
+    let mut pixels = Array2::zeros((64, 64));
+    pixels[(5, 7)] = f32::NAN;
+    image(pixels);
+    fails(
+        &folder,
+        command,
+        DATA,
+        &["image.npy", "NaN", "row 5, column 7"],
+    );
+    image(Array2::zeros((0, 64)));
+    fails(&folder, command, DATA, &["image.npy", "empty"]);
+    write_npy(
+        folder.path().join("image.npy"),
+        &ArrayD::<f32>::zeros(vec![64]),
+    )
+    .unwrap();
+    fails(
+        &folder,
+        command,
+        DATA,
+        &["image.npy", "shape [64]", "[row, column]"],
+    );
+    write_npy(
+        folder.path().join("image.npy"),
+        &Array2::<i64>::zeros((64, 64)),
+    )
+    .unwrap();
+    fails(&folder, command, DATA, &["image.npy", "dtype", "float32"]);
+    fs::write(folder.path().join("image.png"), b"\x89PNG\r\n").unwrap();
+    fails(
+        &folder,
+        "phase-symmetry image.png -o ps.npy",
+        DATA,
+        &["image.png", "truncated"],
+    );
+
+    image(Array2::zeros((64, 64)));
+    for (flags, part) in [
+        ("--resize 100x128", "64, 128, 256, 512 or 1024"),
+        ("--resize 512", "ROWSxCOLUMNS"),
+        ("--scales 2^3", "2^-10 to 2^-1"),
+        ("--scales 2^-7,x", "2^-7"),
+        ("--threshold -1", "at least 0"),
+        ("--strip 0", "at least 1"),
+    ] {
+        let name = flags.split(' ').next().unwrap();
+        fails(&folder, &format!("{command} {flags}"), USAGE, &[name, part]);
+    }
+    fails(
+        &folder,
+        "phase-symmetry image.npy -o ps.png",
+        USAGE,
+        &["ps.png", ".npy"],
+    );
+    fails(
+        &folder,
+        "phase-symmetry image.tif -o ps.npy",
+        USAGE,
+        &["image.tif", ".png or .npy"],
+    );
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_told_before_anything_is_read() {
+    let folder = tempdir().unwrap();
+    fs::write(folder.path().join("file"), "").unwrap();
+    fs::create_dir(folder.path().join("folder")).unwrap();
+    // There is no data.npz and no image.npy: what is told first is the output.
+    for (output, part) in [
+        ("none/out.npy", "does not exist"),
+        ("file/out.npy", "is not a folder"),
+        ("folder", "is not a file"),
+    ] {
+        let lines = format!("beamform data.npz -o {output}");
+        fails(&folder, &lines, DATA, &[output, part]);
+        if output != "folder" {
+            let map = format!("phase-symmetry image.npy -o {output}");
+            fails(&folder, &map, DATA, &[output, part]);
+        }
+    }
+    fails(
+        &folder,
+        "beamform data.npz -o lines.npz --image none/lines.png",
+        DATA,
+        &["none/lines.png", "does not exist"],
+    );
+    #[cfg(target_os = "linux")]
+    fails(
+        &folder,
+        "beamform data.npz -o /proc/lines.npz",
+        DATA,
+        &["/proc", "cannot be written"],
+    );
+}

@@ -1,0 +1,371 @@
+//! The commands from file to file: what their flags mean, and that runs can be repeated.
+
+mod common;
+
+use std::f64::consts::TAU;
+use std::fs;
+use std::process::Command;
+
+use common::{Npz, scalar, vector};
+use host_sim::files::{ChannelData, DelayedData, Lines, Transmits, image};
+use ndarray::{Array2, Array3};
+use num_complex::Complex;
+use tempfile::{TempDir, tempdir};
+
+/// Runs the program in a folder of its own; it must succeed.
+fn run(folder: &TempDir, arguments: &str) {
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(arguments.split(' '))
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments}: {message}");
+}
+
+const ELEMENTS: usize = 32;
+const PITCH: f64 = 0.3e-3;
+const C: f64 = 1540.0;
+const FS: f64 = 40e6;
+const F0: f64 = 5e6;
+const T0: f64 = -1e-6;
+/// The reflecting point, (x, z) in m: on element 20, off every grid in depth.
+const POINT: (f64, f64) = (4.5 * PITCH, 11.234e-3);
+
+/// Channel data of one point, straight from the arrival times of the contract: a Gaussian pulse
+/// of 60 % bandwidth, centred on τ_tx + τ_rx.
+fn point(transmits: Transmits) -> ChannelData {
+    let element_x: Vec<f64> = (0..ELEMENTS).map(|m| (m as f64 - 15.5) * PITCH).collect();
+    let (x, z) = POINT;
+    let arrival = |t: usize| match &transmits {
+        // On the beam's axis z/c; beside it the wave is not there. The pulse's height tells.
+        Transmits::Focused { .. } => z / C,
+        Transmits::Plane { angle } => (x * angle[t].sin() + z * angle[t].cos()) / C,
+        Transmits::Element { index } => z.hypot(x - element_x[index[t]]) / C,
+    };
+    let height = |t: usize| match &transmits {
+        Transmits::Focused { x: axis, .. } => (-((axis[t] - x) / (0.5 * PITCH)).powi(2)).exp(),
+        _ => 1.0,
+    };
+    let a = (std::f64::consts::PI * F0 * 0.6).powi(2) / (4.0 * 10f64.powf(6.0 / 20.0).ln());
+    let rf = Array3::from_shape_fn((transmits.len(), ELEMENTS, 1000), |(t, m, n)| {
+        let tau = arrival(t) + z.hypot(x - element_x[m]) / C;
+        let u = n as f64 / FS + T0 - tau;
+        (height(t) * (-a * u * u).exp() * (TAU * F0 * u).cos()) as f32
+    });
+    let t0 = vec![T0; transmits.len()];
+    ChannelData {
+        rf,
+        fs: FS,
+        t0,
+        element_x,
+        c: C,
+        f0: F0,
+        transmits,
+    }
+}
+
+fn laws() -> [Transmits; 3] {
+    let axes: Vec<f64> = (0..ELEMENTS).map(|m| (m as f64 - 15.5) * PITCH).collect();
+    [
+        Transmits::Focused {
+            focus: vec![11e-3; axes.len()],
+            x: axes,
+            f_number: None,
+        },
+        Transmits::Plane {
+            angle: vec![-0.2, 0.0, 0.2],
+        },
+        Transmits::Element {
+            index: (0..ELEMENTS).collect(),
+        },
+    ]
+}
+
+/// Where the largest envelope of the lines lies, (x, z) in m.
+fn brightest(lines: &Lines) -> (f64, f64) {
+    let norms = lines.z.mapv(|z| z.norm());
+    let mut best = (0, 0);
+    for (place, &norm) in norms.indexed_iter() {
+        if norm > norms[best] {
+            best = place;
+        }
+    }
+    let depth = lines.c * (lines.t0 + best.1 as f64 / lines.fs) / 2.0;
+    (lines.beam_x[best.0], depth)
+}
+
+#[test]
+fn a_point_appears_where_it_is_with_every_delay_law_and_method() {
+    let folder = tempdir().unwrap();
+    for law in laws() {
+        point(law).write(&folder.path().join("data.npz")).unwrap();
+        for method in [
+            "das",
+            "mv",
+            "esmv --rank 2",
+            "esmv --beta 0.001",
+            "esmv-rank1",
+        ] {
+            run(
+                &folder,
+                &format!("beamform data.npz -o lines.npz --method {method}"),
+            );
+            let (x, z) = brightest(&Lines::read(&folder.path().join("lines.npz")).unwrap());
+            // Half a line, and half a sample of 38.5 µm.
+            assert!((x - POINT.0).abs() < 0.5 * PITCH, "{method}: x is {x}");
+            assert!(
+                (z - POINT.1).abs() < 0.5 * C / 20e6 / 2.0 + 1e-9,
+                "{method}: z is {z}"
+            );
+        }
+    }
+}
+
+#[test]
+fn depths_and_rate_are_those_asked_for() {
+    let folder = tempdir().unwrap();
+    let [_, plane, _] = laws();
+    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    let command = "beamform data.npz -o lines.npz --depth-start 0.005 --depth-end 0.015";
+    run(&folder, &format!("{command} --output-rate 30.8e6"));
+    let lines = Lines::read(&folder.path().join("lines.npz")).unwrap();
+    // 25 µm a sample: 401 of them from 5 to 15 mm.
+    assert_eq!(lines.z.dim(), (ELEMENTS, 401));
+    assert_eq!(lines.fs, 30.8e6);
+    assert_eq!(lines.t0, 2.0 * 0.005 / C);
+}
+
+#[test]
+fn the_written_configuration_repeats_the_run() {
+    let folder = tempdir().unwrap();
+    let [focused, ..] = laws();
+    point(focused)
+        .write(&folder.path().join("data.npz"))
+        .unwrap();
+    let flags = "--method esmv --rank 3 --temporal 2 --covariance forward --loading 0.1 \
+                 --subarray-ratio 0.4 --f-number 2 --min-elements 6 --output-rate 25e6 \
+                 --depth-start 0.004 --depth-end 0.018 --dynamic-range 45 --rows 200 --median";
+    run(
+        &folder,
+        &format!("beamform data.npz -o a.npz --image a.png {flags}"),
+    );
+    run(
+        &folder,
+        "beamform data.npz -o b.npz --image b.png --config a.npz.config.toml",
+    );
+    let same = |a: &str, b: &str| {
+        fs::read(folder.path().join(a)).unwrap() == fs::read(folder.path().join(b)).unwrap()
+    };
+    assert!(same("a.npz", "b.npz"));
+    assert!(same("a.png", "b.png"));
+
+    // A flag goes over the file, and takes with it what contradicts it.
+    run(
+        &folder,
+        "beamform data.npz -o c.npz --config a.npz.config.toml --method mv",
+    );
+    run(
+        &folder,
+        "beamform data.npz -o c.npz --config a.npz.config.toml --beta 0.5",
+    );
+    let written = fs::read_to_string(folder.path().join("c.npz.config.toml")).unwrap();
+    assert!(
+        written.contains("beta = 0.5") && !written.contains("rank ="),
+        "{written}"
+    );
+    assert!(!same("a.npz", "c.npz"));
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let folder = tempdir().unwrap();
+    let [_, _, element] = laws();
+    point(element)
+        .write(&folder.path().join("data.npz"))
+        .unwrap();
+    for threads in [1, 2, 5] {
+        run(
+            &folder,
+            &format!("--threads {threads} beamform data.npz -o {threads}.npz"),
+        );
+        assert_eq!(
+            fs::read(folder.path().join("1.npz")).unwrap(),
+            fs::read(folder.path().join(format!("{threads}.npz"))).unwrap(),
+        );
+    }
+}
+
+#[test]
+fn sixteen_bit_samples_give_the_lines_of_the_same_numbers_in_f32() {
+    let folder = tempdir().unwrap();
+    let [_, plane, _] = laws();
+    let mut data = point(plane);
+    data.rf.mapv_inplace(|v| (v * 1000.0).round());
+    data.write(&folder.path().join("f32.npz")).unwrap();
+    Npz::create(&folder.path().join("i16.npz"))
+        .with("rf", data.rf.mapv(|v| v as i16).into_dyn())
+        .with("fs", scalar(data.fs))
+        .with("t0", vector(&data.t0))
+        .with("element_x", vector(&data.element_x))
+        .with("c", scalar(data.c))
+        .with("f0", scalar(data.f0))
+        .with("tx_angle", vector(&[-0.2, 0.0, 0.2]))
+        .finish();
+    let lines = |name: &str| {
+        run(&folder, &format!("beamform {name}.npz -o lines.npz"));
+        Lines::read(&folder.path().join("lines.npz")).unwrap()
+    };
+    assert_eq!(lines("f32"), lines("i16"));
+}
+
+#[test]
+fn delayed_data_are_not_delayed_again() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("delayed.npz");
+    // Small integers: their sums are exact, and so is the mean over 8 elements.
+    let x = Array3::from_shape_fn((3, 20, 8), |(b, n, m)| {
+        Complex::new(
+            (b * 7 + n * 3 + m * m) as f32 % 11.0,
+            (b + n * m) as f32 % 5.0,
+        )
+    });
+    let beam_x = Some(vec![-1e-3, 0.0, 1e-3]);
+    let data = DelayedData {
+        x: x.clone(),
+        fs: 20e6,
+        t0: 1e-6,
+        beam_x: beam_x.clone(),
+    };
+    data.write(&path).unwrap();
+    run(&folder, "beamform delayed.npz -o lines.npz --method das");
+    let lines = Lines::read(&folder.path().join("lines.npz")).unwrap();
+    let mean = Array2::from_shape_fn((3, 20), |(b, n)| {
+        (0..8).map(|m| x[(b, n, m)]).sum::<Complex<f32>>() / 8.0
+    });
+    assert_eq!(lines.z, mean);
+    assert_eq!((lines.fs, lines.t0, lines.c), (20e6, 1e-6, 1540.0));
+    assert_eq!(Some(lines.beam_x), beam_x);
+
+    // Beams that do not tell where they are lie evenly about 0.
+    DelayedData {
+        beam_x: None,
+        ..data
+    }
+    .write(&path)
+    .unwrap();
+    run(
+        &folder,
+        "beamform delayed.npz -o lines.npz --beam-spacing 0.002 --sound-speed 1480",
+    );
+    let lines = Lines::read(&folder.path().join("lines.npz")).unwrap();
+    assert_eq!(lines.beam_x, [-2e-3, 0.0, 2e-3]);
+    assert_eq!(lines.c, 1480.0);
+}
+
+#[test]
+fn an_image_has_the_size_and_the_depths_asked_for() {
+    let folder = tempdir().unwrap();
+    let [focused, ..] = laws();
+    point(focused)
+        .write(&folder.path().join("data.npz"))
+        .unwrap();
+    // 10 mm down from 6 mm and 8 mm across, at 0.1 mm a pixel: the point lies 5.234 mm below the
+    // top and 1.35 mm to the right of the middle.
+    let command = "beamform data.npz -o lines.npz --method das --depth-start 0.006 \
+                   --image image.npy --rows 101 --columns 81 --depth 0.016 --width 0.008";
+    run(&folder, command);
+    let pixels = image::read(&folder.path().join("image.npy")).unwrap();
+    assert_eq!(pixels.dim(), (101, 81));
+    let (mut best, mut place) = (0.0, (0, 0));
+    for (at, &level) in pixels.indexed_iter() {
+        if level > best {
+            (best, place) = (level, at);
+        }
+    }
+    // Half a line is 1.5 pixels; a depth sample is 0.4 pixels.
+    assert!(
+        place.0.abs_diff(52) <= 1 && place.1.abs_diff(53) <= 2,
+        "{place:?}"
+    );
+}
+
+#[test]
+fn phase_symmetry_marks_a_ridge_alike_for_every_strip() {
+    let folder = tempdir().unwrap();
+    // A bright line across a grey image, off the middle.
+    let picture = Array2::from_shape_fn((128, 64), |(row, _)| {
+        let d = (row as f32 - 40.0) / 3.0;
+        30.0 + 200.0 * (-d * d).exp()
+    });
+    image::write(&picture, &folder.path().join("image.npy")).unwrap();
+    let command = "phase-symmetry image.npy --scales 2^-4,2^-5 --threshold 5";
+    run(
+        &folder,
+        &format!("{command} -o all.npy --strip 128 --image all.png"),
+    );
+    let map = image::read(&folder.path().join("all.npy")).unwrap();
+    assert_eq!(map.dim(), (128, 64));
+    assert!(map.iter().all(|&v| (0.0..1.0).contains(&v)));
+    let brightest_row = |map: &Array2<f32>| {
+        let rows = map.outer_iter().map(|row| row[10]).enumerate();
+        rows.fold(
+            (0, 0.0),
+            |best, (row, v)| if v > best.1 { (row, v) } else { best },
+        )
+    };
+    let (row, value) = brightest_row(&map);
+    assert!(row == 40 && value > 0.0, "row {row}, {value}");
+    let (row, level) = brightest_row(&image::read(&folder.path().join("all.png")).unwrap());
+    assert_eq!((row, level), (40, 255.0));
+
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    for strip in [1, 7, 64] {
+        run(&folder, &format!("{command} -o strip.npy --strip {strip}"));
+        assert!(bytes("strip.npy") == bytes("all.npy"), "strip {strip}");
+    }
+    run(
+        &folder,
+        "phase-symmetry image.npy -o again.npy --config all.npy.config.toml",
+    );
+    assert!(bytes("again.npy") == bytes("all.npy"));
+    run(
+        &folder,
+        "phase-symmetry image.npy -o small.npy --resize 64x128",
+    );
+    assert_eq!(
+        image::read(&folder.path().join("small.npy")).unwrap().dim(),
+        (64, 128)
+    );
+}
+
+#[test]
+fn help_has_examples_that_name_real_flags() {
+    let help = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .args(arguments)
+            .output()
+            .unwrap();
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    for command in [
+        &["--help"][..],
+        &["beamform", "--help"],
+        &["phase-symmetry", "--help"],
+    ] {
+        let text = help(command);
+        let (flags, examples) = text.split_once("Examples:").expect("examples");
+        // The examples of the whole program belong to its commands.
+        let known = match command {
+            ["--help"] => help(&["beamform", "--help"]) + &help(&["phase-symmetry", "--help"]),
+            _ => flags.to_owned(),
+        };
+        for word in examples
+            .split_whitespace()
+            .filter(|word| word.starts_with("--"))
+        {
+            assert!(known.contains(word), "{command:?}: {word}");
+        }
+    }
+}
