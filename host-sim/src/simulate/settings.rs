@@ -1,0 +1,181 @@
+//! What the simulated scanner does: array, pulse, beams, record, noise.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result};
+
+use super::array::Array;
+use super::pulse::Pulse;
+
+/// The scanner's settings. The default is the paper's (Section "Simulation setup"); what the
+/// paper leaves open is marked as assumed. SI units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Number of elements.
+    pub elements: usize,
+    /// Distance between neighbouring elements, m.
+    pub pitch: f64,
+    /// Gap between neighbouring elements, m (assumed).
+    pub kerf: f64,
+    /// Centre frequency, Hz.
+    pub f0: f64,
+    /// −6 dB fractional bandwidth of the transducer, one way.
+    pub bandwidth: f64,
+    /// Sampling frequency of the record, Hz; at least 4·f0.
+    pub fs: f64,
+    /// Sound speed, m/s.
+    pub c: f64,
+    /// Depth of the fixed transmit focus, m.
+    pub focus: f64,
+    /// Transmit f-number.
+    pub f_number: f64,
+    /// Number of transmit beams.
+    pub beams: usize,
+    /// Position of the first beam's axis, in pitches from element 0.
+    pub first_beam: f64,
+    /// Distance between neighbouring beams, in pitches: 1 is one beam per element.
+    pub beam_step: f64,
+    /// Shallowest depth that the record serves, m (assumed).
+    pub depth_start: f64,
+    /// Greatest depth that the record serves, m (assumed).
+    pub depth_end: f64,
+    /// Smallest receive f-number that the record is long enough for at `depth_end`.
+    pub receive_f_number: f64,
+    /// RMS of the electronic noise in decibels relative to the largest absolute sample of the
+    /// noise-free record of all beams and elements; none for a noise-free record.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<f64>,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            elements: 128,
+            pitch: 0.308e-3,
+            kerf: 0.028e-3,
+            f0: 5e6,
+            bandwidth: 0.6,
+            fs: 100e6,
+            c: 1540.0,
+            focus: 15e-3,
+            f_number: 2.8,
+            beams: 128,
+            first_beam: 0.0,
+            beam_step: 1.0,
+            depth_start: 5e-3,
+            depth_end: 40e-3,
+            receive_f_number: 1.5,
+            noise: None,
+            seed: 1,
+        }
+    }
+}
+
+impl Settings {
+    /// The paper's point scatterer (its Fig. 2): 3 mm of depth either side of the focus,
+    /// noise-free.
+    pub fn point() -> Self {
+        Settings {
+            depth_start: 12e-3,
+            depth_end: 18e-3,
+            ..Settings::default()
+        }
+    }
+
+    /// The vertebra in a water bath: 5 to 40 mm, noise at −40 dB, without which the shadow of a
+    /// totally absorbing bone would be empty.
+    pub fn vertebra() -> Self {
+        Settings {
+            noise: Some(-40.0),
+            ..Settings::default()
+        }
+    }
+
+    /// The array.
+    pub fn array(&self) -> Array {
+        Array {
+            elements: self.elements,
+            pitch: self.pitch,
+            kerf: self.kerf,
+        }
+    }
+
+    /// The two-way pulse.
+    pub fn pulse(&self) -> Pulse {
+        Pulse::new(self.f0, self.bandwidth)
+    }
+
+    /// Position of a beam's axis, m.
+    pub fn beam_x(&self, beam: usize) -> f64 {
+        self.array()
+            .x(self.first_beam + beam as f64 * self.beam_step)
+    }
+
+    /// Checks every value; the error names the first that is impossible.
+    pub fn validate(&self) -> Result<()> {
+        let positive = [
+            ("pitch", self.pitch),
+            ("f0", self.f0),
+            ("fs", self.fs),
+            ("c", self.c),
+            ("focus", self.focus),
+            ("f_number", self.f_number),
+            ("receive_f_number", self.receive_f_number),
+            ("beam_step", self.beam_step),
+        ];
+        for (name, value) in positive {
+            if !(value.is_finite() && value > 0.0) {
+                return usage(format!("{name} must be positive and finite, is {value}"));
+            }
+        }
+        if !(2..=1024).contains(&self.elements) {
+            return usage(format!("elements must be 2 to 1024, is {}", self.elements));
+        }
+        if !(self.kerf >= 0.0 && self.kerf < self.pitch) {
+            return usage(format!(
+                "kerf must be at least 0 and below the pitch of {} m, is {}",
+                self.pitch, self.kerf
+            ));
+        }
+        if !(self.bandwidth >= 0.1 && self.bandwidth <= 1.0) {
+            return usage(format!("bandwidth must be 0.1 to 1, is {}", self.bandwidth));
+        }
+        if self.fs < 4.0 * self.f0 {
+            return usage(format!(
+                "fs must be at least 4·f0 = {} Hz, is {}",
+                4.0 * self.f0,
+                self.fs
+            ));
+        }
+        let last = self.first_beam + (self.beams.max(1) - 1) as f64 * self.beam_step;
+        if self.beams == 0 || !(self.first_beam >= 0.0 && last <= (self.elements - 1) as f64) {
+            return usage(format!(
+                "beams must be at least 1 and lie between element 0 and {}: {} beams from {} to {last}",
+                self.elements - 1,
+                self.beams,
+                self.first_beam
+            ));
+        }
+        if !(self.depth_start > 0.0 && self.depth_end > self.depth_start && self.depth_end <= 0.2) {
+            return usage(format!(
+                "depths must satisfy 0 < depth_start < depth_end ≤ 0.2 m, are {} and {}",
+                self.depth_start, self.depth_end
+            ));
+        }
+        if let Some(noise) = self.noise
+            && !(noise.is_finite() && noise <= 40.0)
+        {
+            return usage(format!(
+                "noise must be finite and at most 40 dB, is {noise}"
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn usage(message: String) -> Result<()> {
+    Err(Error::Usage(format!("simulation settings: {message}")))
+}

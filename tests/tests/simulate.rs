@@ -1,0 +1,516 @@
+//! The channel-data simulator against arrival times, an independent sum in the time domain, and
+//! what physics demands: reciprocity, superposition, shadows.
+
+mod common;
+
+use std::f64::consts::PI;
+
+use common::tolerances;
+use host_sim::files::{ChannelData, Transmits};
+use host_sim::simulate::{
+    Outline, Phantom, Pulse, Scatterer, Settings, Summation, channel_data, visible,
+};
+use ndarray::Axis;
+use num_complex::Complex;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rustfft::FftPlanner;
+
+/// Sixteen elements and a record of 8 to 14 mm: quick to simulate.
+fn small() -> Settings {
+    Settings {
+        elements: 16,
+        beams: 16,
+        depth_start: 8e-3,
+        depth_end: 14e-3,
+        ..Settings::default()
+    }
+}
+
+fn points(points: &[(f64, f64, f64)]) -> Phantom {
+    let scatterers = points
+        .iter()
+        .map(|&(x, z, amplitude)| Scatterer { x, z, amplitude })
+        .collect();
+    Phantom {
+        scatterers,
+        bone: None,
+    }
+}
+
+fn random_points(count: usize, seed: u64) -> Phantom {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut uniform = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
+    let list: Vec<_> = (0..count)
+        .map(|_| {
+            (
+                uniform(-3e-3, 3e-3),
+                uniform(8e-3, 14e-3),
+                uniform(-1.0, 1.0),
+            )
+        })
+        .collect();
+    points(&list)
+}
+
+fn simulate(settings: &Settings, phantom: &Phantom, summation: Summation) -> ChannelData {
+    channel_data(settings, phantom, summation, &|_| ()).unwrap()
+}
+
+fn row(data: &ChannelData, beam: usize, element: usize) -> Vec<f64> {
+    let row = data.rf.index_axis(Axis(0), beam);
+    row.row(element).iter().map(|&v| f64::from(v)).collect()
+}
+
+/// Largest |a − b| relative to the largest |b|, dB.
+fn error_db(a: &[f64], b: &[f64]) -> f64 {
+    let peak = b.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let error = a
+        .iter()
+        .zip(b)
+        .fold(0.0f64, |m, (x, y)| m.max((x - y).abs()));
+    20.0 * (error / peak).log10()
+}
+
+/// Time of the envelope's largest value, s: analytic signal by the discrete Fourier transform,
+/// a parabola through the three largest samples.
+fn envelope_peak(data: &ChannelData, beam: usize, element: usize) -> f64 {
+    let row = row(data, beam, element);
+    let n = row.len();
+    let mut signal: Vec<Complex<f64>> = row.iter().map(|&v| Complex::new(v, 0.0)).collect();
+    let mut planner = FftPlanner::new();
+    planner.plan_fft_forward(n).process(&mut signal);
+    signal[n / 2 + 1..].fill(Complex::default());
+    planner.plan_fft_inverse(n).process(&mut signal);
+    let envelope: Vec<f64> = signal.iter().map(|v| v.norm()).collect();
+    let k = (1..n - 1)
+        .max_by(|&a, &b| envelope[a].total_cmp(&envelope[b]))
+        .unwrap();
+    let (a, b, c) = (envelope[k - 1], envelope[k], envelope[k + 1]);
+    data.t0[beam] + (k as f64 + 0.5 * (a - c) / (a - 2.0 * b + c)) / data.fs
+}
+
+#[test]
+fn echo_of_the_focus_arrives_on_time_at_every_element() {
+    let settings = Settings {
+        focus: 11e-3,
+        ..small()
+    };
+    let x = settings.beam_x(5);
+    let data = simulate(
+        &settings,
+        &points(&[(x, settings.focus, 1.0)]),
+        Summation::Direct,
+    );
+    for (element, &ex) in data.element_x.iter().enumerate() {
+        let expected = (settings.focus + settings.focus.hypot(x - ex)) / settings.c;
+        let error = (envelope_peak(&data, 5, element) - expected) * data.fs;
+        assert!(
+            error.abs() < tolerances::ARRIVAL_SAMPLES,
+            "element {element}: {error} samples"
+        );
+    }
+}
+
+#[test]
+fn echo_of_one_transmitting_element_arrives_on_time_anywhere() {
+    // An f-number so large that one element transmits.
+    let settings = Settings {
+        f_number: 1e4,
+        ..small()
+    };
+    let (x, z) = (1.234e-3, 9.876e-3);
+    for summation in [Summation::Direct, Summation::Gridded] {
+        let data = simulate(&settings, &points(&[(x, z, 1.0)]), summation);
+        for beam in [0, 7, 15] {
+            for element in [0, 8, 15] {
+                let [t, r] = [beam, element].map(|e: usize| z.hypot(x - data.element_x[e]));
+                let error = (envelope_peak(&data, beam, element) - (t + r) / settings.c) * data.fs;
+                assert!(
+                    error.abs() < tolerances::ARRIVAL_SAMPLES,
+                    "{beam} {element}: {error} samples"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn beams_and_elements_lie_where_the_file_says() {
+    let data = simulate(&small(), &points(&[(0.0, 11e-3, 1.0)]), Summation::Direct);
+    let Transmits::Focused { x, focus, f_number } = &data.transmits else {
+        panic!("the simulator transmits focused beams");
+    };
+    assert_eq!(x, &data.element_x);
+    assert!((data.element_x[15] - 7.5 * 0.308e-3).abs() < 1e-12);
+    assert!(focus.iter().all(|&z| z == 15e-3) && *f_number == Some(2.8));
+}
+
+/// The pulse in the time domain: the closed form of h ∗ h, integrated over the square wave's
+/// half-periods by Simpson's rule, at multiples of half a nanosecond.
+struct TimePulse {
+    step: f64,
+    samples: Vec<f64>,
+}
+
+impl TimePulse {
+    fn new(f0: f64, bandwidth: f64) -> Self {
+        let a = (PI * f0 * bandwidth).powi(2) / (4.0 * 10f64.powf(6.0 / 20.0).ln());
+        let w = 2.0 * PI * f0;
+        let hh = |t: f64| (-a * t * t / 2.0).exp() * ((w * t).cos() + (-w * w / (2.0 * a)).exp());
+        let step = 0.5e-9;
+        let half = 4000i32;
+        let margin = (0.75 / f0 / step).round() as i32;
+        let mut integral = vec![0.0];
+        for k in -half - margin..half + margin {
+            let t = f64::from(k) * step;
+            let simpson = hh(t) + 4.0 * hh(t + 0.5 * step) + hh(t + step);
+            integral.push(integral.last().unwrap() + simpson * step / 6.0);
+        }
+        let quarter = (0.25 / f0 / step).round() as usize;
+        let samples: Vec<f64> = (0..=2 * half as usize)
+            .map(|k| {
+                let at = |quarters: i32| {
+                    integral[(k as i32 + margin + quarters * quarter as i32) as usize]
+                };
+                // + in the middle half-period, − in the outer two.
+                2.0 * (at(1) - at(-1)) - (at(3) - at(-3))
+            })
+            .collect();
+        let peak = samples[half as usize];
+        TimePulse {
+            step,
+            samples: samples.iter().map(|v| v / peak).collect(),
+        }
+    }
+
+    /// Cubic Lagrange interpolation: 2e-9 of the peak for 5 MHz at half a nanosecond.
+    fn at(&self, t: f64) -> f64 {
+        let u = t / self.step + (self.samples.len() / 2) as f64;
+        let k = u.floor();
+        if k < 1.0 || k + 3.0 > self.samples.len() as f64 {
+            return 0.0;
+        }
+        let (f, k) = (u - k, k as usize);
+        let s = &self.samples[k - 1..k + 3];
+        -f * (f - 1.0) * (f - 2.0) / 6.0 * s[0] + (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0 * s[1]
+            - (f + 1.0) * f * (f - 2.0) / 2.0 * s[2]
+            + (f + 1.0) * f * (f - 1.0) / 6.0 * s[3]
+    }
+}
+
+/// One row straight from the model, in the time domain and f64.
+fn reference_row(
+    settings: &Settings,
+    phantom: &Phantom,
+    data: &ChannelData,
+    l: usize,
+    j: usize,
+) -> Vec<f64> {
+    let pulse = TimePulse::new(settings.f0, settings.bandwidth);
+    let (c, focus) = (settings.c, settings.focus);
+    let width = settings.pitch - settings.kerf;
+    // 17 elements at F# 2.8 and 15 mm, centred on the beam's own element.
+    let aperture = (l as i32 - 8).max(0)..(l as i32 + 9).min(settings.elements as i32);
+    let gain = |s: &Scatterer, e: usize| {
+        let r = (s.x - data.element_x[e]).hypot(s.z);
+        let u = PI * width * (s.x - data.element_x[e]) / r * settings.f0 / c;
+        if u == 0.0 { 1.0 / r } else { u.sin() / u / r }
+    };
+    (0..data.rf.dim().2)
+        .map(|n| {
+            let t = data.t0[l] + n as f64 / settings.fs;
+            let mut sum = 0.0;
+            for s in &phantom.scatterers {
+                for i in aperture.clone().map(|i| i as usize) {
+                    let dx = data.element_x[i] - data.element_x[l];
+                    let advance = ((dx * dx + focus * focus).sqrt() - focus) / c;
+                    let path =
+                        (s.x - data.element_x[i]).hypot(s.z) + (s.x - data.element_x[j]).hypot(s.z);
+                    let echo = pulse.at(t - path / c + advance);
+                    sum += s.amplitude * gain(s, i) * gain(s, j) * echo;
+                }
+            }
+            sum
+        })
+        .collect()
+}
+
+#[test]
+fn both_sums_agree_with_the_model_in_the_time_domain() {
+    let settings = Settings {
+        elements: 32,
+        beams: 32,
+        ..small()
+    };
+    let phantom = random_points(12, 3);
+    let direct = simulate(&settings, &phantom, Summation::Direct);
+    let gridded = simulate(&settings, &phantom, Summation::Gridded);
+    for (l, j) in [(16, 16), (3, 30), (31, 0)] {
+        let reference = reference_row(&settings, &phantom, &direct, l, j);
+        let error = error_db(&row(&direct, l, j), &reference);
+        assert!(error < tolerances::DIRECT_SUM_DB, "{l} {j}: {error} dB");
+        let error = error_db(&row(&gridded, l, j), &reference);
+        assert!(error < tolerances::GRIDDED_SUM_DB, "{l} {j}: {error} dB");
+    }
+}
+
+#[test]
+fn gridded_sum_agrees_with_direct_at_other_rates_and_for_beams_between_elements() {
+    for fs in [25e6, 40e6, 62.5e6] {
+        let settings = Settings {
+            fs,
+            beams: 7,
+            first_beam: 2.25,
+            beam_step: 1.5,
+            ..small()
+        };
+        let phantom = random_points(20, 4);
+        let direct = simulate(&settings, &phantom, Summation::Direct);
+        let gridded = simulate(&settings, &phantom, Summation::Gridded);
+        let all = |d: &ChannelData| d.rf.iter().map(|&v| f64::from(v)).collect::<Vec<_>>();
+        let error = error_db(&all(&gridded), &all(&direct));
+        assert!(error < tolerances::GRIDDED_SUM_DB, "{fs}: {error} dB");
+    }
+}
+
+#[test]
+fn exchanging_transmitter_and_receiver_changes_nothing() {
+    let settings = Settings {
+        f_number: 1e4,
+        ..small()
+    };
+    for summation in [Summation::Direct, Summation::Gridded] {
+        let data = simulate(&settings, &bone_and_points(), summation);
+        for (i, j) in [(0, 15), (3, 9), (14, 2)] {
+            assert_eq!(row(&data, i, j), row(&data, j, i));
+            assert!(row(&data, i, j).iter().any(|&v| v != 0.0));
+        }
+    }
+}
+
+#[test]
+fn echoes_superpose() {
+    let settings = small();
+    let (a, b) = (random_points(5, 1), random_points(5, 2));
+    let mut both = a.clone();
+    both.scatterers.extend(&b.scatterers);
+    let [a, b, both] = [a, b, both].map(|phantom| simulate(&settings, &phantom, Summation::Direct));
+    let sum: Vec<f64> = (a.rf.iter().zip(&b.rf))
+        .map(|(&a, &b)| f64::from(a) + f64::from(b))
+        .collect();
+    let both: Vec<f64> = both.rf.iter().map(|&v| f64::from(v)).collect();
+    assert!(error_db(&sum, &both) < tolerances::SUPERPOSITION_DB);
+}
+
+/// A square bone of 2 mm at 9 to 11 mm, with scatterers before, beside and behind it.
+fn bone_and_points() -> Phantom {
+    let square = vec![[-1e-3, 9e-3], [1e-3, 9e-3], [1e-3, 11e-3], [-1e-3, 11e-3]];
+    let mut phantom = points(&[(0.3e-3, 8.5e-3, 1.0), (1.6e-3, 12e-3, 1.0)]);
+    phantom.bone = Some(Outline::new(vec![square]).unwrap());
+    phantom
+}
+
+#[test]
+fn a_shadowed_scatterer_contributes_nothing() {
+    let settings = small();
+    for summation in [Summation::Direct, Summation::Gridded] {
+        let without = simulate(&settings, &bone_and_points(), summation);
+        let mut phantom = bone_and_points();
+        // Right behind the bone: the outermost elements at ±2.3 mm do not see it.
+        phantom.scatterers.push(Scatterer {
+            x: 0.0,
+            z: 11.2e-3,
+            amplitude: 100.0,
+        });
+        assert_eq!(simulate(&settings, &phantom, summation).rf, without.rf);
+        phantom.bone = None;
+        assert_ne!(simulate(&settings, &phantom, summation).rf, without.rf);
+    }
+}
+
+#[test]
+fn each_element_sees_past_the_edge_on_its_own() {
+    // One element transmits; the scatterer behind the right edge is seen from the right only.
+    let settings = Settings {
+        f_number: 1e4,
+        ..small()
+    };
+    let mut phantom = bone_and_points();
+    phantom.scatterers = vec![Scatterer {
+        x: 1.15e-3,
+        z: 12.5e-3,
+        amplitude: 1.0,
+    }];
+    let bone = phantom.bone.clone().unwrap();
+    let data = simulate(&settings, &phantom, Summation::Direct);
+    let seen = visible(&bone, &data.element_x, &[[1.15e-3, 12.5e-3]]);
+    for (element, x) in data.element_x.iter().enumerate() {
+        // The straight line passes the corners (1, 9) and (1, 11) mm on the right.
+        let at = |z: f64| x + (1.15e-3 - x) * z / 12.5e-3;
+        let expected = at(9e-3) > 1e-3 && at(11e-3) > 1e-3;
+        assert_eq!(seen[element][0], expected, "element {element}");
+        let echo = row(&data, element, element);
+        assert_eq!(echo.iter().any(|&v| v != 0.0), expected);
+    }
+    assert!(!seen[0][0] && seen[15][0]);
+}
+
+#[test]
+fn noise_has_its_level_and_is_reproducible() {
+    let quiet = small();
+    let noisy = Settings {
+        noise: Some(-40.0),
+        ..quiet.clone()
+    };
+    let phantom = points(&[(0.0, 11e-3, 1.0)]);
+    let clean = simulate(&quiet, &phantom, Summation::Direct).rf;
+    let data = simulate(&noisy, &phantom, Summation::Direct).rf;
+    let peak = clean.iter().fold(0.0f32, |m, v| m.max(v.abs()));
+    let noise = &data - &clean;
+    let rms =
+        (noise.iter().map(|&v| f64::from(v).powi(2)).sum::<f64>() / noise.len() as f64).sqrt();
+    let level = 20.0 * (rms / f64::from(peak)).log10();
+    assert!(
+        (level + 40.0).abs() < tolerances::NOISE_LEVEL_DB,
+        "{level} dB"
+    );
+    // Rows are independent: their correlation is that of chance.
+    let first = noise.index_axis(Axis(0), 0);
+    let (a, b) = (first.row(0), first.row(1));
+    let correlation = (&a * &b).sum() / ((&a * &a).sum() * (&b * &b).sum()).sqrt();
+    assert!(correlation.abs() < 0.5, "{correlation}");
+
+    assert_eq!(simulate(&noisy, &phantom, Summation::Direct).rf, data);
+    let other = Settings { seed: 2, ..noisy };
+    assert_ne!(simulate(&other, &phantom, Summation::Direct).rf, data);
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let settings = Settings {
+        noise: Some(-40.0),
+        ..small()
+    };
+    for summation in [Summation::Direct, Summation::Gridded] {
+        let [one, three] = [1, 3].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            pool.build()
+                .unwrap()
+                .install(|| simulate(&settings, &bone_and_points(), summation))
+        });
+        assert_eq!(one.rf, three.rf);
+    }
+}
+
+#[test]
+fn the_pulse_has_the_bandwidth_of_the_model() {
+    // −6 dB of excitation and both ways at 3.93 and 5.82 MHz, for 5 MHz and 60 %.
+    let pulse = Pulse::new(5e6, 0.6);
+    let peak = (0..1000)
+        .map(|k| pulse.spectrum(4e6 + 2e3 * f64::from(k)))
+        .fold(0.0, f64::max);
+    let crossing = |mut below: f64, mut above: f64| {
+        for _ in 0..60 {
+            let middle = 0.5 * (below + above);
+            let half = pulse.spectrum(middle) < peak * 10f64.powf(-6.0 / 20.0);
+            *(if half { &mut below } else { &mut above }) = middle;
+        }
+        above
+    };
+    let (low, high) = (crossing(1e6, 5e6), crossing(9e6, 5e6));
+    assert!(
+        (low - 3.93e6).abs() < 0.01e6 && (high - 5.82e6).abs() < 0.01e6,
+        "{low} {high}"
+    );
+    // One way, the transducer alone is 6 dB down at f0(1 ± B/2).
+    for f in [3.5e6, 6.5e6] {
+        let level = 20.0 * pulse.transducer(f).log10();
+        assert!((level + 6.0).abs() < 0.01, "{level}");
+    }
+}
+
+#[test]
+fn progress_ends_at_one() {
+    let last = std::sync::Mutex::new(0.0f64);
+    let progress = |done: f64| {
+        let mut last = last.lock().unwrap();
+        *last = last.max(done);
+    };
+    channel_data(&small(), &random_points(1, 1), Summation::Direct, &progress).unwrap();
+    assert_eq!(*last.lock().unwrap(), 1.0);
+}
+
+#[test]
+fn impossible_settings_and_phantoms_are_named() {
+    let phantom = random_points(1, 1);
+    let fails = |settings: Settings, phantom: &Phantom| {
+        channel_data(&settings, phantom, Summation::Direct, &|_| ())
+            .expect_err("an error")
+            .to_string()
+    };
+    for (settings, name) in [
+        (Settings { fs: 0.0, ..small() }, "fs"),
+        (
+            Settings {
+                fs: 19e6,
+                ..small()
+            },
+            "fs",
+        ),
+        (
+            Settings {
+                pitch: f64::NAN,
+                ..small()
+            },
+            "pitch",
+        ),
+        (
+            Settings {
+                kerf: 1.0,
+                ..small()
+            },
+            "kerf",
+        ),
+        (
+            Settings {
+                beams: 17,
+                ..small()
+            },
+            "beams",
+        ),
+        (
+            Settings {
+                elements: 1,
+                ..small()
+            },
+            "elements",
+        ),
+        (
+            Settings {
+                f_number: 0.0,
+                ..small()
+            },
+            "f_number",
+        ),
+        (
+            Settings {
+                depth_end: 1e-3,
+                ..small()
+            },
+            "depth",
+        ),
+        (
+            Settings {
+                noise: Some(f64::INFINITY),
+                ..small()
+            },
+            "noise",
+        ),
+    ] {
+        let message = fails(settings, &phantom);
+        assert!(message.contains(name), "{name}: {message}");
+    }
+    assert!(fails(small(), &points(&[(0.0, 0.0, 1.0)])).contains("phantom"));
+    assert!(fails(small(), &points(&[(f64::NAN, 1e-2, 1.0)])).contains("phantom"));
+}
