@@ -33,6 +33,10 @@ pub enum Covariance {
     ForwardBackward,
 }
 
+/// Stack of a worker, bytes: a workspace of up to 70 MB is made there before it moves to the heap.
+/// Only what is touched takes memory.
+const WORKER_STACK: usize = 256 << 20;
+
 /// A run of one beam's samples with one active set.
 #[derive(Clone, Copy)]
 struct Piece {
@@ -134,7 +138,8 @@ struct Frame<'a, P> {
 type Outputs = Vec<Vec<Vec<Complex<f32>>>>;
 
 impl<P: Fn(usize) + Sync> Frame<'_, P> {
-    /// Picks the smallest capacities that are compiled in and fit.
+    /// Picks the smaller of two capacities that fits. Memory that a run does not need is never
+    /// touched, and each further capacity would cost a minute of compilation.
     fn dispatch(&self, largest: usize, covariance: Covariance) -> Result<Outputs> {
         if largest > MAX_ELEMENTS {
             return Err(Error::Usage(format!(
@@ -150,10 +155,6 @@ impl<P: Fn(usize) + Sync> Frame<'_, P> {
         };
         let temporal = if adaptive { parameters.temporal } else { 0 };
         match (subarray, temporal) {
-            (..=16, 0) => self.average::<16, 1>(covariance),
-            (..=16, ..=10) => self.average::<16, 21>(covariance),
-            (..=64, 0) => self.average::<64, 1>(covariance),
-            (..=64, ..=2) => self.average::<64, 5>(covariance),
             (..=64, ..=10) => self.average::<64, 21>(covariance),
             (..=MAX_SUBARRAY, ..=MAX_TEMPORAL) => self.average::<MAX_SUBARRAY, 63>(covariance),
             (..=MAX_SUBARRAY, _) => Err(Error::Usage(format!(
@@ -180,13 +181,20 @@ impl<P: Fn(usize) + Sync> Frame<'_, P> {
         A: Averaging<LANES>,
         A::Scalar: Send,
     {
-        self.groups
-            .par_iter()
-            .map_init(
-                || Box::new(Workspace::<A, MAX_ELEMENTS, L, SLOTS, LANES>::new()),
-                |workspace, group| self.group(workspace, group),
-            )
-            .collect()
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(rayon::current_num_threads())
+            .stack_size(WORKER_STACK)
+            .build()
+            .map_err(|e| Error::Data(format!("cannot start the worker threads: {e}")))?;
+        pool.install(|| {
+            self.groups
+                .par_iter()
+                .map_init(
+                    || Box::new(Workspace::<A, MAX_ELEMENTS, L, SLOTS, LANES>::new()),
+                    |workspace, group| self.group(workspace, group),
+                )
+                .collect()
+        })
     }
 
     /// One group: a piece a lane.

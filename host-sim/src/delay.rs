@@ -82,7 +82,10 @@ impl<'a> DelayStage<'a> {
         )?;
         let beam_x = match &data.transmits {
             Transmits::Focused { x, .. } => x.clone(),
-            Transmits::Plane { .. } | Transmits::Element { .. } => data.element_x.clone(),
+            // An adaptive beam is narrower than an element: one on each and one between.
+            Transmits::Plane { .. } | Transmits::Element { .. } => (0..2 * elements - 1)
+                .map(|half| data.element_x[0] + half as f64 * data.pitch() / 2.0)
+                .collect(),
         };
         let laws = (0..transmits).map(|t| law(data, t)).collect();
         let rf = data.rf.as_standard_layout();

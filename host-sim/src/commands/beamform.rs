@@ -18,7 +18,7 @@ use crate::{Error, Result};
 ///
 /// FILE.npz holds channel data (`rf` …), which are delayed first, or delayed data (`x` …), which
 /// are not. Focused transmits make one line each; plane waves and single-element transmits are
-/// compounded into one line per element. The configuration used is written beside the lines as
+/// compounded into two lines per element. The configuration used is written beside the lines as
 /// LINES.npz.config.toml.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
