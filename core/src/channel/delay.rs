@@ -236,9 +236,10 @@ impl Delay {
         if !near {
             return 0.0;
         }
-        let floor = libm::floorf(position);
+        // 0 ≤ position: the conversion is the floor.
+        let floor = position as i32;
         self.interpolator
-            .at(record, whole as i32 + floor as i32, position - floor)
+            .at(record, whole as i32 + floor, position - floor as f32)
     }
 
     /// Everything that can be wrong with a call.

@@ -23,6 +23,7 @@
 
 use super::kaiser;
 use crate::Error;
+use crate::lanes::Lanes;
 
 /// Filter length, in intervals of the lower of the two rates.
 pub const LOBES: usize = 16;
@@ -115,11 +116,8 @@ impl Interpolator {
             return 0.0;
         }
         let scaled = fraction * self.phases as f32;
-        let phase = if (scaled as usize) < self.phases {
-            scaled as usize
-        } else {
-            self.phases - 1
-        };
+        // 0 ≤ scaled: the conversion is the floor.
+        let phase = (scaled as u32 as usize).min(self.phases - 1);
         let weight = scaled - phase as f32;
         let rows = self
             .table
@@ -152,18 +150,21 @@ impl Interpolator {
 /// documents. The four partial sums are there for vector units; they fix the order for all.
 #[inline(always)]
 fn dot_pair(row: &[f32], next: &[f32], x: &[f32]) -> (f32, f32) {
-    let mut a = [0.0f32; 4];
-    let mut b = [0.0f32; 4];
+    let mut a = Lanes::<4>::ZERO;
+    let mut b = Lanes::<4>::ZERO;
     let (row, _) = row.as_chunks::<4>();
     let (next, _) = next.as_chunks::<4>();
     let (x, _) = x.as_chunks::<4>();
     for ((r, n), x) in row.iter().zip(next).zip(x) {
-        for k in 0..4 {
-            a[k] += r[k] * x[k];
-            b[k] += n[k] * x[k];
-        }
+        a += Lanes(*r) * Lanes(*x);
+        b += Lanes(*n) * Lanes(*x);
     }
-    ((a[0] + a[1]) + (a[2] + a[3]), (b[0] + b[1]) + (b[2] + b[3]))
+    (fold(a.0), fold(b.0))
+}
+
+#[inline(always)]
+fn fold(s: [f32; 4]) -> f32 {
+    (s[0] + s[1]) + (s[2] + s[3])
 }
 
 /// β of the Kaiser window for a signal around `centre` sampled at `rate`.
