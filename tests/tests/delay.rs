@@ -2,11 +2,11 @@
 
 mod common;
 
+use bonebeam::Complex;
 use bonebeam::channel::analytic::HilbertTransformer;
 use bonebeam::channel::aperture::Active;
 use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
 use bonebeam::channel::delay_law::TransmitLaw;
-use bonebeam::{Complex, Error};
 use common::tolerances::{DELAY_SHIFT, DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
 use host_sim::reference;
 use rand::{RngExt, SeedableRng};
@@ -48,10 +48,18 @@ fn noise(length: usize, seed: u64) -> Vec<f32> {
     (0..length).map(|_| rng.random_range(-1.0..1.0)).collect()
 }
 
-fn all(elements: usize) -> Active {
-    Active {
-        first: 0,
-        count: elements,
+/// The column at 0.3 mm, every element of it, recorded from t = 0.
+fn column_of(law: TransmitLaw, element_x: &[f64]) -> Column<'_> {
+    Column {
+        law,
+        t0: 0.0,
+        x: 0.3e-3,
+        element_x,
+        active: Active {
+            first: 0,
+            count: element_x.len(),
+        },
+        store: Store::Replace,
     }
 }
 
@@ -90,15 +98,13 @@ fn equals_the_f32_reference_to_the_bit() {
                 let mut p = parameters(fs, fout, elements, record_samples);
                 p.output_start = -1.3e-6;
                 let column = Column {
-                    law,
                     t0: 0.37e-6,
                     x: -0.41e-3,
-                    element_x: &element_x,
                     active: Active {
                         first: elements / 3,
                         count: elements - elements / 3,
                     },
-                    store: Store::Replace,
+                    ..column_of(law, &element_x)
                 };
                 let what = format!("{fs} -> {fout}, {law:?}, {elements} elements");
                 let mut ours = core_column(&p, taps, &column, &rf);
@@ -171,12 +177,9 @@ fn a_point_echo_becomes_a_flat_wavefront() {
             p.output_start = 2.0 * z / C - 100.0 / fout;
             p.output_samples = 200;
             let column = Column {
-                law,
                 t0: 1.234e-6,
                 x,
-                element_x: &element_x,
-                active: all(33),
-                store: Store::Replace,
+                ..column_of(law, &element_x)
             };
             let out = core_column(&p, taps, &column, &echo(&p, &column, (x, z)));
             for m in 0..33 {
@@ -207,15 +210,13 @@ fn stays_within_its_bound_of_the_f64_reference() {
                 ..parameters(fs, fout, 33, (30e-6 * fs) as usize)
             };
             let column = Column {
-                law,
                 t0: -0.2e-6,
                 x: -1.1e-3,
-                element_x: &element_x,
                 active: Active {
                     first: 2,
                     count: 30,
                 },
-                store: Store::Replace,
+                ..column_of(law, &element_x)
             };
             // Two points that do not overlap, one near and off the column, one far.
             let mut rf = echo(&p, &column, (0.3e-3, 8e-3));
@@ -249,14 +250,7 @@ fn the_ends_of_a_column_are_as_good_as_its_middle() {
         output_samples: 64,
         ..whole
     };
-    let column = Column {
-        law: TransmitLaw::Focused,
-        t0: 0.0,
-        x: 0.0,
-        element_x: &element_x,
-        active: all(9),
-        store: Store::Replace,
-    };
+    let column = column_of(TransmitLaw::Focused, &element_x);
     let whole = core_column(&whole, HILBERT_TAPS, &column, &rf);
     let part = core_column(&part, HILBERT_TAPS, &column, &rf);
     for (a, b) in part.iter().zip(&whole[128 * 9..192 * 9]) {
@@ -277,12 +271,8 @@ fn moving_record_and_t0_together_changes_nothing() {
     for law in LAWS {
         let p = parameters(40e6, 20e6, elements, samples);
         let column = Column {
-            law,
             t0: 1e-6,
-            x: 0.1e-3,
-            element_x: &element_x,
-            active: all(9),
-            store: Store::Replace,
+            ..column_of(law, &element_x)
         };
         let at_rest = core_column(&p, HILBERT_TAPS, &column, &rf);
         let p = DelayParameters {
@@ -306,14 +296,7 @@ fn the_mirror_image_and_powers_of_two_are_exact() {
     let rf = noise(9 * 700, 6);
     for law in LAWS {
         let p = parameters(40e6, 20e6, 9, 700);
-        let column = Column {
-            law,
-            t0: 0.0,
-            x: 0.3e-3,
-            element_x: &element_x,
-            active: all(9),
-            store: Store::Replace,
-        };
+        let column = column_of(law, &element_x);
         let direct = core_column(&p, HILBERT_TAPS, &column, &rf);
 
         let scaled: Vec<f32> = rf.iter().map(|x| x * 1024.0).collect();
@@ -346,14 +329,7 @@ fn elements_outside_the_active_range_are_zero_and_the_others_unaffected() {
     let element_x = line_up(9);
     let rf = noise(9 * 700, 7);
     let p = parameters(40e6, 20e6, 9, 700);
-    let column = Column {
-        law: TransmitLaw::Focused,
-        t0: 0.0,
-        x: 0.0,
-        element_x: &element_x,
-        active: all(9),
-        store: Store::Replace,
-    };
+    let column = column_of(TransmitLaw::Focused, &element_x);
     let every = core_column(&p, HILBERT_TAPS, &column, &rf);
     for (first, count) in [(0, 0), (9, 0), (2, 4), (8, 1)] {
         let column = Column {
@@ -399,249 +375,12 @@ fn extreme_geometry_never_gives_nan_or_infinity() {
             record_samples: 10,
         };
         let column = Column {
-            law,
             t0: extreme(true),
             x: extreme(true),
-            element_x: &element_x,
-            active: all(3),
-            store: Store::Replace,
+            ..column_of(law, &element_x)
         };
         for y in core_column(&p, 2, &column, &[1e30; 30]) {
             assert!(y.re.is_finite() && y.im.is_finite(), "{p:?} {column:?}");
         }
     }
-}
-
-#[test]
-fn bad_parameters_are_named() {
-    let good = parameters(40e6, 20e6, 3, 100);
-    let name = |p: DelayParameters| match Delay::new(p, HilbertTransformer::new(2).unwrap()) {
-        Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
-        other => panic!("{other:?}"),
-    };
-    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert_eq!(
-            name(DelayParameters {
-                sound_speed: bad,
-                ..good
-            }),
-            "sound_speed"
-        );
-        assert_eq!(
-            name(DelayParameters {
-                sampling_rate: bad,
-                ..good
-            }),
-            "sampling_rate"
-        );
-        assert_eq!(
-            name(DelayParameters {
-                output_rate: bad,
-                ..good
-            }),
-            "output_rate"
-        );
-        assert_eq!(
-            name(DelayParameters {
-                centre_frequency: bad,
-                ..good
-            }),
-            "centre_frequency"
-        );
-    }
-    assert_eq!(
-        name(DelayParameters {
-            output_rate: 2e6,
-            ..good
-        }),
-        "output_rate"
-    );
-    assert_eq!(
-        name(DelayParameters {
-            output_start: f64::NAN,
-            ..good
-        }),
-        "output_start"
-    );
-    assert_eq!(
-        name(DelayParameters {
-            elements: 0,
-            ..good
-        }),
-        "elements"
-    );
-    assert_eq!(
-        name(DelayParameters {
-            elements: usize::MAX,
-            ..good
-        }),
-        "elements"
-    );
-    assert_eq!(
-        name(DelayParameters {
-            output_samples: 0,
-            ..good
-        }),
-        "output_samples"
-    );
-    assert_eq!(
-        name(DelayParameters {
-            record_samples: 0,
-            ..good
-        }),
-        "record_samples"
-    );
-    assert_eq!(
-        name(DelayParameters {
-            record_samples: 1 << 23,
-            ..good
-        }),
-        "record_samples"
-    );
-}
-
-#[test]
-fn bad_calls_are_refused_before_anything_is_written() {
-    let p = DelayParameters {
-        output_samples: 50,
-        ..parameters(40e6, 20e6, 3, 100)
-    };
-    let delay = Delay::new(p, HilbertTransformer::new(2).unwrap()).unwrap();
-    let element_x = line_up(3);
-    let rf = vec![1.0; 300];
-    let column = Column {
-        law: TransmitLaw::Focused,
-        t0: 0.0,
-        x: 0.0,
-        element_x: &element_x,
-        active: all(3),
-        store: Store::Replace,
-    };
-    let refused = |column: &Column, rf: &[f32], scratch: usize, out: usize| {
-        let mut out = vec![Complex::new(5.0, 6.0); out];
-        let result = delay.column(column, rf, &mut vec![0.0; scratch], &mut out);
-        assert!(
-            out.iter().all(|y| *y == Complex::new(5.0, 6.0)),
-            "written after {result:?}"
-        );
-        result.unwrap_err()
-    };
-    let scratch = delay.scratch_len();
-    let length = |name, actual, expected| Error::Length {
-        name,
-        actual,
-        expected,
-    };
-
-    assert_eq!(
-        refused(&column, &rf[1..], scratch, 150),
-        length("rf", 299, 300)
-    );
-    assert_eq!(refused(&column, &[], scratch, 150), length("rf", 0, 300));
-    assert_eq!(
-        refused(&column, &rf, scratch + 1, 150),
-        length("scratch", scratch + 1, scratch)
-    );
-    assert_eq!(refused(&column, &rf, scratch, 151), length("out", 151, 150));
-    let two = Column {
-        element_x: &element_x[1..],
-        ..column
-    };
-    assert_eq!(refused(&two, &rf, scratch, 150), length("element_x", 2, 3));
-
-    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        let mut rf = rf.clone();
-        rf[217] = value;
-        let error = refused(&column, &rf, scratch, 150);
-        assert_eq!(
-            error,
-            Error::NonFinite {
-                name: "rf",
-                index: 217
-            }
-        );
-    }
-    let mut loud = rf.clone();
-    loud[3] = -1e31;
-    let parameter = |error| match error {
-        Error::Parameter { name, .. } => name,
-        other => panic!("{other:?}"),
-    };
-    assert_eq!(parameter(refused(&column, &loud, scratch, 150)), "rf");
-
-    let mut bad_x = element_x.clone();
-    bad_x[2] = f64::NAN;
-    for (bad, name) in [
-        (
-            Column {
-                t0: f64::INFINITY,
-                ..column
-            },
-            "t0",
-        ),
-        (
-            Column {
-                x: f64::NAN,
-                ..column
-            },
-            "x",
-        ),
-        (
-            Column {
-                element_x: &bad_x,
-                ..column
-            },
-            "element_x",
-        ),
-        (
-            Column {
-                law: TransmitLaw::Plane { angle: 1.6 },
-                ..column
-            },
-            "angle",
-        ),
-        (
-            Column {
-                law: TransmitLaw::Element { x: f64::NAN },
-                ..column
-            },
-            "transmit element x",
-        ),
-        (
-            Column {
-                active: Active { first: 1, count: 3 },
-                ..column
-            },
-            "active",
-        ),
-        (
-            Column {
-                active: Active {
-                    first: usize::MAX,
-                    count: 2,
-                },
-                ..column
-            },
-            "active",
-        ),
-    ] {
-        assert_eq!(parameter(refused(&bad, &rf, scratch, 150)), name);
-    }
-
-    let add = Column {
-        store: Store::Add,
-        ..column
-    };
-    let mut out = vec![ZERO; 150];
-    out[9].im = f32::NAN;
-    let error = delay
-        .column(&add, &rf, &mut vec![0.0; scratch], &mut out)
-        .unwrap_err();
-    assert_eq!(
-        error,
-        Error::NonFinite {
-            name: "out",
-            index: 9
-        }
-    );
 }

@@ -32,7 +32,7 @@ pub enum TransmitLaw {
 
 /// A transmit law made ready for the pixels of one column at lateral position x.
 #[derive(Clone, Copy, Debug)]
-pub struct TransmitDelay {
+pub(super) struct TransmitDelay {
     shape: Shape,
     c: f64,
 }
@@ -51,7 +51,7 @@ impl TransmitDelay {
     /// # Errors
     /// [`Error::Parameter`] if `angle` is not within ±π/2, if a position is not finite, or if `c`
     /// is not positive and finite.
-    pub fn new(law: TransmitLaw, x: f64, c: f64) -> Result<Self, Error> {
+    pub(super) fn new(law: TransmitLaw, x: f64, c: f64) -> Result<Self, Error> {
         super::positive("sound_speed", c)?;
         super::finite("x", x)?;
         let shape = match law {
@@ -85,7 +85,7 @@ impl TransmitDelay {
 
     /// When the wave reaches depth `z` m of the column, s:
     /// `(offset + slope·z)/c` or `√(z·z + d·d)/c`.
-    pub fn time(&self, z: f64) -> f64 {
+    pub(super) fn time(&self, z: f64) -> f64 {
         let path = match self.shape {
             Shape::Straight { offset, slope } => offset + slope * z,
             Shape::Round { square } => libm::sqrt(z * z + square),
@@ -96,7 +96,7 @@ impl TransmitDelay {
 
 /// How far, in samples, one element lags behind an element on the column's axis.
 #[derive(Clone, Copy, Debug)]
-pub struct ReceiveLag {
+pub(super) struct ReceiveLag {
     /// d², m².
     square: f32,
     /// fs·d²/c, samples · m.
@@ -105,7 +105,7 @@ pub struct ReceiveLag {
 
 impl ReceiveLag {
     /// The element `d` m beside the column, at sound speed `c` m/s and sampling rate `fs` Hz.
-    pub fn new(d: f64, c: f64, fs: f64) -> Self {
+    pub(super) fn new(d: f64, c: f64, fs: f64) -> Self {
         let square = d * d;
         ReceiveLag {
             square: square as f32,
@@ -115,7 +115,7 @@ impl ReceiveLag {
 
     /// The lag at depth `z` > 0 m, in samples: `scaled/(z + √(z·z + square))`, f32.
     #[inline(always)]
-    pub fn samples(&self, z: f32) -> f32 {
+    pub(super) fn samples(&self, z: f32) -> f32 {
         self.scaled / (z + libm::sqrtf(z * z + self.square))
     }
 }

@@ -1,0 +1,218 @@
+//! The delay stage refuses what is wrong, by name, before it writes anything.
+
+use bonebeam::channel::analytic::HilbertTransformer;
+use bonebeam::channel::aperture::Active;
+use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
+use bonebeam::channel::delay_law::TransmitLaw;
+use bonebeam::{Complex, Error};
+
+const GOOD: DelayParameters = DelayParameters {
+    sound_speed: 1540.0,
+    sampling_rate: 40e6,
+    centre_frequency: 5e6,
+    output_rate: 20e6,
+    output_start: 0.0,
+    output_samples: 50,
+    elements: 3,
+    record_samples: 100,
+};
+
+/// One field of the parameters changed, and the name that the error must give.
+type Change = (&'static str, fn(&mut DelayParameters));
+
+#[test]
+fn bad_parameters_are_named() {
+    let refused =
+        |name: &str, p: DelayParameters| match Delay::new(p, HilbertTransformer::new(2).unwrap()) {
+            Err(Error::Parameter { name: n, .. } | Error::Capacity { name: n, .. }) => {
+                assert_eq!(n, name);
+            }
+            other => panic!("{name}: {other:?}"),
+        };
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        refused(
+            "sound_speed",
+            DelayParameters {
+                sound_speed: bad,
+                ..GOOD
+            },
+        );
+        refused(
+            "sampling_rate",
+            DelayParameters {
+                sampling_rate: bad,
+                ..GOOD
+            },
+        );
+        refused(
+            "output_rate",
+            DelayParameters {
+                output_rate: bad,
+                ..GOOD
+            },
+        );
+        refused(
+            "centre_frequency",
+            DelayParameters {
+                centre_frequency: bad,
+                ..GOOD
+            },
+        );
+    }
+    let changes: [Change; 7] = [
+        ("output_rate", |p| p.output_rate = 2e6),
+        ("output_start", |p| p.output_start = f64::NAN),
+        ("elements", |p| p.elements = 0),
+        ("elements", |p| p.elements = usize::MAX),
+        ("output_samples", |p| p.output_samples = 0),
+        ("record_samples", |p| p.record_samples = 0),
+        ("record_samples", |p| p.record_samples = 1 << 23),
+    ];
+    for (name, change) in changes {
+        let mut p = GOOD;
+        change(&mut p);
+        refused(name, p);
+    }
+}
+
+#[test]
+fn bad_calls_are_refused_before_anything_is_written() {
+    let delay = Delay::new(GOOD, HilbertTransformer::new(2).unwrap()).unwrap();
+    let element_x = [-0.3e-3, 0.0, 0.3e-3];
+    let rf = vec![1.0; 300];
+    let column = Column {
+        law: TransmitLaw::Focused,
+        t0: 0.0,
+        x: 0.0,
+        element_x: &element_x,
+        active: Active { first: 0, count: 3 },
+        store: Store::Replace,
+    };
+    let refused = |column: &Column, rf: &[f32], scratch: usize, out: usize| {
+        let mut out = vec![Complex::new(5.0, 6.0); out];
+        let result = delay.column(column, rf, &mut vec![0.0; scratch], &mut out);
+        assert!(
+            out.iter().all(|y| *y == Complex::new(5.0, 6.0)),
+            "written after {result:?}"
+        );
+        result.unwrap_err()
+    };
+    let scratch = delay.scratch_len();
+    let length = |name, actual, expected| Error::Length {
+        name,
+        actual,
+        expected,
+    };
+
+    assert_eq!(
+        refused(&column, &rf[1..], scratch, 150),
+        length("rf", 299, 300)
+    );
+    assert_eq!(refused(&column, &[], scratch, 150), length("rf", 0, 300));
+    assert_eq!(
+        refused(&column, &rf, scratch + 1, 150),
+        length("scratch", scratch + 1, scratch)
+    );
+    assert_eq!(refused(&column, &rf, scratch, 151), length("out", 151, 150));
+    let two = Column {
+        element_x: &element_x[1..],
+        ..column
+    };
+    assert_eq!(refused(&two, &rf, scratch, 150), length("element_x", 2, 3));
+
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut rf = rf.clone();
+        rf[217] = value;
+        let error = refused(&column, &rf, scratch, 150);
+        assert_eq!(
+            error,
+            Error::NonFinite {
+                name: "rf",
+                index: 217
+            }
+        );
+    }
+    let mut loud = rf.clone();
+    loud[3] = -1e31;
+    let parameter = |error| match error {
+        Error::Parameter { name, .. } => name,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(parameter(refused(&column, &loud, scratch, 150)), "rf");
+
+    let mut bad_x = element_x;
+    bad_x[2] = f64::NAN;
+    for (bad, name) in [
+        (
+            Column {
+                t0: f64::INFINITY,
+                ..column
+            },
+            "t0",
+        ),
+        (
+            Column {
+                x: f64::NAN,
+                ..column
+            },
+            "x",
+        ),
+        (
+            Column {
+                element_x: &bad_x,
+                ..column
+            },
+            "element_x",
+        ),
+        (
+            Column {
+                law: TransmitLaw::Plane { angle: 1.6 },
+                ..column
+            },
+            "angle",
+        ),
+        (
+            Column {
+                law: TransmitLaw::Element { x: f64::NAN },
+                ..column
+            },
+            "transmit element x",
+        ),
+        (
+            Column {
+                active: Active { first: 1, count: 3 },
+                ..column
+            },
+            "active",
+        ),
+        (
+            Column {
+                active: Active {
+                    first: usize::MAX,
+                    count: 2,
+                },
+                ..column
+            },
+            "active",
+        ),
+    ] {
+        assert_eq!(parameter(refused(&bad, &rf, scratch, 150)), name);
+    }
+
+    let add = Column {
+        store: Store::Add,
+        ..column
+    };
+    let mut out = vec![Complex::new(0.0, 0.0); 150];
+    out[9].im = f32::NAN;
+    let error = delay
+        .column(&add, &rf, &mut vec![0.0; scratch], &mut out)
+        .unwrap_err();
+    assert_eq!(
+        error,
+        Error::NonFinite {
+            name: "out",
+            index: 9
+        }
+    );
+}
