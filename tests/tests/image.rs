@@ -162,6 +162,16 @@ fn resampling_at_the_data_transposes_them_exactly() {
     }
 }
 
+/// 3 · 0.1 / 0.1 is above 3 in f64, and the last beam must not turn black for it.
+#[test]
+fn rounding_does_not_blank_an_edge() {
+    let tenths = axis(0.0, 0.1, 4);
+    assert!(3.0 * 0.1 / 0.1 > 3.0);
+    let mut out = [f32::NAN; 16];
+    resample(&[9.0; 16], tenths, tenths, tenths, tenths, &mut out).unwrap();
+    assert_eq!(out, [9.0; 16]);
+}
+
 #[test]
 fn the_median_of_a_known_image() {
     #[rustfmt::skip]

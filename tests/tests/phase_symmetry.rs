@@ -499,9 +499,9 @@ fn a_slice_refuses_rectangles_that_do_not_lie_in_it() {
 #[test]
 fn memory_is_what_the_documentation_says() {
     assert_eq!(core::LogGaborTables::BYTES, 17_920);
-    assert_eq!(core::Workspace::<64, 1>::BYTES, 16 * 64 + 12 * 64);
-    assert_eq!(core::Workspace::<64, 64>::BYTES, 16 * 64 * 64 + 12 * 64);
-    assert_eq!(core::Workspace::<512, 16>::BYTES, 16 * 16 * 512 + 12 * 512);
+    assert_eq!(core::Workspace::<64, 1>::BYTES, 1_792);
+    assert_eq!(core::Workspace::<64, 64>::BYTES, 66_304);
+    assert_eq!(core::Workspace::<512, 16>::BYTES, 137_216);
 }
 
 #[test]

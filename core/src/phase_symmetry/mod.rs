@@ -12,6 +12,7 @@
 mod display;
 mod external;
 mod log_gabor;
+mod spectrum;
 mod strip;
 mod transform;
 mod workspace;
@@ -19,5 +20,6 @@ mod workspace;
 pub use display::scale_for_display;
 pub use external::{Area, SliceSource, SliceStore, Source, Store};
 pub use log_gabor::{Filter, LogGabor, LogGaborTables, ORIENTATIONS, Orientation};
-pub use strip::{MAX_PIXEL, MAX_SCALES, PhaseSymmetry};
+pub use spectrum::MAX_PIXEL;
+pub use strip::{MAX_SCALES, PhaseSymmetry};
 pub use workspace::{External, StripBuffers, Workspace, spectrum_columns};

@@ -14,15 +14,13 @@
 
 use super::external::Area;
 use super::log_gabor::{Filter, LogGabor, ORIENTATIONS};
-use super::transform::{forward, inverse};
+use super::transform::inverse;
 use super::workspace::{External, StripBuffers, spectrum_columns};
 use crate::Error;
 use num_complex::Complex;
 
 /// The most scales of a bank.
 pub const MAX_SCALES: usize = 8;
-/// The largest magnitude of a pixel: far beyond an image's 255, and no step overflows below it.
-pub const MAX_PIXEL: f32 = 1e12;
 /// `ε` of Eq. 10.
 const EPSILON: f32 = 1e-10;
 /// The largest float below 1.
@@ -31,12 +29,12 @@ const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 /// Validated parameters: the image's size, the bank and the strip height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhaseSymmetry {
-    rows: usize,
-    columns: usize,
+    pub(super) rows: usize,
+    pub(super) columns: usize,
     scales: [f64; MAX_SCALES],
     scale_count: usize,
     threshold: f32,
-    strip: usize,
+    pub(super) strip: usize,
 }
 
 impl PhaseSymmetry {
@@ -113,7 +111,7 @@ impl PhaseSymmetry {
     ///
     /// # Errors
     /// [`Error::Capacity`] for buffers that are too small; [`Error::NonFinite`] with the flat
-    /// index of a NaN or infinite pixel; [`Error::Parameter`] for a pixel beyond [`MAX_PIXEL`];
+    /// index of a NaN or infinite pixel; [`Error::Parameter`] for a pixel beyond [`super::MAX_PIXEL`];
     /// what the external memory reports. An error of the first two kinds or a pixel too large
     /// leaves `symmetry` untouched.
     pub fn run(
@@ -165,19 +163,19 @@ impl PhaseSymmetry {
         Ok(())
     }
 
-    /// Rows `row..row + rows`, all columns.
-    fn row_strip(&self, row: usize, columns: usize) -> Area {
+    /// All columns from `row` down, at most a strip of rows.
+    pub(super) fn row_strip(&self, row: usize) -> Area {
         let left = self.rows - row;
         Area {
             row,
             column: 0,
             rows: if self.strip < left { self.strip } else { left },
-            columns,
+            columns: self.columns,
         }
     }
 
-    /// Columns from `column` up to, but without, `end`, at most a strip of them.
-    fn column_strip(&self, column: usize, end: usize) -> Area {
+    /// All rows of the columns from `column` up to, but without, `end`, at most a strip of them.
+    pub(super) fn column_strip(&self, column: usize, end: usize) -> Area {
         let left = end - column;
         Area {
             row: 0,
@@ -185,66 +183,6 @@ impl PhaseSymmetry {
             rows: self.rows,
             columns: if self.strip < left { self.strip } else { left },
         }
-    }
-
-    fn transform_rows(
-        &self,
-        external: &mut External<'_>,
-        buffers: &mut StripBuffers<'_>,
-    ) -> Result<(), Error> {
-        let half = spectrum_columns(self.columns);
-        for row in (0..self.rows).step_by(self.strip) {
-            let area = self.row_strip(row, self.columns);
-            let pixels = &mut buffers.symmetry[..area.rows * self.columns];
-            external.image.read(area, pixels)?;
-            check_pixels(pixels, row * self.columns)?;
-            let spectrum = &mut buffers.strip[..area.rows * half];
-            let line = &mut buffers.line[..self.columns];
-            for (pixels, spectrum) in pixels
-                .chunks_exact(self.columns)
-                .zip(spectrum.chunks_exact_mut(half))
-            {
-                for (bin, &pixel) in line.iter_mut().zip(pixels) {
-                    *bin = Complex::new(pixel, 0.0);
-                }
-                forward(line);
-                spectrum.copy_from_slice(&line[..half]);
-            }
-            external.spectrum.write(
-                Area {
-                    columns: half,
-                    ..area
-                },
-                spectrum,
-            )?;
-        }
-        Ok(())
-    }
-
-    fn transform_columns(
-        &self,
-        external: &mut External<'_>,
-        buffers: &mut StripBuffers<'_>,
-    ) -> Result<(), Error> {
-        let half = spectrum_columns(self.columns);
-        for column in (0..half).step_by(self.strip) {
-            let area = self.column_strip(column, half);
-            let width = area.columns;
-            let strip = &mut buffers.strip[..self.rows * width];
-            external.spectrum.read(area, strip)?;
-            let line = &mut buffers.line[..self.rows];
-            for k in 0..width {
-                for (row, bin) in line.iter_mut().enumerate() {
-                    *bin = strip[row * width + k];
-                }
-                forward(line);
-                for (row, bin) in line.iter().enumerate() {
-                    strip[row * width + k] = *bin;
-                }
-            }
-            external.spectrum.write(area, strip)?;
-        }
-        Ok(())
     }
 
     /// Spectrum × gain, inversely transformed along the columns, into `filtered`.
@@ -304,7 +242,7 @@ impl PhaseSymmetry {
         buffers: &mut StripBuffers<'_>,
     ) -> Result<(), Error> {
         for row in (0..self.rows).step_by(self.strip) {
-            let area = self.row_strip(row, self.columns);
+            let area = self.row_strip(row);
             let length = area.rows * self.columns;
             let strip = &mut buffers.strip[..length];
             let symmetry = &mut buffers.symmetry[..length];
@@ -337,23 +275,4 @@ impl PhaseSymmetry {
         }
         Ok(())
     }
-}
-
-fn check_pixels(pixels: &[f32], offset: usize) -> Result<(), Error> {
-    for (k, &pixel) in pixels.iter().enumerate() {
-        if !pixel.is_finite() {
-            return Err(Error::NonFinite {
-                name: "image",
-                index: offset + k,
-            });
-        }
-        if pixel.abs() > MAX_PIXEL {
-            return Err(Error::Parameter {
-                name: "image pixel",
-                value: pixel.into(),
-                expected: "a magnitude of at most 1e12",
-            });
-        }
-    }
-    Ok(())
 }
