@@ -179,6 +179,14 @@ fn start<T: Number>(n: usize) -> Vec<T> {
 /// All eigenvalues, unordered, and `Eᴴ·rows[r]` in place of each `rows[r]`.
 pub(super) fn eigen<T: Number>(mut a: Vec<Vec<T>>, rows: &mut [Vec<Complex<f32>>]) -> Vec<f32> {
     let n = a.len();
+    let mut trace = 0.0;
+    for k in 0..n {
+        trace += a[k][k].re();
+    }
+    let mean = trace / n as f32;
+    for k in 0..n {
+        a[k][k] = T::real(a[k][k].re() - mean);
+    }
     let mut diagonal = Vec::new();
     let mut off_diagonal = Vec::new();
     let mut phase: T = T::real(1.0);
@@ -199,7 +207,7 @@ pub(super) fn eigen<T: Number>(mut a: Vec<Vec<T>>, rows: &mut [Vec<Complex<f32>>
     }
     off_diagonal.push(0.0);
     implicit_ql(&mut diagonal, &mut off_diagonal, rows);
-    diagonal
+    diagonal.into_iter().map(|value| value + mean).collect()
 }
 
 /// Householder: reflects column `k` onto its entry below the diagonal, which is returned.
