@@ -5,10 +5,10 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{beamform, phase_symmetry};
+use crate::commands::{beamform, phase_symmetry, simulate};
 use crate::{Error, Result};
 
-/// From ultrasound channel data to bone surfaces: beamforms and filters with the bonebeam core.
+/// From ultrasound channel data to bone surfaces: simulates, beamforms and filters with the bonebeam core.
 ///
 /// Lengths are metres, times seconds, frequencies hertz. An error is one line; the exit status is
 /// 2 where the command line or the configuration is wrong and 1 where the data are.
@@ -25,12 +25,14 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Simulate(simulate::Arguments),
     Beamform(Box<beamform::Arguments>),
     PhaseSymmetry(phase_symmetry::Arguments),
 }
 
 const EXAMPLES: &str = "\
 Examples:
+  host-sim simulate vertebra -o channels.npz
   host-sim beamform channels.npz --method esmv-rank1 -o lines.npz --image lines.png
   host-sim phase-symmetry lines.png --scales 2^-7,2^-8,2^-9 --threshold 15 -o ps.npy --image ps.png
   host-sim beamform --help";
@@ -60,6 +62,7 @@ fn dispatch(cli: Cli) -> Result<()> {
             .map_err(|e| Error::Usage(format!("--threads {threads}: {e}")))?;
     }
     match cli.command {
+        Command::Simulate(arguments) => simulate::run(arguments),
         Command::Beamform(arguments) => beamform::run(*arguments),
         Command::PhaseSymmetry(arguments) => phase_symmetry::run(arguments),
     }

@@ -355,6 +355,51 @@ fn images_that_cannot_be_filtered() {
 }
 
 #[test]
+fn simulations_that_cannot_be() {
+    let folder = tempdir().unwrap();
+    fs::write(folder.path().join("bone.ply"), "ply\nformat ascii 1.0\n").unwrap();
+    let cases: [(&str, i32, &[&str]); 10] = [
+        (
+            "point --slice 0",
+            USAGE,
+            &["--slice has no effect", "point"],
+        ),
+        (
+            "vertebra --offset 0",
+            USAGE,
+            &["--offset has no effect", "vertebra"],
+        ),
+        ("vertebra --slice 1", USAGE, &["slice", "1000 mm"]),
+        ("vertebra --depth 0", USAGE, &["--depth", "above 0"]),
+        ("vertebra --f-number 0", USAGE, &["f_number", "positive"]),
+        (
+            "vertebra --noise 0 --noise-free",
+            USAGE,
+            &["--noise", "--noise-free"],
+        ),
+        ("spine", USAGE, &["spine", "point, vertebra"]),
+        ("vertebra --beams 0", USAGE, &["beams"]),
+        ("vertebra --mesh none.ply", DATA, &["none.ply"]),
+        ("vertebra --mesh bone.ply", DATA, &["bone.ply", "PLY"]),
+    ];
+    for (arguments, status, parts) in cases {
+        fails(
+            &folder,
+            &format!("simulate {arguments} -o data.npz"),
+            status,
+            parts,
+        );
+    }
+    fails(&folder, "simulate -o data.npz", USAGE, &["PHANTOM"]);
+    fails(
+        &folder,
+        "simulate point -o none/data.npz",
+        DATA,
+        &["none", "does not exist"],
+    );
+}
+
+#[test]
 fn outputs_that_cannot_be_written_are_told_before_anything_is_read() {
     let folder = tempdir().unwrap();
     fs::write(folder.path().join("file"), "").unwrap();

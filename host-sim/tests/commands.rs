@@ -130,8 +130,9 @@ fn depths_and_rate_are_those_asked_for() {
     let command = "beamform data.npz -o lines.npz --depth-start 0.005 --depth-end 0.015";
     run(&folder, &format!("{command} --output-rate 30.8e6"));
     let lines = Lines::read(&folder.path().join("lines.npz")).unwrap();
-    // 25 µm a sample: 401 of them from 5 to 15 mm.
-    assert_eq!(lines.z.dim(), (ELEMENTS, 401));
+    // Two lines an element; 25 µm a sample: 401 of them from 5 to 15 mm.
+    assert_eq!(lines.z.dim(), (2 * ELEMENTS - 1, 401));
+    assert!((lines.beam_x[1] - lines.beam_x[0] - PITCH / 2.0).abs() < 1e-12);
     assert_eq!(lines.fs, 30.8e6);
     assert_eq!(lines.t0, 2.0 * 0.005 / C);
 }
@@ -340,6 +341,52 @@ fn phase_symmetry_marks_a_ridge_alike_for_every_strip() {
 }
 
 #[test]
+fn a_simulated_point_lies_at_the_focus() {
+    let folder = tempdir().unwrap();
+    // Nine beams, the middle one on element 64, a quarter of a pitch off the point.
+    run(
+        &folder,
+        "simulate point -o data.npz --offset 77e-6 --beams 9 --first-beam 60",
+    );
+    run(&folder, "beamform data.npz -o lines.npz --f-number 2.5");
+    let (x, z) = brightest(&Lines::read(&folder.path().join("lines.npz")).unwrap());
+    assert!((x - 0.154e-3).abs() < 1e-9, "x is {x}");
+    // A sample is 38.5 µm.
+    assert!((z - 15e-3).abs() < 39e-6, "z is {z}");
+}
+
+#[test]
+fn a_simulation_can_be_repeated_to_the_byte() {
+    let folder = tempdir().unwrap();
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    let flags = "--beams 3 --first-beam 62 --depth-start 0.013 --depth-end 0.016 --noise -30";
+    run(
+        &folder,
+        &format!("--threads 1 simulate vertebra -o a.npz {flags} --slice -0.008"),
+    );
+    run(
+        &folder,
+        "--threads 3 simulate -o b.npz --config a.npz.config.toml",
+    );
+    assert!(bytes("a.npz") == bytes("b.npz"));
+    run(
+        &folder,
+        "simulate -o c.npz --config a.npz.config.toml --seed 2",
+    );
+    assert!(bytes("a.npz") != bytes("c.npz"));
+    // Without noise there is nothing random, and the configuration says so.
+    run(
+        &folder,
+        "simulate -o d.npz --config a.npz.config.toml --noise-free",
+    );
+    run(
+        &folder,
+        "simulate -o e.npz --config d.npz.config.toml --seed 2",
+    );
+    assert!(bytes("d.npz") == bytes("e.npz"));
+}
+
+#[test]
 fn help_has_examples_that_name_real_flags() {
     let help = |arguments: &[&str]| {
         let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
@@ -351,6 +398,7 @@ fn help_has_examples_that_name_real_flags() {
     };
     for command in [
         &["--help"][..],
+        &["simulate", "--help"],
         &["beamform", "--help"],
         &["phase-symmetry", "--help"],
     ] {
@@ -358,7 +406,9 @@ fn help_has_examples_that_name_real_flags() {
         let (flags, examples) = text.split_once("Examples:").expect("examples");
         // The examples of the whole program belong to its commands.
         let known = match command {
-            ["--help"] => help(&["beamform", "--help"]) + &help(&["phase-symmetry", "--help"]),
+            ["--help"] => ["simulate", "beamform", "phase-symmetry"]
+                .map(|name| help(&[name, "--help"]))
+                .concat(),
             _ => flags.to_owned(),
         };
         for word in examples

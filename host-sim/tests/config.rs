@@ -4,8 +4,11 @@ use std::fs;
 
 use host_sim::Error;
 use host_sim::beamform::Covariance;
-use host_sim::config::{Beamform, Config, Image, Method, PhaseSymmetry, Size, parse_scale};
+use host_sim::config::{
+    Beamform, Config, Image, Kind, Method, PhaseSymmetry, Simulate, Size, parse_scale,
+};
 use host_sim::files::atomic::Outputs;
+use host_sim::simulate::Settings;
 use tempfile::tempdir;
 
 fn refused(text: &str) -> String {
@@ -45,6 +48,16 @@ fn the_written_configuration_is_read_back_as_it_was() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("lines.npz.config.toml");
     let config = Config {
+        simulate: Simulate {
+            phantom: Kind::Point,
+            mesh: Some("bone 'a'.ply".into()),
+            slice: -8e-3,
+            scanner: Some(Settings {
+                noise: Some(-60.0),
+                ..Settings::default()
+            }),
+            ..Simulate::default()
+        },
         beamform: Beamform {
             method: Method::Esmv,
             beta: Some(1e-5),
@@ -114,6 +127,9 @@ fn unknown_keys_and_wrong_types_are_named_with_their_line() {
 #[test]
 fn values_outside_their_range_are_named_with_flag_key_value_and_range() {
     let cases = [
+        ("simulate", "slice = inf", "finite"),
+        ("simulate", "offset = nan", "finite"),
+        ("simulate", "depth = 0.0", "(m)"),
         ("beamform", "subarray_ratio = 1.5", "at most 1"),
         ("beamform", "subarray_ratio = 0.0", "above 0"),
         ("beamform", "subarray_ratio = nan", "above 0"),

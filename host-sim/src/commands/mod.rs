@@ -2,6 +2,7 @@
 
 pub mod beamform;
 pub mod phase_symmetry;
+pub mod simulate;
 
 use std::env;
 use std::path::{Path, PathBuf};

@@ -7,10 +7,12 @@
 mod beamform;
 mod image;
 mod phase_symmetry;
+mod simulate;
 
 pub use beamform::{Beamform, Method};
 pub use image::Image;
 pub use phase_symmetry::{PhaseSymmetry, Size, parse_scale};
+pub use simulate::{Kind, Simulate};
 
 use std::fs;
 use std::io::Write;
@@ -25,6 +27,8 @@ use crate::{Error, Result};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Config {
+    /// Phantom and scanner.
+    pub simulate: Simulate,
     /// Delay and beamformer.
     pub beamform: Beamform,
     /// From lines to pixels.
@@ -57,6 +61,7 @@ impl Config {
     /// # Errors
     /// [`Error::Usage`] naming the flag, the key, the value and the range.
     pub fn validate(&self) -> Result<()> {
+        self.simulate.validate()?;
         self.beamform.validate()?;
         self.image.validate()?;
         self.phase_symmetry.validate()
