@@ -81,7 +81,11 @@ fn read(path: &Path) -> Result<Mesh> {
     let file = File::open(path).map_err(|error| fail(error.to_string()))?;
     let ply = Parser::<DefaultElement>::new()
         .read_ply(&mut BufReader::new(file))
-        .map_err(|error| fail(format!("not a readable PLY file: {error}")))?;
+        .map_err(|error| {
+            // The parser explains itself over several lines.
+            let reason = error.to_string().replace('\n', " ");
+            fail(format!("not a readable PLY file: {}", reason.trim_end()))
+        })?;
     let element = |name: &str| {
         ply.payload
             .get(name)

@@ -5,6 +5,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use crate::image::PixelGrid;
 use crate::{Error, Result};
 
 use super::chain::Point;
@@ -119,16 +120,15 @@ impl Outline {
         if crossed % 2 == 1 { nearest } else { -nearest }
     }
 
-    /// The signed distance at the pixels of an image, [row, column], m: column k at x0 + k·pixel,
-    /// row k at z0 + k·pixel.
-    pub fn distance_map(
-        &self,
-        rows: usize,
-        columns: usize,
-        x0: f64,
-        z0: f64,
-        pixel: f64,
-    ) -> Array2<f64> {
+    /// The signed distance at the pixels of an image, `[row, column]`, m.
+    pub fn distance_map(&self, grid: &PixelGrid) -> Array2<f64> {
+        let PixelGrid {
+            x0,
+            z0,
+            pixel,
+            rows,
+            columns,
+        } = *grid;
         let mut values = vec![0.0; rows * columns];
         // An image without columns has no rows to fill.
         values
@@ -288,7 +288,13 @@ mod tests {
         }
         assert!((outline.without_holes().unwrap().signed_distance(0.0, 10.0) - 4.0).abs() < 1e-12);
         assert!((outline.at_depth(15.0).unwrap().signed_distance(0.0, 14.0) + 1.0).abs() < 1e-12);
-        let map = outline.distance_map(3, 2, 0.0, 5.0, 1.5);
+        let map = outline.distance_map(&PixelGrid {
+            x0: 0.0,
+            z0: 5.0,
+            pixel: 1.5,
+            rows: 3,
+            columns: 2,
+        });
         assert!(
             (map[[1, 0]] - 0.5).abs() < 1e-12
                 && (map[[2, 1]] - outline.signed_distance(1.5, 8.0)).abs() < 1e-12
