@@ -66,7 +66,8 @@ fn column_of(law: TransmitLaw, element_x: &[f64]) -> Column<'_> {
 fn core_column(p: &DelayParameters, taps: usize, column: &Column, rf: &[f32]) -> Vec<Complex<f32>> {
     let delay = Delay::new(*p, HilbertTransformer::new(taps).unwrap()).unwrap();
     let mut scratch = vec![f32::NAN; delay.scratch_len()];
-    let mut out = vec![ZERO; p.output_samples * p.elements];
+    // Whatever is not overwritten shows.
+    let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
     delay.column(column, rf, &mut scratch, &mut out).unwrap();
     out
 }
