@@ -431,3 +431,32 @@ fn outputs_that_cannot_be_written_are_told_before_anything_is_read() {
         &["/proc", "cannot be written"],
     );
 }
+
+/// The shell's limit on the size of a file stands in for a full disk.
+#[cfg(unix)]
+#[test]
+fn an_output_that_does_not_fit_leaves_nothing() {
+    let folder = folder_with_channel_data();
+    let before = names(folder.path());
+    for arguments in [
+        "simulate point --beams 3 -o big.npz",
+        "beamform data.npz -o lines.npz --image big.npy",
+    ] {
+        let program = env!("CARGO_BIN_EXE_host-sim");
+        // 64 blocks of 512 or 1024 bytes; ignoring the signal makes the write fail instead.
+        let script = format!("trap '' XFSZ; ulimit -f 64; exec '{program}' {arguments}");
+        let output = Command::new("sh")
+            .args(["-c", &script])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(message.trim_end().lines().count(), 1, "{message}");
+        assert!(
+            message.contains("big.np") && message.contains("cannot be written"),
+            "{message}"
+        );
+        assert_eq!(output.status.code(), Some(DATA));
+        assert_eq!(names(folder.path()), before);
+    }
+}

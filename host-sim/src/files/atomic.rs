@@ -2,7 +2,7 @@
 
 use std::error::Error as StdError;
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
@@ -11,7 +11,74 @@ use super::file_error;
 use crate::Result;
 
 /// What an output's contents are written to: seekable, as a zip archive needs it.
-pub type Sink<'a> = BufWriter<&'a mut File>;
+///
+/// The first failure is returned; what comes after it goes nowhere and succeeds. A zip archive
+/// tries to complete itself when it is dropped, and where that fails as well it would write about
+/// it to the standard error by itself.
+pub struct Sink<'a> {
+    file: BufWriter<&'a mut File>,
+    position: u64,
+    failed: bool,
+}
+
+impl<'a> Sink<'a> {
+    fn new(file: &'a mut File) -> Self {
+        Self {
+            file: BufWriter::new(file),
+            position: 0,
+            failed: false,
+        }
+    }
+
+    fn note<T>(&mut self, outcome: io::Result<T>) -> io::Result<T> {
+        if let Err(e) = &outcome {
+            self.failed |= e.kind() != io::ErrorKind::Interrupted;
+        }
+        outcome
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        if self.failed {
+            return Err(io::Error::other("an earlier write failed"));
+        }
+        self.file.flush()
+    }
+}
+
+impl Write for Sink<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = if self.failed {
+            Ok(bytes.len())
+        } else {
+            self.file.write(bytes)
+        };
+        let written = self.note(written)?;
+        self.position += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let flushed = if self.failed {
+            Ok(())
+        } else {
+            self.file.flush()
+        };
+        self.note(flushed)
+    }
+}
+
+impl Seek for Sink<'_> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let place = match (self.failed, to) {
+            (false, to) => self.file.seek(to),
+            (true, SeekFrom::Start(place)) => Ok(place),
+            (true, SeekFrom::Current(step)) => Ok(self.position.saturating_add_signed(step)),
+            (true, SeekFrom::End(_)) => Ok(self.position),
+        };
+        self.position = self.note(place)?;
+        Ok(self.position)
+    }
+}
 
 /// The outputs of one run. They are staged under temporary names beside their places, and appear
 /// together at [`Outputs::commit`]; dropped before that, they leave nothing behind.
@@ -36,9 +103,9 @@ impl Outputs {
         F: FnOnce(&mut Sink<'_>) -> std::result::Result<(), Box<dyn StdError>>,
     {
         let (mut file, place) = open(path)?;
-        let mut sink = BufWriter::new(file.as_file_mut());
+        let mut sink = Sink::new(file.as_file_mut());
         contents(&mut sink)
-            .and_then(|()| Ok(sink.flush()?))
+            .and_then(|()| Ok(sink.finish()?))
             .map_err(|e| file_error(path, format!("cannot be written: {e}")))?;
         drop(sink);
         // Some file systems tell of a full disk only here; after the rename it would be too late.
