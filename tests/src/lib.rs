@@ -1,3 +1,55 @@
 //! Golden cases: fixed inputs, one hash a kernel, the same on every target.
+//!
+//! A workstation's test and the firmware image both call [`run`] and print a line a case; the
+//! lines recorded in `tests/golden/hashes.txt` are what both must give.
 
 #![no_std]
+
+pub mod beamform;
+pub mod delay;
+pub mod hash;
+pub mod image;
+pub mod phase_symmetry;
+pub mod snapshots;
+
+use bonebeam::Error;
+
+/// The memory of all cases; fits a `static`.
+pub struct Workspaces {
+    beamform: beamform::Memory,
+    delay: delay::Memory,
+    image: image::Memory,
+    phase_symmetry: phase_symmetry::Memory,
+}
+
+impl Workspaces {
+    /// What it takes.
+    pub const BYTES: usize = size_of::<Self>();
+
+    /// Memory for [`run`].
+    pub const fn new() -> Self {
+        Workspaces {
+            beamform: beamform::Memory::new(),
+            delay: delay::Memory::new(),
+            image: image::Memory::new(),
+            phase_symmetry: phase_symmetry::Memory::new(),
+        }
+    }
+}
+
+impl Default for Workspaces {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Runs every case and reports its name (without spaces) and its hash.
+///
+/// # Errors
+/// What the core refuses, which is a fault of a case.
+pub fn run(workspaces: &mut Workspaces, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
+    delay::run(&mut workspaces.delay, report)?;
+    beamform::run(&mut workspaces.beamform, report)?;
+    image::run(&mut workspaces.image, report)?;
+    phase_symmetry::run(&mut workspaces.phase_symmetry, report)
+}

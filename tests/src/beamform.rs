@@ -1,0 +1,117 @@
+//! The beamformers on the golden snapshots: M = 32, L = 16, K = 2.
+
+use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Workspace};
+use bonebeam::channel::aperture::{Active, Aperture};
+use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::{Complex, Error};
+
+use crate::hash;
+use crate::snapshots::{ELEMENTS, SAMPLES, SNAPSHOTS};
+
+/// The subarray's length.
+pub const SUBARRAY: usize = ELEMENTS / 2;
+/// `K`.
+pub const TEMPORAL: usize = 2;
+/// The samples of the time window.
+pub const SLOTS: usize = 2 * TEMPORAL + 1;
+
+/// A beamformer and what its hash is called.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    /// The name.
+    pub name: &'static str,
+    /// The beamformer.
+    pub method: Method,
+}
+
+const fn case(name: &'static str, method: Method) -> Case {
+    Case { name, method }
+}
+
+/// The cases with forward-backward averaging, all elements active. (DAS has no covariance.)
+pub const FORWARD_BACKWARD: [Case; 6] = [
+    case("das", Method::Das),
+    case("mv", Method::Mv),
+    case("esmv-rank1", Method::EsmvRank1),
+    case("esmv-beta", Method::EsmvBeta(0.1)),
+    case("esmv-rank3", Method::EsmvRank(3)),
+    case("esmv-exclude-first", Method::EsmvExcludeFirst),
+];
+
+/// The cases with the forward covariance, all elements active.
+pub const FORWARD: [Case; 4] = [
+    case("mv-forward", Method::Mv),
+    case("esmv-rank1-forward", Method::EsmvRank1),
+    case("esmv-beta-forward", Method::EsmvBeta(0.1)),
+    case("esmv-exclude-first-forward", Method::EsmvExcludeFirst),
+];
+
+/// The case whose aperture grows with depth ([`growing`]), forward-backward.
+pub const GROWING: Case = case("mv-growing-aperture", Method::Mv);
+
+/// A case's parameters.
+pub fn parameters(method: Method) -> Parameters {
+    Parameters {
+        method,
+        temporal: TEMPORAL,
+        ..Parameters::default()
+    }
+}
+
+/// The active elements of a sample of [`GROWING`]: from 8 to all, cut at the array's start.
+///
+/// # Errors
+/// None: the aperture is a valid one.
+pub fn growing() -> Result<impl Fn(usize) -> Active, Error> {
+    let aperture = Aperture::new(1.5, 0.3e-3, ELEMENTS, 8)?;
+    Ok(move |n| aperture.active(9.5, 2e-3 + n as f64 * 0.3e-3))
+}
+
+/// The memory of the cases.
+pub struct Memory {
+    forward: Workspace<Forward, ELEMENTS, SUBARRAY, SLOTS, 1>,
+    forward_backward: Workspace<ForwardBackward, ELEMENTS, SUBARRAY, SLOTS, 1>,
+    z: [Complex<f32>; SAMPLES],
+}
+
+impl Memory {
+    pub(crate) const fn new() -> Self {
+        Memory {
+            forward: Workspace::new(),
+            forward_backward: Workspace::new(),
+            z: [Complex::new(0.0, 0.0); SAMPLES],
+        }
+    }
+}
+
+pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
+    let Memory {
+        forward,
+        forward_backward,
+        z,
+    } = memory;
+    let all = |_| Active {
+        first: 0,
+        count: ELEMENTS,
+    };
+    for case in FORWARD_BACKWARD {
+        beamform(case, forward_backward, all, z, report)?;
+    }
+    for case in FORWARD {
+        beamform(case, forward, all, z, report)?;
+    }
+    beamform(GROWING, forward_backward, growing()?, z, report)
+}
+
+fn beamform<A: Averaging<1>>(
+    case: Case,
+    workspace: &mut Workspace<A, ELEMENTS, SUBARRAY, SLOTS, 1>,
+    active: impl Fn(usize) -> Active,
+    z: &mut [Complex<f32>],
+    report: &mut impl FnMut(&str, u64),
+) -> Result<(), Error> {
+    let line = DelayedLine::new(&SNAPSHOTS, ELEMENTS)?;
+    Beamformer::new(parameters(case.method))?.line(workspace, line, active, z)?;
+    report(case.name, hash::complex(z));
+    Ok(())
+}

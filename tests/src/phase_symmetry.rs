@@ -1,0 +1,91 @@
+//! Phase symmetry of a 64 × 64 image in strips of several heights, which all have one hash.
+
+use bonebeam::phase_symmetry::{
+    External, LogGabor, LogGaborTables, PhaseSymmetry, SliceSource, SliceStore, Workspace,
+    spectrum_columns,
+};
+use bonebeam::{Complex, Error};
+
+use crate::hash;
+
+/// Rows and columns of the image.
+pub const SIDE: usize = 64;
+/// The strip heights and what their hashes are called.
+pub const STRIPS: [(&str, usize); 4] = [
+    ("phase-symmetry-strip-1", 1),
+    ("phase-symmetry-strip-5", 5),
+    ("phase-symmetry-strip-16", 16),
+    ("phase-symmetry-strip-64", SIDE),
+];
+/// `r₀`, cycles per pixel.
+pub const SCALES: [f64; 3] = [1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0];
+/// `T_n`.
+pub const THRESHOLD: f32 = 3.0;
+
+/// Two bright ridges that cross, on speckle: whole numbers within 0..255.
+pub static IMAGE: [f32; SIDE * SIDE] = {
+    let mut image = [0.0; SIDE * SIDE];
+    let mut n = 0;
+    while n < image.len() {
+        let (row, column) = (n / SIDE, n % SIDE);
+        let speckle = (n as u32).wrapping_mul(2_654_435_761) >> 26;
+        let level = 10 + speckle + ridge(row, 38 + column / 5) + ridge(column, 45 - row / 2);
+        image[n] = level as f32;
+        n += 1;
+    }
+    image
+};
+
+const fn ridge(at: usize, top: usize) -> u32 {
+    match at.abs_diff(top) {
+        0 => 90,
+        1 => 70,
+        2 => 25,
+        _ => 0,
+    }
+}
+
+/// The memory of the cases.
+pub struct Memory {
+    tables: LogGaborTables,
+    fast: Workspace<SIDE, SIDE>,
+    spectrum: [Complex<f32>; SIDE * spectrum_columns(SIDE)],
+    filtered: [Complex<f32>; SIDE * SIDE],
+    amplitude: [f32; SIDE * SIDE],
+    symmetry: [f32; SIDE * SIDE],
+}
+
+impl Memory {
+    pub(crate) const fn new() -> Self {
+        let zero = Complex::new(0.0, 0.0);
+        Memory {
+            tables: LogGaborTables::new(),
+            fast: Workspace::new(),
+            spectrum: [zero; SIDE * spectrum_columns(SIDE)],
+            filtered: [zero; SIDE * SIDE],
+            amplitude: [0.0; SIDE * SIDE],
+            symmetry: [0.0; SIDE * SIDE],
+        }
+    }
+}
+
+pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
+    let filters = LogGabor::new(&mut memory.tables);
+    for (name, strip) in STRIPS {
+        let mut external = External {
+            image: &mut SliceSource::new(&IMAGE, SIDE)?,
+            spectrum: &mut SliceStore::new(&mut memory.spectrum, spectrum_columns(SIDE))?,
+            filtered: &mut SliceStore::new(&mut memory.filtered, SIDE)?,
+            amplitude: &mut SliceStore::new(&mut memory.amplitude, SIDE)?,
+            symmetry: &mut SliceStore::new(&mut memory.symmetry, SIDE)?,
+        };
+        PhaseSymmetry::new(SIDE, SIDE, &SCALES, THRESHOLD, strip)?.run(
+            &filters,
+            &mut external,
+            &mut memory.fast.buffers(),
+            &mut |_| {},
+        )?;
+        report(name, hash::real(&memory.symmetry));
+    }
+    Ok(())
+}

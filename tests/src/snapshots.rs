@@ -1,0 +1,46 @@
+//! The golden snapshot sequence: delayed analytic samples of one beam.
+//!
+//! A strong echo from straight ahead around sample 12, one from the side around sample 26, noise
+//! throughout, a shadow over a third of the elements at samples 32 to 37, and over all of them from
+//! sample 42 on. `tests/tests/golden.rs` holds what made the file, and checks it.
+
+use bonebeam::Complex;
+
+/// Elements of the array.
+pub const ELEMENTS: usize = 32;
+/// Samples in time, at 20 MHz.
+pub const SAMPLES: usize = 48;
+/// Numbers in the sequence.
+pub const LENGTH: usize = SAMPLES * ELEMENTS;
+
+/// The file: f32, little-endian, re and im in turn, row-major `[sample][element]`.
+pub const BYTES: &[u8; 8 * LENGTH] = include_bytes!("../golden/snapshots_m32.bin");
+
+/// The sequence, row-major `[sample][element]`.
+pub static SNAPSHOTS: [Complex<f32>; LENGTH] = decode();
+
+/// Its real parts: numbers for the stages that take real ones.
+pub static REAL_PARTS: [f32; LENGTH] = {
+    let x = decode();
+    let mut re = [0.0; LENGTH];
+    let mut n = 0;
+    while n < LENGTH {
+        re[n] = x[n].re;
+        n += 1;
+    }
+    re
+};
+
+const fn decode() -> [Complex<f32>; LENGTH] {
+    let (words, _) = BYTES.as_chunks::<4>();
+    let mut x = [Complex::new(0.0, 0.0); LENGTH];
+    let mut n = 0;
+    while n < LENGTH {
+        x[n] = Complex::new(
+            f32::from_le_bytes(words[2 * n]),
+            f32::from_le_bytes(words[2 * n + 1]),
+        );
+        n += 1;
+    }
+    x
+}

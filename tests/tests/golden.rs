@@ -1,0 +1,244 @@
+//! The golden cases on the workstation: their recorded hashes, the f32 references' own, every
+//! number of lanes. Meant for every profile: bits must not depend on optimisation.
+
+mod common;
+
+use bonebeam::Complex;
+use bonebeam::beamform::{Beamformer, DelayedLine, Method, Run, Workspace};
+use bonebeam::channel::aperture::Active;
+use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::image::Axis;
+use bonebeam_tests::snapshots::{self, ELEMENTS, REAL_PARTS, SAMPLES, SNAPSHOTS};
+use bonebeam_tests::{Workspaces, beamform, delay, hash, image, phase_symmetry};
+use common::lines::{Line, scalar};
+use host_sim::beamform::Covariance;
+use host_sim::reference::f32 as reference;
+use ndarray::Array2;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const RECORDED: &str = include_str!("../golden/hashes.txt");
+
+fn golden(file: &str) -> std::path::PathBuf {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("golden")
+        .join(file)
+}
+
+/// The lines that the firmware prints, too.
+fn printed() -> String {
+    let mut lines = String::new();
+    bonebeam_tests::run(&mut Box::new(Workspaces::new()), &mut |name, hash| {
+        lines += &format!("{name} {hash:016x}\n");
+    })
+    .expect("cases that the core takes");
+    lines
+}
+
+fn recorded(name: &str) -> u64 {
+    let hash = RECORDED
+        .lines()
+        .find_map(|line| line.strip_prefix(name)?.strip_prefix(' '))
+        .unwrap_or_else(|| panic!("{name} is not in hashes.txt"));
+    u64::from_str_radix(hash, 16).expect("a hash")
+}
+
+#[test]
+fn the_recorded_hashes_are_met() {
+    assert_eq!(printed(), RECORDED);
+}
+
+/// Records what the core gives now, after a change that is meant to change bits:
+/// `cargo test -p bonebeam-tests --test golden -- --ignored record_hashes`.
+#[test]
+#[ignore = "writes tests/golden/hashes.txt"]
+fn record_hashes() {
+    std::fs::write(golden("hashes.txt"), printed()).expect("a file that can be written");
+}
+
+/// What made `snapshots_m32.bin`: arithmetic, libm and ChaCha, the same bytes everywhere.
+fn make_snapshots() -> Vec<u8> {
+    let mut rng = ChaCha8Rng::seed_from_u64(32);
+    // The sum of twelve uniform numbers less 6: nearly Gaussian, of unit variance, and exact.
+    let mut gaussian = || {
+        let sum: f64 = (0..12)
+            .map(|_| f64::from(rng.next_u32()) / 4_294_967_296.0)
+            .sum();
+        sum - 6.0
+    };
+    let pulse = |n: usize, at: f64| {
+        let t = (n as f64 - at) / 3.0;
+        libm::exp(-t * t)
+    };
+    let mut bytes = Vec::new();
+    for n in 0..SAMPLES {
+        for m in 0..ELEMENTS {
+            let mut x = Complex::new(gaussian(), gaussian());
+            // 5 MHz at 20 MHz: a quarter of a turn a sample.
+            let carrier = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)][n % 4];
+            let carrier = Complex::new(carrier.0, carrier.1);
+            let angle = 0.8 * m as f64;
+            let side = Complex::new(libm::cos(angle), libm::sin(angle));
+            x += carrier * (50.0 * pulse(n, 12.0));
+            x += carrier * side * (20.0 * pulse(n, 26.0));
+            let shadowed = (32..38).contains(&n) && m >= 20 || n >= 42;
+            for part in [x.re, x.im] {
+                let value = if shadowed { 0.0 } else { part as f32 };
+                bytes.extend(value.to_le_bytes());
+            }
+        }
+    }
+    bytes
+}
+
+#[test]
+fn the_snapshots_are_what_made_them() {
+    assert!(make_snapshots() == snapshots::BYTES);
+}
+
+/// `cargo test -p bonebeam-tests --test golden -- --ignored write_snapshots`
+#[test]
+#[ignore = "writes tests/golden/snapshots_m32.bin"]
+fn write_snapshots() {
+    std::fs::write(golden("snapshots_m32.bin"), make_snapshots())
+        .expect("a file that can be written");
+}
+
+fn snapshot_line(active: impl Fn(usize) -> Active) -> Line {
+    let x = Array2::from_shape_vec((SAMPLES, ELEMENTS), SNAPSHOTS.to_vec());
+    Line {
+        x: x.expect("the sequence's shape"),
+        active: (0..SAMPLES).map(active).collect(),
+    }
+}
+
+fn all(_: usize) -> Active {
+    Active {
+        first: 0,
+        count: ELEMENTS,
+    }
+}
+
+#[test]
+fn the_scalar_beamformers_have_the_hashes() {
+    let check = |case: beamform::Case, line: &Line, covariance| {
+        let z = scalar(line, beamform::parameters(case.method), covariance);
+        assert_eq!(hash::complex(&z), recorded(case.name), "{}", case.name);
+    };
+    let line = snapshot_line(all);
+    for case in beamform::FORWARD_BACKWARD {
+        check(case, &line, Covariance::ForwardBackward);
+    }
+    for case in beamform::FORWARD {
+        check(case, &line, Covariance::Forward);
+    }
+    let growing = snapshot_line(beamform::growing().expect("a valid aperture"));
+    check(beamform::GROWING, &growing, Covariance::ForwardBackward);
+}
+
+#[test]
+fn the_scalar_delay_stage_has_the_hashes() {
+    let mut x = vec![Complex::new(f32::NAN, f32::NAN); delay::SAMPLES * delay::ELEMENTS];
+    for (name, column) in delay::COLUMNS {
+        reference::delay::column(
+            &delay::PARAMETERS,
+            delay::HILBERT_TAPS,
+            &column,
+            &REAL_PARTS,
+            &mut x,
+        );
+        assert_eq!(hash::complex(&x), recorded(name), "{name}");
+    }
+}
+
+#[test]
+fn the_scalar_image_stage_has_the_hashes() {
+    let positions = |axis: Axis| reference::image::Positions {
+        first: axis.first,
+        step: axis.step,
+        count: axis.count,
+    };
+    let envelope = reference::image::envelope(&SNAPSHOTS);
+    let largest = envelope.iter().copied().fold(0.0, f32::max);
+    let levels = reference::image::log_compression(&envelope, largest, image::DYNAMIC_RANGE);
+    let [beams, depths, rows, columns] =
+        [image::BEAMS, image::DEPTHS, image::ROWS, image::COLUMNS].map(positions);
+    let pixels = reference::image::resample(&levels, beams, depths, rows, columns);
+    let smooth = reference::image::median(&pixels, image::SIDE);
+    for (name, values) in [
+        ("envelope", envelope),
+        ("log-compression", levels),
+        ("resample", pixels),
+        ("median", smooth),
+    ] {
+        assert_eq!(hash::real(&values), recorded(name), "{name}");
+    }
+}
+
+#[test]
+fn phase_symmetry_of_the_whole_has_the_hash_of_every_strip() {
+    let map = reference::phase_symmetry::phase_symmetry(
+        &phase_symmetry::IMAGE,
+        phase_symmetry::SIDE,
+        phase_symmetry::SIDE,
+        &phase_symmetry::SCALES,
+        phase_symmetry::THRESHOLD,
+    );
+    for (name, _) in phase_symmetry::STRIPS {
+        assert_eq!(hash::real(&map), recorded(name), "{name}");
+    }
+}
+
+/// The hash of the sequence in lane `place` of `W`. The other lanes start elsewhere in it, so that
+/// no lane does what another does.
+fn hash_in_lane<A: Averaging<W>, const W: usize>(method: Method, place: usize) -> u64 {
+    let line = DelayedLine::new(&SNAPSHOTS, ELEMENTS).expect("finite samples");
+    let runs = std::array::from_fn(|lane| Run {
+        line,
+        first_element: 0,
+        first_sample: lane.abs_diff(place),
+    });
+    let mut z = runs.map(|run| vec![Complex::ZERO; SAMPLES - run.first_sample]);
+    let mut workspace = Box::new(Workspace::<
+        A,
+        ELEMENTS,
+        { beamform::SUBARRAY },
+        { beamform::SLOTS },
+        W,
+    >::new());
+    Beamformer::new(beamform::parameters(method))
+        .expect("valid parameters")
+        .runs(
+            &mut workspace,
+            &runs,
+            ELEMENTS,
+            &mut z.each_mut().map(Vec::as_mut_slice),
+        )
+        .expect("runs that fit");
+    hash::complex(&z[place])
+}
+
+fn assert_lanes<A: Averaging<W>, const W: usize>(cases: &[beamform::Case]) {
+    for case in cases {
+        for place in [0, W / 2, W - 1] {
+            assert_eq!(
+                hash_in_lane::<A, W>(case.method, place),
+                recorded(case.name),
+                "{} in lane {place} of {W}",
+                case.name
+            );
+        }
+    }
+}
+
+#[test]
+fn every_number_of_lanes_has_the_hashes() {
+    assert_lanes::<Forward, 1>(&beamform::FORWARD);
+    assert_lanes::<Forward, 4>(&beamform::FORWARD);
+    assert_lanes::<Forward, 8>(&beamform::FORWARD);
+    assert_lanes::<Forward, 16>(&beamform::FORWARD);
+    assert_lanes::<ForwardBackward, 1>(&beamform::FORWARD_BACKWARD);
+    assert_lanes::<ForwardBackward, 4>(&beamform::FORWARD_BACKWARD);
+    assert_lanes::<ForwardBackward, 8>(&beamform::FORWARD_BACKWARD);
+    assert_lanes::<ForwardBackward, 16>(&beamform::FORWARD_BACKWARD);
+}
