@@ -451,6 +451,7 @@ fn an_output_that_does_not_fit_leaves_nothing() {
             .output()
             .unwrap();
         let message = String::from_utf8(output.stderr).unwrap();
+        assert!(message.starts_with("host-sim: "), "{message}");
         assert_eq!(message.trim_end().lines().count(), 1, "{message}");
         assert!(
             message.contains("big.np") && message.contains("cannot be written"),

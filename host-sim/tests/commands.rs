@@ -7,6 +7,8 @@ use std::fs;
 use std::process::Command;
 
 use common::{Npz, scalar, vector};
+use host_sim::beamform::Covariance;
+use host_sim::config::{Beamform, Config, Image, Method};
 use host_sim::files::{ChannelData, DelayedData, Lines, Transmits, image};
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
@@ -29,6 +31,8 @@ const C: f64 = 1540.0;
 const FS: f64 = 40e6;
 const F0: f64 = 5e6;
 const T0: f64 = -1e-6;
+/// Steered to one side only, so that their signs matter.
+const ANGLES: [f64; 3] = [0.1, 0.2, 0.3];
 /// The reflecting point, (x, z) in m: on element 20, off every grid in depth.
 const POINT: (f64, f64) = (4.5 * PITCH, 11.234e-3);
 
@@ -74,7 +78,7 @@ fn laws() -> [Transmits; 3] {
             f_number: None,
         },
         Transmits::Plane {
-            angle: vec![-0.2, 0.0, 0.2],
+            angle: ANGLES.to_vec(),
         },
         Transmits::Element {
             index: (0..ELEMENTS).collect(),
@@ -152,6 +156,31 @@ fn the_written_configuration_repeats_the_run() {
         &folder,
         &format!("beamform data.npz -o a.npz --image a.png {flags}"),
     );
+    let written = Config::read(&folder.path().join("a.npz.config.toml")).unwrap();
+    let expected = Config {
+        beamform: Beamform {
+            method: Method::Esmv,
+            rank: Some(3),
+            temporal: 2,
+            covariance: Covariance::Forward,
+            loading: 0.1,
+            subarray_ratio: 0.4,
+            f_number: 2.0,
+            min_elements: 6,
+            output_rate: 25e6,
+            depth_start: Some(0.004),
+            depth_end: Some(0.018),
+            ..Beamform::default()
+        },
+        image: Image {
+            dynamic_range: 45.0,
+            rows: 200,
+            median: true,
+            ..Image::default()
+        },
+        ..Config::default()
+    };
+    assert_eq!(written, expected);
     run(
         &folder,
         "beamform data.npz -o b.npz --image b.png --config a.npz.config.toml",
@@ -212,7 +241,7 @@ fn sixteen_bit_samples_give_the_lines_of_the_same_numbers_in_f32() {
         .with("element_x", vector(&data.element_x))
         .with("c", scalar(data.c))
         .with("f0", scalar(data.f0))
-        .with("tx_angle", vector(&[-0.2, 0.0, 0.2]))
+        .with("tx_angle", vector(&ANGLES))
         .finish();
     let lines = |name: &str| {
         run(&folder, &format!("beamform {name}.npz -o lines.npz"));

@@ -144,7 +144,9 @@ fn what_numpy_users_write_is_accepted() {
     channel_data_without(&path, &["rf"])
         .with("rf", column_major_ramp())
         .finish();
-    assert_eq!(ChannelData::read(&path).unwrap(), expected);
+    let data = ChannelData::read(&path).unwrap();
+    assert!(data.rf.is_standard_layout());
+    assert_eq!(data, expected);
 
     // Coordinates in f32, and numbers written without a point.
     let x = Array1::from_vec(vec![-0.45e-3f32, -0.15e-3, 0.15e-3, 0.45e-3]).into_dyn();
