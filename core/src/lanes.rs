@@ -33,8 +33,11 @@ impl<const W: usize> Lanes<W> {
 
     /// `f` of each lane.
     #[inline(always)]
-    pub fn map(self, f: impl Fn(f32) -> f32) -> Self {
-        Lanes(core::array::from_fn(|k| f(self.0[k])))
+    pub fn map(mut self, f: impl Fn(f32) -> f32) -> Self {
+        for k in 0..W {
+            self.0[k] = f(self.0[k]);
+        }
+        self
     }
 
     /// The square root of each lane, correctly rounded.
@@ -45,25 +48,59 @@ impl<const W: usize> Lanes<W> {
 
     /// `self` where `mask` is true, `other` elsewhere.
     #[inline(always)]
-    pub fn select(mask: [bool; W], yes: Self, no: Self) -> Self {
-        Lanes(core::array::from_fn(|k| {
-            if mask[k] { yes.0[k] } else { no.0[k] }
-        }))
+    pub fn select(mask: [bool; W], yes: Self, mut no: Self) -> Self {
+        for k in 0..W {
+            if mask[k] {
+                no.0[k] = yes.0[k];
+            }
+        }
+        no
     }
 }
 
-macro_rules! lanewise {
-    ($($trait:ident $method:ident $op:tt),*) => {$(
-        impl<const W: usize> $trait for Lanes<W> {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, rhs: Self) -> Self {
-                Lanes(core::array::from_fn(|k| self.0[k] $op rhs.0[k]))
-            }
+impl<const W: usize> Add for Lanes<W> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(mut self, rhs: Self) -> Self {
+        for k in 0..W {
+            self.0[k] += rhs.0[k];
         }
-    )*};
+        self
+    }
 }
-lanewise!(Add add +, Sub sub -, Mul mul *, Div div /);
+
+impl<const W: usize> Sub for Lanes<W> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(mut self, rhs: Self) -> Self {
+        for k in 0..W {
+            self.0[k] -= rhs.0[k];
+        }
+        self
+    }
+}
+
+impl<const W: usize> Mul for Lanes<W> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(mut self, rhs: Self) -> Self {
+        for k in 0..W {
+            self.0[k] *= rhs.0[k];
+        }
+        self
+    }
+}
+
+impl<const W: usize> Div for Lanes<W> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(mut self, rhs: Self) -> Self {
+        for k in 0..W {
+            self.0[k] /= rhs.0[k];
+        }
+        self
+    }
+}
 
 impl<const W: usize> Neg for Lanes<W> {
     type Output = Self;
