@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use bonebeam::channel::analytic::HilbertTransformer;
 use bonebeam::channel::aperture::{Active, Aperture};
-use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
+use bonebeam::channel::delay::{Column, Delay, DelayParameters, MAX_SAMPLES, Store};
 use bonebeam::channel::delay_law::TransmitLaw;
 use bonebeam::channel::interpolate::MAX_DECIMATION;
 use ndarray::{Array3, Axis, CowArray, Ix3};
@@ -61,6 +61,12 @@ impl<'a> DelayStage<'a> {
         }
         // The last sample may lie on the end; rounding must not lose it.
         let output_samples = ((end - start) * rate + 1e-6).floor() as usize + 1;
+        if output_samples > MAX_SAMPLES {
+            return Err(Error::Usage(format!(
+                "the depths and --output-rate ask for {output_samples} samples a line; expected \
+                 at most {MAX_SAMPLES}"
+            )));
+        }
         let delay = Delay::new(
             DelayParameters {
                 sound_speed: c,

@@ -137,7 +137,7 @@ fn samples_that_are_not_finite() {
 #[test]
 fn parameters_that_cannot_be() {
     let folder = folder_with_channel_data();
-    let cases: [(&str, &[&str]); 15] = [
+    let cases: [(&str, &[&str]); 16] = [
         // L > M.
         (
             "--subarray-ratio 1.1",
@@ -153,6 +153,7 @@ fn parameters_that_cannot_be() {
             &["--output-rate", "5000000", "centre frequency"],
         ),
         ("--depth-start 1", &["--depth-start", "1 m", "the record"]),
+        ("--depth-end 1e9", &["samples a line", "at most"]),
         ("--depth 0", &["--depth", "above 0"]),
         ("--rows 0", &["--rows", "2 to"]),
         ("--dynamic-range 0", &["--dynamic-range", "dB"]),

@@ -242,12 +242,12 @@ fn image_of(lines: &Lines, parameters: &Image) -> Result<crate::image::Image> {
     let (rows, columns) = (parameters.rows, parameters.columns);
     let [first, last] = [0, lines.z.ncols() - 1]
         .map(|sample| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0);
-    let bottom = parameters.depth.unwrap_or(last);
-    if bottom <= first {
+    if let Some(depth) = parameters.depth.filter(|&depth| depth <= first) {
         return Err(Error::Usage(format!(
-            "--depth is {bottom} m; expected more than {first} m, where the lines begin"
+            "--depth is {depth} m; expected more than {first} m, where the lines begin"
         )));
     }
+    let bottom = parameters.depth.unwrap_or(last);
     let beams = [lines.beam_x[0], lines.beam_x[lines.beam_x.len() - 1]];
     let across = match parameters.width {
         Some(width) => {

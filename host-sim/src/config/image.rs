@@ -6,6 +6,9 @@ use super::{check_positive, out_of_range};
 use crate::Result;
 
 const SECTION: &str = "image";
+/// The dynamic ranges, dB, between a black-and-white picture and all that f32 holds.
+const MIN_DYNAMIC_RANGE: f64 = 0.1;
+const MAX_DYNAMIC_RANGE: f64 = 1000.0;
 /// The longest side of an image, in pixels.
 const MAX_SIDE: usize = 16_384;
 
@@ -50,7 +53,15 @@ impl Image {
     /// # Errors
     /// [`crate::Error::Usage`] naming the flag, the key, the value and the range.
     pub fn validate(&self) -> Result<()> {
-        check_positive(SECTION, "dynamic_range", self.dynamic_range, " (dB)")?;
+        if !(MIN_DYNAMIC_RANGE..=MAX_DYNAMIC_RANGE).contains(&self.dynamic_range) {
+            let expected = format!("{MIN_DYNAMIC_RANGE} to {MAX_DYNAMIC_RANGE} dB");
+            return Err(out_of_range(
+                SECTION,
+                "dynamic_range",
+                self.dynamic_range,
+                &expected,
+            ));
+        }
         for (key, side) in [("rows", self.rows), ("columns", self.columns)] {
             if !(2..=MAX_SIDE).contains(&side) {
                 return Err(out_of_range(SECTION, key, side, "2 to 16384"));
