@@ -103,9 +103,14 @@ pub fn with_room<T: Send>(f: impl FnOnce() -> T + Send) -> T {
     })
 }
 
+/// The same number in f64.
+pub fn widen(z: Complex<f32>) -> Complex<f64> {
+    Complex::new(f64::from(z.re), f64::from(z.im))
+}
+
 /// Capacities of the tests' workspaces.
 const M: usize = 128;
-const L: usize = 128;
+const L: usize = 64;
 const SLOTS: usize = 21;
 
 /// The core, one line at a time.
@@ -125,6 +130,37 @@ fn core_line<A: Averaging<1>>(line: &Line, parameters: Parameters) -> Vec<Comple
             .line(&mut workspace, line.delayed(), |n| line.active[n], &mut z)
             .expect("a line that fits");
         z
+    })
+}
+
+/// The core's weights of one sample.
+pub fn core_weights(
+    line: &Line,
+    sample: usize,
+    parameters: Parameters,
+    covariance: Covariance,
+) -> Vec<Complex<f32>> {
+    match covariance {
+        Covariance::Forward => sample_weights::<Forward>(line, sample, parameters),
+        Covariance::ForwardBackward => sample_weights::<ForwardBackward>(line, sample, parameters),
+    }
+}
+
+fn sample_weights<A: Averaging<1>>(
+    line: &Line,
+    sample: usize,
+    parameters: Parameters,
+) -> Vec<Complex<f32>> {
+    with_room(|| {
+        let mut workspace = Box::new(Workspace::<A, M, L, SLOTS, 1>::new());
+        let mut weights = vec![Complex::ZERO; M];
+        let active = line.active[sample];
+        let count = Beamformer::new(parameters)
+            .expect("valid parameters")
+            .weights(&mut workspace, line.delayed(), active, sample, &mut weights)
+            .expect("a sample that fits");
+        weights.truncate(count);
+        weights
     })
 }
 

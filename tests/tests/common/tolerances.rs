@@ -42,3 +42,20 @@ pub const SUPERPOSITION_DB: f64 = -130.0;
 /// Noise level: the RMS of 16 × 16 rows with about 40 independent values each is known to
 /// 1/√(2·10⁴) or 0.06 dB; four standard deviations.
 pub const NOISE_LEVEL_DB: f64 = 0.25;
+
+/// The contract's bound on z against the f64 reference, of the line's largest |z|.
+pub const BEAMFORMED: f64 = 1e-4;
+/// The contract's bound on e₁ᴴRe₁, of λ₁, where λ₂ is too close to λ₁ for a bound on z.
+pub const RAYLEIGH: f64 = 1e-3;
+/// The contract's bound within which c_j counts as equal to β·c_L, of β·c_L.
+pub const RANK_RULE: f64 = 1e-3;
+/// wᴴa = 1: as far as f32 eigenvectors of up to 24 entries are orthonormal, 24 roundings of 6e-8
+/// each, and as many again in the weights.
+pub const UNIT_RESPONSE: f64 = 5e-6;
+/// Δ = 10⁶ against Δ → ∞: R is at most L/Δ of what is added to it, L = 24, and twice that in w.
+pub const HEAVY_LOADING: f64 = 5e-5;
+/// The output power of weights is quadratic in their distance from the best ones, and twice
+/// [`UNIT_RESPONSE`] in their response.
+pub const OUTPUT_POWER: f64 = 1e-5;
+/// ‖E_Nᴴw_p‖ of ‖w‖: f32 eigenvectors of up to 24 entries, 24 roundings of 6e-8 over a gap of 0.02.
+pub const SIGNAL_SUBSPACE: f64 = 7e-5;

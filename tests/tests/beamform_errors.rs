@@ -1,0 +1,175 @@
+//! What the beamformer refuses, and how it says so.
+
+mod common;
+
+use bonebeam::Error;
+use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Run, Workspace};
+use bonebeam::channel::aperture::Active;
+use bonebeam::covariance::ForwardBackward;
+use common::lines::COVARIANCES;
+use ndarray::Array3;
+use num_complex::Complex;
+
+fn refusal(parameters: Parameters) -> String {
+    let refused = Beamformer::new(parameters).expect_err("parameters out of range");
+    refused.to_string()
+}
+
+#[test]
+fn parameters_out_of_range() {
+    for beta in [0.0, -1.0, 1.5, f32::NAN] {
+        let message = refusal(Parameters {
+            method: Method::EsmvBeta(beta),
+            ..Parameters::default()
+        });
+        assert_eq!(
+            message,
+            format!("beta is {beta}, expected above 0, at most 1")
+        );
+    }
+    let message = refusal(Parameters {
+        method: Method::EsmvRank(0),
+        ..Parameters::default()
+    });
+    assert_eq!(message, "rank is 0, expected at least 1");
+    for loading in [-0.05, f32::NAN, f32::INFINITY] {
+        let message = refusal(Parameters {
+            loading,
+            ..Parameters::default()
+        });
+        assert!(message.starts_with("loading is "), "{message}");
+    }
+    // L > M is a ratio above 1.
+    for subarray_ratio in [0.0, -0.5, 1.01, f64::NAN] {
+        let message = refusal(Parameters {
+            subarray_ratio,
+            ..Parameters::default()
+        });
+        assert!(message.starts_with("subarray ratio is "), "{message}");
+    }
+}
+
+#[test]
+fn lines_that_are_empty_or_ragged() {
+    let x = [Complex::ONE; 7];
+    assert!(matches!(
+        DelayedLine::new(&x, 0),
+        Err(Error::Parameter {
+            name: "elements",
+            ..
+        })
+    ));
+    assert!(matches!(
+        DelayedLine::new(&[], 4),
+        Err(Error::Length { actual: 0, .. })
+    ));
+    assert!(matches!(
+        DelayedLine::new(&x, 4),
+        Err(Error::Length { actual: 7, .. })
+    ));
+}
+
+/// A line of 5 samples of 8 elements through a workspace for 6 elements, L = 3 and K = 1.
+fn run(parameters: Parameters, active: Active, length: usize) -> Result<(), Error> {
+    let x = [Complex::ONE; 40];
+    let line = DelayedLine::new(&x, 8)?;
+    let mut workspace = Workspace::<ForwardBackward, 6, 3, 3, 1>::new();
+    let mut z = vec![Complex::ZERO; length];
+    Beamformer::new(parameters)?.line(&mut workspace, line, |_| active, &mut z)
+}
+
+#[test]
+fn what_does_not_fit() {
+    let six = Active { first: 0, count: 6 };
+    let temporal = |temporal| Parameters {
+        temporal,
+        ..Parameters::default()
+    };
+    let ratio = Parameters {
+        subarray_ratio: 1.0,
+        ..Parameters::default()
+    };
+    let name = |result: Result<(), Error>| match result {
+        Err(Error::Parameter { name, .. }) => format!("parameter {name}"),
+        Err(Error::Capacity { name, .. }) => format!("capacity {name}"),
+        Err(Error::Length { name, .. }) => format!("length {name}"),
+        other => format!("{other:?}"),
+    };
+    assert_eq!(run(temporal(1), six, 5), Ok(()));
+    assert_eq!(name(run(temporal(0), six, 4)), "length z");
+    assert_eq!(name(run(temporal(2), six, 5)), "capacity temporal");
+    // K beyond the record, however large.
+    assert_eq!(name(run(temporal(5), six, 5)), "parameter temporal");
+    assert_eq!(
+        name(run(temporal(usize::MAX), six, 5)),
+        "parameter temporal"
+    );
+    assert_eq!(name(run(ratio, six, 5)), "capacity subarray");
+    let seven = Active { first: 0, count: 7 };
+    assert_eq!(name(run(temporal(0), seven, 5)), "capacity active elements");
+    let outside = Active { first: 3, count: 6 };
+    assert_eq!(
+        name(run(temporal(0), outside, 5)),
+        "parameter first element"
+    );
+    let overflow = Active {
+        first: usize::MAX,
+        count: 2,
+    };
+    assert_eq!(
+        name(run(temporal(0), overflow, 5)),
+        "parameter first element"
+    );
+}
+
+#[test]
+fn a_run_outside_its_line() {
+    let x = [Complex::ONE; 40];
+    let line = DelayedLine::new(&x, 8).expect("finite");
+    let mut workspace = Workspace::<ForwardBackward, 8, 4, 1, 1>::new();
+    let beamformer = Beamformer::new(Parameters::default()).expect("valid");
+    for first_sample in [4, 5, 6, usize::MAX] {
+        let run = Run {
+            line,
+            first_element: 0,
+            first_sample,
+        };
+        let mut z = [Complex::ONE; 2];
+        let refused = beamformer.runs(&mut workspace, &[run], 8, &mut [&mut z]);
+        assert!(
+            matches!(
+                refused,
+                Err(Error::Parameter {
+                    name: "first sample",
+                    ..
+                })
+            ),
+            "{refused:?}"
+        );
+        // Nothing was put out.
+        assert_eq!(z, [Complex::ONE; 2]);
+    }
+}
+
+#[test]
+fn the_host_names_beam_sample_and_element() {
+    let mut x = Array3::from_elem((3, 4, 5), Complex::ONE);
+    x[[1, 2, 3]].im = f32::NAN;
+    let all = Active { first: 0, count: 5 };
+    for covariance in COVARIANCES {
+        let refused = host_sim::beamform::beamform(
+            x.view(),
+            |_, _| all,
+            Parameters::default(),
+            covariance,
+            |_| {},
+        );
+        let error = refused.expect_err("a NaN sample");
+        assert_eq!(error.exit_status(), 1);
+        let message = error.to_string();
+        assert_eq!(
+            message,
+            "delayed sample [beam 1, sample 2, element 3] is NaN or infinite"
+        );
+    }
+}

@@ -1,0 +1,335 @@
+//! What holds for the core's beamformers whatever the data are.
+
+mod common;
+
+use bonebeam::Error;
+use bonebeam::beamform::{DelayedLine, Method, Parameters};
+use common::lines::{
+    COVARIANCES, Gaussian, Line, METHODS, core, core_weights, exact_parameters, widen,
+};
+use common::tolerances::{BEAMFORMED, HEAVY_LOADING, OUTPUT_POWER, SIGNAL_SUBSPACE, UNIT_RESPONSE};
+use host_sim::beamform::Covariance;
+use host_sim::reference::f64::beamform::Sample;
+use nalgebra::DVector;
+use num_complex::Complex;
+use proptest::prelude::*;
+
+fn covariances() -> impl Strategy<Value = Covariance> {
+    prop::sample::select(COVARIANCES.to_vec())
+}
+
+fn methods() -> impl Strategy<Value = Method> {
+    prop::sample::select(METHODS.to_vec())
+}
+
+/// Parameters with a window that fits `samples`, and the method still to be chosen.
+fn parameters(samples: usize) -> impl Strategy<Value = Parameters> {
+    (0..samples, 0.3..=1.0).prop_map(|(temporal, subarray_ratio)| Parameters {
+        temporal,
+        subarray_ratio,
+        ..Parameters::default()
+    })
+}
+
+const SAMPLES: usize = 6;
+
+/// Noise.
+fn noise() -> impl Strategy<Value = Line> {
+    (any::<u64>(), 2_usize..=24).prop_map(|(seed, elements)| Line::noise(seed, SAMPLES, elements))
+}
+
+/// A wave from about straight ahead and noise 20 dB below it: λ₁ stands clear of the rest, so that
+/// the rank-1 results are well defined too.
+fn signal() -> impl Strategy<Value = Line> {
+    (any::<u64>(), 4_usize..=24, -0.02_f32..0.02).prop_map(|(seed, elements, turns)| {
+        let mut gaussian = Gaussian::new(seed);
+        Line::from_fn(SAMPLES, elements, |n, m| {
+            let phase = std::f32::consts::TAU * (turns * m as f32 + 0.3 * n as f32);
+            Complex::cis(phase) + gaussian.next() * 0.1
+        })
+    })
+}
+
+/// The methods whose result does not jump with the last bit of the data, where λ₁ stands clear.
+fn smooth_methods() -> impl Strategy<Value = Method> {
+    prop::sample::select(vec![
+        Method::Das,
+        Method::Mv,
+        Method::EsmvRank(1),
+        Method::EsmvRank1,
+        Method::EsmvExcludeFirst,
+    ])
+}
+
+/// The largest |z| of MV: no method's errors are larger than its share of this.
+fn largest(line: &Line, parameters: Parameters, covariance: Covariance) -> f32 {
+    let parameters = Parameters {
+        method: Method::Mv,
+        ..parameters
+    };
+    let z = core(line, parameters, covariance);
+    z.iter().map(|z| z.norm()).fold(0.0, f32::max)
+}
+
+fn assert_close(z: &[Complex<f32>], expected: &[Complex<f32>], error: f32) {
+    for (n, (z, expected)) in z.iter().zip(expected).enumerate() {
+        assert!(
+            (z - expected).norm() <= error,
+            "sample {n}: {z}, not {expected}, within {error:e}"
+        );
+    }
+}
+
+fn exact(line: &Line, n: usize, parameters: Parameters, covariance: Covariance) -> Sample {
+    let parameters = exact_parameters(parameters, covariance);
+    Sample::new(line.x.view(), n, (0, line.x.ncols()), &parameters)
+        .expect("a loaded covariance")
+        .expect("a sample with power")
+}
+
+fn wide_weights(
+    line: &Line,
+    n: usize,
+    parameters: Parameters,
+    covariance: Covariance,
+) -> DVector<Complex<f64>> {
+    let weights = core_weights(line, n, parameters, covariance);
+    DVector::from_iterator(weights.len(), weights.into_iter().map(widen))
+}
+
+fn reversed(line: &Line) -> Line {
+    let last = line.x.ncols() - 1;
+    Line::from_fn(line.x.nrows(), last + 1, |n, m| line.x[[n, last - m]])
+}
+
+proptest! {
+    // A failure prints its smallest case; nothing is written into the source tree.
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
+
+    #[test]
+    fn the_response_to_the_steering_vector_is_one(
+        line in noise(),
+        parameters in parameters(SAMPLES),
+        covariance in covariances(),
+        n in 0..SAMPLES,
+    ) {
+        let response = wide_weights(&line, n, parameters, covariance).sum();
+        prop_assert!((response - 1.0).norm() <= UNIT_RESPONSE, "{response}");
+    }
+
+    #[test]
+    fn weights_and_output_belong_together(
+        line in noise(),
+        parameters in parameters(SAMPLES),
+        method in methods().prop_filter("DAS has weights of another length", |&m| m != Method::Das),
+        covariance in covariances(),
+        n in 0..SAMPLES,
+    ) {
+        let parameters = Parameters { method, ..parameters };
+        let z = core(&line, parameters, covariance)[n];
+        let snapshots = exact(&line, n, parameters, covariance).snapshots;
+        let weights = wide_weights(&line, n, parameters, covariance);
+        let expected = (weights.adjoint() * snapshots).mean();
+        // The largest element bounds every output.
+        let scale = line.x.iter().map(|x| x.norm()).fold(0.0, f32::max);
+        prop_assert!((widen(z) - expected).norm() <= BEAMFORMED * f64::from(scale));
+    }
+
+    #[test]
+    fn a_signal_on_axis_comes_out_as_it_is(
+        elements in 1_usize..=64,
+        parameters in parameters(SAMPLES),
+        method in methods(),
+        covariance in covariances(),
+        seed in any::<u64>(),
+    ) {
+        let mut gaussian = Gaussian::new(seed);
+        let signal: Vec<_> = (0..SAMPLES).map(|_| gaussian.next()).collect();
+        let line = Line::from_fn(SAMPLES, elements, |n, _| signal[n]);
+        let z = core(&line, Parameters { method, ..parameters }, covariance);
+        let expected = match method {
+            Method::EsmvExcludeFirst => vec![Complex::ZERO; SAMPLES],
+            _ => signal.clone(),
+        };
+        let scale = signal.iter().map(|x| x.norm()).fold(0.0, f32::max);
+        assert_close(&z, &expected, BEAMFORMED as f32 * scale);
+    }
+
+    #[test]
+    fn a_power_of_two_goes_through_to_the_bit(
+        line in noise(),
+        parameters in parameters(SAMPLES),
+        method in methods(),
+        covariance in covariances(),
+        exponent in -60..=60,
+    ) {
+        let parameters = Parameters { method, ..parameters };
+        let factor = 2.0_f32.powi(exponent);
+        let scaled = core(&line.map(|x| x * factor), parameters, covariance);
+        let expected: Vec<_> =
+            core(&line, parameters, covariance).iter().map(|z| z * factor).collect();
+        prop_assert_eq!(scaled, expected);
+    }
+
+    #[test]
+    fn any_factor_goes_through(
+        line in signal(),
+        parameters in parameters(SAMPLES),
+        method in smooth_methods(),
+        covariance in covariances(),
+        length in 0.1_f32..10.0,
+        phase in 0.0..std::f32::consts::TAU,
+    ) {
+        let parameters = Parameters { method, ..parameters };
+        let factor = Complex::from_polar(length, phase);
+        let scaled = core(&line.map(|x| x * factor), parameters, covariance);
+        let expected: Vec<_> =
+            core(&line, parameters, covariance).iter().map(|z| z * factor).collect();
+        let scale = length * largest(&line, parameters, covariance);
+        assert_close(&scaled, &expected, BEAMFORMED as f32 * scale);
+    }
+
+    #[test]
+    fn the_order_of_the_elements_does_not_matter(
+        line in signal(),
+        parameters in parameters(SAMPLES),
+        method in smooth_methods(),
+        covariance in covariances(),
+    ) {
+        let parameters = Parameters { method, ..parameters };
+        let z = core(&line, parameters, covariance);
+        let scale = largest(&line, parameters, covariance);
+        assert_close(
+            &core(&reversed(&line), parameters, covariance),
+            &z,
+            BEAMFORMED as f32 * scale,
+        );
+    }
+
+    #[test]
+    fn conjugate_data_give_the_conjugate(
+        line in signal(),
+        parameters in parameters(SAMPLES),
+        method in smooth_methods(),
+        covariance in covariances(),
+    ) {
+        let parameters = Parameters { method, ..parameters };
+        let expected: Vec<_> =
+            core(&line, parameters, covariance).iter().map(|z| z.conj()).collect();
+        let z = core(&line.map(|x| x.conj()), parameters, covariance);
+        let scale = largest(&line, parameters, covariance);
+        assert_close(&z, &expected, BEAMFORMED as f32 * scale);
+    }
+
+    #[test]
+    fn heavy_loading_tends_to_das_over_subarrays(
+        line in noise(),
+        parameters in parameters(SAMPLES),
+        covariance in covariances(),
+    ) {
+        let parameters = Parameters { loading: 1e6, ..parameters };
+        let z = core(&line, parameters, covariance);
+        let scale = line.x.iter().map(|x| x.norm()).fold(0.0, f32::max);
+        for n in 0..SAMPLES {
+            let das = exact(&line, n, parameters, covariance).snapshots.mean();
+            prop_assert!((widen(z[n]) - das).norm() <= HEAVY_LOADING * f64::from(scale));
+        }
+    }
+
+    #[test]
+    fn minimum_variance_is_below_das_over_subarrays(
+        line in noise(),
+        parameters in parameters(SAMPLES),
+        covariance in covariances(),
+        n in 0..SAMPLES,
+    ) {
+        let r = exact(&line, n, parameters, covariance).covariance;
+        let power = |w: &DVector<Complex<f64>>| w.dotc(&(&r * w)).re;
+        let w = wide_weights(&line, n, parameters, covariance);
+        let das = DVector::from_element(w.len(), Complex::from(1.0 / w.len() as f64));
+        prop_assert!(power(&w) <= power(&das) * (1.0 + OUTPUT_POWER));
+    }
+
+    #[test]
+    fn projected_weights_lie_in_the_signal_subspace(
+        line in prop_oneof![noise(), signal()],
+        parameters in parameters(SAMPLES),
+        covariance in covariances(),
+        n in 0..SAMPLES,
+    ) {
+        let sample = exact(&line, n, parameters, covariance);
+        let eigenspace = sample.eigenspace();
+        let (values, subarray) = (&eigenspace.values, eigenspace.values.len());
+        // A subspace is defined where a gap parts it from the rest.
+        let gap = |rank: usize| values[rank - 1] - values[rank];
+        let rank = (1..subarray).max_by(|&i, &j| gap(i).total_cmp(&gap(j)));
+        prop_assume!(rank.is_some_and(|rank| gap(rank) > 0.02 * values[0]));
+        let rank = rank.unwrap_or(1);
+        let bound = SIGNAL_SUBSPACE * sample.minimum_variance.norm();
+        let parameters = Parameters { method: Method::EsmvRank(rank), ..parameters };
+        let w = wide_weights(&line, n, parameters, covariance);
+        prop_assert!(eigenspace.project(&w, rank..subarray).norm() <= bound);
+        if rank == 1 {
+            let parameters = Parameters { method: Method::EsmvExcludeFirst, ..parameters };
+            let w = wide_weights(&line, n, parameters, covariance);
+            prop_assert!(eigenspace.project(&w, 0..1).norm() <= bound);
+        }
+    }
+
+    #[test]
+    fn finite_data_give_finite_output(
+        bits in prop::collection::vec(any::<(u32, u32)>(), SAMPLES * 9),
+        kind in 0..4,
+        parameters in parameters(SAMPLES),
+        loading in prop::sample::select(vec![0.0, 1e-6, 0.05, 1e6]),
+        method in methods(),
+        covariance in covariances(),
+    ) {
+        let number = |bits: u32| {
+            let value = f32::from_bits(bits);
+            if value.is_finite() { value } else { f32::MAX.copysign(value) }
+        };
+        let value = |i: usize| Complex::new(number(bits[i].0), number(bits[i].1));
+        let line = Line::from_fn(SAMPLES, 9, |n, m| match kind {
+            // Every exponent there is, in one line.
+            0 => value(n * 9 + m),
+            // All equal.
+            1 => value(0),
+            // One hot element in one sample.
+            2 if (n, m) == (2, 4) => value(0),
+            2 => Complex::ZERO,
+            // One value a sample.
+            _ => value(n),
+        });
+        let parameters = Parameters { method, loading, ..parameters };
+        for z in core(&line, parameters, covariance) {
+            prop_assert!(z.re.is_finite() && z.im.is_finite(), "{z}");
+        }
+        for w in core_weights(&line, 0, parameters, covariance) {
+            prop_assert!(w.re.is_finite() && w.im.is_finite(), "{w}");
+        }
+    }
+
+    #[test]
+    fn data_that_are_not_finite_are_refused_with_their_place(
+        line in noise(),
+        place in any::<prop::sample::Index>(),
+        value in prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY]),
+        imaginary in any::<bool>(),
+    ) {
+        let elements = line.x.ncols();
+        let mut x = line.x.into_raw_vec_and_offset().0;
+        let index = place.index(x.len());
+        if imaginary {
+            x[index].im = value;
+        } else {
+            x[index].re = value;
+        }
+        let refused = DelayedLine::new(&x, elements).map(|_| ());
+        let name = "delayed samples";
+        prop_assert_eq!(refused, Err(Error::NonFinite { name, index }));
+    }
+}
