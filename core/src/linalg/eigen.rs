@@ -5,7 +5,9 @@ use super::tridiagonal::implicit_ql;
 use super::{hermitian_times_vector, norm_sqr};
 use crate::lanes::{ComplexLanes, Lanes, Scalar};
 
-/// A column's tail below this power (of a matrix with trace near 1) counts as zero.
+/// Below this power (of a matrix with trace near 1) a column's tail and an off-diagonal entry count
+/// as zero: far below the rounding errors, and far above where a square loses bits, with which
+/// reflections and phases would not be of length 1.
 const NOTHING: f32 = f32::from_bits((127 - 100) << 23); // 2^-100
 
 /// The solver's vectors: `4·L` scalars and reals a lane.
@@ -41,7 +43,8 @@ impl<S: Copy, const L: usize, const W: usize> EigenScratch<S, L, W> {
 /// each column `k`, with `α` the entry below the diagonal and `t²` the power of the rest: the
 /// reflector is `v = (p·(|α| + √(|α|²+t²)), rest)`, `p = α/|α|`, `τ = 2/‖v‖²`; the block behind
 /// loses `v·qᴴ` and then `q·vᴴ`, `q = τAv − (½τ·vᴴ(τAv))·v`. The off-diagonal's phases are then
-/// turned real.
+/// turned real. Where `t²`, `|α|²` or an off-diagonal's power is below `2⁻¹⁰⁰`, there is no
+/// reflection, `p = 1`, or the off-diagonal is zero.
 ///
 /// Cost: `4n³/3` flops real, `16n³/3` complex, over lanes; then QL lane by lane.
 pub fn eigen<S: Scalar<W>, const L: usize, const W: usize>(
@@ -67,9 +70,10 @@ pub fn eigen<S: Scalar<W>, const L: usize, const W: usize>(
             break;
         }
         let below = reflect(a, n, k, scratch, vectors);
-        let length = below.norm_sqr().sqrt();
+        let power = below.norm_sqr();
+        let nothing: [bool; W] = core::array::from_fn(|w| power.0[w] < NOTHING);
+        let length = Lanes::select(nothing, Lanes::ZERO, power.sqrt());
         scratch.off_diagonal[k] = length;
-        let nothing: [bool; W] = core::array::from_fn(|w| length.0[w] == 0.0);
         let reciprocal = length.map(|x| if x > 0.0 { 1.0 / x } else { 0.0 });
         phase = S::select(nothing, phase, phase.mul(below.scale(reciprocal)));
         for vector in vectors.iter_mut() {
@@ -119,7 +123,7 @@ fn reflect<S: Scalar<W>, const L: usize, const W: usize>(
     let reduced: [bool; W] = core::array::from_fn(|w| tail.0[w] < NOTHING);
     let alpha_length = alpha_power.sqrt();
     let length = (alpha_power + tail).sqrt();
-    let zero: [bool; W] = core::array::from_fn(|w| alpha_length.0[w] == 0.0);
+    let zero: [bool; W] = core::array::from_fn(|w| alpha_power.0[w] < NOTHING);
     let reciprocal = alpha_length.map(|x| if x > 0.0 { 1.0 / x } else { 0.0 });
     let phase = S::select(
         zero,

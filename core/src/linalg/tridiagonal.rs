@@ -9,6 +9,9 @@ const STEP_LIMIT: usize = 40;
 /// An off-diagonal entry is zero where it is at most this share of its diagonal neighbours.
 const NEGLIGIBLE: f32 = 1.0 / 16_777_216.0; // 2^-24
 
+/// Or below this, of a matrix with trace near 1: the squares of the rotations keep all their bits.
+const NOTHING: f32 = f32::from_bits((127 - 50) << 23); // 2^-50
+
 /// Eigenvalues of the tridiagonal matrix with diagonal `d[..n]` and off-diagonal `e[..n−1]`, left
 /// in `d` unordered; `e` is destroyed.
 ///
@@ -31,7 +34,8 @@ pub(super) fn implicit_ql<const L: usize, const W: usize>(
             let mut last = first;
             while last + 1 < n {
                 let neighbours = libm::fabsf(d[last]) + libm::fabsf(d[last + 1]);
-                if libm::fabsf(e[last]) <= NEGLIGIBLE * neighbours {
+                let entry = libm::fabsf(e[last]);
+                if entry <= NEGLIGIBLE * neighbours || entry < NOTHING {
                     break;
                 }
                 last += 1;

@@ -39,6 +39,9 @@ impl Number for Complex<f32> {
 /// The smallest pivot and eigenvalue that count.
 pub(super) const FLOOR: f32 = 1.0 / 16_777_216.0;
 
+/// The power below which an entry counts as zero in the eigensolver: 2⁻¹⁰⁰.
+const NOTHING: f32 = 7.888_609e-31;
+
 /// `|x|²`.
 fn power<T: Number>(x: T) -> f32 {
     (x * x.conj()).re()
@@ -196,9 +199,11 @@ pub(super) fn eigen<T: Number>(mut a: Vec<Vec<T>>, rows: &mut [Vec<Complex<f32>>
             break;
         }
         let below = reflect(&mut a, k, rows);
-        let length = power(below).sqrt();
-        off_diagonal.push(length);
-        if length > 0.0 {
+        if power(below) < NOTHING {
+            off_diagonal.push(0.0);
+        } else {
+            let length = power(below).sqrt();
+            off_diagonal.push(length);
             phase = phase * (below * (1.0 / length));
         }
         for row in rows.iter_mut() {
@@ -219,12 +224,12 @@ fn reflect<T: Number>(a: &mut [Vec<T>], k: usize, rows: &mut [Vec<Complex<f32>>]
     }
     let alpha = v[k + 1];
     let tail = norm_sqr(&v[k + 2..]);
-    if tail < libm::ldexpf(1.0, -100) {
+    if tail < NOTHING {
         return alpha;
     }
     let alpha_length = power(alpha).sqrt();
     let length = (power(alpha) + tail).sqrt();
-    let phase = if alpha_length > 0.0 {
+    let phase = if power(alpha) >= NOTHING {
         alpha * (1.0 / alpha_length)
     } else {
         T::real(1.0)
@@ -267,7 +272,10 @@ fn implicit_ql(d: &mut [f32], e: &mut [f32], rows: &mut [Vec<Complex<f32>>]) {
     for first in 0..n {
         for _ in 0..40 {
             let mut last = first;
-            while last + 1 < n && e[last].abs() > FLOOR * (d[last].abs() + d[last + 1].abs()) {
+            while last + 1 < n
+                && e[last].abs() >= NOTHING.sqrt()
+                && e[last].abs() > FLOOR * (d[last].abs() + d[last + 1].abs())
+            {
                 last += 1;
             }
             if last == first {

@@ -1,0 +1,247 @@
+//! The core's solvers on matrices whose eigenvalues are known.
+
+mod common;
+
+use bonebeam::lanes::{ComplexLanes, Lanes, Scalar};
+use bonebeam::linalg::cholesky::{factorise, solve_lower, solve_upper};
+use bonebeam::linalg::eigen::{EigenScratch, eigen};
+use bonebeam::linalg::power_iteration::power_iteration;
+use common::lines::{Gaussian, widen};
+use common::tolerances::{CHOLESKY, EIGENVALUE, ORTHONORMAL, POWER_ITERATION, ROUNDED_MATRIX};
+use nalgebra::{DMatrix, DVector};
+use num_complex::Complex;
+
+const N: usize = 16;
+
+type Matrix = DMatrix<Complex<f64>>;
+
+/// A number of the solvers, from a complex one.
+trait Entry: Scalar<1> {
+    fn entry(value: Complex<f64>) -> Self;
+}
+
+impl Entry for Lanes<1> {
+    fn entry(value: Complex<f64>) -> Self {
+        Lanes([value.re as f32])
+    }
+}
+
+impl Entry for ComplexLanes<1> {
+    fn entry(value: Complex<f64>) -> Self {
+        ComplexLanes {
+            re: Lanes([value.re as f32]),
+            im: Lanes([value.im as f32]),
+        }
+    }
+}
+
+/// A unitary matrix whose first column is along `first`, from random others; real where `first` is
+/// and `real` is asked for.
+fn unitary(first: &DVector<Complex<f64>>, seed: u64, real: bool) -> Matrix {
+    let mut gaussian = Gaussian::new(seed);
+    let mut columns = Matrix::from_fn(first.len(), first.len(), |_, _| {
+        let value = widen(gaussian.next());
+        if real { Complex::from(value.re) } else { value }
+    });
+    columns.set_column(0, first);
+    columns.qr().q()
+}
+
+fn random_direction(n: usize, seed: u64) -> DVector<Complex<f64>> {
+    let mut gaussian = Gaussian::new(seed);
+    DVector::from_fn(n, |_, _| Complex::from(f64::from(gaussian.next().re)))
+}
+
+/// U·diag(λ)·Uᴴ.
+fn with_eigenvalues(values: &[f64], unitary: &Matrix) -> Matrix {
+    let diagonal = DVector::from_iterator(values.len(), values.iter().map(|&x| Complex::from(x)));
+    unitary * Matrix::from_diagonal(&diagonal) * unitary.adjoint()
+}
+
+/// The lower triangle.
+fn lower<S: Entry>(a: &Matrix) -> [[S; N]; N] {
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            if j <= i && i < a.nrows() {
+                S::entry(a[(i, j)])
+            } else {
+                S::ZERO
+            }
+        })
+    })
+}
+
+fn wide<S: Entry>(value: S) -> Complex<f64> {
+    widen(value.complex().lane(0))
+}
+
+/// Eigenvalues of many kinds, descending, of trace 1.
+fn spectra(n: usize) -> Vec<Vec<f64>> {
+    let kinds: [&dyn Fn(usize) -> f64; 6] = [
+        // One strong source in white noise, none, two alike, a decay by 30 dB, ranks 1 and n/2.
+        &|k| if k == 0 { 100.0 } else { 1.0 },
+        &|_| 1.0,
+        &|k| if k < 2 { 100.0 } else { 1.0 + 0.01 * k as f64 },
+        &|k| 10.0_f64.powf(-3.0 * k as f64 / n as f64),
+        &|k| if k == 0 { 1.0 } else { 0.0 },
+        &|k| if k <= n / 2 { 1.0 } else { 0.0 },
+    ];
+    kinds
+        .iter()
+        .map(|kind| {
+            let mut values: Vec<f64> = (0..n).map(kind).collect();
+            values.sort_by(|a, b| b.total_cmp(a));
+            let trace: f64 = values.iter().sum();
+            values.iter().map(|value| value / trace).collect()
+        })
+        .collect()
+}
+
+fn assert_eigen<S: Entry>(real: bool) {
+    for n in [1, 2, 3, 8, 15, 16] {
+        for (kind, values) in spectra(n).into_iter().enumerate() {
+            let u = unitary(&random_direction(n, 1), 10 + n as u64, real);
+            let a = with_eigenvalues(&values, &u);
+            let mut computed = [Lanes::ZERO; N];
+            let mut rows = [[ComplexLanes::<1>::ZERO; N]; N];
+            for (i, row) in rows.iter_mut().enumerate() {
+                row[i].set_lane(0, Complex::ONE);
+            }
+            let mut scratch = EigenScratch::new(S::ZERO);
+            let mut matrix = lower::<S>(&a);
+            eigen(&mut matrix, n, &mut scratch, &mut computed, &mut rows[..n]);
+            let name = format!("n = {n}, spectrum {kind}");
+
+            let found = DVector::from_fn(n, |k, _| f64::from(computed[k].0[0]));
+            let mut sorted: Vec<f64> = found.iter().copied().collect();
+            sorted.sort_by(|a, b| b.total_cmp(a));
+            for (found, value) in sorted.iter().zip(&values) {
+                assert!(
+                    (found - value).abs() <= EIGENVALUE,
+                    "{name}: {found}, not {value}"
+                );
+            }
+            // rows[i][k] = E(i, k)*.
+            let e = Matrix::from_fn(n, n, |i, k| widen(rows[i][k].lane(0)).conj());
+            let identity = (e.adjoint() * &e - Matrix::identity(n, n)).camax();
+            assert!(
+                identity <= ORTHONORMAL,
+                "{name}: EᴴE is off 1 by {identity:e}"
+            );
+            let residual =
+                (&a * &e - &e * Matrix::from_diagonal(&found.map(Complex::from))).camax();
+            assert!(
+                residual <= EIGENVALUE,
+                "{name}: AE is off EΛ by {residual:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn eigenvalues_and_vectors_of_real_matrices() {
+    assert_eigen::<Lanes<1>>(true);
+}
+
+#[test]
+fn eigenvalues_and_vectors_of_complex_matrices() {
+    assert_eigen::<ComplexLanes<1>>(false);
+}
+
+/// How far the iteration's vector is from e₁ (but for phase), where it says that it has arrived.
+fn distance_to_first<S: Entry>(a: &Matrix, e1: &DVector<Complex<f64>>) -> Option<f64> {
+    let n = a.nrows();
+    let (mut v, mut next) = ([S::ZERO; N], [S::ZERO; N]);
+    let (_, [done]) = power_iteration(&lower::<S>(a), n, &mut v, &mut next);
+    let v = DVector::from_fn(n, |i, _| wide(v[i]));
+    let parallel = e1.dotc(&v);
+    done.then(|| (&v - e1 * parallel).norm())
+}
+
+fn assert_power_iteration<S: Entry>(real: bool) {
+    // The documented start, to which e₁ is made orthogonal in half of the cases: the iteration then
+    // sees nothing of e₁ at first and lingers at e₂.
+    let start = DVector::from_fn(N, |i, _| {
+        Complex::from(0.5 + (0.618034 * (i + 1) as f64).fract())
+    });
+    for seed in 0..8 {
+        let random = random_direction(N, 20 + seed);
+        let along = start.dotc(&random) / start.dotc(&start);
+        for first in [random.clone(), &random - &start * along] {
+            let u = unitary(&first, 40 + seed, real);
+            let e1 = u.column(0).into_owned();
+            for ratio in [0.0, 0.3, 0.6, 0.9, 0.97, 0.99, 0.999, 0.9999, 1.0] {
+                for others in [1e-3, 0.05] {
+                    let mut values = vec![others; N];
+                    values[0] = 1.0;
+                    values[1] = f64::max(ratio, others);
+                    let a =
+                        with_eigenvalues(&values, &u) / Complex::from(values.iter().sum::<f64>());
+                    let distance = distance_to_first::<S>(&a, &e1);
+                    let name = format!("seed {seed}, λ₂/λ₁ = {ratio}, others {others}");
+                    if ratio <= 0.3 && others < 0.01 && first == random {
+                        assert!(distance.is_some(), "{name}: did not arrive");
+                    }
+                    // Rounding the matrix turns e₁ too, the more the nearer λ₂ is.
+                    let bound = POWER_ITERATION + ROUNDED_MATRIX / (1.0 - values[1]);
+                    if let Some(distance) = distance {
+                        assert!(distance <= bound, "{name}: {distance:e} from e₁");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn power_iteration_arrives_or_says_that_it_did_not() {
+    assert_power_iteration::<Lanes<1>>(true);
+    assert_power_iteration::<ComplexLanes<1>>(false);
+}
+
+fn assert_cholesky<S: Entry>(real: bool) {
+    for n in [1, 2, 7, 16] {
+        let u = unitary(&random_direction(n, 2), 60, real);
+        // A condition of 1000, that of Δ = 5 % and L = 50.
+        let values: Vec<f64> = (0..n)
+            .map(|k| 10.0_f64.powf(-3.0 * k as f64 / n as f64))
+            .collect();
+        let a = with_eigenvalues(&values, &u);
+        let a = &a / a.trace();
+        let mut matrix = lower::<S>(&a);
+        let mut inverse = [Lanes::ZERO; N];
+        factorise(&mut matrix, n, &mut inverse);
+        let mut x: [S; N] = std::array::from_fn(|_| S::entry(Complex::ONE));
+        solve_lower(&matrix, n, &inverse, &mut x);
+        solve_upper(&matrix, n, &inverse, &mut x);
+        let x = DVector::from_fn(n, |i, _| wide(x[i]));
+        let b = DVector::from_element(n, Complex::<f64>::ONE);
+        // Backward error: what is left over, of ‖A‖·‖x‖ with ‖A‖ ≤ tr A = 1.
+        let residual = (&a * &x - b).norm() / x.norm();
+        assert!(residual <= CHOLESKY, "n = {n}: {residual:e}");
+    }
+}
+
+#[test]
+fn cholesky_solves() {
+    assert_cholesky::<Lanes<1>>(true);
+    assert_cholesky::<ComplexLanes<1>>(false);
+}
+
+#[test]
+fn cholesky_of_a_singular_matrix_is_finite() {
+    for a in [
+        Matrix::zeros(4, 4),
+        Matrix::from_element(4, 4, Complex::from(0.25)),
+    ] {
+        let mut matrix = lower::<ComplexLanes<1>>(&a);
+        let mut inverse = [Lanes::ZERO; N];
+        factorise(&mut matrix, 4, &mut inverse);
+        let mut x = [ComplexLanes::from_real(Lanes([1.0])); N];
+        solve_lower(&matrix, 4, &inverse, &mut x);
+        solve_upper(&matrix, 4, &inverse, &mut x);
+        for x in &x[..4] {
+            assert!(wide(*x).is_finite(), "{x:?}");
+        }
+    }
+}
