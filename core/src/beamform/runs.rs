@@ -29,8 +29,12 @@ impl Beamformer {
     /// `z[lane][i]` is sample `first_sample + i`.
     ///
     /// Runs may differ in beam, depth and length; a lane that is not needed gets an empty `z`. A
-    /// lane's bits do not depend on the other lanes nor on `W`. The scale is that of the input: a
-    /// unit signal from straight ahead gives 1 with DAS and MV. With `count = 0`, `z` is 0.
+    /// lane's bits do not depend on the other lanes nor on `W`, but for `K > 0` on where its run
+    /// begins: the time window's blocks are counted from there, so give [`constant_runs`] whole.
+    /// The scale is that of the input: a unit signal from straight ahead gives 1 with DAS and MV.
+    /// With `count = 0`, `z` is 0.
+    ///
+    /// [`constant_runs`]: super::constant_runs
     ///
     /// Cost a sample, in flops with `P = count − L + 1`: the covariance `8LP + 8L²` once, whatever
     /// `K` is, and three additions an entry for the time window; a run of `n` samples takes

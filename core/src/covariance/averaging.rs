@@ -44,6 +44,12 @@ pub trait Averaging<const W: usize> {
 pub struct Forward;
 
 /// `R_FB` of Eq. 3: solved as a real symmetric matrix.
+///
+/// Order, for pairs `(i, i')` and `(j, j')` with `j ≤ i`, from the lower triangle's `a = R[i][j]`,
+/// `b = R[j'][i]`, `c = R[i'][j]`, `d = R[j'][i']`: sums with sums `(a+b) + (c+d)`, differences with
+/// differences `(a−b) + (d−c)`, both real parts; difference `i` with sum `j` `(a−b) + (d−c)`,
+/// difference `j` with sum `i` `−((a+b) + (c+d))`, both imaginary parts. With the middle element,
+/// `a = R[c][j]` and `b = R[j'][c]`: `√2·(a+b)`, for differences of the imaginary parts, negated.
 #[derive(Clone, Copy, Debug)]
 pub struct ForwardBackward;
 
