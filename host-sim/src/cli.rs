@@ -5,10 +5,13 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{beamform, phase_symmetry, simulate};
+use crate::commands::{beamform, main_job, phase_symmetry, simulate};
 use crate::{Error, Result};
 
 /// From ultrasound channel data to bone surfaces: simulates, beamforms and filters with the bonebeam core.
+///
+/// Without a command it runs the main job: it simulates a point and a vertebra, beamforms both,
+/// makes and measures the images, checks the core against its references, and writes a report.
 ///
 /// Lengths are metres, times seconds, frequencies hertz. An error is one line; the exit status is
 /// 2 where the command line or the configuration is wrong and 1 where the data are.
@@ -19,8 +22,11 @@ struct Cli {
     #[arg(long, global = true, value_name = "N")]
     threads: Option<NonZeroUsize>,
 
+    #[command(flatten)]
+    main_job: main_job::Arguments,
+
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -32,6 +38,8 @@ enum Command {
 
 const EXAMPLES: &str = "\
 Examples:
+  host-sim --quick
+  host-sim --out report
   host-sim simulate vertebra -o channels.npz
   host-sim beamform channels.npz --method esmv-rank1 -o lines.npz --image lines.png
   host-sim phase-symmetry lines.png --scales 2^-7,2^-8,2^-9 --threshold 15 -o ps.npy --image ps.png
@@ -61,10 +69,14 @@ fn dispatch(cli: Cli) -> Result<()> {
             .build_global()
             .map_err(|e| Error::Usage(format!("--threads {threads}: {e}")))?;
     }
+    if cli.command.is_some() {
+        cli.main_job.refuse()?;
+    }
     match cli.command {
-        Command::Simulate(arguments) => simulate::run(arguments),
-        Command::Beamform(arguments) => beamform::run(*arguments),
-        Command::PhaseSymmetry(arguments) => phase_symmetry::run(arguments),
+        None => main_job::run(&cli.main_job),
+        Some(Command::Beamform(arguments)) => beamform::run(*arguments),
+        Some(Command::PhaseSymmetry(arguments)) => phase_symmetry::run(arguments),
+        Some(Command::Simulate(arguments)) => simulate::run(arguments),
     }
 }
 

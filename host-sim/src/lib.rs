@@ -2,6 +2,7 @@
 //! threads, two independent references, measures and reports.
 
 pub mod beamform;
+pub mod checks;
 pub mod cli;
 mod commands;
 pub mod config;

@@ -18,6 +18,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::files::atomic::Outputs;
@@ -44,16 +45,7 @@ impl Config {
     /// The file cannot be opened, or a line of it is not TOML, names an unknown key or has a
     /// value of the wrong type. Ranges are checked by [`Config::validate`].
     pub fn read(path: &Path) -> Result<Self> {
-        let error = |message: String| Error::Usage(format!("{}: {message}", path.display()));
-        let text = fs::read_to_string(path)
-            .map_err(|e| error(format!("the configuration cannot be opened: {}", e.kind())))?;
-        toml::from_str(&text).map_err(|e| {
-            let start = e.span().map_or(0, |span| span.start);
-            let line = 1 + text.bytes().take(start).filter(|&b| b == b'\n').count();
-            // The parser may explain itself over several lines; the first says what is wrong.
-            let message = e.message().lines().next().unwrap_or("not valid TOML");
-            error(format!("line {line}: {message}"))
-        })
+        read_toml(path)
     }
 
     /// Checks every value.
@@ -92,6 +84,23 @@ impl Config {
             Ok(())
         })
     }
+}
+
+/// Parameters from a TOML file; what it does not mention keeps its default.
+///
+/// # Errors
+/// As [`Config::read`].
+pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T> {
+    let error = |message: String| Error::Usage(format!("{}: {message}", path.display()));
+    let text = fs::read_to_string(path)
+        .map_err(|e| error(format!("the configuration cannot be opened: {}", e.kind())))?;
+    toml::from_str(&text).map_err(|e| {
+        let start = e.span().map_or(0, |span| span.start);
+        let line = 1 + text.bytes().take(start).filter(|&b| b == b'\n').count();
+        // The parser may explain itself over several lines; the first says what is wrong.
+        let message = e.message().lines().next().unwrap_or("not valid TOML");
+        error(format!("line {line}: {message}"))
+    })
 }
 
 /// The usage error for a parameter outside its range: its flag and its key, its value, and what

@@ -1,0 +1,115 @@
+//! `host-sim` alone: the main job.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use clap::Args;
+
+use super::progress_bar;
+use crate::config::read_toml;
+use crate::files::atomic::{Outputs, check_writable};
+use crate::main_job::{self, Parameters};
+use crate::report::{self, Report};
+use crate::{Error, Result};
+
+/// Arguments of the main job.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// A coarser main job in a few seconds
+    #[arg(long)]
+    quick: bool,
+
+    /// The folder for the main job's report, pictures and configuration [default: out]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// TOML file with the main job's parameters, such as the one in its folder
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "quick")]
+    config: Option<PathBuf>,
+}
+
+impl Arguments {
+    /// The main job's arguments before a command would have no effect, which is a mistake.
+    ///
+    /// # Errors
+    /// One of them was given.
+    pub fn refuse(&self) -> Result<()> {
+        let given = [
+            ("--quick", self.quick),
+            ("--out", self.out.is_some()),
+            ("--config", self.config.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((flag, _)) => Err(Error::Usage(format!(
+                "{flag} before a command belongs to the main job, which runs without a command"
+            ))),
+        }
+    }
+}
+
+/// Runs the main job, prints its tables and writes its folder.
+///
+/// # Errors
+/// A parameter out of range, a folder that cannot be written, or a check that fails.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let parameters = match &arguments.config {
+        Some(path) => read_toml(path)?,
+        None if arguments.quick => Parameters::quick(),
+        None => Parameters::default(),
+    };
+    parameters.validate()?;
+    let folder = arguments.out.as_deref().unwrap_or(Path::new("out"));
+    let created = prepare(folder)?;
+    let result = compute_and_write(&parameters, folder);
+    if result.is_err() && created {
+        // Nothing partial stays; a folder that is not empty is somebody else's.
+        let _ = fs::remove_dir(folder);
+    }
+    result
+}
+
+/// Makes sure before the computation that the folder can be written; tells whether it is new.
+fn prepare(folder: &Path) -> Result<bool> {
+    let created = !folder.exists();
+    fs::create_dir_all(folder).map_err(|e| Error::File {
+        path: folder.to_path_buf(),
+        message: format!("the folder cannot be made: {}", e.kind()),
+    })?;
+    check_writable(&folder.join(report::DATA))?;
+    Ok(created)
+}
+
+fn compute_and_write(parameters: &Parameters, folder: &Path) -> Result<()> {
+    let bar = progress_bar("", 1000);
+    let step = Mutex::new(String::new());
+    let outcome = main_job::run(parameters, &|what, done| {
+        // A thread that panicked has ended the run anyway.
+        if let Ok(mut step) = step.lock()
+            && *step != what
+        {
+            *step = what.to_owned();
+            bar.set_message(what.to_owned());
+        }
+        bar.set_position((1000.0 * done) as u64);
+    })?;
+    bar.finish_and_clear();
+
+    let report = Report::new(parameters, &outcome);
+    let mut outputs = Outputs::new();
+    let names = report.stage(folder, &mut outputs)?;
+    outputs.commit()?;
+    println!("{}", report.text());
+    println!("{} files in {}:", names.len(), folder.display());
+    for name in names.iter().rev().take(3).rev() {
+        println!("  {}", folder.join(name).display());
+    }
+    if report.checks_passed() {
+        Ok(())
+    } else {
+        Err(Error::Data(
+            "the core differs from its references; see the last table".into(),
+        ))
+    }
+}

@@ -1,1 +1,0 @@
-//! The main job: both phantoms, every method, every check, one report.

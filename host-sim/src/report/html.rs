@@ -1,0 +1,289 @@
+//! The page: pictures with scales, plots, tables, parameters. No scripts, no outside resources.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use crate::Result;
+use crate::main_job::{BEAMFORMERS, Pair, Parameters, Picture, VertebraResult};
+
+use super::Report;
+use super::comparison::Comparison;
+use super::text::{self, Table};
+use super::{plot, profiles};
+
+const STYLE: &str = include_str!("style.css");
+
+/// The page of a report.
+///
+/// # Errors
+/// A plot cannot be drawn.
+pub fn page(report: &Report<'_>) -> Result<String> {
+    let outcome = report.outcome;
+    let vertebra = &outcome.vertebra;
+    let point_range = report.parameters.point.image.dynamic_range;
+    let vertebra_range = report.parameters.vertebra.image.dynamic_range;
+    let passed = report.checks_passed();
+    let comparisons = text::comparison_tables(&report.comparisons);
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "Bonebeam: from channel data to bone surfaces" }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                header {
+                    h1 { "From channel data to bone surfaces" }
+                    p .lead {
+                        "A simulated point and a simulated vertebra, beamformed in seven ways, and the "
+                        "phase symmetry of each image. The figures stand beside those of the paper that "
+                        "the methods come from; nothing is adjusted to look like it."
+                    }
+                    p {
+                        @if passed {
+                            span .good { "All checks passed." }
+                            " The core agrees bit for bit with its plain f32 reference and within the "
+                            "stated bounds with the f64 one."
+                        } @else {
+                            span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "."
+                        }
+                    }
+                    nav {
+                        a href="#vertebra" { "Vertebra" }
+                        a href="#profiles" { "Image lines" }
+                        a href="#point" { "Point" }
+                        a href="#paper" { "Beside the paper" }
+                        a href="#tables" { "All beamformers" }
+                        a href="#checks" { "Checks" }
+                        a href="#parameters" { "Parameters" }
+                    }
+                }
+                main {
+                    section #vertebra {
+                        h2 { "Vertebra in a water bath" }
+                        p {
+                            "A lumbar vertebra seen from behind: the spinous process in the middle, laminae "
+                            "and articular processes beside it. Bone absorbs totally, so each element hears "
+                            "only what is not in its shadow. Transmit focus "
+                            (format!("{:.0} mm", 1e3 * report.parameters.vertebra.simulation.focus))
+                            "; B-mode over " (vertebra_range) " dB; phase symmetry as 255·PS/max PS. The "
+                            span .surface { "known surface" } " is drawn over the first row."
+                        }
+                        (pairs(vertebra, &["das", "esmv-rank1"], vertebra_range, true)?)
+                        (scales(vertebra_range))
+                        h3 { "Every beamformer" }
+                        label .toggle { input type="checkbox" #outline; " show the known surface" }
+                        (all_pairs(&vertebra.pictures, vertebra_range, &vertebra.outline_mm)?)
+                    }
+                    section #profiles {
+                        h2 { "Image lines and distances of the vertebra" }
+                        p {
+                            "The axial line goes down through the tip of the spinous process, the lateral "
+                            "one across the laminae at "
+                            (format!("{:.1} mm", vertebra.lateral_depth_mm))
+                            ". Dashed: the known surface. The curves of β = 0.001 % lie almost wholly "
+                            "beneath those of rank 1."
+                        }
+                        (profiles::legend())
+                        div .plots { (profiles::lines(vertebra)?) }
+                        h3 { "Intensity by signed distance from the surface" }
+                        p {
+                            "Mean grey level of all pixels at a distance from the known surface, inside the "
+                            "bone positive. Region A of the paper reaches from −0.5 mm (phase symmetry: 0.1 "
+                            "mm) to 2.1 mm; B is outside of it, C inside."
+                        }
+                        div .plots { (profiles::distances(vertebra)?) }
+                    }
+                    section #point {
+                        h2 { "Point scatterer" }
+                        p {
+                            "One point at the transmit focus, without noise, as in the paper's Fig. 2. The "
+                            "pictures show 3 mm × 5 mm over " (point_range) " dB, with beams "
+                            (last_spacing(report)) " apart; phase symmetry is taken of the whole 5 mm × 5 mm, "
+                            "with the filters of the water bath."
+                        }
+                        (profiles::legend())
+                        div .plots { (profiles::point_plots(outcome)?) }
+                        (all_pairs(&outcome.point.pictures, point_range, &[])?)
+                        (scales(point_range))
+                    }
+                    section #paper {
+                        h2 { "Beside the paper" }
+                        p {
+                            "Where the paper has two figures they are its two slices. Its vertebra is a "
+                            "specimen in a real water bath, registered to CT; this one is simulated, so "
+                            "only the direction of a difference compares."
+                        }
+                        @for table in &comparisons { (self::table(table)) }
+                        h3 { "Why the figures differ" }
+                        (notes(&report.comparisons))
+                    }
+                    section #tables {
+                        h2 { "All beamformers" }
+                        p {
+                            "A uniform image says nothing and yet scores well in mean error and STD: read "
+                            "every figure against that row."
+                        }
+                        @for table in text::surface_tables(outcome) { (self::table(&table)) }
+                        @for table in text::point_tables(outcome) { (self::table(&table)) }
+                    }
+                    section #checks {
+                        h2 { "Checks" }
+                        p {
+                            "The core's results against a plain f32 reference, to the bit, and against an "
+                            "f64 reference written from the equations: errors of lines relative to the "
+                            "line's largest value (without λ₁: to that of MV, from which the rest is "
+                            "taken), of B-mode images in grey levels, of phase symmetry absolute. Left "
+                            "out: samples whose signal subspace is ill-conditioned, because λ_r − λ_{r+1} "
+                            "at its rank r is below 0.01 λ₁ (for rank 1, λ₂ > 0.99 λ₁)."
+                        }
+                        (table(&text::check_table(&outcome.checks)))
+                    }
+                    section #parameters {
+                        h2 { "Parameters" }
+                        p {
+                            "As in " code { "config.toml" } ", which "
+                            code { "host-sim --config config.toml" } " takes again. SI units."
+                        }
+                        pre { (parameters(report.parameters)) }
+                    }
+                }
+                footer {
+                    p { "host-sim " (env!("CARGO_PKG_VERSION")) ". All numbers are in " code { "report.json" } "." }
+                }
+            }
+        }
+    };
+    Ok(page.into_string())
+}
+
+/// The configuration as it is written.
+fn parameters(parameters: &Parameters) -> String {
+    toml::to_string(parameters).unwrap_or_else(|e| e.to_string())
+}
+
+fn last_spacing(report: &Report<'_>) -> String {
+    let last = report.outcome.point.samplings.last();
+    last.map_or(String::new(), |s| format!("{:.3} mm", s.beam_spacing_mm))
+}
+
+/// Some beamformers' pairs, large.
+fn pairs(vertebra: &VertebraResult, keys: &[&str], range: f64, outline: bool) -> Result<Markup> {
+    let chosen: Vec<Pair> = vertebra
+        .pictures
+        .iter()
+        .filter(|pair| keys.contains(&pair.beamformer))
+        .cloned()
+        .collect();
+    let outline = if outline {
+        &vertebra.outline_mm[..]
+    } else {
+        &[]
+    };
+    let shown = chosen
+        .iter()
+        .map(|pair| pair_figure(pair, range, outline))
+        .collect::<Result<Vec<_>>>()?;
+    Ok(html! { div .pairs { @for figure in shown { (figure) } } })
+}
+
+/// Every pair, with an outline that the reader can show.
+fn all_pairs(all: &[Pair], range: f64, outline: &[Vec<(f64, f64)>]) -> Result<Markup> {
+    let shown = all
+        .iter()
+        .map(|pair| pair_figure(pair, range, outline))
+        .collect::<Result<Vec<_>>>()?;
+    Ok(html! { div .pairs .optional-outline { @for figure in shown { (figure) } } })
+}
+
+fn pair_figure(pair: &Pair, range: f64, outline: &[Vec<(f64, f64)>]) -> Result<Markup> {
+    let name = name(pair.beamformer);
+    Ok(html! {
+        div .pair {
+            (picture(&pair.b_mode, &format!("{name}, B-mode, {range} dB"), outline)?)
+            (picture(&pair.phase_symmetry, &format!("{name}, phase symmetry"), outline)?)
+        }
+    })
+}
+
+fn picture(picture: &Picture, caption: &str, outline: &[Vec<(f64, f64)>]) -> Result<Markup> {
+    let frame = plot::frame(picture, outline)?;
+    let [left, top, width, height] = frame.place;
+    let place = format!("left:{left:.3}%;top:{top:.3}%;width:{width:.3}%;height:{height:.3}%");
+    Ok(html! {
+        figure {
+            div .frame {
+                img src=(picture.file) alt=(caption) style=(place);
+                (PreEscaped(frame.svg))
+            }
+            figcaption { (caption) }
+        }
+    })
+}
+
+/// The grey bars of B-mode and of phase symmetry.
+fn scales(range: f64) -> Markup {
+    let bar = |name: &str, low: String, middle: String, high: String| {
+        html! {
+            div .scale {
+                span { (name) }
+                div {
+                    div .bar {}
+                    div .ticks { span { (low) } span { (middle) } span { (high) } }
+                }
+            }
+        }
+    };
+    html! {
+        div .scales {
+            (bar("B-mode", format!("−{range} dB"), format!("−{} dB", range / 2.0), "0 dB".into()))
+            (bar("Phase symmetry", "0".into(), "127".into(), "255 (max)".into()))
+        }
+    }
+}
+
+fn name(key: &str) -> &str {
+    let known = BEAMFORMERS.iter().find(|b| b.key == key);
+    known.map_or(key, |b| b.name)
+}
+
+fn table(table: &Table) -> Markup {
+    html! {
+        div .table {
+            table {
+                caption { (table.title) }
+                thead { tr { @for cell in &table.head { th { (cell) } } } }
+                tbody {
+                    @for row in &table.rows {
+                        tr {
+                            @for (k, cell) in row.iter().enumerate() {
+                                @if k == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Every note once, after the quantities that it is about.
+fn notes(comparisons: &[Comparison]) -> Markup {
+    let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
+    for c in comparisons {
+        match notes.iter_mut().find(|(note, _)| *note == c.note) {
+            Some((_, quantities)) if quantities.contains(&&c.quantity[..]) => {}
+            Some((_, quantities)) => quantities.push(&c.quantity),
+            None => notes.push((c.note, vec![&c.quantity])),
+        }
+    }
+    html! {
+        dl {
+            @for (note, quantities) in notes {
+                dt { (quantities.join("; ")) }
+                dd { (note) }
+            }
+        }
+    }
+}

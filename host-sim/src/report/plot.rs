@@ -1,0 +1,175 @@
+//! Axes around pictures and plots of profiles, as SVG that takes the page's colour for its text.
+
+use std::fmt::Display;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use crate::main_job::Picture;
+use crate::{Error, Result};
+
+/// Width of a picture, and what its axes take, in pixels.
+const PICTURE_WIDTH: u32 = 300;
+const LEFT: u32 = 50;
+const BOTTOM: u32 = 42;
+const MARGIN: u32 = 10;
+
+/// The colour of the true surface.
+pub const SURFACE: RGBColor = RGBColor(255, 176, 0);
+
+/// Axes in mm for a picture, and where it goes within them.
+pub struct Frame {
+    /// The axes, and the true surface if there is one.
+    pub svg: String,
+    /// Left, top, width and height of the picture's place, in per cent of the axes' size.
+    pub place: [f64; 4],
+}
+
+/// One curve of a plot.
+pub struct Curve {
+    /// Its points; it is broken where the ordinate is none.
+    pub points: Vec<(f64, Option<f64>)>,
+    /// Its colour.
+    pub colour: RGBColor,
+    /// The width of its line, pixels.
+    pub width: u32,
+}
+
+/// A plot of several curves.
+pub struct Plot<'a> {
+    /// What the abscissa is, with its unit.
+    pub x: &'a str,
+    /// What the ordinate is, with its unit.
+    pub y: &'a str,
+    /// The range of the abscissa.
+    pub x_range: [f64; 2],
+    /// The range of the ordinate.
+    pub y_range: [f64; 2],
+    /// Places on the abscissa that are marked by a vertical line: the true surface.
+    pub marks: &'a [f64],
+}
+
+/// The axes of a picture, with the closed lines of `outline` over it.
+///
+/// # Errors
+/// The drawing library fails.
+pub fn frame(picture: &Picture, outline: &[Vec<(f64, f64)>]) -> Result<Frame> {
+    let (rows, columns) = picture.pixels.dim();
+    let height = (PICTURE_WIDTH as f64 * rows as f64 / columns as f64).round() as u32;
+    let (width_all, height_all) = (LEFT + PICTURE_WIDTH + MARGIN, MARGIN + height + BOTTOM);
+    // Pixels are as wide around their centres as they are apart.
+    let edge = |first: f64, count: usize| {
+        let start = first - 0.5 * picture.pixel_mm;
+        (start, start + count as f64 * picture.pixel_mm)
+    };
+    let (left, right) = edge(picture.left_mm, columns);
+    let (top, bottom) = edge(picture.top_mm, rows);
+
+    let svg = draw((width_all, height_all), |root| {
+        let mut chart = ChartBuilder::on(root)
+            .margin_top(MARGIN)
+            .margin_right(MARGIN)
+            .x_label_area_size(BOTTOM)
+            .y_label_area_size(LEFT)
+            .build_cartesian_2d(left..right, bottom..top)?;
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .x_desc("lateral, mm")
+            .y_desc("depth, mm")
+            .x_labels(6)
+            .y_labels(6)
+            .x_label_formatter(&tick)
+            .y_label_formatter(&tick)
+            .axis_desc_style(("sans-serif", 15))
+            .label_style(("sans-serif", 14))
+            .draw()?;
+        let inside =
+            |p: &(f64, f64)| (left..=right).contains(&p.0) && (top..=bottom).contains(&p.1);
+        for points in outline {
+            for part in points.split(|p| !inside(p)).filter(|part| part.len() > 1) {
+                chart.draw_series(LineSeries::new(
+                    part.iter().copied(),
+                    SURFACE.stroke_width(1),
+                ))?;
+            }
+        }
+        Ok(())
+    })?;
+    let percent = |a: u32, of: u32| 100.0 * f64::from(a) / f64::from(of);
+    Ok(Frame {
+        svg,
+        place: [
+            percent(LEFT, width_all),
+            percent(MARGIN, height_all),
+            percent(PICTURE_WIDTH, width_all),
+            percent(height, height_all),
+        ],
+    })
+}
+
+/// A plot of curves.
+///
+/// # Errors
+/// The drawing library fails.
+pub fn curves(plot: &Plot<'_>, curves: &[Curve]) -> Result<String> {
+    let ([x0, x1], [y0, y1]) = (plot.x_range, plot.y_range);
+    draw((640, 340), |root| {
+        let mut chart = ChartBuilder::on(root)
+            .margin(MARGIN)
+            .x_label_area_size(40)
+            .y_label_area_size(52)
+            .build_cartesian_2d(x0..x1, y0..y1)?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(RGBColor(128, 128, 128).mix(0.25))
+            .x_desc(plot.x)
+            .y_desc(plot.y)
+            .x_labels(11)
+            .y_labels(8)
+            .x_label_formatter(&tick)
+            .y_label_formatter(&tick)
+            .axis_desc_style(("sans-serif", 15))
+            .label_style(("sans-serif", 14))
+            .draw()?;
+        for &x in plot.marks {
+            let line = [(x, y0), (x, y1)];
+            chart.draw_series(DashedLineSeries::new(line, 6, 4, SURFACE.stroke_width(2)))?;
+        }
+        for curve in curves {
+            let style = curve.colour.stroke_width(curve.width);
+            for part in curve
+                .points
+                .split(|(x, y)| y.is_none() || *x < x0 || *x > x1)
+            {
+                // What leaves the plot runs along its edge.
+                let part = part
+                    .iter()
+                    .filter_map(|&(x, y)| Some((x, y?.clamp(y0, y1))));
+                chart.draw_series(LineSeries::new(part, style))?;
+            }
+        }
+        Ok(())
+    })
+}
+
+/// A tick's label: at most one decimal, and no negative zero.
+fn tick(value: &f64) -> String {
+    format!("{}", (10.0 * value).round() / 10.0 + 0.0)
+}
+
+type DrawResult = std::result::Result<(), Box<dyn std::error::Error>>;
+
+fn draw<F>(size: (u32, u32), contents: F) -> Result<String>
+where
+    F: FnOnce(&DrawingArea<SVGBackend<'_>, Shift>) -> DrawResult,
+{
+    let failed = |e: &dyn Display| Error::Data(format!("the report's plot cannot be drawn: {e}"));
+    let mut svg = String::new();
+    let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+    contents(&root).map_err(|e| failed(&e))?;
+    root.present().map_err(|e| failed(&e))?;
+    drop(root);
+    Ok(svg)
+}
