@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{beamform, main_job, phase_symmetry, simulate};
+use crate::commands::{beamform, main_job, phase_symmetry, simulate, verify};
 use crate::{Error, Result};
 
 /// From ultrasound channel data to bone surfaces: simulates, beamforms and filters with the bonebeam core.
@@ -34,6 +34,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Beamform(Box<beamform::Arguments>),
     PhaseSymmetry(phase_symmetry::Arguments),
+    Verify(verify::Arguments),
 }
 
 const EXAMPLES: &str = "\
@@ -77,6 +78,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         Some(Command::Beamform(arguments)) => beamform::run(*arguments),
         Some(Command::PhaseSymmetry(arguments)) => phase_symmetry::run(arguments),
         Some(Command::Simulate(arguments)) => simulate::run(arguments),
+        Some(Command::Verify(arguments)) => verify::run(arguments),
     }
 }
 

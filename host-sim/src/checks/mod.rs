@@ -48,19 +48,28 @@ pub struct Bound {
 impl Check {
     /// Whether every bit is the same and every error within its bound.
     pub fn passed(&self) -> bool {
-        let within = |e: &Bound| e.compared > 0 && e.largest_error <= e.bound;
-        self.bits.compared > 0 && self.bits.different == 0 && self.error.as_ref().is_none_or(within)
+        let holds = self.error.as_ref().is_none_or(Bound::holds);
+        self.bits.compared > 0 && self.bits.different == 0 && holds
+    }
+}
+
+impl Bound {
+    /// Whether something was compared and no error exceeds the bound.
+    pub fn holds(&self) -> bool {
+        self.compared > 0 && self.largest_error <= self.bound
     }
 }
 
 impl Bits {
-    fn real(a: &[f32], b: &[f32]) -> Self {
+    /// Compares real numbers.
+    pub fn real(a: &[f32], b: &[f32]) -> Self {
         Bits::count(a.iter().zip(b), a.len().max(b.len()), |a, b| {
             a.to_bits() == b.to_bits()
         })
     }
 
-    fn complex(a: &[Complex<f32>], b: &[Complex<f32>]) -> Self {
+    /// Compares complex numbers.
+    pub fn complex(a: &[Complex<f32>], b: &[Complex<f32>]) -> Self {
         Bits::count(a.iter().zip(b), a.len().max(b.len()), |a, b| {
             a.re.to_bits() == b.re.to_bits() && a.im.to_bits() == b.im.to_bits()
         })

@@ -4,6 +4,7 @@ pub mod beamform;
 pub mod main_job;
 pub mod phase_symmetry;
 pub mod simulate;
+pub mod verify;
 
 use std::env;
 use std::path::{Path, PathBuf};

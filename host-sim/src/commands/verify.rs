@@ -1,0 +1,48 @@
+//! `host-sim verify`: every kernel of the core, to the bit and within its bounds.
+
+use clap::Args;
+
+use super::progress_bar;
+use crate::verify::verify;
+use crate::{Error, Result};
+
+/// Check the core to the bit, on this machine.
+///
+/// Every kernel runs on a small simulated recording and is compared with the f32 reference (the
+/// same bits), with the f64 reference (within the bounds of core/NUMERICS.md), with itself on one
+/// lane, on 1 and 7 threads, and in strips of several heights. A line a check: ok or WRONG, the
+/// hash of the result's bits, the name, what was compared. The hashes are the same on every
+/// machine. The exit status is 0 only if all checks hold.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {}
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim verify
+  host-sim verify > here.txt     to compare with another machine's";
+
+/// Runs the command.
+///
+/// # Errors
+/// [`Error::Data`] where a check does not hold.
+pub fn run(_: Arguments) -> Result<()> {
+    let bar = progress_bar("verifying", 0);
+    let verdicts = verify(|done| {
+        bar.set_length(done as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+    for verdict in &verdicts {
+        let word = if verdict.holds { "ok   " } else { "WRONG" };
+        let hash = verdict.hash.map(|hash| format!("{hash:016x}"));
+        let hash = hash.unwrap_or_default();
+        println!("{word} {hash:16} {}: {}", verdict.name, verdict.detail);
+    }
+    let wrong = verdicts.iter().filter(|verdict| !verdict.holds).count();
+    println!("{} checks hold, {wrong} do not", verdicts.len() - wrong);
+    match wrong {
+        0 => Ok(()),
+        _ => Err(Error::Data(format!("{wrong} checks do not hold"))),
+    }
+}
