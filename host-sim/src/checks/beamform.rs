@@ -4,21 +4,30 @@ use bonebeam::beamform::{Method, Parameters};
 use bonebeam::channel::aperture::Active;
 use ndarray::{Array2, Array3, ArrayView2, Axis};
 use num_complex::Complex;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use std::ops::Range;
 
 use crate::Result;
 use crate::beamform::Covariance;
 use crate::reference;
+use crate::reference::f64::beamform::{Eigenspace, Sample};
 
 use super::{Bits, Bound};
 
 /// The contract's bound on the error of z, relative to the line's largest |z|.
 const BOUND: f64 = 1e-4;
-/// A signal subspace of rank r is ill-conditioned where λ_r − λ_{r+1} is below this share of λ₁: the
-/// contract's λ₂ > 0.99 λ₁ for rank 1, and as far as f32 tells any two eigenvalues apart.
-const GAP: f64 = 0.01;
+/// Where λ₂ is above this share of λ₁, rank 1 is ill-conditioned.
+const CLOSE: f64 = 0.99;
 /// Where c_j lies this close to β·c_L, either neighbouring rank is right.
 const RANK_TOLERANCE: f64 = 1e-3;
+/// What f32 leaves of the covariance, in shares of its mean diagonal: the sums of its entries and
+/// the solvers round some ten times by 2⁻²⁴. A z that such a change of R moves by more than the
+/// bound cannot be had from f32.
+const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
+/// How many such changes are tried.
+const TRIALS: u64 = 4;
 
 /// Delayed lines, their active elements and what was made of them.
 pub struct Frame<'a, A> {
@@ -62,7 +71,8 @@ impl<A: Fn(usize, usize) -> Active + Sync> Frame<'_, A> {
 
     /// Compares lines by several methods with the f64 reference, every `step`-th beam, one
     /// [`Bound`] a method. They must share all parameters but the method. Errors are relative to
-    /// the line's largest |z|, without e₁ to that of MV where it is among them.
+    /// the line's largest |z|. Left out, and counted, is what is ill-conditioned: rank 1 where
+    /// λ₂ > 0.99 λ₁, and an error beyond the bound where rounding R as f32 does moves z as far.
     ///
     /// # Errors
     /// A covariance that is singular in f64.
@@ -100,30 +110,34 @@ impl<A: Fn(usize, usize) -> Active + Sync> Frame<'_, A> {
     ) -> Result<Vec<Bound>> {
         let active = self.active(beam);
         let x = self.x.index_axis(Axis(0), beam);
-        let scale = lines.iter().map(|(z, parameters)| {
-            // Without e₁, MV's output is taken off itself: its errors stay.
-            let whole = match parameters.method {
-                Method::EsmvExcludeFirst => lines.iter().find(|(_, p)| p.method == Method::Mv),
-                _ => None,
-            };
-            let z = whole.map_or(*z, |(z, _)| z);
+        let scale = lines.iter().map(|(z, _)| {
             let levels = z.row(beam).map(|&z| wide(z).norm());
-            levels.iter().copied().fold(0.0, f64::max)
+            levels.iter().copied().fold(f64::MIN_POSITIVE, f64::max)
         });
         let scale: Vec<f64> = scale.collect();
         let mut bounds = vec![Bound::default(); lines.len()];
         for (n, &active) in active.iter().enumerate() {
-            let exact = self.exact(x, n, active, lines)?;
-            for (method, ((z, _), exact)) in lines.iter().zip(exact).enumerate() {
-                let errors = exact.values.iter().map(|v| (wide(z[[beam, n]]) - v).norm());
-                let error = errors.fold(f64::INFINITY, f64::min);
-                let error = if error > 0.0 {
-                    error / scale[method]
-                } else {
-                    0.0
+            let sample = self.sample(x, n, active, &lines[0].1)?;
+            let eigenspace = sample.as_ref().map(Sample::eigenspace);
+            for (((z, parameters), &scale), bound) in lines.iter().zip(&scale).zip(&mut bounds) {
+                let z = wide(z[[beam, n]]);
+                let (values, ill_conditioned) = match (&sample, &eigenspace) {
+                    _ if parameters.method == Method::Das => (vec![mean(x, n, active)], false),
+                    (Some(sample), Some(eigenspace)) => {
+                        right_answers(sample, eigenspace, parameters.method)
+                    }
+                    _ => (vec![Complex::ZERO], false),
                 };
-                let bound = &mut bounds[method];
-                if exact.ill_conditioned {
+                let errors = values.iter().map(|value| (z - value).norm() / scale);
+                let error =
+                    errors.fold(f64::INFINITY, |least, e| if e < least { e } else { least });
+                let beyond_f32 = || {
+                    let moved = sample.as_ref().map_or(0.0, |sample| {
+                        moved_by_rounding(sample, parameters.method) / scale
+                    });
+                    error > BOUND && moved > BOUND
+                };
+                if ill_conditioned || beyond_f32() {
                     bound.ill_conditioned += 1;
                     bound.ill_conditioned_error = bound.ill_conditioned_error.max(error);
                 } else {
@@ -135,16 +149,15 @@ impl<A: Fn(usize, usize) -> Active + Sync> Frame<'_, A> {
         Ok(bounds)
     }
 
-    /// What the equations give for a sample by every method.
-    fn exact(
+    /// The sample as the equations have it; none where it has no power.
+    fn sample(
         &self,
         x: ArrayView2<'_, Complex<f32>>,
         n: usize,
         active: (usize, usize),
-        lines: &[(&Array2<Complex<f32>>, Parameters)],
-    ) -> Result<Vec<Exact>> {
+        shared: &Parameters,
+    ) -> Result<Option<Sample>> {
         use reference::f64::beamform as equations;
-        let shared = &lines[0].1;
         let parameters = equations::Parameters {
             covariance: match self.covariance {
                 Covariance::Forward => equations::Covariance::Forward,
@@ -154,42 +167,10 @@ impl<A: Fn(usize, usize) -> Active + Sync> Frame<'_, A> {
             loading: f64::from(shared.loading),
             subarray_ratio: shared.subarray_ratio,
         };
-        let Some(sample) = equations::Sample::new(x, n, active, &parameters)? else {
-            return Ok(vec![Exact::value(Complex::ZERO); lines.len()]);
-        };
-        let eigenspace = sample.eigenspace();
-        let w = &sample.minimum_variance;
-        let projected = |rank: usize| sample.output(&eigenspace.project(w, 0..rank));
-        let ill_conditioned = |rank: usize| {
-            let values = &eigenspace.values;
-            rank < values.len() && values[rank - 1] - values[rank] < GAP * values[0]
-        };
-        let of_rank = |rank: usize| Exact {
-            values: vec![projected(rank)],
-            ill_conditioned: ill_conditioned(rank),
-        };
-        let exact = lines.iter().map(|(_, parameters)| match parameters.method {
-            Method::Das => {
-                let elements = active.0..active.0 + active.1;
-                let sum: Complex<f64> = elements.map(|m| wide(x[[n, m]])).sum();
-                Exact::value(sum / active.1 as f64)
-            }
-            Method::Mv => Exact::value(sample.output(w)),
-            Method::EsmvBeta(beta) => {
-                let ranks = eigenspace.ranks(f64::from(beta), RANK_TOLERANCE);
-                Exact {
-                    values: ranks.clone().map(projected).collect(),
-                    ill_conditioned: ranks.into_iter().any(ill_conditioned),
-                }
-            }
-            Method::EsmvRank(rank) => of_rank(rank.min(w.len())),
-            Method::EsmvRank1 => of_rank(1),
-            Method::EsmvExcludeFirst => Exact {
-                values: vec![sample.output(w) - projected(1)],
-                ill_conditioned: ill_conditioned(1),
-            },
-        });
-        Ok(exact.collect())
+        if active.1 == 0 {
+            return Ok(None);
+        }
+        Sample::new(x, n, active, &parameters)
     }
 
     fn beams(&self, step: usize) -> Vec<usize> {
@@ -202,20 +183,66 @@ impl<A: Fn(usize, usize) -> Active + Sync> Frame<'_, A> {
     }
 }
 
-/// The right answers for a sample: several where the rank rule is on the edge.
-#[derive(Clone)]
-struct Exact {
-    values: Vec<Complex<f64>>,
-    ill_conditioned: bool,
+/// DAS of one sample; 0 without active elements.
+fn mean(x: ArrayView2<'_, Complex<f32>>, n: usize, (first, count): (usize, usize)) -> Complex<f64> {
+    let sum: Complex<f64> = (first..first + count).map(|m| wide(x[[n, m]])).sum();
+    sum / count.max(1) as f64
 }
 
-impl Exact {
-    fn value(value: Complex<f64>) -> Self {
-        Exact {
-            values: vec![value],
-            ill_conditioned: false,
+/// What an adaptive method may give for a sample, several values where the rank rule is on the
+/// edge; and whether rank 1 is ill-conditioned.
+fn right_answers(
+    sample: &Sample,
+    eigenspace: &Eigenspace,
+    method: Method,
+) -> (Vec<Complex<f64>>, bool) {
+    let w = &sample.minimum_variance;
+    let project = |kept: Range<usize>| sample.output(&eigenspace.project(w, kept));
+    let close = w.len() > 1 && eigenspace.second_to_first() > CLOSE;
+    match method {
+        Method::Das | Method::Mv => (vec![sample.output(w)], false),
+        Method::EsmvBeta(beta) => {
+            let ranks = eigenspace.ranks(f64::from(beta), RANK_TOLERANCE);
+            let rank_1 = ranks.contains(&1);
+            (
+                ranks.map(|rank| project(0..rank)).collect(),
+                rank_1 && close,
+            )
+        }
+        Method::EsmvRank(rank) => (vec![project(0..rank.min(w.len()))], rank == 1 && close),
+        Method::EsmvRank1 => (vec![project(0..1)], close),
+        Method::EsmvExcludeFirst => (vec![project(1..w.len())], close),
+    }
+}
+
+/// How far z moves where the entries of R are off by [`ROUNDING`]: the most of some trials, each
+/// with the rank that R itself has.
+fn moved_by_rounding(sample: &Sample, method: Method) -> f64 {
+    let method = match method {
+        Method::EsmvBeta(beta) => Method::EsmvRank(sample.eigenspace().rank(f64::from(beta))),
+        method => method,
+    };
+    let answer = |sample: &Sample| right_answers(sample, &sample.eigenspace(), method).0[0];
+    let exact = answer(sample);
+    let size = sample.covariance.nrows();
+    let step = ROUNDING * sample.covariance.trace().re / size as f64;
+    let mut most = 0.0f64;
+    for trial in 0..TRIALS {
+        let mut rng = ChaCha8Rng::seed_from_u64(trial);
+        let mut off = || if rng.random::<bool>() { step } else { -step };
+        let mut covariance = sample.covariance.clone();
+        for i in 0..size {
+            covariance[(i, i)] += off();
+            for j in 0..i {
+                covariance[(i, j)] += Complex::new(off(), off());
+                covariance[(j, i)] = covariance[(i, j)].conj();
+            }
+        }
+        if let Some(moved) = Sample::of_covariance(sample.snapshots.clone(), covariance) {
+            most = most.max((answer(&moved) - exact).norm());
         }
     }
+    most
 }
 
 fn wide(z: Complex<f32>) -> Complex<f64> {

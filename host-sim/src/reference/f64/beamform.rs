@@ -120,15 +120,21 @@ impl Sample {
         let loading = trace * (parameters.loading / subarray as f64);
         covariance += Matrix::from_diagonal_element(subarray, subarray, loading);
 
-        let steering = Vector::from_element(subarray, Complex::ONE);
-        let solved = Cholesky::new(covariance.clone())
-            .ok_or_else(|| Error::Data(format!("the covariance of sample {n} is singular")))?
-            .solve(&steering);
-        Ok(Some(Sample {
-            snapshots: snapshots(x, n, active, subarray),
+        Sample::of_covariance(snapshots(x, n, active, subarray), covariance)
+            .ok_or_else(|| Error::Data(format!("the covariance of sample {n} is singular")))
+            .map(Some)
+    }
+
+    /// A sample of these snapshots with this loaded covariance; `None` where it is not positive
+    /// definite.
+    pub fn of_covariance(snapshots: Matrix, covariance: Matrix) -> Option<Self> {
+        let steering = Vector::from_element(covariance.nrows(), Complex::ONE);
+        let solved = Cholesky::new(covariance.clone())?.solve(&steering);
+        Some(Sample {
+            snapshots,
             covariance,
             minimum_variance: &solved / steering.dotc(&solved),
-        }))
+        })
     }
 
     /// Eq. 4: the mean over the subarrays of wᴴX̄_l.
