@@ -1,7 +1,7 @@
 //! The analytic signal along depth: an odd FIR Hilbert transformer with a Kaiser window.
 //!
 //! The real part is the signal itself; the imaginary part is
-//! y[n] = Σ_j h_j·(x[n−2j−1] − x[n+2j+1]), h_j = 2/(π(2j+1))·kaiser((2j+1)/2N, β = 6), so that a
+//! `y[n] = Σ_j h_j·(x[n−2j−1] − x[n+2j+1])`, h_j = 2/(π(2j+1))·kaiser((2j+1)/2N, β = 6), so that a
 //! cosine gives e^{+jωt}. The even taps are zero and not computed.
 //!
 //! Worst error with the default length, relative to the peak of a Gaussian pulse of 5 MHz and 60 %

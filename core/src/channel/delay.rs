@@ -139,8 +139,8 @@ impl Delay {
 
     /// The delayed analytic samples of one column.
     ///
-    /// `rf`: row-major [element][record sample]. `scratch`: [`Delay::scratch_len`] values, contents
-    /// irrelevant. `out`: row-major [output sample][element], the scale of the RF. Samples outside
+    /// `rf`: row-major `[element][record sample]`. `scratch`: [`Delay::scratch_len`] values, contents
+    /// irrelevant. `out`: row-major `[output sample][element]`, the scale of the RF. Samples outside
     /// the record, and depths z ≤ 0, read as 0.
     ///
     /// Order of operations. Per depth, f64, with n from −reach: t = start + n/fout; z = c·t/2;

@@ -1,6 +1,6 @@
 //! Band-limited interpolation and decimation in one filter: a Kaiser-windowed sinc, tabulated.
 //!
-//! A value between the recorded samples is Σ_k x[k]·h(t − k), with h a windowed sinc whose cut-off
+//! A value between the recorded samples is `Σ_k x[k]·h(t − k)`, with h a windowed sinc whose cut-off
 //! is half the output rate where that is lower than the recorded rate: reading at the output
 //! instants is then a proper decimation, which keeps noise above the output band from folding into
 //! it (white noise falls by fs/output rate). The filter spans [`LOBES`] output intervals (recorded

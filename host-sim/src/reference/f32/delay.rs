@@ -6,8 +6,8 @@ use num_complex::Complex;
 use std::f64::consts::PI;
 
 /// The column of `bonebeam::channel::delay::Delay::column`, for a Hilbert transformer of
-/// `hilbert_taps` non-zero taps a side. `rf`: row-major [element][sample]. `out`: row-major
-/// [output sample][element]. The caller's sizes must fit.
+/// `hilbert_taps` non-zero taps a side. `rf`: row-major `[element][sample]`. `out`: row-major
+/// `[output sample][element]`. The caller's sizes must fit.
 pub fn column(
     parameters: &DelayParameters,
     hilbert_taps: usize,
