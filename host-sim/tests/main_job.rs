@@ -81,6 +81,7 @@ fn the_quick_main_job_leaves_a_whole_folder() {
 
     let report = report(&out);
     assert_eq!(report["checks_passed"], true);
+    assert_eq!(report["job"], "quick");
     let mut expected: BTreeSet<String> = ["report.html", "report.json", "config.toml"]
         .map(String::from)
         .into();

@@ -6,7 +6,7 @@ use crate::files::Lines;
 use crate::image::{Image, PixelGrid};
 use crate::reference::{f32 as plain, f64 as equations};
 
-use super::{Bits, Bound};
+use super::{Bits, Bound, largest};
 
 /// The error allowed in grey levels of 255 at 60 dB: 1e-4 from envelope and logarithm, and six
 /// roundings of 1.5e-5 in the bilinear sum. The first grows as the dynamic range shrinks.
@@ -84,9 +84,7 @@ fn error(
     let errors = image.pixels.iter().zip(&expected);
     Bound {
         compared: expected.len(),
-        largest_error: errors
-            .map(|(a, b)| (f64::from(*a) - b).abs())
-            .fold(0.0, f64::max),
+        largest_error: largest(errors.map(|(a, b)| (f64::from(*a) - b).abs())),
         bound: BOUND_AT_60_DB * (60.0 / dynamic_range).max(1.0),
         ..Bound::default()
     }

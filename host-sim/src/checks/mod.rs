@@ -95,3 +95,53 @@ impl Bits {
         }
     }
 }
+
+/// The largest of some errors; one that is not a number is larger than any.
+fn largest(errors: impl Iterator<Item = f64>) -> f64 {
+    let errors = errors.map(|e| if e.is_nan() { f64::INFINITY } else { e });
+    errors.fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_differ_by_sign_of_zero_and_by_length() {
+        let count = |a: &[f32], b: &[f32]| Bits::real(a, b).different;
+        assert_eq!(count(&[0.0, 1.0], &[0.0, 1.0]), 0);
+        assert_eq!(count(&[0.0, 1.0], &[-0.0, 1.0]), 1);
+        assert_eq!(count(&[0.0, 1.0], &[0.0]), 1);
+        assert_eq!(count(&[0.0], &[0.0, 1.0, 2.0]), 2);
+    }
+
+    #[test]
+    fn an_error_that_is_not_a_number_counts() {
+        assert_eq!(largest([0.5, 2.0, 1.0].into_iter()), 2.0);
+        assert_eq!(largest([0.5, f64::NAN, 1.0].into_iter()), f64::INFINITY);
+    }
+
+    #[test]
+    fn a_check_passes_only_where_something_was_compared_and_all_of_it_agrees() {
+        let check = |compared, different, error| Check {
+            what: String::new(),
+            bits: Bits {
+                compared,
+                different,
+            },
+            error,
+        };
+        let bound = |compared, largest_error| {
+            Some(Bound {
+                compared,
+                largest_error,
+                bound: 1e-4,
+                ..Bound::default()
+            })
+        };
+        assert!(check(5, 0, None).passed() && check(5, 0, bound(3, 1e-4)).passed());
+        assert!(!check(0, 0, None).passed() && !check(5, 1, None).passed());
+        assert!(!check(5, 0, bound(3, 1.1e-4)).passed() && !check(5, 0, bound(0, 0.0)).passed());
+        assert!(!check(5, 0, bound(3, f64::NAN)).passed());
+    }
+}

@@ -5,7 +5,7 @@ use ndarray::Array2;
 use crate::phase_symmetry::Parameters;
 use crate::reference::{f32 as plain, f64 as equations};
 
-use super::{Bits, Bound};
+use super::{Bits, Bound, largest};
 
 /// The contract's bound on the error of the map.
 const BOUND: f64 = 1e-5;
@@ -31,9 +31,7 @@ pub fn check(map: &Array2<f32>, image: &Array2<f32>, parameters: &Parameters) ->
     let errors = map.iter().zip(&exact);
     let error = Bound {
         compared: exact.len(),
-        largest_error: errors
-            .map(|(a, b)| (f64::from(*a) - b).abs())
-            .fold(0.0, f64::max),
+        largest_error: largest(errors.map(|(a, b)| (f64::from(*a) - b).abs())),
         bound: BOUND,
         ..Bound::default()
     };

@@ -43,9 +43,9 @@ const ERROR: &str = "Here the surface is known exactly; the paper's bias holds i
      figure is almost that of a uniform image, below.";
 const SPREAD: &str = "In B-mode, as the error: noise in region A. In phase symmetry region A begins at \
      0.1 mm and was laid for the paper's bias; here the ridge lies on the surface, so that A holds only \
-     its inner flank. The tables below have the same measure within 1 mm on either side: there rank-1 \
-     ESMV is sharper in B-mode, but not in phase symmetry, where it shows about twice as much of the \
-     surface, the weak slopes among it.";
+     its inner flank. The tables below have the same measure within 1 mm on either side: in the full job \
+     rank-1 ESMV is sharper there in B-mode, but not in phase symmetry, where it shows twice as much of \
+     the surface, the weak slopes among it.";
 const NOISE: &str = "Here all noise is electronic, at an assumed -40 dB, and alike everywhere but for the \
      growing aperture; nothing reverberates in the bath or in the bone. Phase symmetry's threshold \
      removes such noise almost wholly.";

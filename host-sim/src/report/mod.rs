@@ -3,6 +3,7 @@
 
 mod comparison;
 mod html;
+mod pictures;
 mod plot;
 mod profiles;
 mod text;
@@ -31,6 +32,7 @@ const CONFIGURATION: &str = "config.toml";
 struct Data<'a> {
     program: &'static str,
     version: &'static str,
+    job: &'static str,
     checks_passed: bool,
     parameters: &'a Parameters,
     comparisons: &'a [Comparison],
@@ -52,6 +54,15 @@ impl<'a> Report<'a> {
             parameters,
             outcome,
             comparisons: comparison::comparisons(outcome),
+        }
+    }
+
+    /// Which main job it was: "full", "quick", or "own" where a parameter is the user's.
+    pub fn job(&self) -> &'static str {
+        match self.parameters {
+            p if *p == Parameters::default() => "full",
+            p if *p == Parameters::quick() => "quick",
+            _ => "own",
         }
     }
 
@@ -85,6 +96,7 @@ impl<'a> Report<'a> {
         let data = Data {
             program: env!("CARGO_PKG_NAME"),
             version: env!("CARGO_PKG_VERSION"),
+            job: self.job(),
             checks_passed: self.checks_passed(),
             parameters: self.parameters,
             comparisons: &self.comparisons,
