@@ -1,7 +1,7 @@
 //! The active receive aperture: it grows with depth at a constant f-number and is cut at the
 //! array's ends. What lies outside is left out, never zeroed.
 
-use super::positive;
+use super::{at_least_one, positive};
 use crate::Error;
 
 /// Consecutive active elements, `first .. first + count`. A beam too far from the array has
@@ -104,17 +104,6 @@ impl Aperture {
             Active { first: 0, count: 0 }
         }
     }
-}
-
-fn at_least_one(name: &'static str, value: usize) -> Result<(), Error> {
-    if value == 0 {
-        return Err(Error::Parameter {
-            name,
-            value: 0.0,
-            expected: "at least 1",
-        });
-    }
-    Ok(())
 }
 
 #[cfg(test)]

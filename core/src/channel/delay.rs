@@ -10,7 +10,7 @@ use super::analytic::HilbertTransformer;
 use super::aperture::Active;
 use super::delay_law::{ReceiveLag, TransmitDelay, TransmitLaw};
 use super::interpolate::Interpolator;
-use super::{finite, positive};
+use super::{at_least_one, finite, positive};
 use crate::{Complex, Error};
 
 /// The largest magnitude accepted in the RF, so that no sum can overflow.
@@ -291,17 +291,6 @@ impl Delay {
         }
         TransmitDelay::new(column.law, column.x, p.sound_speed)
     }
-}
-
-fn at_least_one(name: &'static str, value: usize) -> Result<(), Error> {
-    if value == 0 {
-        return Err(Error::Parameter {
-            name,
-            value: 0.0,
-            expected: "at least 1",
-        });
-    }
-    Ok(())
 }
 
 fn length(name: &'static str, actual: usize, expected: usize) -> Result<(), Error> {

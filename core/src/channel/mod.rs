@@ -34,3 +34,14 @@ fn finite(name: &'static str, value: f64) -> Result<(), Error> {
         expected: "a finite number",
     })
 }
+
+fn at_least_one(name: &'static str, value: usize) -> Result<(), Error> {
+    if value == 0 {
+        return Err(Error::Parameter {
+            name,
+            value: 0.0,
+            expected: "at least 1",
+        });
+    }
+    Ok(())
+}
