@@ -41,6 +41,8 @@ const EXAMPLES: &str = "\
 Examples:
   host-sim --quick
   host-sim --out report
+  host-sim --mesh vertebra.ply --slice -0.002 --out mesh
+  host-sim verify
   host-sim simulate vertebra -o channels.npz
   host-sim beamform channels.npz --method esmv-rank1 -o lines.npz --image lines.png
   host-sim phase-symmetry lines.png --scales 2^-7,2^-8,2^-9 --threshold 15 -o ps.npy --image ps.png

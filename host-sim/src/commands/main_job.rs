@@ -24,6 +24,15 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
+    /// A closed surface in mm, +x towards the front and +z towards the head, in place of the
+    /// main job's built-in vertebra
+    #[arg(long, value_name = "FILE.ply")]
+    mesh: Option<PathBuf>,
+
+    /// Height of the main job's slice through the vertebra, m [default: -0.004]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    slice: Option<f64>,
+
     /// TOML file with the main job's parameters, such as the one in its folder
     #[arg(long, value_name = "FILE.toml", conflicts_with = "quick")]
     config: Option<PathBuf>,
@@ -38,6 +47,8 @@ impl Arguments {
         let given = [
             ("--quick", self.quick),
             ("--out", self.out.is_some()),
+            ("--mesh", self.mesh.is_some()),
+            ("--slice", self.slice.is_some()),
             ("--config", self.config.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
@@ -54,11 +65,15 @@ impl Arguments {
 /// # Errors
 /// A parameter out of range, a folder that cannot be written, or a check that fails.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let parameters = match &arguments.config {
+    let mut parameters = match &arguments.config {
         Some(path) => read_toml(path)?,
         None if arguments.quick => Parameters::quick(),
         None => Parameters::default(),
     };
+    if let Some(mesh) = &arguments.mesh {
+        parameters.vertebra.mesh = Some(mesh.clone());
+    }
+    parameters.vertebra.slice = arguments.slice.unwrap_or(parameters.vertebra.slice);
     parameters.validate()?;
     let folder = arguments.out.as_deref().unwrap_or(Path::new("out"));
     let created = prepare(folder)?;

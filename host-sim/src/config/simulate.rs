@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{check_positive, out_of_range};
 use crate::Result;
-use crate::simulate::{Phantom, Settings, Tissue, slice_mesh};
+use crate::simulate::{Phantom, Settings, Tissue};
 
 const SECTION: &str = "simulate";
 
@@ -75,13 +75,10 @@ impl Simulate {
     /// # Errors
     /// A mesh that cannot be read, or a slice that does not cut the bone.
     pub fn build(&self, scanner: &Settings) -> Result<Phantom> {
-        let bone = match (self.phantom, &self.mesh) {
-            (Kind::Point, _) => return Ok(Phantom::point(scanner, self.offset)),
-            (Kind::Vertebra, None) => Phantom::vertebra(self.slice, self.depth)?,
-            (Kind::Vertebra, Some(mesh)) => {
-                Phantom::bone(&slice_mesh(mesh, self.slice)?.at_depth(self.depth)?)?
-            }
-        };
+        if self.phantom == Kind::Point {
+            return Ok(Phantom::point(scanner, self.offset));
+        }
+        let bone = Phantom::slice(self.mesh.as_deref(), self.slice, self.depth)?;
         if !self.tissue {
             return Ok(bone);
         }

@@ -1,5 +1,7 @@
 //! What the main job can be told; the defaults are the paper's settings.
 
+use std::path::PathBuf;
+
 use serde::{Deserialize, Serialize};
 
 use crate::beamform::Covariance;
@@ -51,6 +53,10 @@ pub struct Sampling {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Vertebra {
+    /// A closed surface as a PLY file in mm (+x towards the front, +z towards the head) in place of
+    /// the built-in vertebra.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<PathBuf>,
     /// Height of the slice, m, from the middle of the body towards the head.
     pub slice: f64,
     /// Depth of the spinous process's tip, m.
@@ -157,6 +163,7 @@ impl Default for Point {
 impl Default for Vertebra {
     fn default() -> Self {
         Vertebra {
+            mesh: None,
             slice: -4e-3,
             depth: 15e-3,
             lateral_line: 25.5e-3,

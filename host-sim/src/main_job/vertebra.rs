@@ -111,7 +111,7 @@ pub fn run(
 ) -> Result<(VertebraResult, Vec<Check>)> {
     let vertebra = &parameters.vertebra;
     progress("vertebra: phantom", 0.0);
-    let phantom = Phantom::vertebra(vertebra.slice, vertebra.depth)?;
+    let phantom = Phantom::slice(vertebra.mesh.as_deref(), vertebra.slice, vertebra.depth)?;
     let settings = &vertebra.simulation;
     let data = channel_data(settings, &phantom, Summation::Gridded, &|done| {
         progress("vertebra: simulate", done);

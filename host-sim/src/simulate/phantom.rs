@@ -1,10 +1,13 @@
 //! What is imaged: point scatterers, and the bone that hides some of them.
 
+use std::path::Path;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::Result;
 
+use super::mesh::slice_mesh;
 use super::outline::Outline;
 use super::settings::Settings;
 use super::vertebra::slice_vertebra;
@@ -103,6 +106,15 @@ impl Phantom {
             scatterers,
             bone: Some(surface),
         })
+    }
+
+    /// The bone of a mesh (see [`slice_mesh`](super::slice_mesh)), or without one the built-in
+    /// vertebra, cut at height `slice` in m, its shallowest point at `depth` in m, in a water bath.
+    pub fn slice(mesh: Option<&Path>, slice: f64, depth: f64) -> Result<Self> {
+        match mesh {
+            None => Phantom::vertebra(slice, depth),
+            Some(path) => Phantom::bone(&slice_mesh(path, slice)?.at_depth(depth)?),
+        }
     }
 
     /// The built-in vertebra cut at height `slice` in m, its shallowest point at `depth` in m, in
