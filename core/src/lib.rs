@@ -20,3 +20,8 @@ pub mod phase_symmetry;
 
 pub use error::Error;
 pub use num_complex::Complex;
+
+/// The README's code must compile.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;
