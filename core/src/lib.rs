@@ -1,21 +1,24 @@
 //! **bonebeam**: from ultrasound channel data to bone surfaces, in fixed memory.
 //!
-//! The flow is the order of the modules: [`channel`] (recorded data → delayed analytic samples) →
-//! [`covariance`] → [`linalg`] (factorisation, eigenvectors) → [`beamform`] (weights, one line) →
-//! [`image`] (decibels, isotropic pixels) → [`phase_symmetry`] (the ridge filter).
+//! The flow: [`channel`] (recorded data → delayed analytic samples) → [`beamform`] (one line, by way
+//! of [`covariance`], its factorisation and eigenvectors) → [`image`] (decibels, isotropic pixels) →
+//! [`phase_symmetry`] (the ridge filter).
 //!
 //! Every kernel is `no_std`, allocates nothing, never panics and returns the same bits on every
 //! target: `+ − × ÷ √` in a fixed order, `libm` by path for everything else.
 
 #![no_std]
 
+#[cfg(test)]
+extern crate std;
+
 pub mod beamform;
 pub mod channel;
 pub mod covariance;
 mod error;
 pub mod image;
-pub mod lanes;
-pub mod linalg;
+mod lanes;
+mod linalg;
 pub mod phase_symmetry;
 
 pub use error::Error;

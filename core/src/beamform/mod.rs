@@ -4,14 +4,14 @@
 //! through [`Beamformer::line`]; where speed counts, [`Beamformer::runs`] does `W` runs of samples
 //! at once, one a lane, with the same bits.
 
-pub mod das;
-pub mod delayed_line;
-pub mod esmv;
-pub mod line;
-pub mod mv;
-pub mod parameters;
-pub mod runs;
-pub mod workspace;
+mod das;
+mod delayed_line;
+mod esmv;
+mod line;
+mod mv;
+mod parameters;
+mod runs;
+mod workspace;
 
 pub use delayed_line::DelayedLine;
 pub use line::constant_runs;

@@ -6,7 +6,7 @@
 //! Everything after this step is then real arithmetic: a quarter of the work, no approximation.
 //!
 //! The coordinates are ordered: the `⌊L/2⌋` sums, the middle element of an odd `L`, the `⌊L/2⌋`
-//! differences. Scale: `2T`, `√2·Qᴴs` and `Qᴴa/√2`, which saves the factors `1/√2`; [`Averaging::gain`]
+//! differences. Scale: `2T`, `√2·Qᴴs` and `Qᴴa/√2`, which saves the factors `1/√2`; [`Basis::gain`]
 //! makes up for them.
 
 use crate::lanes::{ComplexLanes, Lanes, Scalar};
@@ -14,8 +14,14 @@ use crate::lanes::{ComplexLanes, Lanes, Scalar};
 const FRAC_1_SQRT_2: f32 = core::f32::consts::FRAC_1_SQRT_2;
 const SQRT_2: f32 = core::f32::consts::SQRT_2;
 
-/// Which covariance is in use: turns one sample's forward sums into the solver's coordinates.
-pub trait Averaging<const W: usize> {
+/// Which covariance is in use: [`Forward`] or [`ForwardBackward`], over `W` lanes.
+pub trait Averaging<const W: usize>: Basis<W> {}
+
+impl<A: Basis<W>, const W: usize> Averaging<W> for A {}
+
+/// Turns one sample's forward sums into the solver's coordinates. Out of reach from outside the
+/// crate, so that there are no other averagings.
+pub trait Basis<const W: usize> {
     /// The number of the solver's matrix: complex for forward, real for forward-backward.
     type Scalar: Scalar<W>;
 
@@ -53,7 +59,7 @@ pub struct Forward;
 #[derive(Clone, Copy, Debug)]
 pub struct ForwardBackward;
 
-impl<const W: usize> Averaging<W> for Forward {
+impl<const W: usize> Basis<W> for Forward {
     type Scalar = ComplexLanes<W>;
 
     #[inline]
@@ -84,7 +90,7 @@ impl<const W: usize> Averaging<W> for Forward {
     fn weights<const L: usize>(_: &mut [ComplexLanes<W>; L], _: usize) {}
 }
 
-impl<const W: usize> Averaging<W> for ForwardBackward {
+impl<const W: usize> Basis<W> for ForwardBackward {
     type Scalar = Lanes<W>;
 
     #[inline]

@@ -4,9 +4,11 @@
 //! the leading `n × n` block of an `L × L` array, with a trace near 1 (see
 //! [`load`](crate::covariance::loading::load)).
 
-pub mod cholesky;
-pub mod eigen;
-pub mod power_iteration;
+pub(crate) mod cholesky;
+pub(crate) mod eigen;
+pub(crate) mod power_iteration;
+#[cfg(test)]
+mod tests;
 mod tridiagonal;
 
 use crate::lanes::{Lanes, Scalar};

@@ -59,15 +59,3 @@ pub const HEAVY_LOADING: f64 = 5e-5;
 pub const OUTPUT_POWER: f64 = 1e-5;
 /// ‖E_Nᴴw_p‖ of ‖w‖: f32 eigenvectors of up to 24 entries, 24 roundings of 6e-8 over a gap of 0.02.
 pub const SIGNAL_SUBSPACE: f64 = 7e-5;
-/// Eigenvalues and AE − EΛ of matrices with trace 1 and up to 16 rows: some 3·16 reflections and
-/// rotations, 6e-8 each at most, and the matrix's own rounding.
-pub const EIGENVALUE: f64 = 3e-6;
-/// EᴴE − 1 of as many reflections and rotations.
-pub const ORTHONORMAL: f64 = 3e-6;
-/// The documented tolerance of the power iteration, 4e-6, and the rounding of its last product,
-/// 16 terms of 6e-8.
-pub const POWER_ITERATION: f64 = 5e-6;
-/// A matrix of 16 rows rounded to f32: its norm changes by at most 16·6e-8 of itself.
-pub const ROUNDED_MATRIX: f64 = 1e-6;
-/// Backward error of a Cholesky solution: 3·16 roundings of 6e-8 at most.
-pub const CHOLESKY: f64 = 3e-6;

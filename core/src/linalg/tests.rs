@@ -1,17 +1,31 @@
 //! The core's solvers on matrices whose eigenvalues are known.
 
-mod common;
-
-use bonebeam::lanes::{ComplexLanes, Lanes, Scalar};
-use bonebeam::linalg::cholesky::{factorise, solve_lower, solve_upper};
-use bonebeam::linalg::eigen::{EigenScratch, eigen};
-use bonebeam::linalg::power_iteration::power_iteration;
-use common::lines::{Gaussian, widen};
-use common::tolerances::{CHOLESKY, EIGENVALUE, ORTHONORMAL, POWER_ITERATION, ROUNDED_MATRIX};
+use super::cholesky::{factorise, solve_lower, solve_upper};
+use super::eigen::{EigenScratch, eigen};
+use super::power_iteration::power_iteration;
+use crate::lanes::{ComplexLanes, Lanes, Scalar};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::format;
+use std::vec;
+use std::vec::Vec;
 
 const N: usize = 16;
+
+/// Eigenvalues and AE − EΛ of matrices with trace 1 and up to 16 rows: some 3·16 reflections and
+/// rotations, 6e-8 each at most, and the matrix's own rounding.
+const EIGENVALUE: f64 = 3e-6;
+/// EᴴE − 1 of as many reflections and rotations.
+const ORTHONORMAL: f64 = 3e-6;
+/// The documented tolerance of the power iteration, 4e-6, and the rounding of its last product,
+/// 16 terms of 6e-8.
+const POWER_ITERATION: f64 = 5e-6;
+/// A matrix of 16 rows rounded to f32: its norm changes by at most 16·6e-8 of itself.
+const ROUNDED_MATRIX: f64 = 1e-6;
+/// Backward error of a Cholesky solution: 3·16 roundings of 6e-8 at most.
+const CHOLESKY: f64 = 3e-6;
 
 type Matrix = DMatrix<Complex<f64>>;
 
@@ -38,18 +52,28 @@ impl Entry for ComplexLanes<1> {
 /// A unitary matrix whose first column is along `first`, from random others; real where `first` is
 /// and `real` is asked for.
 fn unitary(first: &DVector<Complex<f64>>, seed: u64, real: bool) -> Matrix {
-    let mut gaussian = Gaussian::new(seed);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut columns = Matrix::from_fn(first.len(), first.len(), |_, _| {
-        let value = widen(gaussian.next());
-        if real { Complex::from(value.re) } else { value }
+        let (re, im) = (centred(&mut random), centred(&mut random));
+        Complex::new(re, if real { 0.0 } else { im })
     });
     columns.set_column(0, first);
     columns.qr().q()
 }
 
 fn random_direction(n: usize, seed: u64) -> DVector<Complex<f64>> {
-    let mut gaussian = Gaussian::new(seed);
-    DVector::from_fn(n, |_, _| Complex::from(f64::from(gaussian.next().re)))
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    DVector::from_fn(n, |_, _| Complex::from(centred(&mut random)))
+}
+
+/// Uniform in [−1, 1).
+fn centred(random: &mut ChaCha8Rng) -> f64 {
+    2.0 * random.random::<f64>() - 1.0
+}
+
+/// The same number in f64.
+fn widen(z: Complex<f32>) -> Complex<f64> {
+    Complex::new(f64::from(z.re), f64::from(z.im))
 }
 
 /// U·diag(λ)·Uᴴ.
