@@ -46,7 +46,7 @@ impl<const W: usize> Lanes<W> {
         self.map(libm::sqrtf)
     }
 
-    /// `self` where `mask` is true, `other` elsewhere.
+    /// `yes` where `mask` is true, `no` elsewhere.
     #[inline(always)]
     pub fn select(mask: [bool; W], yes: Self, mut no: Self) -> Self {
         for k in 0..W {
@@ -130,6 +130,12 @@ impl<const W: usize> ComplexLanes<W> {
         re: Lanes::ZERO,
         im: Lanes::ZERO,
     };
+
+    /// Which lanes are neither NaN nor infinite.
+    #[inline(always)]
+    pub fn is_finite(&self) -> [bool; W] {
+        core::array::from_fn(|k| self.re.0[k].is_finite() && self.im.0[k].is_finite())
+    }
 
     /// The number in lane `k`.
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Eigenspace minimum variance (Eq. 5–8).
 
-use super::mv::whitened_steering;
+use super::mv::{solved, whitened_steering};
 use super::parameters::Method;
 use super::workspace::Solver;
 use crate::covariance::Averaging;
@@ -13,8 +13,8 @@ use num_complex::Complex;
 /// `w_pᴴs` with a signal subspace of rank 1, for the loaded covariance `a`.
 ///
 /// With `λ₁` and `e₁` no back substitution is needed: `w_p = e₁(e₁ᴴa)/(λ₁·aᴴR⁻¹a)`, and
-/// `aᴴR⁻¹a = ‖G⁻¹a‖²` from one forward solve. A lane in which the power iteration does not arrive
-/// takes [`esmv`] instead.
+/// `aᴴR⁻¹a = ‖G⁻¹a‖²` from one forward solve. Also returns the lanes that this is true of: where the
+/// power iteration does not arrive, or `R` is singular in f32, the caller takes [`esmv`] instead.
 ///
 /// Cost: the power iteration, one factorisation, one triangular solve.
 #[inline]
@@ -23,32 +23,28 @@ pub(super) fn esmv_rank1<A: Averaging<W>, const L: usize, const W: usize>(
     subarray: usize,
     s: &[ComplexLanes<W>; L],
     solver: &mut Solver<A::Scalar, L, W>,
-) -> ComplexLanes<W> {
-    let (eigenvalue, done) = power_iteration(a, subarray, &mut solver.v, &mut solver.next);
-    let mut z = ComplexLanes::ZERO;
-    if done.iter().any(|&lane| lane) {
-        let mut steering = A::Scalar::ZERO;
-        let mut data = ComplexLanes::ZERO;
-        for i in 0..subarray {
-            let e = solver.v[i];
-            let entry = A::Scalar::from_real(Lanes::splat(A::steering(i, subarray)));
-            steering = steering + entry.mul_conj(e);
-            data = data + e.conj_mul_complex(s[i]);
-        }
-        let power = whitened_steering::<A, L, W>(a, subarray, solver);
-        let product = steering.conj_mul_complex(data);
-        // A lane that is not done has no eigenvalue to divide by; it is replaced below.
-        let divisor = Lanes::select(done, eigenvalue * power, Lanes::splat(1.0));
-        z = ComplexLanes {
-            re: product.re / divisor,
-            im: product.im / divisor,
-        };
+) -> (ComplexLanes<W>, [bool; W]) {
+    let (eigenvalue, arrived) = power_iteration(a, subarray, &mut solver.v, &mut solver.next);
+    if !arrived.contains(&true) {
+        return (ComplexLanes::ZERO, arrived);
     }
-    if !done.iter().all(|&lane| lane) {
-        let exact = esmv::<A, L, W>(Method::EsmvRank(1), a, subarray, s, solver);
-        z = ComplexLanes::select(done, z, exact);
+    let mut steering = A::Scalar::ZERO;
+    let mut data = ComplexLanes::ZERO;
+    for i in 0..subarray {
+        let e = solver.v[i];
+        let entry = A::Scalar::from_real(Lanes::splat(A::steering(i, subarray)));
+        steering = steering + entry.mul_conj(e);
+        data = data + e.conj_mul_complex(s[i]);
     }
-    z
+    let (power, definite) = whitened_steering::<A, L, W>(a, subarray, solver);
+    let product = steering.conj_mul_complex(data);
+    let divisor = eigenvalue * power;
+    let z = ComplexLanes {
+        re: product.re / divisor,
+        im: product.im / divisor,
+    };
+    let solved = solved(definite, z);
+    (z, core::array::from_fn(|k| arrived[k] && solved[k]))
 }
 
 /// `w_pᴴs` by the full eigensolver, for the loaded covariance `a` (its lower triangle is
@@ -160,7 +156,8 @@ impl<const L: usize> Spectrum<L> {
             Method::EsmvRank(rank) => 0..if rank < n { rank } else { n },
             Method::EsmvRank1 => 0..1,
             Method::EsmvExcludeFirst => 1..n,
-            Method::Das | Method::Mv => 0..n,
+            // MV keeps them all; DAS never comes here.
+            Method::Mv | Method::Das => 0..n,
         }
     }
 }

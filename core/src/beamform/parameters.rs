@@ -29,7 +29,9 @@ pub struct Parameters {
     pub method: Method,
     /// `K`: the covariance is averaged over the samples `n−K..=n+K`.
     pub temporal: usize,
-    /// `Δ`: `Δ/L·tr(R)` is added to the diagonal. Below about 1e-4 the rounding of f32 decides.
+    /// `Δ`: `Δ/L·tr(R)` is added to the diagonal. Below about 1e-4 the rounding of f32 decides;
+    /// a covariance that is singular in f32 takes the full eigensolver, and no eigenvalue counts for
+    /// less than `2⁻²⁴` of the trace.
     pub loading: f32,
     /// `L = max(1, floor(ratio·active elements))`, in `(0, 1]`.
     pub subarray_ratio: f64,

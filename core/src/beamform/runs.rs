@@ -139,11 +139,16 @@ impl Beamformer {
         } = workspace;
         let data = &data[(i + parameters.temporal) % (2 * parameters.temporal + 1)];
         let silent = load(matrix, subarray, parameters.loading);
-        let sum = match parameters.method {
+        let (mut sum, solved) = match parameters.method {
             Method::Mv => mv::<A, L, W>(matrix, subarray, data, solver),
             Method::EsmvRank1 => esmv_rank1::<A, L, W>(matrix, subarray, data, solver),
-            method => esmv::<A, L, W>(method, matrix, subarray, data, solver),
+            _ => (ComplexLanes::ZERO, [false; W]),
         };
+        // The other methods, and the lanes that the faster solvers leave.
+        if (0..W).any(|k| !solved[k] && !silent[k]) {
+            let exact = esmv::<A, L, W>(parameters.method, matrix, subarray, data, solver);
+            sum = ComplexLanes::select(solved, sum, exact);
+        }
         let gain = Lanes::splat(A::gain(count - subarray + 1));
         let z = ComplexLanes {
             re: sum.re / gain,

@@ -10,8 +10,11 @@ use crate::lanes::{Lanes, Scalar};
 ///
 /// Order: entry `(i, j)` is `A(i,j) − Σ_k G(i,k)·G(j,k)*`, one subtraction after another with `k`
 /// ascending, then times `inverse[j]`; the pivot is `A(j,j) − Σ_k |G(j,k)|²` likewise, its root and
-/// then its reciprocal taken. A pivot below the rounding error of the trace is raised to it, so a
-/// singular matrix gives large but finite numbers.
+/// then its reciprocal taken.
+///
+/// Returns the lanes in which the matrix is positive definite: no pivot is below the rounding error
+/// of the trace. From there on the others' pivots count as just that, but what follows is made of
+/// rounding errors, which can grow beyond f32; their caller takes the eigensolver.
 ///
 /// Cost: `n³/3` flops real, `4n³/3` complex, `n` roots and divisions. No memory of its own.
 #[inline]
@@ -19,13 +22,19 @@ pub fn factorise<S: Scalar<W>, const L: usize, const W: usize>(
     a: &mut [[S; L]; L],
     n: usize,
     inverse: &mut [Lanes<W>; L],
-) {
+) -> [bool; W] {
+    let mut definite = [true; W];
     for j in 0..n {
         let mut pivot = a[j][j].real();
         for k in 0..j {
             pivot -= a[k][j].norm_sqr();
         }
-        let pivot = pivot.map(|p| if p > FLOOR { p } else { FLOOR });
+        for k in 0..W {
+            definite[k] &= pivot.0[k] > FLOOR;
+            if !definite[k] {
+                pivot.0[k] = FLOOR;
+            }
+        }
         inverse[j] = Lanes::splat(1.0) / pivot.sqrt();
         for i in j + 1..n {
             a[j][i] = a[i][j];
@@ -44,6 +53,7 @@ pub fn factorise<S: Scalar<W>, const L: usize, const W: usize>(
             row[i] = row[i].scale(inverse[j]);
         }
     }
+    definite
 }
 
 /// Solves `G·x = b` in place: `x_i = (b_i − Σ_k G(i,k)·x_k)·inverse[i]`, `k` ascending.

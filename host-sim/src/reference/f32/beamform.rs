@@ -178,27 +178,38 @@ fn response<T: Number>(
     s: &[Complex<f32>],
     method: Method,
 ) -> Complex<f32> {
-    match method {
-        Method::Mv => {
-            let (g, inverse) = cholesky(a);
-            let whitened = solve_lower(&g, &inverse, steering);
-            let w = solve_upper(&g, &inverse, &whitened);
-            inner(&w, s) / norm_sqr(&whitened)
-        }
-        Method::EsmvRank1 => match power_iteration(a) {
-            None => eigenspace(a, steering, s, Method::EsmvRank(1)),
-            Some((eigenvalue, e)) => {
-                let mut projection = T::zero();
-                for i in 0..e.len() {
-                    projection = projection + steering[i] * e[i].conj();
-                }
-                let (g, inverse) = cholesky(a);
-                let power = norm_sqr(&solve_lower(&g, &inverse, steering));
-                projection.conj().times(inner(&e, s)) / (eigenvalue * power)
-            }
-        },
-        _ => eigenspace(a, steering, s, method),
+    let solved = match method {
+        Method::Mv => minimum_variance(a, steering, s),
+        Method::EsmvRank1 => rank1(a, steering, s),
+        _ => None,
+    };
+    solved
+        .filter(|z| z.is_finite())
+        .unwrap_or_else(|| eigenspace(a, steering, s, method))
+}
+
+/// `wᴴs` by Cholesky, where `a` is not singular.
+fn minimum_variance<T: Number>(
+    a: &[Vec<T>],
+    steering: &[T],
+    s: &[Complex<f32>],
+) -> Option<Complex<f32>> {
+    let (g, inverse) = cholesky(a)?;
+    let whitened = solve_lower(&g, &inverse, steering);
+    let w = solve_upper(&g, &inverse, &whitened);
+    Some(inner(&w, s) / norm_sqr(&whitened))
+}
+
+/// `w_pᴴs` for rank 1 by power iteration, where that arrives and `a` is not singular.
+fn rank1<T: Number>(a: &[Vec<T>], steering: &[T], s: &[Complex<f32>]) -> Option<Complex<f32>> {
+    let (eigenvalue, e) = power_iteration(a)?;
+    let mut projection = T::zero();
+    for i in 0..e.len() {
+        projection = projection + steering[i] * e[i].conj();
     }
+    let (g, inverse) = cholesky(a)?;
+    let power = norm_sqr(&solve_lower(&g, &inverse, steering));
+    Some(projection.conj().times(inner(&e, s)) / (eigenvalue * power))
 }
 
 /// `vᴴs`.
@@ -245,7 +256,9 @@ fn eigenspace<T: Number>(
                 + 1
         }
         Method::EsmvRank(rank) => 0..rank.min(n),
-        _ => 1..n,
+        Method::EsmvRank1 => 0..1,
+        Method::EsmvExcludeFirst => 1..n,
+        Method::Mv | Method::Das => 0..n,
     };
     let mut sum = Complex::ZERO;
     for &k in &order[kept] {

@@ -70,8 +70,9 @@ fn row_times<T: Number>(a: &[Vec<T>], start: usize, i: usize, v: &[T]) -> T {
     sum
 }
 
-/// The factor `G` of `A = G·Gᴴ` below the diagonal, and `1/G(j,j)`.
-pub(super) fn cholesky<T: Number>(a: &[Vec<T>]) -> (Vec<Vec<T>>, Vec<f32>) {
+/// The factor `G` of `A = G·Gᴴ` below the diagonal, and `1/G(j,j)`; `None` where `A` is singular in
+/// f32.
+pub(super) fn cholesky<T: Number>(a: &[Vec<T>]) -> Option<(Vec<Vec<T>>, Vec<f32>)> {
     let n = a.len();
     let mut g: Vec<Vec<T>> = (0..n).map(|i| vec![T::zero(); i]).collect();
     let mut inverse = vec![0.0; n];
@@ -80,7 +81,10 @@ pub(super) fn cholesky<T: Number>(a: &[Vec<T>]) -> (Vec<Vec<T>>, Vec<f32>) {
         for k in 0..j {
             pivot -= power(g[j][k]);
         }
-        inverse[j] = 1.0 / if pivot > FLOOR { pivot } else { FLOOR }.sqrt();
+        if pivot <= FLOOR {
+            return None;
+        }
+        inverse[j] = 1.0 / pivot.sqrt();
         for i in j + 1..n {
             let mut entry = a[i][j];
             for k in 0..j {
@@ -89,7 +93,7 @@ pub(super) fn cholesky<T: Number>(a: &[Vec<T>]) -> (Vec<Vec<T>>, Vec<f32>) {
             g[i][j] = entry * inverse[j];
         }
     }
-    (g, inverse)
+    Some((g, inverse))
 }
 
 /// `G⁻¹b`.
