@@ -1,11 +1,11 @@
-//! What the beamformer refuses, and how it says so.
+//! What the beamformer refuses, and how it says so; what it takes.
 
 mod common;
 
 use bonebeam::Error;
 use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Run, Workspace};
 use bonebeam::channel::aperture::Active;
-use bonebeam::covariance::ForwardBackward;
+use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use common::lines::COVARIANCES;
 use ndarray::Array3;
 use num_complex::Complex;
@@ -123,6 +123,23 @@ fn what_does_not_fit() {
 }
 
 #[test]
+fn a_line_is_refused_before_anything_is_put_out() {
+    let x = [Complex::ONE; 40];
+    let line = DelayedLine::new(&x, 8).expect("finite");
+    let mut workspace = Workspace::<ForwardBackward, 6, 3, 1, 1>::new();
+    let beamformer = Beamformer::new(Parameters::default()).expect("valid");
+    // The last sample's aperture exceeds the capacity, or the array.
+    for last in [Active { first: 0, count: 7 }, Active { first: 4, count: 5 }] {
+        let six = Active { first: 0, count: 6 };
+        let mut z = [Complex::I; 5];
+        let active = |n| if n == 4 { last } else { six };
+        let refused = beamformer.line(&mut workspace, line, active, &mut z);
+        assert!(refused.is_err());
+        assert_eq!(z, [Complex::I; 5]);
+    }
+}
+
+#[test]
 fn a_run_outside_its_line() {
     let x = [Complex::ONE; 40];
     let line = DelayedLine::new(&x, 8).expect("finite");
@@ -172,4 +189,33 @@ fn the_host_names_beam_sample_and_element() {
             "delayed sample [beam 1, sample 2, element 3] is NaN or infinite"
         );
     }
+}
+
+/// The formula of the workspace's documentation.
+fn assert_bytes<
+    A: Averaging<W>,
+    const M: usize,
+    const L: usize,
+    const SLOTS: usize,
+    const W: usize,
+>(
+    s: usize,
+) {
+    let floats = L * L * (2 + (SLOTS + 2) * s) + 2 * M + 2 * L * SLOTS + (8 + 4 * s) * L;
+    let more = Workspace::<A, M, L, SLOTS, W>::BYTES.checked_sub(4 * W * floats);
+    let words = more.map(|bytes| bytes / size_of::<usize>());
+    assert!(
+        matches!(words, Some(1 | 2)),
+        "M = {M}, L = {L}, SLOTS = {SLOTS}, W = {W}: {more:?} more"
+    );
+}
+
+#[test]
+fn memory_is_what_the_documentation_says() {
+    assert_bytes::<ForwardBackward, 1, 1, 1, 1>(1);
+    assert_bytes::<ForwardBackward, 32, 16, 5, 1>(1);
+    assert_bytes::<ForwardBackward, 128, 64, 21, 8>(1);
+    assert_bytes::<Forward, 1, 1, 1, 1>(2);
+    assert_bytes::<Forward, 33, 17, 3, 1>(2);
+    assert_bytes::<Forward, 128, 64, 1, 4>(2);
 }

@@ -507,9 +507,14 @@ fn memory_is_what_the_documentation_says() {
 #[test]
 fn the_display_scale_ends_at_255() {
     let mut map = [0.0, 0.2, 0.4, 0.1];
-    core::scale_for_display(&mut map);
+    core::scale_for_display(&mut map).unwrap();
     assert_eq!(map, [0.0, 127.5, 255.0, 63.75]);
     let mut empty = [0.0; 3];
-    core::scale_for_display(&mut empty);
+    core::scale_for_display(&mut empty).unwrap();
     assert_eq!(empty, [0.0; 3]);
+    for bad in [f32::NAN, f32::INFINITY, -0.1] {
+        let mut map = [0.5, bad];
+        assert!(core::scale_for_display(&mut map).is_err());
+        assert_eq!(map[0], 0.5);
+    }
 }

@@ -38,8 +38,11 @@ impl Beamformer {
     /// Beamforms one beam: `z[n]` from the samples of `line`, with the active set `active(n)`.
     ///
     /// One active set serves the whole time window of a sample. Samples without an active element
-    /// are 0. See [`Beamformer::runs`] for scale, cost and errors; [`Error::Length`] where `z` is
-    /// not as long as the line.
+    /// are 0. See [`Beamformer::runs`] for scale and cost. `active` is asked twice for each sample:
+    /// the whole line is checked before anything is put out.
+    ///
+    /// # Errors
+    /// As [`Beamformer::runs`]; [`Error::Length`] where `z` is not as long as the line.
     pub fn line<A, const M: usize, const L: usize, const SLOTS: usize>(
         &self,
         workspace: &mut Workspace<A, M, L, SLOTS, 1>,
@@ -57,12 +60,17 @@ impl Beamformer {
                 expected: line.samples(),
             });
         }
-        for (first_sample, samples, set) in constant_runs(line.samples(), active) {
-            let run = Run {
-                line,
-                first_element: set.first,
-                first_sample,
-            };
+        let run = |first_sample, set: Active| Run {
+            line,
+            first_element: set.first,
+            first_sample,
+        };
+        for (first_sample, samples, set) in constant_runs(line.samples(), &active) {
+            self.check_run(&run(first_sample, set), set.count, samples)?;
+            self.check_capacity::<M, L, SLOTS>(set.count)?;
+        }
+        for (first_sample, samples, set) in constant_runs(line.samples(), &active) {
+            let run = run(first_sample, set);
             let out = &mut z[first_sample..first_sample + samples];
             self.runs(workspace, &[run], set.count, &mut [out])?;
         }

@@ -36,9 +36,12 @@ impl Beamformer {
     ///
     /// [`constant_runs`]: super::constant_runs
     ///
-    /// Cost a sample, in flops with `P = count − L + 1`: the covariance `8LP + 8L²` once, whatever
-    /// `K` is, and three additions an entry for the time window; a run of `n` samples takes
-    /// `n + 2K` covariances. MV adds `L³/3` (forward: `4L³/3`).
+    /// Cost a sample and lane, in flops with `P = count − L + 1`: DAS `2·count`. The others: the
+    /// covariance `8LP + 8L²` once, whatever `K` is, and three additions an entry for the time
+    /// window; a run of `n` samples takes `n + 2K` covariances. MV adds `L³/3`; rank 1 that and
+    /// `2L²` a power step, 32 at most; the full eigensolver, which serves the other methods and the
+    /// lanes in which those two fail, `4L³/3` and the QL steps. Forward multiplies these by 4. RAM:
+    /// the workspace.
     ///
     /// # Errors
     /// [`Error::Capacity`] where `count`, `L` or `2K+1` exceeds the workspace;

@@ -10,8 +10,9 @@ use crate::linalg::eigen::EigenScratch;
 /// lanes. `A` is [`Forward`](crate::covariance::Forward) or
 /// [`ForwardBackward`](crate::covariance::ForwardBackward).
 ///
-/// RAM is [`Workspace::BYTES`]: about `4W·(L²·(2 + (SLOTS+2)·s) + 2M + 2L·SLOTS + 13L·s)` bytes with
-/// `s = 1` for forward-backward and 2 for forward.
+/// RAM is [`Workspace::BYTES`]: `4W·(L²·(2 + (SLOTS+2)·s) + 2M + 2L·SLOTS + (8+4s)·L)` bytes with
+/// `s = 1` for forward-backward and 2 for forward, and at most two machine words more. The full
+/// eigensolver takes another `8L` bytes of stack (`12L` where a word has 64 bits).
 pub struct Workspace<
     A: Averaging<W>,
     const M: usize,

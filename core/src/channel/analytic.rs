@@ -96,7 +96,7 @@ impl HilbertTransformer {
     ///
     /// # Errors
     /// [`Error::Length`] unless `line` holds `out.len() + 2·reach` samples.
-    pub fn quadrature(&self, line: &[f32], out: &mut [f32]) -> Result<(), Error> {
+    pub(super) fn quadrature(&self, line: &[f32], out: &mut [f32]) -> Result<(), Error> {
         let reach = self.reach();
         let expected = out.len() + 2 * reach;
         if line.len() != expected {

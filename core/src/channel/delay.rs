@@ -13,7 +13,8 @@ use super::interpolate::Interpolator;
 use super::{at_least_one, finite, positive};
 use crate::{Complex, Error};
 
-/// The largest magnitude accepted in the RF, so that no sum can overflow.
+/// The largest magnitude accepted in the RF, so that no sum can overflow: the filters multiply it by
+/// less than 10, and adding that to the largest float is lost in its last place.
 pub const MAX_MAGNITUDE: f32 = 1e30;
 /// The most samples in a record or a column: every index must be exact in f32.
 pub const MAX_SAMPLES: usize = 1 << 22;
@@ -151,7 +152,8 @@ impl Delay {
     ///
     /// Cost per output sample and active element: 2·taps + N MACs (taps = 16·⌈fs/fout⌉, N the
     /// Hilbert taps a side), one division and one root; for the paper's 100 → 20 MHz 168 MACs.
-    /// Per output sample three f64 divisions, and a root for [`TransmitLaw::Element`].
+    /// Per output sample three f64 divisions, and a root for [`TransmitLaw::Element`]. RAM: the
+    /// stage, the scratch, and 1 KiB of stack near the ends of the record.
     ///
     /// # Errors
     /// Before anything is written: [`Error::Length`] for a slice of the wrong length;

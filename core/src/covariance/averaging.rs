@@ -165,7 +165,7 @@ impl<const W: usize> Basis<W> for ForwardBackward {
 
     #[inline]
     fn gain(subarrays: usize) -> f32 {
-        (2 * subarrays) as f32
+        2.0 * subarrays as f32
     }
 
     #[inline]

@@ -3,7 +3,8 @@
 use super::{check_finite, check_length};
 use crate::Error;
 
-/// The largest value of an envelope, 0 for an empty one: the reference of a frame.
+/// The largest value of an envelope, 0 for an empty one: the reference of a frame. An infinite one
+/// is returned as such, for [`log_compression`] to refuse; NaN is passed over.
 pub fn largest(envelope: &[f32]) -> f32 {
     let mut largest = 0.0;
     for &value in envelope {

@@ -1,11 +1,30 @@
 //! The phase symmetry map as grey levels.
 
+use crate::Error;
+
 /// Scales a map in place to `255·PS/max(PS)`, the paper's intensities. A map of zeros stays so.
 ///
-/// Values are expected in `[0, 1)`, as [`super::PhaseSymmetry`] gives them.
-pub fn scale_for_display(map: &mut [f32]) {
+/// No memory of its own; a division a pixel.
+///
+/// # Errors
+/// [`Error::NonFinite`] with the flat index of a NaN or infinite value, [`Error::Parameter`] for a
+/// negative one, neither of which [`super::PhaseSymmetry`] gives; the map is then untouched.
+pub fn scale_for_display(map: &mut [f32]) -> Result<(), Error> {
     let mut largest = 0.0;
-    for &value in map.iter() {
+    for (index, &value) in map.iter().enumerate() {
+        if !value.is_finite() {
+            return Err(Error::NonFinite {
+                name: "phase symmetry map",
+                index,
+            });
+        }
+        if value < 0.0 {
+            return Err(Error::Parameter {
+                name: "phase symmetry",
+                value: value.into(),
+                expected: "at least 0",
+            });
+        }
         if value > largest {
             largest = value;
         }
@@ -15,4 +34,5 @@ pub fn scale_for_display(map: &mut [f32]) {
             *value = 255.0 * (*value / largest);
         }
     }
+    Ok(())
 }

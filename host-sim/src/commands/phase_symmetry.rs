@@ -119,7 +119,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     image::stage(&map, &arguments.output, &mut outputs)?;
     if let Some(picture) = &arguments.picture {
         let mut levels = map;
-        scale_for_display(levels.as_slice_memory_order_mut().unwrap_or_default());
+        scale_for_display(levels.as_slice_memory_order_mut().unwrap_or_default())?;
         image::stage(&levels, picture, &mut outputs)?;
     }
     config.stage(&command_line(), &config_path, &mut outputs)?;

@@ -104,7 +104,7 @@ impl Studio<'_> {
             });
         }
         let mut levels = map;
-        scale_for_display(levels.as_slice_memory_order_mut().unwrap_or_default());
+        scale_for_display(levels.as_slice_memory_order_mut().unwrap_or_default())?;
         let pair = Pair {
             beamformer: key,
             b_mode: self.picture(&format!("{}-{key}.png", self.what), &image.pixels),
