@@ -37,6 +37,9 @@ enum Command {
     Verify(verify::Arguments),
 }
 
+/// More threads than any machine needs only take time to start.
+const MAX_THREADS: usize = 256;
+
 const EXAMPLES: &str = "\
 Examples:
   host-sim --quick
@@ -67,6 +70,11 @@ pub fn run() -> ExitCode {
 
 fn dispatch(cli: Cli) -> Result<()> {
     if let Some(threads) = cli.threads {
+        if threads.get() > MAX_THREADS {
+            return Err(Error::Usage(format!(
+                "--threads is {threads}; expected at most {MAX_THREADS}"
+            )));
+        }
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.get())
             .build_global()

@@ -462,3 +462,35 @@ fn an_output_that_does_not_fit_leaves_nothing() {
         assert_eq!(names(folder.path()), before);
     }
 }
+
+#[test]
+fn an_output_does_not_take_the_place_of_an_input() {
+    let folder = folder_with_channel_data();
+    let before = fs::read(folder.path().join("data.npz")).unwrap();
+    fs::create_dir(folder.path().join("sub")).unwrap();
+    for output in ["data.npz", "sub/../data.npz"] {
+        let arguments = format!("beamform data.npz -o {output}");
+        fails(&folder, &arguments, USAGE, &["would overwrite data.npz"]);
+    }
+    let twice = "beamform data.npz -o lines.npz --image sub/../lines.npz.config.toml.png";
+    assert_eq!(run(&folder, twice).0, 0);
+    write_npy(
+        folder.path().join("image.npy"),
+        &Array2::<f32>::zeros((64, 64)),
+    )
+    .unwrap();
+    let onto_itself = "phase-symmetry image.npy -o image.npy";
+    fails(&folder, onto_itself, USAGE, &["would overwrite image.npy"]);
+    let one_for_two = "phase-symmetry image.npy -o ps.npy --image ps.npy";
+    fails(&folder, one_for_two, USAGE, &["would overwrite ps.npy"]);
+    assert_eq!(fs::read(folder.path().join("data.npz")).unwrap(), before);
+}
+
+#[test]
+fn numbers_beyond_all_use() {
+    let folder = folder_with_channel_data();
+    let threads = "beamform data.npz -o lines.npz --threads 100000";
+    fails(&folder, threads, USAGE, &["--threads is 100000", "256"]);
+    let threshold = "phase-symmetry image.npy -o ps.npy --threshold 1e39";
+    fails(&folder, threshold, USAGE, &["--threshold", "1e12"]);
+}

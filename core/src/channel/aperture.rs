@@ -15,6 +15,9 @@ pub struct Active {
     pub count: usize,
 }
 
+/// Steps a pitch to which a beam's position is rounded.
+const GRID: f64 = 1_048_576.0; // 2^20
+
 /// Which elements take part at each depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -73,7 +76,8 @@ impl Aperture {
 
     /// The active elements for a beam (or pixel column) at `beam` pitches from element 0, at
     /// `depth` m: m = clamp(round(z/(F# · pitch)), m_min, M), halves rounded up; the first is
-    /// ⌈beam − m/2⌉; then cut at the array's ends. A deeper set contains every shallower one.
+    /// ⌈beam − m/2⌉, with the beam taken to a millionth of a pitch, so that a beam on an element is
+    /// there whatever its coordinates were rounded to; then cut at the array's ends. A deeper set contains every shallower one.
     /// A NaN beam has no active element; a NaN depth counts as 0.
     pub fn active(&self, beam: f64, depth: f64) -> Active {
         if self.depth_per_element == 0.0 {
@@ -91,6 +95,7 @@ impl Aperture {
         if wide > array {
             wide = array;
         }
+        let beam = libm::round(beam * GRID) / GRID;
         let first = libm::ceil(beam - wide / 2.0);
         let end = first + wide;
         let first = if first < 0.0 { 0.0 } else { first };
@@ -160,6 +165,16 @@ mod tests {
                 count: 11
             }
         );
+    }
+
+    #[test]
+    fn rounding_of_the_coordinates_does_not_move_it() {
+        for element in 0..128 {
+            let exact = paper().active(f64::from(element), 20e-3);
+            for off in [-1e-9, 1e-9] {
+                assert_eq!(paper().active(f64::from(element) + off, 20e-3), exact);
+            }
+        }
     }
 
     #[test]

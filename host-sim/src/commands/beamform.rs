@@ -7,7 +7,7 @@ use clap::Args;
 use super::{ConfigArgument, about, command_line, load_config, progress_bar};
 use crate::beamform::Covariance;
 use crate::config::{Beamform, Config, Image, Method};
-use crate::files::atomic::{Outputs, check_writable};
+use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
 use crate::files::{Lines, Recording};
 use crate::frame::{beamform_channel_data, beamform_delayed_data};
@@ -207,12 +207,12 @@ pub fn run(arguments: Arguments) -> Result<()> {
     config.validate()?;
 
     let config_path = Config::path_beside(&arguments.output);
-    check_writable(&arguments.output)?;
-    check_writable(&config_path)?;
+    let mut outputs = vec![arguments.output.as_path(), &config_path];
     if let Some(path) = &arguments.image {
         Format::of(path)?;
-        check_writable(path)?;
+        outputs.push(path);
     }
+    check_outputs(&[&arguments.recording], &outputs)?;
 
     let recording = Recording::read(&arguments.recording)?;
     if matches!(recording, Recording::Delayed(_)) {

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::{ConfigArgument, about, command_line, load_config, progress_bar};
 use crate::config::{self, Config, Size, parse_scale};
-use crate::files::atomic::{Outputs, check_writable};
+use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
 use crate::image::resize;
 use crate::phase_symmetry::{Parameters, phase_symmetry};
@@ -86,12 +86,12 @@ pub fn run(arguments: Arguments) -> Result<()> {
         )));
     }
     let config_path = Config::path_beside(&arguments.output);
-    check_writable(&arguments.output)?;
-    check_writable(&config_path)?;
+    let mut outputs = vec![arguments.output.as_path(), &config_path];
     if let Some(picture) = &arguments.picture {
         Format::of(picture)?;
-        check_writable(picture)?;
+        outputs.push(picture);
     }
+    check_outputs(&[&arguments.image], &outputs)?;
 
     let parameters = &config.phase_symmetry;
     let mut pixels = image::read(&arguments.image)?;

@@ -1,12 +1,12 @@
 //! `host-sim simulate`: phantom → channel data.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::{ConfigArgument, command_line, load_config, progress_bar};
 use crate::config::{self, Config, Kind};
-use crate::files::atomic::{Outputs, check_writable};
+use crate::files::atomic::{Outputs, check_outputs};
 use crate::simulate::{Summation, channel_data};
 use crate::{Error, Result};
 
@@ -161,8 +161,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
     config.validate()?;
 
     let config_path = Config::path_beside(&arguments.output);
-    check_writable(&arguments.output)?;
-    check_writable(&config_path)?;
+    let mesh: Vec<&Path> = config.simulate.mesh.as_deref().into_iter().collect();
+    check_outputs(&mesh, &[&arguments.output, &config_path])?;
 
     let scanner = config.simulate.scanner().clone();
     let phantom = config.simulate.build(&scanner)?;

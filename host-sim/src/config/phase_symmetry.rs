@@ -10,6 +10,8 @@ use super::out_of_range;
 use crate::Result;
 
 const SECTION: &str = "phase_symmetry";
+/// The largest noise threshold: as large as the core takes a pixel.
+const MAX_THRESHOLD: f64 = 1e12;
 /// The sides that the transform takes.
 const SIDES: [usize; 5] = [64, 128, 256, 512, 1024];
 
@@ -105,8 +107,8 @@ impl PhaseSymmetry {
                 "2^-10 to 2^-1 cycles per pixel",
             ));
         }
-        if !(self.threshold.is_finite() && self.threshold >= 0.0) {
-            let expected = "a finite number of at least 0 (grey levels)";
+        if !(0.0..=MAX_THRESHOLD).contains(&self.threshold) {
+            let expected = "at least 0 and at most 1e12 (grey levels)";
             return Err(out_of_range(SECTION, "threshold", self.threshold, expected));
         }
         if self.strip == 0 {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use super::file_error;
-use crate::Result;
+use crate::{Error, Result};
 
 /// What an output's contents are written to: seekable, as a zip archive needs it.
 ///
@@ -149,6 +149,44 @@ where
 /// As [`Outputs::stage`].
 pub fn check_writable(path: &Path) -> Result<()> {
     open(path).map(drop)
+}
+
+/// Tells before a run whether its outputs could be written, and that none of them would take the
+/// place of an input or of another output.
+///
+/// # Errors
+/// [`Error::Usage`] naming the two paths that are one file; else as [`check_writable`].
+pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
+    let mut taken: Vec<(PathBuf, &Path)> = Vec::new();
+    for input in inputs {
+        // An input that cannot be found is told when it is read.
+        if let Ok(place) = fs::canonicalize(input) {
+            taken.push((place, input));
+        }
+    }
+    for output in outputs {
+        let (_, place) = open(output)?;
+        let place = match (place.parent(), place.file_name()) {
+            (Some(folder), Some(name)) => {
+                let folder = if folder.as_os_str().is_empty() {
+                    Path::new(".")
+                } else {
+                    folder
+                };
+                fs::canonicalize(folder).map_or(place.clone(), |folder| folder.join(name))
+            }
+            _ => place,
+        };
+        if let Some((_, other)) = taken.iter().find(|(other, _)| *other == place) {
+            return Err(Error::Usage(format!(
+                "{} would overwrite {}: they are one file; give the output another name",
+                output.display(),
+                other.display()
+            )));
+        }
+        taken.push((place, output));
+    }
+    Ok(())
 }
 
 /// A temporary file beside `path`, and the place where it belongs (symbolic links followed).
