@@ -79,3 +79,20 @@ impl fmt::Display for Error {
 }
 
 impl core::error::Error for Error {}
+
+/// Refuses a slice that is not as long as the shapes ask for.
+pub(crate) fn check_length(
+    name: &'static str,
+    actual: usize,
+    expected: usize,
+) -> Result<(), Error> {
+    if actual == expected {
+        Ok(())
+    } else {
+        Err(Error::Length {
+            name,
+            actual,
+            expected,
+        })
+    }
+}

@@ -9,6 +9,7 @@ use crate::Error;
 use crate::channel::aperture::Active;
 use crate::covariance::Averaging;
 use crate::covariance::loading::load;
+use crate::error::check_length;
 use crate::lanes::ComplexLanes;
 use crate::linalg::eigen::eigen;
 use num_complex::Complex;
@@ -53,13 +54,7 @@ impl Beamformer {
     where
         A: Averaging<1>,
     {
-        if z.len() != line.samples() {
-            return Err(Error::Length {
-                name: "z",
-                actual: z.len(),
-                expected: line.samples(),
-            });
-        }
+        check_length("z", z.len(), line.samples())?;
         let run = |first_sample, set: Active| Run {
             line,
             first_element: set.first,

@@ -11,6 +11,7 @@ use super::aperture::Active;
 use super::delay_law::{ReceiveLag, TransmitDelay, TransmitLaw};
 use super::interpolate::Interpolator;
 use super::{at_least_one, finite, positive};
+use crate::error::check_length;
 use crate::{Complex, Error};
 
 /// The largest magnitude accepted in the RF, so that no sum can overflow: the filters multiply it by
@@ -253,10 +254,10 @@ impl Delay {
         out: &[Complex<f32>],
     ) -> Result<TransmitDelay, Error> {
         let p = &self.parameters;
-        length("element_x", column.element_x.len(), p.elements)?;
-        length("rf", rf.len(), p.elements * p.record_samples)?;
-        length("scratch", scratch.len(), self.scratch_len())?;
-        length("out", out.len(), p.elements * p.output_samples)?;
+        check_length("element_x", column.element_x.len(), p.elements)?;
+        check_length("rf", rf.len(), p.elements * p.record_samples)?;
+        check_length("scratch", scratch.len(), self.scratch_len())?;
+        check_length("out", out.len(), p.elements * p.output_samples)?;
         finite("t0", column.t0)?;
         for &x in column.element_x {
             finite("element_x", x)?;
@@ -293,15 +294,4 @@ impl Delay {
         }
         TransmitDelay::new(column.law, column.x, p.sound_speed)
     }
-}
-
-fn length(name: &'static str, actual: usize, expected: usize) -> Result<(), Error> {
-    if actual != expected {
-        return Err(Error::Length {
-            name,
-            actual,
-            expected,
-        });
-    }
-    Ok(())
 }

@@ -1,7 +1,7 @@
 //! The envelope: the magnitude of the analytic signal.
 
-use super::check_length;
 use crate::Error;
+use crate::error::check_length;
 use num_complex::Complex;
 
 /// `|z|` of each sample, in the unit of `z`.

@@ -1,7 +1,8 @@
 //! Log compression: decibels below the frame's largest envelope, mapped to 0..255.
 
-use super::{check_finite, check_length};
+use super::check_finite;
 use crate::Error;
+use crate::error::check_length;
 
 /// The largest value of an envelope, 0 for an empty one: the reference of a frame. An infinite one
 /// is returned as such, for [`log_compression`] to refuse; NaN is passed over.

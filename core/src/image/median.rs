@@ -1,7 +1,8 @@
 //! The 3×3 median.
 
-use super::{check_finite, check_length};
+use super::check_finite;
 use crate::Error;
+use crate::error::check_length;
 
 /// The median of each pixel's 3×3 neighbourhood; `image` and `out` are row-major, `columns` wide.
 ///

@@ -16,18 +16,6 @@ pub use resample::{Axis, resample};
 
 use crate::Error;
 
-fn check_length(name: &'static str, actual: usize, expected: usize) -> Result<(), Error> {
-    if actual == expected {
-        Ok(())
-    } else {
-        Err(Error::Length {
-            name,
-            actual,
-            expected,
-        })
-    }
-}
-
 fn check_finite(name: &'static str, values: &[f32]) -> Result<(), Error> {
     match values.iter().position(|value| !value.is_finite()) {
         None => Ok(()),

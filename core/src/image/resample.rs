@@ -1,7 +1,8 @@
 //! Bilinear resampling of lines to isotropic pixels.
 
-use super::{check_finite, check_length};
+use super::check_finite;
 use crate::Error;
+use crate::error::check_length;
 
 /// Uniformly spaced positions: `first + k·step` for `k` in `0..count`.
 #[derive(Clone, Copy, Debug, PartialEq)]
