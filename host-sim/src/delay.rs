@@ -18,7 +18,7 @@ use crate::{Error, Result};
 /// The delay stage of one set of channel data: which beams, which depths, which elements.
 ///
 /// Focused transmits make one beam each, on their axis; plane waves and single-element transmits
-/// are compounded coherently (their mean) into one beam per element.
+/// are compounded coherently (their mean) into two beams an element.
 pub struct DelayStage<'a> {
     data: &'a ChannelData,
     rf: CowArray<'a, f32, Ix3>,

@@ -4,11 +4,10 @@ mod common;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::channel::aperture::Active;
-use common::lines::{
-    COVARIANCES, Gaussian, Line, METHODS, core, core_weights, exact_parameters, widen,
-};
+use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_weights, widen};
 use common::tolerances::{BEAMFORMED, RANK_RULE, RAYLEIGH};
 use host_sim::beamform::Covariance;
+use host_sim::checks::beamform::exact_parameters;
 use host_sim::reference::f64::beamform::{Eigenspace, Sample};
 use nalgebra::DVector;
 use num_complex::Complex;

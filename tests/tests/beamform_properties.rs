@@ -4,11 +4,10 @@ mod common;
 
 use bonebeam::Error;
 use bonebeam::beamform::{DelayedLine, Method, Parameters};
-use common::lines::{
-    COVARIANCES, Gaussian, Line, METHODS, core, core_weights, exact_parameters, widen,
-};
+use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_weights, widen};
 use common::tolerances::{BEAMFORMED, HEAVY_LOADING, OUTPUT_POWER, SIGNAL_SUBSPACE, UNIT_RESPONSE};
 use host_sim::beamform::Covariance;
+use host_sim::checks::beamform::exact_parameters;
 use host_sim::reference::f64::beamform::Sample;
 use nalgebra::DVector;
 use num_complex::Complex;

@@ -42,28 +42,11 @@ pub struct Frame<'a, A> {
 impl<A: Fn(usize, usize) -> Active + Sync> Frame<'_, A> {
     /// Compares the lines `z` `[beam, sample]` of every `step`-th beam with the f32 reference.
     pub fn bits(&self, z: &Array2<Complex<f32>>, parameters: Parameters, step: usize) -> Bits {
-        use reference::f32::beamform as plain;
-        let plain_parameters = plain::Parameters {
-            method: match parameters.method {
-                Method::Das => plain::Method::Das,
-                Method::Mv => plain::Method::Mv,
-                Method::EsmvBeta(beta) => plain::Method::EsmvBeta(beta),
-                Method::EsmvRank(rank) => plain::Method::EsmvRank(rank),
-                Method::EsmvRank1 => plain::Method::EsmvRank1,
-                Method::EsmvExcludeFirst => plain::Method::EsmvExcludeFirst,
-            },
-            covariance: match self.covariance {
-                Covariance::Forward => plain::Covariance::Forward,
-                Covariance::ForwardBackward => plain::Covariance::ForwardBackward,
-            },
-            temporal: parameters.temporal,
-            loading: parameters.loading,
-            subarray_ratio: parameters.subarray_ratio,
-        };
+        let plain = plain_parameters(parameters, self.covariance);
         let compared = self.beams(step).into_par_iter().map(|beam| {
             let line = self.x.index_axis(Axis(0), beam);
             let samples: Vec<Vec<_>> = line.rows().into_iter().map(|row| row.to_vec()).collect();
-            let expected = plain::beamform(&samples, &self.active(beam), &plain_parameters);
+            let expected = reference::f32::beamform::beamform(&samples, &self.active(beam), &plain);
             Bits::complex(&z.row(beam).to_vec(), &expected)
         });
         compared.reduce(Bits::default, Bits::add)
@@ -157,20 +140,10 @@ impl<A: Fn(usize, usize) -> Active + Sync> Frame<'_, A> {
         active: (usize, usize),
         shared: &Parameters,
     ) -> Result<Option<Sample>> {
-        use reference::f64::beamform as equations;
-        let parameters = equations::Parameters {
-            covariance: match self.covariance {
-                Covariance::Forward => equations::Covariance::Forward,
-                Covariance::ForwardBackward => equations::Covariance::ForwardBackward,
-            },
-            temporal: shared.temporal,
-            loading: f64::from(shared.loading),
-            subarray_ratio: shared.subarray_ratio,
-        };
         if active.1 == 0 {
             return Ok(None);
         }
-        Sample::new(x, n, active, &parameters)
+        Sample::new(x, n, active, &exact_parameters(*shared, self.covariance))
     }
 
     fn beams(&self, step: usize) -> Vec<usize> {
@@ -180,6 +153,48 @@ impl<A: Fn(usize, usize) -> Active + Sync> Frame<'_, A> {
     fn active(&self, beam: usize) -> Vec<(usize, usize)> {
         let sets = (0..self.x.dim().1).map(|n| (self.active)(beam, n));
         sets.map(|set| (set.first, set.count)).collect()
+    }
+}
+
+/// The core's parameters as the f32 reference has them.
+pub fn plain_parameters(
+    parameters: Parameters,
+    covariance: Covariance,
+) -> reference::f32::beamform::Parameters {
+    use reference::f32::beamform as plain;
+    plain::Parameters {
+        method: match parameters.method {
+            Method::Das => plain::Method::Das,
+            Method::Mv => plain::Method::Mv,
+            Method::EsmvBeta(beta) => plain::Method::EsmvBeta(beta),
+            Method::EsmvRank(rank) => plain::Method::EsmvRank(rank),
+            Method::EsmvRank1 => plain::Method::EsmvRank1,
+            Method::EsmvExcludeFirst => plain::Method::EsmvExcludeFirst,
+        },
+        covariance: match covariance {
+            Covariance::Forward => plain::Covariance::Forward,
+            Covariance::ForwardBackward => plain::Covariance::ForwardBackward,
+        },
+        temporal: parameters.temporal,
+        loading: parameters.loading,
+        subarray_ratio: parameters.subarray_ratio,
+    }
+}
+
+/// The core's parameters as the f64 reference has them, but for the method.
+pub fn exact_parameters(
+    parameters: Parameters,
+    covariance: Covariance,
+) -> reference::f64::beamform::Parameters {
+    use reference::f64::beamform as exact;
+    exact::Parameters {
+        covariance: match covariance {
+            Covariance::Forward => exact::Covariance::Forward,
+            Covariance::ForwardBackward => exact::Covariance::ForwardBackward,
+        },
+        temporal: parameters.temporal,
+        loading: f64::from(parameters.loading),
+        subarray_ratio: parameters.subarray_ratio,
     }
 }
 

@@ -9,7 +9,8 @@ use bonebeam::beamform::{
 use bonebeam::channel::aperture::Active;
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use host_sim::beamform::Covariance;
-use host_sim::reference::{f32 as f32_reference, f64 as f64_reference};
+use host_sim::checks::beamform::plain_parameters;
+use host_sim::reference::f32 as f32_reference;
 use ndarray::Array2;
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
@@ -241,46 +242,12 @@ pub fn frame(
 
 /// The f32 reference.
 pub fn scalar(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<Complex<f32>> {
-    use f32_reference::beamform as reference;
     let x: Vec<Vec<Complex<f32>>> = line.x.rows().into_iter().map(|row| row.to_vec()).collect();
     let active: Vec<_> = line
         .active
         .iter()
         .map(|set| (set.first, set.count))
         .collect();
-    let parameters = reference::Parameters {
-        method: match parameters.method {
-            Method::Das => reference::Method::Das,
-            Method::Mv => reference::Method::Mv,
-            Method::EsmvBeta(beta) => reference::Method::EsmvBeta(beta),
-            Method::EsmvRank(rank) => reference::Method::EsmvRank(rank),
-            Method::EsmvRank1 => reference::Method::EsmvRank1,
-            Method::EsmvExcludeFirst => reference::Method::EsmvExcludeFirst,
-        },
-        covariance: match covariance {
-            Covariance::Forward => reference::Covariance::Forward,
-            Covariance::ForwardBackward => reference::Covariance::ForwardBackward,
-        },
-        temporal: parameters.temporal,
-        loading: parameters.loading,
-        subarray_ratio: parameters.subarray_ratio,
-    };
-    reference::beamform(&x, &active, &parameters)
-}
-
-/// The parameters of the f64 reference.
-pub fn exact_parameters(
-    parameters: Parameters,
-    covariance: Covariance,
-) -> f64_reference::beamform::Parameters {
-    use f64_reference::beamform as reference;
-    reference::Parameters {
-        covariance: match covariance {
-            Covariance::Forward => reference::Covariance::Forward,
-            Covariance::ForwardBackward => reference::Covariance::ForwardBackward,
-        },
-        temporal: parameters.temporal,
-        loading: f64::from(parameters.loading),
-        subarray_ratio: parameters.subarray_ratio,
-    }
+    let parameters = plain_parameters(parameters, covariance);
+    f32_reference::beamform::beamform(&x, &active, &parameters)
 }
