@@ -1,5 +1,5 @@
 //! Time of one output sample, side by side: `cargo bench -p bonebeam-tests`. Read it as ratios; the
-//! README's table is made of the medians (divided by the 8 samples that 8 lanes put out).
+//! README's table is made of the fastest runs, each divided by the samples that it puts out.
 
 use bonebeam::Complex;
 use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Run, Workspace};
