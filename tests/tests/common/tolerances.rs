@@ -45,6 +45,8 @@ pub const NOISE_LEVEL_DB: f64 = 0.25;
 
 /// The contract's bound on z against the f64 reference, of the line's largest |z|.
 pub const BEAMFORMED: f64 = 1e-4;
+/// Two results that are each within [`BEAMFORMED`] of the same exact one.
+pub const BEAMFORMED_TWICE: f32 = 2.0 * BEAMFORMED as f32;
 /// The contract's bound on e₁ᴴRe₁, of λ₁, where λ₂ is too close to λ₁ for a bound on z.
 pub const RAYLEIGH: f64 = 1e-3;
 /// The contract's bound within which c_j counts as equal to β·c_L, of β·c_L.

@@ -1,0 +1,155 @@
+//! Lanes: independent outputs side by side, one in each lane of a vector.
+//!
+//! Every operation acts on each lane alone and no operation mixes lanes, so a lane's bits depend
+//! neither on the width nor on its neighbours. [`f32`] is a vector of one lane, for a
+//! microcontroller; `Lanes` (feature `simd`) is a register of an instruction set that the
+//! processor has been seen to have. Kernels are written once, over [`Vector`], marked
+//! `#[inline(always)]` down to the last operation, and entered through [`Vector::vectorize`], which
+//! compiles them for the vector's instruction set.
+
+#[cfg(feature = "simd")]
+mod lanes;
+
+#[cfg(feature = "simd")]
+pub use lanes::Lanes;
+
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+/// As many real numbers as a register holds, one a lane.
+///
+/// A vector knows its instruction set, so every other one is made from one at hand: see
+/// [`Vector::splat`].
+pub trait Vector:
+    Copy
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// How many lanes.
+    const LANES: usize;
+
+    /// One truth value a lane.
+    type Mask: Mask;
+
+    /// Runs `f` compiled for this vector's instruction set, as far as `f` is inlined: write
+    /// `zero.vectorize(#[inline(always)] || kernel(…))`.
+    fn vectorize<R>(self, f: impl FnOnce() -> R) -> R;
+
+    /// The same value in every lane of another vector of this kind.
+    fn splat(self, value: f32) -> Self;
+
+    /// The lanes.
+    fn lanes(&self) -> &[f32];
+
+    /// The lanes.
+    fn lanes_mut(&mut self) -> &mut [f32];
+
+    /// The square root of each lane, correctly rounded.
+    fn sqrt(self) -> Self;
+
+    /// The magnitude of each lane.
+    fn abs(self) -> Self;
+
+    /// Where `self < other`; false for a NaN.
+    fn less(self, other: Self) -> Self::Mask;
+
+    /// `yes` where `mask` is true, `no` elsewhere.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+
+    /// The lanes `k` where `f(k)` is true.
+    fn mask(self, f: impl Fn(usize) -> bool) -> Self::Mask;
+
+    /// Where the number is neither NaN nor infinite.
+    #[inline(always)]
+    fn is_finite(self) -> Self::Mask {
+        !(self.splat(f32::MAX).less(self.abs())) & !self.is_nan()
+    }
+
+    /// Where the number is a NaN.
+    #[inline(always)]
+    fn is_nan(self) -> Self::Mask {
+        let zero = self.splat(0.0);
+        let one = self.splat(1.0);
+        // Only a NaN is neither below 1 nor above 0.
+        !(self.less(one) | zero.less(self))
+    }
+
+    /// Zero in every lane.
+    #[inline(always)]
+    fn zero(self) -> Self {
+        self.splat(0.0)
+    }
+}
+
+/// One truth value a lane.
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// Whether every lane is true.
+    fn all(self) -> bool;
+
+    /// Whether any lane is true.
+    fn any(self) -> bool;
+
+    /// Lane `k`.
+    fn lane(self, k: usize) -> bool;
+}
+
+impl Vector for f32 {
+    const LANES: usize = 1;
+    type Mask = bool;
+
+    #[inline(always)]
+    fn vectorize<R>(self, f: impl FnOnce() -> R) -> R {
+        f()
+    }
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn lanes(&self) -> &[f32] {
+        core::slice::from_ref(self)
+    }
+    #[inline(always)]
+    fn lanes_mut(&mut self) -> &mut [f32] {
+        core::slice::from_mut(self)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        libm::sqrtf(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        libm::fabsf(self)
+    }
+    #[inline(always)]
+    fn less(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn mask(self, f: impl Fn(usize) -> bool) -> bool {
+        f(0)
+    }
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn all(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn lane(self, _: usize) -> bool {
+        self
+    }
+}
