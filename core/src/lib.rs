@@ -20,6 +20,7 @@ pub mod image;
 mod lanes;
 mod linalg;
 pub mod phase_symmetry;
+mod sqrt;
 pub mod vector;
 
 pub use error::Error;

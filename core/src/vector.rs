@@ -119,7 +119,7 @@ impl Vector for f32 {
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        libm::sqrtf(self)
+        crate::sqrt::sqrt(self)
     }
     #[inline(always)]
     fn abs(self) -> Self {

@@ -14,7 +14,8 @@ pub fn complex(values: &[Complex<f32>]) -> u64 {
     of(values.iter().flat_map(|z| [z.re, z.im]))
 }
 
-fn of(values: impl Iterator<Item = f32>) -> u64 {
+/// The hash of the real numbers that an iterator gives.
+pub fn of(values: impl Iterator<Item = f32>) -> u64 {
     let mut hasher = FnvHasher::default();
     for value in values {
         hasher.write(&value.to_bits().to_le_bytes());

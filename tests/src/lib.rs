@@ -11,6 +11,7 @@ pub mod hash;
 pub mod image;
 pub mod phase_symmetry;
 pub mod snapshots;
+pub mod sqrt;
 
 use bonebeam::Error;
 
@@ -48,6 +49,7 @@ impl Default for Workspaces {
 /// # Errors
 /// What the core refuses, which is a fault of a case.
 pub fn run(workspaces: &mut Workspaces, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
+    sqrt::run(report);
     delay::run(&mut workspaces.delay, report)?;
     beamform::run(&mut workspaces.beamform, report)?;
     image::run(&mut workspaces.image, report)?;

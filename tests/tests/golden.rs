@@ -9,7 +9,7 @@ use bonebeam::channel::aperture::Active;
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::image::Axis;
 use bonebeam_tests::snapshots::{self, ELEMENTS, REAL_PARTS, SAMPLES, SNAPSHOTS};
-use bonebeam_tests::{Workspaces, beamform, delay, hash, image, phase_symmetry};
+use bonebeam_tests::{Workspaces, beamform, delay, hash, image, phase_symmetry, sqrt};
 use common::lines::{Line, scalar};
 use host_sim::beamform::Covariance;
 use host_sim::reference::f32 as reference;
@@ -54,6 +54,11 @@ fn the_recorded_hashes_are_met() {
 #[ignore = "writes tests/golden/hashes.txt"]
 fn record_hashes() {
     std::fs::write(golden("hashes.txt"), printed()).expect("a file that can be written");
+}
+
+#[test]
+fn the_standard_librarys_square_root_has_the_hash() {
+    assert_eq!(hash::of(sqrt::arguments().map(f32::sqrt)), recorded("sqrt"));
 }
 
 /// What made `snapshots_m32.bin`: arithmetic, libm and ChaCha, the same bytes everywhere.
