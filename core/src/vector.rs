@@ -7,9 +7,11 @@
 //! `#[inline(always)]` down to the last operation, and entered through [`Vector::vectorize`], which
 //! compiles them for the vector's instruction set.
 
+mod dot;
 #[cfg(feature = "simd")]
 mod lanes;
 
+pub use dot::{Dot, PARTIAL_SUMS};
 #[cfg(feature = "simd")]
 pub use lanes::Lanes;
 
@@ -20,7 +22,7 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// A vector knows its instruction set, so every other one is made from one at hand: see
 /// [`Vector::splat`].
 pub trait Vector:
-    Copy
+    Dot
     + Send
     + Sync
     + Add<Output = Self>

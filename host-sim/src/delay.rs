@@ -7,6 +7,9 @@ use bonebeam::channel::aperture::{Active, Aperture};
 use bonebeam::channel::delay::{Column, Delay, DelayParameters, MAX_SAMPLES, Store};
 use bonebeam::channel::delay_law::TransmitLaw;
 use bonebeam::channel::interpolate::MAX_DECIMATION;
+use bonebeam::channel::record::Record;
+use bonebeam::vector::{Lanes, Vector};
+use fearless_simd::{Level, dispatch};
 use ndarray::{Array3, Axis, CowArray, Ix3};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -138,27 +141,58 @@ impl<'a> DelayStage<'a> {
     /// # Errors
     /// What the core refuses: samples beyond its range.
     pub fn delay(&self, beams: Range<usize>) -> Result<Array3<Complex<f32>>> {
+        dispatch!(Level::new(), simd => self.delay_over(Lanes::new(simd), beams))
+    }
+
+    fn delay_over<V: Vector>(&self, zero: V, beams: Range<usize>) -> Result<Array3<Complex<f32>>> {
         let p = self.delay.parameters();
         let shape = (beams.len(), p.output_samples, p.elements);
         let mut x = vec![Complex::new(0.0, 0.0); shape.0 * shape.1 * shape.2];
+        // Each transmit is checked once, however many beams read it.
+        let transmits = self.transmits(beams.start).start..self.transmits(beams.end.max(1) - 1).end;
+        let first_transmit = transmits.start;
+        let records = transmits
+            .into_par_iter()
+            .map(|transmit| {
+                let rf = self.rf.index_axis(Axis(0), transmit);
+                let rf = rf
+                    .to_slice()
+                    .expect("one transmit of a standard layout is contiguous");
+                Record::new(rf, p.elements)
+            })
+            .collect::<std::result::Result<Vec<_>, _>>()?;
         x.par_chunks_exact_mut(shape.1 * shape.2)
             .zip(beams)
             .try_for_each_init(
-                || vec![0.0; self.delay.scratch_len()],
-                |scratch, (x, beam)| self.delay_beam(beam, scratch, x),
+                || vec![0.0; self.delay.scratch_len::<V>()],
+                |scratch, (x, beam)| {
+                    let record = |transmit| &records[transmit - first_transmit];
+                    self.delay_beam(zero, beam, record, scratch, x)
+                },
             )?;
         Ok(Array3::from_shape_vec(shape, x).expect("the length is that of the shape"))
     }
 
-    fn delay_beam(&self, beam: usize, scratch: &mut [f32], x: &mut [Complex<f32>]) -> Result<()> {
-        // A deeper active set contains the shallower ones.
-        let active = self.active(beam, self.samples() - 1);
-        let focused = matches!(self.data.transmits, Transmits::Focused { .. });
-        let transmits = if focused {
+    /// The transmits that make a beam.
+    fn transmits(&self, beam: usize) -> Range<usize> {
+        if matches!(self.data.transmits, Transmits::Focused { .. }) {
             beam..beam + 1
         } else {
             0..self.laws.len()
-        };
+        }
+    }
+
+    fn delay_beam<'b, V: Vector>(
+        &self,
+        zero: V,
+        beam: usize,
+        record: impl Fn(usize) -> &'b Record<'b>,
+        scratch: &mut [f32],
+        x: &mut [Complex<f32>],
+    ) -> Result<()> {
+        // A deeper active set contains the shallower ones.
+        let active = self.active(beam, self.samples() - 1);
+        let transmits = self.transmits(beam);
         let scale = 1.0 / transmits.len() as f32;
         for (i, transmit) in transmits.enumerate() {
             let column = Column {
@@ -169,13 +203,10 @@ impl<'a> DelayStage<'a> {
                 active,
                 store: if i == 0 { Store::Replace } else { Store::Add },
             };
-            let rf = self.rf.index_axis(Axis(0), transmit);
-            let rf = rf
-                .to_slice()
-                .expect("one transmit of a standard layout is contiguous");
-            self.delay.column(&column, rf, scratch, x)?;
+            self.delay
+                .column(zero, &column, record(transmit), scratch, x)?;
         }
-        if !focused {
+        if scale < 1.0 {
             for value in x {
                 *value *= scale;
             }

@@ -7,6 +7,7 @@ use bonebeam::channel::analytic::HilbertTransformer;
 use bonebeam::channel::aperture::Active;
 use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
 use bonebeam::channel::delay_law::TransmitLaw;
+use bonebeam::channel::record::Record;
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use fnv::FnvHasher;
 use ndarray::{Array2, Array3, Axis};
@@ -166,8 +167,9 @@ fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
         };
         let mut core = vec![Complex::ZERO; parameters.output_samples * elements];
         let mut expected = core.clone();
-        let mut scratch = vec![0.0; delay.scratch_len()];
-        delay.column(&column, &record, &mut scratch, &mut core)?;
+        let mut scratch = vec![0.0; delay.scratch_len::<f32>()];
+        let checked = Record::new(&record, elements)?;
+        delay.column(0.0f32, &column, &checked, &mut scratch, &mut core)?;
         reference::f32::delay::column(&parameters, taps, &column, &record, &mut expected);
         let bits = Bits::complex(&core, &expected);
         Ok(Verdict::bits(

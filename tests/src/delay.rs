@@ -7,6 +7,7 @@ use bonebeam::channel::analytic::HilbertTransformer;
 use bonebeam::channel::aperture::Active;
 use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
 use bonebeam::channel::delay_law::TransmitLaw;
+use bonebeam::channel::record::Record;
 use bonebeam::{Complex, Error};
 
 use crate::hash;
@@ -23,7 +24,8 @@ pub const HILBERT_TAPS: usize = 8;
 /// Samples of the column.
 pub const SAMPLES: usize = 64;
 const MARGIN: usize = 2 * HILBERT_TAPS - 1;
-const SCRATCH: usize = 5 * SAMPLES + 8 * MARGIN;
+/// `Delay::scratch_len::<f32>()`, which is no constant.
+const SCRATCH: usize = 4 * (SAMPLES + 2 * MARGIN) + 142;
 
 /// From 40 MHz to 20 MHz.
 pub const PARAMETERS: DelayParameters = DelayParameters {
@@ -82,8 +84,9 @@ impl Memory {
 
 pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
     let delay = Delay::new(PARAMETERS, HilbertTransformer::new(HILBERT_TAPS)?)?;
+    let record = Record::new(&REAL_PARTS, ELEMENTS)?;
     for (name, column) in COLUMNS {
-        delay.column(&column, &REAL_PARTS, &mut memory.scratch, &mut memory.x)?;
+        delay.column(0.0f32, &column, &record, &mut memory.scratch, &mut memory.x)?;
         report(name, hash::complex(&memory.x));
     }
     Ok(())

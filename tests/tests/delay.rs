@@ -7,7 +7,10 @@ use bonebeam::channel::analytic::HilbertTransformer;
 use bonebeam::channel::aperture::Active;
 use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
 use bonebeam::channel::delay_law::TransmitLaw;
+use bonebeam::channel::record::Record;
+use bonebeam::vector::{Lanes, Vector};
 use common::tolerances::{DELAY_SHIFT, DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
+use fearless_simd::Level;
 use host_sim::reference;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -64,12 +67,26 @@ fn column_of(law: TransmitLaw, element_x: &[f64]) -> Column<'_> {
 }
 
 fn core_column(p: &DelayParameters, taps: usize, column: &Column, rf: &[f32]) -> Vec<Complex<f32>> {
-    let delay = Delay::new(*p, HilbertTransformer::new(taps).unwrap()).unwrap();
-    let mut scratch = vec![f32::NAN; delay.scratch_len()];
     // Whatever is not overwritten shows.
     let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
-    delay.column(column, rf, &mut scratch, &mut out).unwrap();
+    column_into(0.0f32, p, taps, column, rf, &mut out);
     out
+}
+
+fn column_into<V: Vector>(
+    zero: V,
+    p: &DelayParameters,
+    taps: usize,
+    column: &Column,
+    rf: &[f32],
+    out: &mut [Complex<f32>],
+) {
+    let delay = Delay::new(*p, HilbertTransformer::new(taps).unwrap()).unwrap();
+    let record = Record::new(rf, p.elements).unwrap();
+    let mut scratch = vec![f32::NAN; delay.scratch_len::<V>()];
+    delay
+        .column(zero, column, &record, &mut scratch, out)
+        .unwrap();
 }
 
 fn assert_same_bits(left: &[Complex<f32>], right: &[Complex<f32>], what: &str) {
@@ -90,6 +107,8 @@ fn equals_the_f32_reference_to_the_bit() {
         (50e6, 20e6),
         (20e6, 40e6),
         (62.5e6, 5e6),
+        (75e6, 20e6),
+        (80e6, 5e6),
     ] {
         for law in LAWS {
             for (elements, record_samples, taps) in [(1, 1, 1), (5, 211, 8), (13, 1777, 33)] {
@@ -123,11 +142,70 @@ fn equals_the_f32_reference_to_the_bit() {
                     store: Store::Add,
                     ..column
                 };
-                let delay = Delay::new(p, HilbertTransformer::new(taps).unwrap()).unwrap();
-                let mut scratch = vec![0.0; delay.scratch_len()];
-                delay.column(&column, &rf, &mut scratch, &mut ours).unwrap();
+                column_into(0.0f32, &p, taps, &column, &rf, &mut ours);
                 reference::f32::delay::column(&p, taps, &column, &rf, &mut reference);
                 assert_same_bits(&ours, &reference, &what);
+            }
+        }
+    }
+}
+
+/// The column, and another one added to it, with the vectors of `zero`.
+fn twice<V: Vector>(
+    zero: V,
+    p: &DelayParameters,
+    column: &Column,
+    rf: &[f32],
+) -> Vec<Complex<f32>> {
+    let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
+    column_into(zero, p, HILBERT_TAPS, column, rf, &mut out);
+    let add = Column {
+        store: Store::Add,
+        x: -0.2e-3,
+        ..*column
+    };
+    column_into(zero, p, HILBERT_TAPS, &add, rf, &mut out);
+    out
+}
+
+#[test]
+fn every_instruction_set_gives_the_bits_of_one_lane() {
+    let level = Level::new();
+    for (fs, fout) in [(100e6, 20e6), (40e6, 20e6), (20e6, 20e6), (80e6, 5e6)] {
+        // Elements that do not fill a vector, or some and a part; columns that end within one.
+        for (elements, record_samples) in [(5, 211), (37, 1777)] {
+            let rf = noise(elements * record_samples, elements as u64);
+            let element_x = line_up(elements);
+            let p = parameters(fs, fout, elements, record_samples);
+            let column = Column {
+                active: Active {
+                    first: 1,
+                    count: elements - 2,
+                },
+                ..column_of(TransmitLaw::Plane { angle: 0.1 }, &element_x)
+            };
+            let one = twice(0.0f32, &p, &column, &rf);
+            let check = |many: Option<Vec<_>>, name: &str| match many {
+                Some(many) => assert_same_bits(&many, &one, name),
+                None => println!("this machine has no {name}"),
+            };
+            #[cfg(target_arch = "x86_64")]
+            {
+                let many = level.as_sse2();
+                let many = many.map(|simd| twice(Lanes::new(simd), &p, &column, &rf));
+                check(many, "SSE2");
+                let many = level.as_avx2();
+                let many = many.map(|simd| twice(Lanes::new(simd), &p, &column, &rf));
+                check(many, "AVX2");
+                let many = level.as_avx512();
+                let many = many.map(|simd| twice(Lanes::new(simd), &p, &column, &rf));
+                check(many, "AVX-512");
+            }
+            #[cfg(target_arch = "aarch64")]
+            {
+                let many = level.as_neon();
+                let many = many.map(|simd| twice(Lanes::new(simd), &p, &column, &rf));
+                check(many, "NEON");
             }
         }
     }
@@ -158,10 +236,11 @@ fn echo(p: &DelayParameters, column: &Column, point: (f64, f64)) -> Vec<f32> {
     rf
 }
 
-const RATES: [(f64, f64, f64); 5] = [
+const RATES: [(f64, f64, f64); 6] = [
     (20e6, 20e6, DELAYED_PULSE_20_MHZ),
     (40e6, 20e6, DELAYED_PULSE_20_MHZ),
     (100e6, 20e6, DELAYED_PULSE_20_MHZ),
+    (200e6, 20e6, DELAYED_PULSE_20_MHZ),
     (40e6, 40e6, DELAYED_PULSE_40_MHZ),
     (100e6, 100e6, DELAYED_PULSE_40_MHZ),
 ];

@@ -4,6 +4,7 @@ use bonebeam::channel::analytic::HilbertTransformer;
 use bonebeam::channel::aperture::Active;
 use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
 use bonebeam::channel::delay_law::TransmitLaw;
+use bonebeam::channel::record::Record;
 use bonebeam::{Complex, Error};
 
 const GOOD: DelayParameters = DelayParameters {
@@ -90,14 +91,15 @@ fn bad_calls_are_refused_before_anything_is_written() {
     };
     let refused = |column: &Column, rf: &[f32], scratch: usize, out: usize| {
         let mut out = vec![Complex::new(5.0, 6.0); out];
-        let result = delay.column(column, rf, &mut vec![0.0; scratch], &mut out);
+        let record = Record::new(rf, 3).unwrap();
+        let result = delay.column(0.0f32, column, &record, &mut vec![0.0; scratch], &mut out);
         assert!(
             out.iter().all(|y| *y == Complex::new(5.0, 6.0)),
             "written after {result:?}"
         );
         result.unwrap_err()
     };
-    let scratch = delay.scratch_len();
+    let scratch = delay.scratch_len::<f32>();
     let length = |name, actual, expected| Error::Length {
         name,
         actual,
@@ -105,10 +107,9 @@ fn bad_calls_are_refused_before_anything_is_written() {
     };
 
     assert_eq!(
-        refused(&column, &rf[1..], scratch, 150),
-        length("rf", 299, 300)
+        refused(&column, &rf[3..], scratch, 150),
+        length("record samples", 99, 100)
     );
-    assert_eq!(refused(&column, &[], scratch, 150), length("rf", 0, 300));
     assert_eq!(
         refused(&column, &rf, scratch + 1, 150),
         length("scratch", scratch + 1, scratch)
@@ -120,26 +121,10 @@ fn bad_calls_are_refused_before_anything_is_written() {
     };
     assert_eq!(refused(&two, &rf, scratch, 150), length("element_x", 2, 3));
 
-    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        let mut rf = rf.clone();
-        rf[217] = value;
-        let error = refused(&column, &rf, scratch, 150);
-        assert_eq!(
-            error,
-            Error::NonFinite {
-                name: "rf",
-                index: 217
-            }
-        );
-    }
-    let mut loud = rf.clone();
-    loud[3] = -1e31;
     let parameter = |error| match error {
         Error::Parameter { name, .. } => name,
         other => panic!("{other:?}"),
     };
-    assert_eq!(parameter(refused(&column, &loud, scratch, 150)), "rf");
-
     let mut bad_x = element_x;
     bad_x[2] = f64::NAN;
     for (bad, name) in [
@@ -205,8 +190,9 @@ fn bad_calls_are_refused_before_anything_is_written() {
     };
     let mut out = vec![Complex::new(0.0, 0.0); 150];
     out[9].im = f32::NAN;
+    let record = Record::new(&rf, 3).unwrap();
     let error = delay
-        .column(&add, &rf, &mut vec![0.0; scratch], &mut out)
+        .column(0.0f32, &add, &record, &mut vec![0.0; scratch], &mut out)
         .unwrap_err();
     assert_eq!(
         error,
@@ -215,4 +201,37 @@ fn bad_calls_are_refused_before_anything_is_written() {
             index: 9
         }
     );
+}
+
+#[test]
+fn records_are_checked_once() {
+    let rf = vec![1.0; 300];
+    assert_eq!(Record::new(&rf, 3).unwrap().samples(), 100);
+    let length = |actual, expected| Error::Length {
+        name: "rf",
+        actual,
+        expected,
+    };
+    assert_eq!(Record::new(&rf[1..], 3).unwrap_err(), length(299, 297));
+    assert_eq!(Record::new(&[], 3).unwrap_err(), length(0, 3));
+    assert_eq!(Record::new(&rf[..2], 3).unwrap_err(), length(2, 3));
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        // Within a piece, at its ends, and in the last, shorter one.
+        for index in [0, 217, 255, 256, 299] {
+            let mut rf = rf.clone();
+            rf[index] = value;
+            let error = Record::new(&rf, 3).unwrap_err();
+            assert_eq!(error, Error::NonFinite { name: "rf", index });
+        }
+    }
+    let named = |result: Result<Record, Error>| match result {
+        Err(Error::Parameter { name, .. }) => name,
+        other => panic!("{other:?}"),
+    };
+    let mut loud = rf.clone();
+    loud[3] = -1.001e30;
+    assert_eq!(named(Record::new(&loud, 3)), "rf");
+    loud[3] = -1e30;
+    assert!(Record::new(&loud, 3).is_ok());
+    assert_eq!(named(Record::new(&rf, 0)), "elements");
 }

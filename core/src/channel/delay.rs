@@ -2,23 +2,34 @@
 //!
 //! Output sample n lies at depth z = c·t/2, t = start + n/fout. Each active element is read there at
 //! (τ_tx + τ_rx − t0)·fs ([`delay_law`](super::delay_law)) through the filter that interpolates and
-//! decimates ([`interpolate`](super::interpolate)); then the analytic signal is formed along depth
-//! at the output rate ([`analytic`](super::analytic)). The column is computed a Hilbert reach beyond
-//! both ends, so that its first and last samples are as good as the others.
+//! decimates ([`interpolate`](super::interpolate)), from a record whose rate is halved first where
+//! it is much higher than the output's ([`half_band`](super::half_band)); then the analytic signal
+//! is formed along depth at the output rate ([`analytic`](super::analytic)). The column is computed
+//! a Hilbert reach beyond both ends, so that its first and last samples are as good as the others.
+//!
+//! Lanes are output samples of an element. As many elements as there are lanes are worked on
+//! together, so that what they put out lies side by side.
+
+mod focus;
 
 use super::analytic::HilbertTransformer;
 use super::aperture::Active;
-use super::delay_law::{ReceiveLag, TransmitDelay, TransmitLaw};
-use super::interpolate::Interpolator;
+use super::delay_law::{TransmitDelay, TransmitLaw};
+use super::half_band::{HalfBand, MIN_STEP, buffer_len, pairs_len};
+use super::interpolate::{Interpolator, PLACE};
+use super::record::Record;
 use super::{at_least_one, finite, positive};
 use crate::error::check_length;
+use crate::vector::Vector;
 use crate::{Complex, Error};
 
-/// The largest magnitude accepted in the RF, so that no sum can overflow: the filters multiply it by
-/// less than 10, and adding that to the largest float is lost in its last place.
-pub const MAX_MAGNITUDE: f32 = 1e30;
 /// The most samples in a record or a column: every index must be exact in f32.
 pub const MAX_SAMPLES: usize = 1 << 22;
+/// Vectors of positions that are worked out before they are read, and of halved samples whose
+/// inputs are laid out before they are used: so that neither waits for the other. At least
+/// [`MIN_STEP`].
+const STEP: usize = 24;
+const _: () = assert!(STEP >= MIN_STEP);
 /// Positions on the axis beyond ± this many samples read 0.
 const FAR: f64 = (1 << 23) as f64;
 
@@ -71,16 +82,17 @@ pub struct Column<'a> {
     pub store: Store,
 }
 
-/// A delay stage: validated parameters and their two filters.
+/// A delay stage: validated parameters and their filters.
 #[derive(Clone, Debug)]
 pub struct Delay {
     parameters: DelayParameters,
+    half_band: HalfBand,
     interpolator: Interpolator,
     hilbert: HilbertTransformer,
 }
 
 impl Delay {
-    /// RAM of the stage, bytes (about 9.5 KiB, nearly all of it the interpolation table).
+    /// RAM of the stage, bytes (about 10 KiB, nearly all of it the interpolation table).
     pub const BYTES: usize = size_of::<Self>();
 
     /// A stage for `parameters` with a Hilbert transformer of the caller's length
@@ -118,6 +130,7 @@ impl Delay {
         let interpolator = Interpolator::new(p.sampling_rate, p.output_rate, p.centre_frequency)?;
         Ok(Delay {
             parameters,
+            half_band: HalfBand::new(),
             interpolator,
             hilbert,
         })
@@ -128,135 +141,85 @@ impl Delay {
         &self.parameters
     }
 
-    /// Length of the scratch slice of [`Delay::column`], f32: 5·output_samples + 8·reach, with the
-    /// reach of the Hilbert transformer.
-    pub fn scratch_len(&self) -> usize {
-        4 * self.line_len() + self.parameters.output_samples
+    /// Length of the scratch slice of [`Delay::column`], f32. A line has output_samples + 2·reach
+    /// values, with the reach of the Hilbert transformer, and ends on a full vector. There are three
+    /// lines and one a lane, 120 values a lane and 22; and, if records are halved, half the samples of
+    /// one and its margins.
+    pub fn scratch_len<V: Vector>(&self) -> usize {
+        let step = STEP * V::LANES;
+        let steps = PLACE * step + pairs_len(step);
+        (3 + V::LANES) * self.line_len::<V>() + steps + self.halved_len()
     }
 
-    /// Output samples with the margins.
-    fn line_len(&self) -> usize {
-        self.parameters.output_samples + 2 * self.hilbert.reach()
+    /// Output samples with the margins, up to full vectors.
+    fn line_len<V: Vector>(&self) -> usize {
+        let outputs = self.parameters.output_samples.next_multiple_of(V::LANES);
+        (outputs + 2 * self.hilbert.reach()).next_multiple_of(V::LANES)
+    }
+
+    /// Room for an element's record after the halvings.
+    fn halved_len(&self) -> usize {
+        if self.interpolator.halvings() == 0 {
+            return 0;
+        }
+        buffer_len(self.parameters.record_samples)
+    }
+
+    /// The rate at which the interpolator reads, Hz.
+    fn rate(&self) -> f64 {
+        self.parameters.sampling_rate / (1 << self.interpolator.halvings()) as f64
     }
 
     /// The delayed analytic samples of one column.
     ///
-    /// `rf`: row-major `[element][record sample]`. `scratch`: [`Delay::scratch_len`] values, contents
-    /// irrelevant. `out`: row-major `[output sample][element]`, the scale of the RF. Samples outside
-    /// the record, and depths z ≤ 0, read as 0.
+    /// `zero`: any vector of the instruction set to compute with. `scratch`: [`Delay::scratch_len`]
+    /// values, contents irrelevant. `out`: row-major `[output sample][element]`, the scale of the RF.
+    /// Samples outside the record, and depths z ≤ 0, read as 0.
     ///
-    /// Order of operations. Per depth, f64, with n from −reach: t = start + n/fout; z = c·t/2;
-    /// p = ((τ_tx(z) + z/c) − t0)·fs; then z, ⌊p⌋ and p − ⌊p⌋ as f32. Per element, f32:
-    /// q = (p − ⌊p⌋) + lag(z); the record is read at ⌊p⌋ + ⌊q⌋ and q − ⌊q⌋. The real part is that
-    /// value, the imaginary part its Hilbert transform; adding is real to real, imaginary to
-    /// imaginary.
+    /// Order of operations. The record is halved h times to the rate f = fs/2ʰ. Per depth, f64, with
+    /// n from −reach: t = start + n/fout; z = c·t/2; p = ((τ_tx(z) + z/c) − t0)·f; then z, ⌊p⌋ and
+    /// p − ⌊p⌋ as f32. Per element, f32: q = (p − ⌊p⌋) + lag(z); the record is read at ⌊p⌋ + ⌊q⌋
+    /// and q − ⌊q⌋. The real part is that value, the imaginary part its Hilbert transform; adding
+    /// is real to real, imaginary to imaginary.
     ///
-    /// Cost per output sample and active element: 2·taps + N MACs (taps = 16·⌈fs/fout⌉, N the
-    /// Hilbert taps a side), one division and one root; for the paper's 100 → 20 MHz 168 MACs.
-    /// Per output sample three f64 divisions, and a root for [`TransmitLaw::Element`]. RAM: the
-    /// stage, the scratch, and 1 KiB of stack near the ends of the record.
+    /// Cost per output sample and active element: 2·taps + N MACs (taps = 16·⌈f/fout⌉ ≤ 64, N the
+    /// Hilbert taps a side), a division and a root, and 12·f/fout additions and half as many
+    /// products where the record is halved; for the paper's 100 → 20 MHz 104 MACs, 30 additions and
+    /// 18 products. Per output sample three f64 divisions, and a root for
+    /// [`TransmitLaw::Element`]. RAM: the stage, the scratch, and 2.5 KiB of stack.
     ///
     /// # Errors
-    /// Before anything is written: [`Error::Length`] for a slice of the wrong length;
-    /// [`Error::Parameter`] for a law, t0, position or active range that is not possible, or RF
-    /// beyond ±[`MAX_MAGNITUDE`]; [`Error::NonFinite`] with the flat index into `rf` (or into
-    /// `out`, when adding).
-    pub fn column(
+    /// Before anything is written: [`Error::Length`] for a slice of the wrong length or a record of
+    /// another shape; [`Error::Parameter`] for a law, t0, position or active range that is not
+    /// possible; [`Error::NonFinite`] with the flat index into `out`, when adding.
+    pub fn column<V: Vector>(
         &self,
+        zero: V,
         column: &Column,
-        rf: &[f32],
+        record: &Record,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        let p = &self.parameters;
-        let transmit = self.check(column, rf, scratch, out)?;
-        let (depth, rest) = scratch.split_at_mut(self.line_len());
-        let (whole, rest) = rest.split_at_mut(self.line_len());
-        let (fraction, rest) = rest.split_at_mut(self.line_len());
-        let (line, imaginary) = rest.split_at_mut(self.line_len());
-        self.trace_axis(&transmit, column.t0, depth, whole, fraction);
-
-        if column.store == Store::Replace {
-            out.fill(Complex::new(0.0, 0.0));
-        }
-        let Active { first, count } = column.active;
-        for element in first..first + count {
-            let record = &rf[element * p.record_samples..(element + 1) * p.record_samples];
-            let lag = ReceiveLag::new(
-                column.element_x[element] - column.x,
-                p.sound_speed,
-                p.sampling_rate,
-            );
-            for (n, value) in line.iter_mut().enumerate() {
-                *value = self.read(record, &lag, depth[n], whole[n], fraction[n]);
-            }
-            self.hilbert.quadrature(line, imaginary)?;
-            let real = &line[self.hilbert.reach()..];
-            let outputs = out.iter_mut().skip(element).step_by(p.elements);
-            for ((y, &re), &im) in outputs.zip(real).zip(&*imaginary) {
-                match column.store {
-                    Store::Replace => *y = Complex::new(re, im),
-                    Store::Add => *y = Complex::new(y.re + re, y.im + im),
-                }
-            }
-        }
+        check_length("scratch", scratch.len(), self.scratch_len::<V>())?;
+        let transmit = self.check(column, record, out)?;
+        zero.vectorize(
+            #[inline(always)]
+            || self.compute(zero, &transmit, column, record, scratch, out),
+        );
         Ok(())
-    }
-
-    /// Depth, whole sample and fraction at which an element on the axis is read; depth 0 where
-    /// nothing can be read.
-    fn trace_axis(
-        &self,
-        transmit: &TransmitDelay,
-        t0: f64,
-        depth: &mut [f32],
-        whole: &mut [f32],
-        fraction: &mut [f32],
-    ) {
-        let p = &self.parameters;
-        let reach = self.hilbert.reach() as f64;
-        for n in 0..depth.len() {
-            let t = p.output_start + (n as f64 - reach) / p.output_rate;
-            let z = p.sound_speed * t / 2.0;
-            let position = ((transmit.time(z) + z / p.sound_speed) - t0) * p.sampling_rate;
-            let near = position > -FAR && position < FAR;
-            let floor = if near { libm::floor(position) } else { 0.0 };
-            depth[n] = if near { z as f32 } else { 0.0 };
-            whole[n] = floor as f32;
-            fraction[n] = if near { (position - floor) as f32 } else { 0.0 };
-        }
-    }
-
-    /// The element's value at one depth.
-    #[inline(always)]
-    fn read(&self, record: &[f32], lag: &ReceiveLag, z: f32, whole: f32, fraction: f32) -> f32 {
-        if z <= 0.0 {
-            return 0.0;
-        }
-        let position = fraction + lag.samples(z);
-        // False for a NaN too, which an infinite over an infinite extent would give.
-        let near = position < FAR as f32;
-        if !near {
-            return 0.0;
-        }
-        // 0 ≤ position: the conversion is the floor.
-        let floor = position as i32;
-        self.interpolator
-            .at(record, whole as i32 + floor, position - floor as f32)
     }
 
     /// Everything that can be wrong with a call.
     fn check(
         &self,
         column: &Column,
-        rf: &[f32],
-        scratch: &[f32],
+        record: &Record,
         out: &[Complex<f32>],
     ) -> Result<TransmitDelay, Error> {
         let p = &self.parameters;
         check_length("element_x", column.element_x.len(), p.elements)?;
-        check_length("rf", rf.len(), p.elements * p.record_samples)?;
-        check_length("scratch", scratch.len(), self.scratch_len())?;
+        check_length("record elements", record.elements(), p.elements)?;
+        check_length("record samples", record.samples(), p.record_samples)?;
         check_length("out", out.len(), p.elements * p.output_samples)?;
         finite("t0", column.t0)?;
         for &x in column.element_x {
@@ -271,24 +234,12 @@ impl Delay {
                 expected,
             });
         }
-        for (index, &value) in rf.iter().enumerate() {
-            if !value.is_finite() {
-                return Err(Error::NonFinite { name: "rf", index });
-            }
-            if !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(&value) {
-                let expected = "a magnitude of at most 1e30";
-                return Err(Error::Parameter {
-                    name: "rf",
-                    value: f64::from(value),
-                    expected,
-                });
-            }
-        }
         if column.store == Store::Add {
-            let index = out
-                .iter()
-                .position(|y| !(y.re.is_finite() && y.im.is_finite()));
-            if let Some(index) = index {
+            // A whole piece at a time, since that needs no branch a sample.
+            let infinite = |y: &Complex<f32>| !y.re.is_finite() | !y.im.is_finite();
+            let any = |piece: &[Complex<f32>]| piece.iter().fold(false, |any, y| any | infinite(y));
+            if out.chunks(256).any(any) {
+                let index = out.iter().position(infinite).unwrap_or(0);
                 return Err(Error::NonFinite { name: "out", index });
             }
         }

@@ -9,6 +9,7 @@
 //! to 40 mm at 100 MHz, that was at most 2.2·10⁻⁵ samples, 7·10⁻⁶ rad at 5 MHz.
 
 use crate::Error;
+use crate::vector::Vector;
 
 /// How the transmit wave travels. Times count from the moment at which the wave would pass the
 /// law's origin.
@@ -113,10 +114,10 @@ impl ReceiveLag {
         }
     }
 
-    /// The lag at depth `z` > 0 m, in samples: `scaled/(z + √(z·z + square))`, f32.
+    /// The lag at depths `z` > 0 m, in samples: `scaled/(z + √(z·z + square))`, f32.
     #[inline(always)]
-    pub(super) fn samples(&self, z: f32) -> f32 {
-        self.scaled / (z + libm::sqrtf(z * z + self.square))
+    pub(super) fn samples<V: Vector>(&self, z: V) -> V {
+        z.splat(self.scaled) / (z + (z * z + z.splat(self.square)).sqrt())
     }
 }
 

@@ -1,8 +1,11 @@
 //! A register of an instruction set, by the `fearless_simd` crate.
 
-use super::{Mask, Vector};
+use super::{Dot, Mask, PARTIAL_SUMS, Vector};
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
-use fearless_simd::prelude::{ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdMask};
+use fearless_simd::f32x16;
+use fearless_simd::prelude::{
+    ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdMask, SimdSplit,
+};
 
 /// One register of `f32`: 4 lanes with SSE2 and NEON, 8 with AVX2, 16 with AVX-512.
 ///
@@ -66,6 +69,33 @@ impl<S: Simd> Vector for Lanes<S> {
             bits |= u64::from(f(k)) << k;
         }
         LanesMask(S::mask32s::from_bitmask(self.0.token(), bits))
+    }
+}
+
+impl<S: Simd> Dot for Lanes<S> {
+    #[inline(always)]
+    fn blended_dot<const BLOCKS: usize>(
+        self,
+        x: &[[f32; PARTIAL_SUMS]; BLOCKS],
+        row: &[[f32; PARTIAL_SUMS]; BLOCKS],
+        next: &[[f32; PARTIAL_SUMS]; BLOCKS],
+        weight: f32,
+    ) -> f32 {
+        // One register of AVX-512, two of AVX2, four of SSE2 and NEON.
+        let simd = self.0.token();
+        let load = |values: &[f32; PARTIAL_SUMS]| f32x16::from_slice(simd, values);
+        let mut a = f32x16::splat(simd, 0.0);
+        let mut b = a;
+        for ((x, row), next) in x.iter().zip(row).zip(next) {
+            let x = load(x);
+            a += x * load(row);
+            b += x * load(next);
+        }
+        let (low, high) = (a + f32x16::splat(simd, weight) * (b - a)).split();
+        let (low, high) = (low + high).split();
+        let s = low + high;
+        let s = s.as_slice();
+        (s[0] + s[2]) + (s[1] + s[3])
     }
 }
 

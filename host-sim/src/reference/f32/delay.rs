@@ -16,7 +16,13 @@ pub fn column(
     out: &mut [Complex<f32>],
 ) {
     let p = parameters;
-    let filter = Filter::new(p);
+    let mut halvings = 0;
+    let mut rate = p.sampling_rate;
+    while rate / p.output_rate >= 4.0 {
+        rate /= 2.0;
+        halvings += 1;
+    }
+    let filter = Filter::new(p, rate);
     let hilbert = hilbert(hilbert_taps);
     let reach = 2 * hilbert_taps - 1;
     let samples = p.output_samples + 2 * reach;
@@ -24,11 +30,25 @@ pub fn column(
         out.fill(Complex::new(0.0, 0.0));
     }
     for m in column.active.first..column.active.first + column.active.count {
-        let record = &rf[m * p.record_samples..][..p.record_samples];
+        let mut record = Record {
+            values: rf[m * p.record_samples..][..p.record_samples].to_vec(),
+            zero: 0,
+        };
+        for _ in 0..halvings {
+            record = halved(&record);
+        }
         let d = column.element_x[m] - column.x;
         let mut line = vec![0.0f32; samples];
         for n in 0..samples {
-            line[n] = delayed(p, &filter, column, record, d, n as f64 - reach as f64);
+            line[n] = delayed(
+                p,
+                rate,
+                &filter,
+                column,
+                &record,
+                d,
+                n as f64 - reach as f64,
+            );
         }
         for n in 0..p.output_samples {
             let mut imaginary = 0.0f32;
@@ -47,16 +67,60 @@ pub fn column(
     }
 }
 
-/// The record of the element `d` m beside the column, read for output sample `n`.
+/// An element's record: sample 0 is `values[zero]`, what is not there is 0.
+struct Record {
+    values: Vec<f32>,
+    zero: i64,
+}
+
+impl Record {
+    fn at(&self, index: i64) -> f32 {
+        let index = index + self.zero;
+        if index >= 0 && index < self.values.len() as i64 {
+            self.values[index as usize]
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Half the rate, with all that the half-band filter reaches.
+fn halved(record: &Record) -> Record {
+    let mut weights = Vec::new();
+    let mut sum = 0.0;
+    for i in 0..6 {
+        let k = (2 * i + 1) as f64;
+        let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+        let weight = sign / (PI * k) * kaiser(k / 12.0, 8.0);
+        sum += weight;
+        weights.push(weight);
+    }
+    let last = record.values.len() as i64 - 1 - record.zero;
+    let mut values = Vec::new();
+    for j in -12..=(last + 11) / 2 {
+        let mut y = 0.5 * record.at(2 * j);
+        for i in 0..6 {
+            let k = 2 * i as i64 + 1;
+            let tap = (0.25 * weights[i] / sum) as f32;
+            y += tap * (record.at(2 * j - k) + record.at(2 * j + k));
+        }
+        values.push(y);
+    }
+    Record { values, zero: 12 }
+}
+
+/// The record of the element `d` m beside the column, which has samples at `fs`, read for output
+/// sample `n`.
 fn delayed(
     p: &DelayParameters,
+    fs: f64,
     filter: &Filter,
     column: &Column,
-    record: &[f32],
+    record: &Record,
     d: f64,
     n: f64,
 ) -> f32 {
-    let (c, fs) = (p.sound_speed, p.sampling_rate);
+    let c = p.sound_speed;
     let t = p.output_start + n / p.output_rate;
     let z = c * t / 2.0;
     let transmit = match column.law {
@@ -89,18 +153,21 @@ struct Filter {
 }
 
 impl Filter {
-    fn new(p: &DelayParameters) -> Self {
-        let (fs, fout) = (p.sampling_rate, p.output_rate);
-        let (lower, cutoff, intervals) = if fs / fout > 1.0 {
-            (fout, fout / fs, libm::ceil(fs / fout) as usize)
+    /// The filter for records at `fs`.
+    fn new(p: &DelayParameters, fs: f64) -> Self {
+        let (fout, f0) = (p.output_rate, p.centre_frequency);
+        let ratio = fs / fout;
+        let (cutoff, intervals, transition) = if ratio > 1.0 {
+            let cutoff = (1.02 / ratio).min(1.0);
+            let transition = 1.0 / ratio - 2.85 * f0 / fs;
+            (cutoff, libm::ceil(ratio) as usize, transition)
         } else {
-            (fs, 1.0, 1)
+            (1.0, 1, 1.0 - 3.0 * f0 / fs)
         };
-        let transition = 1.0 - 3.0 * p.centre_frequency / lower;
-        let attenuation = 8.0 + 2.285 * 2.0 * PI * 15.0 * transition;
-        let beta = (0.1102 * (attenuation - 8.7)).clamp(4.0, 10.0);
         let taps = 16 * intervals;
-        let phases = 128 / intervals;
+        let attenuation = 8.0 + 2.285 * 2.0 * PI * ((taps - 1) as f64 * transition);
+        let beta = (0.1102 * (attenuation - 8.7)).clamp(4.0, 10.0);
+        let phases = 150 / intervals;
         let half = (taps / 2) as f64;
         let mut rows = Vec::new();
         for row in 0..=phases {
@@ -120,27 +187,29 @@ impl Filter {
         Filter { rows, taps }
     }
 
-    fn at(&self, record: &[f32], whole: i64, fraction: f32) -> f32 {
+    fn at(&self, record: &Record, whole: i64, fraction: f32) -> f32 {
         let phases = self.rows.len() - 1;
         let scaled = fraction * phases as f32;
-        let phase = libm::floorf(scaled) as usize;
-        let weight = scaled - libm::floorf(scaled);
+        let phase = (libm::floorf(scaled) as usize).min(phases - 1);
+        let weight = scaled - phase as f32;
         let first = whole - (self.taps as i64 / 2 - 1);
-        let mut value = [0.0f32; 2];
-        for side in 0..2 {
-            let mut partial = [0.0f32; 4];
-            for k in 0..self.taps {
-                let index = first + k as i64;
-                let x = if index >= 0 && index < record.len() as i64 {
-                    record[index as usize]
-                } else {
-                    0.0
-                };
-                partial[k % 4] += self.rows[phase + side][k] * x;
+        let mut sums = [0.0f32; 16];
+        for j in 0..16 {
+            let mut value = [0.0f32; 2];
+            for side in 0..2 {
+                for k in (j..self.taps).step_by(16) {
+                    let x = record.at(first + k as i64);
+                    value[side] += self.rows[phase + side][k] * x;
+                }
             }
-            value[side] = (partial[0] + partial[1]) + (partial[2] + partial[3]);
+            sums[j] = value[0] + weight * (value[1] - value[0]);
         }
-        value[0] + weight * (value[1] - value[0])
+        for half in [8, 4, 2, 1] {
+            for j in 0..half {
+                sums[j] += sums[j + half];
+            }
+        }
+        sums[0]
     }
 }
 
