@@ -3,7 +3,7 @@
 //! Output sample n lies at depth z = c·t/2, t = start + n/fout. Each active element is read there at
 //! (τ_tx + τ_rx − t0)·fs ([`delay_law`](super::delay_law)) through the filter that interpolates and
 //! decimates ([`interpolate`](super::interpolate)), from a record whose rate is halved first where
-//! it is much higher than the output's ([`half_band`](super::half_band)); then the analytic signal
+//! it is much higher than the output's (`half_band`); then the analytic signal
 //! is formed along depth at the output rate ([`analytic`](super::analytic)). The column is computed
 //! a Hilbert reach beyond both ends, so that its first and last samples are as good as the others.
 //!

@@ -4,7 +4,7 @@
 //! is 1.02 times half the output rate where the recorded rate is higher: reading at the output
 //! instants is then a proper decimation, which keeps noise above the output band from folding into
 //! it (white noise falls by fs/1.02·output rate). Records sampled at four times the output rate or
-//! more are first [halved](super::half_band), as often as that is so. The filter spans at least 16
+//! more are first halved (`half_band`), as often as that is so. The filter spans at least 16
 //! output intervals (recorded ones where the output rate is not lower).
 //!
 //! Worst error, relative to the pulse's peak, on a Gaussian pulse e^{−at²}·cos 2πf₀t of 5 MHz and
