@@ -92,16 +92,28 @@ impl HalfBand {
     /// The outputs of a step.
     #[inline(always)]
     fn step<V: Vector>(&self, zero: V, even: &[f32], odd: &[f32], y: &mut [f32]) {
-        for (i, y) in y.chunks_mut(V::LANES).enumerate() {
-            let at = i * V::LANES + TAPS;
-            let mut sum = zero.splat(0.5) * load(zero, &even[at..]);
-            for (t, &tap) in self.taps.iter().enumerate() {
-                let earlier = load(zero, &odd[at - 1 - t..]);
-                let later = load(zero, &odd[at + t..]);
-                sum = sum + zero.splat(tap) * (earlier + later);
-            }
-            y.copy_from_slice(&sum.lanes()[..y.len()]);
+        let mut at = TAPS;
+        let mut vectors = y.chunks_exact_mut(V::LANES);
+        for y in &mut vectors {
+            y.copy_from_slice(self.vector(zero, even, odd, at).lanes());
+            at += V::LANES;
         }
+        let rest = vectors.into_remainder();
+        if !rest.is_empty() {
+            rest.copy_from_slice(&self.vector(zero, even, odd, at).lanes()[..rest.len()]);
+        }
+    }
+
+    /// A vector of outputs, of which the first has `even[at]` in its middle.
+    #[inline(always)]
+    fn vector<V: Vector>(&self, zero: V, even: &[f32], odd: &[f32], at: usize) -> V {
+        let mut sum = zero.splat(0.5) * load(zero, &even[at..]);
+        for (t, &tap) in self.taps.iter().enumerate() {
+            let earlier = load(zero, &odd[at - 1 - t..]);
+            let later = load(zero, &odd[at + t..]);
+            sum = sum + zero.splat(tap) * (earlier + later);
+        }
+        sum
     }
 }
 

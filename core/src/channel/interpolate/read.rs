@@ -110,6 +110,11 @@ fn edge<const BLOCKS: usize>(
     next: &[[f32; PARTIAL_SUMS]; BLOCKS],
     weight: f32,
 ) -> f32 {
+    // Neither its first sample lies in the record, nor its last (in front, indices wrap around).
+    let last = first.wrapping_add(BLOCKS * PARTIAL_SUMS - 1);
+    if first >= record.len() && last >= record.len() && last >= first {
+        return 0.0;
+    }
     let mut samples = [[0.0; PARTIAL_SUMS]; BLOCKS];
     for (k, sample) in samples.as_flattened_mut().iter_mut().enumerate() {
         *sample = record.get(first.wrapping_add(k)).copied().unwrap_or(0.0);
