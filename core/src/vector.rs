@@ -62,6 +62,10 @@ pub trait Vector:
     /// `yes` where `mask` is true, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
+    /// The lanes of both by turns, `a₀ b₀ a₁ b₁ …`: the first half of them, then the second. Values
+    /// move between lanes here, and nowhere else; none is computed with another.
+    fn interleave(self, other: Self) -> (Self, Self);
+
     /// The lanes `k` where `f(k)` is true.
     fn mask(self, f: impl Fn(usize) -> bool) -> Self::Mask;
 
@@ -134,6 +138,10 @@ impl Vector for f32 {
     #[inline(always)]
     fn select(mask: bool, yes: Self, no: Self) -> Self {
         if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn interleave(self, other: Self) -> (Self, Self) {
+        (self, other)
     }
     #[inline(always)]
     fn mask(self, f: impl Fn(usize) -> bool) -> bool {

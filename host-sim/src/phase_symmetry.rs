@@ -1,11 +1,17 @@
-//! Phase symmetry of an image, through the core's strips.
+//! Phase symmetry of images, through the core's strips, on the widest vectors that the processor
+//! has.
+
+use std::ops::Range;
 
 use bonebeam::phase_symmetry::{
-    External, LogGabor, LogGaborTables, PhaseSymmetry, SliceSource, SliceStore, StripBuffers,
-    spectrum_columns,
+    GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, Source, Store,
+    StripBuffers, spectrum_columns,
 };
+use bonebeam::vector::{Lanes, Vector};
+use fearless_simd::Level;
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
+use rayon::prelude::*;
 
 use crate::{Error, Result};
 
@@ -25,63 +31,295 @@ impl Parameters {
     pub const STRIP: usize = 16;
 }
 
-/// The map `PS`, in `[0, 1)`, of an image 0..255. `progress` hears how many filters are done and
+/// The map `PS`, in `[0, 1)`, of one image 0..255. `progress` hears how many filters are done and
 /// of how many.
 ///
 /// # Errors
-/// An image whose sides are not powers of two from 64 to 1024, a NaN or infinite pixel, or
-/// parameters that the core refuses.
+/// As [`Plan::new`] and [`Plan::run`].
 pub fn phase_symmetry(
     image: ArrayView2<f32>,
     parameters: &Parameters,
-    mut progress: impl FnMut(usize, usize),
+    progress: impl FnMut(usize, usize),
 ) -> Result<Array2<f32>> {
-    let (rows, columns) = image.dim();
-    check_size(rows, columns)?;
-    let core = PhaseSymmetry::new(
-        rows,
-        columns,
-        &parameters.scales,
-        parameters.threshold,
-        parameters.strip,
-    )?;
-    let mut tables = LogGaborTables::new();
-    let filters = LogGabor::new(&mut tables);
+    Plan::new(image.dim(), parameters)?.run(image, Level::new(), progress)
+}
 
-    let zero = Complex::new(0.0, 0.0);
-    let image = image.as_standard_layout();
-    let half = spectrum_columns(columns);
-    let mut spectrum = vec![zero; rows * half];
-    let mut filtered = vec![zero; rows * columns];
-    let mut amplitude = vec![0.0; rows * columns];
-    let mut symmetry = Array2::zeros((rows, columns));
+/// Phase symmetry of many images of one size: gains and memory, made once.
+///
+/// The strips of each step are shared out among the threads of the rayon pool in which
+/// [`Plan::run`] is called; the map's bits depend neither on their number nor on the instruction
+/// set.
+#[derive(Debug)]
+pub struct Plan {
+    dimensions: (usize, usize),
+    strip: usize,
+    fft: LaneFft,
+    gains: GainTables<Vec<f32>>,
+    spectrum: Vec<f32>,
+    filtered: Vec<f32>,
+    amplitude: Vec<f32>,
+}
 
-    let longest = rows.max(columns);
-    let strip = parameters.strip.min(longest) * longest;
-    let (mut strip_buffer, mut line) = (vec![zero; strip], vec![zero; longest]);
-    let mut gains = vec![0.0; longest];
-    let (mut symmetry_strip, mut amplitude_strip) = (vec![0.0; strip], vec![0.0; strip]);
+impl Plan {
+    /// Computes the filters' gains for images of `(rows, columns)` pixels.
+    ///
+    /// # Errors
+    /// Sides that are not powers of two from 64 to 1024, or parameters that the core refuses.
+    pub fn new((rows, columns): (usize, usize), parameters: &Parameters) -> Result<Self> {
+        check_size(rows, columns)?;
+        let bank = PhaseSymmetry::new(
+            rows,
+            columns,
+            &parameters.scales,
+            parameters.threshold,
+            parameters.strip,
+        )?;
+        let mut filters = LogGaborTables::new();
+        let filters = LogGabor::new(&mut filters);
+        let gains = vec![0.0; GainTables::len(&bank)];
+        Ok(Plan {
+            dimensions: (rows, columns),
+            strip: parameters.strip.min(rows.max(columns)),
+            fft: LaneFft::new(),
+            gains: GainTables::new(&filters, &bank, gains)?,
+            spectrum: vec![0.0; 2 * rows * spectrum_columns(columns)],
+            filtered: vec![0.0; 2 * rows * columns],
+            amplitude: vec![0.0; rows * columns],
+        })
+    }
 
-    let total = core.filters();
-    core.run(
-        &filters,
-        &mut External {
-            image: &mut SliceSource::new(image.as_slice().unwrap_or_default(), columns)?,
-            spectrum: &mut SliceStore::new(&mut spectrum, half)?,
-            filtered: &mut SliceStore::new(&mut filtered, columns)?,
-            amplitude: &mut SliceStore::new(&mut amplitude, columns)?,
-            symmetry: &mut SliceStore::new(symmetry.as_slice_mut().unwrap_or_default(), columns)?,
-        },
-        &mut StripBuffers {
-            strip: &mut strip_buffer,
-            line: &mut line,
-            gains: &mut gains,
-            symmetry: &mut symmetry_strip,
-            amplitude: &mut amplitude_strip,
-        },
-        &mut |done| progress(done, total),
-    )?;
-    Ok(symmetry)
+    /// The map `PS`, in `[0, 1)`, of an image 0..255, on the vectors of an instruction set.
+    /// `progress` hears how many filters are done and of how many.
+    ///
+    /// # Errors
+    /// An image of another size, or with a pixel that is NaN, infinite or beyond 1e12.
+    pub fn run(
+        &mut self,
+        image: ArrayView2<f32>,
+        level: Level,
+        progress: impl FnMut(usize, usize),
+    ) -> Result<Array2<f32>> {
+        if let Some(simd) = level.as_avx512() {
+            return self.run_on(Lanes::new(simd).zero(), image, progress);
+        }
+        if let Some(simd) = level.as_avx2() {
+            return self.run_on(Lanes::new(simd).zero(), image, progress);
+        }
+        if let Some(simd) = level.as_sse2() {
+            return self.run_on(Lanes::new(simd).zero(), image, progress);
+        }
+        self.run_on(0.0f32, image, progress)
+    }
+
+    fn run_on<V: Vector>(
+        &mut self,
+        zero: V,
+        image: ArrayView2<f32>,
+        mut progress: impl FnMut(usize, usize),
+    ) -> Result<Array2<f32>> {
+        let bank = *self.gains.bank();
+        let kernels = Kernels {
+            zero,
+            fft: &self.fft,
+            gains: &self.gains,
+        };
+        let (rows, columns) = self.dimensions;
+        if image.dim() != self.dimensions {
+            return Err(Error::Data(format!(
+                "the image has {} rows and {} columns, the plan of its phase symmetry {rows} and \
+                 {columns}",
+                image.nrows(),
+                image.ncols()
+            )));
+        }
+        let image = image.as_standard_layout();
+        let mut symmetry = Array2::zeros(self.dimensions);
+        let sums = symmetry.as_slice_mut().unwrap_or_default();
+
+        let threads = rayon::current_num_threads();
+        let mut memories = vec![Memory::new(zero, self.strip, rows.max(columns)); threads];
+        bank.spectrum(
+            &kernels,
+            &mut image.as_slice().unwrap_or_default(),
+            &mut self.spectrum.as_mut_slice(),
+            &mut memories[0].buffers(),
+        )?;
+        let column_strips: Vec<Range<usize>> = bank.column_strips().collect();
+        let row_strips: Vec<Range<usize>> = bank.row_strips().collect();
+        let column_share = column_strips.len().div_ceil(threads);
+        let row_share = row_strips.len().div_ceil(threads);
+        let band = row_share * self.strip * columns;
+        for filter in 0..bank.filters() {
+            let spectrum = self.spectrum.as_slice();
+            let width = 2 * self.strip * columns;
+            Band::cut(
+                &mut self.filtered,
+                width,
+                column_strips.chunks(column_share),
+                columns,
+            )
+            .into_par_iter()
+            .zip(column_strips.par_chunks(column_share))
+            .zip(&mut memories)
+            .try_for_each(|((mut filtered, strips), memory)| {
+                strips.iter().try_for_each(|strip| {
+                    bank.filter_columns(
+                        &kernels,
+                        filter,
+                        strip.clone(),
+                        &mut &*spectrum,
+                        &mut filtered,
+                        &mut memory.buffers(),
+                    )
+                })
+            })?;
+            let filtered = self.filtered.as_slice();
+            row_strips
+                .par_chunks(row_share)
+                .zip(sums.par_chunks_mut(band))
+                .zip(self.amplitude.par_chunks_mut(band))
+                .zip(&mut memories)
+                .enumerate()
+                .try_for_each(|(k, (((strips, symmetry), amplitude), memory))| {
+                    let mut symmetry = Part::new(symmetry, k * band);
+                    let mut amplitude = Part::new(amplitude, k * band);
+                    strips.iter().try_for_each(|strip| {
+                        bank.add_rows(
+                            &kernels,
+                            filter,
+                            strip.clone(),
+                            &mut &*filtered,
+                            [&mut symmetry, &mut amplitude],
+                            &mut memory.buffers(),
+                        )
+                    })
+                })?;
+            progress(filter + 1, bank.filters());
+        }
+        Ok(symmetry)
+    }
+}
+
+/// A part of a matrix, from a place on.
+struct Part<'a> {
+    first: usize,
+    data: &'a mut [f32],
+}
+
+impl<'a> Part<'a> {
+    fn new(data: &'a mut [f32], first: usize) -> Self {
+        Part { first, data }
+    }
+
+    fn holds(&self, first: usize, length: usize) -> bool {
+        first >= self.first && first + length <= self.first + self.data.len()
+    }
+}
+
+impl Source for Part<'_> {
+    fn read(&mut self, first: usize, into: &mut [f32]) -> std::result::Result<(), bonebeam::Error> {
+        let first = first
+            .checked_sub(self.first)
+            .ok_or(bonebeam::Error::Memory)?;
+        (&*self.data).read(first, into)
+    }
+}
+
+impl Store for Part<'_> {
+    fn write(&mut self, first: usize, from: &[f32]) -> std::result::Result<(), bonebeam::Error> {
+        let first = first
+            .checked_sub(self.first)
+            .ok_or(bonebeam::Error::Memory)?;
+        (&mut *self.data).write(first, from)
+    }
+}
+
+/// The places in the filtered image of some strips of columns: two parts of each strip of rows,
+/// for the columns and their mirror images.
+struct Band<'a> {
+    /// The length of a strip of rows.
+    width: usize,
+    parts: Vec<[Part<'a>; 2]>,
+}
+
+impl<'a> Band<'a> {
+    /// Cuts the filtered image, strips of rows of length `width`, into bands of strips of columns.
+    fn cut<'b>(
+        filtered: &'a mut [f32],
+        width: usize,
+        bands: impl ExactSizeIterator<Item = &'b [Range<usize>]> + Clone,
+        columns: usize,
+    ) -> Vec<Band<'a>> {
+        let mut cut: Vec<Band> = Vec::new();
+        cut.resize_with(bands.len(), || Band {
+            width,
+            parts: Vec::new(),
+        });
+        for (k, strip) in filtered.chunks_mut(width).enumerate() {
+            let column = strip.len() / columns;
+            let first = k * width;
+            let (mut direct, mut mirrored) = strip.split_at_mut((columns / 2 + 1) * column);
+            let nyquist = columns / 2;
+            for (band, strips) in cut.iter_mut().zip(bands.clone()) {
+                let (start, end) = (strips[0].start, strips[strips.len() - 1].end);
+                let mirrored_columns = end.min(nyquist) - start.max(1).min(nyquist);
+                let lengths = [(end - start) * column, mirrored_columns * column];
+                let offset = (nyquist + start.max(1)) * column;
+                let one = direct.split_off_mut(..lengths[0]).unwrap_or_default();
+                let other = mirrored.split_off_mut(..lengths[1]).unwrap_or_default();
+                band.parts.push([
+                    Part::new(one, first + start * column),
+                    Part::new(other, first + offset),
+                ]);
+            }
+        }
+        cut
+    }
+}
+
+impl Source for Band<'_> {
+    fn read(&mut self, _: usize, _: &mut [f32]) -> std::result::Result<(), bonebeam::Error> {
+        Err(bonebeam::Error::Memory)
+    }
+}
+
+impl Store for Band<'_> {
+    fn write(&mut self, first: usize, from: &[f32]) -> std::result::Result<(), bonebeam::Error> {
+        let parts = self.parts.get_mut(first / self.width).into_iter().flatten();
+        let mut part = parts.filter(|part| part.holds(first, from.len()));
+        part.next()
+            .ok_or(bonebeam::Error::Memory)?
+            .write(first, from)
+    }
+}
+
+/// The fast memory of one thread.
+#[derive(Clone)]
+struct Memory<V> {
+    strip: Vec<f32>,
+    sums: Vec<f32>,
+    line: Vec<Complex<V>>,
+    gains: Vec<V>,
+}
+
+impl<V: Vector> Memory<V> {
+    fn new(zero: V, strip: usize, longest: usize) -> Self {
+        Memory {
+            strip: vec![0.0; 2 * strip * longest],
+            sums: vec![0.0; 2 * strip * longest],
+            line: vec![Complex { re: zero, im: zero }; longest],
+            gains: vec![zero; longest],
+        }
+    }
+
+    fn buffers(&mut self) -> StripBuffers<'_, V> {
+        StripBuffers {
+            strip: &mut self.strip,
+            sums: &mut self.sums,
+            line: &mut self.line,
+            gains: &mut self.gains,
+        }
+    }
 }
 
 fn check_size(rows: usize, columns: usize) -> Result<()> {

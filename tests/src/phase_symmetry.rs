@@ -1,10 +1,10 @@
 //! Phase symmetry of a 64 × 64 image in strips of several heights, which all have one hash.
 
+use bonebeam::Error;
 use bonebeam::phase_symmetry::{
-    External, LogGabor, LogGaborTables, PhaseSymmetry, SliceSource, SliceStore, Workspace,
+    External, Kernels, LogGabor, LogGaborTables, Microfft, PhaseSymmetry, Workspace,
     spectrum_columns,
 };
-use bonebeam::{Complex, Error};
 
 use crate::hash;
 
@@ -49,20 +49,19 @@ const fn ridge(at: usize, top: usize) -> u32 {
 pub struct Memory {
     tables: LogGaborTables,
     fast: Workspace<SIDE, SIDE>,
-    spectrum: [Complex<f32>; SIDE * spectrum_columns(SIDE)],
-    filtered: [Complex<f32>; SIDE * SIDE],
+    spectrum: [f32; 2 * SIDE * spectrum_columns(SIDE)],
+    filtered: [f32; 2 * SIDE * SIDE],
     amplitude: [f32; SIDE * SIDE],
     symmetry: [f32; SIDE * SIDE],
 }
 
 impl Memory {
     pub(crate) const fn new() -> Self {
-        let zero = Complex::new(0.0, 0.0);
         Memory {
             tables: LogGaborTables::new(),
             fast: Workspace::new(),
-            spectrum: [zero; SIDE * spectrum_columns(SIDE)],
-            filtered: [zero; SIDE * SIDE],
+            spectrum: [0.0; 2 * SIDE * spectrum_columns(SIDE)],
+            filtered: [0.0; 2 * SIDE * SIDE],
             amplitude: [0.0; SIDE * SIDE],
             symmetry: [0.0; SIDE * SIDE],
         }
@@ -70,17 +69,21 @@ impl Memory {
 }
 
 pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
-    let filters = LogGabor::new(&mut memory.tables);
+    let kernels = Kernels {
+        zero: 0.0,
+        fft: &Microfft,
+        gains: &LogGabor::new(&mut memory.tables),
+    };
     for (name, strip) in STRIPS {
         let mut external = External {
-            image: &mut SliceSource::new(&IMAGE, SIDE)?,
-            spectrum: &mut SliceStore::new(&mut memory.spectrum, spectrum_columns(SIDE))?,
-            filtered: &mut SliceStore::new(&mut memory.filtered, SIDE)?,
-            amplitude: &mut SliceStore::new(&mut memory.amplitude, SIDE)?,
-            symmetry: &mut SliceStore::new(&mut memory.symmetry, SIDE)?,
+            image: &mut &IMAGE[..],
+            spectrum: &mut &mut memory.spectrum[..],
+            filtered: &mut &mut memory.filtered[..],
+            amplitude: &mut &mut memory.amplitude[..],
+            symmetry: &mut &mut memory.symmetry[..],
         };
         PhaseSymmetry::new(SIDE, SIDE, &SCALES, THRESHOLD, strip)?.run(
-            &filters,
+            &kernels,
             &mut external,
             &mut memory.fast.buffers(),
             &mut |_| {},

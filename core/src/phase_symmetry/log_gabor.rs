@@ -15,7 +15,7 @@
 //! A table per filter over a 512×512 grid would take 1 MiB; these take 17.9 kB for all filters
 //! of all sizes.
 
-use super::transform::is_supported;
+use super::fft::is_supported;
 use crate::Error;
 
 /// `σ_r/r₀`.
@@ -81,9 +81,9 @@ pub const ORIENTATIONS: [Orientation; 6] = {
     ]
 };
 
-/// One filter of the bank on the frequency grid of an image.
+/// A characteristic radius on the frequency grid of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Filter {
+pub(super) struct Scale {
     rows: usize,
     columns: usize,
     /// Frequencies are counted in units of 1/max(rows, columns) cycles a pixel, so that they and
@@ -92,7 +92,20 @@ pub struct Filter {
     column_step: f32,
     /// `m` per squared unit.
     per_square: f32,
-    orientation: Orientation,
+}
+
+/// A frequency of the grid, the vertical axis up: angles are counted that way, rows go down.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bin {
+    u: f32,
+    v: f32,
+}
+
+/// Where a frequency lies: one of four faces, and the tangent of the angle from that face's axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Direction {
+    face: usize,
+    t: f32,
 }
 
 impl Orientation {
@@ -102,18 +115,13 @@ impl Orientation {
     }
 }
 
-impl Filter {
-    /// The filter of characteristic radius `r0` (cycles per pixel) for images of a size.
+impl Scale {
+    /// The characteristic radius `r0` (cycles per pixel) for images of a size.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a side that is not a power of two in 64..=1024, and for `r0`
     /// outside 2⁻¹⁰..=2⁻¹.
-    pub fn new(
-        rows: usize,
-        columns: usize,
-        r0: f64,
-        orientation: Orientation,
-    ) -> Result<Self, Error> {
+    pub(super) fn new(rows: usize, columns: usize, r0: f64) -> Result<Self, Error> {
         for (name, side) in [("image rows", rows), ("image columns", columns)] {
             if !is_supported(side) {
                 return Err(Error::Parameter {
@@ -132,14 +140,43 @@ impl Filter {
         }
         let longest = if rows > columns { rows } else { columns };
         let radius = r0 * longest as f64;
-        Ok(Filter {
+        Ok(Scale {
             rows,
             columns,
             row_step: (longest / rows) as f32,
             column_step: (longest / columns) as f32,
             per_square: (1.0 / (radius * radius)) as f32,
-            orientation,
         })
+    }
+
+    /// The frequency of a bin: `column` k stands for k/N cycles a pixel below N/2 and (k − N)/N
+    /// from there on, and so do the rows.
+    pub(super) fn bin(&self, row: usize, column: usize) -> Bin {
+        Bin {
+            u: self.column_step * signed(column, self.columns),
+            v: -(self.row_step * signed(row, self.rows)),
+        }
+    }
+}
+
+impl Bin {
+    /// The squared distance from the zero frequency.
+    fn square(self) -> f32 {
+        self.u * self.u + self.v * self.v
+    }
+
+    /// `None` at the zero frequency.
+    pub(super) fn direction(self) -> Option<Direction> {
+        let Bin { u, v } = self;
+        if self.square() == 0.0 {
+            return None;
+        }
+        let (face, t) = if v.abs() <= u.abs() {
+            (if u > 0.0 { 0 } else { 2 }, v / u)
+        } else {
+            (if v > 0.0 { 1 } else { 3 }, -(u / v))
+        };
+        Some(Direction { face, t })
     }
 }
 
@@ -170,8 +207,9 @@ impl<'a> LogGabor<'a> {
         for (k, cubic) in tables.radial.iter_mut().enumerate() {
             let octave = libm::exp2(f64::from(LOWEST_OCTAVE + (k / RADIAL_SEGMENTS) as i32));
             let segment = (k % RADIAL_SEGMENTS) as f64;
-            *cubic =
-                Self::cubic(|x| radial(octave * (1.0 + (segment + x) / RADIAL_SEGMENTS as f64)));
+            *cubic = Self::cubic(|x| {
+                radial_factor(octave * (1.0 + (segment + x) / RADIAL_SEGMENTS as f64))
+            });
         }
         for (angular, orientation) in tables.angular.iter_mut().zip(&ORIENTATIONS) {
             for (face, cubics) in angular.iter_mut().enumerate() {
@@ -202,45 +240,24 @@ impl<'a> LogGabor<'a> {
         ]
     }
 
-    /// One column of a filter, for the frequencies of the discrete transform in its own order:
-    /// `column` k stands for k/N cycles a pixel below N/2 and (k − N)/N from there on, and so do
-    /// the rows. The zero frequency gets 0.
-    ///
-    /// `gains` is as long as the image has rows; of a longer slice the rest is left alone.
-    /// A division, two table look-ups and 7 multiplications a bin.
-    pub fn column(&self, filter: &Filter, column: usize, gains: &mut [f32]) {
-        let u = filter.column_step * signed(column, filter.columns);
-        for (row, gain) in gains.iter_mut().enumerate().take(filter.rows) {
-            // Angles are counted with the vertical axis up, rows go down.
-            let v = -(filter.row_step * signed(row, filter.rows));
-            *gain = self.gain(filter, u, v);
-        }
-    }
-
-    fn gain(&self, filter: &Filter, u: f32, v: f32) -> f32 {
-        let square = u * u + v * v;
+    /// The radial factor of a filter, 0 at the zero frequency.
+    pub(super) fn radial(&self, scale: &Scale, bin: Bin) -> f32 {
+        const SHIFT: u32 = f32::MANTISSA_DIGITS - 1 - RADIAL_BITS;
+        const FIRST: usize = ((127 + LOWEST_OCTAVE) as usize) << RADIAL_BITS;
+        const STEP: f32 = 1.0 / (1u32 << SHIFT) as f32;
+        let square = bin.square();
         if square == 0.0 {
             return 0.0;
         }
-        self.radial(square * filter.per_square) * self.angular(filter.orientation, u, v)
-    }
-
-    fn radial(&self, m: f32) -> f32 {
-        const SHIFT: u32 = f32::MANTISSA_DIGITS - 1 - RADIAL_BITS;
-        const FIRST: usize = ((127 + LOWEST_OCTAVE) as usize) << RADIAL_BITS;
-        const SCALE: f32 = 1.0 / (1u32 << SHIFT) as f32;
-        let bits = m.to_bits();
+        let bits = (square * scale.per_square).to_bits();
         let segment = ((bits >> SHIFT) as usize).saturating_sub(FIRST);
-        let within = (bits & ((1 << SHIFT) - 1)) as f32 * SCALE;
+        let within = (bits & ((1 << SHIFT) - 1)) as f32 * STEP;
         evaluate(&self.tables.radial, segment, within)
     }
 
-    fn angular(&self, orientation: Orientation, u: f32, v: f32) -> f32 {
-        let (face, t) = if v.abs() <= u.abs() {
-            (if u > 0.0 { 0 } else { 2 }, v / u)
-        } else {
-            (if v > 0.0 { 1 } else { 3 }, -(u / v))
-        };
+    /// The angular factor of an orientation.
+    pub(super) fn angular(&self, orientation: &Orientation, direction: Direction) -> f32 {
+        let Direction { face, t } = direction;
         let (face, t) = if orientation.mirrored {
             (orientation.turn + 4 - face, -t)
         } else {
@@ -255,6 +272,14 @@ impl<'a> LogGabor<'a> {
         };
         let table = &self.tables.angular[orientation.table][face % 4];
         evaluate(table, segment, at - segment as f32)
+    }
+
+    /// The gain of a filter at a bin, 0 at the zero frequency.
+    pub(super) fn gain(&self, scale: &Scale, orientation: &Orientation, bin: Bin) -> f32 {
+        match bin.direction() {
+            Some(direction) => self.radial(scale, bin) * self.angular(orientation, direction),
+            None => 0.0,
+        }
     }
 }
 
@@ -275,7 +300,7 @@ fn evaluate(table: &[Cubic], segment: usize, x: f32) -> f32 {
 }
 
 /// The radial factor at `m = (r/r₀)²`.
-fn radial(m: f64) -> f64 {
+fn radial_factor(m: f64) -> f64 {
     let z = 0.5 * libm::log(m) / libm::log(RADIAL_RATIO);
     libm::exp(-0.5 * z * z)
 }
@@ -300,13 +325,12 @@ mod tests {
         for (rows, columns) in [(64, 64), (1024, 64), (128, 512)] {
             for r0 in [1.0 / 1024.0, 1.0 / 512.0, 0.013, 1.0 / 32.0, 0.5] {
                 for orientation in ORIENTATIONS {
-                    let filter = Filter::new(rows, columns, r0, orientation).unwrap();
-                    let mut gains = [0.0; 1024];
+                    let scale = Scale::new(rows, columns, r0).unwrap();
                     for column in 0..columns {
-                        filters.column(&filter, column, &mut gains);
                         for row in 0..rows {
+                            let gain = filters.gain(&scale, &orientation, scale.bin(row, column));
                             let exact = equation_9(row, rows, column, columns, r0, &orientation);
-                            let error = (f64::from(gains[row]) - exact).abs();
+                            let error = (f64::from(gain) - exact).abs();
                             // Roundings at values near 1: of t + 1, of two constant terms, of
                             // two sums, of the product; and twice the cubics' 2e-8.
                             assert!(error < 2.5e-7, "{rows}x{columns} {row} {column}: {error}");

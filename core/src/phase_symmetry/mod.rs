@@ -9,17 +9,25 @@
 //! in strips: S rows or columns of the image sit in fast memory at a time, the rest in external
 //! memory behind [`Source`] and [`Store`], and the result has the same bits for every S.
 
+mod columns;
 mod display;
 mod external;
+mod fft;
+mod gains;
+mod lane_fft;
+mod lines;
 mod log_gabor;
+mod rows;
 mod spectrum;
 mod strip;
-mod transform;
 mod workspace;
 
 pub use display::scale_for_display;
-pub use external::{Area, SliceSource, SliceStore, Source, Store};
-pub use log_gabor::{Filter, LogGabor, LogGaborTables, ORIENTATIONS, Orientation};
+pub use external::{Source, Store};
+pub use fft::{Fft, Microfft};
+pub use gains::{GainTables, Gains, LaneColumns};
+pub use lane_fft::LaneFft;
+pub use log_gabor::{LogGabor, LogGaborTables, ORIENTATIONS, Orientation};
 pub use spectrum::MAX_PIXEL;
-pub use strip::{MAX_SCALES, PhaseSymmetry};
+pub use strip::{Kernels, MAX_SCALES, PhaseSymmetry};
 pub use workspace::{External, StripBuffers, Workspace, spectrum_columns};

@@ -9,31 +9,30 @@
 //! 2. For each filter: columns of spectrum × gain are inversely transformed, then rows, and each
 //!    row's `e` and `o` are added to Eq. 10's two sums.
 //!
-//! Each line is transformed by itself and each pixel's sums grow by one filter at a time, in the
-//! same order whatever the strip height; so could the lines of a strip sit in lanes.
+//! The lines of a strip sit in lanes, as many as a vector has. Each is transformed by itself and
+//! each pixel's sums grow by one filter at a time, in the same order whatever the strip height and
+//! the vector; so strips of one step may also be worked on side by side.
 
-use super::external::Area;
-use super::log_gabor::{Filter, LogGabor, ORIENTATIONS};
-use super::transform::inverse;
+use super::external::Store;
+use super::fft::Fft;
+use super::gains::Gains;
+use super::log_gabor::{ORIENTATIONS, Scale};
 use super::workspace::{External, StripBuffers, spectrum_columns};
 use crate::Error;
-use num_complex::Complex;
+use crate::vector::Vector;
+use core::ops::Range;
 
 /// The most scales of a bank.
 pub const MAX_SCALES: usize = 8;
-/// `ε` of Eq. 10.
-const EPSILON: f32 = 1e-10;
-/// The largest float below 1.
-const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// Validated parameters: the image's size, the bank and the strip height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhaseSymmetry {
     pub(super) rows: usize,
     pub(super) columns: usize,
-    scales: [f64; MAX_SCALES],
-    scale_count: usize,
-    threshold: f32,
+    pub(super) scales: [Scale; MAX_SCALES],
+    pub(super) scale_count: usize,
+    pub(super) threshold: f32,
     pub(super) strip: usize,
 }
 
@@ -77,10 +76,9 @@ impl PhaseSymmetry {
                 expected: "a finite number of at least 0",
             });
         }
-        let mut kept = [0.0; MAX_SCALES];
+        let mut kept = [Scale::new(rows, columns, 0.5)?; MAX_SCALES];
         for (kept, &scale) in kept.iter_mut().zip(scales) {
-            Filter::new(rows, columns, scale, ORIENTATIONS[0])?;
-            *kept = scale;
+            *kept = Scale::new(rows, columns, scale)?;
         }
         let longest = if rows > columns { rows } else { columns };
         Ok(PhaseSymmetry {
@@ -111,46 +109,49 @@ impl PhaseSymmetry {
     ///
     /// # Errors
     /// [`Error::Capacity`] for buffers that are too small; [`Error::NonFinite`] with the flat
-    /// index of a NaN or infinite pixel; [`Error::Parameter`] for a pixel beyond [`super::MAX_PIXEL`];
-    /// what the external memory reports. An error of the first two kinds or a pixel too large
-    /// leaves `symmetry` untouched.
-    pub fn run(
+    /// index of a NaN or infinite pixel; [`Error::Parameter`] for a pixel beyond
+    /// [`super::MAX_PIXEL`] or another bank's gain tables; what the external memory reports.
+    /// Only the last kind of error leaves `symmetry` changed.
+    pub fn run<V: Vector, F: Fft<V>, G: Gains<V>>(
         &self,
-        filters: &LogGabor<'_>,
+        kernels: &Kernels<'_, V, F, G>,
         external: &mut External<'_>,
-        buffers: &mut StripBuffers<'_>,
+        buffers: &mut StripBuffers<'_, V>,
         progress: &mut dyn FnMut(usize),
     ) -> Result<(), Error> {
-        self.check_buffers(buffers)?;
-        self.transform_rows(external, buffers)?;
-        self.transform_columns(external, buffers)?;
-        let mut done = 0;
-        for &scale in &self.scales[..self.scale_count] {
-            for orientation in ORIENTATIONS {
-                let filter = Filter::new(self.rows, self.columns, scale, orientation)?;
-                self.filter_columns(filters, &filter, external, buffers)?;
-                let (first, last) = (done == 0, done + 1 == self.filters());
-                self.add_rows(first, last, external, buffers)?;
-                done += 1;
-                progress(done);
+        self.spectrum(kernels, external.image, external.spectrum, buffers)?;
+        for filter in 0..self.filters() {
+            for columns in self.column_strips() {
+                let (spectrum, filtered) = (&mut *external.spectrum, &mut *external.filtered);
+                self.filter_columns(kernels, filter, columns, spectrum, filtered, buffers)?;
             }
+            for rows in self.row_strips() {
+                let sums: [&mut dyn Store; 2] = [external.symmetry, external.amplitude];
+                self.add_rows(kernels, filter, rows, external.filtered, sums, buffers)?;
+            }
+            progress(filter + 1);
         }
         Ok(())
     }
 
-    fn check_buffers(&self, buffers: &StripBuffers<'_>) -> Result<(), Error> {
+    /// Refuses buffers that are too small and gains of another bank.
+    pub(super) fn check<V: Vector, F: Fft<V>, G: Gains<V>>(
+        &self,
+        kernels: &Kernels<'_, V, F, G>,
+        buffers: &StripBuffers<'_, V>,
+    ) -> Result<(), Error> {
+        kernels.gains.check(self)?;
         let longest = if self.rows > self.columns {
             self.rows
         } else {
             self.columns
         };
-        let area = self.strip * longest;
+        let area = 2 * self.strip * longest;
         for (name, actual, capacity) in [
             ("strip buffer", area, buffers.strip.len()),
+            ("sums buffer", area, buffers.sums.len()),
             ("line buffer", longest, buffers.line.len()),
             ("gain buffer", longest, buffers.gains.len()),
-            ("symmetry buffer", area, buffers.symmetry.len()),
-            ("amplitude buffer", area, buffers.amplitude.len()),
         ] {
             if actual > capacity {
                 return Err(Error::Capacity {
@@ -163,116 +164,55 @@ impl PhaseSymmetry {
         Ok(())
     }
 
-    /// All columns from `row` down, at most a strip of rows.
-    pub(super) fn row_strip(&self, row: usize) -> Area {
-        let left = self.rows - row;
-        Area {
-            row,
-            column: 0,
-            rows: if self.strip < left { self.strip } else { left },
-            columns: self.columns,
-        }
+    /// The strips of rows, from the top.
+    pub fn row_strips(&self) -> impl Iterator<Item = Range<usize>> + use<> {
+        strips(self.rows, self.strip)
     }
 
-    /// All rows of the columns from `column` up to, but without, `end`, at most a strip of them.
-    pub(super) fn column_strip(&self, column: usize, end: usize) -> Area {
-        let left = end - column;
-        Area {
-            row: 0,
-            column,
-            rows: self.rows,
-            columns: if self.strip < left { self.strip } else { left },
-        }
+    /// The strips of columns of the half spectrum, from the left.
+    pub fn column_strips(&self) -> impl Iterator<Item = Range<usize>> + use<> {
+        strips(spectrum_columns(self.columns), self.strip)
     }
 
-    /// Spectrum × gain, inversely transformed along the columns, into `filtered`.
-    fn filter_columns(
+    /// Refuses a filter that the bank does not have and lines that are not one of its strips.
+    pub(super) fn check_step(
         &self,
-        filters: &LogGabor<'_>,
-        filter: &Filter,
-        external: &mut External<'_>,
-        buffers: &mut StripBuffers<'_>,
+        filter: usize,
+        strip: &Range<usize>,
+        mut strips: impl Iterator<Item = Range<usize>>,
     ) -> Result<(), Error> {
-        let half = spectrum_columns(self.columns);
-        // The strips of the stored half, then those of the other, which is its mirror image.
-        for (start, end) in [(0, half), (half, self.columns)] {
-            let mirrored = start == half;
-            for column in (start..end).step_by(self.strip) {
-                let area = self.column_strip(column, end);
-                let width = area.columns;
-                let strip = &mut buffers.strip[..self.rows * width];
-                if mirrored {
-                    let column = self.columns + 1 - column - width;
-                    external.spectrum.read(Area { column, ..area }, strip)?;
-                    strip.chunks_exact_mut(width).for_each(<[_]>::reverse);
-                } else {
-                    external.spectrum.read(area, strip)?;
-                }
-                let line = &mut buffers.line[..self.rows];
-                let gains = &mut buffers.gains[..self.rows];
-                for k in 0..width {
-                    filters.column(filter, column + k, gains);
-                    for (row, bin) in line.iter_mut().enumerate() {
-                        let value = if mirrored {
-                            // F(−fy, −fx)* of a real image; row 0 is its own mirror image.
-                            let opposite = (self.rows - row) % self.rows;
-                            strip[opposite * width + k].conj()
-                        } else {
-                            strip[row * width + k]
-                        };
-                        *bin = Complex::new(value.re * gains[row], value.im * gains[row]);
-                    }
-                    inverse(line);
-                    for (row, bin) in line.iter().enumerate() {
-                        strip[row * width + k] = *bin;
-                    }
-                }
-                external.filtered.write(area, strip)?;
-            }
+        if filter >= self.filters() {
+            return Err(Error::Capacity {
+                name: "number of the filter",
+                actual: filter,
+                capacity: self.filters() - 1,
+            });
         }
-        Ok(())
+        if strips.any(|known| known == *strip) {
+            return Ok(());
+        }
+        Err(Error::Parameter {
+            name: "first line of a strip",
+            value: strip.start as f64,
+            expected: "a strip that the bank itself names",
+        })
     }
+}
 
-    /// The rows of the filtered image, added to the sums; after the last filter their quotient.
-    fn add_rows(
-        &self,
-        first: bool,
-        last: bool,
-        external: &mut External<'_>,
-        buffers: &mut StripBuffers<'_>,
-    ) -> Result<(), Error> {
-        for row in (0..self.rows).step_by(self.strip) {
-            let area = self.row_strip(row);
-            let length = area.rows * self.columns;
-            let strip = &mut buffers.strip[..length];
-            let symmetry = &mut buffers.symmetry[..length];
-            let amplitude = &mut buffers.amplitude[..length];
-            external.filtered.read(area, strip)?;
-            if first {
-                symmetry.fill(0.0);
-                amplitude.fill(0.0);
-            } else {
-                external.symmetry.read(area, symmetry)?;
-                external.amplitude.read(area, amplitude)?;
-            }
-            strip.chunks_exact_mut(self.columns).for_each(inverse);
-            for ((c, symmetry), amplitude) in
-                strip.iter().zip(symmetry.iter_mut()).zip(&mut *amplitude)
-            {
-                let excess = c.re - c.im.abs() - self.threshold;
-                *symmetry += if excess > 0.0 { excess } else { 0.0 };
-                *amplitude += libm::sqrtf(c.re * c.re + c.im * c.im);
-            }
-            if last {
-                for (symmetry, amplitude) in symmetry.iter_mut().zip(&*amplitude) {
-                    let ratio = *symmetry / (*amplitude + EPSILON);
-                    *symmetry = if ratio < 1.0 { ratio } else { BELOW_ONE };
-                }
-            } else {
-                external.amplitude.write(area, amplitude)?;
-            }
-            external.symmetry.write(area, symmetry)?;
-        }
-        Ok(())
-    }
+/// What phase symmetry computes with, whatever the image.
+#[derive(Debug)]
+pub struct Kernels<'a, V, F, G> {
+    /// Zero in every lane of the vector to use.
+    pub zero: V,
+    /// The transform.
+    pub fft: &'a F,
+    /// The filters' gains.
+    pub gains: &'a G,
+}
+
+fn strips(lines: usize, strip: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..lines).step_by(strip).map(move |start| {
+        let left = lines - start;
+        start..start + if strip < left { strip } else { left }
+    })
 }

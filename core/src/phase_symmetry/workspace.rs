@@ -8,38 +8,39 @@ pub const fn spectrum_columns(columns: usize) -> usize {
     columns / 2 + 1
 }
 
-/// The five matrices in external memory, `rows` × `columns` unless noted. Their contents need
-/// not be initialised.
+/// The five matrices in external memory. Their contents need not be initialised.
+///
+/// What is read and written at a time lies in one piece or in a few long ones: complex numbers are
+/// in strips, and of each strip line after line, the real parts of all its columns (or rows), then
+/// the imaginary ones.
 pub struct External<'a> {
-    /// The image, 0..255; only read.
-    pub image: &'a mut dyn Source<f32>,
-    /// The image's half spectrum, `rows` × [`spectrum_columns`].
-    pub spectrum: &'a mut dyn Store<Complex<f32>>,
-    /// One filter's columns on the way to its rows.
-    pub filtered: &'a mut dyn Store<Complex<f32>>,
-    /// Eq. 10's denominator on the way.
-    pub amplitude: &'a mut dyn Store<f32>,
-    /// Eq. 10's numerator on the way, and the phase symmetry map in the end.
-    pub symmetry: &'a mut dyn Store<f32>,
+    /// The image, 0..255; only read. Rows × columns, row-major.
+    pub image: &'a mut dyn Source,
+    /// The image's half spectrum in strips of columns, 2 × rows × [`spectrum_columns`].
+    pub spectrum: &'a mut dyn Store,
+    /// One filter's columns on the way to its rows, in strips of rows, 2 × rows × columns.
+    pub filtered: &'a mut dyn Store,
+    /// Eq. 10's denominator on the way, in strips of rows, rows × columns.
+    pub amplitude: &'a mut dyn Store,
+    /// Eq. 10's numerator on the way, likewise, and the phase symmetry map in the end, row-major.
+    pub symmetry: &'a mut dyn Store,
 }
 
 /// Fast memory, borrowed: from a [`Workspace`], or from slices of a size that is known only at
 /// run time. With N the longer side and S the strip height:
-pub struct StripBuffers<'a> {
-    /// S·N or more.
-    pub strip: &'a mut [Complex<f32>],
+pub struct StripBuffers<'a, V> {
+    /// 2·S·N or more: what a strip reads.
+    pub strip: &'a mut [f32],
+    /// 2·S·N or more: what it gives, or Eq. 10's two sums.
+    pub sums: &'a mut [f32],
+    /// N or more: as many lines as a vector has lanes.
+    pub line: &'a mut [Complex<V>],
     /// N or more.
-    pub line: &'a mut [Complex<f32>],
-    /// N or more.
-    pub gains: &'a mut [f32],
-    /// S·N or more.
-    pub symmetry: &'a mut [f32],
-    /// S·N or more.
-    pub amplitude: &'a mut [f32],
+    pub gains: &'a mut [V],
 }
 
-/// Fast memory for images of sides up to `N` in strips of up to `S` rows or columns:
-/// 16·S·N + 12·N bytes.
+/// Fast memory for images of sides up to `N` in strips of up to `S` rows or columns, one line at a
+/// time: 16·S·N + 12·N bytes.
 ///
 /// | N \\ S | 1 | 16 | 64 | N |
 /// |---:|---:|---:|---:|---:|
@@ -52,11 +53,10 @@ pub struct StripBuffers<'a> {
 /// 64 × 64 and 6.3 MB for 512 × 512.
 #[derive(Clone, Debug)]
 pub struct Workspace<const N: usize, const S: usize> {
-    strip: [[Complex<f32>; N]; S],
+    strip: [[[f32; N]; 2]; S],
+    sums: [[[f32; N]; 2]; S],
     line: [Complex<f32>; N],
     gains: [f32; N],
-    symmetry: [[f32; N]; S],
-    amplitude: [[f32; N]; S],
 }
 
 impl<const N: usize, const S: usize> Workspace<N, S> {
@@ -65,24 +65,21 @@ impl<const N: usize, const S: usize> Workspace<N, S> {
 
     /// A workspace that fits a `static`.
     pub const fn new() -> Self {
-        let zero = Complex::new(0.0, 0.0);
         Workspace {
-            strip: [[zero; N]; S],
-            line: [zero; N],
+            strip: [[[0.0; N]; 2]; S],
+            sums: [[[0.0; N]; 2]; S],
+            line: [Complex::new(0.0, 0.0); N],
             gains: [0.0; N],
-            symmetry: [[0.0; N]; S],
-            amplitude: [[0.0; N]; S],
         }
     }
 
     /// The slices for [`super::PhaseSymmetry::run`].
-    pub fn buffers(&mut self) -> StripBuffers<'_> {
+    pub fn buffers(&mut self) -> StripBuffers<'_, f32> {
         StripBuffers {
-            strip: self.strip.as_flattened_mut(),
+            strip: self.strip.as_flattened_mut().as_flattened_mut(),
+            sums: self.sums.as_flattened_mut().as_flattened_mut(),
             line: &mut self.line,
             gains: &mut self.gains,
-            symmetry: self.symmetry.as_flattened_mut(),
-            amplitude: self.amplitude.as_flattened_mut(),
         }
     }
 }

@@ -63,6 +63,11 @@ impl<S: Simd> Vector for Lanes<S> {
         Lanes(mask.0.select(yes.0, no.0))
     }
     #[inline(always)]
+    fn interleave(self, other: Self) -> (Self, Self) {
+        let (first, second) = self.0.interleave(other.0);
+        (Lanes(first), Lanes(second))
+    }
+    #[inline(always)]
     fn mask(self, f: impl Fn(usize) -> bool) -> LanesMask<S> {
         let mut bits = 0;
         for k in 0..Self::LANES {

@@ -1,0 +1,68 @@
+//! The one-dimensional transform of rows and columns, as many lines at a time as a vector has
+//! lanes.
+
+use crate::vector::Vector;
+use num_complex::Complex;
+
+/// A discrete Fourier transform of independent lines, one in each lane.
+///
+/// [`Microfft`] serves a microcontroller, [`super::LaneFft`] everything with wider vectors; they
+/// give the same numbers, so phase symmetry has the same bits by either.
+pub trait Fft<V: Vector> {
+    /// `line[k] = Σ input(n)·exp(−2πikn/N)` in every lane, for N = 64, 128, 256, 512 or 1024, the
+    /// length of `line`. A line of another length is left as it is.
+    fn transform(&self, input: impl Fn(usize) -> Complex<V>, line: &mut [Complex<V>]);
+}
+
+/// The transform of the `microfft` crate, with its own tables in flash. Radix 2, in place.
+#[derive(Clone, Copy, Debug)]
+pub struct Microfft;
+
+impl Fft<f32> for Microfft {
+    fn transform(&self, input: impl Fn(usize) -> Complex<f32>, line: &mut [Complex<f32>]) {
+        use microfft::complex::{cfft_64, cfft_128, cfft_256, cfft_512, cfft_1024};
+        for (n, bin) in line.iter_mut().enumerate() {
+            *bin = input(n);
+        }
+        // microfft's sizes are types, ours are values.
+        match line.len() {
+            64 => sized(line, cfft_64),
+            128 => sized(line, cfft_128),
+            256 => sized(line, cfft_256),
+            512 => sized(line, cfft_512),
+            1024 => sized(line, cfft_1024),
+            _ => {}
+        }
+    }
+}
+
+type Line<const N: usize> = [Complex<f32>; N];
+
+fn sized<const N: usize>(line: &mut [Complex<f32>], transform: fn(&mut Line<N>) -> &mut Line<N>) {
+    if let Some(line) = line.first_chunk_mut() {
+        transform(line);
+    }
+}
+
+/// The inverse transform without its factor 1/N, as a forward one of the input in reverse.
+#[inline(always)]
+pub(super) fn inverse<V: Vector>(
+    fft: &impl Fft<V>,
+    input: impl Fn(usize) -> Complex<V>,
+    line: &mut [Complex<V>],
+) {
+    let length = line.len();
+    fft.transform(
+        #[inline(always)]
+        |n| input(if n == 0 { 0 } else { length - n }),
+        line,
+    );
+}
+
+/// Whether a side of the image can be transformed.
+pub(super) fn is_supported(length: usize) -> bool {
+    length.is_power_of_two() && (64..=LONGEST).contains(&length)
+}
+
+/// The longest line.
+pub(super) const LONGEST: usize = 1024;

@@ -1,0 +1,202 @@
+//! A filter's gains at the bins of neighbouring columns: computed on the fly, or from tables.
+
+use super::lines::load;
+use super::log_gabor::{LogGabor, ORIENTATIONS};
+use super::strip::PhaseSymmetry;
+use crate::Error;
+use crate::error::check_length;
+use crate::vector::Vector;
+
+/// Columns of the spectrum side by side in the lanes of a vector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LaneColumns {
+    /// The first lane's column of the half spectrum; each further lane has the next one.
+    pub first: usize,
+    /// How many lanes are in use.
+    pub lanes: usize,
+    /// Whether the columns of the opposite frequencies are meant: `columns − first` and downwards.
+    pub mirrored: bool,
+}
+
+/// The gains of a bank of filters.
+pub trait Gains<V: Vector> {
+    /// Whether they are those of this bank and image size.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] where they are another's.
+    fn check(&self, bank: &PhaseSymmetry) -> Result<(), Error>;
+
+    /// The gains of the filter at a scale (as [`PhaseSymmetry::new`] was given them) and an
+    /// orientation (of [`ORIENTATIONS`]), by their positions: `gains[row]` for every row, those of
+    /// lanes not in use being whatever they are.
+    fn fill(
+        &self,
+        bank: &PhaseSymmetry,
+        scale: usize,
+        orientation: usize,
+        columns: LaneColumns,
+        gains: &mut [V],
+    );
+}
+
+/// On the fly: a division, two table look-ups and 7 multiplications a bin.
+impl<V: Vector> Gains<V> for LogGabor<'_> {
+    fn check(&self, _: &PhaseSymmetry) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn fill(
+        &self,
+        bank: &PhaseSymmetry,
+        scale: usize,
+        orientation: usize,
+        columns: LaneColumns,
+        gains: &mut [V],
+    ) {
+        let (scale, orientation) = (&bank.scales[scale], &ORIENTATIONS[orientation]);
+        for lane in 0..columns.lanes {
+            let column = if columns.mirrored {
+                bank.columns - columns.first - lane
+            } else {
+                columns.first + lane
+            };
+            for (row, gain) in gains.iter_mut().enumerate() {
+                if let Some(gain) = gain.lanes_mut().get_mut(lane) {
+                    *gain = self.gain(scale, orientation, scale.bin(row, column));
+                }
+            }
+        }
+    }
+}
+
+/// The gains of a whole bank, computed once for many images.
+///
+/// The two factors of a gain stay apart, since they have symmetries that their product lacks: the
+/// radial factor is the same for the six orientations and for ±f of rows and columns, so a quarter
+/// of the grid serves; the angular factor is the same for all scales, and that of an orientation
+/// at −fx is that of the orientation mirrored left to right at fx, so half of the grid serves. The
+/// gains have the same bits as on the fly.
+#[derive(Clone, Copy, Debug)]
+pub struct GainTables<M> {
+    bank: PhaseSymmetry,
+    /// For each scale a quarter of radial factors, rows 0..=R/2 and columns 0..=C/2; then for each
+    /// of [`TURNS`] a half of angular factors, all rows and columns 0..=C/2. Each in the bank's
+    /// strips of columns, row after row.
+    memory: M,
+}
+
+/// The angular tables: [`ORIENTATIONS`], then the mirror images of 0 and −π/2, of which the one
+/// is not in the bank and the other has other bits than −π/2 itself.
+const TURNS: usize = ORIENTATIONS.len() + 2;
+/// Which table holds the mirror image of an orientation.
+const MIRROR: [usize; ORIENTATIONS.len()] = [6, 5, 4, 7, 2, 1];
+
+impl GainTables<()> {
+    /// How many numbers the tables of a bank take: for R × C pixels and s scales
+    /// `(C/2 + 1)·(s·(R/2 + 1) + 8·R)`, 5.0 MB for 512² and three scales.
+    pub const fn len(bank: &PhaseSymmetry) -> usize {
+        let half = bank.columns / 2 + 1;
+        half * (bank.scale_count * (bank.rows / 2 + 1) + TURNS * bank.rows)
+    }
+}
+
+impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {
+    /// Fills `memory`, which is [`GainTables::len`] long: a slice or a `Vec`.
+    ///
+    /// Half a division and less than five table look-ups a pixel.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for memory of another length.
+    pub fn new(filters: &LogGabor<'_>, bank: &PhaseSymmetry, mut memory: M) -> Result<Self, Error> {
+        let tables = memory.as_mut();
+        check_length("gain tables", tables.len(), GainTables::len(bank))?;
+        let half = bank.columns / 2 + 1;
+        let quarter = half * (bank.rows / 2 + 1);
+        let (radial, angular) = tables.split_at_mut(bank.scale_count * quarter);
+        let edges = bank.rows / 2 + 1;
+        for columns in bank.column_strips() {
+            let width = columns.len();
+            for (scale, table) in bank.scales.iter().zip(radial.chunks_exact_mut(quarter)) {
+                let table = &mut table[edges * columns.start..edges * columns.end];
+                for (row, gains) in table.chunks_exact_mut(width).enumerate() {
+                    for (column, gain) in columns.clone().zip(gains) {
+                        *gain = filters.radial(scale, scale.bin(row, column));
+                    }
+                }
+            }
+            let scale = &bank.scales[0];
+            for row in 0..bank.rows {
+                for column in columns.clone() {
+                    let at = bank.rows * columns.start + row * width + column - columns.start;
+                    let bin = scale.bin(row, column).direction();
+                    // At the right edge this is the same frequency, which is never asked for.
+                    let opposite = scale.bin(row, (bank.columns - column) % bank.columns);
+                    let turns = ORIENTATIONS.iter().map(|orientation| (bin, orientation));
+                    let mirrored = [0, 3].map(|k| (opposite.direction(), &ORIENTATIONS[k]));
+                    let tables = angular.chunks_exact_mut(half * bank.rows);
+                    for (table, (direction, orientation)) in tables.zip(turns.chain(mirrored)) {
+                        table[at] = match direction {
+                            Some(direction) => filters.angular(orientation, direction),
+                            None => 0.0,
+                        };
+                    }
+                }
+            }
+        }
+        Ok(GainTables {
+            bank: *bank,
+            memory,
+        })
+    }
+
+    /// The bank that the tables are of.
+    pub fn bank(&self) -> &PhaseSymmetry {
+        &self.bank
+    }
+}
+
+impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
+    fn check(&self, bank: &PhaseSymmetry) -> Result<(), Error> {
+        let (ours, theirs) = (&self.bank, bank);
+        if (ours.scale_count, &ours.scales) == (theirs.scale_count, &theirs.scales) {
+            return Ok(());
+        }
+        Err(Error::Parameter {
+            name: "number of scales of the gain tables",
+            value: ours.scale_count as f64,
+            expected: "tables made for this image size and these scales",
+        })
+    }
+
+    #[inline(always)]
+    fn fill(
+        &self,
+        bank: &PhaseSymmetry,
+        scale: usize,
+        orientation: usize,
+        columns: LaneColumns,
+        gains: &mut [V],
+    ) {
+        let half = bank.columns / 2 + 1;
+        let quarter = half * (bank.rows / 2 + 1);
+        let table = if columns.mirrored {
+            MIRROR[orientation]
+        } else {
+            orientation
+        };
+        let (radial, angular) = self.memory.as_ref().split_at(bank.scale_count * quarter);
+        // The strip that holds the columns, and where they are in it.
+        let start = columns.first / bank.strip * bank.strip;
+        let (left, first) = (half - start, columns.first - start);
+        let width = if bank.strip < left { bank.strip } else { left };
+        let radial = &radial[scale * quarter + (bank.rows / 2 + 1) * start + first..];
+        let angular = &angular[(table * half + start) * bank.rows + first..];
+        for (row, gain) in gains.iter_mut().enumerate() {
+            let opposite = bank.rows - row;
+            let nearer = if row < opposite { row } else { opposite };
+            let radial = load(*gain, &radial[nearer * width..], columns.lanes);
+            let angular = load(*gain, &angular[row * width..], columns.lanes);
+            *gain = radial * angular;
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! The rows of a filtered image: inversely transformed, and added to Eq. 10's two sums.
+
+use super::external::{Source, Store};
+use super::fft::{Fft, inverse};
+use super::gains::Gains;
+use super::lines::{groups, load, store};
+use super::strip::{Kernels, PhaseSymmetry};
+use super::workspace::StripBuffers;
+use crate::Error;
+use crate::vector::Vector;
+use core::ops::Range;
+use num_complex::Complex;
+
+/// `ε` of Eq. 10.
+const EPSILON: f32 = 1e-10;
+/// The largest float below 1.
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
+impl PhaseSymmetry {
+    /// The third step of [`PhaseSymmetry::run`], for one filter and one of
+    /// [`PhaseSymmetry::row_strips`], once every column is there: adds the filtered rows to the sums
+    /// (`symmetry` and `amplitude` of [`super::External`]), and after the last filter divides.
+    ///
+    /// # Errors
+    /// As [`PhaseSymmetry::run`]; [`Error::Capacity`] or [`Error::Parameter`] for a filter or strip
+    /// that the bank does not have.
+    pub fn add_rows<V: Vector, F: Fft<V>, G: Gains<V>>(
+        &self,
+        kernels: &Kernels<'_, V, F, G>,
+        filter: usize,
+        rows: Range<usize>,
+        filtered: &mut dyn Source,
+        [symmetry, amplitude]: [&mut dyn Store; 2],
+        buffers: &mut StripBuffers<'_, V>,
+    ) -> Result<(), Error> {
+        self.check(kernels, buffers)?;
+        self.check_step(filter, &rows, self.row_strips())?;
+        let (columns, height) = (self.columns, rows.len());
+        let place = rows.start * columns;
+        let area = height * columns;
+        filtered.read(2 * place, &mut buffers.strip[..2 * area])?;
+        let (above, below) = buffers.sums[..2 * area].split_at_mut(area);
+        if filter == 0 {
+            above.fill(0.0);
+            below.fill(0.0);
+        } else {
+            symmetry.read(place, above)?;
+            amplitude.read(place, below)?;
+        }
+        kernels.zero.vectorize(
+            #[inline(always)]
+            || self.add(kernels, height, buffers),
+        );
+        let (above, below) = buffers.sums[..2 * area].split_at_mut(area);
+        if filter + 1 < self.filters() {
+            amplitude.write(place, below)?;
+            return symmetry.write(place, above);
+        }
+        for (above, below) in above.iter_mut().zip(&*below) {
+            let ratio = *above / (*below + EPSILON);
+            *above = if ratio < 1.0 { ratio } else { BELOW_ONE };
+        }
+        for (k, row) in below.chunks_exact_mut(columns).enumerate() {
+            for (n, ratio) in row.iter_mut().enumerate() {
+                *ratio = above[n * height + k];
+            }
+        }
+        symmetry.write(place, below)
+    }
+
+    /// From the strip buffer to the sums buffer.
+    #[inline(always)]
+    fn add<V: Vector, F: Fft<V>, G: Gains<V>>(
+        &self,
+        kernels: &Kernels<'_, V, F, G>,
+        height: usize,
+        buffers: &mut StripBuffers<'_, V>,
+    ) {
+        let Kernels { zero, fft, .. } = *kernels;
+        let columns = self.columns;
+        let strip = &buffers.strip[..2 * columns * height];
+        let (above, below) = buffers.sums[..2 * columns * height].split_at_mut(columns * height);
+        let line = &mut buffers.line[..columns];
+        let scale = zero.splat(1.0 / columns as f32);
+        let threshold = zero.splat(self.threshold);
+        for (first, lanes) in groups::<V>(height) {
+            inverse(
+                fft,
+                #[inline(always)]
+                |column| {
+                    let at = 2 * self.filtered_place(column) * height + first;
+                    Complex {
+                        re: load(zero, &strip[at..], lanes),
+                        im: load(zero, &strip[at + height..], lanes),
+                    }
+                },
+                line,
+            );
+            let sums = above
+                .chunks_exact_mut(height)
+                .zip(below.chunks_exact_mut(height));
+            for (c, (above, below)) in line.iter().zip(sums) {
+                let (above, below) = (&mut above[first..], &mut below[first..]);
+                let (e, o) = (c.re * scale, c.im * scale);
+                let excess = e - o.abs() - threshold;
+                let excess = V::select(zero.less(excess), excess, zero);
+                store(load(zero, above, lanes) + excess, above, lanes);
+                let modulus = (e * e + o * o).sqrt();
+                store(load(zero, below, lanes) + modulus, below, lanes);
+            }
+        }
+    }
+}
