@@ -99,14 +99,17 @@ impl Plan {
         level: Level,
         progress: impl FnMut(usize, usize),
     ) -> Result<Array2<f32>> {
+        #[cfg(target_arch = "x86_64")]
         if let Some(simd) = level.as_avx512() {
-            return self.run_on(Lanes::new(simd).zero(), image, progress);
+            return self.run_on(Lanes::new(simd), image, progress);
+        } else if let Some(simd) = level.as_avx2() {
+            return self.run_on(Lanes::new(simd), image, progress);
+        } else if let Some(simd) = level.as_sse2() {
+            return self.run_on(Lanes::new(simd), image, progress);
         }
-        if let Some(simd) = level.as_avx2() {
-            return self.run_on(Lanes::new(simd).zero(), image, progress);
-        }
-        if let Some(simd) = level.as_sse2() {
-            return self.run_on(Lanes::new(simd).zero(), image, progress);
+        #[cfg(target_arch = "aarch64")]
+        if let Some(simd) = level.as_neon() {
+            return self.run_on(Lanes::new(simd), image, progress);
         }
         self.run_on(0.0f32, image, progress)
     }

@@ -6,10 +6,14 @@ mod common;
 use std::f64::consts::PI;
 
 use bonebeam::phase_symmetry as core;
+use bonebeam::vector::{Lanes, Vector};
 use common::tolerances;
-use host_sim::phase_symmetry::{Parameters, phase_symmetry};
+use core::{Fft, Gains};
+use fearless_simd::Level;
+use host_sim::phase_symmetry::{Parameters, Plan, phase_symmetry};
 use host_sim::reference;
 use ndarray::Array2;
+use num_complex::Complex;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rand::{RngExt, SeedableRng};
@@ -123,6 +127,133 @@ fn strips_of_512_pixels_give_the_bits_of_the_whole() {
         let map = in_strips(&image, &THREE, 15.0, strip);
         assert!(bits(&map) == whole, "in strips of {strip}");
     }
+}
+
+/// What this processor has.
+fn instruction_sets() -> Vec<Level> {
+    let widest = Level::new();
+    #[cfg(target_arch = "x86_64")]
+    let sets = [
+        widest.as_sse2().map(Level::Sse2),
+        widest.as_avx2().map(Level::Avx2),
+        widest.as_avx512().map(Level::Avx512),
+    ];
+    #[cfg(not(target_arch = "x86_64"))]
+    let sets = [Some(widest)];
+    sets.into_iter().flatten().collect()
+}
+
+#[test]
+fn every_instruction_set_and_number_of_threads_gives_the_bits_of_the_whole() {
+    for (rows, columns) in [(64, 256), (128, 64)] {
+        let image = test_image(rows, columns, 8);
+        let whole = bits(&in_core(&image, &FIVE, 3.0));
+        for strip in [1, 7, 8, 16, 48, 256] {
+            let parameters = Parameters {
+                scales: FIVE.to_vec(),
+                threshold: 3.0,
+                strip,
+            };
+            let mut plan = Plan::new((rows, columns), &parameters).unwrap();
+            for level in instruction_sets() {
+                for threads in [1, 2, 7] {
+                    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+                    let run = || plan.run(image.view(), level, |_, _| {});
+                    let map = pool.build().unwrap().install(run).unwrap();
+                    let case = format!("{level:?}, strips of {strip}, {threads} threads");
+                    assert!(bits(&map) == whole, "{case}");
+                }
+            }
+        }
+    }
+}
+
+/// A line for each lane against microfft's transform of the same line, where the processor can.
+fn check_lane_fft<V: Vector>(zero: Option<V>) {
+    let Some(zero) = zero else { return };
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let lane_fft = core::LaneFft::new();
+    for length in [64, 128, 256, 512, 1024] {
+        let mut input = vec![Complex { re: zero, im: zero }; length];
+        for bin in &mut input {
+            bin.re.lanes_mut().fill_with(|| rng.random_range(-1.0..1.0));
+            bin.im.lanes_mut().fill_with(|| rng.random_range(-1.0..1.0));
+        }
+        let mut lines = vec![Complex { re: zero, im: zero }; length];
+        lane_fft.transform(|n| input[n], &mut lines);
+        for lane in 0..V::LANES {
+            let of_lane =
+                |bin: &Complex<V>| Complex::new(bin.re.lanes()[lane], bin.im.lanes()[lane]);
+            let mut line = vec![Complex::new(0.0, 0.0); length];
+            core::Microfft.transform(|n| of_lane(&input[n]), &mut line);
+            // As numbers: zeros of either sign are equal, all else differs with its bits.
+            let ours: Vec<_> = lines.iter().map(of_lane).collect();
+            assert!(ours == line, "{length} points, lane {lane} of {}", V::LANES);
+        }
+    }
+}
+
+#[test]
+fn the_transform_over_lanes_gives_microffts_numbers() {
+    check_lane_fft(Some(0.0f32));
+    let level = Level::new();
+    #[cfg(target_arch = "x86_64")]
+    {
+        check_lane_fft(level.as_sse2().map(Lanes::new));
+        check_lane_fft(level.as_avx2().map(Lanes::new));
+        check_lane_fft(level.as_avx512().map(Lanes::new));
+    }
+    #[cfg(target_arch = "aarch64")]
+    check_lane_fft(level.as_neon().map(Lanes::new));
+}
+
+#[test]
+fn gains_from_tables_have_the_bits_of_those_on_the_fly() {
+    for (rows, columns, strip) in [(64, 64, 16), (64, 128, 7), (256, 64, 64)] {
+        let bank = core::PhaseSymmetry::new(rows, columns, &FIVE, 1.0, strip).unwrap();
+        let mut memory = core::LogGaborTables::new();
+        let filters = core::LogGabor::new(&mut memory);
+        let length = core::GainTables::len(&bank);
+        let tables = core::GainTables::new(&filters, &bank, vec![0.0; length]).unwrap();
+        let nyquist = columns / 2;
+        for mirrored in [false, true] {
+            let ends = if mirrored { 1..nyquist } else { 0..nyquist + 1 };
+            for (first, filter) in ends.flat_map(|k| (0..30).map(move |filter| (k, filter))) {
+                let group = core::LaneColumns {
+                    first,
+                    lanes: 1,
+                    mirrored,
+                };
+                let (scale, orientation) = (filter / 6, filter % 6);
+                let (mut a, mut b) = (vec![f32::NAN; rows], vec![f32::NAN; rows]);
+                filters.fill(&bank, scale, orientation, group, &mut a);
+                tables.fill(&bank, scale, orientation, group, &mut b);
+                let same = a.iter().zip(&b).all(|(a, b)| a.to_bits() == b.to_bits());
+                assert!(same, "{group:?}, filter {filter} of {rows}x{columns}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_plan_serves_image_after_image() {
+    let parameters = Parameters {
+        scales: THREE.to_vec(),
+        threshold: 3.0,
+        strip: 16,
+    };
+    let mut plan = Plan::new((64, 128), &parameters).unwrap();
+    for seed in [10, 11, 12] {
+        let image = test_image(64, 128, seed);
+        let map = plan.run(image.view(), Level::new(), |_, _| {}).unwrap();
+        assert!(bits(&map) == bits(&in_core(&image, &THREE, 3.0)));
+    }
+    let other = test_image(128, 64, 10);
+    let error = plan.run(other.view(), Level::new(), |_, _| {}).unwrap_err();
+    assert!(
+        error.to_string().contains("128 rows and 64 columns"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -496,6 +627,9 @@ fn memory_is_what_the_documentation_says() {
     assert_eq!(core::Workspace::<64, 1>::BYTES, 1_792);
     assert_eq!(core::Workspace::<64, 64>::BYTES, 66_304);
     assert_eq!(core::Workspace::<512, 16>::BYTES, 137_216);
+    assert_eq!(core::LaneFft::BYTES, 4_096);
+    let bank = core::PhaseSymmetry::new(512, 512, &THREE, 15.0, 16).unwrap();
+    assert_eq!(4 * core::GainTables::len(&bank), 5_003_276);
 }
 
 #[test]
