@@ -17,7 +17,6 @@ pub mod channel;
 pub mod covariance;
 mod error;
 pub mod image;
-mod lanes;
 mod linalg;
 pub mod phase_symmetry;
 mod sqrt;

@@ -7,10 +7,13 @@
 //! `#[inline(always)]` down to the last operation, and entered through [`Vector::vectorize`], which
 //! compiles them for the vector's instruction set.
 
+mod complex;
 mod dot;
 #[cfg(feature = "simd")]
 mod lanes;
 
+pub use complex::ComplexVector;
+pub(crate) use complex::Scalar;
 pub use dot::{Dot, PARTIAL_SUMS};
 #[cfg(feature = "simd")]
 pub use lanes::Lanes;
@@ -33,6 +36,9 @@ pub trait Vector:
 {
     /// How many lanes.
     const LANES: usize;
+
+    /// How many registers there are: what the kernels' blocks are cut to.
+    const REGISTERS: usize;
 
     /// One truth value a lane.
     type Mask: Mask;
@@ -105,6 +111,7 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
 
 impl Vector for f32 {
     const LANES: usize = 1;
+    const REGISTERS: usize = 32;
     type Mask = bool;
 
     #[inline(always)]

@@ -7,29 +7,62 @@ use bonebeam::phase_symmetry::{self, LogGaborTables};
 use bonebeam_tests::Workspaces;
 use cortex_m_semihosting::hprintln;
 
-/// A beamformer's bytes with `M` elements, subarrays of `L` and a window of `SLOTS = 2K + 1`
-/// samples, one line at a time: forward-backward, then forward.
-const fn beamformer<const M: usize, const L: usize, const SLOTS: usize>() -> [usize; 2] {
+/// A beamformer's bytes with `M` elements, subarrays of `L` and time windows of `BOTH` rows
+/// forward-backward, `FORWARD` rows forward, one line at a time.
+const fn beamformer<const M: usize, const L: usize, const BOTH: usize, const FORWARD: usize>()
+-> [usize; 2] {
     [
-        Workspace::<ForwardBackward, M, L, SLOTS, 1>::BYTES,
-        Workspace::<Forward, M, L, SLOTS, 1>::BYTES,
+        Workspace::<ForwardBackward, f32, M, L, BOTH>::BYTES,
+        Workspace::<Forward, f32, M, L, FORWARD>::BYTES,
     ]
+}
+
+const fn both(subarray: usize, temporal: usize) -> usize {
+    ForwardBackward::window_rows(subarray, temporal)
+}
+
+const fn forward(subarray: usize, temporal: usize) -> usize {
+    Forward::window_rows(subarray, temporal)
 }
 
 /// Prints one line a configuration: `RAM`, its name, bytes.
 pub fn print() {
-    for (sizes, [both, forward]) in [
-        ("M=16 L=8 K=0", beamformer::<16, 8, 1>()),
-        ("M=16 L=8 K=2", beamformer::<16, 8, 5>()),
-        ("M=32 L=16 K=0", beamformer::<32, 16, 1>()),
-        ("M=32 L=16 K=2", beamformer::<32, 16, 5>()),
-        ("M=64 L=32 K=0", beamformer::<64, 32, 1>()),
-        ("M=64 L=32 K=2", beamformer::<64, 32, 5>()),
-        ("M=128 L=64 K=0", beamformer::<128, 64, 1>()),
-        ("M=128 L=64 K=2", beamformer::<128, 64, 5>()),
+    for (sizes, [both_bytes, forward_bytes]) in [
+        (
+            "M=16 L=8 K=0",
+            beamformer::<16, 8, { both(8, 0) }, { forward(8, 0) }>(),
+        ),
+        (
+            "M=16 L=8 K=2",
+            beamformer::<16, 8, { both(8, 2) }, { forward(8, 2) }>(),
+        ),
+        (
+            "M=32 L=16 K=0",
+            beamformer::<32, 16, { both(16, 0) }, { forward(16, 0) }>(),
+        ),
+        (
+            "M=32 L=16 K=2",
+            beamformer::<32, 16, { both(16, 2) }, { forward(16, 2) }>(),
+        ),
+        (
+            "M=64 L=32 K=0",
+            beamformer::<64, 32, { both(32, 0) }, { forward(32, 0) }>(),
+        ),
+        (
+            "M=64 L=32 K=2",
+            beamformer::<64, 32, { both(32, 2) }, { forward(32, 2) }>(),
+        ),
+        (
+            "M=128 L=64 K=0",
+            beamformer::<128, 64, { both(64, 0) }, { forward(64, 0) }>(),
+        ),
+        (
+            "M=128 L=64 K=2",
+            beamformer::<128, 64, { both(64, 2) }, { forward(64, 2) }>(),
+        ),
     ] {
-        hprintln!("RAM beamformer {sizes} forward-backward {both}");
-        hprintln!("RAM beamformer {sizes} forward {forward}");
+        hprintln!("RAM beamformer {sizes} forward-backward {both_bytes}");
+        hprintln!("RAM beamformer {sizes} forward {forward_bytes}");
     }
     for (sizes, bytes) in [
         ("64x64 strip 1", phase_symmetry::Workspace::<64, 1>::BYTES),

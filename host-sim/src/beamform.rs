@@ -1,17 +1,17 @@
-//! Drives the core's beamformer over a frame: `W` lanes at a time, on all threads.
+//! Drives the core's beamformer over a frame: as many runs at a time as there are lanes, on all
+//! threads.
 
+use crate::instruction_set::{InstructionSet, OverLanes};
 use crate::{Error, Result};
 use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Run, Workspace};
 use bonebeam::channel::aperture::Active;
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::vector::Vector;
 use clap::ValueEnum;
 use ndarray::{Array2, ArrayView3, Axis};
 use num_complex::Complex;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-
-/// Lanes on the workstation: two AVX2 registers' worth; the bits are those of one lane.
-const LANES: usize = 8;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Active elements that fit.
 pub const MAX_ELEMENTS: usize = 256;
@@ -33,7 +33,7 @@ pub enum Covariance {
     ForwardBackward,
 }
 
-/// Stack of a worker, bytes: a workspace of up to 70 MB is made there before it moves to the heap.
+/// Stack of a worker, bytes: a workspace of up to 80 MB is made there before it moves to the heap.
 /// Only what is touched takes memory.
 const WORKER_STACK: usize = 256 << 20;
 
@@ -56,6 +56,22 @@ struct Piece {
 /// [`Error::Data`] naming beam, sample and element of a sample that is not finite; [`Error::Usage`]
 /// where a size is beyond what is compiled in; [`Error::Core`] for parameters out of range.
 pub fn beamform(
+    x: ArrayView3<'_, Complex<f32>>,
+    active: impl Fn(usize, usize) -> Active + Sync,
+    parameters: Parameters,
+    covariance: Covariance,
+    progress: impl Fn(usize) + Sync,
+) -> Result<Array2<Complex<f32>>> {
+    let set = InstructionSet::detect();
+    beamform_with(set, x, active, parameters, covariance, progress)
+}
+
+/// As [`beamform`], with an instruction set of choice: the result does not depend on it.
+///
+/// # Errors
+/// As [`beamform`].
+pub fn beamform_with(
+    set: InstructionSet,
     x: ArrayView3<'_, Complex<f32>>,
     active: impl Fn(usize, usize) -> Active + Sync,
     parameters: Parameters,
@@ -93,24 +109,18 @@ pub fn beamform(
     }
     // Lanes share the number of active elements; alike lengths waste least.
     pieces.sort_by_key(|piece| (piece.active.count, piece.samples));
-    let groups: Vec<&[Piece]> = pieces
-        .chunk_by(|a, b| a.active.count == b.active.count)
-        .flat_map(|same| same.chunks(LANES))
-        .collect();
-    let largest = pieces.last().map_or(0, |piece| piece.active.count);
     let frame = Frame {
         beamformer,
+        covariance,
         lines: &lines,
-        groups: &groups,
+        pieces: &pieces,
         progress: &progress,
     };
-    let outputs = frame.dispatch(largest, covariance)?;
+    let outputs = set.dispatch(frame)?;
     let mut z = Array2::zeros((beams, samples));
-    for (group, lanes) in groups.iter().zip(outputs) {
-        for (piece, values) in group.iter().zip(lanes) {
-            for (i, value) in values.into_iter().enumerate() {
-                z[[piece.beam, piece.first_sample + i]] = value;
-            }
+    for (piece, values) in pieces.iter().zip(outputs) {
+        for (i, value) in values.into_iter().enumerate() {
+            z[[piece.beam, piece.first_sample + i]] = value;
         }
     }
     Ok(z)
@@ -128,19 +138,36 @@ fn name_sample(error: bonebeam::Error, beam: usize, elements: usize) -> Error {
     }
 }
 
+/// Everything that a frame's beamforming needs.
 struct Frame<'a, P> {
     beamformer: Beamformer,
+    covariance: Covariance,
     lines: &'a [DelayedLine<'a>],
-    groups: &'a [&'a [Piece]],
+    pieces: &'a [Piece],
     progress: &'a P,
 }
 
-type Outputs = Vec<Vec<Vec<Complex<f32>>>>;
+/// Each piece's samples.
+type Outputs = Vec<Vec<Complex<f32>>>;
 
-impl<P: Fn(usize) + Sync> Frame<'_, P> {
-    /// Picks the smaller of two capacities that fits. Memory that a run does not need is never
-    /// touched, and each further capacity would cost a minute of compilation.
-    fn dispatch(&self, largest: usize, covariance: Covariance) -> Result<Outputs> {
+/// Rows of a workspace for windows of up to `2·temporal + 1` samples, whichever the covariance.
+const fn window_rows(subarray: usize, temporal: usize) -> usize {
+    let (forward, both) = (
+        Forward::window_rows(subarray, temporal),
+        ForwardBackward::window_rows(subarray, temporal),
+    );
+    if forward > both { forward } else { both }
+}
+
+impl<P: Fn(usize) + Sync> OverLanes for Frame<'_, P> {
+    type Output = Result<Outputs>;
+
+    /// Picks the smallest capacities that fit, as a thread's workspace is made for each frame.
+    fn run<V: Vector>(self, zero: V) -> Result<Outputs> {
+        const SMALL: usize = window_rows(64, 2);
+        const MEDIUM: usize = window_rows(64, 10);
+        const LARGE: usize = window_rows(MAX_SUBARRAY, MAX_TEMPORAL);
+        let largest = self.pieces.last().map_or(0, |piece| piece.active.count);
         if largest > MAX_ELEMENTS {
             return Err(Error::Usage(format!(
                 "{largest} active elements, more than the {MAX_ELEMENTS} that fit"
@@ -155,8 +182,9 @@ impl<P: Fn(usize) + Sync> Frame<'_, P> {
         };
         let temporal = if adaptive { parameters.temporal } else { 0 };
         match (subarray, temporal) {
-            (..=64, ..=10) => self.average::<64, 21>(covariance),
-            (..=MAX_SUBARRAY, ..=MAX_TEMPORAL) => self.average::<MAX_SUBARRAY, 63>(covariance),
+            (..=64, ..=2) => self.average::<V, 64, SMALL>(zero),
+            (..=64, ..=10) => self.average::<V, 64, MEDIUM>(zero),
+            (..=MAX_SUBARRAY, ..=MAX_TEMPORAL) => self.average::<V, MAX_SUBARRAY, LARGE>(zero),
             (..=MAX_SUBARRAY, _) => Err(Error::Usage(format!(
                 "temporal (K) is {temporal}, more than the {MAX_TEMPORAL} that fit"
             ))),
@@ -165,63 +193,77 @@ impl<P: Fn(usize) + Sync> Frame<'_, P> {
             ))),
         }
     }
+}
 
-    fn average<const L: usize, const SLOTS: usize>(
-        &self,
-        covariance: Covariance,
-    ) -> Result<Outputs> {
-        match covariance {
-            Covariance::Forward => self.run::<Forward, L, SLOTS>(),
-            Covariance::ForwardBackward => self.run::<ForwardBackward, L, SLOTS>(),
+impl<P: Fn(usize) + Sync> Frame<'_, P> {
+    fn average<V: Vector, const L: usize, const ROWS: usize>(&self, zero: V) -> Result<Outputs> {
+        match self.covariance {
+            Covariance::Forward => self.threads::<Forward, V, L, ROWS>(zero),
+            Covariance::ForwardBackward => self.threads::<ForwardBackward, V, L, ROWS>(zero),
         }
     }
 
-    fn run<A, const L: usize, const SLOTS: usize>(&self) -> Result<Outputs>
+    fn threads<A, V, const L: usize, const ROWS: usize>(&self, zero: V) -> Result<Outputs>
     where
-        A: Averaging<LANES>,
-        A::Scalar: Send,
+        A: Averaging<V>,
+        V: Vector,
     {
+        let groups: Vec<&[Piece]> = self
+            .pieces
+            .chunk_by(|a, b| a.active.count == b.active.count)
+            .flat_map(|same| same.chunks(V::LANES))
+            .collect();
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(rayon::current_num_threads())
             .stack_size(WORKER_STACK)
             .build()
             .map_err(|e| Error::Data(format!("cannot start the worker threads: {e}")))?;
-        pool.install(|| {
-            self.groups
-                .par_iter()
-                .map_init(
-                    || Box::new(Workspace::<A, MAX_ELEMENTS, L, SLOTS, LANES>::new()),
-                    |workspace, group| self.group(workspace, group),
-                )
-                .collect()
-        })
+        // One workspace a thread, which takes the next group as soon as it is done with one.
+        let next = AtomicUsize::new(0);
+        let work = || {
+            let mut workspace = Box::new(Workspace::<A, V, MAX_ELEMENTS, L, ROWS>::over(zero));
+            let mut done = Vec::new();
+            loop {
+                let index = next.fetch_add(1, Ordering::Relaxed);
+                let Some(group) = groups.get(index) else {
+                    return done;
+                };
+                done.push((index, self.group(&mut workspace, group)));
+            }
+        };
+        let mut done: Vec<(usize, Result<Outputs>)> =
+            pool.broadcast(|_| work()).into_iter().flatten().collect();
+        done.sort_by_key(|(index, _)| *index);
+        let mut outputs = Vec::with_capacity(self.pieces.len());
+        for (_, group) in done {
+            outputs.extend(group?);
+        }
+        Ok(outputs)
     }
 
     /// One group: a piece a lane.
-    fn group<A, const L: usize, const SLOTS: usize>(
+    fn group<A, V, const L: usize, const ROWS: usize>(
         &self,
-        workspace: &mut Workspace<A, MAX_ELEMENTS, L, SLOTS, LANES>,
+        workspace: &mut Workspace<A, V, MAX_ELEMENTS, L, ROWS>,
         group: &[Piece],
-    ) -> Result<Vec<Vec<Complex<f32>>>>
+    ) -> Result<Outputs>
     where
-        A: Averaging<LANES>,
+        A: Averaging<V>,
+        V: Vector,
     {
-        let runs: [Run<'_>; LANES] = std::array::from_fn(|lane| {
-            // Lanes without a piece repeat the first and put nothing out.
-            let piece = group.get(lane).unwrap_or(&group[0]);
-            Run {
+        let runs: Vec<Run<'_>> = group
+            .iter()
+            .map(|piece| Run {
                 line: self.lines[piece.beam],
                 first_element: piece.active.first,
                 first_sample: piece.first_sample,
-            }
-        });
-        let mut values: Vec<Vec<Complex<f32>>> = group
+            })
+            .collect();
+        let mut values: Outputs = group
             .iter()
             .map(|piece| vec![Complex::new(0.0, 0.0); piece.samples])
             .collect();
-        let mut rest = values.iter_mut();
-        let mut z: [&mut [Complex<f32>]; LANES] =
-            std::array::from_fn(|_| rest.next().map_or(&mut [][..], |lane| lane.as_mut_slice()));
+        let mut z: Vec<&mut [Complex<f32>]> = values.iter_mut().map(Vec::as_mut_slice).collect();
         self.beamformer
             .runs(workspace, &runs, group[0].active.count, &mut z)?;
         (self.progress)(group.iter().map(|piece| piece.samples).sum());

@@ -11,6 +11,7 @@ pub mod error;
 pub mod files;
 pub mod frame;
 pub mod image;
+pub mod instruction_set;
 pub mod main_job;
 pub mod measure;
 pub mod phase_symmetry;

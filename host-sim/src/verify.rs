@@ -13,12 +13,13 @@ use fnv::FnvHasher;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 
-use crate::beamform::{Covariance, beamform};
+use crate::beamform::{Covariance, beamform, beamform_with};
 use crate::checks::{self, Bits, Bound};
 use crate::config;
 use crate::delay::DelayStage;
 use crate::files::{ChannelData, Lines};
 use crate::image::{PixelGrid, b_mode};
+use crate::instruction_set::InstructionSet;
 use crate::phase_symmetry::{self, phase_symmetry};
 use crate::reference;
 use crate::simulate::{Phantom, Settings, Summation, channel_data};
@@ -235,13 +236,28 @@ impl<'a> Scene<'a> {
         for error in frame.errors(&[(&z, parameters)], 6)? {
             verdicts.push(Verdict::bound(format!("{name}: f64"), &error));
         }
-        let one_lane = match covariance {
-            Covariance::Forward => self.one_lane::<Forward>(parameters)?,
-            Covariance::ForwardBackward => self.one_lane::<ForwardBackward>(parameters)?,
+        let one_line = match covariance {
+            Covariance::Forward => self.one_line::<Forward>(parameters)?,
+            Covariance::ForwardBackward => self.one_line::<ForwardBackward>(parameters)?,
         };
-        let bits = Bits::real(&parts(&one_lane), &numbers);
-        verdicts.push(Verdict::bits(format!("{name}: one lane"), &numbers, &bits));
-        for threads in [1, 7] {
+        let bits = Bits::real(&parts(&one_line), &numbers);
+        verdicts.push(Verdict::bits(
+            format!("{name}: a line at a time"),
+            &numbers,
+            &bits,
+        ));
+        for set in InstructionSet::available() {
+            let active = |beam, sample| self.active(beam, sample);
+            let x = self.x.view();
+            let again = beamform_with(set, x, active, parameters, covariance, |_| {})?;
+            let bits = Bits::real(&parts(&again), &numbers);
+            verdicts.push(Verdict::bits(
+                format!("{name}: {}", set.name()),
+                &numbers,
+                &bits,
+            ));
+        }
+        for threads in [1, 2, 7] {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
@@ -258,11 +274,12 @@ impl<'a> Scene<'a> {
     }
 
     /// As a microcontroller would: one lane, one line at a time.
-    fn one_lane<A: Averaging<1>>(&self, parameters: Parameters) -> Result<Array2<Complex<f32>>> {
+    fn one_line<A: Averaging<f32>>(&self, parameters: Parameters) -> Result<Array2<Complex<f32>>> {
         let (beams, samples, elements) = self.x.dim();
         let mut z = Array2::zeros((beams, samples));
         let beamformer = Beamformer::new(parameters)?;
-        let mut workspace = Box::new(Workspace::<A, 48, 24, 21, 1>::new());
+        const ROWS: usize = Forward::window_rows(24, 10);
+        let mut workspace = Box::new(Workspace::<A, f32, 48, 24, ROWS>::over(0.0));
         let mut line = vec![Complex::ZERO; samples];
         for beam in 0..beams {
             let x: Vec<_> = self.x.index_axis(Axis(0), beam).iter().copied().collect();

@@ -1,28 +1,69 @@
-//! Time of one output sample, side by side: `cargo bench -p bonebeam-tests`. Read it as ratios; the
-//! README's table is made of the fastest runs, each divided by the samples that it puts out.
+//! Time of one output sample, side by side: `cargo bench -p bonebeam-tests --bench beamform`. Read it
+//! as ratios; `host-sim bench` compares with other implementations.
 
 use bonebeam::Complex;
 use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Run, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::vector::Vector;
 use divan::{Bencher, black_box};
+use host_sim::beamform::Covariance;
+use host_sim::instruction_set::{InstructionSet, OverLanes};
 
-/// Samples a lane and call, a run as where the aperture is full: K = 10 adds 20 covariances to it.
+/// Samples a lane and call.
 const SAMPLES: usize = 128;
-
-const METHODS: [(&str, Method); 4] = [
-    ("DAS", Method::Das),
-    ("MV", Method::Mv),
-    ("ESMV rank 1", Method::EsmvRank1),
-    ("ESMV beta 1 %", Method::EsmvBeta(0.01)),
-];
 
 fn main() {
     divan::main();
 }
 
-/// A wave from aside with noise 20 dB below it: power iteration arrives, as at an echo.
-fn wave(elements: usize) -> Vec<Complex<f32>> {
-    let mut state = 1u32;
+/// What is timed.
+#[derive(Clone, Copy)]
+struct Case {
+    set: InstructionSet,
+    covariance: Covariance,
+    method: Method,
+    temporal: usize,
+}
+
+impl std::fmt::Display for Case {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (set, covariance) = (self.set.name(), self.covariance);
+        write!(
+            f,
+            "{set}, {covariance:?}, {:?}, K = {}",
+            self.method, self.temporal
+        )
+    }
+}
+
+/// Every instruction set with MV and rank 1; with the fastest also the others.
+fn cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for set in InstructionSet::available() {
+        let mut add = |covariance, method, temporal| {
+            cases.push(Case {
+                set,
+                covariance,
+                method,
+                temporal,
+            });
+        };
+        add(Covariance::ForwardBackward, Method::Mv, 0);
+        add(Covariance::ForwardBackward, Method::EsmvRank1, 0);
+        if set == InstructionSet::detect() {
+            add(Covariance::ForwardBackward, Method::Das, 0);
+            add(Covariance::ForwardBackward, Method::Mv, 10);
+            add(Covariance::ForwardBackward, Method::EsmvBeta(0.01), 0);
+            add(Covariance::Forward, Method::Mv, 0);
+            add(Covariance::Forward, Method::EsmvRank1, 0);
+        }
+    }
+    cases
+}
+
+/// A wave from aside with noise 20 dB below it, as at an echo.
+fn wave(elements: usize, seed: u32) -> Vec<Complex<f32>> {
+    let mut state = seed;
     let mut noise = || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         0.1 * ((state >> 8) as f32 / (1 << 24) as f32 - 0.5)
@@ -34,96 +75,69 @@ fn wave(elements: usize) -> Vec<Complex<f32>> {
     samples.collect()
 }
 
-fn bench<A: Averaging<W>, const M: usize, const L: usize, const SLOTS: usize, const W: usize>(
-    bencher: Bencher<'_, '_>,
-    method: &str,
-    temporal: usize,
-) {
-    let method = METHODS.iter().find(|(name, _)| *name == method);
-    let beamformer = Beamformer::new(Parameters {
-        method: method.expect("a method of the table").1,
-        temporal,
-        ..Parameters::default()
-    })
-    .expect("valid parameters");
-    let x = wave(M);
-    let line = DelayedLine::new(&x, M).expect("finite samples");
-    let runs = [Run {
-        line,
-        first_element: 0,
-        first_sample: 0,
-    }; W];
-    let mut workspace = Box::new(Workspace::<A, M, L, SLOTS, W>::new());
-    let mut z = [[Complex::ZERO; SAMPLES]; W];
-    bencher
-        .counter(divan::counter::ItemsCount::new(SAMPLES * W))
-        .bench_local(|| {
-            let mut out = z.each_mut().map(|lane| lane.as_mut_slice());
-            beamformer
-                .runs(&mut workspace, black_box(&runs), M, &mut out)
-                .expect("runs that fit");
-        });
+struct Timed<'a, 'b, const M: usize, const L: usize, const ROWS: usize> {
+    case: Case,
+    bencher: Bencher<'a, 'b>,
 }
 
-/// The methods' names, for the arguments.
-const NAMES: [&str; 4] = [METHODS[0].0, METHODS[1].0, METHODS[2].0, METHODS[3].0];
+impl<const M: usize, const L: usize, const ROWS: usize> OverLanes for Timed<'_, '_, M, L, ROWS> {
+    type Output = ();
 
-#[divan::bench(args = NAMES, sample_count = 20)]
-fn m32_l16_forward_backward_8_lanes(bencher: Bencher, method: &str) {
-    bench::<ForwardBackward, 32, 16, 1, 8>(bencher, method, 0);
+    fn run<V: Vector>(self, zero: V) {
+        match self.case.covariance {
+            Covariance::Forward => self.average::<Forward, V>(zero),
+            Covariance::ForwardBackward => self.average::<ForwardBackward, V>(zero),
+        }
+    }
 }
 
-#[divan::bench(args = NAMES, sample_count = 20)]
-fn m32_l16_forward_8_lanes(bencher: Bencher, method: &str) {
-    bench::<Forward, 32, 16, 1, 8>(bencher, method, 0);
+impl<const M: usize, const L: usize, const ROWS: usize> Timed<'_, '_, M, L, ROWS> {
+    fn average<A: Averaging<V>, V: Vector>(self, zero: V) {
+        let beamformer = Beamformer::new(Parameters {
+            method: self.case.method,
+            temporal: self.case.temporal,
+            ..Parameters::default()
+        })
+        .expect("valid parameters");
+        let x: Vec<_> = (0..V::LANES).map(|lane| wave(M, lane as u32)).collect();
+        let runs: Vec<_> = x
+            .iter()
+            .map(|x| Run {
+                line: DelayedLine::new(x, M).expect("finite samples"),
+                first_element: 0,
+                first_sample: 0,
+            })
+            .collect();
+        let mut workspace = Box::new(Workspace::<A, V, M, L, ROWS>::over(zero));
+        let mut z = vec![[Complex::ZERO; SAMPLES]; V::LANES];
+        self.bencher
+            .counter(divan::counter::ItemsCount::new(SAMPLES * V::LANES))
+            .bench_local(|| {
+                let mut out: Vec<_> = z.iter_mut().map(|lane| lane.as_mut_slice()).collect();
+                beamformer
+                    .runs(&mut workspace, black_box(&runs), M, &mut out)
+                    .expect("runs that fit");
+            });
+    }
 }
 
-#[divan::bench(args = NAMES, sample_count = 20)]
-fn m32_l16_forward_backward_1_lane(bencher: Bencher, method: &str) {
-    bench::<ForwardBackward, 32, 16, 1, 1>(bencher, method, 0);
+#[divan::bench(args = cases(), sample_count = 20)]
+fn m32_l16(bencher: Bencher, case: &Case) {
+    const ROWS: usize = ForwardBackward::window_rows(16, 10);
+    let case = *case;
+    case.set.dispatch(Timed::<32, 16, ROWS> { case, bencher });
 }
 
-#[divan::bench(args = NAMES, sample_count = 20)]
-fn m32_l16_forward_backward_8_lanes_k10(bencher: Bencher, method: &str) {
-    bench::<ForwardBackward, 32, 16, 21, 8>(bencher, method, 10);
+#[divan::bench(args = cases(), sample_count = 20)]
+fn m64_l32(bencher: Bencher, case: &Case) {
+    const ROWS: usize = ForwardBackward::window_rows(32, 10);
+    let case = *case;
+    case.set.dispatch(Timed::<64, 32, ROWS> { case, bencher });
 }
 
-#[divan::bench(args = NAMES, sample_count = 20)]
-fn m64_l32_forward_backward_8_lanes(bencher: Bencher, method: &str) {
-    bench::<ForwardBackward, 64, 32, 1, 8>(bencher, method, 0);
-}
-
-#[divan::bench(args = NAMES, sample_count = 20)]
-fn m64_l32_forward_8_lanes(bencher: Bencher, method: &str) {
-    bench::<Forward, 64, 32, 1, 8>(bencher, method, 0);
-}
-
-#[divan::bench(args = NAMES, sample_count = 20)]
-fn m64_l32_forward_backward_1_lane(bencher: Bencher, method: &str) {
-    bench::<ForwardBackward, 64, 32, 1, 1>(bencher, method, 0);
-}
-
-#[divan::bench(args = NAMES, sample_count = 20)]
-fn m64_l32_forward_backward_8_lanes_k10(bencher: Bencher, method: &str) {
-    bench::<ForwardBackward, 64, 32, 21, 8>(bencher, method, 10);
-}
-
-#[divan::bench(args = NAMES, sample_count = 20)]
-fn m128_l64_forward_backward_8_lanes(bencher: Bencher, method: &str) {
-    bench::<ForwardBackward, 128, 64, 1, 8>(bencher, method, 0);
-}
-
-#[divan::bench(args = NAMES, sample_count = 20)]
-fn m128_l64_forward_8_lanes(bencher: Bencher, method: &str) {
-    bench::<Forward, 128, 64, 1, 8>(bencher, method, 0);
-}
-
-#[divan::bench(args = NAMES, sample_count = 20)]
-fn m128_l64_forward_backward_1_lane(bencher: Bencher, method: &str) {
-    bench::<ForwardBackward, 128, 64, 1, 1>(bencher, method, 0);
-}
-
-#[divan::bench(args = NAMES, sample_count = 20)]
-fn m128_l64_forward_backward_8_lanes_k10(bencher: Bencher, method: &str) {
-    bench::<ForwardBackward, 128, 64, 21, 8>(bencher, method, 10);
+#[divan::bench(args = cases(), sample_count = 20)]
+fn m128_l64(bencher: Bencher, case: &Case) {
+    const ROWS: usize = ForwardBackward::window_rows(64, 10);
+    let case = *case;
+    case.set.dispatch(Timed::<128, 64, ROWS> { case, bencher });
 }

@@ -12,8 +12,10 @@ use crate::snapshots::{ELEMENTS, SAMPLES, SNAPSHOTS};
 pub const SUBARRAY: usize = ELEMENTS / 2;
 /// `K`.
 pub const TEMPORAL: usize = 2;
-/// The samples of the time window.
-pub const SLOTS: usize = 2 * TEMPORAL + 1;
+/// Rows of the workspaces' time windows.
+pub const FORWARD_ROWS: usize = Forward::window_rows(SUBARRAY, TEMPORAL);
+/// Rows of the workspaces' time windows.
+pub const FORWARD_BACKWARD_ROWS: usize = ForwardBackward::window_rows(SUBARRAY, TEMPORAL);
 
 /// A beamformer and what its hash is called.
 #[derive(Clone, Copy, Debug)]
@@ -69,8 +71,8 @@ pub fn growing() -> Result<impl Fn(usize) -> Active, Error> {
 
 /// The memory of the cases.
 pub struct Memory {
-    forward: Workspace<Forward, ELEMENTS, SUBARRAY, SLOTS, 1>,
-    forward_backward: Workspace<ForwardBackward, ELEMENTS, SUBARRAY, SLOTS, 1>,
+    forward: Workspace<Forward, f32, ELEMENTS, SUBARRAY, FORWARD_ROWS>,
+    forward_backward: Workspace<ForwardBackward, f32, ELEMENTS, SUBARRAY, FORWARD_BACKWARD_ROWS>,
     z: [Complex<f32>; SAMPLES],
 }
 
@@ -103,9 +105,9 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     beamform(GROWING, forward_backward, growing()?, z, report)
 }
 
-fn beamform<A: Averaging<1>>(
+fn beamform<A: Averaging<f32>, const ROWS: usize>(
     case: Case,
-    workspace: &mut Workspace<A, ELEMENTS, SUBARRAY, SLOTS, 1>,
+    workspace: &mut Workspace<A, f32, ELEMENTS, SUBARRAY, ROWS>,
     active: impl Fn(usize) -> Active,
     z: &mut [Complex<f32>],
     report: &mut impl FnMut(&str, u64),

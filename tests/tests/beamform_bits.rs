@@ -1,4 +1,4 @@
-//! The core's beamformers are the same bits in every number of lanes, and those of plain scalar
+//! The core's beamformers are the same bits with every instruction set, and those of plain scalar
 //! loops.
 
 mod common;
@@ -6,6 +6,7 @@ mod common;
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::channel::aperture::Active;
 use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_lanes, frame, scalar};
+use host_sim::instruction_set::InstructionSet;
 use ndarray::Array2;
 use num_complex::Complex;
 
@@ -232,12 +233,10 @@ fn every_number_of_lanes() {
                 let name = format!("{covariance:?}, {parameters:?}");
                 let one = lines.iter().map(|line| core(line, parameters, covariance));
                 assert_eq!(all(one.collect()), expected, "1 lane: {name}");
-                let four = core_lanes::<4>(&lines, parameters, covariance);
-                assert_eq!(all(four), expected, "4 lanes: {name}");
-                let eight = core_lanes::<8>(&lines, parameters, covariance);
-                assert_eq!(all(eight), expected, "8 lanes: {name}");
-                let sixteen = core_lanes::<16>(&lines, parameters, covariance);
-                assert_eq!(all(sixteen), expected, "16 lanes: {name}");
+                for set in InstructionSet::available() {
+                    let lanes = core_lanes(set, &lines, parameters, covariance);
+                    assert_eq!(all(lanes), expected, "{}: {name}", set.name());
+                }
             }
         }
     }

@@ -6,7 +6,9 @@ use bonebeam::Error;
 use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Run, Workspace};
 use bonebeam::channel::aperture::Active;
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::vector::Vector;
 use common::lines::COVARIANCES;
+use host_sim::instruction_set::{InstructionSet, OverLanes};
 use ndarray::Array3;
 use num_complex::Complex;
 
@@ -69,11 +71,12 @@ fn lines_that_are_empty_or_ragged() {
     ));
 }
 
-/// A line of 5 samples of 8 elements through a workspace for 6 elements, L = 3 and K = 1.
+/// A line of 5 samples of 8 elements through a workspace for 6 elements, L = 4 and, with L = 3, K = 1.
 fn run(parameters: Parameters, active: Active, length: usize) -> Result<(), Error> {
+    const ROWS: usize = ForwardBackward::window_rows(3, 1);
     let x = [Complex::ONE; 40];
     let line = DelayedLine::new(&x, 8)?;
-    let mut workspace = Workspace::<ForwardBackward, 6, 3, 3, 1>::new();
+    let mut workspace = Workspace::<ForwardBackward, f32, 6, 4, ROWS>::new();
     let mut z = vec![Complex::ZERO; length];
     Beamformer::new(parameters)?.line(&mut workspace, line, |_| active, &mut z)
 }
@@ -126,7 +129,7 @@ fn what_does_not_fit() {
 fn a_line_is_refused_before_anything_is_put_out() {
     let x = [Complex::ONE; 40];
     let line = DelayedLine::new(&x, 8).expect("finite");
-    let mut workspace = Workspace::<ForwardBackward, 6, 3, 1, 1>::new();
+    let mut workspace = Workspace::<ForwardBackward, f32, 6, 4, 3>::new();
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     // The last sample's aperture exceeds the capacity, or the array.
     for last in [Active { first: 0, count: 7 }, Active { first: 4, count: 5 }] {
@@ -143,7 +146,7 @@ fn a_line_is_refused_before_anything_is_put_out() {
 fn a_run_outside_its_line() {
     let x = [Complex::ONE; 40];
     let line = DelayedLine::new(&x, 8).expect("finite");
-    let mut workspace = Workspace::<ForwardBackward, 8, 4, 1, 1>::new();
+    let mut workspace = Workspace::<ForwardBackward, f32, 8, 4, 3>::new();
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     for first_sample in [4, 5, 6, usize::MAX] {
         let run = Run {
@@ -191,31 +194,70 @@ fn the_host_names_beam_sample_and_element() {
     }
 }
 
+#[test]
+fn more_runs_than_lanes_or_fewer_outputs() {
+    let x = [Complex::ONE; 40];
+    let run = Run {
+        line: DelayedLine::new(&x, 8).expect("finite"),
+        first_element: 0,
+        first_sample: 0,
+    };
+    let mut workspace = Workspace::<ForwardBackward, f32, 8, 4, 3>::new();
+    let beamformer = Beamformer::new(Parameters::default()).expect("valid");
+    let mut z = [Complex::I; 5];
+    let refused = beamformer.runs(&mut workspace, &[run; 2], 8, &mut [&mut z, &mut []]);
+    let name = "runs";
+    let (actual, capacity) = (2, 1);
+    assert_eq!(
+        refused,
+        Err(Error::Capacity {
+            name,
+            actual,
+            capacity
+        })
+    );
+    let refused = beamformer.runs(&mut workspace, &[run], 8, &mut []);
+    let (name, actual, expected) = ("z", 0, 1);
+    assert_eq!(
+        refused,
+        Err(Error::Length {
+            name,
+            actual,
+            expected
+        })
+    );
+    assert_eq!(z, [Complex::I; 5]);
+}
+
 /// The formula of the workspace's documentation.
-fn assert_bytes<
-    A: Averaging<W>,
-    const M: usize,
-    const L: usize,
-    const SLOTS: usize,
-    const W: usize,
->(
+fn assert_bytes<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usize>(
     s: usize,
 ) {
-    let floats = L * L * (2 + (SLOTS + 2) * s) + 2 * M + 2 * L * SLOTS + (8 + 4 * s) * L;
-    let more = Workspace::<A, M, L, SLOTS, W>::BYTES.checked_sub(4 * W * floats);
-    let words = more.map(|bytes| bytes / size_of::<usize>());
-    assert!(
-        matches!(words, Some(1 | 2)),
-        "M = {M}, L = {L}, SLOTS = {SLOTS}, W = {W}: {more:?} more"
-    );
+    let floats = 2 * s * L * L + 2 * M + 2 * L * ROWS + (16 + 7 * s) * L;
+    let formula = 4 * V::LANES * floats + 12 * L + L * size_of::<usize>();
+    let more = Workspace::<A, V, M, L, ROWS>::BYTES - formula;
+    let name = format!("M = {M}, L = {L}, ROWS = {ROWS}, {} lanes", V::LANES);
+    assert!(more < align_of::<V>().max(8), "{name}: {more} more");
+}
+
+struct AssertBytes;
+
+impl OverLanes for AssertBytes {
+    type Output = ();
+
+    fn run<V: Vector>(self, _: V) {
+        assert_bytes::<ForwardBackward, V, 4, 4, 1>(1);
+        assert_bytes::<ForwardBackward, V, 32, 16, 31>(1);
+        assert_bytes::<ForwardBackward, V, 128, 64, 400>(1);
+        assert_bytes::<Forward, V, 7, 4, 1>(2);
+        assert_bytes::<Forward, V, 33, 20, 3>(2);
+        assert_bytes::<Forward, V, 128, 64, 34>(2);
+    }
 }
 
 #[test]
 fn memory_is_what_the_documentation_says() {
-    assert_bytes::<ForwardBackward, 1, 1, 1, 1>(1);
-    assert_bytes::<ForwardBackward, 32, 16, 5, 1>(1);
-    assert_bytes::<ForwardBackward, 128, 64, 21, 8>(1);
-    assert_bytes::<Forward, 1, 1, 1, 1>(2);
-    assert_bytes::<Forward, 33, 17, 3, 1>(2);
-    assert_bytes::<Forward, 128, 64, 1, 4>(2);
+    for set in InstructionSet::available() {
+        set.dispatch(AssertBytes);
+    }
 }

@@ -1,5 +1,5 @@
 //! The golden cases on the workstation: their recorded hashes, the f32 references' own, every
-//! number of lanes. Meant for every profile: bits must not depend on optimisation.
+//! instruction set. Meant for every profile: bits must not depend on optimisation.
 
 mod common;
 
@@ -8,10 +8,12 @@ use bonebeam::beamform::{Beamformer, DelayedLine, Method, Run, Workspace};
 use bonebeam::channel::aperture::Active;
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::image::Axis;
+use bonebeam::vector::Vector;
 use bonebeam_tests::snapshots::{self, ELEMENTS, REAL_PARTS, SAMPLES, SNAPSHOTS};
 use bonebeam_tests::{Workspaces, beamform, delay, hash, image, phase_symmetry, sqrt};
 use common::lines::{Line, scalar};
 use host_sim::beamform::Covariance;
+use host_sim::instruction_set::{InstructionSet, OverLanes};
 use host_sim::reference::f32 as reference;
 use ndarray::Array2;
 use rand::{Rng, SeedableRng};
@@ -194,56 +196,76 @@ fn phase_symmetry_of_the_whole_has_the_hash_of_every_strip() {
     }
 }
 
-/// The hash of the sequence in lane `place` of `W`. The other lanes start elsewhere in it, so that
-/// no lane does what another does.
-fn hash_in_lane<A: Averaging<W>, const W: usize>(method: Method, place: usize) -> u64 {
-    let line = DelayedLine::new(&SNAPSHOTS, ELEMENTS).expect("finite samples");
-    let runs = std::array::from_fn(|lane| Run {
-        line,
-        first_element: 0,
-        first_sample: lane.abs_diff(place),
-    });
-    let mut z = runs.map(|run| vec![Complex::ZERO; SAMPLES - run.first_sample]);
-    let mut workspace = Box::new(Workspace::<
-        A,
-        ELEMENTS,
-        { beamform::SUBARRAY },
-        { beamform::SLOTS },
-        W,
-    >::new());
-    Beamformer::new(beamform::parameters(method))
-        .expect("valid parameters")
-        .runs(
-            &mut workspace,
-            &runs,
-            ELEMENTS,
-            &mut z.each_mut().map(Vec::as_mut_slice),
-        )
-        .expect("runs that fit");
-    hash::complex(&z[place])
+/// The hash of the sequence in a lane. The other lanes start elsewhere in it, so that no lane does
+/// what another does.
+struct InLane {
+    method: Method,
+    covariance: Covariance,
+    /// Where the lane is, of the last.
+    place: f64,
 }
 
-fn assert_lanes<A: Averaging<W>, const W: usize>(cases: &[beamform::Case]) {
-    for case in cases {
-        for place in [0, W / 2, W - 1] {
-            assert_eq!(
-                hash_in_lane::<A, W>(case.method, place),
-                recorded(case.name),
-                "{} in lane {place} of {W}",
-                case.name
-            );
+impl OverLanes for InLane {
+    type Output = u64;
+
+    fn run<V: Vector>(self, zero: V) -> u64 {
+        match self.covariance {
+            Covariance::Forward => self.hash::<Forward, V>(zero),
+            Covariance::ForwardBackward => self.hash::<ForwardBackward, V>(zero),
         }
     }
 }
 
+impl InLane {
+    fn hash<A: Averaging<V>, V: Vector>(self, zero: V) -> u64 {
+        let place = (self.place * (V::LANES - 1) as f64) as usize;
+        let line = DelayedLine::new(&SNAPSHOTS, ELEMENTS).expect("finite samples");
+        let runs: Vec<_> = (0..V::LANES)
+            .map(|lane| Run {
+                line,
+                first_element: 0,
+                first_sample: lane.abs_diff(place),
+            })
+            .collect();
+        let mut z: Vec<_> = runs
+            .iter()
+            .map(|run| vec![Complex::ZERO; SAMPLES - run.first_sample])
+            .collect();
+        let mut workspace = Box::new(Workspace::<
+            A,
+            V,
+            ELEMENTS,
+            { beamform::SUBARRAY },
+            { beamform::FORWARD_ROWS },
+        >::over(zero));
+        let mut out: Vec<_> = z.iter_mut().map(Vec::as_mut_slice).collect();
+        Beamformer::new(beamform::parameters(self.method))
+            .expect("valid parameters")
+            .runs(&mut workspace, &runs, ELEMENTS, &mut out)
+            .expect("runs that fit");
+        hash::complex(&z[place])
+    }
+}
+
 #[test]
-fn every_number_of_lanes_has_the_hashes() {
-    assert_lanes::<Forward, 1>(&beamform::FORWARD);
-    assert_lanes::<Forward, 4>(&beamform::FORWARD);
-    assert_lanes::<Forward, 8>(&beamform::FORWARD);
-    assert_lanes::<Forward, 16>(&beamform::FORWARD);
-    assert_lanes::<ForwardBackward, 1>(&beamform::FORWARD_BACKWARD);
-    assert_lanes::<ForwardBackward, 4>(&beamform::FORWARD_BACKWARD);
-    assert_lanes::<ForwardBackward, 8>(&beamform::FORWARD_BACKWARD);
-    assert_lanes::<ForwardBackward, 16>(&beamform::FORWARD_BACKWARD);
+fn every_instruction_set_has_the_hashes() {
+    let cases = [
+        (Covariance::Forward, &beamform::FORWARD[..]),
+        (Covariance::ForwardBackward, &beamform::FORWARD_BACKWARD),
+    ];
+    for set in InstructionSet::available() {
+        for (covariance, cases) in cases {
+            for case in cases {
+                for place in [0.0, 0.5, 1.0] {
+                    let hash = set.dispatch(InLane {
+                        method: case.method,
+                        covariance,
+                        place,
+                    });
+                    let name = format!("{} with {} at {place}", case.name, set.name());
+                    assert_eq!(hash, recorded(case.name), "{name}");
+                }
+            }
+        }
+    }
 }

@@ -1,17 +1,13 @@
 //! Delay and sum.
 
-use crate::lanes::{ComplexLanes, Lanes};
+use crate::vector::{ComplexVector, Vector};
 
 /// The mean over the active elements: the sum in ascending order from zero, divided by the count.
-#[inline]
-pub(super) fn das<const W: usize>(active: &[ComplexLanes<W>]) -> ComplexLanes<W> {
-    let mut sum = ComplexLanes::ZERO;
+#[inline(always)]
+pub(super) fn das<V: Vector>(active: &[ComplexVector<V>]) -> ComplexVector<V> {
+    let mut sum = active[0].zero();
     for &x in active {
         sum = sum + x;
     }
-    let count = Lanes::splat(active.len() as f32);
-    ComplexLanes {
-        re: sum.re / count,
-        im: sum.im / count,
-    }
+    sum.divide(sum.re.splat(active.len() as f32))
 }

@@ -1,17 +1,16 @@
 //! One beam, depth by depth, with an aperture that grows; and its weights for inspection.
 
 use super::delayed_line::DelayedLine;
-use super::esmv::Spectrum;
+use super::esmv::{at_least_floor, kept, rank_order};
 use super::parameters::{Beamformer, Method};
 use super::runs::Run;
-use super::workspace::Workspace;
+use super::workspace::{Memory, Solver, Workspace};
 use crate::Error;
 use crate::channel::aperture::Active;
 use crate::covariance::Averaging;
-use crate::covariance::loading::load;
 use crate::error::check_length;
-use crate::lanes::ComplexLanes;
-use crate::linalg::eigen::eigen;
+use crate::linalg::eigen::{eigen, unpack};
+use crate::vector::{ComplexVector, Scalar};
 use num_complex::Complex;
 
 /// Splits `0..samples` where the active set changes: `(first sample, number of samples, active)`.
@@ -44,15 +43,15 @@ impl Beamformer {
     ///
     /// # Errors
     /// As [`Beamformer::runs`]; [`Error::Length`] where `z` is not as long as the line.
-    pub fn line<A, const M: usize, const L: usize, const SLOTS: usize>(
+    pub fn line<A, const M: usize, const L: usize, const ROWS: usize>(
         &self,
-        workspace: &mut Workspace<A, M, L, SLOTS, 1>,
+        workspace: &mut Workspace<A, f32, M, L, ROWS>,
         line: DelayedLine<'_>,
         active: impl Fn(usize) -> Active,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error>
     where
-        A: Averaging<1>,
+        A: Averaging<f32>,
     {
         check_length("z", z.len(), line.samples())?;
         let run = |first_sample, set: Active| Run {
@@ -62,7 +61,7 @@ impl Beamformer {
         };
         for (first_sample, samples, set) in constant_runs(line.samples(), &active) {
             self.check_run(&run(first_sample, set), set.count, samples)?;
-            self.check_capacity::<M, L, SLOTS>(set.count)?;
+            self.check_capacity::<A, f32>(set.count, [M, L, ROWS])?;
         }
         for (first_sample, samples, set) in constant_runs(line.samples(), &active) {
             let run = run(first_sample, set);
@@ -81,16 +80,16 @@ impl Beamformer {
     /// # Errors
     /// As [`Beamformer::runs`]; [`Error::Length`] where `weights` is too short;
     /// [`Error::Parameter`] for a sample outside the line or an empty active set.
-    pub fn weights<A, const M: usize, const L: usize, const SLOTS: usize>(
+    pub fn weights<A, const M: usize, const L: usize, const ROWS: usize>(
         &self,
-        workspace: &mut Workspace<A, M, L, SLOTS, 1>,
+        workspace: &mut Workspace<A, f32, M, L, ROWS>,
         line: DelayedLine<'_>,
         active: Active,
         sample: usize,
         weights: &mut [Complex<f32>],
     ) -> Result<usize, Error>
     where
-        A: Averaging<1>,
+        A: Averaging<f32>,
     {
         let run = Run {
             line,
@@ -105,7 +104,7 @@ impl Beamformer {
                 expected: "at least 1",
             });
         }
-        let subarray = self.check_capacity::<M, L, SLOTS>(active.count)?;
+        let subarray = self.check_capacity::<A, f32>(active.count, [M, L, ROWS])?;
         let method = self.parameters().method;
         let length = if method == Method::Das {
             active.count
@@ -124,57 +123,79 @@ impl Beamformer {
             weights.fill(Complex::new(1.0 / active.count as f32, 0.0));
             return Ok(length);
         }
-        workspace.window.clear();
+        let mut memory = workspace.memory();
+        let mut silent = true;
         for push in 0..=2 * self.parameters().temporal {
-            self.push(workspace, &[run], active.count, subarray, push);
+            let pushed = self.push::<A, f32>(&mut memory, &[run], active.count, subarray, push);
+            silent = pushed.unwrap_or(true);
         }
-        let Workspace {
-            forward: vectors,
-            matrix,
-            solver,
-            ..
-        } = workspace;
-        if load(matrix, subarray, self.parameters().loading)[0] {
+        if silent {
             weights.fill(Complex::new(0.0, 0.0));
-            return Ok(length);
-        }
-        for i in 0..subarray {
-            for k in 0..subarray {
-                let one = if i == k { 1.0 } else { 0.0 };
-                vectors[i][k].set_lane(0, Complex::new(one, 0.0));
-            }
-        }
-        eigen(
-            matrix,
-            subarray,
-            &mut solver.eigen,
-            &mut solver.values,
-            &mut vectors[..subarray],
-        );
-        // vectors[i][k] = E(i,k)*; Eᴴa first.
-        let [projections, result] = &mut solver.projections;
-        for k in 0..subarray {
-            let mut sum = Complex::new(0.0f32, 0.0);
-            for i in 0..subarray {
-                sum += vectors[i][k].lane(0) * A::steering(i, subarray);
-            }
-            projections[k].set_lane(0, sum);
-        }
-        let spectrum = Spectrum::new(&solver.values, projections, subarray, 0);
-        for i in 0..subarray {
-            let mut sum = Complex::new(0.0f32, 0.0);
-            for place in spectrum.kept(method, subarray) {
-                let k = spectrum.order[place];
-                let term = vectors[i][k].lane(0).conj() * projections[k].lane(0);
-                sum += term / spectrum.value(&solver.values, k, 0);
-            }
-            result[i] = ComplexLanes::ZERO;
-            result[i].set_lane(0, sum / spectrum.total);
-        }
-        A::weights(result, subarray);
-        for (weight, value) in weights.iter_mut().zip(result.iter()) {
-            *weight = value.lane(0);
+        } else {
+            eigenspace_weights::<A>(method, &mut memory, weights);
         }
         Ok(length)
+    }
+}
+
+/// `w_p = Σ e_k(e_kᴴa)/λ_k / c_L` over the eigenvectors that `method` keeps, as many as there are
+/// `weights`, for the loaded covariance in the solver's panels.
+///
+/// Entry `i` is `(Eᴴu_i)ᴴ` times the kept `Eᴴa/λ`, with `u_i` the unit vector: the eigensolver is
+/// given as many unit vectors at a time as the time window's memory, which is free by now, holds.
+fn eigenspace_weights<A: Averaging<f32>>(
+    method: Method,
+    memory: &mut Memory<'_, A::Scalar, f32>,
+    weights: &mut [Complex<f32>],
+) {
+    let n = weights.len();
+    let Solver {
+        matrix,
+        factor,
+        eigen: scratch,
+        values,
+        projections,
+        order,
+        cumulative,
+        ..
+    } = &mut memory.solver;
+    let (filtered, result) = projections.split_at_mut(projections.len() / 2);
+    let zero = ComplexVector { re: 0.0, im: 0.0 };
+    for (i, entry) in filtered.iter_mut().enumerate() {
+        entry.re = A::steering(i, n);
+        entry.im = 0.0;
+    }
+    unpack(matrix, n, factor);
+    eigen(factor, n, scratch, values, &mut filtered[..n], n);
+    let total = rank_order(&values[..n], filtered, 0, order, cumulative);
+    let places = kept(method, cumulative, total, n);
+    for (place, &k) in order[..n].iter().enumerate() {
+        filtered[k] = if places.contains(&place) {
+            filtered[k].divide(at_least_floor(values[k]) * total)
+        } else {
+            zero
+        };
+    }
+    let batch = memory.window.len() / n;
+    for first in (0..n).step_by(batch) {
+        let count = if batch < n - first { batch } else { n - first };
+        let units = &mut memory.window[..count * n];
+        units.fill(zero);
+        for (i, unit) in units.chunks_exact_mut(n).enumerate() {
+            unit[first + i].re = 1.0;
+        }
+        unpack(matrix, n, factor);
+        eigen(factor, n, scratch, values, units, n);
+        for (i, unit) in units.chunks_exact(n).enumerate() {
+            let mut sum = zero;
+            for &k in &order[..n] {
+                sum = sum + filtered[k].mul_conj(unit[k]);
+            }
+            result[first + i] = sum;
+        }
+    }
+    A::weights(&mut result[..n], filtered);
+    for (weight, value) in weights.iter_mut().zip(&*result) {
+        *weight = value.lane(0);
     }
 }

@@ -1,16 +1,18 @@
-//! The kernel's drive: `W` runs of samples, one a lane, from delayed samples to `z`.
+//! The kernel's drive: a vector's lanes of sample runs, from delayed samples to `z`.
 
 use super::das::das;
 use super::delayed_line::DelayedLine;
 use super::esmv::{esmv, esmv_rank1};
 use super::mv::mv;
-use super::parameters::{Beamformer, Method};
-use super::workspace::Workspace;
+use super::parameters::{Beamformer, Method, Parameters};
+use super::workspace::{Memory, Workspace};
 use crate::Error;
-use crate::covariance::loading::load;
-use crate::covariance::sliding::{sliding_covariance, subarray_sum};
-use crate::covariance::{Averaging, TimeWindow};
-use crate::lanes::{ComplexLanes, Lanes, Scalar};
+use crate::covariance::lag_sums::{lag_sums, subarray_sum};
+use crate::covariance::loading::Loading;
+use crate::covariance::{Averaging, time_window};
+use crate::error::check_length;
+use crate::linalg::panels::Column;
+use crate::vector::{ComplexVector, Mask, Scalar, Vector};
 use num_complex::Complex;
 
 /// Consecutive samples of one beam that have one active set: what a lane works on.
@@ -25,43 +27,48 @@ pub struct Run<'a> {
 }
 
 impl Beamformer {
-    /// Beamforms `W` runs with the same number `count` of active elements, one in each lane:
-    /// `z[lane][i]` is sample `first_sample + i`.
+    /// Beamforms up to `V::LANES` runs with the same number `count` of active elements, one in each
+    /// lane: `z[lane][i]` is sample `first_sample + i`.
     ///
-    /// Runs may differ in beam, depth and length; a lane that is not needed gets an empty `z`. A
-    /// lane's bits do not depend on the other lanes nor on `W`, but for `K > 0` on where its run
-    /// begins: the time window's blocks are counted from there, so give [`constant_runs`] whole.
-    /// The scale is that of the input: a unit signal from straight ahead gives 1 with DAS and MV.
-    /// With `count = 0`, `z` is 0.
+    /// Runs may differ in beam, depth and length. A lane's bits do not depend on the other lanes nor
+    /// on `V`, but for `K > 0` on where its run begins: the time window's blocks are counted from
+    /// there, so give [`constant_runs`] whole. The scale is that of the input: a unit signal from
+    /// straight ahead gives 1 with DAS and MV. With `count = 0`, `z` is 0.
     ///
     /// [`constant_runs`]: super::constant_runs
     ///
     /// Cost a sample and lane, in flops with `P = count − L + 1`: DAS `2·count`. The others: the
-    /// covariance `8LP + 8L²` once, whatever `K` is, and three additions an entry for the time
-    /// window; a run of `n` samples takes `n + 2K` covariances. MV adds `L³/3`; rank 1 that and
-    /// `2L²` a power step, 32 at most; the full eigensolver, which serves the other methods and the
-    /// lanes in which those two fail, `4L³/3` and the QL steps. Forward multiplies these by 4. RAM:
-    /// the workspace.
+    /// covariance `6(count·L − L²/2) + 4PL + 4L²` once, whatever `K` is, and three additions a number
+    /// for the time window; a run of `n` samples takes `n + 2K` covariances. MV adds `L³/3 + 4L²`;
+    /// rank 1 that and `2L²` a Lanczos step, about 8 of them; the full eigensolver, which serves the
+    /// other methods and the lanes in which those two fail, `4L³/3` and the QL steps. Forward
+    /// multiplies these by 4. RAM: the workspace.
     ///
     /// # Errors
-    /// [`Error::Capacity`] where `count`, `L` or `2K+1` exceeds the workspace;
-    /// [`Error::Parameter`] where `K` is beyond a record or a run is outside its line.
-    pub fn runs<A, const M: usize, const L: usize, const SLOTS: usize, const W: usize>(
+    /// [`Error::Capacity`] where there are more runs than lanes, or `count`, `L` or `2K+1` exceeds the
+    /// workspace; [`Error::Length`] where `z` is not as long as `runs`; [`Error::Parameter`] where
+    /// `K` is beyond a record or a run is outside its line.
+    pub fn runs<A, V, const M: usize, const L: usize, const ROWS: usize>(
         &self,
-        workspace: &mut Workspace<A, M, L, SLOTS, W>,
-        runs: &[Run<'_>; W],
+        workspace: &mut Workspace<A, V, M, L, ROWS>,
+        runs: &[Run<'_>],
         count: usize,
-        z: &mut [&mut [Complex<f32>]; W],
+        z: &mut [&mut [Complex<f32>]],
     ) -> Result<(), Error>
     where
-        A: Averaging<W>,
+        A: Averaging<V>,
+        V: Vector,
     {
-        let mut longest = 0;
+        if runs.len() > V::LANES {
+            return Err(Error::Capacity {
+                name: "runs",
+                actual: runs.len(),
+                capacity: V::LANES,
+            });
+        }
+        check_length("z", z.len(), runs.len())?;
         for (run, z) in runs.iter().zip(z.iter()) {
             self.check_run(run, count, z.len())?;
-            if z.len() > longest {
-                longest = z.len();
-            }
         }
         if count == 0 {
             for z in z.iter_mut() {
@@ -69,95 +76,146 @@ impl Beamformer {
             }
             return Ok(());
         }
-        let subarray = self.check_capacity::<M, L, SLOTS>(count)?;
-        if self.parameters().method == Method::Das {
-            for i in 0..longest {
-                gather(runs, count, i as isize, &mut workspace.snapshot);
-                emit(runs, z, i, das(&workspace.snapshot[..count]));
-            }
-            return Ok(());
-        }
-        workspace.window.clear();
-        for push in 0..longest + 2 * self.parameters().temporal {
-            if let Some(i) = self.push(workspace, runs, count, subarray, push) {
-                emit(runs, z, i, self.output(workspace, count, subarray, i));
-            }
-        }
+        let subarray = self.check_capacity::<A, V>(count, [M, L, ROWS])?;
+        let mut memory = workspace.memory();
+        // A lane without a run keeps its zeros.
+        let zero = memory.snapshot[0].zero();
+        memory.snapshot.fill(zero);
+        self.vectorized::<A, V>(&mut memory, runs, count, subarray, z);
         Ok(())
     }
 
-    /// Takes the run's sample `push − K` into the covariance; from push `2K` on, the loaded
-    /// covariance's window is complete for sample `push − 2K`, which is returned.
-    #[inline]
-    pub(super) fn push<A, const M: usize, const L: usize, const SLOTS: usize, const W: usize>(
+    /// [`Beamformer::lanes`] with the vector's instructions: compiled once for all capacities.
+    fn vectorized<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<A, M, L, SLOTS, W>,
-        runs: &[Run<'_>; W],
+        memory: &mut Memory<'_, A::Scalar, V>,
+        runs: &[Run<'_>],
+        count: usize,
+        subarray: usize,
+        z: &mut [&mut [Complex<f32>]],
+    ) {
+        memory.snapshot[0].re.vectorize(
+            #[inline(always)]
+            || self.lanes::<A, V>(memory, runs, count, subarray, z),
+        );
+    }
+
+    #[inline(always)]
+    fn lanes<A: Averaging<V>, V: Vector>(
+        &self,
+        memory: &mut Memory<'_, A::Scalar, V>,
+        runs: &[Run<'_>],
+        count: usize,
+        subarray: usize,
+        z: &mut [&mut [Complex<f32>]],
+    ) {
+        let mut longest = 0;
+        for z in z.iter() {
+            if z.len() > longest {
+                longest = z.len();
+            }
+        }
+        if self.parameters().method == Method::Das {
+            for i in 0..longest {
+                let active = &mut memory.snapshot[..count];
+                gather(runs, i as isize, active);
+                emit(runs, z, i, das(active));
+            }
+            return;
+        }
+        for push in 0..longest + 2 * self.parameters().temporal {
+            if let Some(silent) = self.push::<A, V>(memory, runs, count, subarray, push) {
+                let i = push - 2 * self.parameters().temporal;
+                let value = self.output::<A, V>(memory, count, subarray, i, silent);
+                emit(runs, z, i, value);
+            }
+        }
+    }
+
+    /// Takes the run's sample `push − K` into the covariance; from push `2K` on, the loaded
+    /// covariance of sample `push − 2K` is complete, and the lanes without power are returned.
+    #[inline(always)]
+    pub(super) fn push<A: Averaging<V>, V: Vector>(
+        &self,
+        memory: &mut Memory<'_, A::Scalar, V>,
+        runs: &[Run<'_>],
         count: usize,
         subarray: usize,
         push: usize,
-    ) -> Option<usize>
-    where
-        A: Averaging<W>,
-    {
+    ) -> Option<V::Mask> {
         let temporal = self.parameters().temporal;
-        let length = 2 * temporal + 1;
-        let Workspace {
-            snapshot,
-            forward,
-            window,
-            data,
-            matrix,
-            ..
-        } = workspace;
-        gather(runs, count, push as isize - temporal as isize, snapshot);
-        let data = &mut data[push % length];
-        subarray_sum(snapshot, count, subarray, data);
-        A::data(data, subarray);
-        sliding_covariance(snapshot, count, subarray, forward);
-        A::matrix(forward, subarray, window.slot());
-        let output = push.checked_sub(2 * temporal);
-        TimeWindow::push(window, subarray, length, output.map(|_| matrix));
-        output
+        let active = &mut memory.snapshot[..count];
+        gather(runs, push as isize - temporal as isize, active);
+        let (ring, window) = memory.window.split_at_mut((temporal + 1) * subarray);
+        let sum = &mut memory.products[..subarray];
+        subarray_sum(active, sum);
+        let data = push % (temporal + 1) * subarray;
+        A::data(sum, &mut ring[data..data + subarray]);
+        let size = A::lag_count(subarray);
+        let lags = time_window::slot(window, size, temporal, push);
+        lag_sums(
+            active,
+            subarray,
+            memory.products,
+            #[inline(always)]
+            |lag, place, r| A::put(lags, subarray, lag, place, r),
+        );
+        let (suffix, prefix) = time_window::window(window, size, temporal, push);
+        if push < 2 * temporal {
+            return None;
+        }
+        let loading = self.parameters().loading;
+        Some(match suffix {
+            None => load::<A, V>(
+                #[inline(always)]
+                |i| prefix[i],
+                subarray,
+                loading,
+                memory.solver.matrix,
+            ),
+            Some(suffix) => load::<A, V>(
+                #[inline(always)]
+                |i| suffix[i] + prefix[i],
+                subarray,
+                loading,
+                memory.solver.matrix,
+            ),
+        })
     }
 
     /// `z` of sample `i` of the runs, at the runs' working scale.
-    #[inline]
-    fn output<A, const M: usize, const L: usize, const SLOTS: usize, const W: usize>(
+    #[inline(always)]
+    fn output<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut Workspace<A, M, L, SLOTS, W>,
+        memory: &mut Memory<'_, A::Scalar, V>,
         count: usize,
         subarray: usize,
         i: usize,
-    ) -> ComplexLanes<W>
-    where
-        A: Averaging<W>,
-    {
-        let parameters = self.parameters();
-        let Workspace {
-            data,
-            matrix,
-            solver,
-            ..
-        } = workspace;
-        let data = &data[(i + parameters.temporal) % (2 * parameters.temporal + 1)];
-        let silent = load(matrix, subarray, parameters.loading);
-        let (mut sum, solved) = match parameters.method {
-            Method::Mv => mv::<A, L, W>(matrix, subarray, data, solver),
-            Method::EsmvRank1 => esmv_rank1::<A, L, W>(matrix, subarray, data, solver),
-            _ => (ComplexLanes::ZERO, [false; W]),
+        silent: V::Mask,
+    ) -> ComplexVector<V> {
+        let Parameters {
+            method, temporal, ..
+        } = *self.parameters();
+        // The sample was pushed as number i + K.
+        let data = (i + temporal) % (temporal + 1) * subarray;
+        let data = &memory.window[data..data + subarray];
+        let solver = &mut memory.solver;
+        let zero = data[0].zero();
+        let (mut sum, solved) = match method {
+            Method::Mv => mv::<A, V>(solver, subarray, data),
+            Method::EsmvRank1 => esmv_rank1::<A, V>(solver, subarray, data),
+            _ => (zero, silent & !silent),
         };
         // The other methods, and the lanes that the faster solvers leave.
-        if (0..W).any(|k| !solved[k] && !silent[k]) {
-            let exact = esmv::<A, L, W>(parameters.method, matrix, subarray, data, solver);
-            sum = ComplexLanes::select(solved, sum, exact);
+        if !(solved | silent).all() {
+            let exact = zero.re.vectorize(
+                #[inline(always)]
+                || esmv::<A, V>(method, solver, subarray, data),
+            );
+            sum = ComplexVector::select(solved, sum, exact);
         }
-        let gain = Lanes::splat(A::gain(count - subarray + 1));
-        let z = ComplexLanes {
-            re: sum.re / gain,
-            im: sum.im / gain,
-        };
-        ComplexLanes::select(silent, ComplexLanes::ZERO, z)
+        let gain = zero.re.splat(A::gain(count - subarray + 1));
+        ComplexVector::select(silent, zero, sum.divide(gain))
     }
 
     /// The run lies within its line and the time window within the record.
@@ -193,63 +251,82 @@ impl Beamformer {
         Ok(())
     }
 
-    /// The subarray's length for `count ≥ 1`, where everything fits the workspace.
-    pub(super) fn check_capacity<const M: usize, const L: usize, const SLOTS: usize>(
+    /// The subarray's length for `count ≥ 1`, where everything fits a workspace with these `M`, `L`
+    /// and `ROWS`.
+    pub(super) fn check_capacity<A: Averaging<V>, V: Vector>(
         &self,
         count: usize,
+        [elements, longest, rows]: [usize; 3],
     ) -> Result<usize, Error> {
-        if count > M {
+        if count > elements {
             return Err(Error::Capacity {
                 name: "active elements",
                 actual: count,
-                capacity: M,
+                capacity: elements,
             });
         }
         let subarray = self.subarray(count);
         if self.parameters().method == Method::Das {
             return Ok(subarray);
         }
-        if subarray > L {
+        if subarray > longest {
             return Err(Error::Capacity {
                 name: "subarray",
                 actual: subarray,
-                capacity: L,
+                capacity: longest,
             });
         }
         let temporal = self.parameters().temporal;
-        if temporal > (SLOTS - 1) / 2 {
+        let size = A::lag_count(subarray);
+        let fits = |temporal: usize| {
+            let (ring, sets) = (temporal + 1, time_window::sets(temporal));
+            let needed = ring
+                .saturating_mul(subarray)
+                .saturating_add(sets.saturating_mul(size));
+            needed <= rows * longest
+        };
+        if !fits(temporal) {
+            let capacity = (0..temporal).rev().find(|&k| fits(k)).unwrap_or(0);
             return Err(Error::Capacity {
                 name: "temporal",
                 actual: temporal,
-                capacity: (SLOTS - 1) / 2,
+                capacity,
             });
         }
         Ok(subarray)
     }
 }
 
+/// The loaded matrix from the lag sums `lag(index)`; returns the lanes without power.
+#[inline(always)]
+fn load<A: Averaging<V>, V: Vector>(
+    lag: impl Fn(usize) -> ComplexVector<V>,
+    subarray: usize,
+    loading: f32,
+    matrix: &mut [Column<A::Scalar>],
+) -> V::Mask {
+    let loading = Loading::new(A::trace(&lag, subarray), subarray, loading);
+    A::matrix(lag, subarray, &loading, matrix);
+    loading.silent
+}
+
 /// The active elements of each run's sample `i` (counted from the run's first), at the line's
 /// working scale; zero outside the record.
-#[inline]
-fn gather<const M: usize, const W: usize>(
-    runs: &[Run<'_>; W],
-    count: usize,
-    i: isize,
-    snapshot: &mut [ComplexLanes<W>; M],
-) {
+#[inline(always)]
+fn gather<V: Vector>(runs: &[Run<'_>], i: isize, snapshot: &mut [ComplexVector<V>]) {
     for (lane, run) in runs.iter().enumerate() {
         let sample = run
             .first_sample
             .checked_add_signed(i)
             .filter(|&n| n < run.line.samples());
         let Some(sample) = sample else {
-            for x in snapshot.iter_mut().take(count) {
+            for x in snapshot.iter_mut() {
                 x.set_lane(lane, Complex::new(0.0, 0.0));
             }
             continue;
         };
         let scale = run.line.scale();
-        let active = &run.line.snapshot(sample)[run.first_element..run.first_element + count];
+        let active = &run.line.snapshot(sample)[run.first_element..];
         for (x, &value) in snapshot.iter_mut().zip(active) {
             x.set_lane(lane, Complex::new(value.re * scale, value.im * scale));
         }
@@ -257,16 +334,16 @@ fn gather<const M: usize, const W: usize>(
 }
 
 /// Puts sample `i` of the lanes out, at the line's own scale.
-#[inline]
-fn emit<const W: usize>(
-    runs: &[Run<'_>; W],
-    z: &mut [&mut [Complex<f32>]; W],
+#[inline(always)]
+fn emit<V: Vector>(
+    runs: &[Run<'_>],
+    z: &mut [&mut [Complex<f32>]],
     i: usize,
-    value: ComplexLanes<W>,
+    value: ComplexVector<V>,
 ) {
-    for lane in 0..W {
-        if let Some(z) = z[lane].get_mut(i) {
-            *z = runs[lane].line.unscale(value.lane(lane));
+    for (lane, (run, z)) in runs.iter().zip(z).enumerate() {
+        if let Some(z) = z.get_mut(i) {
+            *z = run.line.unscale(value.lane(lane));
         }
     }
 }

@@ -1,86 +1,146 @@
 //! The beamformer's memory.
 
-use crate::covariance::{Averaging, TimeWindow};
-use crate::lanes::{ComplexLanes, Lanes, Scalar};
-use crate::linalg::eigen::EigenScratch;
+use crate::covariance::{Averaging, OneLane};
+use crate::linalg::eigen::{EigenScratch, EigenSlices};
+use crate::linalg::lanczos::Tridiagonal;
+use crate::linalg::panels::{Column, TILE};
+use crate::vector::{ComplexVector, Scalar, Vector};
 
 /// All the memory a beamformer needs; a plain struct for a `static` or a box.
 ///
-/// Capacities: `M` active elements, subarrays of `L`, a time window of `SLOTS ≥ 2K+1` samples, `W`
-/// lanes. `A` is [`Forward`](crate::covariance::Forward) or
-/// [`ForwardBackward`](crate::covariance::ForwardBackward).
+/// `A` is [`Forward`] or [`ForwardBackward`], `V` a vector: `f32` for one output at a time, a
+/// processor's registers for as many as they have lanes. Capacities: `M` active elements, subarrays
+/// of `L` (a multiple of 4), and `ROWS` rows of `L` complex numbers for the time window:
+/// [`ForwardBackward::window_rows`], [`Forward::window_rows`].
 ///
-/// RAM is [`Workspace::BYTES`]: `4W·(L²·(2 + (SLOTS+2)·s) + 2M + 2L·SLOTS + (8+4s)·L)` bytes with
-/// `s = 1` for forward-backward and 2 for forward, and at most two machine words more. The full
-/// eigensolver takes another `8L` bytes of stack (`12L` where a word has 64 bits).
-pub struct Workspace<
-    A: Averaging<W>,
-    const M: usize,
-    const L: usize,
-    const SLOTS: usize,
-    const W: usize,
-> {
+/// [`Forward`]: crate::covariance::Forward
+/// [`Forward::window_rows`]: crate::covariance::Forward::window_rows
+/// [`ForwardBackward`]: crate::covariance::ForwardBackward
+/// [`ForwardBackward::window_rows`]: crate::covariance::ForwardBackward::window_rows
+///
+/// RAM is [`Workspace::BYTES`]: `4·LANES·(2s·L² + 2M + 2L·ROWS + (16 + 7s)·L) + 12·L` bytes and `L`
+/// machine words, with `s = 1` for forward-backward and 2 for forward, and what aligns a register.
+pub struct Workspace<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usize>
+{
+    snapshot: [ComplexVector<V>; M],
+    products: [[ComplexVector<V>; L]; 2],
+    window: [[ComplexVector<V>; L]; ROWS],
+    matrix: [[A::Scalar; L]; L],
+    factor: [[A::Scalar; L]; L],
+    rows: [Column<A::Scalar>; L],
+    vector: [A::Scalar; L],
+    tridiagonal: [[V; L]; 5],
+    eigen: EigenScratch<A::Scalar, V, L>,
+    values: [V; L],
+    projections: [[ComplexVector<V>; L]; 2],
+    order: [usize; L],
+    cumulative: [f32; L],
+}
+
+/// A [`Workspace`] as slices, so that the kernels are compiled once for all capacities.
+pub(super) struct Memory<'a, S, V> {
     /// The active elements of one sample.
-    pub(super) snapshot: [ComplexLanes<W>; M],
-    /// One sample's forward sums; later the eigenvectors, where they are asked for.
-    pub(super) forward: [[ComplexLanes<W>; L]; L],
-    pub(super) window: TimeWindow<A::Scalar, L, SLOTS>,
-    /// The subarray sums of the window's samples, in the solver's coordinates.
-    pub(super) data: [[ComplexLanes<W>; L]; SLOTS],
-    /// The covariance in use; then its factor beside it.
-    pub(super) matrix: [[A::Scalar; L]; L],
-    pub(super) solver: Solver<A::Scalar, L, W>,
+    pub(super) snapshot: &'a mut [ComplexVector<V>],
+    /// Lag products that a sliding sum loses again; before, the subarray sum.
+    pub(super) products: &'a mut [ComplexVector<V>],
+    /// A ring of subarray sums, then the window's sets of lag sums; later eigenvectors, where they
+    /// are asked for.
+    pub(super) window: &'a mut [ComplexVector<V>],
+    pub(super) solver: Solver<'a, S, V>,
 }
 
-/// Vectors of the solvers.
-pub(super) struct Solver<S, const L: usize, const W: usize> {
-    pub(super) inverse: [Lanes<W>; L],
-    pub(super) v: [S; L],
-    pub(super) next: [S; L],
-    pub(super) eigen: EigenScratch<S, L, W>,
-    pub(super) values: [Lanes<W>; L],
-    /// `Eᴴa` and `Eᴴx`.
-    pub(super) projections: [[ComplexLanes<W>; L]; 2],
+/// What the solvers work on.
+pub(super) struct Solver<'a, S, V> {
+    /// The loaded covariance in panels.
+    pub(super) matrix: &'a mut [Column<S>],
+    /// The Lanczos basis, the Cholesky factor in panels, or the matrix row by row.
+    pub(super) factor: &'a mut [S],
+    /// Steering vector and data below the matrix.
+    pub(super) rows: &'a mut [Column<S>],
+    pub(super) vector: &'a mut [S],
+    pub(super) tridiagonal: Tridiagonal<'a, V>,
+    pub(super) eigen: EigenSlices<'a, S, V>,
+    pub(super) values: &'a mut [V],
+    /// `Eᴴa` and `Eᴴx`, one after the other.
+    pub(super) projections: &'a mut [ComplexVector<V>],
+    /// One lane's eigenvalues in descending order.
+    pub(super) order: &'a mut [usize],
+    /// One lane's cross-spectral metric.
+    pub(super) cumulative: &'a mut [f32],
 }
 
-impl<A: Averaging<W>, const M: usize, const L: usize, const SLOTS: usize, const W: usize>
-    Workspace<A, M, L, SLOTS, W>
+impl<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usize>
+    Workspace<A, V, M, L, ROWS>
 {
     /// The size in bytes.
     pub const BYTES: usize = core::mem::size_of::<Self>();
 
     const SHAPES: () = {
         assert!(
-            M >= 1 && L >= 1 && SLOTS >= 1 && W >= 1,
+            M >= 1 && L >= 1 && ROWS >= 1,
             "every capacity is at least 1"
         );
         assert!(L <= M, "a subarray cannot exceed the aperture");
+        assert!(L % TILE == 0, "the subarray capacity is a multiple of 4");
     };
 
-    /// A workspace, all zero.
-    pub const fn new() -> Self {
+    /// A workspace over the lanes of `zero`, a vector of zeros.
+    pub fn over(zero: V) -> Self {
+        Self::filled(zero, A::Scalar::from_real(zero))
+    }
+
+    /// `zero` and `number` are the same zero as a vector and as the solver's number.
+    const fn filled(zero: V, number: A::Scalar) -> Self {
         const { Self::SHAPES };
-        let zero = <A::Scalar as Scalar<W>>::ZERO;
+        let complex = ComplexVector { re: zero, im: zero };
         Workspace {
-            snapshot: [ComplexLanes::ZERO; M],
-            forward: [[ComplexLanes::ZERO; L]; L],
-            window: TimeWindow::new(zero),
-            data: [[ComplexLanes::ZERO; L]; SLOTS],
-            matrix: [[zero; L]; L],
+            snapshot: [complex; M],
+            products: [[complex; L]; 2],
+            window: [[complex; L]; ROWS],
+            matrix: [[number; L]; L],
+            factor: [[number; L]; L],
+            rows: [[number; TILE]; L],
+            vector: [number; L],
+            tridiagonal: [[zero; L]; 5],
+            eigen: EigenScratch::new(number, zero),
+            values: [zero; L],
+            projections: [[complex; L]; 2],
+            order: [0; L],
+            cumulative: [0.0; L],
+        }
+    }
+
+    pub(super) fn memory(&mut self) -> Memory<'_, A::Scalar, V> {
+        let (matrix, _) = self.matrix.as_flattened_mut().as_chunks_mut();
+        Memory {
+            snapshot: &mut self.snapshot,
+            products: self.products.as_flattened_mut(),
+            window: self.window.as_flattened_mut(),
             solver: Solver {
-                inverse: [Lanes::ZERO; L],
-                v: [zero; L],
-                next: [zero; L],
-                eigen: EigenScratch::new(zero),
-                values: [Lanes::ZERO; L],
-                projections: [[ComplexLanes::ZERO; L]; 2],
+                matrix,
+                factor: self.factor.as_flattened_mut(),
+                rows: &mut self.rows,
+                vector: &mut self.vector,
+                tridiagonal: Tridiagonal::new(&mut self.tridiagonal),
+                eigen: self.eigen.slices(),
+                values: &mut self.values,
+                projections: self.projections.as_flattened_mut(),
+                order: &mut self.order,
+                cumulative: &mut self.cumulative,
             },
         }
     }
 }
 
-impl<A: Averaging<W>, const M: usize, const L: usize, const SLOTS: usize, const W: usize> Default
-    for Workspace<A, M, L, SLOTS, W>
+impl<A: OneLane, const M: usize, const L: usize, const ROWS: usize> Workspace<A, f32, M, L, ROWS> {
+    /// A workspace for one output at a time, all zero.
+    pub const fn new() -> Self {
+        Self::filled(0.0, A::ZERO)
+    }
+}
+
+impl<A: OneLane, const M: usize, const L: usize, const ROWS: usize> Default
+    for Workspace<A, f32, M, L, ROWS>
 {
     fn default() -> Self {
         Self::new()

@@ -5,186 +5,441 @@
 //! `(e_i + e_i')/√2` and `j(e_i − e_i')/√2` (and `e_c` for the middle element of an odd `L`).
 //! Everything after this step is then real arithmetic: a quarter of the work, no approximation.
 //!
-//! The coordinates are ordered: the `⌊L/2⌋` sums, the middle element of an odd `L`, the `⌊L/2⌋`
-//! differences. Scale: `2T`, `√2·Qᴴs` and `Qᴴa/√2`, which saves the factors `1/√2`; [`Basis::gain`]
-//! makes up for them.
+//! The coordinates are ordered pair by pair: sum 0, difference 0, sum 1, …, and last the middle
+//! element of an odd `L`. Scale: `2T`, `√2·Qᴴs` and `Qᴴa/√2`, which saves the factors `1/√2`;
+//! [`Basis::gain`] makes up for them.
 
-use crate::lanes::{ComplexLanes, Lanes, Scalar};
+use super::loading::Loading;
+use crate::linalg::panels::{Column, TILE, panel};
+use crate::vector::{ComplexVector, Scalar, Vector};
 
 const FRAC_1_SQRT_2: f32 = core::f32::consts::FRAC_1_SQRT_2;
 const SQRT_2: f32 = core::f32::consts::SQRT_2;
 
-/// Which covariance is in use: [`Forward`] or [`ForwardBackward`], over `W` lanes.
-pub trait Averaging<const W: usize>: Basis<W> {}
+/// Which covariance is in use: [`Forward`] or [`ForwardBackward`], over the lanes of `V`.
+pub trait Averaging<V: Vector>: Basis<V> {}
 
-impl<A: Basis<W>, const W: usize> Averaging<W> for A {}
+impl<A: Basis<V>, V: Vector> Averaging<V> for A {}
 
-/// Turns one sample's forward sums into the solver's coordinates. Out of reach from outside the
-/// crate, so that there are no other averagings.
-pub trait Basis<const W: usize> {
+/// An averaging for one output at a time, with a zero that a `static` can hold.
+pub trait OneLane: Averaging<f32> {
+    /// The solver's number.
+    const ZERO: <Self as Basis<f32>>::Scalar;
+}
+
+impl OneLane for Forward {
+    const ZERO: ComplexVector<f32> = ComplexVector { re: 0.0, im: 0.0 };
+}
+
+impl OneLane for ForwardBackward {
+    const ZERO: f32 = 0.0;
+}
+
+/// What is kept of a sample's covariance, and how it becomes the solver's matrix. Out of reach from
+/// outside the crate, so that there are no other averagings.
+pub trait Basis<V: Vector> {
     /// The number of the solver's matrix: complex for forward, real for forward-backward.
-    type Scalar: Scalar<W>;
+    type Scalar: Scalar<V>;
 
-    /// The matrix in use, lower triangle, from the lower triangle of the forward sums `r`.
-    fn matrix<const L: usize>(
-        r: &[[ComplexLanes<W>; L]; L],
+    /// How many lag sums are kept of a sample.
+    fn lag_count(subarray: usize) -> usize;
+
+    /// Takes `r`, the entry of the forward sums at `(lag + place, place)`, into `lags`. Comes with
+    /// `place` ascending for each lag.
+    fn put(
+        lags: &mut [ComplexVector<V>],
         subarray: usize,
-        t: &mut [[Self::Scalar; L]; L],
+        lag: usize,
+        place: usize,
+        r: ComplexVector<V>,
     );
 
-    /// The subarray sum `s` in the solver's coordinates, in place.
-    fn data<const L: usize>(s: &mut [ComplexLanes<W>; L], subarray: usize);
+    /// The trace of the matrix in use, from the kept sums `lag(index)`.
+    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subarray: usize) -> V;
+
+    /// The matrix in use, scaled and loaded, in panels, from the kept sums `lag(index)`.
+    fn matrix(
+        lag: impl Fn(usize) -> ComplexVector<V>,
+        subarray: usize,
+        loading: &Loading<V>,
+        matrix: &mut [Column<Self::Scalar>],
+    );
+
+    /// The subarray sum `s` in the solver's coordinates.
+    fn data(s: &[ComplexVector<V>], data: &mut [ComplexVector<V>]);
 
     /// Entry `i` of the steering vector `a = 1` in the solver's coordinates.
     fn steering(i: usize, subarray: usize) -> f32;
 
+    /// One entry of the steering vector and of the data as entries of rows below the matrix.
+    fn right_sides(steering: V, data: ComplexVector<V>) -> Column<Self::Scalar>;
+
+    /// From one column of those rows after factorisation, with `y = G⁻¹a` and `t = G⁻¹s`: `|y|²`
+    /// and `y*·t`.
+    fn whitened(rows: &Column<Self::Scalar>) -> (V, ComplexVector<V>);
+
     /// What `wᴴs` must be divided by, for `P` subarrays, to be `z` of Eq. 4.
     fn gain(subarrays: usize) -> f32;
 
-    /// Weights in the solver's coordinates → weights of the subarray's elements (Eq. 1, 7).
-    fn weights<const L: usize>(v: &mut [ComplexLanes<W>; L], subarray: usize);
+    /// Weights in the solver's coordinates → weights of the subarray's elements (Eq. 1, 7), with
+    /// `scratch` of the same length.
+    fn weights(v: &mut [ComplexVector<V>], scratch: &mut [ComplexVector<V>]);
 }
 
 /// `R` of Eq. 2 as it is: complex Hermitian.
+///
+/// Kept: every entry on and below the diagonal, place by place, with the lags ascending.
 #[derive(Clone, Copy, Debug)]
 pub struct Forward;
 
 /// `R_FB` of Eq. 3: solved as a real symmetric matrix.
 ///
-/// Order, for pairs `(i, i')` and `(j, j')` with `j ≤ i`, from the lower triangle's `a = R[i][j]`,
-/// `b = R[j'][i]`, `c = R[i'][j]`, `d = R[j'][i']`: sums with sums `(a+b) + (c+d)`, differences with
-/// differences `(a−b) + (d−c)`, both real parts; difference `i` with sum `j` `(a−b) + (d−c)`,
-/// difference `j` with sum `i` `−((a+b) + (c+d))`, both imaginary parts. With the middle element,
-/// `a = R[c][j]` and `b = R[j'][c]`: `√2·(a+b)`, for differences of the imaginary parts, negated.
+/// Kept: `f(lag, place)`, an entry of the forward sums plus its mirror image along the diagonal,
+/// `r(lag, place) + r(lag, L−1−lag−place)`, for `2·place ≤ L−1−lag`; place by place, with the lags
+/// ascending.
+///
+/// Order, for pairs `j ≤ i`, with `f = f(i−j, j)` and `g = f(L−1−i−j, j)`: sum `i` with sum `j`
+/// `f + g`, difference with difference `f − g`, both real parts; difference `i` with sum `j`
+/// `f − g`, sum `i` with difference `j` `−(f + g)`, both imaginary parts. The middle element counts
+/// as a sum, multiplied by `1/√2`; its own power is `f(0, c)`. Then all are multiplied by the
+/// loading's factor.
 #[derive(Clone, Copy, Debug)]
 pub struct ForwardBackward;
 
-impl<const W: usize> Basis<W> for Forward {
-    type Scalar = ComplexLanes<W>;
+impl Forward {
+    /// Rows of `L` complex numbers that a workspace needs for subarrays of `subarray` and a window
+    /// of `2·temporal + 1` samples.
+    pub const fn window_rows(subarray: usize, temporal: usize) -> usize {
+        rows(Self::kept(subarray), subarray, temporal)
+    }
 
-    #[inline]
-    fn matrix<const L: usize>(
-        r: &[[ComplexLanes<W>; L]; L],
+    const fn kept(subarray: usize) -> usize {
+        subarray * (subarray + 1) / 2
+    }
+
+    #[inline(always)]
+    fn index(subarray: usize, lag: usize, place: usize) -> usize {
+        // Σ (L − t) for t < place.
+        place * (2 * subarray + 1 - place) / 2 + lag
+    }
+}
+
+impl ForwardBackward {
+    /// Rows of `L` complex numbers that a workspace needs for subarrays of `subarray` and a window
+    /// of `2·temporal + 1` samples.
+    pub const fn window_rows(subarray: usize, temporal: usize) -> usize {
+        rows(Self::kept(subarray), subarray, temporal)
+    }
+
+    const fn kept(subarray: usize) -> usize {
+        let places = subarray.div_ceil(2);
+        places * (subarray - places + 1)
+    }
+
+    #[inline(always)]
+    fn index(subarray: usize, lag: usize, place: usize) -> usize {
+        // Σ (L − 2t) for t < place.
+        place * (subarray + 1 - place) + lag
+    }
+
+    /// Pair `i` with pair `j ≤ i`: sum-sum, difference-sum, sum-difference, difference-difference.
+    #[inline(always)]
+    fn pairs<V: Vector>(
+        lag: &impl Fn(usize) -> ComplexVector<V>,
         subarray: usize,
-        t: &mut [[ComplexLanes<W>; L]; L],
+        i: usize,
+        j: usize,
+        factor: V,
+    ) -> [V; 4] {
+        let f = lag(Self::index(subarray, i - j, j));
+        let g = lag(Self::index(subarray, subarray - 1 - i - j, j));
+        [
+            (f.re + g.re) * factor,
+            (f.im - g.im) * factor,
+            -(f.im + g.im) * factor,
+            (f.re - g.re) * factor,
+        ]
+    }
+}
+
+/// The rows for a ring of `temporal + 1` subarray sums and for the window's sets of `kept` numbers.
+const fn rows(kept: usize, subarray: usize, temporal: usize) -> usize {
+    temporal + 1 + (super::time_window::sets(temporal) * kept).div_ceil(subarray)
+}
+
+impl<V: Vector> Basis<V> for Forward {
+    type Scalar = ComplexVector<V>;
+
+    #[inline(always)]
+    fn lag_count(subarray: usize) -> usize {
+        Self::kept(subarray)
+    }
+
+    #[inline(always)]
+    fn put(
+        lags: &mut [ComplexVector<V>],
+        subarray: usize,
+        lag: usize,
+        place: usize,
+        r: ComplexVector<V>,
     ) {
-        for i in 0..subarray {
-            t[i][..=i].copy_from_slice(&r[i][..=i]);
+        lags[Self::index(subarray, lag, place)] = r;
+    }
+
+    #[inline(always)]
+    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subarray: usize) -> V {
+        let mut trace = lag(0).re.zero();
+        for place in 0..subarray {
+            trace = trace + lag(Self::index(subarray, 0, place)).re;
+        }
+        trace
+    }
+
+    #[inline(always)]
+    fn matrix(
+        lag: impl Fn(usize) -> ComplexVector<V>,
+        subarray: usize,
+        loading: &Loading<V>,
+        matrix: &mut [Column<ComplexVector<V>>],
+    ) {
+        let zero = ComplexVector::from_real(loading.factor.zero());
+        for block in 0..subarray.div_ceil(TILE) {
+            let columns = &mut matrix[panel(block)..panel(block + 1)];
+            for (k, column) in columns.iter_mut().enumerate() {
+                for (r, entry) in column.iter_mut().enumerate() {
+                    let i = TILE * block + r;
+                    *entry = if i >= subarray || k >= subarray {
+                        zero
+                    } else if i >= k {
+                        lag(Self::index(subarray, i - k, k)).scale(loading.factor)
+                    } else {
+                        lag(Self::index(subarray, k - i, i))
+                            .scale(loading.factor)
+                            .conj()
+                    };
+                    if i == k {
+                        // The rows that fill up the last tile are those of the identity.
+                        let diagonal = if i < subarray {
+                            entry.re + loading.added
+                        } else {
+                            entry.re.splat(1.0)
+                        };
+                        *entry = ComplexVector::from_real(diagonal);
+                    }
+                }
+            }
         }
     }
 
-    #[inline]
-    fn data<const L: usize>(_: &mut [ComplexLanes<W>; L], _: usize) {}
+    #[inline(always)]
+    fn data(s: &[ComplexVector<V>], data: &mut [ComplexVector<V>]) {
+        data.copy_from_slice(s);
+    }
 
-    #[inline]
+    #[inline(always)]
     fn steering(_: usize, _: usize) -> f32 {
         1.0
     }
 
-    #[inline]
+    #[inline(always)]
+    fn right_sides(steering: V, data: ComplexVector<V>) -> Column<ComplexVector<V>> {
+        let zero = data.zero();
+        [
+            ComplexVector::from_real(steering),
+            Scalar::conj(data),
+            zero,
+            zero,
+        ]
+    }
+
+    #[inline(always)]
+    fn whitened(rows: &Column<ComplexVector<V>>) -> (V, ComplexVector<V>) {
+        // The rows hold y* and t*.
+        let [y, t, ..] = *rows;
+        (y.norm_sqr(), y.mul_conj(t))
+    }
+
+    #[inline(always)]
     fn gain(subarrays: usize) -> f32 {
         subarrays as f32
     }
 
-    #[inline]
-    fn weights<const L: usize>(_: &mut [ComplexLanes<W>; L], _: usize) {}
+    #[inline(always)]
+    fn weights(_: &mut [ComplexVector<V>], _: &mut [ComplexVector<V>]) {}
 }
 
-impl<const W: usize> Basis<W> for ForwardBackward {
-    type Scalar = Lanes<W>;
+impl<V: Vector> Basis<V> for ForwardBackward {
+    type Scalar = V;
 
-    #[inline]
-    fn matrix<const L: usize>(
-        r: &[[ComplexLanes<W>; L]; L],
+    #[inline(always)]
+    fn lag_count(subarray: usize) -> usize {
+        Self::kept(subarray)
+    }
+
+    #[inline(always)]
+    fn put(
+        lags: &mut [ComplexVector<V>],
         subarray: usize,
-        t: &mut [[Lanes<W>; L]; L],
+        lag: usize,
+        place: usize,
+        r: ComplexVector<V>,
     ) {
-        let half = subarray / 2;
-        let last = subarray - 1;
-        // The differences start after the sums and, for an odd length, the middle element.
-        let differences = subarray - half;
-        for i in 0..half {
-            for j in 0..=i {
-                let a = r[i][j];
-                let b = r[last - j][i];
-                let c = r[last - i][j];
-                let d = r[last - j][last - i];
-                t[i][j] = (a.re + b.re) + (c.re + d.re);
-                t[differences + i][differences + j] = (a.re - b.re) + (d.re - c.re);
-                t[differences + i][j] = (a.im - b.im) + (d.im - c.im);
-                if j < i {
-                    t[differences + j][i] = -((a.im + b.im) + (c.im + d.im));
-                }
-            }
-        }
-        if differences > half {
-            let root = Lanes::splat(SQRT_2);
-            let middle = half;
-            for j in 0..half {
-                t[middle][j] = root * (r[middle][j].re + r[last - j][middle].re);
-                t[differences + j][middle] = -(root * (r[middle][j].im + r[last - j][middle].im));
-            }
-            let centre = r[middle][middle].re;
-            t[middle][middle] = centre + centre;
+        let mirror = subarray - 1 - lag - place;
+        if place < mirror {
+            lags[Self::index(subarray, lag, place)] = r;
+        } else if place == mirror {
+            lags[Self::index(subarray, lag, place)] = r + r;
+        } else {
+            let index = Self::index(subarray, lag, mirror);
+            lags[index] = lags[index] + r;
         }
     }
 
-    #[inline]
-    fn data<const L: usize>(s: &mut [ComplexLanes<W>; L], subarray: usize) {
+    #[inline(always)]
+    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subarray: usize) -> V {
         let half = subarray / 2;
-        let differences = subarray - half;
-        // The upper half is mirrored first, so that each pair can be replaced by its sum and
-        // difference in place.
-        s[differences..subarray].reverse();
-        for i in 0..half {
-            let (low, high) = (s[i], s[differences + i]);
-            s[i] = low + high;
-            let difference = low - high;
-            s[differences + i] = ComplexLanes {
+        let mut trace = lag(0).re.zero();
+        for place in 0..half {
+            trace = trace + lag(Self::index(subarray, 0, place)).re;
+        }
+        trace = trace + trace;
+        if subarray % 2 == 1 {
+            trace = trace + lag(Self::index(subarray, 0, half)).re;
+        }
+        trace
+    }
+
+    #[inline(always)]
+    fn matrix(
+        lag: impl Fn(usize) -> ComplexVector<V>,
+        subarray: usize,
+        loading: &Loading<V>,
+        matrix: &mut [Column<V>],
+    ) {
+        const PAIRS: usize = TILE / 2;
+        let factor = loading.factor;
+        let (zero, root) = (factor.zero(), factor.splat(FRAC_1_SQRT_2));
+        // The middle element of an odd number counts as the sum of a pair.
+        let (half, pairs) = (subarray / 2, subarray.div_ceil(2));
+        for block in 0..subarray.div_ceil(TILE) {
+            let columns = &mut matrix[panel(block)..panel(block + 1)];
+            let (columns, _) = columns.as_chunks_mut::<2>();
+            for (j, [sum, difference]) in columns.iter_mut().enumerate() {
+                for h in 0..PAIRS {
+                    let i = PAIRS * block + h;
+                    let mut entries = if i < pairs && j <= i {
+                        Self::pairs(&lag, subarray, i, j, factor)
+                    } else if j < pairs && i < j {
+                        let [ss, ds, sd, dd] = Self::pairs(&lag, subarray, j, i, factor);
+                        [ss, sd, ds, dd]
+                    } else {
+                        [zero; 4]
+                    };
+                    if half < pairs && (i == half || j == half) {
+                        entries = if i == j {
+                            let power = lag(Self::index(subarray, 0, half)).re * factor;
+                            [power, zero, zero, zero]
+                        } else {
+                            // A middle element has no difference.
+                            let [ss, ds, sd, _] = entries.map(
+                                #[inline(always)]
+                                |x| x * root,
+                            );
+                            if i == half {
+                                [ss, zero, sd, zero]
+                            } else {
+                                [ss, ds, zero, zero]
+                            }
+                        };
+                    }
+                    if i == j {
+                        // The rows that fill up the last tile are those of the identity.
+                        let one = factor.splat(1.0);
+                        entries[0] = if i < pairs {
+                            entries[0] + loading.added
+                        } else {
+                            one
+                        };
+                        entries[3] = if i < half {
+                            entries[3] + loading.added
+                        } else {
+                            one
+                        };
+                    }
+                    [
+                        sum[2 * h],
+                        sum[2 * h + 1],
+                        difference[2 * h],
+                        difference[2 * h + 1],
+                    ] = entries;
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn data(s: &[ComplexVector<V>], data: &mut [ComplexVector<V>]) {
+        let last = s.len() - 1;
+        for i in 0..s.len() / 2 {
+            let difference = s[i] - s[last - i];
+            data[2 * i] = s[i] + s[last - i];
+            data[2 * i + 1] = ComplexVector {
                 re: difference.im,
                 im: -difference.re,
             };
         }
-        if differences > half {
-            let root = Lanes::splat(SQRT_2);
-            s[half] = s[half].scale(root);
+        if s.len() % 2 == 1 {
+            data[last] = s[last / 2].scale(s[0].re.splat(SQRT_2));
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn steering(i: usize, subarray: usize) -> f32 {
-        let half = subarray / 2;
-        if i < half {
-            1.0
-        } else if i < subarray - half {
+        if i + 1 == subarray && subarray % 2 == 1 {
             FRAC_1_SQRT_2
+        } else if i % 2 == 0 {
+            1.0
         } else {
             0.0
         }
     }
 
-    #[inline]
+    #[inline(always)]
+    fn right_sides(steering: V, data: ComplexVector<V>) -> Column<V> {
+        [steering, data.re, data.im, steering.zero()]
+    }
+
+    #[inline(always)]
+    fn whitened(rows: &Column<V>) -> (V, ComplexVector<V>) {
+        let [y, re, im, _] = *rows;
+        let product = ComplexVector {
+            re: y * re,
+            im: y * im,
+        };
+        (y * y, product)
+    }
+
+    #[inline(always)]
     fn gain(subarrays: usize) -> f32 {
         2.0 * subarrays as f32
     }
 
-    #[inline]
-    fn weights<const L: usize>(v: &mut [ComplexLanes<W>; L], subarray: usize) {
-        let half = subarray / 2;
-        let differences = subarray - half;
-        let one_half = Lanes::splat(0.5);
-        for i in 0..half {
-            let (sum, difference) = (v[i], v[differences + i]);
-            let turned = ComplexLanes {
+    #[inline(always)]
+    fn weights(v: &mut [ComplexVector<V>], scratch: &mut [ComplexVector<V>]) {
+        let length = v.len();
+        let one_half = v[0].re.splat(0.5);
+        for i in 0..length / 2 {
+            let (sum, difference) = (v[2 * i], v[2 * i + 1]);
+            let turned = ComplexVector {
                 re: -difference.im,
                 im: difference.re,
             };
-            v[i] = (sum + turned).scale(one_half);
-            v[differences + i] = (sum - turned).scale(one_half);
+            scratch[i] = (sum + turned).scale(one_half);
+            scratch[length - 1 - i] = (sum - turned).scale(one_half);
         }
-        if differences > half {
-            v[half] = v[half].scale(Lanes::splat(FRAC_1_SQRT_2));
+        if length % 2 == 1 {
+            scratch[length / 2] = v[length - 1].scale(one_half.splat(FRAC_1_SQRT_2));
         }
-        v[differences..subarray].reverse();
+        v.copy_from_slice(&scratch[..length]);
     }
 }

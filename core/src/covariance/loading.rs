@@ -1,42 +1,41 @@
 //! Diagonal loading, and the scale at which the solvers work.
 
-use crate::lanes::{Lanes, Scalar};
+use crate::vector::Vector;
 
 /// Below this share of the line's largest power a sample counts as zero: 300 dB.
 const NOTHING: f32 = f32::from_bits((127 - 100) << 23); // 2^-100
 
-/// Scales the lower triangle of `a` by a power of two so that its trace lies in `[1, 2)`, then
-/// adds `Δ/L·tr` to the diagonal. Weights do not depend on the scale.
-///
-/// Returns the lanes whose trace is zero (or below `2⁻¹⁰⁰`); their matrix becomes the identity, so
-/// that the solvers stay finite, and their output is to be zero.
-#[inline]
-pub fn load<S: Scalar<W>, const L: usize, const W: usize>(
-    a: &mut [[S; L]; L],
-    subarray: usize,
-    loading: f32,
-) -> [bool; W] {
-    let mut trace = Lanes::ZERO;
-    for i in 0..subarray {
-        trace += a[i][i].real();
-    }
-    let silent: [bool; W] = core::array::from_fn(|k| trace.0[k] < NOTHING);
-    // 2^-e for a trace in [2^e, 2^(e+1)); exact, and exact to multiply with.
-    let factor = Lanes(core::array::from_fn(|k| {
-        let exponent = (trace.0[k].to_bits() >> 23) & 0xff;
-        if silent[k] || exponent > 253 {
-            0.0
-        } else {
-            f32::from_bits((254 - exponent) << 23)
+/// What turns a covariance of some trace into the solvers' matrix: each entry times `factor`, and
+/// `added` to the diagonal. Weights do not depend on the scale.
+#[derive(Clone, Copy, Debug)]
+pub struct Loading<V: Vector> {
+    /// The power of two that brings the trace into `[1, 2)`; exact, and exact to multiply with.
+    pub factor: V,
+    /// `Δ/L·tr` at that scale.
+    pub added: V,
+    /// The lanes whose trace is zero (or below `2⁻¹⁰⁰`): their matrix becomes the identity, so that
+    /// the solvers stay finite, and their output is to be zero.
+    pub silent: V::Mask,
+}
+
+impl<V: Vector> Loading<V> {
+    /// For a matrix of `subarray` rows and the loading `Δ`.
+    #[inline(always)]
+    pub fn new(trace: V, subarray: usize, loading: f32) -> Self {
+        let silent = trace.less(trace.splat(NOTHING));
+        let mut factor = trace.zero();
+        for (factor, trace) in factor.lanes_mut().iter_mut().zip(trace.lanes()) {
+            // 2^-e for a trace in [2^e, 2^(e+1)).
+            let exponent = (trace.to_bits() >> 23) & 0xff;
+            if *trace >= NOTHING && exponent <= 253 {
+                *factor = f32::from_bits((254 - exponent) << 23);
+            }
         }
-    }));
-    let added = Lanes::splat(loading / subarray as f32) * (trace * factor);
-    let added = Lanes::select(silent, Lanes::splat(1.0), added);
-    for i in 0..subarray {
-        for j in 0..i {
-            a[i][j] = a[i][j].scale(factor);
+        let added = trace.splat(loading / subarray as f32) * (trace * factor);
+        Loading {
+            factor,
+            added: V::select(silent, trace.splat(1.0), added),
+            silent,
         }
-        a[i][i] = S::from_real(a[i][i].real() * factor + added);
     }
-    silent
 }

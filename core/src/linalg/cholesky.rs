@@ -1,92 +1,135 @@
-//! Cholesky factorisation `A = G·Gᴴ` and the two triangular solves.
+//! Cholesky factorisation `A = G·Gᴴ`, and the rows below it that the factor divides.
 
 use super::FLOOR;
-use crate::lanes::{Lanes, Scalar};
+use super::panels::{Column, TILE, panel};
+use crate::vector::{Scalar, Vector};
 
-/// Factorises the leading `n × n` block of `a`.
-///
-/// The lower triangle of `a` is read and kept; `G` (without its diagonal) is written, transposed,
-/// into the strict upper triangle: `a[k][i] = G(i, k)`. `inverse[k] = 1/G(k, k)`.
+/// Factorises the matrix of `panels` panels `a` into `g`, and turns `rows`, which stand below `a`,
+/// into `rows·G⁻ᴴ`: a row `b*` becomes `(G⁻¹b)*`.
 ///
 /// Order: entry `(i, j)` is `A(i,j) − Σ_k G(i,k)·G(j,k)*`, one subtraction after another with `k`
-/// ascending, then times `inverse[j]`; the pivot is `A(j,j) − Σ_k |G(j,k)|²` likewise, its root and
-/// then its reciprocal taken.
+/// ascending, then times `1/G(j,j)`; the pivot is `A(j,j) − Σ_k |G(j,k)|²` likewise, its root and
+/// then its reciprocal taken. The rows below follow the same rule. The diagonal of `g` is `1/G(j,j)`.
+///
+/// Tile by tile: a tile of 4×4 entries stays in registers while `k` runs over all the panels'
+/// columns before it, so that each product costs two operations and half a load.
 ///
 /// Returns the lanes in which the matrix is positive definite: no pivot is below the rounding error
 /// of the trace. From there on the others' pivots count as just that, but what follows is made of
 /// rounding errors, which can grow beyond f32; their caller takes the eigensolver.
 ///
-/// Cost: `n³/3` flops real, `4n³/3` complex, `n` roots and divisions. No memory of its own.
-#[inline]
-pub fn factorise<S: Scalar<W>, const L: usize, const W: usize>(
-    a: &mut [[S; L]; L],
-    n: usize,
-    inverse: &mut [Lanes<W>; L],
-) -> [bool; W] {
-    let mut definite = [true; W];
-    for j in 0..n {
-        let mut pivot = a[j][j].real();
-        for k in 0..j {
-            pivot -= a[k][j].norm_sqr();
-        }
-        for k in 0..W {
-            definite[k] &= pivot.0[k] > FLOOR;
-            if !definite[k] {
-                pivot.0[k] = FLOOR;
+/// Cost: `n³/3` flops real, `4n³/3` complex, `n` roots and divisions; `4n²` (`16n²`) for the rows.
+#[inline(always)]
+pub fn factorise<S: Scalar<V>, V: Vector>(
+    a: &[Column<S>],
+    g: &mut [Column<S>],
+    rows: &mut [Column<S>],
+    panels: usize,
+) -> V::Mask {
+    let zero = a[0][0].real().zero();
+    let mut definite = zero.mask(
+        #[inline(always)]
+        |_| true,
+    );
+    for j in 0..panels {
+        let (before, after) = g[..panel(panels)].split_at_mut(panel(j + 1));
+        let (done, tile) = before[panel(j)..].split_at_mut(TILE * j);
+        let mut sums = tile_of(&a[panel(j)..], j);
+        subtract_products(&mut sums, done, done);
+        for k in 0..TILE {
+            let pivot = sums[k][k].real();
+            definite = definite & zero.splat(FLOOR).less(pivot);
+            let pivot = V::select(definite, pivot, zero.splat(FLOOR));
+            let inverse = zero.splat(1.0) / pivot.sqrt();
+            sums[k][k] = S::from_real(inverse);
+            for r in k + 1..TILE {
+                sums[k][r] = sums[k][r].scale(inverse);
+            }
+            for c in k + 1..TILE {
+                for r in c..TILE {
+                    sums[c][r] = sums[c][r] - sums[k][r].mul_conj(sums[k][c]);
+                }
             }
         }
-        inverse[j] = Lanes::splat(1.0) / pivot.sqrt();
-        for i in j + 1..n {
-            a[j][i] = a[i][j];
+        tile.copy_from_slice(&sums);
+        let tile = &sums;
+        for i in j + 1..panels {
+            let row = &mut after[panel(i) - panel(j + 1)..];
+            let (row, rest) = row.split_at_mut(TILE * j);
+            let mut sums = tile_of(&a[panel(i)..], j);
+            subtract_products(&mut sums, row, done);
+            divide(&mut sums, tile);
+            rest[..TILE].copy_from_slice(&sums);
         }
-        // Column by column of G, so that the inner loop runs along memory; each entry still sees
-        // its subtractions with k ascending.
-        let (above, row) = a.split_at_mut(j);
-        let row = &mut row[0];
-        for factor in above.iter() {
-            let pivot_entry = factor[j];
-            for i in j + 1..n {
-                row[i] = row[i] - factor[i].mul_conj(pivot_entry);
-            }
-        }
-        for i in j + 1..n {
-            row[i] = row[i].scale(inverse[j]);
-        }
+        let (row, rest) = rows.split_at_mut(TILE * j);
+        let mut sums = tile_of(rest, 0);
+        subtract_products(&mut sums, row, done);
+        divide(&mut sums, tile);
+        rest[..TILE].copy_from_slice(&sums);
     }
     definite
 }
 
-/// Solves `G·x = b` in place: `x_i = (b_i − Σ_k G(i,k)·x_k)·inverse[i]`, `k` ascending.
-#[inline]
-pub fn solve_lower<S: Scalar<W>, const L: usize, const W: usize>(
-    a: &[[S; L]; L],
-    n: usize,
-    inverse: &[Lanes<W>; L],
-    b: &mut [S; L],
+/// Tile `j` of a panel.
+#[inline(always)]
+fn tile_of<S: Copy>(panel: &[Column<S>], j: usize) -> [Column<S>; TILE] {
+    let columns = &panel[TILE * j..TILE * j + TILE];
+    [columns[0], columns[1], columns[2], columns[3]]
+}
+
+/// `sums[c][r] −= Σ_k row[k][r]·column[k][c]*`, `k` ascending: as many columns at a time as leave
+/// registers free for the factors.
+#[inline(always)]
+fn subtract_products<S: Scalar<V>, V: Vector>(
+    sums: &mut [Column<S>; TILE],
+    row: &[Column<S>],
+    column: &[Column<S>],
 ) {
-    for k in 0..n {
-        let x = b[k].scale(inverse[k]);
-        b[k] = x;
-        for i in k + 1..n {
-            b[i] = b[i] - a[k][i].mul(x);
+    match V::REGISTERS / (2 * TILE * S::PARTS) {
+        4.. => subtract_columns::<S, V, 4>(sums, 0, row, column),
+        2..4 => {
+            subtract_columns::<S, V, 2>(sums, 0, row, column);
+            subtract_columns::<S, V, 2>(sums, 2, row, column);
+        }
+        _ => {
+            for c in 0..TILE {
+                subtract_columns::<S, V, 1>(sums, c, row, column);
+            }
         }
     }
 }
 
-/// Solves `Gᴴ·x = b` in place: `x_i = (b_i − Σ_k x_k·G(k,i)*)·inverse[i]`, `k` ascending from
-/// `i + 1`.
-#[inline]
-pub fn solve_upper<S: Scalar<W>, const L: usize, const W: usize>(
-    a: &[[S; L]; L],
-    n: usize,
-    inverse: &[Lanes<W>; L],
-    b: &mut [S; L],
+#[inline(always)]
+fn subtract_columns<S: Scalar<V>, V: Vector, const C: usize>(
+    sums: &mut [Column<S>; TILE],
+    first: usize,
+    row: &[Column<S>],
+    column: &[Column<S>],
 ) {
-    for i in (0..n).rev() {
-        let mut x = b[i];
-        for k in i + 1..n {
-            x = x - b[k].mul_conj(a[i][k]);
+    let mut kept = [sums[first]; C];
+    kept.copy_from_slice(&sums[first..first + C]);
+    for (row, column) in row.iter().zip(column) {
+        for c in 0..C {
+            let factor = column[first + c];
+            for r in 0..TILE {
+                kept[c][r] = kept[c][r] - row[r].mul_conj(factor);
+            }
         }
-        b[i] = x.scale(inverse[i]);
+    }
+    sums[first..first + C].copy_from_slice(&kept);
+}
+
+/// The rest of the sums over the diagonal tile's own columns, and the division by its diagonal.
+#[inline(always)]
+fn divide<S: Scalar<V>, V: Vector>(sums: &mut [Column<S>; TILE], tile: &[Column<S>; TILE]) {
+    for c in 0..TILE {
+        for k in 0..c {
+            for r in 0..TILE {
+                sums[c][r] = sums[c][r] - sums[k][r].mul_conj(tile[k][c]);
+            }
+        }
+        for r in 0..TILE {
+            sums[c][r] = sums[c][r].scale(tile[c][c].real());
+        }
     }
 }

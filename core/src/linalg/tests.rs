@@ -1,9 +1,10 @@
 //! The core's solvers on matrices whose eigenvalues are known.
 
-use super::cholesky::{factorise, solve_lower, solve_upper};
-use super::eigen::{EigenScratch, eigen};
-use super::power_iteration::power_iteration;
-use crate::lanes::{ComplexLanes, Lanes, Scalar};
+use super::cholesky::factorise;
+use super::eigen::{EigenScratch, eigen, unpack};
+use super::lanczos::{STEP_LIMIT, TOLERANCE, Tridiagonal, lanczos};
+use super::panels::{Column, TILE, panel};
+use crate::vector::{ComplexVector, Scalar};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
@@ -19,32 +20,33 @@ const N: usize = 16;
 const EIGENVALUE: f64 = 3e-6;
 /// EᴴE − 1 of as many reflections and rotations.
 const ORTHONORMAL: f64 = 3e-6;
-/// The documented tolerance of the power iteration, 4e-6, and the rounding of its last product,
-/// 16 terms of 6e-8.
-const POWER_ITERATION: f64 = 5e-6;
+/// The documented residual of the Lanczos iteration, and the rounding of a product, 16 terms of 6e-8.
+const LANCZOS: f64 = TOLERANCE as f64 + 1e-6;
 /// A matrix of 16 rows rounded to f32: its norm changes by at most 16·6e-8 of itself.
 const ROUNDED_MATRIX: f64 = 1e-6;
-/// Backward error of a Cholesky solution: 3·16 roundings of 6e-8 at most.
+/// Backward error of a Cholesky factor and of what it divides: 3·16 roundings of 6e-8 at most.
 const CHOLESKY: f64 = 3e-6;
+/// The condition of the matrices that it is tried on, that of Δ = 5 % and L = 50.
+const CONDITION: f64 = 1000.0;
 
 type Matrix = DMatrix<Complex<f64>>;
 
 /// A number of the solvers, from a complex one.
-trait Entry: Scalar<1> {
+trait Entry: Scalar<f32> {
     fn entry(value: Complex<f64>) -> Self;
 }
 
-impl Entry for Lanes<1> {
+impl Entry for f32 {
     fn entry(value: Complex<f64>) -> Self {
-        Lanes([value.re as f32])
+        value.re as f32
     }
 }
 
-impl Entry for ComplexLanes<1> {
+impl Entry for ComplexVector<f32> {
     fn entry(value: Complex<f64>) -> Self {
-        ComplexLanes {
-            re: Lanes([value.re as f32]),
-            im: Lanes([value.im as f32]),
+        ComplexVector {
+            re: value.re as f32,
+            im: value.im as f32,
         }
     }
 }
@@ -82,17 +84,27 @@ fn with_eigenvalues(values: &[f64], unitary: &Matrix) -> Matrix {
     unitary * Matrix::from_diagonal(&diagonal) * unitary.adjoint()
 }
 
-/// The lower triangle.
-fn lower<S: Entry>(a: &Matrix) -> [[S; N]; N] {
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            if j <= i && i < a.nrows() {
-                S::entry(a[(i, j)])
-            } else {
-                S::ZERO
-            }
-        })
-    })
+/// The matrix in panels; rows of the identity fill up the last.
+fn panels<S: Entry>(a: &Matrix) -> Vec<Column<S>> {
+    let count = a.nrows().div_ceil(TILE);
+    let mut columns = Vec::new();
+    for index in 0..count {
+        assert_eq!(columns.len(), panel(index));
+        for k in 0..TILE * (index + 1) {
+            columns.push(std::array::from_fn(|r| {
+                let i = TILE * index + r;
+                let value = if i < a.nrows() && k < a.nrows() {
+                    a[(i, k)]
+                } else if i == k {
+                    Complex::ONE
+                } else {
+                    Complex::ZERO
+                };
+                S::entry(value)
+            }));
+        }
+    }
+    columns
 }
 
 fn wide<S: Entry>(value: S) -> Complex<f64> {
@@ -126,17 +138,26 @@ fn assert_eigen<S: Entry>(real: bool) {
         for (kind, values) in spectra(n).into_iter().enumerate() {
             let u = unitary(&random_direction(n, 1), 10 + n as u64, real);
             let a = with_eigenvalues(&values, &u);
-            let mut computed = [Lanes::ZERO; N];
-            let mut rows = [[ComplexLanes::<1>::ZERO; N]; N];
+            let mut computed = [0.0_f32; N];
+            let mut rows = [[ComplexVector::from_real(0.0_f32); N]; N];
             for (i, row) in rows.iter_mut().enumerate() {
-                row[i].set_lane(0, Complex::ONE);
+                row[i].re = 1.0;
             }
-            let mut scratch = EigenScratch::new(S::ZERO);
-            let mut matrix = lower::<S>(&a);
-            eigen(&mut matrix, n, &mut scratch, &mut computed, &mut rows[..n]);
+            let mut scratch = EigenScratch::<S, f32, N>::new(S::from_real(0.0), 0.0);
+            let mut matrix = vec![S::from_real(0.0); n * n];
+            unpack(&panels::<S>(&a), n, &mut matrix);
+            let vectors = rows[..n].as_flattened_mut();
+            eigen(
+                &mut matrix,
+                n,
+                &mut scratch.slices(),
+                &mut computed,
+                vectors,
+                N,
+            );
             let name = format!("n = {n}, spectrum {kind}");
 
-            let found = DVector::from_fn(n, |k, _| f64::from(computed[k].0[0]));
+            let found = DVector::from_fn(n, |k, _| f64::from(computed[k]));
             let mut sorted: Vec<f64> = found.iter().copied().collect();
             sorted.sort_by(|a, b| b.total_cmp(a));
             for (found, value) in sorted.iter().zip(&values) {
@@ -164,25 +185,28 @@ fn assert_eigen<S: Entry>(real: bool) {
 
 #[test]
 fn eigenvalues_and_vectors_of_real_matrices() {
-    assert_eigen::<Lanes<1>>(true);
+    assert_eigen::<f32>(true);
 }
 
 #[test]
 fn eigenvalues_and_vectors_of_complex_matrices() {
-    assert_eigen::<ComplexLanes<1>>(false);
+    assert_eigen::<ComplexVector<f32>>(false);
 }
 
 /// How far the iteration's vector is from e₁ (but for phase), where it says that it has arrived.
 fn distance_to_first<S: Entry>(a: &Matrix, e1: &DVector<Complex<f64>>) -> Option<f64> {
     let n = a.nrows();
-    let (mut v, mut next) = ([S::ZERO; N], [S::ZERO; N]);
-    let (_, [done]) = power_iteration(&lower::<S>(a), n, &mut v, &mut next);
+    let mut v = vec![S::from_real(0.0); n.next_multiple_of(TILE)];
+    let mut basis = vec![S::from_real(0.0); STEP_LIMIT * v.len()];
+    let mut memory = [[0.0_f32; N]; 5];
+    let mut tridiagonal = Tridiagonal::new(&mut memory);
+    let (_, done) = lanczos(&panels::<S>(a), n, &mut basis, &mut v, &mut tridiagonal);
     let v = DVector::from_fn(n, |i, _| wide(v[i]));
     let parallel = e1.dotc(&v);
     done.then(|| (&v - e1 * parallel).norm())
 }
 
-fn assert_power_iteration<S: Entry>(real: bool) {
+fn assert_lanczos<S: Entry>(real: bool) {
     // The documented start, to which e₁ is made orthogonal in half of the cases: the iteration then
     // sees nothing of e₁ at first and lingers at e₂.
     let start = DVector::from_fn(N, |i, _| {
@@ -207,7 +231,7 @@ fn assert_power_iteration<S: Entry>(real: bool) {
                         assert!(distance.is_some(), "{name}: did not arrive");
                     }
                     // Rounding the matrix turns e₁ too, the more the nearer λ₂ is.
-                    let bound = POWER_ITERATION + ROUNDED_MATRIX / (1.0 - values[1]);
+                    let bound = (LANCZOS + ROUNDED_MATRIX) / (1.0 - values[1]);
                     if let Some(distance) = distance {
                         assert!(distance <= bound, "{name}: {distance:e} from e₁");
                     }
@@ -218,38 +242,88 @@ fn assert_power_iteration<S: Entry>(real: bool) {
 }
 
 #[test]
-fn power_iteration_arrives_or_says_that_it_did_not() {
-    assert_power_iteration::<Lanes<1>>(true);
-    assert_power_iteration::<ComplexLanes<1>>(false);
+fn lanczos_arrives_or_says_that_it_did_not() {
+    assert_lanczos::<f32>(true);
+    assert_lanczos::<ComplexVector<f32>>(false);
+}
+
+/// From few snapshots to many, whose eigenvalues lie close together.
+fn assert_random_covariances<S: Entry>(real: bool) {
+    for seed in 0..1000 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let x = Matrix::from_fn(N, (seed as usize % 8 + 1) * N, |_, _| {
+            let (re, im) = (centred(&mut random), centred(&mut random));
+            Complex::new(re, if real { 0.0 } else { im })
+        });
+        let a = &x * x.adjoint();
+        let a = &a / a.trace();
+        // What the solver sees.
+        let eigen = a.map(|z| wide(S::entry(z))).symmetric_eigen();
+        let e1 = eigen
+            .eigenvectors
+            .column(eigen.eigenvalues.imax())
+            .into_owned();
+        let mut values: Vec<f64> = eigen.eigenvalues.iter().copied().collect();
+        values.sort_by(|a, b| b.total_cmp(a));
+        let distance = distance_to_first::<S>(&a, &e1).expect("it arrives");
+        let bound = LANCZOS / (1.0 - values[1] / values[0]);
+        assert!(
+            distance <= bound,
+            "seed {seed}: {distance:e} from e₁, bound {bound:e}"
+        );
+    }
+}
+
+#[test]
+fn lanczos_finds_the_first_eigenvector_of_noise() {
+    assert_random_covariances::<f32>(true);
+    assert_random_covariances::<ComplexVector<f32>>(false);
 }
 
 fn assert_cholesky<S: Entry>(real: bool) {
     for n in [1, 2, 7, 16] {
         let u = unitary(&random_direction(n, 2), 60, real);
-        // A condition of 1000, that of Δ = 5 % and L = 50.
         let values: Vec<f64> = (0..n)
             .map(|k| 10.0_f64.powf(-3.0 * k as f64 / n as f64))
             .collect();
         let a = with_eigenvalues(&values, &u);
         let a = &a / a.trace();
-        let mut matrix = lower::<S>(&a);
-        let mut inverse = [Lanes::ZERO; N];
-        assert_eq!(factorise(&mut matrix, n, &mut inverse), [true]);
-        let mut x: [S; N] = std::array::from_fn(|_| S::entry(Complex::ONE));
-        solve_lower(&matrix, n, &inverse, &mut x);
-        solve_upper(&matrix, n, &inverse, &mut x);
-        let x = DVector::from_fn(n, |i, _| wide(x[i]));
-        let b = DVector::from_element(n, Complex::<f64>::ONE);
-        // Backward error: what is left over, of ‖A‖·‖x‖ with ‖A‖ ≤ tr A = 1.
-        let residual = (&a * &x - b).norm() / x.norm();
+        let (right, wanted) = (random_direction(n, 4), Complex::ONE);
+        let mut rows = vec![[S::from_real(0.0); TILE]; n.next_multiple_of(TILE)];
+        for (i, row) in rows.iter_mut().enumerate().take(n) {
+            row[0] = S::entry(wanted);
+            row[1] = S::entry(right[i]);
+        }
+        let panels = panels::<S>(&a);
+        let mut factor = panels.clone();
+        assert!(factorise(&panels, &mut factor, &mut rows, n.div_ceil(TILE)));
+        // The rows hold (G⁻¹b)*; G·(G⁻¹b) is b again, and (G⁻¹b)ᴴ(G⁻¹b) is bᴴA⁻¹b.
+        let whitened = DVector::from_fn(n, |i, _| wide(rows[i][0]).conj());
+        let other = DVector::from_fn(n, |i, _| wide(rows[i][1]).conj());
+        let ones = DVector::from_element(n, wanted);
+        let solution = a.clone().lu().solve(&ones).expect("a regular matrix");
+        let error = (whitened.dotc(&whitened) - ones.dotc(&solution)).norm();
+        assert!(
+            error <= CHOLESKY * CONDITION * ones.dotc(&solution).norm(),
+            "n = {n}: {error:e}"
+        );
+        let cross = (other.dotc(&whitened) - right.dotc(&solution)).norm();
+        let scale = right.norm() * solution.norm();
+        assert!(cross <= CHOLESKY * CONDITION * scale, "n = {n}: {cross:e}");
+        let g = Matrix::from_fn(n, n, |i, k| match i.cmp(&k) {
+            std::cmp::Ordering::Less => Complex::ZERO,
+            std::cmp::Ordering::Equal => 1.0 / wide(factor[panel(i / TILE) + k][i % TILE]),
+            std::cmp::Ordering::Greater => wide(factor[panel(i / TILE) + k][i % TILE]),
+        });
+        let residual = (&g * g.adjoint() - &a).norm();
         assert!(residual <= CHOLESKY, "n = {n}: {residual:e}");
     }
 }
 
 #[test]
 fn cholesky_solves() {
-    assert_cholesky::<Lanes<1>>(true);
-    assert_cholesky::<ComplexLanes<1>>(false);
+    assert_cholesky::<f32>(true);
+    assert_cholesky::<ComplexVector<f32>>(false);
 }
 
 #[test]
@@ -261,8 +335,9 @@ fn cholesky_tells_a_singular_matrix() {
         Matrix::from_element(4, 4, Complex::from(0.25)),
         Matrix::from_diagonal(&indefinite),
     ] {
-        let mut matrix = lower::<ComplexLanes<1>>(&a);
-        let mut inverse = [Lanes::ZERO; N];
-        assert_eq!(factorise(&mut matrix, 4, &mut inverse), [false]);
+        let panels = panels::<ComplexVector<f32>>(&a);
+        let mut factor = panels.clone();
+        let mut rows = [[ComplexVector::from_real(0.0); TILE]; 4];
+        assert!(!factorise(&panels, &mut factor, &mut rows, 1));
     }
 }

@@ -1,6 +1,6 @@
 //! A real symmetric tridiagonal matrix: implicit QL, one lane at a time.
 
-use crate::lanes::ComplexLanes;
+use crate::vector::{ComplexVector, Vector};
 
 /// QL steps allowed for one eigenvalue. Two or three are usual. At the limit the off-diagonal
 /// entry in the way is dropped: the result stays finite and orthonormal.
@@ -12,23 +12,24 @@ const NEGLIGIBLE: f32 = 1.0 / 16_777_216.0; // 2^-24
 /// Or below this, of a matrix with trace near 1: the squares of the rotations keep all their bits.
 const NOTHING: f32 = f32::from_bits((127 - 50) << 23); // 2^-50
 
-/// Eigenvalues of the tridiagonal matrix with diagonal `d[..n]` and off-diagonal `e[..n−1]`, left
-/// in `d` unordered; `e` is destroyed.
+/// Eigenvalues of the tridiagonal matrix with diagonal `d` and off-diagonal `e`, of which the last is
+/// not used, left in `d` unordered; `e` is destroyed.
 ///
-/// Each row of `rows` takes part as a row vector that the eigenvectors multiply from the right, in
-/// lane `lane` only: `rows[r] ← rows[r]·S` for `T = S·diag(d)·Sᵀ`.
+/// Each row of `rows`, which lie `stride` apart, takes part as a row vector that the eigenvectors
+/// multiply from the right, in lane `lane` only: `rows[r] ← rows[r]·S` for `T = S·diag(d)·Sᵀ`.
 ///
 /// Order of operations: the implicit QL step of EISPACK's `tql2` with a Wilkinson shift, with
 /// `√(f·f + g·g)` for the length of a pair.
 ///
 /// Cost: about `1.5·n²` rotations, each 2 divisions, a root and `6·rows` complex flops.
-pub(super) fn implicit_ql<const L: usize, const W: usize>(
-    d: &mut [f32; L],
-    e: &mut [f32; L],
-    n: usize,
-    rows: &mut [[ComplexLanes<W>; L]],
+pub(super) fn implicit_ql<V: Vector>(
+    d: &mut [f32],
+    e: &mut [f32],
+    rows: &mut [ComplexVector<V>],
+    stride: usize,
     lane: usize,
 ) {
+    let n = d.len();
     for first in 0..n {
         for _ in 0..STEP_LIMIT {
             let mut last = first;
@@ -43,23 +44,24 @@ pub(super) fn implicit_ql<const L: usize, const W: usize>(
             if last == first {
                 break;
             }
-            ql_step(d, e, first, last, rows, lane);
+            ql_step(d, e, first..last, rows, stride, lane);
         }
         e[first] = 0.0;
     }
 }
 
-/// One implicit QL step on the unreduced block `first..=last`.
-fn ql_step<const L: usize, const W: usize>(
-    d: &mut [f32; L],
-    e: &mut [f32; L],
-    first: usize,
-    last: usize,
-    rows: &mut [[ComplexLanes<W>; L]],
+/// One implicit QL step on the unreduced block from `block.start` to `block.end`, both in it.
+fn ql_step<V: Vector>(
+    d: &mut [f32],
+    e: &mut [f32],
+    block: core::ops::Range<usize>,
+    rows: &mut [ComplexVector<V>],
+    stride: usize,
     lane: usize,
 ) {
+    let (first, last) = (block.start, block.end);
     let half_gap = (d[first + 1] - d[first]) / (2.0 * e[first]);
-    let r = libm::sqrtf(half_gap * half_gap + 1.0);
+    let r = Vector::sqrt(half_gap * half_gap + 1.0);
     let shifted = if half_gap >= 0.0 {
         half_gap + r
     } else {
@@ -70,7 +72,7 @@ fn ql_step<const L: usize, const W: usize>(
     for i in (first..last).rev() {
         let f = s * e[i];
         let b = c * e[i];
-        let r = libm::sqrtf(f * f + g * g);
+        let r = Vector::sqrt(f * f + g * g);
         e[i + 1] = r;
         if r == 0.0 {
             // The block has split at i + 1: what is done so far stands, the next step goes on.
@@ -85,7 +87,7 @@ fn ql_step<const L: usize, const W: usize>(
         p = s * t;
         d[i + 1] = g + p;
         g = c * t - b;
-        for row in rows.iter_mut() {
+        for row in rows.chunks_exact_mut(stride) {
             let (left, right) = (row[i].lane(lane), row[i + 1].lane(lane));
             row[i + 1].set_lane(lane, left * s + right * c);
             row[i].set_lane(lane, left * c - right * s);

@@ -28,6 +28,12 @@ impl<S: Simd> Lanes<S> {
 
 impl<S: Simd> Vector for Lanes<S> {
     const LANES: usize = <S::f32s as SimdBase<S>>::LEN;
+    // AVX-512 and NEON have 32, the rest of x86-64 has 16.
+    const REGISTERS: usize = if Self::LANES == 16 || cfg!(target_arch = "aarch64") {
+        32
+    } else {
+        16
+    };
     type Mask = LanesMask<S>;
 
     #[inline(always)]

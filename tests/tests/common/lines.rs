@@ -8,8 +8,10 @@ use bonebeam::beamform::{
 };
 use bonebeam::channel::aperture::Active;
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::vector::Vector;
 use host_sim::beamform::Covariance;
 use host_sim::checks::beamform::plain_parameters;
+use host_sim::instruction_set::{InstructionSet, OverLanes};
 use host_sim::reference::f32 as f32_reference;
 use ndarray::Array2;
 use num_complex::Complex;
@@ -112,7 +114,7 @@ pub fn widen(z: Complex<f32>) -> Complex<f64> {
 /// Capacities of the tests' workspaces.
 const M: usize = 128;
 const L: usize = 64;
-const SLOTS: usize = 21;
+const ROWS: usize = Forward::window_rows(L, 10);
 
 /// The core, one line at a time.
 pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<Complex<f32>> {
@@ -122,9 +124,9 @@ pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<
     }
 }
 
-fn core_line<A: Averaging<1>>(line: &Line, parameters: Parameters) -> Vec<Complex<f32>> {
+fn core_line<A: Averaging<f32>>(line: &Line, parameters: Parameters) -> Vec<Complex<f32>> {
     with_room(|| {
-        let mut workspace = Box::new(Workspace::<A, M, L, SLOTS, 1>::new());
+        let mut workspace = Box::new(Workspace::<A, f32, M, L, ROWS>::over(0.0));
         let mut z = vec![Complex::ZERO; line.active.len()];
         Beamformer::new(parameters)
             .expect("valid parameters")
@@ -147,13 +149,13 @@ pub fn core_weights(
     }
 }
 
-fn sample_weights<A: Averaging<1>>(
+fn sample_weights<A: Averaging<f32>>(
     line: &Line,
     sample: usize,
     parameters: Parameters,
 ) -> Vec<Complex<f32>> {
     with_room(|| {
-        let mut workspace = Box::new(Workspace::<A, M, L, SLOTS, 1>::new());
+        let mut workspace = Box::new(Workspace::<A, f32, M, L, ROWS>::over(0.0));
         let mut weights = vec![Complex::ZERO; M];
         let active = line.active[sample];
         let count = Beamformer::new(parameters)
@@ -165,37 +167,52 @@ fn sample_weights<A: Averaging<1>>(
     })
 }
 
-/// The core, `W` lines at a time. The lines' apertures grow alike, but stand apart and may end at
-/// different samples.
-pub fn core_lanes<const W: usize>(
+/// The core, as many lines at a time as the instruction set has lanes. The lines' apertures grow
+/// alike, but stand apart and may end at different samples.
+pub fn core_lanes(
+    set: InstructionSet,
     lines: &[Line],
     parameters: Parameters,
     covariance: Covariance,
-) -> Vec<Vec<Complex<f32>>>
-where
-    Forward: Averaging<W>,
-    ForwardBackward: Averaging<W>,
-{
-    let groups = lines.chunks(W);
-    match covariance {
-        Covariance::Forward => groups
-            .flat_map(|lines| core_group::<Forward, W>(lines, parameters))
-            .collect(),
-        Covariance::ForwardBackward => groups
-            .flat_map(|lines| core_group::<ForwardBackward, W>(lines, parameters))
-            .collect(),
+) -> Vec<Vec<Complex<f32>>> {
+    set.dispatch(Lines {
+        lines,
+        parameters,
+        covariance,
+    })
+}
+
+struct Lines<'a> {
+    lines: &'a [Line],
+    parameters: Parameters,
+    covariance: Covariance,
+}
+
+impl OverLanes for Lines<'_> {
+    type Output = Vec<Vec<Complex<f32>>>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        let groups = self.lines.chunks(V::LANES);
+        match self.covariance {
+            Covariance::Forward => groups
+                .flat_map(|lines| core_group::<Forward, V>(zero, lines, self.parameters))
+                .collect(),
+            Covariance::ForwardBackward => groups
+                .flat_map(|lines| core_group::<ForwardBackward, V>(zero, lines, self.parameters))
+                .collect(),
+        }
     }
 }
 
-fn core_group<A: Averaging<W>, const W: usize>(
+fn core_group<A: Averaging<V>, V: Vector>(
+    zero: V,
     lines: &[Line],
     parameters: Parameters,
 ) -> Vec<Vec<Complex<f32>>> {
+    const ROWS: usize = Forward::window_rows(24, 4);
     with_room(|| {
         let beamformer = Beamformer::new(parameters).expect("valid parameters");
-        let mut workspace = Box::new(Workspace::<A, 48, 24, 9, W>::new());
-        // A lane without a line of its own repeats the first and puts nothing out.
-        let lane = |k: usize| lines.get(k).unwrap_or(&lines[0]);
+        let mut workspace = Box::new(Workspace::<A, V, 48, 24, ROWS>::over(zero));
         let mut z: Vec<_> = lines
             .iter()
             .map(|line| vec![Complex::ZERO; line.active.len()])
@@ -204,21 +221,25 @@ fn core_group<A: Averaging<W>, const W: usize>(
         let longest = lines.iter().find(|line| line.active.len() == samples);
         let sets = &longest.expect("a line").active;
         for (first, count, set) in constant_runs(samples, |n| sets[n]) {
-            let runs = std::array::from_fn(|k| {
-                let length = lane(k).active.len();
-                Run {
-                    line: lane(k).delayed(),
-                    first_element: lane(k).active[first.min(length - 1)].first,
-                    first_sample: first.min(length),
-                }
-            });
-            let mut rest = z.iter_mut();
-            let mut out: [&mut [Complex<f32>]; W] = std::array::from_fn(|_| {
-                rest.next().map_or(&mut [][..], |z| {
+            let run = |line: &'_ Line| {
+                let length = line.active.len();
+                (first.min(length), line.active[first.min(length - 1)].first)
+            };
+            let runs: Vec<_> = lines
+                .iter()
+                .map(|line| Run {
+                    line: line.delayed(),
+                    first_element: run(line).1,
+                    first_sample: run(line).0,
+                })
+                .collect();
+            let mut out: Vec<&mut [Complex<f32>]> = z
+                .iter_mut()
+                .map(|z| {
                     let length = z.len();
                     &mut z[first.min(length)..(first + count).min(length)]
                 })
-            });
+                .collect();
             beamformer
                 .runs(&mut workspace, &runs, set.count, &mut out)
                 .expect("runs that fit");

@@ -4,11 +4,10 @@
 use num_complex::Complex;
 
 use super::covariance::{
-    forward, load, real_form, real_form_of_data, real_form_of_steering, subarray_sum, window_sum,
+    forward, forward_trace, load, mirrored, real_form, real_form_of_data, real_form_of_steering,
+    real_form_trace, scaled, subarray_sum, window_sum,
 };
-use super::linalg::{
-    FLOOR, Number, cholesky, eigen, norm_sqr, power_iteration, solve_lower, solve_upper,
-};
+use super::linalg::{FLOOR, Number, cholesky, eigen, lanczos};
 
 /// How the output of a sample is formed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +20,7 @@ pub enum Method {
     EsmvBeta(f32),
     /// Eigenspace-based with this rank, at most L.
     EsmvRank(usize),
-    /// Eigenspace-based with rank 1, by power iteration.
+    /// Eigenspace-based with rank 1, by the Lanczos iteration.
     EsmvRank1,
     /// Everything but the first eigenvector.
     EsmvExcludeFirst,
@@ -118,10 +117,12 @@ fn subarray(elements: usize, parameters: &Parameters) -> usize {
 fn run_forward(elements: &[Vec<Complex<f32>>], parameters: &Parameters) -> Vec<Complex<f32>> {
     let n = subarray(elements[0].len(), parameters);
     let gain = (elements[0].len() - n + 1) as f32;
-    let matrices: Vec<_> = elements.iter().map(|x| forward(x, n)).collect();
     let steering = vec![Complex::ONE; n];
-    outputs(elements, &matrices, &steering, gain, parameters, |x| {
-        subarray_sum(x, n)
+    let sums: Vec<_> = elements.iter().map(|x| forward(x, n)).collect();
+    outputs(elements, &sums, parameters, |r, x| {
+        let (factor, added) = load(forward_trace(r), n, parameters.loading)?;
+        let a = with_diagonal(scaled(r, factor), added);
+        Some(response(&a, &steering, &subarray_sum(x, n), parameters.method) / gain)
     })
 }
 
@@ -132,20 +133,30 @@ fn run_forward_backward(
 ) -> Vec<Complex<f32>> {
     let n = subarray(elements[0].len(), parameters);
     let gain = (2 * (elements[0].len() - n + 1)) as f32;
-    let matrices: Vec<_> = elements.iter().map(|x| real_form(&forward(x, n))).collect();
     let steering = real_form_of_steering(n);
-    outputs(elements, &matrices, &steering, gain, parameters, |x| {
-        real_form_of_data(&subarray_sum(x, n))
+    let sums: Vec<_> = elements.iter().map(|x| mirrored(&forward(x, n))).collect();
+    outputs(elements, &sums, parameters, |f, x| {
+        let (factor, added) = load(real_form_trace(f), n, parameters.loading)?;
+        let a = with_diagonal(real_form(f, factor), added);
+        let data = real_form_of_data(&subarray_sum(x, n));
+        Some(response(&a, &steering, &data, parameters.method) / gain)
     })
 }
 
-fn outputs<T: Number>(
+fn with_diagonal<T: Number>(mut a: Vec<Vec<T>>, added: f32) -> Vec<Vec<T>> {
+    for i in 0..a.len() {
+        a[i][i] = T::real(a[i][i].re() + added);
+    }
+    a
+}
+
+/// DAS, or what `adaptive` makes of the sums over each sample's window and of its elements; 0 where
+/// there is no power.
+fn outputs(
     elements: &[Vec<Complex<f32>>],
-    matrices: &[Vec<Vec<T>>],
-    steering: &[T],
-    gain: f32,
+    sums: &[Vec<Vec<Complex<f32>>>],
     parameters: &Parameters,
-    data: impl Fn(&[Complex<f32>]) -> Vec<Complex<f32>>,
+    adaptive: impl Fn(&[Vec<Complex<f32>>], &[Complex<f32>]) -> Option<Complex<f32>>,
 ) -> Vec<Complex<f32>> {
     let temporal = parameters.temporal;
     let length = 2 * temporal + 1;
@@ -160,13 +171,10 @@ fn outputs<T: Number>(
             z.push(sum / x.len() as f32);
             continue;
         }
-        // Blocks of 2K+1 matrices are counted from the run's first one.
-        let window = &matrices[i..i + length];
+        // Blocks of 2K+1 samples are counted from the run's first one.
+        let window = &sums[i..i + length];
         let block = i.div_ceil(length) * length - i;
-        z.push(match load(window_sum(window, block), parameters.loading) {
-            None => Complex::ZERO,
-            Some(a) => response(&a, steering, &data(x), parameters.method) / gain,
-        });
+        z.push(adaptive(&window_sum(window, block), x).unwrap_or(Complex::ZERO));
     }
     z
 }
@@ -188,27 +196,42 @@ fn response<T: Number>(
         .unwrap_or_else(|| eigenspace(a, steering, s, method))
 }
 
+/// `aᴴR⁻¹a` and `aᴴR⁻¹s` by Cholesky, where `a` is not singular.
+fn whitened<T: Number>(
+    a: &[Vec<T>],
+    steering: &[T],
+    s: &[Complex<f32>],
+) -> Option<(f32, Complex<f32>)> {
+    let rows: Vec<Vec<T>> = T::right_sides(steering, s);
+    let rows = cholesky(a, &rows)?;
+    let mut power = 0.0;
+    let mut product = Complex::ZERO;
+    for k in 0..s.len() {
+        let y: Complex<f32> = rows[0][k].into();
+        power += y.norm_sqr();
+        product += T::product(&rows, k);
+    }
+    Some((power, product))
+}
+
 /// `wᴴs` by Cholesky, where `a` is not singular.
 fn minimum_variance<T: Number>(
     a: &[Vec<T>],
     steering: &[T],
     s: &[Complex<f32>],
 ) -> Option<Complex<f32>> {
-    let (g, inverse) = cholesky(a)?;
-    let whitened = solve_lower(&g, &inverse, steering);
-    let w = solve_upper(&g, &inverse, &whitened);
-    Some(inner(&w, s) / norm_sqr(&whitened))
+    let (power, product) = whitened(a, steering, s)?;
+    Some(product / power)
 }
 
-/// `w_pᴴs` for rank 1 by power iteration, where that arrives and `a` is not singular.
+/// `w_pᴴs` for rank 1 by Lanczos, where that arrives and `a` is not singular.
 fn rank1<T: Number>(a: &[Vec<T>], steering: &[T], s: &[Complex<f32>]) -> Option<Complex<f32>> {
-    let (eigenvalue, e) = power_iteration(a)?;
+    let (eigenvalue, e) = lanczos(a)?;
     let mut projection = T::zero();
     for i in 0..e.len() {
         projection = projection + steering[i] * e[i].conj();
     }
-    let (g, inverse) = cholesky(a)?;
-    let power = norm_sqr(&solve_lower(&g, &inverse, steering));
+    let (power, _) = whitened(a, steering, s)?;
     Some(projection.conj().times(inner(&e, s)) / (eigenvalue * power))
 }
 

@@ -42,37 +42,69 @@ pub(super) fn subarray_sum(x: &[Complex<f32>], subarray: usize) -> Vec<Complex<f
     sums
 }
 
-/// Forward-backward averaging: twice the real matrix `QᴴR_FB Q`, lower triangle.
-pub(super) fn real_form(r: &[Vec<Complex<f32>>]) -> Vec<Vec<f32>> {
-    let n = r.len();
-    let (half, last) = (n / 2, n - 1);
-    let difference = n - half;
-    let mut t: Vec<Vec<f32>> = (0..n).map(|i| vec![0.0; i + 1]).collect();
-    for i in 0..half {
-        for j in 0..half {
-            // The four entries at which the pairs (i, i') and (j, j') meet, from the lower triangle.
-            if j <= i {
-                let (a, b) = (r[i][j], r[last - j][i]);
-                let (c, d) = (r[last - i][j], r[last - j][last - i]);
-                t[i][j] = (a.re + b.re) + (c.re + d.re);
-                t[difference + i][difference + j] = (a.re - b.re) + (d.re - c.re);
-                t[difference + i][j] = (a.im - b.im) + (d.im - c.im);
+/// What is kept of the forward sums for forward-backward averaging: each entry on or below the
+/// diagonal plus its mirror image along the diagonal (which is the same again); half of them repeat.
+pub(super) fn mirrored(r: &[Vec<Complex<f32>>]) -> Vec<Vec<Complex<f32>>> {
+    let last = r.len() - 1;
+    let mut f = r.to_vec();
+    for i in 0..r.len() {
+        for j in 0..=i {
+            // The upper half of a diagonal first.
+            f[i][j] = if i + j <= last {
+                r[i][j] + r[last - j][last - i]
             } else {
-                let (a, b) = (r[j][i], r[last - i][j]);
-                let (c, d) = (r[last - j][i], r[last - i][last - j]);
-                t[difference + i][j] = -((a.im + b.im) + (c.im + d.im));
-            }
+                r[last - j][last - i] + r[i][j]
+            };
+        }
+    }
+    f
+}
+
+/// Forward-backward averaging: twice the real matrix `QᴴR_FB Q`, lower triangle, from the mirrored
+/// sums.
+pub(super) fn real_form(f: &[Vec<Complex<f32>>], factor: f32) -> Vec<Vec<f32>> {
+    let n = f.len();
+    let last = n - 1;
+    let mut t: Vec<Vec<f32>> = (0..n).map(|i| vec![0.0; i + 1]).collect();
+    let mut set = |i: usize, j: usize, value: f32| {
+        if j <= i {
+            t[i][j] = value;
+        }
+    };
+    for i in 0..n / 2 {
+        for j in 0..=i {
+            let (f, g) = (f[i][j], f[last - i][j]);
+            set(2 * i, 2 * j, (f.re + g.re) * factor);
+            set(2 * i + 1, 2 * j + 1, (f.re - g.re) * factor);
+            let (low, high) = ((f.im - g.im) * factor, -(f.im + g.im) * factor);
+            set(2 * i + 1, 2 * j, low);
+            set(2 * i, 2 * j + 1, high);
         }
     }
     if n % 2 == 1 {
-        for j in 0..half {
-            let (a, b) = (r[half][j], r[last - j][half]);
-            t[half][j] = SQRT_2 * (a.re + b.re);
-            t[difference + j][half] = -(SQRT_2 * (a.im + b.im));
+        let c = n / 2;
+        for j in 0..c {
+            let (f, g) = (f[c][j], f[last - c][j]);
+            set(last, 2 * j, (f.re + g.re) * factor * FRAC_1_SQRT_2);
+            set(last, 2 * j + 1, -(f.im + g.im) * factor * FRAC_1_SQRT_2);
         }
-        t[half][half] = r[half][half].re + r[half][half].re;
+        set(last, last, f[c][c].re * factor);
     }
     t
+}
+
+/// The trace of the real matrix.
+pub(super) fn real_form_trace(f: &[Vec<Complex<f32>>]) -> f32 {
+    let half = f.len() / 2;
+    let mut trace = 0.0;
+    for i in 0..half {
+        trace += f[i][i].re;
+    }
+    trace += trace;
+    if f.len() % 2 == 1 {
+        trace += f[half][half].re;
+    }
+    trace
 }
 
 /// Forward-backward averaging: `√2·Qᴴs`.
@@ -81,26 +113,26 @@ pub(super) fn real_form_of_data(s: &[Complex<f32>]) -> Vec<Complex<f32>> {
     let half = n / 2;
     let mut turned = Vec::new();
     for i in 0..half {
+        let difference = s[i] - s[n - 1 - i];
         turned.push(s[i] + s[n - 1 - i]);
+        turned.push(Complex::new(difference.im, -difference.re));
     }
     if n % 2 == 1 {
         turned.push(s[half] * SQRT_2);
-    }
-    for i in 0..half {
-        let difference = s[i] - s[n - 1 - i];
-        turned.push(Complex::new(difference.im, -difference.re));
     }
     turned
 }
 
 /// Forward-backward averaging: `Qᴴa/√2`.
 pub(super) fn real_form_of_steering(n: usize) -> Vec<f32> {
-    let half = n / 2;
-    let mut steering = vec![1.0; half];
+    let mut steering = Vec::new();
+    for _ in 0..n / 2 {
+        steering.push(1.0);
+        steering.push(0.0);
+    }
     if n % 2 == 1 {
         steering.push(FRAC_1_SQRT_2);
     }
-    steering.resize(n, 0.0);
     steering
 }
 
@@ -130,23 +162,33 @@ fn add<T: Number>(sum: &mut [Vec<T>], matrix: &[Vec<T>]) {
     }
 }
 
-/// Scales the trace into [1, 2) by a power of two and adds the loading; `None` for no power.
-pub(super) fn load<T: Number>(mut a: Vec<Vec<T>>, loading: f32) -> Option<Vec<Vec<T>>> {
-    let n = a.len();
+/// The trace of the forward matrix.
+pub(super) fn forward_trace(r: &[Vec<Complex<f32>>]) -> f32 {
     let mut trace = 0.0;
-    for i in 0..n {
-        trace += a[i][i].re();
+    for i in 0..r.len() {
+        trace += r[i][i].re;
     }
+    trace
+}
+
+/// The forward matrix at the solvers' scale.
+pub(super) fn scaled(r: &[Vec<Complex<f32>>], factor: f32) -> Vec<Vec<Complex<f32>>> {
+    let mut a = r.to_vec();
+    for i in 0..a.len() {
+        for j in 0..i {
+            a[i][j] *= factor;
+        }
+        a[i][i] = Complex::from(a[i][i].re * factor);
+    }
+    a
+}
+
+/// The power of two that brings a trace into [1, 2), and what is then added to the diagonal of `n`
+/// entries; `None` for no power.
+pub(super) fn load(trace: f32, n: usize, loading: f32) -> Option<(f32, f32)> {
     if trace < libm::ldexpf(1.0, -100) {
         return None;
     }
     let factor = libm::ldexpf(1.0, -libm::ilogbf(trace));
-    let added = loading / n as f32 * (trace * factor);
-    for i in 0..n {
-        for j in 0..i {
-            a[i][j] = a[i][j] * factor;
-        }
-        a[i][i] = T::real(a[i][i].re() * factor + added);
-    }
-    Some(a)
+    Some((factor, loading / n as f32 * (trace * factor)))
 }

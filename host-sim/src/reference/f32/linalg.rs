@@ -1,4 +1,4 @@
-//! Cholesky, power iteration and the full eigensolver in plain loops, in the order of operations
+//! Cholesky, Lanczos and the full eigensolver in plain loops, in the order of operations
 //! of `bonebeam::linalg`. Matrices are lower triangles, `a[i][j]` for `j ≤ i`.
 
 use std::ops::Mul;
@@ -14,6 +14,12 @@ pub(super) trait Number:
 
     /// `self · z`, without adding products with a zero imaginary part.
     fn times(self, z: Complex<f32>) -> Complex<f32>;
+
+    /// The steering vector and the data as conjugated rows; complex data make two real ones.
+    fn right_sides(steering: &[Self], s: &[Complex<f32>]) -> Vec<Vec<Self>>;
+
+    /// Entry `k` of the steering vector's row times that of the data's, not conjugated.
+    fn product(rows: &[Vec<Self>], k: usize) -> Complex<f32>;
 }
 
 impl Number for f32 {
@@ -24,6 +30,18 @@ impl Number for f32 {
     fn times(self, z: Complex<f32>) -> Complex<f32> {
         z * self
     }
+
+    fn right_sides(steering: &[f32], s: &[Complex<f32>]) -> Vec<Vec<f32>> {
+        vec![
+            steering.to_vec(),
+            s.iter().map(|s| s.re).collect(),
+            s.iter().map(|s| s.im).collect(),
+        ]
+    }
+
+    fn product(rows: &[Vec<f32>], k: usize) -> Complex<f32> {
+        Complex::new(rows[1][k], rows[2][k]) * rows[0][k]
+    }
 }
 
 impl Number for Complex<f32> {
@@ -33,6 +51,14 @@ impl Number for Complex<f32> {
 
     fn times(self, z: Complex<f32>) -> Complex<f32> {
         self * z
+    }
+
+    fn right_sides(steering: &[Self], s: &[Complex<f32>]) -> Vec<Vec<Self>> {
+        vec![steering.to_vec(), s.iter().map(|s| s.conj()).collect()]
+    }
+
+    fn product(rows: &[Vec<Self>], k: usize) -> Complex<f32> {
+        rows[0][k] * rows[1][k].conj()
     }
 }
 
@@ -70,99 +96,192 @@ fn row_times<T: Number>(a: &[Vec<T>], start: usize, i: usize, v: &[T]) -> T {
     sum
 }
 
-/// The factor `G` of `A = G·Gᴴ` below the diagonal, and `1/G(j,j)`; `None` where `A` is singular in
-/// f32.
-pub(super) fn cholesky<T: Number>(a: &[Vec<T>]) -> Option<(Vec<Vec<T>>, Vec<f32>)> {
+/// `rows` divided by the factor of `A = G·Gᴴ`: `b*` becomes `(G⁻¹b)*`. `None` where `A` is singular
+/// in f32.
+pub(super) fn cholesky<T: Number>(a: &[Vec<T>], rows: &[Vec<T>]) -> Option<Vec<Vec<T>>> {
     let n = a.len();
-    let mut g: Vec<Vec<T>> = (0..n).map(|i| vec![T::zero(); i]).collect();
-    let mut inverse = vec![0.0; n];
+    let mut g: Vec<Vec<T>> = a.to_vec();
+    g.extend(rows.iter().cloned());
     for j in 0..n {
-        let mut pivot = a[j][j].re();
+        let mut pivot = g[j][j].re();
         for k in 0..j {
             pivot -= power(g[j][k]);
         }
         if pivot <= FLOOR {
             return None;
         }
-        inverse[j] = 1.0 / pivot.sqrt();
-        for i in j + 1..n {
-            let mut entry = a[i][j];
+        let inverse = 1.0 / pivot.sqrt();
+        for i in j + 1..g.len() {
+            let mut entry = g[i][j];
             for k in 0..j {
                 entry = entry - g[i][k] * g[j][k].conj();
             }
-            g[i][j] = entry * inverse[j];
+            g[i][j] = entry * inverse;
         }
     }
-    Some((g, inverse))
-}
-
-/// `G⁻¹b`.
-pub(super) fn solve_lower<T: Number>(g: &[Vec<T>], inverse: &[f32], b: &[T]) -> Vec<T> {
-    let mut x = Vec::new();
-    for i in 0..b.len() {
-        let mut value = b[i];
-        for k in 0..i {
-            value = value - g[i][k] * x[k];
-        }
-        x.push(value * inverse[i]);
-    }
-    x
-}
-
-/// `G⁻ᴴb`.
-pub(super) fn solve_upper<T: Number>(g: &[Vec<T>], inverse: &[f32], b: &[T]) -> Vec<T> {
-    let mut x = b.to_vec();
-    for i in (0..b.len()).rev() {
-        for k in i + 1..b.len() {
-            x[i] = x[i] - x[k] * g[k][i].conj();
-        }
-        x[i] = x[i] * inverse[i];
-    }
-    x
+    Some(g.split_off(n))
 }
 
 /// The largest eigenvalue and its eigenvector, or `None` where the iteration does not arrive.
-pub(super) fn power_iteration<T: Number>(a: &[Vec<T>]) -> Option<(f32, Vec<T>)> {
+pub(super) fn lanczos<T: Number>(a: &[Vec<T>]) -> Option<(f32, Vec<T>)> {
     let n = a.len();
-    let mut v = start(n);
-    let mut total = 0.0;
+    let steps = n.min(48);
+    let mut trace = 0.0;
     for i in 0..n {
-        let below = norm_sqr(&a[i][..i]);
-        total += below + below;
-        total += power(a[i][i]);
+        trace += a[i][i].re();
     }
-    for step in 1..=32 {
-        let product: Vec<T> = (0..n).map(|i| row_times(a, 0, i, &v)).collect();
-        let length = norm_sqr(&product).sqrt();
-        let reciprocal = if length > 0.0 { 1.0 / length } else { 0.0 };
-        let mut change = 0.0;
-        for i in 0..n {
-            let entry = product[i] * reciprocal;
-            change += power(entry - v[i]);
-            v[i] = entry;
+    let mut basis = vec![start::<T>(n)];
+    let (mut alpha, mut beta) = (Vec::new(), Vec::<f32>::new());
+    let mut bound = 0.0;
+    let mut spent = false;
+    for k in 0..steps {
+        let mut w: Vec<T> = (0..n).map(|i| row_times(a, 0, i, &basis[k])).collect();
+        let before = norm_sqr(&w);
+        alpha.push(orthogonalise(&basis, &mut w));
+        if norm_sqr(&w) < before * 0.1 {
+            orthogonalise(&basis, &mut w);
         }
-        let square = length * length;
-        let others = if total - square > 0.0 {
-            total - square
-        } else {
-            0.0
+        // No eigenvalue of the two rows that the bound and the new diagonal entry make is larger.
+        bound = match beta.last() {
+            None => alpha[0],
+            Some(coupling) => {
+                let (mean, difference) = ((bound + alpha[k]) * 0.5, (bound - alpha[k]) * 0.5);
+                mean + (difference * difference + coupling * coupling).sqrt()
+            }
         };
-        let ratio = if square > 0.0 {
-            (others / square + 1e-6).sqrt()
-        } else {
-            2.0
-        };
-        if change.sqrt() * ratio <= 4e-6 * (1.0 - ratio) {
-            return Some((length, v));
+        beta.push(norm_sqr(&w).sqrt());
+        let exhausted = beta[k] < 1e-6 * bound;
+        if k < 5 || k % 2 == 0 || k + 1 == steps {
+            let (theta, step, pivots) = largest(&alpha, &beta, bound);
+            bound = theta;
+            let y = eigenvector(&alpha, &beta, theta, &pivots);
+            let converged = beta[k] * y[k] + step < 1e-6 * theta;
+            let certain = trace < theta + theta;
+            let searched = !spent && (k + 1 == n || (k >= 4 && !exhausted));
+            if converged && (certain || searched) {
+                return Some((theta, combine(&basis, &y)));
+            }
         }
-        if step >= 8 && ratio >= 1.0 {
-            return None;
-        }
+        spent = spent || exhausted;
+        let reciprocal = if exhausted { 0.0 } else { 1.0 / beta[k] };
+        basis.push(w.iter().map(|&entry| entry * reciprocal).collect());
     }
     None
 }
 
-/// The start vector of the power iteration.
+/// Takes from `w` its components along the basis, all found before the first is taken; returns the
+/// real part of the last.
+fn orthogonalise<T: Number>(basis: &[Vec<T>], w: &mut [T]) -> f32 {
+    let mut components = Vec::new();
+    for v in basis {
+        let mut sum = T::zero();
+        for i in 0..w.len() {
+            sum = sum + w[i] * v[i].conj();
+        }
+        components.push(sum);
+    }
+    for (v, &component) in basis.iter().zip(&components) {
+        for i in 0..w.len() {
+            w[i] = w[i] - v[i] * component;
+        }
+    }
+    components[basis.len() - 1].re()
+}
+
+/// Laguerre's iteration from an upper bound to the largest eigenvalue of the tridiagonal matrix;
+/// its last step, and the pivots of `θ − T` where they were last found.
+fn largest(alpha: &[f32], beta: &[f32], bound: f32) -> (f32, f32, Vec<f32>) {
+    let (roots, others) = (alpha.len() as f32, (alpha.len() - 1) as f32);
+    let (mut theta, mut last_step) = (bound, bound);
+    let mut pivots = Vec::new();
+    for _ in 0..10 {
+        pivots = vec![theta - alpha[0]];
+        let (mut slope, mut curvature) = (1.0, 0.0);
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for i in 1..alpha.len() {
+            let reciprocal = 1.0 / pivots[i - 1];
+            let (ratio, growth, bend) = (
+                beta[i - 1] * reciprocal,
+                slope * reciprocal,
+                curvature * reciprocal,
+            );
+            sum += growth;
+            squares += growth * growth - bend;
+            pivots.push(theta - alpha[i] - beta[i - 1] * ratio);
+            slope = 1.0 + beta[i - 1] * ratio * growth;
+            curvature = beta[i - 1] * ratio * (bend - (growth * growth + growth * growth));
+        }
+        let pivot = pivots[alpha.len() - 1];
+        let growth = slope / pivot;
+        sum += growth;
+        squares += growth * growth - curvature / pivot;
+        let spread = others * (roots * squares - sum * sum);
+        let spread = if spread > 0.0 { spread } else { 0.0 };
+        if last_step < theta * (1e-6 / 4.0) {
+            break;
+        }
+        last_step = if pivots.iter().all(|&pivot| pivot > 0.0) {
+            roots / (sum + spread.sqrt())
+        } else {
+            0.0
+        };
+        theta -= last_step;
+    }
+    (theta, last_step, pivots)
+}
+
+/// The unit eigenvector to `theta`: from the top with the pivots found on the way to it, from the
+/// bottom with others, meeting where they differ least. A last entry of 1 where it is beyond f32.
+fn eigenvector(alpha: &[f32], beta: &[f32], theta: f32, pivots: &[f32]) -> Vec<f32> {
+    let last = alpha.len() - 1;
+    let mut rising = vec![0.0; last];
+    let (mut least, mut meeting) = (pivots[last].abs(), last);
+    let mut pivot = theta - alpha[last];
+    for i in (0..last).rev() {
+        rising[i] = beta[i] / if pivot > FLOOR { pivot } else { FLOOR };
+        let rest = beta[i] * rising[i];
+        pivot = theta - alpha[i] - rest;
+        let gap = (pivots[i] - rest).abs();
+        if gap < least {
+            (least, meeting) = (gap, i);
+        }
+    }
+    let mut y = vec![1.0];
+    let mut sum = 1.0;
+    for i in 0..last {
+        let ratio = if i < meeting {
+            pivots[i] / beta[i]
+        } else {
+            rising[i]
+        };
+        let entry = y[i] * ratio;
+        sum += entry * entry;
+        y.push(entry);
+    }
+    let reciprocal = 1.0 / sum.sqrt();
+    for entry in &mut y {
+        *entry *= reciprocal;
+    }
+    if !sum.is_finite() {
+        y[last] = 1.0;
+    }
+    y
+}
+
+/// `Σ v_k·y_k` over the entries above zero.
+fn combine<T: Number>(basis: &[Vec<T>], y: &[f32]) -> Vec<T> {
+    let mut sum = vec![T::zero(); basis[0].len()];
+    for (v, &y) in basis.iter().zip(y) {
+        if y > 0.0 {
+            for i in 0..sum.len() {
+                sum[i] = sum[i] + v[i] * y;
+            }
+        }
+    }
+    sum
+}
+
+/// The start vector of the Lanczos iteration.
 fn start<T: Number>(n: usize) -> Vec<T> {
     let mut entries = Vec::new();
     let mut fraction = 0.0_f32;

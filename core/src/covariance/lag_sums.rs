@@ -1,0 +1,101 @@
+//! Sums over the subarrays of one sample, lag by lag, by sliding along the array.
+
+use crate::vector::{ComplexVector, Scalar, Vector};
+
+/// Calls `put(lag, place, r)` for each entry `r = Σ_l x[l+i]·x*[l+j]`, `l = 0..=count−subarray`, of
+/// the inner sum of Eq. 2 on and below the diagonal: `lag = i − j`, `place = j`.
+///
+/// `x` holds the `count` active elements. Along a diagonal only the products
+/// `p_i = x[i+lag]·x*[i]` are met: place 0 is their sum over `i = 0..P`, ascending from zero, with
+/// `P = count − subarray + 1`; from place `j` to the next the sum slides, `(r + p_{j+P}) − p_j`. The
+/// subtraction stays within one sample, so an echo never leaks into the samples around it.
+///
+/// Two lags go side by side, since each is one chain of dependent additions. `products` (at least
+/// `2·subarray`) keeps those that a sum loses again, so that each is computed once.
+///
+/// Cost: `count·L − L²/2` complex products (6 flops) and `2·P·L + 2·L²` additions, instead of
+/// `4·L²·P`.
+#[inline(always)]
+pub fn lag_sums<V: Vector>(
+    x: &[ComplexVector<V>],
+    subarray: usize,
+    products: &mut [ComplexVector<V>],
+    mut put: impl FnMut(usize, usize, ComplexVector<V>),
+) {
+    let (kept, _) = products.as_chunks_mut::<2>();
+    for lag in (0..subarray - subarray % 2).step_by(2) {
+        pair(x, subarray, lag, kept, &mut put);
+    }
+    if !subarray.is_multiple_of(2) {
+        // The longest lag of an odd number has one place.
+        let lag = subarray - 1;
+        let mut sum = x[0].zero();
+        for (ahead, &behind) in x[lag..].iter().zip(x) {
+            sum = sum + ahead.mul_conj(behind);
+        }
+        put(lag, 0, sum);
+    }
+}
+
+/// The lags `lag` and `lag + 1`.
+#[inline(always)]
+fn pair<V: Vector>(
+    x: &[ComplexVector<V>],
+    subarray: usize,
+    lag: usize,
+    kept: &mut [[ComplexVector<V>; 2]],
+    put: &mut impl FnMut(usize, usize, ComplexVector<V>),
+) {
+    let subarrays = x.len() - subarray + 1;
+    // The last place of the longer lag; the shorter one has another.
+    let places = subarray - 1 - lag;
+    let ahead = &x[lag..];
+    let mut sums = [x[0].zero(); 2];
+    let lost = if subarrays < places {
+        subarrays
+    } else {
+        places
+    };
+    for ((ahead, &behind), kept) in ahead.windows(2).zip(x).zip(&mut *kept).take(lost) {
+        let product = [ahead[0].mul_conj(behind), ahead[1].mul_conj(behind)];
+        *kept = product;
+        sums = [sums[0] + product[0], sums[1] + product[1]];
+    }
+    for (ahead, &behind) in ahead.windows(2).zip(x).take(subarrays).skip(lost) {
+        sums[0] = sums[0] + ahead[0].mul_conj(behind);
+        sums[1] = sums[1] + ahead[1].mul_conj(behind);
+    }
+    put(lag, 0, sums[0]);
+    for j in 0..places {
+        put(lag + 1, j, sums[1]);
+        let i = j + subarrays;
+        let enters = ahead[i].mul_conj(x[i]);
+        sums[0] = (sums[0] + enters) - kept[j][0];
+        put(lag, j + 1, sums[0]);
+        if j + 1 < places {
+            let enters_next = ahead[i + 1].mul_conj(x[i]);
+            // More places than subarrays: what is lost later has entered before.
+            if i < places {
+                kept[i] = [enters, enters_next];
+            }
+            sums[1] = (sums[1] + enters_next) - kept[j][1];
+        }
+    }
+}
+
+/// `s[i] = Σ_l x[l+i]`: the sum of the subarrays' snapshots (Eq. 4 without `w` and `1/P`).
+///
+/// The first entry is summed directly, the rest slide: `s[i+1] = (s[i] + x[i+P]) − x[i]`.
+#[inline(always)]
+pub fn subarray_sum<V: Vector>(x: &[ComplexVector<V>], s: &mut [ComplexVector<V>]) {
+    let subarrays = x.len() - s.len() + 1;
+    let mut sum = x[0].zero();
+    for &value in &x[..subarrays] {
+        sum = sum + value;
+    }
+    s[0] = sum;
+    for (i, s) in s.iter_mut().enumerate().skip(1) {
+        sum = (sum + x[i - 1 + subarrays]) - x[i - 1];
+        *s = sum;
+    }
+}

@@ -1,0 +1,18 @@
+//! Where the solvers keep a Hermitian matrix: the lower triangle in panels of four rows.
+//!
+//! Panel `I` holds rows `4I..4I+4` column by column, from column 0 to the diagonal tile's last, so
+//! that a product of two panels reads both from front to back. The diagonal tiles are whole, and
+//! the rows that fill up the last panel are those of the identity.
+
+/// Rows of a panel, and columns of a tile.
+pub const TILE: usize = 4;
+
+/// One column of a panel.
+pub type Column<S> = [S; TILE];
+
+/// The first column of panel `index`; for the number of panels, how many columns there are.
+#[inline(always)]
+pub const fn panel(index: usize) -> usize {
+    // Σ 4·(i + 1) for i < index.
+    2 * index * (index + 1)
+}

@@ -1,0 +1,223 @@
+//! Complex vectors, and what the linear algebra needs of a number.
+
+use super::Vector;
+use core::ops::{Add, Sub};
+use num_complex::Complex;
+
+/// As many complex numbers as a register holds real ones, one a lane.
+#[derive(Clone, Copy, Debug)]
+pub struct ComplexVector<V> {
+    /// Real parts.
+    pub re: V,
+    /// Imaginary parts.
+    pub im: V,
+}
+
+impl<V: Vector> ComplexVector<V> {
+    /// A real vector as a complex one.
+    #[inline(always)]
+    pub fn from_real(re: V) -> Self {
+        ComplexVector { re, im: re.zero() }
+    }
+
+    /// Zero in every lane.
+    #[inline(always)]
+    pub fn zero(self) -> Self {
+        Self::from_real(self.re.zero())
+    }
+
+    /// Which lanes are neither NaN nor infinite.
+    #[inline(always)]
+    pub fn is_finite(self) -> V::Mask {
+        self.re.is_finite() & self.im.is_finite()
+    }
+
+    /// The number in lane `k`.
+    #[inline(always)]
+    pub fn lane(&self, k: usize) -> Complex<f32> {
+        Complex::new(self.re.lanes()[k], self.im.lanes()[k])
+    }
+
+    /// Puts a number into lane `k`.
+    #[inline(always)]
+    pub fn set_lane(&mut self, k: usize, value: Complex<f32>) {
+        self.re.lanes_mut()[k] = value.re;
+        self.im.lanes_mut()[k] = value.im;
+    }
+
+    /// Each lane divided by a real number.
+    #[inline(always)]
+    pub fn divide(self, divisor: V) -> Self {
+        ComplexVector {
+            re: self.re / divisor,
+            im: self.im / divisor,
+        }
+    }
+}
+
+impl<V: Vector> Add for ComplexVector<V> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, rhs: Self) -> Self {
+        ComplexVector {
+            re: self.re + rhs.re,
+            im: self.im + rhs.im,
+        }
+    }
+}
+
+impl<V: Vector> Sub for ComplexVector<V> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, rhs: Self) -> Self {
+        ComplexVector {
+            re: self.re - rhs.re,
+            im: self.im - rhs.im,
+        }
+    }
+}
+
+/// What the linear algebra needs of a number: a real vector for real symmetric matrices, a complex
+/// one for Hermitian ones. The same code then serves both.
+pub trait Scalar<V: Vector>: Copy + Send + Sync + Add<Output = Self> + Sub<Output = Self> {
+    /// Registers that a number takes.
+    const PARTS: usize;
+
+    /// A real number.
+    fn from_real(value: V) -> Self;
+
+    /// The real part.
+    fn real(self) -> V;
+
+    /// The complex conjugate.
+    fn conj(self) -> Self;
+
+    /// `self · rhs*`, in that order: `re·re + im·im`, `im·re − re·im`.
+    fn mul_conj(self, rhs: Self) -> Self;
+
+    /// `self · rhs`: `re·re − im·im`, `re·im + im·re`.
+    fn mul(self, rhs: Self) -> Self;
+
+    /// `self* · rhs` with a complex right side.
+    fn conj_mul_complex(self, rhs: ComplexVector<V>) -> ComplexVector<V>;
+
+    /// Each lane times a real number.
+    fn scale(self, factor: V) -> Self;
+
+    /// `|self|²`: `re·re + im·im`.
+    fn norm_sqr(self) -> V;
+
+    /// The complex number of the same value.
+    fn complex(self) -> ComplexVector<V>;
+
+    /// `yes` where `mask` is true, `no` elsewhere.
+    fn select(mask: V::Mask, yes: Self, no: Self) -> Self;
+}
+
+impl<V: Vector> Scalar<V> for V {
+    const PARTS: usize = 1;
+
+    #[inline(always)]
+    fn from_real(value: V) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn real(self) -> V {
+        self
+    }
+    #[inline(always)]
+    fn conj(self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn mul_conj(self, rhs: Self) -> Self {
+        self * rhs
+    }
+    #[inline(always)]
+    fn mul(self, rhs: Self) -> Self {
+        self * rhs
+    }
+    #[inline(always)]
+    fn conj_mul_complex(self, rhs: ComplexVector<V>) -> ComplexVector<V> {
+        ComplexVector {
+            re: self * rhs.re,
+            im: self * rhs.im,
+        }
+    }
+    #[inline(always)]
+    fn scale(self, factor: V) -> Self {
+        self * factor
+    }
+    #[inline(always)]
+    fn norm_sqr(self) -> V {
+        self * self
+    }
+    #[inline(always)]
+    fn complex(self) -> ComplexVector<V> {
+        ComplexVector::from_real(self)
+    }
+    #[inline(always)]
+    fn select(mask: V::Mask, yes: Self, no: Self) -> Self {
+        Vector::select(mask, yes, no)
+    }
+}
+
+impl<V: Vector> Scalar<V> for ComplexVector<V> {
+    const PARTS: usize = 2;
+
+    #[inline(always)]
+    fn from_real(value: V) -> Self {
+        ComplexVector::from_real(value)
+    }
+    #[inline(always)]
+    fn real(self) -> V {
+        self.re
+    }
+    #[inline(always)]
+    fn conj(self) -> Self {
+        ComplexVector {
+            re: self.re,
+            im: -self.im,
+        }
+    }
+    #[inline(always)]
+    fn mul_conj(self, rhs: Self) -> Self {
+        ComplexVector {
+            re: self.re * rhs.re + self.im * rhs.im,
+            im: self.im * rhs.re - self.re * rhs.im,
+        }
+    }
+    #[inline(always)]
+    fn mul(self, rhs: Self) -> Self {
+        ComplexVector {
+            re: self.re * rhs.re - self.im * rhs.im,
+            im: self.re * rhs.im + self.im * rhs.re,
+        }
+    }
+    #[inline(always)]
+    fn conj_mul_complex(self, rhs: ComplexVector<V>) -> ComplexVector<V> {
+        rhs.mul_conj(self)
+    }
+    #[inline(always)]
+    fn scale(self, factor: V) -> Self {
+        ComplexVector {
+            re: self.re * factor,
+            im: self.im * factor,
+        }
+    }
+    #[inline(always)]
+    fn norm_sqr(self) -> V {
+        self.re * self.re + self.im * self.im
+    }
+    #[inline(always)]
+    fn complex(self) -> ComplexVector<V> {
+        self
+    }
+    #[inline(always)]
+    fn select(mask: V::Mask, yes: Self, no: Self) -> Self {
+        ComplexVector {
+            re: Vector::select(mask, yes.re, no.re),
+            im: Vector::select(mask, yes.im, no.im),
+        }
+    }
+}
