@@ -8,14 +8,14 @@ use bonebeam::channel::delay::{Column, Delay, DelayParameters, MAX_SAMPLES, Stor
 use bonebeam::channel::delay_law::TransmitLaw;
 use bonebeam::channel::interpolate::MAX_DECIMATION;
 use bonebeam::channel::record::Record;
-use bonebeam::vector::{Lanes, Vector};
-use fearless_simd::{Level, dispatch};
+use bonebeam::vector::Vector;
 use ndarray::{Array3, Axis, CowArray, Ix3};
 use num_complex::Complex;
 use rayon::prelude::*;
 
 use crate::config::Beamform;
 use crate::files::{ChannelData, Transmits};
+use crate::instruction_set::{InstructionSet, OverLanes};
 use crate::{Error, Result};
 
 /// The delay stage of one set of channel data: which beams, which depths, which elements.
@@ -141,7 +141,7 @@ impl<'a> DelayStage<'a> {
     /// # Errors
     /// What the core refuses: samples beyond its range.
     pub fn delay(&self, beams: Range<usize>) -> Result<Array3<Complex<f32>>> {
-        dispatch!(Level::new(), simd => self.delay_over(Lanes::new(simd), beams))
+        InstructionSet::detect().dispatch(Beams { stage: self, beams })
     }
 
     fn delay_over<V: Vector>(&self, zero: V, beams: Range<usize>) -> Result<Array3<Complex<f32>>> {
@@ -212,6 +212,20 @@ impl<'a> DelayStage<'a> {
             }
         }
         Ok(())
+    }
+}
+
+/// Some of a stage's beams, to be delayed.
+struct Beams<'a, 'b> {
+    stage: &'a DelayStage<'b>,
+    beams: Range<usize>,
+}
+
+impl OverLanes for Beams<'_, '_> {
+    type Output = Result<Array3<Complex<f32>>>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        self.stage.delay_over(zero, self.beams)
     }
 }
 

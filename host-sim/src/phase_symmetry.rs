@@ -7,12 +7,12 @@ use bonebeam::phase_symmetry::{
     GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, Source, Store,
     StripBuffers, spectrum_columns,
 };
-use bonebeam::vector::{Lanes, Vector};
-use fearless_simd::Level;
+use bonebeam::vector::Vector;
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 use rayon::prelude::*;
 
+use crate::instruction_set::{InstructionSet, OverLanes};
 use crate::{Error, Result};
 
 /// What phase symmetry can be told.
@@ -41,7 +41,7 @@ pub fn phase_symmetry(
     parameters: &Parameters,
     progress: impl FnMut(usize, usize),
 ) -> Result<Array2<f32>> {
-    Plan::new(image.dim(), parameters)?.run(image, Level::new(), progress)
+    Plan::new(image.dim(), parameters)?.run(image, InstructionSet::detect(), progress)
 }
 
 /// Phase symmetry of many images of one size: gains and memory, made once.
@@ -58,6 +58,21 @@ pub struct Plan {
     spectrum: Vec<f32>,
     filtered: Vec<f32>,
     amplitude: Vec<f32>,
+}
+
+/// The map of an image, to be computed.
+struct Map<'a, P> {
+    plan: &'a mut Plan,
+    image: ArrayView2<'a, f32>,
+    progress: P,
+}
+
+impl<P: FnMut(usize, usize)> OverLanes for Map<'_, P> {
+    type Output = Result<Array2<f32>>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        self.plan.run_on(zero, self.image, self.progress)
+    }
 }
 
 impl Plan {
@@ -96,22 +111,14 @@ impl Plan {
     pub fn run(
         &mut self,
         image: ArrayView2<f32>,
-        level: Level,
+        set: InstructionSet,
         progress: impl FnMut(usize, usize),
     ) -> Result<Array2<f32>> {
-        #[cfg(target_arch = "x86_64")]
-        if let Some(simd) = level.as_avx512() {
-            return self.run_on(Lanes::new(simd), image, progress);
-        } else if let Some(simd) = level.as_avx2() {
-            return self.run_on(Lanes::new(simd), image, progress);
-        } else if let Some(simd) = level.as_sse2() {
-            return self.run_on(Lanes::new(simd), image, progress);
-        }
-        #[cfg(target_arch = "aarch64")]
-        if let Some(simd) = level.as_neon() {
-            return self.run_on(Lanes::new(simd), image, progress);
-        }
-        self.run_on(0.0f32, image, progress)
+        set.dispatch(Map {
+            plan: self,
+            image,
+            progress,
+        })
     }
 
     fn run_on<V: Vector>(

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use bonebeam::phase_symmetry::{GainTables, LogGabor, LogGaborTables, PhaseSymmetry};
 use divan::{Bencher, black_box};
-use fearless_simd::Level;
+use host_sim::instruction_set::InstructionSet;
 use host_sim::phase_symmetry::{Parameters, Plan};
 use host_sim::reference::f64::phase_symmetry::log_gabor;
 use ndarray::Array2;
@@ -18,7 +18,7 @@ const SCALES: [f64; 3] = [1.0 / 128.0, 1.0 / 256.0, 1.0 / 512.0];
 const THRESHOLD: f32 = 15.0;
 
 fn main() {
-    let map = plan(16).run(image().view(), Level::new(), |_, _| {});
+    let map = plan(16).run(image().view(), InstructionSet::detect(), |_, _| {});
     let map = map.expect("a valid image");
     let straight = Straight::new().run(&image());
     for (a, b) in map.iter().zip(&straight) {
@@ -44,36 +44,38 @@ fn plan(strip: usize) -> Plan {
 }
 
 /// Tables and memory ready; strips of 512 are the whole image.
-fn frame(bencher: Bencher, level: Option<Level>, strip: usize, threads: usize) {
+fn frame(bencher: Bencher, set: InstructionSet, strip: usize, threads: usize) {
     // A processor without the instructions has nothing to measure.
-    let Some(level) = level else { return };
+    if !InstructionSet::available().contains(&set) {
+        return;
+    }
     let image = image();
     let mut plan = plan(strip);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     let pool = pool.build().expect("threads");
-    bencher.bench_local(|| pool.install(|| plan.run(black_box(image.view()), level, |_, _| {})));
+    bencher.bench_local(|| pool.install(|| plan.run(black_box(image.view()), set, |_, _| {})));
 }
 
 #[divan::bench(args = [16, 32, 64, 512], sample_count = 50)]
 fn widest_instruction_set(bencher: Bencher, strip: usize) {
-    frame(bencher, Some(Level::new()), strip, 1);
+    frame(bencher, InstructionSet::detect(), strip, 1);
 }
 
 #[divan::bench(args = [16, 32, 64, 512], sample_count = 50)]
 fn widest_instruction_set_two_threads(bencher: Bencher, strip: usize) {
-    frame(bencher, Some(Level::new()), strip, 2);
+    frame(bencher, InstructionSet::detect(), strip, 2);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[divan::bench(args = [16, 32, 64, 512], sample_count = 50)]
 fn avx2(bencher: Bencher, strip: usize) {
-    frame(bencher, Level::new().as_avx2().map(Level::Avx2), strip, 1);
+    frame(bencher, InstructionSet::Avx2, strip, 1);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[divan::bench(args = [16, 32, 64, 512], sample_count = 50)]
 fn sse2(bencher: Bencher, strip: usize) {
-    frame(bencher, Level::new().as_sse2().map(Level::Sse2), strip, 1);
+    frame(bencher, InstructionSet::Sse2, strip, 1);
 }
 
 #[divan::bench(sample_count = 50)]

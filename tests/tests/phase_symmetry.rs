@@ -10,6 +10,7 @@ use bonebeam::vector::{Lanes, Vector};
 use common::tolerances;
 use core::{Fft, Gains};
 use fearless_simd::Level;
+use host_sim::instruction_set::InstructionSet;
 use host_sim::phase_symmetry::{Parameters, Plan, phase_symmetry};
 use host_sim::reference;
 use ndarray::Array2;
@@ -129,20 +130,6 @@ fn strips_of_512_pixels_give_the_bits_of_the_whole() {
     }
 }
 
-/// What this processor has.
-fn instruction_sets() -> Vec<Level> {
-    let widest = Level::new();
-    #[cfg(target_arch = "x86_64")]
-    let sets = [
-        widest.as_sse2().map(Level::Sse2),
-        widest.as_avx2().map(Level::Avx2),
-        widest.as_avx512().map(Level::Avx512),
-    ];
-    #[cfg(not(target_arch = "x86_64"))]
-    let sets = [Some(widest)];
-    sets.into_iter().flatten().collect()
-}
-
 #[test]
 fn every_instruction_set_and_number_of_threads_gives_the_bits_of_the_whole() {
     for (rows, columns) in [(64, 256), (128, 64)] {
@@ -155,12 +142,12 @@ fn every_instruction_set_and_number_of_threads_gives_the_bits_of_the_whole() {
                 strip,
             };
             let mut plan = Plan::new((rows, columns), &parameters).unwrap();
-            for level in instruction_sets() {
+            for set in InstructionSet::available() {
                 for threads in [1, 2, 7] {
                     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-                    let run = || plan.run(image.view(), level, |_, _| {});
+                    let run = || plan.run(image.view(), set, |_, _| {});
                     let map = pool.build().unwrap().install(run).unwrap();
-                    let case = format!("{level:?}, strips of {strip}, {threads} threads");
+                    let case = format!("{}, strips of {strip}, {threads} threads", set.name());
                     assert!(bits(&map) == whole, "{case}");
                 }
             }
@@ -245,11 +232,15 @@ fn a_plan_serves_image_after_image() {
     let mut plan = Plan::new((64, 128), &parameters).unwrap();
     for seed in [10, 11, 12] {
         let image = test_image(64, 128, seed);
-        let map = plan.run(image.view(), Level::new(), |_, _| {}).unwrap();
+        let map = plan
+            .run(image.view(), InstructionSet::detect(), |_, _| {})
+            .unwrap();
         assert!(bits(&map) == bits(&in_core(&image, &THREE, 3.0)));
     }
     let other = test_image(128, 64, 10);
-    let error = plan.run(other.view(), Level::new(), |_, _| {}).unwrap_err();
+    let error = plan
+        .run(other.view(), InstructionSet::detect(), |_, _| {})
+        .unwrap_err();
     assert!(
         error.to_string().contains("128 rows and 64 columns"),
         "{error}"
