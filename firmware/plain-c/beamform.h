@@ -1,0 +1,18 @@
+/* DAS, MV and rank-1 ESMV as a C programmer would write them from the paper's equations. */
+
+#ifndef BEAMFORM_H
+#define BEAMFORM_H
+
+/* float _Complex would do, but its product checks for NaN on every multiplication. */
+typedef struct {
+    float re, im;
+} cfloat;
+
+#define MAX_SUBARRAY 32
+
+/* x: m delayed analytic samples; l: length of a subarray. */
+cfloat das(const cfloat *x, int m);
+cfloat mv(const cfloat *x, int m, int l);
+cfloat esmv_rank1(const cfloat *x, int m, int l);
+
+#endif

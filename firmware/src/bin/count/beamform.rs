@@ -1,0 +1,126 @@
+//! Beamformers of three sizes, forward-backward, K = 0.
+
+use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Workspace};
+use bonebeam::channel::aperture::Active;
+use bonebeam::covariance::ForwardBackward;
+use bonebeam::{Complex, Error};
+use cortex_m_semihosting::hprintln;
+
+use crate::counter::Counter;
+use crate::input::{ECHO, SAMPLES, snapshots};
+use crate::report;
+
+const LARGEST: usize = 64;
+
+/// What is counted.
+struct Case {
+    name: &'static str,
+    method: Method,
+    echo: f32,
+    /// Bounds on the instructions per output sample for `M` = 16, 32 and 64: a quarter above what
+    /// Rust 1.95 gives, so that another compiler passes and a kernel grown slower is noticed.
+    bounds: [u32; 3],
+}
+
+const CASES: [Case; 4] = [
+    case("das", Method::Das, ECHO, [950, 1800, 3300]),
+    case("mv", Method::Mv, ECHO, [8200, 26_000, 95_000]),
+    case(
+        "esmv-rank1",
+        Method::EsmvRank1,
+        ECHO,
+        [21_000, 46_000, 140_000],
+    ),
+    // No eigenvalue stands out.
+    case(
+        "esmv-rank1-noise",
+        Method::EsmvRank1,
+        0.0,
+        [39_000, 120_000, 280_000],
+    ),
+];
+
+const fn case(name: &'static str, method: Method, echo: f32, bounds: [u32; 3]) -> Case {
+    Case {
+        name,
+        method,
+        echo,
+        bounds,
+    }
+}
+
+type Memory<const M: usize, const L: usize, const ROWS: usize> =
+    Workspace<ForwardBackward, f32, M, L, ROWS>;
+
+const fn rows(subarray: usize) -> usize {
+    ForwardBackward::window_rows(subarray, 0)
+}
+
+/// The memory of the cases.
+pub struct Workspaces {
+    m16: Memory<16, 8, { rows(8) }>,
+    m32: Memory<32, 16, { rows(16) }>,
+    m64: Memory<64, 32, { rows(32) }>,
+    x: [Complex<f32>; SAMPLES * LARGEST],
+    z: [Complex<f32>; SAMPLES],
+}
+
+impl Workspaces {
+    /// All zero.
+    pub const fn new() -> Self {
+        let zero = Complex::new(0.0, 0.0);
+        Workspaces {
+            m16: Workspace::new(),
+            m32: Workspace::new(),
+            m64: Workspace::new(),
+            x: [zero; SAMPLES * LARGEST],
+            z: [zero; SAMPLES],
+        }
+    }
+}
+
+/// Counts every case at every size; whether all stay within their bounds.
+pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+    let Workspaces {
+        m16,
+        m32,
+        m64,
+        x,
+        z,
+    } = workspaces;
+    let mut within = true;
+    for case in &CASES {
+        within &= line(counter, m16, case, case.bounds[0], x, z)?;
+        within &= line(counter, m32, case, case.bounds[1], x, z)?;
+        within &= line(counter, m64, case, case.bounds[2], x, z)?;
+    }
+    Ok(within)
+}
+
+fn line<const M: usize, const L: usize, const ROWS: usize>(
+    counter: &mut Counter,
+    workspace: &mut Memory<M, L, ROWS>,
+    case: &Case,
+    bound: u32,
+    x: &mut [Complex<f32>],
+    z: &mut [Complex<f32>],
+) -> Result<bool, Error> {
+    let x = &mut x[..SAMPLES * M];
+    snapshots(x, M, case.echo);
+    let beamformer = Beamformer::new(Parameters {
+        method: case.method,
+        ..Parameters::default()
+    })?;
+    let all = |_| Active { first: 0, count: M };
+    let mut outcome = Ok(());
+    let cost = counter.count(|| {
+        outcome = DelayedLine::new(x, M).and_then(|line| beamformer.line(workspace, line, all, z));
+    });
+    outcome?;
+    let name = case.name;
+    for (n, z) in z.iter().enumerate() {
+        hprintln!("value {name} {M} {n} {:e} {:e}", z.re, z.im);
+    }
+    let bytes = Memory::<M, L, ROWS>::BYTES;
+    Ok(report(name, M, SAMPLES, &cost, bytes, bound))
+}

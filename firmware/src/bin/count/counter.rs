@@ -1,0 +1,60 @@
+//! Counts the instructions of a piece of work, and the stack that it takes.
+//!
+//! Under QEMU's `-icount shift=0` virtual time advances by one nanosecond with every instruction
+//! and not otherwise, and the SysTick timer of the mps2-an500 ticks every 40 ns of it: one tick is
+//! 40 instructions. [`Counter::new`] checks that against a loop whose count is known.
+
+use core::hint::black_box;
+
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
+
+const INSTRUCTIONS_PER_TICK: u32 = 40;
+/// SysTick counts down through 24 bits.
+const LAST_TICK: u32 = (1 << 24) - 1;
+
+/// What a piece of work took.
+pub struct Cost {
+    /// Instructions executed, to within 40 and the call's own dozen; modulo 2²⁴ ticks, which is 671
+    /// million.
+    pub instructions: u32,
+    /// Bytes of stack below the caller's.
+    pub stack: u32,
+}
+
+/// The timer.
+pub struct Counter(SYST);
+
+impl Counter {
+    /// A running counter; none where the timer does not follow the instructions.
+    pub fn new(mut timer: SYST) -> Option<Self> {
+        timer.set_clock_source(SystClkSource::Core);
+        timer.set_reload(LAST_TICK);
+        timer.clear_current();
+        timer.enable_counter();
+        let mut counter = Counter(timer);
+        // `delay` is a loop of two instructions.
+        let turns = 1_000_000;
+        let counted = counter.count(|| cortex_m::asm::delay(turns)).instructions;
+        (counted.abs_diff(2 * turns) <= 2 * INSTRUCTIONS_PER_TICK).then_some(counter)
+    }
+
+    /// Runs `work` and tells its cost.
+    pub fn count<R>(&mut self, work: impl FnOnce() -> R) -> Cost {
+        cortex_m_stack::repaint_stack();
+        let free = cortex_m_stack::current_stack_free();
+        let begin = SYST::get_current();
+        black_box(call(work));
+        let end = SYST::get_current();
+        Cost {
+            instructions: (begin.wrapping_sub(end) & LAST_TICK) * INSTRUCTIONS_PER_TICK,
+            stack: free - cortex_m_stack::stack_painted(),
+        }
+    }
+}
+
+/// Keeps the work's stack frame apart from the counter's.
+#[inline(never)]
+fn call<R>(work: impl FnOnce() -> R) -> R {
+    work()
+}

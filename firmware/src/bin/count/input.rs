@@ -1,0 +1,48 @@
+//! What is worked on; `plain-c/main.c` makes the same numbers.
+
+use bonebeam::Complex;
+
+/// Samples of the line.
+pub const SAMPLES: usize = 32;
+/// The amplitude of an echo 20 dB above the noise.
+pub const ECHO: f32 = 4.0;
+
+/// Delayed samples `[sample][element]` of `elements` elements: an echo from straight ahead of
+/// amplitude `echo`, one 10 dB weaker from the side, whose phase turns by a quarter an element, and
+/// noise. Both are at 5 MHz, a quarter of a turn a sample. Few bits, so that every compiler rounds
+/// alike.
+pub fn snapshots(x: &mut [Complex<f32>], elements: usize, echo: f32) {
+    const QUARTERS: [(f32, f32); 4] = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)];
+    let mut state = 1u32;
+    // Uniform in −0.5..0.5: a power of 1/12.
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / 16_777_216.0 - 0.5
+    };
+    for (n, snapshot) in x.chunks_exact_mut(elements).enumerate() {
+        for (m, x) in snapshot.iter_mut().enumerate() {
+            let (ahead, side) = (QUARTERS[n % 4], QUARTERS[(n + m) % 4]);
+            x.re = echo * (ahead.0 + 0.3125 * side.0) + noise();
+            x.im = echo * (ahead.1 + 0.3125 * side.1) + noise();
+        }
+    }
+}
+
+/// An image of `side` × `side` pixels: two bright ridges that cross, on speckle.
+pub fn image(pixels: &mut [f32], side: usize) {
+    for (n, pixel) in pixels.iter_mut().enumerate() {
+        let (row, column) = (n / side, n % side);
+        let speckle = (n as u32).wrapping_mul(2_654_435_761) >> 26;
+        let ridges = ridge(row, side / 2 + column / 5) + ridge(column, side / 4 + row / 2);
+        *pixel = (10 + speckle + ridges) as f32;
+    }
+}
+
+fn ridge(at: usize, top: usize) -> u32 {
+    match at.abs_diff(top) {
+        0 => 90,
+        1 => 70,
+        2 => 25,
+        _ => 0,
+    }
+}

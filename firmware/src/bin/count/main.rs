@@ -1,0 +1,57 @@
+//! Counts the instructions that the core takes on a Cortex-M7, per output sample and per pixel.
+//!
+//! Prints one line a case, `count NAME SIZE INSTRUCTIONS OUTPUTS BYTES STACK`, after lines
+//! `value NAME SIZE INDEX RE IM` with what it computed. `firmware/count` sets both beside the same
+//! work in plain C. Ends with a failure where a case takes more instructions than its bound.
+
+#![no_std]
+#![no_main]
+
+mod beamform;
+mod counter;
+mod input;
+mod phase_symmetry;
+
+use bonebeam::Error;
+use cortex_m_rt::entry;
+use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
+use cortex_m_semihosting::hprintln;
+use counter::{Cost, Counter};
+use firmware::exit;
+use static_cell::ConstStaticCell;
+
+static BEAMFORM: ConstStaticCell<beamform::Workspaces> =
+    ConstStaticCell::new(beamform::Workspaces::new());
+static PHASE_SYMMETRY: ConstStaticCell<phase_symmetry::Workspaces> =
+    ConstStaticCell::new(phase_symmetry::Workspaces::new());
+
+#[entry]
+fn main() -> ! {
+    let counter = cortex_m::Peripherals::take().and_then(|p| Counter::new(p.SYST));
+    let Some(mut counter) = counter else {
+        hprintln!("error: SysTick does not follow the instructions: run QEMU with -icount shift=0");
+        exit(EXIT_FAILURE)
+    };
+    match count(&mut counter) {
+        Ok(true) => exit(EXIT_SUCCESS),
+        Ok(false) => hprintln!("error: more instructions than the bounds in src/bin/count allow"),
+        Err(error) => hprintln!("error: {error}"),
+    }
+    exit(EXIT_FAILURE)
+}
+
+fn count(counter: &mut Counter) -> Result<bool, Error> {
+    let beamformers = beamform::run(counter, BEAMFORM.take())?;
+    let filters = phase_symmetry::run(counter, PHASE_SYMMETRY.take())?;
+    Ok(beamformers && filters)
+}
+
+/// Prints a case; whether its instructions per output stay within `bound`.
+fn report(name: &str, size: usize, outputs: usize, cost: &Cost, bytes: usize, bound: u32) -> bool {
+    let Cost {
+        instructions,
+        stack,
+    } = cost;
+    hprintln!("count {name} {size} {instructions} {outputs} {bytes} {stack}");
+    *instructions <= bound.saturating_mul(outputs as u32)
+}

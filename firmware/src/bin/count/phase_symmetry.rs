@@ -1,0 +1,133 @@
+//! Phase symmetry of two sizes, 18 filters, in strips; the gains from tables and on the fly.
+
+use bonebeam::Error;
+use bonebeam::phase_symmetry::{
+    External, GainTables, Gains, Kernels, LogGabor, LogGaborTables, Microfft, PhaseSymmetry,
+    Workspace, spectrum_columns,
+};
+use cortex_m_semihosting::hprintln;
+
+use crate::counter::{Cost, Counter};
+use crate::input::image;
+use crate::report;
+
+const STRIP: usize = 16;
+const SCALES: [f64; 3] = [1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0];
+const THRESHOLD: f32 = 3.0;
+const LARGEST: usize = 128;
+/// What [`GainTables`] take for that.
+const GAINS: usize = (LARGEST / 2 + 1) * (SCALES.len() * (LARGEST / 2 + 1) + 8 * LARGEST);
+/// Every so many pixels one is printed, to be compared: a prime.
+const PRINTED: usize = 61;
+const TABLES: &str = "phase-symmetry";
+const ON_THE_FLY: &str = "phase-symmetry-on-the-fly";
+
+/// The memory of the cases.
+pub struct Workspaces {
+    tables: LogGaborTables,
+    gains: [f32; GAINS],
+    m64: Workspace<64, STRIP>,
+    m128: Workspace<128, STRIP>,
+    external: Arrays,
+}
+
+/// What may lie in slow memory.
+struct Arrays {
+    image: [f32; LARGEST * LARGEST],
+    spectrum: [f32; 2 * LARGEST * spectrum_columns(LARGEST)],
+    filtered: [f32; 2 * LARGEST * LARGEST],
+    amplitude: [f32; LARGEST * LARGEST],
+    symmetry: [f32; LARGEST * LARGEST],
+}
+
+impl Workspaces {
+    /// All zero.
+    pub const fn new() -> Self {
+        Workspaces {
+            tables: LogGaborTables::new(),
+            gains: [0.0; GAINS],
+            m64: Workspace::new(),
+            m128: Workspace::new(),
+            external: Arrays {
+                image: [0.0; LARGEST * LARGEST],
+                spectrum: [0.0; 2 * LARGEST * spectrum_columns(LARGEST)],
+                filtered: [0.0; 2 * LARGEST * LARGEST],
+                amplitude: [0.0; LARGEST * LARGEST],
+                symmetry: [0.0; LARGEST * LARGEST],
+            },
+        }
+    }
+}
+
+/// Counts every case; whether all stay within their bounds on instructions per pixel (see
+/// `beamform.rs`). Making the tables is not counted.
+pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+    let Workspaces {
+        tables,
+        gains,
+        m64,
+        m128,
+        external,
+    } = workspaces;
+    let filters = &LogGabor::new(tables);
+    let small = side(counter, m64, filters, gains, external, [7200, 8600])?;
+    let large = side(counter, m128, filters, gains, external, [7600, 9000])?;
+    Ok(small && large)
+}
+
+/// One size; the bounds are those with tables and on the fly.
+fn side<const SIDE: usize>(
+    counter: &mut Counter,
+    workspace: &mut Workspace<SIDE, STRIP>,
+    filters: &LogGabor<'_>,
+    gains: &mut [f32],
+    external: &mut Arrays,
+    bounds: [u32; 2],
+) -> Result<bool, Error> {
+    let bank = PhaseSymmetry::new(SIDE, SIDE, &SCALES, THRESHOLD, STRIP)?;
+    let gains = &mut gains[..GainTables::len(&bank)];
+    let gain_bytes = size_of_val(gains);
+    let tables = &GainTables::new(filters, &bank, gains)?;
+    let cost = map(counter, workspace, &bank, tables, external)?;
+    for n in (0..SIDE * SIDE).step_by(PRINTED) {
+        hprintln!("value {TABLES} {SIDE} {n} {:e} 0", external.symmetry[n]);
+    }
+    // All but the image and the map.
+    let stores = 4 * (2 * SIDE * spectrum_columns(SIDE) + 3 * SIDE * SIDE);
+    let bytes = Workspace::<SIDE, STRIP>::BYTES + stores;
+    let [first, second] = bounds;
+    let within = report(TABLES, SIDE, SIDE * SIDE, &cost, bytes + gain_bytes, first);
+    let cost = map(counter, workspace, &bank, filters, external)?;
+    let bytes = bytes + LogGaborTables::BYTES;
+    Ok(report(ON_THE_FLY, SIDE, SIDE * SIDE, &cost, bytes, second) && within)
+}
+
+fn map<const SIDE: usize>(
+    counter: &mut Counter,
+    workspace: &mut Workspace<SIDE, STRIP>,
+    bank: &PhaseSymmetry,
+    gains: &impl Gains<f32>,
+    arrays: &mut Arrays,
+) -> Result<Cost, Error> {
+    let pixels = SIDE * SIDE;
+    image(&mut arrays.image[..pixels], SIDE);
+    let mut external = External {
+        image: &mut &arrays.image[..pixels],
+        spectrum: &mut &mut arrays.spectrum[..2 * SIDE * spectrum_columns(SIDE)],
+        filtered: &mut &mut arrays.filtered[..2 * pixels],
+        amplitude: &mut &mut arrays.amplitude[..pixels],
+        symmetry: &mut &mut arrays.symmetry[..pixels],
+    };
+    let kernels = Kernels {
+        zero: 0.0,
+        fft: &Microfft,
+        gains,
+    };
+    let mut outcome = Ok(());
+    let cost = counter.count(|| {
+        let buffers = &mut workspace.buffers();
+        outcome = bank.run(&kernels, &mut external, buffers, &mut |_| {});
+    });
+    outcome?;
+    Ok(cost)
+}

@@ -1,0 +1,23 @@
+//! What the images share: output and exit status go to the host by semihosting.
+
+#![no_std]
+
+use core::panic::PanicInfo;
+
+use cortex_m_semihosting::debug::{self, EXIT_FAILURE, ExitStatus};
+use cortex_m_semihosting::hprintln;
+
+/// Ends the emulation with this status.
+pub fn exit(status: ExitStatus) -> ! {
+    debug::exit(status);
+    // Without a debugger nobody takes the exit.
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    hprintln!("{info}");
+    exit(EXIT_FAILURE)
+}
