@@ -1,11 +1,13 @@
 //! Phase symmetry of images, through the core's strips, on the widest vectors that the processor
 //! has.
 
+mod bands;
+
 use std::ops::Range;
 
 use bonebeam::phase_symmetry::{
-    GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, Source, Store,
-    StripBuffers, spectrum_columns,
+    GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, StripBuffers,
+    spectrum_columns,
 };
 use bonebeam::vector::Vector;
 use ndarray::{Array2, ArrayView2};
@@ -14,6 +16,7 @@ use rayon::prelude::*;
 
 use crate::instruction_set::{InstructionSet, OverLanes};
 use crate::{Error, Result};
+use bands::{Band, Part};
 
 /// What phase symmetry can be told.
 #[derive(Clone, Debug, PartialEq)]
@@ -207,99 +210,6 @@ impl Plan {
             progress(filter + 1, bank.filters());
         }
         Ok(symmetry)
-    }
-}
-
-/// A part of a matrix, from a place on.
-struct Part<'a> {
-    first: usize,
-    data: &'a mut [f32],
-}
-
-impl<'a> Part<'a> {
-    fn new(data: &'a mut [f32], first: usize) -> Self {
-        Part { first, data }
-    }
-
-    fn holds(&self, first: usize, length: usize) -> bool {
-        first >= self.first && first + length <= self.first + self.data.len()
-    }
-}
-
-impl Source for Part<'_> {
-    fn read(&mut self, first: usize, into: &mut [f32]) -> std::result::Result<(), bonebeam::Error> {
-        let first = first
-            .checked_sub(self.first)
-            .ok_or(bonebeam::Error::Memory)?;
-        (&*self.data).read(first, into)
-    }
-}
-
-impl Store for Part<'_> {
-    fn write(&mut self, first: usize, from: &[f32]) -> std::result::Result<(), bonebeam::Error> {
-        let first = first
-            .checked_sub(self.first)
-            .ok_or(bonebeam::Error::Memory)?;
-        (&mut *self.data).write(first, from)
-    }
-}
-
-/// The places in the filtered image of some strips of columns: two parts of each strip of rows,
-/// for the columns and their mirror images.
-struct Band<'a> {
-    /// The length of a strip of rows.
-    width: usize,
-    parts: Vec<[Part<'a>; 2]>,
-}
-
-impl<'a> Band<'a> {
-    /// Cuts the filtered image, strips of rows of length `width`, into bands of strips of columns.
-    fn cut<'b>(
-        filtered: &'a mut [f32],
-        width: usize,
-        bands: impl ExactSizeIterator<Item = &'b [Range<usize>]> + Clone,
-        columns: usize,
-    ) -> Vec<Band<'a>> {
-        let mut cut: Vec<Band> = Vec::new();
-        cut.resize_with(bands.len(), || Band {
-            width,
-            parts: Vec::new(),
-        });
-        for (k, strip) in filtered.chunks_mut(width).enumerate() {
-            let column = strip.len() / columns;
-            let first = k * width;
-            let (mut direct, mut mirrored) = strip.split_at_mut((columns / 2 + 1) * column);
-            let nyquist = columns / 2;
-            for (band, strips) in cut.iter_mut().zip(bands.clone()) {
-                let (start, end) = (strips[0].start, strips[strips.len() - 1].end);
-                let mirrored_columns = end.min(nyquist) - start.max(1).min(nyquist);
-                let lengths = [(end - start) * column, mirrored_columns * column];
-                let offset = (nyquist + start.max(1)) * column;
-                let one = direct.split_off_mut(..lengths[0]).unwrap_or_default();
-                let other = mirrored.split_off_mut(..lengths[1]).unwrap_or_default();
-                band.parts.push([
-                    Part::new(one, first + start * column),
-                    Part::new(other, first + offset),
-                ]);
-            }
-        }
-        cut
-    }
-}
-
-impl Source for Band<'_> {
-    fn read(&mut self, _: usize, _: &mut [f32]) -> std::result::Result<(), bonebeam::Error> {
-        Err(bonebeam::Error::Memory)
-    }
-}
-
-impl Store for Band<'_> {
-    fn write(&mut self, first: usize, from: &[f32]) -> std::result::Result<(), bonebeam::Error> {
-        let parts = self.parts.get_mut(first / self.width).into_iter().flatten();
-        let mut part = parts.filter(|part| part.holds(first, from.len()));
-        part.next()
-            .ok_or(bonebeam::Error::Memory)?
-            .write(first, from)
     }
 }
 

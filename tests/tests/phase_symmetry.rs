@@ -223,6 +223,25 @@ fn gains_from_tables_have_the_bits_of_those_on_the_fly() {
 }
 
 #[test]
+fn gain_tables_of_another_bank_are_refused() {
+    let bank = |rows, scales: &[f64], threshold, strip| {
+        core::PhaseSymmetry::new(rows, 64, scales, threshold, strip).unwrap()
+    };
+    let ours = bank(64, &THREE, 1.0, 16);
+    let mut memory = core::LogGaborTables::new();
+    let filters = core::LogGabor::new(&mut memory);
+    let length = core::GainTables::len(&ours);
+    let tables = core::GainTables::new(&filters, &ours, vec![0.0; length]).unwrap();
+    let check = |other| Gains::<f32>::check(&tables, &other);
+    assert!(check(bank(64, &THREE, 2.0, 16)).is_ok());
+    assert!(check(bank(128, &THREE, 1.0, 16)).is_err());
+    assert!(check(bank(64, &FIVE, 1.0, 16)).is_err());
+    assert!(check(bank(64, &FIVE[..3], 1.0, 16)).is_err());
+    assert!(check(bank(64, &THREE, 1.0, 8)).is_err());
+    assert!(core::GainTables::new(&filters, &ours, vec![0.0; length - 1]).is_err());
+}
+
+#[test]
 fn a_plan_serves_image_after_image() {
     let parameters = Parameters {
         scales: THREE.to_vec(),

@@ -3,9 +3,11 @@
 use super::lines::load;
 use super::log_gabor::{LogGabor, ORIENTATIONS};
 use super::strip::PhaseSymmetry;
+use super::workspace::spectrum_columns;
 use crate::Error;
 use crate::error::check_length;
 use crate::vector::Vector;
+use core::ops::Range;
 
 /// Columns of the spectrum side by side in the lanes of a vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +20,16 @@ pub struct LaneColumns {
     pub mirrored: bool,
 }
 
+impl LaneColumns {
+    /// The strip that holds them.
+    fn strip(&self, bank: &PhaseSymmetry) -> Option<Range<usize>> {
+        let start = self.first / bank.strip * bank.strip;
+        let (half, end) = (spectrum_columns(bank.columns), start + bank.strip);
+        let end = if end < half { end } else { half };
+        (self.lanes <= end.checked_sub(self.first)?).then_some(start..end)
+    }
+}
+
 /// The gains of a bank of filters.
 pub trait Gains<V: Vector> {
     /// Whether they are those of this bank and image size.
@@ -27,8 +39,9 @@ pub trait Gains<V: Vector> {
     fn check(&self, bank: &PhaseSymmetry) -> Result<(), Error>;
 
     /// The gains of the filter at a scale (as [`PhaseSymmetry::new`] was given them) and an
-    /// orientation (of [`ORIENTATIONS`]), by their positions: `gains[row]` for every row, those of
-    /// lanes not in use being whatever they are.
+    /// orientation (of [`ORIENTATIONS`]), by their positions: `gains[row]` for every row. Lanes not
+    /// in use are left as they are, and so are all where the bank has no such filter, or no strip
+    /// that holds these columns.
     fn fill(
         &self,
         bank: &PhaseSymmetry,
@@ -53,7 +66,13 @@ impl<V: Vector> Gains<V> for LogGabor<'_> {
         columns: LaneColumns,
         gains: &mut [V],
     ) {
-        let (scale, orientation) = (&bank.scales[scale], &ORIENTATIONS[orientation]);
+        let known = bank.scales[..bank.scale_count].get(scale);
+        let (Some(scale), Some(orientation)) = (known, ORIENTATIONS.get(orientation)) else {
+            return;
+        };
+        if columns.strip(bank).is_none() {
+            return;
+        }
         for lane in 0..columns.lanes {
             let column = if columns.mirrored {
                 bank.columns - columns.first - lane
@@ -95,7 +114,7 @@ impl GainTables<()> {
     /// How many numbers the tables of a bank take: for R × C pixels and s scales
     /// `(C/2 + 1)·(s·(R/2 + 1) + 8·R)`, 5.0 MB for 512² and three scales.
     pub const fn len(bank: &PhaseSymmetry) -> usize {
-        let half = bank.columns / 2 + 1;
+        let half = spectrum_columns(bank.columns);
         half * (bank.scale_count * (bank.rows / 2 + 1) + TURNS * bank.rows)
     }
 }
@@ -110,7 +129,7 @@ impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {
     pub fn new(filters: &LogGabor<'_>, bank: &PhaseSymmetry, mut memory: M) -> Result<Self, Error> {
         let tables = memory.as_mut();
         check_length("gain tables", tables.len(), GainTables::len(bank))?;
-        let half = bank.columns / 2 + 1;
+        let half = spectrum_columns(bank.columns);
         let quarter = half * (bank.rows / 2 + 1);
         let (radial, angular) = tables.split_at_mut(bank.scale_count * quarter);
         let edges = bank.rows / 2 + 1;
@@ -157,40 +176,44 @@ impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {
 
 impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
     fn check(&self, bank: &PhaseSymmetry) -> Result<(), Error> {
-        let (ours, theirs) = (&self.bank, bank);
-        if (ours.scale_count, &ours.scales) == (theirs.scale_count, &theirs.scales) {
+        let of = |bank: &PhaseSymmetry| (bank.scale_count, bank.scales, bank.strip);
+        if of(&self.bank) == of(bank) {
             return Ok(());
         }
         Err(Error::Parameter {
             name: "number of scales of the gain tables",
-            value: ours.scale_count as f64,
-            expected: "tables made for this image size and these scales",
+            value: self.bank.scale_count as f64,
+            expected: "tables made for this image size, these scales and this strip height",
         })
     }
 
     #[inline(always)]
     fn fill(
         &self,
-        bank: &PhaseSymmetry,
+        _: &PhaseSymmetry,
         scale: usize,
         orientation: usize,
         columns: LaneColumns,
         gains: &mut [V],
     ) {
-        let half = bank.columns / 2 + 1;
-        let quarter = half * (bank.rows / 2 + 1);
+        let (bank, memory) = (&self.bank, self.memory.as_ref());
+        let (Some(strip), Some(&mirror)) = (columns.strip(bank), MIRROR.get(orientation)) else {
+            return;
+        };
+        if scale >= bank.scale_count || gains.len() > bank.rows || columns.lanes > V::LANES {
+            return;
+        }
+        let half = spectrum_columns(bank.columns);
+        let (edges, width) = (bank.rows / 2 + 1, strip.len());
         let table = if columns.mirrored {
-            MIRROR[orientation]
+            mirror
         } else {
             orientation
         };
-        let (radial, angular) = self.memory.as_ref().split_at(bank.scale_count * quarter);
-        // The strip that holds the columns, and where they are in it.
-        let start = columns.first / bank.strip * bank.strip;
-        let (left, first) = (half - start, columns.first - start);
-        let width = if bank.strip < left { bank.strip } else { left };
-        let radial = &radial[scale * quarter + (bank.rows / 2 + 1) * start + first..];
-        let angular = &angular[(table * half + start) * bank.rows + first..];
+        let (radial, angular) = memory.split_at(bank.scale_count * half * edges);
+        let first = columns.first - strip.start;
+        let radial = &radial[(scale * half + strip.start) * edges + first..];
+        let angular = &angular[(table * half + strip.start) * bank.rows + first..];
         for (row, gain) in gains.iter_mut().enumerate() {
             let opposite = bank.rows - row;
             let nearer = if row < opposite { row } else { opposite };

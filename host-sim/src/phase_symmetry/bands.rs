@@ -1,0 +1,95 @@
+//! Parts of phase symmetry's matrices, each for one thread to write.
+
+use std::ops::Range;
+
+use bonebeam::Error;
+use bonebeam::phase_symmetry::{Source, Store};
+
+/// A part of a matrix, from a place on.
+pub struct Part<'a> {
+    first: usize,
+    data: &'a mut [f32],
+}
+
+impl<'a> Part<'a> {
+    /// `data`, as the numbers from `first` on.
+    pub fn new(data: &'a mut [f32], first: usize) -> Self {
+        Part { first, data }
+    }
+
+    fn holds(&self, first: usize, length: usize) -> bool {
+        first >= self.first && first + length <= self.first + self.data.len()
+    }
+}
+
+impl Source for Part<'_> {
+    fn read(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error> {
+        let first = first.checked_sub(self.first).ok_or(Error::Memory)?;
+        (&*self.data).read(first, into)
+    }
+}
+
+impl Store for Part<'_> {
+    fn write(&mut self, first: usize, from: &[f32]) -> Result<(), Error> {
+        let first = first.checked_sub(self.first).ok_or(Error::Memory)?;
+        (&mut *self.data).write(first, from)
+    }
+}
+
+/// The places in the filtered image of some strips of columns: two parts of each strip of rows,
+/// for the columns and their mirror images.
+pub struct Band<'a> {
+    /// The length of a strip of rows.
+    width: usize,
+    parts: Vec<[Part<'a>; 2]>,
+}
+
+impl<'a> Band<'a> {
+    /// Cuts the filtered image, strips of rows of length `width`, into bands of strips of columns.
+    pub fn cut<'b>(
+        filtered: &'a mut [f32],
+        width: usize,
+        bands: impl ExactSizeIterator<Item = &'b [Range<usize>]> + Clone,
+        columns: usize,
+    ) -> Vec<Band<'a>> {
+        let mut cut: Vec<Band> = Vec::new();
+        cut.resize_with(bands.len(), || Band {
+            width,
+            parts: Vec::new(),
+        });
+        for (k, strip) in filtered.chunks_mut(width).enumerate() {
+            let column = strip.len() / columns;
+            let first = k * width;
+            let (mut direct, mut mirrored) = strip.split_at_mut((columns / 2 + 1) * column);
+            let nyquist = columns / 2;
+            for (band, strips) in cut.iter_mut().zip(bands.clone()) {
+                let (start, end) = (strips[0].start, strips[strips.len() - 1].end);
+                let mirrored_columns = end.min(nyquist) - start.max(1).min(nyquist);
+                let lengths = [(end - start) * column, mirrored_columns * column];
+                let offset = (nyquist + start.max(1)) * column;
+                let one = direct.split_off_mut(..lengths[0]).unwrap_or_default();
+                let other = mirrored.split_off_mut(..lengths[1]).unwrap_or_default();
+                band.parts.push([
+                    Part::new(one, first + start * column),
+                    Part::new(other, first + offset),
+                ]);
+            }
+        }
+        cut
+    }
+}
+
+/// Columns are written; their rows are read from the whole matrix, later.
+impl Source for Band<'_> {
+    fn read(&mut self, _: usize, _: &mut [f32]) -> Result<(), Error> {
+        Err(Error::Memory)
+    }
+}
+
+impl Store for Band<'_> {
+    fn write(&mut self, first: usize, from: &[f32]) -> Result<(), Error> {
+        let parts = self.parts.get_mut(first / self.width).into_iter().flatten();
+        let mut part = parts.filter(|part| part.holds(first, from.len()));
+        part.next().ok_or(Error::Memory)?.write(first, from)
+    }
+}
