@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{beamform, main_job, phase_symmetry, simulate, verify};
+use crate::commands::{beamform, bench, main_job, phase_symmetry, simulate, verify};
 use crate::{Error, Result};
 
 /// From ultrasound channel data to bone surfaces: simulates, beamforms and filters with the bonebeam core.
@@ -35,6 +35,7 @@ enum Command {
     Beamform(Box<beamform::Arguments>),
     PhaseSymmetry(phase_symmetry::Arguments),
     Verify(verify::Arguments),
+    Bench(bench::Arguments),
 }
 
 /// More threads than any machine needs only take time to start.
@@ -46,6 +47,7 @@ Examples:
   host-sim --out report
   host-sim --mesh vertebra.ply --slice -0.002 --out mesh
   host-sim verify
+  host-sim bench --quick
   host-sim simulate vertebra -o channels.npz
   host-sim beamform channels.npz --method esmv-rank1 -o lines.npz --image lines.png
   host-sim phase-symmetry lines.png --scales 2^-7,2^-8,2^-9 --threshold 15 -o ps.npy --image ps.png
@@ -89,6 +91,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         Some(Command::PhaseSymmetry(arguments)) => phase_symmetry::run(arguments),
         Some(Command::Simulate(arguments)) => simulate::run(arguments),
         Some(Command::Verify(arguments)) => verify::run(arguments),
+        Some(Command::Bench(arguments)) => bench::run(&arguments),
     }
 }
 

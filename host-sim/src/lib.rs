@@ -2,6 +2,7 @@
 //! threads, two independent references, measures and reports.
 
 pub mod beamform;
+pub mod bench;
 pub mod checks;
 pub mod cli;
 mod commands;

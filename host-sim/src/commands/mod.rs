@@ -1,6 +1,7 @@
 //! One file a subcommand: its arguments, and the order in which it calls on the rest.
 
 pub mod beamform;
+pub mod bench;
 pub mod main_job;
 pub mod phase_symmetry;
 pub mod simulate;

@@ -1,0 +1,224 @@
+//! The beamformers against straight faer.
+
+use std::hint::black_box;
+
+use bonebeam::beamform::{Method, Parameters};
+use ndarray::{Array2, Array3, Axis};
+use num_complex::Complex;
+
+use super::core::{Core, with_core};
+use super::report::{Quantity, Row, Table, Target};
+use super::snapshots::{Scene, snapshots};
+use super::straight::{Shape, Straight};
+use super::timing::{Clock, side_by_side};
+use super::{Section, Settings};
+use crate::beamform::Covariance;
+use crate::instruction_set::InstructionSet;
+use crate::{Error, Result};
+
+/// Beams: as many as the widest registers have lanes.
+pub(super) const BEAMS: usize = 16;
+/// Samples that faer computes at a time.
+const FAER: usize = 8;
+/// The largest relative difference between equal results.
+const EQUAL: f64 = 1e-3;
+/// Beyond this, `e₁` is ill-conditioned and may differ.
+const LARGEST_RATIO: f32 = 0.99;
+const LOADING: f32 = 0.05;
+
+/// One comparison at four sizes.
+struct Comparison {
+    name: &'static str,
+    method: Method,
+    covariance: Covariance,
+    scene: Scene,
+    one_lane: bool,
+    /// At least so many times as fast, at each of [`SIZES`].
+    targets: Option<[f64; 4]>,
+}
+
+/// M, L, K.
+const SIZES: [(usize, usize, usize); 4] = [(128, 64, 10), (128, 64, 0), (64, 32, 2), (32, 16, 0)];
+
+const COMPARISONS: [Comparison; 6] = [
+    Comparison {
+        name: "rank-1 ESMV",
+        method: Method::EsmvRank1,
+        covariance: Covariance::ForwardBackward,
+        scene: Scene::Echo,
+        one_lane: false,
+        targets: Some([80.0, 40.0, 50.0, 40.0]),
+    },
+    Comparison {
+        name: "rank-1 ESMV, noise alone",
+        method: Method::EsmvRank1,
+        covariance: Covariance::ForwardBackward,
+        scene: Scene::Noise,
+        one_lane: false,
+        targets: Some([80.0, 40.0, 50.0, 40.0]),
+    },
+    Comparison {
+        name: "MV",
+        method: Method::Mv,
+        covariance: Covariance::ForwardBackward,
+        scene: Scene::Echo,
+        one_lane: false,
+        targets: Some([60.0, 15.0, 25.0, 20.0]),
+    },
+    Comparison {
+        name: "MV, forward",
+        method: Method::Mv,
+        covariance: Covariance::Forward,
+        scene: Scene::Echo,
+        one_lane: false,
+        targets: Some([20.0, 5.0, 5.0, 5.0]),
+    },
+    Comparison {
+        name: "rank-1 ESMV, forward",
+        method: Method::EsmvRank1,
+        covariance: Covariance::Forward,
+        scene: Scene::Echo,
+        one_lane: false,
+        targets: Some([20.0, 5.0, 5.0, 5.0]),
+    },
+    Comparison {
+        name: "MV, one lane",
+        method: Method::Mv,
+        covariance: Covariance::ForwardBackward,
+        scene: Scene::Echo,
+        one_lane: true,
+        targets: None,
+    },
+];
+
+/// Every comparison with straight faer.
+///
+/// # Errors
+/// Results of the two sides that are not equal.
+pub fn against_faer(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
+    let mut rows = Vec::new();
+    for comparison in &COMPARISONS {
+        for (size, &(elements, subarray, temporal)) in SIZES.iter().enumerate() {
+            let name = format!("{}, {elements}/{subarray}/{temporal}", comparison.name);
+            step(&name);
+            let shape = Shape {
+                elements,
+                subarray,
+                temporal,
+                covariance: comparison.covariance,
+                loading: LOADING,
+            };
+            let row = comparison.measure(settings, shape, name)?;
+            rows.push(match comparison.targets {
+                Some(targets) => row.target(Target::AtLeast(targets[size])),
+                None => row,
+            });
+        }
+    }
+    Ok(Table {
+        section: Section::Beamformers.to_string(),
+        title: "Beamformers against straight faer, time of one output sample, M/L/K".into(),
+        method: format!(
+            "One thread, forward-backward unless said. Lines of {} samples, all elements \
+             active: an echo from aside, another direction in every beam, whose amplitude \
+             fluctuates along the depth like speckle, with white noise 20 dB below it; or that \
+             noise alone, where no eigenvalue stands out. faer (c32, run-time dispatch, memory made \
+             beforehand): the window's snapshots side by side in one matrix, its product with its \
+             adjoint, then Cholesky, or for rank 1 the full eigendecomposition. Both sides' results \
+             are compared.",
+            settings.samples
+        ),
+        yardstick: "faer".into(),
+        rows,
+    })
+}
+
+impl Comparison {
+    fn measure(&self, settings: &Settings, shape: Shape, name: String) -> Result<Row> {
+        let (set, beams) = match self.one_lane {
+            true => (InstructionSet::Scalar, 1),
+            false => (settings.instruction_set, BEAMS),
+        };
+        let x = snapshots(self.scene, (beams, settings.samples, shape.elements));
+        let mut row = None;
+        with_core(
+            set,
+            parameters(self.method, shape.temporal),
+            shape.covariance,
+            &x,
+            &mut |core| {
+                row = Some(self.side_by_side(settings, shape, &name, &x, core)?);
+                Ok(())
+            },
+        )?;
+        row.ok_or_else(|| Error::Data(format!("{name}: nothing was measured")))
+    }
+
+    /// Compares the results of both sides, then times them.
+    fn side_by_side(
+        &self,
+        settings: &Settings,
+        shape: Shape,
+        name: &str,
+        x: &Array3<Complex<f32>>,
+        core: &mut Core<'_>,
+    ) -> Result<Row> {
+        let (beams, samples, _) = x.dim();
+        let mut z = Array2::zeros((beams, samples));
+        core(&mut z)?;
+        let mut straight = Straight::new(shape);
+        let mut one = |line, sample| match self.method {
+            Method::EsmvRank1 => straight.esmv_rank1(line, sample),
+            _ => straight.mv(line, sample).map(|z| (z, 0.0)),
+        };
+        let mut difference = 0.0f64;
+        for (line, z) in x.axis_iter(Axis(0)).zip(z.outer_iter()) {
+            let largest = z.iter().map(|z| z.norm()).fold(0.0, f32::max);
+            for sample in [0, 1, samples / 2, samples - 1] {
+                let (expected, ratio) = one(line, sample)?;
+                let error = f64::from((z[sample] - expected).norm() / largest);
+                // A NaN stays.
+                if ratio <= LARGEST_RATIO && (error.is_nan() || error > difference) {
+                    difference = error;
+                }
+            }
+        }
+        if difference.is_nan() || difference > EQUAL {
+            return Err(Error::Data(format!(
+                "{name}: the core and faer differ by {difference:.1e} of the line's largest \
+                 sample; at most {EQUAL:.0e} is expected"
+            )));
+        }
+
+        let first = samples / 2;
+        let [here, faer] = side_by_side(
+            Clock::Thread,
+            settings.budget,
+            [
+                // Both have succeeded with these data.
+                &mut || drop(black_box(core(&mut z))),
+                &mut || {
+                    for sample in first..first + FAER {
+                        let _ = black_box(one(x.index_axis(Axis(0), 0), sample));
+                    }
+                },
+            ],
+        );
+        let here = here / (beams * samples) as f64;
+        let faer = faer / FAER as f64;
+        Ok(Row::new(name, Quantity::microseconds(here))
+            .beside(Quantity::microseconds(faer))
+            .result(faer / here, "×")
+            .difference(difference))
+    }
+}
+
+/// Of every comparison.
+pub(super) fn parameters(method: Method, temporal: usize) -> Parameters {
+    Parameters {
+        method,
+        temporal,
+        loading: LOADING,
+        ..Parameters::default()
+    }
+}

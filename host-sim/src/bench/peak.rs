@@ -1,0 +1,67 @@
+//! What the processor can do at most: multiplications and additions in registers, nothing else.
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use bonebeam::vector::Vector;
+
+use super::timing::{Clock, fastest};
+use crate::instruction_set::{InstructionSet, OverLanes};
+
+/// Multiplications and as many additions a chain and call: long enough for the clock's resolution,
+/// short enough to fit between two interruptions.
+const STEPS: usize = 20_000;
+
+/// Flop/s of one core, multiplications and additions in equal number and not fused.
+pub fn peak(set: InstructionSet, budget: Duration) -> f64 {
+    set.dispatch(Peak { budget: budget / 4 })
+}
+
+struct Peak {
+    budget: Duration,
+}
+
+impl OverLanes for Peak {
+    type Output = f64;
+
+    fn run<V: Vector>(self, zero: V) -> f64 {
+        // Too few chains wait for one another; too many do not fit the registers.
+        let rates = [
+            rate::<V, 12>(zero, self.budget),
+            rate::<V, 13>(zero, self.budget),
+            rate::<V, 14>(zero, self.budget),
+            rate::<V, 24>(zero, self.budget),
+        ];
+        rates.into_iter().fold(0.0, f64::max)
+    }
+}
+
+/// Flop/s of so many chains.
+fn rate<V: Vector, const CHAINS: usize>(zero: V, budget: Duration) -> f64 {
+    let seconds = fastest(Clock::Thread, budget, || {
+        let (factor, term) = black_box((0.999_999, 1e-6));
+        let values = zero.vectorize(
+            #[inline(always)]
+            || chains::<V, CHAINS>(zero.splat(factor), zero.splat(term)),
+        );
+        black_box(values.lanes());
+    });
+    (2 * CHAINS * STEPS * V::LANES) as f64 / seconds
+}
+
+/// Chains that are independent of one another, each a multiplication and an addition a step: one
+/// register a chain, so that enough of them fit the sixteen of SSE2 and AVX2.
+#[inline(always)]
+fn chains<V: Vector, const CHAINS: usize>(factor: V, term: V) -> V {
+    let mut values = [term; CHAINS];
+    for _ in 0..STEPS {
+        for value in &mut values {
+            *value = *value * factor + term;
+        }
+    }
+    let mut all = term;
+    for value in values {
+        all = all + value;
+    }
+    all
+}

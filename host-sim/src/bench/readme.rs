@@ -1,0 +1,54 @@
+//! The README's speed tables, between two comments.
+
+use std::fmt::Write;
+
+use super::report::{Report, Table};
+use super::text::{cells, head, machine};
+use crate::{Error, Result};
+
+const BEGIN: &str = "<!-- speed: written by `host-sim bench --readme README.md` -->\n";
+const END: &str = "<!-- end of speed -->";
+
+/// `readme` with what stands between the two comments replaced by the report's tables.
+///
+/// # Errors
+/// [`Error::Data`] where the comments are missing.
+pub fn rewrite(readme: &str, report: &Report) -> Result<String> {
+    let missing = || {
+        Error::Data(format!(
+            "has no lines `{}` and `{END}`, between which the tables belong",
+            BEGIN.trim_end()
+        ))
+    };
+    let (before, rest) = readme.split_once(BEGIN).ok_or_else(missing)?;
+    let (_, after) = rest.split_once(END).ok_or_else(missing)?;
+    Ok(format!("{before}{BEGIN}{}{END}{after}", tables(report)))
+}
+
+fn tables(report: &Report) -> String {
+    // Writing to a String cannot fail.
+    let mut text = String::new();
+    let _ = writeln!(text, "\n{}\n", machine(report));
+    for table in &report.tables {
+        let _ = writeln!(text, "**{}.** {}\n", table.title, table.method);
+        let _ = writeln!(text, "{}\n", markdown(table));
+    }
+    text
+}
+
+/// Without the columns that are empty throughout.
+fn markdown(table: &Table) -> String {
+    let head = head(table);
+    let rows: Vec<_> = table.rows.iter().map(cells).collect();
+    let kept: Vec<usize> = (0..head.len())
+        .filter(|&column| rows.iter().any(|row| !row[column].is_empty()))
+        .collect();
+    let line = |row: &[String; 6]| {
+        let cells: Vec<&str> = kept.iter().map(|&column| row[column].as_str()).collect();
+        format!("| {} |", cells.join(" | "))
+    };
+    let rule = format!("|{}", "---|".repeat(kept.len()));
+    let lines = [line(&head), rule];
+    let all: Vec<String> = lines.into_iter().chain(rows.iter().map(line)).collect();
+    all.join("\n")
+}

@@ -1,0 +1,45 @@
+//! The same in Python, where it is installed.
+
+use std::collections::BTreeMap;
+use std::process::Command;
+use std::time::Duration;
+
+use ndarray::{Array2, ArrayView2};
+use ndarray_npy::{read_npy, write_npy};
+
+const SCRIPT: &str = include_str!("phase_symmetry.py");
+
+/// What Python's side gave.
+pub struct Scipy {
+    /// The map of scipy.fft.
+    pub map: Array2<f32>,
+    /// Seconds by the library's name.
+    pub seconds: BTreeMap<String, f64>,
+}
+
+/// Runs the script; where it cannot run, the reason in one line.
+pub fn scipy(image: ArrayView2<'_, f32>, budget: Duration) -> Result<Scipy, String> {
+    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
+    let (given, taken) = (
+        folder.path().join("image.npy"),
+        folder.path().join("map.npy"),
+    );
+    write_npy(&given, &image).map_err(|e| e.to_string())?;
+    let output = Command::new("python3")
+        .args(["-c", SCRIPT])
+        .args([&given, &taken])
+        .arg(budget.as_secs_f64().to_string())
+        .output()
+        .map_err(|e| format!("python3: {e}"))?;
+    if !output.status.success() {
+        let message = String::from_utf8_lossy(&output.stderr);
+        return Err(message
+            .lines()
+            .last()
+            .unwrap_or("python3 failed")
+            .to_owned());
+    }
+    let seconds = serde_json::from_slice(&output.stdout).map_err(|e| e.to_string())?;
+    let map = read_npy(&taken).map_err(|e| e.to_string())?;
+    Ok(Scipy { map, seconds })
+}

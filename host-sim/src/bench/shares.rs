@@ -1,0 +1,147 @@
+//! The beamformer beside the peak and beside itself.
+
+use std::hint::black_box;
+
+use bonebeam::beamform::Method;
+use ndarray::{Array2, Array3};
+use num_complex::Complex;
+
+use super::beamformers::{BEAMS, parameters};
+use super::core::{Then, with_core};
+use super::operations;
+use super::peak::peak;
+use super::report::{Quantity, Row, Table, Target};
+use super::snapshots::{Scene, snapshots};
+use super::timing::{Clock, fastest, side_by_side};
+use super::{LINE, Section, Settings};
+use crate::Result;
+use crate::beamform::Covariance;
+use crate::instruction_set::InstructionSet;
+
+/// The core alone, forward-backward.
+fn alone(
+    set: InstructionSet,
+    method: Method,
+    temporal: usize,
+    lines: &Array3<Complex<f32>>,
+    then: &mut Then<'_>,
+) -> Result<()> {
+    let parameters = parameters(method, temporal);
+    with_core(set, parameters, Covariance::ForwardBackward, lines, then)
+}
+
+/// MV's useful operations a second over the peak of the same instruction set.
+///
+/// # Errors
+/// What the core refuses.
+pub fn share_of_peak(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
+    let mut rows = Vec::new();
+    for &set in &settings.instruction_sets {
+        for (elements, subarray, temporal) in [(128, 64, 0), (64, 32, 2), (32, 16, 0)] {
+            let name = format!("MV, {elements}/{subarray}/{temporal}, {}", set.name());
+            step(&name);
+            let x = snapshots(Scene::Echo, (BEAMS, settings.samples, elements));
+            let mut z = Array2::zeros((BEAMS, settings.samples));
+            let mut seconds = f64::NAN;
+            alone(set, Method::Mv, temporal, &x, &mut |core| {
+                core(&mut z)?;
+                seconds = fastest(Clock::Thread, settings.budget, || {
+                    drop(black_box(core(&mut z)))
+                });
+                Ok(())
+            })?;
+            let peak = peak(set, settings.budget);
+            let flops = operations::mv_forward_backward(elements, subarray, temporal);
+            let rate = flops * z.len() as f64 / seconds;
+            let row = Row::new(name, Quantity::new(1e-9 * rate, "GFLOP/s"))
+                .beside(Quantity::new(1e-9 * peak, "GFLOP/s"))
+                .result(100.0 * rate / peak, "%");
+            rows.push(if elements == 128 {
+                row.target(Target::AtLeast(50.0))
+            } else {
+                row
+            });
+        }
+    }
+    Ok(Table {
+        section: Section::Fraction.to_string(),
+        title: "Share of the peak".into(),
+        method: "The operations of the exact route (8LP + 8L² + 4L² + L³/3 + 2L² a sample with \
+                 P = M − L + 1, 178 kflop at 128/64/0; 3L²/2 more with a time window) over the time, \
+                 beside the peak of the same instruction set."
+            .into(),
+        yardstick: "peak".into(),
+        rows,
+    })
+}
+
+/// `K = 10` against `K = 0`.
+///
+/// # Errors
+/// What the core refuses.
+pub fn time_window(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
+    let set = settings.instruction_set;
+    let x = snapshots(Scene::Echo, (BEAMS, LINE, 128));
+    let mut z = Array2::zeros((BEAMS, LINE));
+    let mut rows = Vec::new();
+    for (name, method) in [("MV", Method::Mv), ("rank-1 ESMV", Method::EsmvRank1)] {
+        step(name);
+        let mut times = [f64::NAN; 2];
+        alone(set, method, 10, &x, &mut |with| {
+            alone(set, method, 0, &x, &mut |without| {
+                let mut other = z.clone();
+                with(&mut z)?;
+                without(&mut other)?;
+                times = side_by_side(
+                    Clock::Thread,
+                    settings.budget,
+                    [&mut || drop(black_box(with(&mut z))), &mut || {
+                        drop(black_box(without(&mut other)))
+                    }],
+                );
+                Ok(())
+            })
+        })?;
+        let [with, without] = times.map(|seconds| seconds / z.len() as f64);
+        rows.push(
+            Row::new(
+                format!("{name}, 128/64, K = 10"),
+                Quantity::microseconds(with),
+            )
+            .beside(Quantity::microseconds(without))
+            .result(with / without, "×")
+            .target(Target::AtMost(1.15)),
+        );
+    }
+    Ok(Table {
+        section: Section::TimeWindow.to_string(),
+        title: "A time window of 21 samples against none, time of one output sample".into(),
+        method: format!(
+            "As above; a line of {LINE} samples takes {} covariances with K = 10.",
+            LINE + 20
+        ),
+        yardstick: "K = 0".into(),
+        rows,
+    })
+}
+
+/// The peak of every instruction set.
+pub fn peaks(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Table {
+    let rows = settings.instruction_sets.iter().map(|&set| {
+        step(set.name());
+        Row::new(
+            set.name(),
+            Quantity::new(1e-9 * peak(set, settings.budget), "GFLOP/s"),
+        )
+    });
+    Table {
+        section: Section::Peak.to_string(),
+        title: "The peak of one core".into(),
+        method:
+            "f32, in registers: 12, 13, 14 or 24 independent chains, each a multiplication and an \
+                 addition a step and not fused; the best number counts."
+                .into(),
+        yardstick: String::new(),
+        rows: rows.collect(),
+    }
+}

@@ -1,0 +1,53 @@
+//! Delayed snapshots as behind a scanner's delay stage, the same every time.
+
+use ndarray::Array3;
+use num_complex::Complex;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// What the elements receive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scene {
+    /// An echo from aside, of another direction in every beam, whose complex amplitude fluctuates
+    /// along the depth as speckle does, and white noise 20 dB below it.
+    Echo,
+    /// White noise alone: no eigenvalue stands out.
+    Noise,
+}
+
+/// The pulse's length in output samples: as far apart, amplitudes have little in common.
+const PULSE: f32 = 6.0;
+/// The largest phase from element to element, rad: some 5° from the axis at the paper's pitch.
+const STEEPEST: f32 = 0.5;
+
+/// Snapshots `[beam, sample, element]`. Components of the noise are uniform: what it takes to
+/// compute does not depend on their distribution.
+pub fn snapshots(
+    scene: Scene,
+    (beams, samples, elements): (usize, usize, usize),
+) -> Array3<Complex<f32>> {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut uniform = move || random.random_range(-1.0f32..1.0);
+    let mut pair = move || Complex::new(uniform(), uniform());
+    let (level, noise) = match scene {
+        Scene::Echo => (1.0, 0.1),
+        Scene::Noise => (0.0, 1.0),
+    };
+    let keep = 1.0 - 1.0 / PULSE;
+    // A fluctuation of the variance of its innovations.
+    let renew = (1.0 - keep * keep).sqrt();
+    let mut x = Array3::zeros((beams, samples, elements));
+    for mut beam in x.outer_iter_mut() {
+        let step = Complex::from_polar(1.0, STEEPEST * pair().re);
+        let mut amplitude = pair();
+        for mut sample in beam.outer_iter_mut() {
+            amplitude = amplitude * keep + pair() * renew;
+            let mut wave = amplitude * level;
+            for value in &mut sample {
+                *value = wave + pair() * noise;
+                wave *= step;
+            }
+        }
+    }
+    x
+}

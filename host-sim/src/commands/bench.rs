@@ -1,0 +1,102 @@
+//! `host-sim bench`: how fast the core is, beside other ways of computing the same.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use indicatif::ProgressBar;
+
+use super::about;
+use crate::bench::{Section, Settings, rewrite, run as measure, text};
+use crate::files::atomic::{Outputs, check_outputs};
+use crate::instruction_set::InstructionSet;
+use crate::{Error, Result};
+
+/// Measure the core's speed beside straight faer, rustfft and scipy, on this machine.
+///
+/// Both sides are timed in turn on the same data, with one thread unless said, and the fastest of
+/// many calls counts, so that other users of the machine disturb little; results of both sides are
+/// compared first. A line a measurement: what the core takes, what its yardstick takes, the ratio,
+/// share or rate, its target, and whether it is met. Nothing fails for being slow: the exit status is
+/// 1 only where results differ. Build with --release.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// A short look, in a few seconds
+    #[arg(long)]
+    quick: bool,
+
+    /// Only these sections; all without it
+    #[arg(long, value_name = "SECTION,…", value_delimiter = ',')]
+    only: Vec<Section>,
+
+    /// Force one instruction set, but for whole frames and delays; the widest without it
+    #[arg(long, value_name = "NAME")]
+    instruction_set: Option<InstructionSet>,
+
+    /// All figures as JSON
+    #[arg(short, long, value_name = "FILE.json")]
+    output: Option<PathBuf>,
+
+    /// Rewrite the speed tables of this file, between its two comments
+    #[arg(long, value_name = "README.md", conflicts_with_all = ["quick", "only", "instruction_set"])]
+    readme: Option<PathBuf>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim bench
+  host-sim bench --quick
+  host-sim bench --only peak,fraction --instruction-set avx2
+  host-sim bench -o bench.json
+  host-sim bench -o bench.json --readme README.md";
+
+/// Runs the command.
+///
+/// # Errors
+/// An instruction set that the processor does not have, a file that cannot be written, or results
+/// of the two sides that differ.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let outputs = [&arguments.output, &arguments.readme];
+    let outputs: Vec<&Path> = outputs
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    check_outputs(&[], &outputs)?;
+    let readme = arguments.readme.as_deref().map(read).transpose()?;
+    let sections = match arguments.only.as_slice() {
+        [] => Section::value_variants(),
+        some => some,
+    };
+    let settings = Settings::new(arguments.quick, arguments.instruction_set)?;
+
+    let bar = ProgressBar::new_spinner();
+    let report = measure(&settings, sections, &mut |section, what| {
+        bar.set_message(format!("{section}: {what}"));
+        bar.tick();
+    })?;
+    bar.finish_and_clear();
+    print!("{}", text(&report));
+
+    let mut outputs = Outputs::new();
+    if let Some(path) = &arguments.output {
+        outputs.stage(path, |sink| {
+            Ok(serde_json::to_writer_pretty(sink, &report)?)
+        })?;
+    }
+    if let (Some(path), Some(readme)) = (&arguments.readme, readme) {
+        let text = rewrite(&readme, &report).map_err(|e| about(path, e))?;
+        outputs.stage(path, |sink| {
+            Ok(std::io::Write::write_all(sink, text.as_bytes())?)
+        })?;
+    }
+    outputs.commit()
+}
+
+fn read(path: &Path) -> Result<String> {
+    fs::read_to_string(path).map_err(|e| Error::File {
+        path: path.to_path_buf(),
+        message: format!("cannot be read: {e}"),
+    })
+}

@@ -1,0 +1,145 @@
+//! The benchmark's files and tables. Nothing here depends on how fast the machine is.
+
+use std::fs;
+use std::process::{Command, Output};
+
+use host_sim::bench::{Quantity, Report, Row, Table, Target, rewrite, vector_sets};
+use tempfile::{TempDir, tempdir};
+
+fn bench(folder: &TempDir, arguments: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .arg("bench")
+        .args(arguments.split(' '))
+        .current_dir(folder.path())
+        .output()
+        .unwrap()
+}
+
+fn report(folder: &TempDir, arguments: &str) -> Report {
+    let output = bench(folder, &format!("{arguments} -o bench.json"));
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments}: {message}");
+    let file = fs::read(folder.path().join("bench.json")).unwrap();
+    let report: Report = serde_json::from_slice(&file).unwrap();
+    let printed = String::from_utf8_lossy(&output.stdout);
+    for row in report.tables.iter().flat_map(|table| &table.rows) {
+        assert!(printed.contains(&row.work), "{} in {printed}", row.work);
+        assert!(row.here.value > 0.0 && row.here.value.is_finite());
+    }
+    report
+}
+
+#[test]
+fn the_core_agrees_with_faer_and_rustfft_in_every_comparison() {
+    let folder = tempdir().unwrap();
+    let report = report(&folder, "--quick --only beamformers,phase-symmetry");
+    let [beamformers, phase_symmetry] = &report.tables[..] else {
+        panic!("{} tables", report.tables.len());
+    };
+    assert_eq!(beamformers.rows.len(), 24);
+    for row in &beamformers.rows {
+        // Written only where it is within the command's own bound; never exactly equal, as the two
+        // sides add in another order.
+        let difference = row.difference.unwrap();
+        assert!(difference > 0.0 && difference < 1e-3, "{row:?}");
+        let ratio = row.yardstick.as_ref().unwrap().value / row.here.value;
+        let result = row.result.as_ref().unwrap();
+        assert!((result.value / ratio - 1.0).abs() < 1e-9, "{row:?}");
+        assert_eq!(
+            row.met.is_some(),
+            row.target.is_some(),
+            "a target is met or it is not"
+        );
+    }
+    assert!(phase_symmetry.rows.len() >= 3);
+    assert!(phase_symmetry.rows[0].difference.unwrap() < 1e-4);
+}
+
+#[test]
+fn one_instruction_set_can_be_forced() {
+    let folder = tempdir().unwrap();
+    let all = report(&folder, "--quick --only peak");
+    let rows: Vec<&str> = all.tables[0].rows.iter().map(|r| &r.work[..]).collect();
+    assert_eq!(rows, all.machine.instruction_sets);
+    assert!(all.quick);
+    let baseline = vector_sets().pop().unwrap();
+    let name = baseline.name().to_lowercase();
+    let forced = report(
+        &folder,
+        &format!("--quick --only peak --instruction-set {name}"),
+    );
+    assert_eq!(forced.instruction_set, baseline.name());
+    assert_eq!(forced.tables[0].rows.len(), 1);
+}
+
+#[test]
+fn what_cannot_be_measured_is_refused_in_one_line() {
+    let folder = tempdir().unwrap();
+    for (arguments, status, named) in [
+        ("--only nonsense", 2, "nonsense"),
+        ("--instruction-set nonsense", 2, "nonsense"),
+        ("--quick --readme README.md", 2, "--readme"),
+        ("--readme missing.md", 1, "missing.md"),
+        ("--only peak -o missing/bench.json", 1, "missing"),
+    ] {
+        let output = bench(&folder, arguments);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(status), "{arguments}: {message}");
+        assert!(message.contains(named), "{arguments}: {message}");
+        assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// One table of two rows, the second without a yardstick.
+fn example() -> Report {
+    let json = serde_json::json!({
+        "machine": { "processor": "Abacus", "threads": 1, "instruction_sets": ["BEADS"] },
+        "instruction_set": "BEADS",
+        "quick": false,
+        "tables": [],
+    });
+    let mut report: Report = serde_json::from_value(json).unwrap();
+    report.tables.push(Table {
+        section: "sums".into(),
+        title: "Sums".into(),
+        method: "By hand.".into(),
+        yardstick: "pencil".into(),
+        rows: vec![
+            Row::new("one and one", Quantity::microseconds(2e-6))
+                .beside(Quantity::microseconds(9e-6))
+                .result(4.5, "×")
+                .target(Target::AtLeast(5.0)),
+            Row::new("two and two", Quantity::milliseconds(0.12345)),
+        ],
+    });
+    report
+}
+
+#[test]
+fn the_readme_changes_between_its_comments_only() {
+    let begin = "<!-- speed: written by `host-sim bench --readme README.md` -->";
+    let end = "<!-- end of speed -->";
+    let readme = format!("# Before\n\n{begin}\nold\n{end}\n\nAfter.\n");
+    let written = rewrite(&readme, &example()).unwrap();
+    assert!(written.starts_with(&format!("# Before\n\n{begin}\n")));
+    assert!(written.ends_with(&format!("{end}\n\nAfter.\n")));
+    assert!(!written.contains("old"));
+    for line in [
+        "Abacus, 1 thread; BEADS (the core's lanes: BEADS)",
+        "|  | here | pencil | result | target | met |",
+        "| one and one | 2.00 µs | 9.00 µs | 4.50 × | ≥ 5 × | no |",
+        "| two and two | 123 ms |  |  |  |  |",
+    ] {
+        assert!(written.lines().any(|l| l == line), "{line} in {written}");
+    }
+    // Rewriting it again changes nothing.
+    assert_eq!(rewrite(&written, &example()).unwrap(), written);
+    assert!(rewrite("nothing to replace", &example()).is_err());
+}
+
+#[test]
+fn the_readme_of_the_project_has_a_place_for_the_tables() {
+    let readme = include_str!("../../README.md");
+    assert!(rewrite(readme, &example()).is_ok());
+}
