@@ -4,8 +4,9 @@
 //! of [`covariance`], its factorisation and eigenvectors) → [`image`] (decibels, isotropic pixels) →
 //! [`phase_symmetry`] (the ridge filter).
 //!
-//! Every kernel is `no_std`, allocates nothing, never panics and returns the same bits on every
-//! target: `+ − × ÷ √` in a fixed order, `libm` by path for everything else.
+//! Kernels are written over [`vector`]s, one independent output a lane. Every kernel is `no_std`,
+//! allocates nothing, never panics and returns the same bits on every target: `+ − × ÷ √` in a fixed
+//! order, `libm` by path for everything else.
 
 #![no_std]
 

@@ -1,8 +1,8 @@
 //! The beamformers: weights from a covariance, and a whole line from delayed samples (Eq. 1, 4–8).
 //!
 //! [`Beamformer`] holds validated [`Parameters`]; a [`Workspace`] holds the memory. One beam goes
-//! through [`Beamformer::line`]; where speed counts, [`Beamformer::runs`] does `W` runs of samples
-//! at once, one a lane, with the same bits.
+//! through [`Beamformer::line`]; where speed counts, [`Beamformer::runs`] does as many runs of samples
+//! at once as a vector has lanes, with the same bits.
 
 mod das;
 mod delayed_line;

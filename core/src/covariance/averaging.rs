@@ -397,7 +397,7 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     fn steering(i: usize, subarray: usize) -> f32 {
         if i + 1 == subarray && subarray % 2 == 1 {
             FRAC_1_SQRT_2
-        } else if i % 2 == 0 {
+        } else if i.is_multiple_of(2) {
             1.0
         } else {
             0.0
