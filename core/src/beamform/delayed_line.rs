@@ -34,21 +34,24 @@ impl<'a> DelayedLine<'a> {
                 expected: samples * elements,
             });
         }
-        let mut largest = 0.0f32;
-        for (index, value) in x.iter().enumerate() {
-            let (re, im) = (libm::fabsf(value.re), libm::fabsf(value.im));
-            let component = if re > im { re } else { im };
-            if !(re.is_finite() && im.is_finite()) {
-                return Err(Error::NonFinite {
-                    name: "delayed samples",
-                    index,
-                });
-            }
-            if component > largest {
-                largest = component;
+        // Magnitudes order like their bits, and what is not finite comes last.
+        let mut largest = 0;
+        for value in x {
+            for part in [value.re, value.im] {
+                let magnitude = part.to_bits() << 1;
+                if magnitude > largest {
+                    largest = magnitude;
+                }
             }
         }
-        let exponent = (largest.to_bits() >> 23).clamp(1, 253);
+        if largest >= f32::INFINITY.to_bits() << 1 {
+            let index = x.iter().position(|value| !value.is_finite()).unwrap_or(0);
+            return Err(Error::NonFinite {
+                name: "delayed samples",
+                index,
+            });
+        }
+        let exponent = (largest >> 24).clamp(1, 253);
         Ok(DelayedLine {
             x,
             elements,

@@ -56,31 +56,37 @@ fn pair<V: Vector>(
     } else {
         places
     };
-    for ((ahead, &behind), kept) in ahead.windows(2).zip(x).zip(&mut *kept).take(lost) {
+    let (first, rest) = x[..subarrays].split_at(lost);
+    for ((ahead, &behind), kept) in ahead.windows(2).zip(first).zip(&mut *kept) {
         let product = [ahead[0].mul_conj(behind), ahead[1].mul_conj(behind)];
         *kept = product;
         sums = [sums[0] + product[0], sums[1] + product[1]];
     }
-    for (ahead, &behind) in ahead.windows(2).zip(x).take(subarrays).skip(lost) {
+    for (ahead, &behind) in ahead[lost..].windows(2).zip(rest) {
         sums[0] = sums[0] + ahead[0].mul_conj(behind);
         sums[1] = sums[1] + ahead[1].mul_conj(behind);
     }
     put(lag, 0, sums[0]);
-    for j in 0..places {
+    let kept = &mut kept[..places];
+    let entering = ahead[subarrays..].windows(2).zip(&x[subarrays..]);
+    for (j, (ahead, &behind)) in entering.enumerate() {
         put(lag + 1, j, sums[1]);
-        let i = j + subarrays;
-        let enters = ahead[i].mul_conj(x[i]);
-        sums[0] = (sums[0] + enters) - kept[j][0];
-        put(lag, j + 1, sums[0]);
-        if j + 1 < places {
-            let enters_next = ahead[i + 1].mul_conj(x[i]);
-            // More places than subarrays: what is lost later has entered before.
-            if i < places {
-                kept[i] = [enters, enters_next];
-            }
-            sums[1] = (sums[1] + enters_next) - kept[j][1];
+        let product = [ahead[0].mul_conj(behind), ahead[1].mul_conj(behind)];
+        let [first, second] = kept[j];
+        // More places than subarrays: what is lost later has entered before.
+        if let Some(kept) = kept.get_mut(j + subarrays) {
+            *kept = product;
         }
+        sums = [
+            (sums[0] + product[0]) - first,
+            (sums[1] + product[1]) - second,
+        ];
+        put(lag, j + 1, sums[0]);
     }
+    put(lag + 1, places - 1, sums[1]);
+    let last = x.len() - 1 - lag;
+    let product = ahead[last].mul_conj(x[last]);
+    put(lag, places, (sums[0] + product) - kept[places - 1][0]);
 }
 
 /// `s[i] = Σ_l x[l+i]`: the sum of the subarrays' snapshots (Eq. 4 without `w` and `1/P`).

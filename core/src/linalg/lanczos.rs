@@ -228,6 +228,15 @@ fn orthogonalise<S: Scalar<V>, V: Vector>(basis: &[S], w: &mut [S], which: V::Ma
     components[count - 1].real()
 }
 
+/// The basis vectors `first..first + B`, sliced so that the loops over them need no further checks.
+#[inline(always)]
+fn vectors<S, const B: usize>(basis: &[S], first: usize, rows: usize) -> [&[S]; B] {
+    core::array::from_fn(
+        #[inline(always)]
+        |i| &basis[(first + i) * rows..][..rows],
+    )
+}
+
 /// `h_i = v_iᴴw` for `first..first + B`, each summed from zero with the entries ascending.
 #[inline(always)]
 fn project<S: Scalar<V>, V: Vector, const B: usize>(
@@ -237,11 +246,10 @@ fn project<S: Scalar<V>, V: Vector, const B: usize>(
     components: &mut [S; STEP_LIMIT],
 ) {
     let mut sums = [S::from_real(basis[0].real().zero()); B];
-    let rows = w.len();
-    let basis = &basis[first * rows..];
+    let basis = vectors::<S, B>(basis, first, w.len());
     for (p, &w) in w.iter().enumerate() {
         for i in 0..B {
-            sums[i] = sums[i] + w.mul_conj(basis[i * rows + p]);
+            sums[i] = sums[i] + w.mul_conj(basis[i][p]);
         }
     }
     components[first..first + B].copy_from_slice(&sums);
@@ -256,12 +264,12 @@ fn subtract<S: Scalar<V>, V: Vector, const B: usize>(
     components: &[S; STEP_LIMIT],
     which: V::Mask,
 ) {
-    let rows = w.len();
-    let basis = &basis[first * rows..];
+    let basis = vectors::<S, B>(basis, first, w.len());
+    let components = &components[first..first + B];
     for (p, w) in w.iter_mut().enumerate() {
         let mut rest = *w;
         for i in 0..B {
-            rest = rest - basis[i * rows + p].mul(components[first + i]);
+            rest = rest - basis[i][p].mul(components[i]);
         }
         *w = S::select(which, rest, *w);
     }

@@ -23,20 +23,20 @@ struct Case {
 }
 
 const CASES: [Case; 4] = [
-    case("das", Method::Das, ECHO, [950, 1800, 3300]),
-    case("mv", Method::Mv, ECHO, [8200, 26_000, 95_000]),
+    case("das", Method::Das, ECHO, [570, 960, 1800]),
+    case("mv", Method::Mv, ECHO, [7400, 23_000, 84_000]),
     case(
         "esmv-rank1",
         Method::EsmvRank1,
         ECHO,
-        [21_000, 46_000, 140_000],
+        [19_000, 42_000, 130_000],
     ),
     // No eigenvalue stands out.
     case(
         "esmv-rank1-noise",
         Method::EsmvRank1,
         0.0,
-        [39_000, 120_000, 280_000],
+        [36_000, 110_000, 250_000],
     ),
 ];
 
