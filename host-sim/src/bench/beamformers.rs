@@ -10,7 +10,7 @@ use super::core::{Core, with_core};
 use super::report::{Quantity, Row, Table, Target};
 use super::snapshots::{Scene, snapshots};
 use super::straight::{Shape, Straight};
-use super::timing::{Clock, side_by_side};
+use super::timing::side_by_side;
 use super::{Section, Settings};
 use crate::beamform::Covariance;
 use crate::instruction_set::InstructionSet;
@@ -192,7 +192,6 @@ impl Comparison {
 
         let first = samples / 2;
         let [here, faer] = side_by_side(
-            Clock::Thread,
             settings.budget,
             [
                 // Both have succeeded with these data.

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use super::core::with_core;
 use super::frames::InVivo;
 use super::report::{Quantity, Row, Table, Target};
-use super::timing::{Clock, fastest};
+use super::timing::fastest;
 use super::{Section, Settings};
 use crate::beamform::Covariance;
 use crate::config;
@@ -78,7 +78,7 @@ pub fn against_beamforming(
     let (x, delay) = pool.install(|| -> Result<_> {
         let x = stage.delay(0..BEAMS)?;
         let again = || drop(black_box(stage.delay(0..BEAMS)));
-        Ok((x, fastest(Clock::Thread, settings.budget, again)))
+        Ok((x, fastest(settings.budget, again)))
     })?;
     step("MV");
     let mut z = Array2::zeros((BEAMS, stage.samples()));
@@ -91,7 +91,7 @@ pub fn against_beamforming(
         &mut |core| {
             core(&mut z)?;
             let again = || drop(black_box(core(&mut z)));
-            beamforming = fastest(Clock::Thread, settings.budget, again);
+            beamforming = fastest(settings.budget, again);
             Ok(())
         },
     )?;

@@ -10,7 +10,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::report::{Quantity, Row, Table, Target};
 use super::snapshots::{Scene, snapshots};
-use super::timing::{Clock, fastest, side_by_side};
+use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
 use crate::beamform::{Covariance, beamform};
 use crate::files::Lines;
@@ -163,7 +163,6 @@ fn gpu_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result
     step("the GPU's frame");
     let (one, two) = (pool(1)?, pool(2)?);
     let times = side_by_side(
-        Clock::Wall,
         2 * settings.budget,
         [&mut || drop(black_box(one.install(frame))), &mut || {
             drop(black_box(two.install(frame)))
@@ -205,24 +204,19 @@ fn in_vivo_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Re
         let stages = [
             row(
                 "lines",
-                fastest(Clock::Wall, budget, || {
+                fastest(budget, || {
                     drop(black_box(InVivo::lines(&x, &aperture)));
                 }),
             ),
-            row(
-                "image",
-                fastest(Clock::Wall, budget, || drop(black_box(image(&lines)))),
-            ),
+            row("image", fastest(budget, || drop(black_box(image(&lines))))),
             row(
                 "phase symmetry",
-                fastest(Clock::Wall, budget, || {
-                    drop(black_box(bone_map(&mut plan, &picture)))
-                }),
+                fastest(budget, || drop(black_box(bone_map(&mut plan, &picture)))),
             ),
         ];
         let mut frame = || bone_map(&mut plan, &image(&InVivo::lines(&x, &aperture)?)?);
         frame()?;
-        let seconds = fastest(Clock::Wall, 2 * budget, || drop(black_box(frame())));
+        let seconds = fastest(2 * budget, || drop(black_box(frame())));
         let whole = row("delayed samples to bone map", seconds)
             .result(1.0 / seconds, "frames/s")
             .target(Target::AtLeast(15.0));

@@ -104,7 +104,7 @@ impl Settings {
             instruction_set: instruction_sets[0],
             instruction_sets,
             budget: Duration::from_millis(if quick { 20 } else { 800 }),
-            samples: if quick { 32 } else { LINE / 2 },
+            samples: if quick { 32 } else { 128 },
         })
     }
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use bonebeam::vector::Vector;
 
-use super::timing::{Clock, fastest};
+use super::timing::fastest;
 use crate::instruction_set::{InstructionSet, OverLanes};
 
 /// Multiplications and as many additions a chain and call: long enough for the clock's resolution,
@@ -38,7 +38,7 @@ impl OverLanes for Peak {
 
 /// Flop/s of so many chains.
 fn rate<V: Vector, const CHAINS: usize>(zero: V, budget: Duration) -> f64 {
-    let seconds = fastest(Clock::Thread, budget, || {
+    let seconds = fastest(budget, || {
         let (factor, term) = black_box((0.999_999, 1e-6));
         let values = zero.vectorize(
             #[inline(always)]

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use super::report::{Quantity, Row, Table, Target};
 use super::scipy::scipy;
 use super::straight_phase_symmetry::Straight;
-use super::timing::{Clock, fastest, side_by_side};
+use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
 use crate::phase_symmetry::{Parameters, Plan};
 use crate::{Error, Result};
@@ -86,7 +86,6 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
     straight.run(image.view(), &mut expected);
     let error = equal("rustfft", difference(&map, &expected))?;
     let [whole, rustfft, strips] = side_by_side(
-        Clock::Thread,
         budget,
         [
             &mut || drop(black_box(run(&mut core))),
@@ -110,9 +109,7 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
     ];
 
     step("tables");
-    let tables = fastest(Clock::Thread, settings.budget, || {
-        drop(black_box(plan(SIDE)))
-    });
+    let tables = fastest(settings.budget, || drop(black_box(plan(SIDE))));
     rows.push(
         Row::new(
             "filter tables, beside in-core",
@@ -133,9 +130,7 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
         Ok(python) => {
             let error = equal("scipy", difference(&map, &python.map))?;
             // As near to Python's time as can be.
-            let whole = fastest(Clock::Thread, settings.budget, || {
-                drop(black_box(run(&mut core)))
-            });
+            let whole = fastest(settings.budget, || drop(black_box(run(&mut core))));
             for (name, seconds) in python.seconds {
                 rows.push(
                     Row::new(

@@ -12,7 +12,7 @@ use super::operations;
 use super::peak::peak;
 use super::report::{Quantity, Row, Table, Target};
 use super::snapshots::{Scene, snapshots};
-use super::timing::{Clock, fastest, side_by_side};
+use super::timing::{fastest, side_by_side};
 use super::{LINE, Section, Settings};
 use crate::Result;
 use crate::beamform::Covariance;
@@ -45,9 +45,7 @@ pub fn share_of_peak(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -
             let mut seconds = f64::NAN;
             alone(set, Method::Mv, temporal, &x, &mut |core| {
                 core(&mut z)?;
-                seconds = fastest(Clock::Thread, settings.budget, || {
-                    drop(black_box(core(&mut z)))
-                });
+                seconds = fastest(settings.budget, || drop(black_box(core(&mut z))));
                 Ok(())
             })?;
             let peak = peak(set, settings.budget);
@@ -93,8 +91,7 @@ pub fn time_window(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> 
                 with(&mut z)?;
                 without(&mut other)?;
                 times = side_by_side(
-                    Clock::Thread,
-                    settings.budget,
+                    4 * settings.budget,
                     [&mut || drop(black_box(with(&mut z))), &mut || {
                         drop(black_box(without(&mut other)))
                     }],

@@ -1,25 +1,18 @@
 //! Times on a machine that others use too: the fastest of many, taken in turn.
+//!
+//! It is the time that passes. A thread's own processor time would leave out the others', but on a
+//! virtual machine it runs too slowly at times, and the fastest of many finds those times. So calls
+//! are kept to a few milliseconds, which others leave undisturbed often enough.
 
 use std::time::{Duration, Instant};
 
 /// Fewest rounds, whatever the budget: the first warms the caches, one alone could be disturbed.
 const FEWEST: usize = 3;
 
-/// What is counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Clock {
-    /// The time that this thread computes, without that in which others have its processor: for
-    /// work that this thread does alone.
-    Thread,
-    /// The time that passes: for work on several threads.
-    Wall,
-}
-
 /// How long each of `contestants` takes, s: the fastest of at least three calls, one of each in
 /// turn, until `budget` is used up. Taken in turn, a disturbance or a change of the clock rate meets
 /// all alike.
 pub fn side_by_side<const N: usize>(
-    clock: Clock,
     budget: Duration,
     mut contestants: [&mut dyn FnMut(); N],
 ) -> [f64; N] {
@@ -28,9 +21,9 @@ pub fn side_by_side<const N: usize>(
     let mut rounds = 0;
     while rounds < FEWEST || begin.elapsed() < budget {
         for (contestant, fastest) in contestants.iter_mut().zip(&mut fastest) {
-            let start = clock.now(begin);
+            let start = Instant::now();
             contestant();
-            let seconds = (clock.now(begin) - start).as_secs_f64();
+            let seconds = start.elapsed().as_secs_f64();
             if seconds < *fastest {
                 *fastest = seconds;
             }
@@ -41,25 +34,7 @@ pub fn side_by_side<const N: usize>(
 }
 
 /// [`side_by_side`] for one alone.
-pub fn fastest(clock: Clock, budget: Duration, mut work: impl FnMut()) -> f64 {
-    let [seconds] = side_by_side(clock, budget, [&mut work]);
+pub fn fastest(budget: Duration, mut work: impl FnMut()) -> f64 {
+    let [seconds] = side_by_side(budget, [&mut work]);
     seconds
-}
-
-impl Clock {
-    #[cfg(unix)]
-    fn now(self, begin: Instant) -> Duration {
-        use rustix::time::{ClockId, clock_gettime};
-        match self {
-            Clock::Thread => clock_gettime(ClockId::ThreadCPUTime)
-                .try_into()
-                .unwrap_or_else(|_| begin.elapsed()),
-            Clock::Wall => begin.elapsed(),
-        }
-    }
-
-    #[cfg(not(unix))]
-    fn now(self, begin: Instant) -> Duration {
-        begin.elapsed()
-    }
 }
