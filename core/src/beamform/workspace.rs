@@ -81,7 +81,10 @@ impl<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usi
             "every capacity is at least 1"
         );
         assert!(L <= M, "a subarray cannot exceed the aperture");
-        assert!(L.is_multiple_of(TILE), "the subarray capacity is a multiple of 4");
+        assert!(
+            L.is_multiple_of(TILE),
+            "the subarray capacity is a multiple of 4"
+        );
     };
 
     /// A workspace over the lanes of `zero`, a vector of zeros.
