@@ -10,6 +10,7 @@ use bonebeam::vector::Vector;
 use clap::ValueEnum;
 use ndarray::{Array2, ArrayView3, Axis};
 use num_complex::Complex;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -88,7 +89,8 @@ pub fn beamform_with(
         )));
     }
     let x = x.as_standard_layout();
-    let lines = (0..beams)
+    let lines: Vec<Result<DelayedLine<'_>>> = (0..beams)
+        .into_par_iter()
         .map(|beam| {
             let line = x.index_axis(Axis(0), beam);
             let line = line
@@ -96,7 +98,9 @@ pub fn beamform_with(
                 .expect("one beam of a standard layout is contiguous");
             DelayedLine::new(line, elements).map_err(|error| name_sample(error, beam, elements))
         })
-        .collect::<Result<Vec<_>>>()?;
+        .collect();
+    // The first bad beam is named, whichever thread found one first.
+    let lines = lines.into_iter().collect::<Result<Vec<_>>>()?;
     let mut pieces = Vec::new();
     for beam in 0..beams {
         let runs = bonebeam::beamform::constant_runs(samples, |sample| active(beam, sample));
