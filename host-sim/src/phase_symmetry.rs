@@ -6,8 +6,8 @@ mod bands;
 use std::ops::Range;
 
 use bonebeam::phase_symmetry::{
-    GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, StripBuffers,
-    spectrum_columns,
+    GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, LowRank, ORIENTATIONS, PhaseSymmetry,
+    Store, StripBuffers, spectrum_columns,
 };
 use bonebeam::vector::Vector;
 use ndarray::{Array2, ArrayView2};
@@ -27,6 +27,9 @@ pub struct Parameters {
     pub threshold: f32,
     /// How many rows or columns are worked on at a time. It changes the time, never the result.
     pub strip: usize,
+    /// Whether the middle one of five octave scales is mixed from the other four
+    /// ([`LowRank`], which tells the error).
+    pub low_rank: bool,
 }
 
 impl Parameters {
@@ -58,7 +61,9 @@ pub struct Plan {
     strip: usize,
     fft: LaneFft,
     gains: GainTables<Vec<f32>>,
+    low_rank: Option<LowRank>,
     spectrum: Vec<f32>,
+    /// The filtered images whose rows are added at a time: one, or four of a low-rank basis.
     filtered: Vec<f32>,
     amplitude: Vec<f32>,
 }
@@ -92,6 +97,11 @@ impl Plan {
             parameters.threshold,
             parameters.strip,
         )?;
+        let low_rank = match parameters.low_rank {
+            true => Some(LowRank::new(&bank)?),
+            false => None,
+        };
+        let images = low_rank.map_or(1, |_| LowRank::BASIS.len());
         let mut filters = LogGaborTables::new();
         let filters = LogGabor::new(&mut filters);
         let gains = vec![0.0; GainTables::len(&bank)];
@@ -100,8 +110,9 @@ impl Plan {
             strip: parameters.strip.min(rows.max(columns)),
             fft: LaneFft::new(),
             gains: GainTables::new(&filters, &bank, gains)?,
+            low_rank,
             spectrum: vec![0.0; 2 * rows * spectrum_columns(columns)],
-            filtered: vec![0.0; 2 * rows * columns],
+            filtered: vec![0.0; images * 2 * rows * columns],
             amplitude: vec![0.0; rows * columns],
         })
     }
@@ -150,7 +161,10 @@ impl Plan {
         let sums = symmetry.as_slice_mut().unwrap_or_default();
 
         let threads = rayon::current_num_threads();
-        let mut memories = vec![Memory::new(zero, self.strip, rows.max(columns)); threads];
+        // A low-rank basis needs a strip to mix in.
+        let strips = if self.low_rank.is_some() { 2 } else { 1 };
+        let memory = Memory::new(zero, self.strip, rows.max(columns), strips);
+        let mut memories = vec![memory; threads];
         bank.spectrum(
             &kernels,
             &mut image.as_slice().unwrap_or_default(),
@@ -162,30 +176,37 @@ impl Plan {
         let column_share = column_strips.len().div_ceil(threads);
         let row_share = row_strips.len().div_ceil(threads);
         let band = row_share * self.strip * columns;
-        for filter in 0..bank.filters() {
+        // What is added to the sums at a time, one filter or an orientation of a low-rank basis.
+        let steps = match self.low_rank {
+            None => bank.filters(),
+            Some(_) => ORIENTATIONS.len(),
+        };
+        for step in 0..steps {
+            let filters: Vec<usize> = match self.low_rank {
+                None => vec![step],
+                Some(_) => LowRank::filters(step).to_vec(),
+            };
             let spectrum = self.spectrum.as_slice();
             let width = 2 * self.strip * columns;
-            Band::cut(
-                &mut self.filtered,
-                width,
-                column_strips.chunks(column_share),
-                columns,
-            )
-            .into_par_iter()
-            .zip(column_strips.par_chunks(column_share))
-            .zip(&mut memories)
-            .try_for_each(|((mut filtered, strips), memory)| {
-                strips.iter().try_for_each(|strip| {
-                    bank.filter_columns(
-                        &kernels,
-                        filter,
-                        strip.clone(),
-                        &mut &*spectrum,
-                        &mut filtered,
-                        &mut memory.buffers(),
-                    )
-                })
-            })?;
+            let images = self.filtered.chunks_mut(2 * rows * columns);
+            for (filter, filtered) in filters.into_iter().zip(images) {
+                Band::cut(filtered, width, column_strips.chunks(column_share), columns)
+                    .into_par_iter()
+                    .zip(column_strips.par_chunks(column_share))
+                    .zip(&mut memories)
+                    .try_for_each(|((mut filtered, strips), memory)| {
+                        strips.iter().try_for_each(|strip| {
+                            bank.filter_columns(
+                                &kernels,
+                                filter,
+                                strip.clone(),
+                                &mut &*spectrum,
+                                &mut filtered,
+                                &mut memory.buffers(),
+                            )
+                        })
+                    })?;
+            }
             let filtered = self.filtered.as_slice();
             row_strips
                 .par_chunks(row_share)
@@ -197,17 +218,18 @@ impl Plan {
                     let mut symmetry = Part::new(symmetry, k * band);
                     let mut amplitude = Part::new(amplitude, k * band);
                     strips.iter().try_for_each(|strip| {
-                        bank.add_rows(
-                            &kernels,
-                            filter,
-                            strip.clone(),
-                            &mut &*filtered,
-                            [&mut symmetry, &mut amplitude],
-                            &mut memory.buffers(),
-                        )
+                        let filtered = &mut &*filtered;
+                        let sums: [&mut dyn Store; 2] = [&mut symmetry, &mut amplitude];
+                        let (rows, buffers) = (strip.clone(), &mut memory.buffers());
+                        match &self.low_rank {
+                            None => bank.add_rows(&kernels, step, rows, filtered, sums, buffers),
+                            Some(low_rank) => {
+                                low_rank.add_rows(&kernels, step, rows, filtered, sums, buffers)
+                            }
+                        }
                     })
                 })?;
-            progress(filter + 1, bank.filters());
+            progress((step + 1) * bank.filters() / steps, bank.filters());
         }
         Ok(symmetry)
     }
@@ -223,9 +245,9 @@ struct Memory<V> {
 }
 
 impl<V: Vector> Memory<V> {
-    fn new(zero: V, strip: usize, longest: usize) -> Self {
+    fn new(zero: V, strip: usize, longest: usize, strips: usize) -> Self {
         Memory {
-            strip: vec![0.0; 2 * strip * longest],
+            strip: vec![0.0; strips * 2 * strip * longest],
             sums: vec![0.0; 2 * strip * longest],
             line: vec![Complex { re: zero, im: zero }; longest],
             gains: vec![zero; longest],

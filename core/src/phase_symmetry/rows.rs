@@ -30,7 +30,7 @@ impl PhaseSymmetry {
         filter: usize,
         rows: Range<usize>,
         filtered: &mut dyn Source,
-        [symmetry, amplitude]: [&mut dyn Store; 2],
+        mut sums: [&mut dyn Store; 2],
         buffers: &mut StripBuffers<'_, V>,
     ) -> Result<(), Error> {
         self.check(kernels, buffers)?;
@@ -39,20 +39,45 @@ impl PhaseSymmetry {
         let place = rows.start * columns;
         let area = height * columns;
         filtered.read(2 * place, &mut buffers.strip[..2 * area])?;
-        let (above, below) = buffers.sums[..2 * area].split_at_mut(area);
-        if filter == 0 {
-            above.fill(0.0);
-            below.fill(0.0);
-        } else {
-            symmetry.read(place, above)?;
-            amplitude.read(place, below)?;
-        }
+        let first = filter == 0;
+        self.read_sums(first, rows.start, &mut sums, &mut buffers.sums[..2 * area])?;
         kernels.zero.vectorize(
             #[inline(always)]
             || self.add(kernels, height, buffers),
         );
-        let (above, below) = buffers.sums[..2 * area].split_at_mut(area);
-        if filter + 1 < self.filters() {
+        let last = filter + 1 == self.filters();
+        self.write_sums(last, rows.start, sums, &mut buffers.sums[..2 * area])
+    }
+
+    /// What Eq. 10's two sums are so far, in the strip of rows that begins at a row; 0 before the
+    /// `first` addition.
+    pub(super) fn read_sums(
+        &self,
+        first: bool,
+        row: usize,
+        [symmetry, amplitude]: &mut [&mut dyn Store; 2],
+        sums: &mut [f32],
+    ) -> Result<(), Error> {
+        if first {
+            sums.fill(0.0);
+            return Ok(());
+        }
+        let (above, below) = sums.split_at_mut(sums.len() / 2);
+        symmetry.read(row * self.columns, above)?;
+        amplitude.read(row * self.columns, below)
+    }
+
+    /// Keeps the sums, or after the `last` addition divides them.
+    pub(super) fn write_sums(
+        &self,
+        last: bool,
+        row: usize,
+        [symmetry, amplitude]: [&mut dyn Store; 2],
+        sums: &mut [f32],
+    ) -> Result<(), Error> {
+        let (columns, place) = (self.columns, row * self.columns);
+        let (above, below) = sums.split_at_mut(sums.len() / 2);
+        if !last {
             amplitude.write(place, below)?;
             return symmetry.write(place, above);
         }
@@ -60,6 +85,7 @@ impl PhaseSymmetry {
             let ratio = *above / (*below + EPSILON);
             *above = if ratio < 1.0 { ratio } else { BELOW_ONE };
         }
+        let height = above.len() / columns;
         for (k, row) in below.chunks_exact_mut(columns).enumerate() {
             for (n, ratio) in row.iter_mut().enumerate() {
                 *ratio = above[n * height + k];
@@ -76,38 +102,62 @@ impl PhaseSymmetry {
         height: usize,
         buffers: &mut StripBuffers<'_, V>,
     ) {
-        let Kernels { zero, fft, .. } = *kernels;
-        let columns = self.columns;
+        let (zero, columns) = (kernels.zero, self.columns);
         let strip = &buffers.strip[..2 * columns * height];
         let (above, below) = buffers.sums[..2 * columns * height].split_at_mut(columns * height);
         let line = &mut buffers.line[..columns];
         let scale = zero.splat(1.0 / columns as f32);
         let threshold = zero.splat(self.threshold);
         for (first, lanes) in groups::<V>(height) {
-            inverse(
-                fft,
-                #[inline(always)]
-                |column| {
-                    let at = 2 * self.filtered_place(column) * height + first;
-                    Complex {
-                        re: load(zero, &strip[at..], lanes),
-                        im: load(zero, &strip[at + height..], lanes),
-                    }
-                },
-                line,
-            );
+            self.invert_rows(kernels, strip, height, (first, lanes), line);
             let sums = above
                 .chunks_exact_mut(height)
                 .zip(below.chunks_exact_mut(height));
             for (c, (above, below)) in line.iter().zip(sums) {
-                let (above, below) = (&mut above[first..], &mut below[first..]);
-                let (e, o) = (c.re * scale, c.im * scale);
-                let excess = e - o.abs() - threshold;
-                let excess = V::select(zero.less(excess), excess, zero);
-                store(load(zero, above, lanes) + excess, above, lanes);
-                let modulus = (e * e + o * o).sqrt();
-                store(load(zero, below, lanes) + modulus, below, lanes);
+                let sums = [&mut above[first..], &mut below[first..]];
+                let response = [c.re * scale, c.im * scale];
+                Self::add_response(zero, threshold, response, sums, lanes);
             }
         }
+    }
+
+    /// Inversely transforms a vector's rows of a filtered strip, without the factor 1/columns.
+    #[inline(always)]
+    pub(super) fn invert_rows<V: Vector, F: Fft<V>, G: Gains<V>>(
+        &self,
+        kernels: &Kernels<'_, V, F, G>,
+        strip: &[f32],
+        height: usize,
+        (first, lanes): (usize, usize),
+        line: &mut [Complex<V>],
+    ) {
+        inverse(
+            kernels.fft,
+            #[inline(always)]
+            |column| {
+                let at = 2 * self.filtered_place(column) * height + first;
+                Complex {
+                    re: load(kernels.zero, &strip[at..], lanes),
+                    im: load(kernels.zero, &strip[at + height..], lanes),
+                }
+            },
+            line,
+        );
+    }
+
+    /// Adds what one filter gives to Eq. 10's numerator and denominator.
+    #[inline(always)]
+    pub(super) fn add_response<V: Vector>(
+        zero: V,
+        threshold: V,
+        [e, o]: [V; 2],
+        [above, below]: [&mut [f32]; 2],
+        lanes: usize,
+    ) {
+        let excess = e - o.abs() - threshold;
+        let excess = V::select(zero.less(excess), excess, zero);
+        store(load(zero, above, lanes) + excess, above, lanes);
+        let modulus = (e * e + o * o).sqrt();
+        store(load(zero, below, lanes) + modulus, below, lanes);
     }
 }
