@@ -202,7 +202,7 @@ fn the_written_configuration_repeats_the_run() {
     );
     let written = fs::read_to_string(folder.path().join("c.npz.config.toml")).unwrap();
     assert!(
-        written.contains("beta = 0.5") && !written.contains("rank ="),
+        written.contains("\nbeta = 0.5") && !written.contains("\nrank ="),
         "{written}"
     );
     assert!(!same("a.npz", "c.npz"));
