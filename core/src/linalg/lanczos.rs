@@ -10,7 +10,8 @@
 //! - **Stop**: a lane is done where the residual `‖A·e − θ·e‖` is at most [`TOLERANCE`]·`θ`, and
 //!   either `θ` is more than all other eigenvalues together can be (`2θ > tr A`), or
 //!   [`LEAST_STEPS`] steps have been taken, in which even a component that only rounding has brought
-//!   in would have grown, or `n`. A basis that is exhausted earlier proves nothing.
+//!   in would have grown, or `n`. A basis that is exhausted earlier proves nothing: the lane is given
+//!   up.
 //! - **Limit**: a lane that is not done after [`STEP_LIMIT`] steps says so, and its caller takes the
 //!   full eigensolver, whose accuracy does not depend on the gap.
 
@@ -98,6 +99,8 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     let mut done = never;
     // Where the basis had an end before this step.
     let mut spent = never;
+    // Where that was seen without an arrival.
+    let mut given_up = never;
     let mut eigenvalue = zero;
     let mut bound = zero;
     for k in 0..steps {
@@ -129,14 +132,16 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
             } else {
                 never
             };
-            let arrived = converged & (certain | searched) & !done;
+            let arrived = converged & (certain | searched) & !done & !given_up;
             if arrived.any() {
                 tridiagonal.keep(k, arrived);
                 eigenvalue = V::select(arrived, theta, eigenvalue);
                 done = done | arrived;
-                if done.all() {
-                    break;
-                }
+            }
+            // Nothing is added to such a basis: a silent lane's identity, a lane without a run.
+            given_up = given_up | (spent & !done);
+            if (done | given_up).all() {
+                break;
             }
         }
         spent = spent | exhausted;

@@ -161,6 +161,9 @@ pub(super) fn lanczos<T: Number>(a: &[Vec<T>]) -> Option<(f32, Vec<T>)> {
             if converged && (certain || searched) {
                 return Some((theta, combine(&basis, &y)));
             }
+            if spent {
+                return None;
+            }
         }
         spent = spent || exhausted;
         let reciprocal = if exhausted { 0.0 } else { 1.0 / beta[k] };
