@@ -3,6 +3,9 @@
 use crate::Error;
 use num_complex::Complex;
 
+/// The largest exponent of a line whose samples are summed as they are, and the least, negative.
+const MODERATE: u32 = 64;
+
 /// Delayed analytic samples of one beam, row-major `[sample][element]`, checked once.
 #[derive(Clone, Copy, Debug)]
 pub struct DelayedLine<'a> {
@@ -79,6 +82,12 @@ impl<'a> DelayedLine<'a> {
     /// scaled by a power of two gives the same numbers scaled.
     pub(super) fn scale(&self) -> f32 {
         f32::from_bits((254 - self.exponent) << 23)
+    }
+
+    /// Whether the largest component is so far from both ends of the floats' range that sums of the
+    /// line's samples need no scale.
+    pub(super) fn is_moderate(&self) -> bool {
+        self.exponent.abs_diff(127) <= MODERATE
     }
 
     /// `value` back at the line's own scale, at most `f32::MAX` in magnitude.

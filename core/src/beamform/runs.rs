@@ -77,6 +77,12 @@ impl Beamformer {
             return Ok(());
         }
         let subarray = self.check_capacity::<A, V>(count, [M, L, ROWS])?;
+        if self.parameters().method == Method::Das {
+            for (run, z) in runs.iter().zip(z) {
+                das(run, count, z);
+            }
+            return Ok(());
+        }
         let mut memory = workspace.memory();
         // A lane without a run keeps its zeros.
         let zero = memory.snapshot[0].zero();
@@ -114,14 +120,6 @@ impl Beamformer {
             if z.len() > longest {
                 longest = z.len();
             }
-        }
-        if self.parameters().method == Method::Das {
-            for i in 0..longest {
-                let active = &mut memory.snapshot[..count];
-                gather(runs, i as isize, active);
-                emit(runs, z, i, das(active));
-            }
-            return;
         }
         for push in 0..longest + 2 * self.parameters().temporal {
             if let Some(silent) = self.push::<A, V>(memory, runs, count, subarray, push) {

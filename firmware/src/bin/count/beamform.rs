@@ -23,7 +23,7 @@ struct Case {
 }
 
 const CASES: [Case; 4] = [
-    case("das", Method::Das, ECHO, [570, 960, 1800]),
+    case("das", Method::Das, ECHO, [280, 510, 980]),
     case("mv", Method::Mv, ECHO, [7400, 23_000, 84_000]),
     case(
         "esmv-rank1",

@@ -54,7 +54,7 @@ pub struct Parameters {
 /// active element and the number of them.
 ///
 /// The line is scaled by a power of two so that its largest component lies in [1, 2) ([2, 4) for
-/// the largest floats), and its output scaled back.
+/// the largest floats), and its output scaled back; for DAS only where that is beyond 2^±64.
 pub fn beamform(
     x: &[Vec<Complex<f32>>],
     active: &[(usize, usize)],
@@ -68,7 +68,10 @@ pub fn beamform(
             }
         }
     }
-    let exponent = libm::ilogbf(largest).clamp(-126, 126);
+    let exponent = match libm::ilogbf(largest).clamp(-126, 126) {
+        -64..=64 if parameters.method == Method::Das => 0,
+        exponent => exponent,
+    };
     let (down, up) = (libm::ldexpf(1.0, -exponent), libm::ldexpf(1.0, exponent));
     let scaled: Vec<Vec<Complex<f32>>> = x
         .iter()
