@@ -143,6 +143,8 @@ impl ForwardBackward {
     }
 
     /// Pair `i` with pair `j ≤ i`: sum-sum, difference-sum, sum-difference, difference-difference.
+    /// The middle element of an odd number counts as a pair without a difference; what is beyond is
+    /// zero.
     #[inline(always)]
     fn pairs<V: Vector>(
         lag: &impl Fn(usize) -> ComplexVector<V>,
@@ -151,13 +153,41 @@ impl ForwardBackward {
         j: usize,
         factor: V,
     ) -> [V; 4] {
+        let zero = factor.zero();
+        if i >= subarray.div_ceil(2) {
+            return [zero; 4];
+        }
         let f = lag(Self::index(subarray, i - j, j));
+        if 2 * j + 1 == subarray {
+            return [f.re * factor, zero, zero, zero];
+        }
         let g = lag(Self::index(subarray, subarray - 1 - i - j, j));
+        let ss = (f.re + g.re) * factor;
+        let sd = -(f.im + g.im) * factor;
+        if 2 * i + 1 == subarray {
+            let root = factor.splat(FRAC_1_SQRT_2);
+            return [ss * root, zero, sd * root, zero];
+        }
+        [ss, (f.im - g.im) * factor, sd, (f.re - g.re) * factor]
+    }
+
+    /// Pair `i` with itself, loaded; the rows that fill up the last tile are those of the identity.
+    #[inline(always)]
+    fn diagonal<V: Vector>(
+        lag: &impl Fn(usize) -> ComplexVector<V>,
+        subarray: usize,
+        i: usize,
+        loading: &Loading<V>,
+    ) -> [V; 4] {
+        let [ss, ds, sd, dd] = Self::pairs(lag, subarray, i, i, loading.factor);
+        let added = loading.added;
+        let one = added.splat(1.0);
+        let pair = 2 * i + 1;
         [
-            (f.re + g.re) * factor,
-            (f.im - g.im) * factor,
-            -(f.im + g.im) * factor,
-            (f.re - g.re) * factor,
+            if pair <= subarray { ss + added } else { one },
+            ds,
+            sd,
+            if pair < subarray { dd + added } else { one },
         ]
     }
 }
@@ -318,62 +348,32 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     ) {
         const PAIRS: usize = TILE / 2;
         let factor = loading.factor;
-        let (zero, root) = (factor.zero(), factor.splat(FRAC_1_SQRT_2));
-        // The middle element of an odd number counts as the sum of a pair.
-        let (half, pairs) = (subarray / 2, subarray.div_ceil(2));
         for block in 0..subarray.div_ceil(TILE) {
             let columns = &mut matrix[panel(block)..panel(block + 1)];
             let (columns, _) = columns.as_chunks_mut::<2>();
-            for (j, [sum, difference]) in columns.iter_mut().enumerate() {
-                for h in 0..PAIRS {
-                    let i = PAIRS * block + h;
-                    let mut entries = if i < pairs && j <= i {
-                        Self::pairs(&lag, subarray, i, j, factor)
-                    } else if j < pairs && i < j {
-                        let [ss, ds, sd, dd] = Self::pairs(&lag, subarray, j, i, factor);
-                        [ss, sd, ds, dd]
-                    } else {
-                        [zero; 4]
-                    };
-                    if half < pairs && (i == half || j == half) {
-                        entries = if i == j {
-                            let power = lag(Self::index(subarray, 0, half)).re * factor;
-                            [power, zero, zero, zero]
-                        } else {
-                            // A middle element has no difference.
-                            let [ss, ds, sd, _] = entries.map(
-                                #[inline(always)]
-                                |x| x * root,
-                            );
-                            if i == half {
-                                [ss, zero, sd, zero]
-                            } else {
-                                [ss, ds, zero, zero]
-                            }
-                        };
-                    }
-                    if i == j {
-                        // The rows that fill up the last tile are those of the identity.
-                        let one = factor.splat(1.0);
-                        entries[0] = if i < pairs {
-                            entries[0] + loading.added
-                        } else {
-                            one
-                        };
-                        entries[3] = if i < half {
-                            entries[3] + loading.added
-                        } else {
-                            one
-                        };
-                    }
-                    [
-                        sum[2 * h],
-                        sum[2 * h + 1],
-                        difference[2 * h],
-                        difference[2 * h + 1],
-                    ] = entries;
-                }
+            let i = PAIRS * block;
+            let (before, diagonal) = columns.split_at_mut(i);
+            for (j, [sum, difference]) in before.iter_mut().enumerate() {
+                let [ss, ds, sd, dd] = Self::pairs(&lag, subarray, i, j, factor);
+                let [next_ss, next_ds, next_sd, next_dd] =
+                    Self::pairs(&lag, subarray, i + 1, j, factor);
+                *sum = [ss, ds, next_ss, next_ds];
+                *difference = [sd, dd, next_sd, next_dd];
             }
+            // The diagonal tile is symmetric.
+            let [ss, ds, sd, dd] = Self::diagonal(&lag, subarray, i, loading);
+            let [cross_ss, cross_ds, cross_sd, cross_dd] =
+                Self::pairs(&lag, subarray, i + 1, i, factor);
+            let [next_ss, next_ds, next_sd, next_dd] =
+                Self::diagonal(&lag, subarray, i + 1, loading);
+            let tile = [
+                [[ss, ds, cross_ss, cross_ds], [sd, dd, cross_sd, cross_dd]],
+                [
+                    [cross_ss, cross_sd, next_ss, next_ds],
+                    [cross_ds, cross_dd, next_sd, next_dd],
+                ],
+            ];
+            diagonal.copy_from_slice(&tile);
         }
     }
 

@@ -100,8 +100,8 @@ pub fn subarray_sum<V: Vector>(x: &[ComplexVector<V>], s: &mut [ComplexVector<V>
         sum = sum + value;
     }
     s[0] = sum;
-    for (i, s) in s.iter_mut().enumerate().skip(1) {
-        sum = (sum + x[i - 1 + subarrays]) - x[i - 1];
+    for ((s, &entering), &leaving) in s[1..].iter_mut().zip(&x[subarrays..]).zip(x) {
+        sum = (sum + entering) - leaving;
         *s = sum;
     }
 }
