@@ -11,12 +11,14 @@ mod complex;
 mod dot;
 #[cfg(feature = "simd")]
 mod lanes;
+mod memory;
 
 pub use complex::ComplexVector;
 pub(crate) use complex::Scalar;
 pub use dot::{Dot, PARTIAL_SUMS};
 #[cfg(feature = "simd")]
 pub use lanes::Lanes;
+pub(crate) use memory::{MOST_LANES, load, transpose};
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 

@@ -101,18 +101,22 @@ pub fn beamform_with(
         .collect();
     // The first bad beam is named, whichever thread found one first.
     let lines = lines.into_iter().collect::<Result<Vec<_>>>()?;
-    let mut pieces = Vec::new();
-    for beam in 0..beams {
+    let pieces_of = |beam: usize| {
         let runs = bonebeam::beamform::constant_runs(samples, |sample| active(beam, sample));
-        pieces.extend(runs.map(|(first_sample, samples, active)| Piece {
+        let piece = |(first_sample, samples, active)| Piece {
             beam,
             first_sample,
             samples,
             active,
-        }));
-    }
+        };
+        runs.map(piece).collect::<Vec<_>>()
+    };
+    let mut pieces: Vec<Piece> = (0..beams)
+        .into_par_iter()
+        .flat_map_iter(pieces_of)
+        .collect();
     // Lanes share the number of active elements; alike lengths waste least.
-    pieces.sort_by_key(|piece| (piece.active.count, piece.samples));
+    pieces.par_sort_by_key(|piece| (piece.active.count, piece.samples));
     let frame = Frame {
         beamformer,
         covariance,
@@ -121,13 +125,12 @@ pub fn beamform_with(
         progress: &progress,
     };
     let outputs = set.dispatch(frame)?;
-    let mut z = Array2::zeros((beams, samples));
+    let mut z = vec![Complex::new(0.0, 0.0); beams * samples];
     for (piece, values) in pieces.iter().zip(outputs) {
-        for (i, value) in values.into_iter().enumerate() {
-            z[[piece.beam, piece.first_sample + i]] = value;
-        }
+        let first = piece.beam * samples + piece.first_sample;
+        z[first..first + piece.samples].copy_from_slice(&values);
     }
-    Ok(z)
+    Ok(Array2::from_shape_vec((beams, samples), z).expect("a value a sample"))
 }
 
 /// A non-finite sample by beam, sample and element.

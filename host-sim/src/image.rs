@@ -1,9 +1,12 @@
 //! Lines → image, through the core.
 
 use bonebeam::image::{self as core, Axis};
+use bonebeam::vector::Vector;
 use ndarray::{Array2, ArrayView2};
+use rayon::prelude::*;
 
 use crate::files::Lines;
+use crate::instruction_set::{InstructionSet, OverLanes};
 use crate::{Error, Result};
 
 /// An image of isotropic pixels.
@@ -87,10 +90,19 @@ pub fn b_mode(lines: &Lines, dynamic_range: f32, grid: &PixelGrid, median: bool)
     let z = lines.z.as_standard_layout();
     let z = z.as_slice().unwrap_or_default();
     let mut envelope = vec![0.0; z.len()];
-    core::envelope(z, &mut envelope)?;
+    // Sample by sample: as many beams at a time as a thread likes.
+    let samples = lines.z.ncols().max(1);
+    z.par_chunks(samples)
+        .zip(envelope.par_chunks_mut(samples))
+        .try_for_each(|(z, envelope)| core::envelope(z, envelope))?;
     let reference = core::largest(&envelope);
     let mut levels = vec![0.0; z.len()];
-    core::log_compression(&envelope, reference, dynamic_range, &mut levels)?;
+    envelope
+        .par_chunks(samples)
+        .zip(levels.par_chunks_mut(samples))
+        .try_for_each(|(envelope, levels)| {
+            core::log_compression(envelope, reference, dynamic_range, levels)
+        })?;
 
     let mut pixels = Array2::zeros((grid.rows, grid.columns));
     core::resample(
@@ -102,13 +114,7 @@ pub fn b_mode(lines: &Lines, dynamic_range: f32, grid: &PixelGrid, median: bool)
         pixels.as_slice_mut().unwrap_or_default(),
     )?;
     if median {
-        let mut filtered = Array2::zeros(pixels.dim());
-        core::median(
-            pixels.as_slice().unwrap_or_default(),
-            grid.columns,
-            filtered.as_slice_mut().unwrap_or_default(),
-        )?;
-        pixels = filtered;
+        pixels = InstructionSet::detect().dispatch(Median(&pixels))?;
     }
     Ok(Image {
         pixels,
@@ -116,6 +122,25 @@ pub fn b_mode(lines: &Lines, dynamic_range: f32, grid: &PixelGrid, median: bool)
         z0: grid.z0,
         pixel: grid.pixel,
     })
+}
+
+/// The 3×3 median of an image.
+struct Median<'a>(&'a Array2<f32>);
+
+impl OverLanes for Median<'_> {
+    type Output = Result<Array2<f32>>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        let Median(pixels) = self;
+        let mut filtered = Array2::zeros(pixels.dim());
+        core::median(
+            zero,
+            pixels.as_slice().unwrap_or_default(),
+            pixels.ncols(),
+            filtered.as_slice_mut().unwrap_or_default(),
+        )?;
+        Ok(filtered)
+    }
 }
 
 /// An image bilinearly resampled to another size; corner pixels stay corner pixels.

@@ -68,7 +68,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     report("log-compression", hash::real(levels));
     resample(levels, BEAMS, DEPTHS, ROWS, COLUMNS, image)?;
     report("resample", hash::real(image));
-    median(image, SIDE, smooth)?;
+    median(0.0f32, image, SIDE, smooth)?;
     report("median", hash::real(smooth));
     Ok(())
 }

@@ -76,7 +76,7 @@ proptest! {
     fn the_median_is_the_middle_of_the_sorted_nine(nine in prop::array::uniform9(0u8..20)) {
         let image = nine.map(f32::from);
         let mut out = [0.0; 9];
-        median(&image, 3, &mut out).unwrap();
+        median(0.0f32, &image, 3, &mut out).unwrap();
         let mut sorted = nine;
         sorted.sort();
         prop_assert_eq!(out[4], f32::from(sorted[4]));
@@ -188,7 +188,7 @@ fn the_median_of_a_known_image() {
         9.0, 10.0, 11.0, 11.0,
     ];
     let mut out = [f32::NAN; 12];
-    median(&image, 4, &mut out).unwrap();
+    median(0.0f32, &image, 4, &mut out).unwrap();
     assert_eq!(out, expected);
 }
 
@@ -197,11 +197,11 @@ fn the_median_keeps_a_constant_and_removes_a_speck() {
     let mut image = [40.0; 35];
     image[17] = 255.0;
     let mut out = [f32::NAN; 35];
-    median(&image, 7, &mut out).unwrap();
+    median(0.0f32, &image, 7, &mut out).unwrap();
     assert_eq!(out, [40.0; 35]);
     // One row, one column, one pixel, nothing.
     for (length, columns) in [(6, 6), (6, 1), (1, 1), (0, 3)] {
-        median(&[5.0; 6][..length], columns, &mut out[..length]).unwrap();
+        median(0.0f32, &[5.0; 6][..length], columns, &mut out[..length]).unwrap();
         assert_eq!(out[..length], [5.0; 6][..length]);
     }
 }
@@ -238,7 +238,7 @@ fn the_core_has_the_bits_of_the_f32_reference() {
     assert_bits(&pixels, &expected);
 
     let mut filtered = vec![0.0; pixels.len()];
-    median(&pixels, 120, &mut filtered).unwrap();
+    median(0.0f32, &pixels, 120, &mut filtered).unwrap();
     assert_bits(&filtered, &plain::median(&pixels, 120));
 }
 
@@ -382,9 +382,9 @@ fn bad_input_is_named_and_nothing_is_written() {
     let message = resample(&holed, good, good, good, good, &mut pixels);
     assert!(message.unwrap_err().to_string().contains("index 2"));
 
-    assert!(median(&holed, 2, &mut pixels).is_err());
-    assert!(median(&data, 0, &mut pixels).is_err());
-    assert!(median(&data, 3, &mut pixels).is_err());
+    assert!(median(0.0f32, &holed, 2, &mut pixels).is_err());
+    assert!(median(0.0f32, &data, 0, &mut pixels).is_err());
+    assert!(median(0.0f32, &data, 3, &mut pixels).is_err());
     assert_eq!(out, [7.0; 2]);
     assert_eq!(pixels, [7.0; 4]);
 }

@@ -17,7 +17,7 @@ const BLOCK: usize = 8;
 pub(super) fn das(run: &Run<'_>, count: usize, z: &mut [Complex<f32>]) {
     let line = &run.line;
     for (i, z) in z.iter_mut().enumerate() {
-        let active = &line.snapshot(run.first_sample + i)[run.first_element..][..count];
+        let active = &line.samples_from(run.first_sample + i)[run.first_element..][..count];
         *z = if line.is_moderate() {
             mean(active, |x| x)
         } else {

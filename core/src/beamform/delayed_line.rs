@@ -37,24 +37,15 @@ impl<'a> DelayedLine<'a> {
                 expected: samples * elements,
             });
         }
-        // Magnitudes order like their bits, and what is not finite comes last.
-        let mut largest = 0;
-        for value in x {
-            for part in [value.re, value.im] {
-                let magnitude = part.to_bits() << 1;
-                if magnitude > largest {
-                    largest = magnitude;
-                }
-            }
-        }
-        if largest >= f32::INFINITY.to_bits() << 1 {
+        let largest = largest_magnitude(x);
+        if largest >= f32::INFINITY.to_bits() as i32 {
             let index = x.iter().position(|value| !value.is_finite()).unwrap_or(0);
             return Err(Error::NonFinite {
                 name: "delayed samples",
                 index,
             });
         }
-        let exponent = (largest >> 24).clamp(1, 253);
+        let exponent = (largest >> 23).clamp(1, 253) as u32;
         Ok(DelayedLine {
             x,
             elements,
@@ -72,9 +63,9 @@ impl<'a> DelayedLine<'a> {
         self.x.len() / self.elements
     }
 
-    /// The snapshot of one sample.
-    pub(super) fn snapshot(&self, sample: usize) -> &'a [Complex<f32>] {
-        &self.x[sample * self.elements..(sample + 1) * self.elements]
+    /// The snapshot of one sample, and those after it.
+    pub(super) fn samples_from(&self, sample: usize) -> &'a [Complex<f32>] {
+        &self.x[sample * self.elements..]
     }
 
     /// The power of two that brings the line's largest component into `[1, 2)` (`[2, 4)` for the
@@ -105,4 +96,34 @@ fn saturate(x: f32) -> f32 {
     } else {
         x
     }
+}
+
+/// The bits of the largest magnitude of all parts: they order as the magnitudes do, and what is not
+/// finite comes last.
+fn largest_magnitude(x: &[Complex<f32>]) -> i32 {
+    // Side by side for registers of any size, and signed, since SSE2 compares no others.
+    const SIDE_BY_SIDE: usize = 8;
+    let mut largest = [0; 2 * SIDE_BY_SIDE];
+    let (blocks, rest) = x.as_chunks::<SIDE_BY_SIDE>();
+    for block in blocks {
+        let mut parts = [0; 2 * SIDE_BY_SIDE];
+        for (parts, value) in parts.as_chunks_mut::<2>().0.iter_mut().zip(block) {
+            *parts = [magnitude(value.re), magnitude(value.im)];
+        }
+        for (largest, part) in largest.iter_mut().zip(parts) {
+            *largest = if *largest < part { part } else { *largest };
+        }
+    }
+    let mut all = 0;
+    let rest = rest
+        .iter()
+        .flat_map(|value| [magnitude(value.re), magnitude(value.im)]);
+    for part in largest.into_iter().chain(rest) {
+        all = if all < part { part } else { all };
+    }
+    all
+}
+
+fn magnitude(part: f32) -> i32 {
+    (part.to_bits() & 0x7fff_ffff) as i32
 }

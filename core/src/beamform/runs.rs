@@ -12,7 +12,7 @@ use crate::covariance::loading::Loading;
 use crate::covariance::{Averaging, time_window};
 use crate::error::check_length;
 use crate::linalg::panels::Column;
-use crate::vector::{ComplexVector, Mask, Scalar, Vector};
+use crate::vector::{ComplexVector, MOST_LANES, Mask, Scalar, Vector, transpose};
 use num_complex::Complex;
 
 /// Consecutive samples of one beam that have one active set: what a lane works on.
@@ -310,25 +310,64 @@ fn load<A: Averaging<V>, V: Vector>(
 
 /// The active elements of each run's sample `i` (counted from the run's first), at the line's
 /// working scale; zero outside the record.
+///
+/// A register of consecutive elements is read at once and the lanes' registers transposed: whole
+/// cache lines, many of them under way at a time, instead of a number by itself.
 #[inline(always)]
 fn gather<V: Vector>(runs: &[Run<'_>], i: isize, snapshot: &mut [ComplexVector<V>]) {
+    let zero = snapshot[0].re.zero();
+    let mut rows: [&[Complex<f32>]; MOST_LANES] = [&[]; MOST_LANES];
+    let mut scales = [zero; MOST_LANES];
     for (lane, run) in runs.iter().enumerate() {
-        let sample = run
-            .first_sample
-            .checked_add_signed(i)
-            .filter(|&n| n < run.line.samples());
-        let Some(sample) = sample else {
-            for x in snapshot.iter_mut() {
-                x.set_lane(lane, Complex::new(0.0, 0.0));
-            }
-            continue;
-        };
-        let scale = run.line.scale();
-        let active = &run.line.snapshot(sample)[run.first_element..];
-        for (x, &value) in snapshot.iter_mut().zip(active) {
-            x.set_lane(lane, Complex::new(value.re * scale, value.im * scale));
+        let sample = run.first_sample.checked_add_signed(i);
+        if let Some(sample) = sample.filter(|&n| n < run.line.samples()) {
+            rows[lane] = &run.line.samples_from(sample)[run.first_element..];
+        }
+        scales[lane] = zero.splat(run.line.scale());
+    }
+    if V::LANES == 1 {
+        for (k, x) in snapshot.iter_mut().enumerate() {
+            let value = rows[0].get(k).copied().unwrap_or_default();
+            *x = ComplexVector {
+                re: zero.splat(value.re) * scales[0],
+                im: zero.splat(value.im) * scales[0],
+            };
+        }
+        return;
+    }
+    // A register holds both parts of half as many elements.
+    for (block, snapshot) in snapshot.chunks_mut(V::LANES / 2).enumerate() {
+        let mut square = [zero; MOST_LANES];
+        for lane in 0..runs.len() {
+            let row = rows[lane].get(block * (V::LANES / 2)..).unwrap_or(&[]);
+            square[lane] = elements(zero, row) * scales[lane];
+        }
+        transpose(&mut square);
+        for (k, x) in snapshot.iter_mut().enumerate() {
+            *x = ComplexVector {
+                re: square[2 * k],
+                im: square[2 * k + 1],
+            };
         }
     }
+}
+
+/// The first elements of `row` with their parts by turns, as many as a register holds; zero beyond
+/// the row.
+#[inline(always)]
+fn elements<V: Vector>(zero: V, row: &[Complex<f32>]) -> V {
+    let mut vector = zero;
+    let (parts, _) = vector.lanes_mut().as_chunks_mut::<2>();
+    if let Some(row) = row.get(..V::LANES / 2) {
+        for (parts, value) in parts.iter_mut().zip(row) {
+            *parts = [value.re, value.im];
+        }
+    } else {
+        for (parts, value) in parts.iter_mut().zip(row) {
+            *parts = [value.re, value.im];
+        }
+    }
+    vector
 }
 
 /// Puts sample `i` of the lanes out, at the line's own scale.

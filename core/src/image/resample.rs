@@ -26,7 +26,8 @@ pub struct Axis {
 /// `(1−p)·((1−q)·d₀₀ + q·d₀₁) + p·((1−q)·d₁₀ + q·d₁₁)`, where `p` and `q` are rounded to f32 once
 /// from an f64 position. At a data point the result is that point, exactly.
 ///
-/// No memory of its own; per pixel one f64 division and rounding and 8 f32 multiplications.
+/// RAM: 1.5 KiB of stack. Per pixel 6 f32 multiplications; an f64 division and a rounding a column,
+/// and a row for each 64 columns.
 ///
 /// # Errors
 /// [`Error::Parameter`] for an axis that is not finite, whose step is not positive, or a data
@@ -69,20 +70,28 @@ pub fn resample(
     )?;
     check_finite("lines to resample", data)?;
 
-    for (row, pixels) in out.chunks_exact_mut(columns.count.max(1)).enumerate() {
-        let along_samples = samples.locate(rows.position(row));
-        for (column, pixel) in pixels.iter_mut().enumerate() {
-            let along_beams = beams.locate(columns.position(column));
-            *pixel = match (along_beams, along_samples) {
-                (Some((beam, p)), Some((sample, q))) => {
-                    let corner = beam * samples.count + sample;
-                    let near = between(data[corner], data[corner + 1], q);
-                    let next = corner + samples.count;
-                    let far = between(data[next], data[next + 1], q);
-                    between(near, far, p)
-                }
-                _ => 0.0,
-            };
+    // A few columns at a time, whose places among the beams serve all rows.
+    const AT_A_TIME: usize = 64;
+    for first in (0..columns.count).step_by(AT_A_TIME) {
+        let mut places = [None; AT_A_TIME];
+        let end = (first + AT_A_TIME).min(columns.count);
+        for (place, column) in places.iter_mut().zip(first..end) {
+            *place = beams.locate(columns.position(column));
+        }
+        for (row, pixels) in out.chunks_exact_mut(columns.count).enumerate() {
+            let along_samples = samples.locate(rows.position(row));
+            for (pixel, place) in pixels[first..end].iter_mut().zip(places) {
+                *pixel = match (place, along_samples) {
+                    (Some((beam, p)), Some((sample, q))) => {
+                        let corner = beam * samples.count + sample;
+                        let near = between(data[corner], data[corner + 1], q);
+                        let next = corner + samples.count;
+                        let far = between(data[next], data[next + 1], q);
+                        between(near, far, p)
+                    }
+                    _ => 0.0,
+                };
+            }
         }
     }
     Ok(())

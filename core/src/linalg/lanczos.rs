@@ -91,6 +91,7 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     for i in 0..n {
         trace = trace + a[panel(i / TILE) + i][i % TILE].real();
     }
+    let shift = trace / zero.splat(n as f32);
     start(n, zero, &mut basis[..rows]);
     let never = zero.mask(
         #[inline(always)]
@@ -105,9 +106,9 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     let mut bound = zero;
     for k in 0..steps {
         let (basis, next) = basis.split_at_mut((k + 1) * rows);
-        times_vector(a, &basis[k * rows..], vector);
+        times_vector(a, shift, &basis[k * rows..], vector);
         let before = norm_sqr::<S, V>(vector);
-        tridiagonal.diagonal[k] = orthogonalise(basis, vector, !never);
+        tridiagonal.diagonal[k] = orthogonalise(basis, vector, !never) + shift;
         let mut after = norm_sqr::<S, V>(vector);
         let again = after.less(before * zero.splat(CANCELLATION)) & !done;
         if again.any() {
@@ -186,11 +187,13 @@ fn next_fraction(fraction: f32) -> f32 {
 /// Each column of a panel serves twice while it is in registers: for its own rows and, mirrored,
 /// for the row of its own index.
 #[inline(always)]
-fn times_vector<S: Scalar<V>, V: Vector>(a: &[Column<S>], v: &[S], y: &mut [S]) {
-    let zero = S::from_real(a[0][0].real().zero());
+fn times_vector<S: Scalar<V>, V: Vector>(a: &[Column<S>], shift: V, v: &[S], y: &mut [S]) {
     for (i, own) in v.as_chunks::<TILE>().0.iter().enumerate() {
         let (before, diagonal) = a[panel(i)..panel(i + 1)].split_at(TILE * i);
-        let mut sums = [zero; TILE];
+        let mut sums = own.map(
+            #[inline(always)]
+            |v| v.scale(-shift),
+        );
         for ((column, &v), y) in before.iter().zip(v).zip(y.iter_mut()) {
             let mut mirrored = *y;
             for r in 0..TILE {

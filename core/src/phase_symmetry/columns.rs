@@ -3,12 +3,13 @@
 use super::external::{Source, Store};
 use super::fft::{Fft, inverse};
 use super::gains::{Gains, LaneColumns};
-use super::lines::{Square, groups, load, store, transpose};
+use super::lines::{groups, load, store};
 use super::log_gabor::ORIENTATIONS;
 use super::strip::{Kernels, PhaseSymmetry};
 use super::workspace::StripBuffers;
 use crate::Error;
 use crate::vector::Vector;
+use crate::vector::{MOST_LANES, transpose};
 use core::ops::Range;
 use num_complex::Complex;
 
@@ -141,7 +142,8 @@ impl PhaseSymmetry {
             };
             if self.strip.is_multiple_of(V::LANES) {
                 for row in (0..rows).step_by(V::LANES) {
-                    let (mut re, mut im): (Square<V>, Square<V>) = ([zero; _], [zero; _]);
+                    let (mut re, mut im): ([V; MOST_LANES], [V; MOST_LANES]) =
+                        ([zero; _], [zero; _]);
                     for (k, bin) in line[row..row + V::LANES].iter().enumerate() {
                         (re[k], im[k]) = (bin.re * scale, bin.im * scale);
                     }

@@ -2,9 +2,6 @@
 
 use crate::vector::Vector;
 
-/// The lanes of the widest vector.
-const MOST_LANES: usize = 16;
-
 /// How `lines` lines go into the lanes of vectors: the first of each vector, and how many.
 #[inline(always)]
 pub(super) fn groups<V: Vector>(lines: usize) -> impl Iterator<Item = (usize, usize)> {
@@ -34,20 +31,5 @@ pub(super) fn store<V: Vector>(vector: V, to: &mut [f32], lanes: usize) {
         to[..V::LANES].copy_from_slice(vector.lanes());
     } else {
         to[..lanes].copy_from_slice(&vector.lanes()[..lanes]);
-    }
-}
-
-/// A square of numbers; only the first vectors count, as many as one has lanes.
-pub(super) type Square<V> = [V; MOST_LANES];
-
-/// The rows of a square become its columns: vector `k` gets lane `k` of every vector.
-#[inline(always)]
-pub(super) fn transpose<V: Vector>(square: &mut Square<V>) {
-    // Each round moves one more bit of the row's number into the lane's.
-    for _ in 0..V::LANES.trailing_zeros() {
-        let before = *square;
-        for k in 0..V::LANES / 2 {
-            (square[2 * k], square[2 * k + 1]) = before[k].interleave(before[k + V::LANES / 2]);
-        }
     }
 }
