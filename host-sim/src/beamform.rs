@@ -12,6 +12,7 @@ use ndarray::{Array2, ArrayView3, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::cmp::Reverse;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Active elements that fit.
@@ -115,8 +116,9 @@ pub fn beamform_with(
         .into_par_iter()
         .flat_map_iter(pieces_of)
         .collect();
-    // Lanes share the number of active elements; alike lengths waste least.
-    pieces.par_sort_by_key(|piece| (piece.active.count, piece.samples));
+    // Lanes share the number of active elements; alike lengths waste least, and the lanes that are
+    // left over waste least on the shortest. The longest work comes first, so that threads end alike.
+    pieces.par_sort_by_key(|piece| Reverse((piece.active.count, piece.samples)));
     let frame = Frame {
         beamformer,
         covariance,
@@ -126,9 +128,12 @@ pub fn beamform_with(
     };
     let outputs = set.dispatch(frame)?;
     let mut z = vec![Complex::new(0.0, 0.0); beams * samples];
-    for (piece, values) in pieces.iter().zip(outputs) {
+    let mut outputs = outputs.as_slice();
+    for piece in &pieces {
+        let (values, rest) = outputs.split_at(piece.samples);
         let first = piece.beam * samples + piece.first_sample;
-        z[first..first + piece.samples].copy_from_slice(&values);
+        z[first..first + piece.samples].copy_from_slice(values);
+        outputs = rest;
     }
     Ok(Array2::from_shape_vec((beams, samples), z).expect("a value a sample"))
 }
@@ -154,8 +159,8 @@ struct Frame<'a, P> {
     progress: &'a P,
 }
 
-/// Each piece's samples.
-type Outputs = Vec<Vec<Complex<f32>>>;
+/// The pieces' samples, one piece after another.
+type Outputs = Vec<Complex<f32>>;
 
 /// Rows of a workspace for windows of up to `2·temporal + 1` samples, whichever the covariance.
 const fn window_rows(subarray: usize, temporal: usize) -> usize {
@@ -174,7 +179,7 @@ impl<P: Fn(usize) + Sync> OverLanes for Frame<'_, P> {
         const SMALL: usize = window_rows(64, 2);
         const MEDIUM: usize = window_rows(64, 10);
         const LARGE: usize = window_rows(MAX_SUBARRAY, MAX_TEMPORAL);
-        let largest = self.pieces.last().map_or(0, |piece| piece.active.count);
+        let largest = self.pieces.first().map_or(0, |piece| piece.active.count);
         if largest > MAX_ELEMENTS {
             return Err(Error::Usage(format!(
                 "{largest} active elements, more than the {MAX_ELEMENTS} that fit"
@@ -241,9 +246,9 @@ impl<P: Fn(usize) + Sync> Frame<'_, P> {
         let mut done: Vec<(usize, Result<Outputs>)> =
             pool.broadcast(|_| work()).into_iter().flatten().collect();
         done.sort_by_key(|(index, _)| *index);
-        let mut outputs = Vec::with_capacity(self.pieces.len());
+        let mut outputs = Vec::new();
         for (_, group) in done {
-            outputs.extend(group?);
+            outputs.extend_from_slice(&group?);
         }
         Ok(outputs)
     }
@@ -266,14 +271,18 @@ impl<P: Fn(usize) + Sync> Frame<'_, P> {
                 first_sample: piece.first_sample,
             })
             .collect();
-        let mut values: Outputs = group
-            .iter()
-            .map(|piece| vec![Complex::new(0.0, 0.0); piece.samples])
-            .collect();
-        let mut z: Vec<&mut [Complex<f32>]> = values.iter_mut().map(Vec::as_mut_slice).collect();
+        let samples = group.iter().map(|piece| piece.samples).sum();
+        let mut values = vec![Complex::new(0.0, 0.0); samples];
+        let mut rest = values.as_mut_slice();
+        let mut z: Vec<&mut [Complex<f32>]> = Vec::with_capacity(group.len());
+        for piece in group {
+            let (own, others) = rest.split_at_mut(piece.samples);
+            z.push(own);
+            rest = others;
+        }
         self.beamformer
             .runs(workspace, &runs, group[0].active.count, &mut z)?;
-        (self.progress)(group.iter().map(|piece| piece.samples).sum());
+        (self.progress)(samples);
         Ok(values)
     }
 }

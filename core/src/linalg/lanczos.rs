@@ -2,16 +2,17 @@
 //!
 //! - **Start**: `v_i = 0.5 + frac((i+1)·0.618034)`, normalised; a fixed vector without symmetry.
 //!   The steering vector would not do: in a few per cent of samples it is orthogonal to `e₁`.
-//! - **Step**: `A·v` loses its components along all basis vectors so far, a second time where little
+//! - **Step**: `(A − tr A/n)·v` loses its components along all basis vectors so far, a second time where little
 //!   is left of it (in f32 a basis that is kept orthogonal to the last two only, or once only, goes
 //!   wrong as soon as `e₁` has been found); the rest is the next basis vector. The matrix in that
 //!   basis is tridiagonal; its largest eigenvalue `θ` with the eigenvector `y` approaches `λ₁`, much
 //!   faster than the power iteration does.
-//! - **Stop**: a lane is done where the residual `‖A·e − θ·e‖` is at most [`TOLERANCE`]·`θ`, and
-//!   either `θ` is more than all other eigenvalues together can be (`2θ > tr A`), or
-//!   [`LEAST_STEPS`] steps have been taken, in which even a component that only rounding has brought
-//!   in would have grown, or `n`. A basis that is exhausted earlier proves nothing: the lane is given
-//!   up.
+//! - **Stop**: where `θ` is more than all other eigenvalues together can be (`2θ > tr A`), none of
+//!   them is nearer than `2θ − tr A`, and the error of `e₁` is at most the residual `‖A·e − θ·e‖`
+//!   over that: a lane is done when this is [`ACCURACY`]. Any other is done where the residual is at
+//!   most [`TOLERANCE`]·`θ` and [`LEAST_STEPS`] steps have been taken, in which even a component that
+//!   only rounding has brought in would have grown, or `n`. A basis that is exhausted earlier proves
+//!   nothing: the lane is given up.
 //! - **Limit**: a lane that is not done after [`STEP_LIMIT`] steps says so, and its caller takes the
 //!   full eigensolver, whose accuracy does not depend on the gap.
 
@@ -25,8 +26,14 @@ pub const TOLERANCE: f32 = 1e-6;
 /// The most steps that are taken.
 pub const STEP_LIMIT: usize = 48;
 
-/// The fewest.
+/// The fewest, unless the eigenvalue is certainly the largest.
 pub const LEAST_STEPS: usize = 5;
+
+/// The error of `e₁` at which a lane is done where the gap to the other eigenvalues is known.
+pub const ACCURACY: f32 = 1e-5;
+
+/// The steps before it is looked whether a lane is done.
+const FIRST_LOOK: usize = 3;
 
 /// The share of `‖A·v‖²` below which what is left has lost so many bits that it is orthogonalised
 /// again.
@@ -91,6 +98,8 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     for i in 0..n {
         trace = trace + a[panel(i / TILE) + i][i % TILE].real();
     }
+    // What is subtracted here need not be orthogonalised away: where eigenvalues crowd around their
+    // mean, little is left of A·v, and much of (A − mean)·v.
     let shift = trace / zero.splat(n as f32);
     start(n, zero, &mut basis[..rows]);
     let never = zero.mask(
@@ -104,28 +113,34 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     let mut given_up = never;
     let mut eigenvalue = zero;
     let mut bound = zero;
+    let mut components = [S::from_real(zero); STEP_LIMIT];
     for k in 0..steps {
         let (basis, next) = basis.split_at_mut((k + 1) * rows);
         times_vector(a, shift, &basis[k * rows..], vector);
         let before = norm_sqr::<S, V>(vector);
-        tridiagonal.diagonal[k] = orthogonalise(basis, vector, !never) + shift;
+        tridiagonal.diagonal[k] = orthogonalise(basis, vector, &mut components, !never) + shift;
         let mut after = norm_sqr::<S, V>(vector);
         let again = after.less(before * zero.splat(CANCELLATION)) & !done;
         if again.any() {
-            orthogonalise(basis, vector, again);
+            orthogonalise(basis, vector, &mut components, again);
             after = norm_sqr::<S, V>(vector);
         }
         let beta = after.sqrt();
         tridiagonal.off_diagonal[k] = beta;
         bound = tridiagonal.upper_bound(k, bound);
         let exhausted = beta.less(zero.splat(TOLERANCE) * bound);
-        if k < LEAST_STEPS || k.is_multiple_of(INTERVAL) || k + 1 == steps {
+        let look = k + 1 >= FIRST_LOOK && k < LEAST_STEPS
+            || k.is_multiple_of(INTERVAL) && k >= LEAST_STEPS;
+        if look || k + 1 == steps {
             let (theta, step) = tridiagonal.largest(k, bound);
             bound = theta;
             let last = tridiagonal.eigenvector(k, theta);
-            // A NaN is not below it.
-            let converged = (beta * last + step).less(zero.splat(TOLERANCE) * theta);
             let certain = trace.less(theta + theta);
+            let limit = zero.splat(TOLERANCE) * theta;
+            let by_gap = zero.splat(ACCURACY) * ((theta + theta) - trace);
+            let limit = V::select(limit.less(by_gap), by_gap, limit);
+            // A NaN is not below it.
+            let converged = (beta * last + step).less(limit);
             let searched = if k + 1 == n {
                 !spent
             } else if k + 1 >= LEAST_STEPS {
@@ -162,17 +177,18 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
 fn start<S: Scalar<V>, V: Vector>(n: usize, zero: V, v: &mut [S]) {
     let mut fraction = 0.0f32;
     let mut sum = 0.0f32;
-    for _ in 0..n {
+    let (entries, rest) = v.split_at_mut(n);
+    for entry in entries.iter_mut() {
         fraction = next_fraction(fraction);
-        sum += (0.5 + fraction) * (0.5 + fraction);
+        let value = 0.5 + fraction;
+        sum += value * value;
+        *entry = S::from_real(zero.splat(value));
     }
-    let reciprocal = 1.0 / Vector::sqrt(sum);
-    fraction = 0.0;
-    for (i, entry) in v.iter_mut().enumerate() {
-        fraction = next_fraction(fraction);
-        let value = (0.5 + fraction) * reciprocal;
-        *entry = S::from_real(zero.splat(if i < n { value } else { 0.0 }));
+    let reciprocal = zero.splat(1.0 / Vector::sqrt(sum));
+    for entry in entries {
+        *entry = entry.scale(reciprocal);
     }
+    rest.fill(S::from_real(zero));
 }
 
 /// `frac(fraction + 0.618034)`: the golden ratio spreads the entries without a pattern.
@@ -214,24 +230,27 @@ fn times_vector<S: Scalar<V>, V: Vector>(a: &[Column<S>], shift: V, v: &[S], y: 
 /// Takes from `w` its components `h_i = v_iᴴw` along the basis vectors, all found before the first
 /// is taken, `i` ascending, in the lanes of `which`. Returns the real part of the last one.
 #[inline(always)]
-fn orthogonalise<S: Scalar<V>, V: Vector>(basis: &[S], w: &mut [S], which: V::Mask) -> V {
+fn orthogonalise<S: Scalar<V>, V: Vector>(
+    basis: &[S],
+    w: &mut [S],
+    components: &mut [S; STEP_LIMIT],
+    which: V::Mask,
+) -> V {
     // Four at a time: their sums, each one chain of additions, go side by side.
     const SIDE_BY_SIDE: usize = 4;
-    let zero = S::from_real(basis[0].real().zero());
     let count = basis.len() / w.len();
-    let mut components = [zero; STEP_LIMIT];
     let whole = count - count % SIDE_BY_SIDE;
     for i in (0..whole).step_by(SIDE_BY_SIDE) {
-        project::<S, V, SIDE_BY_SIDE>(basis, i, w, &mut components);
+        project::<S, V, SIDE_BY_SIDE>(basis, i, w, components);
     }
     for i in whole..count {
-        project::<S, V, 1>(basis, i, w, &mut components);
+        project::<S, V, 1>(basis, i, w, components);
     }
     for i in (0..whole).step_by(SIDE_BY_SIDE) {
-        subtract::<S, V, SIDE_BY_SIDE>(basis, i, w, &components, which);
+        subtract::<S, V, SIDE_BY_SIDE>(basis, i, w, components, which);
     }
     for i in whole..count {
-        subtract::<S, V, 1>(basis, i, w, &components, which);
+        subtract::<S, V, 1>(basis, i, w, components, which);
     }
     components[count - 1].real()
 }

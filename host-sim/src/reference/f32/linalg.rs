@@ -82,9 +82,8 @@ pub(super) fn norm_sqr<T: Number>(v: &[T]) -> f32 {
     sum
 }
 
-/// Row `i` of `A·v`: columns ascending from zero.
-fn row_times<T: Number>(a: &[Vec<T>], start: usize, i: usize, v: &[T]) -> T {
-    let mut sum = T::zero();
+/// `sum` and row `i` of `A·v`: columns ascending from `start`.
+fn row_times<T: Number>(mut sum: T, a: &[Vec<T>], start: usize, i: usize, v: &[T]) -> T {
     for j in start..v.len() {
         sum = sum
             + if j <= i {
@@ -130,14 +129,17 @@ pub(super) fn lanczos<T: Number>(a: &[Vec<T>]) -> Option<(f32, Vec<T>)> {
     for i in 0..n {
         trace += a[i][i].re();
     }
+    let shift = trace / n as f32;
     let mut basis = vec![start::<T>(n)];
     let (mut alpha, mut beta) = (Vec::new(), Vec::<f32>::new());
     let mut bound = 0.0;
     let mut spent = false;
     for k in 0..steps {
-        let mut w: Vec<T> = (0..n).map(|i| row_times(a, 0, i, &basis[k])).collect();
+        let mut w: Vec<T> = (0..n)
+            .map(|i| row_times(basis[k][i] * -shift, a, 0, i, &basis[k]))
+            .collect();
         let before = norm_sqr(&w);
-        alpha.push(orthogonalise(&basis, &mut w));
+        alpha.push(orthogonalise(&basis, &mut w) + shift);
         if norm_sqr(&w) < before * 0.1 {
             orthogonalise(&basis, &mut w);
         }
@@ -151,12 +153,14 @@ pub(super) fn lanczos<T: Number>(a: &[Vec<T>]) -> Option<(f32, Vec<T>)> {
         };
         beta.push(norm_sqr(&w).sqrt());
         let exhausted = beta[k] < 1e-6 * bound;
-        if k < 5 || k % 2 == 0 || k + 1 == steps {
+        if (2..5).contains(&k) || (k > 4 && k % 2 == 0) || k + 1 == steps {
             let (theta, step, pivots) = largest(&alpha, &beta, bound);
             bound = theta;
             let y = eigenvector(&alpha, &beta, theta, &pivots);
-            let converged = beta[k] * y[k] + step < 1e-6 * theta;
             let certain = trace < theta + theta;
+            let (limit, by_gap) = (1e-6 * theta, 1e-5 * ((theta + theta) - trace));
+            let limit = if limit < by_gap { by_gap } else { limit };
+            let converged = beta[k] * y[k] + step < limit;
             let searched = !spent && (k + 1 == n || (k >= 4 && !exhausted));
             if converged && (certain || searched) {
                 return Some((theta, combine(&basis, &y)));
@@ -367,7 +371,7 @@ fn reflect<T: Number>(a: &mut [Vec<T>], k: usize, rows: &mut [Vec<Complex<f32>>]
     let mut q = vec![T::zero(); n];
     let mut inner = 0.0;
     for i in k + 1..n {
-        q[i] = row_times(a, k + 1, i, &v) * tau;
+        q[i] = row_times(T::zero(), a, k + 1, i, &v) * tau;
         inner += (q[i] * v[i].conj()).re();
     }
     let half = 0.5 * tau * inner;
