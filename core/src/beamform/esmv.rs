@@ -1,10 +1,10 @@
 //! Eigenspace minimum variance (Eq. 5–8).
 
-use super::mv::whitened;
 use super::parameters::Method;
 use super::workspace::Solver;
 use crate::covariance::Averaging;
 use crate::linalg::FLOOR;
+use crate::linalg::cholesky::factorise;
 use crate::linalg::eigen::{eigen, unpack};
 use crate::linalg::lanczos::lanczos;
 use crate::linalg::panels::TILE;
@@ -43,7 +43,19 @@ pub(super) fn esmv_rank1<A: Averaging<V>, V: Vector>(
         steering = steering + entry.mul_conj(e);
         product = product + e.conj_mul_complex(s);
     }
-    let (power, _, definite) = whitened::<A, V>(solver, subarray, s);
+    let (rows, _) = solver.rows.as_flattened_mut().as_chunks_mut();
+    for (i, row) in rows[..subarray].iter_mut().enumerate() {
+        *row = [A::Scalar::from_real(zero.splat(A::steering(i, subarray)))];
+    }
+    let padded = subarray.next_multiple_of(TILE);
+    rows[subarray..padded].fill([A::Scalar::from_real(zero)]);
+    let (factor, _) = solver.factor.as_chunks_mut();
+    let definite = factorise::<_, _, 1>(solver.matrix, factor, rows, padded / TILE);
+    // ‖G⁻¹a‖², ascending from zero.
+    let mut power = zero;
+    for [y] in &rows[..subarray] {
+        power = power + y.norm_sqr();
+    }
     let z = steering
         .conj_mul_complex(product)
         .divide(eigenvalue * power);

@@ -1,7 +1,7 @@
 //! Minimum variance (Eq. 1, 4).
 
 use super::workspace::Solver;
-use crate::covariance::Averaging;
+use crate::covariance::{Averaging, RIGHT_SIDES};
 use crate::linalg::cholesky::factorise;
 use crate::linalg::panels::TILE;
 use crate::vector::{ComplexVector, Scalar, Vector};
@@ -21,28 +21,16 @@ pub(super) fn mv<A: Averaging<V>, V: Vector>(
     subarray: usize,
     s: &[ComplexVector<V>],
 ) -> (ComplexVector<V>, V::Mask) {
-    let (power, product, definite) = whitened::<A, V>(solver, subarray, s);
-    let z = product.divide(power);
-    (z, definite & z.is_finite())
-}
-
-/// Factorises the covariance; returns `‖G⁻¹a‖² = aᴴR⁻¹a`, `(G⁻¹a)ᴴ(G⁻¹s) = aᴴR⁻¹s` (both sums
-/// ascending from zero), and the lanes in which it is positive definite.
-#[inline(always)]
-pub(super) fn whitened<A: Averaging<V>, V: Vector>(
-    solver: &mut Solver<'_, A::Scalar, V>,
-    subarray: usize,
-    s: &[ComplexVector<V>],
-) -> (V, ComplexVector<V>, V::Mask) {
     let zero = s[0].re.zero();
-    let rows = &mut *solver.rows;
+    let (rows, _) = solver.rows.as_flattened_mut().as_chunks_mut();
     for (i, (row, &s)) in rows.iter_mut().zip(s).enumerate() {
         *row = A::right_sides(zero.splat(A::steering(i, subarray)), s);
     }
     let padded = subarray.next_multiple_of(TILE);
-    rows[subarray..padded].fill([A::Scalar::from_real(zero); TILE]);
+    rows[subarray..padded].fill([A::Scalar::from_real(zero); RIGHT_SIDES]);
     let (factor, _) = solver.factor.as_chunks_mut();
     let definite = factorise(solver.matrix, factor, rows, padded / TILE);
+    // ‖G⁻¹a‖² = aᴴR⁻¹a and (G⁻¹a)ᴴ(G⁻¹s) = aᴴR⁻¹s, both sums ascending from zero.
     let mut power = zero;
     let mut product = ComplexVector::from_real(zero);
     for row in &rows[..subarray] {
@@ -50,5 +38,6 @@ pub(super) fn whitened<A: Averaging<V>, V: Vector>(
         power = power + own;
         product = product + cross;
     }
-    (power, product, definite)
+    let z = product.divide(power);
+    (z, definite & z.is_finite())
 }

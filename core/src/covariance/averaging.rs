@@ -16,6 +16,9 @@ use crate::vector::{ComplexVector, Scalar, Vector};
 const FRAC_1_SQRT_2: f32 = core::f32::consts::FRAC_1_SQRT_2;
 const SQRT_2: f32 = core::f32::consts::SQRT_2;
 
+/// Rows that stand below the matrix for MV.
+pub(crate) const RIGHT_SIDES: usize = 3;
+
 /// Which covariance is in use: [`Forward`] or [`ForwardBackward`], over the lanes of `V`.
 pub trait Averaging<V: Vector>: Basis<V> {}
 
@@ -72,11 +75,11 @@ pub trait Basis<V: Vector> {
     fn steering(i: usize, subarray: usize) -> f32;
 
     /// One entry of the steering vector and of the data as entries of rows below the matrix.
-    fn right_sides(steering: V, data: ComplexVector<V>) -> Column<Self::Scalar>;
+    fn right_sides(steering: V, data: ComplexVector<V>) -> [Self::Scalar; RIGHT_SIDES];
 
     /// From one column of those rows after factorisation, with `y = G⁻¹a` and `t = G⁻¹s`: `|y|²`
     /// and `y*·t`.
-    fn whitened(rows: &Column<Self::Scalar>) -> (V, ComplexVector<V>);
+    fn whitened(rows: &[Self::Scalar; RIGHT_SIDES]) -> (V, ComplexVector<V>);
 
     /// What `wᴴs` must be divided by, for `P` subarrays, to be `z` of Eq. 4.
     fn gain(subarrays: usize) -> f32;
@@ -272,18 +275,17 @@ impl<V: Vector> Basis<V> for Forward {
     }
 
     #[inline(always)]
-    fn right_sides(steering: V, data: ComplexVector<V>) -> Column<ComplexVector<V>> {
+    fn right_sides(steering: V, data: ComplexVector<V>) -> [ComplexVector<V>; RIGHT_SIDES] {
         let zero = data.zero();
         [
             ComplexVector::from_real(steering),
             Scalar::conj(data),
             zero,
-            zero,
         ]
     }
 
     #[inline(always)]
-    fn whitened(rows: &Column<ComplexVector<V>>) -> (V, ComplexVector<V>) {
+    fn whitened(rows: &[ComplexVector<V>; RIGHT_SIDES]) -> (V, ComplexVector<V>) {
         // The rows hold y* and t*.
         let [y, t, ..] = *rows;
         (y.norm_sqr(), y.mul_conj(t))
@@ -405,13 +407,13 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     }
 
     #[inline(always)]
-    fn right_sides(steering: V, data: ComplexVector<V>) -> Column<V> {
-        [steering, data.re, data.im, steering.zero()]
+    fn right_sides(steering: V, data: ComplexVector<V>) -> [V; RIGHT_SIDES] {
+        [steering, data.re, data.im]
     }
 
     #[inline(always)]
-    fn whitened(rows: &Column<V>) -> (V, ComplexVector<V>) {
-        let [y, re, im, _] = *rows;
+    fn whitened(rows: &[V; RIGHT_SIDES]) -> (V, ComplexVector<V>) {
+        let [y, re, im] = *rows;
         let product = ComplexVector {
             re: y * re,
             im: y * im,

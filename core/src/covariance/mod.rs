@@ -12,4 +12,5 @@ pub(crate) mod lag_sums;
 pub(crate) mod loading;
 pub(crate) mod time_window;
 
+pub(crate) use averaging::RIGHT_SIDES;
 pub use averaging::{Averaging, Forward, ForwardBackward, OneLane};

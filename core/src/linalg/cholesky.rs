@@ -18,12 +18,12 @@ use crate::vector::{Scalar, Vector};
 /// of the trace. From there on the others' pivots count as just that, but what follows is made of
 /// rounding errors, which can grow beyond f32; their caller takes the eigensolver.
 ///
-/// Cost: `n³/3` flops real, `4n³/3` complex, `n` roots and divisions; `4n²` (`16n²`) for the rows.
+/// Cost: `n³/3` flops real, `4n³/3` complex, `n` roots and divisions; `n²` (`4n²`) for each row below.
 #[inline(always)]
-pub fn factorise<S: Scalar<V>, V: Vector>(
+pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
     a: &[Column<S>],
     g: &mut [Column<S>],
-    rows: &mut [Column<S>],
+    rows: &mut [[S; ROWS]],
     panels: usize,
 ) -> V::Mask {
     let zero = a[0][0].real().zero();
@@ -72,7 +72,7 @@ pub fn factorise<S: Scalar<V>, V: Vector>(
 
 /// Tile `j` of a panel.
 #[inline(always)]
-fn tile_of<S: Copy>(panel: &[Column<S>], j: usize) -> [Column<S>; TILE] {
+fn tile_of<S: Copy, const ROWS: usize>(panel: &[[S; ROWS]], j: usize) -> [[S; ROWS]; TILE] {
     let columns = &panel[TILE * j..TILE * j + TILE];
     [columns[0], columns[1], columns[2], columns[3]]
 }
@@ -80,30 +80,30 @@ fn tile_of<S: Copy>(panel: &[Column<S>], j: usize) -> [Column<S>; TILE] {
 /// `sums[c][r] −= Σ_k row[k][r]·column[k][c]*`, `k` ascending: as many columns at a time as leave
 /// registers free for the factors.
 #[inline(always)]
-fn subtract_products<S: Scalar<V>, V: Vector>(
-    sums: &mut [Column<S>; TILE],
-    row: &[Column<S>],
+fn subtract_products<S: Scalar<V>, V: Vector, const ROWS: usize>(
+    sums: &mut [[S; ROWS]; TILE],
+    row: &[[S; ROWS]],
     column: &[Column<S>],
 ) {
-    match V::REGISTERS / (2 * TILE * S::PARTS) {
-        4.. => subtract_columns::<S, V, 4>(sums, 0, row, column),
+    match V::REGISTERS / (2 * ROWS * S::PARTS) {
+        4.. => subtract_columns::<S, V, ROWS, 4>(sums, 0, row, column),
         2..4 => {
-            subtract_columns::<S, V, 2>(sums, 0, row, column);
-            subtract_columns::<S, V, 2>(sums, 2, row, column);
+            subtract_columns::<S, V, ROWS, 2>(sums, 0, row, column);
+            subtract_columns::<S, V, ROWS, 2>(sums, 2, row, column);
         }
         _ => {
             for c in 0..TILE {
-                subtract_columns::<S, V, 1>(sums, c, row, column);
+                subtract_columns::<S, V, ROWS, 1>(sums, c, row, column);
             }
         }
     }
 }
 
 #[inline(always)]
-fn subtract_columns<S: Scalar<V>, V: Vector, const C: usize>(
-    sums: &mut [Column<S>; TILE],
+fn subtract_columns<S: Scalar<V>, V: Vector, const ROWS: usize, const C: usize>(
+    sums: &mut [[S; ROWS]; TILE],
     first: usize,
-    row: &[Column<S>],
+    row: &[[S; ROWS]],
     column: &[Column<S>],
 ) {
     let mut kept = [sums[first]; C];
@@ -111,7 +111,7 @@ fn subtract_columns<S: Scalar<V>, V: Vector, const C: usize>(
     for (row, column) in row.iter().zip(column) {
         for c in 0..C {
             let factor = column[first + c];
-            for r in 0..TILE {
+            for r in 0..ROWS {
                 kept[c][r] = kept[c][r] - row[r].mul_conj(factor);
             }
         }
@@ -121,14 +121,17 @@ fn subtract_columns<S: Scalar<V>, V: Vector, const C: usize>(
 
 /// The rest of the sums over the diagonal tile's own columns, and the division by its diagonal.
 #[inline(always)]
-fn divide<S: Scalar<V>, V: Vector>(sums: &mut [Column<S>; TILE], tile: &[Column<S>; TILE]) {
+fn divide<S: Scalar<V>, V: Vector, const ROWS: usize>(
+    sums: &mut [[S; ROWS]; TILE],
+    tile: &[Column<S>; TILE],
+) {
     for c in 0..TILE {
         for k in 0..c {
-            for r in 0..TILE {
+            for r in 0..ROWS {
                 sums[c][r] = sums[c][r] - sums[k][r].mul_conj(tile[k][c]);
             }
         }
-        for r in 0..TILE {
+        for r in 0..ROWS {
             sums[c][r] = sums[c][r].scale(tile[c][c].real());
         }
     }
