@@ -30,6 +30,7 @@ pub trait Vector:
     Dot
     + Send
     + Sync
+    + 'static
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>

@@ -277,11 +277,7 @@ impl<V: Vector> Basis<V> for Forward {
     #[inline(always)]
     fn right_sides(steering: V, data: ComplexVector<V>) -> [ComplexVector<V>; RIGHT_SIDES] {
         let zero = data.zero();
-        [
-            ComplexVector::from_real(steering),
-            Scalar::conj(data),
-            zero,
-        ]
+        [ComplexVector::from_real(steering), Scalar::conj(data), zero]
     }
 
     #[inline(always)]

@@ -12,7 +12,7 @@ use super::report::{Quantity, Row, Table, Target};
 use super::snapshots::{Scene, snapshots};
 use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
-use crate::beamform::{Covariance, beamform};
+use crate::beamform::{self, Covariance};
 use crate::files::Lines;
 use crate::image::{Image, PixelGrid, b_mode};
 use crate::instruction_set::InstructionSet;
@@ -65,19 +65,23 @@ impl InVivo {
         )?)
     }
 
-    fn lines(x: &Array3<Complex<f32>>, aperture: &Aperture) -> Result<Lines> {
+    fn plan() -> Result<beamform::Plan> {
+        let set = InstructionSet::detect();
+        let covariance = Covariance::ForwardBackward;
+        beamform::Plan::new(set, Self::PARAMETERS, covariance, Self::ELEMENTS)
+    }
+
+    fn lines(
+        plan: &beamform::Plan,
+        x: &Array3<Complex<f32>>,
+        aperture: &Aperture,
+    ) -> Result<Lines> {
         let active = |beam: usize, sample: usize| {
             let depth = Self::SOUND_SPEED * sample as f64 / Self::RATE / 2.0;
             aperture.active(Self::position(beam), depth)
         };
         Ok(Lines {
-            z: beamform(
-                x.view(),
-                active,
-                Self::PARAMETERS,
-                Covariance::ForwardBackward,
-                |_| {},
-            )?,
+            z: plan.run(x.view(), active, |_| {})?,
             fs: Self::RATE,
             t0: 0.0,
             beam_x: (0..Self::BEAMS)
@@ -151,23 +155,26 @@ fn gpu_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result
         first: 0,
         count: elements,
     };
-    let frame = || {
-        beamform(
-            x.view(),
-            |_, _| all,
-            parameters,
-            Covariance::ForwardBackward,
-            |_| {},
-        )
-    };
-    frame()?;
     step("the GPU's frame");
-    let (one, two) = (pool(1)?, pool(2)?);
+    let threads = |threads: usize| -> Result<_> {
+        let pool = pool(threads)?;
+        let set = InstructionSet::detect();
+        let covariance = Covariance::ForwardBackward;
+        let plan = || beamform::Plan::new(set, parameters, covariance, elements);
+        let plan = pool.install(plan)?;
+        Ok((pool, plan))
+    };
+    let (one, two) = (threads(1)?, threads(2)?);
+    let frame = |(pool, plan): &(ThreadPool, beamform::Plan)| {
+        drop(black_box(
+            pool.install(|| plan.run(x.view(), |_, _| all, |_| {})),
+        ));
+    };
+    frame(&one);
+    frame(&two);
     let times = side_by_side(
         2 * settings.budget,
-        [&mut || drop(black_box(one.install(frame))), &mut || {
-            drop(black_box(two.install(frame)))
-        }],
+        [&mut || frame(&one), &mut || frame(&two)],
     );
     let rows = times.iter().zip([("one core", 50.0), ("two cores", 95.0)]);
     Ok(rows
@@ -191,7 +198,8 @@ fn in_vivo_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Re
     step("the frame in vivo");
     let two = pool(2)?;
     two.install(|| {
-        let lines = InVivo::lines(&x, &aperture)?;
+        let beamformer = InVivo::plan()?;
+        let lines = InVivo::lines(&beamformer, &x, &aperture)?;
         let picture = image(&lines)?;
         let mut plan = plan()?;
         bone_map(&mut plan, &picture)?;
@@ -206,7 +214,7 @@ fn in_vivo_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Re
             row(
                 "lines",
                 fastest(budget, || {
-                    drop(black_box(InVivo::lines(&x, &aperture)));
+                    drop(black_box(InVivo::lines(&beamformer, &x, &aperture)));
                 }),
             ),
             row("image", fastest(budget, || drop(black_box(image(&lines))))),
@@ -215,7 +223,10 @@ fn in_vivo_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Re
                 fastest(budget, || drop(black_box(bone_map(&mut plan, &picture)))),
             ),
         ];
-        let mut frame = || bone_map(&mut plan, &image(&InVivo::lines(&x, &aperture)?)?);
+        let mut frame = || {
+            let lines = InVivo::lines(&beamformer, &x, &aperture)?;
+            bone_map(&mut plan, &image(&lines)?)
+        };
         frame()?;
         let seconds = fastest(2 * budget, || drop(black_box(frame())));
         let whole = row("delayed samples to bone map", seconds)
