@@ -54,6 +54,11 @@ impl<'a> DelayStage<'a> {
             .depth_start
             .map_or(start, |depth| 2.0 * depth / c);
         let end = parameters.depth_end.map_or(end, |depth| 2.0 * depth / c);
+        if end <= start && parameters.depth_start.is_none() && parameters.depth_end.is_none() {
+            return Err(Error::Data(format!(
+                "the record leaves no depth: it ends {end} s after the transmit, and begins at {start} s"
+            )));
+        }
         if end <= start {
             return Err(Error::Usage(format!(
                 "no depth is left between {} m and {} m (--depth-start, --depth-end, or the ends \

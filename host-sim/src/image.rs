@@ -148,6 +148,13 @@ impl OverLanes for Median<'_> {
 /// # Errors
 /// A side of fewer than two pixels, before or after; a NaN or infinite pixel.
 pub fn resize(image: ArrayView2<f32>, rows: usize, columns: usize) -> Result<Array2<f32>> {
+    if image.nrows() < 2 || image.ncols() < 2 {
+        return Err(Error::Data(format!(
+            "an image of {}x{} cannot be resized, both sides must be at least 2",
+            image.nrows(),
+            image.ncols()
+        )));
+    }
     if rows < 2 || columns < 2 {
         return Err(Error::Usage(format!(
             "an image cannot be resized to {rows}x{columns}, both sides must be at least 2"
@@ -173,6 +180,14 @@ pub fn resize(image: ArrayView2<f32>, rows: usize, columns: usize) -> Result<Arr
     Ok(resized)
 }
 
+/// Tells before a long computation whether an image can be made of lines at these positions.
+///
+/// # Errors
+/// As [`b_mode`] about the beams.
+pub fn check_beams(beam_x: &[f64]) -> Result<()> {
+    beam_axis(beam_x).map(drop)
+}
+
 /// The axis of evenly spaced beams.
 ///
 /// # Errors
@@ -186,14 +201,17 @@ fn beam_axis(beam_x: &[f64]) -> Result<Axis> {
         )));
     };
     let step = (last - first) / intervals as f64;
+    if !step.is_finite() || step <= 0.0 {
+        return Err(Error::Data(format!(
+            "an image needs beams from left to right: the first lies at {first} m, the last at \
+             {last} m"
+        )));
+    }
     for (beam, &x) in beam_x.iter().enumerate() {
         let expected = first + beam as f64 * step;
-        if !step.is_finite() || step <= 0.0 || (x - expected).abs() > 0.01 * step {
+        if (x - expected).abs() > 0.01 * step {
             return Err(Error::Data(format!(
-                "beam {beam} lies at {:.6} mm, expected {:.6} mm: an image needs beams that are \
-                 evenly spaced from left to right",
-                x * 1e3,
-                expected * 1e3
+                "an image needs evenly spaced beams: beam {beam} lies at {x} m, expected {expected} m"
             )));
         }
     }

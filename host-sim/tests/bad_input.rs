@@ -137,7 +137,7 @@ fn samples_that_are_not_finite() {
 #[test]
 fn parameters_that_cannot_be() {
     let folder = folder_with_channel_data();
-    let cases: [(&str, &[&str]); 16] = [
+    let cases: [(&str, &[&str]); 17] = [
         // L > M.
         (
             "--subarray-ratio 1.1",
@@ -160,6 +160,8 @@ fn parameters_that_cannot_be() {
         ("--sound-speed 0", &["--sound-speed", "m/s"]),
         ("--method esmv --rank 0", &["--rank", "at least 1"]),
         ("--method esmv --beta 2", &["--beta", "at most 1"]),
+        // Above 0 in f64, but not in the core's f32.
+        ("--method esmv --beta 1e-300", &["--beta", "above 0"]),
         ("--beta x", &["--beta", "'x'"]),
         ("--method music", &["--method", "music", "esmv-rank1"]),
     ];
@@ -194,6 +196,9 @@ fn flags_that_contradict_each_other() {
         USAGE,
         &["--f-number has no effect", "delayed.npz"],
     );
+    let spacing = format!("{BEAMFORM} --beam-spacing 1e-3");
+    let parts = ["--beam-spacing has no effect", "channel data"];
+    fails(&folder, &spacing, USAGE, &parts);
     fails(&folder, "beamform data.npz", USAGE, &["--output"]);
     fails(&folder, "beamfrom data.npz", USAGE, &["beamfrom"]);
     fails(
@@ -249,6 +254,29 @@ fn arrays_of_the_wrong_kind() {
         DATA,
         &["data.npz", "`t0` has length 1", "expected 2"],
     );
+}
+
+#[test]
+fn records_that_make_no_line_or_no_image() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    channel_data_without(&path, &["t0"])
+        .with("t0", vector(&[-0.5, -0.5]))
+        .finish();
+    fails(&folder, BEAMFORM, DATA, &["data.npz", "leaves no depth"]);
+    for beams in [[1e-3, -1e-3], [1e-3, 1e-3]] {
+        channel_data_without(&path, &["tx_angle"])
+            .with("tx_x", vector(&beams))
+            .with("tx_focus", scalar(15e-3))
+            .finish();
+        fails(&folder, BEAMFORM, DATA, &["data.npz", "from left to right"]);
+    }
+    let (code, message) = run(&folder, "beamform data.npz -o lines.npz");
+    assert_eq!((code, message.as_str()), (0, ""));
+
+    write_npy(folder.path().join("dot.npy"), &Array2::<f32>::zeros((1, 1))).unwrap();
+    let resize = "phase-symmetry dot.npy --resize 64x64 -o ps.npy";
+    fails(&folder, resize, DATA, &["dot.npy", "1x1", "at least 2"]);
 }
 
 #[test]
@@ -359,7 +387,7 @@ fn images_that_cannot_be_filtered() {
 fn simulations_that_cannot_be() {
     let folder = tempdir().unwrap();
     fs::write(folder.path().join("bone.ply"), "ply\nformat ascii 1.x\n").unwrap();
-    let cases: [(&str, i32, &[&str]); 10] = [
+    let cases: [(&str, i32, &[&str]); 12] = [
         (
             "point --slice 0",
             USAGE,
@@ -372,6 +400,9 @@ fn simulations_that_cannot_be() {
         ),
         ("vertebra --slice 1", USAGE, &["slice", "1000 mm"]),
         ("vertebra --depth 0", USAGE, &["--depth", "above 0"]),
+        // Millimetres for metres.
+        ("vertebra --depth 15", USAGE, &["nothing of the phantom"]),
+        ("point --offset 2", USAGE, &["nothing of the phantom"]),
         ("vertebra --f-number 0", USAGE, &["f_number", "positive"]),
         (
             "vertebra --noise 0 --noise-free",

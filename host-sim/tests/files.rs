@@ -184,6 +184,15 @@ fn what_numpy_users_write_is_accepted() {
         Transmits::Element { index: vec![0, 3] }
     );
 
+    // Every integer type there is.
+    channel_data_without(&path, &["tx_angle", "c"])
+        .with("tx_element", Array1::from_vec(vec![0u64, 3]).into_dyn())
+        .with("c", arr0(100i8).into_dyn())
+        .finish();
+    let data = ChannelData::read(&path).unwrap();
+    assert_eq!(data.transmits, Transmits::Element { index: vec![0, 3] });
+    assert_eq!(data.c, 100.0);
+
     // Complex samples in double precision.
     let x = Array3::from_elem((1, 2, 3), Complex::new(0.5f64, -2.0)).into_dyn();
     Npz::create(&path)
@@ -280,6 +289,19 @@ fn impossible_values_are_named() {
             );
         }
     }
+    // Microseconds and megahertz.
+    channel_data_without(&path, &["t0"])
+        .with("t0", vector(&[0.5, 12.0]))
+        .finish();
+    assert_names(&refused(&path), &["`t0` is 12 at transmit 1", "seconds"]);
+    channel_data_without(&path, &["fs"])
+        .with("fs", scalar(40.0))
+        .finish();
+    assert_names(&refused(&path), &["`f0` is 5000000 Hz", "half", "40 Hz"]);
+    channel_data_without(&path, &["tx_angle"])
+        .with("tx_element", Array1::from_vec(vec![0, u64::MAX]).into_dyn())
+        .finish();
+    assert_names(&refused(&path), &["`tx_element`", "transmit 1", "0 to 3"]);
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut rf = ramp();
         rf[(1, 2, 33)] = value;

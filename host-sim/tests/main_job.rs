@@ -210,6 +210,10 @@ fn parameters_out_of_range_are_told() {
             "odd",
         ),
         ("[vertebra]\ncolour = 1\n", "colour"),
+        ("[vertebra]\nslice = nan\n", "`slice` in [vertebra]"),
+        ("[vertebra]\ndepth = -inf\n", "`depth` in [vertebra]"),
+        ("[vertebra]\nlateral_line = nan\n", "`lateral_line`"),
+        ("[vertebra]\ndepth = 15.0\n", "nothing of the phantom"),
     ] {
         fs::write(&config, text).unwrap();
         let arguments = [
@@ -222,6 +226,10 @@ fn parameters_out_of_range_are_told() {
         assert!(message.contains(word), "{message}");
         assert!(!out.exists());
     }
+    let inner = out.join("in/a/new/place");
+    let absent = ["--mesh", "none.ply", "--out", inner.to_str().unwrap()];
+    assert!(fail(&absent, 1).contains("none.ply"));
+    assert!(!out.exists());
     let message = fail(&["--quick", "beamform", "a.npz", "-o", "b.npz"], 2);
     assert!(message.contains("--quick"), "{message}");
 }

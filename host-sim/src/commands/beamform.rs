@@ -9,9 +9,9 @@ use crate::beamform::Covariance;
 use crate::config::{Beamform, Config, Image, Method};
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
-use crate::files::{Lines, Recording};
+use crate::files::{Lines, Recording, Transmits};
 use crate::frame::{beamform_channel_data, beamform_delayed_data};
-use crate::image::{PixelGrid, b_mode};
+use crate::image::{PixelGrid, b_mode, check_beams};
 use crate::{Error, Result};
 
 /// Beamform channel data: one complex value a beam and depth.
@@ -178,18 +178,26 @@ impl Arguments {
     }
 
     /// A flag that would have no effect is a mistake.
-    fn refuse_delay_flags(&self) -> Result<()> {
-        let flags = [
+    fn refuse_flags_without_effect(&self, recording: &Recording) -> Result<()> {
+        let spacing = ("--beam-spacing", self.beam_spacing.is_some());
+        let delay = vec![
             ("--f-number", self.f_number.is_some()),
             ("--min-elements", self.min_elements.is_some()),
             ("--output-rate", self.output_rate.is_some()),
             ("--depth-start", self.depth_start.is_some()),
             ("--depth-end", self.depth_end.is_some()),
         ];
+        let (flags, holds) = match recording {
+            Recording::Channel(_) => (vec![spacing], "channel data"),
+            Recording::Delayed(data) if data.beam_x.is_some() && spacing.1 => {
+                (vec![spacing], "the beams' positions")
+            }
+            Recording::Delayed(_) => (delay, "delayed data"),
+        };
         match flags.iter().find(|(_, given)| *given) {
             None => Ok(()),
             Some((flag, _)) => Err(Error::Usage(format!(
-                "{flag} has no effect on {}, which holds delayed data",
+                "{flag} has no effect on {}, which holds {holds}",
                 self.recording.display()
             ))),
         }
@@ -215,8 +223,11 @@ pub fn run(arguments: Arguments) -> Result<()> {
     check_outputs(&[&arguments.recording], &outputs)?;
 
     let recording = Recording::read(&arguments.recording)?;
-    if matches!(recording, Recording::Delayed(_)) {
-        arguments.refuse_delay_flags()?;
+    arguments.refuse_flags_without_effect(&recording)?;
+    if arguments.image.is_some()
+        && let Some(beam_x) = told_beams(&recording)
+    {
+        check_beams(beam_x).map_err(|e| about(&arguments.recording, e))?;
     }
     let bar = progress_bar("beamforming", 1000);
     let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
@@ -235,6 +246,17 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     config.stage(&command_line(), &config_path, &mut outputs)?;
     outputs.commit()
+}
+
+/// Where the beams lie, if the recording tells it: else they are evenly spaced.
+fn told_beams(recording: &Recording) -> Option<&[f64]> {
+    match recording {
+        Recording::Channel(data) => match &data.transmits {
+            Transmits::Focused { x, .. } => Some(x),
+            Transmits::Plane { .. } | Transmits::Element { .. } => None,
+        },
+        Recording::Delayed(data) => data.beam_x.as_deref(),
+    }
 }
 
 /// The B-mode image over the depths and the width asked for.

@@ -78,16 +78,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let folder = arguments.out.as_deref().unwrap_or(Path::new("out"));
     let created = prepare(folder)?;
     let result = compute_and_write(&parameters, folder);
-    if result.is_err() && created {
+    if result.is_err() {
         // Nothing partial stays; a folder that is not empty is somebody else's.
-        let _ = fs::remove_dir(folder);
+        for folder in created {
+            let _ = fs::remove_dir(folder);
+        }
     }
     result
 }
 
-/// Makes sure before the computation that the folder can be written; tells whether it is new.
-fn prepare(folder: &Path) -> Result<bool> {
-    let created = !folder.exists();
+/// Makes sure before the computation that the folder can be written; tells which folders are new, the
+/// innermost first.
+fn prepare(folder: &Path) -> Result<Vec<&Path>> {
+    let new = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
+    let created = folder.ancestors().take_while(new).collect();
     fs::create_dir_all(folder).map_err(|e| Error::File {
         path: folder.to_path_buf(),
         message: format!("the folder cannot be made: {}", e.kind()),

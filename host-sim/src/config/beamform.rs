@@ -180,7 +180,8 @@ impl Beamform {
             return contradiction("--exclude-first needs --method esmv-rank1");
         }
         match self.beta {
-            Some(beta) if !(beta > 0.0 && beta <= 1.0) => {
+            // The core computes with f32, in which the smallest numbers of f64 are 0.
+            Some(beta) if !(beta as f32 > 0.0 && beta <= 1.0) => {
                 return Err(out_of_range(SECTION, "beta", beta, "above 0 and at most 1"));
             }
             _ => {}

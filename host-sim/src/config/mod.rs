@@ -105,7 +105,12 @@ pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T> {
 
 /// The usage error for a parameter outside its range: its flag and its key, its value, and what
 /// would be right.
-fn out_of_range(section: &str, key: &str, value: impl std::fmt::Display, expected: &str) -> Error {
+pub(crate) fn out_of_range(
+    section: &str,
+    key: &str,
+    value: impl std::fmt::Display,
+    expected: &str,
+) -> Error {
     let flag = key.replace('_', "-");
     Error::Usage(format!(
         "--{flag} (`{key}` in [{section}]) is {value}; expected {expected}"
@@ -113,7 +118,7 @@ fn out_of_range(section: &str, key: &str, value: impl std::fmt::Display, expecte
 }
 
 /// A finite number above zero.
-fn check_positive(section: &str, key: &str, value: f64, unit: &str) -> Result<()> {
+pub(crate) fn check_positive(section: &str, key: &str, value: f64, unit: &str) -> Result<()> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }

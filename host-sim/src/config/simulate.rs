@@ -73,20 +73,22 @@ impl Simulate {
     /// The phantom, as `scanner` images it.
     ///
     /// # Errors
-    /// A mesh that cannot be read, or a slice that does not cut the bone.
+    /// A mesh that cannot be read, a slice that does not cut the bone, or a phantom outside the
+    /// record.
     pub fn build(&self, scanner: &Settings) -> Result<Phantom> {
-        if self.phantom == Kind::Point {
-            return Ok(Phantom::point(scanner, self.offset));
-        }
-        let bone = Phantom::slice(self.mesh.as_deref(), self.slice, self.depth)?;
-        if !self.tissue {
-            return Ok(bone);
+        let phantom = match self.phantom {
+            Kind::Point => Phantom::point(scanner, self.offset),
+            Kind::Vertebra => Phantom::slice(self.mesh.as_deref(), self.slice, self.depth)?,
+        };
+        phantom.check_within(scanner)?;
+        if self.phantom == Kind::Point || !self.tissue {
+            return Ok(phantom);
         }
         let tissue = Tissue {
             seed: scanner.seed,
             ..Tissue::default()
         };
-        Ok(bone.with_tissue(&tissue))
+        Ok(phantom.with_tissue(&tissue))
     }
 
     /// Checks every value.

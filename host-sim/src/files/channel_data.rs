@@ -144,9 +144,15 @@ impl ChannelData {
         let (transmits, elements, _) = self.rf.dim();
         validate::positive("fs", self.fs, "Hz")?;
         validate::count("t0", self.t0.len(), transmits, "transmit")?;
-        validate::all_finite("t0", &self.t0, "transmit")?;
+        validate::times("t0", &self.t0, "transmit")?;
         validate::positive("c", self.c, "m/s")?;
         validate::positive("f0", self.f0, "Hz")?;
+        if 2.0 * self.f0 >= self.fs {
+            return Err(format!(
+                "`f0` is {} Hz; expected less than half the sampling rate `fs` of {} Hz",
+                self.f0, self.fs
+            ));
+        }
         validate::count("element_x", self.element_x.len(), elements, "element")?;
         validate::all_finite("element_x", &self.element_x, "element")?;
         self.check_spacing()?;

@@ -69,7 +69,7 @@ impl DelayedData {
     fn check(&self) -> std::result::Result<(), String> {
         validate::samples("x", &self.x, &["beam", "sample", "element"])?;
         validate::positive("fs", self.fs, "Hz")?;
-        validate::finite("t0", self.t0)?;
+        validate::times("t0", &[self.t0], "sample")?;
         if let Some(beam_x) = &self.beam_x {
             validate::count("beam_x", beam_x.len(), self.x.shape()[0], "beam")?;
             validate::all_finite("beam_x", beam_x, "beam")?;

@@ -203,7 +203,12 @@ fn integers(bytes: &[u8]) -> std::result::Result<ArrayD<i64>, NpyError> {
         npy::read::<u32>(bytes).map(|a| a.mapv(i64::from))
     });
     let all = or_type(all, || npy::read::<u16>(bytes).map(|a| a.mapv(i64::from)));
-    or_type(all, || npy::read::<u8>(bytes).map(|a| a.mapv(i64::from)))
+    let all = or_type(all, || npy::read::<u8>(bytes).map(|a| a.mapv(i64::from)));
+    let all = or_type(all, || npy::read::<i8>(bytes).map(|a| a.mapv(i64::from)));
+    // What is beyond i64 is beyond every range that is asked for.
+    or_type(all, || {
+        npy::read::<u64>(bytes).map(|a| a.mapv(|v| i64::try_from(v).unwrap_or(i64::MAX)))
+    })
 }
 
 /// How arrays are stored: uncompressed, and with 64-bit sizes where `bytes` of data ask for them.

@@ -3,6 +3,10 @@
 use ndarray::{Array, Dimension};
 use num_complex::Complex;
 
+/// Half a kilometre of depth, s: a time beyond it is in another unit, and would not leave a sample's
+/// position its precision.
+const MAX_TIME: f64 = 1.0;
+
 /// A finite number above zero.
 pub fn positive(key: &str, value: f64, unit: &str) -> Result<(), String> {
     if value.is_finite() && value > 0.0 {
@@ -27,6 +31,18 @@ pub fn all_finite(key: &str, values: &[f64], of: &str) -> Result<(), String> {
         None => Ok(()),
         Some(i) => Err(format!(
             "`{key}` is {} at {of} {i}; expected finite numbers",
+            values[i]
+        )),
+    }
+}
+
+/// Record starts: seconds, and no more than [`MAX_TIME`] of them, one for each `of`.
+pub fn times(key: &str, values: &[f64], of: &str) -> Result<(), String> {
+    all_finite(key, values, of)?;
+    match values.iter().position(|v| v.abs() > MAX_TIME) {
+        None => Ok(()),
+        Some(i) => Err(format!(
+            "`{key}` is {} at {of} {i}; expected seconds, at most {MAX_TIME} either way",
             values[i]
         )),
     }

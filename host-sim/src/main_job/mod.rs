@@ -37,8 +37,10 @@ pub struct Outcome {
 /// Parameters that are out of range or do not fit together.
 pub fn run(parameters: &Parameters, progress: &(dyn Fn(&str, f64) + Sync)) -> Result<Outcome> {
     parameters.validate()?;
+    // First, since a mesh may turn out not to be one.
+    let bone = vertebra::phantom(&parameters.vertebra)?;
     let (point, mut checks) = point::run(parameters, progress)?;
-    let (vertebra, found) = vertebra::run(parameters, progress)?;
+    let (vertebra, found) = vertebra::run(parameters, &bone, progress)?;
     checks.extend(found);
     Ok(Outcome {
         point,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::beamform::Covariance;
-use crate::config::{self, Image, PhaseSymmetry};
+use crate::config::{self, Image, PhaseSymmetry, check_positive, out_of_range};
 use crate::simulate::Settings;
 use crate::{Error, Result};
 
@@ -262,7 +262,14 @@ impl Parameters {
                 ));
             }
         }
-        self.vertebra.simulation.validate()?;
+        let vertebra = &self.vertebra;
+        vertebra.simulation.validate()?;
+        if !vertebra.slice.is_finite() {
+            let expected = "a finite number (m)";
+            return Err(out_of_range("vertebra", "slice", vertebra.slice, expected));
+        }
+        check_positive("vertebra", "depth", vertebra.depth, " (m)")?;
+        check_positive("vertebra", "lateral_line", vertebra.lateral_line, " (m)")?;
         if self.checks.every_f32 == 0 || self.checks.every_f64 == 0 {
             return usage("`every_f32` and `every_f64` in [checks] must be at least 1".into());
         }

@@ -81,6 +81,7 @@ pub fn run(
     for (index, sampling) in point.sampling.iter().enumerate() {
         let settings = point.settings(sampling);
         let phantom = Phantom::point(&settings, sampling.offset * settings.pitch);
+        phantom.check_within(&settings)?;
         let step = format!("point: simulate {}", index + 1);
         let data = channel_data(&settings, &phantom, Summation::Direct, &|done| {
             progress(&step, done);

@@ -8,7 +8,7 @@ use crate::image::PixelGrid;
 use crate::simulate::{Outline, Phantom, Summation, channel_data};
 
 use super::frame::beamform_all;
-use super::parameters::Parameters;
+use super::parameters::{Parameters, Vertebra};
 use super::picture::{Pair, Studio};
 use super::view::View;
 
@@ -101,19 +101,28 @@ pub struct ImageLine {
     pub noise: Option<f64>,
 }
 
+/// The slice of the vertebra in its water bath.
+///
+/// # Errors
+/// A mesh that cannot be read, a slice that does not cut it, or one outside the record.
+pub fn phantom(vertebra: &Vertebra) -> Result<Phantom> {
+    let phantom = Phantom::slice(vertebra.mesh.as_deref(), vertebra.slice, vertebra.depth)?;
+    phantom.check_within(&vertebra.simulation)?;
+    Ok(phantom)
+}
+
 /// Simulates, beamforms, pictures and measures the vertebra.
 ///
 /// # Errors
 /// Parameters that do not fit together.
 pub fn run(
     parameters: &Parameters,
+    phantom: &Phantom,
     progress: &(dyn Fn(&str, f64) + Sync),
 ) -> Result<(VertebraResult, Vec<Check>)> {
     let vertebra = &parameters.vertebra;
-    progress("vertebra: phantom", 0.0);
-    let phantom = Phantom::slice(vertebra.mesh.as_deref(), vertebra.slice, vertebra.depth)?;
     let settings = &vertebra.simulation;
-    let data = channel_data(settings, &phantom, Summation::Gridded, &|done| {
+    let data = channel_data(settings, phantom, Summation::Gridded, &|done| {
         progress("vertebra: simulate", done);
     })?;
     let (lines, mut checks) = beamform_all(

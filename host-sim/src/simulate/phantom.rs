@@ -5,7 +5,7 @@ use std::path::Path;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::Result;
+use crate::{Error, Result};
 
 use super::mesh::slice_mesh;
 use super::outline::Outline;
@@ -121,6 +121,28 @@ impl Phantom {
     /// a water bath.
     pub fn vertebra(slice: f64, depth: f64) -> Result<Self> {
         Phantom::bone(&slice_vertebra(slice)?.at_depth(depth)?)
+    }
+
+    /// Refuses a phantom of which nothing can be seen: a length in millimetres where metres are
+    /// expected, most likely.
+    ///
+    /// # Errors
+    /// No scatterer lies below the array, within the record's depths.
+    pub fn check_within(&self, settings: &Settings) -> Result<()> {
+        let array = settings.array();
+        let width = array.x(0.0)..=array.x((settings.elements - 1) as f64);
+        let depths = settings.depth_start..=settings.depth_end;
+        let seen = |s: &Scatterer| width.contains(&s.x) && depths.contains(&s.z);
+        if self.scatterers.iter().any(seen) {
+            return Ok(());
+        }
+        Err(Error::Usage(format!(
+            "nothing of the phantom lies below the array, {} to {} m across and {} to {} m deep",
+            width.start(),
+            width.end(),
+            depths.start(),
+            depths.end()
+        )))
     }
 
     /// The phantom with soft tissue around the bone.
