@@ -1,29 +1,18 @@
-//! Phase symmetry of a 512×512 image with 18 filters, one thread, beside a straight implementation
-//! with rustfft: `cargo bench -p bonebeam-tests --bench phase_symmetry`. Read the fastest runs, as
-//! ratios; `phase_symmetry.py` has the same with scipy.fft and pyfftw.
-
-use std::sync::Arc;
+//! Phase symmetry of a 512×512 image with 18 filters: `cargo bench -p bonebeam-tests --bench
+//! phase_symmetry`. Read the fastest runs, as ratios. Beside straight rustfft and scipy:
+//! `host-sim bench --only phase-symmetry`.
 
 use bonebeam::phase_symmetry::{GainTables, LogGabor, LogGaborTables, PhaseSymmetry};
 use divan::{Bencher, black_box};
 use host_sim::instruction_set::InstructionSet;
 use host_sim::phase_symmetry::{Parameters, Plan};
-use host_sim::reference::f64::phase_symmetry::log_gabor;
 use ndarray::Array2;
-use num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
 
 const SIDE: usize = 512;
 const SCALES: [f64; 3] = [1.0 / 128.0, 1.0 / 256.0, 1.0 / 512.0];
 const THRESHOLD: f32 = 15.0;
 
 fn main() {
-    let map = plan(16).run(image().view(), InstructionSet::detect(), |_, _| {});
-    let map = map.expect("a valid image");
-    let straight = Straight::new().run(&image());
-    for (a, b) in map.iter().zip(&straight) {
-        assert!((a - b).abs() < 1e-5, "they compute the same: {a}, {b}");
-    }
     divan::main();
 }
 
@@ -110,91 +99,4 @@ fn gain_tables_from_parameters(bencher: Bencher) {
         let mut tables = LogGaborTables::new();
         GainTables::new(&LogGabor::new(&mut tables), &bank, &mut memory[..]).map(|_| ())
     });
-}
-
-#[divan::bench(sample_count = 50)]
-fn straight_rustfft(bencher: Bencher) {
-    let image = image();
-    let mut straight = Straight::new();
-    bencher.bench_local(|| straight.run(black_box(&image)));
-}
-
-/// Dense filters, a whole complex transform each way by rustfft's planner, scalar sums.
-struct Straight {
-    /// Transposed, as the spectrum is.
-    filters: Vec<Vec<f32>>,
-    forward: Arc<dyn Fft<f32>>,
-    inverse: Arc<dyn Fft<f32>>,
-    scratch: Vec<Complex<f32>>,
-    spectrum: Vec<Complex<f32>>,
-    filtered: Vec<Complex<f32>>,
-    turned: Vec<Complex<f32>>,
-}
-
-impl Straight {
-    fn new() -> Self {
-        use std::f64::consts::PI;
-        let orientations = [0.0, -1.0, -2.0, -3.0, -4.0, -5.0].map(|k| k * PI / 6.0);
-        let filters = SCALES.iter().flat_map(|&r0| {
-            orientations.map(|theta0| {
-                let filter = log_gabor((SIDE, SIDE), r0, theta0).mapv(|gain| gain.re as f32);
-                filter.t().iter().copied().collect()
-            })
-        });
-        let mut planner = FftPlanner::new();
-        let zero = Complex::new(0.0, 0.0);
-        Straight {
-            filters: filters.collect(),
-            forward: planner.plan_fft_forward(SIDE),
-            inverse: planner.plan_fft_inverse(SIDE),
-            scratch: vec![zero; SIDE],
-            spectrum: vec![zero; SIDE * SIDE],
-            filtered: vec![zero; SIDE * SIDE],
-            turned: vec![zero; SIDE * SIDE],
-        }
-    }
-
-    fn run(&mut self, image: &Array2<f32>) -> Vec<f32> {
-        for (bin, &pixel) in self.turned.iter_mut().zip(image) {
-            *bin = Complex::new(pixel, 0.0);
-        }
-        let scratch = &mut self.scratch;
-        self.forward.process_with_scratch(&mut self.turned, scratch);
-        transpose(&self.turned, &mut self.spectrum);
-        self.forward
-            .process_with_scratch(&mut self.spectrum, scratch);
-        let mut sums = vec![(0.0f32, 0.0f32); SIDE * SIDE];
-        let scale = 1.0 / (SIDE * SIDE) as f32;
-        for filter in &self.filters {
-            for ((to, from), gain) in self.filtered.iter_mut().zip(&self.spectrum).zip(filter) {
-                *to = from * gain;
-            }
-            self.inverse
-                .process_with_scratch(&mut self.filtered, scratch);
-            transpose(&self.filtered, &mut self.turned);
-            self.inverse.process_with_scratch(&mut self.turned, scratch);
-            for ((above, below), c) in sums.iter_mut().zip(&self.turned) {
-                let (e, o) = (c.re * scale, c.im * scale);
-                let excess = e - o.abs() - THRESHOLD;
-                *above += if excess > 0.0 { excess } else { 0.0 };
-                *below += (e * e + o * o).sqrt();
-            }
-        }
-        let map = sums.iter().map(|(above, below)| above / (below + 1e-10));
-        map.collect()
-    }
-}
-
-/// In squares that fit the fastest cache.
-fn transpose(from: &[Complex<f32>], to: &mut [Complex<f32>]) {
-    const SQUARE: usize = 16;
-    for row in (0..SIDE).step_by(SQUARE) {
-        for column in (0..SIDE).step_by(SQUARE) {
-            for i in row..row + SQUARE {
-                for k in column..column + SQUARE {
-                    to[k * SIDE + i] = from[i * SIDE + k];
-                }
-            }
-        }
-    }
 }

@@ -116,6 +116,8 @@ proptest! {
     #![proptest_config(ProptestConfig {
         failure_persistence: None,
         rng_seed: RngSeed::Fixed(2),
+        // A share of the cases is left out (a subspace without a gap), however many cases there are.
+        max_global_rejects: u32::MAX,
         ..ProptestConfig::default()
     })]
 
