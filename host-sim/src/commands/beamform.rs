@@ -53,7 +53,7 @@ pub struct Arguments {
     #[arg(long, value_name = "RATIO", help_heading = "Beamformer")]
     subarray_ratio: Option<f64>,
 
-    /// Average the covariance over K samples before and K after [default: 0]
+    /// Average the covariance over K samples before and K after, at most 31 [default: 0]
     #[arg(long, value_name = "K", help_heading = "Beamformer")]
     temporal: Option<usize>,
 
