@@ -395,7 +395,7 @@ fn beams_must_be_evenly_spaced() {
     let grid = PixelGrid::cover([0.0, 1e-3], [0.0, 1e-3], 8, 8);
     lines.beam_x[3] += 0.05e-3;
     let message = b_mode(&lines, 60.0, &grid, false).unwrap_err().to_string();
-    assert!(message.starts_with("beam 3 lies at"), "{message}");
+    assert!(message.contains("beam 3 lies at"), "{message}");
     lines.beam_x = vec![1e-3; 5];
     assert!(b_mode(&lines, 60.0, &grid, false).is_err());
     let mut single = random_lines(1, 10, 7);
