@@ -1,7 +1,7 @@
 //! Drives the core's beamformer over frames: as many runs at a time as there are lanes, on all
 //! threads.
 
-mod lanes;
+mod workspace;
 
 use crate::instruction_set::InstructionSet;
 use crate::{Error, Result};
@@ -17,7 +17,7 @@ use std::cmp::Reverse;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-pub use lanes::{Capacity, Lanes};
+pub use workspace::{AnyWorkspace, Capacity};
 
 /// Active elements that fit.
 pub const MAX_ELEMENTS: usize = 256;
@@ -95,7 +95,7 @@ pub struct Plan {
     beamformer: Beamformer,
     pool: ThreadPool,
     /// One a thread.
-    workspaces: Vec<Mutex<Box<dyn Lanes>>>,
+    workspaces: Vec<Mutex<Box<dyn AnyWorkspace>>>,
 }
 
 impl Plan {
@@ -271,7 +271,7 @@ fn pieces(
 /// One group: a piece a lane.
 fn beamform_group(
     beamformer: &Beamformer,
-    workspace: &mut dyn Lanes,
+    workspace: &mut dyn AnyWorkspace,
     lines: &[DelayedLine<'_>],
     group: &[Piece],
 ) -> Result<Outputs> {

@@ -6,6 +6,7 @@ mod common;
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::channel::aperture::Active;
 use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_lanes, frame, scalar};
+use host_sim::beamform::Plan;
 use host_sim::instruction_set::InstructionSet;
 use ndarray::Array2;
 use num_complex::Complex;
@@ -236,6 +237,50 @@ fn every_number_of_lanes() {
                 for set in InstructionSet::available() {
                     let lanes = core_lanes(set, &lines, parameters, covariance);
                     assert_eq!(all(lanes), expected, "{}: {name}", set.name());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn frame_after_frame_on_any_number_of_threads() {
+    let frames: Vec<Vec<Line>> = (0..2)
+        .map(|frame| {
+            let line = |k: u64| {
+                let mut line = Line::noise(40 + 10 * frame + k, 30, 40);
+                line.active = growing(30, k as usize);
+                line
+            };
+            (0..9).map(line).collect()
+        })
+        .collect();
+    for covariance in COVARIANCES {
+        for method in [Method::Das, Method::EsmvRank1] {
+            let parameters = Parameters {
+                method,
+                temporal: 2,
+                ..Parameters::default()
+            };
+            for threads in [1, 2, 7] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+                let pool = pool.build().expect("threads");
+                let set = InstructionSet::detect();
+                let plan = || Plan::new(set, parameters, covariance, 40).expect("a size that fits");
+                let plan = pool.install(plan);
+                // What one frame leaves in the plan's memory must not reach the next.
+                for lines in &frames {
+                    let views: Vec<_> = lines.iter().map(|line| line.x.view()).collect();
+                    let x = ndarray::stack(ndarray::Axis(0), &views).expect("lines of one shape");
+                    let active = |beam: usize, sample: usize| lines[beam].active[sample];
+                    let z = plan
+                        .run(x.view(), active, |_| {})
+                        .expect("a frame that fits");
+                    for (line, z) in lines.iter().zip(z.rows()) {
+                        let expected = scalar(line, parameters, covariance);
+                        let name = format!("{covariance:?}, {method:?}, {threads} threads");
+                        assert_eq!(bits(&z.to_vec()), bits(&expected), "{name}");
+                    }
                 }
             }
         }

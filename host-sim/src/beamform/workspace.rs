@@ -10,7 +10,7 @@ use super::{Covariance, MAX_ELEMENTS, MAX_SUBARRAY, MAX_TEMPORAL};
 use crate::instruction_set::{InstructionSet, OverLanes};
 
 /// A workspace of the core, of a type that is chosen at run time.
-pub trait Lanes: Send {
+pub trait AnyWorkspace: Send {
     /// How many runs it takes at a time.
     fn lanes(&self) -> usize;
 
@@ -27,7 +27,8 @@ pub trait Lanes: Send {
     ) -> Result<(), CoreError>;
 }
 
-impl<A, V, const M: usize, const L: usize, const ROWS: usize> Lanes for Workspace<A, V, M, L, ROWS>
+impl<A, V, const M: usize, const L: usize, const ROWS: usize> AnyWorkspace
+    for Workspace<A, V, M, L, ROWS>
 where
     A: Averaging<V>,
     V: Vector,
@@ -60,11 +61,11 @@ pub struct Capacity {
 
 impl Capacity {
     /// A workspace of up to 80 MB; made on the stack before it moves to the heap.
-    pub fn workspace(self, set: InstructionSet) -> Box<dyn Lanes> {
+    pub fn workspace(self, set: InstructionSet) -> Box<dyn AnyWorkspace> {
         set.dispatch(self)
     }
 
-    fn averaging<A: Averaging<V> + 'static, V: Vector>(self, zero: V) -> Box<dyn Lanes> {
+    fn averaging<A: Averaging<V> + 'static, V: Vector>(self, zero: V) -> Box<dyn AnyWorkspace> {
         const SMALL: usize = window_rows(64, 2);
         const MEDIUM: usize = window_rows(64, 10);
         const LARGE: usize = window_rows(MAX_SUBARRAY, MAX_TEMPORAL);
@@ -79,9 +80,9 @@ impl Capacity {
 }
 
 impl OverLanes for Capacity {
-    type Output = Box<dyn Lanes>;
+    type Output = Box<dyn AnyWorkspace>;
 
-    fn run<V: Vector>(self, zero: V) -> Box<dyn Lanes> {
+    fn run<V: Vector>(self, zero: V) -> Box<dyn AnyWorkspace> {
         match self.covariance {
             Covariance::Forward => self.averaging::<Forward, V>(zero),
             Covariance::ForwardBackward => self.averaging::<ForwardBackward, V>(zero),
