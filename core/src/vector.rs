@@ -15,7 +15,7 @@ mod memory;
 
 pub use complex::ComplexVector;
 pub(crate) use complex::Scalar;
-pub use dot::{Dot, PARTIAL_SUMS};
+pub use dot::{Dot, PARTIAL_SUMS, Term};
 #[cfg(feature = "simd")]
 pub use lanes::Lanes;
 pub(crate) use memory::{MOST_LANES, load, transpose};
@@ -71,9 +71,16 @@ pub trait Vector:
     /// `yes` where `mask` is true, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
+    /// Writes the integer part of each lane, of magnitude below 2³¹, to as many `integers`.
+    fn truncate(self, integers: &mut [i32]);
+
     /// The lanes of both by turns, `a₀ b₀ a₁ b₁ …`: the first half of them, then the second. Values
-    /// move between lanes here, and nowhere else; none is computed with another.
+    /// move between lanes here and in the inverse, and nowhere else; none is computed with another.
     fn interleave(self, other: Self) -> (Self, Self);
+
+    /// The inverse of [`Vector::interleave`]: of both one after the other, the values at even places
+    /// and those at odd ones.
+    fn deinterleave(self, other: Self) -> (Self, Self);
 
     /// The lanes `k` where `f(k)` is true.
     fn mask(self, f: impl Fn(usize) -> bool) -> Self::Mask;
@@ -150,7 +157,15 @@ impl Vector for f32 {
         if mask { yes } else { no }
     }
     #[inline(always)]
+    fn truncate(self, integers: &mut [i32]) {
+        integers[0] = self as i32;
+    }
+    #[inline(always)]
     fn interleave(self, other: Self) -> (Self, Self) {
+        (self, other)
+    }
+    #[inline(always)]
+    fn deinterleave(self, other: Self) -> (Self, Self) {
         (self, other)
     }
     #[inline(always)]

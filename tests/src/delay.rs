@@ -25,7 +25,7 @@ pub const HILBERT_TAPS: usize = 8;
 pub const SAMPLES: usize = 64;
 const MARGIN: usize = 2 * HILBERT_TAPS - 1;
 /// `Delay::scratch_len::<f32>()`, which is no constant.
-const SCRATCH: usize = 4 * (SAMPLES + 2 * MARGIN) + 142;
+const SCRATCH: usize = 4 * (SAMPLES + 2 * MARGIN).next_multiple_of(16) + (2 * MARGIN + 32) + 15;
 
 /// From 40 MHz to 20 MHz.
 pub const PARAMETERS: DelayParameters = DelayParameters {

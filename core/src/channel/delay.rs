@@ -3,33 +3,33 @@
 //! Output sample n lies at depth z = c·t/2, t = start + n/fout. Each active element is read there at
 //! (τ_tx + τ_rx − t0)·fs ([`delay_law`](super::delay_law)) through the filter that interpolates and
 //! decimates ([`interpolate`](super::interpolate)), from a record whose rate is halved first where
-//! it is much higher than the output's (`half_band`); then the analytic signal
+//! it is much higher than the output's (`decimator`); then the analytic signal
 //! is formed along depth at the output rate ([`analytic`](super::analytic)). The column is computed
 //! a Hilbert reach beyond both ends, so that its first and last samples are as good as the others.
 //!
-//! Lanes are output samples of an element. As many elements as there are lanes are worked on
-//! together, so that what they put out lies side by side.
+//! As many elements as there are lanes are worked on together. Lanes are elements where filters run
+//! along time, and output samples of an element where a record is read; numbers change places in
+//! squares of as many registers as there are lanes.
 
 mod focus;
 
 use super::analytic::HilbertTransformer;
 use super::aperture::Active;
 use super::delay_law::{TransmitDelay, TransmitLaw};
-use super::half_band::{HalfBand, MIN_STEP, buffer_len, pairs_len};
-use super::interpolate::{Interpolator, PLACE};
+use super::interpolate::Interpolator;
 use super::record::Record;
 use super::{at_least_one, finite, positive};
 use crate::error::check_length;
-use crate::vector::Vector;
+use crate::vector::{PARTIAL_SUMS, Vector};
 use crate::{Complex, Error};
 
 /// The most samples in a record or a column: every index must be exact in f32.
 pub const MAX_SAMPLES: usize = 1 << 22;
-/// Vectors of positions that are worked out before they are read, and of halved samples whose
-/// inputs are laid out before they are used: so that neither waits for the other. At least
-/// [`MIN_STEP`].
-const STEP: usize = 24;
-const _: () = assert!(STEP >= MIN_STEP);
+/// Sixteens of positions that are worked out before they are read, so that neither waits for the
+/// other.
+const STEP: usize = 8;
+/// Output samples that are transposed and transformed together.
+const CHUNK: usize = 32;
 /// Positions on the axis beyond ± this many samples read 0.
 const FAR: f64 = (1 << 23) as f64;
 
@@ -86,7 +86,6 @@ pub struct Column<'a> {
 #[derive(Clone, Debug)]
 pub struct Delay {
     parameters: DelayParameters,
-    half_band: HalfBand,
     interpolator: Interpolator,
     hilbert: HilbertTransformer,
 }
@@ -130,7 +129,6 @@ impl Delay {
         let interpolator = Interpolator::new(p.sampling_rate, p.output_rate, p.centre_frequency)?;
         Ok(Delay {
             parameters,
-            half_band: HalfBand::new(),
             interpolator,
             hilbert,
         })
@@ -141,28 +139,33 @@ impl Delay {
         &self.parameters
     }
 
-    /// Length of the scratch slice of [`Delay::column`], f32. A line has output_samples + 2·reach
-    /// values, with the reach of the Hilbert transformer, and ends on a full vector. There are three
-    /// lines and one a lane, 120 values a lane and 22; and, if records are halved, half the samples of
-    /// one and its margins.
+    /// Length of the scratch slice of [`Delay::column`], f32. A line has output_samples, up to full
+    /// thirty-twos, + 2·reach values, with the reach of the Hilbert transformer, up to full sixteens.
+    /// There are three lines and one a lane. A lane also takes 32 + 2·reach values, or what the
+    /// filters that halve the record lie over (32 + 64 + 2P − 1, and 141 or 282 for each halving
+    /// before), if that is more; and, if records are halved, the halved one and its margins. 15
+    /// values are room for the rows to begin on a cache line.
     pub fn scratch_len<V: Vector>(&self) -> usize {
-        let step = STEP * V::LANES;
-        let steps = PLACE * step + pairs_len(step);
-        (3 + V::LANES) * self.line_len::<V>() + steps + self.halved_len()
+        let lanes = self.line_len() + self.rows() + self.halved_len();
+        PARTIAL_SUMS - 1 + V::LANES * lanes + 3 * self.line_len()
     }
 
-    /// Output samples with the margins, up to full vectors.
-    fn line_len<V: Vector>(&self) -> usize {
-        let outputs = self.parameters.output_samples.next_multiple_of(V::LANES);
-        (outputs + 2 * self.hilbert.reach()).next_multiple_of(V::LANES)
+    /// Output samples with the margins, up to full sixteens.
+    fn line_len(&self) -> usize {
+        let outputs = self.parameters.output_samples.next_multiple_of(CHUNK);
+        (outputs + 2 * self.hilbert.reach()).next_multiple_of(PARTIAL_SUMS)
+    }
+
+    /// Rows of a lane each that the filters take.
+    fn rows(&self) -> usize {
+        let rows = self.interpolator.decimator().rows();
+        rows.max(2 * self.hilbert.reach() + CHUNK)
     }
 
     /// Room for an element's record after the halvings.
     fn halved_len(&self) -> usize {
-        if self.interpolator.halvings() == 0 {
-            return 0;
-        }
-        buffer_len(self.parameters.record_samples)
+        let samples = self.parameters.record_samples;
+        self.interpolator.decimator().halved_len(samples)
     }
 
     /// The rate at which the interpolator reads, Hz.
@@ -182,11 +185,13 @@ impl Delay {
     /// and q − ⌊q⌋. The real part is that value, the imaginary part its Hilbert transform; adding
     /// is real to real, imaginary to imaginary.
     ///
-    /// Cost per output sample and active element: 2·taps + N MACs (taps = 16·⌈f/fout⌉ ≤ 64, N the
-    /// Hilbert taps a side), a division and a root, and 12·f/fout additions and half as many
-    /// products where the record is halved; for the paper's 100 → 20 MHz 104 MACs, 30 additions and
-    /// 18 products. Per output sample three f64 divisions, and a root for
-    /// [`TransmitLaw::Element`]. RAM: the stage, the scratch, and 2.5 KiB of stack.
+    /// Cost per output sample and active element: 2·taps + N products and 3·taps + 2N additions
+    /// (taps = 16 where the record is halved, else 16·⌈f/fout⌉ ≤ 48; N the Hilbert taps a side), a
+    /// division and a root; for the last halving (P + 1)·f/fout products and 2P·f/fout additions with
+    /// P = ⌈14.4·f/fout⌉, for the one before 10·f/fout and 16·f/fout, and twice as many for each one
+    /// before that. For the paper's 100 → 20 MHz 77 products and 129 additions. Per output sample
+    /// three f64 divisions, and a root for [`TransmitLaw::Element`]. RAM: the stage, the scratch, and
+    /// 2 KiB of stack (5 KiB with the widest registers).
     ///
     /// # Errors
     /// Before anything is written: [`Error::Length`] for a slice of the wrong length or a record of

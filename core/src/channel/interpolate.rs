@@ -3,9 +3,10 @@
 //! A value between the recorded samples is `Σ_k x[k]·h(t − k)`, with h a windowed sinc whose cut-off
 //! is 1.02 times half the output rate where the recorded rate is higher: reading at the output
 //! instants is then a proper decimation, which keeps noise above the output band from folding into
-//! it (white noise falls by fs/1.02·output rate). Records sampled at four times the output rate or
-//! more are first halved (`half_band`), as often as that is so. The filter spans at least 16
-//! output intervals (recorded ones where the output rate is not lower).
+//! it (white noise falls by fs/1.02·output rate). Records sampled at 2.5 times the output rate or
+//! more are first decimated (`decimator`) to 1.25 to 2.5 times, and with what would fold removed, h
+//! need only interpolate. The filter spans at least 16 output intervals (recorded ones where it only
+//! interpolates).
 //!
 //! Worst error, relative to the pulse's peak, on a Gaussian pulse e^{−at²}·cos 2πf₀t of 5 MHz and
 //! 60 % bandwidth at −6 dB, over all positions and sub-sample phases:
@@ -20,22 +21,22 @@
 //!
 //! In the last two rows the error is the pulse's own content near and above the output's Nyquist
 //! frequency, which the decimation must remove, alike for every element. What differs between
-//! sub-sample phases, and so disturbs the beamformer, is 3·10⁻⁵ and 1.1·10⁻⁵.
+//! sub-sample phases, and so disturbs the beamformer, is 3·10⁻⁵ and 2.7·10⁻⁵.
 
 mod read;
 
-pub(super) use read::PLACE;
+pub(super) use read::Places;
 
+use super::decimator::Decimator;
 use super::{kaiser, positive};
 use crate::Error;
 use crate::vector::PARTIAL_SUMS;
 
 /// The largest ratio of recorded to output rate.
 pub const MAX_DECIMATION: usize = 16;
-/// Records this many times as fast as the output, or more, are halved.
-const HALVED_FROM: f64 = 4.0;
-/// Taps of the filter, in blocks of [`PARTIAL_SUMS`], where the ratio is just below that.
-const MAX_BLOCKS: usize = 4;
+/// The most taps of the filter, in blocks of [`PARTIAL_SUMS`]: where a record is 2 to 2.5 times as
+/// fast as the output.
+const MAX_BLOCKS: usize = 3;
 /// Rows of the table a block of taps; between rows the value is interpolated linearly.
 const ROWS: usize = 150;
 const TABLE: usize = ROWS + MAX_BLOCKS;
@@ -49,7 +50,7 @@ pub struct Interpolator {
     /// Taps/16.
     blocks: usize,
     phases: usize,
-    halvings: usize,
+    decimator: Decimator,
 }
 
 /// Row-major [phase 0..=phases][tap]; row p holds h(k − (taps/2 − 1) − p/phases) at tap k. On cache
@@ -64,11 +65,13 @@ impl Interpolator {
 
     /// The filter from `sampling_rate` to `output_rate` for a pulse around `centre_frequency`, Hz.
     ///
-    /// With the rate fs of the record, halved while it is at least 4·fout, r = ⌈fs/fout⌉ (at least
-    /// 1): 16r taps, ⌊150/r⌋ phases, cut-off κ = min(1, 1.02·fout/fs) of fs/2 (1 where fs ≤ fout),
+    /// With the rate fs of the record, halved while it is at least 2.5·fout, and r = ⌈fs/fout⌉, or 1
+    /// where it has been halved or fs ≤ fout: 16r taps, ⌊150/r⌋ phases, cut-off
+    /// κ = min(1, 1.02·fout/fs) of fs/2 (1 where it only interpolates),
     /// h(u) = κ·sinc(κu)·kaiser(u/8r, β). β follows Kaiser's design formula, within 4..10, for a
-    /// transition from 1.425 f₀ (1.5 f₀ where fs ≤ fout) to its image at the lower rate:
-    /// A = 8 + 2.285·2π·(16r − 1)·(min(fs, fout) − 2.85f₀)/fs, β = 0.1102·(A − 8.7).
+    /// transition from 1.425 f₀ to its image at the output rate, or from 1.5 f₀ to its image at fs
+    /// where it only interpolates: A = 8 + 2.285·2π·(16r − 1)·(fout − 2.85f₀)/fs, or
+    /// A = 8 + 2.285·2π·15·(fs − 3f₀)/fs; β = 0.1102·(A − 8.7).
     ///
     /// # Errors
     /// [`Error::Parameter`] unless all three are positive and finite and fs/fout at most
@@ -77,7 +80,7 @@ impl Interpolator {
         positive("sampling_rate", sampling_rate)?;
         positive("output_rate", output_rate)?;
         positive("centre_frequency", centre_frequency)?;
-        let mut ratio = sampling_rate / output_rate;
+        let ratio = sampling_rate / output_rate;
         if ratio > MAX_DECIMATION as f64 {
             let expected = "at least a sixteenth of the sampling rate";
             return Err(Error::Parameter {
@@ -86,14 +89,9 @@ impl Interpolator {
                 expected,
             });
         }
-        let mut halvings = 0;
-        let mut rate = sampling_rate;
-        while ratio >= HALVED_FROM {
-            ratio /= 2.0;
-            rate /= 2.0;
-            halvings += 1;
-        }
-        let (cutoff, blocks, clear) = if ratio > 1.0 {
+        let decimator = Decimator::new(ratio);
+        let rate = sampling_rate / (1 << decimator.halvings()) as f64;
+        let (cutoff, blocks, clear) = if ratio > 1.0 && decimator.halvings() == 0 {
             let cutoff = CUT_OFF / ratio;
             let cutoff = if cutoff < 1.0 { cutoff } else { 1.0 };
             let clear = 1.0 / ratio - 2.85 * centre_frequency / rate;
@@ -117,7 +115,7 @@ impl Interpolator {
             table: Table(table),
             blocks,
             phases,
-            halvings,
+            decimator,
         })
     }
 
@@ -128,7 +126,12 @@ impl Interpolator {
 
     /// How often the record is halved before this filter.
     pub fn halvings(&self) -> usize {
-        self.halvings
+        self.decimator.halvings()
+    }
+
+    /// The filters that halve it.
+    pub(super) fn decimator(&self) -> &Decimator {
+        &self.decimator
     }
 }
 
@@ -150,32 +153,35 @@ fn sinc(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::channel::half_band::{HalfBand, MARGIN, pairs_len};
+    use crate::channel::decimator::MARGIN;
+    use crate::channel::record::Record;
     use core::f64::consts::PI;
 
     const F0: f64 = 5e6;
 
     /// The value at `position` of a record, halved as it is to be.
     fn at(filter: &Interpolator, record: &[f32], position: f64) -> f32 {
-        let half_band = HalfBand::new();
-        let (mut halved, mut pairs) = ([0.0; 600], [0.0; pairs_len(24)]);
-        let (mut length, mut origin) = (record.len(), 0);
-        halved[..length].copy_from_slice(record);
-        for halving in 0..filter.halvings() {
-            length = if halving == 0 {
-                half_band.halve(0.0f32, record, &mut halved, &mut pairs)
-            } else {
-                half_band.halve_again(0.0f32, &mut halved, length, &mut pairs)
-            };
+        let decimator = filter.decimator();
+        let (mut halved, mut rows) = ([0.0; 600], [0.0; 600]);
+        let mut origin = 0;
+        let mut length = decimator.halved_len(record.len());
+        if decimator.halvings() > 0 {
+            let record = Record::new(record, 1).unwrap();
+            let rows = &mut rows[..decimator.rows()];
+            decimator.decimate(0.0f32, &record, 0..1, rows, &mut halved[..length]);
             origin = MARGIN;
+        } else {
+            length = record.len();
+            halved[..length].copy_from_slice(record);
         }
         let position = position / (1 << filter.halvings()) as f64;
         let whole = libm::floor(position);
         let position = (whole as f32, (position - whole) as f32);
-        let (mut place, mut value) = ([0.0; PLACE], [f32::NAN]);
-        filter.locate(position, true, (origin, length), &mut place);
-        filter.read(0.0f32, &halved[..length], &place, &mut value);
-        value[0]
+        let (mut places, mut values) = ([Places::ZERO], [f32::NAN; PARTIAL_SUMS]);
+        let locator = filter.locator(0.0f32, (origin, length));
+        locator.locate(position, true, (&mut places[0], 0));
+        filter.read(0.0f32, &halved[..length], &places, &mut values);
+        values[0]
     }
 
     /// A Gaussian pulse of 5 MHz and 60 % bandwidth at −6 dB.
@@ -222,7 +228,9 @@ mod tests {
             (40e6, 40e6, 9e-6, 6e-6, 0.081),
             (100e6, 100e6, 1.0e-5, 6e-6, 0.013),
             (40e6, 20e6, 6e-4, 3e-5, 0.081),
-            (100e6, 20e6, 5e-4, 1.1e-5, 0.013),
+            (100e6, 20e6, 5e-4, 2.7e-5, 0.013),
+            (62.5e6, 20e6, 5e-4, 2.7e-5, 0.033),
+            (50e6, 20e6, 5e-4, 2.7e-5, 0.05),
         ] {
             let (e, s, l) = errors(fs, fout);
             assert!(e <= error, "{fs} -> {fout}: error {e}");

@@ -2,20 +2,20 @@
 //!
 //! [`aperture`] says which elements take part at a depth; [`delay`] turns the RF of one transmit
 //! (a [`record`]) into the delayed analytic samples of one image column, by the laws of
-//! [`delay_law`], the filter of [`interpolate`] (behind a half-band filter where the record is much
-//! faster than the output) and the Hilbert transformer of [`analytic`].
+//! [`delay_law`], the filter of [`interpolate`] (behind half-band and low-pass filters where the record
+//! is much faster than the output) and the Hilbert transformer of [`analytic`].
 
 pub mod analytic;
 pub mod aperture;
+mod decimator;
 pub mod delay;
 pub mod delay_law;
-mod half_band;
+mod fir;
 pub mod interpolate;
 mod kaiser;
 pub mod record;
 
 use crate::Error;
-use crate::vector::Vector;
 
 fn positive(name: &'static str, value: f64) -> Result<(), Error> {
     if value > 0.0 && value.is_finite() {
@@ -48,12 +48,4 @@ fn at_least_one(name: &'static str, value: usize) -> Result<(), Error> {
         });
     }
     Ok(())
-}
-
-/// The first lanes' worth of `from`.
-#[inline(always)]
-fn load<V: Vector>(zero: V, from: &[f32]) -> V {
-    let mut vector = zero;
-    vector.lanes_mut().copy_from_slice(&from[..V::LANES]);
-    vector
 }

@@ -1,50 +1,70 @@
 //! Dot products in a fixed order: sixteen partial sums, whatever a register holds.
 
-/// Partial sums of a dot product: term k goes to sum k mod 16.
+/// Partial sums of a dot product: term k goes to sum k mod 16. Also how many products are formed
+/// together, so that adding up their partial sums is work for whole registers.
 pub const PARTIAL_SUMS: usize = 16;
+
+/// What a dot product is formed of: samples, and coefficients `row + weight·(next − row)`.
+#[derive(Clone, Copy, Debug)]
+pub struct Term<'a, const BLOCKS: usize> {
+    /// The samples.
+    pub samples: &'a [[f32; PARTIAL_SUMS]; BLOCKS],
+    /// The coefficients at weight 0.
+    pub row: &'a [[f32; PARTIAL_SUMS]; BLOCKS],
+    /// The coefficients at weight 1.
+    pub next: &'a [[f32; PARTIAL_SUMS]; BLOCKS],
+    /// Where between them.
+    pub weight: f32,
+}
 
 /// A vector whose instruction set forms dot products of consecutive samples.
 ///
 /// This is the one place where lanes of a register meet, in an order that does not depend on how
-/// many there are: sixteen partial sums take a term each in turn, and are then added by halves.
+/// many there are: sixteen partial sums take a term each in turn, and are then added up.
 pub trait Dot: Copy {
-    /// The dot products of `x` with `row` and with `next`, a and b, blended: a + weight·(b − a).
+    /// Sixteen dot products, the k-th of `term(k)`; none if one of the terms is none.
     ///
-    /// Order: partial sums a_j and b_j, j = 0..16, from 0, each over its `BLOCKS` terms in
-    /// ascending order; s_j = a_j + weight·(b_j − a_j); then s_j += s_{j+8} for j < 8, s_j +=
-    /// s_{j+4} for j < 4, s_j += s_{j+2} for j < 2, and s_0 + s_1.
-    fn blended_dot<const BLOCKS: usize>(
+    /// Order: for j = 0..16, s_j is the sum of samples·coefficient over its `BLOCKS` terms in
+    /// ascending order, with the coefficient row + weight·(next − row); then s_j += s_{j+8} for
+    /// j < 8, s_j += s_{j+4} for j < 4, and (s_0 + s_1) + (s_2 + s_3).
+    fn blended_dots<'a, const BLOCKS: usize>(
         self,
-        x: &[[f32; PARTIAL_SUMS]; BLOCKS],
-        row: &[[f32; PARTIAL_SUMS]; BLOCKS],
-        next: &[[f32; PARTIAL_SUMS]; BLOCKS],
-        weight: f32,
-    ) -> f32;
+        term: impl Fn(usize) -> Option<Term<'a, BLOCKS>>,
+    ) -> Option<[f32; PARTIAL_SUMS]>;
 }
 
 impl Dot for f32 {
     #[inline(always)]
-    fn blended_dot<const BLOCKS: usize>(
+    fn blended_dots<'a, const BLOCKS: usize>(
         self,
-        x: &[[f32; PARTIAL_SUMS]; BLOCKS],
-        row: &[[f32; PARTIAL_SUMS]; BLOCKS],
-        next: &[[f32; PARTIAL_SUMS]; BLOCKS],
-        weight: f32,
-    ) -> f32 {
-        let mut s = [0.0; PARTIAL_SUMS];
-        for j in 0..PARTIAL_SUMS {
-            let (mut a, mut b) = (0.0, 0.0);
-            for block in 0..BLOCKS {
-                a += x[block][j] * row[block][j];
-                b += x[block][j] * next[block][j];
+        term: impl Fn(usize) -> Option<Term<'a, BLOCKS>>,
+    ) -> Option<[f32; PARTIAL_SUMS]> {
+        let mut dots = [0.0; PARTIAL_SUMS];
+        for (k, dot) in dots.iter_mut().enumerate() {
+            let Term {
+                samples,
+                row,
+                next,
+                weight,
+            } = term(k)?;
+            let mut s = [0.0; PARTIAL_SUMS];
+            for (j, s) in s.iter_mut().enumerate() {
+                let product = |block: usize| {
+                    let (row, next) = (row[block][j], next[block][j]);
+                    samples[block][j] * (row + weight * (next - row))
+                };
+                *s = product(0);
+                for block in 1..BLOCKS {
+                    *s += product(block);
+                }
             }
-            s[j] = a + weight * (b - a);
-        }
-        for half in [8, 4, 2, 1] {
-            for j in 0..half {
-                s[j] += s[j + half];
+            for half in [8, 4] {
+                for j in 0..half {
+                    s[j] += s[j + half];
+                }
             }
+            *dot = (s[0] + s[1]) + (s[2] + s[3]);
         }
-        s[0]
+        Some(dots)
     }
 }

@@ -1,10 +1,10 @@
 //! A register of an instruction set, by the `fearless_simd` crate.
 
-use super::{Dot, Mask, PARTIAL_SUMS, Vector};
+use super::{Dot, Mask, PARTIAL_SUMS, Term, Vector};
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use fearless_simd::f32x16;
 use fearless_simd::prelude::{
-    ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdMask, SimdSplit,
+    ExtractToken, Select, Simd, SimdBase, SimdCombine, SimdFloat, SimdMask, SimdSplit,
 };
 
 /// One register of `f32`: 4 lanes with SSE2 and NEON, 8 with AVX2, 16 with AVX-512.
@@ -69,9 +69,18 @@ impl<S: Simd> Vector for Lanes<S> {
         Lanes(mask.0.select(yes.0, no.0))
     }
     #[inline(always)]
+    fn truncate(self, integers: &mut [i32]) {
+        self.0.to_int::<S::i32s>().store_slice(integers);
+    }
+    #[inline(always)]
     fn interleave(self, other: Self) -> (Self, Self) {
         let (first, second) = self.0.interleave(other.0);
         (Lanes(first), Lanes(second))
+    }
+    #[inline(always)]
+    fn deinterleave(self, other: Self) -> (Self, Self) {
+        let (even, odd) = self.0.deinterleave(other.0);
+        (Lanes(even), Lanes(odd))
     }
     #[inline(always)]
     fn mask(self, f: impl Fn(usize) -> bool) -> LanesMask<S> {
@@ -85,29 +94,84 @@ impl<S: Simd> Vector for Lanes<S> {
 
 impl<S: Simd> Dot for Lanes<S> {
     #[inline(always)]
-    fn blended_dot<const BLOCKS: usize>(
+    fn blended_dots<'a, const BLOCKS: usize>(
         self,
-        x: &[[f32; PARTIAL_SUMS]; BLOCKS],
-        row: &[[f32; PARTIAL_SUMS]; BLOCKS],
-        next: &[[f32; PARTIAL_SUMS]; BLOCKS],
-        weight: f32,
-    ) -> f32 {
-        // One register of AVX-512, two of AVX2, four of SSE2 and NEON.
+        term: impl Fn(usize) -> Option<Term<'a, BLOCKS>>,
+    ) -> Option<[f32; PARTIAL_SUMS]> {
         let simd = self.0.token();
-        let load = |values: &[f32; PARTIAL_SUMS]| f32x16::from_slice(simd, values);
-        let mut a = f32x16::splat(simd, 0.0);
-        let mut b = a;
-        for ((x, row), next) in x.iter().zip(row).zip(next) {
-            let x = load(x);
-            a += x * load(row);
-            b += x * load(next);
-        }
-        let (low, high) = (a + f32x16::splat(simd, weight) * (b - a)).split();
-        let (low, high) = (low + high).split();
-        let s = low + high;
-        let s = s.as_slice();
-        (s[0] + s[2]) + (s[1] + s[3])
+        let dots = neighbours(halves(simd, &term, 0)?, halves(simd, &term, 8)?);
+        let mut values = [0.0; PARTIAL_SUMS];
+        dots.store_slice(&mut values);
+        Some(values)
     }
+}
+
+// The sums of sixteen products, which take one register of AVX-512, two of AVX2, four of SSE2 and
+// NEON each, are added up for two, four, eight and sixteen products together. Halves that lie in
+// registers of their own need no move between lanes.
+
+/// Sums 2j and 2j + 1 added, those of `x` first.
+#[inline(always)]
+fn neighbours<S: Simd>(x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
+    x.unzip_low(y) + x.unzip_high(y)
+}
+
+/// Two sums for each of the products from the k-th on.
+#[inline(always)]
+fn halves<'a, S: Simd, const BLOCKS: usize>(
+    simd: S,
+    term: &impl Fn(usize) -> Option<Term<'a, BLOCKS>>,
+    k: usize,
+) -> Option<f32x16<S>> {
+    Some(neighbours(
+        quarters(simd, term, k)?,
+        quarters(simd, term, k + 4)?,
+    ))
+}
+
+/// Four sums for each of the products from the k-th on.
+#[inline(always)]
+fn quarters<'a, S: Simd, const BLOCKS: usize>(
+    simd: S,
+    term: &impl Fn(usize) -> Option<Term<'a, BLOCKS>>,
+    k: usize,
+) -> Option<f32x16<S>> {
+    let (a, b) = eighths(simd, term, k)?.split();
+    let (c, d) = eighths(simd, term, k + 2)?.split();
+    let ((a, e), (b, f)) = (a.split(), b.split());
+    let ((c, g), (d, h)) = (c.split(), d.split());
+    Some(a.combine(b).combine(c.combine(d)) + e.combine(f).combine(g.combine(h)))
+}
+
+/// Eight sums for each of the products from the k-th on.
+#[inline(always)]
+fn eighths<'a, S: Simd, const BLOCKS: usize>(
+    simd: S,
+    term: &impl Fn(usize) -> Option<Term<'a, BLOCKS>>,
+    k: usize,
+) -> Option<f32x16<S>> {
+    let (a, b) = partial_sums(simd, term(k)?).split();
+    let (c, d) = partial_sums(simd, term(k + 1)?).split();
+    Some(a.combine(c) + b.combine(d))
+}
+
+/// The partial sums of a dot product.
+#[inline(always)]
+fn partial_sums<S: Simd, const BLOCKS: usize>(simd: S, term: Term<BLOCKS>) -> f32x16<S> {
+    let mut sums = product(simd, &term, 0);
+    for block in 1..BLOCKS {
+        sums += product(simd, &term, block);
+    }
+    sums
+}
+
+/// A block's samples times its coefficients.
+#[inline(always)]
+fn product<S: Simd, const BLOCKS: usize>(simd: S, term: &Term<BLOCKS>, block: usize) -> f32x16<S> {
+    let samples = f32x16::from_slice(simd, &term.samples[block]);
+    let row = f32x16::from_slice(simd, &term.row[block]);
+    let next = f32x16::from_slice(simd, &term.next[block]);
+    samples * (row + f32x16::splat(simd, term.weight) * (next - row))
 }
 
 impl<S: Simd> Mask for LanesMask<S> {

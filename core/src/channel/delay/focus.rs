@@ -1,17 +1,18 @@
-//! The kernels of the delay stage, over lanes of output samples.
+//! The kernels of the delay stage: over lanes of output samples where positions are worked out and
+//! read, over lanes of elements where filters run along time.
 
-use super::{Column, Delay, FAR, STEP, Store};
+use super::{CHUNK, Column, Delay, FAR, STEP, Store};
 use crate::Complex;
 use crate::channel::aperture::Active;
+use crate::channel::decimator::MARGIN;
 use crate::channel::delay_law::{ReceiveLag, TransmitDelay};
-use crate::channel::half_band::{MARGIN, pairs_len};
-use crate::channel::interpolate::PLACE;
-use crate::channel::load;
+use crate::channel::fir::GROUP;
+use crate::channel::interpolate::Places;
 use crate::channel::record::Record;
-use crate::vector::Vector;
+use crate::vector::{MOST_LANES, PARTIAL_SUMS, Vector, load, transpose};
 
-/// The most lanes that a vector has.
-const LANES: usize = 16;
+/// The bytes of a cache line: rows that lie across two of them take longer.
+const CACHE_LINE: usize = 64;
 
 /// Where an element on the column's axis is read, per output sample.
 struct Axis<'a> {
@@ -32,13 +33,16 @@ impl Delay {
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
-        let line_len = self.line_len::<V>();
-        let (depth, rest) = scratch.split_at_mut(line_len);
-        let (whole, rest) = rest.split_at_mut(line_len);
-        let (fraction, rest) = rest.split_at_mut(line_len);
+        let line_len = self.line_len();
+        let aligned = scratch.as_ptr().align_offset(CACHE_LINE);
+        let scratch = &mut scratch[aligned.min(CACHE_LINE / size_of::<f32>() - 1)..];
+        let (rows, rest) = scratch.split_at_mut(V::LANES * self.rows());
+        let (halved, rest) = rest.split_at_mut(V::LANES * self.halved_len());
         let (lines, rest) = rest.split_at_mut(V::LANES * line_len);
-        let (places, rest) = rest.split_at_mut(PLACE * STEP * V::LANES);
-        let (pairs, halved) = rest.split_at_mut(pairs_len(STEP * V::LANES));
+        let (depth, rest) = rest.split_at_mut(line_len);
+        let (whole, rest) = rest.split_at_mut(line_len);
+        let (fraction, _) = rest.split_at_mut(line_len);
+        let mut places = [Places::ZERO; STEP];
         let mut axis = Axis {
             depth,
             whole,
@@ -48,23 +52,27 @@ impl Delay {
 
         let Active { first, count } = column.active;
         let end = first + count;
+        let decimator = self.interpolator.decimator();
         for group in (first..end).step_by(V::LANES) {
             let elements = group..(group + V::LANES).min(end);
-            for (line, element) in lines.chunks_exact_mut(line_len).zip(elements.clone()) {
-                let p = &self.parameters;
-                let d = column.element_x[element] - column.x;
-                let lag = ReceiveLag::new(d, p.sound_speed, self.rate());
-                let record = record.element(element);
-                if self.interpolator.halvings() == 0 {
-                    self.read(zero, &axis, &lag, (record, 0), places, line);
-                } else {
-                    let length = self.halve(zero, record, halved, pairs);
-                    let record = (&halved[..length], MARGIN);
-                    self.read(zero, &axis, &lag, record, places, line);
-                }
+            if decimator.halvings() > 0 {
+                let rows = &mut rows[..V::LANES * decimator.rows()];
+                decimator.decimate(zero, record, elements.clone(), rows, halved);
             }
-            let lines = &lines[..elements.len() * line_len];
-            self.put(zero, column.store, lines, group, out);
+            let lines = &mut lines[..elements.len() * line_len];
+            for (lane, line) in lines.chunks_exact_mut(line_len).enumerate() {
+                let p = &self.parameters;
+                let d = column.element_x[group + lane] - column.x;
+                let lag = ReceiveLag::new(d, p.sound_speed, self.rate());
+                let record = if decimator.halvings() > 0 {
+                    let length = self.halved_len();
+                    (&halved[lane * length..][..length], MARGIN)
+                } else {
+                    (record.element(group + lane), 0)
+                };
+                self.read(zero, &axis, &lag, record, &mut places, line);
+            }
+            self.put(zero, column.store, lines, group, rows, out);
         }
         if column.store == Store::Replace {
             for row in out.chunks_exact_mut(self.parameters.elements) {
@@ -93,22 +101,6 @@ impl Delay {
         }
     }
 
-    /// An element's record at 1/2ʰ of its rate; its length in `halved`.
-    #[inline(always)]
-    fn halve<V: Vector>(
-        &self,
-        zero: V,
-        record: &[f32],
-        halved: &mut [f32],
-        pairs: &mut [f32],
-    ) -> usize {
-        let mut length = self.half_band.halve(zero, record, halved, pairs);
-        for _ in 1..self.interpolator.halvings() {
-            length = self.half_band.halve_again(zero, halved, length, pairs);
-        }
-        length
-    }
-
     /// The element's values along the column, from the record whose sample 0 is `record[origin]`.
     #[inline(always)]
     fn read<V: Vector>(
@@ -117,21 +109,23 @@ impl Delay {
         axis: &Axis,
         lag: &ReceiveLag,
         (record, origin): (&[f32], usize),
-        places: &mut [f32],
+        places: &mut [Places; STEP],
         line: &mut [f32],
     ) {
-        let step = STEP * V::LANES;
-        for (index, values) in line.chunks_mut(step).enumerate() {
-            let vectors = places.chunks_exact_mut(PLACE * V::LANES);
-            for (at, places) in (0..values.len()).step_by(V::LANES).zip(vectors) {
-                let n = index * step + at;
-                let z = load(zero, &axis.depth[n..]);
-                let position = load(zero, &axis.fraction[n..]) + lag.samples(z);
-                // False for a NaN too, which an infinite over an infinite extent would give.
-                let valid = zero.less(z) & position.less(zero.splat(FAR as f32));
-                let position = (load(zero, &axis.whole[n..]), position);
-                let shape = (origin, record.len());
-                self.interpolator.locate(position, valid, shape, places);
+        let locator = self.interpolator.locator(zero, (origin, record.len()));
+        let far = zero.splat(FAR as f32);
+        for (index, values) in line.chunks_mut(STEP * PARTIAL_SUMS).enumerate() {
+            let places = &mut places[..values.len() / PARTIAL_SUMS];
+            for (sixteen, places) in places.iter_mut().enumerate() {
+                for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
+                    let n = (index * STEP + sixteen) * PARTIAL_SUMS + at;
+                    let z = load(zero, &axis.depth[n..]);
+                    let position = load(zero, &axis.fraction[n..]) + lag.samples(z);
+                    // False for a NaN too, which an infinite over an infinite extent would give.
+                    let valid = zero.less(z) & position.less(far);
+                    let position = (load(zero, &axis.whole[n..]), position);
+                    locator.locate(position, valid, (places, at));
+                }
             }
             self.interpolator.read(zero, record, places, values);
         }
@@ -145,29 +139,51 @@ impl Delay {
         store: Store,
         lines: &[f32],
         first: usize,
+        rows: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
         let elements = self.parameters.elements;
         let reach = self.hilbert.reach();
-        let line_len = self.line_len::<V>();
-        let (mut real, mut imaginary) = ([[0.0; LANES]; LANES], [[0.0; LANES]; LANES]);
-        for (block, rows) in out.chunks_mut(V::LANES * elements).enumerate() {
-            let n = block * V::LANES;
-            for (k, line) in lines.chunks_exact(line_len).enumerate() {
-                real[k][..V::LANES].copy_from_slice(&line[n + reach..][..V::LANES]);
-                let y = self.hilbert.quadrature(zero, line, n);
-                imaginary[k][..V::LANES].copy_from_slice(y.lanes());
-            }
-            for (i, row) in rows.chunks_exact_mut(elements).enumerate() {
-                let row = &mut row[first..first + lines.len() / line_len];
-                for (k, y) in row.iter_mut().enumerate() {
-                    let value = Complex::new(real[k][i], imaginary[k][i]);
+        let line_len = self.line_len();
+        let count = lines.len() / line_len;
+        // A row holds a sample of each element. What the transformer reaches back for stays in front.
+        let behind = 2 * reach * V::LANES;
+        let rows = &mut rows[..behind + CHUNK * V::LANES];
+        turn(zero, lines, line_len, 0, &mut rows[..behind]);
+        for (chunk, out) in out.chunks_mut(CHUNK * elements).enumerate() {
+            let n = chunk * CHUNK + 2 * reach;
+            turn(zero, lines, line_len, n, &mut rows[behind..]);
+            for (group, out) in out.chunks_mut(GROUP * elements).enumerate() {
+                let rows = &rows[group * GROUP * V::LANES..];
+                let imaginary = self.hilbert.quadrature(zero, rows);
+                let real = rows[reach * V::LANES..].chunks_exact(V::LANES);
+                let out = out.chunks_exact_mut(elements);
+                for ((real, imaginary), out) in real.zip(&imaginary).zip(out) {
+                    let pairs = real.iter().zip(imaginary.lanes());
+                    let values = pairs.map(|(&re, &im)| Complex::new(re, im));
+                    let out = out[first..first + count].iter_mut().zip(values);
                     match store {
-                        Store::Replace => *y = value,
-                        Store::Add => *y += value,
+                        Store::Replace => out.for_each(|(y, value)| *y = value),
+                        Store::Add => out.for_each(|(y, value)| *y += value),
                     }
                 }
             }
+            rows.copy_within(CHUNK * V::LANES.., 0);
+        }
+    }
+}
+
+/// The samples from `first` on of `lines`, a row each sample.
+#[inline(always)]
+fn turn<V: Vector>(zero: V, lines: &[f32], line_len: usize, first: usize, rows: &mut [f32]) {
+    for (block, rows) in rows.chunks_mut(V::LANES * V::LANES).enumerate() {
+        let mut square = [zero; MOST_LANES];
+        for (samples, line) in square.iter_mut().zip(lines.chunks_exact(line_len)) {
+            *samples = load(zero, &line[first + block * V::LANES..]);
+        }
+        transpose(&mut square);
+        for (row, samples) in rows.chunks_exact_mut(V::LANES).zip(&square) {
+            row.copy_from_slice(samples.lanes());
         }
     }
 }

@@ -1,70 +1,107 @@
 //! Reading a record through the tabulated filter.
 
 use super::{Interpolator, MAX_BLOCKS};
-use crate::vector::{Dot, PARTIAL_SUMS, Vector};
+use crate::vector::{Dot, PARTIAL_SUMS, Term, Vector};
 
-/// 2²³: from here to its double, floats are the integers, and their low 23 bits count from 0.
+/// 2²³: from here to its double, floats are the integers.
 const INTEGERS: f32 = 8_388_608.0;
 
-/// What a place takes: the first sample under the filter plus the filter's taps, and the row of
-/// the table, each hidden in 2²³ + integer; and how far the position lies towards the next row. A
-/// vector of the first is followed by one of the second and one of the third.
-pub(in super::super) const PLACE: usize = 3;
+/// Where sixteen values are read.
+#[derive(Clone, Copy)]
+pub(in super::super) struct Places {
+    /// The first sample under the filter; negative in front of the record.
+    first: [i32; PARTIAL_SUMS],
+    /// Where the row of the table begins, and how far the position lies towards the next one.
+    row: [i32; PARTIAL_SUMS],
+    weight: [f32; PARTIAL_SUMS],
+}
 
-impl Interpolator {
-    /// Works out the `places` ([`PLACE`] vectors) where a vector of positions is read: `whole` (an
-    /// integer below 2²³ in magnitude) plus `position` (0..2²³) from `record[origin]`, in a record
-    /// of `length`; nowhere unless `valid`.
+impl Places {
+    /// Sample 0, at a whole position.
+    pub(in super::super) const ZERO: Places = Places {
+        first: [0; PARTIAL_SUMS],
+        row: [0; PARTIAL_SUMS],
+        weight: [0.0; PARTIAL_SUMS],
+    };
+}
+
+/// What working out places takes, in all lanes: once a record rather than once a vector.
+pub(in super::super) struct Locator<V> {
+    integers: V,
+    phases: V,
+    last_row: V,
+    row_len: V,
+    offset: V,
+    before: V,
+    length: V,
+}
+
+impl<V: Vector> Locator<V> {
+    /// Works out the places `at` and on, where a vector of positions is read: `whole` (an integer below 2²³ in magnitude)
+    /// plus `position` (0..2²³) after the record's sample 0; nowhere unless `valid`.
     ///
     /// f32: q = ⌊position⌋; s = (position − q)·phases; the row is min(⌊s⌋, phases − 1), the weight
     /// s − row.
     #[inline(always)]
-    pub(in super::super) fn locate<V: Vector>(
+    pub(in super::super) fn locate(
         &self,
         (whole, position): (V, V),
         valid: V::Mask,
-        (origin, length): (usize, usize),
-        places: &mut [f32],
+        (places, at): (&mut Places, usize),
     ) {
         let position = V::select(valid, position, whole.zero());
-        let q = floor(position);
-        let s = (position - q) * whole.splat(self.phases as f32);
-        let last = whole.splat((self.phases - 1) as f32);
-        let row = floor(s);
-        let row = V::select(last.less(row), last, row);
+        let q = floor(position, self.integers);
+        let s = (position - q) * self.phases;
+        let row = floor(s, self.integers);
+        let row = V::select(self.last_row.less(row), self.last_row, row);
 
         // Beyond 2²⁴ these additions round, which is far outside in any case.
-        let taps = whole.splat(self.taps() as f32);
-        let first = whole + q + whole.splat((origin + self.taps() / 2 + 1) as f32);
-        let end = whole.splat(length as f32) + taps;
-        let inside = valid & whole.zero().less(first) & first.less(end);
-        let first = V::select(inside, first, end);
+        let first = whole + q + self.offset;
+        let reached = self.before.less(first) & first.less(self.length);
+        let first = V::select(valid & reached, first, self.length);
 
-        let integers = whole.splat(INTEGERS);
-        let (first_place, rest) = places.split_at_mut(V::LANES);
-        let (row_place, weight_place) = rest.split_at_mut(V::LANES);
-        first_place.copy_from_slice((first + integers).lanes());
-        row_place.copy_from_slice((row + integers).lanes());
-        weight_place.copy_from_slice((s - row).lanes());
+        let stretch = at..at + V::LANES;
+        first.truncate(&mut places.first[stretch.clone()]);
+        (row * self.row_len).truncate(&mut places.row[stretch.clone()]);
+        places.weight[stretch].copy_from_slice((s - row).lanes());
+    }
+}
+
+impl Interpolator {
+    /// Works out places in a record of `length` whose sample 0 is `record[origin]`.
+    #[inline(always)]
+    pub(in super::super) fn locator<V: Vector>(
+        &self,
+        zero: V,
+        (origin, length): (usize, usize),
+    ) -> Locator<V> {
+        let taps = self.taps();
+        Locator {
+            integers: zero.splat(INTEGERS),
+            phases: zero.splat(self.phases as f32),
+            last_row: zero.splat((self.phases - 1) as f32),
+            row_len: zero.splat(taps as f32),
+            offset: zero.splat(origin as f32 - (taps / 2 - 1) as f32),
+            before: zero.splat(-(taps as f32)),
+            length: zero.splat(length as f32),
+        }
     }
 
-    /// The values of `record` at the first `values.len()` of `places`; samples outside the record
-    /// read as 0.
+    /// The values of `record` at as many of `places`; samples outside the record read as 0.
     ///
-    /// Order, f32: that of [`Dot::blended_dot`], with the samples, the row and the next one. Cost:
-    /// 2·taps MACs a value.
+    /// Order, f32: that of [`Dot::blended_dots`], with the samples, the row and the next one. Cost:
+    /// 2·taps products and 3·taps additions a value.
     #[inline(always)]
     pub(in super::super) fn read<V: Vector>(
         &self,
         zero: V,
         record: &[f32],
-        places: &[f32],
+        places: &[Places],
         values: &mut [f32],
     ) {
         match self.blocks {
             1 => self.read_blocks::<V, 1>(zero, record, places, values),
             2 => self.read_blocks::<V, 2>(zero, record, places, values),
-            3 => self.read_blocks::<V, 3>(zero, record, places, values),
             _ => self.read_blocks::<V, MAX_BLOCKS>(zero, record, places, values),
         }
     }
@@ -74,65 +111,79 @@ impl Interpolator {
         &self,
         zero: V,
         record: &[f32],
-        places: &[f32],
+        places: &[Places],
         values: &mut [f32],
     ) {
-        let (rows, _) = self.table.0.as_chunks::<BLOCKS>();
-        let places = places.chunks_exact(PLACE * V::LANES);
-        for (values, places) in values.chunks_mut(V::LANES).zip(places) {
-            let (first, rest) = places.split_at(V::LANES);
-            let (row, weight) = rest.split_at(V::LANES);
-            for (k, value) in values.iter_mut().enumerate() {
-                let row = integer(row[k]);
-                let Some([row, next]) = rows.get(row..row + 2) else {
-                    *value = 0.0;
-                    continue;
-                };
-                // Wraps around in front of the record, to where there is nothing either.
-                let first = integer(first[k]).wrapping_sub(BLOCKS * PARTIAL_SUMS);
-                let (samples, _) = record.get(first..).unwrap_or(&[]).as_chunks();
-                *value = match samples.first_chunk::<BLOCKS>() {
-                    Some(x) => zero.blended_dot(x, row, next, weight[k]),
-                    None => edge(record, first, row, next, weight[k]),
-                };
-            }
+        let table = self.table.0.as_flattened();
+        let (values, _) = values.as_chunks_mut();
+        for (values, places) in values.iter_mut().zip(places) {
+            let dots = zero.blended_dots(
+                #[inline(always)]
+                |k| {
+                    let rows = window(table, places.row[k], 2 * BLOCKS * PARTIAL_SUMS)?;
+                    let samples = window(record, places.first[k], BLOCKS * PARTIAL_SUMS)?;
+                    term::<BLOCKS>(samples, rows, places.weight[k])
+                },
+            );
+            *values = match dots {
+                Some(dots) => dots,
+                None => at_the_edge::<BLOCKS>(record, table, places),
+            };
         }
     }
 }
 
-/// A value whose filter lies partly or wholly outside the record.
+/// `length` numbers from `first` on, if they are all there.
+#[inline(always)]
+fn window(from: &[f32], first: i32, length: usize) -> Option<&[f32]> {
+    // What is negative becomes large.
+    let first = first as u32 as usize;
+    from.get(first..first.wrapping_add(length))
+}
+
+/// The samples with the row and the next one.
+#[inline(always)]
+fn term<'a, const BLOCKS: usize>(
+    samples: &'a [f32],
+    rows: &'a [f32],
+    weight: f32,
+) -> Option<Term<'a, BLOCKS>> {
+    let (rows, _) = rows.as_chunks().0.as_chunks();
+    Some(Term {
+        samples: samples.as_chunks().0.first_chunk()?,
+        row: rows.first()?,
+        next: rows.get(1)?,
+        weight,
+    })
+}
+
+/// Values of which some filters lie partly or wholly outside the record.
 #[cold]
 #[inline(never)]
-fn edge<const BLOCKS: usize>(
+fn at_the_edge<const BLOCKS: usize>(
     record: &[f32],
-    first: usize,
-    row: &[[f32; PARTIAL_SUMS]; BLOCKS],
-    next: &[[f32; PARTIAL_SUMS]; BLOCKS],
-    weight: f32,
-) -> f32 {
-    // Neither its first sample lies in the record, nor its last (in front, indices wrap around).
-    let last = first.wrapping_add(BLOCKS * PARTIAL_SUMS - 1);
-    if first >= record.len() && last >= record.len() && last >= first {
-        return 0.0;
-    }
-    let mut samples = [[0.0; PARTIAL_SUMS]; BLOCKS];
-    for (k, sample) in samples.as_flattened_mut().iter_mut().enumerate() {
-        *sample = record.get(first.wrapping_add(k)).copied().unwrap_or(0.0);
+    table: &[f32],
+    places: &Places,
+) -> [f32; PARTIAL_SUMS] {
+    let mut samples = [[[0.0; PARTIAL_SUMS]; BLOCKS]; PARTIAL_SUMS];
+    for (samples, &first) in samples.iter_mut().zip(&places.first) {
+        for (k, sample) in samples.as_flattened_mut().iter_mut().enumerate() {
+            // In front of the record, indices wrap around, to where there is nothing either.
+            let index = (first as isize).wrapping_add(k as isize) as usize;
+            *sample = record.get(index).copied().unwrap_or(0.0);
+        }
     }
     // One lane or many, the bits are the same.
-    0.0f32.blended_dot(&samples, row, next, weight)
+    let dots = 0.0f32.blended_dots(|k| {
+        let rows = window(table, places.row[k], 2 * BLOCKS * PARTIAL_SUMS)?;
+        term::<BLOCKS>(samples[k].as_flattened(), rows, places.weight[k])
+    });
+    dots.unwrap_or([0.0; PARTIAL_SUMS])
 }
 
-/// ⌊x⌋ for 0 ≤ x < 2²³: x + 2²³ is rounded to an integer.
+/// ⌊x⌋ for 0 ≤ x < 2²³: with `integers`, 2²³, added it is rounded to an integer.
 #[inline(always)]
-fn floor<V: Vector>(x: V) -> V {
-    let integers = x.splat(INTEGERS);
+fn floor<V: Vector>(x: V, integers: V) -> V {
     let rounded = (x + integers) - integers;
     V::select(x.less(rounded), rounded - x.splat(1.0), rounded)
-}
-
-/// The integer in 2²³ + integer.
-#[inline(always)]
-fn integer(hidden: f32) -> usize {
-    (hidden.to_bits() & 0x7f_ffff) as usize
 }

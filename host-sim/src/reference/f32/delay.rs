@@ -18,11 +18,11 @@ pub fn column(
     let p = parameters;
     let mut halvings = 0;
     let mut rate = p.sampling_rate;
-    while rate / p.output_rate >= 4.0 {
+    while rate / p.output_rate >= 2.5 {
         rate /= 2.0;
         halvings += 1;
     }
-    let filter = Filter::new(p, rate);
+    let filter = Filter::new(p, rate, halvings > 0);
     let hilbert = hilbert(hilbert_taps);
     let reach = 2 * hilbert_taps - 1;
     let samples = p.output_samples + 2 * reach;
@@ -34,8 +34,12 @@ pub fn column(
             values: rf[m * p.record_samples..][..p.record_samples].to_vec(),
             zero: 0,
         };
-        for _ in 0..halvings {
-            record = halved(&record);
+        for halving in 1..=halvings {
+            record = if halving < halvings {
+                halved(&record, &half_band())
+            } else {
+                halved(&record, &low_pass(2.0 * rate / p.output_rate))
+            };
         }
         let d = column.element_x[m] - column.x;
         let mut line = vec![0.0f32; samples];
@@ -84,29 +88,66 @@ impl Record {
     }
 }
 
-/// Half the rate, with all that the half-band filter reaches.
-fn halved(record: &Record) -> Record {
+/// The half-band filter from its middle on.
+fn half_band() -> Vec<f32> {
+    let mut weights = vec![0.0f64; 8];
+    let mut sum = 0.0;
+    for k in [1, 3, 5, 7] {
+        let sign = if k % 4 == 1 { 1.0 } else { -1.0 };
+        weights[k] = sign / (PI * k as f64) * kaiser(k as f64 / 8.0, 8.5);
+        sum += weights[k];
+    }
+    let mut taps = Vec::new();
+    for weight in weights {
+        taps.push((0.25 * weight / sum) as f32);
+    }
+    taps[0] = 0.5;
+    taps
+}
+
+/// The low-pass filter, from its middle on, for records at `ratio` times the output rate.
+fn low_pass(ratio: f64) -> Vec<f32> {
+    let reach = libm::ceil(7.2 * ratio) as usize;
     let mut weights = Vec::new();
     let mut sum = 0.0;
-    for i in 0..6 {
-        let k = (2 * i + 1) as f64;
-        let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
-        let weight = sign / (PI * k) * kaiser(k / 12.0, 8.0);
-        sum += weight;
+    for k in 0..=reach {
+        let angle = PI * (1.04 / ratio * k as f64);
+        let sinc = if k == 0 {
+            1.0
+        } else {
+            libm::sin(angle) / angle
+        };
+        let weight = sinc * kaiser(k as f64 / (reach + 1) as f64, 6.0);
+        sum += if k == 0 { weight } else { 2.0 * weight };
         weights.push(weight);
     }
+    let mut taps = Vec::new();
+    for weight in weights {
+        taps.push((weight / sum) as f32);
+    }
+    taps
+}
+
+/// Half the rate, with all that the filter reaches; `taps` are one side of it.
+fn halved(record: &Record, taps: &[f32]) -> Record {
+    let reach = taps.len() as i64 - 1;
+    let first = (-record.zero - reach) / 2;
     let last = record.values.len() as i64 - 1 - record.zero;
     let mut values = Vec::new();
-    for j in -12..=(last + 11) / 2 {
-        let mut y = 0.5 * record.at(2 * j);
-        for i in 0..6 {
-            let k = 2 * i as i64 + 1;
-            let tap = (0.25 * weights[i] / sum) as f32;
-            y += tap * (record.at(2 * j - k) + record.at(2 * j + k));
+    for j in first..=(last + reach) / 2 {
+        let mut y = taps[0] * record.at(2 * j);
+        for k in 1..=reach {
+            let tap = taps[k as usize];
+            if tap != 0.0 {
+                y += tap * (record.at(2 * j - k) + record.at(2 * j + k));
+            }
         }
         values.push(y);
     }
-    Record { values, zero: 12 }
+    Record {
+        values,
+        zero: -first,
+    }
 }
 
 /// The record of the element `d` m beside the column, which has samples at `fs`, read for output
@@ -153,11 +194,11 @@ struct Filter {
 }
 
 impl Filter {
-    /// The filter for records at `fs`.
-    fn new(p: &DelayParameters, fs: f64) -> Self {
+    /// The filter for records at `fs`, which may have been decimated to that.
+    fn new(p: &DelayParameters, fs: f64, decimated: bool) -> Self {
         let (fout, f0) = (p.output_rate, p.centre_frequency);
         let ratio = fs / fout;
-        let (cutoff, intervals, transition) = if ratio > 1.0 {
+        let (cutoff, intervals, transition) = if ratio > 1.0 && !decimated {
             let cutoff = (1.02 / ratio).min(1.0);
             let transition = 1.0 / ratio - 2.85 * f0 / fs;
             (cutoff, libm::ceil(ratio) as usize, transition)
@@ -194,22 +235,21 @@ impl Filter {
         let weight = scaled - phase as f32;
         let first = whole - (self.taps as i64 / 2 - 1);
         let mut sums = [0.0f32; 16];
-        for j in 0..16 {
-            let mut value = [0.0f32; 2];
-            for side in 0..2 {
-                for k in (j..self.taps).step_by(16) {
-                    let x = record.at(first + k as i64);
-                    value[side] += self.rows[phase + side][k] * x;
-                }
+        for k in 0..self.taps {
+            let (row, next) = (self.rows[phase][k], self.rows[phase + 1][k]);
+            let product = record.at(first + k as i64) * (row + weight * (next - row));
+            if k < 16 {
+                sums[k] = product;
+            } else {
+                sums[k % 16] += product;
             }
-            sums[j] = value[0] + weight * (value[1] - value[0]);
         }
-        for half in [8, 4, 2, 1] {
+        for half in [8, 4] {
             for j in 0..half {
                 sums[j] += sums[j + half];
             }
         }
-        sums[0]
+        (sums[0] + sums[1]) + (sums[2] + sums[3])
     }
 }
 
