@@ -146,13 +146,29 @@ impl<'a> DelayStage<'a> {
     /// # Errors
     /// What the core refuses: samples beyond its range.
     pub fn delay(&self, beams: Range<usize>) -> Result<Array3<Complex<f32>>> {
-        InstructionSet::detect().dispatch(Beams { stage: self, beams })
-    }
-
-    fn delay_over<V: Vector>(&self, zero: V, beams: Range<usize>) -> Result<Array3<Complex<f32>>> {
         let p = self.delay.parameters();
         let shape = (beams.len(), p.output_samples, p.elements);
         let mut x = vec![Complex::new(0.0, 0.0); shape.0 * shape.1 * shape.2];
+        self.delay_into(beams, &mut x)?;
+        Ok(Array3::from_shape_vec(shape, x).expect("the length is that of the shape"))
+    }
+
+    /// The same, into memory of that size, which a new frame need not ask the system for again.
+    ///
+    /// # Errors
+    /// What the core refuses.
+    pub fn delay_into(&self, beams: Range<usize>, x: &mut [Complex<f32>]) -> Result<()> {
+        let stage = self;
+        InstructionSet::detect().dispatch(Beams { stage, beams, x })
+    }
+
+    fn delay_over<V: Vector>(
+        &self,
+        zero: V,
+        beams: Range<usize>,
+        x: &mut [Complex<f32>],
+    ) -> Result<()> {
+        let p = self.delay.parameters();
         // Each transmit is checked once, however many beams read it.
         let transmits = self.transmits(beams.start).start..self.transmits(beams.end.max(1) - 1).end;
         let first_transmit = transmits.start;
@@ -166,7 +182,7 @@ impl<'a> DelayStage<'a> {
                 Record::new(rf, p.elements)
             })
             .collect::<std::result::Result<Vec<_>, _>>()?;
-        x.par_chunks_exact_mut(shape.1 * shape.2)
+        x.par_chunks_exact_mut(p.output_samples * p.elements)
             .zip(beams)
             .try_for_each_init(
                 || vec![0.0; self.delay.scratch_len::<V>()],
@@ -174,8 +190,7 @@ impl<'a> DelayStage<'a> {
                     let record = |transmit| &records[transmit - first_transmit];
                     self.delay_beam(zero, beam, record, scratch, x)
                 },
-            )?;
-        Ok(Array3::from_shape_vec(shape, x).expect("the length is that of the shape"))
+            )
     }
 
     /// The transmits that make a beam.
@@ -224,13 +239,14 @@ impl<'a> DelayStage<'a> {
 struct Beams<'a, 'b> {
     stage: &'a DelayStage<'b>,
     beams: Range<usize>,
+    x: &'a mut [Complex<f32>],
 }
 
 impl OverLanes for Beams<'_, '_> {
-    type Output = Result<Array3<Complex<f32>>>;
+    type Output = Result<()>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
-        self.stage.delay_over(zero, self.beams)
+        self.stage.delay_over(zero, self.beams, self.x)
     }
 }
 
