@@ -1,7 +1,7 @@
 //! The columns of a filtered image: spectrum × gain, inversely transformed.
 
 use super::external::{Source, Store};
-use super::fft::{Fft, inverse};
+use super::fft::{Fft, inverse, opposite};
 use super::gains::{Gains, LaneColumns};
 use super::lines::{groups, load, store};
 use super::log_gabor::ORIENTATIONS;
@@ -110,8 +110,20 @@ impl PhaseSymmetry {
         let line = &mut buffers.line[..rows];
         let gain = &mut buffers.gains[..rows];
         let scale = zero.splat(1.0 / rows as f32);
+        let sign = zero.splat(if mirrored { -1.0 } else { 1.0 });
         for (first, lanes) in groups::<V>(width) {
-            gain.fill(zero);
+            // Lanes become rows, each column that is wanted.
+            let lane = |k: usize| {
+                let column = columns.start + first + k;
+                let wanted = k < lanes && wanted.contains(&column);
+                wanted.then_some(column)
+            };
+            if (0..lanes).all(|k| lane(k).is_none()) {
+                continue;
+            }
+            if lanes < V::LANES {
+                gain.fill(zero);
+            }
             let group = LaneColumns {
                 first: columns.start + first,
                 lanes,
@@ -119,28 +131,22 @@ impl PhaseSymmetry {
             };
             let (radius, orientation) = (filter / ORIENTATIONS.len(), filter % ORIENTATIONS.len());
             gains.fill(self, radius, orientation, group, gain);
+            let (re, im) = (&strip[first..], &strip[width + first..]);
             inverse(
                 fft,
                 #[inline(always)]
                 |row| {
                     // F(−fy, −fx)* of a real image; row 0 is its own mirror image.
-                    let source = if mirrored && row > 0 { rows - row } else { row };
-                    let re = load(zero, &strip[2 * source * width + first..], lanes);
-                    let im = load(zero, &strip[(2 * source + 1) * width + first..], lanes);
+                    let source = if mirrored { opposite(row, rows) } else { row };
+                    let at = 2 * source * width;
                     Complex {
-                        re: re * gain[row],
-                        im: if mirrored { -im } else { im } * gain[row],
+                        re: load(zero, re, at, lanes) * gain[row],
+                        im: load(zero, im, at, lanes) * (sign * gain[row]),
                     }
                 },
                 line,
             );
-            // Lanes become rows, each column that is wanted.
-            let lane = |k: usize| {
-                let column = group.first + k;
-                let wanted = k < lanes && wanted.contains(&column);
-                wanted.then_some(column)
-            };
-            if self.strip.is_multiple_of(V::LANES) {
+            if V::LANES > 1 && self.strip.is_multiple_of(V::LANES) {
                 for row in (0..rows).step_by(V::LANES) {
                     let (mut re, mut im): ([V; MOST_LANES], [V; MOST_LANES]) =
                         ([zero; _], [zero; _]);
@@ -152,19 +158,25 @@ impl PhaseSymmetry {
                     for k in 0..V::LANES {
                         if let Some(column) = lane(k) {
                             let [re_at, im_at] = self.piece(row, column, &wanted);
-                            store(re[k], &mut out[re_at..], V::LANES);
-                            store(im[k], &mut out[im_at..], V::LANES);
+                            store(re[k], out, re_at, V::LANES);
+                            store(im[k], out, im_at, V::LANES);
                         }
                     }
                 }
-            } else {
-                for (row, bin) in line.iter().enumerate() {
-                    for k in 0..lanes {
-                        if let Some(column) = lane(k) {
-                            let [re_at, im_at] = self.piece(row, column, &wanted);
-                            out[re_at] = (bin.re * scale).lanes()[k];
-                            out[im_at] = (bin.im * scale).lanes()[k];
-                        }
+                continue;
+            }
+            for strip in self.row_strips() {
+                let height = strip.len();
+                let bins = &line[strip.clone()];
+                for k in 0..lanes {
+                    let Some(column) = lane(k) else {
+                        continue;
+                    };
+                    let [at, _] = self.piece(strip.start, column, &wanted);
+                    let (re, im) = out[at..at + 2 * height].split_at_mut(height);
+                    for ((re, im), bin) in re.iter_mut().zip(im).zip(bins) {
+                        *re = (bin.re * scale).lanes()[k];
+                        *im = (bin.im * scale).lanes()[k];
                     }
                 }
             }

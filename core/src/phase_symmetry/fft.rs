@@ -54,9 +54,15 @@ pub(super) fn inverse<V: Vector>(
     let length = line.len();
     fft.transform(
         #[inline(always)]
-        |n| input(if n == 0 { 0 } else { length - n }),
+        |n| input(opposite(n, length)),
         line,
     );
+}
+
+/// The index of the opposite frequency, `−n`, for a length that is a power of two.
+#[inline(always)]
+pub(super) fn opposite(n: usize, length: usize) -> usize {
+    (length - n) & (length - 1)
 }
 
 /// Whether a side of the image can be transformed.

@@ -217,9 +217,8 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
         for (row, gain) in gains.iter_mut().enumerate() {
             let opposite = bank.rows - row;
             let nearer = if row < opposite { row } else { opposite };
-            let radial = load(*gain, &radial[nearer * width..], columns.lanes);
-            let angular = load(*gain, &angular[row * width..], columns.lanes);
-            *gain = radial * angular;
+            let radial = load(*gain, radial, nearer * width, columns.lanes);
+            *gain = radial * load(*gain, angular, row * width, columns.lanes);
         }
     }
 }

@@ -11,25 +11,30 @@ pub(super) fn groups<V: Vector>(lines: usize) -> impl Iterator<Item = (usize, us
     })
 }
 
-/// The first `lanes` numbers, in the lanes of a vector that is otherwise `rest`.
+/// The first `lanes` numbers from place `at` on, in the lanes of a vector that is otherwise `rest`.
 #[inline(always)]
-pub(super) fn load<V: Vector>(rest: V, from: &[f32], lanes: usize) -> V {
+pub(super) fn load<V: Vector>(rest: V, from: &[f32], at: usize, lanes: usize) -> V {
     let mut vector = rest;
-    if lanes == V::LANES {
+    if V::LANES == 1 {
+        // One check instead of a slice's two.
+        vector.lanes_mut()[0] = from[at];
+    } else if lanes == V::LANES {
         // A length that the compiler knows makes this one instruction.
-        vector.lanes_mut().copy_from_slice(&from[..V::LANES]);
+        vector.lanes_mut().copy_from_slice(&from[at..at + V::LANES]);
     } else {
-        vector.lanes_mut()[..lanes].copy_from_slice(&from[..lanes]);
+        vector.lanes_mut()[..lanes].copy_from_slice(&from[at..at + lanes]);
     }
     vector
 }
 
-/// The first `lanes` lanes, to as many numbers.
+/// The first `lanes` lanes, to as many numbers from place `at` on.
 #[inline(always)]
-pub(super) fn store<V: Vector>(vector: V, to: &mut [f32], lanes: usize) {
-    if lanes == V::LANES {
-        to[..V::LANES].copy_from_slice(vector.lanes());
+pub(super) fn store<V: Vector>(vector: V, to: &mut [f32], at: usize, lanes: usize) {
+    if V::LANES == 1 {
+        to[at] = vector.lanes()[0];
+    } else if lanes == V::LANES {
+        to[at..at + V::LANES].copy_from_slice(vector.lanes());
     } else {
-        to[..lanes].copy_from_slice(&vector.lanes()[..lanes]);
+        to[at..at + lanes].copy_from_slice(&vector.lanes()[..lanes]);
     }
 }

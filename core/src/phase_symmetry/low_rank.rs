@@ -152,20 +152,19 @@ impl LowRank {
                 .zip(below.chunks_exact_mut(height));
             let mixed = mixed.chunks_exact_mut(2 * height);
             for ((c, mixed), (above, below)) in line.iter().zip(mixed).zip(sums) {
-                let (above, below) = (&mut above[first..], &mut below[first..]);
                 let (re, im) = mixed.split_at_mut(height);
-                let (re, im) = (&mut re[first..], &mut im[first..]);
+                let place = (first, lanes);
                 let [e, o] = [c.re * scale, c.im * scale];
-                PhaseSymmetry::add_response(zero, threshold, [e, o], [above, below], lanes);
+                PhaseSymmetry::add_response(threshold, [e, o], [above, below], place);
                 let (e, o) = (
-                    load(zero, re, lanes) + weight * e,
-                    load(zero, im, lanes) + weight * o,
+                    load(zero, re, first, lanes) + weight * e,
+                    load(zero, im, first, lanes) + weight * o,
                 );
                 if complete {
-                    PhaseSymmetry::add_response(zero, threshold, [e, o], [above, below], lanes);
+                    PhaseSymmetry::add_response(threshold, [e, o], [above, below], place);
                 } else {
-                    store(e, re, lanes);
-                    store(o, im, lanes);
+                    store(e, re, first, lanes);
+                    store(o, im, first, lanes);
                 }
             }
         }

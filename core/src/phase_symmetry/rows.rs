@@ -114,9 +114,8 @@ impl PhaseSymmetry {
                 .chunks_exact_mut(height)
                 .zip(below.chunks_exact_mut(height));
             for (c, (above, below)) in line.iter().zip(sums) {
-                let sums = [&mut above[first..], &mut below[first..]];
                 let response = [c.re * scale, c.im * scale];
-                Self::add_response(zero, threshold, response, sums, lanes);
+                Self::add_response(threshold, response, [above, below], (first, lanes));
             }
         }
     }
@@ -131,33 +130,45 @@ impl PhaseSymmetry {
         (first, lanes): (usize, usize),
         line: &mut [Complex<V>],
     ) {
+        let (re, im) = (&strip[first..], &strip[height + first..]);
         inverse(
             kernels.fft,
             #[inline(always)]
             |column| {
-                let at = 2 * self.filtered_place(column) * height + first;
+                let at = 2 * self.filtered_place(column) * height;
                 Complex {
-                    re: load(kernels.zero, &strip[at..], lanes),
-                    im: load(kernels.zero, &strip[at + height..], lanes),
+                    re: load(kernels.zero, re, at, lanes),
+                    im: load(kernels.zero, im, at, lanes),
                 }
             },
             line,
         );
     }
 
-    /// Adds what one filter gives to Eq. 10's numerator and denominator.
+    /// Adds what one filter gives to Eq. 10's numerator and denominator, in `lanes` lanes whose sums
+    /// begin at `first`.
     #[inline(always)]
     pub(super) fn add_response<V: Vector>(
-        zero: V,
         threshold: V,
         [e, o]: [V; 2],
         [above, below]: [&mut [f32]; 2],
-        lanes: usize,
+        (first, lanes): (usize, usize),
     ) {
+        let zero = threshold.zero();
         let excess = e - o.abs() - threshold;
         let excess = V::select(zero.less(excess), excess, zero);
-        store(load(zero, above, lanes) + excess, above, lanes);
+        store(
+            load(zero, above, first, lanes) + excess,
+            above,
+            first,
+            lanes,
+        );
         let modulus = (e * e + o * o).sqrt();
-        store(load(zero, below, lanes) + modulus, below, lanes);
+        store(
+            load(zero, below, first, lanes) + modulus,
+            below,
+            first,
+            lanes,
+        );
     }
 }

@@ -103,13 +103,13 @@ impl PhaseSymmetry {
                 || {
                     for (first, lanes) in groups::<V>(width) {
                         let column = |row: usize| Complex {
-                            re: load(zero, &strip[2 * row * width + first..], lanes),
-                            im: load(zero, &strip[(2 * row + 1) * width + first..], lanes),
+                            re: load(zero, strip, 2 * row * width + first, lanes),
+                            im: load(zero, strip, (2 * row + 1) * width + first, lanes),
                         };
                         fft.transform(column, line);
                         for (rows, bin) in strip.chunks_exact_mut(2 * width).zip(&*line) {
-                            store(bin.re, &mut rows[first..], lanes);
-                            store(bin.im, &mut rows[width + first..], lanes);
+                            store(bin.re, rows, first, lanes);
+                            store(bin.im, rows, width + first, lanes);
                         }
                     }
                 },

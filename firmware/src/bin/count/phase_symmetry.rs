@@ -70,8 +70,8 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
         external,
     } = workspaces;
     let filters = &LogGabor::new(tables);
-    let small = side(counter, m64, filters, gains, external, [7200, 8600])?;
-    let large = side(counter, m128, filters, gains, external, [7600, 9000])?;
+    let small = side(counter, m64, filters, gains, external, [5800, 7600])?;
+    let large = side(counter, m128, filters, gains, external, [6200, 8000])?;
     Ok(small && large)
 }
 
