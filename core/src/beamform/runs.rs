@@ -316,24 +316,32 @@ fn load<A: Averaging<V>, V: Vector>(
 #[inline(always)]
 fn gather<V: Vector>(runs: &[Run<'_>], i: isize, snapshot: &mut [ComplexVector<V>]) {
     let zero = snapshot[0].re.zero();
+    if V::LANES == 1 {
+        // Without the squares' memory, which a microcontroller would clear each time.
+        let [run, ..] = runs else {
+            return;
+        };
+        let active = elements_of(run, i);
+        let scale = zero.splat(run.line.scale());
+        let (inside, outside) = snapshot.split_at_mut(if active.len() < snapshot.len() {
+            active.len()
+        } else {
+            snapshot.len()
+        });
+        for (x, value) in inside.iter_mut().zip(active) {
+            *x = ComplexVector {
+                re: zero.splat(value.re) * scale,
+                im: zero.splat(value.im) * scale,
+            };
+        }
+        outside.fill(ComplexVector::from_real(zero));
+        return;
+    }
     let mut rows: [&[Complex<f32>]; MOST_LANES] = [&[]; MOST_LANES];
     let mut scales = [zero; MOST_LANES];
     for (lane, run) in runs.iter().enumerate() {
-        let sample = run.first_sample.checked_add_signed(i);
-        if let Some(sample) = sample.filter(|&n| n < run.line.samples()) {
-            rows[lane] = &run.line.samples_from(sample)[run.first_element..];
-        }
+        rows[lane] = elements_of(run, i);
         scales[lane] = zero.splat(run.line.scale());
-    }
-    if V::LANES == 1 {
-        for (k, x) in snapshot.iter_mut().enumerate() {
-            let value = rows[0].get(k).copied().unwrap_or_default();
-            *x = ComplexVector {
-                re: zero.splat(value.re) * scales[0],
-                im: zero.splat(value.im) * scales[0],
-            };
-        }
-        return;
     }
     // A register holds both parts of half as many elements.
     for (block, snapshot) in snapshot.chunks_mut(V::LANES / 2).enumerate() {
@@ -349,6 +357,17 @@ fn gather<V: Vector>(runs: &[Run<'_>], i: isize, snapshot: &mut [ComplexVector<V
                 im: square[2 * k + 1],
             };
         }
+    }
+}
+
+/// The run's sample `i` from its first active element on, and what follows; nothing outside the
+/// record.
+#[inline(always)]
+fn elements_of<'a>(run: &Run<'a>, i: isize) -> &'a [Complex<f32>] {
+    let sample = run.first_sample.checked_add_signed(i);
+    match sample.filter(|&n| n < run.line.samples()) {
+        Some(sample) => &run.line.samples_from(sample)[run.first_element..],
+        None => &[],
     }
 }
 
