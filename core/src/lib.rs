@@ -18,9 +18,9 @@ pub mod channel;
 pub mod covariance;
 mod error;
 pub mod image;
+mod instructions;
 mod linalg;
 pub mod phase_symmetry;
-mod sqrt;
 pub mod vector;
 
 pub use error::Error;

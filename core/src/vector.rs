@@ -142,7 +142,7 @@ impl Vector for f32 {
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        crate::sqrt::sqrt(self)
+        crate::instructions::sqrt(self)
     }
     #[inline(always)]
     fn abs(self) -> Self {

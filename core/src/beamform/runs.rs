@@ -11,6 +11,7 @@ use crate::covariance::lag_sums::{lag_sums, subarray_sum};
 use crate::covariance::loading::Loading;
 use crate::covariance::{Averaging, time_window};
 use crate::error::check_length;
+use crate::instructions::prefetch;
 use crate::linalg::panels::Column;
 use crate::vector::{ComplexVector, MOST_LANES, Mask, Scalar, Vector, transpose};
 use num_complex::Complex;
@@ -312,7 +313,8 @@ fn load<A: Averaging<V>, V: Vector>(
 /// working scale; zero outside the record.
 ///
 /// A register of consecutive elements is read at once and the lanes' registers transposed: whole
-/// cache lines, many of them under way at a time, instead of a number by itself.
+/// cache lines, many of them under way at a time, instead of a number by itself. The next sample's
+/// are asked for already.
 #[inline(always)]
 fn gather<V: Vector>(runs: &[Run<'_>], i: isize, snapshot: &mut [ComplexVector<V>]) {
     let zero = snapshot[0].re.zero();
@@ -340,6 +342,8 @@ fn gather<V: Vector>(runs: &[Run<'_>], i: isize, snapshot: &mut [ComplexVector<V
     let mut rows: [&[Complex<f32>]; MOST_LANES] = [&[]; MOST_LANES];
     let mut scales = [zero; MOST_LANES];
     for (lane, run) in runs.iter().enumerate() {
+        let next = elements_of(run, i + 1);
+        prefetch(next.get(..snapshot.len()).unwrap_or(next));
         rows[lane] = elements_of(run, i);
         scales[lane] = zero.splat(run.line.scale());
     }

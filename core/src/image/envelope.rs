@@ -39,6 +39,6 @@ fn magnitude(z: Complex<f32>) -> f32 {
         return 0.0;
     }
     let ratio = small / large;
-    let value = large * crate::sqrt::sqrt(1.0 + ratio * ratio);
+    let value = large * crate::instructions::sqrt(1.0 + ratio * ratio);
     if value < f32::MAX { value } else { f32::MAX }
 }

@@ -1,0 +1,63 @@
+//! Two instructions that no safe function of stable Rust's `core` reaches: the core's only `unsafe`.
+//!
+//! [`sqrt`]: `libm::sqrtf` is one instruction where the compiler's targets promise it (x86-64,
+//! AArch64), and about a hundred on a Cortex-M, whose FPU has the instruction as well. Both round
+//! correctly, so the bits do not depend on which is taken: the golden hash `sqrt` is met by the
+//! workstation's and by the Cortex-M7's.
+//!
+//! [`prefetch`]: lanes of beams that lie far apart in memory are read some cache lines at a time,
+//! which no processor foresees; asked for a sample ahead, they come while that sample is computed
+//! (some 5 % of the time of the in-vivo frame's lines). It changes no bit.
+
+use num_complex::Complex;
+
+/// `√x`, correctly rounded; NaN for a negative `x`.
+#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+#[inline(always)]
+pub(crate) fn sqrt(x: f32) -> f32 {
+    libm::sqrtf(x)
+}
+
+/// `√x`, correctly rounded; NaN for a negative `x`.
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+#[inline(always)]
+#[allow(unsafe_code)]
+pub(crate) fn sqrt(x: f32) -> f32 {
+    let bits: u32;
+    // SAFETY: the hard-float ABI promises an FPU, and every FPU of Arm's has VSQRT.F32. The
+    // registers that change are declared; memory and stack stay untouched. By way of a core
+    // register, since the compiler does not let `asm!` name this target's float ones as operands.
+    unsafe {
+        core::arch::asm!(
+            "vmov s0, {bits}",
+            "vsqrt.f32 s0, s0",
+            "vmov {bits}, s0",
+            bits = inout(reg) x.to_bits() => bits,
+            out("s0") _,
+            options(pure, nomem, nostack),
+        );
+    }
+    f32::from_bits(bits)
+}
+
+/// The bytes of a cache line.
+#[cfg(target_arch = "x86_64")]
+const CACHE_LINE: usize = 64;
+
+/// Has the cache lines of `values` brought near, where there is an instruction for it.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+#[allow(unsafe_code)]
+pub(crate) fn prefetch(values: &[Complex<f32>]) {
+    use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+    for line in values.chunks(CACHE_LINE / size_of::<Complex<f32>>()) {
+        // SAFETY: the instruction is part of every x86-64, writes nothing, and faults at no address;
+        // this one lies within the slice besides.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(line.as_ptr().cast()) }
+    }
+}
+
+/// Has the cache lines of `values` brought near, where there is an instruction for it.
+#[cfg(not(target_arch = "x86_64"))]
+#[inline(always)]
+pub(crate) fn prefetch(_: &[Complex<f32>]) {}
