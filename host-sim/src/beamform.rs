@@ -17,7 +17,8 @@ use std::cmp::Reverse;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-pub use workspace::{AnyWorkspace, Capacity};
+use workspace::AnyWorkspace;
+pub(crate) use workspace::Capacity;
 
 /// Active elements that fit.
 pub const MAX_ELEMENTS: usize = 256;

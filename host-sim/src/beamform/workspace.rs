@@ -10,7 +10,7 @@ use super::{Covariance, MAX_ELEMENTS, MAX_SUBARRAY, MAX_TEMPORAL};
 use crate::instruction_set::{InstructionSet, OverLanes};
 
 /// A workspace of the core, of a type that is chosen at run time.
-pub trait AnyWorkspace: Send {
+pub(crate) trait AnyWorkspace: Send {
     /// How many runs it takes at a time.
     fn lanes(&self) -> usize;
 
@@ -50,7 +50,7 @@ where
 
 /// Which of the workspaces that are compiled in: the smallest one that fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Capacity {
+pub(crate) struct Capacity {
     /// The covariance in use.
     pub covariance: Covariance,
     /// The longest subarray.
