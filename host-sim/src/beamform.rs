@@ -164,6 +164,7 @@ impl Plan {
         active: impl Fn(usize, usize) -> Active + Sync,
         progress: impl Fn(usize) + Sync,
     ) -> Result<Array2<Complex<f32>>> {
+        check_window(self.beamformer.parameters(), x.dim().1)?;
         self.beamform(x, &pieces(x.dim(), active), &progress)
     }
 
@@ -174,7 +175,6 @@ impl Plan {
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Array2<Complex<f32>>> {
         let (beams, samples, elements) = x.dim();
-        check_window(self.beamformer.parameters(), samples)?;
         let x = x.as_standard_layout();
         let lines: Vec<Result<DelayedLine<'_>>> = (0..beams)
             .into_par_iter()
@@ -207,23 +207,29 @@ impl Plan {
         pieces: &[Piece],
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Outputs> {
+        let workspace = |index: usize| {
+            self.workspaces[index]
+                .lock()
+                .expect("no thread has panicked")
+        };
+        let lanes = workspace(0).lanes();
+        let groups: Vec<&[Piece]> = pieces
+            .chunk_by(|a, b| a.active.count == b.active.count)
+            .flat_map(|same| same.chunks(lanes))
+            .collect();
         let next = AtomicUsize::new(0);
         let done = self.pool.broadcast(|thread| {
-            let mut workspace = self.workspaces[thread.index()]
-                .lock()
-                .expect("no thread has panicked");
-            let groups = pieces
-                .chunk_by(|a, b| a.active.count == b.active.count)
-                .flat_map(|same| same.chunks(workspace.lanes()))
-                .enumerate()
-                .collect::<Vec<_>>();
+            let mut workspace = workspace(thread.index());
             let mut done = Vec::new();
-            while let Some(&(index, group)) = groups.get(next.fetch_add(1, Ordering::Relaxed)) {
+            loop {
+                let index = next.fetch_add(1, Ordering::Relaxed);
+                let Some(&group) = groups.get(index) else {
+                    return done;
+                };
                 let values = beamform_group(&self.beamformer, &mut **workspace, lines, group);
                 progress(group.iter().map(|piece| piece.samples).sum());
                 done.push((index, values));
             }
-            done
         });
         let mut done: Vec<(usize, Result<Outputs>)> = done.into_iter().flatten().collect();
         done.sort_by_key(|(index, _)| *index);

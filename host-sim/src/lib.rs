@@ -19,6 +19,7 @@ pub mod phase_symmetry;
 pub mod reference;
 pub mod report;
 pub mod simulate;
+mod threads;
 pub mod verify;
 
 pub use error::{Error, Result};

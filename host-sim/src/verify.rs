@@ -13,6 +13,7 @@ use fnv::FnvHasher;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 
+use crate::Result;
 use crate::beamform::{Covariance, beamform, beamform_with};
 use crate::checks::{self, Bits, Bound};
 use crate::config;
@@ -23,7 +24,7 @@ use crate::instruction_set::InstructionSet;
 use crate::phase_symmetry::{self, phase_symmetry};
 use crate::reference;
 use crate::simulate::{Phantom, Settings, Summation, channel_data};
-use crate::{Error, Result};
+use crate::threads::pool;
 
 const METHODS: [(&str, Method); 7] = [
     ("DAS", Method::Das),
@@ -257,15 +258,11 @@ impl<'a> Scene<'a> {
                 &bits,
             ));
         }
-        for threads in [1, 2, 7] {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .map_err(|e| Error::Data(format!("cannot start {threads} threads: {e}")))?;
-            let again = pool.install(|| self.beamform(parameters, covariance))?;
+        for count in [1, 2, 7] {
+            let again = pool(count)?.install(|| self.beamform(parameters, covariance))?;
             let bits = Bits::real(&parts(&again), &numbers);
             verdicts.push(Verdict::bits(
-                format!("{name}: threads {threads}"),
+                format!("{name}: threads {count}"),
                 &numbers,
                 &bits,
             ));

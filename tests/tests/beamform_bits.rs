@@ -5,7 +5,9 @@ mod common;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::channel::aperture::Active;
-use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_lanes, frame, scalar};
+use common::lines::{
+    COVARIANCES, Gaussian, Line, METHODS, core, core_lanes, frame, scalar, stacked,
+};
 use host_sim::beamform::Plan;
 use host_sim::instruction_set::InstructionSet;
 use ndarray::Array2;
@@ -243,18 +245,19 @@ fn every_number_of_lanes() {
     }
 }
 
+/// Nine beams of noise whose apertures grow at different depths.
+fn growing_frame(seed: u64) -> Vec<Line> {
+    let line = |k: u64| {
+        let mut line = Line::noise(seed + k, 30, 40);
+        line.active = growing(30, k as usize);
+        line
+    };
+    (0..9).map(line).collect()
+}
+
 #[test]
 fn frame_after_frame_on_any_number_of_threads() {
-    let frames: Vec<Vec<Line>> = (0..2)
-        .map(|frame| {
-            let line = |k: u64| {
-                let mut line = Line::noise(40 + 10 * frame + k, 30, 40);
-                line.active = growing(30, k as usize);
-                line
-            };
-            (0..9).map(line).collect()
-        })
-        .collect();
+    let frames = [growing_frame(40), growing_frame(50)];
     for covariance in COVARIANCES {
         for method in [Method::Das, Method::EsmvRank1] {
             let parameters = Parameters {
@@ -270,8 +273,7 @@ fn frame_after_frame_on_any_number_of_threads() {
                 let plan = pool.install(plan);
                 // What one frame leaves in the plan's memory must not reach the next.
                 for lines in &frames {
-                    let views: Vec<_> = lines.iter().map(|line| line.x.view()).collect();
-                    let x = ndarray::stack(ndarray::Axis(0), &views).expect("lines of one shape");
+                    let x = stacked(lines);
                     let active = |beam: usize, sample: usize| lines[beam].active[sample];
                     let z = plan
                         .run(x.view(), active, |_| {})
@@ -289,13 +291,7 @@ fn frame_after_frame_on_any_number_of_threads() {
 
 #[test]
 fn a_frame_on_all_threads() {
-    let lines: Vec<Line> = (0..9)
-        .map(|k| {
-            let mut line = Line::noise(40 + k, 30, 40);
-            line.active = growing(30, k as usize);
-            line
-        })
-        .collect();
+    let lines = growing_frame(40);
     for covariance in COVARIANCES {
         for method in [Method::Das, Method::EsmvRank1] {
             let parameters = Parameters {

@@ -131,6 +131,19 @@ fn strips_of_512_pixels_give_the_bits_of_the_whole() {
     }
 }
 
+/// The plan's map has the bits `whole`, whatever computes it.
+fn assert_every_set_and_thread(plan: &mut Plan, image: &Array2<f32>, whole: &[u32], strip: usize) {
+    for set in InstructionSet::available() {
+        for threads in [1, 2, 7] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let run = || plan.run(image.view(), set, |_, _| {});
+            let map = pool.build().unwrap().install(run).unwrap();
+            let case = format!("{}, strips of {strip}, {threads} threads", set.name());
+            assert!(bits(&map) == whole, "{case}");
+        }
+    }
+}
+
 #[test]
 fn every_instruction_set_and_number_of_threads_gives_the_bits_of_the_whole() {
     for (rows, columns) in [(64, 256), (128, 64)] {
@@ -144,15 +157,7 @@ fn every_instruction_set_and_number_of_threads_gives_the_bits_of_the_whole() {
                 low_rank: false,
             };
             let mut plan = Plan::new((rows, columns), &parameters).unwrap();
-            for set in InstructionSet::available() {
-                for threads in [1, 2, 7] {
-                    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-                    let run = || plan.run(image.view(), set, |_, _| {});
-                    let map = pool.build().unwrap().install(run).unwrap();
-                    let case = format!("{}, strips of {strip}, {threads} threads", set.name());
-                    assert!(bits(&map) == whole, "{case}");
-                }
-            }
+            assert_every_set_and_thread(&mut plan, &image, &whole, strip);
         }
     }
 }
@@ -342,15 +347,7 @@ fn a_low_rank_basis_gives_the_same_bits_in_every_strip_instruction_set_and_threa
         let whole = bits(&whole.unwrap());
         for strip in [1, 7, 8, 16, 48] {
             let mut plan = Plan::new((rows, columns), &low_rank(3.0, strip)).unwrap();
-            for set in InstructionSet::available() {
-                for threads in [1, 2, 7] {
-                    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-                    let run = || plan.run(image.view(), set, |_, _| {});
-                    let map = pool.build().unwrap().install(run).unwrap();
-                    let case = format!("{}, strips of {strip}, {threads} threads", set.name());
-                    assert!(bits(&map) == whole, "{case}");
-                }
-            }
+            assert_every_set_and_thread(&mut plan, &image, &whole, strip);
         }
     }
 }

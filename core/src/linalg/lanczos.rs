@@ -129,8 +129,7 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
         tridiagonal.off_diagonal[k] = beta;
         bound = tridiagonal.upper_bound(k, bound);
         let exhausted = beta.less(zero.splat(TOLERANCE) * bound);
-        let look = k + 1 >= FIRST_LOOK && k < LEAST_STEPS
-            || k.is_multiple_of(INTERVAL) && k >= LEAST_STEPS;
+        let look = k + 1 >= FIRST_LOOK && (k < LEAST_STEPS || k.is_multiple_of(INTERVAL));
         if look || k + 1 == steps {
             let (theta, step) = tridiagonal.largest(k, bound);
             bound = theta;

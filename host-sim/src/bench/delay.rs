@@ -14,11 +14,12 @@ use super::report::{Quantity, Row, Table, Target};
 use super::snapshots::{Scene, snapshots};
 use super::timing::fastest;
 use super::{Section, Settings};
+use crate::Result;
 use crate::beamform::Covariance;
 use crate::config;
 use crate::delay::DelayStage;
 use crate::files::{ChannelData, Transmits};
-use crate::{Error, Result};
+use crate::threads::pool;
 
 /// As many as the widest registers have lanes.
 const BEAMS: usize = 16;
@@ -67,11 +68,7 @@ fn delay(settings: &Settings, sampling_rate: f64) -> Result<f64> {
         ..config::Beamform::default()
     };
     let stage = DelayStage::new(&data, &parameters)?;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .map_err(|e| Error::Data(format!("cannot start a thread: {e}")))?;
-    pool.install(|| {
+    pool(1)?.install(|| {
         let mut x = stage.delay(0..1)?;
         let x = x.as_slice_mut().expect("a standard layout");
         let mut beams = (0..BEAMS).cycle();

@@ -6,18 +6,19 @@ use bonebeam::beamform::{Method, Parameters};
 use bonebeam::channel::aperture::{Active, Aperture};
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 
 use super::report::{Quantity, Row, Table, Target};
 use super::snapshots::{Scene, snapshots};
 use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
+use crate::Result;
 use crate::beamform::{self, Covariance};
 use crate::files::Lines;
 use crate::image::{Image, PixelGrid, b_mode};
 use crate::instruction_set::InstructionSet;
 use crate::phase_symmetry::{self, Plan};
-use crate::{Error, Result};
+use crate::threads::pool;
 
 /// Frames a second of the published GPU implementation.
 const GPU: f64 = 10.0;
@@ -109,13 +110,6 @@ fn plan() -> Result<Plan> {
 
 fn bone_map(plan: &mut Plan, image: &Image) -> Result<Array2<f32>> {
     plan.run(image.pixels.view(), InstructionSet::detect(), |_, _| {})
-}
-
-fn pool(threads: usize) -> Result<ThreadPool> {
-    ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|e| Error::Data(format!("cannot start {threads} threads: {e}")))
 }
 
 /// The frame of the GPU's paper, then the paper's own.

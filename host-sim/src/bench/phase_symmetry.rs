@@ -12,6 +12,7 @@ use super::straight_phase_symmetry::Straight;
 use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
 use crate::phase_symmetry::{Parameters, Plan};
+use crate::threads::pool;
 use crate::{Error, Result};
 
 const SIDE: usize = 512;
@@ -57,11 +58,7 @@ fn equal(name: &str, difference: f64) -> Result<f64> {
 /// # Errors
 /// Maps of the two sides that are not equal.
 pub fn phase_symmetry(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .map_err(|e| Error::Data(format!("cannot start a thread: {e}")))?;
-    pool.install(|| measure(settings, step))
+    pool(1)?.install(|| measure(settings, step))
 }
 
 fn plan(strip: usize) -> Result<Plan> {

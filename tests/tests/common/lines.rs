@@ -13,7 +13,7 @@ use host_sim::beamform::Covariance;
 use host_sim::checks::beamform::plain_parameters;
 use host_sim::instruction_set::{InstructionSet, OverLanes};
 use host_sim::reference::f32 as f32_reference;
-use ndarray::Array2;
+use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -248,14 +248,19 @@ fn core_group<A: Averaging<V>, V: Vector>(
     })
 }
 
+/// Lines of one length as a frame's samples.
+pub fn stacked(lines: &[Line]) -> Array3<Complex<f32>> {
+    let views: Vec<_> = lines.iter().map(|line| line.x.view()).collect();
+    ndarray::stack(ndarray::Axis(0), &views).expect("lines of one shape")
+}
+
 /// The core through the host's driver: lines of one length, on all threads.
 pub fn frame(
     lines: &[Line],
     parameters: Parameters,
     covariance: Covariance,
 ) -> Array2<Complex<f32>> {
-    let views: Vec<_> = lines.iter().map(|line| line.x.view()).collect();
-    let x = ndarray::stack(ndarray::Axis(0), &views).expect("lines of one shape");
+    let x = stacked(lines);
     let active = |beam: usize, sample: usize| lines[beam].active[sample];
     host_sim::beamform::beamform(x.view(), active, parameters, covariance, |_| {})
         .expect("a frame that fits")

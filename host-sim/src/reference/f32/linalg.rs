@@ -153,7 +153,7 @@ pub(super) fn lanczos<T: Number>(a: &[Vec<T>]) -> Option<(f32, Vec<T>)> {
         };
         beta.push(norm_sqr(&w).sqrt());
         let exhausted = beta[k] < 1e-6 * bound;
-        if (2..5).contains(&k) || (k > 4 && k % 2 == 0) || k + 1 == steps {
+        if (k >= 2 && (k < 5 || k % 2 == 0)) || k + 1 == steps {
             let (theta, step, pivots) = largest(&alpha, &beta, bound);
             bound = theta;
             let y = eigenvector(&alpha, &beta, theta, &pivots);
