@@ -11,8 +11,9 @@ use crate::vector::{Scalar, Vector};
 /// ascending, then times `1/G(j,j)`; the pivot is `A(j,j) − Σ_k |G(j,k)|²` likewise, its root and
 /// then its reciprocal taken. The rows below follow the same rule. The diagonal of `g` is `1/G(j,j)`.
 ///
-/// Tile by tile: a tile of 4×4 entries stays in registers while `k` runs over all the panels'
-/// columns before it, so that each product costs two operations and half a load.
+/// Panel by panel from the top, and in it tile by tile: a tile of 4×4 entries stays in registers
+/// while `k` runs over all columns before it, so that each product costs two operations and half a
+/// load. The rows below follow each panel while it is near.
 ///
 /// Returns the lanes in which the matrix is positive definite: no pivot is below the rounding error
 /// of the trace. From there on the others' pivots count as just that, but what follows is made of
@@ -31,11 +32,24 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
         #[inline(always)]
         |_| true,
     );
-    for j in 0..panels {
-        let (before, after) = g[..panel(panels)].split_at_mut(panel(j + 1));
-        let (done, tile) = before[panel(j)..].split_at_mut(TILE * j);
-        let mut sums = tile_of(&a[panel(j)..], j);
-        subtract_products(&mut sums, done, done);
+    let (a, _) = a.as_chunks::<TILE>();
+    let (g, _) = g.as_chunks_mut::<TILE>();
+    let (rows, _) = rows.as_chunks_mut::<TILE>();
+    for i in 0..panels {
+        let (done, rest) = g.split_at_mut(first_tile(i));
+        let own = &mut rest[..=i];
+        let a = &a[first_tile(i)..][..=i];
+        let mut done = &*done;
+        for j in 0..i {
+            let (panel, rest) = done.split_at(j + 1);
+            done = rest;
+            let mut sums = a[j];
+            subtract_products(&mut sums, &own[..j], &panel[..j]);
+            divide(&mut sums, &panel[j]);
+            own[j] = sums;
+        }
+        let mut sums = a[i];
+        subtract_products(&mut sums, &own[..i], &own[..i]);
         for k in 0..TILE {
             let pivot = sums[k][k].real();
             definite = definite & zero.splat(FLOOR).less(pivot);
@@ -51,39 +65,32 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
                 }
             }
         }
-        tile.copy_from_slice(&sums);
-        let tile = &sums;
-        for i in j + 1..panels {
-            let row = &mut after[panel(i) - panel(j + 1)..];
-            let (row, rest) = row.split_at_mut(TILE * j);
-            let mut sums = tile_of(&a[panel(i)..], j);
-            subtract_products(&mut sums, row, done);
-            divide(&mut sums, tile);
-            rest[..TILE].copy_from_slice(&sums);
-        }
-        let (row, rest) = rows.split_at_mut(TILE * j);
-        let mut sums = tile_of(rest, 0);
-        subtract_products(&mut sums, row, done);
-        divide(&mut sums, tile);
-        rest[..TILE].copy_from_slice(&sums);
+        own[i] = sums;
+        let (before, rest) = rows.split_at_mut(i);
+        let mut row = rest[0];
+        subtract_products(&mut row, before, &own[..i]);
+        divide(&mut row, &sums);
+        rest[0] = row;
     }
     definite
 }
 
-/// Tile `j` of a panel.
+/// A tile of `ROWS` rows, column by column.
+type Tile<S, const ROWS: usize = TILE> = [[S; ROWS]; TILE];
+
+/// The first tile of panel `index`, in tiles.
 #[inline(always)]
-fn tile_of<S: Copy, const ROWS: usize>(panel: &[[S; ROWS]], j: usize) -> [[S; ROWS]; TILE] {
-    let columns = &panel[TILE * j..TILE * j + TILE];
-    [columns[0], columns[1], columns[2], columns[3]]
+const fn first_tile(index: usize) -> usize {
+    panel(index) / TILE
 }
 
 /// `sums[c][r] −= Σ_k row[k][r]·column[k][c]*`, `k` ascending: as many columns at a time as leave
 /// registers free for the factors.
 #[inline(always)]
 fn subtract_products<S: Scalar<V>, V: Vector, const ROWS: usize>(
-    sums: &mut [[S; ROWS]; TILE],
-    row: &[[S; ROWS]],
-    column: &[Column<S>],
+    sums: &mut Tile<S, ROWS>,
+    row: &[Tile<S, ROWS>],
+    column: &[Tile<S>],
 ) {
     match V::REGISTERS / (2 * ROWS * S::PARTS) {
         4.. => subtract_columns::<S, V, ROWS, 4>(sums, 0, row, column),
@@ -101,18 +108,20 @@ fn subtract_products<S: Scalar<V>, V: Vector, const ROWS: usize>(
 
 #[inline(always)]
 fn subtract_columns<S: Scalar<V>, V: Vector, const ROWS: usize, const C: usize>(
-    sums: &mut [[S; ROWS]; TILE],
+    sums: &mut Tile<S, ROWS>,
     first: usize,
-    row: &[[S; ROWS]],
-    column: &[Column<S>],
+    row: &[Tile<S, ROWS>],
+    column: &[Tile<S>],
 ) {
     let mut kept = [sums[first]; C];
     kept.copy_from_slice(&sums[first..first + C]);
     for (row, column) in row.iter().zip(column) {
-        for c in 0..C {
-            let factor = column[first + c];
-            for r in 0..ROWS {
-                kept[c][r] = kept[c][r] - row[r].mul_conj(factor);
+        for k in 0..TILE {
+            for c in 0..C {
+                let factor = column[k][first + c];
+                for r in 0..ROWS {
+                    kept[c][r] = kept[c][r] - row[k][r].mul_conj(factor);
+                }
             }
         }
     }
@@ -121,10 +130,7 @@ fn subtract_columns<S: Scalar<V>, V: Vector, const ROWS: usize, const C: usize>(
 
 /// The rest of the sums over the diagonal tile's own columns, and the division by its diagonal.
 #[inline(always)]
-fn divide<S: Scalar<V>, V: Vector, const ROWS: usize>(
-    sums: &mut [[S; ROWS]; TILE],
-    tile: &[Column<S>; TILE],
-) {
+fn divide<S: Scalar<V>, V: Vector, const ROWS: usize>(sums: &mut Tile<S, ROWS>, tile: &Tile<S>) {
     for c in 0..TILE {
         for k in 0..c {
             for r in 0..ROWS {
