@@ -157,6 +157,10 @@ impl Vector for f32 {
         if mask { yes } else { no }
     }
     #[inline(always)]
+    fn is_finite(self) -> bool {
+        f32::is_finite(self)
+    }
+    #[inline(always)]
     fn truncate(self, integers: &mut [i32]) {
         integers[0] = self as i32;
     }

@@ -80,20 +80,20 @@ pub(super) fn esmv<A: Averaging<V>, V: Vector>(
         factor,
         eigen: scratch,
         values,
-        projections,
+        work,
         order,
         cumulative,
         ..
     } = solver;
-    let stride = projections.len() / 2;
-    let (steering, data) = projections.split_at_mut(stride);
+    let stride = work.len() / 2;
+    let (steering, data) = work.split_at_mut(stride);
     for i in 0..subarray {
         steering[i] = ComplexVector::from_real(zero.splat(A::steering(i, subarray)));
         data[i] = s[i];
     }
     unpack(matrix, subarray, factor);
-    eigen(factor, subarray, scratch, values, projections, stride);
-    let (steering, data) = projections.split_at(stride);
+    eigen(factor, subarray, scratch, values, work, stride);
+    let (steering, data) = work.split_at(stride);
     let mut z = ComplexVector::from_real(zero);
     for lane in 0..V::LANES {
         let mut sum = Complex::new(0.0f32, 0.0);

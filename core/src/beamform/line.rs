@@ -154,12 +154,12 @@ fn eigenspace_weights<A: Averaging<f32>>(
         factor,
         eigen: scratch,
         values,
-        projections,
+        work,
         order,
         cumulative,
         ..
     } = &mut memory.solver;
-    let (filtered, result) = projections.split_at_mut(projections.len() / 2);
+    let (filtered, result) = work.split_at_mut(work.len() / 2);
     let zero = ComplexVector { re: 0.0, im: 0.0 };
     for (i, entry) in filtered.iter_mut().enumerate() {
         entry.re = A::steering(i, n);

@@ -11,6 +11,7 @@ mod line;
 mod mv;
 mod parameters;
 mod runs;
+mod snapshot;
 mod workspace;
 
 pub use delayed_line::DelayedLine;

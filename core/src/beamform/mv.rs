@@ -23,9 +23,7 @@ pub(super) fn mv<A: Averaging<V>, V: Vector>(
 ) -> (ComplexVector<V>, V::Mask) {
     let zero = s[0].re.zero();
     let (rows, _) = solver.rows.as_flattened_mut().as_chunks_mut();
-    for (i, (row, &s)) in rows.iter_mut().zip(s).enumerate() {
-        *row = A::right_sides(zero.splat(A::steering(i, subarray)), s);
-    }
+    A::right_sides(s, rows);
     let padded = subarray.next_multiple_of(TILE);
     rows[subarray..padded].fill([A::Scalar::from_real(zero); RIGHT_SIDES]);
     let (factor, _) = solver.factor.as_chunks_mut();

@@ -23,7 +23,6 @@ use crate::vector::{ComplexVector, Scalar, Vector};
 pub struct Workspace<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usize>
 {
     snapshot: [ComplexVector<V>; M],
-    products: [[ComplexVector<V>; L]; 2],
     window: [[ComplexVector<V>; L]; ROWS],
     matrix: [[A::Scalar; L]; L],
     factor: [[A::Scalar; L]; L],
@@ -32,7 +31,7 @@ pub struct Workspace<A: Averaging<V>, V: Vector, const M: usize, const L: usize,
     tridiagonal: [[V; L]; 5],
     eigen: EigenScratch<A::Scalar, V, L>,
     values: [V; L],
-    projections: [[ComplexVector<V>; L]; 2],
+    work: [[ComplexVector<V>; L]; 4],
     order: [usize; L],
     cumulative: [f32; L],
 }
@@ -41,8 +40,6 @@ pub struct Workspace<A: Averaging<V>, V: Vector, const M: usize, const L: usize,
 pub(super) struct Memory<'a, S, V> {
     /// The active elements of one sample.
     pub(super) snapshot: &'a mut [ComplexVector<V>],
-    /// Lag products that a sliding sum loses again; before, the subarray sum.
-    pub(super) products: &'a mut [ComplexVector<V>],
     /// A ring of subarray sums, then the window's sets of lag sums; later eigenvectors, where they
     /// are asked for.
     pub(super) window: &'a mut [ComplexVector<V>],
@@ -61,8 +58,8 @@ pub(super) struct Solver<'a, S, V> {
     pub(super) tridiagonal: Tridiagonal<'a, V>,
     pub(super) eigen: EigenSlices<'a, S, V>,
     pub(super) values: &'a mut [V],
-    /// `Eᴴa` and `Eᴴx`, one after the other.
-    pub(super) projections: &'a mut [ComplexVector<V>],
+    /// The subarray sum, then the lag sums under way; later `Eᴴa` and `Eᴴx`, one after the other.
+    pub(super) work: &'a mut [ComplexVector<V>],
     /// One lane's eigenvalues in descending order.
     pub(super) order: &'a mut [usize],
     /// One lane's cross-spectral metric.
@@ -98,7 +95,6 @@ impl<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usi
         let complex = ComplexVector { re: zero, im: zero };
         Workspace {
             snapshot: [complex; M],
-            products: [[complex; L]; 2],
             window: [[complex; L]; ROWS],
             matrix: [[number; L]; L],
             factor: [[number; L]; L],
@@ -107,7 +103,7 @@ impl<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usi
             tridiagonal: [[zero; L]; 5],
             eigen: EigenScratch::new(number, zero),
             values: [zero; L],
-            projections: [[complex; L]; 2],
+            work: [[complex; L]; 4],
             order: [0; L],
             cumulative: [0.0; L],
         }
@@ -117,7 +113,6 @@ impl<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usi
         let (matrix, _) = self.matrix.as_flattened_mut().as_chunks_mut();
         Memory {
             snapshot: &mut self.snapshot,
-            products: self.products.as_flattened_mut(),
             window: self.window.as_flattened_mut(),
             solver: Solver {
                 matrix,
@@ -127,7 +122,7 @@ impl<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usi
                 tridiagonal: Tridiagonal::new(&mut self.tridiagonal),
                 eigen: self.eigen.slices(),
                 values: &mut self.values,
-                projections: self.projections.as_flattened_mut(),
+                work: self.work.as_flattened_mut(),
                 order: &mut self.order,
                 cumulative: &mut self.cumulative,
             },

@@ -1,92 +1,137 @@
 //! Sums over the subarrays of one sample, lag by lag, by sliding along the array.
 
+use super::Averaging;
 use crate::vector::{ComplexVector, Scalar, Vector};
 
-/// Calls `put(lag, place, r)` for each entry `r = Σ_l x[l+i]·x*[l+j]`, `l = 0..=count−subarray`, of
-/// the inner sum of Eq. 2 on and below the diagonal: `lag = i − j`, `place = j`.
+/// Takes each entry `r = Σ_l x[l+i]·x*[l+j]`, `l = 0..=count−subarray`, of the inner sum of Eq. 2 on
+/// and below the diagonal, with `lag = i − j` and `place = j`, into `lags`, as the averaging keeps it.
 ///
 /// `x` holds the `count` active elements. Along a diagonal only the products
 /// `p_i = x[i+lag]·x*[i]` are met: place 0 is their sum over `i = 0..P`, ascending from zero, with
 /// `P = count − subarray + 1`; from place `j` to the next the sum slides, `(r + p_{j+P}) − p_j`. The
 /// subtraction stays within one sample, so an echo never leaks into the samples around it.
 ///
-/// Two lags go side by side, since each is one chain of dependent additions. `products` (at least
-/// `2·subarray`) keeps those that a sum loses again, so that each is computed once.
+/// Two lags go side by side, since each is one chain of dependent additions; without vectors four,
+/// which share what is loaded and counted (with AVX-512, their rows would leave the first-level
+/// cache). `scratch` (at least `4·subarray`) holds their sums, and until then the products that the
+/// sums lose again, so that each is computed once.
 ///
 /// Cost: `count·L − L²/2` complex products (6 flops) and `2·P·L + 2·L²` additions, instead of
 /// `4·L²·P`.
 #[inline(always)]
-pub fn lag_sums<V: Vector>(
+pub fn lag_sums<A: Averaging<V>, V: Vector>(
     x: &[ComplexVector<V>],
     subarray: usize,
-    products: &mut [ComplexVector<V>],
-    mut put: impl FnMut(usize, usize, ComplexVector<V>),
+    scratch: &mut [ComplexVector<V>],
+    lags: &mut [ComplexVector<V>],
 ) {
-    let (kept, _) = products.as_chunks_mut::<2>();
-    for lag in (0..subarray - subarray % 2).step_by(2) {
-        pair(x, subarray, lag, kept, &mut put);
+    let mut lag = 0;
+    while V::LANES == 1 && lag + 4 <= subarray {
+        group::<A, V, 4>(x, subarray, lag, scratch, lags);
+        lag += 4;
     }
-    if !subarray.is_multiple_of(2) {
-        // The longest lag of an odd number has one place.
-        let lag = subarray - 1;
-        let mut sum = x[0].zero();
-        for (ahead, &behind) in x[lag..].iter().zip(x) {
-            sum = sum + ahead.mul_conj(behind);
-        }
-        put(lag, 0, sum);
+    while lag + 2 <= subarray {
+        group::<A, V, 2>(x, subarray, lag, scratch, lags);
+        lag += 2;
+    }
+    if lag < subarray {
+        group::<A, V, 1>(x, subarray, lag, scratch, lags);
     }
 }
 
-/// The lags `lag` and `lag + 1`.
-#[inline(always)]
-fn pair<V: Vector>(
+/// The lags `lag..lag + LAGS`.
+#[inline(never)]
+fn group<A: Averaging<V>, V: Vector, const LAGS: usize>(
     x: &[ComplexVector<V>],
     subarray: usize,
     lag: usize,
-    kept: &mut [[ComplexVector<V>; 2]],
-    put: &mut impl FnMut(usize, usize, ComplexVector<V>),
+    scratch: &mut [ComplexVector<V>],
+    lags: &mut [ComplexVector<V>],
+) {
+    x[0].re.vectorize(
+        #[inline(always)]
+        || {
+            let (rows, _) = scratch.as_chunks_mut::<LAGS>();
+            let rows = &mut rows[..subarray - lag];
+            diagonals(x, subarray, lag, rows);
+            A::keep(lags, subarray, lag, rows);
+        },
+    );
+}
+
+/// Puts the sums of lag `lag + k` at place `j` into `rows[j][k]`.
+#[inline(always)]
+fn diagonals<V: Vector, const LAGS: usize>(
+    x: &[ComplexVector<V>],
+    subarray: usize,
+    lag: usize,
+    rows: &mut [[ComplexVector<V>; LAGS]],
 ) {
     let subarrays = x.len() - subarray + 1;
-    // The last place of the longer lag; the shorter one has another.
-    let places = subarray - 1 - lag;
-    let ahead = &x[lag..];
-    let mut sums = [x[0].zero(); 2];
-    let lost = if subarrays < places {
-        subarrays
-    } else {
-        places
-    };
-    let (first, rest) = x[..subarrays].split_at(lost);
-    for ((ahead, &behind), kept) in ahead.windows(2).zip(first).zip(&mut *kept) {
-        let product = [ahead[0].mul_conj(behind), ahead[1].mul_conj(behind)];
-        *kept = product;
-        sums = [sums[0] + product[0], sums[1] + product[1]];
-    }
-    for (ahead, &behind) in ahead[lost..].windows(2).zip(rest) {
-        sums[0] = sums[0] + ahead[0].mul_conj(behind);
-        sums[1] = sums[1] + ahead[1].mul_conj(behind);
-    }
-    put(lag, 0, sums[0]);
-    let kept = &mut kept[..places];
-    let entering = ahead[subarrays..].windows(2).zip(&x[subarrays..]);
-    for (j, (ahead, &behind)) in entering.enumerate() {
-        put(lag + 1, j, sums[1]);
-        let product = [ahead[0].mul_conj(behind), ahead[1].mul_conj(behind)];
-        let [first, second] = kept[j];
-        // More places than subarrays: what is lost later has entered before.
-        if let Some(kept) = kept.get_mut(j + subarrays) {
-            *kept = product;
+    // The last place of the shortest lag.
+    let last = rows.len() - 1;
+    let mut sums = [x[0].zero(); LAGS];
+    let lost = if subarrays < last { subarrays } else { last };
+    let (ahead, behind) = (&x[lag..], x);
+    let windows = ahead[..lost + LAGS - 1].array_windows();
+    for ((row, ahead), &behind) in rows[..lost].iter_mut().zip(windows).zip(&behind[..lost]) {
+        *row = products(ahead, behind);
+        for k in 0..LAGS {
+            sums[k] = sums[k] + row[k];
         }
-        sums = [
-            (sums[0] + product[0]) - first,
-            (sums[1] + product[1]) - second,
-        ];
-        put(lag, j + 1, sums[0]);
     }
-    put(lag + 1, places - 1, sums[1]);
-    let last = x.len() - 1 - lag;
-    let product = ahead[last].mul_conj(x[last]);
-    put(lag, places, (sums[0] + product) - kept[places - 1][0]);
+    let (ahead, behind) = (&ahead[lost..], &behind[lost..]);
+    let rest = subarrays - lost;
+    let windows = ahead[..rest + LAGS - 1].array_windows();
+    for (ahead, &behind) in windows.zip(&behind[..rest]) {
+        let product = products::<V, LAGS>(ahead, behind);
+        for k in 0..LAGS {
+            sums[k] = sums[k] + product[k];
+        }
+    }
+    // What enters from here on, at the places that all the lags have: a row's products give way to
+    // its sums. With more places than subarrays, what is lost later enters before.
+    let (ahead, behind) = (&ahead[rest..], &behind[rest..]);
+    let whole = last + 1 - LAGS;
+    for (j, (ahead, &behind)) in ahead.array_windows().zip(behind).take(whole).enumerate() {
+        let product = products::<V, LAGS>(ahead, behind);
+        let leaving = rows[j];
+        rows[j] = sums;
+        if let Some(row) = rows.get_mut(j + subarrays) {
+            *row = product;
+        }
+        for k in 0..LAGS {
+            sums[k] = (sums[k] + product[k]) - leaving[k];
+        }
+    }
+    // And at those that one lag less has each time.
+    let (ahead, behind) = (&ahead[whole..], &behind[whole..]);
+    for j in 0..LAGS {
+        let place = whole + j;
+        for k in 0..LAGS - 1 - j {
+            let product = ahead[j + k].mul_conj(behind[j]);
+            let leaving = rows[place][k];
+            rows[place][k] = sums[k];
+            if let Some(row) = rows.get_mut(place + subarrays) {
+                row[k] = product;
+            }
+            sums[k] = (sums[k] + product) - leaving;
+        }
+        rows[place][LAGS - 1 - j] = sums[LAGS - 1 - j];
+    }
+}
+
+/// The products of one element with those `lag` and more further on.
+#[inline(always)]
+fn products<V: Vector, const LAGS: usize>(
+    ahead: &[ComplexVector<V>; LAGS],
+    behind: ComplexVector<V>,
+) -> [ComplexVector<V>; LAGS] {
+    let mut products = [behind; LAGS];
+    for k in 0..LAGS {
+        products[k] = ahead[k].mul_conj(behind);
+    }
+    products
 }
 
 /// `s[i] = Σ_l x[l+i]`: the sum of the subarrays' snapshots (Eq. 4 without `w` and `1/P`).

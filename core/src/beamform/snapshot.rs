@@ -1,0 +1,112 @@
+//! One sample of a vector's lanes of runs, from memory into lanes.
+
+use super::runs::Run;
+use crate::covariance::Averaging;
+use crate::covariance::lag_sums::subarray_sum;
+use crate::instructions::prefetch;
+use crate::vector::{ComplexVector, MOST_LANES, Vector, transpose};
+use num_complex::Complex;
+
+/// The `active` elements of the runs' sample `i`, their subarrays' `sum`, and that in the solver's
+/// coordinates, the `data`.
+#[inline(never)]
+pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
+    runs: &[Run<'_>],
+    i: isize,
+    active: &mut [ComplexVector<V>],
+    sum: &mut [ComplexVector<V>],
+    data: &mut [ComplexVector<V>],
+) {
+    active[0].re.vectorize(
+        #[inline(always)]
+        || {
+            gather(runs, i, active);
+            subarray_sum(active, sum);
+            A::data(sum, data);
+        },
+    );
+}
+
+/// The active elements of each run's sample `i` (counted from the run's first), at the line's
+/// working scale; zero outside the record.
+///
+/// A register of consecutive elements is read at once and the lanes' registers transposed: whole
+/// cache lines, many of them under way at a time, instead of a number by itself. The next sample's
+/// are asked for already.
+#[inline(always)]
+fn gather<V: Vector>(runs: &[Run<'_>], i: isize, snapshot: &mut [ComplexVector<V>]) {
+    let zero = snapshot[0].re.zero();
+    if V::LANES == 1 {
+        // Without the squares' memory, which a microcontroller would clear each time.
+        let [run, ..] = runs else {
+            return;
+        };
+        let active = elements_of(run, i);
+        let scale = zero.splat(run.line.scale());
+        let (inside, outside) = snapshot.split_at_mut(if active.len() < snapshot.len() {
+            active.len()
+        } else {
+            snapshot.len()
+        });
+        for (x, value) in inside.iter_mut().zip(active) {
+            *x = ComplexVector {
+                re: zero.splat(value.re) * scale,
+                im: zero.splat(value.im) * scale,
+            };
+        }
+        outside.fill(ComplexVector::from_real(zero));
+        return;
+    }
+    let mut rows: [&[Complex<f32>]; MOST_LANES] = [&[]; MOST_LANES];
+    let mut scales = [zero; MOST_LANES];
+    for (lane, run) in runs.iter().enumerate() {
+        let next = elements_of(run, i + 1);
+        prefetch(next.get(..snapshot.len()).unwrap_or(next));
+        rows[lane] = elements_of(run, i);
+        scales[lane] = zero.splat(run.line.scale());
+    }
+    // A register holds both parts of half as many elements.
+    for (block, snapshot) in snapshot.chunks_mut(V::LANES / 2).enumerate() {
+        let mut square = [zero; MOST_LANES];
+        for lane in 0..runs.len() {
+            let row = rows[lane].get(block * (V::LANES / 2)..).unwrap_or(&[]);
+            square[lane] = elements(zero, row) * scales[lane];
+        }
+        transpose(&mut square);
+        for (k, x) in snapshot.iter_mut().enumerate() {
+            *x = ComplexVector {
+                re: square[2 * k],
+                im: square[2 * k + 1],
+            };
+        }
+    }
+}
+
+/// The run's sample `i` from its first active element on, and what follows; nothing outside the
+/// record.
+#[inline(always)]
+fn elements_of<'a>(run: &Run<'a>, i: isize) -> &'a [Complex<f32>] {
+    let sample = run.first_sample.checked_add_signed(i);
+    match sample.filter(|&n| n < run.line.samples()) {
+        Some(sample) => &run.line.samples_from(sample)[run.first_element..],
+        None => &[],
+    }
+}
+
+/// The first elements of `row` with their parts by turns, as many as a register holds; zero beyond
+/// the row.
+#[inline(always)]
+fn elements<V: Vector>(zero: V, row: &[Complex<f32>]) -> V {
+    let mut vector = zero;
+    let (parts, _) = vector.lanes_mut().as_chunks_mut::<2>();
+    if let Some(row) = row.get(..V::LANES / 2) {
+        for (parts, value) in parts.iter_mut().zip(row) {
+            *parts = [value.re, value.im];
+        }
+    } else {
+        for (parts, value) in parts.iter_mut().zip(row) {
+            *parts = [value.re, value.im];
+        }
+    }
+    vector
+}

@@ -1,0 +1,138 @@
+//! The covariance of Eq. 2 as it is.
+
+use super::averaging::{Basis, OneLane, RIGHT_SIDES, rows};
+use super::loading::Loading;
+use crate::linalg::panels::{Column, TILE, panel};
+use crate::vector::{ComplexVector, Scalar, Vector};
+
+/// `R` of Eq. 2 as it is: complex Hermitian.
+///
+/// Kept: every entry on and below the diagonal, place by place, with the lags ascending.
+#[derive(Clone, Copy, Debug)]
+pub struct Forward;
+
+impl OneLane for Forward {
+    const ZERO: ComplexVector<f32> = ComplexVector { re: 0.0, im: 0.0 };
+}
+
+impl Forward {
+    /// Rows of `L` complex numbers that a workspace needs for subarrays of `subarray` and a window
+    /// of `2·temporal + 1` samples.
+    pub const fn window_rows(subarray: usize, temporal: usize) -> usize {
+        rows(Self::kept(subarray), subarray, temporal)
+    }
+
+    const fn kept(subarray: usize) -> usize {
+        subarray * (subarray + 1) / 2
+    }
+
+    #[inline(always)]
+    fn index(subarray: usize, lag: usize, place: usize) -> usize {
+        // Σ (L − t) for t < place.
+        place * (2 * subarray + 1 - place) / 2 + lag
+    }
+}
+
+impl<V: Vector> Basis<V> for Forward {
+    type Scalar = ComplexVector<V>;
+
+    #[inline(always)]
+    fn lag_count(subarray: usize) -> usize {
+        Self::kept(subarray)
+    }
+
+    #[inline(always)]
+    fn keep<const LAGS: usize>(
+        lags: &mut [ComplexVector<V>],
+        subarray: usize,
+        lag: usize,
+        rows: &[[ComplexVector<V>; LAGS]],
+    ) {
+        let mut lags = &mut lags[lag..];
+        for (place, row) in rows.iter().enumerate() {
+            let places = rows.len() - place;
+            for (kept, &r) in lags.iter_mut().zip(row).take(places) {
+                *kept = r;
+            }
+            lags = &mut lags[subarray - place..];
+        }
+    }
+
+    #[inline(always)]
+    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subarray: usize) -> V {
+        let mut trace = lag(0).re.zero();
+        for place in 0..subarray {
+            trace = trace + lag(Self::index(subarray, 0, place)).re;
+        }
+        trace
+    }
+
+    #[inline(always)]
+    fn matrix(
+        lag: impl Fn(usize) -> ComplexVector<V>,
+        subarray: usize,
+        loading: &Loading<V>,
+        matrix: &mut [Column<ComplexVector<V>>],
+    ) {
+        let zero = ComplexVector::from_real(loading.factor.zero());
+        for block in 0..subarray.div_ceil(TILE) {
+            let columns = &mut matrix[panel(block)..panel(block + 1)];
+            for (k, column) in columns.iter_mut().enumerate() {
+                for (r, entry) in column.iter_mut().enumerate() {
+                    let i = TILE * block + r;
+                    *entry = if i >= subarray || k >= subarray {
+                        zero
+                    } else if i >= k {
+                        lag(Self::index(subarray, i - k, k)).scale(loading.factor)
+                    } else {
+                        lag(Self::index(subarray, k - i, i))
+                            .scale(loading.factor)
+                            .conj()
+                    };
+                    if i == k {
+                        // The rows that fill up the last tile are those of the identity.
+                        let diagonal = if i < subarray {
+                            entry.re + loading.added
+                        } else {
+                            entry.re.splat(1.0)
+                        };
+                        *entry = ComplexVector::from_real(diagonal);
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn data(s: &[ComplexVector<V>], data: &mut [ComplexVector<V>]) {
+        data.copy_from_slice(s);
+    }
+
+    #[inline(always)]
+    fn steering(_: usize, _: usize) -> f32 {
+        1.0
+    }
+
+    #[inline(always)]
+    fn right_sides(data: &[ComplexVector<V>], rows: &mut [[ComplexVector<V>; RIGHT_SIDES]]) {
+        for (row, &s) in rows.iter_mut().zip(data) {
+            let zero = s.zero();
+            *row = [ComplexVector::from_real(s.re.splat(1.0)), s.conj(), zero];
+        }
+    }
+
+    #[inline(always)]
+    fn whitened(rows: &[ComplexVector<V>; RIGHT_SIDES]) -> (V, ComplexVector<V>) {
+        // The rows hold y* and t*.
+        let [y, t, ..] = *rows;
+        (y.norm_sqr(), y.mul_conj(t))
+    }
+
+    #[inline(always)]
+    fn gain(subarrays: usize) -> f32 {
+        subarrays as f32
+    }
+
+    #[inline(always)]
+    fn weights(_: &mut [ComplexVector<V>], _: &mut [ComplexVector<V>]) {}
+}

@@ -1,0 +1,282 @@
+//! Forward-backward averaging (Eq. 3), as a real symmetric matrix.
+//!
+//! `R_FB = (R + J R* J)/2` is centro-Hermitian, so `T = QᴴR_FB Q = Re(QᴴRQ)` is real symmetric for
+//! the unitary `Q` whose columns are, for each pair of elements `i` and `i' = L−1−i`,
+//! `(e_i + e_i')/√2` and `j(e_i − e_i')/√2` (and `e_c` for the middle element of an odd `L`).
+//! Everything after this step is then real arithmetic: a quarter of the work, no approximation.
+//!
+//! The coordinates are ordered pair by pair: sum 0, difference 0, sum 1, …, and last the middle
+//! element of an odd `L`. Scale: `2T`, `√2·Qᴴs` and `Qᴴa/√2`, which saves the factors `1/√2`;
+//! [`Basis::gain`] makes up for them.
+
+use super::averaging::{Basis, OneLane, RIGHT_SIDES, rows};
+use super::loading::Loading;
+use crate::linalg::panels::{Column, TILE, panel};
+use crate::vector::{ComplexVector, Scalar, Vector};
+
+const FRAC_1_SQRT_2: f32 = core::f32::consts::FRAC_1_SQRT_2;
+const SQRT_2: f32 = core::f32::consts::SQRT_2;
+
+/// `R_FB` of Eq. 3: solved as a real symmetric matrix.
+///
+/// Kept: `f(lag, place)`, an entry of the forward sums plus its mirror image along the diagonal,
+/// `r(lag, place) + r(lag, L−1−lag−place)`, for `2·place ≤ L−1−lag`; place by place, with the lags
+/// ascending.
+///
+/// Order, for pairs `j ≤ i`, with `f = f(i−j, j)` and `g = f(L−1−i−j, j)`: sum `i` with sum `j`
+/// `f + g`, difference with difference `f − g`, both real parts; difference `i` with sum `j`
+/// `f − g`, sum `i` with difference `j` `−(f + g)`, both imaginary parts. The middle element counts
+/// as a sum, multiplied by `1/√2`; its own power is `f(0, c)`. Then all are multiplied by the
+/// loading's factor.
+#[derive(Clone, Copy, Debug)]
+pub struct ForwardBackward;
+
+impl OneLane for ForwardBackward {
+    const ZERO: f32 = 0.0;
+}
+
+impl ForwardBackward {
+    /// Rows of `L` complex numbers that a workspace needs for subarrays of `subarray` and a window
+    /// of `2·temporal + 1` samples.
+    pub const fn window_rows(subarray: usize, temporal: usize) -> usize {
+        rows(Self::kept(subarray), subarray, temporal)
+    }
+
+    const fn kept(subarray: usize) -> usize {
+        let places = subarray.div_ceil(2);
+        places * (subarray - places + 1)
+    }
+
+    #[inline(always)]
+    fn index(subarray: usize, lag: usize, place: usize) -> usize {
+        // Σ (L − 2t) for t < place.
+        place * (subarray + 1 - place) + lag
+    }
+
+    /// Pair `i` with pair `j ≤ i`: sum-sum, difference-sum, sum-difference, difference-difference.
+    /// The middle element of an odd number counts as a pair without a difference; what is beyond is
+    /// zero.
+    #[inline(always)]
+    fn pairs<V: Vector>(
+        lag: &impl Fn(usize) -> ComplexVector<V>,
+        subarray: usize,
+        i: usize,
+        j: usize,
+        factor: V,
+    ) -> [V; 4] {
+        // The index of (i − j, j) is i more than this.
+        let row = j * (subarray - j);
+        if 2 * i + 1 < subarray {
+            let (f, g) = (lag(row + i), lag(row + subarray - 1 - i));
+            return [
+                (f.re + g.re) * factor,
+                (f.im - g.im) * factor,
+                -(f.im + g.im) * factor,
+                (f.re - g.re) * factor,
+            ];
+        }
+        let zero = factor.zero();
+        if 2 * i >= subarray {
+            return [zero; 4];
+        }
+        let f = lag(row + i);
+        if i == j {
+            return [f.re * factor, zero, zero, zero];
+        }
+        let root = factor.splat(FRAC_1_SQRT_2);
+        [
+            (f.re + f.re) * factor * root,
+            zero,
+            -(f.im + f.im) * factor * root,
+            zero,
+        ]
+    }
+
+    /// Pair `i` with itself, loaded; the rows that fill up the last tile are those of the identity.
+    #[inline(always)]
+    fn diagonal<V: Vector>(
+        lag: &impl Fn(usize) -> ComplexVector<V>,
+        subarray: usize,
+        i: usize,
+        loading: &Loading<V>,
+    ) -> [V; 4] {
+        let [ss, ds, sd, dd] = Self::pairs(lag, subarray, i, i, loading.factor);
+        let added = loading.added;
+        if 2 * i + 1 < subarray {
+            return [ss + added, ds, sd, dd + added];
+        }
+        let one = added.splat(1.0);
+        let middle = if 2 * i < subarray { ss + added } else { one };
+        [middle, ds, sd, one]
+    }
+}
+
+impl<V: Vector> Basis<V> for ForwardBackward {
+    type Scalar = V;
+
+    #[inline(always)]
+    fn lag_count(subarray: usize) -> usize {
+        Self::kept(subarray)
+    }
+
+    #[inline(always)]
+    fn keep<const LAGS: usize>(
+        lags: &mut [ComplexVector<V>],
+        subarray: usize,
+        lag: usize,
+        rows: &[[ComplexVector<V>; LAGS]],
+    ) {
+        // A place and its mirror image come nearer to each other with every row.
+        let (mut rows, mut lags, mut next) = (rows, &mut lags[lag..], subarray);
+        while let [first, ..] = rows {
+            if let (Some(mirrored), Some(kept)) =
+                (rows.last_chunk::<LAGS>(), lags.first_chunk_mut::<LAGS>())
+            {
+                for k in 0..LAGS {
+                    kept[k] = first[k] + mirrored[LAGS - 1 - k][k];
+                }
+            } else {
+                for (k, (kept, mirrored)) in lags.iter_mut().zip(rows.iter().rev()).enumerate() {
+                    *kept = first[k] + mirrored[k];
+                }
+            }
+            let [_, inner @ .., _] = rows else {
+                break;
+            };
+            rows = inner;
+            lags = &mut lags[next..];
+            next -= 2;
+        }
+    }
+
+    #[inline(always)]
+    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subarray: usize) -> V {
+        let half = subarray / 2;
+        let mut trace = lag(0).re.zero();
+        for place in 0..half {
+            trace = trace + lag(Self::index(subarray, 0, place)).re;
+        }
+        trace = trace + trace;
+        if subarray % 2 == 1 {
+            trace = trace + lag(Self::index(subarray, 0, half)).re;
+        }
+        trace
+    }
+
+    #[inline(always)]
+    fn matrix(
+        lag: impl Fn(usize) -> ComplexVector<V>,
+        subarray: usize,
+        loading: &Loading<V>,
+        matrix: &mut [Column<V>],
+    ) {
+        let factor = loading.factor;
+        const PAIRS: usize = TILE / 2;
+        for block in 0..subarray.div_ceil(TILE) {
+            let (tiles, _) = matrix[panel(block)..panel(block + 1)].as_chunks_mut::<TILE>();
+            let Some((diagonal, before)) = tiles.split_last_mut() else {
+                return;
+            };
+            let i = PAIRS * block;
+            for (t, tile) in before.iter_mut().enumerate() {
+                for k in 0..PAIRS {
+                    let j = PAIRS * t + k;
+                    let [ss, ds, sd, dd] = Self::pairs(&lag, subarray, i, j, factor);
+                    let [next_ss, next_ds, next_sd, next_dd] =
+                        Self::pairs(&lag, subarray, i + 1, j, factor);
+                    tile[2 * k] = [ss, ds, next_ss, next_ds];
+                    tile[2 * k + 1] = [sd, dd, next_sd, next_dd];
+                }
+            }
+            // The diagonal tile is symmetric.
+            let [ss, ds, sd, dd] = Self::diagonal(&lag, subarray, i, loading);
+            let [cross_ss, cross_ds, cross_sd, cross_dd] =
+                Self::pairs(&lag, subarray, i + 1, i, factor);
+            let [next_ss, next_ds, next_sd, next_dd] =
+                Self::diagonal(&lag, subarray, i + 1, loading);
+            *diagonal = [
+                [ss, ds, cross_ss, cross_ds],
+                [sd, dd, cross_sd, cross_dd],
+                [cross_ss, cross_sd, next_ss, next_ds],
+                [cross_ds, cross_dd, next_sd, next_dd],
+            ];
+        }
+    }
+
+    #[inline(always)]
+    fn data(s: &[ComplexVector<V>], data: &mut [ComplexVector<V>]) {
+        let (pairs, middle) = data.as_chunks_mut::<2>();
+        let ends = s.iter().zip(s.iter().rev());
+        for ([sum, difference], (&s, &mirrored)) in pairs.iter_mut().zip(ends) {
+            let apart = s - mirrored;
+            *sum = s + mirrored;
+            *difference = ComplexVector {
+                re: apart.im,
+                im: -apart.re,
+            };
+        }
+        if let [middle] = middle {
+            let s = s[s.len() / 2];
+            *middle = s.scale(s.re.splat(SQRT_2));
+        }
+    }
+
+    #[inline(always)]
+    fn steering(i: usize, subarray: usize) -> f32 {
+        if i % 2 == 1 {
+            0.0
+        } else if i + 1 == subarray {
+            FRAC_1_SQRT_2
+        } else {
+            1.0
+        }
+    }
+
+    #[inline(always)]
+    fn right_sides(data: &[ComplexVector<V>], rows: &mut [[V; RIGHT_SIDES]]) {
+        let (pairs, middle) = data.as_chunks::<2>();
+        let (rows, last) = rows.split_at_mut(2 * pairs.len());
+        let (rows, _) = rows.as_chunks_mut::<2>();
+        for ([sum, difference], [s, d]) in rows.iter_mut().zip(pairs) {
+            *sum = [s.re.splat(1.0), s.re, s.im];
+            *difference = [d.re.zero(), d.re, d.im];
+        }
+        if let ([last, ..], [s]) = (last, middle) {
+            *last = [s.re.splat(FRAC_1_SQRT_2), s.re, s.im];
+        }
+    }
+
+    #[inline(always)]
+    fn whitened(rows: &[V; RIGHT_SIDES]) -> (V, ComplexVector<V>) {
+        let [y, re, im] = *rows;
+        let product = ComplexVector {
+            re: y * re,
+            im: y * im,
+        };
+        (y * y, product)
+    }
+
+    #[inline(always)]
+    fn gain(subarrays: usize) -> f32 {
+        2.0 * subarrays as f32
+    }
+
+    #[inline(always)]
+    fn weights(v: &mut [ComplexVector<V>], scratch: &mut [ComplexVector<V>]) {
+        let length = v.len();
+        let one_half = v[0].re.splat(0.5);
+        for i in 0..length / 2 {
+            let (sum, difference) = (v[2 * i], v[2 * i + 1]);
+            let turned = ComplexVector {
+                re: -difference.im,
+                im: difference.re,
+            };
+            scratch[i] = (sum + turned).scale(one_half);
+            scratch[length - 1 - i] = (sum - turned).scale(one_half);
+        }
+        if length % 2 == 1 {
+            scratch[length / 2] = v[length - 1].scale(one_half.splat(FRAC_1_SQRT_2));
+        }
+        v.copy_from_slice(&scratch[..length]);
+    }
+}
