@@ -24,19 +24,19 @@ struct Case {
 
 const CASES: [Case; 4] = [
     case("das", Method::Das, ECHO, [280, 510, 980]),
-    case("mv", Method::Mv, ECHO, [6700, 21_000, 79_000]),
+    case("mv", Method::Mv, ECHO, [5200, 16_300, 63_900]),
     case(
         "esmv-rank1",
         Method::EsmvRank1,
         ECHO,
-        [16_500, 37_500, 113_000],
+        [13_800, 30_500, 94_000],
     ),
     // No eigenvalue stands out.
     case(
         "esmv-rank1-noise",
         Method::EsmvRank1,
         0.0,
-        [31_000, 86_000, 220_000],
+        [27_600, 77_600, 198_000],
     ),
 ];
 
