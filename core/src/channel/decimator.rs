@@ -108,6 +108,12 @@ impl Decimator {
         }
     }
 
+    /// Chunks after which all that the filters reach back for has passed: the low-pass filter's rows,
+    /// and its first ones, ten at most, that the half-band filters made of too few.
+    fn lead(&self) -> usize {
+        (2 * self.low_pass_reach + 10).div_ceil(2 * CHUNK)
+    }
+
     /// Rows that come out of a halving together.
     fn outputs(&self, halving: usize) -> usize {
         CHUNK << (self.halvings - 1 - halving)
@@ -119,8 +125,9 @@ impl Decimator {
     }
 
     /// Halves the records of `elements`, a lane's worth at most, into `halved`, a line of
-    /// [`Decimator::halved_len`] each, whose sample 0 is [`MARGIN`]. What is not recorded is 0.
-    /// `rows`: [`Decimator::rows`] of them. Records that are not to be halved are left alone.
+    /// [`Decimator::halved_len`] each, whose sample 0 is [`MARGIN`]. What is not recorded is 0. What
+    /// is not `needed` of the lines may stay as it was. `rows`: [`Decimator::rows`] of them. Records
+    /// that are not to be halved are left alone.
     ///
     /// Order, f32: `h_0·x[2j]`, then in ascending k, `+ h_k · (earlier + later)`.
     #[inline(always)]
@@ -129,6 +136,7 @@ impl Decimator {
         zero: V,
         record: &Record,
         elements: Range<usize>,
+        needed: Range<usize>,
         rows: &mut [f32],
         halved: &mut [f32],
     ) {
@@ -137,8 +145,11 @@ impl Decimator {
         }
         let (slow, mut rest) = rows.split_at_mut(CHUNK * V::LANES);
         let mut buffers: [&mut [f32]; MAX_HALVINGS] = [&mut [], &mut [], &mut []];
+        // In front of the record everything is 0, so filters may begin there on empty rows; elsewhere
+        // they must have passed over what they reach back for.
+        let begin = (needed.start / CHUNK).saturating_sub(self.lead()) * CHUNK;
         // The first sample, on the rows' axis, of a halving's first outputs, and then of its inputs.
-        let mut first = -(MARGIN as isize);
+        let mut first = begin as isize - MARGIN as isize;
         for (halving, buffer) in buffers.iter_mut().enumerate().take(self.halvings) {
             (*buffer, rest) = rest.split_at_mut(self.rows_of(halving) * V::LANES);
             buffer.fill(0.0);
@@ -151,7 +162,8 @@ impl Decimator {
         for (record_of, element) in records.iter_mut().zip(elements) {
             *record_of = record.element(element);
         }
-        for chunk in (0..length).step_by(CHUNK) {
+        let end = if needed.end < length { needed.end } else { length };
+        for chunk in (begin..end).step_by(CHUNK) {
             let new = &mut buffers[0][(2 * self.reach(0) - 1) * V::LANES..];
             gather(zero, &records, first, new);
             first += 2 * self.outputs(0) as isize;
@@ -293,7 +305,7 @@ mod tests {
         let length = decimator.halved_len(record.len());
         let rows = &mut rows[..decimator.rows()];
         let record = Record::new(record, 1).unwrap();
-        decimator.decimate(0.0f32, &record, 0..1, rows, &mut halved[..length]);
+        decimator.decimate(0.0f32, &record, 0..1, 0..length, rows, &mut halved[..length]);
         halved[..length].rotate_left(MARGIN);
         (halved, length)
     }

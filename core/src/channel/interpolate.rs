@@ -168,7 +168,7 @@ mod tests {
         if decimator.halvings() > 0 {
             let record = Record::new(record, 1).unwrap();
             let rows = &mut rows[..decimator.rows()];
-            decimator.decimate(0.0f32, &record, 0..1, rows, &mut halved[..length]);
+            decimator.decimate(0.0f32, &record, 0..1, 0..length, rows, &mut halved[..length]);
             origin = MARGIN;
         } else {
             length = record.len();

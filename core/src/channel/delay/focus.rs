@@ -1,6 +1,8 @@
 //! The kernels of the delay stage: over lanes of output samples where positions are worked out and
 //! read, over lanes of elements where filters run along time.
 
+use core::ops::Range;
+
 use super::{CHUNK, Column, Delay, FAR, STEP, Store};
 use crate::Complex;
 use crate::channel::aperture::Active;
@@ -13,6 +15,9 @@ use crate::vector::{MOST_LANES, PARTIAL_SUMS, Vector, load, transpose};
 
 /// The bytes of a cache line: rows that lie across two of them take longer.
 const CACHE_LINE: usize = 64;
+
+/// By how many samples lags in f32 may err where they are largest.
+const ROUNDING: usize = 3;
 
 /// Where an element on the column's axis is read, per output sample.
 struct Axis<'a> {
@@ -57,13 +62,14 @@ impl Delay {
             let elements = group..(group + V::LANES).min(end);
             if decimator.halvings() > 0 {
                 let rows = &mut rows[..V::LANES * decimator.rows()];
-                decimator.decimate(zero, record, elements.clone(), rows, halved);
+                let lags = column.element_x[elements.clone()].iter();
+                let lags = lags.map(|x| self.lag(x - column.x));
+                let needed = self.span(&axis, lags);
+                decimator.decimate(zero, record, elements.clone(), needed, rows, halved);
             }
             let lines = &mut lines[..elements.len() * line_len];
             for (lane, line) in lines.chunks_exact_mut(line_len).enumerate() {
-                let p = &self.parameters;
-                let d = column.element_x[group + lane] - column.x;
-                let lag = ReceiveLag::new(d, p.sound_speed, self.rate());
+                let lag = self.lag(column.element_x[group + lane] - column.x);
                 let record = if decimator.halvings() > 0 {
                     let length = self.halved_len();
                     (&halved[lane * length..][..length], MARGIN)
@@ -99,6 +105,39 @@ impl Delay {
             axis.whole[n] = floor as f32;
             axis.fraction[n] = if near { (position - floor) as f32 } else { 0.0 };
         }
+    }
+
+    /// The lag of an element `d` m beside the column.
+    fn lag(&self, d: f64) -> ReceiveLag {
+        ReceiveLag::new(d, self.parameters.sound_speed, self.rate())
+    }
+
+    /// The samples of a halved record that elements with these lags are read at, [`MARGIN`]
+    /// included: deeper is never earlier, so that those of the first and the last readable depth
+    /// enclose them.
+    #[inline(always)]
+    fn span(&self, axis: &Axis, lags: impl Iterator<Item = ReceiveLag>) -> Range<usize> {
+        let readable = |&n: &usize| axis.depth[n] > 0.0;
+        let first = (0..axis.depth.len()).find(readable);
+        let last = (0..axis.depth.len()).rfind(readable);
+        let (Some(first), Some(last)) = (first, last) else {
+            return 0..0;
+        };
+        let (mut start, mut end) = (FAR, -FAR);
+        for lag in lags {
+            let position = |n: usize| {
+                f64::from(axis.whole[n])
+                    + f64::from(axis.fraction[n] + lag.samples(axis.depth[n]))
+            };
+            let (shallow, deep) = (position(first), position(last));
+            start = if shallow < start { shallow } else { start };
+            end = if deep > end { deep } else { end };
+        }
+        let half = self.interpolator.taps() / 2;
+        let before = MARGIN as f64 - (half - 1 + ROUNDING) as f64;
+        let after = (MARGIN + half + 1 + ROUNDING) as f64;
+        // What lies in front of the record is sample 0 here, and what lies behind it is left out there.
+        (start + before) as usize..(end + after) as usize
     }
 
     /// The element's values along the column, from the record whose sample 0 is `record[origin]`.
@@ -158,18 +197,41 @@ impl Delay {
                 let imaginary = self.hilbert.quadrature(zero, rows);
                 let real = rows[reach * V::LANES..].chunks_exact(V::LANES);
                 let out = out.chunks_exact_mut(elements);
-                for ((real, imaginary), out) in real.zip(&imaginary).zip(out) {
-                    let pairs = real.iter().zip(imaginary.lanes());
-                    let values = pairs.map(|(&re, &im)| Complex::new(re, im));
-                    let out = out[first..first + count].iter_mut().zip(values);
-                    match store {
-                        Store::Replace => out.for_each(|(y, value)| *y = value),
-                        Store::Add => out.for_each(|(y, value)| *y += value),
-                    }
+                for ((real, imaginary), out) in real.zip(imaginary).zip(out) {
+                    let out = &mut out[first..first + count];
+                    put_row(store, load(zero, real), imaginary, out);
                 }
             }
             rows.copy_within(CHUNK * V::LANES.., 0);
         }
+    }
+}
+
+/// Puts the elements' real and imaginary parts into `out`.
+#[inline(always)]
+fn put_row<V: Vector>(store: Store, real: V, imaginary: V, out: &mut [Complex<f32>]) {
+    if V::LANES == 1 {
+        put_parts(store, &[real.lanes()[0], imaginary.lanes()[0]], out);
+        return;
+    }
+    // Both parts of half the elements a register, as they lie in memory.
+    let (left, right) = real.interleave(imaginary);
+    let half = V::LANES / 2;
+    let (out, rest) = out.split_at_mut(if half < out.len() { half } else { out.len() });
+    put_parts(store, left.lanes(), out);
+    put_parts(store, right.lanes(), rest);
+}
+
+/// Puts parts by turns into `out`, which may be shorter.
+#[inline(always)]
+fn put_parts(store: Store, parts: &[f32], out: &mut [Complex<f32>]) {
+    let values = parts.as_chunks::<2>().0;
+    let whole = out.len() >= values.len();
+    let out = if whole { &mut out[..values.len()] } else { out };
+    let out = out.iter_mut().zip(values);
+    match store {
+        Store::Replace => out.for_each(|(y, &[re, im])| *y = Complex::new(re, im)),
+        Store::Add => out.for_each(|(y, &[re, im])| *y += Complex::new(re, im)),
     }
 }
 
