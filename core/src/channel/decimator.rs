@@ -18,7 +18,6 @@
 
 use super::fir::{GROUP, Symmetry, add_pairs, from_row};
 use super::kaiser;
-use super::record::Record;
 use crate::vector::{MOST_LANES, Vector, load, transpose};
 use core::ops::Range;
 
@@ -124,7 +123,7 @@ impl Decimator {
         2 * self.outputs(halving) + 2 * self.reach(halving) - 1
     }
 
-    /// Halves the records of `elements`, a lane's worth at most, into `halved`, a line of
+    /// Halves `records` of one length, one a lane, into `halved`, a line of
     /// [`Decimator::halved_len`] each, whose sample 0 is [`MARGIN`]. What is not recorded is 0. What
     /// is not `needed` of the lines may stay as it was. `rows`: [`Decimator::rows`] of them. Records
     /// that are not to be halved are left alone.
@@ -134,8 +133,7 @@ impl Decimator {
     pub(super) fn decimate<V: Vector>(
         &self,
         zero: V,
-        record: &Record,
-        elements: Range<usize>,
+        records: &[&[f32]; MOST_LANES],
         needed: Range<usize>,
         rows: &mut [f32],
         halved: &mut [f32],
@@ -157,15 +155,15 @@ impl Decimator {
         for halving in (0..self.halvings).rev() {
             first = 2 * first + self.reach(halving) as isize - 1;
         }
-        let length = self.halved_len(record.samples());
-        let mut records: [&[f32]; MOST_LANES] = [&[]; MOST_LANES];
-        for (record_of, element) in records.iter_mut().zip(elements) {
-            *record_of = record.element(element);
-        }
-        let end = if needed.end < length { needed.end } else { length };
+        let length = self.halved_len(records[0].len());
+        let end = if needed.end < length {
+            needed.end
+        } else {
+            length
+        };
         for chunk in (begin..end).step_by(CHUNK) {
             let new = &mut buffers[0][(2 * self.reach(0) - 1) * V::LANES..];
-            gather(zero, &records, first, new);
+            gather(zero, records, first, new);
             first += 2 * self.outputs(0) as isize;
             for halving in 0..self.halvings - 1 {
                 let (from, to) = buffers.split_at_mut(halving + 1);
@@ -304,8 +302,8 @@ mod tests {
         let (mut rows, mut halved) = ([f32::NAN; 700], [f32::NAN; 700]);
         let length = decimator.halved_len(record.len());
         let rows = &mut rows[..decimator.rows()];
-        let record = Record::new(record, 1).unwrap();
-        decimator.decimate(0.0f32, &record, 0..1, 0..length, rows, &mut halved[..length]);
+        let records = [record; MOST_LANES];
+        decimator.decimate(0.0f32, &records, 0..length, rows, &mut halved[..length]);
         halved[..length].rotate_left(MARGIN);
         (halved, length)
     }

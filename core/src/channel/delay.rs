@@ -12,6 +12,7 @@
 //! squares of as many registers as there are lanes.
 
 mod focus;
+mod groups;
 
 use super::analytic::HilbertTransformer;
 use super::aperture::Active;

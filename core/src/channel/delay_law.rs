@@ -96,7 +96,7 @@ impl TransmitDelay {
 }
 
 /// How far, in samples, one element lags behind an element on the column's axis.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ReceiveLag {
     /// d², m².
     square: f32,

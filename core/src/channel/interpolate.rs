@@ -154,7 +154,7 @@ fn sinc(x: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::channel::decimator::MARGIN;
-    use crate::channel::record::Record;
+    use crate::vector::MOST_LANES;
     use core::f64::consts::PI;
 
     const F0: f64 = 5e6;
@@ -166,9 +166,9 @@ mod tests {
         let mut origin = 0;
         let mut length = decimator.halved_len(record.len());
         if decimator.halvings() > 0 {
-            let record = Record::new(record, 1).unwrap();
+            let records = [record; MOST_LANES];
             let rows = &mut rows[..decimator.rows()];
-            decimator.decimate(0.0f32, &record, 0..1, 0..length, rows, &mut halved[..length]);
+            decimator.decimate(0.0f32, &records, 0..length, rows, &mut halved[..length]);
             origin = MARGIN;
         } else {
             length = record.len();
@@ -180,7 +180,7 @@ mod tests {
         let (mut places, mut values) = ([Places::ZERO], [f32::NAN; PARTIAL_SUMS]);
         let locator = filter.locator(0.0f32, (origin, length));
         locator.locate(position, true, (&mut places[0], 0));
-        filter.read(0.0f32, &halved[..length], &places, &mut values);
+        filter.read(0.0f32, [&halved[..length]], &places, [&mut values]);
         values[0]
     }
 

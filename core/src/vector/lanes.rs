@@ -94,21 +94,26 @@ impl<S: Simd> Vector for Lanes<S> {
 
 impl<S: Simd> Dot for Lanes<S> {
     #[inline(always)]
-    fn blended_dots<'a, const BLOCKS: usize>(
+    fn blended_dots<'a, const BLOCKS: usize, const LINES: usize>(
         self,
-        term: impl Fn(usize) -> Option<Term<'a, BLOCKS>>,
-    ) -> Option<[f32; PARTIAL_SUMS]> {
+        term: impl Fn(usize) -> Option<Term<'a, BLOCKS, LINES>>,
+    ) -> Option<[[f32; PARTIAL_SUMS]; LINES]> {
         let simd = self.0.token();
-        let dots = neighbours(halves(simd, &term, 0)?, halves(simd, &term, 8)?);
-        let mut values = [0.0; PARTIAL_SUMS];
-        dots.store_slice(&mut values);
+        let (mut dots, y) = (halves(simd, &term, 0)?, halves(simd, &term, 8)?);
+        for line in 0..LINES {
+            dots[line] = neighbours(dots[line], y[line]);
+        }
+        let mut values = [[0.0; PARTIAL_SUMS]; LINES];
+        for (values, dots) in values.iter_mut().zip(dots) {
+            dots.store_slice(values);
+        }
         Some(values)
     }
 }
 
 // The sums of sixteen products, which take one register of AVX-512, two of AVX2, four of SSE2 and
-// NEON each, are added up for two, four, eight and sixteen products together. Halves that lie in
-// registers of their own need no move between lanes.
+// NEON each, are added up for two, four, eight and sixteen products together, of each line by
+// itself. Halves that lie in registers of their own need no move between lanes.
 
 /// Sums 2j and 2j + 1 added, those of `x` first.
 #[inline(always)]
@@ -116,62 +121,98 @@ fn neighbours<S: Simd>(x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
     x.unzip_low(y) + x.unzip_high(y)
 }
 
+/// Sums j and j + 4 of each half added, those of `x` first.
+#[inline(always)]
+fn in_quarters<S: Simd>(x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
+    let ((a, b), (c, d)) = (x.split(), y.split());
+    let ((a, e), (b, f)) = (a.split(), b.split());
+    let ((c, g), (d, h)) = (c.split(), d.split());
+    a.combine(b).combine(c.combine(d)) + e.combine(f).combine(g.combine(h))
+}
+
+/// Sums j and j + 8 added, those of `x` first.
+#[inline(always)]
+fn in_halves<S: Simd>(x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
+    let ((a, b), (c, d)) = (x.split(), y.split());
+    a.combine(c) + b.combine(d)
+}
+
 /// Two sums for each of the products from the k-th on.
 #[inline(always)]
-fn halves<'a, S: Simd, const BLOCKS: usize>(
+fn halves<'a, S: Simd, const BLOCKS: usize, const LINES: usize>(
     simd: S,
-    term: &impl Fn(usize) -> Option<Term<'a, BLOCKS>>,
+    term: &impl Fn(usize) -> Option<Term<'a, BLOCKS, LINES>>,
     k: usize,
-) -> Option<f32x16<S>> {
-    Some(neighbours(
-        quarters(simd, term, k)?,
-        quarters(simd, term, k + 4)?,
-    ))
+) -> Option<[f32x16<S>; LINES]> {
+    let (mut x, y) = (quarters(simd, term, k)?, quarters(simd, term, k + 4)?);
+    for line in 0..LINES {
+        x[line] = neighbours(x[line], y[line]);
+    }
+    Some(x)
 }
 
 /// Four sums for each of the products from the k-th on.
 #[inline(always)]
-fn quarters<'a, S: Simd, const BLOCKS: usize>(
+fn quarters<'a, S: Simd, const BLOCKS: usize, const LINES: usize>(
     simd: S,
-    term: &impl Fn(usize) -> Option<Term<'a, BLOCKS>>,
+    term: &impl Fn(usize) -> Option<Term<'a, BLOCKS, LINES>>,
     k: usize,
-) -> Option<f32x16<S>> {
-    let (a, b) = eighths(simd, term, k)?.split();
-    let (c, d) = eighths(simd, term, k + 2)?.split();
-    let ((a, e), (b, f)) = (a.split(), b.split());
-    let ((c, g), (d, h)) = (c.split(), d.split());
-    Some(a.combine(b).combine(c.combine(d)) + e.combine(f).combine(g.combine(h)))
+) -> Option<[f32x16<S>; LINES]> {
+    let (mut x, y) = (eighths(simd, term, k)?, eighths(simd, term, k + 2)?);
+    for line in 0..LINES {
+        x[line] = in_quarters(x[line], y[line]);
+    }
+    Some(x)
 }
 
 /// Eight sums for each of the products from the k-th on.
 #[inline(always)]
-fn eighths<'a, S: Simd, const BLOCKS: usize>(
+fn eighths<'a, S: Simd, const BLOCKS: usize, const LINES: usize>(
     simd: S,
-    term: &impl Fn(usize) -> Option<Term<'a, BLOCKS>>,
+    term: &impl Fn(usize) -> Option<Term<'a, BLOCKS, LINES>>,
     k: usize,
-) -> Option<f32x16<S>> {
-    let (a, b) = partial_sums(simd, term(k)?).split();
-    let (c, d) = partial_sums(simd, term(k + 1)?).split();
-    Some(a.combine(c) + b.combine(d))
+) -> Option<[f32x16<S>; LINES]> {
+    let (mut x, y) = (
+        partial_sums(simd, term(k)?),
+        partial_sums(simd, term(k + 1)?),
+    );
+    for line in 0..LINES {
+        x[line] = in_halves(x[line], y[line]);
+    }
+    Some(x)
 }
 
-/// The partial sums of a dot product.
+/// The partial sums of each line's dot product.
 #[inline(always)]
-fn partial_sums<S: Simd, const BLOCKS: usize>(simd: S, term: Term<BLOCKS>) -> f32x16<S> {
-    let mut sums = product(simd, &term, 0);
+fn partial_sums<S: Simd, const BLOCKS: usize, const LINES: usize>(
+    simd: S,
+    term: Term<BLOCKS, LINES>,
+) -> [f32x16<S>; LINES] {
+    let mut sums = products(simd, &term, 0);
     for block in 1..BLOCKS {
-        sums += product(simd, &term, block);
+        let products = products(simd, &term, block);
+        for line in 0..LINES {
+            sums[line] += products[line];
+        }
     }
     sums
 }
 
-/// A block's samples times its coefficients.
+/// A block's samples of each line times its coefficients.
 #[inline(always)]
-fn product<S: Simd, const BLOCKS: usize>(simd: S, term: &Term<BLOCKS>, block: usize) -> f32x16<S> {
-    let samples = f32x16::from_slice(simd, &term.samples[block]);
+fn products<S: Simd, const BLOCKS: usize, const LINES: usize>(
+    simd: S,
+    term: &Term<BLOCKS, LINES>,
+    block: usize,
+) -> [f32x16<S>; LINES] {
     let row = f32x16::from_slice(simd, &term.row[block]);
     let next = f32x16::from_slice(simd, &term.next[block]);
-    samples * (row + f32x16::splat(simd, term.weight) * (next - row))
+    let coefficients = row + f32x16::splat(simd, term.weight) * (next - row);
+    let mut products = [coefficients; LINES];
+    for (product, samples) in products.iter_mut().zip(&term.samples) {
+        *product = f32x16::from_slice(simd, &samples[block]) * coefficients;
+    }
+    products
 }
 
 impl<S: Simd> Mask for LanesMask<S> {

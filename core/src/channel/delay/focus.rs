@@ -3,6 +3,7 @@
 
 use core::ops::Range;
 
+use super::groups::{Group, Groups};
 use super::{CHUNK, Column, Delay, FAR, STEP, Store};
 use crate::Complex;
 use crate::channel::aperture::Active;
@@ -57,26 +58,57 @@ impl Delay {
 
         let Active { first, count } = column.active;
         let end = first + count;
+        let lag = |element: usize| self.lag(column.element_x[element] - column.x);
+        let groups = Groups::new(
+            first..end,
+            V::LANES,
+            mirror(&column.element_x[first..end], column.x) + 2 * first,
+            |left, right| lag(left) == lag(right),
+        );
         let decimator = self.interpolator.decimator();
-        for group in (first..end).step_by(V::LANES) {
-            let elements = group..(group + V::LANES).min(end);
+        let half = V::LANES.div_ceil(2);
+        for group in groups {
+            let elements = group.left..group.left + group.lefts;
+            let others = group.right..group.right + group.rights;
+            let mut records = [record.element(group.left); MOST_LANES];
+            // A lane without an element follows the first one's.
+            for (first, elements) in [(0, elements.clone()), (half, others.clone())] {
+                for (of_lane, element) in records[first..].iter_mut().zip(elements) {
+                    *of_lane = record.element(element);
+                }
+            }
             if decimator.halvings() > 0 {
                 let rows = &mut rows[..V::LANES * decimator.rows()];
-                let lags = column.element_x[elements.clone()].iter();
-                let lags = lags.map(|x| self.lag(x - column.x));
-                let needed = self.span(&axis, lags);
-                decimator.decimate(zero, record, elements.clone(), needed, rows, halved);
+                let needed = self.span(&axis, elements.chain(others).map(lag));
+                decimator.decimate(zero, &records, needed, rows, halved);
             }
-            let lines = &mut lines[..elements.len() * line_len];
-            for (lane, line) in lines.chunks_exact_mut(line_len).enumerate() {
-                let lag = self.lag(column.element_x[group + lane] - column.x);
-                let record = if decimator.halvings() > 0 {
+            let source = |lane: usize| {
+                if decimator.halvings() > 0 {
                     let length = self.halved_len();
                     (&halved[lane * length..][..length], MARGIN)
                 } else {
-                    (record.element(group + lane), 0)
-                };
-                self.read(zero, &axis, &lag, record, &mut places, line);
+                    (records[lane], 0)
+                }
+            };
+            let (left, right) = lines.split_at_mut(half * line_len);
+            let left = left.chunks_exact_mut(line_len).take(group.lefts);
+            let right = right.chunks_exact_mut(line_len).take(group.rights);
+            if group.mirrored {
+                for (k, pair) in left.zip(right.rev()).enumerate() {
+                    let partner = half + group.rights - 1 - k;
+                    let sources = [source(k), source(partner)];
+                    let lag = lag(group.left + k);
+                    self.read(zero, &axis, &lag, sources, &mut places, pair.into());
+                }
+            } else {
+                for (k, line) in left.enumerate() {
+                    let lag = lag(group.left + k);
+                    self.read(zero, &axis, &lag, [source(k)], &mut places, [line]);
+                }
+                for (k, line) in right.enumerate() {
+                    let lag = lag(group.right + k);
+                    self.read(zero, &axis, &lag, [source(half + k)], &mut places, [line]);
+                }
             }
             self.put(zero, column.store, lines, group, rows, out);
         }
@@ -126,8 +158,7 @@ impl Delay {
         let (mut start, mut end) = (FAR, -FAR);
         for lag in lags {
             let position = |n: usize| {
-                f64::from(axis.whole[n])
-                    + f64::from(axis.fraction[n] + lag.samples(axis.depth[n]))
+                f64::from(axis.whole[n]) + f64::from(axis.fraction[n] + lag.samples(axis.depth[n]))
             };
             let (shallow, deep) = (position(first), position(last));
             start = if shallow < start { shallow } else { start };
@@ -140,24 +171,34 @@ impl Delay {
         (start + before) as usize..(end + after) as usize
     }
 
-    /// The element's values along the column, from the record whose sample 0 is `record[origin]`.
+    /// The values along the column of elements with this lag, from records of one length whose
+    /// sample 0 has the same place.
     #[inline(always)]
-    fn read<V: Vector>(
+    fn read<V: Vector, const LINES: usize>(
         &self,
         zero: V,
         axis: &Axis,
         lag: &ReceiveLag,
-        (record, origin): (&[f32], usize),
+        sources: [(&[f32], usize); LINES],
         places: &mut [Places; STEP],
-        line: &mut [f32],
+        mut lines: [&mut [f32]; LINES],
     ) {
-        let locator = self.interpolator.locator(zero, (origin, record.len()));
+        let records = sources.map(
+            #[inline(always)]
+            |(record, _)| record,
+        );
+        let locator = self
+            .interpolator
+            .locator(zero, (sources[0].1, records[0].len()));
         let far = zero.splat(FAR as f32);
-        for (index, values) in line.chunks_mut(STEP * PARTIAL_SUMS).enumerate() {
-            let places = &mut places[..values.len() / PARTIAL_SUMS];
+        let line_len = axis.depth.len();
+        for start in (0..line_len).step_by(STEP * PARTIAL_SUMS) {
+            let end = start + STEP * PARTIAL_SUMS;
+            let end = if end < line_len { end } else { line_len };
+            let places = &mut places[..(end - start) / PARTIAL_SUMS];
             for (sixteen, places) in places.iter_mut().enumerate() {
                 for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
-                    let n = (index * STEP + sixteen) * PARTIAL_SUMS + at;
+                    let n = start + sixteen * PARTIAL_SUMS + at;
                     let z = load(zero, &axis.depth[n..]);
                     let position = load(zero, &axis.fraction[n..]) + lag.samples(z);
                     // False for a NaN too, which an infinite over an infinite extent would give.
@@ -166,25 +207,28 @@ impl Delay {
                     locator.locate(position, valid, (places, at));
                 }
             }
-            self.interpolator.read(zero, record, places, values);
+            let values = lines.each_mut().map(
+                #[inline(always)]
+                |line| &mut line[start..end],
+            );
+            self.interpolator.read(zero, records, places, values);
         }
     }
 
-    /// Puts the analytic signals of `lines` into `out`, as those of the elements from `first`.
+    /// Puts the analytic signals of `lines` into `out`, as those of the group's elements.
     #[inline(always)]
     fn put<V: Vector>(
         &self,
         zero: V,
         store: Store,
         lines: &[f32],
-        first: usize,
+        group: Group,
         rows: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
         let elements = self.parameters.elements;
         let reach = self.hilbert.reach();
         let line_len = self.line_len();
-        let count = lines.len() / line_len;
         // A row holds a sample of each element. What the transformer reaches back for stays in front.
         let behind = 2 * reach * V::LANES;
         let rows = &mut rows[..behind + CHUNK * V::LANES];
@@ -192,14 +236,13 @@ impl Delay {
         for (chunk, out) in out.chunks_mut(CHUNK * elements).enumerate() {
             let n = chunk * CHUNK + 2 * reach;
             turn(zero, lines, line_len, n, &mut rows[behind..]);
-            for (group, out) in out.chunks_mut(GROUP * elements).enumerate() {
-                let rows = &rows[group * GROUP * V::LANES..];
+            for (octet, out) in out.chunks_mut(GROUP * elements).enumerate() {
+                let rows = &rows[octet * GROUP * V::LANES..];
                 let imaginary = self.hilbert.quadrature(zero, rows);
                 let real = rows[reach * V::LANES..].chunks_exact(V::LANES);
                 let out = out.chunks_exact_mut(elements);
                 for ((real, imaginary), out) in real.zip(imaginary).zip(out) {
-                    let out = &mut out[first..first + count];
-                    put_row(store, load(zero, real), imaginary, out);
+                    put_row(store, (load(zero, real), imaginary), group, out);
                 }
             }
             rows.copy_within(CHUNK * V::LANES.., 0);
@@ -207,31 +250,73 @@ impl Delay {
     }
 }
 
-/// Puts the elements' real and imaginary parts into `out`.
+/// What the indices of two elements, counted from the first of `element_x`, come to where the column
+/// at `x` lies halfway between them, if they are spaced evenly. More than any two can come to, where
+/// it lies beside them all.
+fn mirror(element_x: &[f64], x: f64) -> usize {
+    let none = 2 * element_x.len();
+    let [first, .., last] = element_x else {
+        return none;
+    };
+    let pitch = (last - first) / (element_x.len() - 1) as f64;
+    let sum = libm::round(2.0 * (x - first) / pitch);
+    // False for a NaN, too.
+    if sum >= 0.0 && sum < none as f64 {
+        sum as usize
+    } else {
+        none
+    }
+}
+
+/// Puts the real and imaginary parts of a group's elements into their places in `out`.
 #[inline(always)]
-fn put_row<V: Vector>(store: Store, real: V, imaginary: V, out: &mut [Complex<f32>]) {
+fn put_row<V: Vector>(
+    store: Store,
+    (real, imaginary): (V, V),
+    group: Group,
+    out: &mut [Complex<f32>],
+) {
+    let left = &mut out[group.left..][..group.lefts];
     if V::LANES == 1 {
-        put_parts(store, &[real.lanes()[0], imaginary.lanes()[0]], out);
+        put_parts(store, &[real.lanes()[0], imaginary.lanes()[0]], left);
         return;
     }
     // Both parts of half the elements a register, as they lie in memory.
-    let (left, right) = real.interleave(imaginary);
-    let half = V::LANES / 2;
-    let (out, rest) = out.split_at_mut(if half < out.len() { half } else { out.len() });
-    put_parts(store, left.lanes(), out);
-    put_parts(store, right.lanes(), rest);
+    let (first, second) = real.interleave(imaginary);
+    put_parts(store, first.lanes(), left);
+    let right = &mut out[group.right..][..group.rights];
+    // The element on the column is one of the left.
+    let twice = (group.left + group.lefts).saturating_sub(group.right);
+    if twice == 0 {
+        put_parts(store, second.lanes(), right);
+    } else if let (Some(parts), Some(right)) = (second.lanes().get(2..), right.get_mut(1..)) {
+        put_parts(store, parts, right);
+    }
 }
 
 /// Puts parts by turns into `out`, which may be shorter.
 #[inline(always)]
 fn put_parts(store: Store, parts: &[f32], out: &mut [Complex<f32>]) {
     let values = parts.as_chunks::<2>().0;
-    let whole = out.len() >= values.len();
-    let out = if whole { &mut out[..values.len()] } else { out };
+    // Whole registers by themselves: their number is known when this is compiled.
+    match out.get_mut(..values.len()) {
+        Some(out) => put_values(store, values, out),
+        None => put_values(store, values, out),
+    }
+}
+
+#[inline(always)]
+fn put_values(store: Store, values: &[[f32; 2]], out: &mut [Complex<f32>]) {
     let out = out.iter_mut().zip(values);
     match store {
-        Store::Replace => out.for_each(|(y, &[re, im])| *y = Complex::new(re, im)),
-        Store::Add => out.for_each(|(y, &[re, im])| *y += Complex::new(re, im)),
+        Store::Replace => out.for_each(
+            #[inline(always)]
+            |(y, &[re, im])| *y = Complex::new(re, im),
+        ),
+        Store::Add => out.for_each(
+            #[inline(always)]
+            |(y, &[re, im])| *y += Complex::new(re, im),
+        ),
     }
 }
 

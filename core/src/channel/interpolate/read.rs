@@ -87,48 +87,61 @@ impl Interpolator {
         }
     }
 
-    /// The values of `record` at as many of `places`; samples outside the record read as 0.
+    /// The values of each of `records`, all of one length, at as many of `places`; samples outside
+    /// the record read as 0.
     ///
     /// Order, f32: that of [`Dot::blended_dots`], with the samples, the row and the next one. Cost:
-    /// 2·taps products and 3·taps additions a value.
+    /// 2·taps products and 3·taps additions a place, of which records share taps and 2·taps.
     #[inline(always)]
-    pub(in super::super) fn read<V: Vector>(
+    pub(in super::super) fn read<V: Vector, const LINES: usize>(
         &self,
         zero: V,
-        record: &[f32],
+        records: [&[f32]; LINES],
         places: &[Places],
-        values: &mut [f32],
+        values: [&mut [f32]; LINES],
     ) {
         match self.blocks {
-            1 => self.read_blocks::<V, 1>(zero, record, places, values),
-            2 => self.read_blocks::<V, 2>(zero, record, places, values),
-            _ => self.read_blocks::<V, MAX_BLOCKS>(zero, record, places, values),
+            1 => self.read_blocks::<V, 1, LINES>(zero, records, places, values),
+            2 => self.read_blocks::<V, 2, LINES>(zero, records, places, values),
+            _ => self.read_blocks::<V, MAX_BLOCKS, LINES>(zero, records, places, values),
         }
     }
 
     #[inline(always)]
-    fn read_blocks<V: Vector, const BLOCKS: usize>(
+    fn read_blocks<V: Vector, const BLOCKS: usize, const LINES: usize>(
         &self,
         zero: V,
-        record: &[f32],
+        records: [&[f32]; LINES],
         places: &[Places],
-        values: &mut [f32],
+        values: [&mut [f32]; LINES],
     ) {
         let table = self.table.0.as_flattened();
-        let (values, _) = values.as_chunks_mut();
-        for (values, places) in values.iter_mut().zip(places) {
+        let mut values = values.map(
+            #[inline(always)]
+            |values| values.as_chunks_mut::<PARTIAL_SUMS>().0.iter_mut(),
+        );
+        for places in places {
             let dots = zero.blended_dots(
                 #[inline(always)]
                 |k| {
                     let rows = window(table, places.row[k], 2 * BLOCKS * PARTIAL_SUMS)?;
-                    let samples = window(record, places.first[k], BLOCKS * PARTIAL_SUMS)?;
-                    term::<BLOCKS>(samples, rows, places.weight[k])
+                    let mut samples = [&[[0.0; PARTIAL_SUMS]; BLOCKS]; LINES];
+                    for (samples, record) in samples.iter_mut().zip(records) {
+                        let under = window(record, places.first[k], BLOCKS * PARTIAL_SUMS)?;
+                        *samples = under.as_chunks().0.first_chunk()?;
+                    }
+                    term(samples, rows, places.weight[k])
                 },
             );
-            *values = match dots {
+            let dots = match dots {
                 Some(dots) => dots,
-                None => at_the_edge::<BLOCKS>(record, table, places),
+                None => records.map(|record| at_the_edge::<BLOCKS>(record, table, places)),
             };
+            for (values, dots) in values.iter_mut().zip(dots) {
+                if let Some(values) = values.next() {
+                    *values = dots;
+                }
+            }
         }
     }
 }
@@ -143,14 +156,14 @@ fn window(from: &[f32], first: i32, length: usize) -> Option<&[f32]> {
 
 /// The samples with the row and the next one.
 #[inline(always)]
-fn term<'a, const BLOCKS: usize>(
-    samples: &'a [f32],
+fn term<'a, const BLOCKS: usize, const LINES: usize>(
+    samples: [&'a [[f32; PARTIAL_SUMS]; BLOCKS]; LINES],
     rows: &'a [f32],
     weight: f32,
-) -> Option<Term<'a, BLOCKS>> {
+) -> Option<Term<'a, BLOCKS, LINES>> {
     let (rows, _) = rows.as_chunks().0.as_chunks();
     Some(Term {
-        samples: samples.as_chunks().0.first_chunk()?,
+        samples,
         row: rows.first()?,
         next: rows.get(1)?,
         weight,
@@ -176,9 +189,12 @@ fn at_the_edge<const BLOCKS: usize>(
     // One lane or many, the bits are the same.
     let dots = 0.0f32.blended_dots(|k| {
         let rows = window(table, places.row[k], 2 * BLOCKS * PARTIAL_SUMS)?;
-        term::<BLOCKS>(samples[k].as_flattened(), rows, places.weight[k])
+        term([&samples[k]], rows, places.weight[k])
     });
-    dots.unwrap_or([0.0; PARTIAL_SUMS])
+    match dots {
+        Some([dots]) => dots,
+        None => [0.0; PARTIAL_SUMS],
+    }
 }
 
 /// ⌊x⌋ for 0 ≤ x < 2²³: with `integers`, 2²³, added it is rounded to an integer.
