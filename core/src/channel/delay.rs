@@ -7,9 +7,9 @@
 //! is formed along depth at the output rate ([`analytic`](super::analytic)). The column is computed
 //! a Hilbert reach beyond both ends, so that its first and last samples are as good as the others.
 //!
-//! As many elements as there are lanes are worked on together. Lanes are elements where filters run
-//! along time, and output samples of an element where a record is read; numbers change places in
-//! squares of as many registers as there are lanes.
+//! As many elements as there are lanes are worked on together (`groups`). Lanes are elements where
+//! filters run along time, and output samples of an element where a record is read; numbers change
+//! places in squares of as many registers as there are lanes.
 
 mod focus;
 mod groups;
@@ -190,7 +190,10 @@ impl Delay {
     /// (taps = 16 where the record is halved, else 16·⌈f/fout⌉ ≤ 48; N the Hilbert taps a side), a
     /// division and a root; for the last halving (P + 1)·f/fout products and 2P·f/fout additions with
     /// P = ⌈14.4·f/fout⌉, for the one before 10·f/fout and 16·f/fout, and twice as many for each one
-    /// before that. For the paper's 100 → 20 MHz 77 products and 129 additions. Per output sample
+    /// before that. For the paper's 100 → 20 MHz 77 products and 129 additions. With several lanes,
+    /// two elements at the same distance on either side of the column share the position and the
+    /// coefficients (taps products, 2·taps additions, the division and the root); a record is halved
+    /// only where it is read. Per output sample
     /// three f64 divisions, and a root for [`TransmitLaw::Element`]. RAM: the stage, the scratch, and
     /// 2 KiB of stack (5 KiB with the widest registers).
     ///
