@@ -172,8 +172,9 @@ impl Delay {
     }
 
     /// The values along the column of elements with this lag, from records of one length whose
-    /// sample 0 has the same place.
-    #[inline(always)]
+    /// sample 0 has the same place. A function of its own, as [`Delay::put`] is: the compiler then knows
+    /// that the slices do not overlap, and keeps more in registers (4 % of the stage with AVX-512).
+    #[inline(never)]
     fn read<V: Vector, const LINES: usize>(
         &self,
         zero: V,
@@ -183,40 +184,45 @@ impl Delay {
         places: &mut [Places; STEP],
         mut lines: [&mut [f32]; LINES],
     ) {
-        let records = sources.map(
+        zero.vectorize(
             #[inline(always)]
-            |(record, _)| record,
-        );
-        let locator = self
-            .interpolator
-            .locator(zero, (sources[0].1, records[0].len()));
-        let far = zero.splat(FAR as f32);
-        let line_len = axis.depth.len();
-        for start in (0..line_len).step_by(STEP * PARTIAL_SUMS) {
-            let end = start + STEP * PARTIAL_SUMS;
-            let end = if end < line_len { end } else { line_len };
-            let places = &mut places[..(end - start) / PARTIAL_SUMS];
-            for (sixteen, places) in places.iter_mut().enumerate() {
-                for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
-                    let n = start + sixteen * PARTIAL_SUMS + at;
-                    let z = load(zero, &axis.depth[n..]);
-                    let position = load(zero, &axis.fraction[n..]) + lag.samples(z);
-                    // False for a NaN too, which an infinite over an infinite extent would give.
-                    let valid = zero.less(z) & position.less(far);
-                    let position = (load(zero, &axis.whole[n..]), position);
-                    locator.locate(position, valid, (places, at));
+            || {
+                let records = sources.map(
+                    #[inline(always)]
+                    |(record, _)| record,
+                );
+                let locator = self
+                    .interpolator
+                    .locator(zero, (sources[0].1, records[0].len()));
+                let far = zero.splat(FAR as f32);
+                let line_len = axis.depth.len();
+                for start in (0..line_len).step_by(STEP * PARTIAL_SUMS) {
+                    let end = start + STEP * PARTIAL_SUMS;
+                    let end = if end < line_len { end } else { line_len };
+                    let places = &mut places[..(end - start) / PARTIAL_SUMS];
+                    for (sixteen, places) in places.iter_mut().enumerate() {
+                        for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
+                            let n = start + sixteen * PARTIAL_SUMS + at;
+                            let z = load(zero, &axis.depth[n..]);
+                            let position = load(zero, &axis.fraction[n..]) + lag.samples(z);
+                            // False for a NaN too, which an infinite over an infinite extent would give.
+                            let valid = zero.less(z) & position.less(far);
+                            let position = (load(zero, &axis.whole[n..]), position);
+                            locator.locate(position, valid, (places, at));
+                        }
+                    }
+                    let values = lines.each_mut().map(
+                        #[inline(always)]
+                        |line| &mut line[start..end],
+                    );
+                    self.interpolator.read(zero, records, places, values);
                 }
-            }
-            let values = lines.each_mut().map(
-                #[inline(always)]
-                |line| &mut line[start..end],
-            );
-            self.interpolator.read(zero, records, places, values);
-        }
+            },
+        );
     }
 
     /// Puts the analytic signals of `lines` into `out`, as those of the group's elements.
-    #[inline(always)]
+    #[inline(never)]
     fn put<V: Vector>(
         &self,
         zero: V,
@@ -226,27 +232,32 @@ impl Delay {
         rows: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
-        let elements = self.parameters.elements;
-        let reach = self.hilbert.reach();
-        let line_len = self.line_len();
-        // A row holds a sample of each element. What the transformer reaches back for stays in front.
-        let behind = 2 * reach * V::LANES;
-        let rows = &mut rows[..behind + CHUNK * V::LANES];
-        turn(zero, lines, line_len, 0, &mut rows[..behind]);
-        for (chunk, out) in out.chunks_mut(CHUNK * elements).enumerate() {
-            let n = chunk * CHUNK + 2 * reach;
-            turn(zero, lines, line_len, n, &mut rows[behind..]);
-            for (octet, out) in out.chunks_mut(GROUP * elements).enumerate() {
-                let rows = &rows[octet * GROUP * V::LANES..];
-                let imaginary = self.hilbert.quadrature(zero, rows);
-                let real = rows[reach * V::LANES..].chunks_exact(V::LANES);
-                let out = out.chunks_exact_mut(elements);
-                for ((real, imaginary), out) in real.zip(imaginary).zip(out) {
-                    put_row(store, (load(zero, real), imaginary), group, out);
+        zero.vectorize(
+            #[inline(always)]
+            || {
+                let elements = self.parameters.elements;
+                let reach = self.hilbert.reach();
+                let line_len = self.line_len();
+                // A row holds a sample of each element. What the transformer reaches back for stays in front.
+                let behind = 2 * reach * V::LANES;
+                let rows = &mut rows[..behind + CHUNK * V::LANES];
+                turn(zero, lines, line_len, 0, &mut rows[..behind]);
+                for (chunk, out) in out.chunks_mut(CHUNK * elements).enumerate() {
+                    let n = chunk * CHUNK + 2 * reach;
+                    turn(zero, lines, line_len, n, &mut rows[behind..]);
+                    for (octet, out) in out.chunks_mut(GROUP * elements).enumerate() {
+                        let rows = &rows[octet * GROUP * V::LANES..];
+                        let imaginary = self.hilbert.quadrature(zero, rows);
+                        let real = rows[reach * V::LANES..].chunks_exact(V::LANES);
+                        let out = out.chunks_exact_mut(elements);
+                        for ((real, imaginary), out) in real.zip(imaginary).zip(out) {
+                            put_row(store, (load(zero, real), imaginary), group, out);
+                        }
+                    }
+                    rows.copy_within(CHUNK * V::LANES.., 0);
                 }
-            }
-            rows.copy_within(CHUNK * V::LANES.., 0);
-        }
+            },
+        );
     }
 }
 
