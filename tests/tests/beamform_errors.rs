@@ -233,7 +233,7 @@ fn more_runs_than_lanes_or_fewer_outputs() {
 fn assert_bytes<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usize>(
     s: usize,
 ) {
-    let floats = 2 * s * L * L + 2 * M + 2 * L * ROWS + (16 + 7 * s) * L;
+    let floats = 2 * s * L * L + 2 * M + 2 * L * ROWS + (13 + 6 * s) * L;
     let formula = 4 * V::LANES * floats + 12 * L + L * size_of::<usize>();
     let more = Workspace::<A, V, M, L, ROWS>::BYTES - formula;
     let name = format!("M = {M}, L = {L}, ROWS = {ROWS}, {} lanes", V::LANES);

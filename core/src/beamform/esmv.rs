@@ -5,7 +5,9 @@ use super::workspace::Solver;
 use crate::covariance::Averaging;
 use crate::linalg::FLOOR;
 use crate::linalg::cholesky::factorise;
-use crate::linalg::eigen::{eigen, unpack};
+use crate::linalg::eigen::eigen;
+use crate::linalg::first_pair::first_pair;
+use crate::linalg::householder::Reduction;
 use crate::linalg::lanczos::lanczos;
 use crate::linalg::panels::TILE;
 use crate::vector::{ComplexVector, Mask, Scalar, Vector};
@@ -14,29 +16,51 @@ use num_complex::Complex;
 /// `w_pᴴs` with a signal subspace of rank 1, for the loaded covariance in the solver's panels.
 ///
 /// With `λ₁` and `e₁` no back substitution is needed: `w_p = e₁(e₁ᴴa)/(λ₁·aᴴR⁻¹a)`, and
-/// `aᴴR⁻¹a = ‖G⁻¹a‖²` from one forward solve. Also returns the lanes that this is true of: where the
-/// Lanczos iteration does not arrive, or `R` is singular in f32, the caller takes [`esmv`] instead.
+/// `aᴴR⁻¹a = ‖G⁻¹a‖²` from one forward solve. The Lanczos iteration serves the lanes where it arrives,
+/// [`first_pair`] the others but for the `silent` ones. Also returns the lanes that this is true of:
+/// where `R` is singular in f32, the caller takes [`esmv`] instead.
 ///
-/// Cost: the iteration, and one factorisation with a row below it.
+/// Cost: those, and one factorisation with a row below it.
 #[inline(always)]
 pub(super) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     solver: &mut Solver<'_, A::Scalar, V>,
     subarray: usize,
     s: &[ComplexVector<V>],
+    silent: V::Mask,
 ) -> (ComplexVector<V>, V::Mask) {
     let zero = s[0].re.zero();
-    let vector = &mut solver.vector[..subarray.next_multiple_of(TILE)];
-    let (eigenvalue, arrived) = lanczos(
+    let padded = subarray.next_multiple_of(TILE);
+    let vector = &mut solver.vector[..padded];
+    let (tiles, _) = vector.as_chunks_mut();
+    let (basis, _) = solver.factor.as_chunks_mut();
+    let (mut eigenvalue, arrived) = lanczos(
         solver.matrix,
         subarray,
-        solver.factor,
-        vector,
+        basis,
+        tiles,
         &mut solver.tridiagonal,
+        solver.values,
+        silent,
     );
-    let mut product = ComplexVector::from_real(zero);
-    if !arrived.any() {
-        return (product, arrived);
+    let left = !(arrived | silent);
+    if left.any() {
+        let (panels, _) = solver.factor.as_chunks_mut();
+        let mut reduction = Reduction {
+            panels,
+            vectors: solver.rows.as_flattened_mut(),
+            phases: solver.phases,
+            tridiagonal: &mut solver.tridiagonal,
+        };
+        let value = zero.vectorize(
+            #[inline(always)]
+            || first_pair(solver.matrix, subarray, &mut reduction, left),
+        );
+        eigenvalue = V::select(left, value, eigenvalue);
+        for (e, &direct) in vector.iter_mut().zip(&*reduction.vectors) {
+            *e = A::Scalar::select(left, direct, *e);
+        }
     }
+    let mut product = ComplexVector::from_real(zero);
     let mut steering = A::Scalar::from_real(zero);
     for (i, (&e, &s)) in vector.iter().zip(s).enumerate() {
         let entry = A::Scalar::from_real(zero.splat(A::steering(i, subarray)));
@@ -47,7 +71,6 @@ pub(super) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     for (i, row) in rows[..subarray].iter_mut().enumerate() {
         *row = [A::Scalar::from_real(zero.splat(A::steering(i, subarray)))];
     }
-    let padded = subarray.next_multiple_of(TILE);
     rows[subarray..padded].fill([A::Scalar::from_real(zero)]);
     let (factor, _) = solver.factor.as_chunks_mut();
     let definite = factorise::<_, _, 1>(solver.matrix, factor, rows, padded / TILE);
@@ -59,7 +82,7 @@ pub(super) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     let z = steering
         .conj_mul_complex(product)
         .divide(eigenvalue * power);
-    (z, arrived & definite & z.is_finite())
+    (z, definite & z.is_finite())
 }
 
 /// `w_pᴴs` by the full eigensolver, for the loaded covariance in the solver's panels.
@@ -78,7 +101,10 @@ pub(super) fn esmv<A: Averaging<V>, V: Vector>(
     let Solver {
         matrix,
         factor,
-        eigen: scratch,
+        rows,
+        phases,
+        tridiagonal,
+        lane,
         values,
         work,
         order,
@@ -91,8 +117,13 @@ pub(super) fn esmv<A: Averaging<V>, V: Vector>(
         steering[i] = ComplexVector::from_real(zero.splat(A::steering(i, subarray)));
         data[i] = s[i];
     }
-    unpack(matrix, subarray, factor);
-    eigen(factor, subarray, scratch, values, work, stride);
+    let mut reduction = Reduction {
+        panels: factor.as_chunks_mut().0,
+        vectors: rows.as_flattened_mut(),
+        phases,
+        tridiagonal,
+    };
+    eigen(matrix, subarray, &mut reduction, lane, values, work, stride);
     let (steering, data) = work.split_at(stride);
     let mut z = ComplexVector::from_real(zero);
     for lane in 0..V::LANES {

@@ -9,7 +9,8 @@ use crate::Error;
 use crate::channel::aperture::Active;
 use crate::covariance::Averaging;
 use crate::error::check_length;
-use crate::linalg::eigen::{eigen, unpack};
+use crate::linalg::eigen::eigen;
+use crate::linalg::householder::Reduction;
 use crate::vector::{ComplexVector, Scalar};
 use num_complex::Complex;
 
@@ -152,7 +153,10 @@ fn eigenspace_weights<A: Averaging<f32>>(
     let Solver {
         matrix,
         factor,
-        eigen: scratch,
+        rows,
+        phases,
+        tridiagonal,
+        lane,
         values,
         work,
         order,
@@ -165,8 +169,21 @@ fn eigenspace_weights<A: Averaging<f32>>(
         entry.re = A::steering(i, n);
         entry.im = 0.0;
     }
-    unpack(matrix, n, factor);
-    eigen(factor, n, scratch, values, &mut filtered[..n], n);
+    let mut reduction = Reduction {
+        panels: factor.as_chunks_mut().0,
+        vectors: rows.as_flattened_mut(),
+        phases,
+        tridiagonal,
+    };
+    eigen(
+        matrix,
+        n,
+        &mut reduction,
+        lane,
+        values,
+        &mut filtered[..n],
+        n,
+    );
     let total = rank_order(&values[..n], filtered, 0, order, cumulative);
     let places = kept(method, cumulative, total, n);
     for (place, &k) in order[..n].iter().enumerate() {
@@ -184,8 +201,7 @@ fn eigenspace_weights<A: Averaging<f32>>(
         for (i, unit) in units.chunks_exact_mut(n).enumerate() {
             unit[first + i].re = 1.0;
         }
-        unpack(matrix, n, factor);
-        eigen(factor, n, scratch, values, units, n);
+        eigen(matrix, n, &mut reduction, lane, values, units, n);
         for (i, unit) in units.chunks_exact(n).enumerate() {
             let mut sum = zero;
             for &k in &order[..n] {

@@ -46,9 +46,10 @@ impl Beamformer {
     /// Cost a sample and lane, in flops with `P = count − L + 1`: DAS `2·count`. The others: the
     /// covariance `6(count·L − L²/2) + 4PL + 4L²` once, whatever `K` is, and three additions a number
     /// for the time window; a run of `n` samples takes `n + 2K` covariances. MV adds `L³/3 + 3L²`;
-    /// rank 1 `L³/3 + L²` and `2L²` a Lanczos step, some 4 of them on an echo and 15 to 32 on noise;
-    /// the full eigensolver, which serves the other methods and the lanes in which those two fail,
-    /// `4L³/3` and the QL steps. Forward multiplies these by 4. RAM: the workspace.
+    /// rank 1 `L³/3 + L²`, and `2L²` a Lanczos step, of which an echo takes 2 or 3, or `4L³/3` where
+    /// no eigenvalue stands out; the full eigensolver, which serves the other methods and the lanes
+    /// whose matrix is singular, `4L³/3` and the QL steps. Forward multiplies these by 4. RAM: the
+    /// workspace.
     ///
     /// # Errors
     /// [`Error::Capacity`] where there are more runs than lanes, or `count`, `L` or `2K+1` exceeds the
@@ -215,7 +216,7 @@ impl Beamformer {
                 solver,
                 data,
                 #[inline(always)]
-                move |solver, data| esmv_rank1::<A, V>(solver, subarray, data),
+                move |solver, data| esmv_rank1::<A, V>(solver, subarray, data, silent),
             ),
             _ => (zero, silent & !silent),
         };

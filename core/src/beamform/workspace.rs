@@ -1,8 +1,7 @@
 //! The beamformer's memory.
 
 use crate::covariance::{Averaging, OneLane};
-use crate::linalg::eigen::{EigenScratch, EigenSlices};
-use crate::linalg::lanczos::Tridiagonal;
+use crate::linalg::largest_pair::Tridiagonal;
 use crate::linalg::panels::{Column, TILE};
 use crate::vector::{ComplexVector, Scalar, Vector};
 
@@ -18,7 +17,7 @@ use crate::vector::{ComplexVector, Scalar, Vector};
 /// [`ForwardBackward`]: crate::covariance::ForwardBackward
 /// [`ForwardBackward::window_rows`]: crate::covariance::ForwardBackward::window_rows
 ///
-/// RAM is [`Workspace::BYTES`]: `4·LANES·(2s·L² + 2M + 2L·ROWS + (16 + 7s)·L) + 12·L` bytes and `L`
+/// RAM is [`Workspace::BYTES`]: `4·LANES·(2s·L² + 2M + 2L·ROWS + (13 + 6s)·L) + 12·L` bytes and `L`
 /// machine words, with `s = 1` for forward-backward and 2 for forward, and what aligns a register.
 pub struct Workspace<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usize>
 {
@@ -28,8 +27,9 @@ pub struct Workspace<A: Averaging<V>, V: Vector, const M: usize, const L: usize,
     factor: [[A::Scalar; L]; L],
     rows: [Column<A::Scalar>; L],
     vector: [A::Scalar; L],
-    tridiagonal: [[V; L]; 5],
-    eigen: EigenScratch<A::Scalar, V, L>,
+    tridiagonal: [[V; L]; 4],
+    phases: [A::Scalar; L],
+    lane: [[f32; L]; 2],
     values: [V; L],
     work: [[ComplexVector<V>; L]; 4],
     order: [usize; L],
@@ -50,13 +50,15 @@ pub(super) struct Memory<'a, S, V> {
 pub(super) struct Solver<'a, S, V> {
     /// The loaded covariance in panels.
     pub(super) matrix: &'a mut [Column<S>],
-    /// The Lanczos basis, the Cholesky factor in panels, or the matrix row by row.
+    /// The Lanczos basis, the Cholesky factor in panels, or the matrix while it is reduced.
     pub(super) factor: &'a mut [S],
-    /// Steering vector and data below the matrix.
+    /// Steering vector and data below the matrix, or a reduction's vectors.
     pub(super) rows: &'a mut [Column<S>],
     pub(super) vector: &'a mut [S],
     pub(super) tridiagonal: Tridiagonal<'a, V>,
-    pub(super) eigen: EigenSlices<'a, S, V>,
+    pub(super) phases: &'a mut [S],
+    /// One lane's tridiagonal matrix.
+    pub(super) lane: [&'a mut [f32]; 2],
     pub(super) values: &'a mut [V],
     /// The subarray sum, then the lag sums under way; later `Eᴴa` and `Eᴴx`, one after the other.
     pub(super) work: &'a mut [ComplexVector<V>],
@@ -100,8 +102,9 @@ impl<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usi
             factor: [[number; L]; L],
             rows: [[number; TILE]; L],
             vector: [number; L],
-            tridiagonal: [[zero; L]; 5],
-            eigen: EigenScratch::new(number, zero),
+            tridiagonal: [[zero; L]; 4],
+            phases: [number; L],
+            lane: [[0.0; L]; 2],
             values: [zero; L],
             work: [[complex; L]; 4],
             order: [0; L],
@@ -120,7 +123,8 @@ impl<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usi
                 rows: &mut self.rows,
                 vector: &mut self.vector,
                 tridiagonal: Tridiagonal::new(&mut self.tridiagonal),
-                eigen: self.eigen.slices(),
+                phases: &mut self.phases,
+                lane: self.lane.each_mut().map(|row| row.as_mut_slice()),
                 values: &mut self.values,
                 work: self.work.as_flattened_mut(),
                 order: &mut self.order,

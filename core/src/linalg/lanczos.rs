@@ -1,215 +1,300 @@
-//! Lanczos iteration: the largest eigenvalue and its eigenvector (the rank-1 signal subspace).
+//! Lanczos iteration: the largest eigenvalue and its eigenvector (the rank-1 signal subspace), where
+//! few steps lead there and prove it.
 //!
-//! - **Start**: `v_i = 0.5 + frac((i+1)·0.618034)`, normalised; a fixed vector without symmetry.
-//!   The steering vector would not do: in a few per cent of samples it is orthogonal to `e₁`.
-//! - **Step**: `(A − tr A/n)·v` loses its components along all basis vectors so far, a second time where little
-//!   is left of it (in f32 a basis that is kept orthogonal to the last two only, or once only, goes
-//!   wrong as soon as `e₁` has been found); the rest is the next basis vector. The matrix in that
-//!   basis is tridiagonal; its largest eigenvalue `θ` with the eigenvector `y` approaches `λ₁`, much
-//!   faster than the power iteration does.
-//! - **Stop**: where `θ` is more than all other eigenvalues together can be (`2θ > tr A`), none of
-//!   them is nearer than `2θ − tr A`, and the error of `e₁` is at most the residual `‖A·e − θ·e‖`
-//!   over that: a lane is done when this is [`ACCURACY`]. Any other is done where the residual is at
-//!   most [`TOLERANCE`]·`θ` and [`LEAST_STEPS`] steps have been taken, in which even a component that
-//!   only rounding has brought in would have grown, or `n`. A basis that is exhausted earlier proves
-//!   nothing: the lane is given up.
-//! - **Limit**: a lane that is not done after [`STEP_LIMIT`] steps says so, and its caller takes the
-//!   full eigensolver, whose accuracy does not depend on the gap.
+//! - **Start**: the unit vector of coordinate 0 or 1, whichever has the larger diagonal entry, so that
+//!   the first product is a column of the matrix. (Forward-backward's first two coordinates are one
+//!   pair of elements; no wave is absent from both.) All later basis vectors are zero there.
+//! - **Step**: `(A − s)·v` loses its components along all basis vectors so far; the rest is the next
+//!   basis vector. The shift `s`, the mean of the eigenvalues besides the largest as far as that is
+//!   known, changes nothing but what rounds away. The matrix in that basis is tridiagonal; its largest
+//!   eigenvalue `θ` with the eigenvector `y` approaches `λ₁`, much faster than the power iteration does.
+//! - **Gap**: no other eigenvalue is nearer to `θ` than `2θ − tr A` where that is positive, since `θ` is
+//!   then more than all others together can be; elsewhere, with the mean `μ`, than
+//!   `(θ − μ) − √(‖A − μ‖² − (θ − μ)²)`, from the sum of all squares.
+//! - **Stop**: the error of `e₁` is at most the residual `‖A·e − θ·e‖` over the gap: a lane is done
+//!   when this is [`ACCURACY`]. The residual is the next basis vector's length times the last entry of
+//!   `y`, and what rounding can add to it: the row of `T` that `y` leaves open, and, for each entry of
+//!   `y`, what is left of the other vectors in its own. That is rounding errors of what was subtracted,
+//!   so where little was left of a product, its vector may only count for little.
+//! - **Limit**: a lane without a gap is left at once, any other after [`step_limit`] steps or where its
+//!   basis ends: [`first_pair`](super::first_pair) serves those.
 
-use super::panels::{Column, TILE, panel};
+use super::largest_pair::Tridiagonal;
+use super::panels::{Column, TILE, panel, trace};
 use crate::vector::{Mask, Scalar, Vector};
 
-/// The residual at which a lane is done, of the eigenvalue: the error of `e₁` is at most that over
-/// `1 − λ₂/λ₁`.
-pub const TOLERANCE: f32 = 1e-6;
-
-/// The most steps that are taken.
-pub const STEP_LIMIT: usize = 48;
-
-/// The fewest, unless the eigenvalue is certainly the largest.
-pub const LEAST_STEPS: usize = 5;
-
-/// The error of `e₁` at which a lane is done where the gap to the other eigenvalues is known.
+/// The error of `e₁` at which a lane is done.
 pub const ACCURACY: f32 = 1e-5;
 
-/// The steps before it is looked whether a lane is done.
-const FIRST_LOOK: usize = 3;
+/// The most steps that are ever taken.
+pub const STEP_LIMIT: usize = 16;
 
-/// The share of `‖A·v‖²` below which what is left has lost so many bits that it is orthogonalised
-/// again.
-const CANCELLATION: f32 = 0.1;
+/// The steps before it is looked whether a lane has a gap and is done.
+const FIRST_LOOK: usize = 2;
 
-/// Beyond the first steps, how often it is looked whether a lane is done.
-const INTERVAL: usize = 2;
+/// A lane that seems so many times farther from done than it may be is not looked at.
+const FAR: f32 = 8.0;
 
-/// The most steps from an upper bound to the largest eigenvalue; four are usual.
-const LAGUERRE_STEPS: usize = 10;
+/// A basis vector shorter than this share of the eigenvalue is made of rounding errors.
+const EXHAUSTED: f32 = 1e-6;
 
-/// The tridiagonal matrix in the basis, and its eigenvector: slices of [`STEP_LIMIT`] vectors, or of
-/// as many as the matrix has rows.
-pub struct Tridiagonal<'a, V> {
-    diagonal: &'a mut [V],
-    /// Entry `k` couples basis vectors `k` and `k + 1`.
-    off_diagonal: &'a mut [V],
-    /// The pivots of `θ − T`, first to last.
-    falling: &'a mut [V],
-    /// The eigenvector of the step at hand.
-    eigenvector: &'a mut [V],
-    /// The eigenvector of each lane's last step.
-    coefficients: &'a mut [V],
-}
+/// What is left of the other vectors in a basis vector that is as long as what was subtracted: a
+/// rounding error or two.
+const ROUNDING: f32 = 1e-7;
 
-impl<'a, V> Tridiagonal<'a, V> {
-    /// The slices from memory for matrices of up to `L` rows.
-    pub fn new<const L: usize>(memory: &'a mut [[V; L]; 5]) -> Self {
-        let [diagonal, off_diagonal, falling, eigenvector, coefficients] = memory;
-        Tridiagonal {
-            diagonal,
-            off_diagonal,
-            falling,
-            eigenvector,
-            coefficients,
-        }
+/// The share of the gap below which a step towards `θ` is the last.
+const LAST_STEP: f32 = 1e-3;
+
+/// The most steps on a matrix of `n` rows: up to about the cost of [`first_pair`](super::first_pair).
+pub const fn step_limit(n: usize) -> usize {
+    match n {
+        0..8 => n,
+        8..32 => 8,
+        32..64 => n / 4,
+        _ => STEP_LIMIT,
     }
 }
 
 /// Iterates on the matrix `a` of `n` rows.
 ///
-/// Leaves the unit eigenvector in `vector` and returns its eigenvalue and the lanes that are done.
-/// `vector` is as long as the panels have rows; `basis` holds that many numbers for each step there
-/// can be, `min(n, STEP_LIMIT)`. A lane that is done does not change any more, so its bits do not
-/// depend on the other lanes.
+/// Leaves the unit eigenvector in `vector` and returns its eigenvalue and the lanes that are done;
+/// those in `ignored` are none of them. `vector` is as long as the panels have rows; `basis` holds
+/// that many numbers for each step there can be, and `kept` one. A lane that is done or left does not
+/// change any more, so its bits do not depend on the other lanes.
 ///
-/// Cost of step `k`: `2n²` flops real, `8n²` complex for the product, `4nk` (`16nk`) for the
-/// projections, and `4k` divisions.
+/// Cost of step `k` but the first: `2n²` flops real, `8n²` complex for the product, `4nk` (`16nk`) for
+/// the projections.
 #[inline(always)]
 pub fn lanczos<S: Scalar<V>, V: Vector>(
     a: &[Column<S>],
     n: usize,
-    basis: &mut [S],
-    vector: &mut [S],
+    basis: &mut [Column<S>],
+    vector: &mut [Column<S>],
     tridiagonal: &mut Tridiagonal<'_, V>,
+    kept: &mut [V],
+    ignored: V::Mask,
 ) -> (V, V::Mask) {
     let zero = a[0][0].real().zero();
     let one = zero.splat(1.0);
-    let rows = vector.len();
-    let steps = if n < STEP_LIMIT { n } else { STEP_LIMIT };
-    let mut trace = zero;
-    for i in 0..n {
-        trace = trace + a[panel(i / TILE) + i][i % TILE].real();
-    }
-    // What is subtracted here need not be orthogonalised away: where eigenvalues crowd around their
-    // mean, little is left of A·v, and much of (A − mean)·v.
-    let shift = trace / zero.splat(n as f32);
-    start(n, zero, &mut basis[..rows]);
-    let never = zero.mask(
-        #[inline(always)]
-        |_| false,
-    );
+    let tiles = vector.len();
+    let steps = step_limit(n);
+    let kept = &mut kept[..steps];
+    kept.fill(zero);
+    let never = ignored & !ignored;
+    let trace = trace(a, n);
+    let mean = trace / zero.splat(n as f32);
+    let mut squares = None;
+    let second = if n == 1 {
+        never
+    } else {
+        a[0][0].real().less(a[1][1].real())
+    };
     let mut done = never;
-    // Where the basis had an end before this step.
-    let mut spent = never;
-    // Where that was seen without an arrival.
-    let mut given_up = never;
+    // The lanes in which the iteration goes on.
+    let mut open = !ignored;
     let mut eigenvalue = zero;
-    let mut bound = zero;
+    let mut bound = V::select(second, a[1][1].real(), a[0][0].real());
+    let mut shift = zero;
+    // The last entry of y over the first, at least.
+    let mut last = one;
+    let mut reciprocals = [zero; STEP_LIMIT];
+    let mut errors = [zero; STEP_LIMIT];
     let mut components = [S::from_real(zero); STEP_LIMIT];
+    let mut stored = 0;
     for k in 0..steps {
-        let (basis, next) = basis.split_at_mut((k + 1) * rows);
-        times_vector(a, shift, &basis[k * rows..], vector);
-        let before = norm_sqr::<S, V>(vector);
-        tridiagonal.diagonal[k] = orthogonalise(basis, vector, &mut components, !never) + shift;
-        let mut after = norm_sqr::<S, V>(vector);
-        let again = after.less(before * zero.splat(CANCELLATION)) & !done;
-        if again.any() {
-            orthogonalise(basis, vector, &mut components, again);
-            after = norm_sqr::<S, V>(vector);
-        }
-        let beta = after.sqrt();
-        tridiagonal.off_diagonal[k] = beta;
-        bound = tridiagonal.upper_bound(k, bound);
-        let exhausted = beta.less(zero.splat(TOLERANCE) * bound);
-        let look = k + 1 >= FIRST_LOOK && (k < LEAST_STEPS || k.is_multiple_of(INTERVAL));
-        if look || k + 1 == steps {
-            let (theta, step) = tridiagonal.largest(k, bound);
-            bound = theta;
-            let last = tridiagonal.eigenvector(k, theta);
-            let certain = trace.less(theta + theta);
-            let limit = zero.splat(TOLERANCE) * theta;
-            let by_gap = zero.splat(ACCURACY) * ((theta + theta) - trace);
-            let limit = V::select(limit.less(by_gap), by_gap, limit);
-            // A NaN is not below it.
-            let converged = (beta * last + step).less(limit);
-            let searched = if k + 1 == n {
-                !spent
-            } else if k + 1 >= LEAST_STEPS {
-                !spent & !exhausted
+        if k == 0 {
+            tridiagonal.diagonal[0] = bound;
+            first_column(a, second, vector);
+        } else {
+            let basis = &basis[..k * tiles];
+            let components = &mut components[..k];
+            let along = if V::LANES == 1 {
+                step_apart(a, shift, basis, second, vector, components)
             } else {
-                never
+                step(a, shift, basis, second, vector, components)
             };
-            let arrived = converged & (certain | searched) & !done & !given_up;
-            if arrived.any() {
-                tridiagonal.keep(k, arrived);
-                eigenvalue = V::select(arrived, theta, eigenvalue);
-                done = done | arrived;
-            }
-            // Nothing is added to such a basis: a silent lane's identity, a lane without a run.
-            given_up = given_up | (spent & !done);
-            if (done | given_up).all() {
-                break;
-            }
+            tridiagonal.diagonal[k] = along + shift;
+            bound = tridiagonal.upper_bound(k + 1, bound);
+            // The ratio to the entry before is at least that.
+            last = last * (tridiagonal.off_diagonal[k - 1] / (bound - tridiagonal.diagonal[k]));
         }
-        spent = spent | exhausted;
-        if k + 1 < steps {
-            let reciprocal = V::select(exhausted, zero, one / V::select(exhausted, one, beta));
-            for (next, &rest) in next.iter_mut().zip(&*vector) {
-                *next = rest.scale(reciprocal);
+        let beta = norm_sqr::<S, V>(vector).sqrt();
+        tridiagonal.off_diagonal[k] = beta;
+        let longer = (zero.splat(EXHAUSTED) * bound).less(beta);
+        let end = k + 1 == steps;
+        // A basis ends where it ends.
+        let watched = if k + 1 >= FIRST_LOOK || end {
+            open
+        } else {
+            open & !longer
+        };
+        if watched.any() {
+            let mut gap = (bound + bound) - trace;
+            let certain = zero.less(gap);
+            if (watched & !certain).any() {
+                let squares = *squares.get_or_insert_with(
+                    #[inline(always)]
+                    || squared_deviations(a, n, mean),
+                );
+                gap = V::select(certain, gap, gap_by_squares(squares, bound - mean));
             }
+            open = open & (!watched | zero.less(gap));
+            let mut due = watched & open;
+            if !end {
+                let far = (zero.splat(FAR * ACCURACY) * bound).less(beta * last);
+                due = due & !(far & longer);
+            }
+            if due.any() {
+                let enough = zero.splat(LAST_STEP) * gap;
+                bound = tridiagonal.largest(k + 1, bound, enough, due);
+                let open_row = tridiagonal.eigenvector_upwards(k + 1, bound, &reciprocals[..k]);
+                let y = &tridiagonal.eigenvector[..=k];
+                let mut residual = beta * y[k] + open_row;
+                for (&error, &y) in errors[..k].iter().zip(&y[1..]) {
+                    residual = residual + error * y;
+                }
+                // A NaN is not below it.
+                let arrived = due & residual.less(zero.splat(ACCURACY) * gap);
+                for (kept, &y) in kept.iter_mut().zip(y) {
+                    *kept = V::select(arrived, y, *kept);
+                }
+                eigenvalue = V::select(arrived, bound, eigenvalue);
+                done = done | arrived;
+                open = open & !arrived;
+            }
+            open = open & longer;
+        }
+        if !open.any() {
+            break;
+        }
+        if k + 1 < steps {
+            let reciprocal = V::select(longer, one / V::select(longer, beta, one), zero);
+            for (next, rest) in basis[k * tiles..][..tiles].iter_mut().zip(&*vector) {
+                for r in 0..TILE {
+                    next[r] = rest[r].scale(reciprocal);
+                }
+            }
+            stored = k + 1;
+            if k > 0 {
+                let lost =
+                    (tridiagonal.diagonal[k] - shift).abs() + tridiagonal.off_diagonal[k - 1];
+                errors[k] = (zero.splat(ROUNDING) * trace) * (lost * reciprocal);
+            }
+            reciprocals[k] = reciprocal;
+            shift = (trace - bound) / zero.splat((n - 1) as f32);
         }
     }
-    combine(basis, &tridiagonal.coefficients[..steps], done, vector);
+    if done.any() {
+        combine(&basis[..stored * tiles], kept, second, vector);
+    }
     (eigenvalue, done)
 }
 
-/// The start vector, of length 1; zero in the rows that fill up the last panel.
+/// `‖A − μ‖²`: the diagonal's from zero, and twice the rest's, column by column below the diagonal in
+/// each panel from zero.
 #[inline(always)]
-fn start<S: Scalar<V>, V: Vector>(n: usize, zero: V, v: &mut [S]) {
-    let mut fraction = 0.0f32;
-    let mut sum = 0.0f32;
-    let (entries, rest) = v.split_at_mut(n);
-    for entry in entries.iter_mut() {
-        fraction = next_fraction(fraction);
-        let value = 0.5 + fraction;
-        sum += value * value;
-        *entry = S::from_real(zero.splat(value));
+fn squared_deviations<S: Scalar<V>, V: Vector>(a: &[Column<S>], n: usize, mean: V) -> V {
+    let zero = mean.zero();
+    let (mut diagonal, mut rest) = (zero, [zero; TILE]);
+    for i in 0..n.div_ceil(TILE) {
+        let (before, tile) = a[panel(i)..panel(i + 1)].split_at(TILE * i);
+        for column in before {
+            for r in 0..TILE {
+                rest[r] = rest[r] + column[r].norm_sqr();
+            }
+        }
+        for r in 0..TILE {
+            for column in &tile[..r] {
+                rest[r] = rest[r] + column[r].norm_sqr();
+            }
+            if TILE * i + r < n {
+                let deviation = tile[r][r].real() - mean;
+                diagonal = diagonal + deviation * deviation;
+            }
+        }
     }
-    let reciprocal = zero.splat(1.0 / Vector::sqrt(sum));
-    for entry in entries {
-        *entry = entry.scale(reciprocal);
-    }
-    rest.fill(S::from_real(zero));
+    let rest = (rest[0] + rest[1]) + (rest[2] + rest[3]);
+    diagonal + (rest + rest)
 }
 
-/// `frac(fraction + 0.618034)`: the golden ratio spreads the entries without a pattern.
+/// How far an eigenvalue `deviation` above the mean is from the others, by the sum of all squares.
 #[inline(always)]
-fn next_fraction(fraction: f32) -> f32 {
-    let next = fraction + 0.618_034;
-    if next >= 1.0 { next - 1.0 } else { next }
+fn gap_by_squares<V: Vector>(squares: V, deviation: V) -> V {
+    let others = squares - deviation * deviation;
+    let zero = squares.zero();
+    deviation - V::select(zero.less(others), others, zero).sqrt()
 }
 
-/// `y = A·v`, each entry summed from zero over ascending columns.
+/// The first column, in the lanes of `second` the second, but for its diagonal entry.
+#[inline(always)]
+fn first_column<S: Scalar<V>, V: Vector>(a: &[Column<S>], second: V::Mask, w: &mut [Column<S>]) {
+    for (i, w) in w.iter_mut().enumerate() {
+        let columns = &a[panel(i)..panel(i) + 2];
+        for r in 0..TILE {
+            w[r] = S::select(second, columns[1][r], columns[0][r]);
+        }
+    }
+    clear(w, second);
+}
+
+/// Clears the entry that the start vector has.
+#[inline(always)]
+fn clear<S: Scalar<V>, V: Vector>(w: &mut [Column<S>], second: V::Mask) {
+    let zero = S::from_real(w[0][0].real().zero());
+    w[0][0] = S::select(second, w[0][0], zero);
+    w[0][1] = S::select(second, zero, w[0][1]);
+}
+
+/// `(A − shift)·v` of the last basis vector without its components along all of them and the start
+/// vector; returns the one along the last.
+#[inline(always)]
+fn step<S: Scalar<V>, V: Vector>(
+    a: &[Column<S>],
+    shift: V,
+    basis: &[Column<S>],
+    second: V::Mask,
+    w: &mut [Column<S>],
+    components: &mut [S],
+) -> V {
+    times_vector(a, shift, &basis[basis.len() - w.len()..], w);
+    clear(w, second);
+    orthogonalise(basis, w, components);
+    components[components.len() - 1].real()
+}
+
+/// [`step`] as a function of its own, with a microcontroller's few registers to itself.
+#[inline(never)]
+fn step_apart<S: Scalar<V>, V: Vector>(
+    a: &[Column<S>],
+    shift: V,
+    basis: &[Column<S>],
+    second: V::Mask,
+    w: &mut [Column<S>],
+    components: &mut [S],
+) -> V {
+    step(a, shift, basis, second, w, components)
+}
+
+/// `y = (A − shift)·v`, each entry summed from `−shift·v` over ascending columns.
 ///
 /// Each column of a panel serves twice while it is in registers: for its own rows and, mirrored,
 /// for the row of its own index.
 #[inline(always)]
-fn times_vector<S: Scalar<V>, V: Vector>(a: &[Column<S>], shift: V, v: &[S], y: &mut [S]) {
-    for (i, own) in v.as_chunks::<TILE>().0.iter().enumerate() {
+fn times_vector<S: Scalar<V>, V: Vector>(
+    a: &[Column<S>],
+    shift: V,
+    v: &[Column<S>],
+    y: &mut [Column<S>],
+) {
+    for (i, own) in v.iter().enumerate() {
         let (before, diagonal) = a[panel(i)..panel(i + 1)].split_at(TILE * i);
         let mut sums = own.map(
             #[inline(always)]
             |v| v.scale(-shift),
         );
-        for ((column, &v), y) in before.iter().zip(v).zip(y.iter_mut()) {
+        let (above, rest) = y.split_at_mut(i);
+        let entries = v.as_flattened().iter().zip(above.as_flattened_mut());
+        for (column, (&v, y)) in before.iter().zip(entries) {
             let mut mirrored = *y;
             for r in 0..TILE {
                 sums[r] = sums[r] + column[r].mul(v);
@@ -217,247 +302,80 @@ fn times_vector<S: Scalar<V>, V: Vector>(a: &[Column<S>], shift: V, v: &[S], y: 
             }
             *y = mirrored;
         }
-        for (column, &v) in diagonal.iter().zip(own) {
-            for r in 0..TILE {
-                sums[r] = sums[r] + column[r].mul(v);
+        for r in 0..TILE {
+            for c in 0..r {
+                sums[r] = sums[r] + diagonal[c][r].mul(own[c]);
+                sums[c] = sums[c] + own[r].mul_conj(diagonal[c][r]);
             }
+            sums[r] = sums[r] + diagonal[r][r].mul(own[r]);
         }
-        y[TILE * i..TILE * (i + 1)].copy_from_slice(&sums);
+        rest[0] = sums;
     }
 }
 
 /// Takes from `w` its components `h_i = v_iᴴw` along the basis vectors, all found before the first
-/// is taken, `i` ascending, in the lanes of `which`. Returns the real part of the last one.
+/// is taken, `i` ascending.
+///
+/// Each is four partial sums, of every fourth entry from zero, added `(0 + 1) + (2 + 3)`.
 #[inline(always)]
 fn orthogonalise<S: Scalar<V>, V: Vector>(
-    basis: &[S],
-    w: &mut [S],
-    components: &mut [S; STEP_LIMIT],
-    which: V::Mask,
-) -> V {
-    // Four at a time: their sums, each one chain of additions, go side by side.
-    const SIDE_BY_SIDE: usize = 4;
-    let count = basis.len() / w.len();
-    let whole = count - count % SIDE_BY_SIDE;
-    for i in (0..whole).step_by(SIDE_BY_SIDE) {
-        project::<S, V, SIDE_BY_SIDE>(basis, i, w, components);
-    }
-    for i in whole..count {
-        project::<S, V, 1>(basis, i, w, components);
-    }
-    for i in (0..whole).step_by(SIDE_BY_SIDE) {
-        subtract::<S, V, SIDE_BY_SIDE>(basis, i, w, components, which);
-    }
-    for i in whole..count {
-        subtract::<S, V, 1>(basis, i, w, components, which);
-    }
-    components[count - 1].real()
-}
-
-/// The basis vectors `first..first + B`, sliced so that the loops over them need no further checks.
-#[inline(always)]
-fn vectors<S, const B: usize>(basis: &[S], first: usize, rows: usize) -> [&[S]; B] {
-    core::array::from_fn(
-        #[inline(always)]
-        |i| &basis[(first + i) * rows..][..rows],
-    )
-}
-
-/// `h_i = v_iᴴw` for `first..first + B`, each summed from zero with the entries ascending.
-#[inline(always)]
-fn project<S: Scalar<V>, V: Vector, const B: usize>(
-    basis: &[S],
-    first: usize,
-    w: &[S],
-    components: &mut [S; STEP_LIMIT],
+    basis: &[Column<S>],
+    w: &mut [Column<S>],
+    components: &mut [S],
 ) {
-    let mut sums = [S::from_real(basis[0].real().zero()); B];
-    let basis = vectors::<S, B>(basis, first, w.len());
-    for (p, &w) in w.iter().enumerate() {
-        for i in 0..B {
-            sums[i] = sums[i] + w.mul_conj(basis[i][p]);
+    let tiles = w.len();
+    for (component, v) in components.iter_mut().zip(basis.chunks_exact(tiles)) {
+        let mut sums = [S::from_real(w[0][0].real().zero()); TILE];
+        for (v, w) in v.iter().zip(&*w) {
+            for r in 0..TILE {
+                sums[r] = sums[r] + w[r].mul_conj(v[r]);
+            }
         }
+        *component = (sums[0] + sums[1]) + (sums[2] + sums[3]);
     }
-    components[first..first + B].copy_from_slice(&sums);
-}
-
-/// `w ← w − Σ v_i·h_i` for `first..first + B`, one subtraction after another, in the lanes of `which`.
-#[inline(always)]
-fn subtract<S: Scalar<V>, V: Vector, const B: usize>(
-    basis: &[S],
-    first: usize,
-    w: &mut [S],
-    components: &[S; STEP_LIMIT],
-    which: V::Mask,
-) {
-    let basis = vectors::<S, B>(basis, first, w.len());
-    let components = &components[first..first + B];
-    for (p, w) in w.iter_mut().enumerate() {
+    for (i, w) in w.iter_mut().enumerate() {
         let mut rest = *w;
-        for i in 0..B {
-            rest = rest - basis[i][p].mul(components[i]);
+        for (&component, v) in components.iter().zip(basis.chunks_exact(tiles)) {
+            for r in 0..TILE {
+                rest[r] = rest[r] - v[i][r].mul(component);
+            }
         }
-        *w = S::select(which, rest, *w);
+        *w = rest;
     }
 }
 
-/// `Σ_i |v_i|²`, `i` ascending from zero.
+/// `Σ_i |v_i|²`, in four partial sums as in [`orthogonalise`].
 #[inline(always)]
-fn norm_sqr<S: Scalar<V>, V: Vector>(v: &[S]) -> V {
-    let mut sum = v[0].real().zero();
-    for x in v {
-        sum = sum + x.norm_sqr();
+fn norm_sqr<S: Scalar<V>, V: Vector>(v: &[Column<S>]) -> V {
+    let mut sums = [v[0][0].real().zero(); TILE];
+    for v in v {
+        for r in 0..TILE {
+            sums[r] = sums[r] + v[r].norm_sqr();
+        }
     }
-    sum
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
-/// `Σ_k v_k·y_k`, `k` ascending from zero; zero in the lanes that are not done.
+/// `Σ_k v_k·y_k`, `k` ascending from zero; the start vector's share is its entry.
 #[inline(always)]
 fn combine<S: Scalar<V>, V: Vector>(
-    basis: &[S],
-    coefficients: &[V],
-    done: V::Mask,
-    vector: &mut [S],
+    basis: &[Column<S>],
+    kept: &[V],
+    second: V::Mask,
+    vector: &mut [Column<S>],
 ) {
-    let zero = coefficients[0].zero();
-    vector.fill(S::from_real(zero));
-    let rows = vector.len();
-    for (basis, &y) in basis.chunks_exact(rows).zip(coefficients) {
-        let used = zero.less(y) & done;
-        if !used.any() {
-            continue;
-        }
-        for (entry, &v) in vector.iter_mut().zip(basis) {
-            *entry = S::select(used, *entry + v.scale(y), *entry);
-        }
-    }
-}
-
-impl<V: Vector> Tridiagonal<'_, V> {
-    /// A number that no eigenvalue of the leading `k + 1` rows exceeds, where `bound` is one for the
-    /// leading `k`: the larger eigenvalue of the matrix of two rows that it makes with the new row.
-    #[inline(always)]
-    fn upper_bound(&self, k: usize, bound: V) -> V {
-        let alpha = self.diagonal[k];
-        if k == 0 {
-            return alpha;
-        }
-        let (half, coupling) = (bound.splat(0.5), self.off_diagonal[k - 1]);
-        let (mean, difference) = ((bound + alpha) * half, (bound - alpha) * half);
-        mean + (difference * difference + coupling * coupling).sqrt()
-    }
-
-    /// The largest eigenvalue `θ` of the leading `k + 1` rows from an upper bound, and the length of
-    /// the last step towards it.
-    ///
-    /// Laguerre's iteration on the characteristic polynomial, which comes down from above without
-    /// ever passing its largest root. With `S₁ = Σ 1/(θ−θ_j)` and `S₂ = Σ 1/(θ−θ_j)²` over the `m`
-    /// roots, from the pivots `δ` of `θ − T` and their derivatives as `Σ δ'/δ` and
-    /// `Σ (δ'/δ)² − δ''/δ`, the step is `m/(S₁ + √((m−1)(m·S₂ − S₁²)))`. A lane rests as soon as its
-    /// step is below `TOLERANCE/4·θ`.
-    #[inline(always)]
-    fn largest(&mut self, k: usize, bound: V) -> (V, V) {
-        let (zero, one) = (bound.zero(), bound.splat(1.0));
-        let (roots, others) = (bound.splat((k + 1) as f32), bound.splat(k as f32));
-        let mut theta = bound;
-        let mut last_step = bound;
-        for _ in 0..LAGUERRE_STEPS {
-            let mut pivot = theta - self.diagonal[0];
-            let (mut slope, mut curvature) = (one, zero);
-            let (mut sum, mut squares) = (zero, zero);
-            self.falling[0] = pivot;
-            let mut above = zero.less(pivot);
-            for i in 1..=k {
-                let beta = self.off_diagonal[i - 1];
-                let reciprocal = one / pivot;
-                let ratio = beta * reciprocal;
-                let growth = slope * reciprocal;
-                let bend = curvature * reciprocal;
-                sum = sum + growth;
-                squares = squares + (growth * growth - bend);
-                pivot = (theta - self.diagonal[i]) - beta * ratio;
-                slope = one + beta * ratio * growth;
-                curvature = beta * ratio * (bend - (growth * growth + growth * growth));
-                self.falling[i] = pivot;
-                above = above & zero.less(pivot);
-            }
-            let growth = slope / pivot;
-            sum = sum + growth;
-            squares = squares + (growth * growth - curvature / pivot);
-            let spread = others * (roots * squares - sum * sum);
-            let spread = V::select(zero.less(spread), spread, zero);
-            // Where rounding leaves no pivot, the root is reached.
-            let step = V::select(above, roots / (sum + spread.sqrt()), zero);
-            let resting = last_step.less(theta.splat(TOLERANCE / 4.0) * theta);
-            last_step = V::select(resting, last_step, step);
-            theta = V::select(resting, theta, theta - step);
-            if resting.all() {
-                break;
+    let zero = kept[0].zero();
+    let tiles = vector.len();
+    for (i, vector) in vector.iter_mut().enumerate() {
+        let mut sums = [S::from_real(zero); TILE];
+        for (&y, v) in kept[1..].iter().zip(basis.chunks_exact(tiles)) {
+            for r in 0..TILE {
+                sums[r] = sums[r] + v[i][r].scale(y);
             }
         }
-        (theta, last_step)
+        *vector = sums;
     }
-
-    /// Puts the eigenvector to `theta`, of length 1, into `eigenvector` and returns its last entry.
-    ///
-    /// The pivots `δ` from the top give the ratio of an entry to the one behind, the pivots `d` from
-    /// the bottom to the one before. They meet at the entry (the last of equals) where
-    /// `|δ_i + d_i − (θ − α_i)|` is least, near the largest one: towards it both are accurate.
-    #[inline(always)]
-    fn eigenvector(&mut self, k: usize, theta: V) -> V {
-        let (zero, one) = (theta.zero(), theta.splat(1.0));
-        let mut least = self.falling[k].abs();
-        let mut meeting = zero.splat(k as f32);
-        let mut pivot = theta - self.diagonal[k];
-        for i in (0..k).rev() {
-            let beta = self.off_diagonal[i];
-            let ratio = beta / positive(pivot);
-            self.eigenvector[i + 1] = ratio;
-            let rest = beta * ratio;
-            pivot = (theta - self.diagonal[i]) - rest;
-            let gap = (self.falling[i] - rest).abs();
-            let better = gap.less(least);
-            least = V::select(better, gap, least);
-            meeting = V::select(better, zero.splat(i as f32), meeting);
-        }
-        self.eigenvector[0] = one;
-        let (mut entry, mut sum) = (one, one);
-        for i in 0..k {
-            let before = zero.splat(i as f32).less(meeting);
-            let ratio = V::select(
-                before,
-                self.falling[i] / self.off_diagonal[i],
-                self.eigenvector[i + 1],
-            );
-            entry = entry * ratio;
-            self.eigenvector[i + 1] = entry;
-            sum = sum + entry * entry;
-        }
-        let reciprocal = one / sum.sqrt();
-        for entry in &mut self.eigenvector[..=k] {
-            *entry = *entry * reciprocal;
-        }
-        // Beyond f32 it is not known.
-        V::select(sum.is_finite(), self.eigenvector[k], one)
-    }
-
-    /// Keeps the eigenvector for the lanes in `which`.
-    #[inline(always)]
-    fn keep(&mut self, k: usize, which: V::Mask) {
-        for (i, kept) in self.coefficients.iter_mut().enumerate() {
-            let entry = if i <= k {
-                self.eigenvector[i]
-            } else {
-                kept.zero()
-            };
-            *kept = V::select(which, entry, *kept);
-        }
-    }
-}
-
-/// A pivot of a positive definite matrix, where rounding has left none.
-#[inline(always)]
-fn positive<V: Vector>(pivot: V) -> V {
-    let floor = pivot.splat(super::FLOOR);
-    V::select(floor.less(pivot), pivot, floor)
+    let first = S::from_real(kept[0]);
+    vector[0][0] = S::select(second, vector[0][0], first);
+    vector[0][1] = S::select(second, first, vector[0][1]);
 }

@@ -1,11 +1,14 @@
-//! Cholesky, Lanczos and the full eigensolver, over lanes.
+//! Cholesky, the first eigenvector (by Lanczos steps or directly) and the full eigensolver, over lanes.
 //!
 //! Each works on a Hermitian (or real symmetric) matrix with a trace near 1 (see
 //! [`Loading`](crate::covariance::loading::Loading)), kept in [`panels`].
 
 pub(crate) mod cholesky;
 pub(crate) mod eigen;
+pub(crate) mod first_pair;
+pub(crate) mod householder;
 pub(crate) mod lanczos;
+pub(crate) mod largest_pair;
 pub(crate) mod panels;
 #[cfg(test)]
 mod tests;

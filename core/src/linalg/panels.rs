@@ -4,6 +4,8 @@
 //! that a product of two panels reads both from front to back. The diagonal tiles are whole, and
 //! the rows that fill up the last panel are those of the identity.
 
+use crate::vector::{Scalar, Vector};
+
 /// Rows of a panel, and columns of a tile.
 pub const TILE: usize = 4;
 
@@ -15,4 +17,19 @@ pub type Column<S> = [S; TILE];
 pub const fn panel(index: usize) -> usize {
     // Σ 4·(i + 1) for i < index.
     2 * index * (index + 1)
+}
+
+/// The sum of the diagonal, ascending from zero.
+#[inline(always)]
+pub fn trace<S: Scalar<V>, V: Vector>(a: &[Column<S>], n: usize) -> V {
+    let mut sum = a[0][0].real().zero();
+    for i in 0..n.div_ceil(TILE) {
+        let tile = &a[panel(i) + TILE * i..panel(i + 1)];
+        for r in 0..TILE {
+            if TILE * i + r < n {
+                sum = sum + tile[r][r].real();
+            }
+        }
+    }
+    sum
 }

@@ -29,14 +29,14 @@ const CASES: [Case; 4] = [
         "esmv-rank1",
         Method::EsmvRank1,
         ECHO,
-        [13_800, 30_500, 94_000],
+        [9_200, 22_600, 77_000],
     ),
     // No eigenvalue stands out.
     case(
         "esmv-rank1-noise",
         Method::EsmvRank1,
         0.0,
-        [27_600, 77_600, 198_000],
+        [16_900, 51_200, 198_000],
     ),
 ];
 

@@ -7,7 +7,7 @@ use super::covariance::{
     forward, forward_trace, load, mirrored, real_form, real_form_of_data, real_form_of_steering,
     real_form_trace, scaled, subarray_sum, window_sum,
 };
-use super::linalg::{FLOOR, Number, cholesky, eigen, lanczos};
+use super::linalg::{FLOOR, Number, cholesky, eigen, first_pair};
 
 /// How the output of a sample is formed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub enum Method {
     EsmvBeta(f32),
     /// Eigenspace-based with this rank, at most L.
     EsmvRank(usize),
-    /// Eigenspace-based with rank 1, by the Lanczos iteration.
+    /// Eigenspace-based with rank 1, without all eigenvectors.
     EsmvRank1,
     /// Everything but the first eigenvector.
     EsmvExcludeFirst,
@@ -227,9 +227,9 @@ fn minimum_variance<T: Number>(
     Some(product / power)
 }
 
-/// `w_pᴴs` for rank 1 by Lanczos, where that arrives and `a` is not singular.
+/// `w_pᴴs` for rank 1, where `a` is not singular.
 fn rank1<T: Number>(a: &[Vec<T>], steering: &[T], s: &[Complex<f32>]) -> Option<Complex<f32>> {
-    let (eigenvalue, e) = lanczos(a)?;
+    let (eigenvalue, e) = first_pair(a);
     let mut projection = T::zero();
     for i in 0..e.len() {
         projection = projection + steering[i] * e[i].conj();
