@@ -19,6 +19,7 @@
 //! - **Limit**: a lane without a gap is left at once, any other after [`step_limit`] steps or where its
 //!   basis ends: [`first_pair`](super::first_pair) serves those.
 
+use super::gap::{gap_by_squares, squared_deviations};
 use super::largest_pair::Tridiagonal;
 use super::panels::{Column, TILE, panel, trace};
 use crate::vector::{Mask, Scalar, Vector};
@@ -188,41 +189,6 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
         combine(&basis[..stored * tiles], kept, second, vector);
     }
     (eigenvalue, done)
-}
-
-/// `‖A − μ‖²`: the diagonal's from zero, and twice the rest's, column by column below the diagonal in
-/// each panel from zero.
-#[inline(always)]
-fn squared_deviations<S: Scalar<V>, V: Vector>(a: &[Column<S>], n: usize, mean: V) -> V {
-    let zero = mean.zero();
-    let (mut diagonal, mut rest) = (zero, [zero; TILE]);
-    for i in 0..n.div_ceil(TILE) {
-        let (before, tile) = a[panel(i)..panel(i + 1)].split_at(TILE * i);
-        for column in before {
-            for r in 0..TILE {
-                rest[r] = rest[r] + column[r].norm_sqr();
-            }
-        }
-        for r in 0..TILE {
-            for column in &tile[..r] {
-                rest[r] = rest[r] + column[r].norm_sqr();
-            }
-            if TILE * i + r < n {
-                let deviation = tile[r][r].real() - mean;
-                diagonal = diagonal + deviation * deviation;
-            }
-        }
-    }
-    let rest = (rest[0] + rest[1]) + (rest[2] + rest[3]);
-    diagonal + (rest + rest)
-}
-
-/// How far an eigenvalue `deviation` above the mean is from the others, by the sum of all squares.
-#[inline(always)]
-fn gap_by_squares<V: Vector>(squares: V, deviation: V) -> V {
-    let others = squares - deviation * deviation;
-    let zero = squares.zero();
-    deviation - V::select(zero.less(others), others, zero).sqrt()
 }
 
 /// The first column, in the lanes of `second` the second, but for its diagonal entry.

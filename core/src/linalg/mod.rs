@@ -6,6 +6,7 @@
 pub(crate) mod cholesky;
 pub(crate) mod eigen;
 pub(crate) mod first_pair;
+mod gap;
 pub(crate) mod householder;
 pub(crate) mod lanczos;
 pub(crate) mod largest_pair;

@@ -7,7 +7,8 @@ use super::covariance::{
     forward, forward_trace, load, mirrored, real_form, real_form_of_data, real_form_of_steering,
     real_form_trace, scaled, subarray_sum, window_sum,
 };
-use super::linalg::{FLOOR, Number, cholesky, eigen, first_pair};
+use super::first_pair::first_pair;
+use super::linalg::{FLOOR, Number, cholesky, eigen};
 
 /// How the output of a sample is formed.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,39 @@
+//! How far the largest eigenvalue is from the others at least, by the sum of the squares of all.
+
+use super::panels::{Column, TILE, panel};
+use crate::vector::{Scalar, Vector};
+
+/// `‖A − μ‖²`: the diagonal's from zero, and twice the rest's, column by column below the diagonal in
+/// each panel from zero.
+#[inline(always)]
+pub fn squared_deviations<S: Scalar<V>, V: Vector>(a: &[Column<S>], n: usize, mean: V) -> V {
+    let zero = mean.zero();
+    let (mut diagonal, mut rest) = (zero, [zero; TILE]);
+    for i in 0..n.div_ceil(TILE) {
+        let (before, tile) = a[panel(i)..panel(i + 1)].split_at(TILE * i);
+        for column in before {
+            for r in 0..TILE {
+                rest[r] = rest[r] + column[r].norm_sqr();
+            }
+        }
+        for r in 0..TILE {
+            for column in &tile[..r] {
+                rest[r] = rest[r] + column[r].norm_sqr();
+            }
+            if TILE * i + r < n {
+                let deviation = tile[r][r].real() - mean;
+                diagonal = diagonal + deviation * deviation;
+            }
+        }
+    }
+    let rest = (rest[0] + rest[1]) + (rest[2] + rest[3]);
+    diagonal + (rest + rest)
+}
+
+/// How far an eigenvalue `deviation` above the mean is from the others, by the sum of all squares.
+#[inline(always)]
+pub fn gap_by_squares<V: Vector>(squares: V, deviation: V) -> V {
+    let others = squares - deviation * deviation;
+    let zero = squares.zero();
+    deviation - V::select(zero.less(others), others, zero).sqrt()
+}
