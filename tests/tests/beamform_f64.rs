@@ -252,6 +252,34 @@ fn two_coherent_sources_in_noise() {
 }
 
 #[test]
+fn two_sources_over_all_subarray_lengths() {
+    // Two large eigenvalues, close together or apart, and all others small beside both: Krylov
+    // vectors that end quickly and part the two slowly.
+    for elements in [16, 32, 64, 128] {
+        for (seed, turns, other, noise) in [
+            (11, 0.024, 1.0, 0.3),
+            (12, 0.024, 0.9, 0.03),
+            (13, 0.11, 1.0, 1e-3),
+            (14, 0.4, 0.7, 0.3),
+        ] {
+            let gaussian = Line::noise(seed, 24, elements);
+            let line = Line::from_fn(24, elements, |n, m| {
+                let turn = Complex::cis(0.1 * n as f32);
+                wave(turns, m) * turn + other + gaussian.x[[n, m]] * noise
+            });
+            for temporal in [0, 2] {
+                let parameters = Parameters {
+                    temporal,
+                    ..Parameters::default()
+                };
+                let methods = [Method::Mv, Method::EsmvRank(2), Method::EsmvRank1];
+                assert_agrees(&line, 0..24, parameters, &methods);
+            }
+        }
+    }
+}
+
+#[test]
 fn nearly_equal_eigenvalues() {
     // Two orthogonal waves that take turns: with K = 2 the window of an even sample holds three
     // samples of the first and two of the second, so that λ₂/λ₁ is as asked for (but for the

@@ -7,6 +7,9 @@ use crate::vector::{Mask, Vector};
 /// The most steps from an upper bound to the largest eigenvalue; two to five are usual.
 const STEP_LIMIT: usize = 20;
 
+/// What an eigenvector's last entry is set to at first, 2⁻⁴⁰: the others may be larger by 30 orders.
+const LAST_ENTRY: f32 = 1.0 / 1_099_511_627_776.0;
+
 /// The matrix and the vectors that its eigenvector takes, as slices of as many vectors as it can
 /// have rows.
 pub struct Tridiagonal<'a, V> {
@@ -102,12 +105,12 @@ impl<V: Vector> Tridiagonal<'_, V> {
 
     /// Puts the eigenvector to `theta` of the leading `rows` rows, of length 1, into `eigenvector`,
     /// entry by entry from the last; returns what is left of the first row, where rounding shows: near
-    /// zero where the first entry is not small beside the others. `reciprocals` are those of the
-    /// off-diagonal entries.
+    /// zero where the first entry is not small beside the others, and infinite where the entries part
+    /// so far that their squares leave f32. `reciprocals` are those of the off-diagonal entries.
     #[inline(always)]
     pub fn eigenvector_upwards(&mut self, rows: usize, theta: V, reciprocals: &[V]) -> V {
-        let (mut entry, mut behind) = (theta.splat(1.0), theta.zero());
-        let mut sum = entry;
+        let (mut entry, mut behind) = (theta.splat(LAST_ENTRY), theta.zero());
+        let mut sum = entry * entry;
         self.eigenvector[rows - 1] = entry;
         for k in (0..rows - 1).rev() {
             let row = (theta - self.diagonal[k + 1]) * entry - behind;
@@ -117,11 +120,13 @@ impl<V: Vector> Tridiagonal<'_, V> {
             sum = sum + entry * entry;
         }
         let left = ((theta - self.diagonal[0]) * entry - behind).abs();
+        let zero = theta.zero();
         let reciprocal = theta.splat(1.0) / sum.sqrt();
         for entry in &mut self.eigenvector[..rows] {
             *entry = *entry * reciprocal;
         }
-        left * reciprocal
+        let left = left * reciprocal;
+        V::select(zero.less(reciprocal), left, theta.splat(f32::INFINITY))
     }
 
     /// Puts the eigenvector to `theta` of the leading `rows` rows, of length 1, into `eigenvector`.

@@ -128,8 +128,10 @@ fn eigenvector_upwards(
     reciprocals: &[f32],
 ) -> (f32, Vec<f32>) {
     let rows = alpha.len();
-    let mut y = vec![1.0_f32; rows];
-    let (mut behind, mut sum) = (0.0, 1.0);
+    // A power of two that leaves room for larger entries.
+    let last = 2.0_f32.powi(-40);
+    let mut y = vec![last; rows];
+    let (mut behind, mut sum) = (0.0, last * last);
     for k in (0..rows - 1).rev() {
         let row = (theta - alpha[k + 1]) * y[k + 1] - behind;
         behind = beta[k] * y[k + 1];
@@ -138,8 +140,13 @@ fn eigenvector_upwards(
     }
     let left = ((theta - alpha[0]) * y[0] - behind).abs();
     let reciprocal = 1.0 / sum.sqrt();
+    let left = if reciprocal > 0.0 {
+        left * reciprocal
+    } else {
+        f32::INFINITY
+    };
     (
-        left * reciprocal,
+        left,
         y.iter().map(|y| y * reciprocal).collect(),
     )
 }
