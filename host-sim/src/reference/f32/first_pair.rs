@@ -145,10 +145,7 @@ fn eigenvector_upwards(
     } else {
         f32::INFINITY
     };
-    (
-        left,
-        y.iter().map(|y| y * reciprocal).collect(),
-    )
+    (left, y.iter().map(|y| y * reciprocal).collect())
 }
 
 /// The pair directly: reduction to a tridiagonal matrix, its pair, and back.
