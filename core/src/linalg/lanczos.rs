@@ -25,7 +25,7 @@ use super::panels::{Column, TILE, panel, trace};
 use crate::vector::{Mask, Scalar, Vector};
 
 /// The error of `e₁` at which a lane is done.
-pub const ACCURACY: f32 = 1e-5;
+pub const ACCURACY: f32 = 2e-6;
 
 /// The most steps that are ever taken.
 pub const STEP_LIMIT: usize = 16;

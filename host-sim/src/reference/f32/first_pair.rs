@@ -51,14 +51,14 @@ fn lanczos<T: Number>(a: &[Vec<T>]) -> Option<(f32, Vec<T>)> {
             if gap <= 0.0 {
                 return None;
             }
-            if end || exhausted || length * share <= 8.0 * 1e-5 * bound {
+            if end || exhausted || length * share <= 8.0 * 2e-6 * bound {
                 bound = largest(&alpha, &beta, bound, 1e-3 * gap);
                 let (left, y) = eigenvector_upwards(&alpha, &beta, bound, &reciprocals);
                 let mut residual = length * y[k] + left;
                 for i in 0..k {
                     residual += errors[i] * y[i + 1];
                 }
-                if residual < 1e-5 * gap {
+                if residual < 2e-6 * gap {
                     return Some((bound, combine(&basis, &y, start, n)));
                 }
             }
