@@ -156,12 +156,7 @@ impl Decimator {
             first = 2 * first + self.reach(halving) as isize - 1;
         }
         let length = self.halved_len(records[0].len());
-        let end = if needed.end < length {
-            needed.end
-        } else {
-            length
-        };
-        for chunk in (begin..end).step_by(CHUNK) {
+        for chunk in (begin..needed.end.min(length)).step_by(CHUNK) {
             let new = &mut buffers[0][(2 * self.reach(0) - 1) * V::LANES..];
             gather(zero, records, first, new);
             first += 2 * self.outputs(0) as isize;

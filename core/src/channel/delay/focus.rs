@@ -67,50 +67,51 @@ impl Delay {
         );
         let decimator = self.interpolator.decimator();
         let half = V::LANES.div_ceil(2);
+        let halved_len = self.halved_len();
         for group in groups {
-            let elements = group.left..group.left + group.lefts;
-            let others = group.right..group.right + group.rights;
-            let mut records = [record.element(group.left); MOST_LANES];
             // A lane without an element follows the first one's.
-            for (first, elements) in [(0, elements.clone()), (half, others.clone())] {
-                for (of_lane, element) in records[first..].iter_mut().zip(elements) {
+            let mut records = [record.element(group.left.start); MOST_LANES];
+            for (first, elements) in [(0, &group.left), (half, &group.right)] {
+                for (of_lane, element) in records[first..].iter_mut().zip(elements.clone()) {
                     *of_lane = record.element(element);
                 }
             }
+            let mut origin = 0;
             if decimator.halvings() > 0 {
                 let rows = &mut rows[..V::LANES * decimator.rows()];
-                let needed = self.span(&axis, elements.chain(others).map(lag));
+                let elements = group.left.clone().chain(group.right.clone());
+                let needed = self.span(&axis, elements.map(lag));
                 decimator.decimate(zero, &records, needed, rows, halved);
-            }
-            let source = |lane: usize| {
-                if decimator.halvings() > 0 {
-                    let length = self.halved_len();
-                    (&halved[lane * length..][..length], MARGIN)
-                } else {
-                    (records[lane], 0)
+                for (record, halved) in records.iter_mut().zip(halved.chunks_exact(halved_len)) {
+                    *record = halved;
                 }
-            };
-            let (left, right) = lines.split_at_mut(half * line_len);
-            let left = left.chunks_exact_mut(line_len).take(group.lefts);
-            let right = right.chunks_exact_mut(line_len).take(group.rights);
+                origin = MARGIN;
+            }
             if group.mirrored {
-                for (k, pair) in left.zip(right.rev()).enumerate() {
-                    let partner = half + group.rights - 1 - k;
-                    let sources = [source(k), source(partner)];
-                    let lag = lag(group.left + k);
-                    self.read(zero, &axis, &lag, sources, &mut places, pair.into());
+                let (left, right) = lines.split_at_mut(half * line_len);
+                let right = right.chunks_exact_mut(line_len).take(group.right.len());
+                let pairs = left.chunks_exact_mut(line_len).zip(right.rev());
+                for (k, (pair, element)) in pairs.zip(group.left.clone()).enumerate() {
+                    let records = [records[k], records[half + group.right.len() - 1 - k]];
+                    let lag = lag(element);
+                    self.read(
+                        zero,
+                        &axis,
+                        &lag,
+                        (records, origin),
+                        &mut places,
+                        pair.into(),
+                    );
                 }
             } else {
-                for (k, line) in left.enumerate() {
-                    let lag = lag(group.left + k);
-                    self.read(zero, &axis, &lag, [source(k)], &mut places, [line]);
-                }
-                for (k, line) in right.enumerate() {
-                    let lag = lag(group.right + k);
-                    self.read(zero, &axis, &lag, [source(half + k)], &mut places, [line]);
+                let elements = group.left.start..group.right.end;
+                let lines = lines.chunks_exact_mut(line_len).zip(&records);
+                for ((line, record), element) in lines.zip(elements) {
+                    let lag = lag(element);
+                    self.read(zero, &axis, &lag, ([*record], origin), &mut places, [line]);
                 }
             }
-            self.put(zero, column.store, lines, group, rows, out);
+            self.put(zero, column.store, lines, &group, rows, out);
         }
         if column.store == Store::Replace {
             for row in out.chunks_exact_mut(self.parameters.elements) {
@@ -180,25 +181,18 @@ impl Delay {
         zero: V,
         axis: &Axis,
         lag: &ReceiveLag,
-        sources: [(&[f32], usize); LINES],
+        (records, origin): ([&[f32]; LINES], usize),
         places: &mut [Places; STEP],
         mut lines: [&mut [f32]; LINES],
     ) {
         zero.vectorize(
             #[inline(always)]
             || {
-                let records = sources.map(
-                    #[inline(always)]
-                    |(record, _)| record,
-                );
-                let locator = self
-                    .interpolator
-                    .locator(zero, (sources[0].1, records[0].len()));
+                let locator = self.interpolator.locator(zero, (origin, records[0].len()));
                 let far = zero.splat(FAR as f32);
                 let line_len = axis.depth.len();
                 for start in (0..line_len).step_by(STEP * PARTIAL_SUMS) {
-                    let end = start + STEP * PARTIAL_SUMS;
-                    let end = if end < line_len { end } else { line_len };
+                    let end = (start + STEP * PARTIAL_SUMS).min(line_len);
                     let places = &mut places[..(end - start) / PARTIAL_SUMS];
                     for (sixteen, places) in places.iter_mut().enumerate() {
                         for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
@@ -228,7 +222,7 @@ impl Delay {
         zero: V,
         store: Store,
         lines: &[f32],
-        group: Group,
+        group: &Group,
         rows: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
@@ -284,10 +278,10 @@ fn mirror(element_x: &[f64], x: f64) -> usize {
 fn put_row<V: Vector>(
     store: Store,
     (real, imaginary): (V, V),
-    group: Group,
+    group: &Group,
     out: &mut [Complex<f32>],
 ) {
-    let left = &mut out[group.left..][..group.lefts];
+    let left = &mut out[group.left.clone()];
     if V::LANES == 1 {
         put_parts(store, &[real.lanes()[0], imaginary.lanes()[0]], left);
         return;
@@ -295,9 +289,9 @@ fn put_row<V: Vector>(
     // Both parts of half the elements a register, as they lie in memory.
     let (first, second) = real.interleave(imaginary);
     put_parts(store, first.lanes(), left);
-    let right = &mut out[group.right..][..group.rights];
+    let right = &mut out[group.right.clone()];
     // The element on the column is one of the left.
-    let twice = (group.left + group.lefts).saturating_sub(group.right);
+    let twice = group.left.end.saturating_sub(group.right.start);
     if twice == 0 {
         put_parts(store, second.lanes(), right);
     } else if let (Some(parts), Some(right)) = (second.lanes().get(2..), right.get_mut(1..)) {

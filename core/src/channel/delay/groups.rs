@@ -7,18 +7,13 @@ use core::ops::Range;
 
 /// Elements that are computed together: consecutive ones in the first half of the lanes, others in
 /// the second.
-#[derive(Clone, Copy)]
 pub(super) struct Group {
-    /// The element of lane 0.
-    pub left: usize,
-    /// Elements from there on.
-    pub lefts: usize,
-    /// The element of the first lane of the second half.
-    pub right: usize,
-    /// Elements from there on.
-    pub rights: usize,
-    /// Whether `right + k` lies as far from the column as `left + lefts − 1 − k`. One that lies on
-    /// it is in both halves.
+    /// Those of the first half, from lane 0 on.
+    pub left: Range<usize>,
+    /// Those of the second half.
+    pub right: Range<usize>,
+    /// Whether the `k`-th of `right` lies as far from the column as the `k`-th last of `left`; one that
+    /// lies on it is in both halves. Otherwise `right` goes on where `left` ends, in lanes too.
     pub mirrored: bool,
 }
 
@@ -42,8 +37,7 @@ impl Groups {
         alike: impl Fn(usize, usize) -> bool,
     ) -> Self {
         let Range { start, end } = range;
-        let first = if sum >= end { sum + 1 - end } else { 0 };
-        let first = if first > start { first } else { start };
+        let first = (sum + 1).saturating_sub(end).max(start);
         // Up to the one on the column, or next to it.
         let pairs = first..sum / 2 + 1;
         let all_alike = |i: usize| sum - i < end && alike(i, sum - i);
@@ -71,11 +65,10 @@ impl Iterator for Groups {
         let half = self.lanes.div_ceil(2);
         if !self.pairs.is_empty() {
             let left = take(&mut self.pairs, half);
+            let right = self.sum + 1 - left.end..self.sum + 1 - left.start;
             return Some(Group {
-                left: left.start,
-                lefts: left.len(),
-                right: self.sum + 1 - left.end,
-                rights: left.len(),
+                left,
+                right,
                 mirrored: true,
             });
         }
@@ -86,10 +79,8 @@ impl Iterator for Groups {
         let left = take(single, half);
         let right = take(single, self.lanes - half);
         Some(Group {
-            left: left.start,
-            lefts: left.len(),
-            right: right.start,
-            rights: right.len(),
+            left,
+            right,
             mirrored: false,
         })
     }
@@ -97,12 +88,7 @@ impl Iterator for Groups {
 
 /// The first elements of a range, `most` at most, taken from it.
 fn take(range: &mut Range<usize>, most: usize) -> Range<usize> {
-    let count = if range.len() < most {
-        range.len()
-    } else {
-        most
-    };
-    let taken = range.start..range.start + count;
+    let taken = range.start..range.start + range.len().min(most);
     range.start = taken.end;
     taken
 }
@@ -117,21 +103,26 @@ mod tests {
         let mut counts = [0; 40];
         let mut mirrored = 0;
         for group in Groups::new(range, lanes, sum, |_, _| true) {
-            assert!(group.lefts <= lanes.div_ceil(2) && group.rights <= lanes / 2);
-            for k in 0..group.lefts {
-                counts[group.left + k] += 1;
+            let Group { left, right, .. } = group;
+            assert!(left.len() <= lanes.div_ceil(2) && right.len() <= lanes / 2);
+            for element in left.clone() {
+                counts[element] += 1;
             }
             // The one on the column is not put twice.
-            let twice = (group.left + group.lefts).saturating_sub(group.right);
+            let twice = left.end.saturating_sub(right.start);
             assert!(!group.mirrored || twice <= 1);
-            for k in twice.min(group.rights)..group.rights {
-                counts[group.right + k] += 1;
+            for element in right.clone().skip(twice) {
+                counts[element] += 1;
             }
             if group.mirrored {
                 mirrored += 1;
-                for k in 0..group.rights {
-                    assert_eq!(group.right + k + group.left + group.lefts - 1 - k, sum);
+                assert_eq!(left.len(), right.len());
+                for (left, right) in left.rev().zip(right) {
+                    assert_eq!(left + right, sum);
                 }
+            } else {
+                assert_eq!(left.end, right.start);
+                assert!(right.is_empty() || left.len() == lanes / 2);
             }
         }
         (counts, mirrored)
