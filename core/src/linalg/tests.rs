@@ -452,3 +452,17 @@ fn cholesky_tells_a_singular_matrix() {
         assert!(!factorise(&panels, &mut factor, &mut rows, 1));
     }
 }
+
+#[test]
+fn an_eigenvector_whose_squares_leave_f32_is_told() {
+    // Each entry is a million times the one behind.
+    let mut memory = [[0.0f32; 16]; 4];
+    let mut tridiagonal = Tridiagonal::new(&mut memory);
+    tridiagonal.diagonal[0] = 1.0;
+    tridiagonal.off_diagonal.fill(1e-6);
+    let mut left = |rows: usize| tridiagonal.eigenvector_upwards(rows, 1.0, &[1e6; 15]);
+    assert!(left(3) < 1e-9);
+    // The squares only, and the entries too.
+    assert_eq!(left(7), f32::INFINITY);
+    assert_eq!(left(16), f32::INFINITY);
+}
