@@ -75,12 +75,17 @@ pub trait Vector:
     fn truncate(self, integers: &mut [i32]);
 
     /// The lanes of both by turns, `a₀ b₀ a₁ b₁ …`: the first half of them, then the second. Values
-    /// move between lanes here and in the inverse, and nowhere else; none is computed with another.
+    /// move between lanes here, in the inverse and in [`Vector::slide`], and nowhere else; none is
+    /// computed with another.
     fn interleave(self, other: Self) -> (Self, Self);
 
     /// The inverse of [`Vector::interleave`]: of both one after the other, the values at even places
     /// and those at odd ones.
     fn deinterleave(self, other: Self) -> (Self, Self);
+
+    /// The lanes from `by` on, then the first `by` of `next`: where `next` lies behind this in memory, what
+    /// lies `by` values further on. `by` is at most the number of lanes.
+    fn slide(self, next: Self, by: usize) -> Self;
 
     /// The lanes `k` where `f(k)` is true.
     fn mask(self, f: impl Fn(usize) -> bool) -> Self::Mask;
@@ -171,6 +176,10 @@ impl Vector for f32 {
     #[inline(always)]
     fn deinterleave(self, other: Self) -> (Self, Self) {
         (self, other)
+    }
+    #[inline(always)]
+    fn slide(self, next: Self, by: usize) -> Self {
+        if by == 0 { self } else { next }
     }
     #[inline(always)]
     fn mask(self, f: impl Fn(usize) -> bool) -> bool {

@@ -13,14 +13,15 @@
 //! | 40 MHz | 63 | 2.6·10⁻⁴ | 1.8·10⁻⁴ | 6·10⁻⁴ |
 //! | 100 MHz | 159 | 2.6·10⁻⁴ | 1.8·10⁻⁴ | 6·10⁻⁴ |
 
-use super::fir::{GROUP, Symmetry, add_pairs};
 use super::kaiser;
 use crate::Error;
-use crate::vector::Vector;
+use crate::vector::{Vector, load};
 
 /// The most non-zero taps on one side.
 pub const CAPACITY: usize = 64;
 const BETA: f64 = 6.0;
+/// Outputs whose sums are formed together, so that none waits for its last addition.
+pub(super) const GROUP: usize = 8;
 
 /// A Hilbert transformer of N non-zero taps a side.
 #[derive(Clone, Debug)]
@@ -98,9 +99,15 @@ impl HilbertTransformer {
     #[inline(always)]
     pub(super) fn quadrature<V: Vector>(&self, zero: V, rows: &[f32]) -> [V; GROUP] {
         let mut sums = [zero; GROUP];
-        let taps = self.taps[..self.count].iter().copied();
-        let taps = (1..).step_by(2).zip(taps);
-        add_pairs::<V, 1>(&mut sums, rows, self.reach(), Symmetry::Odd, taps);
+        for (j, &tap) in self.taps[..self.count].iter().enumerate() {
+            let k = 2 * j + 1;
+            let from_row = |row: usize| rows[row * V::LANES..][..GROUP * V::LANES].chunks(V::LANES);
+            let (earlier, later) = (from_row(self.reach() - k), from_row(self.reach() + k));
+            for ((sum, earlier), later) in sums.iter_mut().zip(earlier).zip(later) {
+                let pair = load(zero, earlier) - load(zero, later);
+                *sum = *sum + zero.splat(tap) * pair;
+            }
+        }
         sums
     }
 }

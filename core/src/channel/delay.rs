@@ -7,8 +7,8 @@
 //! is formed along depth at the output rate ([`analytic`](super::analytic)). The column is computed
 //! a Hilbert reach beyond both ends, so that its first and last samples are as good as the others.
 //!
-//! As many elements as there are lanes are worked on together (`groups`). Lanes are elements where
-//! filters run along time, and output samples of an element where a record is read; numbers change
+//! As many elements as there are lanes are worked on together (`groups`). Lanes are samples of one element
+//! where its record is halved and read, and elements where the analytic signal is formed; numbers change
 //! places in squares of as many registers as there are lanes.
 
 mod focus;
@@ -142,13 +142,15 @@ impl Delay {
 
     /// Length of the scratch slice of [`Delay::column`], f32. A line has output_samples, up to full
     /// thirty-twos, + 2·reach values, with the reach of the Hilbert transformer, up to full sixteens.
-    /// There are three lines and one a lane. A lane also takes 32 + 2·reach values, or what the
-    /// filters that halve the record lie over (32 + 64 + 2P − 1, and 141 or 282 for each halving
-    /// before), if that is more; and, if records are halved, the halved one and its margins. 15
-    /// values are room for the rows to begin on a cache line.
+    /// There are three lines and one a lane; a lane also takes 32 + 2·reach values. If records are halved,
+    /// there is room for the halved record and its margins (for two of them with several lanes), and for
+    /// up to 448 values that pass through the filters (992 where it is halved three times). 15 values are
+    /// room for the rows to begin on a cache line.
     pub fn scratch_len<V: Vector>(&self) -> usize {
-        let lanes = self.line_len() + self.rows() + self.halved_len();
-        PARTIAL_SUMS - 1 + V::LANES * lanes + 3 * self.line_len()
+        let lanes = self.line_len() + self.rows();
+        let halved =
+            V::LANES.min(2) * self.halved_len() + self.interpolator.decimator().streams_len();
+        PARTIAL_SUMS - 1 + V::LANES * lanes + halved + 3 * self.line_len()
     }
 
     /// Output samples with the margins, up to full sixteens.
@@ -159,8 +161,7 @@ impl Delay {
 
     /// Rows of a lane each that the filters take.
     fn rows(&self) -> usize {
-        let rows = self.interpolator.decimator().rows();
-        rows.max(2 * self.hilbert.reach() + CHUNK)
+        2 * self.hilbert.reach() + CHUNK
     }
 
     /// Room for an element's record after the halvings.
@@ -186,11 +187,11 @@ impl Delay {
     /// and q − ⌊q⌋. The real part is that value, the imaginary part its Hilbert transform; adding
     /// is real to real, imaginary to imaginary.
     ///
-    /// Cost per output sample and active element: 2·taps + N products and 3·taps + 2N additions
-    /// (taps = 16 where the record is halved, else 16·⌈f/fout⌉ ≤ 48; N the Hilbert taps a side), a
-    /// division and a root; for the last halving (P + 1)·f/fout products and 2P·f/fout additions with
-    /// P = ⌈14.4·f/fout⌉, for the one before 10·f/fout and 16·f/fout, and twice as many for each one
-    /// before that. For the paper's 100 → 20 MHz 77 products and 129 additions. With several lanes,
+    /// Cost per output sample and active element: 2·taps + N products and 3·taps + 2N additions (taps = 16,
+    /// or 32 where f is more than 1.25·fout; N the Hilbert taps a side), a division and a root; for the
+    /// last halving 7·f/fout products and 12·f/fout additions, for the one before 10·f/fout and
+    /// 16·f/fout, and twice as many for the one before that. For the paper's 100 → 20 MHz 61 products
+    /// and 99 additions. With several lanes,
     /// two elements at the same distance on either side of the column share the position and the
     /// coefficients (taps products, 2·taps additions, the division and the root); a record is halved
     /// only where it is read. Per output sample

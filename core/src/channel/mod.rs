@@ -2,15 +2,14 @@
 //!
 //! [`aperture`] says which elements take part at a depth; [`delay`] turns the RF of one transmit
 //! (a [`record`]) into the delayed analytic samples of one image column, by the laws of
-//! [`delay_law`], the filter of [`interpolate`] (behind half-band and low-pass filters where the record
-//! is much faster than the output) and the Hilbert transformer of [`analytic`].
+//! [`delay_law`], the filter of [`interpolate`] (behind half-band filters where the record is
+//! much faster than the output) and the Hilbert transformer of [`analytic`].
 
 pub mod analytic;
 pub mod aperture;
 mod decimator;
 pub mod delay;
 pub mod delay_law;
-mod fir;
 pub mod interpolate;
 mod kaiser;
 pub mod record;

@@ -83,6 +83,30 @@ impl<S: Simd> Vector for Lanes<S> {
         (Lanes(even), Lanes(odd))
     }
     #[inline(always)]
+    fn slide(self, next: Self, by: usize) -> Self {
+        let (a, b) = (self.0, next.0);
+        // Known when this is compiled, so that one of them is left.
+        Lanes(match by {
+            0 => a,
+            1 => a.slide::<1>(b),
+            2 => a.slide::<2>(b),
+            3 => a.slide::<3>(b),
+            4 => a.slide::<4>(b),
+            5 => a.slide::<5>(b),
+            6 => a.slide::<6>(b),
+            7 => a.slide::<7>(b),
+            8 => a.slide::<8>(b),
+            9 => a.slide::<9>(b),
+            10 => a.slide::<10>(b),
+            11 => a.slide::<11>(b),
+            12 => a.slide::<12>(b),
+            13 => a.slide::<13>(b),
+            14 => a.slide::<14>(b),
+            15 => a.slide::<15>(b),
+            _ => b,
+        })
+    }
+    #[inline(always)]
     fn mask(self, f: impl Fn(usize) -> bool) -> LanesMask<S> {
         let mut bits = 0;
         for k in 0..Self::LANES {

@@ -1,15 +1,14 @@
-//! The kernels of the delay stage: over lanes of output samples where positions are worked out and
-//! read, over lanes of elements where filters run along time.
+//! The kernels of the delay stage: over lanes of samples where a record is halved, positions are worked
+//! out and read, over lanes of elements where the analytic signal is formed.
 
 use core::ops::Range;
 
 use super::groups::{Group, Groups};
 use super::{CHUNK, Column, Delay, FAR, STEP, Store};
 use crate::Complex;
+use crate::channel::analytic::GROUP;
 use crate::channel::aperture::Active;
-use crate::channel::decimator::MARGIN;
 use crate::channel::delay_law::{ReceiveLag, TransmitDelay};
-use crate::channel::fir::GROUP;
 use crate::channel::interpolate::Places;
 use crate::channel::record::Record;
 use crate::vector::{MOST_LANES, PARTIAL_SUMS, Vector, load, transpose};
@@ -25,6 +24,13 @@ struct Axis<'a> {
     depth: &'a mut [f32],
     whole: &'a mut [f32],
     fraction: &'a mut [f32],
+}
+
+/// What reading an element takes.
+struct Buffers<'a> {
+    streams: &'a mut [f32],
+    halved: &'a mut [f32],
+    places: [Places; STEP],
 }
 
 impl Delay {
@@ -43,18 +49,23 @@ impl Delay {
         let aligned = scratch.as_ptr().align_offset(CACHE_LINE);
         let scratch = &mut scratch[aligned.min(CACHE_LINE / size_of::<f32>() - 1)..];
         let (rows, rest) = scratch.split_at_mut(V::LANES * self.rows());
-        let (halved, rest) = rest.split_at_mut(V::LANES * self.halved_len());
+        let (halved, rest) = rest.split_at_mut(V::LANES.min(2) * self.halved_len());
+        let (streams, rest) = rest.split_at_mut(self.interpolator.decimator().streams_len());
         let (lines, rest) = rest.split_at_mut(V::LANES * line_len);
         let (depth, rest) = rest.split_at_mut(line_len);
         let (whole, rest) = rest.split_at_mut(line_len);
         let (fraction, _) = rest.split_at_mut(line_len);
-        let mut places = [Places::ZERO; STEP];
         let mut axis = Axis {
             depth,
             whole,
             fraction,
         };
         self.trace_axis(transmit, column.t0, &mut axis);
+        let mut buffers = Buffers {
+            streams,
+            halved,
+            places: [Places::ZERO; STEP],
+        };
 
         let Active { first, count } = column.active;
         let end = first + count;
@@ -65,50 +76,22 @@ impl Delay {
             mirror(&column.element_x[first..end], column.x) + 2 * first,
             |left, right| lag(left) == lag(right),
         );
-        let decimator = self.interpolator.decimator();
         let half = V::LANES.div_ceil(2);
-        let halved_len = self.halved_len();
         for group in groups {
-            // A lane without an element follows the first one's.
-            let mut records = [record.element(group.left.start); MOST_LANES];
-            for (first, elements) in [(0, &group.left), (half, &group.right)] {
-                for (of_lane, element) in records[first..].iter_mut().zip(elements.clone()) {
-                    *of_lane = record.element(element);
-                }
-            }
-            let mut origin = 0;
-            if decimator.halvings() > 0 {
-                let rows = &mut rows[..V::LANES * decimator.rows()];
-                let elements = group.left.clone().chain(group.right.clone());
-                let needed = self.span(&axis, elements.map(lag));
-                decimator.decimate(zero, &records, needed, rows, halved);
-                for (record, halved) in records.iter_mut().zip(halved.chunks_exact(halved_len)) {
-                    *record = halved;
-                }
-                origin = MARGIN;
-            }
             if group.mirrored {
                 let (left, right) = lines.split_at_mut(half * line_len);
                 let right = right.chunks_exact_mut(line_len).take(group.right.len());
                 let pairs = left.chunks_exact_mut(line_len).zip(right.rev());
-                for (k, (pair, element)) in pairs.zip(group.left.clone()).enumerate() {
-                    let records = [records[k], records[half + group.right.len() - 1 - k]];
-                    let lag = lag(element);
-                    self.read(
-                        zero,
-                        &axis,
-                        &lag,
-                        (records, origin),
-                        &mut places,
-                        pair.into(),
-                    );
+                let elements = group.left.clone().zip(group.right.clone().rev());
+                for (pair, (left, right)) in pairs.zip(elements) {
+                    let records = [record.element(left), record.element(right)];
+                    self.read(zero, &axis, &lag(left), records, &mut buffers, pair.into());
                 }
             } else {
                 let elements = group.left.start..group.right.end;
-                let lines = lines.chunks_exact_mut(line_len).zip(&records);
-                for ((line, record), element) in lines.zip(elements) {
-                    let lag = lag(element);
-                    self.read(zero, &axis, &lag, ([*record], origin), &mut places, [line]);
+                for (line, element) in lines.chunks_exact_mut(line_len).zip(elements) {
+                    let records = [record.element(element)];
+                    self.read(zero, &axis, &lag(element), records, &mut buffers, [line]);
                 }
             }
             self.put(zero, column.store, lines, &group, rows, out);
@@ -145,55 +128,63 @@ impl Delay {
         ReceiveLag::new(d, self.parameters.sound_speed, self.rate())
     }
 
-    /// The samples of a halved record that elements with these lags are read at, [`MARGIN`]
-    /// included: deeper is never earlier, so that those of the first and the last readable depth
-    /// enclose them.
+    /// The samples of a halved record that an element with this lag is read at: deeper is never
+    /// earlier, so that those of the first and the last readable depth enclose them.
     #[inline(always)]
-    fn span(&self, axis: &Axis, lags: impl Iterator<Item = ReceiveLag>) -> Range<usize> {
+    fn span(&self, axis: &Axis, lag: &ReceiveLag) -> Range<usize> {
         let readable = |&n: &usize| axis.depth[n] > 0.0;
         let first = (0..axis.depth.len()).find(readable);
         let last = (0..axis.depth.len()).rfind(readable);
         let (Some(first), Some(last)) = (first, last) else {
             return 0..0;
         };
-        let (mut start, mut end) = (FAR, -FAR);
-        for lag in lags {
-            let position = |n: usize| {
-                f64::from(axis.whole[n]) + f64::from(axis.fraction[n] + lag.samples(axis.depth[n]))
-            };
-            let (shallow, deep) = (position(first), position(last));
-            start = if shallow < start { shallow } else { start };
-            end = if deep > end { deep } else { end };
-        }
+        let position = |n: usize| {
+            f64::from(axis.whole[n]) + f64::from(axis.fraction[n] + lag.samples(axis.depth[n]))
+        };
+        let origin = self.interpolator.decimator().origin();
         let half = self.interpolator.taps() / 2;
-        let before = MARGIN as f64 - (half - 1 + ROUNDING) as f64;
-        let after = (MARGIN + half + 1 + ROUNDING) as f64;
+        let before = origin as f64 - (half - 1 + ROUNDING) as f64;
+        let after = (origin + half + 1 + ROUNDING) as f64;
         // What lies in front of the record is sample 0 here, and what lies behind it is left out there.
-        (start + before) as usize..(end + after) as usize
+        (position(first) + before) as usize..(position(last) + after) as usize
     }
 
-    /// The values along the column of elements with this lag, from records of one length whose
-    /// sample 0 has the same place. A function of its own, as [`Delay::put`] is: the compiler then knows
-    /// that the slices do not overlap, and keeps more in registers (4 % of the stage with AVX-512).
+    /// The values along the column of elements with this lag, from their records. A function of its own,
+    /// as [`Delay::put`] is: the compiler then knows that the slices do not overlap, and keeps more in
+    /// registers (4 % of the stage with AVX-512).
     #[inline(never)]
     fn read<V: Vector, const LINES: usize>(
         &self,
         zero: V,
         axis: &Axis,
         lag: &ReceiveLag,
-        (records, origin): ([&[f32]; LINES], usize),
-        places: &mut [Places; STEP],
+        records: [&[f32]; LINES],
+        buffers: &mut Buffers,
         mut lines: [&mut [f32]; LINES],
     ) {
         zero.vectorize(
             #[inline(always)]
             || {
-                let locator = self.interpolator.locator(zero, (origin, records[0].len()));
+                let decimator = self.interpolator.decimator();
+                let needed = self.span(axis, lag);
+                let mut records = records;
+                let mut rest = &mut *buffers.halved;
+                for record in &mut records {
+                    let (halved, after) =
+                        core::mem::take(&mut rest).split_at_mut(self.halved_len());
+                    rest = after;
+                    *record =
+                        decimator.decimate(zero, record, needed.clone(), buffers.streams, halved);
+                }
+                let length = records[0].len();
+                let locator = self
+                    .interpolator
+                    .locator(zero, (decimator.origin(), length));
                 let far = zero.splat(FAR as f32);
                 let line_len = axis.depth.len();
                 for start in (0..line_len).step_by(STEP * PARTIAL_SUMS) {
                     let end = (start + STEP * PARTIAL_SUMS).min(line_len);
-                    let places = &mut places[..(end - start) / PARTIAL_SUMS];
+                    let places = &mut buffers.places[..(end - start) / PARTIAL_SUMS];
                     for (sixteen, places) in places.iter_mut().enumerate() {
                         for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
                             let n = start + sixteen * PARTIAL_SUMS + at;

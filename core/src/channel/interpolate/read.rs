@@ -102,7 +102,6 @@ impl Interpolator {
     ) {
         match self.blocks {
             1 => self.read_blocks::<V, 1, LINES>(zero, records, places, values),
-            2 => self.read_blocks::<V, 2, LINES>(zero, records, places, values),
             _ => self.read_blocks::<V, MAX_BLOCKS, LINES>(zero, records, places, values),
         }
     }

@@ -13,12 +13,7 @@ pub const ECHO: f32 = 4.0;
 /// alike.
 pub fn snapshots(x: &mut [Complex<f32>], elements: usize, echo: f32) {
     const QUARTERS: [(f32, f32); 4] = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)];
-    let mut state = 1u32;
-    // Uniform in −0.5..0.5: a power of 1/12.
-    let mut noise = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 8) as f32 / 16_777_216.0 - 0.5
-    };
+    let mut noise = noise();
     for (n, snapshot) in x.chunks_exact_mut(elements).enumerate() {
         for (m, x) in snapshot.iter_mut().enumerate() {
             let (ahead, side) = (QUARTERS[n % 4], QUARTERS[(n + m) % 4]);
@@ -44,5 +39,19 @@ fn ridge(at: usize, top: usize) -> u32 {
         1 => 70,
         2 => 25,
         _ => 0,
+    }
+}
+
+/// RF: noise.
+pub fn rf(samples: &mut [f32]) {
+    samples.fill_with(noise());
+}
+
+/// Uniform in −0.5..0.5: a power of 1/12.
+fn noise() -> impl FnMut() -> f32 {
+    let mut state = 1u32;
+    move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / 16_777_216.0 - 0.5
     }
 }

@@ -9,6 +9,7 @@
 
 mod beamform;
 mod counter;
+mod delay;
 mod input;
 mod phase_symmetry;
 
@@ -20,6 +21,7 @@ use counter::{Cost, Counter};
 use firmware::exit;
 use static_cell::ConstStaticCell;
 
+static DELAY: ConstStaticCell<delay::Workspaces> = ConstStaticCell::new(delay::Workspaces::new());
 static BEAMFORM: ConstStaticCell<beamform::Workspaces> =
     ConstStaticCell::new(beamform::Workspaces::new());
 static PHASE_SYMMETRY: ConstStaticCell<phase_symmetry::Workspaces> =
@@ -41,9 +43,10 @@ fn main() -> ! {
 }
 
 fn count(counter: &mut Counter) -> Result<bool, Error> {
+    let delays = delay::run(counter, DELAY.take())?;
     let beamformers = beamform::run(counter, BEAMFORM.take())?;
     let filters = phase_symmetry::run(counter, PHASE_SYMMETRY.take())?;
-    Ok(beamformers && filters)
+    Ok(delays && beamformers && filters)
 }
 
 /// Prints a case; whether its instructions per output stay within `bound`.

@@ -22,7 +22,7 @@ pub fn column(
         rate /= 2.0;
         halvings += 1;
     }
-    let filter = Filter::new(p, rate, halvings > 0);
+    let filter = Filter::new(p, rate);
     let hilbert = hilbert(hilbert_taps);
     let reach = 2 * hilbert_taps - 1;
     let samples = p.output_samples + 2 * reach;
@@ -36,9 +36,9 @@ pub fn column(
         };
         for halving in 1..=halvings {
             record = if halving < halvings {
-                halved(&record, &half_band())
+                halved(&record, &half_band(4, 8.5))
             } else {
-                halved(&record, &low_pass(2.0 * rate / p.output_rate))
+                halved(&record, &half_band(6, 6.5))
             };
         }
         let d = column.element_x[m] - column.x;
@@ -88,59 +88,35 @@ impl Record {
     }
 }
 
-/// The half-band filter from its middle on.
-fn half_band() -> Vec<f32> {
-    let mut weights = vec![0.0f64; 8];
+/// The taps of a half-band filter at ±1, ±3, …, `count` on a side.
+fn half_band(count: usize, beta: f64) -> Vec<f32> {
+    let mut weights = Vec::new();
     let mut sum = 0.0;
-    for k in [1, 3, 5, 7] {
-        let sign = if k % 4 == 1 { 1.0 } else { -1.0 };
-        weights[k] = sign / (PI * k as f64) * kaiser(k as f64 / 8.0, 8.5);
-        sum += weights[k];
+    for pair in 0..count {
+        let k = (2 * pair + 1) as f64;
+        let sign = if pair % 2 == 0 { 1.0 } else { -1.0 };
+        let weight = sign / (PI * k) * kaiser(k / (2 * count) as f64, beta);
+        weights.push(weight);
+        sum += weight;
     }
     let mut taps = Vec::new();
     for weight in weights {
         taps.push((0.25 * weight / sum) as f32);
     }
-    taps[0] = 0.5;
     taps
 }
 
-/// The low-pass filter, from its middle on, for records at `ratio` times the output rate.
-fn low_pass(ratio: f64) -> Vec<f32> {
-    let reach = libm::ceil(7.2 * ratio) as usize;
-    let mut weights = Vec::new();
-    let mut sum = 0.0;
-    for k in 0..=reach {
-        let angle = PI * (1.04 / ratio * k as f64);
-        let sinc = if k == 0 {
-            1.0
-        } else {
-            libm::sin(angle) / angle
-        };
-        let weight = sinc * kaiser(k as f64 / (reach + 1) as f64, 6.0);
-        sum += if k == 0 { weight } else { 2.0 * weight };
-        weights.push(weight);
-    }
-    let mut taps = Vec::new();
-    for weight in weights {
-        taps.push((weight / sum) as f32);
-    }
-    taps
-}
-
-/// Half the rate, with all that the filter reaches; `taps` are one side of it.
+/// Half the rate, with all that the filter reaches.
 fn halved(record: &Record, taps: &[f32]) -> Record {
-    let reach = taps.len() as i64 - 1;
+    let reach = 2 * taps.len() as i64 - 1;
     let first = (-record.zero - reach) / 2;
     let last = record.values.len() as i64 - 1 - record.zero;
     let mut values = Vec::new();
     for j in first..=(last + reach) / 2 {
-        let mut y = taps[0] * record.at(2 * j);
-        for k in 1..=reach {
-            let tap = taps[k as usize];
-            if tap != 0.0 {
-                y += tap * (record.at(2 * j - k) + record.at(2 * j + k));
-            }
+        let mut y = 0.5 * record.at(2 * j);
+        for (pair, &tap) in taps.iter().enumerate() {
+            let k = 2 * pair as i64 + 1;
+            y += tap * (record.at(2 * j - k) + record.at(2 * j + k));
         }
         values.push(y);
     }
@@ -194,21 +170,23 @@ struct Filter {
 }
 
 impl Filter {
-    /// The filter for records at `fs`, which may have been decimated to that.
-    fn new(p: &DelayParameters, fs: f64, decimated: bool) -> Self {
+    /// The filter for records at `fs`.
+    fn new(p: &DelayParameters, fs: f64) -> Self {
         let (fout, f0) = (p.output_rate, p.centre_frequency);
         let ratio = fs / fout;
-        let (cutoff, intervals, transition) = if ratio > 1.0 && !decimated {
-            let cutoff = (1.02 / ratio).min(1.0);
-            let transition = 1.0 / ratio - 2.85 * f0 / fs;
-            (cutoff, libm::ceil(ratio) as usize, transition)
+        let (taps, phases, higher) = if ratio > 1.25 {
+            (32, 75, 1.02)
         } else {
-            (1.0, 1, 1.0 - 3.0 * f0 / fs)
+            (16, 150, 1.08)
         };
-        let taps = 16 * intervals;
+        let (cutoff, transition) = if ratio > 1.0 {
+            let cutoff: f64 = higher / ratio;
+            (cutoff.min(1.0), cutoff - 2.85 * f0 / fs)
+        } else {
+            (1.0, 1.0 - 3.0 * f0 / fs)
+        };
         let attenuation = 8.0 + 2.285 * 2.0 * PI * ((taps - 1) as f64 * transition);
         let beta = (0.1102 * (attenuation - 8.7)).clamp(4.0, 10.0);
-        let phases = 150 / intervals;
         let half = (taps / 2) as f64;
         let mut rows = Vec::new();
         for row in 0..=phases {

@@ -1,0 +1,94 @@
+//! The delay stage, for records of three rates: RF to delayed analytic samples at 20 MHz.
+
+use bonebeam::channel::analytic::HilbertTransformer;
+use bonebeam::channel::aperture::Active;
+use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
+use bonebeam::channel::delay_law::TransmitLaw;
+use bonebeam::channel::record::Record;
+use bonebeam::{Complex, Error};
+
+use crate::counter::Counter;
+use crate::input;
+use crate::report;
+
+const ELEMENTS: usize = 64;
+const PITCH: f64 = 0.308e-3;
+const OUTPUTS: usize = 256;
+const OUTPUT_RATE: f64 = 20e6;
+const CENTRE_FREQUENCY: f64 = 5e6;
+/// m/s, and the two-way time of the first sample, 10 mm deep, s.
+const SOUND_SPEED: f64 = 1540.0;
+const START: f64 = 2.0 * 10e-3 / SOUND_SPEED;
+/// What a record goes beyond the first and the last sample on the axis, outputs.
+const BEYOND: usize = 32;
+const FASTEST: usize = 5;
+const SCRATCH: usize = 2600;
+
+/// Sampling rate over output rate, and the bound on the instructions per output sample of an element
+/// (see `beamform.rs`).
+const CASES: [(usize, u32); 3] = [(1, 595), (2, 765), (FASTEST, 910)];
+
+/// The memory of the cases.
+pub struct Workspaces {
+    rf: [f32; ELEMENTS * FASTEST * (OUTPUTS + 2 * BEYOND)],
+    scratch: [f32; SCRATCH],
+    out: [Complex<f32>; ELEMENTS * OUTPUTS],
+}
+
+impl Workspaces {
+    /// All zero.
+    pub const fn new() -> Self {
+        Workspaces {
+            rf: [0.0; ELEMENTS * FASTEST * (OUTPUTS + 2 * BEYOND)],
+            scratch: [0.0; SCRATCH],
+            out: [Complex::new(0.0, 0.0); ELEMENTS * OUTPUTS],
+        }
+    }
+}
+
+/// Counts every case, the check of the record included; whether all stay within their bounds.
+pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+    let element_x: [f64; ELEMENTS] = core::array::from_fn(|m| m as f64 * PITCH);
+    let mut within = true;
+    for (ratio, bound) in CASES {
+        let sampling_rate = ratio as f64 * OUTPUT_RATE;
+        let record_samples = ratio * (OUTPUTS + 2 * BEYOND);
+        let parameters = DelayParameters {
+            sound_speed: SOUND_SPEED,
+            sampling_rate,
+            centre_frequency: CENTRE_FREQUENCY,
+            output_rate: OUTPUT_RATE,
+            output_start: START,
+            output_samples: OUTPUTS,
+            elements: ELEMENTS,
+            record_samples,
+        };
+        let hilbert = HilbertTransformer::for_pulse(OUTPUT_RATE, CENTRE_FREQUENCY)?;
+        let delay = Delay::new(parameters, hilbert)?;
+        let column = Column {
+            law: TransmitLaw::Focused,
+            t0: START - BEYOND as f64 / OUTPUT_RATE,
+            x: 0.5 * (ELEMENTS - 1) as f64 * PITCH,
+            element_x: &element_x,
+            active: Active {
+                first: 0,
+                count: ELEMENTS,
+            },
+            store: Store::Replace,
+        };
+        let rf = &mut workspaces.rf[..ELEMENTS * record_samples];
+        input::rf(rf);
+        let scratch = &mut workspaces.scratch[..delay.scratch_len::<f32>()];
+        let scratch_bytes = size_of_val(scratch);
+        let out = &mut workspaces.out;
+        let mut outcome = Ok(());
+        let cost = counter.count(|| {
+            outcome = Record::new(rf, ELEMENTS)
+                .and_then(|record| delay.column(0.0f32, &column, &record, scratch, out));
+        });
+        outcome?;
+        let bytes = Delay::BYTES + scratch_bytes;
+        within &= report("delay", 20 * ratio, ELEMENTS * OUTPUTS, &cost, bytes, bound);
+    }
+    Ok(within)
+}
