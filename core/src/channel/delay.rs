@@ -196,7 +196,7 @@ impl Delay {
     /// coefficients (taps products, 2·taps additions, the division and the root); a record is halved
     /// only where it is read. Per output sample
     /// three f64 divisions, and a root for [`TransmitLaw::Element`]. RAM: the stage, the scratch, and
-    /// 2 KiB of stack (5 KiB with the widest registers).
+    /// 5 KiB of stack.
     ///
     /// # Errors
     /// Before anything is written: [`Error::Length`] for a slice of the wrong length or a record of
