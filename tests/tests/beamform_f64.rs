@@ -236,6 +236,24 @@ fn a_plane_wave_off_axis_in_noise() {
 }
 
 #[test]
+fn a_plane_wave_in_a_null_of_the_subarray() {
+    // What rank 1 leaves of such a line is e₁ᴴa, to which only the noise in e₁ adds: rounding errors
+    // of e₁ are near 10⁻³ of it.
+    for elements in [33, 64, 128] {
+        let turns = 3.0 / (elements / 2) as f32;
+        let noise = Line::noise(7, 20, elements);
+        let line = Line::from_fn(20, elements, |n, m| wave(turns, m) + noise.x[[n, m]] * 1e-2);
+        for temporal in [0, 2] {
+            let parameters = Parameters {
+                temporal,
+                ..Parameters::default()
+            };
+            assert_agrees(&line, 0..20, parameters, &[Method::EsmvRank1]);
+        }
+    }
+}
+
+#[test]
 fn two_coherent_sources_in_noise() {
     let noise = Line::noise(5, 20, 48);
     let line = Line::from_fn(20, 48, |n, m| {

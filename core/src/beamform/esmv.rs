@@ -8,7 +8,9 @@ use crate::linalg::cholesky::factorise;
 use crate::linalg::eigen::eigen;
 use crate::linalg::first_pair::first_pair;
 use crate::linalg::householder::Reduction;
+use crate::linalg::inner_product::inner_product;
 use crate::linalg::lanczos::lanczos;
+use crate::linalg::matrix_vector::times_vector;
 use crate::linalg::panels::TILE;
 use crate::vector::{ComplexVector, Mask, Scalar, Vector};
 use num_complex::Complex;
@@ -20,7 +22,11 @@ use num_complex::Complex;
 /// [`first_pair`] the others but for the `silent` ones. Also returns the lanes that this is true of:
 /// where `R` is singular in f32, the caller takes [`esmv`] instead.
 ///
-/// Cost: those, and one factorisation with a row below it.
+/// `e₁ᴴa` is taken as `e₁ᴴ(R·a)/λ₁`. For an echo from aside its terms cancel, and an error of `e₁` would
+/// count whole beside what they leave; so it counts `λ₂/λ₁` times at most, and the roundings of `R·a`,
+/// each a share of an entry of `e₁`, average out.
+///
+/// Cost: those, one product of the matrix with a vector, and one factorisation with a row below it.
 #[inline(always)]
 pub(super) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     solver: &mut Solver<'_, A::Scalar, V>,
@@ -61,27 +67,29 @@ pub(super) fn esmv_rank1<A: Averaging<V>, V: Vector>(
         }
     }
     let mut product = ComplexVector::from_real(zero);
-    let mut steering = A::Scalar::from_real(zero);
-    for (i, (&e, &s)) in vector.iter().zip(s).enumerate() {
-        let entry = A::Scalar::from_real(zero.splat(A::steering(i, subarray)));
-        steering = steering + entry.mul_conj(e);
+    for (&e, &s) in vector.iter().zip(s) {
         product = product + e.conj_mul_complex(s);
     }
-    let (rows, _) = solver.rows.as_flattened_mut().as_chunks_mut();
-    for (i, row) in rows[..subarray].iter_mut().enumerate() {
-        *row = [A::Scalar::from_real(zero.splat(A::steering(i, subarray)))];
+    let steering = &mut solver.rows.as_flattened_mut()[..padded];
+    for (i, entry) in steering[..subarray].iter_mut().enumerate() {
+        *entry = A::Scalar::from_real(zero.splat(A::steering(i, subarray)));
     }
-    rows[subarray..padded].fill([A::Scalar::from_real(zero)]);
+    steering[subarray..].fill(A::Scalar::from_real(zero));
     let (factor, _) = solver.factor.as_chunks_mut();
+    let (vector, _) = vector.as_chunks();
+    let turned = &mut factor[..vector.len()];
+    times_vector(solver.matrix, zero, steering.as_chunks().0, turned);
+    let projection = inner_product(vector, turned);
+    let (rows, _) = steering.as_chunks_mut();
     let definite = factorise::<_, _, 1>(solver.matrix, factor, rows, padded / TILE);
     // ‖G⁻¹a‖², ascending from zero.
     let mut power = zero;
     for [y] in &rows[..subarray] {
         power = power + y.norm_sqr();
     }
-    let z = steering
+    let z = projection
         .conj_mul_complex(product)
-        .divide(eigenvalue * power);
+        .divide(eigenvalue * eigenvalue * power);
     (z, definite & z.is_finite())
 }
 

@@ -5,9 +5,10 @@
 //! `α = c_{m−1}` and `t² = Σ_{j<m−1} |c_j|²`, the reflector is `v = c` but for
 //! `v_{m−1} = p·(|α| + √(|α|²+t²))`, `p = α/|α|`, and `τ = 2/‖v‖²`; the block before loses `v·qᴴ` and
 //! then `q·vᴴ`, `q = τAv − (½τ·vᴴ(τAv))·v`. Where `t²` is below `2⁻¹⁰⁰`, there is no reflection; where
-//! `|α|²` is, `p = 1`. Sums over a vector (`t²`, `‖v‖²`, inner products) are four partial sums, of
-//! every fourth entry from zero, added `(0 + 1) + (2 + 3)`; those of `Av` ascend one by one.
+//! `|α|²` is, `p = 1`. Sums over a vector (`t²`, `‖v‖²`, inner products) are partial sums as in
+//! [`inner_product`]; those of `Av` ascend one by one.
 
+use super::inner_product::inner_product;
 use super::largest_pair::Tridiagonal;
 use super::panels::{Column, TILE, panel, trace};
 use crate::vector::{ComplexVector, Scalar, Vector};
@@ -88,7 +89,8 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
             // The reflector ends at m − 1; zeros fill up the panel.
             u[m - 1..].fill(S::from_real(zero));
             let (length, phase) = polar(alpha);
-            let tail = sum(zero, &u[..end], &u[..end]);
+            let (tiles, _) = u[..end].as_chunks();
+            let tail = inner_product(tiles, tiles).real();
             // A lane whose row is reduced already keeps its block: τ = 0.
             let reduced = tail.less(zero.splat(NOTHING));
             let reach = (length * length + tail).sqrt();
@@ -109,8 +111,9 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
             for p in &mut p[..m] {
                 *p = p.scale(tau);
             }
-            let inner = sum(zero, &u[..end], &p[..end]);
-            let half = zero.splat(0.5) * tau * inner;
+            let (u_tiles, _) = u[..end].as_chunks();
+            let (p_tiles, _) = p[..end].as_chunks();
+            let half = zero.splat(0.5) * tau * inner_product(u_tiles, p_tiles).real();
             for (p, &u) in p[..m].iter_mut().zip(&*u) {
                 *p = *p - u.scale(half);
             }
@@ -197,20 +200,6 @@ fn polar<S: Scalar<V>, V: Vector>(alpha: S) -> (V, S) {
             S::select(nothing, S::from_real(one), alpha.scale(reciprocal)),
         )
     }
-}
-
-/// The real part of `uᴴp`, of whole tiles.
-#[inline(always)]
-fn sum<S: Scalar<V>, V: Vector>(zero: V, u: &[S], p: &[S]) -> V {
-    let mut sums = [zero; TILE];
-    let (u, _) = u.as_chunks::<TILE>();
-    let (p, _) = p.as_chunks::<TILE>();
-    for (u, p) in u.iter().zip(p) {
-        for r in 0..TILE {
-            sums[r] = sums[r] + p[r].mul_conj(u[r]).real();
-        }
-    }
-    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 /// `A ← (A − v·qᴴ) − q·vᴴ`, then `p = A·u`, over the first panels: one pass over the lower triangle.

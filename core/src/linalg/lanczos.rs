@@ -20,7 +20,9 @@
 //!   basis ends: [`first_pair`](super::first_pair) serves those.
 
 use super::gap::{gap_by_squares, squared_deviations};
+use super::inner_product::inner_product;
 use super::largest_pair::Tridiagonal;
+use super::matrix_vector::times_vector;
 use super::panels::{Column, TILE, panel, trace};
 use crate::vector::{Mask, Scalar, Vector};
 
@@ -119,7 +121,7 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
             // The ratio to the entry before is at least that.
             last = last * (tridiagonal.off_diagonal[k - 1] / (bound - tridiagonal.diagonal[k]));
         }
-        let beta = norm_sqr::<S, V>(vector).sqrt();
+        let beta = inner_product(vector, vector).real().sqrt();
         tridiagonal.off_diagonal[k] = beta;
         let longer = (zero.splat(EXHAUSTED) * bound).less(beta);
         let end = k + 1 == steps;
@@ -241,48 +243,8 @@ fn step_apart<S: Scalar<V>, V: Vector>(
     step(a, shift, basis, second, w, components)
 }
 
-/// `y = (A − shift)·v`, each entry summed from `−shift·v` over ascending columns.
-///
-/// Each column of a panel serves twice while it is in registers: for its own rows and, mirrored,
-/// for the row of its own index.
-#[inline(always)]
-fn times_vector<S: Scalar<V>, V: Vector>(
-    a: &[Column<S>],
-    shift: V,
-    v: &[Column<S>],
-    y: &mut [Column<S>],
-) {
-    for (i, own) in v.iter().enumerate() {
-        let (before, diagonal) = a[panel(i)..panel(i + 1)].split_at(TILE * i);
-        let mut sums = own.map(
-            #[inline(always)]
-            |v| v.scale(-shift),
-        );
-        let (above, rest) = y.split_at_mut(i);
-        let entries = v.as_flattened().iter().zip(above.as_flattened_mut());
-        for (column, (&v, y)) in before.iter().zip(entries) {
-            let mut mirrored = *y;
-            for r in 0..TILE {
-                sums[r] = sums[r] + column[r].mul(v);
-                mirrored = mirrored + own[r].mul_conj(column[r]);
-            }
-            *y = mirrored;
-        }
-        for r in 0..TILE {
-            for c in 0..r {
-                sums[r] = sums[r] + diagonal[c][r].mul(own[c]);
-                sums[c] = sums[c] + own[r].mul_conj(diagonal[c][r]);
-            }
-            sums[r] = sums[r] + diagonal[r][r].mul(own[r]);
-        }
-        rest[0] = sums;
-    }
-}
-
 /// Takes from `w` its components `h_i = v_iᴴw` along the basis vectors, all found before the first
 /// is taken, `i` ascending.
-///
-/// Each is four partial sums, of every fourth entry from zero, added `(0 + 1) + (2 + 3)`.
 #[inline(always)]
 fn orthogonalise<S: Scalar<V>, V: Vector>(
     basis: &[Column<S>],
@@ -291,13 +253,7 @@ fn orthogonalise<S: Scalar<V>, V: Vector>(
 ) {
     let tiles = w.len();
     for (component, v) in components.iter_mut().zip(basis.chunks_exact(tiles)) {
-        let mut sums = [S::from_real(w[0][0].real().zero()); TILE];
-        for (v, w) in v.iter().zip(&*w) {
-            for r in 0..TILE {
-                sums[r] = sums[r] + w[r].mul_conj(v[r]);
-            }
-        }
-        *component = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+        *component = inner_product(v, w);
     }
     for (i, w) in w.iter_mut().enumerate() {
         let mut rest = *w;
@@ -308,18 +264,6 @@ fn orthogonalise<S: Scalar<V>, V: Vector>(
         }
         *w = rest;
     }
-}
-
-/// `Σ_i |v_i|²`, in four partial sums as in [`orthogonalise`].
-#[inline(always)]
-fn norm_sqr<S: Scalar<V>, V: Vector>(v: &[Column<S>]) -> V {
-    let mut sums = [v[0][0].real().zero(); TILE];
-    for v in v {
-        for r in 0..TILE {
-            sums[r] = sums[r] + v[r].norm_sqr();
-        }
-    }
-    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 /// `Σ_k v_k·y_k`, `k` ascending from zero; the start vector's share is its entry.

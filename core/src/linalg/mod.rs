@@ -8,8 +8,10 @@ pub(crate) mod eigen;
 pub(crate) mod first_pair;
 mod gap;
 pub(crate) mod householder;
+pub(crate) mod inner_product;
 pub(crate) mod lanczos;
 pub(crate) mod largest_pair;
+pub(crate) mod matrix_vector;
 pub(crate) mod panels;
 #[cfg(test)]
 mod tests;

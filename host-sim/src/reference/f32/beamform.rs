@@ -8,7 +8,7 @@ use super::covariance::{
     real_form_trace, scaled, subarray_sum, window_sum,
 };
 use super::first_pair::first_pair;
-use super::linalg::{FLOOR, Number, cholesky, eigen};
+use super::linalg::{FLOOR, Number, cholesky, eigen, partial_sums, row_times};
 
 /// How the output of a sample is formed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -231,12 +231,13 @@ fn minimum_variance<T: Number>(
 /// `w_pᴴs` for rank 1, where `a` is not singular.
 fn rank1<T: Number>(a: &[Vec<T>], steering: &[T], s: &[Complex<f32>]) -> Option<Complex<f32>> {
     let (eigenvalue, e) = first_pair(a);
-    let mut projection = T::zero();
-    for i in 0..e.len() {
-        projection = projection + steering[i] * e[i].conj();
-    }
+    // λ₁·e₁ᴴa, as e₁ᴴ(R·a).
+    let projection = partial_sums((0..e.len()).map(|i| {
+        let entry = row_times(T::zero(), a, 0, i, steering);
+        entry * e[i].conj()
+    }));
     let (power, _) = whitened(a, steering, s)?;
-    Some(projection.conj().times(inner(&e, s)) / (eigenvalue * power))
+    Some(projection.conj().times(inner(&e, s)) / (eigenvalue * eigenvalue * power))
 }
 
 /// `vᴴs`.

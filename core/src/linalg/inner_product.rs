@@ -1,0 +1,16 @@
+//! The inner product of two vectors in tiles.
+
+use super::panels::{Column, TILE};
+use crate::vector::{Scalar, Vector};
+
+/// `uᴴp`: four partial sums, of every fourth entry from zero, added `(0 + 1) + (2 + 3)`.
+#[inline(always)]
+pub fn inner_product<S: Scalar<V>, V: Vector>(u: &[Column<S>], p: &[Column<S>]) -> S {
+    let mut sums = [S::from_real(u[0][0].real().zero()); TILE];
+    for (u, p) in u.iter().zip(p) {
+        for r in 0..TILE {
+            sums[r] = sums[r] + p[r].mul_conj(u[r]);
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
