@@ -50,6 +50,15 @@ fn the_recorded_hashes_are_met() {
     assert_eq!(printed(), RECORDED);
 }
 
+/// `host-sim verify` prints hashes to be compared between machines, so they must begin with the same
+/// bits: this is the hash of one machine's recording.
+#[test]
+fn what_is_verified_with_has_the_same_bits_everywhere() {
+    let recording = host_sim::verify::recording();
+    let hash = hash::of(recording.rf.iter().copied());
+    assert_eq!(hash, 0x6f3f_d291_48b7_9299, "{hash:016x}");
+}
+
 /// Records what the core gives now, after a change that is meant to change bits:
 /// `cargo test -p bonebeam-tests --test golden -- --ignored record_hashes`.
 #[test]
