@@ -70,13 +70,22 @@ impl Capacity {
         const MEDIUM: usize = window_rows(64, 10);
         const LARGE: usize = window_rows(MAX_SUBARRAY, MAX_TEMPORAL);
         match (self.subarray, self.temporal) {
-            (..=64, ..=2) => Box::new(Workspace::<A, V, MAX_ELEMENTS, 64, SMALL>::over(zero)),
-            (..=64, ..=10) => Box::new(Workspace::<A, V, MAX_ELEMENTS, 64, MEDIUM>::over(zero)),
-            _ => Box::new(Workspace::<A, V, MAX_ELEMENTS, MAX_SUBARRAY, LARGE>::over(
-                zero,
-            )),
+            (..=64, ..=2) => boxed::<A, V, 64, SMALL>(zero),
+            (..=64, ..=10) => boxed::<A, V, 64, MEDIUM>(zero),
+            _ => boxed::<A, V, MAX_SUBARRAY, LARGE>(zero),
         }
     }
+}
+
+/// A function of its own for each: whoever enters a function touches its whole frame, and the largest
+/// workspace's would be part of the caller's.
+#[inline(never)]
+fn boxed<A, V, const L: usize, const ROWS: usize>(zero: V) -> Box<dyn AnyWorkspace>
+where
+    A: Averaging<V> + 'static,
+    V: Vector,
+{
+    Box::new(Workspace::<A, V, MAX_ELEMENTS, L, ROWS>::over(zero))
 }
 
 impl OverLanes for Capacity {
