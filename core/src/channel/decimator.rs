@@ -138,18 +138,15 @@ impl Decimator {
             Stream { even, odd }
         });
         // In front of the record everything is 0, so filters may begin there on nothing.
-        let begin = needed.start.saturating_sub(LEAD) / OLD * OLD;
-        let end = needed.end.next_multiple_of(OLD).min(halved.len());
+        let start = needed.start.min(halved.len());
+        let begin = start.saturating_sub(LEAD) / OLD * OLD;
+        let end = needed.end.min(halved.len()).next_multiple_of(OLD);
         // The first sample of a halving's first outputs, and then of its first new inputs.
         let mut first = begin as isize - MARGIN as isize;
         for halving in (0..self.halvings).rev() {
             first = 2 * (first + self.pairs(halving) as isize - 1);
         }
-        let needed = if begin < end {
-            &mut halved[begin..end]
-        } else {
-            &mut []
-        };
+        let needed = halved.get_mut(begin..end).unwrap_or_default();
         for outputs in needed.chunks_mut(CHUNK) {
             let inputs = outputs.len() << self.halvings;
             streams[0].take_record(zero, record, first, inputs);
@@ -332,15 +329,18 @@ mod tests {
             let mut whole = [f32::NAN; 700];
             decimator.decimate(0.0f32, &record, 0..length, streams, &mut whole[..length]);
             for start in 0..length {
-                for end in [start, start + 1, start + 70] {
+                for end in [start, start + 1, start + 70, usize::MAX] {
                     let mut part = [f32::NAN; 700];
                     let part = &mut part[..length];
-                    let needed = start..end.min(length);
-                    decimator.decimate(0.0f32, &record, needed.clone(), streams, part);
-                    for n in needed {
+                    decimator.decimate(0.0f32, &record, start..end, streams, part);
+                    for n in start..end.min(length) {
                         assert_eq!(part[n].to_bits(), whole[n].to_bits(), "{ratio} {start} {n}");
                     }
                 }
+            }
+            let (beyond, signed) = (usize::MAX, isize::MAX as usize);
+            for needed in [beyond..beyond, signed..beyond, signed + 10..0, 0..0] {
+                decimator.decimate(0.0f32, &record, needed, streams, &mut whole[..length]);
             }
         }
     }
