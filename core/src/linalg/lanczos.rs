@@ -230,7 +230,8 @@ fn step<S: Scalar<V>, V: Vector>(
     components[components.len() - 1].real()
 }
 
-/// [`step`] as a function of its own, with a microcontroller's few registers to itself.
+/// [`step`] as a function of its own, with a microcontroller's few registers to itself. Its arguments
+/// are its own, too: through a closure they take 4 % of rank 1's instructions at M/L = 16/8.
 #[inline(never)]
 fn step_apart<S: Scalar<V>, V: Vector>(
     a: &[Column<S>],

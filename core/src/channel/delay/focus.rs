@@ -151,7 +151,7 @@ impl Delay {
 
     /// The values along the column of elements with this lag, from their records. A function of its own,
     /// as [`Delay::put`] is: the compiler then knows that the slices do not overlap, and keeps more in
-    /// registers (4 % of the stage with AVX-512).
+    /// registers.
     #[inline(never)]
     fn read<V: Vector, const LINES: usize>(
         &self,
@@ -166,15 +166,14 @@ impl Delay {
             #[inline(always)]
             || {
                 let decimator = self.interpolator.decimator();
-                let needed = self.span(axis, lag);
                 let mut records = records;
-                let mut rest = &mut *buffers.halved;
-                for record in &mut records {
-                    let (halved, after) =
-                        core::mem::take(&mut rest).split_at_mut(self.halved_len());
-                    rest = after;
-                    *record =
-                        decimator.decimate(zero, record, needed.clone(), buffers.streams, halved);
+                if decimator.halvings() > 0 {
+                    let needed = self.span(axis, lag);
+                    let halved = buffers.halved.chunks_exact_mut(self.halved_len());
+                    for (record, halved) in records.iter_mut().zip(halved) {
+                        let streams = &mut *buffers.streams;
+                        *record = decimator.decimate(zero, record, needed.clone(), streams, halved);
+                    }
                 }
                 let length = records[0].len();
                 let locator = self
