@@ -96,3 +96,39 @@ pub(crate) fn check_length(
         })
     }
 }
+
+/// Refuses what is not a positive, finite number.
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), Error> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(Error::Parameter {
+        name,
+        value,
+        expected: "a positive, finite number",
+    })
+}
+
+/// Refuses a NaN and an infinity.
+pub(crate) fn finite(name: &'static str, value: f64) -> Result<(), Error> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(Error::Parameter {
+        name,
+        value,
+        expected: "a finite number",
+    })
+}
+
+/// Refuses 0.
+pub(crate) fn at_least_one(name: &'static str, value: usize) -> Result<(), Error> {
+    if value == 0 {
+        return Err(Error::Parameter {
+            name,
+            value: 0.0,
+            expected: "at least 1",
+        });
+    }
+    Ok(())
+}

@@ -1,10 +1,10 @@
 //! **bonebeam**: from ultrasound channel data to bone surfaces, in fixed memory.
 //!
-//! The flow: [`channel`] (recorded data → delayed analytic samples) → [`beamform`] (one line, by way
+//! The flow: [`focus`] (recorded data → delayed analytic samples) → [`beamform`] (one line, by way
 //! of [`covariance`], its factorisation and eigenvectors) → [`image`] (decibels, isotropic pixels) →
 //! [`phase_symmetry`] (the ridge filter).
 //!
-//! Kernels are written over [`vector`]s, one independent output a lane. Every kernel is `no_std`,
+//! Kernels are written over [`simd`] vectors, one independent output a lane. Every kernel is `no_std`,
 //! allocates nothing, never panics and returns the same bits on every target: `+ − × ÷ √` in a fixed
 //! order, `libm` by path for everything else.
 
@@ -14,14 +14,15 @@
 extern crate std;
 
 pub mod beamform;
-pub mod channel;
 pub mod covariance;
 mod error;
+pub mod focus;
+pub mod geometry;
 pub mod image;
 mod instructions;
 mod linalg;
 pub mod phase_symmetry;
-pub mod vector;
+pub mod simd;
 
 pub use error::Error;
 pub use num_complex::Complex;

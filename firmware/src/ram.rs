@@ -1,7 +1,7 @@
 //! What RAM the core takes in typical configurations.
 
 use bonebeam::beamform::Workspace;
-use bonebeam::channel::delay::Delay;
+use bonebeam::focus::delay::Delay;
 use bonebeam::covariance::{Forward, ForwardBackward};
 use bonebeam::phase_symmetry::{self, LogGaborTables};
 use bonebeam_tests::Workspaces;

@@ -5,10 +5,10 @@ use std::path::Path;
 use std::process::Command;
 
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::channel::aperture::Active;
-use host_sim::beamform::Covariance;
-use host_sim::checks::beamform::Frame;
+use bonebeam::geometry::Active;
+use host_sim::drive::beamform::Covariance;
 use host_sim::files::{DelayedData, Lines};
+use host_sim::validate::beamform::Frame;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};

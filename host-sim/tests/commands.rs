@@ -7,8 +7,8 @@ use std::fs;
 use std::process::Command;
 
 use common::{Npz, scalar, vector};
-use host_sim::beamform::Covariance;
 use host_sim::config::{Beamform, Config, Image, Method};
+use host_sim::drive::beamform::Covariance;
 use host_sim::files::{ChannelData, DelayedData, Lines, Transmits, image};
 use ndarray::{Array2, Array3};
 use num_complex::Complex;

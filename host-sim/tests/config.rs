@@ -3,10 +3,10 @@
 use std::fs;
 
 use host_sim::Error;
-use host_sim::beamform::Covariance;
 use host_sim::config::{
     Beamform, Config, Image, Kind, Method, PhaseSymmetry, Simulate, Size, parse_scale,
 };
+use host_sim::drive::beamform::Covariance;
 use host_sim::files::atomic::Outputs;
 use host_sim::simulate::Settings;
 use tempfile::tempdir;

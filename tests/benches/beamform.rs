@@ -4,10 +4,10 @@
 use bonebeam::Complex;
 use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Run, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
-use bonebeam::vector::Vector;
+use bonebeam::simd::Vector;
 use divan::{Bencher, black_box};
-use host_sim::beamform::Covariance;
-use host_sim::instruction_set::{InstructionSet, OverLanes};
+use host_sim::drive::beamform::Covariance;
+use host_sim::drive::instruction_set::{InstructionSet, OverLanes};
 
 /// Samples a lane and call.
 const SAMPLES: usize = 128;

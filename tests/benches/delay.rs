@@ -2,12 +2,12 @@
 //! `cargo bench -p bonebeam-tests --bench delay`. Read it as ratios.
 
 use bonebeam::Complex;
-use bonebeam::channel::analytic::HilbertTransformer;
-use bonebeam::channel::aperture::Active;
-use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
-use bonebeam::channel::delay_law::TransmitLaw;
-use bonebeam::channel::record::Record;
-use bonebeam::vector::{Lanes, Vector};
+use bonebeam::focus::analytic::HilbertTransformer;
+use bonebeam::focus::delay::{Column, Delay, DelayParameters, Store};
+use bonebeam::focus::delay_law::TransmitLaw;
+use bonebeam::focus::record::Record;
+use bonebeam::geometry::Active;
+use bonebeam::simd::{Lanes, Vector};
 use divan::{Bencher, black_box};
 use fearless_simd::Level;
 

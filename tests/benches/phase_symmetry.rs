@@ -4,8 +4,8 @@
 
 use bonebeam::phase_symmetry::{GainTables, LogGabor, LogGaborTables, PhaseSymmetry};
 use divan::{Bencher, black_box};
-use host_sim::instruction_set::InstructionSet;
-use host_sim::phase_symmetry::{Parameters, Plan};
+use host_sim::drive::instruction_set::InstructionSet;
+use host_sim::drive::phase_symmetry::{Parameters, Plan};
 use ndarray::Array2;
 
 const SIDE: usize = 512;

@@ -1,8 +1,8 @@
 //! The beamformers on the golden snapshots: M = 32, L = 16, K = 2.
 
 use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Workspace};
-use bonebeam::channel::aperture::{Active, Aperture};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::geometry::{Active, Aperture};
 use bonebeam::{Complex, Error};
 
 use crate::hash;

@@ -3,11 +3,11 @@
 //! The record is the real parts of the golden snapshots read as 8 elements of 192 samples: numbers
 //! for the arithmetic, not a scene.
 
-use bonebeam::channel::analytic::HilbertTransformer;
-use bonebeam::channel::aperture::Active;
-use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
-use bonebeam::channel::delay_law::TransmitLaw;
-use bonebeam::channel::record::Record;
+use bonebeam::focus::analytic::HilbertTransformer;
+use bonebeam::focus::delay::{Column, Delay, DelayParameters, Store};
+use bonebeam::focus::delay_law::TransmitLaw;
+use bonebeam::focus::record::Record;
+use bonebeam::geometry::Active;
 use bonebeam::{Complex, Error};
 
 use crate::hash;

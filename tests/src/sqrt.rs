@@ -1,6 +1,6 @@
 //! The square root: one instruction on a microcontroller, a library's elsewhere.
 
-use bonebeam::vector::Vector;
+use bonebeam::simd::Vector;
 
 use crate::hash;
 

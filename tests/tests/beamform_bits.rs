@@ -4,12 +4,12 @@
 mod common;
 
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::channel::aperture::Active;
+use bonebeam::geometry::Active;
 use common::lines::{
     COVARIANCES, Gaussian, Line, METHODS, core, core_lanes, frame, scalar, stacked,
 };
-use host_sim::beamform::Plan;
-use host_sim::instruction_set::InstructionSet;
+use host_sim::drive::beamform::Plan;
+use host_sim::drive::instruction_set::InstructionSet;
 use ndarray::Array2;
 use num_complex::Complex;
 

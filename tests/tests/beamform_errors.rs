@@ -4,11 +4,11 @@ mod common;
 
 use bonebeam::Error;
 use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Run, Workspace};
-use bonebeam::channel::aperture::Active;
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
-use bonebeam::vector::Vector;
+use bonebeam::geometry::Active;
+use bonebeam::simd::Vector;
 use common::lines::COVARIANCES;
-use host_sim::instruction_set::{InstructionSet, OverLanes};
+use host_sim::drive::instruction_set::{InstructionSet, OverLanes};
 use ndarray::Array3;
 use num_complex::Complex;
 
@@ -177,7 +177,7 @@ fn the_host_names_beam_sample_and_element() {
     x[[1, 2, 3]].im = f32::NAN;
     let all = Active { first: 0, count: 5 };
     for covariance in COVARIANCES {
-        let refused = host_sim::beamform::beamform(
+        let refused = host_sim::drive::beamform::beamform(
             x.view(),
             |_, _| all,
             Parameters::default(),

@@ -3,12 +3,12 @@
 mod common;
 
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::channel::aperture::Active;
+use bonebeam::geometry::Active;
 use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_weights, widen};
 use common::tolerances::{BEAMFORMED, RANK_RULE, RAYLEIGH};
-use host_sim::beamform::Covariance;
-use host_sim::checks::beamform::exact_parameters;
+use host_sim::drive::beamform::Covariance;
 use host_sim::reference::f64::beamform::{Eigenspace, Sample};
+use host_sim::validate::beamform::exact_parameters;
 use nalgebra::DVector;
 use num_complex::Complex;
 use std::f32::consts::TAU;

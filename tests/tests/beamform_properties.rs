@@ -8,9 +8,9 @@ use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_weights, wi
 use common::tolerances::{
     BEAMFORMED, BEAMFORMED_TWICE, HEAVY_LOADING, OUTPUT_POWER, SIGNAL_SUBSPACE, UNIT_RESPONSE,
 };
-use host_sim::beamform::Covariance;
-use host_sim::checks::beamform::exact_parameters;
+use host_sim::drive::beamform::Covariance;
 use host_sim::reference::f64::beamform::Sample;
+use host_sim::validate::beamform::exact_parameters;
 use nalgebra::DVector;
 use num_complex::Complex;
 use proptest::prelude::*;

@@ -3,16 +3,16 @@
 mod common;
 
 use bonebeam::Complex;
-use bonebeam::channel::analytic::HilbertTransformer;
-use bonebeam::channel::aperture::Active;
-use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
-use bonebeam::channel::delay_law::TransmitLaw;
-use bonebeam::channel::record::Record;
-use bonebeam::vector::{Lanes, Vector};
+use bonebeam::focus::analytic::HilbertTransformer;
+use bonebeam::focus::delay::{Column, Delay, DelayParameters, Store};
+use bonebeam::focus::delay_law::TransmitLaw;
+use bonebeam::focus::record::Record;
+use bonebeam::geometry::Active;
+use bonebeam::simd::{Lanes, Vector};
 use common::tolerances::{DELAY_SHIFT, DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
 use fearless_simd::Level;
 use host_sim::config::Beamform;
-use host_sim::delay::DelayStage;
+use host_sim::drive::delay::DelayStage;
 use host_sim::files::{ChannelData, Transmits};
 use host_sim::reference;
 use ndarray::{Array3, Axis};

@@ -1,10 +1,10 @@
 //! The delay stage refuses what is wrong, by name, before it writes anything.
 
-use bonebeam::channel::analytic::HilbertTransformer;
-use bonebeam::channel::aperture::Active;
-use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
-use bonebeam::channel::delay_law::TransmitLaw;
-use bonebeam::channel::record::Record;
+use bonebeam::focus::analytic::HilbertTransformer;
+use bonebeam::focus::delay::{Column, Delay, DelayParameters, Store};
+use bonebeam::focus::delay_law::TransmitLaw;
+use bonebeam::focus::record::Record;
+use bonebeam::geometry::Active;
 use bonebeam::{Complex, Error};
 
 const GOOD: DelayParameters = DelayParameters {

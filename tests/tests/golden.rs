@@ -5,15 +5,15 @@ mod common;
 
 use bonebeam::Complex;
 use bonebeam::beamform::{Beamformer, DelayedLine, Method, Run, Workspace};
-use bonebeam::channel::aperture::Active;
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::geometry::Active;
 use bonebeam::image::Axis;
-use bonebeam::vector::Vector;
+use bonebeam::simd::Vector;
 use bonebeam_tests::snapshots::{self, ELEMENTS, REAL_PARTS, SAMPLES, SNAPSHOTS};
 use bonebeam_tests::{Workspaces, beamform, delay, hash, image, phase_symmetry, sqrt};
 use common::lines::{Line, scalar};
-use host_sim::beamform::Covariance;
-use host_sim::instruction_set::{InstructionSet, OverLanes};
+use host_sim::drive::beamform::Covariance;
+use host_sim::drive::instruction_set::{InstructionSet, OverLanes};
 use host_sim::reference::f32 as reference;
 use ndarray::Array2;
 use rand::{Rng, SeedableRng};
@@ -54,7 +54,7 @@ fn the_recorded_hashes_are_met() {
 /// bits: this is the hash of one machine's recording.
 #[test]
 fn what_is_verified_with_has_the_same_bits_everywhere() {
-    let recording = host_sim::verify::recording();
+    let recording = host_sim::validate::verify::recording();
     let hash = hash::of(recording.rf.iter().copied());
     assert_eq!(hash, 0x6f3f_d291_48b7_9299, "{hash:016x}");
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use host_sim::image::PixelGrid;
+use host_sim::drive::image::PixelGrid;
 use host_sim::simulate::{Outline, Phantom, Tissue, slice_mesh, slice_vertebra, visible};
 
 /// The built-in vertebra as it is imaged: its shallowest point at 15 mm.

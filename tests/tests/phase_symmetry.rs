@@ -6,12 +6,12 @@ mod common;
 use std::f64::consts::PI;
 
 use bonebeam::phase_symmetry as core;
-use bonebeam::vector::{Lanes, Vector};
+use bonebeam::simd::{Lanes, Vector};
 use common::tolerances;
 use core::{Fft, Gains};
 use fearless_simd::Level;
-use host_sim::instruction_set::InstructionSet;
-use host_sim::phase_symmetry::{Parameters, Plan, phase_symmetry};
+use host_sim::drive::instruction_set::InstructionSet;
+use host_sim::drive::phase_symmetry::{Parameters, Plan, phase_symmetry};
 use host_sim::reference;
 use ndarray::Array2;
 use num_complex::Complex;

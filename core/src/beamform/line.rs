@@ -1,17 +1,17 @@
 //! One beam, depth by depth, with an aperture that grows; and its weights for inspection.
 
 use super::delayed_line::DelayedLine;
-use super::esmv::{at_least_floor, kept, rank_order};
+use super::methods::esmv::{at_least_floor, kept, rank_order};
 use super::parameters::{Beamformer, Method};
 use super::runs::Run;
 use super::workspace::{Memory, Solver, Workspace};
 use crate::Error;
-use crate::channel::aperture::Active;
 use crate::covariance::Averaging;
 use crate::error::check_length;
+use crate::geometry::Active;
 use crate::linalg::eigen::eigen;
 use crate::linalg::householder::Reduction;
-use crate::vector::{ComplexVector, Scalar};
+use crate::simd::{ComplexVector, Scalar};
 use num_complex::Complex;
 
 /// Splits `0..samples` where the active set changes: `(first sample, number of samples, active)`.

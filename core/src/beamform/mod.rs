@@ -4,11 +4,9 @@
 //! through [`Beamformer::line`]; where speed counts, [`Beamformer::runs`] does as many runs of samples
 //! at once as a vector has lanes, with the same bits.
 
-mod das;
 mod delayed_line;
-mod esmv;
 mod line;
-mod mv;
+mod methods;
 mod parameters;
 mod runs;
 mod snapshot;

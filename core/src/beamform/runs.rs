@@ -5,10 +5,10 @@
 //! registers. On a Cortex-M7 that takes a tenth of the instructions of MV at 16/8 away, with AVX-512 a
 //! tenth to a sixth of the time of rank 1.
 
-use super::das::das;
 use super::delayed_line::DelayedLine;
-use super::esmv::{esmv, esmv_rank1};
-use super::mv::mv;
+use super::methods::das::das;
+use super::methods::esmv::{esmv, esmv_rank1};
+use super::methods::mv::mv;
 use super::parameters::{Beamformer, Method, Parameters};
 use super::snapshot::snapshot;
 use super::workspace::{Memory, Solver, Workspace};
@@ -18,7 +18,7 @@ use crate::covariance::loading::Loading;
 use crate::covariance::{Averaging, time_window};
 use crate::error::check_length;
 use crate::linalg::panels::Column;
-use crate::vector::{ComplexVector, Mask, Scalar, Vector};
+use crate::simd::{ComplexVector, Mask, Scalar, Vector};
 use num_complex::Complex;
 
 /// Consecutive samples of one beam that have one active set: what a lane works on.

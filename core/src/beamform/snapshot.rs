@@ -4,7 +4,7 @@ use super::runs::Run;
 use crate::covariance::Averaging;
 use crate::covariance::lag_sums::subarray_sum;
 use crate::instructions::prefetch;
-use crate::vector::{ComplexVector, MOST_LANES, Vector, transpose};
+use crate::simd::{ComplexVector, MOST_LANES, Vector, transpose};
 use num_complex::Complex;
 
 /// The `active` elements of the runs' sample `i`, their subarrays' `sum`, and that in the solver's

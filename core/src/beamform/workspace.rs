@@ -3,7 +3,7 @@
 use crate::covariance::{Averaging, OneLane};
 use crate::linalg::largest_pair::Tridiagonal;
 use crate::linalg::panels::{Column, TILE};
-use crate::vector::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// All the memory a beamformer needs; a plain struct for a `static` or a box.
 ///

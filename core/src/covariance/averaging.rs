@@ -2,7 +2,7 @@
 
 use super::loading::Loading;
 use crate::linalg::panels::Column;
-use crate::vector::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// Rows that stand below the matrix for MV.
 pub(crate) const RIGHT_SIDES: usize = 3;

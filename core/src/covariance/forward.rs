@@ -3,7 +3,7 @@
 use super::averaging::{Basis, OneLane, RIGHT_SIDES, rows};
 use super::loading::Loading;
 use crate::linalg::panels::{Column, TILE, panel};
-use crate::vector::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// `R` of Eq. 2 as it is: complex Hermitian.
 ///

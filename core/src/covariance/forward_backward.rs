@@ -12,7 +12,7 @@
 use super::averaging::{Basis, OneLane, RIGHT_SIDES, rows};
 use super::loading::Loading;
 use crate::linalg::panels::{Column, TILE, panel};
-use crate::vector::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector};
 
 const FRAC_1_SQRT_2: f32 = core::f32::consts::FRAC_1_SQRT_2;
 const SQRT_2: f32 = core::f32::consts::SQRT_2;

@@ -1,7 +1,7 @@
 //! Sums over the subarrays of one sample, lag by lag, by sliding along the array.
 
 use super::Averaging;
-use crate::vector::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// Takes each entry `r = Σ_l x[l+i]·x*[l+j]`, `l = 0..=count−subarray`, of the inner sum of Eq. 2 on
 /// and below the diagonal, with `lag = i − j` and `place = j`, into `lags`, as the averaging keeps it.

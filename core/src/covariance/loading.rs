@@ -1,6 +1,6 @@
 //! Diagonal loading, and the scale at which the solvers work.
 
-use crate::vector::Vector;
+use crate::simd::Vector;
 
 /// Below this share of the line's largest power a sample counts as zero: 300 dB.
 const NOTHING: f32 = f32::from_bits((127 - 100) << 23); // 2^-100

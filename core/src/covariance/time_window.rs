@@ -5,7 +5,7 @@
 //! `2K+1`; the older block is kept as suffix sums, the newer one as one growing prefix, and a window
 //! is one suffix plus the prefix. Three additions a number and sample, whatever `K` is.
 
-use crate::vector::{ComplexVector, Vector};
+use crate::simd::{ComplexVector, Vector};
 
 /// Numbers whose suffix sums are formed together, half the widest registers.
 const PIECE: usize = 8;

@@ -3,7 +3,7 @@
 use super::check_finite;
 use crate::Error;
 use crate::error::check_length;
-use crate::vector::{Vector, load};
+use crate::simd::{Vector, load};
 
 /// The median of each pixel's 3×3 neighbourhood; `image` and `out` are row-major, `columns` wide.
 ///

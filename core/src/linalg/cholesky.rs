@@ -2,7 +2,7 @@
 
 use super::FLOOR;
 use super::panels::{Column, TILE, panel};
-use crate::vector::{Scalar, Vector};
+use crate::simd::{Scalar, Vector};
 
 /// Factorises the matrix of `panels` panels `a` into `g`, and turns `rows`, which stand below `a`,
 /// into `rows·G⁻ᴴ`: a row `b*` becomes `(G⁻¹b)*`.

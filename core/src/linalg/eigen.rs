@@ -4,7 +4,7 @@
 use super::householder::Reduction;
 use super::panels::Column;
 use super::tridiagonal::implicit_ql;
-use crate::vector::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// All eigenvalues of the matrix `a` of `n` rows, unordered in `values`, and what the eigenvectors `E`
 /// make of given vectors, which lie `stride` apart: each `vectors[r] ← Eᴴ·vectors[r]`.

@@ -3,7 +3,7 @@
 
 use super::householder::Reduction;
 use super::panels::{Column, TILE};
-use crate::vector::{Scalar, Vector};
+use crate::simd::{Scalar, Vector};
 
 /// The share of the eigenvalue below which a step towards it is the last.
 const LAST_STEP: f32 = 1e-6;

@@ -1,7 +1,7 @@
 //! How far the largest eigenvalue is from the others at least, by the sum of the squares of all.
 
 use super::panels::{Column, TILE, panel};
-use crate::vector::{Scalar, Vector};
+use crate::simd::{Scalar, Vector};
 
 /// `‖A − μ‖²`: the diagonal's from zero, and twice the rest's, column by column below the diagonal in
 /// each panel from zero.

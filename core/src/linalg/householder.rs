@@ -11,7 +11,7 @@
 use super::inner_product::inner_product;
 use super::largest_pair::Tridiagonal;
 use super::panels::{Column, TILE, panel, trace};
-use crate::vector::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// Below this power (of a matrix with trace near 1) a row's tail and an entry count as zero: far
 /// below the rounding errors, and far above where a square loses bits, with which reflections and

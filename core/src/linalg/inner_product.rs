@@ -1,7 +1,7 @@
 //! The inner product of two vectors in tiles.
 
 use super::panels::{Column, TILE};
-use crate::vector::{Scalar, Vector};
+use crate::simd::{Scalar, Vector};
 
 /// `uᴴp`: four partial sums, of every fourth entry from zero, added `(0 + 1) + (2 + 3)`.
 #[inline(always)]

@@ -24,7 +24,7 @@ use super::inner_product::inner_product;
 use super::largest_pair::Tridiagonal;
 use super::matrix_vector::times_vector;
 use super::panels::{Column, TILE, panel, trace};
-use crate::vector::{Mask, Scalar, Vector};
+use crate::simd::{Mask, Scalar, Vector};
 
 /// The error of `e₁` at which a lane is done.
 pub const ACCURACY: f32 = 2e-6;

@@ -2,7 +2,7 @@
 //! iteration, then a twisted factorisation.
 
 use super::FLOOR;
-use crate::vector::{Mask, Vector};
+use crate::simd::{Mask, Vector};
 
 /// The most steps from an upper bound to the largest eigenvalue; two to five are usual.
 const STEP_LIMIT: usize = 20;

@@ -1,7 +1,7 @@
 //! The product of a Hermitian matrix in panels and a vector.
 
 use super::panels::{Column, TILE, panel};
-use crate::vector::{Scalar, Vector};
+use crate::simd::{Scalar, Vector};
 
 /// `y = (A − shift)·v`, each entry summed from `−shift·v` over ascending columns.
 ///

@@ -4,7 +4,7 @@
 //! that a product of two panels reads both from front to back. The diagonal tiles are whole, and
 //! the rows that fill up the last panel are those of the identity.
 
-use crate::vector::{Scalar, Vector};
+use crate::simd::{Scalar, Vector};
 
 /// Rows of a panel, and columns of a tile.
 pub const TILE: usize = 4;

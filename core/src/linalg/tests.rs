@@ -7,7 +7,7 @@ use super::householder::Reduction;
 use super::lanczos::{ACCURACY, STEP_LIMIT, lanczos};
 use super::largest_pair::Tridiagonal;
 use super::panels::{Column, TILE, panel};
-use crate::vector::{ComplexVector, Scalar};
+use crate::simd::{ComplexVector, Scalar};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};

@@ -1,6 +1,6 @@
 //! A real symmetric tridiagonal matrix: implicit QL, one lane at a time.
 
-use crate::vector::{ComplexVector, Vector};
+use crate::simd::{ComplexVector, Vector};
 
 /// QL steps allowed for one eigenvalue. Two or three are usual. At the limit the off-diagonal
 /// entry in the way is dropped: the result stays finite and orthonormal.

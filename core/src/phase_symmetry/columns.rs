@@ -8,8 +8,8 @@ use super::log_gabor::ORIENTATIONS;
 use super::strip::{Kernels, PhaseSymmetry};
 use super::workspace::StripBuffers;
 use crate::Error;
-use crate::vector::Vector;
-use crate::vector::{MOST_LANES, transpose};
+use crate::simd::Vector;
+use crate::simd::{MOST_LANES, transpose};
 use core::ops::Range;
 use num_complex::Complex;
 

@@ -1,7 +1,7 @@
 //! The one-dimensional transform of rows and columns, as many lines at a time as a vector has
 //! lanes.
 
-use crate::vector::Vector;
+use crate::simd::Vector;
 use num_complex::Complex;
 
 /// A discrete Fourier transform of independent lines, one in each lane.

@@ -6,7 +6,7 @@ use super::strip::PhaseSymmetry;
 use super::workspace::spectrum_columns;
 use crate::Error;
 use crate::error::check_length;
-use crate::vector::Vector;
+use crate::simd::Vector;
 use core::ops::Range;
 
 /// Columns of the spectrum side by side in the lanes of a vector.

@@ -7,7 +7,7 @@
 //! differ by an exact turn, one product serves both. The order of the roundings stays radix 2's.
 
 use super::fft::{Fft, LONGEST, Microfft, is_supported};
-use crate::vector::Vector;
+use crate::simd::Vector;
 use num_complex::Complex;
 
 /// The transform of lines in lanes, with its twiddle factors.

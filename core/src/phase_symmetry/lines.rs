@@ -1,6 +1,6 @@
 //! Lines in the lanes of vectors, and back in memory.
 
-use crate::vector::Vector;
+use crate::simd::Vector;
 
 /// How `lines` lines go into the lanes of vectors: the first of each vector, and how many.
 #[inline(always)]

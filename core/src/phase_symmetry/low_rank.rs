@@ -20,7 +20,7 @@ use super::log_gabor::{ORIENTATIONS, RADIAL_RATIO, Scale};
 use super::strip::{Kernels, PhaseSymmetry};
 use super::workspace::StripBuffers;
 use crate::Error;
-use crate::vector::Vector;
+use crate::simd::Vector;
 use core::ops::Range;
 
 /// The upper end of the frequencies over which the error is spread, cycles per pixel.

@@ -7,7 +7,7 @@ use super::lines::{groups, load, store};
 use super::strip::{Kernels, PhaseSymmetry};
 use super::workspace::StripBuffers;
 use crate::Error;
-use crate::vector::Vector;
+use crate::simd::Vector;
 use core::ops::Range;
 use num_complex::Complex;
 

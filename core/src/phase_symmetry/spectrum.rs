@@ -7,7 +7,7 @@ use super::lines::{groups, load, store};
 use super::strip::{Kernels, PhaseSymmetry};
 use super::workspace::{StripBuffers, spectrum_columns};
 use crate::Error;
-use crate::vector::Vector;
+use crate::simd::Vector;
 use num_complex::Complex;
 
 /// The largest magnitude of a pixel: far beyond an image's 255, and no step overflows below it.

@@ -19,7 +19,7 @@ use super::gains::Gains;
 use super::log_gabor::{ORIENTATIONS, Scale};
 use super::workspace::{External, StripBuffers, spectrum_columns};
 use crate::Error;
-use crate::vector::Vector;
+use crate::simd::Vector;
 use core::ops::Range;
 
 /// The most scales of a bank.

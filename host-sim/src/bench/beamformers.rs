@@ -12,8 +12,8 @@ use super::snapshots::{Scene, snapshots};
 use super::straight::{Shape, Straight};
 use super::timing::side_by_side;
 use super::{Section, Settings};
-use crate::beamform::Covariance;
-use crate::instruction_set::InstructionSet;
+use crate::drive::beamform::Covariance;
+use crate::drive::instruction_set::InstructionSet;
 use crate::{Error, Result};
 
 /// Beams: as many as the widest registers have lanes.

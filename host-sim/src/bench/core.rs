@@ -5,8 +5,8 @@ use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 
 use crate::Result;
-use crate::beamform::{Capacity, Covariance};
-use crate::instruction_set::InstructionSet;
+use crate::drive::beamform::{Capacity, Covariance};
+use crate::drive::instruction_set::InstructionSet;
 
 /// Beamforms all lines into `z [beam, sample]`.
 pub type Core<'a> = dyn FnMut(&mut Array2<Complex<f32>>) -> Result<()> + 'a;

@@ -15,11 +15,11 @@ use super::snapshots::{Scene, snapshots};
 use super::timing::fastest;
 use super::{Section, Settings};
 use crate::Result;
-use crate::beamform::Covariance;
 use crate::config;
-use crate::delay::DelayStage;
+use crate::drive::beamform::Covariance;
+use crate::drive::delay::DelayStage;
+use crate::drive::threads::pool;
 use crate::files::{ChannelData, Transmits};
-use crate::threads::pool;
 
 /// As many as the widest registers have lanes.
 const BEAMS: usize = 16;

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::channel::aperture::{Active, Aperture};
+use bonebeam::geometry::{Active, Aperture};
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use rayon::ThreadPool;
@@ -13,12 +13,12 @@ use super::snapshots::{Scene, snapshots};
 use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
 use crate::Result;
-use crate::beamform::{self, Covariance};
+use crate::drive::beamform::{self, Covariance};
+use crate::drive::image::{Image, PixelGrid, b_mode};
+use crate::drive::instruction_set::InstructionSet;
+use crate::drive::phase_symmetry::{self, Plan};
+use crate::drive::threads::pool;
 use crate::files::Lines;
-use crate::image::{Image, PixelGrid, b_mode};
-use crate::instruction_set::InstructionSet;
-use crate::phase_symmetry::{self, Plan};
-use crate::threads::pool;
 
 /// Frames a second of the published GPU implementation.
 const GPU: f64 = 10.0;

@@ -32,7 +32,7 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 
-use crate::instruction_set::InstructionSet;
+use crate::drive::instruction_set::InstructionSet;
 use crate::{Error, Result};
 use machine::Machine;
 

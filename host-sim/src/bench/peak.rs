@@ -3,10 +3,10 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use bonebeam::vector::Vector;
+use bonebeam::simd::Vector;
 
 use super::timing::fastest;
-use crate::instruction_set::{InstructionSet, OverLanes};
+use crate::drive::instruction_set::{InstructionSet, OverLanes};
 
 /// Multiplications and as many additions a chain and call: long enough for the clock's resolution,
 /// short enough to fit between two interruptions.

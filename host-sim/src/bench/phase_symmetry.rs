@@ -11,8 +11,8 @@ use super::scipy::scipy;
 use super::straight_phase_symmetry::Straight;
 use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
-use crate::phase_symmetry::{Parameters, Plan};
-use crate::threads::pool;
+use crate::drive::phase_symmetry::{Parameters, Plan};
+use crate::drive::threads::pool;
 use crate::{Error, Result};
 
 const SIDE: usize = 512;

@@ -15,8 +15,8 @@ use super::snapshots::{Scene, snapshots};
 use super::timing::{fastest, side_by_side};
 use super::{LINE, Section, Settings};
 use crate::Result;
-use crate::beamform::Covariance;
-use crate::instruction_set::InstructionSet;
+use crate::drive::beamform::Covariance;
+use crate::drive::instruction_set::InstructionSet;
 
 /// The core alone, forward-backward.
 fn alone(

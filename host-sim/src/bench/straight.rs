@@ -15,7 +15,7 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, Par, Spec, c32};
 use ndarray::ArrayView2;
 
-use crate::beamform::Covariance;
+use crate::drive::beamform::Covariance;
 use crate::{Error, Result};
 
 /// The shape of the problem, and which covariance.

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{ConfigArgument, about, command_line, load_config, progress_bar};
-use crate::beamform::Covariance;
 use crate::config::{Beamform, Config, Image, Method};
+use crate::drive::beamform::Covariance;
+use crate::drive::frame::{beamform_channel_data, beamform_delayed_data};
+use crate::drive::image::{PixelGrid, b_mode, check_beams};
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
 use crate::files::{Lines, Recording, Transmits};
-use crate::frame::{beamform_channel_data, beamform_delayed_data};
-use crate::image::{PixelGrid, b_mode, check_beams};
 use crate::{Error, Result};
 
 /// Beamform channel data: one complex value a beam and depth.
@@ -260,7 +260,7 @@ fn told_beams(recording: &Recording) -> Option<&[f64]> {
 }
 
 /// The B-mode image over the depths and the width asked for.
-fn image_of(lines: &Lines, parameters: &Image) -> Result<crate::image::Image> {
+fn image_of(lines: &Lines, parameters: &Image) -> Result<crate::drive::image::Image> {
     let (rows, columns) = (parameters.rows, parameters.columns);
     let [first, last] = [0, lines.z.ncols() - 1]
         .map(|sample| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0);

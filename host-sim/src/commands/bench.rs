@@ -8,8 +8,8 @@ use indicatif::ProgressBar;
 
 use super::about;
 use crate::bench::{Section, Settings, rewrite, run as measure, text};
+use crate::drive::instruction_set::InstructionSet;
 use crate::files::atomic::{Outputs, check_outputs};
-use crate::instruction_set::InstructionSet;
 use crate::{Error, Result};
 
 /// Measure the core's speed beside straight faer, rustfft and scipy, on this machine.

@@ -8,8 +8,8 @@ use clap::Args;
 
 use super::progress_bar;
 use crate::config::read_toml;
+use crate::experiments::{self, Parameters};
 use crate::files::atomic::{Outputs, check_writable};
-use crate::main_job::{self, Parameters};
 use crate::report::{self, Report};
 use crate::{Error, Result};
 
@@ -103,7 +103,7 @@ fn prepare(folder: &Path) -> Result<Vec<&Path>> {
 fn compute_and_write(parameters: &Parameters, folder: &Path) -> Result<()> {
     let bar = progress_bar("", 1000);
     let step = Mutex::new(String::new());
-    let outcome = main_job::run(parameters, &|what, done| {
+    let outcome = experiments::run(parameters, &|what, done| {
         // A thread that panicked has ended the run anyway.
         if let Ok(mut step) = step.lock()
             && *step != what

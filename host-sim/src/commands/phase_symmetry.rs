@@ -7,10 +7,10 @@ use clap::Args;
 
 use super::{ConfigArgument, about, command_line, load_config, progress_bar};
 use crate::config::{self, Config, Size, parse_scale};
+use crate::drive::image::resize;
+use crate::drive::phase_symmetry::{Parameters, phase_symmetry};
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
-use crate::image::resize;
-use crate::phase_symmetry::{Parameters, phase_symmetry};
 use crate::{Error, Result};
 
 /// Filter an image for ridges: bright lines such as bone surfaces (phase symmetry, Eq. 9 and 10).

@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::progress_bar;
-use crate::verify::verify;
+use crate::validate::verify::verify;
 use crate::{Error, Result};
 
 /// Check the core to the bit, on this machine.

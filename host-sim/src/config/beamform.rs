@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 use super::{check_positive, out_of_range};
-use crate::beamform::Covariance;
+use crate::drive::beamform::Covariance;
 use crate::{Error, Result};
 
 const SECTION: &str = "beamform";

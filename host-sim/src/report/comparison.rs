@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::main_job::{ByImage, ImageLine, Outcome, PointMeasure, Surface, VertebraMeasure};
+use crate::experiments::{ByImage, ImageLine, Outcome, PointMeasure, Surface, VertebraMeasure};
 
 /// One quantity: what was found with DAS and with rank-1 ESMV, and what the paper has.
 #[derive(Clone, Debug, Serialize)]

@@ -3,7 +3,7 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::Result;
-use crate::main_job::Parameters;
+use crate::experiments::Parameters;
 
 use super::Report;
 use super::comparison::Comparison;

@@ -14,9 +14,9 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::Result;
+use crate::experiments::{Outcome, Parameters};
 use crate::files::atomic::Outputs;
 use crate::files::image;
-use crate::main_job::{Outcome, Parameters};
 
 use comparison::Comparison;
 

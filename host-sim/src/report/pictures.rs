@@ -3,7 +3,7 @@
 use maud::{Markup, PreEscaped, html};
 
 use crate::Result;
-use crate::main_job::{BEAMFORMERS, Pair, Picture, VertebraResult};
+use crate::experiments::{BEAMFORMERS, Pair, Picture, VertebraResult};
 
 use super::plot;
 

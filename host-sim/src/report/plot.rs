@@ -5,7 +5,7 @@ use std::fmt::Display;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use crate::main_job::Picture;
+use crate::experiments::Picture;
 use crate::{Error, Result};
 
 /// Width of a picture, and what its axes take, in pixels.

@@ -4,7 +4,7 @@ use maud::{Markup, PreEscaped, html};
 use plotters::prelude::RGBColor;
 
 use crate::Result;
-use crate::main_job::{BEAMFORMERS, ByImage, ImageLine, Outcome, VertebraResult};
+use crate::experiments::{BEAMFORMERS, ByImage, ImageLine, Outcome, VertebraResult};
 
 use super::comparison::images;
 use super::plot::{self, Curve, Plot};

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::checks::Check;
-use crate::main_job::{BEAMFORMERS, Outcome};
+use crate::experiments::{BEAMFORMERS, Outcome};
+use crate::validate::Check;
 
 use super::comparison::{Comparison, Figure, images};
 
@@ -100,7 +100,7 @@ pub fn surface_tables(outcome: &Outcome) -> Vec<Table> {
     images()
         .into_iter()
         .map(|(image, pick)| {
-            let row = |name: &str, s: &crate::main_job::Surface| {
+            let row = |name: &str, s: &crate::experiments::Surface| {
                 vec![
                     name.to_owned(),
                     number(s.mean_mm),

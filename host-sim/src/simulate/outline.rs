@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use crate::image::PixelGrid;
+use crate::drive::image::PixelGrid;
 use crate::{Error, Result};
 
 use super::chain::Point;

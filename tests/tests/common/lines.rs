@@ -6,13 +6,13 @@
 use bonebeam::beamform::{
     Beamformer, DelayedLine, Method, Parameters, Run, Workspace, constant_runs,
 };
-use bonebeam::channel::aperture::Active;
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
-use bonebeam::vector::Vector;
-use host_sim::beamform::Covariance;
-use host_sim::checks::beamform::plain_parameters;
-use host_sim::instruction_set::{InstructionSet, OverLanes};
+use bonebeam::geometry::Active;
+use bonebeam::simd::Vector;
+use host_sim::drive::beamform::Covariance;
+use host_sim::drive::instruction_set::{InstructionSet, OverLanes};
 use host_sim::reference::f32 as f32_reference;
+use host_sim::validate::beamform::plain_parameters;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
@@ -262,7 +262,7 @@ pub fn frame(
 ) -> Array2<Complex<f32>> {
     let x = stacked(lines);
     let active = |beam: usize, sample: usize| lines[beam].active[sample];
-    host_sim::beamform::beamform(x.view(), active, parameters, covariance, |_| {})
+    host_sim::drive::beamform::beamform(x.view(), active, parameters, covariance, |_| {})
         .expect("a frame that fits")
 }
 

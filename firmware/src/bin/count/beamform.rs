@@ -1,7 +1,7 @@
 //! Beamformers of three sizes, forward-backward, K = 0.
 
 use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Workspace};
-use bonebeam::channel::aperture::Active;
+use bonebeam::geometry::Active;
 use bonebeam::covariance::ForwardBackward;
 use bonebeam::{Complex, Error};
 use cortex_m_semihosting::hprintln;

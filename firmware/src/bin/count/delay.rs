@@ -1,10 +1,10 @@
 //! The delay stage, for records of three rates: RF to delayed analytic samples at 20 MHz.
 
-use bonebeam::channel::analytic::HilbertTransformer;
-use bonebeam::channel::aperture::Active;
-use bonebeam::channel::delay::{Column, Delay, DelayParameters, Store};
-use bonebeam::channel::delay_law::TransmitLaw;
-use bonebeam::channel::record::Record;
+use bonebeam::focus::analytic::HilbertTransformer;
+use bonebeam::geometry::Active;
+use bonebeam::focus::delay::{Column, Delay, DelayParameters, Store};
+use bonebeam::focus::delay_law::TransmitLaw;
+use bonebeam::focus::record::Record;
 use bonebeam::{Complex, Error};
 
 use crate::counter::Counter;

@@ -1,11 +1,11 @@
 //! The delay stage: RF of one transmit → delayed analytic samples of one column, plain loops.
 
-use bonebeam::channel::delay::{Column, DelayParameters, Store};
-use bonebeam::channel::delay_law::TransmitLaw;
+use bonebeam::focus::delay::{Column, DelayParameters, Store};
+use bonebeam::focus::delay_law::TransmitLaw;
 use num_complex::Complex;
 use std::f64::consts::PI;
 
-/// The column of `bonebeam::channel::delay::Delay::column`, for a Hilbert transformer of
+/// The column of `bonebeam::focus::delay::Delay::column`, for a Hilbert transformer of
 /// `hilbert_taps` non-zero taps a side. `rf`: row-major `[element][sample]`. `out`: row-major
 /// `[output sample][element]`. The caller's sizes must fit.
 pub fn column(

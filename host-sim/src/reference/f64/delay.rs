@@ -1,8 +1,8 @@
 //! The delay stage from its definition: geometry in f64, a sinc four times as long as the core's
 //! evaluated where it is needed, and the analytic signal by the DFT.
 
-use bonebeam::channel::delay::{Column, DelayParameters};
-use bonebeam::channel::delay_law::TransmitLaw;
+use bonebeam::focus::delay::{Column, DelayParameters};
+use bonebeam::focus::delay_law::TransmitLaw;
 use num_complex::Complex;
 use rustfft::FftPlanner;
 use std::f64::consts::PI;

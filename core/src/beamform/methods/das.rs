@@ -1,0 +1,49 @@
+//! Delay and sum.
+
+use crate::beamform::delayed_line::DelayedLine;
+use crate::beamform::runs::Run;
+use num_complex::Complex;
+
+/// Elements whose additions are written out, so that a loop's bookkeeping is shared.
+const BLOCK: usize = 8;
+
+/// The means over the run's `count` active elements: each the sum in ascending order from zero,
+/// divided by the count, straight from the delayed samples.
+///
+/// At the line's own scale where the sum can neither overflow nor lose bits to the end of the floats'
+/// range, else at its working scale; both give the same bits, but for samples below `2⁻¹²⁶` of the
+/// line's largest.
+#[inline(always)]
+pub(in crate::beamform) fn das(run: &Run<'_>, count: usize, z: &mut [Complex<f32>]) {
+    let line = &run.line;
+    for (i, z) in z.iter_mut().enumerate() {
+        let active = &line.samples_from(run.first_sample + i)[run.first_element..][..count];
+        *z = if line.is_moderate() {
+            mean(active, |x| x)
+        } else {
+            scaled(line, active)
+        };
+    }
+}
+
+/// The mean at the line's working scale, put back.
+#[cold]
+fn scaled(line: &DelayedLine<'_>, active: &[Complex<f32>]) -> Complex<f32> {
+    let scale = line.scale();
+    line.unscale(mean(active, |x| x * scale))
+}
+
+#[inline(always)]
+fn mean(active: &[Complex<f32>], scale: impl Fn(Complex<f32>) -> Complex<f32>) -> Complex<f32> {
+    let mut sum = Complex::new(0.0, 0.0);
+    let (blocks, rest) = active.as_chunks::<BLOCK>();
+    for block in blocks {
+        for &x in block {
+            sum += scale(x);
+        }
+    }
+    for &x in rest {
+        sum += scale(x);
+    }
+    sum / active.len() as f32
+}

@@ -1,0 +1,207 @@
+//! Eigenspace minimum variance (Eq. 5–8).
+
+use crate::beamform::parameters::Method;
+use crate::beamform::workspace::Solver;
+use crate::covariance::Averaging;
+use crate::linalg::FLOOR;
+use crate::linalg::cholesky::factorise;
+use crate::linalg::eigen::eigen;
+use crate::linalg::first_pair::first_pair;
+use crate::linalg::householder::Reduction;
+use crate::linalg::inner_product::inner_product;
+use crate::linalg::lanczos::lanczos;
+use crate::linalg::matrix_vector::times_vector;
+use crate::linalg::panels::TILE;
+use crate::simd::{ComplexVector, Mask, Scalar, Vector};
+use num_complex::Complex;
+
+/// `w_pᴴs` with a signal subspace of rank 1, for the loaded covariance in the solver's panels.
+///
+/// With `λ₁` and `e₁` no back substitution is needed: `w_p = e₁(e₁ᴴa)/(λ₁·aᴴR⁻¹a)`, and
+/// `aᴴR⁻¹a = ‖G⁻¹a‖²` from one forward solve. The Lanczos iteration serves the lanes where it arrives,
+/// [`first_pair`] the others but for the `silent` ones. Also returns the lanes that this is true of:
+/// where `R` is singular in f32, the caller takes [`esmv`] instead.
+///
+/// `e₁ᴴa` is taken as `e₁ᴴ(R·a)/λ₁`. For an echo from aside its terms cancel, and an error of `e₁` would
+/// count whole beside what they leave; so it counts `λ₂/λ₁` times at most, and the roundings of `R·a`,
+/// each a share of an entry of `e₁`, average out.
+///
+/// Cost: those, one product of the matrix with a vector, and one factorisation with a row below it.
+#[inline(always)]
+pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
+    solver: &mut Solver<'_, A::Scalar, V>,
+    subarray: usize,
+    s: &[ComplexVector<V>],
+    silent: V::Mask,
+) -> (ComplexVector<V>, V::Mask) {
+    let zero = s[0].re.zero();
+    let padded = subarray.next_multiple_of(TILE);
+    let vector = &mut solver.vector[..padded];
+    let (tiles, _) = vector.as_chunks_mut();
+    let (basis, _) = solver.factor.as_chunks_mut();
+    let (mut eigenvalue, arrived) = lanczos(
+        solver.matrix,
+        subarray,
+        basis,
+        tiles,
+        &mut solver.tridiagonal,
+        solver.values,
+        silent,
+    );
+    let left = !(arrived | silent);
+    if left.any() {
+        let (panels, _) = solver.factor.as_chunks_mut();
+        let mut reduction = Reduction {
+            panels,
+            vectors: solver.rows.as_flattened_mut(),
+            phases: solver.phases,
+            tridiagonal: &mut solver.tridiagonal,
+        };
+        let value = zero.vectorize(
+            #[inline(always)]
+            || first_pair(solver.matrix, subarray, &mut reduction, left),
+        );
+        eigenvalue = V::select(left, value, eigenvalue);
+        for (e, &direct) in vector.iter_mut().zip(&*reduction.vectors) {
+            *e = A::Scalar::select(left, direct, *e);
+        }
+    }
+    let mut product = ComplexVector::from_real(zero);
+    for (&e, &s) in vector.iter().zip(s) {
+        product = product + e.conj_mul_complex(s);
+    }
+    let steering = &mut solver.rows.as_flattened_mut()[..padded];
+    for (i, entry) in steering[..subarray].iter_mut().enumerate() {
+        *entry = A::Scalar::from_real(zero.splat(A::steering(i, subarray)));
+    }
+    steering[subarray..].fill(A::Scalar::from_real(zero));
+    let (factor, _) = solver.factor.as_chunks_mut();
+    let (vector, _) = vector.as_chunks();
+    let turned = &mut factor[..vector.len()];
+    times_vector(solver.matrix, zero, steering.as_chunks().0, turned);
+    let projection = inner_product(vector, turned);
+    let (rows, _) = steering.as_chunks_mut();
+    let definite = factorise::<_, _, 1>(solver.matrix, factor, rows, padded / TILE);
+    // ‖G⁻¹a‖², ascending from zero.
+    let mut power = zero;
+    for [y] in &rows[..subarray] {
+        power = power + y.norm_sqr();
+    }
+    let z = projection
+        .conj_mul_complex(product)
+        .divide(eigenvalue * eigenvalue * power);
+    (z, definite & z.is_finite())
+}
+
+/// `w_pᴴs` by the full eigensolver, for the loaded covariance in the solver's panels.
+///
+/// `w_pᴴs = Σ (e_kᴴa)*·(e_kᴴs)/λ_k / Σ_all |e_kᴴa|²/λ_k`, the first sum over the eigenvectors that
+/// `method` keeps, both in descending order of `λ`: neither the eigenvectors nor the weights are
+/// formed.
+#[inline(always)]
+pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
+    method: Method,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    subarray: usize,
+    s: &[ComplexVector<V>],
+) -> ComplexVector<V> {
+    let zero = s[0].re.zero();
+    let Solver {
+        matrix,
+        factor,
+        rows,
+        phases,
+        tridiagonal,
+        lane,
+        values,
+        work,
+        order,
+        cumulative,
+        ..
+    } = solver;
+    let stride = work.len() / 2;
+    let (steering, data) = work.split_at_mut(stride);
+    for i in 0..subarray {
+        steering[i] = ComplexVector::from_real(zero.splat(A::steering(i, subarray)));
+        data[i] = s[i];
+    }
+    let mut reduction = Reduction {
+        panels: factor.as_chunks_mut().0,
+        vectors: rows.as_flattened_mut(),
+        phases,
+        tridiagonal,
+    };
+    eigen(matrix, subarray, &mut reduction, lane, values, work, stride);
+    let (steering, data) = work.split_at(stride);
+    let mut z = ComplexVector::from_real(zero);
+    for lane in 0..V::LANES {
+        let mut sum = Complex::new(0.0f32, 0.0);
+        let total = rank_order(&values[..subarray], steering, lane, order, cumulative);
+        for place in kept(method, cumulative, total, subarray) {
+            let index = order[place];
+            let a = steering[index].lane(lane);
+            let x = data[index].lane(lane);
+            let product = a.conj() * x;
+            sum += product / at_least_floor(values[index].lanes()[lane]);
+        }
+        z.set_lane(lane, sum / total);
+    }
+    z
+}
+
+/// Orders one lane's eigenvalues: `order` gets their indices, largest first, equal ones in the order
+/// found; `cumulative` the cross-spectral metric (Eq. 8) `c_j = Σ_{k≤j} |e_kᴴa|²/λ_k`, from the
+/// projections `Eᴴa`. Returns `c_L`.
+pub(in crate::beamform) fn rank_order<V: Vector>(
+    values: &[V],
+    steering: &[ComplexVector<V>],
+    lane: usize,
+    order: &mut [usize],
+    cumulative: &mut [f32],
+) -> f32 {
+    for (i, value) in values.iter().enumerate() {
+        let mut place = i;
+        while place > 0 && values[order[place - 1]].lanes()[lane] < value.lanes()[lane] {
+            order[place] = order[place - 1];
+            place -= 1;
+        }
+        order[place] = i;
+    }
+    let mut total = 0.0;
+    for (&index, sum) in order.iter().zip(cumulative).take(values.len()) {
+        let projection = steering[index].lane(lane);
+        total += projection.norm_sqr() / at_least_floor(values[index].lanes()[lane]);
+        *sum = total;
+    }
+    total
+}
+
+/// An eigenvalue, no smaller than the rounding error of the trace.
+pub(in crate::beamform) fn at_least_floor(value: f32) -> f32 {
+    if value > FLOOR { value } else { FLOOR }
+}
+
+/// Which places of the descending order make up the subspace that `method` keeps, of `n`, given the
+/// cross-spectral metric and its total.
+pub(in crate::beamform) fn kept(
+    method: Method,
+    cumulative: &[f32],
+    total: f32,
+    n: usize,
+) -> core::ops::Range<usize> {
+    match method {
+        Method::EsmvBeta(beta) => {
+            let threshold = beta * total;
+            let mut rank = 1;
+            while rank < n && cumulative[rank - 1] < threshold {
+                rank += 1;
+            }
+            0..rank
+        }
+        Method::EsmvRank(rank) => 0..if rank < n { rank } else { n },
+        Method::EsmvRank1 => 0..1,
+        Method::EsmvExcludeFirst => 1..n,
+        // MV keeps them all; DAS never comes here.
+        Method::Mv | Method::Das => 0..n,
+    }
+}

@@ -1,0 +1,41 @@
+//! Minimum variance (Eq. 1, 4).
+
+use crate::beamform::workspace::Solver;
+use crate::covariance::{Averaging, RIGHT_SIDES};
+use crate::linalg::cholesky::factorise;
+use crate::linalg::panels::TILE;
+use crate::simd::{ComplexVector, Scalar, Vector};
+
+/// `wᴴs` for the loaded covariance in the solver's panels and the data `s` in the solver's
+/// coordinates.
+///
+/// `R = GGᴴ`, `y = G⁻¹a`, `t = G⁻¹s`; `wᴴs = aᴴR⁻¹s/aᴴR⁻¹a = yᴴt/‖y‖²`: no back substitution.
+///
+/// Also returns the lanes that this is true of: where `R` is singular in f32, as it can be with a
+/// `Δ` near 0, the caller takes [`esmv`](super::esmv::esmv) with all eigenvectors instead.
+///
+/// Cost: one factorisation with two rows below it.
+#[inline(always)]
+pub(in crate::beamform) fn mv<A: Averaging<V>, V: Vector>(
+    solver: &mut Solver<'_, A::Scalar, V>,
+    subarray: usize,
+    s: &[ComplexVector<V>],
+) -> (ComplexVector<V>, V::Mask) {
+    let zero = s[0].re.zero();
+    let (rows, _) = solver.rows.as_flattened_mut().as_chunks_mut();
+    A::right_sides(s, rows);
+    let padded = subarray.next_multiple_of(TILE);
+    rows[subarray..padded].fill([A::Scalar::from_real(zero); RIGHT_SIDES]);
+    let (factor, _) = solver.factor.as_chunks_mut();
+    let definite = factorise(solver.matrix, factor, rows, padded / TILE);
+    // ‖G⁻¹a‖² = aᴴR⁻¹a and (G⁻¹a)ᴴ(G⁻¹s) = aᴴR⁻¹s, both sums ascending from zero.
+    let mut power = zero;
+    let mut product = ComplexVector::from_real(zero);
+    for row in &rows[..subarray] {
+        let (own, cross) = A::whitened(row);
+        power = power + own;
+        product = product + cross;
+    }
+    let z = product.divide(power);
+    (z, definite & z.is_finite())
+}

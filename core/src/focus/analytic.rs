@@ -1,0 +1,218 @@
+//! The analytic signal along depth: an odd FIR Hilbert transformer with a Kaiser window.
+//!
+//! The real part is the signal itself; the imaginary part is
+//! `y[n] = Σ_j h_j·(x[n−2j−1] − x[n+2j+1])`, h_j = 2/(π(2j+1))·kaiser((2j+1)/2N, β = 6), so that a
+//! cosine gives e^{+jωt}. The even taps are zero and not computed.
+//!
+//! Worst error with the default length, relative to the peak of a Gaussian pulse of 5 MHz and 60 %
+//! bandwidth (of its phase: where the envelope is above −20 dB):
+//!
+//! | output rate | taps (all) | imaginary part | envelope | phase, rad |
+//! |---|---|---|---|---|
+//! | 20 MHz | 31 | 2.8·10⁻⁴ | 2.5·10⁻⁴ | 1.0·10⁻³ |
+//! | 40 MHz | 63 | 2.6·10⁻⁴ | 1.8·10⁻⁴ | 6·10⁻⁴ |
+//! | 100 MHz | 159 | 2.6·10⁻⁴ | 1.8·10⁻⁴ | 6·10⁻⁴ |
+
+use super::kaiser;
+use crate::Error;
+use crate::simd::{Vector, load};
+
+/// The most non-zero taps on one side.
+pub const CAPACITY: usize = 64;
+const BETA: f64 = 6.0;
+/// Outputs whose sums are formed together, so that none waits for its last addition.
+pub(super) const GROUP: usize = 8;
+
+/// A Hilbert transformer of N non-zero taps a side.
+#[derive(Clone, Debug)]
+pub struct HilbertTransformer {
+    taps: [f32; CAPACITY],
+    count: usize,
+}
+
+impl HilbertTransformer {
+    /// RAM of the taps, bytes.
+    pub const BYTES: usize = size_of::<Self>();
+
+    /// `count` non-zero taps a side, N: 4N − 1 taps in all.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if `count` is 0, [`Error::Capacity`] if it exceeds [`CAPACITY`].
+    pub fn new(count: usize) -> Result<Self, Error> {
+        if count == 0 {
+            let expected = "at least 1";
+            return Err(Error::Parameter {
+                name: "hilbert taps",
+                value: 0.0,
+                expected,
+            });
+        }
+        if count > CAPACITY {
+            let capacity = CAPACITY;
+            return Err(Error::Capacity {
+                name: "hilbert taps",
+                actual: count,
+                capacity,
+            });
+        }
+        let mut taps = [0.0; CAPACITY];
+        for (j, tap) in taps.iter_mut().enumerate().take(count) {
+            let k = (2 * j + 1) as f64;
+            let window = kaiser::window(k / (2 * count) as f64, BETA);
+            *tap = (2.0 / (core::f64::consts::PI * k) * window) as f32;
+        }
+        Ok(HilbertTransformer { taps, count })
+    }
+
+    /// The default length for a pulse around `centre_frequency` at `output_rate`, Hz:
+    /// N = ⌈2·output_rate/f₀⌉, almost four periods of f₀ a side; at most [`CAPACITY`].
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] unless both are positive and finite and the output rate is more than
+    /// twice the centre frequency.
+    pub fn for_pulse(output_rate: f64, centre_frequency: f64) -> Result<Self, Error> {
+        super::positive("output_rate", output_rate)?;
+        super::positive("centre_frequency", centre_frequency)?;
+        let ratio = output_rate / centre_frequency;
+        if ratio <= 2.0 {
+            let expected = "more than twice the centre frequency";
+            return Err(Error::Parameter {
+                name: "output_rate",
+                value: output_rate,
+                expected,
+            });
+        }
+        let count = libm::ceil(2.0 * ratio) as usize;
+        Self::new(if count < CAPACITY { count } else { CAPACITY })
+    }
+
+    /// Samples needed before the first and after the last output, 2N − 1.
+    pub fn reach(&self) -> usize {
+        2 * self.count - 1
+    }
+
+    /// The imaginary parts of a group of `rows`, of which the first is row [`Self::reach`]; there are
+    /// as many again behind the last.
+    ///
+    /// Order, f32: from 0, in ascending j, `y += h_j · (earlier − later)`. Cost: N MACs and N
+    /// subtractions a sample.
+    #[inline(always)]
+    pub(super) fn quadrature<V: Vector>(&self, zero: V, rows: &[f32]) -> [V; GROUP] {
+        let mut sums = [zero; GROUP];
+        for (j, &tap) in self.taps[..self.count].iter().enumerate() {
+            let k = 2 * j + 1;
+            let from_row = |row: usize| rows[row * V::LANES..][..GROUP * V::LANES].chunks(V::LANES);
+            let (earlier, later) = (from_row(self.reach() - k), from_row(self.reach() + k));
+            for ((sum, earlier), later) in sums.iter_mut().zip(earlier).zip(later) {
+                let pair = load(zero, earlier) - load(zero, later);
+                *sum = *sum + zero.splat(tap) * pair;
+            }
+        }
+        sums
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f64::consts::PI;
+
+    const F0: f64 = 5e6;
+
+    /// A Gaussian pulse of 5 MHz and 60 % bandwidth at −6 dB, its analytic signal by the Fourier
+    /// integral over the positive frequencies.
+    fn pulse(t: f64) -> (f64, f64) {
+        let a = PI * F0 * 0.6 * PI * F0 * 0.6 / (4.0 * libm::log(libm::pow(10.0, 6.0 / 20.0)));
+        let step = 50e3;
+        let (mut re, mut im) = (0.0, 0.0);
+        for k in 0..400 {
+            let f = (f64::from(k) + 0.5) * step;
+            // The cosine's spectrum: one Gaussian at +f₀, one at −f₀.
+            let gaussian = |d: f64| libm::sqrt(PI / a) / 2.0 * libm::exp(-PI * PI * d * d / a);
+            let density = 2.0 * (gaussian(f - F0) + gaussian(f + F0)) * step;
+            re += density * libm::cos(2.0 * PI * f * t);
+            im += density * libm::sin(2.0 * PI * f * t);
+        }
+        (re, im)
+    }
+
+    #[test]
+    fn the_documented_errors_hold() {
+        // (rate, imaginary part, envelope, phase): the figures of the module's documentation.
+        for (rate, imaginary, envelope, phase) in [
+            (20e6, 2.8e-4, 2.5e-4, 1.0e-3),
+            (40e6, 2.6e-4, 1.8e-4, 6e-4),
+            (100e6, 2.6e-4, 1.8e-4, 6e-4),
+        ] {
+            let hilbert = HilbertTransformer::for_pulse(rate, F0).unwrap();
+            let reach = hilbert.reach();
+            let (mut worst, mut worst_envelope, mut worst_phase) = (0.0f64, 0.0f64, 0.0f64);
+            for shift in 0..5 {
+                let mut exact = [(0.0, 0.0); 400];
+                let mut line = [0.0f32; 400];
+                for n in 0..400 {
+                    exact[n] = pulse((n as f64 - 200.0 + f64::from(shift) / 5.0) / rate);
+                    line[n] = exact[n].0 as f32;
+                }
+                let mut im = [0.0f32; 400];
+                let outputs = 400 - 2 * reach;
+                for (group, im) in im[..outputs].chunks_exact_mut(GROUP).enumerate() {
+                    im.copy_from_slice(&hilbert.quadrature(0.0f32, &line[group * GROUP..]));
+                }
+                let outputs = outputs / GROUP * GROUP;
+                for n in 0..outputs {
+                    let (re, exact_im) = exact[n + reach];
+                    let im = f64::from(im[n]);
+                    let magnitude = libm::hypot(re, exact_im);
+                    worst = worst.max(libm::fabs(im - exact_im));
+                    worst_envelope =
+                        worst_envelope.max(libm::fabs(libm::hypot(re, im) - magnitude));
+                    if magnitude > 0.1 {
+                        let turn = libm::atan2(im * re - re * exact_im, re * re + im * exact_im);
+                        worst_phase = worst_phase.max(libm::fabs(turn));
+                    }
+                }
+            }
+            assert!(worst <= imaginary, "{rate}: {worst}");
+            assert!(
+                worst_envelope <= envelope,
+                "{rate}: envelope {worst_envelope}"
+            );
+            assert!(worst_phase <= phase, "{rate}: phase {worst_phase}");
+        }
+    }
+
+    #[test]
+    fn a_cosine_turns_forwards() {
+        let hilbert = HilbertTransformer::new(8).unwrap();
+        let line: [f32; 72] = core::array::from_fn(|n| libm::cosf(n as f32 * 1.5));
+        for n in 0..34 {
+            let im = hilbert.quadrature(0.0f32, &line[n..])[0];
+            let sine = libm::sinf((n + hilbert.reach()) as f32 * 1.5);
+            // β = 6 gives a ripple near 10⁻³ in mid-band.
+            assert!(libm::fabsf(im - sine) < 2e-3, "{n}: {im} for {sine}");
+        }
+    }
+
+    #[test]
+    fn parameters_are_checked() {
+        assert!(matches!(
+            HilbertTransformer::new(0),
+            Err(Error::Parameter { .. })
+        ));
+        assert!(matches!(
+            HilbertTransformer::new(65),
+            Err(Error::Capacity { .. })
+        ));
+        assert_eq!(
+            HilbertTransformer::for_pulse(1e12, 1.0).unwrap().reach(),
+            127
+        );
+        for (rate, f0) in [(10e6, 5e6), (0.0, 5e6), (20e6, 0.0), (f64::NAN, 5e6)] {
+            assert!(matches!(
+                HilbertTransformer::for_pulse(rate, f0),
+                Err(Error::Parameter { .. })
+            ));
+        }
+    }
+}

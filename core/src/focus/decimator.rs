@@ -1,0 +1,382 @@
+//! Decimation by powers of two: half-band FIR filters.
+//!
+//! A record 2.5 times as fast as the output, or more, is halved until it is slower than that. Each
+//! halving is `y[j] = x[2j]/2 + Σ_k h_k·(x[2j−k] + x[2j+k])`, k = 1, 3, …, 2P − 1, with
+//! h_k ∝ sin(πk/2)/(πk)·kaiser(k/2P, β) that add up to 1/4:
+//!
+//! - The last one: P = 6, β = 6.5. What lies below 0.7 of half the output rate is kept, and what would
+//!   fold onto that is removed, both to 2.5·10⁻⁴.
+//! - Those before: P = 4, β = 8.5, and 1.6·10⁻⁴.
+//!
+//! What else is above half the output rate is left to the filter that reads the halved record
+//! ([`interpolate`](super::interpolate)).
+//!
+//! Lanes are samples. Those at even and at odd places are kept apart, so that a filter lies over
+//! consecutive ones. A record streams through, some samples at a time; what a filter reaches back for
+//! stays in front of the new ones.
+
+use super::kaiser;
+use crate::simd::{Vector, load};
+use core::ops::Range;
+
+/// Records this many times as fast as the output, or more, are halved.
+const HALVED_FROM: f64 = 2.5;
+/// How often, at most: from 16 to 2 times the output rate.
+const MAX_HALVINGS: usize = 3;
+/// Taps on one side of the last filter that are not zero, and of those before; the shapes of their
+/// windows.
+const LAST: usize = 6;
+const BEFORE: usize = 4;
+const LAST_BETA: f64 = 6.5;
+const BEFORE_BETA: f64 = 8.5;
+/// Samples in front of sample 0 of a halved record: half of what both filters reach.
+const MARGIN: usize = LAST + BEFORE - 1;
+/// Samples that come out together, at most.
+const CHUNK: usize = 64;
+/// Samples of even place, and of odd place, that stay in front of new ones: at least 2P − 1, and a
+/// whole number of registers.
+const OLD: usize = 16;
+/// Samples after which no filter reaches back any more to where they began on nothing.
+const LEAD: usize = 32;
+
+/// The filters of all halvings.
+#[derive(Clone, Debug)]
+pub(super) struct Decimator {
+    halvings: usize,
+    before: [f32; BEFORE],
+    last: [f32; LAST],
+}
+
+impl Decimator {
+    /// The decimator of records sampled at `ratio` times the output rate, 16 at most.
+    pub(super) fn new(ratio: f64) -> Self {
+        let mut halvings = 0;
+        let mut after = ratio;
+        while after >= HALVED_FROM {
+            after /= 2.0;
+            halvings += 1;
+        }
+        Decimator {
+            halvings,
+            before: half_band(BEFORE_BETA),
+            last: half_band(LAST_BETA),
+        }
+    }
+
+    /// How often the rate is halved.
+    pub(super) fn halvings(&self) -> usize {
+        self.halvings
+    }
+
+    /// Where sample 0 lies in what [`Decimator::decimate`] returns.
+    pub(super) fn origin(&self) -> usize {
+        if self.halvings == 0 { 0 } else { MARGIN }
+    }
+
+    /// Samples that a record of `samples` becomes, with those in front of sample 0 and all that the
+    /// filters reach behind; 0 where it is not halved.
+    pub(super) fn halved_len(&self, samples: usize) -> usize {
+        if self.halvings == 0 {
+            return 0;
+        }
+        let mut length = samples;
+        for halving in 0..self.halvings {
+            // Up to the last one that the filter reaches: ⌊(length − 1 + 2P − 1)/2⌋.
+            length = (length - 1) / 2 + self.pairs(halving);
+        }
+        (MARGIN + length).next_multiple_of(OLD)
+    }
+
+    /// Numbers that all halvings keep.
+    pub(super) fn streams_len(&self) -> usize {
+        let halvings = 0..self.halvings;
+        halvings.fold(0, |length, halving| length + 2 * self.stream_len(halving))
+    }
+
+    /// P of a halving.
+    fn pairs(&self, halving: usize) -> usize {
+        if halving + 1 < self.halvings {
+            BEFORE
+        } else {
+            LAST
+        }
+    }
+
+    /// Samples of even place, and of odd place, that a halving keeps.
+    fn stream_len(&self, halving: usize) -> usize {
+        OLD + (CHUNK << (self.halvings - 1 - halving))
+    }
+
+    /// `record` at the rate of the last halving: `halved`, of [`Decimator::halved_len`], or itself where
+    /// it is not to be halved. What is not recorded is 0. What is not `needed` may stay as it was.
+    /// `streams`: [`Decimator::streams_len`].
+    ///
+    /// Order, f32: `x[2j]/2`, then in ascending k, `+ h_k · (earlier + later)`.
+    #[inline(always)]
+    pub(super) fn decimate<'a, V: Vector>(
+        &self,
+        zero: V,
+        record: &'a [f32],
+        needed: Range<usize>,
+        streams: &mut [f32],
+        halved: &'a mut [f32],
+    ) -> &'a [f32] {
+        if self.halvings == 0 {
+            return record;
+        }
+        streams.fill(0.0);
+        let mut rest = streams;
+        let mut streams: [Stream; MAX_HALVINGS] = core::array::from_fn(|halving| {
+            let length = if halving < self.halvings {
+                self.stream_len(halving)
+            } else {
+                0
+            };
+            let (even, odd);
+            (even, rest) = core::mem::take(&mut rest).split_at_mut(length);
+            (odd, rest) = core::mem::take(&mut rest).split_at_mut(length);
+            Stream { even, odd }
+        });
+        // In front of the record everything is 0, so filters may begin there on nothing.
+        let start = needed.start.min(halved.len());
+        let begin = start.saturating_sub(LEAD) / OLD * OLD;
+        let end = needed.end.min(halved.len()).next_multiple_of(OLD);
+        // The first sample of a halving's first outputs, and then of its first new inputs.
+        let mut first = begin as isize - MARGIN as isize;
+        for halving in (0..self.halvings).rev() {
+            first = 2 * (first + self.pairs(halving) as isize - 1);
+        }
+        let needed = halved.get_mut(begin..end).unwrap_or_default();
+        for outputs in needed.chunks_mut(CHUNK) {
+            let inputs = outputs.len() << self.halvings;
+            streams[0].take_record(zero, record, first, inputs);
+            first += inputs as isize;
+            for halving in 1..self.halvings {
+                if let [from, to] = &mut streams[halving - 1..=halving] {
+                    let outputs = outputs.len() << (self.halvings - halving);
+                    to.take_halved(zero, from, &self.before, outputs);
+                    from.advance(outputs);
+                }
+            }
+            let last = &mut streams[self.halvings - 1];
+            for (at, outputs) in outputs.chunks_exact_mut(V::LANES).enumerate() {
+                let y = last.filter(zero, &self.last, at * V::LANES);
+                outputs.copy_from_slice(y.lanes());
+            }
+            last.advance(outputs.len());
+        }
+        halved
+    }
+}
+
+/// A halving's samples of even place and of odd place: [`OLD`] ones, then new ones.
+struct Stream<'a> {
+    even: &'a mut [f32],
+    odd: &'a mut [f32],
+}
+
+impl Stream<'_> {
+    /// Takes `length` samples of the record from `first` on as new ones; what is not recorded is 0.
+    #[inline(always)]
+    fn take_record<V: Vector>(&mut self, zero: V, record: &[f32], first: isize, length: usize) {
+        // In front of the record, indices wrap around, to where there is nothing either.
+        let first = first as usize;
+        let Some(samples) = record.get(first..first.wrapping_add(length)) else {
+            self.take_edge(record, first, length);
+            return;
+        };
+        let even = self.even[OLD..].chunks_exact_mut(V::LANES);
+        let odd = self.odd[OLD..].chunks_exact_mut(V::LANES);
+        for ((even, odd), x) in even.zip(odd).zip(samples.chunks_exact(2 * V::LANES)) {
+            let (x_even, x_odd) = load(zero, x).deinterleave(load(zero, &x[V::LANES..]));
+            even.copy_from_slice(x_even.lanes());
+            odd.copy_from_slice(x_odd.lanes());
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn take_edge(&mut self, record: &[f32], first: usize, length: usize) {
+        let sample = |k| record.get(first.wrapping_add(k)).copied().unwrap_or(0.0);
+        for pair in 0..length / 2 {
+            self.even[OLD + pair] = sample(2 * pair);
+            self.odd[OLD + pair] = sample(2 * pair + 1);
+        }
+    }
+
+    /// Takes `length` outputs of the halving before as new samples.
+    #[inline(always)]
+    fn take_halved<V: Vector>(
+        &mut self,
+        zero: V,
+        from: &Stream,
+        taps: &[f32; BEFORE],
+        length: usize,
+    ) {
+        let even = self.even[OLD..].chunks_exact_mut(V::LANES);
+        let odd = self.odd[OLD..].chunks_exact_mut(V::LANES);
+        for ((even, odd), at) in even.zip(odd).zip((0..length).step_by(2 * V::LANES)) {
+            let y = from.filter(zero, taps, at);
+            let (y_even, y_odd) = y.deinterleave(from.filter(zero, taps, at + V::LANES));
+            even.copy_from_slice(y_even.lanes());
+            odd.copy_from_slice(y_odd.lanes());
+        }
+    }
+
+    /// The outputs of a filter from `at` on.
+    #[inline(always)]
+    fn filter<V: Vector, const PAIRS: usize>(&self, zero: V, taps: &[f32; PAIRS], at: usize) -> V {
+        let even = &self.even[at..][..OLD + V::LANES];
+        let odd = &self.odd[at..][..OLD + V::LANES];
+        let middle = OLD + 1 - PAIRS;
+        let mut y = zero.splat(0.5) * from_place(zero, even, middle);
+        for (k, &tap) in taps.iter().enumerate() {
+            let earlier = from_place(zero, odd, middle - 1 - k);
+            let later = from_place(zero, odd, middle + k);
+            y = y + zero.splat(tap) * (earlier + later);
+        }
+        y
+    }
+
+    /// The last ones, after `new` new ones, become old ones.
+    #[inline(always)]
+    fn advance(&mut self, new: usize) {
+        self.even.copy_within(new..new + OLD, 0);
+        self.odd.copy_within(new..new + OLD, 0);
+    }
+}
+
+/// The samples from `place` on, 0..=[`OLD`]. With the widest registers, from two that lie on a cache
+/// line each: a register across two lines would take two loads, for every place.
+#[inline(always)]
+fn from_place<V: Vector>(zero: V, samples: &[f32], place: usize) -> V {
+    if V::LANES == OLD {
+        return load(zero, samples).slide(load(zero, &samples[OLD..]), place);
+    }
+    load(zero, &samples[place..])
+}
+
+/// The taps of a half-band filter for k = 1, 3, ….
+fn half_band<const PAIRS: usize>(beta: f64) -> [f32; PAIRS] {
+    let mut taps = [0.0; PAIRS];
+    let mut sum = 0.0;
+    for (pair, tap) in taps.iter_mut().enumerate() {
+        let k = (2 * pair + 1) as f64;
+        let sign = if pair % 2 == 0 { 1.0 } else { -1.0 };
+        let window = kaiser::window(k / (2 * PAIRS) as f64, beta);
+        *tap = sign / (core::f64::consts::PI * k) * window;
+        sum += *tap;
+    }
+    taps.map(|tap| (0.25 * tap / sum) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f64::consts::PI;
+
+    /// A record's samples after the halvings, from sample 0 on, and how many there are.
+    fn decimated(decimator: &Decimator, record: &[f32]) -> ([f32; 700], usize) {
+        let (mut streams, mut halved) = ([f32::NAN; 1200], [f32::NAN; 700]);
+        let length = decimator.halved_len(record.len());
+        let streams = &mut streams[..decimator.streams_len()];
+        decimator.decimate(0.0f32, record, 0..length, streams, &mut halved[..length]);
+        halved[..length].rotate_left(MARGIN);
+        (halved, length)
+    }
+
+    #[test]
+    fn keeps_what_is_low_and_removes_what_would_fold_onto_it() {
+        for ratio in [2.5, 3.125, 4.0, 4.9, 5.0, 8.0, 10.0, 12.0, 16.0] {
+            let decimator = Decimator::new(ratio);
+            let every = 1 << decimator.halvings();
+            // What the filters' errors come to, and roundings.
+            let tolerance = 2.5e-4 + 1.6e-4 * (decimator.halvings() - 1) as f64 + 1e-6;
+            let mut folding = 0;
+            for part in 1..=400 {
+                // In halves of the output rate, up to half the record's; then what it becomes.
+                let frequency = ratio * f64::from(part) / 400.0;
+                let rate = 2.0 * ratio / every as f64;
+                let folded = libm::fabs(frequency - libm::round(frequency / rate) * rate);
+                if folded > 0.7 {
+                    continue;
+                }
+                let expected = if frequency <= 0.7 { 1.0 } else { 0.0 };
+                folding += usize::from(expected == 0.0);
+                let wave = |k: usize| libm::cos(PI * frequency / ratio * k as f64 + 0.3);
+                let record: [f32; 400] = core::array::from_fn(|k| wave(k) as f32);
+                let (halved, _) = decimated(&decimator, &record);
+                for j in 8..400 / every - 8 {
+                    let error = f64::from(halved[j]) - expected * wave(every * j);
+                    assert!(
+                        libm::fabs(error) < tolerance,
+                        "{ratio} {frequency} at {j}: {error}"
+                    );
+                }
+            }
+            assert!(folding > 50, "{ratio}: {folding}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_needed_changes_nothing() {
+        let record: [f32; 1000] = core::array::from_fn(|k| libm::sinf((k * k) as f32));
+        for ratio in [3.0, 5.0, 11.0] {
+            let decimator = Decimator::new(ratio);
+            let mut streams = [f32::NAN; 1200];
+            let streams = &mut streams[..decimator.streams_len()];
+            let length = decimator.halved_len(record.len());
+            let mut whole = [f32::NAN; 700];
+            decimator.decimate(0.0f32, &record, 0..length, streams, &mut whole[..length]);
+            for start in 0..length {
+                for end in [start, start + 1, start + 70, usize::MAX] {
+                    let mut part = [f32::NAN; 700];
+                    let part = &mut part[..length];
+                    decimator.decimate(0.0f32, &record, start..end, streams, part);
+                    for n in start..end.min(length) {
+                        assert_eq!(part[n].to_bits(), whole[n].to_bits(), "{ratio} {start} {n}");
+                    }
+                }
+            }
+            let (beyond, signed) = (usize::MAX, isize::MAX as usize);
+            for needed in [beyond..beyond, signed..beyond, signed + 10..0, 0..0] {
+                decimator.decimate(0.0f32, &record, needed, streams, &mut whole[..length]);
+            }
+        }
+    }
+
+    #[test]
+    fn halves_down_to_between_1_25_and_2_5_times_the_output_rate() {
+        for tenth in 1..=160 {
+            let ratio = f64::from(tenth) / 10.0;
+            let halvings = Decimator::new(ratio).halvings();
+            let after = ratio / (1 << halvings) as f64;
+            assert!(
+                after < 2.5 && (halvings == 0 || after >= 1.25),
+                "{ratio}: {halvings}"
+            );
+            assert!(halvings <= MAX_HALVINGS);
+        }
+    }
+
+    #[test]
+    fn an_impulse_loses_nothing_at_the_ends_and_short_records_fit() {
+        for ratio in [2.5, 4.9, 5.0, 16.0] {
+            let decimator = Decimator::new(ratio);
+            let every = 1 << decimator.halvings();
+            for samples in 1..100 {
+                // As many impulses as come to one sample: their sum has no high frequencies.
+                let mut record = [0.0; 100 + 8];
+                record[samples - 1..][..every].fill(1.0);
+                for record in [&record[..samples - 1 + every], &record] {
+                    let (halved, length) = decimated(&decimator, record);
+                    let mut sum = 0.0;
+                    for &y in &halved[..length] {
+                        sum += y;
+                    }
+                    assert!(libm::fabsf(sum - 1.0) < 2e-3, "{ratio} {samples}: {sum}");
+                }
+            }
+        }
+    }
+}

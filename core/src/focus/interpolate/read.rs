@@ -1,0 +1,204 @@
+//! Reading a record through the tabulated filter.
+
+use super::{Interpolator, MAX_BLOCKS};
+use crate::simd::{Dot, PARTIAL_SUMS, Term, Vector};
+
+/// 2²³: from here to its double, floats are the integers.
+const INTEGERS: f32 = 8_388_608.0;
+
+/// Where sixteen values are read.
+#[derive(Clone, Copy)]
+pub(in super::super) struct Places {
+    /// The first sample under the filter; negative in front of the record.
+    first: [i32; PARTIAL_SUMS],
+    /// Where the row of the table begins, and how far the position lies towards the next one.
+    row: [i32; PARTIAL_SUMS],
+    weight: [f32; PARTIAL_SUMS],
+}
+
+impl Places {
+    /// Sample 0, at a whole position.
+    pub(in super::super) const ZERO: Places = Places {
+        first: [0; PARTIAL_SUMS],
+        row: [0; PARTIAL_SUMS],
+        weight: [0.0; PARTIAL_SUMS],
+    };
+}
+
+/// What working out places takes, in all lanes: once a record rather than once a vector.
+pub(in super::super) struct Locator<V> {
+    integers: V,
+    phases: V,
+    last_row: V,
+    row_len: V,
+    offset: V,
+    before: V,
+    length: V,
+}
+
+impl<V: Vector> Locator<V> {
+    /// Works out the places `at` and on, where a vector of positions is read: `whole` (an integer below 2²³ in magnitude)
+    /// plus `position` (0..2²³) after the record's sample 0; nowhere unless `valid`.
+    ///
+    /// f32: q = ⌊position⌋; s = (position − q)·phases; the row is min(⌊s⌋, phases − 1), the weight
+    /// s − row.
+    #[inline(always)]
+    pub(in super::super) fn locate(
+        &self,
+        (whole, position): (V, V),
+        valid: V::Mask,
+        (places, at): (&mut Places, usize),
+    ) {
+        let position = V::select(valid, position, whole.zero());
+        let q = floor(position, self.integers);
+        let s = (position - q) * self.phases;
+        let row = floor(s, self.integers);
+        let row = V::select(self.last_row.less(row), self.last_row, row);
+
+        // Beyond 2²⁴ these additions round, which is far outside in any case.
+        let first = whole + q + self.offset;
+        let reached = self.before.less(first) & first.less(self.length);
+        let first = V::select(valid & reached, first, self.length);
+
+        let stretch = at..at + V::LANES;
+        first.truncate(&mut places.first[stretch.clone()]);
+        (row * self.row_len).truncate(&mut places.row[stretch.clone()]);
+        places.weight[stretch].copy_from_slice((s - row).lanes());
+    }
+}
+
+impl Interpolator {
+    /// Works out places in a record of `length` whose sample 0 is `record[origin]`.
+    #[inline(always)]
+    pub(in super::super) fn locator<V: Vector>(
+        &self,
+        zero: V,
+        (origin, length): (usize, usize),
+    ) -> Locator<V> {
+        let taps = self.taps();
+        Locator {
+            integers: zero.splat(INTEGERS),
+            phases: zero.splat(self.phases as f32),
+            last_row: zero.splat((self.phases - 1) as f32),
+            row_len: zero.splat(taps as f32),
+            offset: zero.splat(origin as f32 - (taps / 2 - 1) as f32),
+            before: zero.splat(-(taps as f32)),
+            length: zero.splat(length as f32),
+        }
+    }
+
+    /// The values of each of `records`, all of one length, at as many of `places`; samples outside
+    /// the record read as 0.
+    ///
+    /// Order, f32: that of [`Dot::blended_dots`], with the samples, the row and the next one. Cost:
+    /// 2·taps products and 3·taps additions a place, of which records share taps and 2·taps.
+    #[inline(always)]
+    pub(in super::super) fn read<V: Vector, const LINES: usize>(
+        &self,
+        zero: V,
+        records: [&[f32]; LINES],
+        places: &[Places],
+        values: [&mut [f32]; LINES],
+    ) {
+        match self.blocks {
+            1 => self.read_blocks::<V, 1, LINES>(zero, records, places, values),
+            _ => self.read_blocks::<V, MAX_BLOCKS, LINES>(zero, records, places, values),
+        }
+    }
+
+    #[inline(always)]
+    fn read_blocks<V: Vector, const BLOCKS: usize, const LINES: usize>(
+        &self,
+        zero: V,
+        records: [&[f32]; LINES],
+        places: &[Places],
+        values: [&mut [f32]; LINES],
+    ) {
+        let table = self.table.0.as_flattened();
+        let mut values = values.map(
+            #[inline(always)]
+            |values| values.as_chunks_mut::<PARTIAL_SUMS>().0.iter_mut(),
+        );
+        for places in places {
+            let dots = zero.blended_dots(
+                #[inline(always)]
+                |k| {
+                    let rows = window(table, places.row[k], 2 * BLOCKS * PARTIAL_SUMS)?;
+                    let mut samples = [&[[0.0; PARTIAL_SUMS]; BLOCKS]; LINES];
+                    for (samples, record) in samples.iter_mut().zip(records) {
+                        let under = window(record, places.first[k], BLOCKS * PARTIAL_SUMS)?;
+                        *samples = under.as_chunks().0.first_chunk()?;
+                    }
+                    term(samples, rows, places.weight[k])
+                },
+            );
+            let dots = match dots {
+                Some(dots) => dots,
+                None => records.map(|record| at_the_edge::<BLOCKS>(record, table, places)),
+            };
+            for (values, dots) in values.iter_mut().zip(dots) {
+                if let Some(values) = values.next() {
+                    *values = dots;
+                }
+            }
+        }
+    }
+}
+
+/// `length` numbers from `first` on, if they are all there.
+#[inline(always)]
+fn window(from: &[f32], first: i32, length: usize) -> Option<&[f32]> {
+    // What is negative becomes large.
+    let first = first as u32 as usize;
+    from.get(first..first.wrapping_add(length))
+}
+
+/// The samples with the row and the next one.
+#[inline(always)]
+fn term<'a, const BLOCKS: usize, const LINES: usize>(
+    samples: [&'a [[f32; PARTIAL_SUMS]; BLOCKS]; LINES],
+    rows: &'a [f32],
+    weight: f32,
+) -> Option<Term<'a, BLOCKS, LINES>> {
+    let (rows, _) = rows.as_chunks().0.as_chunks();
+    Some(Term {
+        samples,
+        row: rows.first()?,
+        next: rows.get(1)?,
+        weight,
+    })
+}
+
+/// Values of which some filters lie partly or wholly outside the record.
+#[cold]
+#[inline(never)]
+fn at_the_edge<const BLOCKS: usize>(
+    record: &[f32],
+    table: &[f32],
+    places: &Places,
+) -> [f32; PARTIAL_SUMS] {
+    let mut samples = [[[0.0; PARTIAL_SUMS]; BLOCKS]; PARTIAL_SUMS];
+    for (samples, &first) in samples.iter_mut().zip(&places.first) {
+        for (k, sample) in samples.as_flattened_mut().iter_mut().enumerate() {
+            // In front of the record, indices wrap around, to where there is nothing either.
+            let index = (first as isize).wrapping_add(k as isize) as usize;
+            *sample = record.get(index).copied().unwrap_or(0.0);
+        }
+    }
+    // One lane or many, the bits are the same.
+    let dots = 0.0f32.blended_dots(|k| {
+        let rows = window(table, places.row[k], 2 * BLOCKS * PARTIAL_SUMS)?;
+        term([&samples[k]], rows, places.weight[k])
+    });
+    match dots {
+        Some([dots]) => dots,
+        None => [0.0; PARTIAL_SUMS],
+    }
+}
+
+/// ⌊x⌋ for 0 ≤ x < 2²³: with `integers`, 2²³, added it is rounded to an integer.
+#[inline(always)]
+fn floor<V: Vector>(x: V, integers: V) -> V {
+    let rounded = (x + integers) - integers;
+    V::select(x.less(rounded), rounded - x.splat(1.0), rounded)
+}

@@ -1,0 +1,261 @@
+//! The active receive aperture: it grows with depth at a constant f-number and is cut at the
+//! array's ends. What lies outside is left out, never zeroed.
+
+use crate::Error;
+use crate::error::{at_least_one, positive};
+
+/// Consecutive active elements, `first .. first + count`. A beam too far from the array has
+/// `count` 0 (and `first` 0).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Active {
+    /// Index of the first active element.
+    pub first: usize,
+    /// How many there are.
+    pub count: usize,
+}
+
+/// Steps a pitch to which a beam's position is rounded.
+const GRID: f64 = 1_048_576.0; // 2^20
+
+/// Which elements take part at each depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Aperture {
+    elements: usize,
+    min_elements: usize,
+    /// F# · pitch, the growth in depth per element, m; 0 where all elements are always active.
+    depth_per_element: f64,
+}
+
+impl Aperture {
+    /// An aperture of z/(F# · pitch) elements at depth z, at least `min_elements`, at most all.
+    ///
+    /// `f_number`: F# = depth / aperture width. `pitch`: element spacing, m. `elements`: elements
+    /// of the array, M. Where `min_elements` exceeds `elements`, all are always active.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] unless `f_number` and `pitch` are positive and finite and `elements`
+    /// and `min_elements` at least 1.
+    pub fn new(
+        f_number: f64,
+        pitch: f64,
+        elements: usize,
+        min_elements: usize,
+    ) -> Result<Self, Error> {
+        positive("f_number", f_number)?;
+        positive("pitch", pitch)?;
+        at_least_one("elements", elements)?;
+        at_least_one("min_elements", min_elements)?;
+        let depth_per_element = f_number * pitch;
+        positive("f_number * pitch", depth_per_element)?;
+        Ok(Aperture {
+            elements,
+            min_elements,
+            depth_per_element,
+        })
+    }
+
+    /// All elements at every depth and for every beam, as for data delayed elsewhere.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if `elements` is 0.
+    pub fn full(elements: usize) -> Result<Self, Error> {
+        at_least_one("elements", elements)?;
+        Ok(Aperture {
+            elements,
+            min_elements: elements,
+            depth_per_element: 0.0,
+        })
+    }
+
+    /// Elements of the array, M.
+    pub fn elements(&self) -> usize {
+        self.elements
+    }
+
+    /// The active elements for a beam (or pixel column) at `beam` pitches from element 0, at
+    /// `depth` m: m = clamp(round(z/(F# · pitch)), m_min, M), halves rounded up; the first is
+    /// ⌈beam − m/2⌉, with the beam taken to a millionth of a pitch, so that a beam on an element is
+    /// there whatever its coordinates were rounded to; then cut at the array's ends. A deeper set contains every shallower one.
+    /// A NaN beam has no active element; a NaN depth counts as 0.
+    pub fn active(&self, beam: f64, depth: f64) -> Active {
+        if self.depth_per_element == 0.0 {
+            return Active {
+                first: 0,
+                count: self.elements,
+            };
+        }
+        let array = self.elements as f64;
+        let mut wide = self.min_elements as f64;
+        let grown = libm::round(depth / self.depth_per_element);
+        if grown > wide {
+            wide = grown;
+        }
+        if wide > array {
+            wide = array;
+        }
+        let beam = libm::round(beam * GRID) / GRID;
+        let first = libm::ceil(beam - wide / 2.0);
+        let end = first + wide;
+        let first = if first < 0.0 { 0.0 } else { first };
+        let end = if end > array { array } else { end };
+        if first < end {
+            Active {
+                first: first as usize,
+                count: (end - first) as usize,
+            }
+        } else {
+            Active { first: 0, count: 0 }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PITCH: f64 = 0.308e-3;
+
+    fn paper() -> Aperture {
+        Aperture::new(1.5, PITCH, 128, 8).unwrap()
+    }
+
+    #[test]
+    fn grows_with_depth_between_the_limits() {
+        // 20 mm / (1.5 · 0.308 mm) = 43.29; ⌈64 − 43/2⌉ = 43.
+        assert_eq!(
+            paper().active(64.0, 20e-3),
+            Active {
+                first: 43,
+                count: 43
+            }
+        );
+        assert_eq!(
+            paper().active(64.0, 0.0),
+            Active {
+                first: 60,
+                count: 8
+            }
+        );
+        assert_eq!(
+            paper().active(63.5, 1.0),
+            Active {
+                first: 0,
+                count: 128
+            }
+        );
+    }
+
+    #[test]
+    fn is_centred_on_the_beam() {
+        // Even count on a beam between two elements: symmetric about it.
+        assert_eq!(
+            paper().active(63.5, 0.0),
+            Active {
+                first: 60,
+                count: 8
+            }
+        );
+        // Odd count on an element: 5 on either side. 11 · 1.5 · 0.308 mm = 5.082 mm.
+        assert_eq!(
+            paper().active(64.0, 5.082e-3),
+            Active {
+                first: 59,
+                count: 11
+            }
+        );
+    }
+
+    #[test]
+    fn rounding_of_the_coordinates_does_not_move_it() {
+        for element in 0..128 {
+            let exact = paper().active(f64::from(element), 20e-3);
+            for off in [-1e-9, 1e-9] {
+                assert_eq!(paper().active(f64::from(element) + off, 20e-3), exact);
+            }
+        }
+    }
+
+    #[test]
+    fn is_cut_at_the_ends() {
+        assert_eq!(
+            paper().active(0.0, 20e-3),
+            Active {
+                first: 0,
+                count: 22
+            }
+        );
+        assert_eq!(
+            paper().active(127.0, 20e-3),
+            Active {
+                first: 106,
+                count: 22
+            }
+        );
+    }
+
+    #[test]
+    fn a_beam_far_away_has_no_elements() {
+        let none = Active { first: 0, count: 0 };
+        for beam in [
+            -1e3,
+            1e3,
+            -1e300,
+            1e300,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NAN,
+        ] {
+            assert_eq!(paper().active(beam, 10e-3), none);
+        }
+        assert_eq!(paper().active(64.0, f64::NAN).count, 8);
+        assert_eq!(paper().active(64.0, f64::INFINITY).count, 128);
+    }
+
+    #[test]
+    fn a_deeper_aperture_contains_the_shallower() {
+        for tenth in -200..1500 {
+            let beam = f64::from(tenth) / 10.0;
+            let mut last = paper().active(beam, 0.0);
+            for step in 1..400 {
+                let now = paper().active(beam, f64::from(step) * 0.2e-3);
+                if last.count > 0 {
+                    assert!(now.first <= last.first);
+                    assert!(now.first + now.count >= last.first + last.count);
+                }
+                last = now;
+            }
+        }
+    }
+
+    #[test]
+    fn full_ignores_beam_and_depth() {
+        let full = Aperture::full(5).unwrap();
+        assert_eq!(full.active(-1e9, 0.0), Active { first: 0, count: 5 });
+    }
+
+    #[test]
+    fn few_elements_are_all_active() {
+        let small = Aperture::new(1.0, PITCH, 4, 8).unwrap();
+        assert_eq!(small.active(1.5, 0.0), Active { first: 0, count: 4 });
+    }
+
+    #[test]
+    fn bad_parameters_are_named() {
+        let name = |result: Result<Aperture, Error>| match result {
+            Err(Error::Parameter { name, .. }) => name,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(name(Aperture::new(0.0, PITCH, 4, 1)), "f_number");
+        assert_eq!(name(Aperture::new(f64::NAN, PITCH, 4, 1)), "f_number");
+        assert_eq!(name(Aperture::new(1.5, -PITCH, 4, 1)), "pitch");
+        assert_eq!(
+            name(Aperture::new(1e-300, 1e-300, 4, 1)),
+            "f_number * pitch"
+        );
+        assert_eq!(name(Aperture::new(1.5, PITCH, 0, 1)), "elements");
+        assert_eq!(name(Aperture::new(1.5, PITCH, 4, 0)), "min_elements");
+        assert_eq!(name(Aperture::full(0)), "elements");
+    }
+}

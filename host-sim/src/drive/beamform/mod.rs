@@ -1,0 +1,319 @@
+//! Drives the core's beamformer over frames: as many runs at a time as there are lanes, on all
+//! threads.
+
+mod workspace;
+
+use crate::drive::instruction_set::InstructionSet;
+use crate::{Error, Result};
+use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Run};
+use bonebeam::geometry::Active;
+use clap::ValueEnum;
+use ndarray::{Array2, ArrayView3, Axis};
+use num_complex::Complex;
+use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use serde::{Deserialize, Serialize};
+use std::cmp::Reverse;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use workspace::AnyWorkspace;
+pub(crate) use workspace::Capacity;
+
+/// Active elements that fit.
+pub const MAX_ELEMENTS: usize = 256;
+
+/// The longest subarray that fits.
+pub const MAX_SUBARRAY: usize = 128;
+
+/// The largest temporal half-window `K` that fits.
+pub const MAX_TEMPORAL: usize = 31;
+
+/// Which covariance is in use (Eq. 2 or 3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Covariance {
+    /// `R` of Eq. 2, as in the paper's figures.
+    Forward,
+    /// `R_FB` of Eq. 3, the product's default.
+    #[default]
+    ForwardBackward,
+}
+
+/// Stack of a worker, bytes: a workspace is made there before it moves to the heap. Only what is
+/// touched takes memory.
+const WORKER_STACK: usize = 256 << 20;
+
+/// A run of one beam's samples with one active set.
+#[derive(Clone, Copy)]
+struct Piece {
+    beam: usize,
+    first_sample: usize,
+    samples: usize,
+    active: Active,
+}
+
+/// Beamforms every beam of `x` (`[beam, sample, element]`) with the active set `active(beam,
+/// sample)`; returns `z` as `[beam, sample]`, in the input's scale.
+///
+/// `progress` is called from any thread with the number of output samples just finished. The
+/// result does not depend on the number of threads.
+///
+/// # Errors
+/// [`Error::Data`] naming beam, sample and element of a sample that is not finite; [`Error::Usage`]
+/// where a size is beyond what is compiled in; [`Error::Core`] for parameters out of range.
+pub fn beamform(
+    x: ArrayView3<'_, Complex<f32>>,
+    active: impl Fn(usize, usize) -> Active + Sync,
+    parameters: Parameters,
+    covariance: Covariance,
+    progress: impl Fn(usize) + Sync,
+) -> Result<Array2<Complex<f32>>> {
+    let set = InstructionSet::detect();
+    beamform_with(set, x, active, parameters, covariance, progress)
+}
+
+/// As [`beamform`], with an instruction set of choice: the result does not depend on it.
+///
+/// # Errors
+/// As [`beamform`].
+pub fn beamform_with(
+    set: InstructionSet,
+    x: ArrayView3<'_, Complex<f32>>,
+    active: impl Fn(usize, usize) -> Active + Sync,
+    parameters: Parameters,
+    covariance: Covariance,
+    progress: impl Fn(usize) + Sync,
+) -> Result<Array2<Complex<f32>>> {
+    check_window(&parameters, x.dim().1)?;
+    let pieces = pieces(x.dim(), active);
+    let largest = pieces.first().map_or(0, |piece| piece.active.count);
+    Plan::new(set, parameters, covariance, largest)?.beamform(x, &pieces, &progress)
+}
+
+/// Beamforming of many frames: threads and their memory, made once.
+pub struct Plan {
+    beamformer: Beamformer,
+    pool: ThreadPool,
+    /// One a thread.
+    workspaces: Vec<Mutex<Box<dyn AnyWorkspace>>>,
+}
+
+impl Plan {
+    /// For frames whose beams have up to `largest` active elements, on as many threads as the rayon
+    /// pool has in which this is called.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where a size is beyond what is compiled in; [`Error::Core`] for parameters
+    /// out of range.
+    pub fn new(
+        set: InstructionSet,
+        parameters: Parameters,
+        covariance: Covariance,
+        largest: usize,
+    ) -> Result<Self> {
+        let beamformer = Beamformer::new(parameters)?;
+        if largest > MAX_ELEMENTS {
+            return Err(Error::Usage(format!(
+                "{largest} active elements, more than the {MAX_ELEMENTS} that fit"
+            )));
+        }
+        let mut capacity = Capacity {
+            covariance,
+            subarray: 1,
+            temporal: 0,
+        };
+        if parameters.method != Method::Das {
+            capacity.subarray = beamformer.subarray(largest);
+            capacity.temporal = parameters.temporal;
+        }
+        let Capacity {
+            subarray, temporal, ..
+        } = capacity;
+        if subarray > MAX_SUBARRAY {
+            return Err(Error::Usage(format!(
+                "the subarray has {subarray} elements, more than the {MAX_SUBARRAY} that fit"
+            )));
+        }
+        if temporal > MAX_TEMPORAL {
+            return Err(Error::Usage(format!(
+                "temporal (K) is {temporal}, more than the {MAX_TEMPORAL} that fit"
+            )));
+        }
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(rayon::current_num_threads())
+            .stack_size(WORKER_STACK)
+            .build()
+            .map_err(|e| Error::Data(format!("cannot start the worker threads: {e}")))?;
+        let workspaces = pool.broadcast(|_| Mutex::new(capacity.workspace(set)));
+        Ok(Plan {
+            beamformer,
+            pool,
+            workspaces,
+        })
+    }
+
+    /// Beamforms a frame: see [`beamform()`].
+    ///
+    /// # Errors
+    /// [`Error::Data`] naming beam, sample and element of a sample that is not finite;
+    /// [`Error::Core`] where there are more active elements than planned for.
+    pub fn run(
+        &self,
+        x: ArrayView3<'_, Complex<f32>>,
+        active: impl Fn(usize, usize) -> Active + Sync,
+        progress: impl Fn(usize) + Sync,
+    ) -> Result<Array2<Complex<f32>>> {
+        check_window(self.beamformer.parameters(), x.dim().1)?;
+        self.beamform(x, &pieces(x.dim(), active), &progress)
+    }
+
+    fn beamform(
+        &self,
+        x: ArrayView3<'_, Complex<f32>>,
+        pieces: &[Piece],
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Array2<Complex<f32>>> {
+        let (beams, samples, elements) = x.dim();
+        let x = x.as_standard_layout();
+        let lines: Vec<Result<DelayedLine<'_>>> = (0..beams)
+            .into_par_iter()
+            .map(|beam| {
+                let line = x.index_axis(Axis(0), beam);
+                let line = line
+                    .to_slice()
+                    .expect("one beam of a standard layout is contiguous");
+                DelayedLine::new(line, elements).map_err(|error| name_sample(error, beam, elements))
+            })
+            .collect();
+        // The first bad beam is named, whichever thread found one first.
+        let lines = lines.into_iter().collect::<Result<Vec<_>>>()?;
+        let outputs = self.threads(&lines, pieces, progress)?;
+        let mut z = vec![Complex::new(0.0, 0.0); beams * samples];
+        let mut outputs = outputs.as_slice();
+        for piece in pieces {
+            let (values, rest) = outputs.split_at(piece.samples);
+            let first = piece.beam * samples + piece.first_sample;
+            z[first..first + piece.samples].copy_from_slice(values);
+            outputs = rest;
+        }
+        Ok(Array2::from_shape_vec((beams, samples), z).expect("a value a sample"))
+    }
+
+    /// Each thread takes the next group of pieces as soon as it is done with one.
+    fn threads(
+        &self,
+        lines: &[DelayedLine<'_>],
+        pieces: &[Piece],
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Outputs> {
+        let workspace = |index: usize| {
+            self.workspaces[index]
+                .lock()
+                .expect("no thread has panicked")
+        };
+        let lanes = workspace(0).lanes();
+        let groups: Vec<&[Piece]> = pieces
+            .chunk_by(|a, b| a.active.count == b.active.count)
+            .flat_map(|same| same.chunks(lanes))
+            .collect();
+        let next = AtomicUsize::new(0);
+        let done = self.pool.broadcast(|thread| {
+            let mut workspace = workspace(thread.index());
+            let mut done = Vec::new();
+            loop {
+                let index = next.fetch_add(1, Ordering::Relaxed);
+                let Some(&group) = groups.get(index) else {
+                    return done;
+                };
+                let values = beamform_group(&self.beamformer, &mut **workspace, lines, group);
+                progress(group.iter().map(|piece| piece.samples).sum());
+                done.push((index, values));
+            }
+        });
+        let mut done: Vec<(usize, Result<Outputs>)> = done.into_iter().flatten().collect();
+        done.sort_by_key(|(index, _)| *index);
+        let mut outputs = Vec::new();
+        for (_, group) in done {
+            outputs.extend_from_slice(&group?);
+        }
+        Ok(outputs)
+    }
+}
+
+/// The time window is not beyond the record.
+fn check_window(parameters: &Parameters, samples: usize) -> Result<()> {
+    let temporal = parameters.temporal;
+    if temporal < samples {
+        return Ok(());
+    }
+    Err(Error::Usage(format!(
+        "temporal (K) is {temporal}, but the record has only {samples} samples: give at most {}",
+        samples.saturating_sub(1)
+    )))
+}
+
+/// The pieces of a frame's beams, in the order in which they are best beamformed.
+fn pieces(
+    (beams, samples, _): (usize, usize, usize),
+    active: impl Fn(usize, usize) -> Active + Sync,
+) -> Vec<Piece> {
+    let of_beam = |beam: usize| {
+        let runs = bonebeam::beamform::constant_runs(samples, |sample| active(beam, sample));
+        let piece = |(first_sample, samples, active)| Piece {
+            beam,
+            first_sample,
+            samples,
+            active,
+        };
+        runs.map(piece).collect::<Vec<_>>()
+    };
+    let mut pieces: Vec<Piece> = (0..beams).into_par_iter().flat_map_iter(of_beam).collect();
+    // Lanes share the number of active elements; alike lengths waste least, and the lanes that are
+    // left over waste least on the shortest. The longest work comes first, so that threads end alike.
+    pieces.par_sort_by_key(|piece| Reverse((piece.active.count, piece.samples)));
+    pieces
+}
+
+/// One group: a piece a lane.
+fn beamform_group(
+    beamformer: &Beamformer,
+    workspace: &mut dyn AnyWorkspace,
+    lines: &[DelayedLine<'_>],
+    group: &[Piece],
+) -> Result<Outputs> {
+    let runs: Vec<Run<'_>> = group
+        .iter()
+        .map(|piece| Run {
+            line: lines[piece.beam],
+            first_element: piece.active.first,
+            first_sample: piece.first_sample,
+        })
+        .collect();
+    let samples = group.iter().map(|piece| piece.samples).sum();
+    let mut values = vec![Complex::new(0.0, 0.0); samples];
+    let mut rest = values.as_mut_slice();
+    let mut z: Vec<&mut [Complex<f32>]> = Vec::with_capacity(group.len());
+    for piece in group {
+        let (own, others) = rest.split_at_mut(piece.samples);
+        z.push(own);
+        rest = others;
+    }
+    workspace.runs(beamformer, &runs, group[0].active.count, &mut z)?;
+    Ok(values)
+}
+
+/// A non-finite sample by beam, sample and element.
+fn name_sample(error: bonebeam::Error, beam: usize, elements: usize) -> Error {
+    match error {
+        bonebeam::Error::NonFinite { index, .. } => Error::Data(format!(
+            "delayed sample [beam {beam}, sample {}, element {}] is NaN or infinite",
+            index / elements,
+            index % elements
+        )),
+        other => Error::Core(other),
+    }
+}
+
+/// The pieces' samples, one piece after another.
+type Outputs = Vec<Complex<f32>>;

@@ -1,0 +1,276 @@
+//! Drives the core's delay stage over a frame, on all threads.
+
+use std::ops::Range;
+
+use bonebeam::focus::analytic::HilbertTransformer;
+use bonebeam::focus::delay::{Column, Delay, DelayParameters, MAX_SAMPLES, Store};
+use bonebeam::focus::delay_law::TransmitLaw;
+use bonebeam::focus::interpolate::MAX_DECIMATION;
+use bonebeam::focus::record::Record;
+use bonebeam::geometry::{Active, Aperture};
+use bonebeam::simd::Vector;
+use ndarray::{Array3, Axis, CowArray, Ix3};
+use num_complex::Complex;
+use rayon::prelude::*;
+
+use crate::config::Beamform;
+use crate::drive::instruction_set::{InstructionSet, OverLanes};
+use crate::files::{ChannelData, Transmits};
+use crate::{Error, Result};
+
+/// The delay stage of one set of channel data: which beams, which depths, which elements.
+///
+/// Focused transmits make one beam each, on their axis; plane waves and single-element transmits
+/// are compounded coherently (their mean) into two beams an element.
+pub struct DelayStage<'a> {
+    data: &'a ChannelData,
+    rf: CowArray<'a, f32, Ix3>,
+    delay: Delay,
+    aperture: Aperture,
+    laws: Vec<TransmitLaw>,
+    beam_x: Vec<f64>,
+}
+
+impl<'a> DelayStage<'a> {
+    /// Plans the delaying of `data`, from `depth_start` to `depth_end` of the parameters or over
+    /// the whole record.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an output rate or a depth that does not fit the record.
+    pub fn new(data: &'a ChannelData, parameters: &Beamform) -> Result<Self> {
+        let c = parameters.sound_speed.unwrap_or(data.c);
+        let rate = parameters.output_rate;
+        let (lowest, highest) = (2.0 * data.f0, data.fs / MAX_DECIMATION as f64);
+        if rate <= lowest || rate < highest {
+            return Err(Error::Usage(format!(
+                "--output-rate is {rate} Hz; expected more than twice the centre frequency of {} \
+                 Hz and at least 1/{MAX_DECIMATION} of the sampling rate of {} Hz",
+                data.f0, data.fs
+            )));
+        }
+        let (transmits, elements, record_samples) = data.rf.dim();
+        let (start, end) = record_times(data);
+        let start = parameters
+            .depth_start
+            .map_or(start, |depth| 2.0 * depth / c);
+        let end = parameters.depth_end.map_or(end, |depth| 2.0 * depth / c);
+        if end <= start && parameters.depth_start.is_none() && parameters.depth_end.is_none() {
+            return Err(Error::Data(format!(
+                "the record leaves no depth: it ends {end} s after the transmit, and begins at {start} s"
+            )));
+        }
+        if end <= start {
+            return Err(Error::Usage(format!(
+                "no depth is left between {} m and {} m (--depth-start, --depth-end, or the ends \
+                 of the record)",
+                c * start / 2.0,
+                c * end / 2.0
+            )));
+        }
+        // The last sample may lie on the end; rounding must not lose it.
+        let output_samples = ((end - start) * rate + 1e-6).floor() as usize + 1;
+        if output_samples > MAX_SAMPLES {
+            return Err(Error::Usage(format!(
+                "the depths and --output-rate ask for {output_samples} samples a line; expected \
+                 at most {MAX_SAMPLES}"
+            )));
+        }
+        let delay = Delay::new(
+            DelayParameters {
+                sound_speed: c,
+                sampling_rate: data.fs,
+                centre_frequency: data.f0,
+                output_rate: rate,
+                output_start: start,
+                output_samples,
+                elements,
+                record_samples,
+            },
+            HilbertTransformer::for_pulse(rate, data.f0)?,
+        )?;
+        let aperture = Aperture::new(
+            parameters.f_number,
+            data.pitch(),
+            elements,
+            parameters.min_elements,
+        )?;
+        let beam_x = match &data.transmits {
+            Transmits::Focused { x, .. } => x.clone(),
+            // An adaptive beam is narrower than an element: one on each and one between.
+            Transmits::Plane { .. } | Transmits::Element { .. } => (0..2 * elements - 1)
+                .map(|half| data.element_x[0] + half as f64 * data.pitch() / 2.0)
+                .collect(),
+        };
+        let laws = (0..transmits).map(|t| law(data, t)).collect();
+        let rf = data.rf.as_standard_layout();
+        Ok(Self {
+            data,
+            rf,
+            delay,
+            aperture,
+            laws,
+            beam_x,
+        })
+    }
+
+    /// The lateral positions of the beams, m.
+    pub fn beam_x(&self) -> &[f64] {
+        &self.beam_x
+    }
+
+    /// Output samples a beam.
+    pub fn samples(&self) -> usize {
+        self.delay.parameters().output_samples
+    }
+
+    /// The two-way time of output sample 0, s.
+    pub fn start(&self) -> f64 {
+        self.delay.parameters().output_start
+    }
+
+    /// The speed of sound in use, m/s.
+    pub fn sound_speed(&self) -> f64 {
+        self.delay.parameters().sound_speed
+    }
+
+    /// The active elements of a beam at an output sample.
+    pub fn active(&self, beam: usize, sample: usize) -> Active {
+        let p = self.delay.parameters();
+        let depth = p.sound_speed * (p.output_start + sample as f64 / p.output_rate) / 2.0;
+        let position = (self.beam_x[beam] - self.data.element_x[0]) / self.data.pitch();
+        self.aperture.active(position, depth)
+    }
+
+    /// The delayed analytic samples of some beams, [beam, sample, element].
+    ///
+    /// # Errors
+    /// What the core refuses: samples beyond its range.
+    pub fn delay(&self, beams: Range<usize>) -> Result<Array3<Complex<f32>>> {
+        let p = self.delay.parameters();
+        let shape = (beams.len(), p.output_samples, p.elements);
+        let mut x = vec![Complex::new(0.0, 0.0); shape.0 * shape.1 * shape.2];
+        self.delay_into(beams, &mut x)?;
+        Ok(Array3::from_shape_vec(shape, x).expect("the length is that of the shape"))
+    }
+
+    /// The same, into memory of that size, which a new frame need not ask the system for again.
+    ///
+    /// # Errors
+    /// What the core refuses.
+    pub fn delay_into(&self, beams: Range<usize>, x: &mut [Complex<f32>]) -> Result<()> {
+        let stage = self;
+        InstructionSet::detect().dispatch(Beams { stage, beams, x })
+    }
+
+    fn delay_over<V: Vector>(
+        &self,
+        zero: V,
+        beams: Range<usize>,
+        x: &mut [Complex<f32>],
+    ) -> Result<()> {
+        let p = self.delay.parameters();
+        // Each transmit is checked once, however many beams read it.
+        let transmits = self.transmits(beams.start).start..self.transmits(beams.end.max(1) - 1).end;
+        let first_transmit = transmits.start;
+        let records = transmits
+            .into_par_iter()
+            .map(|transmit| {
+                let rf = self.rf.index_axis(Axis(0), transmit);
+                let rf = rf
+                    .to_slice()
+                    .expect("one transmit of a standard layout is contiguous");
+                Record::new(rf, p.elements)
+            })
+            .collect::<std::result::Result<Vec<_>, _>>()?;
+        x.par_chunks_exact_mut(p.output_samples * p.elements)
+            .zip(beams)
+            .try_for_each_init(
+                || vec![0.0; self.delay.scratch_len::<V>()],
+                |scratch, (x, beam)| {
+                    let record = |transmit| &records[transmit - first_transmit];
+                    self.delay_beam(zero, beam, record, scratch, x)
+                },
+            )
+    }
+
+    /// The transmits that make a beam.
+    fn transmits(&self, beam: usize) -> Range<usize> {
+        if matches!(self.data.transmits, Transmits::Focused { .. }) {
+            beam..beam + 1
+        } else {
+            0..self.laws.len()
+        }
+    }
+
+    fn delay_beam<'b, V: Vector>(
+        &self,
+        zero: V,
+        beam: usize,
+        record: impl Fn(usize) -> &'b Record<'b>,
+        scratch: &mut [f32],
+        x: &mut [Complex<f32>],
+    ) -> Result<()> {
+        // A deeper active set contains the shallower ones.
+        let active = self.active(beam, self.samples() - 1);
+        let transmits = self.transmits(beam);
+        let scale = 1.0 / transmits.len() as f32;
+        for (i, transmit) in transmits.enumerate() {
+            let column = Column {
+                law: self.laws[transmit],
+                t0: self.data.t0[transmit],
+                x: self.beam_x[beam],
+                element_x: &self.data.element_x,
+                active,
+                store: if i == 0 { Store::Replace } else { Store::Add },
+            };
+            self.delay
+                .column(zero, &column, record(transmit), scratch, x)?;
+        }
+        if scale < 1.0 {
+            for value in x {
+                *value *= scale;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Some of a stage's beams, to be delayed.
+struct Beams<'a, 'b> {
+    stage: &'a DelayStage<'b>,
+    beams: Range<usize>,
+    x: &'a mut [Complex<f32>],
+}
+
+impl OverLanes for Beams<'_, '_> {
+    type Output = Result<()>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        self.stage.delay_over(zero, self.beams, self.x)
+    }
+}
+
+/// The delay law of one transmit.
+fn law(data: &ChannelData, transmit: usize) -> TransmitLaw {
+    match &data.transmits {
+        Transmits::Focused { .. } => TransmitLaw::Focused,
+        Transmits::Plane { angle } => TransmitLaw::Plane {
+            angle: angle[transmit],
+        },
+        Transmits::Element { index } => TransmitLaw::Element {
+            x: data.element_x[index[transmit]],
+        },
+    }
+}
+
+/// The two-way times between which every transmit has recorded, from 0 at the earliest.
+fn record_times(data: &ChannelData) -> (f64, f64) {
+    let length = (data.rf.dim().2 - 1) as f64 / data.fs;
+    let mut start = 0.0f64;
+    let mut end = f64::INFINITY;
+    for &t0 in &data.t0 {
+        start = start.max(t0);
+        end = end.min(t0 + length);
+    }
+    (start, end)
+}

@@ -1,0 +1,9 @@
+//! The drive of the core: the stages over whole frames, on all threads and the widest vectors.
+
+pub mod beamform;
+pub mod delay;
+pub mod frame;
+pub mod image;
+pub mod instruction_set;
+pub mod phase_symmetry;
+pub(crate) mod threads;

@@ -1,0 +1,288 @@
+//! Phase symmetry of images, through the core's strips, on the widest vectors that the processor
+//! has.
+
+mod bands;
+
+use std::ops::Range;
+
+use bonebeam::phase_symmetry::{
+    GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, LowRank, ORIENTATIONS, PhaseSymmetry,
+    Store, StripBuffers, spectrum_columns,
+};
+use bonebeam::simd::Vector;
+use ndarray::{Array2, ArrayView2};
+use num_complex::Complex;
+use rayon::prelude::*;
+
+use crate::drive::instruction_set::{InstructionSet, OverLanes};
+use crate::{Error, Result};
+use bands::{Band, Part};
+
+/// What phase symmetry can be told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameters {
+    /// Characteristic radii `r₀` in cycles per pixel, 1 to 8 of them.
+    pub scales: Vec<f64>,
+    /// The noise threshold `T_n`, in the image's grey levels.
+    pub threshold: f32,
+    /// How many rows or columns are worked on at a time. It changes the time, never the result.
+    pub strip: usize,
+    /// Whether the middle one of five octave scales is mixed from the other four
+    /// ([`LowRank`], which tells the error).
+    pub low_rank: bool,
+}
+
+impl Parameters {
+    /// A strip that keeps to a processor's cache.
+    pub const STRIP: usize = 16;
+}
+
+/// The map `PS`, in `[0, 1)`, of one image 0..255. `progress` hears how many filters are done and
+/// of how many.
+///
+/// # Errors
+/// As [`Plan::new`] and [`Plan::run`].
+pub fn phase_symmetry(
+    image: ArrayView2<f32>,
+    parameters: &Parameters,
+    progress: impl FnMut(usize, usize),
+) -> Result<Array2<f32>> {
+    Plan::new(image.dim(), parameters)?.run(image, InstructionSet::detect(), progress)
+}
+
+/// Phase symmetry of many images of one size: gains and memory, made once.
+///
+/// The strips of each step are shared out among the threads of the rayon pool in which
+/// [`Plan::run`] is called; the map's bits depend neither on their number nor on the instruction
+/// set.
+#[derive(Debug)]
+pub struct Plan {
+    dimensions: (usize, usize),
+    strip: usize,
+    fft: LaneFft,
+    gains: GainTables<Vec<f32>>,
+    low_rank: Option<LowRank>,
+    spectrum: Vec<f32>,
+    /// The filtered images whose rows are added at a time: one, or four of a low-rank basis.
+    filtered: Vec<f32>,
+    amplitude: Vec<f32>,
+}
+
+/// The map of an image, to be computed.
+struct Map<'a, P> {
+    plan: &'a mut Plan,
+    image: ArrayView2<'a, f32>,
+    progress: P,
+}
+
+impl<P: FnMut(usize, usize)> OverLanes for Map<'_, P> {
+    type Output = Result<Array2<f32>>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        self.plan.run_on(zero, self.image, self.progress)
+    }
+}
+
+impl Plan {
+    /// Computes the filters' gains for images of `(rows, columns)` pixels.
+    ///
+    /// # Errors
+    /// Sides that are not powers of two from 64 to 1024, or parameters that the core refuses.
+    pub fn new((rows, columns): (usize, usize), parameters: &Parameters) -> Result<Self> {
+        check_size(rows, columns)?;
+        let bank = PhaseSymmetry::new(
+            rows,
+            columns,
+            &parameters.scales,
+            parameters.threshold,
+            parameters.strip,
+        )?;
+        let low_rank = match parameters.low_rank {
+            true => Some(LowRank::new(&bank)?),
+            false => None,
+        };
+        let images = low_rank.map_or(1, |_| LowRank::BASIS.len());
+        let mut filters = LogGaborTables::new();
+        let filters = LogGabor::new(&mut filters);
+        let gains = vec![0.0; GainTables::len(&bank)];
+        Ok(Plan {
+            dimensions: (rows, columns),
+            strip: parameters.strip.min(rows.max(columns)),
+            fft: LaneFft::new(),
+            gains: GainTables::new(&filters, &bank, gains)?,
+            low_rank,
+            spectrum: vec![0.0; 2 * rows * spectrum_columns(columns)],
+            filtered: vec![0.0; images * 2 * rows * columns],
+            amplitude: vec![0.0; rows * columns],
+        })
+    }
+
+    /// The map `PS`, in `[0, 1)`, of an image 0..255, on the vectors of an instruction set.
+    /// `progress` hears how many filters are done and of how many.
+    ///
+    /// # Errors
+    /// An image of another size, or with a pixel that is NaN, infinite or beyond 1e12.
+    pub fn run(
+        &mut self,
+        image: ArrayView2<f32>,
+        set: InstructionSet,
+        progress: impl FnMut(usize, usize),
+    ) -> Result<Array2<f32>> {
+        set.dispatch(Map {
+            plan: self,
+            image,
+            progress,
+        })
+    }
+
+    fn run_on<V: Vector>(
+        &mut self,
+        zero: V,
+        image: ArrayView2<f32>,
+        mut progress: impl FnMut(usize, usize),
+    ) -> Result<Array2<f32>> {
+        let bank = *self.gains.bank();
+        let kernels = Kernels {
+            zero,
+            fft: &self.fft,
+            gains: &self.gains,
+        };
+        let (rows, columns) = self.dimensions;
+        if image.dim() != self.dimensions {
+            return Err(Error::Data(format!(
+                "the image has {} rows and {} columns, the plan of its phase symmetry {rows} and \
+                 {columns}",
+                image.nrows(),
+                image.ncols()
+            )));
+        }
+        let image = image.as_standard_layout();
+        let mut symmetry = Array2::zeros(self.dimensions);
+        let sums = symmetry.as_slice_mut().unwrap_or_default();
+
+        let threads = rayon::current_num_threads();
+        // A low-rank basis needs a strip to mix in.
+        let strips = if self.low_rank.is_some() { 2 } else { 1 };
+        let memory = Memory::new(zero, self.strip, rows.max(columns), strips);
+        let mut memories = vec![memory; threads];
+        bank.spectrum(
+            &kernels,
+            &mut image.as_slice().unwrap_or_default(),
+            &mut self.spectrum.as_mut_slice(),
+            &mut memories[0].buffers(),
+        )?;
+        let column_strips: Vec<Range<usize>> = bank.column_strips().collect();
+        let row_strips: Vec<Range<usize>> = bank.row_strips().collect();
+        let column_share = column_strips.len().div_ceil(threads);
+        let row_share = row_strips.len().div_ceil(threads);
+        let band = row_share * self.strip * columns;
+        // What is added to the sums at a time, one filter or an orientation of a low-rank basis.
+        let steps = match self.low_rank {
+            None => bank.filters(),
+            Some(_) => ORIENTATIONS.len(),
+        };
+        for step in 0..steps {
+            let filters: Vec<usize> = match self.low_rank {
+                None => vec![step],
+                Some(_) => LowRank::filters(step).to_vec(),
+            };
+            let spectrum = self.spectrum.as_slice();
+            let width = 2 * self.strip * columns;
+            let images = self.filtered.chunks_mut(2 * rows * columns);
+            for (filter, filtered) in filters.into_iter().zip(images) {
+                Band::cut(filtered, width, column_strips.chunks(column_share), columns)
+                    .into_par_iter()
+                    .zip(column_strips.par_chunks(column_share))
+                    .zip(&mut memories)
+                    .try_for_each(|((mut filtered, strips), memory)| {
+                        strips.iter().try_for_each(|strip| {
+                            bank.filter_columns(
+                                &kernels,
+                                filter,
+                                strip.clone(),
+                                &mut &*spectrum,
+                                &mut filtered,
+                                &mut memory.buffers(),
+                            )
+                        })
+                    })?;
+            }
+            let filtered = self.filtered.as_slice();
+            row_strips
+                .par_chunks(row_share)
+                .zip(sums.par_chunks_mut(band))
+                .zip(self.amplitude.par_chunks_mut(band))
+                .zip(&mut memories)
+                .enumerate()
+                .try_for_each(|(k, (((strips, symmetry), amplitude), memory))| {
+                    let mut symmetry = Part::new(symmetry, k * band);
+                    let mut amplitude = Part::new(amplitude, k * band);
+                    strips.iter().try_for_each(|strip| {
+                        let filtered = &mut &*filtered;
+                        let sums: [&mut dyn Store; 2] = [&mut symmetry, &mut amplitude];
+                        let (rows, buffers) = (strip.clone(), &mut memory.buffers());
+                        match &self.low_rank {
+                            None => bank.add_rows(&kernels, step, rows, filtered, sums, buffers),
+                            Some(low_rank) => {
+                                low_rank.add_rows(&kernels, step, rows, filtered, sums, buffers)
+                            }
+                        }
+                    })
+                })?;
+            progress((step + 1) * bank.filters() / steps, bank.filters());
+        }
+        Ok(symmetry)
+    }
+}
+
+/// The fast memory of one thread.
+#[derive(Clone)]
+struct Memory<V> {
+    strip: Vec<f32>,
+    sums: Vec<f32>,
+    line: Vec<Complex<V>>,
+    gains: Vec<V>,
+}
+
+impl<V: Vector> Memory<V> {
+    fn new(zero: V, strip: usize, longest: usize, strips: usize) -> Self {
+        Memory {
+            strip: vec![0.0; strips * 2 * strip * longest],
+            sums: vec![0.0; 2 * strip * longest],
+            line: vec![Complex { re: zero, im: zero }; longest],
+            gains: vec![zero; longest],
+        }
+    }
+
+    fn buffers(&mut self) -> StripBuffers<'_, V> {
+        StripBuffers {
+            strip: &mut self.strip,
+            sums: &mut self.sums,
+            line: &mut self.line,
+            gains: &mut self.gains,
+        }
+    }
+}
+
+fn check_size(rows: usize, columns: usize) -> Result<()> {
+    let supported = |side: usize| side.is_power_of_two() && (64..=1024).contains(&side);
+    if supported(rows) && supported(columns) {
+        return Ok(());
+    }
+    let nearest = |side: usize| {
+        let above = side.clamp(64, 1024).next_power_of_two();
+        let below = (above / 2).max(64);
+        // The nearer in ratio, as resizing is a matter of ratios.
+        if side * side < above * below {
+            below
+        } else {
+            above
+        }
+    };
+    Err(Error::Data(format!(
+        "the image has {rows} rows and {columns} columns, phase symmetry needs powers of two from \
+         64 to 1024: --resize {}x{} makes it so",
+        nearest(rows),
+        nearest(columns)
+    )))
+}

@@ -1,0 +1,133 @@
+//! B-mode and phase symmetry of lines, as pictures.
+
+use bonebeam::phase_symmetry::scale_for_display;
+use fnv::FnvHasher;
+use ndarray::{Array2, Axis};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::hash::Hasher;
+
+use crate::Result;
+use crate::config;
+use crate::drive::image::{PixelGrid, b_mode};
+use crate::drive::phase_symmetry::{Parameters, phase_symmetry};
+use crate::files::Lines;
+use crate::validate::{self as checks, Check};
+
+use super::methods::BEAMFORMERS;
+
+/// A picture 0..255 and where it lies.
+#[derive(Clone, Debug, Serialize)]
+pub struct Picture {
+    /// Its file, in the folder of the outputs.
+    pub file: String,
+    /// Hash of the pixels' 32-bit floats, row by row, little-endian.
+    pub fnv1a_64: String,
+    /// The lateral position of column 0, mm.
+    pub left_mm: f64,
+    /// The depth of row 0, mm.
+    pub top_mm: f64,
+    /// The distance from one pixel to the next, mm.
+    pub pixel_mm: f64,
+    /// Grey levels, `[row, column]`.
+    #[serde(skip)]
+    pub pixels: Array2<f32>,
+}
+
+/// The two pictures of one method.
+#[derive(Clone, Debug, Serialize)]
+pub struct Pair {
+    /// The beamformer's key.
+    pub beamformer: &'static str,
+    /// The B-mode image.
+    pub b_mode: Picture,
+    /// Its phase symmetry, as 255·PS/max PS.
+    pub phase_symmetry: Picture,
+}
+
+/// How lines become pictures.
+pub struct Studio<'a> {
+    /// The beginning of the files' names and of the checks'.
+    pub what: &'a str,
+    /// The pixels.
+    pub grid: PixelGrid,
+    /// Dynamic range and median.
+    pub image: &'a config::Image,
+    /// Scales and threshold.
+    pub phase_symmetry: &'a config::PhaseSymmetry,
+    /// The rows that are kept of both pictures.
+    pub rows: std::ops::Range<usize>,
+    /// What is taken off lateral positions, m.
+    pub centre: f64,
+    /// Whether the pictures are checked against the references.
+    pub check: bool,
+}
+
+impl Studio<'_> {
+    /// The pictures of the lines of every beamformer, and their checks.
+    ///
+    /// # Errors
+    /// Lines that do not make an image.
+    pub fn pictures(&self, lines: &[Lines]) -> Result<(Vec<Pair>, Vec<Check>)> {
+        let made: Vec<(Pair, Vec<Check>)> = BEAMFORMERS
+            .par_iter()
+            .zip(lines)
+            .map(|(beamformer, lines)| self.pair(beamformer.key, beamformer.name, lines))
+            .collect::<Result<_>>()?;
+        let (pairs, checks): (Vec<_>, Vec<_>) = made.into_iter().unzip();
+        Ok((pairs, checks.concat()))
+    }
+
+    fn pair(&self, key: &'static str, name: &str, lines: &Lines) -> Result<(Pair, Vec<Check>)> {
+        let range = self.image.dynamic_range;
+        let median = self.image.median;
+        let image = b_mode(lines, range as f32, &self.grid, median)?;
+        let parameters = Parameters {
+            scales: self.phase_symmetry.scales.clone(),
+            threshold: self.phase_symmetry.threshold as f32,
+            strip: self.phase_symmetry.strip,
+            low_rank: false,
+        };
+        let map = phase_symmetry(image.pixels.view(), &parameters, |_, _| {})?;
+        let mut checks = Vec::new();
+        if self.check {
+            let (bits, error) = checks::image::check(&image, lines, range, &self.grid, median);
+            checks.push(Check {
+                what: format!("{}: B-mode, {name}", self.what),
+                bits,
+                error: Some(error),
+            });
+            let (bits, error) = checks::phase_symmetry::check(&map, &image.pixels, &parameters);
+            checks.push(Check {
+                what: format!("{}: phase symmetry, {name}", self.what),
+                bits,
+                error: Some(error),
+            });
+        }
+        let mut levels = map;
+        scale_for_display(levels.as_slice_memory_order_mut().unwrap_or_default())?;
+        let pair = Pair {
+            beamformer: key,
+            b_mode: self.picture(&format!("{}-{key}.png", self.what), &image.pixels),
+            phase_symmetry: self.picture(&format!("{}-{key}-ps.png", self.what), &levels),
+        };
+        Ok((pair, checks))
+    }
+
+    fn picture(&self, file: &str, pixels: &Array2<f32>) -> Picture {
+        let rows = ndarray::Slice::from(self.rows.clone());
+        let pixels = pixels.slice_axis(Axis(0), rows).to_owned();
+        let mut hasher = FnvHasher::default();
+        for pixel in &pixels {
+            hasher.write(&pixel.to_le_bytes());
+        }
+        Picture {
+            file: file.to_owned(),
+            fnv1a_64: format!("{:016x}", hasher.finish()),
+            left_mm: 1e3 * (self.grid.x0 - self.centre),
+            top_mm: 1e3 * (self.grid.z0 + self.rows.start as f64 * self.grid.pixel),
+            pixel_mm: 1e3 * self.grid.pixel,
+            pixels,
+        }
+    }
+}

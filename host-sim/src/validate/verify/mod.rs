@@ -1,0 +1,327 @@
+//! All bit-for-bit checks, with hashes: every kernel of the core on a small recording.
+
+mod recording;
+
+pub use recording::recording;
+
+use std::hash::Hasher;
+
+use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Workspace};
+use bonebeam::focus::analytic::HilbertTransformer;
+use bonebeam::geometry::Active;
+use bonebeam::focus::delay::{Column, Delay, DelayParameters, Store};
+use bonebeam::focus::delay_law::TransmitLaw;
+use bonebeam::focus::record::Record;
+use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use fnv::FnvHasher;
+use ndarray::{Array2, Array3, Axis};
+use num_complex::Complex;
+
+use crate::Result;
+use crate::drive::beamform::{Covariance, beamform, beamform_with};
+use crate::validate::{self as checks, Bits, Bound};
+use crate::config;
+use crate::drive::delay::DelayStage;
+use crate::files::{ChannelData, Lines};
+use crate::drive::image::{PixelGrid, b_mode};
+use crate::drive::instruction_set::InstructionSet;
+use crate::drive::phase_symmetry::{self, phase_symmetry};
+use crate::reference;
+use crate::drive::threads::pool;
+
+const METHODS: [(&str, Method); 7] = [
+    ("DAS", Method::Das),
+    ("MV", Method::Mv),
+    ("ESMV β=10%", Method::EsmvBeta(0.1)),
+    ("ESMV β=0.001%", Method::EsmvBeta(1e-5)),
+    ("ESMV rank 3", Method::EsmvRank(3)),
+    ("ESMV rank 1", Method::EsmvRank1),
+    ("ESMV without λ₁", Method::EsmvExcludeFirst),
+];
+
+/// One thing that was verified.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// What was computed, and what it was compared with.
+    pub name: String,
+    /// FNV-1a, 64 bits, of the bits of the core's result, little endian; none for a bound.
+    pub hash: Option<u64>,
+    /// Whether it holds.
+    pub holds: bool,
+    /// How many values were compared, and how they differ.
+    pub detail: String,
+}
+
+impl Verdict {
+    fn bits(name: String, core: &[f32], bits: &Bits) -> Self {
+        let mut hasher = FnvHasher::default();
+        for value in core {
+            hasher.write(&value.to_bits().to_le_bytes());
+        }
+        Verdict {
+            name,
+            hash: Some(hasher.finish()),
+            holds: bits.different == 0 && bits.compared > 0,
+            detail: format!("{} of {} values differ", bits.different, bits.compared),
+        }
+    }
+
+    fn bound(name: String, bound: &Bound) -> Self {
+        Verdict {
+            name,
+            hash: None,
+            holds: bound.holds(),
+            detail: format!(
+                "{} values within {:.1e}, {:.0e} allowed; {} ill-conditioned",
+                bound.compared, bound.largest_error, bound.bound, bound.ill_conditioned
+            ),
+        }
+    }
+}
+
+/// Runs every check; `progress` hears how many are done.
+///
+/// # Errors
+/// Something could not be computed at all. What was computed and is wrong is a [`Verdict`] that
+/// does not hold.
+pub fn verify(mut progress: impl FnMut(usize)) -> Result<Vec<Verdict>> {
+    let data = recording();
+    let mut verdicts = delay_laws(&data)?;
+    progress(verdicts.len());
+    let scene = Scene::new(&data)?;
+    for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
+        for temporal in [0, 2, 10] {
+            for (name, method) in METHODS {
+                let parameters = Parameters {
+                    method,
+                    temporal,
+                    ..Parameters::default()
+                };
+                verdicts.extend(scene.verify(name, parameters, covariance)?);
+                progress(verdicts.len());
+            }
+        }
+    }
+    verdicts.extend(scene.image_and_phase_symmetry()?);
+    progress(verdicts.len());
+    Ok(verdicts)
+}
+
+/// Real and imaginary parts, one after the other.
+fn parts<'a>(z: impl IntoIterator<Item = &'a Complex<f32>>) -> Vec<f32> {
+    z.into_iter().flat_map(|z| [z.re, z.im]).collect()
+}
+
+/// Every delay law against the f32 reference. The law only decides where the record is read, so
+/// one transmit's record serves all three.
+fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
+    const RATE: f64 = 20e6;
+    let (_, elements, record_samples) = data.rf.dim();
+    let parameters = DelayParameters {
+        sound_speed: data.c,
+        sampling_rate: data.fs,
+        centre_frequency: data.f0,
+        output_rate: RATE,
+        output_start: 2.0 * 5e-3 / data.c,
+        output_samples: 240,
+        elements,
+        record_samples,
+    };
+    let hilbert = HilbertTransformer::for_pulse(RATE, data.f0)?;
+    let taps = hilbert.reach().div_ceil(2);
+    let delay = Delay::new(parameters, hilbert)?;
+    let record: Vec<f32> = data.rf.index_axis(Axis(0), 5).iter().copied().collect();
+    let laws = [
+        ("focused", TransmitLaw::Focused),
+        ("plane", TransmitLaw::Plane { angle: 0.2 }),
+        (
+            "element",
+            TransmitLaw::Element {
+                x: data.element_x[3],
+            },
+        ),
+    ];
+    let verdicts = laws.map(|(name, law)| {
+        let column = Column {
+            law,
+            t0: data.t0[5],
+            x: data.element_x[22],
+            element_x: &data.element_x,
+            active: Active {
+                first: 0,
+                count: elements,
+            },
+            store: Store::Replace,
+        };
+        let mut core = vec![Complex::ZERO; parameters.output_samples * elements];
+        let mut expected = core.clone();
+        let mut scratch = vec![0.0; delay.scratch_len::<f32>()];
+        let checked = Record::new(&record, elements)?;
+        delay.column(0.0f32, &column, &checked, &mut scratch, &mut core)?;
+        reference::f32::delay::column(&parameters, taps, &column, &record, &mut expected);
+        let bits = Bits::complex(&core, &expected);
+        Ok(Verdict::bits(
+            format!("delay, {name}: f32"),
+            &parts(&core),
+            &bits,
+        ))
+    });
+    verdicts.into_iter().collect()
+}
+
+/// The recording, delayed, with an aperture that grows and is cut at the array's ends.
+struct Scene<'a> {
+    stage: DelayStage<'a>,
+    x: Array3<Complex<f32>>,
+}
+
+impl<'a> Scene<'a> {
+    fn new(data: &'a ChannelData) -> Result<Self> {
+        let settings = config::Beamform {
+            f_number: 1.0,
+            ..config::Beamform::default()
+        };
+        let stage = DelayStage::new(data, &settings)?;
+        let x = stage.delay(0..stage.beam_x().len())?;
+        Ok(Scene { stage, x })
+    }
+
+    fn active(&self, beam: usize, sample: usize) -> Active {
+        self.stage.active(beam, sample)
+    }
+
+    fn beamform(
+        &self,
+        parameters: Parameters,
+        covariance: Covariance,
+    ) -> Result<Array2<Complex<f32>>> {
+        let active = |beam: usize, sample: usize| self.active(beam, sample);
+        beamform(self.x.view(), active, parameters, covariance, |_| {})
+    }
+
+    /// One beamformer: against both references, on one lane, on other numbers of threads.
+    fn verify(
+        &self,
+        name: &str,
+        parameters: Parameters,
+        covariance: Covariance,
+    ) -> Result<Vec<Verdict>> {
+        let side = match covariance {
+            Covariance::Forward => "forward",
+            Covariance::ForwardBackward => "forward-backward",
+        };
+        let name = format!("{name}, {side}, K={}", parameters.temporal);
+        let z = self.beamform(parameters, covariance)?;
+        let numbers = parts(&z);
+        let frame = checks::beamform::Frame {
+            x: &self.x,
+            active: |beam, sample| self.active(beam, sample),
+            covariance,
+        };
+        let bits = frame.bits(&z, parameters, 1);
+        let mut verdicts = vec![Verdict::bits(format!("{name}: f32"), &numbers, &bits)];
+        for error in frame.errors(&[(&z, parameters)], 6)? {
+            verdicts.push(Verdict::bound(format!("{name}: f64"), &error));
+        }
+        let one_line = match covariance {
+            Covariance::Forward => self.one_line::<Forward>(parameters)?,
+            Covariance::ForwardBackward => self.one_line::<ForwardBackward>(parameters)?,
+        };
+        let bits = Bits::real(&parts(&one_line), &numbers);
+        verdicts.push(Verdict::bits(
+            format!("{name}: a line at a time"),
+            &numbers,
+            &bits,
+        ));
+        for set in InstructionSet::available() {
+            let active = |beam, sample| self.active(beam, sample);
+            let x = self.x.view();
+            let again = beamform_with(set, x, active, parameters, covariance, |_| {})?;
+            let bits = Bits::real(&parts(&again), &numbers);
+            verdicts.push(Verdict::bits(
+                format!("{name}: {}", set.name()),
+                &numbers,
+                &bits,
+            ));
+        }
+        for count in [1, 2, 7] {
+            let again = pool(count)?.install(|| self.beamform(parameters, covariance))?;
+            let bits = Bits::real(&parts(&again), &numbers);
+            verdicts.push(Verdict::bits(
+                format!("{name}: threads {count}"),
+                &numbers,
+                &bits,
+            ));
+        }
+        Ok(verdicts)
+    }
+
+    /// As a microcontroller would: one lane, one line at a time.
+    fn one_line<A: Averaging<f32>>(&self, parameters: Parameters) -> Result<Array2<Complex<f32>>> {
+        let (beams, samples, elements) = self.x.dim();
+        let mut z = Array2::zeros((beams, samples));
+        let beamformer = Beamformer::new(parameters)?;
+        const ROWS: usize = Forward::window_rows(24, 10);
+        let mut workspace = Box::new(Workspace::<A, f32, 48, 24, ROWS>::over(0.0));
+        let mut line = vec![Complex::ZERO; samples];
+        for beam in 0..beams {
+            let x: Vec<_> = self.x.index_axis(Axis(0), beam).iter().copied().collect();
+            let delayed = DelayedLine::new(&x, elements)?;
+            let active = |sample| self.active(beam, sample);
+            beamformer.line(&mut workspace, delayed, active, &mut line)?;
+            z.row_mut(beam).assign(&ndarray::aview1(&line));
+        }
+        Ok(z)
+    }
+
+    /// The DAS image against both references, then its phase symmetry: the whole transform
+    /// against both, and every strip height against the whole.
+    fn image_and_phase_symmetry(&self) -> Result<Vec<Verdict>> {
+        const RANGE: f32 = 60.0;
+        let parameters = Parameters {
+            method: Method::Das,
+            ..Parameters::default()
+        };
+        let lines = Lines {
+            z: self.beamform(parameters, Covariance::ForwardBackward)?,
+            fs: 20e6,
+            t0: self.stage.start(),
+            beam_x: self.stage.beam_x().to_vec(),
+            c: self.stage.sound_speed(),
+        };
+        let grid = PixelGrid::of_lines(&lines, 128, 128)?;
+        let image = b_mode(&lines, RANGE, &grid, true)?;
+        let (bits, error) = checks::image::check(&image, &lines, f64::from(RANGE), &grid, true);
+        let pixels: Vec<f32> = image.pixels.iter().copied().collect();
+        let mut verdicts = vec![
+            Verdict::bits("image: f32".into(), &pixels, &bits),
+            Verdict::bound("image: f64".into(), &error),
+        ];
+        for scales in [&[7, 8, 9][..], &[5, 6, 7, 8, 9]] {
+            let mut parameters = phase_symmetry::Parameters {
+                scales: scales.iter().map(|&power| 0.5f64.powi(power)).collect(),
+                threshold: 15.0,
+                strip: grid.rows,
+                low_rank: false,
+            };
+            let name = format!("phase symmetry, {} filters", 6 * scales.len());
+            let map = phase_symmetry(image.pixels.view(), &parameters, |_, _| {})?;
+            let numbers: Vec<f32> = map.iter().copied().collect();
+            let (bits, error) = checks::phase_symmetry::check(&map, &image.pixels, &parameters);
+            verdicts.push(Verdict::bits(format!("{name}: f32"), &numbers, &bits));
+            verdicts.push(Verdict::bound(format!("{name}: f64"), &error));
+            for strip in [1, 7, 16, 64] {
+                parameters.strip = strip;
+                let strips = phase_symmetry(image.pixels.view(), &parameters, |_, _| {})?;
+                let strips: Vec<f32> = strips.iter().copied().collect();
+                let bits = Bits::real(&strips, &numbers);
+                verdicts.push(Verdict::bits(
+                    format!("{name}: strips of {strip}"),
+                    &numbers,
+                    &bits,
+                ));
+            }
+        }
+        Ok(verdicts)
+    }
+}
