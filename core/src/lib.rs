@@ -1,6 +1,6 @@
 //! **bonebeam**: from ultrasound channel data to bone surfaces, in fixed memory.
 //!
-//! The flow: [`focus`] (recorded data → delayed analytic samples) → [`beamform`] (one line, by way
+//! The flow: [`focus`] (recorded data → aligned analytic samples) → [`beamform`] (one line, by way
 //! of [`covariance`], its factorisation and eigenvectors) → [`image`] (decibels, isotropic pixels) →
 //! [`phase_symmetry`] (the ridge filter).
 //!

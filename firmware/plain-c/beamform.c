@@ -7,11 +7,11 @@
 #define TOLERANCE 4e-6f
 #define STEP_LIMIT 100
 
-static cfloat r[MAX_SUBARRAY][MAX_SUBARRAY];
-static cfloat factor[MAX_SUBARRAY][MAX_SUBARRAY];
-static cfloat w[MAX_SUBARRAY];
-static cfloat e[MAX_SUBARRAY];
-static cfloat next[MAX_SUBARRAY];
+static cfloat r[MAX_SUBAPERTURE][MAX_SUBAPERTURE];
+static cfloat factor[MAX_SUBAPERTURE][MAX_SUBAPERTURE];
+static cfloat w[MAX_SUBAPERTURE];
+static cfloat e[MAX_SUBAPERTURE];
+static cfloat next[MAX_SUBAPERTURE];
 
 /* sum += a b */
 static inline void add_product(cfloat *sum, cfloat a, cfloat b) {
@@ -36,14 +36,14 @@ cfloat das(const cfloat *x, int m) {
 
 /* Eq. 2 for K = 0, the lower triangle; Eq. 3; diagonal loading; the upper triangle. */
 static void covariance(const cfloat *x, int m, int l) {
-    int subarrays = m - l + 1;
+    int subapertures = m - l + 1;
     for (int i = 0; i < l; i++) {
         for (int j = 0; j <= i; j++) {
             cfloat sum = {0, 0};
-            for (int p = 0; p < subarrays; p++)
+            for (int p = 0; p < subapertures; p++)
                 add_product_conj(&sum, x[p + i], x[p + j]);
-            r[i][j].re = sum.re / subarrays;
-            r[i][j].im = sum.im / subarrays;
+            r[i][j].re = sum.re / subapertures;
+            r[i][j].im = sum.im / subapertures;
         }
     }
     for (int i = 0; i < l; i++) {
@@ -107,19 +107,19 @@ static void weights(int l) {
     }
 }
 
-/* Eq. 4: the weights applied to the mean of the subarrays. */
+/* Eq. 4: the weights applied to the mean of the subapertures. */
 static cfloat apply(const cfloat *x, int m, int l) {
-    int subarrays = m - l + 1;
+    int subapertures = m - l + 1;
     cfloat z = {0, 0};
     for (int i = 0; i < l; i++) {
         cfloat sum = {0, 0};
-        for (int p = 0; p < subarrays; p++) {
+        for (int p = 0; p < subapertures; p++) {
             sum.re += x[p + i].re;
             sum.im += x[p + i].im;
         }
         add_product_conj(&z, sum, w[i]);
     }
-    return (cfloat){z.re / subarrays, z.im / subarrays};
+    return (cfloat){z.re / subapertures, z.im / subapertures};
 }
 
 /* The eigenvector of R's largest eigenvalue, by power iteration, from the core's start vector. */

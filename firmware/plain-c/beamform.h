@@ -8,9 +8,9 @@ typedef struct {
     float re, im;
 } cfloat;
 
-#define MAX_SUBARRAY 32
+#define MAX_SUBAPERTURE 32
 
-/* x: m delayed analytic samples; l: length of a subarray. */
+/* x: m delayed analytic samples; l: length of a subaperture. */
 cfloat das(const cfloat *x, int m);
 cfloat mv(const cfloat *x, int m, int l);
 cfloat esmv_rank1(const cfloat *x, int m, int l);

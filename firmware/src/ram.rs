@@ -7,7 +7,7 @@ use bonebeam::phase_symmetry::{self, LogGaborTables};
 use bonebeam_tests::Workspaces;
 use cortex_m_semihosting::hprintln;
 
-/// A beamformer's bytes with `M` elements, subarrays of `L` and time windows of `BOTH` rows
+/// A beamformer's bytes with `M` elements, subapertures of `L` and time windows of `BOTH` rows
 /// forward-backward, `FORWARD` rows forward, one line at a time.
 const fn beamformer<const M: usize, const L: usize, const BOTH: usize, const FORWARD: usize>()
 -> [usize; 2] {
@@ -17,12 +17,12 @@ const fn beamformer<const M: usize, const L: usize, const BOTH: usize, const FOR
     ]
 }
 
-const fn both(subarray: usize, temporal: usize) -> usize {
-    ForwardBackward::window_rows(subarray, temporal)
+const fn both(subaperture: usize, temporal_half_window: usize) -> usize {
+    ForwardBackward::window_rows(subaperture, temporal_half_window)
 }
 
-const fn forward(subarray: usize, temporal: usize) -> usize {
-    Forward::window_rows(subarray, temporal)
+const fn forward(subaperture: usize, temporal_half_window: usize) -> usize {
+    Forward::window_rows(subaperture, temporal_half_window)
 }
 
 /// Prints one line a configuration: `RAM`, its name, bytes.

@@ -7,7 +7,7 @@ use std::process::Command;
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::Active;
 use host_sim::drive::beamform::Covariance;
-use host_sim::files::{DelayedData, Lines};
+use host_sim::files::{AlignedData, Lines};
 use host_sim::validate::beamform::Frame;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
@@ -37,14 +37,19 @@ const BEAMS: usize = 2;
 /// Of all samples, the most that may be ill-conditioned: in noise λ₂ > 0.99 λ₁ is rare.
 const MOST_LEFT_OUT: usize = SAMPLES * BEAMS / 8;
 
-fn beamform(folder: &Path, method: &[&str], temporal: usize, covariance: &str) -> Lines {
+fn beamform(
+    folder: &Path,
+    method: &[&str],
+    temporal_half_window: usize,
+    covariance: &str,
+) -> Lines {
     let output = folder.join("lines.npz");
     let run = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .arg("beamform")
         .arg(folder.join("delayed.npz"))
         .arg("--method")
         .args(method)
-        .args(["--temporal", &temporal.to_string()])
+        .args(["--temporal-half-window", &temporal_half_window.to_string()])
         .args(["--covariance", covariance, "-o"])
         .arg(&output)
         .output()
@@ -64,26 +69,26 @@ fn assert_agrees(elements: usize) {
     let x = Array3::from_shape_simple_fn((BEAMS, SAMPLES, elements), || {
         Complex::new(noise(), noise())
     });
-    let data = DelayedData {
+    let data = AlignedData {
         x: x.clone(),
         fs: 20e6,
         t0: 0.0,
         beam_x: None,
     };
     data.write(&folder.path().join("delayed.npz"))
-        .expect("delayed data");
-    for temporal in [0, 2, 10] {
+        .expect("aligned data");
+    for temporal_half_window in [0, 2, 10] {
         for (flag, covariance) in COVARIANCES {
             let z: Vec<(Array2<Complex<f32>>, Parameters)> = METHODS
                 .iter()
                 .map(|&(method, core)| {
                     let parameters = Parameters {
                         method: core,
-                        temporal,
+                        temporal_half_window,
                         ..Parameters::default()
                     };
                     (
-                        beamform(folder.path(), method, temporal, flag).z,
+                        beamform(folder.path(), method, temporal_half_window, flag).z,
                         parameters,
                     )
                 })

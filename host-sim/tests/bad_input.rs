@@ -140,14 +140,20 @@ fn parameters_that_cannot_be() {
     let cases: [(&str, &[&str]); 17] = [
         // L > M.
         (
-            "--subarray-ratio 1.1",
-            &["--subarray-ratio", "1.1", "at most 1"],
+            "--subaperture-ratio 1.1",
+            &["--subaperture-ratio", "1.1", "at most 1"],
         ),
         // K beyond the record.
-        ("--temporal 100000", &["temporal", "100000", "at most"]),
+        (
+            "--temporal-half-window 100000",
+            &["temporal_half_window", "100000", "at most"],
+        ),
         ("--f-number 0", &["--f-number", "0", "above 0"]),
         ("--f-number nan", &["--f-number", "NaN", "above 0"]),
-        ("--loading -0.1", &["--loading", "-0.1", "0 to 1e6"]),
+        (
+            "--diagonal-loading -0.1",
+            &["--diagonal-loading", "-0.1", "0 to 1e6"],
+        ),
         (
             "--output-rate 5e6",
             &["--output-rate", "5000000", "centre frequency"],

@@ -9,7 +9,7 @@ use std::process::Command;
 use common::{Npz, scalar, vector};
 use host_sim::config::{Beamform, Config, Image, Method};
 use host_sim::drive::beamform::Covariance;
-use host_sim::files::{ChannelData, DelayedData, Lines, Transmits, image};
+use host_sim::files::{AlignedData, ChannelData, Lines, Transmits, image};
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use tempfile::{TempDir, tempdir};
@@ -149,8 +149,8 @@ fn the_written_configuration_repeats_the_run() {
     point(focused)
         .write(&folder.path().join("data.npz"))
         .unwrap();
-    let flags = "--method esmv --rank 3 --temporal 2 --covariance forward --loading 0.1 \
-                 --subarray-ratio 0.4 --f-number 2 --min-elements 6 --output-rate 25e6 \
+    let flags = "--method esmv --rank 3 --temporal-half-window 2 --covariance forward --diagonal-loading 0.1 \
+                 --subaperture-ratio 0.4 --f-number 2 --min-elements 6 --output-rate 25e6 \
                  --depth-start 0.004 --depth-end 0.018 --dynamic-range 45 --rows 200 --median";
     run(
         &folder,
@@ -161,10 +161,10 @@ fn the_written_configuration_repeats_the_run() {
         beamform: Beamform {
             method: Method::Esmv,
             rank: Some(3),
-            temporal: 2,
+            temporal_half_window: 2,
             covariance: Covariance::Forward,
-            loading: 0.1,
-            subarray_ratio: 0.4,
+            diagonal_loading: 0.1,
+            subaperture_ratio: 0.4,
             f_number: 2.0,
             min_elements: 6,
             output_rate: 25e6,
@@ -251,7 +251,7 @@ fn sixteen_bit_samples_give_the_lines_of_the_same_numbers_in_f32() {
 }
 
 #[test]
-fn delayed_data_are_not_delayed_again() {
+fn aligned_data_are_not_delayed_again() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("delayed.npz");
     // Small integers: their sums are exact, and so is the mean over 8 elements.
@@ -262,7 +262,7 @@ fn delayed_data_are_not_delayed_again() {
         )
     });
     let beam_x = Some(vec![-1e-3, 0.0, 1e-3]);
-    let data = DelayedData {
+    let data = AlignedData {
         x: x.clone(),
         fs: 20e6,
         t0: 1e-6,
@@ -279,7 +279,7 @@ fn delayed_data_are_not_delayed_again() {
     assert_eq!(Some(lines.beam_x), beam_x);
 
     // Beams that do not tell where they are lie evenly about 0.
-    DelayedData {
+    AlignedData {
         beam_x: None,
         ..data
     }

@@ -28,8 +28,8 @@ fn refused(text: &str) -> String {
 fn the_defaults_are_those_of_the_paper_and_the_contract() {
     let config = Config::default();
     config.validate().unwrap();
-    assert_eq!(config.beamform.loading, 0.05);
-    assert_eq!(config.beamform.subarray_ratio, 0.5);
+    assert_eq!(config.beamform.diagonal_loading, 0.05);
+    assert_eq!(config.beamform.subaperture_ratio, 0.5);
     assert_eq!(config.beamform.covariance, Covariance::ForwardBackward);
     assert_eq!(config.beamform.f_number, 1.5);
     assert_eq!(config.beamform.min_elements, 8);
@@ -61,9 +61,9 @@ fn the_written_configuration_is_read_back_as_it_was() {
         beamform: Beamform {
             method: Method::Esmv,
             beta: Some(1e-5),
-            temporal: 10,
+            temporal_half_window: 10,
             covariance: Covariance::Forward,
-            loading: 0.1,
+            diagonal_loading: 0.1,
             depth_start: Some(5e-3),
             depth_end: Some(40e-3),
             ..Beamform::default()
@@ -99,7 +99,7 @@ fn a_file_may_mention_one_key_only() {
     let path = folder.path().join("config.toml");
     fs::write(&path, "[beamform]\nloading = 0.2\n").unwrap();
     let mut expected = Config::default();
-    expected.beamform.loading = 0.2;
+    expected.beamform.diagonal_loading = 0.2;
     assert_eq!(Config::read(&path).unwrap(), expected);
 }
 
@@ -130,11 +130,11 @@ fn values_outside_their_range_are_named_with_flag_key_value_and_range() {
         ("simulate", "slice = inf", "finite"),
         ("simulate", "offset = nan", "finite"),
         ("simulate", "depth = 0.0", "(m)"),
-        ("beamform", "subarray_ratio = 1.5", "at most 1"),
-        ("beamform", "subarray_ratio = 0.0", "above 0"),
-        ("beamform", "subarray_ratio = nan", "above 0"),
-        ("beamform", "loading = -0.1", "0 to 1e6"),
-        ("beamform", "loading = inf", "0 to 1e6"),
+        ("beamform", "subaperture_ratio = 1.5", "at most 1"),
+        ("beamform", "subaperture_ratio = 0.0", "above 0"),
+        ("beamform", "subaperture_ratio = nan", "above 0"),
+        ("beamform", "diagonal_loading = -0.1", "0 to 1e6"),
+        ("beamform", "diagonal_loading = inf", "0 to 1e6"),
         ("beamform", "f_number = 0.0", "above 0"),
         ("beamform", "f_number = -1.5", "above 0"),
         ("beamform", "f_number = inf", "finite"),

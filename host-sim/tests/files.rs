@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use common::{Npz, channel_data_without, column_major_ramp, ramp, scalar, vector};
-use host_sim::files::{ChannelData, DelayedData, Lines, Recording, Transmits, atomic, image};
+use host_sim::files::{AlignedData, ChannelData, Lines, Recording, Transmits, atomic, image};
 use ndarray::{Array1, Array2, Array3, ArrayD, Axis, arr0};
 use num_complex::Complex;
 use tempfile::tempdir;
@@ -76,21 +76,21 @@ fn channel_data_of_every_delay_law_return_as_written() {
 }
 
 #[test]
-fn delayed_data_and_lines_return_as_written() {
+fn aligned_data_and_lines_return_as_written() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("data.npz");
     let x = Array3::from_shape_fn((2, 5, 3), |(b, n, m)| {
         Complex::new(b as f32, (n * m) as f32)
     });
     for beam_x in [Some(vec![0.0, 1e-3]), None] {
-        let delayed = DelayedData {
+        let delayed = AlignedData {
             x: x.clone(),
             fs: 20e6,
             t0: -1e-6,
             beam_x,
         };
         delayed.write(&path).unwrap();
-        assert_eq!(DelayedData::read(&path).unwrap(), delayed);
+        assert_eq!(AlignedData::read(&path).unwrap(), delayed);
     }
     let z = x.index_axis(Axis(2), 1).to_owned();
     let lines = Lines {
@@ -201,7 +201,7 @@ fn what_numpy_users_write_is_accepted() {
         .with("t0", scalar(0.0))
         .finish();
     assert_eq!(
-        DelayedData::read(&path).unwrap().x[(0, 1, 2)],
+        AlignedData::read(&path).unwrap().x[(0, 1, 2)],
         Complex::new(0.5f32, -2.0)
     );
 }

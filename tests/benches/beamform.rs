@@ -2,7 +2,7 @@
 //! as ratios; `host-sim bench` compares with other implementations.
 
 use bonebeam::Complex;
-use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Run, Workspace};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::simd::Vector;
 use divan::{Bencher, black_box};
@@ -22,7 +22,7 @@ struct Case {
     set: InstructionSet,
     covariance: Covariance,
     method: Method,
-    temporal: usize,
+    temporal_half_window: usize,
 }
 
 impl std::fmt::Display for Case {
@@ -31,7 +31,7 @@ impl std::fmt::Display for Case {
         write!(
             f,
             "{set}, {covariance:?}, {:?}, K = {}",
-            self.method, self.temporal
+            self.method, self.temporal_half_window
         )
     }
 }
@@ -40,12 +40,12 @@ impl std::fmt::Display for Case {
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for set in InstructionSet::available() {
-        let mut add = |covariance, method, temporal| {
+        let mut add = |covariance, method, temporal_half_window| {
             cases.push(Case {
                 set,
                 covariance,
                 method,
-                temporal,
+                temporal_half_window,
             });
         };
         add(Covariance::ForwardBackward, Method::Mv, 0);
@@ -95,7 +95,7 @@ impl<const M: usize, const L: usize, const ROWS: usize> Timed<'_, '_, M, L, ROWS
     fn average<A: Averaging<V>, V: Vector>(self, zero: V) {
         let beamformer = Beamformer::new(Parameters {
             method: self.case.method,
-            temporal: self.case.temporal,
+            temporal_half_window: self.case.temporal_half_window,
             ..Parameters::default()
         })
         .expect("valid parameters");
@@ -103,7 +103,7 @@ impl<const M: usize, const L: usize, const ROWS: usize> Timed<'_, '_, M, L, ROWS
         let runs: Vec<_> = x
             .iter()
             .map(|x| Run {
-                line: DelayedLine::new(x, M).expect("finite samples"),
+                line: AlignedLine::new(x, M).expect("finite samples"),
                 first_element: 0,
                 first_sample: 0,
             })

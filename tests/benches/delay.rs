@@ -1,4 +1,4 @@
-//! Time of one delayed sample of one element, on each instruction set, side by side:
+//! Time of one aligned sample of one element, on each instruction set, side by side:
 //! `cargo bench -p bonebeam-tests --bench delay`. Read it as ratios.
 
 use bonebeam::Complex;

@@ -1,6 +1,6 @@
 //! The beamformers on the golden snapshots: M = 32, L = 16, K = 2.
 
-use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Workspace};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::geometry::{Active, Aperture};
 use bonebeam::{Complex, Error};
@@ -8,14 +8,14 @@ use bonebeam::{Complex, Error};
 use crate::hash;
 use crate::snapshots::{ELEMENTS, SAMPLES, SNAPSHOTS};
 
-/// The subarray's length.
-pub const SUBARRAY: usize = ELEMENTS / 2;
+/// The subaperture's length.
+pub const SUBAPERTURE: usize = ELEMENTS / 2;
 /// `K`.
 pub const TEMPORAL: usize = 2;
 /// Rows of the workspaces' time windows.
-pub const FORWARD_ROWS: usize = Forward::window_rows(SUBARRAY, TEMPORAL);
+pub const FORWARD_ROWS: usize = Forward::window_rows(SUBAPERTURE, TEMPORAL);
 /// Rows of the workspaces' time windows.
-pub const FORWARD_BACKWARD_ROWS: usize = ForwardBackward::window_rows(SUBARRAY, TEMPORAL);
+pub const FORWARD_BACKWARD_ROWS: usize = ForwardBackward::window_rows(SUBAPERTURE, TEMPORAL);
 
 /// A beamformer and what its hash is called.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +55,7 @@ pub const GROWING: Case = case("mv-growing-aperture", Method::Mv);
 pub fn parameters(method: Method) -> Parameters {
     Parameters {
         method,
-        temporal: TEMPORAL,
+        temporal_half_window: TEMPORAL,
         ..Parameters::default()
     }
 }
@@ -71,8 +71,8 @@ pub fn growing() -> Result<impl Fn(usize) -> Active, Error> {
 
 /// The memory of the cases.
 pub struct Memory {
-    forward: Workspace<Forward, f32, ELEMENTS, SUBARRAY, FORWARD_ROWS>,
-    forward_backward: Workspace<ForwardBackward, f32, ELEMENTS, SUBARRAY, FORWARD_BACKWARD_ROWS>,
+    forward: Workspace<Forward, f32, ELEMENTS, SUBAPERTURE, FORWARD_ROWS>,
+    forward_backward: Workspace<ForwardBackward, f32, ELEMENTS, SUBAPERTURE, FORWARD_BACKWARD_ROWS>,
     z: [Complex<f32>; SAMPLES],
 }
 
@@ -107,12 +107,12 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
 
 fn beamform<A: Averaging<f32>, const ROWS: usize>(
     case: Case,
-    workspace: &mut Workspace<A, f32, ELEMENTS, SUBARRAY, ROWS>,
+    workspace: &mut Workspace<A, f32, ELEMENTS, SUBAPERTURE, ROWS>,
     active: impl Fn(usize) -> Active,
     z: &mut [Complex<f32>],
     report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
-    let line = DelayedLine::new(&SNAPSHOTS, ELEMENTS)?;
+    let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS)?;
     Beamformer::new(parameters(case.method))?.line(workspace, line, active, z)?;
     report(case.name, hash::complex(z));
     Ok(())

@@ -1,4 +1,4 @@
-//! The golden snapshot sequence: delayed analytic samples of one beam.
+//! The golden snapshot sequence: aligned analytic samples of one beam.
 //!
 //! A strong echo from straight ahead around sample 12, one from the side around sample 26, noise
 //! throughout, a shadow over a third of the elements at samples 32 to 37, and over all of them from

@@ -36,12 +36,12 @@ fn assert_core_is_scalar(line: &Line, parameters: Parameters, name: &str) {
 
 #[test]
 fn every_size_and_time_window() {
-    // Odd and even subarrays, and one of one element.
+    // Odd and even subapertures, and one of one element.
     for elements in [1, 2, 3, 9, 16, 31, 64] {
         let line = Line::noise(elements as u64, 12, elements);
-        for temporal in 0..=10 {
+        for temporal_half_window in 0..=10 {
             let parameters = Parameters {
-                temporal,
+                temporal_half_window,
                 ..Parameters::default()
             };
             assert_core_is_scalar(&line, parameters, &format!("{elements} elements"));
@@ -53,21 +53,21 @@ fn every_size_and_time_window() {
 fn the_full_array() {
     let line = Line::noise(1, 24, 128);
     let parameters = Parameters {
-        temporal: 10,
+        temporal_half_window: 10,
         ..Parameters::default()
     };
     assert_core_is_scalar(&line, parameters, "128 elements");
 }
 
 #[test]
-fn every_subarray_ratio_and_loading() {
+fn every_subaperture_ratio_and_loading() {
     let line = Line::noise(2, 8, 20);
-    for subarray_ratio in [0.01, 0.3, 0.75, 1.0] {
-        for loading in [0.0, 1e-3, 0.05, 1e6] {
+    for subaperture_ratio in [0.01, 0.3, 0.75, 1.0] {
+        for diagonal_loading in [0.0, 1e-3, 0.05, 1e6] {
             let parameters = Parameters {
-                subarray_ratio,
-                loading,
-                temporal: 1,
+                subaperture_ratio,
+                diagonal_loading,
+                temporal_half_window: 1,
                 ..Parameters::default()
             };
             assert_core_is_scalar(&line, parameters, "20 elements");
@@ -94,11 +94,11 @@ fn singular_covariances() {
         ),
         ("noise", Line::noise(6, 4, 48)),
     ] {
-        for subarray_ratio in [0.5, 0.75, 1.0] {
-            for loading in [0.0, 1e-8, 1e-6] {
+        for subaperture_ratio in [0.5, 0.75, 1.0] {
+            for diagonal_loading in [0.0, 1e-8, 1e-6] {
                 let parameters = Parameters {
-                    subarray_ratio,
-                    loading,
+                    subaperture_ratio,
+                    diagonal_loading,
                     ..Parameters::default()
                 };
                 assert_core_is_scalar(&line, parameters, name);
@@ -124,9 +124,9 @@ fn growing(samples: usize, shift: usize) -> Vec<Active> {
 fn growing_apertures() {
     let mut line = Line::noise(3, 64, 48);
     line.active = growing(64, 4);
-    for temporal in [0, 2, 7] {
+    for temporal_half_window in [0, 2, 7] {
         let parameters = Parameters {
-            temporal,
+            temporal_half_window,
             ..Parameters::default()
         };
         assert_core_is_scalar(&line, parameters, "growing aperture");
@@ -194,9 +194,9 @@ fn hard_lines() -> Vec<(&'static str, Line)> {
 #[test]
 fn hard_data() {
     for (name, line) in hard_lines() {
-        for temporal in [0, 3] {
+        for temporal_half_window in [0, 3] {
             let parameters = Parameters {
-                temporal,
+                temporal_half_window,
                 ..Parameters::default()
             };
             assert_core_is_scalar(&line, parameters, name);
@@ -221,10 +221,10 @@ fn every_number_of_lanes() {
     lines[12] = lines[12].map(|x| x * 1e-25);
     for covariance in COVARIANCES {
         for method in METHODS {
-            for temporal in [0, 4] {
+            for temporal_half_window in [0, 4] {
                 let parameters = Parameters {
                     method,
-                    temporal,
+                    temporal_half_window,
                     ..Parameters::default()
                 };
                 let expected: Vec<_> = lines
@@ -262,7 +262,7 @@ fn frame_after_frame_on_any_number_of_threads() {
         for method in [Method::Das, Method::EsmvRank1] {
             let parameters = Parameters {
                 method,
-                temporal: 2,
+                temporal_half_window: 2,
                 ..Parameters::default()
             };
             for threads in [1, 2, 7] {
@@ -296,7 +296,7 @@ fn a_frame_on_all_threads() {
         for method in [Method::Das, Method::EsmvRank1] {
             let parameters = Parameters {
                 method,
-                temporal: 2,
+                temporal_half_window: 2,
                 ..Parameters::default()
             };
             let z: Array2<Complex<f32>> = frame(&lines, parameters, covariance);

@@ -3,7 +3,7 @@
 mod common;
 
 use bonebeam::Error;
-use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Run, Workspace};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
 use bonebeam::simd::Vector;
@@ -34,20 +34,20 @@ fn parameters_out_of_range() {
         ..Parameters::default()
     });
     assert_eq!(message, "rank is 0, expected at least 1");
-    for loading in [-0.05, f32::NAN, f32::INFINITY] {
+    for diagonal_loading in [-0.05, f32::NAN, f32::INFINITY] {
         let message = refusal(Parameters {
-            loading,
+            diagonal_loading,
             ..Parameters::default()
         });
-        assert!(message.starts_with("loading is "), "{message}");
+        assert!(message.starts_with("diagonal_loading is "), "{message}");
     }
     // L > M is a ratio above 1.
-    for subarray_ratio in [0.0, -0.5, 1.01, f64::NAN] {
+    for subaperture_ratio in [0.0, -0.5, 1.01, f64::NAN] {
         let message = refusal(Parameters {
-            subarray_ratio,
+            subaperture_ratio,
             ..Parameters::default()
         });
-        assert!(message.starts_with("subarray ratio is "), "{message}");
+        assert!(message.starts_with("subaperture ratio is "), "{message}");
     }
 }
 
@@ -55,18 +55,18 @@ fn parameters_out_of_range() {
 fn lines_that_are_empty_or_ragged() {
     let x = [Complex::ONE; 7];
     assert!(matches!(
-        DelayedLine::new(&x, 0),
+        AlignedLine::new(&x, 0),
         Err(Error::Parameter {
             name: "elements",
             ..
         })
     ));
     assert!(matches!(
-        DelayedLine::new(&[], 4),
+        AlignedLine::new(&[], 4),
         Err(Error::Length { actual: 0, .. })
     ));
     assert!(matches!(
-        DelayedLine::new(&x, 4),
+        AlignedLine::new(&x, 4),
         Err(Error::Length { actual: 7, .. })
     ));
 }
@@ -75,7 +75,7 @@ fn lines_that_are_empty_or_ragged() {
 fn run(parameters: Parameters, active: Active, length: usize) -> Result<(), Error> {
     const ROWS: usize = ForwardBackward::window_rows(3, 1);
     let x = [Complex::ONE; 40];
-    let line = DelayedLine::new(&x, 8)?;
+    let line = AlignedLine::new(&x, 8)?;
     let mut workspace = Workspace::<ForwardBackward, f32, 6, 4, ROWS>::new();
     let mut z = vec![Complex::ZERO; length];
     Beamformer::new(parameters)?.line(&mut workspace, line, |_| active, &mut z)
@@ -84,12 +84,12 @@ fn run(parameters: Parameters, active: Active, length: usize) -> Result<(), Erro
 #[test]
 fn what_does_not_fit() {
     let six = Active { first: 0, count: 6 };
-    let temporal = |temporal| Parameters {
-        temporal,
+    let temporal_half_window = |temporal_half_window| Parameters {
+        temporal_half_window,
         ..Parameters::default()
     };
     let ratio = Parameters {
-        subarray_ratio: 1.0,
+        subaperture_ratio: 1.0,
         ..Parameters::default()
     };
     let name = |result: Result<(), Error>| match result {
@@ -98,21 +98,30 @@ fn what_does_not_fit() {
         Err(Error::Length { name, .. }) => format!("length {name}"),
         other => format!("{other:?}"),
     };
-    assert_eq!(run(temporal(1), six, 5), Ok(()));
-    assert_eq!(name(run(temporal(0), six, 4)), "length z");
-    assert_eq!(name(run(temporal(2), six, 5)), "capacity temporal");
-    // K beyond the record, however large.
-    assert_eq!(name(run(temporal(5), six, 5)), "parameter temporal");
+    assert_eq!(run(temporal_half_window(1), six, 5), Ok(()));
+    assert_eq!(name(run(temporal_half_window(0), six, 4)), "length z");
     assert_eq!(
-        name(run(temporal(usize::MAX), six, 5)),
-        "parameter temporal"
+        name(run(temporal_half_window(2), six, 5)),
+        "capacity temporal_half_window"
     );
-    assert_eq!(name(run(ratio, six, 5)), "capacity subarray");
+    // K beyond the record, however large.
+    assert_eq!(
+        name(run(temporal_half_window(5), six, 5)),
+        "parameter temporal_half_window"
+    );
+    assert_eq!(
+        name(run(temporal_half_window(usize::MAX), six, 5)),
+        "parameter temporal_half_window"
+    );
+    assert_eq!(name(run(ratio, six, 5)), "capacity subaperture");
     let seven = Active { first: 0, count: 7 };
-    assert_eq!(name(run(temporal(0), seven, 5)), "capacity active elements");
+    assert_eq!(
+        name(run(temporal_half_window(0), seven, 5)),
+        "capacity active elements"
+    );
     let outside = Active { first: 3, count: 6 };
     assert_eq!(
-        name(run(temporal(0), outside, 5)),
+        name(run(temporal_half_window(0), outside, 5)),
         "parameter first element"
     );
     let overflow = Active {
@@ -120,7 +129,7 @@ fn what_does_not_fit() {
         count: 2,
     };
     assert_eq!(
-        name(run(temporal(0), overflow, 5)),
+        name(run(temporal_half_window(0), overflow, 5)),
         "parameter first element"
     );
 }
@@ -128,7 +137,7 @@ fn what_does_not_fit() {
 #[test]
 fn a_line_is_refused_before_anything_is_put_out() {
     let x = [Complex::ONE; 40];
-    let line = DelayedLine::new(&x, 8).expect("finite");
+    let line = AlignedLine::new(&x, 8).expect("finite");
     let mut workspace = Workspace::<ForwardBackward, f32, 6, 4, 3>::new();
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     // The last sample's aperture exceeds the capacity, or the array.
@@ -145,7 +154,7 @@ fn a_line_is_refused_before_anything_is_put_out() {
 #[test]
 fn a_run_outside_its_line() {
     let x = [Complex::ONE; 40];
-    let line = DelayedLine::new(&x, 8).expect("finite");
+    let line = AlignedLine::new(&x, 8).expect("finite");
     let mut workspace = Workspace::<ForwardBackward, f32, 8, 4, 3>::new();
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     for first_sample in [4, 5, 6, usize::MAX] {
@@ -189,7 +198,7 @@ fn the_host_names_beam_sample_and_element() {
         let message = error.to_string();
         assert_eq!(
             message,
-            "delayed sample [beam 1, sample 2, element 3] is NaN or infinite"
+            "aligned sample [beam 1, sample 2, element 3] is NaN or infinite"
         );
     }
 }
@@ -198,7 +207,7 @@ fn the_host_names_beam_sample_and_element() {
 fn more_runs_than_lanes_or_fewer_outputs() {
     let x = [Complex::ONE; 40];
     let run = Run {
-        line: DelayedLine::new(&x, 8).expect("finite"),
+        line: AlignedLine::new(&x, 8).expect("finite"),
         first_element: 0,
         first_sample: 0,
     };

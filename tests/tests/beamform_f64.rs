@@ -135,10 +135,10 @@ fn assert_first_eigenvector(
 }
 
 fn assert_random_snapshots_agree(elements: usize) {
-    for temporal in [0, 2, 10] {
-        let line = Line::noise((elements + temporal) as u64, 40, elements);
+    for temporal_half_window in [0, 2, 10] {
+        let line = Line::noise((elements + temporal_half_window) as u64, 40, elements);
         let parameters = Parameters {
-            temporal,
+            temporal_half_window,
             ..Parameters::default()
         };
         assert_agrees(&line, 0..40, parameters, &METHODS);
@@ -175,9 +175,9 @@ fn a_growing_aperture_cut_at_the_edge() {
             count: 10 + width.div_ceil(2) - 10_usize.saturating_sub(width / 2),
         };
     }
-    for temporal in [0, 3] {
+    for temporal_half_window in [0, 3] {
         let parameters = Parameters {
-            temporal,
+            temporal_half_window,
             ..Parameters::default()
         };
         assert_agrees(&line, 0..60, parameters, &METHODS);
@@ -200,14 +200,14 @@ fn a_shadow_60_db_below_the_echo_before_it() {
         10..20 => amplitudes[n] * 30.0 + noise.x[[n, m]],
         _ => noise.x[[n, m]] * 0.03,
     });
-    for temporal in [0, 2, 10] {
+    for temporal_half_window in [0, 2, 10] {
         let parameters = Parameters {
-            temporal,
+            temporal_half_window,
             ..Parameters::default()
         };
         assert_agrees(&line, 0..60, parameters, &METHODS);
         // Where the window has left the echo behind, the shadow is the scale.
-        assert_agrees(&line, 20 + temporal..60, parameters, &METHODS);
+        assert_agrees(&line, 20 + temporal_half_window..60, parameters, &METHODS);
     }
 }
 
@@ -221,7 +221,7 @@ fn a_plane_wave_off_axis_in_noise() {
         let noise = Line::noise(4, 20, 48);
         let line = Line::from_fn(20, 48, |n, m| wave(turns, m) + noise.x[[n, m]] * 0.1);
         let parameters = Parameters {
-            temporal: 1,
+            temporal_half_window: 1,
             ..Parameters::default()
         };
         let methods = [
@@ -236,16 +236,16 @@ fn a_plane_wave_off_axis_in_noise() {
 }
 
 #[test]
-fn a_plane_wave_in_a_null_of_the_subarray() {
+fn a_plane_wave_in_a_null_of_the_subaperture() {
     // What rank 1 leaves of such a line is e₁ᴴa, to which only the noise in e₁ adds: rounding errors
     // of e₁ are near 10⁻³ of it.
     for elements in [33, 64, 128] {
         let turns = 3.0 / (elements / 2) as f32;
         let noise = Line::noise(7, 20, elements);
         let line = Line::from_fn(20, elements, |n, m| wave(turns, m) + noise.x[[n, m]] * 1e-2);
-        for temporal in [0, 2] {
+        for temporal_half_window in [0, 2] {
             let parameters = Parameters {
-                temporal,
+                temporal_half_window,
                 ..Parameters::default()
             };
             assert_agrees(&line, 0..20, parameters, &[Method::EsmvRank1]);
@@ -270,7 +270,7 @@ fn two_coherent_sources_in_noise() {
 }
 
 #[test]
-fn two_sources_over_all_subarray_lengths() {
+fn two_sources_over_all_subaperture_lengths() {
     // Two large eigenvalues, close together or apart, and all others small beside both: Krylov
     // vectors that end quickly and part the two slowly.
     for elements in [16, 32, 64, 128] {
@@ -285,9 +285,9 @@ fn two_sources_over_all_subarray_lengths() {
                 let turn = Complex::cis(0.1 * n as f32);
                 wave(turns, m) * turn + other + gaussian.x[[n, m]] * noise
             });
-            for temporal in [0, 2] {
+            for temporal_half_window in [0, 2] {
                 let parameters = Parameters {
-                    temporal,
+                    temporal_half_window,
                     ..Parameters::default()
                 };
                 let methods = [Method::Mv, Method::EsmvRank(2), Method::EsmvRank1];
@@ -302,21 +302,21 @@ fn nearly_equal_eigenvalues() {
     // Two orthogonal waves that take turns: with K = 2 the window of an even sample holds three
     // samples of the first and two of the second, so that λ₂/λ₁ is as asked for (but for the
     // loading, which brings it nearer to 1, and for noise, which sets the other eigenvalues apart).
-    let (elements, subarray) = (32, 16);
+    let (elements, subaperture) = (32, 16);
     let noise = Line::noise(6, 12, elements);
     for ratio in [0.5, 0.9, 0.97, 0.98, 0.995, 0.9999, 1.0_f32] {
         let second = (1.5 * ratio).sqrt();
         let line = Line::from_fn(12, elements, |n, m| {
-            let turns = 0.3 / subarray as f32;
+            let turns = 0.3 / subaperture as f32;
             let signal = if n % 2 == 0 {
                 wave(turns, m)
             } else {
-                wave(turns + 1.0 / subarray as f32, m) * second
+                wave(turns + 1.0 / subaperture as f32, m) * second
             };
             signal + noise.x[[n, m]] * 1e-2
         });
         let parameters = Parameters {
-            temporal: 2,
+            temporal_half_window: 2,
             ..Parameters::default()
         };
         let methods = [

@@ -3,7 +3,7 @@
 mod common;
 
 use bonebeam::Error;
-use bonebeam::beamform::{DelayedLine, Method, Parameters};
+use bonebeam::beamform::{AlignedLine, Method, Parameters};
 use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_weights, widen};
 use common::tolerances::{
     BEAMFORMED, BEAMFORMED_TWICE, HEAVY_LOADING, OUTPUT_POWER, SIGNAL_SUBSPACE, UNIT_RESPONSE,
@@ -26,10 +26,12 @@ fn methods() -> impl Strategy<Value = Method> {
 
 /// Parameters with a window that fits `samples`, and the method still to be chosen.
 fn parameters(samples: usize, largest_ratio: f64) -> impl Strategy<Value = Parameters> {
-    (0..samples, 0.3..=largest_ratio).prop_map(|(temporal, subarray_ratio)| Parameters {
-        temporal,
-        subarray_ratio,
-        ..Parameters::default()
+    (0..samples, 0.3..=largest_ratio).prop_map(|(temporal_half_window, subaperture_ratio)| {
+        Parameters {
+            temporal_half_window,
+            subaperture_ratio,
+            ..Parameters::default()
+        }
     })
 }
 
@@ -237,12 +239,12 @@ proptest! {
     }
 
     #[test]
-    fn heavy_loading_tends_to_das_over_subarrays(
+    fn heavy_loading_tends_to_das_over_subapertures(
         line in noise(),
         parameters in parameters(SAMPLES, 1.0),
         covariance in covariances(),
     ) {
-        let parameters = Parameters { loading: 1e6, ..parameters };
+        let parameters = Parameters { diagonal_loading: 1e6, ..parameters };
         let z = core(&line, parameters, covariance);
         let scale = line.x.iter().map(|x| x.norm()).fold(0.0, f32::max);
         for n in 0..SAMPLES {
@@ -252,7 +254,7 @@ proptest! {
     }
 
     #[test]
-    fn minimum_variance_is_below_das_over_subarrays(
+    fn minimum_variance_is_below_das_over_subapertures(
         line in noise(),
         parameters in parameters(SAMPLES, 1.0),
         covariance in covariances(),
@@ -274,16 +276,16 @@ proptest! {
     ) {
         let sample = exact(&line, n, parameters, covariance);
         let eigenspace = sample.eigenspace();
-        let (values, subarray) = (&eigenspace.values, eigenspace.values.len());
+        let (values, subaperture) = (&eigenspace.values, eigenspace.values.len());
         // A subspace is defined where a gap parts it from the rest.
         let gap = |rank: usize| values[rank - 1] - values[rank];
-        let rank = (1..subarray).max_by(|&i, &j| gap(i).total_cmp(&gap(j)));
+        let rank = (1..subaperture).max_by(|&i, &j| gap(i).total_cmp(&gap(j)));
         prop_assume!(rank.is_some_and(|rank| gap(rank) > 0.02 * values[0]));
         let rank = rank.unwrap_or(1);
         let bound = SIGNAL_SUBSPACE * sample.minimum_variance.norm();
         let parameters = Parameters { method: Method::EsmvRank(rank), ..parameters };
         let w = wide_weights(&line, n, parameters, covariance);
-        prop_assert!(eigenspace.project(&w, rank..subarray).norm() <= bound);
+        prop_assert!(eigenspace.project(&w, rank..subaperture).norm() <= bound);
         if rank == 1 {
             let parameters = Parameters { method: Method::EsmvExcludeFirst, ..parameters };
             let w = wide_weights(&line, n, parameters, covariance);
@@ -296,7 +298,7 @@ proptest! {
         bits in prop::collection::vec(any::<(u32, u32)>(), SAMPLES * 9),
         kind in 0..4,
         parameters in parameters(SAMPLES, 1.0),
-        loading in prop::sample::select(vec![0.0, 1e-6, 0.05, 1e6]),
+        diagonal_loading in prop::sample::select(vec![0.0, 1e-6, 0.05, 1e6]),
         method in methods(),
         covariance in covariances(),
     ) {
@@ -316,7 +318,7 @@ proptest! {
             // One value a sample.
             _ => value(n),
         });
-        let parameters = Parameters { method, loading, ..parameters };
+        let parameters = Parameters { method, diagonal_loading, ..parameters };
         for z in core(&line, parameters, covariance) {
             prop_assert!(z.re.is_finite() && z.im.is_finite(), "{z}");
         }
@@ -340,8 +342,8 @@ proptest! {
         } else {
             x[index].re = value;
         }
-        let refused = DelayedLine::new(&x, elements).map(|_| ());
-        let name = "delayed samples";
+        let refused = AlignedLine::new(&x, elements).map(|_| ());
+        let name = "aligned samples";
         prop_assert_eq!(refused, Err(Error::NonFinite { name, index }));
     }
 }

@@ -4,7 +4,7 @@
 mod common;
 
 use bonebeam::Complex;
-use bonebeam::beamform::{Beamformer, DelayedLine, Method, Run, Workspace};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Run, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
 use bonebeam::image::Axis;
@@ -228,7 +228,7 @@ impl OverLanes for InLane {
 impl InLane {
     fn hash<A: Averaging<V>, V: Vector>(self, zero: V) -> u64 {
         let place = (self.place * (V::LANES - 1) as f64) as usize;
-        let line = DelayedLine::new(&SNAPSHOTS, ELEMENTS).expect("finite samples");
+        let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS).expect("finite samples");
         let runs: Vec<_> = (0..V::LANES)
             .map(|lane| Run {
                 line,
@@ -244,7 +244,7 @@ impl InLane {
             A,
             V,
             ELEMENTS,
-            { beamform::SUBARRAY },
+            { beamform::SUBAPERTURE },
             { beamform::FORWARD_ROWS },
         >::over(zero));
         let mut out: Vec<_> = z.iter_mut().map(Vec::as_mut_slice).collect();

@@ -1,6 +1,6 @@
 //! One beam, depth by depth, with an aperture that grows; and its weights for inspection.
 
-use super::delayed_line::DelayedLine;
+use super::aligned_line::AlignedLine;
 use super::methods::esmv::{at_least_floor, kept, rank_order};
 use super::parameters::{Beamformer, Method};
 use super::runs::Run;
@@ -47,7 +47,7 @@ impl Beamformer {
     pub fn line<A, const M: usize, const L: usize, const ROWS: usize>(
         &self,
         workspace: &mut Workspace<A, f32, M, L, ROWS>,
-        line: DelayedLine<'_>,
+        line: AlignedLine<'_>,
         active: impl Fn(usize) -> Active,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error>
@@ -76,7 +76,7 @@ impl Beamformer {
     /// first `L` entries of `weights` (for DAS `1/count`, into the first `count`). Returns how many.
     ///
     /// For inspection and tests: [`Beamformer::line`] never forms weights. `z` is `wᴴ` times the
-    /// mean snapshot of the subarrays. A sample without power has weights 0.
+    /// mean snapshot of the subapertures. A sample without power has weights 0.
     ///
     /// # Errors
     /// As [`Beamformer::runs`]; [`Error::Length`] where `weights` is too short;
@@ -84,7 +84,7 @@ impl Beamformer {
     pub fn weights<A, const M: usize, const L: usize, const ROWS: usize>(
         &self,
         workspace: &mut Workspace<A, f32, M, L, ROWS>,
-        line: DelayedLine<'_>,
+        line: AlignedLine<'_>,
         active: Active,
         sample: usize,
         weights: &mut [Complex<f32>],
@@ -105,12 +105,12 @@ impl Beamformer {
                 expected: "at least 1",
             });
         }
-        let subarray = self.check_capacity::<A, f32>(active.count, [M, L, ROWS])?;
+        let subaperture = self.check_capacity::<A, f32>(active.count, [M, L, ROWS])?;
         let method = self.parameters().method;
         let length = if method == Method::Das {
             active.count
         } else {
-            subarray
+            subaperture
         };
         let available = weights.len();
         let Some(weights) = weights.get_mut(..length) else {
@@ -126,8 +126,8 @@ impl Beamformer {
         }
         let mut memory = workspace.memory();
         let mut silent = true;
-        for push in 0..=2 * self.parameters().temporal {
-            let pushed = self.push::<A, f32>(&mut memory, &[run], active.count, subarray, push);
+        for push in 0..=2 * self.parameters().temporal_half_window {
+            let pushed = self.push::<A, f32>(&mut memory, &[run], active.count, subaperture, push);
             silent = pushed.unwrap_or(true);
         }
         if silent {

@@ -1,10 +1,10 @@
-//! The beamformers: weights from a covariance, and a whole line from delayed samples (Eq. 1, 4–8).
+//! The beamformers: weights from a covariance, and a whole line from aligned samples (Eq. 1, 4–8).
 //!
 //! [`Beamformer`] holds validated [`Parameters`]; a [`Workspace`] holds the memory. One beam goes
 //! through [`Beamformer::line`]; where speed counts, [`Beamformer::runs`] does as many runs of samples
 //! at once as a vector has lanes, with the same bits.
 
-mod delayed_line;
+mod aligned_line;
 mod line;
 mod methods;
 mod parameters;
@@ -12,7 +12,7 @@ mod runs;
 mod snapshot;
 mod workspace;
 
-pub use delayed_line::DelayedLine;
+pub use aligned_line::AlignedLine;
 pub use line::constant_runs;
 pub use parameters::{Beamformer, Method, Parameters};
 pub use runs::Run;

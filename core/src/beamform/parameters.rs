@@ -13,7 +13,7 @@ pub enum Method {
     /// Eigenspace MV (Eq. 5–7) with the cross-spectral rank rule (Eq. 8): the smallest rank `j`
     /// with `c_j ≥ β·c_L`.
     EsmvBeta(f32),
-    /// Eigenspace MV with a fixed rank, at most the subarray's length.
+    /// Eigenspace MV with a fixed rank, at most the subaperture's length.
     EsmvRank(usize),
     /// Eigenspace MV with a signal subspace of rank 1, by power iteration.
     EsmvRank1,
@@ -28,22 +28,22 @@ pub struct Parameters {
     /// The beamformer.
     pub method: Method,
     /// `K`: the covariance is averaged over the samples `n−K..=n+K`.
-    pub temporal: usize,
+    pub temporal_half_window: usize,
     /// `Δ`: `Δ/L·tr(R)` is added to the diagonal. Below about 1e-4 the rounding of f32 decides;
     /// a covariance that is singular in f32 takes the full eigensolver, and no eigenvalue counts for
     /// less than `2⁻²⁴` of the trace.
-    pub loading: f32,
+    pub diagonal_loading: f32,
     /// `L = max(1, floor(ratio·active elements))`, in `(0, 1]`.
-    pub subarray_ratio: f64,
+    pub subaperture_ratio: f64,
 }
 
 impl Default for Parameters {
     fn default() -> Self {
         Parameters {
             method: Method::Mv,
-            temporal: 0,
-            loading: 0.05,
-            subarray_ratio: 0.5,
+            temporal_half_window: 0,
+            diagonal_loading: 0.05,
+            subaperture_ratio: 0.5,
         }
     }
 }
@@ -59,7 +59,7 @@ impl Beamformer {
     ///
     /// # Errors
     /// [`Error::Parameter`] for `β` outside `(0, 1]`, a rank of 0, `Δ` that is negative, not finite
-    /// or above 1e6, a subarray ratio outside `(0, 1]`.
+    /// or above 1e6, a subaperture ratio outside `(0, 1]`.
     pub fn new(parameters: Parameters) -> Result<Self, Error> {
         match parameters.method {
             Method::EsmvBeta(beta) if !(beta > 0.0 && beta <= 1.0) => {
@@ -78,18 +78,18 @@ impl Beamformer {
             }
             _ => {}
         }
-        if !(parameters.loading >= 0.0 && parameters.loading <= 1e6) {
+        if !(parameters.diagonal_loading >= 0.0 && parameters.diagonal_loading <= 1e6) {
             return Err(Error::Parameter {
-                name: "loading",
-                value: parameters.loading as f64,
+                name: "diagonal_loading",
+                value: parameters.diagonal_loading as f64,
                 expected: "0 to 1e6",
             });
         }
-        if !(parameters.subarray_ratio > 0.0 && parameters.subarray_ratio <= 1.0) {
+        if !(parameters.subaperture_ratio > 0.0 && parameters.subaperture_ratio <= 1.0) {
             return Err(Error::Parameter {
-                name: "subarray ratio",
-                value: parameters.subarray_ratio,
-                expected: "above 0, at most 1 (the subarray cannot exceed the active aperture)",
+                name: "subaperture ratio",
+                value: parameters.subaperture_ratio,
+                expected: "above 0, at most 1 (the subaperture cannot exceed the active aperture)",
             });
         }
         Ok(Beamformer { parameters })
@@ -101,8 +101,8 @@ impl Beamformer {
     }
 
     /// `L` for `count ≥ 1` active elements.
-    pub fn subarray(&self, count: usize) -> usize {
-        let length = libm::floor(self.parameters.subarray_ratio * count as f64) as usize;
+    pub fn subaperture(&self, count: usize) -> usize {
+        let length = libm::floor(self.parameters.subaperture_ratio * count as f64) as usize;
         if length > 1 { length } else { 1 }
     }
 }

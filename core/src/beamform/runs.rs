@@ -1,11 +1,11 @@
-//! The kernel's drive: a vector's lanes of sample runs, from delayed samples to `z`.
+//! The kernel's drive: a vector's lanes of sample runs, from aligned samples to `z`.
 //!
 //! Each stage (snapshot, lag sums, matrix, solver) is a function of its own, never inlined: the
 //! compiler then knows that what its arguments refer to does not overlap, and keeps what it counts in
 //! registers. On a Cortex-M7 that takes a tenth of the instructions of MV at 16/8 away, with AVX-512 a
 //! tenth to a sixth of the time of rank 1.
 
-use super::delayed_line::DelayedLine;
+use super::aligned_line::AlignedLine;
 use super::methods::das::das;
 use super::methods::esmv::{esmv, esmv_rank1};
 use super::methods::mv::mv;
@@ -13,8 +13,8 @@ use super::parameters::{Beamformer, Method, Parameters};
 use super::snapshot::snapshot;
 use super::workspace::{Memory, Solver, Workspace};
 use crate::Error;
+use crate::covariance::diagonal_loading::DiagonalLoading;
 use crate::covariance::lag_sums::lag_sums;
-use crate::covariance::loading::Loading;
 use crate::covariance::{Averaging, time_window};
 use crate::error::check_length;
 use crate::linalg::panels::Column;
@@ -25,7 +25,7 @@ use num_complex::Complex;
 #[derive(Clone, Copy, Debug)]
 pub struct Run<'a> {
     /// The beam.
-    pub line: DelayedLine<'a>,
+    pub line: AlignedLine<'a>,
     /// The first active element.
     pub first_element: usize,
     /// The first sample that is put out.
@@ -83,7 +83,7 @@ impl Beamformer {
             }
             return Ok(());
         }
-        let subarray = self.check_capacity::<A, V>(count, [M, L, ROWS])?;
+        let subaperture = self.check_capacity::<A, V>(count, [M, L, ROWS])?;
         if self.parameters().method == Method::Das {
             for (run, z) in runs.iter().zip(z) {
                 das(run, count, z);
@@ -94,7 +94,7 @@ impl Beamformer {
         // A lane without a run keeps its zeros.
         let zero = memory.snapshot[0].zero();
         memory.snapshot.fill(zero);
-        self.vectorized::<A, V>(&mut memory, runs, count, subarray, z);
+        self.vectorized::<A, V>(&mut memory, runs, count, subaperture, z);
         Ok(())
     }
 
@@ -104,12 +104,12 @@ impl Beamformer {
         memory: &mut Memory<'_, A::Scalar, V>,
         runs: &[Run<'_>],
         count: usize,
-        subarray: usize,
+        subaperture: usize,
         z: &mut [&mut [Complex<f32>]],
     ) {
         memory.snapshot[0].re.vectorize(
             #[inline(always)]
-            || self.lanes::<A, V>(memory, runs, count, subarray, z),
+            || self.lanes::<A, V>(memory, runs, count, subaperture, z),
         );
     }
 
@@ -119,7 +119,7 @@ impl Beamformer {
         memory: &mut Memory<'_, A::Scalar, V>,
         runs: &[Run<'_>],
         count: usize,
-        subarray: usize,
+        subaperture: usize,
         z: &mut [&mut [Complex<f32>]],
     ) {
         let mut longest = 0;
@@ -128,10 +128,10 @@ impl Beamformer {
                 longest = z.len();
             }
         }
-        for push in 0..longest + 2 * self.parameters().temporal {
-            if let Some(silent) = self.push::<A, V>(memory, runs, count, subarray, push) {
-                let i = push - 2 * self.parameters().temporal;
-                let value = self.output::<A, V>(memory, count, subarray, i, silent);
+        for push in 0..longest + 2 * self.parameters().temporal_half_window {
+            if let Some(silent) = self.push::<A, V>(memory, runs, count, subaperture, push) {
+                let i = push - 2 * self.parameters().temporal_half_window;
+                let value = self.output::<A, V>(memory, count, subaperture, i, silent);
                 emit(runs, z, i, value);
             }
         }
@@ -145,43 +145,45 @@ impl Beamformer {
         memory: &mut Memory<'_, A::Scalar, V>,
         runs: &[Run<'_>],
         count: usize,
-        subarray: usize,
+        subaperture: usize,
         push: usize,
     ) -> Option<V::Mask> {
-        let temporal = self.parameters().temporal;
+        let temporal_half_window = self.parameters().temporal_half_window;
         let active = &mut memory.snapshot[..count];
         let work = &mut *memory.solver.work;
-        let (ring, window) = memory.window.split_at_mut((temporal + 1) * subarray);
-        let data = push % (temporal + 1) * subarray;
-        let data = &mut ring[data..data + subarray];
+        let (ring, window) = memory
+            .window
+            .split_at_mut((temporal_half_window + 1) * subaperture);
+        let data = push % (temporal_half_window + 1) * subaperture;
+        let data = &mut ring[data..data + subaperture];
         snapshot::<A, V>(
             runs,
-            push as isize - temporal as isize,
+            push as isize - temporal_half_window as isize,
             active,
-            &mut work[..subarray],
+            &mut work[..subaperture],
             data,
         );
-        let size = A::lag_count(subarray);
-        let lags = time_window::slot(window, size, temporal, push);
-        lag_sums::<A, V>(active, subarray, work, lags);
-        let (suffix, prefix) = time_window::window(window, size, temporal, push);
-        if push < 2 * temporal {
+        let size = A::lag_count(subaperture);
+        let lags = time_window::slot(window, size, temporal_half_window, push);
+        lag_sums::<A, V>(active, subaperture, work, lags);
+        let (suffix, prefix) = time_window::window(window, size, temporal_half_window, push);
+        if push < 2 * temporal_half_window {
             return None;
         }
-        let loading = self.parameters().loading;
+        let diagonal_loading = self.parameters().diagonal_loading;
         Some(match suffix {
             None => load::<A, V>(
                 #[inline(always)]
                 move |i| prefix[i],
-                subarray,
-                loading,
+                subaperture,
+                diagonal_loading,
                 memory.solver.matrix,
             ),
             Some(suffix) => load::<A, V>(
                 #[inline(always)]
                 move |i| suffix[i] + prefix[i],
-                subarray,
-                loading,
+                subaperture,
+                diagonal_loading,
                 memory.solver.matrix,
             ),
         })
@@ -193,16 +195,18 @@ impl Beamformer {
         &self,
         memory: &mut Memory<'_, A::Scalar, V>,
         count: usize,
-        subarray: usize,
+        subaperture: usize,
         i: usize,
         silent: V::Mask,
     ) -> ComplexVector<V> {
         let Parameters {
-            method, temporal, ..
+            method,
+            temporal_half_window,
+            ..
         } = *self.parameters();
         // The sample was pushed as number i + K.
-        let data = (i + temporal) % (temporal + 1) * subarray;
-        let data = &memory.window[data..data + subarray];
+        let data = (i + temporal_half_window) % (temporal_half_window + 1) * subaperture;
+        let data = &memory.window[data..data + subaperture];
         let solver = &mut memory.solver;
         let zero = data[0].zero();
         let (mut sum, solved) = match method {
@@ -210,13 +214,13 @@ impl Beamformer {
                 solver,
                 data,
                 #[inline(always)]
-                move |solver, data| mv::<A, V>(solver, subarray, data),
+                move |solver, data| mv::<A, V>(solver, subaperture, data),
             ),
             Method::EsmvRank1 => solve(
                 solver,
                 data,
                 #[inline(always)]
-                move |solver, data| esmv_rank1::<A, V>(solver, subarray, data, silent),
+                move |solver, data| esmv_rank1::<A, V>(solver, subaperture, data, silent),
             ),
             _ => (zero, silent & !silent),
         };
@@ -226,11 +230,11 @@ impl Beamformer {
                 solver,
                 data,
                 #[inline(always)]
-                move |solver, data| esmv::<A, V>(method, solver, subarray, data),
+                move |solver, data| esmv::<A, V>(method, solver, subaperture, data),
             );
             sum = ComplexVector::select(solved, sum, exact);
         }
-        let gain = zero.re.splat(A::gain(count - subarray + 1));
+        let gain = zero.re.splat(A::gain(count - subaperture + 1));
         ComplexVector::select(silent, zero, sum.divide(gain))
     }
 
@@ -241,11 +245,11 @@ impl Beamformer {
         count: usize,
         samples: usize,
     ) -> Result<(), Error> {
-        let temporal = self.parameters().temporal;
-        if temporal >= run.line.samples() {
+        let temporal_half_window = self.parameters().temporal_half_window;
+        if temporal_half_window >= run.line.samples() {
             return Err(Error::Parameter {
-                name: "temporal",
-                value: temporal as f64,
+                name: "temporal_half_window",
+                value: temporal_half_window as f64,
                 expected: "fewer than the record's samples",
             });
         }
@@ -267,7 +271,7 @@ impl Beamformer {
         Ok(())
     }
 
-    /// The subarray's length for `count ≥ 1`, where everything fits a workspace with these `M`, `L`
+    /// The subaperture's length for `count ≥ 1`, where everything fits a workspace with these `M`, `L`
     /// and `ROWS`.
     pub(super) fn check_capacity<A: Averaging<V>, V: Vector>(
         &self,
@@ -281,35 +285,41 @@ impl Beamformer {
                 capacity: elements,
             });
         }
-        let subarray = self.subarray(count);
+        let subaperture = self.subaperture(count);
         if self.parameters().method == Method::Das {
-            return Ok(subarray);
+            return Ok(subaperture);
         }
-        if subarray > longest {
+        if subaperture > longest {
             return Err(Error::Capacity {
-                name: "subarray",
-                actual: subarray,
+                name: "subaperture",
+                actual: subaperture,
                 capacity: longest,
             });
         }
-        let temporal = self.parameters().temporal;
-        let size = A::lag_count(subarray);
-        let fits = |temporal: usize| {
-            let (ring, sets) = (temporal + 1, time_window::sets(temporal));
+        let temporal_half_window = self.parameters().temporal_half_window;
+        let size = A::lag_count(subaperture);
+        let fits = |temporal_half_window: usize| {
+            let (ring, sets) = (
+                temporal_half_window + 1,
+                time_window::sets(temporal_half_window),
+            );
             let needed = ring
-                .saturating_mul(subarray)
+                .saturating_mul(subaperture)
                 .saturating_add(sets.saturating_mul(size));
             needed <= rows * longest
         };
-        if !fits(temporal) {
-            let capacity = (0..temporal).rev().find(|&k| fits(k)).unwrap_or(0);
+        if !fits(temporal_half_window) {
+            let capacity = (0..temporal_half_window)
+                .rev()
+                .find(|&k| fits(k))
+                .unwrap_or(0);
             return Err(Error::Capacity {
-                name: "temporal",
-                actual: temporal,
+                name: "temporal_half_window",
+                actual: temporal_half_window,
                 capacity,
             });
         }
-        Ok(subarray)
+        Ok(subaperture)
     }
 }
 
@@ -330,16 +340,17 @@ fn solve<S: Scalar<V>, V: Vector, R>(
 #[inline(never)]
 fn load<A: Averaging<V>, V: Vector>(
     lag: impl Fn(usize) -> ComplexVector<V>,
-    subarray: usize,
-    loading: f32,
+    subaperture: usize,
+    diagonal_loading: f32,
     matrix: &mut [Column<A::Scalar>],
 ) -> V::Mask {
     lag(0).re.vectorize(
         #[inline(always)]
         || {
-            let loading = Loading::new(A::trace(&lag, subarray), subarray, loading);
-            A::matrix(&lag, subarray, &loading, matrix);
-            loading.silent
+            let diagonal_loading =
+                DiagonalLoading::new(A::trace(&lag, subaperture), subaperture, diagonal_loading);
+            A::matrix(&lag, subaperture, &diagonal_loading, matrix);
+            diagonal_loading.silent
         },
     )
 }

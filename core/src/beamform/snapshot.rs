@@ -2,12 +2,12 @@
 
 use super::runs::Run;
 use crate::covariance::Averaging;
-use crate::covariance::lag_sums::subarray_sum;
+use crate::covariance::lag_sums::subaperture_sum;
 use crate::instructions::prefetch;
 use crate::simd::{ComplexVector, MOST_LANES, Vector, transpose};
 use num_complex::Complex;
 
-/// The `active` elements of the runs' sample `i`, their subarrays' `sum`, and that in the solver's
+/// The `active` elements of the runs' sample `i`, their subapertures' `sum`, and that in the solver's
 /// coordinates, the `data`.
 #[inline(never)]
 pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
@@ -21,7 +21,7 @@ pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
         #[inline(always)]
         || {
             gather(runs, i, active);
-            subarray_sum(active, sum);
+            subaperture_sum(active, sum);
             A::data(sum, data);
         },
     );

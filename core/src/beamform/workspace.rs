@@ -8,7 +8,7 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 /// All the memory a beamformer needs; a plain struct for a `static` or a box.
 ///
 /// `A` is [`Forward`] or [`ForwardBackward`], `V` a vector: `f32` for one output at a time, a
-/// processor's registers for as many as they have lanes. Capacities: `M` active elements, subarrays
+/// processor's registers for as many as they have lanes. Capacities: `M` active elements, subapertures
 /// of `L` (a multiple of 4), and `ROWS` rows of `L` complex numbers for the time window:
 /// [`ForwardBackward::window_rows`], [`Forward::window_rows`].
 ///
@@ -40,7 +40,7 @@ pub struct Workspace<A: Averaging<V>, V: Vector, const M: usize, const L: usize,
 pub(super) struct Memory<'a, S, V> {
     /// The active elements of one sample.
     pub(super) snapshot: &'a mut [ComplexVector<V>],
-    /// A ring of subarray sums, then the window's sets of lag sums; later eigenvectors, where they
+    /// A ring of subaperture sums, then the window's sets of lag sums; later eigenvectors, where they
     /// are asked for.
     pub(super) window: &'a mut [ComplexVector<V>],
     pub(super) solver: Solver<'a, S, V>,
@@ -60,7 +60,7 @@ pub(super) struct Solver<'a, S, V> {
     /// One lane's tridiagonal matrix.
     pub(super) lane: [&'a mut [f32]; 2],
     pub(super) values: &'a mut [V],
-    /// The subarray sum, then the lag sums under way; later `Eᴴa` and `Eᴴx`, one after the other.
+    /// The subaperture sum, then the lag sums under way; later `Eᴴa` and `Eᴴx`, one after the other.
     pub(super) work: &'a mut [ComplexVector<V>],
     /// One lane's eigenvalues in descending order.
     pub(super) order: &'a mut [usize],
@@ -79,10 +79,10 @@ impl<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usi
             M >= 1 && L >= 1 && ROWS >= 1,
             "every capacity is at least 1"
         );
-        assert!(L <= M, "a subarray cannot exceed the aperture");
+        assert!(L <= M, "a subaperture cannot exceed the aperture");
         assert!(
             L.is_multiple_of(TILE),
-            "the subarray capacity is a multiple of 4"
+            "the subaperture capacity is a multiple of 4"
         );
     };
 

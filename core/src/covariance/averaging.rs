@@ -1,6 +1,6 @@
 //! What an averaging of the covariance is: what is kept of it, and the basis in which it is solved.
 
-use super::loading::Loading;
+use super::diagonal_loading::DiagonalLoading;
 use crate::linalg::panels::Column;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
@@ -26,34 +26,34 @@ pub trait Basis<V: Vector> {
     type Scalar: Scalar<V>;
 
     /// How many lag sums are kept of a sample.
-    fn lag_count(subarray: usize) -> usize;
+    fn lag_count(subaperture: usize) -> usize;
 
     /// Takes the forward sums of the lags `lag..lag + LAGS` into `lags`: `rows[place][k]` is that of
     /// lag `lag + k`, the entry at `(lag + k + place, place)`. There is a row for each place of `lag`;
     /// what stands beyond the last place of a longer lag is to be left out.
     fn keep<const LAGS: usize>(
         lags: &mut [ComplexVector<V>],
-        subarray: usize,
+        subaperture: usize,
         lag: usize,
         rows: &[[ComplexVector<V>; LAGS]],
     );
 
     /// The trace of the matrix in use, from the kept sums `lag(index)`.
-    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subarray: usize) -> V;
+    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subaperture: usize) -> V;
 
     /// The matrix in use, scaled and loaded, in panels, from the kept sums `lag(index)`.
     fn matrix(
         lag: impl Fn(usize) -> ComplexVector<V>,
-        subarray: usize,
-        loading: &Loading<V>,
+        subaperture: usize,
+        diagonal_loading: &DiagonalLoading<V>,
         matrix: &mut [Column<Self::Scalar>],
     );
 
-    /// The subarray sum `s` in the solver's coordinates.
+    /// The subaperture sum `s` in the solver's coordinates.
     fn data(s: &[ComplexVector<V>], data: &mut [ComplexVector<V>]);
 
     /// Entry `i` of the steering vector `a = 1` in the solver's coordinates.
-    fn steering(i: usize, subarray: usize) -> f32;
+    fn steering(i: usize, subaperture: usize) -> f32;
 
     /// The steering vector and the data, in the solver's coordinates, as rows below the matrix.
     fn right_sides(data: &[ComplexVector<V>], rows: &mut [[Self::Scalar; RIGHT_SIDES]]);
@@ -62,15 +62,17 @@ pub trait Basis<V: Vector> {
     /// and `y*·t`.
     fn whitened(rows: &[Self::Scalar; RIGHT_SIDES]) -> (V, ComplexVector<V>);
 
-    /// What `wᴴs` must be divided by, for `P` subarrays, to be `z` of Eq. 4.
-    fn gain(subarrays: usize) -> f32;
+    /// What `wᴴs` must be divided by, for `P` subapertures, to be `z` of Eq. 4.
+    fn gain(subapertures: usize) -> f32;
 
-    /// Weights in the solver's coordinates → weights of the subarray's elements (Eq. 1, 7), with
+    /// Weights in the solver's coordinates → weights of the subaperture's elements (Eq. 1, 7), with
     /// `scratch` of the same length.
     fn weights(v: &mut [ComplexVector<V>], scratch: &mut [ComplexVector<V>]);
 }
 
-/// The rows for a ring of `temporal + 1` subarray sums and for the window's sets of `kept` numbers.
-pub(super) const fn rows(kept: usize, subarray: usize, temporal: usize) -> usize {
-    temporal + 1 + (super::time_window::sets(temporal) * kept).div_ceil(subarray)
+/// The rows for a ring of `temporal + 1` subaperture sums and for the window's sets of `kept` numbers.
+pub(super) const fn rows(kept: usize, subaperture: usize, temporal_half_window: usize) -> usize {
+    temporal_half_window
+        + 1
+        + (super::time_window::sets(temporal_half_window) * kept).div_ceil(subaperture)
 }

@@ -1,7 +1,7 @@
 //! The covariance of Eq. 2 as it is.
 
 use super::averaging::{Basis, OneLane, RIGHT_SIDES, rows};
-use super::loading::Loading;
+use super::diagonal_loading::DiagonalLoading;
 use crate::linalg::panels::{Column, TILE, panel};
 use crate::simd::{ComplexVector, Scalar, Vector};
 
@@ -16,20 +16,20 @@ impl OneLane for Forward {
 }
 
 impl Forward {
-    /// Rows of `L` complex numbers that a workspace needs for subarrays of `subarray` and a window
+    /// Rows of `L` complex numbers that a workspace needs for subapertures of `subaperture` and a window
     /// of `2·temporal + 1` samples.
-    pub const fn window_rows(subarray: usize, temporal: usize) -> usize {
-        rows(Self::kept(subarray), subarray, temporal)
+    pub const fn window_rows(subaperture: usize, temporal_half_window: usize) -> usize {
+        rows(Self::kept(subaperture), subaperture, temporal_half_window)
     }
 
-    const fn kept(subarray: usize) -> usize {
-        subarray * (subarray + 1) / 2
+    const fn kept(subaperture: usize) -> usize {
+        subaperture * (subaperture + 1) / 2
     }
 
     #[inline(always)]
-    fn index(subarray: usize, lag: usize, place: usize) -> usize {
+    fn index(subaperture: usize, lag: usize, place: usize) -> usize {
         // Σ (L − t) for t < place.
-        place * (2 * subarray + 1 - place) / 2 + lag
+        place * (2 * subaperture + 1 - place) / 2 + lag
     }
 }
 
@@ -37,14 +37,14 @@ impl<V: Vector> Basis<V> for Forward {
     type Scalar = ComplexVector<V>;
 
     #[inline(always)]
-    fn lag_count(subarray: usize) -> usize {
-        Self::kept(subarray)
+    fn lag_count(subaperture: usize) -> usize {
+        Self::kept(subaperture)
     }
 
     #[inline(always)]
     fn keep<const LAGS: usize>(
         lags: &mut [ComplexVector<V>],
-        subarray: usize,
+        subaperture: usize,
         lag: usize,
         rows: &[[ComplexVector<V>; LAGS]],
     ) {
@@ -54,15 +54,15 @@ impl<V: Vector> Basis<V> for Forward {
             for (kept, &r) in lags.iter_mut().zip(row).take(places) {
                 *kept = r;
             }
-            lags = &mut lags[subarray - place..];
+            lags = &mut lags[subaperture - place..];
         }
     }
 
     #[inline(always)]
-    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subarray: usize) -> V {
+    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subaperture: usize) -> V {
         let mut trace = lag(0).re.zero();
-        for place in 0..subarray {
-            trace = trace + lag(Self::index(subarray, 0, place)).re;
+        for place in 0..subaperture {
+            trace = trace + lag(Self::index(subaperture, 0, place)).re;
         }
         trace
     }
@@ -70,29 +70,29 @@ impl<V: Vector> Basis<V> for Forward {
     #[inline(always)]
     fn matrix(
         lag: impl Fn(usize) -> ComplexVector<V>,
-        subarray: usize,
-        loading: &Loading<V>,
+        subaperture: usize,
+        diagonal_loading: &DiagonalLoading<V>,
         matrix: &mut [Column<ComplexVector<V>>],
     ) {
-        let zero = ComplexVector::from_real(loading.factor.zero());
-        for block in 0..subarray.div_ceil(TILE) {
+        let zero = ComplexVector::from_real(diagonal_loading.factor.zero());
+        for block in 0..subaperture.div_ceil(TILE) {
             let columns = &mut matrix[panel(block)..panel(block + 1)];
             for (k, column) in columns.iter_mut().enumerate() {
                 for (r, entry) in column.iter_mut().enumerate() {
                     let i = TILE * block + r;
-                    *entry = if i >= subarray || k >= subarray {
+                    *entry = if i >= subaperture || k >= subaperture {
                         zero
                     } else if i >= k {
-                        lag(Self::index(subarray, i - k, k)).scale(loading.factor)
+                        lag(Self::index(subaperture, i - k, k)).scale(diagonal_loading.factor)
                     } else {
-                        lag(Self::index(subarray, k - i, i))
-                            .scale(loading.factor)
+                        lag(Self::index(subaperture, k - i, i))
+                            .scale(diagonal_loading.factor)
                             .conj()
                     };
                     if i == k {
                         // The rows that fill up the last tile are those of the identity.
-                        let diagonal = if i < subarray {
-                            entry.re + loading.added
+                        let diagonal = if i < subaperture {
+                            entry.re + diagonal_loading.added
                         } else {
                             entry.re.splat(1.0)
                         };
@@ -129,8 +129,8 @@ impl<V: Vector> Basis<V> for Forward {
     }
 
     #[inline(always)]
-    fn gain(subarrays: usize) -> f32 {
-        subarrays as f32
+    fn gain(subapertures: usize) -> f32 {
+        subapertures as f32
     }
 
     #[inline(always)]

@@ -10,7 +10,7 @@
 //! [`Basis::gain`] makes up for them.
 
 use super::averaging::{Basis, OneLane, RIGHT_SIDES, rows};
-use super::loading::Loading;
+use super::diagonal_loading::DiagonalLoading;
 use crate::linalg::panels::{Column, TILE, panel};
 use crate::simd::{ComplexVector, Scalar, Vector};
 
@@ -36,21 +36,21 @@ impl OneLane for ForwardBackward {
 }
 
 impl ForwardBackward {
-    /// Rows of `L` complex numbers that a workspace needs for subarrays of `subarray` and a window
+    /// Rows of `L` complex numbers that a workspace needs for subapertures of `subaperture` and a window
     /// of `2·temporal + 1` samples.
-    pub const fn window_rows(subarray: usize, temporal: usize) -> usize {
-        rows(Self::kept(subarray), subarray, temporal)
+    pub const fn window_rows(subaperture: usize, temporal_half_window: usize) -> usize {
+        rows(Self::kept(subaperture), subaperture, temporal_half_window)
     }
 
-    const fn kept(subarray: usize) -> usize {
-        let places = subarray.div_ceil(2);
-        places * (subarray - places + 1)
+    const fn kept(subaperture: usize) -> usize {
+        let places = subaperture.div_ceil(2);
+        places * (subaperture - places + 1)
     }
 
     #[inline(always)]
-    fn index(subarray: usize, lag: usize, place: usize) -> usize {
+    fn index(subaperture: usize, lag: usize, place: usize) -> usize {
         // Σ (L − 2t) for t < place.
-        place * (subarray + 1 - place) + lag
+        place * (subaperture + 1 - place) + lag
     }
 
     /// Pair `i` with pair `j ≤ i`: sum-sum, difference-sum, sum-difference, difference-difference.
@@ -59,15 +59,15 @@ impl ForwardBackward {
     #[inline(always)]
     fn pairs<V: Vector>(
         lag: &impl Fn(usize) -> ComplexVector<V>,
-        subarray: usize,
+        subaperture: usize,
         i: usize,
         j: usize,
         factor: V,
     ) -> [V; 4] {
         // The index of (i − j, j) is i more than this.
-        let row = j * (subarray - j);
-        if 2 * i + 1 < subarray {
-            let (f, g) = (lag(row + i), lag(row + subarray - 1 - i));
+        let row = j * (subaperture - j);
+        if 2 * i + 1 < subaperture {
+            let (f, g) = (lag(row + i), lag(row + subaperture - 1 - i));
             return [
                 (f.re + g.re) * factor,
                 (f.im - g.im) * factor,
@@ -76,7 +76,7 @@ impl ForwardBackward {
             ];
         }
         let zero = factor.zero();
-        if 2 * i >= subarray {
+        if 2 * i >= subaperture {
             return [zero; 4];
         }
         let f = lag(row + i);
@@ -96,17 +96,17 @@ impl ForwardBackward {
     #[inline(always)]
     fn diagonal<V: Vector>(
         lag: &impl Fn(usize) -> ComplexVector<V>,
-        subarray: usize,
+        subaperture: usize,
         i: usize,
-        loading: &Loading<V>,
+        diagonal_loading: &DiagonalLoading<V>,
     ) -> [V; 4] {
-        let [ss, ds, sd, dd] = Self::pairs(lag, subarray, i, i, loading.factor);
-        let added = loading.added;
-        if 2 * i + 1 < subarray {
+        let [ss, ds, sd, dd] = Self::pairs(lag, subaperture, i, i, diagonal_loading.factor);
+        let added = diagonal_loading.added;
+        if 2 * i + 1 < subaperture {
             return [ss + added, ds, sd, dd + added];
         }
         let one = added.splat(1.0);
-        let middle = if 2 * i < subarray { ss + added } else { one };
+        let middle = if 2 * i < subaperture { ss + added } else { one };
         [middle, ds, sd, one]
     }
 }
@@ -115,19 +115,19 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     type Scalar = V;
 
     #[inline(always)]
-    fn lag_count(subarray: usize) -> usize {
-        Self::kept(subarray)
+    fn lag_count(subaperture: usize) -> usize {
+        Self::kept(subaperture)
     }
 
     #[inline(always)]
     fn keep<const LAGS: usize>(
         lags: &mut [ComplexVector<V>],
-        subarray: usize,
+        subaperture: usize,
         lag: usize,
         rows: &[[ComplexVector<V>; LAGS]],
     ) {
         // A place and its mirror image come nearer to each other with every row.
-        let (mut rows, mut lags, mut next) = (rows, &mut lags[lag..], subarray);
+        let (mut rows, mut lags, mut next) = (rows, &mut lags[lag..], subaperture);
         while let [first, ..] = rows {
             if let (Some(mirrored), Some(kept)) =
                 (rows.last_chunk::<LAGS>(), lags.first_chunk_mut::<LAGS>())
@@ -150,15 +150,15 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     }
 
     #[inline(always)]
-    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subarray: usize) -> V {
-        let half = subarray / 2;
+    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subaperture: usize) -> V {
+        let half = subaperture / 2;
         let mut trace = lag(0).re.zero();
         for place in 0..half {
-            trace = trace + lag(Self::index(subarray, 0, place)).re;
+            trace = trace + lag(Self::index(subaperture, 0, place)).re;
         }
         trace = trace + trace;
-        if subarray % 2 == 1 {
-            trace = trace + lag(Self::index(subarray, 0, half)).re;
+        if subaperture % 2 == 1 {
+            trace = trace + lag(Self::index(subaperture, 0, half)).re;
         }
         trace
     }
@@ -166,13 +166,13 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     #[inline(always)]
     fn matrix(
         lag: impl Fn(usize) -> ComplexVector<V>,
-        subarray: usize,
-        loading: &Loading<V>,
+        subaperture: usize,
+        diagonal_loading: &DiagonalLoading<V>,
         matrix: &mut [Column<V>],
     ) {
-        let factor = loading.factor;
+        let factor = diagonal_loading.factor;
         const PAIRS: usize = TILE / 2;
-        for block in 0..subarray.div_ceil(TILE) {
+        for block in 0..subaperture.div_ceil(TILE) {
             let (tiles, _) = matrix[panel(block)..panel(block + 1)].as_chunks_mut::<TILE>();
             let Some((diagonal, before)) = tiles.split_last_mut() else {
                 return;
@@ -181,19 +181,19 @@ impl<V: Vector> Basis<V> for ForwardBackward {
             for (t, tile) in before.iter_mut().enumerate() {
                 for k in 0..PAIRS {
                     let j = PAIRS * t + k;
-                    let [ss, ds, sd, dd] = Self::pairs(&lag, subarray, i, j, factor);
+                    let [ss, ds, sd, dd] = Self::pairs(&lag, subaperture, i, j, factor);
                     let [next_ss, next_ds, next_sd, next_dd] =
-                        Self::pairs(&lag, subarray, i + 1, j, factor);
+                        Self::pairs(&lag, subaperture, i + 1, j, factor);
                     tile[2 * k] = [ss, ds, next_ss, next_ds];
                     tile[2 * k + 1] = [sd, dd, next_sd, next_dd];
                 }
             }
             // The diagonal tile is symmetric.
-            let [ss, ds, sd, dd] = Self::diagonal(&lag, subarray, i, loading);
+            let [ss, ds, sd, dd] = Self::diagonal(&lag, subaperture, i, diagonal_loading);
             let [cross_ss, cross_ds, cross_sd, cross_dd] =
-                Self::pairs(&lag, subarray, i + 1, i, factor);
+                Self::pairs(&lag, subaperture, i + 1, i, factor);
             let [next_ss, next_ds, next_sd, next_dd] =
-                Self::diagonal(&lag, subarray, i + 1, loading);
+                Self::diagonal(&lag, subaperture, i + 1, diagonal_loading);
             *diagonal = [
                 [ss, ds, cross_ss, cross_ds],
                 [sd, dd, cross_sd, cross_dd],
@@ -222,10 +222,10 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     }
 
     #[inline(always)]
-    fn steering(i: usize, subarray: usize) -> f32 {
+    fn steering(i: usize, subaperture: usize) -> f32 {
         if i % 2 == 1 {
             0.0
-        } else if i + 1 == subarray {
+        } else if i + 1 == subaperture {
             FRAC_1_SQRT_2
         } else {
             1.0
@@ -257,8 +257,8 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     }
 
     #[inline(always)]
-    fn gain(subarrays: usize) -> f32 {
-        2.0 * subarrays as f32
+    fn gain(subapertures: usize) -> f32 {
+        2.0 * subapertures as f32
     }
 
     #[inline(always)]

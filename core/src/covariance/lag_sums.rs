@@ -1,19 +1,19 @@
-//! Sums over the subarrays of one sample, lag by lag, by sliding along the array.
+//! Sums over the subapertures of one sample, lag by lag, by sliding along the array.
 
 use super::Averaging;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
-/// Takes each entry `r = Σ_l x[l+i]·x*[l+j]`, `l = 0..=count−subarray`, of the inner sum of Eq. 2 on
+/// Takes each entry `r = Σ_l x[l+i]·x*[l+j]`, `l = 0..=count−subaperture`, of the inner sum of Eq. 2 on
 /// and below the diagonal, with `lag = i − j` and `place = j`, into `lags`, as the averaging keeps it.
 ///
 /// `x` holds the `count` active elements. Along a diagonal only the products
 /// `p_i = x[i+lag]·x*[i]` are met: place 0 is their sum over `i = 0..P`, ascending from zero, with
-/// `P = count − subarray + 1`; from place `j` to the next the sum slides, `(r + p_{j+P}) − p_j`. The
+/// `P = count − subaperture + 1`; from place `j` to the next the sum slides, `(r + p_{j+P}) − p_j`. The
 /// subtraction stays within one sample, so an echo never leaks into the samples around it.
 ///
 /// Two lags go side by side, since each is one chain of dependent additions; without vectors four,
 /// which share what is loaded and counted (with AVX-512, their rows would leave the first-level
-/// cache). `scratch` (at least `4·subarray`) holds their sums, and until then the products that the
+/// cache). `scratch` (at least `4·subaperture`) holds their sums, and until then the products that the
 /// sums lose again, so that each is computed once.
 ///
 /// Cost: `count·L − L²/2` complex products (6 flops) and `2·P·L + 2·L²` additions, instead of
@@ -21,21 +21,21 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 #[inline(always)]
 pub fn lag_sums<A: Averaging<V>, V: Vector>(
     x: &[ComplexVector<V>],
-    subarray: usize,
+    subaperture: usize,
     scratch: &mut [ComplexVector<V>],
     lags: &mut [ComplexVector<V>],
 ) {
     let mut lag = 0;
-    while V::LANES == 1 && lag + 4 <= subarray {
-        group::<A, V, 4>(x, subarray, lag, scratch, lags);
+    while V::LANES == 1 && lag + 4 <= subaperture {
+        group::<A, V, 4>(x, subaperture, lag, scratch, lags);
         lag += 4;
     }
-    while lag + 2 <= subarray {
-        group::<A, V, 2>(x, subarray, lag, scratch, lags);
+    while lag + 2 <= subaperture {
+        group::<A, V, 2>(x, subaperture, lag, scratch, lags);
         lag += 2;
     }
-    if lag < subarray {
-        group::<A, V, 1>(x, subarray, lag, scratch, lags);
+    if lag < subaperture {
+        group::<A, V, 1>(x, subaperture, lag, scratch, lags);
     }
 }
 
@@ -43,7 +43,7 @@ pub fn lag_sums<A: Averaging<V>, V: Vector>(
 #[inline(never)]
 fn group<A: Averaging<V>, V: Vector, const LAGS: usize>(
     x: &[ComplexVector<V>],
-    subarray: usize,
+    subaperture: usize,
     lag: usize,
     scratch: &mut [ComplexVector<V>],
     lags: &mut [ComplexVector<V>],
@@ -52,9 +52,9 @@ fn group<A: Averaging<V>, V: Vector, const LAGS: usize>(
         #[inline(always)]
         || {
             let (rows, _) = scratch.as_chunks_mut::<LAGS>();
-            let rows = &mut rows[..subarray - lag];
-            diagonals(x, subarray, lag, rows);
-            A::keep(lags, subarray, lag, rows);
+            let rows = &mut rows[..subaperture - lag];
+            diagonals(x, subaperture, lag, rows);
+            A::keep(lags, subaperture, lag, rows);
         },
     );
 }
@@ -63,15 +63,19 @@ fn group<A: Averaging<V>, V: Vector, const LAGS: usize>(
 #[inline(always)]
 fn diagonals<V: Vector, const LAGS: usize>(
     x: &[ComplexVector<V>],
-    subarray: usize,
+    subaperture: usize,
     lag: usize,
     rows: &mut [[ComplexVector<V>; LAGS]],
 ) {
-    let subarrays = x.len() - subarray + 1;
+    let subapertures = x.len() - subaperture + 1;
     // The last place of the shortest lag.
     let last = rows.len() - 1;
     let mut sums = [x[0].zero(); LAGS];
-    let lost = if subarrays < last { subarrays } else { last };
+    let lost = if subapertures < last {
+        subapertures
+    } else {
+        last
+    };
     let (ahead, behind) = (&x[lag..], x);
     let windows = ahead[..lost + LAGS - 1].array_windows();
     for ((row, ahead), &behind) in rows[..lost].iter_mut().zip(windows).zip(&behind[..lost]) {
@@ -81,7 +85,7 @@ fn diagonals<V: Vector, const LAGS: usize>(
         }
     }
     let (ahead, behind) = (&ahead[lost..], &behind[lost..]);
-    let rest = subarrays - lost;
+    let rest = subapertures - lost;
     let windows = ahead[..rest + LAGS - 1].array_windows();
     for (ahead, &behind) in windows.zip(&behind[..rest]) {
         let product = products::<V, LAGS>(ahead, behind);
@@ -90,14 +94,14 @@ fn diagonals<V: Vector, const LAGS: usize>(
         }
     }
     // What enters from here on, at the places that all the lags have: a row's products give way to
-    // its sums. With more places than subarrays, what is lost later enters before.
+    // its sums. With more places than subapertures, what is lost later enters before.
     let (ahead, behind) = (&ahead[rest..], &behind[rest..]);
     let whole = last + 1 - LAGS;
     for (j, (ahead, &behind)) in ahead.array_windows().zip(behind).take(whole).enumerate() {
         let product = products::<V, LAGS>(ahead, behind);
         let leaving = rows[j];
         rows[j] = sums;
-        if let Some(row) = rows.get_mut(j + subarrays) {
+        if let Some(row) = rows.get_mut(j + subapertures) {
             *row = product;
         }
         for k in 0..LAGS {
@@ -112,7 +116,7 @@ fn diagonals<V: Vector, const LAGS: usize>(
             let product = ahead[j + k].mul_conj(behind[j]);
             let leaving = rows[place][k];
             rows[place][k] = sums[k];
-            if let Some(row) = rows.get_mut(place + subarrays) {
+            if let Some(row) = rows.get_mut(place + subapertures) {
                 row[k] = product;
             }
             sums[k] = (sums[k] + product) - leaving;
@@ -134,18 +138,18 @@ fn products<V: Vector, const LAGS: usize>(
     products
 }
 
-/// `s[i] = Σ_l x[l+i]`: the sum of the subarrays' snapshots (Eq. 4 without `w` and `1/P`).
+/// `s[i] = Σ_l x[l+i]`: the sum of the subapertures' snapshots (Eq. 4 without `w` and `1/P`).
 ///
 /// The first entry is summed directly, the rest slide: `s[i+1] = (s[i] + x[i+P]) − x[i]`.
 #[inline(always)]
-pub fn subarray_sum<V: Vector>(x: &[ComplexVector<V>], s: &mut [ComplexVector<V>]) {
-    let subarrays = x.len() - s.len() + 1;
+pub fn subaperture_sum<V: Vector>(x: &[ComplexVector<V>], s: &mut [ComplexVector<V>]) {
+    let subapertures = x.len() - s.len() + 1;
     let mut sum = x[0].zero();
-    for &value in &x[..subarrays] {
+    for &value in &x[..subapertures] {
         sum = sum + value;
     }
     s[0] = sum;
-    for ((s, &entering), &leaving) in s[1..].iter_mut().zip(&x[subarrays..]).zip(x) {
+    for ((s, &entering), &leaving) in s[1..].iter_mut().zip(&x[subapertures..]).zip(x) {
         sum = (sum + entering) - leaving;
         *s = sum;
     }

@@ -11,8 +11,12 @@ use crate::simd::{ComplexVector, Vector};
 const PIECE: usize = 8;
 
 /// How many sets of lag sums a window of `2·temporal + 1` samples takes.
-pub const fn sets(temporal: usize) -> usize {
-    if temporal == 0 { 1 } else { 2 * temporal + 2 }
+pub const fn sets(temporal_half_window: usize) -> usize {
+    if temporal_half_window == 0 {
+        1
+    } else {
+        2 * temporal_half_window + 2
+    }
 }
 
 /// Where sample `push` of a run (counted from 0) is to be written in `memory`, before [`window`]
@@ -23,12 +27,12 @@ pub const fn sets(temporal: usize) -> usize {
 pub fn slot<V: Vector>(
     memory: &mut [ComplexVector<V>],
     size: usize,
-    temporal: usize,
+    temporal_half_window: usize,
     push: usize,
 ) -> &mut [ComplexVector<V>] {
-    let length = 2 * temporal + 1;
+    let length = 2 * temporal_half_window + 1;
     let here = push % length;
-    if here == 0 && push > 0 && temporal > 0 {
+    if here == 0 && push > 0 && temporal_half_window > 0 {
         suffixes(memory, size, length);
     }
     &mut memory[here * size..(here + 1) * size]
@@ -84,12 +88,12 @@ fn piece<V: Vector, const N: usize>(
 pub fn window<V: Vector>(
     memory: &mut [ComplexVector<V>],
     size: usize,
-    temporal: usize,
+    temporal_half_window: usize,
     push: usize,
 ) -> (Option<&[ComplexVector<V>]>, &[ComplexVector<V>]) {
-    let length = 2 * temporal + 1;
+    let length = 2 * temporal_half_window + 1;
     let here = push % length;
-    if temporal == 0 {
+    if temporal_half_window == 0 {
         return (None, &memory[..size]);
     }
     let (slots, prefix) = memory.split_at_mut(length * size);

@@ -1,7 +1,7 @@
-//! Channel data → delayed analytic samples.
+//! Channel data → aligned analytic samples.
 //!
 //! [`delay`] turns the RF of one transmit
-//! (a [`record`]) into the delayed analytic samples of one image column, by the laws of
+//! (a [`record`]) into the aligned analytic samples of one image column, by the laws of
 //! [`delay_law`], the filter of [`interpolate`] (behind half-band filters where the record is
 //! much faster than the output) and the Hilbert transformer of [`analytic`].
 

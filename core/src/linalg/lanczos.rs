@@ -17,7 +17,7 @@
 //!   `y`, what is left of the other vectors in its own. That is rounding errors of what was subtracted,
 //!   so where little was left of a product, its vector may only count for little.
 //! - **Limit**: a lane without a gap is left at once, any other after [`step_limit`] steps or where its
-//!   basis ends: [`first_pair`](super::first_pair) serves those.
+//!   basis ends: [`dominant_eigenpair`](super::dominant_eigenpair) serves those.
 
 use super::gap::{gap_by_squares, squared_deviations};
 use super::inner_product::inner_product;
@@ -48,7 +48,7 @@ const ROUNDING: f32 = 1e-7;
 /// The share of the gap below which a step towards `θ` is the last.
 const LAST_STEP: f32 = 1e-3;
 
-/// The most steps on a matrix of `n` rows: up to about the cost of [`first_pair`](super::first_pair).
+/// The most steps on a matrix of `n` rows: up to about the cost of [`dominant_eigenpair`](super::dominant_eigenpair).
 pub const fn step_limit(n: usize) -> usize {
     match n {
         0..8 => n,

@@ -1,11 +1,11 @@
 //! Cholesky, the first eigenvector (by Lanczos steps or directly) and the full eigensolver, over lanes.
 //!
 //! Each works on a Hermitian (or real symmetric) matrix with a trace near 1 (see
-//! [`Loading`](crate::covariance::loading::Loading)), kept in [`panels`].
+//! [`DiagonalLoading`](crate::covariance::diagonal_loading::DiagonalLoading)), kept in [`panels`].
 
 pub(crate) mod cholesky;
+pub(crate) mod dominant_eigenpair;
 pub(crate) mod eigen;
-pub(crate) mod first_pair;
 mod gap;
 pub(crate) mod householder;
 pub(crate) mod inner_product;

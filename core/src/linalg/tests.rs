@@ -1,8 +1,8 @@
 //! The core's solvers on matrices whose eigenvalues are known.
 
 use super::cholesky::factorise;
+use super::dominant_eigenpair::dominant_eigenpair;
 use super::eigen::eigen;
-use super::first_pair::first_pair;
 use super::householder::Reduction;
 use super::lanczos::{ACCURACY, STEP_LIMIT, lanczos};
 use super::largest_pair::Tridiagonal;
@@ -334,7 +334,7 @@ fn assert_random_covariances<S: Entry>(real: bool) {
                 let mut rows = [[0.0_f32; N]; 4];
                 let mut tridiagonal = Tridiagonal::new(&mut rows);
                 let mut reduction = memory.reduction(&mut tridiagonal);
-                first_pair(&panels::<S>(&a), N, &mut reduction, true);
+                dominant_eigenpair(&panels::<S>(&a), N, &mut reduction, true);
                 let e = DVector::from_fn(N, |i, _| wide(reduction.vectors[i]));
                 let distance = (&e - &e1 * e1.dotc(&e)).norm();
                 let bound = EIGENVALUE / (values[0] - values[1]);
@@ -357,7 +357,7 @@ fn first_eigenvectors_of_noise_with_and_without_a_source() {
 
 /// The largest eigenvalue and its vector, directly: `‖Ae − θe‖`, `‖e‖` and `θ` for spectra of every
 /// kind, those without a gap among them.
-fn assert_first_pair<S: Entry>(real: bool) {
+fn assert_dominant_eigenpair<S: Entry>(real: bool) {
     for n in [1, 2, 3, 4, 5, 8, 13, 16] {
         for (kind, values) in spectra(n).into_iter().enumerate() {
             // Random eigenvectors; those of the unit vectors, so that T is diagonal from the start.
@@ -368,7 +368,7 @@ fn assert_first_pair<S: Entry>(real: bool) {
                 let mut rows = [[0.0_f32; N]; 4];
                 let mut tridiagonal = Tridiagonal::new(&mut rows);
                 let mut reduction = memory.reduction(&mut tridiagonal);
-                let theta = first_pair(&panels::<S>(&a), n, &mut reduction, true);
+                let theta = dominant_eigenpair(&panels::<S>(&a), n, &mut reduction, true);
                 let e = DVector::from_fn(n, |i, _| wide(reduction.vectors[i]));
                 let name = format!("n = {n}, spectrum {kind}");
                 assert!(
@@ -386,9 +386,9 @@ fn assert_first_pair<S: Entry>(real: bool) {
 }
 
 #[test]
-fn first_pairs_of_all_spectra() {
-    assert_first_pair::<f32>(true);
-    assert_first_pair::<ComplexVector<f32>>(false);
+fn dominant_eigenpairs_of_all_spectra() {
+    assert_dominant_eigenpair::<f32>(true);
+    assert_dominant_eigenpair::<ComplexVector<f32>>(false);
 }
 
 fn assert_cholesky<S: Entry>(real: bool) {

@@ -1,4 +1,4 @@
-//! The beamformers against straight faer.
+//! The beamformers against naive faer.
 
 use std::hint::black_box;
 
@@ -7,9 +7,9 @@ use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 
 use super::core::{Core, with_core};
+use super::naive::{Naive, Shape};
 use super::report::{Quantity, Row, Table, Target};
 use super::snapshots::{Scene, snapshots};
-use super::straight::{Shape, Straight};
 use super::timing::side_by_side;
 use super::{Section, Settings};
 use crate::drive::beamform::Covariance;
@@ -91,22 +91,25 @@ const COMPARISONS: [Comparison; 6] = [
     },
 ];
 
-/// Every comparison with straight faer.
+/// Every comparison with naive faer.
 ///
 /// # Errors
 /// Results of the two sides that are not equal.
 pub fn against_faer(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let mut rows = Vec::new();
     for comparison in &COMPARISONS {
-        for (size, &(elements, subarray, temporal)) in SIZES.iter().enumerate() {
-            let name = format!("{}, {elements}/{subarray}/{temporal}", comparison.name);
+        for (size, &(elements, subaperture, temporal_half_window)) in SIZES.iter().enumerate() {
+            let name = format!(
+                "{}, {elements}/{subaperture}/{temporal_half_window}",
+                comparison.name
+            );
             step(&name);
             let shape = Shape {
                 elements,
-                subarray,
-                temporal,
+                subaperture,
+                temporal_half_window,
                 covariance: comparison.covariance,
-                loading: LOADING,
+                diagonal_loading: LOADING,
             };
             let row = comparison.measure(settings, shape, name)?;
             rows.push(match comparison.targets {
@@ -117,7 +120,7 @@ pub fn against_faer(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) ->
     }
     Ok(Table {
         section: Section::Beamformers.to_string(),
-        title: "Beamformers against straight faer, time of one output sample, M/L/K".into(),
+        title: "Beamformers against naive faer, time of one output sample, M/L/K".into(),
         method: format!(
             "One thread, forward-backward unless said. Lines of {} samples, all elements \
              active: an echo from aside, another direction in every beam, whose amplitude \
@@ -143,7 +146,7 @@ impl Comparison {
         let mut row = None;
         with_core(
             set,
-            parameters(self.method, shape.temporal),
+            parameters(self.method, shape.temporal_half_window),
             shape.covariance,
             &x,
             &mut |core| {
@@ -166,10 +169,10 @@ impl Comparison {
         let (beams, samples, _) = x.dim();
         let mut z = Array2::zeros((beams, samples));
         core(&mut z)?;
-        let mut straight = Straight::new(shape);
+        let mut naive = Naive::new(shape);
         let mut one = |line, sample| match self.method {
-            Method::EsmvRank1 => straight.esmv_rank1(line, sample),
-            _ => straight.mv(line, sample).map(|z| (z, 0.0)),
+            Method::EsmvRank1 => naive.esmv_rank1(line, sample),
+            _ => naive.mv(line, sample).map(|z| (z, 0.0)),
         };
         let mut difference = 0.0f64;
         for (line, z) in x.axis_iter(Axis(0)).zip(z.outer_iter()) {
@@ -213,11 +216,11 @@ impl Comparison {
 }
 
 /// Of every comparison.
-pub(super) fn parameters(method: Method, temporal: usize) -> Parameters {
+pub(super) fn parameters(method: Method, temporal_half_window: usize) -> Parameters {
     Parameters {
         method,
-        temporal,
-        loading: LOADING,
+        temporal_half_window,
+        diagonal_loading: LOADING,
         ..Parameters::default()
     }
 }

@@ -1,6 +1,6 @@
 //! The core's beamformer as the sections use it: a beam a lane, whole lines, one thread.
 
-use bonebeam::beamform::{Beamformer, DelayedLine, Parameters, Run};
+use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Run};
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 
@@ -30,8 +30,8 @@ pub fn with_core(
     // The same for all windows, so that they can be compared.
     let mut workspace = Capacity {
         covariance,
-        subarray: 64,
-        temporal: 10,
+        subaperture: 64,
+        temporal_half_window: 10,
     }
     .workspace(set);
     let elements = lines.dim().2;
@@ -39,7 +39,7 @@ pub fn with_core(
     for line in lines.axis_iter(Axis(0)) {
         let line = line.to_slice().expect("a standard layout");
         runs.push(Run {
-            line: DelayedLine::new(line, elements)?,
+            line: AlignedLine::new(line, elements)?,
             first_element: 0,
             first_sample: 0,
         });

@@ -123,11 +123,11 @@ pub fn against_beamforming(
     step("delay, recorded at the output rate");
     let slow = delay(settings, SLOW_RATE, HALFWAY)?;
     let echo = snapshots(Scene::Echo, (BEAMS, SAMPLES, InVivo::ELEMENTS));
-    let mut beside_method = |label: &str, method: Method, temporal: usize| {
+    let mut beside_method = |label: &str, method: Method, temporal_half_window: usize| {
         step(label);
         let parameters = Parameters {
             method,
-            temporal,
+            temporal_half_window,
             ..InVivo::PARAMETERS
         };
         beamforming(settings, parameters, &echo)

@@ -42,9 +42,9 @@ impl InVivo {
 
     pub(super) const PARAMETERS: Parameters = Parameters {
         method: Method::EsmvRank1,
-        temporal: 2,
-        loading: 0.05,
-        subarray_ratio: 0.5,
+        temporal_half_window: 2,
+        diagonal_loading: 0.05,
+        subaperture_ratio: 0.5,
     };
 
     /// From the array down to the depth.
@@ -142,7 +142,7 @@ fn gpu_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result
     let x = snapshots(Scene::Echo, (beams, samples, elements));
     let parameters = Parameters {
         method: Method::Mv,
-        temporal: 1,
+        temporal_half_window: 1,
         ..InVivo::PARAMETERS
     };
     let all = Active {
@@ -223,7 +223,7 @@ fn in_vivo_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Re
         };
         frame()?;
         let seconds = fastest(2 * budget, || drop(black_box(frame())));
-        let whole = row("delayed samples to bone map", seconds)
+        let whole = row("aligned samples to bone map", seconds)
             .result(1.0 / seconds, "frames/s")
             .target(Target::AtLeast(15.0));
         Ok(stages.into_iter().chain([whole]).collect())

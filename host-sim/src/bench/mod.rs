@@ -9,6 +9,8 @@ mod core;
 mod delay;
 mod frames;
 mod machine;
+mod naive;
+mod naive_phase_symmetry;
 mod operations;
 mod peak;
 mod phase_symmetry;
@@ -17,8 +19,6 @@ mod report;
 mod scipy;
 mod shares;
 mod snapshots;
-mod straight;
-mod straight_phase_symmetry;
 mod text;
 mod timing;
 
@@ -41,7 +41,7 @@ use machine::Machine;
 pub enum Section {
     /// The peak of one core, each instruction set
     Peak,
-    /// Beamformers against straight faer
+    /// Beamformers against naive faer
     Beamformers,
     /// The beamformer's share of the peak
     Fraction,
@@ -51,7 +51,7 @@ pub enum Section {
     Frames,
     /// The delay stage against the beamformer
     Delay,
-    /// Phase symmetry against straight rustfft, and scipy where it is installed
+    /// Phase symmetry against naive rustfft, and scipy where it is installed
     PhaseSymmetry,
 }
 

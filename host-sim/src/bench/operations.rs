@@ -1,6 +1,6 @@
 //! What the exact route costs, in real additions and multiplications.
 
-/// Flops of MV with forward-backward averaging, a sample, for `m` active elements and subarrays of
+/// Flops of MV with forward-backward averaging, a sample, for `m` active elements and subapertures of
 /// `l`, with `P = m − l + 1`:
 ///
 /// - `8·l·P`: the first row of the covariance, `l` entries, each the sum of `P` products of complex
@@ -14,10 +14,14 @@
 /// - `2·l²`: two triangular solves.
 ///
 /// At 128/64/0: 33 280 + 32 768 + 16 384 + 87 381 + 8 192 = 178 005.
-pub fn mv_forward_backward(m: usize, l: usize, temporal: usize) -> f64 {
+pub fn mv_forward_backward(m: usize, l: usize, temporal_half_window: usize) -> f64 {
     let (m, l) = (m as f64, l as f64);
     let positions = m - l + 1.0;
-    let window = if temporal > 0 { 1.5 * l * l } else { 0.0 };
+    let window = if temporal_half_window > 0 {
+        1.5 * l * l
+    } else {
+        0.0
+    };
     let covariance = 8.0 * l * positions + 8.0 * l * l + 4.0 * l * l + window;
     covariance + l * l * l / 3.0 + 2.0 * l * l
 }

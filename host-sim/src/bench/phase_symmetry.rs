@@ -6,9 +6,9 @@ use ndarray::Array2;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::naive_phase_symmetry::Naive;
 use super::report::{Quantity, Row, Table, Target};
 use super::scipy::scipy;
-use super::straight_phase_symmetry::Straight;
 use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
 use crate::drive::phase_symmetry::{Parameters, Plan};
@@ -80,15 +80,15 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
     let map = run(&mut core)?;
 
     step("rustfft");
-    let mut straight = Straight::new(SIDE, &SCALES, THRESHOLD);
+    let mut naive = Naive::new(SIDE, &SCALES, THRESHOLD);
     let mut expected = Array2::zeros(image.dim());
-    straight.run(image.view(), &mut expected);
+    naive.run(image.view(), &mut expected);
     let error = equal("rustfft", difference(&map, &expected))?;
     let [frame, rustfft, whole] = side_by_side(
         budget,
         [
             &mut || drop(black_box(run(&mut core))),
-            &mut || straight.run(image.view(), black_box(&mut expected)),
+            &mut || naive.run(image.view(), black_box(&mut expected)),
             &mut || drop(black_box(run(&mut at_once))),
         ],
     );

@@ -22,11 +22,11 @@ use crate::drive::instruction_set::InstructionSet;
 fn alone(
     set: InstructionSet,
     method: Method,
-    temporal: usize,
+    temporal_half_window: usize,
     lines: &Array3<Complex<f32>>,
     then: &mut Then<'_>,
 ) -> Result<()> {
-    let parameters = parameters(method, temporal);
+    let parameters = parameters(method, temporal_half_window);
     with_core(set, parameters, Covariance::ForwardBackward, lines, then)
 }
 
@@ -37,19 +37,25 @@ fn alone(
 pub fn share_of_peak(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let mut rows = Vec::new();
     for &set in &settings.instruction_sets {
-        for (elements, subarray, temporal) in [(128, 64, 0), (64, 32, 2), (32, 16, 0)] {
-            let name = format!("MV, {elements}/{subarray}/{temporal}, {}", set.name());
+        for (elements, subaperture, temporal_half_window) in
+            [(128, 64, 0), (64, 32, 2), (32, 16, 0)]
+        {
+            let name = format!(
+                "MV, {elements}/{subaperture}/{temporal_half_window}, {}",
+                set.name()
+            );
             step(&name);
             let x = snapshots(Scene::Echo, (BEAMS, settings.samples, elements));
             let mut z = Array2::zeros((BEAMS, settings.samples));
             let mut seconds = f64::NAN;
-            alone(set, Method::Mv, temporal, &x, &mut |core| {
+            alone(set, Method::Mv, temporal_half_window, &x, &mut |core| {
                 core(&mut z)?;
                 seconds = fastest(settings.budget, || drop(black_box(core(&mut z))));
                 Ok(())
             })?;
             let peak = peak(set, settings.budget);
-            let flops = operations::mv_forward_backward(elements, subarray, temporal);
+            let flops =
+                operations::mv_forward_backward(elements, subaperture, temporal_half_window);
             let rate = flops * z.len() as f64 / seconds;
             let row = Row::new(name, Quantity::new(1e-9 * rate, "GFLOP/s"))
                 .beside(Quantity::new(1e-9 * peak, "GFLOP/s"))

@@ -1,4 +1,4 @@
-//! Delayed snapshots as behind a scanner's delay stage, the same every time.
+//! Aligned snapshots as behind a scanner's delay stage, the same every time.
 
 use ndarray::Array3;
 use num_complex::Complex;

@@ -1,4 +1,4 @@
-//! `host-sim beamform`: channel data or delayed data → beamformed lines, and an image of them.
+//! `host-sim beamform`: channel data or aligned data → beamformed lines, and an image of them.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use clap::Args;
 use super::{ConfigArgument, about, command_line, load_config, progress_bar};
 use crate::config::{Beamform, Config, Image, Method};
 use crate::drive::beamform::Covariance;
-use crate::drive::frame::{beamform_channel_data, beamform_delayed_data};
+use crate::drive::frame::{beamform_aligned_data, beamform_channel_data};
 use crate::drive::image::{PixelGrid, b_mode, check_beams};
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
@@ -16,7 +16,7 @@ use crate::{Error, Result};
 
 /// Beamform channel data: one complex value a beam and depth.
 ///
-/// FILE.npz holds channel data (`rf` …), which are delayed first, or delayed data (`x` …), which
+/// FILE.npz holds channel data (`rf` …), which are delayed first, or aligned data (`x` …), which
 /// are not. Focused transmits make one line each; plane waves and single-element transmits are
 /// compounded into two lines per element. The configuration used is written beside the lines as
 /// LINES.npz.config.toml.
@@ -48,14 +48,14 @@ pub struct Arguments {
     #[arg(long, help_heading = "Beamformer")]
     exclude_first: bool,
 
-    /// Length of the subarrays over the number of active elements, above 0 and at most 1
+    /// Length of the subapertures over the number of active elements, above 0 and at most 1
     /// [default: 0.5]
     #[arg(long, value_name = "RATIO", help_heading = "Beamformer")]
-    subarray_ratio: Option<f64>,
+    subaperture_ratio: Option<f64>,
 
     /// Average the covariance over K samples before and K after, at most 31 [default: 0]
     #[arg(long, value_name = "K", help_heading = "Beamformer")]
-    temporal: Option<usize>,
+    temporal_half_window: Option<usize>,
 
     /// Covariance of Eq. 2 or of Eq. 3 [default: forward-backward]
     #[arg(long, value_enum, help_heading = "Beamformer")]
@@ -63,7 +63,7 @@ pub struct Arguments {
 
     /// Diagonal loading, in shares of the mean eigenvalue [default: 0.05]
     #[arg(long, value_name = "DELTA", help_heading = "Beamformer")]
-    loading: Option<f64>,
+    diagonal_loading: Option<f64>,
 
     /// Receive f-number, depth over aperture [default: 1.5]
     #[arg(long, help_heading = "Delay (channel data only)")]
@@ -85,11 +85,11 @@ pub struct Arguments {
     #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
     depth_end: Option<f64>,
 
-    /// Speed of sound, m/s [default: the file's; 1540 for delayed data]
+    /// Speed of sound, m/s [default: the file's; 1540 for aligned data]
     #[arg(long, value_name = "M/S")]
     sound_speed: Option<f64>,
 
-    /// Distance between the beams of delayed data that do not tell `beam_x`, m [default: 0.308e-3]
+    /// Distance between the beams of aligned data that do not tell `beam_x`, m [default: 0.308e-3]
     #[arg(long, value_name = "M")]
     beam_spacing: Option<f64>,
 
@@ -128,7 +128,7 @@ pub struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   host-sim beamform channels.npz --method das -o das.npz --image das.png
-  host-sim beamform channels.npz --method esmv --beta 0.00001 --temporal 10 -o lines.npz
+  host-sim beamform channels.npz --method esmv --beta 0.00001 --temporal-half-window 10 -o lines.npz
   host-sim beamform channels.npz --method esmv-rank1 --depth-start 0.005 --depth-end 0.04 \\
       -o lines.npz --image bone.png --dynamic-range 60
   host-sim beamform delayed.npz --method mv --covariance forward -o lines.npz
@@ -143,10 +143,10 @@ impl Arguments {
             image: i,
             ..
         } = config;
-        b.subarray_ratio = self.subarray_ratio.unwrap_or(b.subarray_ratio);
-        b.temporal = self.temporal.unwrap_or(b.temporal);
+        b.subaperture_ratio = self.subaperture_ratio.unwrap_or(b.subaperture_ratio);
+        b.temporal_half_window = self.temporal_half_window.unwrap_or(b.temporal_half_window);
         b.covariance = self.covariance.unwrap_or(b.covariance);
-        b.loading = self.loading.unwrap_or(b.loading);
+        b.diagonal_loading = self.diagonal_loading.unwrap_or(b.diagonal_loading);
         b.f_number = self.f_number.unwrap_or(b.f_number);
         b.min_elements = self.min_elements.unwrap_or(b.min_elements);
         b.output_rate = self.output_rate.unwrap_or(b.output_rate);
@@ -189,10 +189,10 @@ impl Arguments {
         ];
         let (flags, holds) = match recording {
             Recording::Channel(_) => (vec![spacing], "channel data"),
-            Recording::Delayed(data) if data.beam_x.is_some() && spacing.1 => {
+            Recording::Aligned(data) if data.beam_x.is_some() && spacing.1 => {
                 (vec![spacing], "the beams' positions")
             }
-            Recording::Delayed(_) => (delay, "delayed data"),
+            Recording::Aligned(_) => (delay, "aligned data"),
         };
         match flags.iter().find(|(_, given)| *given) {
             None => Ok(()),
@@ -233,7 +233,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
     let lines = match &recording {
         Recording::Channel(data) => beamform_channel_data(data, &config.beamform, &progress),
-        Recording::Delayed(data) => beamform_delayed_data(data, &config.beamform, &progress),
+        Recording::Aligned(data) => beamform_aligned_data(data, &config.beamform, &progress),
     }
     .map_err(|e| about(&arguments.recording, e))?;
     bar.finish_and_clear();
@@ -255,7 +255,7 @@ fn told_beams(recording: &Recording) -> Option<&[f64]> {
             Transmits::Focused { x, .. } => Some(x),
             Transmits::Plane { .. } | Transmits::Element { .. } => None,
         },
-        Recording::Delayed(data) => data.beam_x.as_deref(),
+        Recording::Aligned(data) => data.beam_x.as_deref(),
     }
 }
 

@@ -12,7 +12,7 @@ use crate::drive::instruction_set::InstructionSet;
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::{Error, Result};
 
-/// Measure the core's speed beside straight faer, rustfft and scipy, on this machine.
+/// Measure the core's speed beside a naive baseline on faer, rustfft and scipy, on this machine.
 ///
 /// Both sides are timed in turn on the same data, with one thread unless said, and the fastest of
 /// many calls counts, so that other users of the machine disturb little; results of both sides are

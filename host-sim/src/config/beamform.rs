@@ -29,14 +29,14 @@ pub struct Beamform {
     pub rank: Option<usize>,
     /// Rank-1 ESMV: all eigenvectors but the first instead of only the first (Fig. 2c).
     pub exclude_first: bool,
-    /// The subarray's length over the number of active elements, above 0 and at most 1.
-    pub subarray_ratio: f64,
+    /// The subaperture's length over the number of active elements, above 0 and at most 1.
+    pub subaperture_ratio: f64,
     /// K: the covariance is averaged over the samples n−K to n+K.
-    pub temporal: usize,
+    pub temporal_half_window: usize,
     /// Forward only (Eq. 2), or forward-backward (Eq. 3).
     pub covariance: Covariance,
     /// Δ: Δ/L·tr(R) is added to the covariance's diagonal.
-    pub loading: f64,
+    pub diagonal_loading: f64,
     /// The receive f-number: depth over aperture.
     pub f_number: f64,
     /// The fewest active elements at any depth.
@@ -49,10 +49,10 @@ pub struct Beamform {
     /// The greatest depth of the lines, m; without it, where the record ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_end: Option<f64>,
-    /// The speed of sound, m/s, in place of the file's; delayed data tell none, 1540 is assumed.
+    /// The speed of sound, m/s, in place of the file's; aligned data tell none, 1540 is assumed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sound_speed: Option<f64>,
-    /// Delayed data that do not tell where their beams are: the distance between them, m.
+    /// Aligned data that do not tell where their beams are: the distance between them, m.
     pub beam_spacing: f64,
 }
 
@@ -77,10 +77,10 @@ impl Default for Beamform {
             beta: None,
             rank: None,
             exclude_first: false,
-            subarray_ratio: 0.5,
-            temporal: 0,
+            subaperture_ratio: 0.5,
+            temporal_half_window: 0,
             covariance: Covariance::ForwardBackward,
-            loading: 0.05,
+            diagonal_loading: 0.05,
             f_number: 1.5,
             min_elements: 8,
             output_rate: 20e6,
@@ -113,9 +113,9 @@ impl Beamform {
                 (Method::EsmvRank1, _) if self.exclude_first => core::Method::EsmvExcludeFirst,
                 (Method::EsmvRank1, _) => core::Method::EsmvRank1,
             },
-            temporal: self.temporal,
-            loading: self.loading as f32,
-            subarray_ratio: self.subarray_ratio,
+            temporal_half_window: self.temporal_half_window,
+            diagonal_loading: self.diagonal_loading as f32,
+            subaperture_ratio: self.subaperture_ratio,
         }
     }
 
@@ -125,16 +125,21 @@ impl Beamform {
     /// [`Error::Usage`] naming the flag, the key, the value and the range.
     pub fn validate(&self) -> Result<()> {
         self.validate_method()?;
-        if !(self.subarray_ratio > 0.0 && self.subarray_ratio <= 1.0) {
+        if !(self.subaperture_ratio > 0.0 && self.subaperture_ratio <= 1.0) {
             return Err(out_of_range(
                 SECTION,
-                "subarray_ratio",
-                self.subarray_ratio,
-                "above 0 and at most 1, since a subarray cannot exceed the aperture",
+                "subaperture_ratio",
+                self.subaperture_ratio,
+                "above 0 and at most 1, since a subaperture cannot exceed the aperture",
             ));
         }
-        if !(0.0..=MAX_LOADING).contains(&self.loading) {
-            return Err(out_of_range(SECTION, "loading", self.loading, "0 to 1e6"));
+        if !(0.0..=MAX_LOADING).contains(&self.diagonal_loading) {
+            return Err(out_of_range(
+                SECTION,
+                "diagonal_loading",
+                self.diagonal_loading,
+                "0 to 1e6",
+            ));
         }
         check_positive(SECTION, "f_number", self.f_number, "")?;
         if self.min_elements == 0 {

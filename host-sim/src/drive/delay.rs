@@ -141,7 +141,7 @@ impl<'a> DelayStage<'a> {
         self.aperture.active(position, depth)
     }
 
-    /// The delayed analytic samples of some beams, [beam, sample, element].
+    /// The aligned analytic samples of some beams, [beam, sample, element].
     ///
     /// # Errors
     /// What the core refuses: samples beyond its range.

@@ -9,10 +9,10 @@ use crate::Result;
 use crate::config::Beamform;
 use crate::drive::beamform::beamform;
 use crate::drive::delay::DelayStage;
-use crate::files::{ChannelData, DelayedData, Lines};
+use crate::files::{AlignedData, ChannelData, Lines};
 
 /// How many beams are delayed at a time: a multiple of the lanes, and enough for all threads,
-/// while the delayed samples of a large set stay within some hundred megabytes.
+/// while the aligned samples of a large set stay within some hundred megabytes.
 const BEAMS_AT_A_TIME: usize = 64;
 
 /// The speed of sound that lines tell where neither the file nor the configuration does, m/s.
@@ -49,13 +49,13 @@ pub fn beamform_channel_data(
     })
 }
 
-/// Beamforms delayed data with all elements active. Beams without positions are taken to lie
+/// Beamforms aligned data with all elements active. Beams without positions are taken to lie
 /// `beam_spacing` apart, centred on 0.
 ///
 /// # Errors
 /// Parameters that do not fit the record; see [`beamform`].
-pub fn beamform_delayed_data(
-    data: &DelayedData,
+pub fn beamform_aligned_data(
+    data: &AlignedData,
     parameters: &Beamform,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Lines> {

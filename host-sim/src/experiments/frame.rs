@@ -54,7 +54,7 @@ pub fn beamform_all(
         Some(extent) => {
             progress(&format!("{what}: references"), 0.0);
             let mut checks = vec![Check {
-                what: format!("{what}: delayed samples"),
+                what: format!("{what}: aligned samples"),
                 bits: checks::delay::check(
                     data,
                     &stage,

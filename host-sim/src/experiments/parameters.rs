@@ -80,13 +80,13 @@ pub struct Receive {
     /// The fewest active elements at any depth.
     pub min_elements: usize,
     /// L over the active elements.
-    pub subarray_ratio: f64,
+    pub subaperture_ratio: f64,
     /// K: the covariance is averaged over the samples n−K to n+K.
-    pub temporal: usize,
+    pub temporal_half_window: usize,
     /// Forward only, as in the paper's figures, or forward-backward.
     pub covariance: Covariance,
     /// Δ: Δ/L·tr(R) is added to the covariance's diagonal.
-    pub loading: f64,
+    pub diagonal_loading: f64,
     /// The sampling rate of the lines, Hz.
     pub output_rate: f64,
     /// Depths of the lines' ends, m.
@@ -193,10 +193,10 @@ impl Default for Receive {
         Receive {
             f_number: 1.5,
             min_elements: 8,
-            subarray_ratio: 0.5,
-            temporal: 0,
+            subaperture_ratio: 0.5,
+            temporal_half_window: 0,
             covariance: Covariance::Forward,
-            loading: 0.05,
+            diagonal_loading: 0.05,
             output_rate: 20e6,
             depths: [5e-3, 40e-3],
         }
@@ -297,10 +297,10 @@ impl Receive {
             method,
             f_number: self.f_number,
             min_elements: self.min_elements,
-            subarray_ratio: self.subarray_ratio,
-            temporal: self.temporal,
+            subaperture_ratio: self.subaperture_ratio,
+            temporal_half_window: self.temporal_half_window,
             covariance: self.covariance,
-            loading: self.loading,
+            diagonal_loading: self.diagonal_loading,
             output_rate: self.output_rate,
             depth_start: Some(self.depths[0]),
             depth_end: Some(self.depths[1]),

@@ -1,19 +1,19 @@
-//! The files: channel data, delayed data and beamformed lines as `.npz`, images as `.npy` and PNG.
+//! The files: channel data, aligned data and beamformed lines as `.npz`, images as `.npy` and PNG.
 //!
 //! Everything read is validated before it is returned, and every error names the file, the key,
 //! the index and what would be right. Everything written is written whole or not at all.
 
+mod aligned;
 pub mod atomic;
 mod channel_data;
-mod delayed;
 pub mod image;
 mod lines;
 mod npy;
 mod npz;
 mod validate;
 
+pub use aligned::AlignedData;
 pub use channel_data::{ChannelData, Transmits};
-pub use delayed::DelayedData;
 pub use lines::Lines;
 
 use std::path::Path;
@@ -24,12 +24,12 @@ use crate::{Error, Result};
 pub enum Recording {
     /// Channel data as recorded (`rf`).
     Channel(ChannelData),
-    /// Delayed data (`x`): no delaying is left to do.
-    Delayed(DelayedData),
+    /// Aligned data (`x`): no delaying is left to do.
+    Aligned(AlignedData),
 }
 
 impl Recording {
-    /// Reads channel data or delayed data, whichever the file holds.
+    /// Reads channel data or aligned data, whichever the file holds.
     ///
     /// # Errors
     /// The file holds both `rf` and `x`, or neither, or what it holds is not valid.
@@ -37,12 +37,12 @@ impl Recording {
         let mut file = npz::Reader::open(path)?;
         match (file.has("rf"), file.has("x")) {
             (true, false) => ChannelData::from_npz(&mut file).map(Self::Channel),
-            (false, true) => DelayedData::from_npz(&mut file).map(Self::Delayed),
+            (false, true) => AlignedData::from_npz(&mut file).map(Self::Aligned),
             (true, true) => Err(file.error(
-                "holds both `rf` (channel data) and `x` (delayed data); expected one of them",
+                "holds both `rf` (channel data) and `x` (aligned data); expected one of them",
             )),
             (false, false) => Err(file.error(
-                "holds neither `rf` (channel data) nor `x` (delayed data); expected one of them",
+                "holds neither `rf` (channel data) nor `x` (aligned data); expected one of them",
             )),
         }
     }

@@ -29,9 +29,9 @@ const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
 /// How many such changes are tried.
 const TRIALS: u64 = 4;
 
-/// Delayed lines, their active elements and what was made of them.
+/// Aligned lines, their active elements and what was made of them.
 pub struct Frame<'a, A> {
-    /// Delayed samples, `[beam, sample, element]`.
+    /// Aligned samples, `[beam, sample, element]`.
     pub x: &'a Array3<Complex<f32>>,
     /// The active elements of a beam at a sample.
     pub active: A,
@@ -175,9 +175,9 @@ pub fn plain_parameters(
             Covariance::Forward => plain::Covariance::Forward,
             Covariance::ForwardBackward => plain::Covariance::ForwardBackward,
         },
-        temporal: parameters.temporal,
-        loading: parameters.loading,
-        subarray_ratio: parameters.subarray_ratio,
+        temporal_half_window: parameters.temporal_half_window,
+        diagonal_loading: parameters.diagonal_loading,
+        subaperture_ratio: parameters.subaperture_ratio,
     }
 }
 
@@ -192,9 +192,9 @@ pub fn exact_parameters(
             Covariance::Forward => exact::Covariance::Forward,
             Covariance::ForwardBackward => exact::Covariance::ForwardBackward,
         },
-        temporal: parameters.temporal,
-        loading: f64::from(parameters.loading),
-        subarray_ratio: parameters.subarray_ratio,
+        temporal_half_window: parameters.temporal_half_window,
+        diagonal_loading: f64::from(parameters.diagonal_loading),
+        subaperture_ratio: parameters.subaperture_ratio,
     }
 }
 

@@ -14,7 +14,7 @@ use crate::reference;
 
 use super::Bits;
 
-/// Compares the delayed samples `x` `[beam, sample, element]` of every `step`-th beam. The
+/// Compares the aligned samples `x` `[beam, sample, element]` of every `step`-th beam. The
 /// transmits must be focused: one a beam.
 ///
 /// # Errors

@@ -1,10 +1,10 @@
-//! Delayed lines to test beamformers with, and the three beamformers that they go through: the
+//! Aligned lines to test beamformers with, and the three beamformers that they go through: the
 //! core, the f32 reference, the f64 reference.
 // Each test file is a crate of its own and uses only some of this.
 #![allow(dead_code)]
 
 use bonebeam::beamform::{
-    Beamformer, DelayedLine, Method, Parameters, Run, Workspace, constant_runs,
+    AlignedLine, Beamformer, Method, Parameters, Run, Workspace, constant_runs,
 };
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
@@ -30,7 +30,7 @@ pub const METHODS: [Method; 7] = [
     Method::EsmvExcludeFirst,
 ];
 
-/// Delayed samples of one beam, [sample, element], and each sample's active elements.
+/// Aligned samples of one beam, [sample, element], and each sample's active elements.
 #[derive(Clone, Debug)]
 pub struct Line {
     pub x: Array2<Complex<f32>>,
@@ -71,9 +71,9 @@ impl Line {
         }
     }
 
-    fn delayed(&self) -> DelayedLine<'_> {
+    fn delayed(&self) -> AlignedLine<'_> {
         let samples = self.x.as_slice().expect("standard layout");
-        DelayedLine::new(samples, self.x.ncols()).expect("finite samples")
+        AlignedLine::new(samples, self.x.ncols()).expect("finite samples")
     }
 }
 

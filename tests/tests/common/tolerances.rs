@@ -2,7 +2,7 @@
 // Each test file is a crate of its own and uses only some of them.
 #![allow(dead_code)]
 
-/// Delayed samples of a 5 MHz, 60 % pulse recorded or put out at 20 MHz, of its peak: the documented
+/// Aligned samples of a 5 MHz, 60 % pulse recorded or put out at 20 MHz, of its peak: the documented
 /// errors of the filter (1.3e-3) and of the Hilbert transformer (2.8e-4), added.
 pub const DELAYED_PULSE_20_MHZ: f64 = 1.6e-3;
 /// The same where both rates are 40 MHz or more: 1.0e-5 and 2.6e-4, and a tenth more for the tail of a

@@ -1,6 +1,6 @@
 //! Delay and sum.
 
-use crate::beamform::delayed_line::DelayedLine;
+use crate::beamform::aligned_line::AlignedLine;
 use crate::beamform::runs::Run;
 use num_complex::Complex;
 
@@ -8,7 +8,7 @@ use num_complex::Complex;
 const BLOCK: usize = 8;
 
 /// The means over the run's `count` active elements: each the sum in ascending order from zero,
-/// divided by the count, straight from the delayed samples.
+/// divided by the count, straight from the aligned samples.
 ///
 /// At the line's own scale where the sum can neither overflow nor lose bits to the end of the floats'
 /// range, else at its working scale; both give the same bits, but for samples below `2⁻¹²⁶` of the
@@ -28,7 +28,7 @@ pub(in crate::beamform) fn das(run: &Run<'_>, count: usize, z: &mut [Complex<f32
 
 /// The mean at the line's working scale, put back.
 #[cold]
-fn scaled(line: &DelayedLine<'_>, active: &[Complex<f32>]) -> Complex<f32> {
+fn scaled(line: &AlignedLine<'_>, active: &[Complex<f32>]) -> Complex<f32> {
     let scale = line.scale();
     line.unscale(mean(active, |x| x * scale))
 }

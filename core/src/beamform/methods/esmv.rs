@@ -5,8 +5,8 @@ use crate::beamform::workspace::Solver;
 use crate::covariance::Averaging;
 use crate::linalg::FLOOR;
 use crate::linalg::cholesky::factorise;
+use crate::linalg::dominant_eigenpair::dominant_eigenpair;
 use crate::linalg::eigen::eigen;
-use crate::linalg::first_pair::first_pair;
 use crate::linalg::householder::Reduction;
 use crate::linalg::inner_product::inner_product;
 use crate::linalg::lanczos::lanczos;
@@ -19,7 +19,7 @@ use num_complex::Complex;
 ///
 /// With `λ₁` and `e₁` no back substitution is needed: `w_p = e₁(e₁ᴴa)/(λ₁·aᴴR⁻¹a)`, and
 /// `aᴴR⁻¹a = ‖G⁻¹a‖²` from one forward solve. The Lanczos iteration serves the lanes where it arrives,
-/// [`first_pair`] the others but for the `silent` ones. Also returns the lanes that this is true of:
+/// [`dominant_eigenpair`] the others but for the `silent` ones. Also returns the lanes that this is true of:
 /// where `R` is singular in f32, the caller takes [`esmv`] instead.
 ///
 /// `e₁ᴴa` is taken as `e₁ᴴ(R·a)/λ₁`. For an echo from aside its terms cancel, and an error of `e₁` would
@@ -30,18 +30,18 @@ use num_complex::Complex;
 #[inline(always)]
 pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     solver: &mut Solver<'_, A::Scalar, V>,
-    subarray: usize,
+    subaperture: usize,
     s: &[ComplexVector<V>],
     silent: V::Mask,
 ) -> (ComplexVector<V>, V::Mask) {
     let zero = s[0].re.zero();
-    let padded = subarray.next_multiple_of(TILE);
+    let padded = subaperture.next_multiple_of(TILE);
     let vector = &mut solver.vector[..padded];
     let (tiles, _) = vector.as_chunks_mut();
     let (basis, _) = solver.factor.as_chunks_mut();
     let (mut eigenvalue, arrived) = lanczos(
         solver.matrix,
-        subarray,
+        subaperture,
         basis,
         tiles,
         &mut solver.tridiagonal,
@@ -59,7 +59,7 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
         };
         let value = zero.vectorize(
             #[inline(always)]
-            || first_pair(solver.matrix, subarray, &mut reduction, left),
+            || dominant_eigenpair(solver.matrix, subaperture, &mut reduction, left),
         );
         eigenvalue = V::select(left, value, eigenvalue);
         for (e, &direct) in vector.iter_mut().zip(&*reduction.vectors) {
@@ -71,10 +71,10 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
         product = product + e.conj_mul_complex(s);
     }
     let steering = &mut solver.rows.as_flattened_mut()[..padded];
-    for (i, entry) in steering[..subarray].iter_mut().enumerate() {
-        *entry = A::Scalar::from_real(zero.splat(A::steering(i, subarray)));
+    for (i, entry) in steering[..subaperture].iter_mut().enumerate() {
+        *entry = A::Scalar::from_real(zero.splat(A::steering(i, subaperture)));
     }
-    steering[subarray..].fill(A::Scalar::from_real(zero));
+    steering[subaperture..].fill(A::Scalar::from_real(zero));
     let (factor, _) = solver.factor.as_chunks_mut();
     let (vector, _) = vector.as_chunks();
     let turned = &mut factor[..vector.len()];
@@ -84,7 +84,7 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     let definite = factorise::<_, _, 1>(solver.matrix, factor, rows, padded / TILE);
     // ‖G⁻¹a‖², ascending from zero.
     let mut power = zero;
-    for [y] in &rows[..subarray] {
+    for [y] in &rows[..subaperture] {
         power = power + y.norm_sqr();
     }
     let z = projection
@@ -102,7 +102,7 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
 pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
     method: Method,
     solver: &mut Solver<'_, A::Scalar, V>,
-    subarray: usize,
+    subaperture: usize,
     s: &[ComplexVector<V>],
 ) -> ComplexVector<V> {
     let zero = s[0].re.zero();
@@ -121,8 +121,8 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
     } = solver;
     let stride = work.len() / 2;
     let (steering, data) = work.split_at_mut(stride);
-    for i in 0..subarray {
-        steering[i] = ComplexVector::from_real(zero.splat(A::steering(i, subarray)));
+    for i in 0..subaperture {
+        steering[i] = ComplexVector::from_real(zero.splat(A::steering(i, subaperture)));
         data[i] = s[i];
     }
     let mut reduction = Reduction {
@@ -131,13 +131,21 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         phases,
         tridiagonal,
     };
-    eigen(matrix, subarray, &mut reduction, lane, values, work, stride);
+    eigen(
+        matrix,
+        subaperture,
+        &mut reduction,
+        lane,
+        values,
+        work,
+        stride,
+    );
     let (steering, data) = work.split_at(stride);
     let mut z = ComplexVector::from_real(zero);
     for lane in 0..V::LANES {
         let mut sum = Complex::new(0.0f32, 0.0);
-        let total = rank_order(&values[..subarray], steering, lane, order, cumulative);
-        for place in kept(method, cumulative, total, subarray) {
+        let total = rank_order(&values[..subaperture], steering, lane, order, cumulative);
+        for place in kept(method, cumulative, total, subaperture) {
             let index = order[place];
             let a = steering[index].lane(lane);
             let x = data[index].lane(lane);

@@ -18,20 +18,20 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 #[inline(always)]
 pub(in crate::beamform) fn mv<A: Averaging<V>, V: Vector>(
     solver: &mut Solver<'_, A::Scalar, V>,
-    subarray: usize,
+    subaperture: usize,
     s: &[ComplexVector<V>],
 ) -> (ComplexVector<V>, V::Mask) {
     let zero = s[0].re.zero();
     let (rows, _) = solver.rows.as_flattened_mut().as_chunks_mut();
     A::right_sides(s, rows);
-    let padded = subarray.next_multiple_of(TILE);
-    rows[subarray..padded].fill([A::Scalar::from_real(zero); RIGHT_SIDES]);
+    let padded = subaperture.next_multiple_of(TILE);
+    rows[subaperture..padded].fill([A::Scalar::from_real(zero); RIGHT_SIDES]);
     let (factor, _) = solver.factor.as_chunks_mut();
     let definite = factorise(solver.matrix, factor, rows, padded / TILE);
     // ‖G⁻¹a‖² = aᴴR⁻¹a and (G⁻¹a)ᴴ(G⁻¹s) = aᴴR⁻¹s, both sums ascending from zero.
     let mut power = zero;
     let mut product = ComplexVector::from_real(zero);
-    for row in &rows[..subarray] {
+    for row in &rows[..subaperture] {
         let (own, cross) = A::whitened(row);
         power = power + own;
         product = product + cross;

@@ -1,4 +1,4 @@
-//! One image column of one transmit: RF → delayed analytic samples (dynamic receive focusing).
+//! One image column of one transmit: RF → aligned analytic samples (dynamic receive focusing).
 //!
 //! Output sample n lies at depth z = c·t/2, t = start + n/fout. Each active element is read there at
 //! (τ_tx + τ_rx − t0)·fs ([`delay_law`](super::delay_law)) through the filter that interpolates and
@@ -175,7 +175,7 @@ impl Delay {
         self.parameters.sampling_rate / (1 << self.interpolator.halvings()) as f64
     }
 
-    /// The delayed analytic samples of one column.
+    /// The aligned analytic samples of one column.
     ///
     /// `zero`: any vector of the instruction set to compute with. `scratch`: [`Delay::scratch_len`]
     /// values, contents irrelevant. `out`: row-major `[output sample][element]`, the scale of the RF.

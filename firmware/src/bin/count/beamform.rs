@@ -1,6 +1,6 @@
 //! Beamformers of three sizes, forward-backward, K = 0.
 
-use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Workspace};
+use bonebeam::beamform::{Beamformer, AlignedLine, Method, Parameters, Workspace};
 use bonebeam::geometry::Active;
 use bonebeam::covariance::ForwardBackward;
 use bonebeam::{Complex, Error};
@@ -52,8 +52,8 @@ const fn case(name: &'static str, method: Method, echo: f32, bounds: [u32; 3]) -
 type Memory<const M: usize, const L: usize, const ROWS: usize> =
     Workspace<ForwardBackward, f32, M, L, ROWS>;
 
-const fn rows(subarray: usize) -> usize {
-    ForwardBackward::window_rows(subarray, 0)
+const fn rows(subaperture: usize) -> usize {
+    ForwardBackward::window_rows(subaperture, 0)
 }
 
 /// The memory of the cases.
@@ -114,7 +114,7 @@ fn line<const M: usize, const L: usize, const ROWS: usize>(
     let all = |_| Active { first: 0, count: M };
     let mut outcome = Ok(());
     let cost = counter.count(|| {
-        outcome = DelayedLine::new(x, M).and_then(|line| beamformer.line(workspace, line, all, z));
+        outcome = AlignedLine::new(x, M).and_then(|line| beamformer.line(workspace, line, all, z));
     });
     outcome?;
     let name = case.name;

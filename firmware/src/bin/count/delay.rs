@@ -1,4 +1,4 @@
-//! The delay stage, for records of three rates: RF to delayed analytic samples at 20 MHz.
+//! The delay stage, for records of three rates: RF to aligned analytic samples at 20 MHz.
 
 use bonebeam::focus::analytic::HilbertTransformer;
 use bonebeam::geometry::Active;

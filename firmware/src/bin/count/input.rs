@@ -7,7 +7,7 @@ pub const SAMPLES: usize = 32;
 /// The amplitude of an echo 20 dB above the noise.
 pub const ECHO: f32 = 4.0;
 
-/// Delayed samples `[sample][element]` of `elements` elements: an echo from straight ahead of
+/// Aligned samples `[sample][element]` of `elements` elements: an echo from straight ahead of
 /// amplitude `echo`, one 10 dB weaker from the side, whose phase turns by a quarter an element, and
 /// noise. Both are at 5 MHz, a quarter of a turn a sample. Few bits, so that every compiler rounds
 /// alike.

@@ -5,7 +5,7 @@ mod workspace;
 
 use crate::drive::instruction_set::InstructionSet;
 use crate::{Error, Result};
-use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Run};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run};
 use bonebeam::geometry::Active;
 use clap::ValueEnum;
 use ndarray::{Array2, ArrayView3, Axis};
@@ -23,8 +23,8 @@ pub(crate) use workspace::Capacity;
 /// Active elements that fit.
 pub const MAX_ELEMENTS: usize = 256;
 
-/// The longest subarray that fits.
-pub const MAX_SUBARRAY: usize = 128;
+/// The longest subaperture that fits.
+pub const MAX_SUBAPERTURE: usize = 128;
 
 /// The largest temporal half-window `K` that fits.
 pub const MAX_TEMPORAL: usize = 31;
@@ -120,24 +120,26 @@ impl Plan {
         }
         let mut capacity = Capacity {
             covariance,
-            subarray: 1,
-            temporal: 0,
+            subaperture: 1,
+            temporal_half_window: 0,
         };
         if parameters.method != Method::Das {
-            capacity.subarray = beamformer.subarray(largest);
-            capacity.temporal = parameters.temporal;
+            capacity.subaperture = beamformer.subaperture(largest);
+            capacity.temporal_half_window = parameters.temporal_half_window;
         }
         let Capacity {
-            subarray, temporal, ..
+            subaperture,
+            temporal_half_window,
+            ..
         } = capacity;
-        if subarray > MAX_SUBARRAY {
+        if subaperture > MAX_SUBAPERTURE {
             return Err(Error::Usage(format!(
-                "the subarray has {subarray} elements, more than the {MAX_SUBARRAY} that fit"
+                "the subaperture has {subaperture} elements, more than the {MAX_SUBAPERTURE} that fit"
             )));
         }
-        if temporal > MAX_TEMPORAL {
+        if temporal_half_window > MAX_TEMPORAL {
             return Err(Error::Usage(format!(
-                "temporal (K) is {temporal}, more than the {MAX_TEMPORAL} that fit"
+                "temporal_half_window (K) is {temporal_half_window}, more than the {MAX_TEMPORAL} that fit"
             )));
         }
         let pool = ThreadPoolBuilder::new()
@@ -176,14 +178,14 @@ impl Plan {
     ) -> Result<Array2<Complex<f32>>> {
         let (beams, samples, elements) = x.dim();
         let x = x.as_standard_layout();
-        let lines: Vec<Result<DelayedLine<'_>>> = (0..beams)
+        let lines: Vec<Result<AlignedLine<'_>>> = (0..beams)
             .into_par_iter()
             .map(|beam| {
                 let line = x.index_axis(Axis(0), beam);
                 let line = line
                     .to_slice()
                     .expect("one beam of a standard layout is contiguous");
-                DelayedLine::new(line, elements).map_err(|error| name_sample(error, beam, elements))
+                AlignedLine::new(line, elements).map_err(|error| name_sample(error, beam, elements))
             })
             .collect();
         // The first bad beam is named, whichever thread found one first.
@@ -203,7 +205,7 @@ impl Plan {
     /// Each thread takes the next group of pieces as soon as it is done with one.
     fn threads(
         &self,
-        lines: &[DelayedLine<'_>],
+        lines: &[AlignedLine<'_>],
         pieces: &[Piece],
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Outputs> {
@@ -243,12 +245,12 @@ impl Plan {
 
 /// The time window is not beyond the record.
 fn check_window(parameters: &Parameters, samples: usize) -> Result<()> {
-    let temporal = parameters.temporal;
-    if temporal < samples {
+    let temporal_half_window = parameters.temporal_half_window;
+    if temporal_half_window < samples {
         return Ok(());
     }
     Err(Error::Usage(format!(
-        "temporal (K) is {temporal}, but the record has only {samples} samples: give at most {}",
+        "temporal_half_window (K) is {temporal_half_window}, but the record has only {samples} samples: give at most {}",
         samples.saturating_sub(1)
     )))
 }
@@ -279,7 +281,7 @@ fn pieces(
 fn beamform_group(
     beamformer: &Beamformer,
     workspace: &mut dyn AnyWorkspace,
-    lines: &[DelayedLine<'_>],
+    lines: &[AlignedLine<'_>],
     group: &[Piece],
 ) -> Result<Outputs> {
     let runs: Vec<Run<'_>> = group
@@ -307,7 +309,7 @@ fn beamform_group(
 fn name_sample(error: bonebeam::Error, beam: usize, elements: usize) -> Error {
     match error {
         bonebeam::Error::NonFinite { index, .. } => Error::Data(format!(
-            "delayed sample [beam {beam}, sample {}, element {}] is NaN or infinite",
+            "aligned sample [beam {beam}, sample {}, element {}] is NaN or infinite",
             index / elements,
             index % elements
         )),

@@ -6,7 +6,7 @@ use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::simd::Vector;
 use num_complex::Complex;
 
-use super::{Covariance, MAX_ELEMENTS, MAX_SUBARRAY, MAX_TEMPORAL};
+use super::{Covariance, MAX_ELEMENTS, MAX_SUBAPERTURE, MAX_TEMPORAL};
 use crate::drive::instruction_set::{InstructionSet, OverLanes};
 
 /// A workspace of the core, of a type that is chosen at run time.
@@ -53,10 +53,10 @@ where
 pub(crate) struct Capacity {
     /// The covariance in use.
     pub covariance: Covariance,
-    /// The longest subarray.
-    pub subarray: usize,
+    /// The longest subaperture.
+    pub subaperture: usize,
     /// The temporal half-window `K`.
-    pub temporal: usize,
+    pub temporal_half_window: usize,
 }
 
 impl Capacity {
@@ -68,11 +68,11 @@ impl Capacity {
     fn averaging<A: Averaging<V> + 'static, V: Vector>(self, zero: V) -> Box<dyn AnyWorkspace> {
         const SMALL: usize = window_rows(64, 2);
         const MEDIUM: usize = window_rows(64, 10);
-        const LARGE: usize = window_rows(MAX_SUBARRAY, MAX_TEMPORAL);
-        match (self.subarray, self.temporal) {
+        const LARGE: usize = window_rows(MAX_SUBAPERTURE, MAX_TEMPORAL);
+        match (self.subaperture, self.temporal_half_window) {
             (..=64, ..=2) => boxed::<A, V, 64, SMALL>(zero),
             (..=64, ..=10) => boxed::<A, V, 64, MEDIUM>(zero),
-            _ => boxed::<A, V, MAX_SUBARRAY, LARGE>(zero),
+            _ => boxed::<A, V, MAX_SUBAPERTURE, LARGE>(zero),
         }
     }
 }
@@ -100,10 +100,10 @@ impl OverLanes for Capacity {
 }
 
 /// Rows of a workspace for windows of up to `2·temporal + 1` samples, whichever the covariance.
-const fn window_rows(subarray: usize, temporal: usize) -> usize {
+const fn window_rows(subaperture: usize, temporal_half_window: usize) -> usize {
     let (forward, both) = (
-        Forward::window_rows(subarray, temporal),
-        ForwardBackward::window_rows(subarray, temporal),
+        Forward::window_rows(subaperture, temporal_half_window),
+        ForwardBackward::window_rows(subaperture, temporal_half_window),
     );
     if forward > both { forward } else { both }
 }

@@ -5,9 +5,9 @@ use num_complex::Complex;
 
 use super::covariance::{
     forward, forward_trace, load, mirrored, real_form, real_form_of_data, real_form_of_steering,
-    real_form_trace, scaled, subarray_sum, window_sum,
+    real_form_trace, scaled, subaperture_sum, window_sum,
 };
-use super::first_pair::first_pair;
+use super::dominant_eigenpair::dominant_eigenpair;
 use super::linalg::{FLOOR, Number, cholesky, eigen, partial_sums, row_times};
 
 /// How the output of a sample is formed.
@@ -44,11 +44,11 @@ pub struct Parameters {
     /// Forward or forward-backward.
     pub covariance: Covariance,
     /// K: the window is n−K..n+K.
-    pub temporal: usize,
+    pub temporal_half_window: usize,
     /// Δ.
-    pub loading: f32,
+    pub diagonal_loading: f32,
     /// L = max(1, floor(ratio·active elements)).
-    pub subarray_ratio: f64,
+    pub subaperture_ratio: f64,
 }
 
 /// z of every sample of a line. `x[n]` holds the elements of sample `n`; `active[n]` its first
@@ -88,8 +88,8 @@ pub fn beamform(
             .count();
         let (first, count) = active[start];
         // The run's samples and K on each side, zero outside the record.
-        let before = start as isize - parameters.temporal as isize;
-        let elements: Vec<Vec<Complex<f32>>> = (0..run + 2 * parameters.temporal)
+        let before = start as isize - parameters.temporal_half_window as isize;
+        let elements: Vec<Vec<Complex<f32>>> = (0..run + 2 * parameters.temporal_half_window)
             .map(|i| match usize::try_from(before + i as isize) {
                 Ok(n) if n < x.len() => scaled[n][first..first + count].to_vec(),
                 _ => vec![Complex::ZERO; count],
@@ -113,20 +113,20 @@ pub fn beamform(
         .collect()
 }
 
-fn subarray(elements: usize, parameters: &Parameters) -> usize {
-    ((parameters.subarray_ratio * elements as f64).floor() as usize).max(1)
+fn subaperture(elements: usize, parameters: &Parameters) -> usize {
+    ((parameters.subaperture_ratio * elements as f64).floor() as usize).max(1)
 }
 
 /// The samples of a run with one active set; `elements` has K more on each side.
 fn run_forward(elements: &[Vec<Complex<f32>>], parameters: &Parameters) -> Vec<Complex<f32>> {
-    let n = subarray(elements[0].len(), parameters);
+    let n = subaperture(elements[0].len(), parameters);
     let gain = (elements[0].len() - n + 1) as f32;
     let steering = vec![Complex::ONE; n];
     let sums: Vec<_> = elements.iter().map(|x| forward(x, n)).collect();
     outputs(elements, &sums, parameters, |r, x| {
-        let (factor, added) = load(forward_trace(r), n, parameters.loading)?;
+        let (factor, added) = load(forward_trace(r), n, parameters.diagonal_loading)?;
         let a = with_diagonal(scaled(r, factor), added);
-        Some(response(&a, &steering, &subarray_sum(x, n), parameters.method) / gain)
+        Some(response(&a, &steering, &subaperture_sum(x, n), parameters.method) / gain)
     })
 }
 
@@ -135,14 +135,14 @@ fn run_forward_backward(
     elements: &[Vec<Complex<f32>>],
     parameters: &Parameters,
 ) -> Vec<Complex<f32>> {
-    let n = subarray(elements[0].len(), parameters);
+    let n = subaperture(elements[0].len(), parameters);
     let gain = (2 * (elements[0].len() - n + 1)) as f32;
     let steering = real_form_of_steering(n);
     let sums: Vec<_> = elements.iter().map(|x| mirrored(&forward(x, n))).collect();
     outputs(elements, &sums, parameters, |f, x| {
-        let (factor, added) = load(real_form_trace(f), n, parameters.loading)?;
+        let (factor, added) = load(real_form_trace(f), n, parameters.diagonal_loading)?;
         let a = with_diagonal(real_form(f, factor), added);
-        let data = real_form_of_data(&subarray_sum(x, n));
+        let data = real_form_of_data(&subaperture_sum(x, n));
         Some(response(&a, &steering, &data, parameters.method) / gain)
     })
 }
@@ -162,11 +162,11 @@ fn outputs(
     parameters: &Parameters,
     adaptive: impl Fn(&[Vec<Complex<f32>>], &[Complex<f32>]) -> Option<Complex<f32>>,
 ) -> Vec<Complex<f32>> {
-    let temporal = parameters.temporal;
-    let length = 2 * temporal + 1;
+    let temporal_half_window = parameters.temporal_half_window;
+    let length = 2 * temporal_half_window + 1;
     let mut z = Vec::new();
-    for i in 0..elements.len() - 2 * temporal {
-        let x = &elements[i + temporal];
+    for i in 0..elements.len() - 2 * temporal_half_window {
+        let x = &elements[i + temporal_half_window];
         if parameters.method == Method::Das {
             let mut sum = Complex::ZERO;
             for value in x {
@@ -230,7 +230,7 @@ fn minimum_variance<T: Number>(
 
 /// `w_pᴴs` for rank 1, where `a` is not singular.
 fn rank1<T: Number>(a: &[Vec<T>], steering: &[T], s: &[Complex<f32>]) -> Option<Complex<f32>> {
-    let (eigenvalue, e) = first_pair(a);
+    let (eigenvalue, e) = dominant_eigenpair(a);
     // λ₁·e₁ᴴa, as e₁ᴴ(R·a).
     let projection = partial_sums((0..e.len()).map(|i| {
         let entry = row_times(T::zero(), a, 0, i, steering);

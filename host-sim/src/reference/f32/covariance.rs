@@ -8,17 +8,17 @@ use num_complex::Complex;
 use super::linalg::Number;
 
 /// Lower triangle of `Σ_l x[l+i]·x*[l+j]`: the first column summed, the rest by sliding.
-pub(super) fn forward(x: &[Complex<f32>], subarray: usize) -> Vec<Vec<Complex<f32>>> {
-    let subarrays = x.len() - subarray + 1;
+pub(super) fn forward(x: &[Complex<f32>], subaperture: usize) -> Vec<Vec<Complex<f32>>> {
+    let subapertures = x.len() - subaperture + 1;
     let mut r: Vec<Vec<Complex<f32>>> = Vec::new();
-    for i in 0..subarray {
+    for i in 0..subaperture {
         let mut first = Complex::ZERO;
-        for l in 0..subarrays {
+        for l in 0..subapertures {
             first += x[l + i] * x[l].conj();
         }
         let mut row = vec![first];
         for j in 1..=i {
-            let enters = x[i - 1 + subarrays] * x[j - 1 + subarrays].conj();
+            let enters = x[i - 1 + subapertures] * x[j - 1 + subapertures].conj();
             let leaves = x[i - 1] * x[j - 1].conj();
             row.push(r[i - 1][j - 1] + enters - leaves);
         }
@@ -28,15 +28,15 @@ pub(super) fn forward(x: &[Complex<f32>], subarray: usize) -> Vec<Vec<Complex<f3
 }
 
 /// `Σ_l x[l+i]`: the first entry summed, the rest by sliding.
-pub(super) fn subarray_sum(x: &[Complex<f32>], subarray: usize) -> Vec<Complex<f32>> {
-    let subarrays = x.len() - subarray + 1;
+pub(super) fn subaperture_sum(x: &[Complex<f32>], subaperture: usize) -> Vec<Complex<f32>> {
+    let subapertures = x.len() - subaperture + 1;
     let mut sum = Complex::ZERO;
-    for l in 0..subarrays {
+    for l in 0..subapertures {
         sum += x[l];
     }
     let mut sums = vec![sum];
-    for i in 1..subarray {
-        sum = sum + x[i - 1 + subarrays] - x[i - 1];
+    for i in 1..subaperture {
+        sum = sum + x[i - 1 + subapertures] - x[i - 1];
         sums.push(sum);
     }
     sums
@@ -185,10 +185,10 @@ pub(super) fn scaled(r: &[Vec<Complex<f32>>], factor: f32) -> Vec<Vec<Complex<f3
 
 /// The power of two that brings a trace into [1, 2), and what is then added to the diagonal of `n`
 /// entries; `None` for no power.
-pub(super) fn load(trace: f32, n: usize, loading: f32) -> Option<(f32, f32)> {
+pub(super) fn load(trace: f32, n: usize, diagonal_loading: f32) -> Option<(f32, f32)> {
     if trace < libm::ldexpf(1.0, -100) {
         return None;
     }
     let factor = libm::ldexpf(1.0, -libm::ilogbf(trace));
-    Some((factor, loading / n as f32 * (trace * factor)))
+    Some((factor, diagonal_loading / n as f32 * (trace * factor)))
 }

@@ -1,4 +1,4 @@
-//! The delay stage: RF of one transmit → delayed analytic samples of one column, plain loops.
+//! The delay stage: RF of one transmit → aligned analytic samples of one column, plain loops.
 
 use bonebeam::focus::delay::{Column, DelayParameters, Store};
 use bonebeam::focus::delay_law::TransmitLaw;

@@ -3,7 +3,7 @@
 pub mod beamform;
 mod covariance;
 pub mod delay;
-mod first_pair;
+mod dominant_eigenpair;
 pub mod image;
 mod linalg;
 pub mod phase_symmetry;

@@ -41,11 +41,11 @@ pub struct Parameters {
     /// Forward or forward-backward.
     pub covariance: Covariance,
     /// K: the window is n−K..n+K, clamped to the record.
-    pub temporal: usize,
+    pub temporal_half_window: usize,
     /// Δ: Δ/L·tr(R) is added to the diagonal.
-    pub loading: f64,
+    pub diagonal_loading: f64,
     /// L = max(1, floor(ratio·active elements)).
-    pub subarray_ratio: f64,
+    pub subaperture_ratio: f64,
 }
 
 /// z of every sample of a line. `x` is [sample, element]; `active` holds, for each sample, the
@@ -75,9 +75,9 @@ fn snapshots(
     x: ArrayView2<Complex<f32>>,
     n: usize,
     (first, count): (usize, usize),
-    subarray: usize,
+    subaperture: usize,
 ) -> Matrix {
-    Matrix::from_fn(subarray, count - subarray + 1, |i, l| {
+    Matrix::from_fn(subaperture, count - subaperture + 1, |i, l| {
         let sample = x[[n, first + l + i]];
         Complex::new(f64::from(sample.re), f64::from(sample.im))
     })
@@ -106,10 +106,13 @@ impl Sample {
         active: (usize, usize),
         parameters: &Parameters,
     ) -> Result<Option<Self>> {
-        let subarray = ((parameters.subarray_ratio * active.1 as f64).floor() as usize).max(1);
-        let window = n.saturating_sub(parameters.temporal)
-            ..(n.saturating_add(parameters.temporal).saturating_add(1)).min(x.nrows());
-        let mut covariance = estimate(x, window, active, subarray);
+        let subaperture =
+            ((parameters.subaperture_ratio * active.1 as f64).floor() as usize).max(1);
+        let window = n.saturating_sub(parameters.temporal_half_window)
+            ..(n.saturating_add(parameters.temporal_half_window)
+                .saturating_add(1))
+            .min(x.nrows());
+        let mut covariance = estimate(x, window, active, subaperture);
         if parameters.covariance == Covariance::ForwardBackward {
             covariance = (&covariance + backward(&covariance)) * Complex::from(0.5);
         }
@@ -117,10 +120,10 @@ impl Sample {
         if trace.re == 0.0 {
             return Ok(None);
         }
-        let loading = trace * (parameters.loading / subarray as f64);
-        covariance += Matrix::from_diagonal_element(subarray, subarray, loading);
+        let diagonal_loading = trace * (parameters.diagonal_loading / subaperture as f64);
+        covariance += Matrix::from_diagonal_element(subaperture, subaperture, diagonal_loading);
 
-        Sample::of_covariance(snapshots(x, n, active, subarray), covariance)
+        Sample::of_covariance(snapshots(x, n, active, subaperture), covariance)
             .ok_or_else(|| Error::Data(format!("the covariance of sample {n} is singular")))
             .map(Some)
     }
@@ -137,7 +140,7 @@ impl Sample {
         })
     }
 
-    /// Eq. 4: the mean over the subarrays of wᴴX̄_l.
+    /// Eq. 4: the mean over the subapertures of wᴴX̄_l.
     pub fn output(&self, weights: &Vector) -> Complex<f64> {
         (weights.adjoint() * &self.snapshots).mean()
     }
@@ -156,19 +159,21 @@ impl Sample {
         }
     }
 
-    /// The weights of a method that works on subarrays: every one but [`Method::Das`], for which
-    /// these are the weights of DAS over the subarrays, 1/L.
+    /// The weights of a method that works on subapertures: every one but [`Method::Das`], for which
+    /// these are the weights of DAS over the subapertures, 1/L.
     pub fn weights(&self, method: Method) -> Vector {
         let w = &self.minimum_variance;
-        let subarray = w.len();
+        let subaperture = w.len();
         match method {
-            Method::Das => Vector::from_element(subarray, Complex::from(1.0 / subarray as f64)),
+            Method::Das => {
+                Vector::from_element(subaperture, Complex::from(1.0 / subaperture as f64))
+            }
             Method::Mv => w.clone(),
             Method::EsmvBeta(beta) => {
                 let eigenspace = self.eigenspace();
                 eigenspace.project(w, 0..eigenspace.rank(beta))
             }
-            Method::EsmvRank(rank) => self.eigenspace().project(w, 0..rank.min(subarray)),
+            Method::EsmvRank(rank) => self.eigenspace().project(w, 0..rank.min(subaperture)),
             Method::EsmvExcludeFirst => w - self.eigenspace().project(w, 0..1),
         }
     }
@@ -179,16 +184,16 @@ fn estimate(
     x: ArrayView2<Complex<f32>>,
     window: Range<usize>,
     active: (usize, usize),
-    subarray: usize,
+    subaperture: usize,
 ) -> Matrix {
-    let positions = active.1 - subarray + 1;
+    let positions = active.1 - subaperture + 1;
     let count = window.len() * positions;
     // With the snapshots of the whole window side by side, one product is the sum of them all;
     // in real and imaginary parts, for which the library has a fast product.
-    let mut re = DMatrix::<f64>::zeros(subarray, count);
-    let mut im = DMatrix::<f64>::zeros(subarray, count);
+    let mut re = DMatrix::<f64>::zeros(subaperture, count);
+    let mut im = DMatrix::<f64>::zeros(subaperture, count);
     for (k, n) in window.enumerate() {
-        let columns = snapshots(x, n, active, subarray);
+        let columns = snapshots(x, n, active, subaperture);
         re.columns_mut(k * positions, positions)
             .copy_from(&columns.map(|value| value.re));
         im.columns_mut(k * positions, positions)

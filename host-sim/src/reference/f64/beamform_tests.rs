@@ -9,9 +9,9 @@ const ROUNDING: f64 = 1e-12;
 
 const PARAMETERS: Parameters = Parameters {
     covariance: Covariance::Forward,
-    temporal: 0,
-    loading: 0.05,
-    subarray_ratio: 0.5,
+    temporal_half_window: 0,
+    diagonal_loading: 0.05,
+    subaperture_ratio: 0.5,
 };
 
 const METHODS: [Method; 6] = [
@@ -61,15 +61,17 @@ fn a_unit_signal_on_axis_gives_one() {
 fn a_plane_wave_off_axis_has_the_closed_form_of_sherman_and_morrison() {
     // Snapshots e^{jφl}·d with d_i = e^{jφi}: R = ddᴴ, and with δ = Δ on the diagonal
     // R⁻¹a = (a − d·dᴴa/(δ + L))/δ.
-    let (elements, subarray, phase) = (8, 4, 0.7_f32);
+    let (elements, subaperture, phase) = (8, 4, 0.7_f32);
     let x = Array2::from_shape_fn((1, elements), |(_, m)| Complex::cis(phase * m as f32));
-    let d = Vector::from_fn(subarray, |i, _| Complex::cis(f64::from(phase) * i as f64));
-    let a = Vector::from_element(subarray, Complex::ONE);
-    let (delta, dimension) = (PARAMETERS.loading, subarray as f64);
+    let d = Vector::from_fn(subaperture, |i, _| {
+        Complex::cis(f64::from(phase) * i as f64)
+    });
+    let a = Vector::from_element(subaperture, Complex::ONE);
+    let (delta, dimension) = (PARAMETERS.diagonal_loading, subaperture as f64);
     let direction = &a - &d * (d.dotc(&a) / (delta + dimension));
     let w = &direction / a.dotc(&direction);
     // Eq. 4: the snapshots' own phases e^{jφl} are averaged.
-    let positions = elements - subarray + 1;
+    let positions = elements - subaperture + 1;
     let mean_phase = (0..positions)
         .map(|l| Complex::cis(f64::from(phase) * l as f64))
         .sum::<Complex<f64>>()
@@ -96,10 +98,10 @@ fn a_plane_wave_off_axis_has_the_closed_form_of_sherman_and_morrison() {
 fn the_time_window_is_clamped_and_divided_by_what_was_added() {
     // One element: the covariance is the mean of |x|² over the window.
     let x = Array2::from_shape_fn((4, 1), |(n, _)| Complex::new(0.0, (n + 1) as f32));
-    let means = |temporal: usize| -> Vec<f64> {
+    let means = |temporal_half_window: usize| -> Vec<f64> {
         let parameters = Parameters {
-            temporal,
-            loading: 0.0,
+            temporal_half_window,
+            diagonal_loading: 0.0,
             ..PARAMETERS
         };
         (0..4)
@@ -115,9 +117,9 @@ fn the_time_window_is_clamped_and_divided_by_what_was_added() {
 fn the_covariance_is_the_sum_of_outer_products() {
     let x = noise(3, 5);
     let parameters = Parameters {
-        temporal: 1,
-        loading: 0.0,
-        subarray_ratio: 0.6,
+        temporal_half_window: 1,
+        diagonal_loading: 0.0,
+        subaperture_ratio: 0.6,
         ..PARAMETERS
     };
     let mut expected = Matrix::zeros(3, 3);
@@ -154,7 +156,7 @@ fn the_response_to_the_steering_vector_is_one() {
     for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
         let parameters = Parameters {
             covariance,
-            temporal: 1,
+            temporal_half_window: 1,
             ..PARAMETERS
         };
         for n in 0..5 {
@@ -165,10 +167,10 @@ fn the_response_to_the_steering_vector_is_one() {
 }
 
 #[test]
-fn a_subarray_of_one_element_is_delay_and_sum() {
+fn a_subaperture_of_one_element_is_delay_and_sum() {
     let x = noise(4, 6);
     let parameters = Parameters {
-        subarray_ratio: 0.1,
+        subaperture_ratio: 0.1,
         ..PARAMETERS
     };
     let das = beamform(x.view(), &[(0, 6); 4], &parameters, Method::Das).unwrap();
@@ -233,7 +235,7 @@ fn elements_outside_the_active_set_are_left_out() {
         .to_owned();
     for method in METHODS {
         let parameters = Parameters {
-            temporal: 1,
+            temporal_half_window: 1,
             ..PARAMETERS
         };
         let part = beamform(x.view(), &[(2, 7); 3], &parameters, method).unwrap();

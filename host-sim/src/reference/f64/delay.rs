@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 const LOBES: f64 = 32.0;
 const MARGIN: usize = 256;
 
-/// The delayed analytic samples of one column, row-major `[output sample][element]`; elements that
+/// The aligned analytic samples of one column, row-major `[output sample][element]`; elements that
 /// are not active are 0. `column.store` does not matter. `rf`: row-major `[element][sample]`. The
 /// caller's sizes must fit.
 pub fn column(parameters: &DelayParameters, column: &Column, rf: &[f32]) -> Vec<Complex<f64>> {

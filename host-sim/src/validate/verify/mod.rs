@@ -6,28 +6,28 @@ pub use recording::recording;
 
 use std::hash::Hasher;
 
-use bonebeam::beamform::{Beamformer, DelayedLine, Method, Parameters, Workspace};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Workspace};
+use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::focus::analytic::HilbertTransformer;
-use bonebeam::geometry::Active;
 use bonebeam::focus::delay::{Column, Delay, DelayParameters, Store};
 use bonebeam::focus::delay_law::TransmitLaw;
 use bonebeam::focus::record::Record;
-use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::geometry::Active;
 use fnv::FnvHasher;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 
 use crate::Result;
-use crate::drive::beamform::{Covariance, beamform, beamform_with};
-use crate::validate::{self as checks, Bits, Bound};
 use crate::config;
+use crate::drive::beamform::{Covariance, beamform, beamform_with};
 use crate::drive::delay::DelayStage;
-use crate::files::{ChannelData, Lines};
 use crate::drive::image::{PixelGrid, b_mode};
 use crate::drive::instruction_set::InstructionSet;
 use crate::drive::phase_symmetry::{self, phase_symmetry};
-use crate::reference;
 use crate::drive::threads::pool;
+use crate::files::{ChannelData, Lines};
+use crate::reference;
+use crate::validate::{self as checks, Bits, Bound};
 
 const METHODS: [(&str, Method); 7] = [
     ("DAS", Method::Das),
@@ -90,11 +90,11 @@ pub fn verify(mut progress: impl FnMut(usize)) -> Result<Vec<Verdict>> {
     progress(verdicts.len());
     let scene = Scene::new(&data)?;
     for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
-        for temporal in [0, 2, 10] {
+        for temporal_half_window in [0, 2, 10] {
             for (name, method) in METHODS {
                 let parameters = Parameters {
                     method,
-                    temporal,
+                    temporal_half_window,
                     ..Parameters::default()
                 };
                 verdicts.extend(scene.verify(name, parameters, covariance)?);
@@ -210,7 +210,7 @@ impl<'a> Scene<'a> {
             Covariance::Forward => "forward",
             Covariance::ForwardBackward => "forward-backward",
         };
-        let name = format!("{name}, {side}, K={}", parameters.temporal);
+        let name = format!("{name}, {side}, K={}", parameters.temporal_half_window);
         let z = self.beamform(parameters, covariance)?;
         let numbers = parts(&z);
         let frame = checks::beamform::Frame {
@@ -266,7 +266,7 @@ impl<'a> Scene<'a> {
         let mut line = vec![Complex::ZERO; samples];
         for beam in 0..beams {
             let x: Vec<_> = self.x.index_axis(Axis(0), beam).iter().copied().collect();
-            let delayed = DelayedLine::new(&x, elements)?;
+            let delayed = AlignedLine::new(&x, elements)?;
             let active = |sample| self.active(beam, sample);
             beamformer.line(&mut workspace, delayed, active, &mut line)?;
             z.row_mut(beam).assign(&ndarray::aview1(&line));

@@ -8,7 +8,7 @@ const NOTHING: f32 = f32::from_bits((127 - 100) << 23); // 2^-100
 /// What turns a covariance of some trace into the solvers' matrix: each entry times `factor`, and
 /// `added` to the diagonal. Weights do not depend on the scale.
 #[derive(Clone, Copy, Debug)]
-pub struct Loading<V: Vector> {
+pub struct DiagonalLoading<V: Vector> {
     /// The power of two that brings the trace into `[1, 2)`; exact, and exact to multiply with.
     pub factor: V,
     /// `Δ/L·tr` at that scale.
@@ -18,10 +18,10 @@ pub struct Loading<V: Vector> {
     pub silent: V::Mask,
 }
 
-impl<V: Vector> Loading<V> {
-    /// For a matrix of `subarray` rows and the loading `Δ`.
+impl<V: Vector> DiagonalLoading<V> {
+    /// For a matrix of `subaperture` rows and the loading `Δ`.
     #[inline(always)]
-    pub fn new(trace: V, subarray: usize, loading: f32) -> Self {
+    pub fn new(trace: V, subaperture: usize, diagonal_loading: f32) -> Self {
         let silent = trace.less(trace.splat(NOTHING));
         let mut factor = trace.zero();
         for (factor, trace) in factor.lanes_mut().iter_mut().zip(trace.lanes()) {
@@ -31,8 +31,8 @@ impl<V: Vector> Loading<V> {
                 *factor = f32::from_bits((254 - exponent) << 23);
             }
         }
-        let added = trace.splat(loading / subarray as f32) * (trace * factor);
-        Loading {
+        let added = trace.splat(diagonal_loading / subaperture as f32) * (trace * factor);
+        DiagonalLoading {
             factor,
             added: V::select(silent, trace.splat(1.0), added),
             silent,

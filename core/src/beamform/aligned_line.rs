@@ -1,4 +1,4 @@
-//! The delayed samples of one beam.
+//! The aligned samples of one beam.
 
 use crate::Error;
 use num_complex::Complex;
@@ -6,16 +6,16 @@ use num_complex::Complex;
 /// The largest exponent of a line whose samples are summed as they are, and the least, negative.
 const MODERATE: u32 = 64;
 
-/// Delayed analytic samples of one beam, row-major `[sample][element]`, checked once.
+/// Aligned analytic samples of one beam, row-major `[sample][element]`, checked once.
 #[derive(Clone, Copy, Debug)]
-pub struct DelayedLine<'a> {
+pub struct AlignedLine<'a> {
     x: &'a [Complex<f32>],
     elements: usize,
     /// The exponent bits of the largest component, within what a normal reciprocal allows.
     exponent: u32,
 }
 
-impl<'a> DelayedLine<'a> {
+impl<'a> AlignedLine<'a> {
     /// Checks that `x` holds whole snapshots of `elements` finite samples.
     ///
     /// # Errors
@@ -32,7 +32,7 @@ impl<'a> DelayedLine<'a> {
         if x.is_empty() || !x.len().is_multiple_of(elements) {
             let samples = if x.is_empty() { 1 } else { x.len() / elements };
             return Err(Error::Length {
-                name: "delayed samples",
+                name: "aligned samples",
                 actual: x.len(),
                 expected: samples * elements,
             });
@@ -41,12 +41,12 @@ impl<'a> DelayedLine<'a> {
         if largest >= f32::INFINITY.to_bits() as i32 {
             let index = x.iter().position(|value| !value.is_finite()).unwrap_or(0);
             return Err(Error::NonFinite {
-                name: "delayed samples",
+                name: "aligned samples",
                 index,
             });
         }
         let exponent = (largest >> 23).clamp(1, 253) as u32;
-        Ok(DelayedLine {
+        Ok(AlignedLine {
             x,
             elements,
             exponent,

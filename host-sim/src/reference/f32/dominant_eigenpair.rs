@@ -4,7 +4,7 @@
 use super::linalg::{FLOOR, Number, Reflection, partial_sums, power, reduce, row_times, trace};
 
 /// The largest eigenvalue and its eigenvector.
-pub(super) fn first_pair<T: Number>(a: &[Vec<T>]) -> (f32, Vec<T>) {
+pub(super) fn dominant_eigenpair<T: Number>(a: &[Vec<T>]) -> (f32, Vec<T>) {
     lanczos(a).unwrap_or_else(|| direct(a))
 }
 

@@ -1,4 +1,4 @@
-//! Delayed data: every element's samples already aligned on the beam.
+//! Aligned data: every element's samples already aligned on the beam.
 
 use std::io::{Seek, Write};
 use std::path::Path;
@@ -10,9 +10,9 @@ use num_complex::Complex;
 use super::{atomic, file_error, npz, validate};
 use crate::Result;
 
-/// Delayed analytic samples. All elements are active at every depth.
+/// Aligned analytic samples. All elements are active at every depth.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DelayedData {
+pub struct AlignedData {
     /// The samples, [beam, sample, element].
     pub x: Array3<Complex<f32>>,
     /// The sampling rate, Hz.
@@ -23,7 +23,7 @@ pub struct DelayedData {
     pub beam_x: Option<Vec<f64>>,
 }
 
-impl DelayedData {
+impl AlignedData {
     /// Reads the keys `x`, `fs`, `t0` and, if there, `beam_x` of a `.npz` file.
     ///
     /// # Errors

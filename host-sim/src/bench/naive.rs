@@ -24,17 +24,17 @@ pub struct Shape {
     /// `M`.
     pub elements: usize,
     /// `L`.
-    pub subarray: usize,
+    pub subaperture: usize,
     /// `K`.
-    pub temporal: usize,
+    pub temporal_half_window: usize,
     /// `R` or `R_FB`.
     pub covariance: Covariance,
     /// `Δ`.
-    pub loading: f32,
+    pub diagonal_loading: f32,
 }
 
 /// A beamformer of one sample at a time, with its memory.
-pub struct Straight {
+pub struct Naive {
     shape: Shape,
     /// The snapshots of the window, one a column.
     snapshots: Mat<c32>,
@@ -49,10 +49,10 @@ pub struct Straight {
     scratch: MemBuffer,
 }
 
-impl Straight {
+impl Naive {
     /// Memory for a shape.
     pub fn new(shape: Shape) -> Self {
-        let l = shape.subarray;
+        let l = shape.subaperture;
         let scratch = llt::factor::cholesky_in_place_scratch::<c32>(l, Par::Seq, Spec::default())
             .or(llt::solve::solve_in_place_scratch::<c32>(l, 1, Par::Seq))
             .or(evd::self_adjoint_evd_scratch::<c32>(
@@ -61,8 +61,8 @@ impl Straight {
                 Par::Seq,
                 Spec::default(),
             ));
-        let columns = (shape.elements - l + 1) * (2 * shape.temporal + 1);
-        Straight {
+        let columns = (shape.elements - l + 1) * (2 * shape.temporal_half_window + 1);
+        Naive {
             shape,
             snapshots: Mat::zeros(l, columns),
             covariance: Mat::zeros(l, l),
@@ -127,7 +127,7 @@ impl Straight {
         // aᴴR⁻¹a = Σ |e_kᴴa|²/λ_k, eigenvalues ascending.
         let mut power = 0.0;
         let mut steering = c32::ZERO;
-        let l = self.shape.subarray;
+        let l = self.shape.subaperture;
         for k in 0..l {
             steering = self.eigenvectors.col_as_slice(k).iter().sum();
             power += steering.norm_sqr() / self.eigenvalues[k].re;
@@ -144,15 +144,16 @@ impl Straight {
     fn estimate(&mut self, line: ArrayView2<'_, c32>, sample: usize) {
         let Shape {
             elements,
-            subarray,
-            temporal,
+            subaperture,
+            temporal_half_window,
             ..
         } = self.shape;
-        let positions = elements - subarray + 1;
-        let window = sample.saturating_sub(temporal)..line.nrows().min(sample + temporal + 1);
+        let positions = elements - subaperture + 1;
+        let window = sample.saturating_sub(temporal_half_window)
+            ..line.nrows().min(sample + temporal_half_window + 1);
         let columns = window.len() * positions;
         let rows = window.map(|n| line.row(n).to_slice().expect("a contiguous line"));
-        let starts = rows.flat_map(|x| (0..positions).map(move |p| &x[p..p + subarray]));
+        let starts = rows.flat_map(|x| (0..positions).map(move |p| &x[p..p + subaperture]));
         for (column, snapshot) in starts.enumerate() {
             self.snapshots
                 .col_as_slice_mut(column)
@@ -185,16 +186,16 @@ impl Straight {
         if self.shape.covariance == Covariance::ForwardBackward {
             self.average();
         }
-        let trace: f32 = (0..subarray).map(|i| self.covariance[(i, i)].re).sum();
-        let load = self.shape.loading * trace / subarray as f32;
-        for i in 0..subarray {
+        let trace: f32 = (0..subaperture).map(|i| self.covariance[(i, i)].re).sum();
+        let load = self.shape.diagonal_loading * trace / subaperture as f32;
+        for i in 0..subaperture {
             self.covariance[(i, i)].re += load;
         }
     }
 
     /// `(R + J R* J)/2`, the lower triangle from the lower triangle.
     fn average(&mut self) {
-        let l = self.shape.subarray;
+        let l = self.shape.subaperture;
         for j in 0..l {
             let averaged = &mut self.averaged.col_as_slice_mut(j)[j..];
             let here = &self.covariance.col_as_slice(j)[j..];

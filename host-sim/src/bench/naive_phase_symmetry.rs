@@ -14,7 +14,7 @@ const ORIENTATIONS: [i32; 6] = [-2, -1, 0, 1, 2, 3];
 const EPSILON: f32 = 1e-10;
 
 /// A square image's filters and transforms, with all memory.
-pub struct Straight {
+pub struct Naive {
     side: usize,
     /// Transposed, with the inverse transform's 1/N² in them.
     filters: Vec<Vec<f32>>,
@@ -27,7 +27,7 @@ pub struct Straight {
     sums: [Vec<f32>; 2],
 }
 
-impl Straight {
+impl Naive {
     /// Filters for scales `r₀` in cycles per pixel; `rustfft` picks the instruction set.
     pub fn new(side: usize, scales: &[f64], threshold: f32) -> Self {
         let scale = (side * side) as f64;
@@ -46,7 +46,7 @@ impl Straight {
             .get_inplace_scratch_len()
             .max(inverse.get_inplace_scratch_len());
         let zero = Complex::ZERO;
-        Straight {
+        Naive {
             side,
             filters,
             threshold,

@@ -15,7 +15,7 @@ const LAST_STEP: f32 = 1e-6;
 /// Cost: the reduction, `2n²` flops (`8n²` complex) back, and for the tridiagonal matrix some seven
 /// times `n` divisions.
 #[inline(always)]
-pub fn first_pair<S: Scalar<V>, V: Vector>(
+pub fn dominant_eigenpair<S: Scalar<V>, V: Vector>(
     a: &[Column<S>],
     n: usize,
     reduction: &mut Reduction<'_, '_, S, V>,
