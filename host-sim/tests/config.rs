@@ -97,7 +97,7 @@ fn the_written_configuration_is_read_back_as_it_was() {
 fn a_file_may_mention_one_key_only() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("config.toml");
-    fs::write(&path, "[beamform]\nloading = 0.2\n").unwrap();
+    fs::write(&path, "[beamform]\ndiagonal_loading = 0.2\n").unwrap();
     let mut expected = Config::default();
     expected.beamform.diagonal_loading = 0.2;
     assert_eq!(Config::read(&path).unwrap(), expected);
@@ -110,7 +110,7 @@ fn unknown_keys_and_wrong_types_are_named_with_their_line() {
         message.contains("line 3") && message.contains("betta"),
         "{message}"
     );
-    let message = refused("[beamform]\ntemporal = \"two\"\n");
+    let message = refused("[beamform]\ntemporal_half_window = \"two\"\n");
     assert!(
         message.contains("line 2") && message.contains("two"),
         "{message}"
