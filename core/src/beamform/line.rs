@@ -1,9 +1,9 @@
 //! One beam, depth by depth, with an aperture that grows; and its weights for inspection.
 
 use super::aligned_line::AlignedLine;
-use super::methods::esmv::{at_least_floor, kept, rank_order};
-use super::parameters::{Beamformer, Method};
-use super::runs::Run;
+use super::methods::{Subspace, at_least_floor, rank_order};
+use super::parameters::Beamformer;
+use super::run::{Run, constant_runs};
 use super::workspace::{Memory, Solver, Workspace};
 use crate::Error;
 use crate::covariance::Averaging;
@@ -13,27 +13,6 @@ use crate::linalg::eigen::eigen;
 use crate::linalg::householder::Reduction;
 use crate::simd::{ComplexVector, Scalar};
 use num_complex::Complex;
-
-/// Splits `0..samples` where the active set changes: `(first sample, number of samples, active)`.
-pub fn constant_runs(
-    samples: usize,
-    active: impl Fn(usize) -> Active,
-) -> impl Iterator<Item = (usize, usize, Active)> {
-    let mut start = 0;
-    core::iter::from_fn(move || {
-        if start >= samples {
-            return None;
-        }
-        let set = active(start);
-        let mut end = start + 1;
-        while end < samples && active(end) == set {
-            end += 1;
-        }
-        let run = (start, end - start, set);
-        start = end;
-        Some(run)
-    })
-}
 
 impl Beamformer {
     /// Beamforms one beam: `z[n]` from the samples of `line`, with the active set `active(n)`.
@@ -107,11 +86,8 @@ impl Beamformer {
         }
         let subaperture = self.check_capacity::<A, f32>(active.count, [M, L, ROWS])?;
         let method = self.parameters().method;
-        let length = if method == Method::Das {
-            active.count
-        } else {
-            subaperture
-        };
+        let direct = method.direct().is_some();
+        let length = if direct { active.count } else { subaperture };
         let available = weights.len();
         let Some(weights) = weights.get_mut(..length) else {
             return Err(Error::Length {
@@ -120,8 +96,8 @@ impl Beamformer {
                 expected: length,
             });
         };
-        if method == Method::Das {
-            weights.fill(Complex::new(1.0 / active.count as f32, 0.0));
+        if direct {
+            method.direct_weights(weights);
             return Ok(length);
         }
         let mut memory = workspace.memory();
@@ -133,19 +109,19 @@ impl Beamformer {
         if silent {
             weights.fill(Complex::new(0.0, 0.0));
         } else {
-            eigenspace_weights::<A>(method, &mut memory, weights);
+            eigenspace_weights::<A>(method.subspace(), &mut memory, weights);
         }
         Ok(length)
     }
 }
 
-/// `w_p = Σ e_k(e_kᴴa)/λ_k / c_L` over the eigenvectors that `method` keeps, as many as there are
+/// `w_p = Σ e_k(e_kᴴa)/λ_k / c_L` over the eigenvectors that `subspace` has, as many as there are
 /// `weights`, for the loaded covariance in the solver's panels.
 ///
 /// Entry `i` is `(Eᴴu_i)ᴴ` times the kept `Eᴴa/λ`, with `u_i` the unit vector: the eigensolver is
 /// given as many unit vectors at a time as the time window's memory, which is free by now, holds.
 fn eigenspace_weights<A: Averaging<f32>>(
-    method: Method,
+    subspace: Subspace,
     memory: &mut Memory<'_, A::Scalar, f32>,
     weights: &mut [Complex<f32>],
 ) {
@@ -185,7 +161,7 @@ fn eigenspace_weights<A: Averaging<f32>>(
         n,
     );
     let total = rank_order(&values[..n], filtered, 0, order, cumulative);
-    let places = kept(method, cumulative, total, n);
+    let places = subspace.places(cumulative, total, n);
     for (place, &k) in order[..n].iter().enumerate() {
         filtered[k] = if places.contains(&place) {
             filtered[k].divide(at_least_floor(values[k]) * total)

@@ -8,12 +8,13 @@ mod aligned_line;
 mod line;
 mod methods;
 mod parameters;
+mod run;
 mod runs;
 mod snapshot;
 mod workspace;
 
 pub use aligned_line::AlignedLine;
-pub use line::constant_runs;
-pub use parameters::{Beamformer, Method, Parameters};
-pub use runs::Run;
+pub use methods::Method;
+pub use parameters::{Beamformer, Parameters};
+pub use run::{Run, constant_runs};
 pub use workspace::Workspace;

@@ -5,32 +5,19 @@
 //! registers. On a Cortex-M7 that takes a tenth of the instructions of MV at 16/8 away, with AVX-512 a
 //! tenth to a sixth of the time of rank 1.
 
-use super::aligned_line::AlignedLine;
-use super::methods::das::das;
-use super::methods::esmv::{esmv, esmv_rank1};
-use super::methods::mv::mv;
-use super::parameters::{Beamformer, Method, Parameters};
+use super::methods::weighted_sum;
+use super::parameters::{Beamformer, Parameters};
+use super::run::Run;
 use super::snapshot::snapshot;
-use super::workspace::{Memory, Solver, Workspace};
+use super::workspace::{Memory, Workspace};
 use crate::Error;
 use crate::covariance::diagonal_loading::DiagonalLoading;
 use crate::covariance::lag_sums::lag_sums;
 use crate::covariance::{Averaging, time_window};
 use crate::error::check_length;
 use crate::linalg::panels::Column;
-use crate::simd::{ComplexVector, Mask, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector};
 use num_complex::Complex;
-
-/// Consecutive samples of one beam that have one active set: what a lane works on.
-#[derive(Clone, Copy, Debug)]
-pub struct Run<'a> {
-    /// The beam.
-    pub line: AlignedLine<'a>,
-    /// The first active element.
-    pub first_element: usize,
-    /// The first sample that is put out.
-    pub first_sample: usize,
-}
 
 impl Beamformer {
     /// Beamforms up to `V::LANES` runs with the same number `count` of active elements, one in each
@@ -84,9 +71,9 @@ impl Beamformer {
             return Ok(());
         }
         let subaperture = self.check_capacity::<A, V>(count, [M, L, ROWS])?;
-        if self.parameters().method == Method::Das {
+        if let Some(direct) = self.parameters().method.direct() {
             for (run, z) in runs.iter().zip(z) {
-                das(run, count, z);
+                direct(run, count, z);
             }
             return Ok(());
         }
@@ -172,14 +159,14 @@ impl Beamformer {
         }
         let diagonal_loading = self.parameters().diagonal_loading;
         Some(match suffix {
-            None => load::<A, V>(
+            None => loaded_matrix::<A, V>(
                 #[inline(always)]
                 move |i| prefix[i],
                 subaperture,
                 diagonal_loading,
                 memory.solver.matrix,
             ),
-            Some(suffix) => load::<A, V>(
+            Some(suffix) => loaded_matrix::<A, V>(
                 #[inline(always)]
                 move |i| suffix[i] + prefix[i],
                 subaperture,
@@ -207,33 +194,8 @@ impl Beamformer {
         // The sample was pushed as number i + K.
         let data = (i + temporal_half_window) % (temporal_half_window + 1) * subaperture;
         let data = &memory.window[data..data + subaperture];
-        let solver = &mut memory.solver;
         let zero = data[0].zero();
-        let (mut sum, solved) = match method {
-            Method::Mv => solve(
-                solver,
-                data,
-                #[inline(always)]
-                move |solver, data| mv::<A, V>(solver, subaperture, data),
-            ),
-            Method::EsmvRank1 => solve(
-                solver,
-                data,
-                #[inline(always)]
-                move |solver, data| esmv_rank1::<A, V>(solver, subaperture, data, silent),
-            ),
-            _ => (zero, silent & !silent),
-        };
-        // The other methods, and the lanes that the faster solvers leave.
-        if !(solved | silent).all() {
-            let exact = solve(
-                solver,
-                data,
-                #[inline(always)]
-                move |solver, data| esmv::<A, V>(method, solver, subaperture, data),
-            );
-            sum = ComplexVector::select(solved, sum, exact);
-        }
+        let sum = weighted_sum::<A, V>(method, &mut memory.solver, subaperture, data, silent);
         let gain = zero.re.splat(A::gain(count - subaperture + 1));
         ComplexVector::select(silent, zero, sum.divide(gain))
     }
@@ -286,7 +248,7 @@ impl Beamformer {
             });
         }
         let subaperture = self.subaperture(count);
-        if self.parameters().method == Method::Das {
+        if self.parameters().method.direct().is_some() {
             return Ok(subaperture);
         }
         if subaperture > longest {
@@ -323,22 +285,9 @@ impl Beamformer {
     }
 }
 
-/// The kernel that makes `z` of the loaded matrix and the data.
-#[inline(never)]
-fn solve<S: Scalar<V>, V: Vector, R>(
-    solver: &mut Solver<'_, S, V>,
-    data: &[ComplexVector<V>],
-    kernel: impl FnOnce(&mut Solver<'_, S, V>, &[ComplexVector<V>]) -> R,
-) -> R {
-    data[0].re.vectorize(
-        #[inline(always)]
-        || kernel(solver, data),
-    )
-}
-
 /// The loaded matrix from the lag sums `lag(index)`; returns the lanes without power.
 #[inline(never)]
-fn load<A: Averaging<V>, V: Vector>(
+fn loaded_matrix<A: Averaging<V>, V: Vector>(
     lag: impl Fn(usize) -> ComplexVector<V>,
     subaperture: usize,
     diagonal_loading: f32,

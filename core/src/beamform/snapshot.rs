@@ -1,6 +1,6 @@
 //! One sample of a vector's lanes of runs, from memory into lanes.
 
-use super::runs::Run;
+use super::run::Run;
 use crate::covariance::Averaging;
 use crate::covariance::lag_sums::subaperture_sum;
 use crate::instructions::prefetch;

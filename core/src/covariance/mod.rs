@@ -18,3 +18,16 @@ pub(crate) use averaging::RIGHT_SIDES;
 pub use averaging::{Averaging, OneLane};
 pub use forward::Forward;
 pub use forward_backward::ForwardBackward;
+
+/// Which covariance, where that is decided at run time: data, to be kept in a configuration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum Covariance {
+    /// `R` of Eq. 2, as in the paper's figures: [`Forward`].
+    Forward,
+    /// `R_FB` of Eq. 3: [`ForwardBackward`].
+    #[default]
+    ForwardBackward,
+}

@@ -1,7 +1,7 @@
 //! Delay and sum.
 
 use crate::beamform::aligned_line::AlignedLine;
-use crate::beamform::runs::Run;
+use crate::beamform::run::Run;
 use num_complex::Complex;
 
 /// Elements whose additions are written out, so that a loop's bookkeeping is shared.

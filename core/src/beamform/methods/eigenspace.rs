@@ -1,6 +1,5 @@
 //! Eigenspace minimum variance (Eq. 5–8).
 
-use crate::beamform::parameters::Method;
 use crate::beamform::workspace::Solver;
 use crate::covariance::Averaging;
 use crate::linalg::FLOOR;
@@ -96,11 +95,11 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
 /// `w_pᴴs` by the full eigensolver, for the loaded covariance in the solver's panels.
 ///
 /// `w_pᴴs = Σ (e_kᴴa)*·(e_kᴴs)/λ_k / Σ_all |e_kᴴa|²/λ_k`, the first sum over the eigenvectors that
-/// `method` keeps, both in descending order of `λ`: neither the eigenvectors nor the weights are
+/// `subspace` has, both in descending order of `λ`: neither the eigenvectors nor the weights are
 /// formed.
 #[inline(always)]
 pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
-    method: Method,
+    subspace: Subspace,
     solver: &mut Solver<'_, A::Scalar, V>,
     subaperture: usize,
     s: &[ComplexVector<V>],
@@ -145,7 +144,7 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
     for lane in 0..V::LANES {
         let mut sum = Complex::new(0.0f32, 0.0);
         let total = rank_order(&values[..subaperture], steering, lane, order, cumulative);
-        for place in kept(method, cumulative, total, subaperture) {
+        for place in subspace.places(cumulative, total, subaperture) {
             let index = order[place];
             let a = steering[index].lane(lane);
             let x = data[index].lane(lane);
@@ -189,27 +188,40 @@ pub(in crate::beamform) fn at_least_floor(value: f32) -> f32 {
     if value > FLOOR { value } else { FLOOR }
 }
 
-/// Which places of the descending order make up the subspace that `method` keeps, of `n`, given the
-/// cross-spectral metric and its total.
-pub(in crate::beamform) fn kept(
-    method: Method,
-    cumulative: &[f32],
-    total: f32,
-    n: usize,
-) -> core::ops::Range<usize> {
-    match method {
-        Method::EsmvBeta(beta) => {
-            let threshold = beta * total;
-            let mut rank = 1;
-            while rank < n && cumulative[rank - 1] < threshold {
-                rank += 1;
+/// Which eigenvectors make up a subspace.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::beamform) enum Subspace {
+    /// All of them: the weights are those of MV.
+    All,
+    /// Those of so many of the largest eigenvalues.
+    Largest(usize),
+    /// Those of the largest eigenvalues that make up this share of the cross-spectral metric (Eq. 8).
+    Share(f32),
+    /// All but the largest eigenvalue's.
+    AllButLargest,
+}
+
+impl Subspace {
+    /// The eigenvectors' places in the descending order of `n` eigenvalues, given the cross-spectral
+    /// metric and its total.
+    pub(in crate::beamform) fn places(
+        self,
+        cumulative: &[f32],
+        total: f32,
+        n: usize,
+    ) -> core::ops::Range<usize> {
+        match self {
+            Subspace::All => 0..n,
+            Subspace::Largest(rank) => 0..if rank < n { rank } else { n },
+            Subspace::Share(beta) => {
+                let threshold = beta * total;
+                let mut rank = 1;
+                while rank < n && cumulative[rank - 1] < threshold {
+                    rank += 1;
+                }
+                0..rank
             }
-            0..rank
+            Subspace::AllButLargest => 1..n,
         }
-        Method::EsmvRank(rank) => 0..if rank < n { rank } else { n },
-        Method::EsmvRank1 => 0..1,
-        Method::EsmvExcludeFirst => 1..n,
-        // MV keeps them all; DAS never comes here.
-        Method::Mv | Method::Das => 0..n,
     }
 }
