@@ -153,7 +153,6 @@ fn values_outside_their_range_are_named_with_flag_key_value_and_range() {
         ("phase_symmetry", "scales = [0.0]", "2^-10"),
         ("phase_symmetry", "threshold = -1.0", "at least 0"),
         ("phase_symmetry", "strip = 0", "at least 1"),
-        ("phase_symmetry", "low_rank = true", "five scales"),
         (
             "phase_symmetry",
             "resize = { rows = 100, columns = 128 }",

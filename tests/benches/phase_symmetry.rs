@@ -28,7 +28,6 @@ fn plan(strip: usize) -> Plan {
         scales: SCALES.to_vec(),
         threshold: THRESHOLD,
         strip,
-        low_rank: false,
     };
     Plan::new((SIDE, SIDE), &parameters).expect("valid parameters")
 }
@@ -66,29 +65,6 @@ fn avx2(bencher: Bencher, strip: usize) {
 #[divan::bench(args = [16, 32, 64, 512], sample_count = 50)]
 fn sse2(bencher: Bencher, strip: usize) {
     frame(bencher, InstructionSet::Sse2, strip, 1);
-}
-
-/// Five octave scales, whole or from a low-rank basis; one thread.
-#[divan::bench(args = [(false, 16), (true, 16), (false, 512), (true, 512)], sample_count = 50)]
-fn five_scales_low_rank(bencher: Bencher, (low_rank, strip): (bool, usize)) {
-    let image = image();
-    let parameters = Parameters {
-        scales: vec![
-            1.0 / 32.0,
-            1.0 / 64.0,
-            1.0 / 128.0,
-            1.0 / 256.0,
-            1.0 / 512.0,
-        ],
-        threshold: THRESHOLD,
-        strip,
-        low_rank,
-    };
-    let mut plan = Plan::new((SIDE, SIDE), &parameters).expect("valid parameters");
-    let set = InstructionSet::detect();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
-    let pool = pool.build().expect("threads");
-    bencher.bench_local(|| pool.install(|| plan.run(black_box(image.view()), set, |_, _| {})));
 }
 
 #[divan::bench(sample_count = 50)]

@@ -77,7 +77,6 @@ fn in_strips(image: &Array2<f32>, scales: &[f64], threshold: f32, strip: usize) 
         scales: scales.to_vec(),
         threshold,
         strip,
-        low_rank: false,
     };
     phase_symmetry(image.view(), &parameters, |_, _| {}).expect("a valid image")
 }
@@ -154,7 +153,6 @@ fn every_instruction_set_and_number_of_threads_gives_the_bits_of_the_whole() {
                 scales: FIVE.to_vec(),
                 threshold: 3.0,
                 strip,
-                low_rank: false,
             };
             let mut plan = Plan::new((rows, columns), &parameters).unwrap();
             assert_every_set_and_thread(&mut plan, &image, &whole, strip);
@@ -254,7 +252,6 @@ fn a_plan_serves_image_after_image() {
         scales: THREE.to_vec(),
         threshold: 3.0,
         strip: 16,
-        low_rank: false,
     };
     let mut plan = Plan::new((64, 128), &parameters).unwrap();
     for seed in [10, 11, 12] {
@@ -303,71 +300,6 @@ fn agrees_with_equation_10_in_f64() {
             }
         }
     }
-}
-
-fn low_rank(threshold: f32, strip: usize) -> Parameters {
-    Parameters {
-        scales: FIVE.to_vec(),
-        threshold,
-        strip,
-        low_rank: true,
-    }
-}
-
-#[test]
-fn a_low_rank_basis_agrees_with_equation_10_within_its_error() {
-    let mut rng = ChaCha8Rng::seed_from_u64(13);
-    let noise = Array2::from_shape_simple_fn((512, 512), || rng.random_range(0.0..255.0));
-    let sizes = [(64, 64), (128, 512), (512, 64), (512, 512)];
-    let ridges = sizes.map(|(rows, columns)| test_image(rows, columns, 1));
-    for image in ridges.iter().chain([&noise]) {
-        for (threshold, bound) in [
-            (15.0, tolerances::LOW_RANK),
-            (0.0, tolerances::LOW_RANK_NO_THRESHOLD),
-        ] {
-            let map = phase_symmetry(image.view(), &low_rank(threshold, 16), |_, _| {}).unwrap();
-            let error = largest_difference(&map, &exact(image, &FIVE, threshold.into()));
-            let case = format!("{:?}, threshold {threshold}: {error}", image.dim());
-            assert!(error < bound, "{case}");
-            // It is another computation.
-            assert!(
-                bits(&map) != bits(&in_strips(image, &FIVE, threshold, 16)),
-                "{case}"
-            );
-        }
-    }
-}
-
-#[test]
-fn a_low_rank_basis_gives_the_same_bits_in_every_strip_instruction_set_and_thread() {
-    for (rows, columns) in [(64, 256), (128, 64)] {
-        let image = test_image(rows, columns, 8);
-        let mut whole = Plan::new((rows, columns), &low_rank(3.0, usize::MAX)).unwrap();
-        let whole = whole.run(image.view(), InstructionSet::available()[0], |_, _| {});
-        let whole = bits(&whole.unwrap());
-        for strip in [1, 7, 8, 16, 48] {
-            let mut plan = Plan::new((rows, columns), &low_rank(3.0, strip)).unwrap();
-            assert_every_set_and_thread(&mut plan, &image, &whole, strip);
-        }
-    }
-}
-
-#[test]
-fn a_low_rank_basis_gives_exactly_zero_on_a_constant_image() {
-    let image = Array2::from_elem((64, 128), 100.3);
-    let map = phase_symmetry(image.view(), &low_rank(0.0, 7), |_, _| {}).unwrap();
-    assert!(map.iter().all(|&value| value == 0.0));
-}
-
-#[test]
-fn a_low_rank_basis_refuses_other_scales() {
-    let parameters = Parameters {
-        scales: THREE.to_vec(),
-        ..low_rank(15.0, 16)
-    };
-    let error = Plan::new((64, 64), &parameters).unwrap_err().to_string();
-    assert!(error.contains("low-rank basis is 3"), "{error}");
-    assert!(error.contains("five scales"), "{error}");
 }
 
 /// A cosine of amplitude A down the image has two lines in its spectrum, so every filter gives
@@ -508,7 +440,7 @@ proptest! {
         let scale = 2.0f32.powi(exponent);
         let image = Array2::from_shape_simple_fn((64, 64), || rng.random_range(low..1.9f32) * scale);
         let beyond = image.iter().any(|pixel| pixel.abs() > core::MAX_PIXEL);
-        let parameters = Parameters { scales: FIVE.to_vec(), threshold, strip: 16, low_rank: false };
+        let parameters = Parameters { scales: FIVE.to_vec(), threshold, strip: 16 };
         match phase_symmetry(image.view(), &parameters, |_, _| {}) {
             Ok(map) => {
                 prop_assert!(!beyond);
@@ -533,7 +465,6 @@ fn message(image: &Array2<f32>, scales: &[f64], threshold: f32, strip: usize) ->
         scales: scales.to_vec(),
         threshold,
         strip,
-        low_rank: false,
     };
     match phase_symmetry(image.view(), &parameters, |_, _| {}) {
         Ok(_) => String::new(),
@@ -584,7 +515,6 @@ fn progress_counts_the_filters() {
         scales: FIVE.to_vec(),
         threshold: 15.0,
         strip: Parameters::STRIP,
-        low_rank: false,
     };
     let image = Array2::zeros((64, 64));
     phase_symmetry(image.view(), &parameters, |done, of| heard.push((done, of))).unwrap();

@@ -19,7 +19,7 @@ use super::fft::is_supported;
 use crate::Error;
 
 /// `σ_r/r₀`.
-pub(super) const RADIAL_RATIO: f64 = 0.15;
+const RADIAL_RATIO: f64 = 0.15;
 /// `σ_α` in radians.
 const ANGULAR_DEVIATION: f64 = core::f64::consts::FRAC_PI_6;
 
@@ -147,21 +147,6 @@ impl Scale {
             column_step: (longest / columns) as f32,
             per_square: (1.0 / (radius * radius)) as f32,
         })
-    }
-
-    /// `r₀` in cycles per pixel, to f32; scales an octave apart are exactly a factor of 2 apart.
-    pub(super) fn radius(&self) -> f64 {
-        self.lowest() / libm::sqrt(self.per_square.into())
-    }
-
-    /// The lowest frequency of the grid, cycles per pixel.
-    pub(super) fn lowest(&self) -> f64 {
-        let longest = if self.rows > self.columns {
-            self.rows
-        } else {
-            self.columns
-        };
-        1.0 / longest as f64
     }
 
     /// The frequency of a bin: `column` k stands for k/N cycles a pixel below N/2 and (k − N)/N

@@ -7,8 +7,7 @@
 //!
 //! over 6 orientations and 1 to 8 scales. The boundary is periodic. [`PhaseSymmetry`] computes it
 //! in strips: S rows or columns of the image sit in fast memory at a time, the rest in external
-//! memory behind [`Source`] and [`Store`], and the result has the same bits for every S. [`LowRank`]
-//! mixes one of five scales from the others, at the cost of a small error.
+//! memory behind [`Source`] and [`Store`], and the result has the same bits for every S.
 
 mod columns;
 mod display;
@@ -18,7 +17,6 @@ mod gains;
 mod lane_fft;
 mod lines;
 mod log_gabor;
-mod low_rank;
 mod rows;
 mod spectrum;
 mod strip;
@@ -30,7 +28,6 @@ pub use fft::{Fft, Microfft};
 pub use gains::{GainTables, Gains, LaneColumns};
 pub use lane_fft::LaneFft;
 pub use log_gabor::{LogGabor, LogGaborTables, ORIENTATIONS, Orientation};
-pub use low_rank::LowRank;
 pub use spectrum::MAX_PIXEL;
 pub use strip::{Kernels, MAX_SCALES, PhaseSymmetry};
 pub use workspace::{External, StripBuffers, Workspace, spectrum_columns};

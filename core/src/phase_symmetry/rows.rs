@@ -30,67 +30,32 @@ impl PhaseSymmetry {
         filter: usize,
         rows: Range<usize>,
         filtered: &mut dyn Source,
-        mut sums: [&mut dyn Store; 2],
+        [symmetry, amplitude]: [&mut dyn Store; 2],
         buffers: &mut StripBuffers<'_, V>,
     ) -> Result<(), Error> {
         self.check(kernels, buffers)?;
         self.check_step(filter, &rows, self.row_strips())?;
-        let (columns, height) = (self.columns, rows.len());
-        let place = rows.start * columns;
-        let area = height * columns;
+        let (height, place) = (rows.len(), rows.start * self.columns);
+        let area = height * self.columns;
         filtered.read(2 * place, &mut buffers.strip[..2 * area])?;
-        let first = filter == 0;
-        self.read_sums(first, rows.start, &mut sums, &mut buffers.sums[..2 * area])?;
+        let (above, below) = buffers.sums[..2 * area].split_at_mut(area);
+        if filter == 0 {
+            above.fill(0.0);
+            below.fill(0.0);
+        } else {
+            symmetry.read(place, above)?;
+            amplitude.read(place, below)?;
+        }
         kernels.zero.vectorize(
             #[inline(always)]
             || self.add(kernels, height, buffers),
         );
-        let last = filter + 1 == self.filters();
-        self.write_sums(last, rows.start, sums, &mut buffers.sums[..2 * area])
-    }
-
-    /// What Eq. 10's two sums are so far, in the strip of rows that begins at a row; 0 before the
-    /// `first` addition.
-    pub(super) fn read_sums(
-        &self,
-        first: bool,
-        row: usize,
-        [symmetry, amplitude]: &mut [&mut dyn Store; 2],
-        sums: &mut [f32],
-    ) -> Result<(), Error> {
-        if first {
-            sums.fill(0.0);
-            return Ok(());
-        }
-        let (above, below) = sums.split_at_mut(sums.len() / 2);
-        symmetry.read(row * self.columns, above)?;
-        amplitude.read(row * self.columns, below)
-    }
-
-    /// Keeps the sums, or after the `last` addition divides them.
-    pub(super) fn write_sums(
-        &self,
-        last: bool,
-        row: usize,
-        [symmetry, amplitude]: [&mut dyn Store; 2],
-        sums: &mut [f32],
-    ) -> Result<(), Error> {
-        let (columns, place) = (self.columns, row * self.columns);
-        let (above, below) = sums.split_at_mut(sums.len() / 2);
-        if !last {
+        let (above, below) = buffers.sums[..2 * area].split_at_mut(area);
+        if filter + 1 < self.filters() {
             amplitude.write(place, below)?;
             return symmetry.write(place, above);
         }
-        for (above, below) in above.iter_mut().zip(&*below) {
-            let ratio = *above / (*below + EPSILON);
-            *above = if ratio < 1.0 { ratio } else { BELOW_ONE };
-        }
-        let height = above.len() / columns;
-        for (k, row) in below.chunks_exact_mut(columns).enumerate() {
-            for (n, ratio) in row.iter_mut().enumerate() {
-                *ratio = above[n * height + k];
-            }
-        }
+        divide(above, below, height);
         symmetry.write(place, below)
     }
 
@@ -109,66 +74,47 @@ impl PhaseSymmetry {
         let scale = zero.splat(1.0 / columns as f32);
         let threshold = zero.splat(self.threshold);
         for (first, lanes) in groups::<V>(height) {
-            self.invert_rows(kernels, strip, height, (first, lanes), line);
+            let (re, im) = (&strip[first..], &strip[height + first..]);
+            inverse(
+                kernels.fft,
+                #[inline(always)]
+                |column| {
+                    let at = 2 * self.filtered_place(column) * height;
+                    Complex {
+                        re: load(zero, re, at, lanes),
+                        im: load(zero, im, at, lanes),
+                    }
+                },
+                line,
+            );
             let sums = above
                 .chunks_exact_mut(height)
                 .zip(below.chunks_exact_mut(height));
             for (c, (above, below)) in line.iter().zip(sums) {
-                let response = [c.re * scale, c.im * scale];
-                Self::add_response(threshold, response, [above, below], (first, lanes));
+                let (e, o) = (c.re * scale, c.im * scale);
+                let excess = e - o.abs() - threshold;
+                let excess = V::select(zero.less(excess), excess, zero);
+                let numerator = load(zero, above, first, lanes) + excess;
+                store(numerator, above, first, lanes);
+                let modulus = (e * e + o * o).sqrt();
+                let denominator = load(zero, below, first, lanes) + modulus;
+                store(denominator, below, first, lanes);
             }
         }
     }
+}
 
-    /// Inversely transforms a vector's rows of a filtered strip, without the factor 1/columns.
-    #[inline(always)]
-    pub(super) fn invert_rows<V: Vector, F: Fft<V>, G: Gains<V>>(
-        &self,
-        kernels: &Kernels<'_, V, F, G>,
-        strip: &[f32],
-        height: usize,
-        (first, lanes): (usize, usize),
-        line: &mut [Complex<V>],
-    ) {
-        let (re, im) = (&strip[first..], &strip[height + first..]);
-        inverse(
-            kernels.fft,
-            #[inline(always)]
-            |column| {
-                let at = 2 * self.filtered_place(column) * height;
-                Complex {
-                    re: load(kernels.zero, re, at, lanes),
-                    im: load(kernels.zero, im, at, lanes),
-                }
-            },
-            line,
-        );
+/// Eq. 10's quotients of the sums `above` and `below`, which lie column by column, into `below`, row by
+/// row.
+fn divide(above: &mut [f32], below: &mut [f32], height: usize) {
+    for (above, below) in above.iter_mut().zip(&*below) {
+        let ratio = *above / (*below + EPSILON);
+        *above = if ratio < 1.0 { ratio } else { BELOW_ONE };
     }
-
-    /// Adds what one filter gives to Eq. 10's numerator and denominator, in `lanes` lanes whose sums
-    /// begin at `first`.
-    #[inline(always)]
-    pub(super) fn add_response<V: Vector>(
-        threshold: V,
-        [e, o]: [V; 2],
-        [above, below]: [&mut [f32]; 2],
-        (first, lanes): (usize, usize),
-    ) {
-        let zero = threshold.zero();
-        let excess = e - o.abs() - threshold;
-        let excess = V::select(zero.less(excess), excess, zero);
-        store(
-            load(zero, above, first, lanes) + excess,
-            above,
-            first,
-            lanes,
-        );
-        let modulus = (e * e + o * o).sqrt();
-        store(
-            load(zero, below, first, lanes) + modulus,
-            below,
-            first,
-            lanes,
-        );
+    let columns = above.len() / height;
+    for (k, row) in below.chunks_exact_mut(columns).enumerate() {
+        for (n, ratio) in row.iter_mut().enumerate() {
+            *ratio = above[n * height + k];
+        }
     }
 }

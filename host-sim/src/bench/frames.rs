@@ -103,7 +103,6 @@ fn plan() -> Result<Plan> {
         scales: vec![1.0 / 128.0, 1.0 / 256.0, 1.0 / 512.0],
         threshold: 15.0,
         strip: phase_symmetry::Parameters::STRIP,
-        low_rank: false,
     };
     Plan::new((PIXELS, PIXELS), &parameters)
 }

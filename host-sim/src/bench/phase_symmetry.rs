@@ -66,7 +66,6 @@ fn plan(strip: usize) -> Result<Plan> {
         scales: SCALES.to_vec(),
         threshold: THRESHOLD,
         strip,
-        low_rank: false,
     };
     Plan::new((SIDE, SIDE), &parameters)
 }

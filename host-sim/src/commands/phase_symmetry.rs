@@ -45,12 +45,6 @@ pub struct Arguments {
     #[arg(long, value_name = "ROWS")]
     strip: Option<usize>,
 
-    /// Mix the middle one of five scales, each half the one before (2^-5 to 2^-9, say), from the
-    /// other four: 24 instead of 30 inverse transforms, about a tenth of the time; the map errs by up
-    /// to 0.0004 at a threshold of 15, 0.003 at 0
-    #[arg(long)]
-    low_rank: bool,
-
     /// Resample the image first; sides are 64, 128, 256, 512 or 1024 pixels
     #[arg(long, value_name = "ROWSxCOLUMNS")]
     resize: Option<Size>,
@@ -72,7 +66,6 @@ impl Arguments {
         }
         config.threshold = self.threshold.unwrap_or(config.threshold);
         config.strip = self.strip.unwrap_or(config.strip);
-        config.low_rank |= self.low_rank;
         config.resize = self.resize.or(config.resize);
     }
 }
@@ -113,7 +106,6 @@ pub fn run(arguments: Arguments) -> Result<()> {
             scales: parameters.scales.clone(),
             threshold: parameters.threshold as f32,
             strip: parameters.strip,
-            low_rank: parameters.low_rank,
         },
         |done, of| {
             bar.set_length(of as u64);

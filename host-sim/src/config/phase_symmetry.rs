@@ -26,9 +26,6 @@ pub struct PhaseSymmetry {
     /// How many rows or columns are worked on at a time. It changes the memory needed, never the
     /// result.
     pub strip: usize,
-    /// Whether the middle one of five octave scales is mixed from the other four: 24 instead of 30
-    /// inverse transforms, and a map that errs by up to 4·10⁻⁴ at a threshold of 15, 3·10⁻³ at 0.
-    pub low_rank: bool,
     /// Resample the image to this size first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resize: Option<Size>,
@@ -80,7 +77,6 @@ impl Default for PhaseSymmetry {
             scales: vec![(-7f64).exp2(), (-8f64).exp2(), (-9f64).exp2()],
             threshold: 15.0,
             strip: 16,
-            low_rank: false,
             resize: None,
         }
     }
@@ -117,12 +113,6 @@ impl PhaseSymmetry {
         }
         if self.strip == 0 {
             return Err(out_of_range(SECTION, "strip", 0, "at least 1 row"));
-        }
-        let octaves = self.scales.windows(2).all(|pair| pair[0] == 2.0 * pair[1]);
-        if self.low_rank && !(count == 5 && octaves) {
-            let expected = "five scales, each half the one before, such as 2^-5 to 2^-9";
-            let value = format!("true with the scales {:?}", self.scales);
-            return Err(out_of_range(SECTION, "low_rank", value, expected));
         }
         match self.resize {
             Some(size) if !(SIDES.contains(&size.rows) && SIDES.contains(&size.columns)) => {

@@ -241,11 +241,6 @@ impl Parameters {
             image.validate()?;
         }
         self.phase_symmetry.validate()?;
-        if self.phase_symmetry.low_rank {
-            let message = "`low_rank` in [phase_symmetry] is true; expected false, as the main job \
-                           holds its maps to the bits of the whole bank";
-            return usage(message.into());
-        }
         for receive in [&self.point.receive, &self.vertebra.receive] {
             receive.beamform(config::Method::Mv).validate()?;
         }

@@ -86,7 +86,6 @@ impl Studio<'_> {
             scales: self.phase_symmetry.scales.clone(),
             threshold: self.phase_symmetry.threshold as f32,
             strip: self.phase_symmetry.strip,
-            low_rank: false,
         };
         let map = phase_symmetry(image.pixels.view(), &parameters, |_, _| {})?;
         let mut checks = Vec::new();

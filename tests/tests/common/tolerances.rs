@@ -15,13 +15,6 @@ pub const DELAY_SHIFT: f32 = 3e-5;
 
 /// The contract's bound on the phase symmetry map against the f64 reference.
 pub const PHASE_SYMMETRY: f64 = 1e-5;
-/// With the middle scale mixed from the other four, at a threshold of 15: its gain errs by up to 2e-3
-/// of the peak and it is one of five scales, so that Eq. 10's sums err by about 4e-4; the largest error
-/// seen, in f64 too, is 4e-4 (ridges, lines, steps, impulses, noise; up to 1024²).
-pub const LOW_RANK: f64 = 5e-4;
-/// The same without a threshold: in noise, where responses cancel, the sums are small and their
-/// errors are not; the largest seen, in f64 too, is 3.2e-3 (noise alone, 1024²).
-pub const LOW_RANK_NO_THRESHOLD: f64 = 4e-3;
 /// Two maps that are each within [`PHASE_SYMMETRY`] of the same exact one: moving an image moves
 /// every pixel to other places in the transforms, which round differently.
 pub const PHASE_SYMMETRY_MOVED: f64 = 2.0 * PHASE_SYMMETRY;

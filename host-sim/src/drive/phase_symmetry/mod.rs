@@ -6,8 +6,8 @@ mod bands;
 use std::ops::Range;
 
 use bonebeam::phase_symmetry::{
-    GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, LowRank, ORIENTATIONS, PhaseSymmetry,
-    Store, StripBuffers, spectrum_columns,
+    GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, Store, StripBuffers,
+    spectrum_columns,
 };
 use bonebeam::simd::Vector;
 use ndarray::{Array2, ArrayView2};
@@ -27,9 +27,6 @@ pub struct Parameters {
     pub threshold: f32,
     /// How many rows or columns are worked on at a time. It changes the time, never the result.
     pub strip: usize,
-    /// Whether the middle one of five octave scales is mixed from the other four
-    /// ([`LowRank`], which tells the error).
-    pub low_rank: bool,
 }
 
 impl Parameters {
@@ -61,9 +58,7 @@ pub struct Plan {
     strip: usize,
     fft: LaneFft,
     gains: GainTables<Vec<f32>>,
-    low_rank: Option<LowRank>,
     spectrum: Vec<f32>,
-    /// The filtered images whose rows are added at a time: one, or four of a low-rank basis.
     filtered: Vec<f32>,
     amplitude: Vec<f32>,
 }
@@ -97,11 +92,6 @@ impl Plan {
             parameters.threshold,
             parameters.strip,
         )?;
-        let low_rank = match parameters.low_rank {
-            true => Some(LowRank::new(&bank)?),
-            false => None,
-        };
-        let images = low_rank.map_or(1, |_| LowRank::BASIS.len());
         let mut filters = LogGaborTables::new();
         let filters = LogGabor::new(&mut filters);
         let gains = vec![0.0; GainTables::len(&bank)];
@@ -110,9 +100,8 @@ impl Plan {
             strip: parameters.strip.min(rows.max(columns)),
             fft: LaneFft::new(),
             gains: GainTables::new(&filters, &bank, gains)?,
-            low_rank,
             spectrum: vec![0.0; 2 * rows * spectrum_columns(columns)],
-            filtered: vec![0.0; images * 2 * rows * columns],
+            filtered: vec![0.0; 2 * rows * columns],
             amplitude: vec![0.0; rows * columns],
         })
     }
@@ -161,9 +150,7 @@ impl Plan {
         let sums = symmetry.as_slice_mut().unwrap_or_default();
 
         let threads = rayon::current_num_threads();
-        // A low-rank basis needs a strip to mix in.
-        let strips = if self.low_rank.is_some() { 2 } else { 1 };
-        let memory = Memory::new(zero, self.strip, rows.max(columns), strips);
+        let memory = Memory::new(zero, self.strip, rows.max(columns));
         let mut memories = vec![memory; threads];
         bank.spectrum(
             &kernels,
@@ -176,37 +163,26 @@ impl Plan {
         let column_share = column_strips.len().div_ceil(threads);
         let row_share = row_strips.len().div_ceil(threads);
         let band = row_share * self.strip * columns;
-        // What is added to the sums at a time, one filter or an orientation of a low-rank basis.
-        let steps = match self.low_rank {
-            None => bank.filters(),
-            Some(_) => ORIENTATIONS.len(),
-        };
-        for step in 0..steps {
-            let filters: Vec<usize> = match self.low_rank {
-                None => vec![step],
-                Some(_) => LowRank::filters(step).to_vec(),
-            };
+        let width = 2 * self.strip * columns;
+        for filter in 0..bank.filters() {
             let spectrum = self.spectrum.as_slice();
-            let width = 2 * self.strip * columns;
-            let images = self.filtered.chunks_mut(2 * rows * columns);
-            for (filter, filtered) in filters.into_iter().zip(images) {
-                Band::cut(filtered, width, column_strips.chunks(column_share), columns)
-                    .into_par_iter()
-                    .zip(column_strips.par_chunks(column_share))
-                    .zip(&mut memories)
-                    .try_for_each(|((mut filtered, strips), memory)| {
-                        strips.iter().try_for_each(|strip| {
-                            bank.filter_columns(
-                                &kernels,
-                                filter,
-                                strip.clone(),
-                                &mut &*spectrum,
-                                &mut filtered,
-                                &mut memory.buffers(),
-                            )
-                        })
-                    })?;
-            }
+            let shares = column_strips.chunks(column_share);
+            Band::cut(&mut self.filtered, width, shares, columns)
+                .into_par_iter()
+                .zip(column_strips.par_chunks(column_share))
+                .zip(&mut memories)
+                .try_for_each(|((mut filtered, strips), memory)| {
+                    strips.iter().try_for_each(|strip| {
+                        bank.filter_columns(
+                            &kernels,
+                            filter,
+                            strip.clone(),
+                            &mut &*spectrum,
+                            &mut filtered,
+                            &mut memory.buffers(),
+                        )
+                    })
+                })?;
             let filtered = self.filtered.as_slice();
             row_strips
                 .par_chunks(row_share)
@@ -221,15 +197,10 @@ impl Plan {
                         let filtered = &mut &*filtered;
                         let sums: [&mut dyn Store; 2] = [&mut symmetry, &mut amplitude];
                         let (rows, buffers) = (strip.clone(), &mut memory.buffers());
-                        match &self.low_rank {
-                            None => bank.add_rows(&kernels, step, rows, filtered, sums, buffers),
-                            Some(low_rank) => {
-                                low_rank.add_rows(&kernels, step, rows, filtered, sums, buffers)
-                            }
-                        }
+                        bank.add_rows(&kernels, filter, rows, filtered, sums, buffers)
                     })
                 })?;
-            progress((step + 1) * bank.filters() / steps, bank.filters());
+            progress(filter + 1, bank.filters());
         }
         Ok(symmetry)
     }
@@ -245,9 +216,9 @@ struct Memory<V> {
 }
 
 impl<V: Vector> Memory<V> {
-    fn new(zero: V, strip: usize, longest: usize, strips: usize) -> Self {
+    fn new(zero: V, strip: usize, longest: usize) -> Self {
         Memory {
-            strip: vec![0.0; strips * 2 * strip * longest],
+            strip: vec![0.0; 2 * strip * longest],
             sums: vec![0.0; 2 * strip * longest],
             line: vec![Complex { re: zero, im: zero }; longest],
             gains: vec![zero; longest],

@@ -302,7 +302,6 @@ impl<'a> Scene<'a> {
                 scales: scales.iter().map(|&power| 0.5f64.powi(power)).collect(),
                 threshold: 15.0,
                 strip: grid.rows,
-                low_rank: false,
             };
             let name = format!("phase symmetry, {} filters", 6 * scales.len());
             let map = phase_symmetry(image.pixels.view(), &parameters, |_, _| {})?;
