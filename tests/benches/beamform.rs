@@ -4,10 +4,9 @@
 use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
-use bonebeam::simd::Vector;
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use divan::{Bencher, black_box};
 use host_sim::drive::beamform::Covariance;
-use host_sim::drive::instruction_set::{InstructionSet, OverLanes};
 
 /// Samples a lane and call.
 const SAMPLES: usize = 128;
@@ -80,7 +79,7 @@ struct Timed<'a, 'b, const M: usize, const L: usize, const ROWS: usize> {
     bencher: Bencher<'a, 'b>,
 }
 
-impl<const M: usize, const L: usize, const ROWS: usize> OverLanes for Timed<'_, '_, M, L, ROWS> {
+impl<const M: usize, const L: usize, const ROWS: usize> Task for Timed<'_, '_, M, L, ROWS> {
     type Output = ();
 
     fn run<V: Vector>(self, zero: V) {

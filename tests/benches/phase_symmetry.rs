@@ -3,8 +3,8 @@
 //! `host-sim bench --only phase-symmetry`.
 
 use bonebeam::phase_symmetry::{GainTables, LogGabor, LogGaborTables, PhaseSymmetry};
+use bonebeam::simd::InstructionSet;
 use divan::{Bencher, black_box};
-use host_sim::drive::instruction_set::InstructionSet;
 use host_sim::drive::phase_symmetry::{Parameters, Plan};
 use ndarray::Array2;
 
@@ -35,7 +35,7 @@ fn plan(strip: usize) -> Plan {
 /// Tables and memory ready; strips of 512 are the whole image.
 fn frame(bencher: Bencher, set: InstructionSet, strip: usize, threads: usize) {
     // A processor without the instructions has nothing to measure.
-    if !InstructionSet::available().contains(&set) {
+    if !set.is_available() {
         return;
     }
     let image = image();

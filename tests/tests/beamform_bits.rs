@@ -5,11 +5,11 @@ mod common;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::Active;
+use bonebeam::simd::InstructionSet;
 use common::lines::{
     COVARIANCES, Gaussian, Line, METHODS, core, core_lanes, frame, scalar, stacked,
 };
 use host_sim::drive::beamform::Plan;
-use host_sim::drive::instruction_set::InstructionSet;
 use ndarray::Array2;
 use num_complex::Complex;
 

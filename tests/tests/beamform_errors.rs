@@ -6,9 +6,8 @@ use bonebeam::Error;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
-use bonebeam::simd::Vector;
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use common::lines::COVARIANCES;
-use host_sim::drive::instruction_set::{InstructionSet, OverLanes};
 use ndarray::Array3;
 use num_complex::Complex;
 
@@ -251,7 +250,7 @@ fn assert_bytes<A: Averaging<V>, V: Vector, const M: usize, const L: usize, cons
 
 struct AssertBytes;
 
-impl OverLanes for AssertBytes {
+impl Task for AssertBytes {
     type Output = ();
 
     fn run<V: Vector>(self, _: V) {

@@ -8,12 +8,11 @@ use bonebeam::beamform::{AlignedLine, Beamformer, Method, Run, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
 use bonebeam::image::Axis;
-use bonebeam::simd::Vector;
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam_tests::snapshots::{self, ELEMENTS, REAL_PARTS, SAMPLES, SNAPSHOTS};
 use bonebeam_tests::{Workspaces, beamform, delay, hash, image, phase_symmetry, sqrt};
 use common::lines::{Line, scalar};
 use host_sim::drive::beamform::Covariance;
-use host_sim::drive::instruction_set::{InstructionSet, OverLanes};
 use host_sim::reference::f32 as reference;
 use ndarray::Array2;
 use rand::{Rng, SeedableRng};
@@ -214,7 +213,7 @@ struct InLane {
     place: f64,
 }
 
-impl OverLanes for InLane {
+impl Task for InLane {
     type Output = u64;
 
     fn run<V: Vector>(self, zero: V) -> u64 {

@@ -6,11 +6,9 @@ mod common;
 use std::f64::consts::PI;
 
 use bonebeam::phase_symmetry as core;
-use bonebeam::simd::{Lanes, Vector};
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use common::tolerances;
 use core::{Fft, Gains};
-use fearless_simd::Level;
-use host_sim::drive::instruction_set::InstructionSet;
 use host_sim::drive::phase_symmetry::{Parameters, Plan, phase_symmetry};
 use host_sim::reference;
 use ndarray::Array2;
@@ -160,9 +158,18 @@ fn every_instruction_set_and_number_of_threads_gives_the_bits_of_the_whole() {
     }
 }
 
-/// A line for each lane against microfft's transform of the same line, where the processor can.
-fn check_lane_fft<V: Vector>(zero: Option<V>) {
-    let Some(zero) = zero else { return };
+/// A line for each lane against microfft's transform of the same line.
+struct CheckLaneFft;
+
+impl Task for CheckLaneFft {
+    type Output = ();
+
+    fn run<V: Vector>(self, zero: V) {
+        check_lane_fft(zero);
+    }
+}
+
+fn check_lane_fft<V: Vector>(zero: V) {
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let lane_fft = core::LaneFft::new();
     for length in [64, 128, 256, 512, 1024] {
@@ -187,16 +194,9 @@ fn check_lane_fft<V: Vector>(zero: Option<V>) {
 
 #[test]
 fn the_transform_over_lanes_gives_microffts_numbers() {
-    check_lane_fft(Some(0.0f32));
-    let level = Level::new();
-    #[cfg(target_arch = "x86_64")]
-    {
-        check_lane_fft(level.as_sse2().map(Lanes::new));
-        check_lane_fft(level.as_avx2().map(Lanes::new));
-        check_lane_fft(level.as_avx512().map(Lanes::new));
+    for set in InstructionSet::available() {
+        set.dispatch(CheckLaneFft);
     }
-    #[cfg(target_arch = "aarch64")]
-    check_lane_fft(level.as_neon().map(Lanes::new));
 }
 
 #[test]

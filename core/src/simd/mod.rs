@@ -3,11 +3,38 @@
 //! Every operation acts on each lane alone and no operation mixes lanes, so a lane's bits depend
 //! neither on the width nor on its neighbours. [`f32`] is a vector of one lane, for a
 //! microcontroller; `Lanes` (feature `simd`) is a register of an instruction set that the
-//! processor has been seen to have. Kernels are written once, over [`Vector`], marked
-//! `#[inline(always)]` down to the last operation, and entered through [`Vector::vectorize`], which
-//! compiles them for the vector's instruction set.
+//! processor has been seen to have. Kernels are written once, over [`Vector`].
+//!
+//! # Where the vector comes from
+//!
+//! A vector is proof that the processor has its instructions, so no function makes one from nothing.
+//! The caller gives one: an entry either works in memory made of vectors, and takes it from there, or has
+//! an argument `zero`. Inside, [`Vector::splat`] makes every other vector from one at hand.
+//!
+//! The first vector is `0.0f32`; or what `InstructionSet::dispatch` gives, which asks the processor at
+//! run time (features `simd` and `std`); or `Lanes::new` of a token of the `fearless_simd` crate, for a
+//! target that promises the instructions (feature `simd`).
+//!
+//! # Rules of inlining
+//!
+//! A function is compiled for an instruction set only where it is inlined into one that is. A call that is
+//! left passes registers through memory and does each operation by a call of its own, which is ten times
+//! slower and shows in no test. Therefore:
+//!
+//! 1. A kernel is generic over [`Vector`] and marked `#[inline(always)]`, and so is all that it calls, down
+//!    to the last operation. Closures are functions, too: those that touch a vector carry the attribute.
+//! 2. A kernel is entered through [`Vector::vectorize`], which compiles what is inlined into it for the
+//!    vector's instruction set: `zero.vectorize(#[inline(always)] || kernel(zero, …))`. Entries stand
+//!    where the work is long: a strip, a line, a block of samples.
+//! 3. A stage of a kernel that should be compiled by itself is an `#[inline(never)]` function that enters
+//!    anew by rule 2. Its comment gives the reason: slices that come as arguments do not overlap, which
+//!    the compiler knows of a function's arguments only; or a microcontroller's few registers are the
+//!    stage's own; or one stage serves several kernels and need not be compiled again.
+//! 4. What works on single numbers (a filter's taps, a lane by itself) is left to the compiler.
 
 mod complex;
+#[cfg(feature = "simd")]
+mod dispatch;
 mod dot;
 #[cfg(feature = "simd")]
 mod lanes;
@@ -15,6 +42,8 @@ mod memory;
 
 pub use complex::ComplexVector;
 pub(crate) use complex::Scalar;
+#[cfg(feature = "simd")]
+pub use dispatch::{InstructionSet, Task, UnknownInstructionSet};
 pub use dot::{Dot, PARTIAL_SUMS, Term};
 #[cfg(feature = "simd")]
 pub use lanes::Lanes;

@@ -4,6 +4,7 @@ use std::hint::black_box;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::{Active, Aperture};
+use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use rayon::ThreadPool;
@@ -15,7 +16,6 @@ use super::{Section, Settings};
 use crate::Result;
 use crate::drive::beamform::{self, Covariance};
 use crate::drive::image::{Image, PixelGrid, b_mode};
-use crate::drive::instruction_set::InstructionSet;
 use crate::drive::phase_symmetry::{self, Plan};
 use crate::drive::threads::pool;
 use crate::files::Lines;

@@ -30,9 +30,9 @@ use std::fmt;
 use std::panic::resume_unwind;
 use std::time::Duration;
 
+use bonebeam::simd::InstructionSet;
 use clap::ValueEnum;
 
-use crate::drive::instruction_set::InstructionSet;
 use crate::{Error, Result};
 use machine::Machine;
 
@@ -112,9 +112,8 @@ impl Settings {
 /// The instruction sets of this processor, the widest first. One lane has its own rows instead: a
 /// compiler may make vectors of it where there is nothing else to do, as at the peak.
 pub fn vector_sets() -> Vec<InstructionSet> {
-    let mut sets = InstructionSet::available();
-    sets.retain(|&set| set != InstructionSet::Scalar);
-    sets
+    let sets = InstructionSet::available();
+    sets.filter(|&set| set != InstructionSet::Scalar).collect()
 }
 
 /// Stack, bytes: a workspace is made there before it moves to the heap. Only what is touched takes

@@ -3,10 +3,9 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use bonebeam::simd::Vector;
+use bonebeam::simd::{InstructionSet, Task, Vector};
 
 use super::timing::fastest;
-use crate::drive::instruction_set::{InstructionSet, OverLanes};
 
 /// Multiplications and as many additions a chain and call: long enough for the clock's resolution,
 /// short enough to fit between two interruptions.
@@ -21,7 +20,7 @@ struct Peak {
     budget: Duration,
 }
 
-impl OverLanes for Peak {
+impl Task for Peak {
     type Output = f64;
 
     fn run<V: Vector>(self, zero: V) -> f64 {

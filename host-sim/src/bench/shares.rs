@@ -3,6 +3,7 @@
 use std::hint::black_box;
 
 use bonebeam::beamform::Method;
+use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
 
@@ -16,7 +17,6 @@ use super::timing::{fastest, side_by_side};
 use super::{LINE, Section, Settings};
 use crate::Result;
 use crate::drive::beamform::Covariance;
-use crate::drive::instruction_set::InstructionSet;
 
 /// The core alone, forward-backward.
 fn alone(

@@ -3,12 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use bonebeam::simd::InstructionSet;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 
 use super::about;
 use crate::bench::{Section, Settings, rewrite, run as measure, text};
-use crate::drive::instruction_set::InstructionSet;
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::{Error, Result};
 
@@ -31,7 +32,7 @@ pub struct Arguments {
     only: Vec<Section>,
 
     /// Force one instruction set, but for whole frames and delays; the widest without it
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = instruction_sets())]
     instruction_set: Option<InstructionSet>,
 
     /// All figures as JSON
@@ -50,6 +51,12 @@ Examples:
   host-sim bench --only peak,fraction --instruction-set avx2
   host-sim bench -o bench.json
   host-sim bench -o bench.json --readme README.md";
+
+/// The names of instruction sets, with all of them in the help.
+fn instruction_sets() -> impl TypedValueParser<Value = InstructionSet> {
+    let names = InstructionSet::ALL.iter().map(|set| set.key());
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<InstructionSet>())
+}
 
 /// Runs the command.
 ///

@@ -8,13 +8,12 @@ use bonebeam::focus::delay_law::TransmitLaw;
 use bonebeam::focus::interpolate::MAX_DECIMATION;
 use bonebeam::focus::record::Record;
 use bonebeam::geometry::{Active, Aperture};
-use bonebeam::simd::Vector;
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array3, Axis, CowArray, Ix3};
 use num_complex::Complex;
 use rayon::prelude::*;
 
 use crate::config::Beamform;
-use crate::drive::instruction_set::{InstructionSet, OverLanes};
 use crate::files::{ChannelData, Transmits};
 use crate::{Error, Result};
 
@@ -242,7 +241,7 @@ struct Beams<'a, 'b> {
     x: &'a mut [Complex<f32>],
 }
 
-impl OverLanes for Beams<'_, '_> {
+impl Task for Beams<'_, '_> {
     type Output = Result<()>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {

@@ -1,11 +1,10 @@
 //! Lines → image, through the core.
 
 use bonebeam::image::{self as core, Axis};
-use bonebeam::simd::Vector;
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array2, ArrayView2};
 use rayon::prelude::*;
 
-use crate::drive::instruction_set::{InstructionSet, OverLanes};
 use crate::files::Lines;
 use crate::{Error, Result};
 
@@ -127,7 +126,7 @@ pub fn b_mode(lines: &Lines, dynamic_range: f32, grid: &PixelGrid, median: bool)
 /// The 3×3 median of an image.
 struct Median<'a>(&'a Array2<f32>);
 
-impl OverLanes for Median<'_> {
+impl Task for Median<'_> {
     type Output = Result<Array2<f32>>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {

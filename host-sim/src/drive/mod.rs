@@ -4,6 +4,5 @@ pub mod beamform;
 pub mod delay;
 pub mod frame;
 pub mod image;
-pub mod instruction_set;
 pub mod phase_symmetry;
 pub(crate) mod threads;

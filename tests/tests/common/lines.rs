@@ -8,9 +8,8 @@ use bonebeam::beamform::{
 };
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
-use bonebeam::simd::Vector;
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use host_sim::drive::beamform::Covariance;
-use host_sim::drive::instruction_set::{InstructionSet, OverLanes};
 use host_sim::reference::f32 as f32_reference;
 use host_sim::validate::beamform::plain_parameters;
 use ndarray::{Array2, Array3};
@@ -188,7 +187,7 @@ struct Lines<'a> {
     covariance: Covariance,
 }
 
-impl OverLanes for Lines<'_> {
+impl Task for Lines<'_> {
     type Output = Vec<Vec<Complex<f32>>>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {

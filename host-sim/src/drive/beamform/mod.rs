@@ -3,10 +3,10 @@
 
 mod workspace;
 
-use crate::drive::instruction_set::InstructionSet;
 use crate::{Error, Result};
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run};
 use bonebeam::geometry::Active;
+use bonebeam::simd::InstructionSet;
 use clap::ValueEnum;
 use ndarray::{Array2, ArrayView3, Axis};
 use num_complex::Complex;

@@ -3,11 +3,10 @@
 use bonebeam::Error as CoreError;
 use bonebeam::beamform::{Beamformer, Run, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
-use bonebeam::simd::Vector;
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use num_complex::Complex;
 
 use super::{Covariance, MAX_ELEMENTS, MAX_SUBAPERTURE, MAX_TEMPORAL};
-use crate::drive::instruction_set::{InstructionSet, OverLanes};
 
 /// A workspace of the core, of a type that is chosen at run time.
 pub(crate) trait AnyWorkspace: Send {
@@ -88,7 +87,7 @@ where
     Box::new(Workspace::<A, V, MAX_ELEMENTS, L, ROWS>::over(zero))
 }
 
-impl OverLanes for Capacity {
+impl Task for Capacity {
     type Output = Box<dyn AnyWorkspace>;
 
     fn run<V: Vector>(self, zero: V) -> Box<dyn AnyWorkspace> {

@@ -9,12 +9,11 @@ use bonebeam::phase_symmetry::{
     GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, Store, StripBuffers,
     spectrum_columns,
 };
-use bonebeam::simd::Vector;
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use crate::drive::instruction_set::{InstructionSet, OverLanes};
 use crate::{Error, Result};
 use bands::{Band, Part};
 
@@ -70,7 +69,7 @@ struct Map<'a, P> {
     progress: P,
 }
 
-impl<P: FnMut(usize, usize)> OverLanes for Map<'_, P> {
+impl<P: FnMut(usize, usize)> Task for Map<'_, P> {
     type Output = Result<Array2<f32>>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
