@@ -81,7 +81,7 @@ impl fmt::Display for Error {
 impl core::error::Error for Error {}
 
 /// Refuses a slice that is not as long as the shapes ask for.
-pub(crate) fn check_length(
+pub(crate) const fn check_length(
     name: &'static str,
     actual: usize,
     expected: usize,
@@ -98,7 +98,7 @@ pub(crate) fn check_length(
 }
 
 /// Refuses what is not a positive, finite number.
-pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), Error> {
+pub(crate) const fn positive(name: &'static str, value: f64) -> Result<(), Error> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }
@@ -110,7 +110,7 @@ pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), Error> {
 }
 
 /// Refuses a NaN and an infinity.
-pub(crate) fn finite(name: &'static str, value: f64) -> Result<(), Error> {
+pub(crate) const fn finite(name: &'static str, value: f64) -> Result<(), Error> {
     if value.is_finite() {
         return Ok(());
     }
@@ -122,7 +122,7 @@ pub(crate) fn finite(name: &'static str, value: f64) -> Result<(), Error> {
 }
 
 /// Refuses 0.
-pub(crate) fn at_least_one(name: &'static str, value: usize) -> Result<(), Error> {
+pub(crate) const fn at_least_one(name: &'static str, value: usize) -> Result<(), Error> {
     if value == 0 {
         return Err(Error::Parameter {
             name,

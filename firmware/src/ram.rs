@@ -1,8 +1,8 @@
 //! What RAM the core takes in typical configurations.
 
 use bonebeam::beamform::Workspace;
-use bonebeam::focus::delay::Delay;
 use bonebeam::covariance::{Forward, ForwardBackward};
+use bonebeam::focus::Delay;
 use bonebeam::phase_symmetry::{self, LogGaborTables};
 use bonebeam_tests::Workspaces;
 use cortex_m_semihosting::hprintln;

@@ -2,11 +2,8 @@
 //! `cargo bench -p bonebeam-tests --bench delay`. Read it as ratios.
 
 use bonebeam::Complex;
-use bonebeam::focus::analytic::HilbertTransformer;
-use bonebeam::focus::delay::{Column, Delay, DelayParameters, Store};
-use bonebeam::focus::delay_law::TransmitLaw;
-use bonebeam::focus::record::Record;
-use bonebeam::geometry::Active;
+use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, hilbert_taps};
+use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
 use bonebeam::simd::{Lanes, Vector};
 use divan::{Bencher, black_box};
 use fearless_simd::Level;
@@ -32,9 +29,9 @@ fn bench<V: Vector>(bencher: Bencher<'_, '_>, zero: V, rate: u64) {
         output_samples: SAMPLES,
         elements: ELEMENTS,
         record_samples: SAMPLES * rate as usize / 20 + 400,
+        hilbert_taps: hilbert_taps(20e6, 5e6),
     };
-    let hilbert = HilbertTransformer::for_pulse(20e6, 5e6).expect("valid rates");
-    let delay = Delay::new(parameters, hilbert).expect("valid parameters");
+    let delay = Delay::new(parameters).expect("valid parameters");
     let rf: Vec<f32> = (0..ELEMENTS * parameters.record_samples)
         .map(|i| (i * 7919 % 1000) as f32 / 1000.0 - 0.5)
         .collect();
@@ -42,25 +39,27 @@ fn bench<V: Vector>(bencher: Bencher<'_, '_>, zero: V, rate: u64) {
     let element_x: Vec<f64> = (0..ELEMENTS)
         .map(|m| (m as f64 - 63.5) * 0.308e-3)
         .collect();
-    let column = Column {
-        law: TransmitLaw::Focused,
-        t0: 0.0,
+    let line = ScanLine {
+        transmit: Transmit {
+            law: TransmitLaw::Focused,
+            t0: 0.0,
+        },
         x: 0.1e-3,
-        element_x: &element_x,
+        array: Array::LinearAt(&element_x),
         active: Active {
             first: 0,
             count: ELEMENTS,
         },
-        store: Store::Replace,
+        compounding: Compounding::Replace,
     };
-    let mut scratch = vec![0.0; delay.scratch_len::<V>()];
+    let mut scratch = vec![0.0; parameters.scratch_len(V::LANES)];
     let mut out = vec![Complex::ZERO; SAMPLES * ELEMENTS];
     bencher
         .counter(divan::counter::ItemsCount::new(SAMPLES * ELEMENTS))
         .bench_local(|| {
             delay
-                .column(zero, &column, black_box(&record), &mut scratch, &mut out)
-                .expect("a column that fits");
+                .line(zero, &line, black_box(&record), &mut scratch, &mut out)
+                .expect("a line that fits");
         });
 }
 

@@ -2,7 +2,7 @@
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
-use bonebeam::geometry::{Active, Aperture};
+use bonebeam::geometry::{Active, Aperture, ApertureParameters};
 use bonebeam::{Complex, Error};
 
 use crate::hash;
@@ -65,7 +65,12 @@ pub fn parameters(method: Method) -> Parameters {
 /// # Errors
 /// None: the aperture is a valid one.
 pub fn growing() -> Result<impl Fn(usize) -> Active, Error> {
-    let aperture = Aperture::new(1.5, 0.3e-3, ELEMENTS, 8)?;
+    let aperture = Aperture::new(ApertureParameters {
+        elements: ELEMENTS,
+        pitch: 0.3e-3,
+        f_number: 1.5,
+        min_elements: 8,
+    })?;
     Ok(move |n| aperture.active(9.5, 2e-3 + n as f64 * 0.3e-3))
 }
 

@@ -1,13 +1,10 @@
-//! The delay stage: one column of a small record, by each transmit law, and the three added up.
+//! The delay stage: one line of a small record, by each transmit law, and the three added up.
 //!
 //! The record is the real parts of the golden snapshots read as 8 elements of 192 samples: numbers
 //! for the arithmetic, not a scene.
 
-use bonebeam::focus::analytic::HilbertTransformer;
-use bonebeam::focus::delay::{Column, Delay, DelayParameters, Store};
-use bonebeam::focus::delay_law::TransmitLaw;
-use bonebeam::focus::record::Record;
-use bonebeam::geometry::Active;
+use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
+use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
 
 use crate::hash;
@@ -21,11 +18,8 @@ pub const ELEMENT_X: [f64; ELEMENTS] = [
 ];
 /// Hilbert taps a side.
 pub const HILBERT_TAPS: usize = 8;
-/// Samples of the column.
+/// Samples of the line.
 pub const SAMPLES: usize = 64;
-const MARGIN: usize = 2 * HILBERT_TAPS - 1;
-/// `Delay::scratch_len::<f32>()`, which is no constant.
-const SCRATCH: usize = 4 * (SAMPLES + 2 * MARGIN).next_multiple_of(16) + (2 * MARGIN + 32) + 15;
 
 /// From 40 MHz to 20 MHz.
 pub const PARAMETERS: DelayParameters = DelayParameters {
@@ -37,33 +31,34 @@ pub const PARAMETERS: DelayParameters = DelayParameters {
     output_samples: SAMPLES,
     elements: ELEMENTS,
     record_samples: LENGTH / ELEMENTS,
+    hilbert_taps: HILBERT_TAPS,
 };
+const SCRATCH: usize = PARAMETERS.scratch_len(1);
 
-/// The columns and what their hashes are called, in this order into one output: the first
+/// The lines and what their hashes are called, in this order into one output: the first
 /// replaces what stands there, the others add to it.
-pub const COLUMNS: [(&str, Column<'static>); 3] = [
+pub const LINES: [(&str, ScanLine<'static>); 3] = [
     (
         "delay-focused",
-        column(TransmitLaw::Focused, Store::Replace),
+        line(TransmitLaw::Focused, Compounding::Replace),
     ),
     (
         "delay-focused-plane",
-        column(TransmitLaw::Plane { angle: 0.1 }, Store::Add),
+        line(TransmitLaw::Plane { angle: 0.1 }, Compounding::Add),
     ),
     (
         "delay-focused-plane-element",
-        column(TransmitLaw::Element { x: 0.45e-3 }, Store::Add),
+        line(TransmitLaw::Element { x: 0.45e-3 }, Compounding::Add),
     ),
 ];
 
-const fn column(law: TransmitLaw, store: Store) -> Column<'static> {
-    Column {
-        law,
-        t0: 0.1e-6,
+const fn line(law: TransmitLaw, compounding: Compounding) -> ScanLine<'static> {
+    ScanLine {
+        transmit: Transmit { law, t0: 0.1e-6 },
         x: 0.2e-3,
-        element_x: &ELEMENT_X,
+        array: Array::LinearAt(&ELEMENT_X),
         active: Active { first: 1, count: 6 },
-        store,
+        compounding,
     }
 }
 
@@ -83,10 +78,10 @@ impl Memory {
 }
 
 pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
-    let delay = Delay::new(PARAMETERS, HilbertTransformer::new(HILBERT_TAPS)?)?;
+    let delay = Delay::new(PARAMETERS)?;
     let record = Record::new(&REAL_PARTS, ELEMENTS)?;
-    for (name, column) in COLUMNS {
-        delay.column(0.0f32, &column, &record, &mut memory.scratch, &mut memory.x)?;
+    for (name, line) in LINES {
+        delay.line(0.0f32, &line, &record, &mut memory.scratch, &mut memory.x)?;
         report(name, hash::complex(&memory.x));
     }
     Ok(())

@@ -1,7 +1,8 @@
 //! The image stage on the golden snapshots read as 32 beams of 48 samples.
 
 use bonebeam::Error;
-use bonebeam::image::{Axis, envelope, largest, log_compression, median, resample};
+use bonebeam::geometry::Axis;
+use bonebeam::image::{envelope, largest, log_compression, median, resample};
 
 use crate::hash;
 use crate::snapshots::{ELEMENTS, LENGTH, SAMPLES, SNAPSHOTS};

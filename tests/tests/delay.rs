@@ -3,11 +3,8 @@
 mod common;
 
 use bonebeam::Complex;
-use bonebeam::focus::analytic::HilbertTransformer;
-use bonebeam::focus::delay::{Column, Delay, DelayParameters, Store};
-use bonebeam::focus::delay_law::TransmitLaw;
-use bonebeam::focus::record::Record;
-use bonebeam::geometry::Active;
+use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
+use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
 use bonebeam::simd::{Lanes, Vector};
 use common::tolerances::{DELAY_SHIFT, DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
 use fearless_simd::Level;
@@ -41,6 +38,7 @@ fn parameters(fs: f64, fout: f64, elements: usize, record_samples: usize) -> Del
         output_samples: (record_samples as f64 * fout / fs) as usize + 7,
         elements,
         record_samples,
+        hilbert_taps: HILBERT_TAPS,
     }
 }
 
@@ -55,42 +53,38 @@ fn noise(length: usize, seed: u64) -> Vec<f32> {
     (0..length).map(|_| rng.random_range(-1.0..1.0)).collect()
 }
 
-/// The column at 0.3 mm, every element of it, recorded from t = 0.
-fn column_of(law: TransmitLaw, element_x: &[f64]) -> Column<'_> {
-    Column {
-        law,
-        t0: 0.0,
+/// The line at 0.3 mm, every element of it, recorded from t = 0.
+fn line_of(law: TransmitLaw, element_x: &[f64]) -> ScanLine<'_> {
+    ScanLine {
+        transmit: Transmit { law, t0: 0.0 },
         x: 0.3e-3,
-        element_x,
+        array: Array::LinearAt(element_x),
         active: Active {
             first: 0,
             count: element_x.len(),
         },
-        store: Store::Replace,
+        compounding: Compounding::Replace,
     }
 }
 
-fn core_column(p: &DelayParameters, taps: usize, column: &Column, rf: &[f32]) -> Vec<Complex<f32>> {
+fn core_line(p: &DelayParameters, line: &ScanLine, rf: &[f32]) -> Vec<Complex<f32>> {
     // Whatever is not overwritten shows.
     let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
-    column_into(0.0f32, p, taps, column, rf, &mut out);
+    line_into(0.0f32, p, line, rf, &mut out);
     out
 }
 
-fn column_into<V: Vector>(
+fn line_into<V: Vector>(
     zero: V,
     p: &DelayParameters,
-    taps: usize,
-    column: &Column,
+    line: &ScanLine,
     rf: &[f32],
     out: &mut [Complex<f32>],
 ) {
-    let delay = Delay::new(*p, HilbertTransformer::new(taps).unwrap()).unwrap();
+    let delay = Delay::new(*p).unwrap();
     let record = Record::new(rf, p.elements).unwrap();
-    let mut scratch = vec![f32::NAN; delay.scratch_len::<V>()];
-    delay
-        .column(zero, column, &record, &mut scratch, out)
-        .unwrap();
+    let mut scratch = vec![f32::NAN; p.scratch_len(V::LANES)];
+    delay.line(zero, line, &record, &mut scratch, out).unwrap();
 }
 
 fn assert_same_bits(left: &[Complex<f32>], right: &[Complex<f32>], what: &str) {
@@ -121,19 +115,20 @@ fn equals_the_f32_reference_to_the_bit() {
                 let element_x = line_up(elements);
                 let mut p = parameters(fs, fout, elements, record_samples);
                 p.output_start = -1.3e-6;
-                let column = Column {
-                    t0: 0.37e-6,
+                p.hilbert_taps = taps;
+                let line = ScanLine {
+                    transmit: Transmit { law, t0: 0.37e-6 },
                     x: -0.41e-3,
                     active: Active {
                         first: elements / 3,
                         count: elements - elements / 3,
                     },
-                    ..column_of(law, &element_x)
+                    ..line_of(law, &element_x)
                 };
                 let what = format!("{fs} -> {fout}, {law:?}, {elements} elements");
-                let mut ours = core_column(&p, taps, &column, &rf);
+                let mut ours = core_line(&p, &line, &rf);
                 let mut reference = vec![Complex::new(7.0, 7.0); ours.len()];
-                reference::f32::delay::column(&p, taps, &column, &rf, &mut reference);
+                reference::f32::delay::line(&p, &line, &rf, &mut reference);
                 assert_same_bits(&ours, &reference, &what);
                 assert!(
                     record_samples == 1 || ours.iter().any(|y| y.im != 0.0),
@@ -141,34 +136,34 @@ fn equals_the_f32_reference_to_the_bit() {
                 );
 
                 // Once more, on top.
-                let column = Column {
+                let line = ScanLine {
                     x: 0.2e-3,
-                    store: Store::Add,
-                    ..column
+                    compounding: Compounding::Add,
+                    ..line
                 };
-                column_into(0.0f32, &p, taps, &column, &rf, &mut ours);
-                reference::f32::delay::column(&p, taps, &column, &rf, &mut reference);
+                line_into(0.0f32, &p, &line, &rf, &mut ours);
+                reference::f32::delay::line(&p, &line, &rf, &mut reference);
                 assert_same_bits(&ours, &reference, &what);
             }
         }
     }
 }
 
-/// The column, and another one added to it, with the vectors of `zero`.
+/// The line, and another one added to it, with the vectors of `zero`.
 fn twice<V: Vector>(
     zero: V,
     p: &DelayParameters,
-    column: &Column,
+    line: &ScanLine,
     rf: &[f32],
 ) -> Vec<Complex<f32>> {
     let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
-    column_into(zero, p, HILBERT_TAPS, column, rf, &mut out);
-    let add = Column {
-        store: Store::Add,
-        x: column.x - 0.5 * PITCH,
-        ..*column
+    line_into(zero, p, line, rf, &mut out);
+    let add = ScanLine {
+        compounding: Compounding::Add,
+        x: line.x - 0.5 * PITCH,
+        ..*line
     };
-    column_into(zero, p, HILBERT_TAPS, &add, rf, &mut out);
+    line_into(zero, p, &add, rf, &mut out);
     out
 }
 
@@ -176,12 +171,12 @@ fn twice<V: Vector>(
 fn every_instruction_set_gives_the_bits_of_one_lane() {
     let level = Level::new();
     for (fs, fout) in [(100e6, 20e6), (40e6, 20e6), (20e6, 20e6), (80e6, 5e6)] {
-        // Elements that do not fill a vector, or some and a part; columns that end within one.
+        // Elements that do not fill a vector, or some and a part; lines that end within one.
         for (elements, record_samples) in [(5, 211), (37, 1777)] {
             let rf = noise(elements * record_samples, elements as u64);
             let element_x = line_up(elements);
             let mut p = parameters(fs, fout, elements, record_samples);
-            // A column that begins where none of its elements needs the record's beginning, too.
+            // A line that begins where none of its elements needs the record's beginning, too.
             for (x, start) in [
                 (0.3e-3, 0.0),
                 (0.0, 0.0),
@@ -191,15 +186,15 @@ fn every_instruction_set_gives_the_bits_of_one_lane() {
                 (-40.0 * PITCH, 0.0),
             ] {
                 p.output_start = start;
-                let column = Column {
+                let line = ScanLine {
                     x,
                     active: Active {
                         first: 1,
                         count: elements - 2,
                     },
-                    ..column_of(TransmitLaw::Plane { angle: 0.1 }, &element_x)
+                    ..line_of(TransmitLaw::Plane { angle: 0.1 }, &element_x)
                 };
-                let one = twice(0.0f32, &p, &column, &rf);
+                let one = twice(0.0f32, &p, &line, &rf);
                 let check = |many: Option<Vec<_>>, name: &str| match many {
                     Some(many) => assert_same_bits(&many, &one, name),
                     None => println!("this machine has no {name}"),
@@ -207,19 +202,19 @@ fn every_instruction_set_gives_the_bits_of_one_lane() {
                 #[cfg(target_arch = "x86_64")]
                 {
                     let many = level.as_sse2();
-                    let many = many.map(|simd| twice(Lanes::new(simd), &p, &column, &rf));
+                    let many = many.map(|simd| twice(Lanes::new(simd), &p, &line, &rf));
                     check(many, "SSE2");
                     let many = level.as_avx2();
-                    let many = many.map(|simd| twice(Lanes::new(simd), &p, &column, &rf));
+                    let many = many.map(|simd| twice(Lanes::new(simd), &p, &line, &rf));
                     check(many, "AVX2");
                     let many = level.as_avx512();
-                    let many = many.map(|simd| twice(Lanes::new(simd), &p, &column, &rf));
+                    let many = many.map(|simd| twice(Lanes::new(simd), &p, &line, &rf));
                     check(many, "AVX-512");
                 }
                 #[cfg(target_arch = "aarch64")]
                 {
                     let many = level.as_neon();
-                    let many = many.map(|simd| twice(Lanes::new(simd), &p, &column, &rf));
+                    let many = many.map(|simd| twice(Lanes::new(simd), &p, &line, &rf));
                     check(many, "NEON");
                 }
             }
@@ -235,18 +230,18 @@ fn pulse(t: f64) -> f64 {
 
 /// The echo of a point: on each element a pulse centred on the time the wave takes to the point
 /// and back.
-fn echo(p: &DelayParameters, column: &Column, point: (f64, f64)) -> Vec<f32> {
+fn echo(p: &DelayParameters, line: &ScanLine, point: (f64, f64)) -> Vec<f32> {
     let (x, z) = point;
-    let transmit = match column.law {
+    let transmit = match line.transmit.law {
         TransmitLaw::Focused => z / C,
         TransmitLaw::Plane { angle } => (x * angle.sin() + z * angle.cos()) / C,
         TransmitLaw::Element { x: source } => (x - source).hypot(z) / C,
     };
     let mut rf = Vec::new();
-    for &element in column.element_x {
+    for element in (0..line.array.elements()).map(|m| line.array.x(m)) {
         let arrival = transmit + (x - element).hypot(z) / C;
         for k in 0..p.record_samples {
-            rf.push(pulse(column.t0 + k as f64 / p.sampling_rate - arrival) as f32);
+            rf.push(pulse(line.transmit.t0 + k as f64 / p.sampling_rate - arrival) as f32);
         }
     }
     rf
@@ -272,12 +267,13 @@ fn a_point_echo_becomes_a_flat_wavefront() {
             // Output sample 100 lies on the point.
             p.output_start = 2.0 * z / C - 100.0 / fout;
             p.output_samples = 200;
-            let column = Column {
-                t0: 1.234e-6,
+            p.hilbert_taps = taps;
+            let line = ScanLine {
+                transmit: Transmit { law, t0: 1.234e-6 },
                 x,
-                ..column_of(law, &element_x)
+                ..line_of(law, &element_x)
             };
-            let out = core_column(&p, taps, &column, &echo(&p, &column, (x, z)));
+            let out = core_line(&p, &line, &echo(&p, &line, (x, z)));
             for m in 0..33 {
                 // The pulse's middle: magnitude 1, phase 0, on every element.
                 let y = out[100 * 33 + m];
@@ -303,24 +299,25 @@ fn stays_within_its_bound_of_the_f64_reference() {
         for law in LAWS {
             let p = DelayParameters {
                 output_samples: (28e-6 * fout) as usize,
+                hilbert_taps: taps,
                 ..parameters(fs, fout, 33, (30e-6 * fs) as usize)
             };
-            let column = Column {
-                t0: -0.2e-6,
+            let line = ScanLine {
+                transmit: Transmit { law, t0: -0.2e-6 },
                 x: -1.1e-3,
                 active: Active {
                     first: 2,
                     count: 30,
                 },
-                ..column_of(law, &element_x)
+                ..line_of(law, &element_x)
             };
-            // Two points that do not overlap, one near and off the column, one far.
-            let mut rf = echo(&p, &column, (0.3e-3, 8e-3));
-            for (sum, value) in rf.iter_mut().zip(echo(&p, &column, (-1.1e-3, 16e-3))) {
+            // Two points that do not overlap, one near and off the line, one far.
+            let mut rf = echo(&p, &line, (0.3e-3, 8e-3));
+            for (sum, value) in rf.iter_mut().zip(echo(&p, &line, (-1.1e-3, 16e-3))) {
                 *sum += value;
             }
-            let ours = core_column(&p, taps, &column, &rf);
-            let exact = reference::f64::delay::column(&p, &column, &rf);
+            let ours = core_line(&p, &line, &rf);
+            let exact = reference::f64::delay::line(&p, &line, &rf);
             let mut worst = 0.0f64;
             for (y, e) in ours.iter().zip(&exact) {
                 let difference = (f64::from(y.re) - e.re).hypot(f64::from(y.im) - e.im);
@@ -333,7 +330,7 @@ fn stays_within_its_bound_of_the_f64_reference() {
 }
 
 #[test]
-fn the_ends_of_a_column_are_as_good_as_its_middle() {
+fn the_ends_of_a_line_are_as_good_as_its_middle() {
     let element_x = line_up(9);
     let rf = noise(9 * 900, 4);
     let whole = DelayParameters {
@@ -346,9 +343,9 @@ fn the_ends_of_a_column_are_as_good_as_its_middle() {
         output_samples: 64,
         ..whole
     };
-    let column = column_of(TransmitLaw::Focused, &element_x);
-    let whole = core_column(&whole, HILBERT_TAPS, &column, &rf);
-    let part = core_column(&part, HILBERT_TAPS, &column, &rf);
+    let line = line_of(TransmitLaw::Focused, &element_x);
+    let whole = core_line(&whole, &line, &rf);
+    let part = core_line(&part, &line, &rf);
     for (a, b) in part.iter().zip(&whole[128 * 9..192 * 9]) {
         assert!((a - b).norm() < DELAY_SHIFT, "{a} {b}");
     }
@@ -366,20 +363,23 @@ fn moving_record_and_t0_together_changes_nothing() {
     }
     for law in LAWS {
         let p = parameters(40e6, 20e6, elements, samples);
-        let column = Column {
-            t0: 1e-6,
-            ..column_of(law, &element_x)
+        let line = ScanLine {
+            transmit: Transmit { law, t0: 1e-6 },
+            ..line_of(law, &element_x)
         };
-        let at_rest = core_column(&p, HILBERT_TAPS, &column, &rf);
+        let at_rest = core_line(&p, &line, &rf);
         let p = DelayParameters {
             record_samples: samples + shift,
             ..p
         };
-        let column = Column {
-            t0: 1e-6 - shift as f64 / 40e6,
-            ..column
+        let line = ScanLine {
+            transmit: Transmit {
+                law,
+                t0: 1e-6 - shift as f64 / 40e6,
+            },
+            ..line
         };
-        let shifted = core_column(&p, HILBERT_TAPS, &column, &moved);
+        let shifted = core_line(&p, &line, &moved);
         for (a, b) in at_rest.iter().zip(&shifted) {
             assert!((a - b).norm() < DELAY_SHIFT, "{law:?}: {a} {b}");
         }
@@ -392,11 +392,11 @@ fn the_mirror_image_and_powers_of_two_are_exact() {
     let rf = noise(9 * 700, 6);
     for law in LAWS {
         let p = parameters(40e6, 20e6, 9, 700);
-        let column = column_of(law, &element_x);
-        let direct = core_column(&p, HILBERT_TAPS, &column, &rf);
+        let line = line_of(law, &element_x);
+        let direct = core_line(&p, &line, &rf);
 
         let scaled: Vec<f32> = rf.iter().map(|x| x * 1024.0).collect();
-        let scaled = core_column(&p, HILBERT_TAPS, &column, &scaled);
+        let scaled = core_line(&p, &line, &scaled);
         let expected: Vec<_> = direct.iter().map(|y| y * 1024.0).collect();
         assert_same_bits(&scaled, &expected, "scaled");
 
@@ -406,12 +406,12 @@ fn the_mirror_image_and_powers_of_two_are_exact() {
             TransmitLaw::Element { x } => TransmitLaw::Element { x: -x },
         };
         let mirrored_rf: Vec<f32> = rf.chunks(700).rev().flatten().copied().collect();
-        let column = Column {
-            law,
+        let line = ScanLine {
+            transmit: Transmit { law, t0: 0.0 },
             x: -0.3e-3,
-            ..column
+            ..line
         };
-        let mirrored = core_column(&p, HILBERT_TAPS, &column, &mirrored_rf);
+        let mirrored = core_line(&p, &line, &mirrored_rf);
         let expected: Vec<_> = direct
             .chunks(9)
             .flat_map(|row| row.iter().rev().copied())
@@ -425,14 +425,14 @@ fn elements_outside_the_active_range_are_zero_and_the_others_unaffected() {
     let element_x = line_up(9);
     let rf = noise(9 * 700, 7);
     let p = parameters(40e6, 20e6, 9, 700);
-    let column = column_of(TransmitLaw::Focused, &element_x);
-    let every = core_column(&p, HILBERT_TAPS, &column, &rf);
+    let line = line_of(TransmitLaw::Focused, &element_x);
+    let every = core_line(&p, &line, &rf);
     for (first, count) in [(0, 0), (9, 0), (2, 4), (8, 1)] {
-        let column = Column {
+        let line = ScanLine {
             active: Active { first, count },
-            ..column
+            ..line
         };
-        let some = core_column(&p, HILBERT_TAPS, &column, &rf);
+        let some = core_line(&p, &line, &rf);
         for (index, (s, e)) in some.iter().zip(&every).enumerate() {
             let inside = (first..first + count).contains(&(index % 9));
             assert_eq!(*s, if inside { *e } else { ZERO });
@@ -470,19 +470,23 @@ fn extreme_geometry_gives_the_bits_of_the_reference_and_never_nan_or_infinity() 
             output_samples: 20,
             elements: 3,
             record_samples: 10,
+            hilbert_taps: 2,
         };
-        let column = Column {
-            t0: extreme(true),
+        let line = ScanLine {
+            transmit: Transmit {
+                law,
+                t0: extreme(true),
+            },
             x: extreme(true),
-            ..column_of(law, &element_x)
+            ..line_of(law, &element_x)
         };
-        let what = format!("{p:?} {column:?}");
-        let ours = core_column(&p, 2, &column, &[1e30; 30]);
+        let what = format!("{p:?} {line:?}");
+        let ours = core_line(&p, &line, &[1e30; 30]);
         for y in &ours {
             assert!(y.re.is_finite() && y.im.is_finite(), "{what}");
         }
         let mut reference = vec![Complex::new(7.0, 7.0); ours.len()];
-        reference::f32::delay::column(&p, 2, &column, &[1e30; 30], &mut reference);
+        reference::f32::delay::line(&p, &line, &[1e30; 30], &mut reference);
         assert_same_bits(&ours, &reference, &what);
     }
 }

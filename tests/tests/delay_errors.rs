@@ -1,10 +1,7 @@
 //! The delay stage refuses what is wrong, by name, before it writes anything.
 
-use bonebeam::focus::analytic::HilbertTransformer;
-use bonebeam::focus::delay::{Column, Delay, DelayParameters, Store};
-use bonebeam::focus::delay_law::TransmitLaw;
-use bonebeam::focus::record::Record;
-use bonebeam::geometry::Active;
+use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
+use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
 
 const GOOD: DelayParameters = DelayParameters {
@@ -16,6 +13,7 @@ const GOOD: DelayParameters = DelayParameters {
     output_samples: 50,
     elements: 3,
     record_samples: 100,
+    hilbert_taps: 2,
 };
 
 /// One field of the parameters changed, and the name that the error must give.
@@ -23,13 +21,12 @@ type Change = (&'static str, fn(&mut DelayParameters));
 
 #[test]
 fn bad_parameters_are_named() {
-    let refused =
-        |name: &str, p: DelayParameters| match Delay::new(p, HilbertTransformer::new(2).unwrap()) {
-            Err(Error::Parameter { name: n, .. } | Error::Capacity { name: n, .. }) => {
-                assert_eq!(n, name);
-            }
-            other => panic!("{name}: {other:?}"),
-        };
+    let refused = |name: &str, p: DelayParameters| match Delay::new(p) {
+        Err(Error::Parameter { name: n, .. } | Error::Capacity { name: n, .. }) => {
+            assert_eq!(n, name);
+        }
+        other => panic!("{name}: {other:?}"),
+    };
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         refused(
             "sound_speed",
@@ -60,7 +57,9 @@ fn bad_parameters_are_named() {
             },
         );
     }
-    let changes: [Change; 7] = [
+    let changes: [Change; 9] = [
+        ("hilbert taps", |p| p.hilbert_taps = 0),
+        ("hilbert taps", |p| p.hilbert_taps = 65),
         ("output_rate", |p| p.output_rate = 2e6),
         ("output_start", |p| p.output_start = f64::NAN),
         ("elements", |p| p.elements = 0),
@@ -78,28 +77,30 @@ fn bad_parameters_are_named() {
 
 #[test]
 fn bad_calls_are_refused_before_anything_is_written() {
-    let delay = Delay::new(GOOD, HilbertTransformer::new(2).unwrap()).unwrap();
+    let delay = Delay::new(GOOD).unwrap();
     let element_x = [-0.3e-3, 0.0, 0.3e-3];
     let rf = vec![1.0; 300];
-    let column = Column {
-        law: TransmitLaw::Focused,
-        t0: 0.0,
+    let line = ScanLine {
+        transmit: Transmit {
+            law: TransmitLaw::Focused,
+            t0: 0.0,
+        },
         x: 0.0,
-        element_x: &element_x,
+        array: Array::LinearAt(&element_x),
         active: Active { first: 0, count: 3 },
-        store: Store::Replace,
+        compounding: Compounding::Replace,
     };
-    let refused = |column: &Column, rf: &[f32], scratch: usize, out: usize| {
+    let refused = |line: &ScanLine, rf: &[f32], scratch: usize, out: usize| {
         let mut out = vec![Complex::new(5.0, 6.0); out];
         let record = Record::new(rf, 3).unwrap();
-        let result = delay.column(0.0f32, column, &record, &mut vec![0.0; scratch], &mut out);
+        let result = delay.line(0.0f32, line, &record, &mut vec![0.0; scratch], &mut out);
         assert!(
             out.iter().all(|y| *y == Complex::new(5.0, 6.0)),
             "written after {result:?}"
         );
         result.unwrap_err()
     };
-    let scratch = delay.scratch_len::<f32>();
+    let scratch = GOOD.scratch_len(1);
     let length = |name, actual, expected| Error::Length {
         name,
         actual,
@@ -107,17 +108,17 @@ fn bad_calls_are_refused_before_anything_is_written() {
     };
 
     assert_eq!(
-        refused(&column, &rf[3..], scratch, 150),
+        refused(&line, &rf[3..], scratch, 150),
         length("record samples", 99, 100)
     );
     assert_eq!(
-        refused(&column, &rf, scratch + 1, 150),
+        refused(&line, &rf, scratch + 1, 150),
         length("scratch", scratch + 1, scratch)
     );
-    assert_eq!(refused(&column, &rf, scratch, 151), length("out", 151, 150));
-    let two = Column {
-        element_x: &element_x[1..],
-        ..column
+    assert_eq!(refused(&line, &rf, scratch, 151), length("out", 151, 150));
+    let two = ScanLine {
+        array: Array::LinearAt(&element_x[1..]),
+        ..line
     };
     assert_eq!(refused(&two, &rf, scratch, 150), length("element_x", 2, 3));
 
@@ -129,54 +130,63 @@ fn bad_calls_are_refused_before_anything_is_written() {
     bad_x[2] = f64::NAN;
     for (bad, name) in [
         (
-            Column {
-                t0: f64::INFINITY,
-                ..column
+            ScanLine {
+                transmit: Transmit {
+                    t0: f64::INFINITY,
+                    ..line.transmit
+                },
+                ..line
             },
             "t0",
         ),
         (
-            Column {
+            ScanLine {
                 x: f64::NAN,
-                ..column
+                ..line
             },
             "x",
         ),
         (
-            Column {
-                element_x: &bad_x,
-                ..column
+            ScanLine {
+                array: Array::LinearAt(&bad_x),
+                ..line
             },
             "element_x",
         ),
         (
-            Column {
-                law: TransmitLaw::Plane { angle: 1.6 },
-                ..column
+            ScanLine {
+                transmit: Transmit {
+                    law: TransmitLaw::Plane { angle: 1.6 },
+                    t0: 0.0,
+                },
+                ..line
             },
             "angle",
         ),
         (
-            Column {
-                law: TransmitLaw::Element { x: f64::NAN },
-                ..column
+            ScanLine {
+                transmit: Transmit {
+                    law: TransmitLaw::Element { x: f64::NAN },
+                    t0: 0.0,
+                },
+                ..line
             },
             "transmit element x",
         ),
         (
-            Column {
+            ScanLine {
                 active: Active { first: 1, count: 3 },
-                ..column
+                ..line
             },
             "active",
         ),
         (
-            Column {
+            ScanLine {
                 active: Active {
                     first: usize::MAX,
                     count: 2,
                 },
-                ..column
+                ..line
             },
             "active",
         ),
@@ -184,15 +194,15 @@ fn bad_calls_are_refused_before_anything_is_written() {
         assert_eq!(parameter(refused(&bad, &rf, scratch, 150)), name);
     }
 
-    let add = Column {
-        store: Store::Add,
-        ..column
+    let add = ScanLine {
+        compounding: Compounding::Add,
+        ..line
     };
     let mut out = vec![Complex::new(0.0, 0.0); 150];
     out[9].im = f32::NAN;
     let record = Record::new(&rf, 3).unwrap();
     let error = delay
-        .column(0.0f32, &add, &record, &mut vec![0.0; scratch], &mut out)
+        .line(0.0f32, &add, &record, &mut vec![0.0; scratch], &mut out)
         .unwrap_err();
     assert_eq!(
         error,

@@ -6,8 +6,7 @@ mod common;
 use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Run, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
-use bonebeam::geometry::Active;
-use bonebeam::image::Axis;
+use bonebeam::geometry::{Active, Axis};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam_tests::snapshots::{self, ELEMENTS, REAL_PARTS, SAMPLES, SNAPSHOTS};
 use bonebeam_tests::{Workspaces, beamform, delay, hash, image, phase_symmetry, sqrt};
@@ -154,14 +153,8 @@ fn the_scalar_beamformers_have_the_hashes() {
 #[test]
 fn the_scalar_delay_stage_has_the_hashes() {
     let mut x = vec![Complex::new(f32::NAN, f32::NAN); delay::SAMPLES * delay::ELEMENTS];
-    for (name, column) in delay::COLUMNS {
-        reference::delay::column(
-            &delay::PARAMETERS,
-            delay::HILBERT_TAPS,
-            &column,
-            &REAL_PARTS,
-            &mut x,
-        );
+    for (name, line) in delay::LINES {
+        reference::delay::line(&delay::PARAMETERS, &line, &REAL_PARTS, &mut x);
         assert_eq!(hash::complex(&x), recorded(name), "{name}");
     }
 }

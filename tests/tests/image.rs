@@ -2,7 +2,8 @@
 
 mod common;
 
-use bonebeam::image::{Axis, envelope, largest, log_compression, median, resample};
+use bonebeam::geometry::Axis;
+use bonebeam::image::{envelope, largest, log_compression, median, resample};
 use bonebeam::{Complex, Error};
 use common::tolerances;
 use host_sim::drive::image::{PixelGrid, b_mode, resize};

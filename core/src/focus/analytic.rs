@@ -17,28 +17,45 @@ use super::kaiser;
 use crate::Error;
 use crate::simd::{Vector, load};
 
-/// The most non-zero taps on one side.
-pub const CAPACITY: usize = 64;
+/// The most non-zero taps on one side of the Hilbert transformer.
+pub const MAX_HILBERT_TAPS: usize = 64;
 const BETA: f64 = 6.0;
 /// Outputs whose sums are formed together, so that none waits for its last addition.
 pub(super) const GROUP: usize = 8;
 
+/// Non-zero taps a side, N, that suit a pulse around `centre_frequency` at `output_rate`, Hz:
+/// ⌈2·output_rate/f₀⌉, almost four periods of f₀ a side; from 1 to [`MAX_HILBERT_TAPS`].
+///
+/// ```
+/// assert_eq!(bonebeam::focus::hilbert_taps(20e6, 5e6), 8);
+/// ```
+pub const fn hilbert_taps(output_rate: f64, centre_frequency: f64) -> usize {
+    let wanted = 2.0 * (output_rate / centre_frequency);
+    let mut count = 1;
+    while count < MAX_HILBERT_TAPS && (count as f64) < wanted {
+        count += 1;
+    }
+    count
+}
+
+/// Samples that N taps a side need before the first and after the last output, 2N − 1.
+pub(super) const fn reach(count: usize) -> usize {
+    (2 * count).saturating_sub(1)
+}
+
 /// A Hilbert transformer of N non-zero taps a side.
 #[derive(Clone, Debug)]
-pub struct HilbertTransformer {
-    taps: [f32; CAPACITY],
+pub(super) struct HilbertTransformer {
+    taps: [f32; MAX_HILBERT_TAPS],
     count: usize,
 }
 
 impl HilbertTransformer {
-    /// RAM of the taps, bytes.
-    pub const BYTES: usize = size_of::<Self>();
-
     /// `count` non-zero taps a side, N: 4N − 1 taps in all.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if `count` is 0, [`Error::Capacity`] if it exceeds [`CAPACITY`].
-    pub fn new(count: usize) -> Result<Self, Error> {
+    /// [`Error::Parameter`] if `count` is 0, [`Error::Capacity`] if it exceeds [`MAX_HILBERT_TAPS`].
+    pub(super) fn new(count: usize) -> Result<Self, Error> {
         if count == 0 {
             let expected = "at least 1";
             return Err(Error::Parameter {
@@ -47,15 +64,15 @@ impl HilbertTransformer {
                 expected,
             });
         }
-        if count > CAPACITY {
-            let capacity = CAPACITY;
+        if count > MAX_HILBERT_TAPS {
+            let capacity = MAX_HILBERT_TAPS;
             return Err(Error::Capacity {
                 name: "hilbert taps",
                 actual: count,
                 capacity,
             });
         }
-        let mut taps = [0.0; CAPACITY];
+        let mut taps = [0.0; MAX_HILBERT_TAPS];
         for (j, tap) in taps.iter_mut().enumerate().take(count) {
             let k = (2 * j + 1) as f64;
             let window = kaiser::window(k / (2 * count) as f64, BETA);
@@ -64,31 +81,9 @@ impl HilbertTransformer {
         Ok(HilbertTransformer { taps, count })
     }
 
-    /// The default length for a pulse around `centre_frequency` at `output_rate`, Hz:
-    /// N = ⌈2·output_rate/f₀⌉, almost four periods of f₀ a side; at most [`CAPACITY`].
-    ///
-    /// # Errors
-    /// [`Error::Parameter`] unless both are positive and finite and the output rate is more than
-    /// twice the centre frequency.
-    pub fn for_pulse(output_rate: f64, centre_frequency: f64) -> Result<Self, Error> {
-        super::positive("output_rate", output_rate)?;
-        super::positive("centre_frequency", centre_frequency)?;
-        let ratio = output_rate / centre_frequency;
-        if ratio <= 2.0 {
-            let expected = "more than twice the centre frequency";
-            return Err(Error::Parameter {
-                name: "output_rate",
-                value: output_rate,
-                expected,
-            });
-        }
-        let count = libm::ceil(2.0 * ratio) as usize;
-        Self::new(if count < CAPACITY { count } else { CAPACITY })
-    }
-
     /// Samples needed before the first and after the last output, 2N − 1.
-    pub fn reach(&self) -> usize {
-        2 * self.count - 1
+    pub(super) fn reach(&self) -> usize {
+        reach(self.count)
     }
 
     /// The imaginary parts of a group of `rows`, of which the first is row [`Self::reach`]; there are
@@ -144,7 +139,7 @@ mod tests {
             (40e6, 2.6e-4, 1.8e-4, 6e-4),
             (100e6, 2.6e-4, 1.8e-4, 6e-4),
         ] {
-            let hilbert = HilbertTransformer::for_pulse(rate, F0).unwrap();
+            let hilbert = HilbertTransformer::new(hilbert_taps(rate, F0)).unwrap();
             let reach = hilbert.reach();
             let (mut worst, mut worst_envelope, mut worst_phase) = (0.0f64, 0.0f64, 0.0f64);
             for shift in 0..5 {
@@ -204,15 +199,17 @@ mod tests {
             HilbertTransformer::new(65),
             Err(Error::Capacity { .. })
         ));
-        assert_eq!(
-            HilbertTransformer::for_pulse(1e12, 1.0).unwrap().reach(),
-            127
-        );
-        for (rate, f0) in [(10e6, 5e6), (0.0, 5e6), (20e6, 0.0), (f64::NAN, 5e6)] {
-            assert!(matches!(
-                HilbertTransformer::for_pulse(rate, f0),
-                Err(Error::Parameter { .. })
-            ));
+    }
+
+    #[test]
+    fn the_default_length_is_almost_four_periods() {
+        // 31, 63 and 159 taps in all.
+        let taps = [20e6, 40e6, 100e6].map(|rate| hilbert_taps(rate, F0));
+        assert_eq!(taps, [8, 16, 40]);
+        assert_eq!(hilbert_taps(20.1e6, F0), 9);
+        assert_eq!(hilbert_taps(1e12, 1.0), MAX_HILBERT_TAPS);
+        for (rate, f0) in [(0.0, 5e6), (f64::NAN, 5e6), (-1.0, 5e6)] {
+            assert_eq!(hilbert_taps(rate, f0), 1);
         }
     }
 }

@@ -39,6 +39,54 @@ const OLD: usize = 16;
 /// Samples after which no filter reaches back any more to where they began on nothing.
 const LEAD: usize = 32;
 
+/// How often records sampled at `ratio` times the output rate are halved, up to a ratio of 16.
+pub(super) const fn halvings(ratio: f64) -> usize {
+    let mut halvings = 0;
+    let mut after = ratio;
+    while after >= HALVED_FROM && halvings < MAX_HALVINGS {
+        after /= 2.0;
+        halvings += 1;
+    }
+    halvings
+}
+
+/// Samples that a record of `samples` becomes after so many halvings, with those in front of sample 0
+/// and all that the filters reach behind; 0 where it is not halved.
+pub(super) const fn halved_len(halvings: usize, samples: usize) -> usize {
+    if halvings == 0 {
+        return 0;
+    }
+    let mut length = samples;
+    let mut halving = 0;
+    while halving < halvings {
+        // Up to the last one that the filter reaches: ⌊(length − 1 + 2P − 1)/2⌋.
+        length = length.saturating_sub(1) / 2 + pairs(halvings, halving);
+        halving += 1;
+    }
+    (MARGIN + length).next_multiple_of(OLD)
+}
+
+/// Numbers that all halvings keep.
+pub(super) const fn streams_len(halvings: usize) -> usize {
+    let mut length = 0;
+    let mut halving = 0;
+    while halving < halvings {
+        length += 2 * stream_len(halvings, halving);
+        halving += 1;
+    }
+    length
+}
+
+/// P of a halving.
+const fn pairs(halvings: usize, halving: usize) -> usize {
+    if halving + 1 < halvings { BEFORE } else { LAST }
+}
+
+/// Samples of even place, and of odd place, that a halving keeps.
+const fn stream_len(halvings: usize, halving: usize) -> usize {
+    OLD + (CHUNK << (halvings - 1 - halving))
+}
+
 /// The filters of all halvings.
 #[derive(Clone, Debug)]
 pub(super) struct Decimator {
@@ -50,14 +98,8 @@ pub(super) struct Decimator {
 impl Decimator {
     /// The decimator of records sampled at `ratio` times the output rate, 16 at most.
     pub(super) fn new(ratio: f64) -> Self {
-        let mut halvings = 0;
-        let mut after = ratio;
-        while after >= HALVED_FROM {
-            after /= 2.0;
-            halvings += 1;
-        }
         Decimator {
-            halvings,
+            halvings: halvings(ratio),
             before: half_band(BEFORE_BETA),
             last: half_band(LAST_BETA),
         }
@@ -73,43 +115,9 @@ impl Decimator {
         if self.halvings == 0 { 0 } else { MARGIN }
     }
 
-    /// Samples that a record of `samples` becomes, with those in front of sample 0 and all that the
-    /// filters reach behind; 0 where it is not halved.
-    pub(super) fn halved_len(&self, samples: usize) -> usize {
-        if self.halvings == 0 {
-            return 0;
-        }
-        let mut length = samples;
-        for halving in 0..self.halvings {
-            // Up to the last one that the filter reaches: ⌊(length − 1 + 2P − 1)/2⌋.
-            length = (length - 1) / 2 + self.pairs(halving);
-        }
-        (MARGIN + length).next_multiple_of(OLD)
-    }
-
-    /// Numbers that all halvings keep.
-    pub(super) fn streams_len(&self) -> usize {
-        let halvings = 0..self.halvings;
-        halvings.fold(0, |length, halving| length + 2 * self.stream_len(halving))
-    }
-
-    /// P of a halving.
-    fn pairs(&self, halving: usize) -> usize {
-        if halving + 1 < self.halvings {
-            BEFORE
-        } else {
-            LAST
-        }
-    }
-
-    /// Samples of even place, and of odd place, that a halving keeps.
-    fn stream_len(&self, halving: usize) -> usize {
-        OLD + (CHUNK << (self.halvings - 1 - halving))
-    }
-
-    /// `record` at the rate of the last halving: `halved`, of [`Decimator::halved_len`], or itself where
+    /// `record` at the rate of the last halving: `halved`, of [`halved_len`], or itself where
     /// it is not to be halved. What is not recorded is 0. What is not `needed` may stay as it was.
-    /// `streams`: [`Decimator::streams_len`].
+    /// `streams`: [`streams_len`].
     ///
     /// Order, f32: `x[2j]/2`, then in ascending k, `+ h_k · (earlier + later)`.
     #[inline(always)]
@@ -128,7 +136,7 @@ impl Decimator {
         let mut rest = streams;
         let mut streams: [Stream; MAX_HALVINGS] = core::array::from_fn(|halving| {
             let length = if halving < self.halvings {
-                self.stream_len(halving)
+                stream_len(self.halvings, halving)
             } else {
                 0
             };
@@ -144,7 +152,7 @@ impl Decimator {
         // The first sample of a halving's first outputs, and then of its first new inputs.
         let mut first = begin as isize - MARGIN as isize;
         for halving in (0..self.halvings).rev() {
-            first = 2 * (first + self.pairs(halving) as isize - 1);
+            first = 2 * (first + pairs(self.halvings, halving) as isize - 1);
         }
         let needed = halved.get_mut(begin..end).unwrap_or_default();
         for outputs in needed.chunks_mut(CHUNK) {
@@ -278,8 +286,8 @@ mod tests {
     /// A record's samples after the halvings, from sample 0 on, and how many there are.
     fn decimated(decimator: &Decimator, record: &[f32]) -> ([f32; 700], usize) {
         let (mut streams, mut halved) = ([f32::NAN; 1200], [f32::NAN; 700]);
-        let length = decimator.halved_len(record.len());
-        let streams = &mut streams[..decimator.streams_len()];
+        let length = halved_len(decimator.halvings(), record.len());
+        let streams = &mut streams[..streams_len(decimator.halvings())];
         decimator.decimate(0.0f32, record, 0..length, streams, &mut halved[..length]);
         halved[..length].rotate_left(MARGIN);
         (halved, length)
@@ -324,8 +332,8 @@ mod tests {
         for ratio in [3.0, 5.0, 11.0] {
             let decimator = Decimator::new(ratio);
             let mut streams = [f32::NAN; 1200];
-            let streams = &mut streams[..decimator.streams_len()];
-            let length = decimator.halved_len(record.len());
+            let streams = &mut streams[..streams_len(decimator.halvings())];
+            let length = halved_len(decimator.halvings(), record.len());
             let mut whole = [f32::NAN; 700];
             decimator.decimate(0.0f32, &record, 0..length, streams, &mut whole[..length]);
             for start in 0..length {

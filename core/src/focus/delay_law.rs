@@ -9,29 +9,10 @@
 //! to 40 mm at 100 MHz, that was at most 2.2·10⁻⁵ samples, 7·10⁻⁶ rad at 5 MHz.
 
 use crate::Error;
+use crate::geometry::TransmitLaw;
 use crate::simd::Vector;
 
-/// How the transmit wave travels. Times count from the moment at which the wave would pass the
-/// law's origin.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum TransmitLaw {
-    /// A focused beam, one line a transmit: z/c on the beam's axis, from z = 0 there. The column
-    /// must lie on the axis.
-    Focused,
-    /// A plane wave: (x sin α + z cos α)/c, from x = 0, z = 0.
-    Plane {
-        /// The steering angle α, rad; positive sends the wave towards positive x.
-        angle: f64,
-    },
-    /// One transmitting element: the distance from it over c.
-    Element {
-        /// The element's lateral position, m.
-        x: f64,
-    },
-}
-
-/// A transmit law made ready for the pixels of one column at lateral position x.
+/// A transmit law made ready for the pixels of one scan line at lateral position x.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TransmitDelay {
     shape: Shape,
@@ -47,7 +28,7 @@ enum Shape {
 }
 
 impl TransmitDelay {
-    /// The law for the column at `x` m and sound speed `c` m/s.
+    /// The law for the line at `x` m and sound speed `c` m/s.
     ///
     /// # Errors
     /// [`Error::Parameter`] if `angle` is not within ±π/2, if a position is not finite, or if `c`
@@ -84,7 +65,7 @@ impl TransmitDelay {
         Ok(TransmitDelay { shape, c })
     }
 
-    /// When the wave reaches depth `z` m of the column, s:
+    /// When the wave reaches depth `z` m of the line, s:
     /// `(offset + slope·z)/c` or `√(z·z + d·d)/c`.
     pub(super) fn time(&self, z: f64) -> f64 {
         let path = match self.shape {
@@ -95,7 +76,7 @@ impl TransmitDelay {
     }
 }
 
-/// How far, in samples, one element lags behind an element on the column's axis.
+/// How far, in samples, one element lags behind an element on the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ReceiveLag {
     /// d², m².
@@ -105,7 +86,7 @@ pub(super) struct ReceiveLag {
 }
 
 impl ReceiveLag {
-    /// The element `d` m beside the column, at sound speed `c` m/s and sampling rate `fs` Hz.
+    /// The element `d` m beside the line, at sound speed `c` m/s and sampling rate `fs` Hz.
     pub(super) fn new(d: f64, c: f64, fs: f64) -> Self {
         let square = d * d;
         ReceiveLag {

@@ -1,16 +1,21 @@
 //! Channel data → aligned analytic samples.
 //!
-//! [`delay`] turns the RF of one transmit
-//! (a [`record`]) into the aligned analytic samples of one image column, by the laws of
-//! [`delay_law`], the filter of [`interpolate`] (behind half-band filters where the record is
-//! much faster than the output) and the Hilbert transformer of [`analytic`].
+//! [`Delay`] turns the RF of one transmit (a [`Record`]) into the aligned analytic samples of one scan
+//! line, by delay laws (`delay_law`), a filter that interpolates and decimates (`interpolate`, behind
+//! half-band filters where the record is much faster than the output, `decimator`) and a Hilbert
+//! transformer (`analytic`).
 
-pub mod analytic;
+mod analytic;
 mod decimator;
-pub mod delay;
-pub mod delay_law;
-pub mod interpolate;
+mod delay;
+mod delay_law;
+mod interpolate;
 mod kaiser;
-pub mod record;
+mod record;
+
+pub use analytic::{MAX_HILBERT_TAPS, hilbert_taps};
+pub use delay::{Compounding, Delay, DelayParameters, MAX_SAMPLES, ScanLine};
+pub use interpolate::MAX_DECIMATION;
+pub use record::{MAX_MAGNITUDE, Record};
 
 use crate::error::{at_least_one, finite, positive};

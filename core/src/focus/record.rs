@@ -9,7 +9,7 @@ use crate::error::check_length;
 pub const MAX_MAGNITUDE: f32 = 1e30;
 
 /// What the elements recorded of one transmit, row-major `[element][sample]`, checked once for all
-/// the columns that read it.
+/// the lines that read it.
 #[derive(Clone, Copy, Debug)]
 pub struct Record<'a> {
     rf: &'a [f32],
@@ -19,6 +19,14 @@ pub struct Record<'a> {
 impl<'a> Record<'a> {
     /// Checks that `rf` holds as many samples of each of `elements` elements, all within
     /// ±[`MAX_MAGNITUDE`].
+    ///
+    /// ```
+    /// use bonebeam::focus::Record;
+    ///
+    /// let record = Record::new(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], 2)?;
+    /// assert_eq!((record.elements(), record.samples()), (2, 3));
+    /// # Ok::<(), bonebeam::Error>(())
+    /// ```
     ///
     /// # Errors
     /// [`Error::Parameter`] for no elements or a sample beyond the magnitude, [`Error::Length`] for an

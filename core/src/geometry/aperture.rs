@@ -28,27 +28,62 @@ pub struct Aperture {
     depth_per_element: f64,
 }
 
+/// What an [`Aperture`] is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ApertureParameters {
+    /// Elements of the array, M.
+    pub elements: usize,
+    /// From one element to the next, m.
+    pub pitch: f64,
+    /// F# = depth / aperture width.
+    pub f_number: f64,
+    /// The fewest active elements at any depth; all are always active where this exceeds M.
+    pub min_elements: usize,
+}
+
 impl Aperture {
     /// An aperture of z/(F# · pitch) elements at depth z, at least `min_elements`, at most all.
     ///
-    /// `f_number`: F# = depth / aperture width. `pitch`: element spacing, m. `elements`: elements
-    /// of the array, M. Where `min_elements` exceeds `elements`, all are always active.
+    /// ```
+    /// use bonebeam::geometry::{Active, Aperture, ApertureParameters};
+    ///
+    /// let aperture = Aperture::new(ApertureParameters {
+    ///     elements: 128,
+    ///     pitch: 0.308e-3,
+    ///     f_number: 1.5,
+    ///     min_elements: 8,
+    /// })?;
+    /// // 20 mm / (1.5 · 0.308 mm) = 43.3 elements around the one at 64 pitches.
+    /// assert_eq!(aperture.active(64.0, 20e-3), Active { first: 43, count: 43 });
+    /// # Ok::<(), bonebeam::Error>(())
+    /// ```
     ///
     /// # Errors
     /// [`Error::Parameter`] unless `f_number` and `pitch` are positive and finite and `elements`
     /// and `min_elements` at least 1.
-    pub fn new(
-        f_number: f64,
-        pitch: f64,
-        elements: usize,
-        min_elements: usize,
-    ) -> Result<Self, Error> {
-        positive("f_number", f_number)?;
-        positive("pitch", pitch)?;
-        at_least_one("elements", elements)?;
-        at_least_one("min_elements", min_elements)?;
+    pub const fn new(parameters: ApertureParameters) -> Result<Self, Error> {
+        let ApertureParameters {
+            elements,
+            pitch,
+            f_number,
+            min_elements,
+        } = parameters;
         let depth_per_element = f_number * pitch;
-        positive("f_number * pitch", depth_per_element)?;
+        let checks = [
+            positive("f_number", f_number),
+            positive("pitch", pitch),
+            at_least_one("elements", elements),
+            at_least_one("min_elements", min_elements),
+            positive("f_number * pitch", depth_per_element),
+        ];
+        let mut k = 0;
+        while k < checks.len() {
+            if let Err(error) = checks[k] {
+                return Err(error);
+            }
+            k += 1;
+        }
         Ok(Aperture {
             elements,
             min_elements,
@@ -60,8 +95,10 @@ impl Aperture {
     ///
     /// # Errors
     /// [`Error::Parameter`] if `elements` is 0.
-    pub fn full(elements: usize) -> Result<Self, Error> {
-        at_least_one("elements", elements)?;
+    pub const fn full(elements: usize) -> Result<Self, Error> {
+        if let Err(error) = at_least_one("elements", elements) {
+            return Err(error);
+        }
         Ok(Aperture {
             elements,
             min_elements: elements,
@@ -70,7 +107,7 @@ impl Aperture {
     }
 
     /// Elements of the array, M.
-    pub fn elements(&self) -> usize {
+    pub const fn elements(&self) -> usize {
         self.elements
     }
 
@@ -117,8 +154,22 @@ mod tests {
 
     const PITCH: f64 = 0.308e-3;
 
+    fn aperture(
+        f_number: f64,
+        pitch: f64,
+        elements: usize,
+        min_elements: usize,
+    ) -> Result<Aperture, Error> {
+        Aperture::new(ApertureParameters {
+            elements,
+            pitch,
+            f_number,
+            min_elements,
+        })
+    }
+
     fn paper() -> Aperture {
-        Aperture::new(1.5, PITCH, 128, 8).unwrap()
+        aperture(1.5, PITCH, 128, 8).unwrap()
     }
 
     #[test]
@@ -237,7 +288,7 @@ mod tests {
 
     #[test]
     fn few_elements_are_all_active() {
-        let small = Aperture::new(1.0, PITCH, 4, 8).unwrap();
+        let small = aperture(1.0, PITCH, 4, 8).unwrap();
         assert_eq!(small.active(1.5, 0.0), Active { first: 0, count: 4 });
     }
 
@@ -247,15 +298,12 @@ mod tests {
             Err(Error::Parameter { name, .. }) => name,
             other => panic!("{other:?}"),
         };
-        assert_eq!(name(Aperture::new(0.0, PITCH, 4, 1)), "f_number");
-        assert_eq!(name(Aperture::new(f64::NAN, PITCH, 4, 1)), "f_number");
-        assert_eq!(name(Aperture::new(1.5, -PITCH, 4, 1)), "pitch");
-        assert_eq!(
-            name(Aperture::new(1e-300, 1e-300, 4, 1)),
-            "f_number * pitch"
-        );
-        assert_eq!(name(Aperture::new(1.5, PITCH, 0, 1)), "elements");
-        assert_eq!(name(Aperture::new(1.5, PITCH, 4, 0)), "min_elements");
+        assert_eq!(name(aperture(0.0, PITCH, 4, 1)), "f_number");
+        assert_eq!(name(aperture(f64::NAN, PITCH, 4, 1)), "f_number");
+        assert_eq!(name(aperture(1.5, -PITCH, 4, 1)), "pitch");
+        assert_eq!(name(aperture(1e-300, 1e-300, 4, 1)), "f_number * pitch");
+        assert_eq!(name(aperture(1.5, PITCH, 0, 1)), "elements");
+        assert_eq!(name(aperture(1.5, PITCH, 4, 0)), "min_elements");
         assert_eq!(name(Aperture::full(0)), "elements");
     }
 }

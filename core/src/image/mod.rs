@@ -12,7 +12,7 @@ mod resample;
 pub use envelope::envelope;
 pub use log_compression::{largest, log_compression};
 pub use median::median;
-pub use resample::{Axis, resample};
+pub use resample::resample;
 
 use crate::Error;
 

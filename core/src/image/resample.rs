@@ -3,18 +3,7 @@
 use super::check_finite;
 use crate::Error;
 use crate::error::check_length;
-
-/// Uniformly spaced positions: `first + k·step` for `k` in `0..count`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Axis {
-    /// The position of index 0 (m).
-    pub first: f64,
-    /// From one index to the next (m), positive.
-    pub step: f64,
-    /// How many positions there are.
-    pub count: usize,
-}
+use crate::geometry::Axis;
 
 /// Bilinear interpolation of `data`, row-major `[beam][sample]`, at the pixels of an image,
 /// row-major `[row][column]` with row 0 shallowest.
@@ -99,49 +88,4 @@ pub fn resample(
 
 fn between(a: f32, b: f32, fraction: f32) -> f32 {
     (1.0 - fraction) * a + fraction * b
-}
-
-impl Axis {
-    /// How far beyond an end, in steps, still counts as the end.
-    const EDGE: f64 = 1e-6;
-
-    fn position(&self, index: usize) -> f64 {
-        self.first + index as f64 * self.step
-    }
-
-    /// The index below a position, at most `count − 2`, and the fraction of the step above it.
-    fn locate(&self, position: f64) -> Option<(usize, f32)> {
-        let last = (self.count - 1) as f64;
-        let at = (position - self.first) / self.step;
-        if !(at >= -Self::EDGE && at <= last + Self::EDGE) {
-            return None;
-        }
-        let at = if at < 0.0 {
-            0.0
-        } else if at > last {
-            last
-        } else {
-            at
-        };
-        let floor = libm::floor(at);
-        let floor = if floor > last - 1.0 {
-            last - 1.0
-        } else {
-            floor
-        };
-        Some((floor as usize, (at - floor) as f32))
-    }
-
-    fn check(&self, name: &'static str) -> Result<(), Error> {
-        let end = self.position(self.count);
-        if self.step > 0.0 && self.step.is_finite() && self.first.is_finite() && end.is_finite() {
-            Ok(())
-        } else {
-            Err(Error::Parameter {
-                name,
-                value: self.step,
-                expected: "a finite number above 0, from a finite first position",
-            })
-        }
-    }
 }

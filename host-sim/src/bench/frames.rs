@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::geometry::{Active, Aperture};
+use bonebeam::geometry::{Active, Aperture, ApertureParameters};
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
@@ -58,12 +58,12 @@ impl InVivo {
     }
 
     fn aperture() -> Result<Aperture> {
-        Ok(Aperture::new(
-            Self::F_NUMBER,
-            Self::PITCH,
-            Self::ELEMENTS,
-            Self::FEWEST,
-        )?)
+        Ok(Aperture::new(ApertureParameters {
+            elements: Self::ELEMENTS,
+            pitch: Self::PITCH,
+            f_number: Self::F_NUMBER,
+            min_elements: Self::FEWEST,
+        })?)
     }
 
     fn plan() -> Result<beamform::Plan> {

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use bonebeam::focus::analytic::HilbertTransformer;
-use bonebeam::focus::delay::{Column, Delay, DelayParameters, MAX_SAMPLES, Store};
-use bonebeam::focus::delay_law::TransmitLaw;
-use bonebeam::focus::interpolate::MAX_DECIMATION;
-use bonebeam::focus::record::Record;
-use bonebeam::geometry::{Active, Aperture};
+use bonebeam::focus::{
+    Compounding, Delay, DelayParameters, MAX_DECIMATION, MAX_SAMPLES, Record, ScanLine,
+};
+use bonebeam::geometry::{
+    Active, Array, Axis as Positions, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw,
+};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array3, Axis, CowArray, Ix3};
 use num_complex::Complex;
@@ -24,9 +24,9 @@ use crate::{Error, Result};
 pub struct DelayStage<'a> {
     data: &'a ChannelData,
     rf: CowArray<'a, f32, Ix3>,
+    scan: Scan<'a>,
     delay: Delay,
-    aperture: Aperture,
-    laws: Vec<TransmitLaw>,
+    transmits: Vec<Transmit>,
     beam_x: Vec<f64>,
 }
 
@@ -51,64 +51,51 @@ impl<'a> DelayStage<'a> {
         let (start, end) = record_times(data);
         let start = parameters
             .depth_start
-            .map_or(start, |depth| 2.0 * depth / c);
-        let end = parameters.depth_end.map_or(end, |depth| 2.0 * depth / c);
-        if end <= start && parameters.depth_start.is_none() && parameters.depth_end.is_none() {
-            return Err(Error::Data(format!(
-                "the record leaves no depth: it ends {end} s after the transmit, and begins at {start} s"
-            )));
-        }
-        if end <= start {
-            return Err(Error::Usage(format!(
-                "no depth is left between {} m and {} m (--depth-start, --depth-end, or the ends \
-                 of the record)",
-                c * start / 2.0,
-                c * end / 2.0
-            )));
-        }
-        // The last sample may lie on the end; rounding must not lose it.
-        let output_samples = ((end - start) * rate + 1e-6).floor() as usize + 1;
-        if output_samples > MAX_SAMPLES {
-            return Err(Error::Usage(format!(
-                "the depths and --output-rate ask for {output_samples} samples a line; expected \
-                 at most {MAX_SAMPLES}"
-            )));
-        }
-        let delay = Delay::new(
-            DelayParameters {
-                sound_speed: c,
-                sampling_rate: data.fs,
-                centre_frequency: data.f0,
-                output_rate: rate,
-                output_start: start,
-                output_samples,
-                elements,
-                record_samples,
-            },
-            HilbertTransformer::for_pulse(rate, data.f0)?,
-        )?;
-        let aperture = Aperture::new(
-            parameters.f_number,
-            data.pitch(),
-            elements,
-            parameters.min_elements,
-        )?;
-        let beam_x = match &data.transmits {
-            Transmits::Focused { x, .. } => x.clone(),
+            .map_or(Depth::Seconds(start), Depth::Metres);
+        let end = parameters
+            .depth_end
+            .map_or(Depth::Seconds(end), Depth::Metres);
+        check_depths(start, end, c)?;
+        let lines = match &data.transmits {
+            Transmits::Focused { x, .. } => Lines::At(x),
             // An adaptive beam is narrower than an element: one on each and one between.
-            Transmits::Plane { .. } | Transmits::Element { .. } => (0..2 * elements - 1)
-                .map(|half| data.element_x[0] + half as f64 * data.pitch() / 2.0)
-                .collect(),
+            Transmits::Plane { .. } | Transmits::Element { .. } => Lines::Even(Positions {
+                first: data.element_x[0],
+                step: data.pitch() / 2.0,
+                count: 2 * elements - 1,
+            }),
         };
-        let laws = (0..transmits).map(|t| law(data, t)).collect();
-        let rf = data.rf.as_standard_layout();
+        let scan = Scan::new(ScanParameters {
+            array: Array::LinearAt(&data.element_x),
+            lines,
+            sound_speed: c,
+            centre_frequency: data.f0,
+            sampling_rate: data.fs,
+            record_samples,
+            output_rate: rate,
+            start,
+            end,
+            f_number: parameters.f_number,
+            min_elements: parameters.min_elements,
+        })?;
+        if scan.samples() > MAX_SAMPLES {
+            return Err(Error::Usage(format!(
+                "the depths and --output-rate ask for {} samples a line; expected at most \
+                 {MAX_SAMPLES}",
+                scan.samples()
+            )));
+        }
+        let transmits = (0..transmits).map(|t| Transmit {
+            law: law(data, t),
+            t0: data.t0[t],
+        });
         Ok(Self {
             data,
-            rf,
-            delay,
-            aperture,
-            laws,
-            beam_x,
+            rf: data.rf.as_standard_layout(),
+            delay: Delay::new(DelayParameters::of(&scan))?,
+            transmits: transmits.collect(),
+            beam_x: (0..scan.lines()).map(|line| lines.x(line)).collect(),
+            scan,
         })
     }
 
@@ -119,25 +106,22 @@ impl<'a> DelayStage<'a> {
 
     /// Output samples a beam.
     pub fn samples(&self) -> usize {
-        self.delay.parameters().output_samples
+        self.scan.samples()
     }
 
     /// The two-way time of output sample 0, s.
     pub fn start(&self) -> f64 {
-        self.delay.parameters().output_start
+        self.scan.start()
     }
 
     /// The speed of sound in use, m/s.
     pub fn sound_speed(&self) -> f64 {
-        self.delay.parameters().sound_speed
+        self.scan.parameters().sound_speed
     }
 
     /// The active elements of a beam at an output sample.
     pub fn active(&self, beam: usize, sample: usize) -> Active {
-        let p = self.delay.parameters();
-        let depth = p.sound_speed * (p.output_start + sample as f64 / p.output_rate) / 2.0;
-        let position = (self.beam_x[beam] - self.data.element_x[0]) / self.data.pitch();
-        self.aperture.active(position, depth)
+        self.scan.active(beam, sample)
     }
 
     /// The aligned analytic samples of some beams, [beam, sample, element].
@@ -184,7 +168,7 @@ impl<'a> DelayStage<'a> {
         x.par_chunks_exact_mut(p.output_samples * p.elements)
             .zip(beams)
             .try_for_each_init(
-                || vec![0.0; self.delay.scratch_len::<V>()],
+                || vec![0.0; p.scratch_len(V::LANES)],
                 |scratch, (x, beam)| {
                     let record = |transmit| &records[transmit - first_transmit];
                     self.delay_beam(zero, beam, record, scratch, x)
@@ -197,7 +181,7 @@ impl<'a> DelayStage<'a> {
         if matches!(self.data.transmits, Transmits::Focused { .. }) {
             beam..beam + 1
         } else {
-            0..self.laws.len()
+            0..self.transmits.len()
         }
     }
 
@@ -209,21 +193,16 @@ impl<'a> DelayStage<'a> {
         scratch: &mut [f32],
         x: &mut [Complex<f32>],
     ) -> Result<()> {
-        // A deeper active set contains the shallower ones.
-        let active = self.active(beam, self.samples() - 1);
         let transmits = self.transmits(beam);
         let scale = 1.0 / transmits.len() as f32;
         for (i, transmit) in transmits.enumerate() {
-            let column = Column {
-                law: self.laws[transmit],
-                t0: self.data.t0[transmit],
-                x: self.beam_x[beam],
-                element_x: &self.data.element_x,
-                active,
-                store: if i == 0 { Store::Replace } else { Store::Add },
+            let compounding = if i == 0 {
+                Compounding::Replace
+            } else {
+                Compounding::Add
             };
-            self.delay
-                .column(zero, &column, record(transmit), scratch, x)?;
+            let line = ScanLine::of(&self.scan, beam, self.transmits[transmit], compounding);
+            self.delay.line(zero, &line, record(transmit), scratch, x)?;
         }
         if scale < 1.0 {
             for value in x {
@@ -259,6 +238,25 @@ fn law(data: &ChannelData, transmit: usize) -> TransmitLaw {
         Transmits::Element { index } => TransmitLaw::Element {
             x: data.element_x[index[transmit]],
         },
+    }
+}
+
+/// The depths are in order.
+fn check_depths(start: Depth, end: Depth, c: f64) -> Result<()> {
+    let [first, last] = [start, end].map(|depth| depth.seconds(c));
+    if last > first {
+        return Ok(());
+    }
+    match (start, end) {
+        (Depth::Seconds(_), Depth::Seconds(_)) => Err(Error::Data(format!(
+            "the record leaves no depth: it ends {last} s after the transmit, and begins at {first} s"
+        ))),
+        _ => Err(Error::Usage(format!(
+            "no depth is left between {} m and {} m (--depth-start, --depth-end, or the ends \
+             of the record)",
+            c * first / 2.0,
+            c * last / 2.0
+        ))),
     }
 }
 

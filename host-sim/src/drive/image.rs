@@ -1,6 +1,7 @@
 //! Lines → image, through the core.
 
-use bonebeam::image::{self as core, Axis};
+use bonebeam::geometry::Axis;
+use bonebeam::image as core;
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array2, ArrayView2};
 use rayon::prelude::*;

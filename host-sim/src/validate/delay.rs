@@ -1,13 +1,11 @@
 //! The delay stage of focused channel data against the f32 reference.
 
-use bonebeam::focus::analytic::HilbertTransformer;
-use bonebeam::focus::delay::{Column, DelayParameters, Store};
-use bonebeam::focus::delay_law::TransmitLaw;
+use bonebeam::focus::{Compounding, DelayParameters, ScanLine, hilbert_taps};
+use bonebeam::geometry::{Array, Transmit, TransmitLaw};
 use ndarray::{Array3, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use crate::Result;
 use crate::drive::delay::DelayStage;
 use crate::files::ChannelData;
 use crate::reference;
@@ -16,16 +14,13 @@ use super::Bits;
 
 /// Compares the aligned samples `x` `[beam, sample, element]` of every `step`-th beam. The
 /// transmits must be focused: one a beam.
-///
-/// # Errors
-/// Rates for which there is no Hilbert transformer.
 pub fn check(
     data: &ChannelData,
     stage: &DelayStage<'_>,
     output_rate: f64,
     x: &Array3<Complex<f32>>,
     step: usize,
-) -> Result<Bits> {
+) -> Bits {
     let parameters = DelayParameters {
         sound_speed: stage.sound_speed(),
         sampling_rate: data.fs,
@@ -35,31 +30,32 @@ pub fn check(
         output_samples: stage.samples(),
         elements: data.element_x.len(),
         record_samples: data.rf.dim().2,
+        hilbert_taps: hilbert_taps(output_rate, data.f0),
     };
-    let reach = HilbertTransformer::for_pulse(output_rate, data.f0)?.reach();
     let beams: Vec<usize> = (0..x.dim().0).step_by(step).collect();
     let compared = beams.par_iter().map(|&beam| {
-        let column = Column {
-            law: TransmitLaw::Focused,
-            t0: data.t0[beam],
+        let line = ScanLine {
+            transmit: Transmit {
+                law: TransmitLaw::Focused,
+                t0: data.t0[beam],
+            },
             x: stage.beam_x()[beam],
-            element_x: &data.element_x,
+            array: Array::LinearAt(&data.element_x),
             // The last sample's active elements include those of all shallower ones.
             active: stage.active(beam, stage.samples() - 1),
-            store: Store::Replace,
+            compounding: Compounding::Replace,
         };
         let rf = data.rf.index_axis(Axis(0), beam);
         let rf = rf.as_standard_layout();
         let mut expected = vec![Complex::new(0.0, 0.0); x.dim().1 * x.dim().2];
-        reference::f32::delay::column(
+        reference::f32::delay::line(
             &parameters,
-            reach.div_ceil(2),
-            &column,
+            &line,
             rf.as_slice().unwrap_or_default(),
             &mut expected,
         );
         let line = x.index_axis(Axis(0), beam);
         Bits::complex(line.as_slice().unwrap_or_default(), &expected)
     });
-    Ok(compared.reduce(Bits::default, Bits::add))
+    compared.reduce(Bits::default, Bits::add)
 }

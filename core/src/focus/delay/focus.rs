@@ -4,13 +4,13 @@
 use core::ops::Range;
 
 use super::groups::{Group, Groups};
-use super::{CHUNK, Column, Delay, FAR, STEP, Store};
+use super::{CHUNK, Compounding, Delay, FAR, STEP, ScanLine, Source};
 use crate::Complex;
 use crate::focus::analytic::GROUP;
+use crate::focus::decimator::streams_len;
 use crate::focus::delay_law::{ReceiveLag, TransmitDelay};
 use crate::focus::interpolate::Places;
-use crate::focus::record::Record;
-use crate::geometry::Active;
+use crate::geometry::Array;
 use crate::simd::{MOST_LANES, PARTIAL_SUMS, Vector, load, transpose};
 
 /// The bytes of a cache line: rows that lie across two of them take longer.
@@ -19,11 +19,27 @@ const CACHE_LINE: usize = 64;
 /// By how many samples lags in f32 may err where they are largest.
 const ROUNDING: usize = 3;
 
-/// Where an element on the column's axis is read, per output sample.
-struct Axis<'a> {
+/// The scratch slice by what it holds.
+struct Scratch<'a> {
+    /// The samples of a stretch of depths, a lane each element.
+    rows: &'a mut [f32],
+    /// The values along the line of as many elements as there are lanes.
+    lines: &'a mut [f32],
+    centre: CentrePath<'a>,
+    buffers: Buffers<'a>,
+}
+
+/// Where an element straight above the line is read, per output sample.
+struct CentrePath<'a> {
     depth: &'a mut [f32],
     whole: &'a mut [f32],
     fraction: &'a mut [f32],
+}
+
+/// Where an element is read.
+struct ElementPath<'a> {
+    centre: &'a CentrePath<'a>,
+    lag: ReceiveLag,
 }
 
 /// What reading an element takes.
@@ -33,113 +49,165 @@ struct Buffers<'a> {
     places: [Places; STEP],
 }
 
+/// Where the analytic signals of a group go.
+struct Destination<'a> {
+    group: &'a Group,
+    compounding: Compounding,
+}
+
 impl Delay {
-    /// The column, once everything has been checked.
+    /// The line, once everything has been checked.
     #[inline(always)]
     pub(super) fn compute<V: Vector>(
         &self,
         zero: V,
-        transmit: &TransmitDelay,
-        column: &Column,
-        record: &Record,
+        source: &Source,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
-        let line_len = self.line_len();
-        let aligned = scratch.as_ptr().align_offset(CACHE_LINE);
-        let scratch = &mut scratch[aligned.min(CACHE_LINE / size_of::<f32>() - 1)..];
-        let (rows, rest) = scratch.split_at_mut(V::LANES * self.rows());
-        let (halved, rest) = rest.split_at_mut(V::LANES.min(2) * self.halved_len());
-        let (streams, rest) = rest.split_at_mut(self.interpolator.decimator().streams_len());
-        let (lines, rest) = rest.split_at_mut(V::LANES * line_len);
-        let (depth, rest) = rest.split_at_mut(line_len);
-        let (whole, rest) = rest.split_at_mut(line_len);
-        let (fraction, _) = rest.split_at_mut(line_len);
-        let mut axis = Axis {
-            depth,
-            whole,
-            fraction,
-        };
-        self.trace_axis(transmit, column.t0, &mut axis);
-        let mut buffers = Buffers {
-            streams,
-            halved,
-            places: [Places::ZERO; STEP],
-        };
-
-        let Active { first, count } = column.active;
-        let end = first + count;
-        let lag = |element: usize| self.lag(column.element_x[element] - column.x);
-        let groups = Groups::new(
-            first..end,
-            V::LANES,
-            mirror(&column.element_x[first..end], column.x) + 2 * first,
-            |left, right| lag(left) == lag(right),
-        );
-        let half = V::LANES.div_ceil(2);
-        for group in groups {
-            if group.mirrored {
-                let (left, right) = lines.split_at_mut(half * line_len);
-                let right = right.chunks_exact_mut(line_len).take(group.right.len());
-                let pairs = left.chunks_exact_mut(line_len).zip(right.rev());
-                let elements = group.left.clone().zip(group.right.clone().rev());
-                for (pair, (left, right)) in pairs.zip(elements) {
-                    let records = [record.element(left), record.element(right)];
-                    self.read(zero, &axis, &lag(left), records, &mut buffers, pair.into());
-                }
-            } else {
-                let elements = group.left.start..group.right.end;
-                for (line, element) in lines.chunks_exact_mut(line_len).zip(elements) {
-                    let records = [record.element(element)];
-                    self.read(zero, &axis, &lag(element), records, &mut buffers, [line]);
-                }
-            }
-            self.put(zero, column.store, lines, &group, rows, out);
+        let line = source.line;
+        let mut scratch = self.split_scratch::<V>(scratch);
+        self.trace_centre(&source.transmit, line.transmit.t0, &mut scratch.centre);
+        for group in self.groups(line, V::LANES) {
+            self.read_group(zero, source, &group, &mut scratch);
+            let destination = Destination {
+                group: &group,
+                compounding: line.compounding,
+            };
+            self.put(zero, scratch.lines, &destination, scratch.rows, out);
         }
-        if column.store == Store::Replace {
+        if line.compounding == Compounding::Replace {
+            let end = line.active.first + line.active.count;
             for row in out.chunks_exact_mut(self.parameters.elements) {
-                row[..first].fill(Complex::new(0.0, 0.0));
+                row[..line.active.first].fill(Complex::new(0.0, 0.0));
                 row[end..].fill(Complex::new(0.0, 0.0));
             }
         }
     }
 
-    /// Depth, whole sample and fraction at which an element on the axis is read; depth 0 where
-    /// nothing can be read.
     #[inline(always)]
-    fn trace_axis(&self, transmit: &TransmitDelay, t0: f64, axis: &mut Axis) {
+    fn split_scratch<'a, V: Vector>(&self, scratch: &'a mut [f32]) -> Scratch<'a> {
+        let p = &self.parameters;
+        let line_len = p.line_len();
+        let aligned = scratch.as_ptr().align_offset(CACHE_LINE);
+        let scratch = &mut scratch[aligned.min(CACHE_LINE / size_of::<f32>() - 1)..];
+        let (rows, rest) = scratch.split_at_mut(V::LANES * p.rows());
+        let (halved, rest) = rest.split_at_mut(V::LANES.min(2) * p.halved_len());
+        let (streams, rest) = rest.split_at_mut(streams_len(p.halvings()));
+        let (lines, rest) = rest.split_at_mut(V::LANES * line_len);
+        let (depth, rest) = rest.split_at_mut(line_len);
+        let (whole, rest) = rest.split_at_mut(line_len);
+        let (fraction, _) = rest.split_at_mut(line_len);
+        Scratch {
+            rows,
+            lines,
+            centre: CentrePath {
+                depth,
+                whole,
+                fraction,
+            },
+            buffers: Buffers {
+                streams,
+                halved,
+                places: [Places::ZERO; STEP],
+            },
+        }
+    }
+
+    /// The active elements, in groups that are computed together.
+    #[inline(always)]
+    fn groups(&self, line: &ScanLine, lanes: usize) -> Groups {
+        let range = line.active.first..line.active.first + line.active.count;
+        let sum = mirror(&line.array, range.clone(), line.x);
+        Groups::new(range, lanes, sum, |left, right| {
+            self.lag(line, left) == self.lag(line, right)
+        })
+    }
+
+    /// The values along the line of a group's elements, a line each lane.
+    #[inline(always)]
+    fn read_group<V: Vector>(
+        &self,
+        zero: V,
+        source: &Source,
+        group: &Group,
+        scratch: &mut Scratch,
+    ) {
+        let Scratch {
+            lines,
+            centre,
+            buffers,
+            ..
+        } = scratch;
+        let (line, record, line_len) = (source.line, source.record, centre.depth.len());
+        let path = |element: usize| ElementPath {
+            centre: &*centre,
+            lag: self.lag(line, element),
+        };
+        if group.mirrored {
+            let half = V::LANES.div_ceil(2);
+            let (left, right) = lines.split_at_mut(half * line_len);
+            let right = right.chunks_exact_mut(line_len).take(group.right.len());
+            let pairs = left.chunks_exact_mut(line_len).zip(right.rev());
+            let elements = group.left.clone().zip(group.right.clone().rev());
+            for (pair, (left, right)) in pairs.zip(elements) {
+                let records = [record.element(left), record.element(right)];
+                self.read(zero, &path(left), records, buffers, pair.into());
+            }
+        } else {
+            let elements = group.left.start..group.right.end;
+            for (line, element) in lines.chunks_exact_mut(line_len).zip(elements) {
+                self.read(
+                    zero,
+                    &path(element),
+                    [record.element(element)],
+                    buffers,
+                    [line],
+                );
+            }
+        }
+    }
+
+    /// Depth, whole sample and fraction at which an element straight above the line is read; depth 0
+    /// where nothing can be read.
+    #[inline(always)]
+    fn trace_centre(&self, transmit: &TransmitDelay, t0: f64, centre: &mut CentrePath) {
         let p = &self.parameters;
         let reach = self.hilbert.reach() as f64;
         let rate = self.rate();
-        for n in 0..axis.depth.len() {
+        for n in 0..centre.depth.len() {
             let t = p.output_start + (n as f64 - reach) / p.output_rate;
             let z = p.sound_speed * t / 2.0;
             let position = ((transmit.time(z) + z / p.sound_speed) - t0) * rate;
             let near = position > -FAR && position < FAR;
             let floor = if near { libm::floor(position) } else { 0.0 };
-            axis.depth[n] = if near { z as f32 } else { 0.0 };
-            axis.whole[n] = floor as f32;
-            axis.fraction[n] = if near { (position - floor) as f32 } else { 0.0 };
+            centre.depth[n] = if near { z as f32 } else { 0.0 };
+            centre.whole[n] = floor as f32;
+            centre.fraction[n] = if near { (position - floor) as f32 } else { 0.0 };
         }
     }
 
-    /// The lag of an element `d` m beside the column.
-    fn lag(&self, d: f64) -> ReceiveLag {
+    /// The lag of an element.
+    #[inline(always)]
+    fn lag(&self, line: &ScanLine, element: usize) -> ReceiveLag {
+        let d = line.array.x(element) - line.x;
         ReceiveLag::new(d, self.parameters.sound_speed, self.rate())
     }
 
-    /// The samples of a halved record that an element with this lag is read at: deeper is never
-    /// earlier, so that those of the first and the last readable depth enclose them.
+    /// The samples of a halved record that an element is read at: deeper is never earlier, so that
+    /// those of the first and the last readable depth enclose them.
     #[inline(always)]
-    fn span(&self, axis: &Axis, lag: &ReceiveLag) -> Range<usize> {
-        let readable = |&n: &usize| axis.depth[n] > 0.0;
-        let first = (0..axis.depth.len()).find(readable);
-        let last = (0..axis.depth.len()).rfind(readable);
+    fn span(&self, path: &ElementPath) -> Range<usize> {
+        let ElementPath { centre, lag } = path;
+        let readable = |&n: &usize| centre.depth[n] > 0.0;
+        let first = (0..centre.depth.len()).find(readable);
+        let last = (0..centre.depth.len()).rfind(readable);
         let (Some(first), Some(last)) = (first, last) else {
             return 0..0;
         };
         let position = |n: usize| {
-            f64::from(axis.whole[n]) + f64::from(axis.fraction[n] + lag.samples(axis.depth[n]))
+            let lag = lag.samples(centre.depth[n]);
+            f64::from(centre.whole[n]) + f64::from(centre.fraction[n] + lag)
         };
         let origin = self.interpolator.decimator().origin();
         let half = self.interpolator.taps() / 2;
@@ -149,15 +217,14 @@ impl Delay {
         (position(first) + before) as usize..(position(last) + after) as usize
     }
 
-    /// The values along the column of elements with this lag, from their records. A function of its own,
+    /// The values along the line of elements with this path, from their records. A function of its own,
     /// as [`Delay::put`] is: the compiler then knows that the slices do not overlap, and keeps more in
     /// registers.
     #[inline(never)]
     fn read<V: Vector, const LINES: usize>(
         &self,
         zero: V,
-        axis: &Axis,
-        lag: &ReceiveLag,
+        path: &ElementPath,
         records: [&[f32]; LINES],
         buffers: &mut Buffers,
         mut lines: [&mut [f32]; LINES],
@@ -165,36 +232,17 @@ impl Delay {
         zero.vectorize(
             #[inline(always)]
             || {
-                let decimator = self.interpolator.decimator();
-                let mut records = records;
-                if decimator.halvings() > 0 {
-                    let needed = self.span(axis, lag);
-                    let halved = buffers.halved.chunks_exact_mut(self.halved_len());
-                    for (record, halved) in records.iter_mut().zip(halved) {
-                        let streams = &mut *buffers.streams;
-                        *record = decimator.decimate(zero, record, needed.clone(), streams, halved);
-                    }
-                }
-                let length = records[0].len();
-                let locator = self
-                    .interpolator
-                    .locator(zero, (decimator.origin(), length));
-                let far = zero.splat(FAR as f32);
-                let line_len = axis.depth.len();
+                let Buffers {
+                    streams,
+                    halved,
+                    places,
+                } = buffers;
+                let records = self.halve(zero, path, records, streams, halved);
+                let line_len = path.centre.depth.len();
                 for start in (0..line_len).step_by(STEP * PARTIAL_SUMS) {
                     let end = (start + STEP * PARTIAL_SUMS).min(line_len);
-                    let places = &mut buffers.places[..(end - start) / PARTIAL_SUMS];
-                    for (sixteen, places) in places.iter_mut().enumerate() {
-                        for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
-                            let n = start + sixteen * PARTIAL_SUMS + at;
-                            let z = load(zero, &axis.depth[n..]);
-                            let position = load(zero, &axis.fraction[n..]) + lag.samples(z);
-                            // False for a NaN too, which an infinite over an infinite extent would give.
-                            let valid = zero.less(z) & position.less(far);
-                            let position = (load(zero, &axis.whole[n..]), position);
-                            locator.locate(position, valid, (places, at));
-                        }
-                    }
+                    let places = &mut places[..(end - start) / PARTIAL_SUMS];
+                    self.locate(zero, path, start, records[0].len(), places);
                     let values = lines.each_mut().map(
                         #[inline(always)]
                         |line| &mut line[start..end],
@@ -205,14 +253,61 @@ impl Delay {
         );
     }
 
-    /// Puts the analytic signals of `lines` into `out`, as those of the group's elements.
+    /// The records at the rate at which they are read: themselves, or what is needed of them halved.
+    #[inline(always)]
+    fn halve<'a, V: Vector, const LINES: usize>(
+        &self,
+        zero: V,
+        path: &ElementPath,
+        mut records: [&'a [f32]; LINES],
+        streams: &mut [f32],
+        halved: &'a mut [f32],
+    ) -> [&'a [f32]; LINES] {
+        let decimator = self.interpolator.decimator();
+        if decimator.halvings() > 0 {
+            let needed = self.span(path);
+            let halved = halved.chunks_exact_mut(self.parameters.halved_len());
+            for (record, halved) in records.iter_mut().zip(halved) {
+                *record = decimator.decimate(zero, record, needed.clone(), streams, halved);
+            }
+        }
+        records
+    }
+
+    /// The places in a record of `length` where the output samples from `start` on are read.
+    #[inline(always)]
+    fn locate<V: Vector>(
+        &self,
+        zero: V,
+        path: &ElementPath,
+        start: usize,
+        length: usize,
+        places: &mut [Places],
+    ) {
+        let ElementPath { centre, lag } = path;
+        let origin = self.interpolator.decimator().origin();
+        let locator = self.interpolator.locator(zero, (origin, length));
+        let far = zero.splat(FAR as f32);
+        for (sixteen, places) in places.iter_mut().enumerate() {
+            for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
+                let n = start + sixteen * PARTIAL_SUMS + at;
+                let z = load(zero, &centre.depth[n..]);
+                let position = load(zero, &centre.fraction[n..]) + lag.samples(z);
+                // False for a NaN too, which an infinite over an infinite extent would give.
+                let valid = zero.less(z) & position.less(far);
+                let position = (load(zero, &centre.whole[n..]), position);
+                locator.locate(position, valid, (places, at));
+            }
+        }
+    }
+
+    /// Puts the analytic signals of `lines` into `out`.
     #[inline(never)]
     fn put<V: Vector>(
         &self,
         zero: V,
-        store: Store,
         lines: &[f32],
-        group: &Group,
+        destination: &Destination,
         rows: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
@@ -220,44 +315,57 @@ impl Delay {
             #[inline(always)]
             || {
                 let elements = self.parameters.elements;
-                let reach = self.hilbert.reach();
-                let line_len = self.line_len();
+                let line_len = self.parameters.line_len();
                 // A row holds a sample of each element. What the transformer reaches back for stays in front.
-                let behind = 2 * reach * V::LANES;
+                let behind = 2 * self.hilbert.reach() * V::LANES;
                 let rows = &mut rows[..behind + CHUNK * V::LANES];
                 turn(zero, lines, line_len, 0, &mut rows[..behind]);
                 for (chunk, out) in out.chunks_mut(CHUNK * elements).enumerate() {
-                    let n = chunk * CHUNK + 2 * reach;
+                    let n = chunk * CHUNK + 2 * self.hilbert.reach();
                     turn(zero, lines, line_len, n, &mut rows[behind..]);
-                    for (octet, out) in out.chunks_mut(GROUP * elements).enumerate() {
-                        let rows = &rows[octet * GROUP * V::LANES..];
-                        let imaginary = self.hilbert.quadrature(zero, rows);
-                        let real = rows[reach * V::LANES..].chunks_exact(V::LANES);
-                        let out = out.chunks_exact_mut(elements);
-                        for ((real, imaginary), out) in real.zip(imaginary).zip(out) {
-                            put_row(store, (load(zero, real), imaginary), group, out);
-                        }
-                    }
+                    self.put_chunk(zero, rows, destination, out);
                     rows.copy_within(CHUNK * V::LANES.., 0);
                 }
             },
         );
     }
+
+    /// The analytic signals of a chunk of rows.
+    #[inline(always)]
+    fn put_chunk<V: Vector>(
+        &self,
+        zero: V,
+        rows: &[f32],
+        destination: &Destination,
+        out: &mut [Complex<f32>],
+    ) {
+        let (elements, reach) = (self.parameters.elements, self.hilbert.reach());
+        for (octet, out) in out.chunks_mut(GROUP * elements).enumerate() {
+            let rows = &rows[octet * GROUP * V::LANES..];
+            let imaginary = self.hilbert.quadrature(zero, rows);
+            let real = rows[reach * V::LANES..].chunks_exact(V::LANES);
+            let out = out.chunks_exact_mut(elements);
+            for ((real, imaginary), out) in real.zip(imaginary).zip(out) {
+                put_row(destination, (load(zero, real), imaginary), out);
+            }
+        }
+    }
 }
 
-/// What the indices of two elements, counted from the first of `element_x`, come to where the column
-/// at `x` lies halfway between them, if they are spaced evenly. More than any two can come to, where
-/// it lies beside them all.
-fn mirror(element_x: &[f64], x: f64) -> usize {
-    let none = 2 * element_x.len();
-    let [first, .., last] = element_x else {
+/// What the indices of two elements of a range come to where the line at `x` lies halfway between
+/// them, if they are spaced evenly. More than any two can come to, where it lies beside them all.
+fn mirror(array: &Array, range: Range<usize>, x: f64) -> usize {
+    let Range { start, end } = range;
+    let none = 2 * end;
+    if end - start < 2 {
         return none;
-    };
-    let pitch = (last - first) / (element_x.len() - 1) as f64;
+    }
+    let first = array.x(start);
+    let pitch = (array.x(end - 1) - first) / (end - 1 - start) as f64;
     let sum = libm::round(2.0 * (x - first) / pitch);
     // False for a NaN, too.
-    if sum >= 0.0 && sum < none as f64 {
-        sum as usize
+    if sum >= 0.0 && sum < (2 * (end - start)) as f64 {
+        2 * start + sum as usize
     } else {
         none
     }
@@ -266,49 +374,49 @@ fn mirror(element_x: &[f64], x: f64) -> usize {
 /// Puts the real and imaginary parts of a group's elements into their places in `out`.
 #[inline(always)]
 fn put_row<V: Vector>(
-    store: Store,
+    destination: &Destination,
     (real, imaginary): (V, V),
-    group: &Group,
     out: &mut [Complex<f32>],
 ) {
+    let Destination { group, compounding } = *destination;
     let left = &mut out[group.left.clone()];
     if V::LANES == 1 {
-        put_parts(store, &[real.lanes()[0], imaginary.lanes()[0]], left);
+        put_parts(compounding, &[real.lanes()[0], imaginary.lanes()[0]], left);
         return;
     }
     // Both parts of half the elements a register, as they lie in memory.
     let (first, second) = real.interleave(imaginary);
-    put_parts(store, first.lanes(), left);
+    put_parts(compounding, first.lanes(), left);
     let right = &mut out[group.right.clone()];
-    // The element on the column is one of the left.
+    // The element on the line is one of the left.
     let twice = group.left.end.saturating_sub(group.right.start);
     if twice == 0 {
-        put_parts(store, second.lanes(), right);
+        put_parts(compounding, second.lanes(), right);
     } else if let (Some(parts), Some(right)) = (second.lanes().get(2..), right.get_mut(1..)) {
-        put_parts(store, parts, right);
+        put_parts(compounding, parts, right);
     }
 }
 
 /// Puts parts by turns into `out`, which may be shorter.
 #[inline(always)]
-fn put_parts(store: Store, parts: &[f32], out: &mut [Complex<f32>]) {
+fn put_parts(compounding: Compounding, parts: &[f32], out: &mut [Complex<f32>]) {
     let values = parts.as_chunks::<2>().0;
     // Whole registers by themselves: their number is known when this is compiled.
     match out.get_mut(..values.len()) {
-        Some(out) => put_values(store, values, out),
-        None => put_values(store, values, out),
+        Some(out) => put_values(compounding, values, out),
+        None => put_values(compounding, values, out),
     }
 }
 
 #[inline(always)]
-fn put_values(store: Store, values: &[[f32; 2]], out: &mut [Complex<f32>]) {
+fn put_values(compounding: Compounding, values: &[[f32; 2]], out: &mut [Complex<f32>]) {
     let out = out.iter_mut().zip(values);
-    match store {
-        Store::Replace => out.for_each(
+    match compounding {
+        Compounding::Replace => out.for_each(
             #[inline(always)]
             |(y, &[re, im])| *y = Complex::new(re, im),
         ),
-        Store::Add => out.for_each(
+        Compounding::Add => out.for_each(
             #[inline(always)]
             |(y, &[re, im])| *y += Complex::new(re, im),
         ),

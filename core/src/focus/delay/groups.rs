@@ -1,6 +1,6 @@
 //! Which elements are computed together, one a lane.
 //!
-//! Where the column lies on an element or halfway between two, elements at the same distance on
+//! Where the line lies on an element or halfway between two, elements at the same distance on
 //! either side are read at the same positions with the same coefficients: they share a group.
 
 use core::ops::Range;
@@ -12,7 +12,7 @@ pub(super) struct Group {
     pub left: Range<usize>,
     /// Those of the second half.
     pub right: Range<usize>,
-    /// Whether the `k`-th of `right` lies as far from the column as the `k`-th last of `left`; one that
+    /// Whether the `k`-th of `right` lies as far from the line as the `k`-th last of `left`; one that
     /// lies on it is in both halves. Otherwise `right` goes on where `left` ends, in lanes too.
     pub mirrored: bool,
 }
@@ -20,7 +20,7 @@ pub(super) struct Group {
 /// All elements of a range, in groups.
 pub(super) struct Groups {
     lanes: usize,
-    /// Elements left of the column that have a partner, each with `sum` less its index.
+    /// Elements left of the line that have a partner, each with `sum` less its index.
     pairs: Range<usize>,
     sum: usize,
     /// Elements without one.
@@ -29,7 +29,7 @@ pub(super) struct Groups {
 
 impl Groups {
     /// The groups of the elements `range` for so many `lanes`. `alike` tells whether two elements lie
-    /// at the same distance from the column, `sum` what their indices come to if they do.
+    /// at the same distance from the line, `sum` what their indices come to if they do.
     pub(super) fn new(
         range: Range<usize>,
         lanes: usize,
@@ -38,7 +38,7 @@ impl Groups {
     ) -> Self {
         let Range { start, end } = range;
         let first = (sum + 1).saturating_sub(end).max(start);
-        // Up to the one on the column, or next to it.
+        // Up to the one on the line, or next to it.
         let pairs = first..sum / 2 + 1;
         let all_alike = |i: usize| sum - i < end && alike(i, sum - i);
         if lanes == 1 || pairs.is_empty() || !pairs.clone().all(all_alike) {
@@ -97,7 +97,7 @@ fn take(range: &mut Range<usize>, most: usize) -> Range<usize> {
 mod tests {
     use super::*;
 
-    /// How often each of 40 elements comes, and how many groups are mirrored, for a column at
+    /// How often each of 40 elements comes, and how many groups are mirrored, for a line at
     /// `sum`/2 and elements `range`.
     fn counts(range: Range<usize>, lanes: usize, sum: usize) -> ([usize; 40], usize) {
         let mut counts = [0; 40];
@@ -108,7 +108,7 @@ mod tests {
             for element in left.clone() {
                 counts[element] += 1;
             }
-            // The one on the column is not put twice.
+            // The one on the line is not put twice.
             let twice = left.end.saturating_sub(right.start);
             assert!(!group.mirrored || twice <= 1);
             for element in right.clone().skip(twice) {

@@ -1,10 +1,10 @@
-//! One image column of one transmit: RF → aligned analytic samples (dynamic receive focusing).
+//! One scan line of one transmit: RF → aligned analytic samples (dynamic receive focusing).
 //!
 //! Output sample n lies at depth z = c·t/2, t = start + n/fout. Each active element is read there at
 //! (τ_tx + τ_rx − t0)·fs ([`delay_law`](super::delay_law)) through the filter that interpolates and
 //! decimates ([`interpolate`](super::interpolate)), from a record whose rate is halved first where
 //! it is much higher than the output's (`decimator`); then the analytic signal
-//! is formed along depth at the output rate ([`analytic`](super::analytic)). The column is computed
+//! is formed along depth at the output rate ([`analytic`](super::analytic)). The line is computed
 //! a Hilbert reach beyond both ends, so that its first and last samples are as good as the others.
 //!
 //! As many elements as there are lanes are worked on together (`groups`). Lanes are samples of one element
@@ -14,17 +14,18 @@
 mod focus;
 mod groups;
 
-use super::analytic::HilbertTransformer;
-use super::delay_law::{TransmitDelay, TransmitLaw};
+use super::analytic::{HilbertTransformer, hilbert_taps, reach};
+use super::decimator::{halved_len, halvings, streams_len};
+use super::delay_law::TransmitDelay;
 use super::interpolate::Interpolator;
 use super::record::Record;
 use super::{at_least_one, finite, positive};
 use crate::error::check_length;
-use crate::geometry::Active;
+use crate::geometry::{Active, Array, Scan, Transmit};
 use crate::simd::{PARTIAL_SUMS, Vector};
 use crate::{Complex, Error};
 
-/// The most samples in a record or a column: every index must be exact in f32.
+/// The most samples in a record or a line: every index must be exact in f32.
 pub const MAX_SAMPLES: usize = 1 << 22;
 /// Sixteens of positions that are worked out before they are read, so that neither waits for the
 /// other.
@@ -54,33 +55,141 @@ pub struct DelayParameters {
     pub elements: usize,
     /// Samples of each element's record, 1..=[`MAX_SAMPLES`].
     pub record_samples: usize,
+    /// Non-zero taps on one side of the Hilbert transformer, N, 1..=[`MAX_HILBERT_TAPS`]:
+    /// [`hilbert_taps`] is a sound choice.
+    ///
+    /// [`MAX_HILBERT_TAPS`]: super::MAX_HILBERT_TAPS
+    pub hilbert_taps: usize,
 }
 
-/// What to do with the column that `out` holds already.
+impl DelayParameters {
+    /// The delay stage of a scan, with a Hilbert transformer of the default length.
+    pub const fn of(scan: &Scan) -> Self {
+        let p = scan.parameters();
+        DelayParameters {
+            sound_speed: p.sound_speed,
+            sampling_rate: p.sampling_rate,
+            centre_frequency: p.centre_frequency,
+            output_rate: p.output_rate,
+            output_start: scan.start(),
+            output_samples: scan.samples(),
+            elements: scan.elements(),
+            record_samples: p.record_samples,
+            hilbert_taps: hilbert_taps(p.output_rate, p.centre_frequency),
+        }
+    }
+
+    /// Length of the scratch slice of [`Delay::line`], f32, for vectors of so many lanes (1 for `f32`).
+    ///
+    /// A line has output_samples, up to full
+    /// thirty-twos, + 2·reach values, with the reach of the Hilbert transformer (2N − 1), up to full
+    /// sixteens. There are three lines and one a lane; a lane also takes 32 + 2·reach values. If records
+    /// are halved, there is room for the halved record and its margins (for two of them with several
+    /// lanes), and for up to 448 values that pass through the filters (992 where it is halved three
+    /// times). 15 values are room for the rows to begin on a cache line.
+    ///
+    /// ```
+    /// use bonebeam::focus::DelayParameters;
+    ///
+    /// const PARAMETERS: DelayParameters = DelayParameters {
+    ///     sound_speed: 1540.0,
+    ///     sampling_rate: 40e6,
+    ///     centre_frequency: 5e6,
+    ///     output_rate: 20e6,
+    ///     output_start: 0.0,
+    ///     output_samples: 64,
+    ///     elements: 8,
+    ///     record_samples: 192,
+    ///     hilbert_taps: 8,
+    /// };
+    /// static SCRATCH: [f32; PARAMETERS.scratch_len(1)] = [0.0; PARAMETERS.scratch_len(1)];
+    /// assert_eq!(SCRATCH.len(), 4 * 96 + 62 + 15);
+    /// ```
+    pub const fn scratch_len(&self, lanes: usize) -> usize {
+        let records = if lanes < 2 { lanes } else { 2 };
+        let halved = records * self.halved_len() + streams_len(self.halvings());
+        let lines = lanes.saturating_mul(self.line_len() + self.rows());
+        lines.saturating_add(PARTIAL_SUMS - 1 + halved + 3 * self.line_len())
+    }
+
+    /// Output samples with the margins, up to full sixteens.
+    const fn line_len(&self) -> usize {
+        let outputs = within_limits(self.output_samples).next_multiple_of(CHUNK);
+        (outputs + 2 * self.reach()).next_multiple_of(PARTIAL_SUMS)
+    }
+
+    /// Rows of a lane each that the filters take.
+    const fn rows(&self) -> usize {
+        2 * self.reach() + CHUNK
+    }
+
+    const fn reach(&self) -> usize {
+        reach(within_limits(self.hilbert_taps))
+    }
+
+    /// Room for an element's record after the halvings.
+    const fn halved_len(&self) -> usize {
+        halved_len(self.halvings(), within_limits(self.record_samples))
+    }
+
+    const fn halvings(&self) -> usize {
+        halvings(self.sampling_rate / self.output_rate)
+    }
+}
+
+/// Sizes that [`Delay::new`] refuses must not overflow.
+const fn within_limits(size: usize) -> usize {
+    if size < MAX_SAMPLES {
+        size
+    } else {
+        MAX_SAMPLES
+    }
+}
+
+/// Coherent compounding: what becomes of the line that `out` holds already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Store {
+pub enum Compounding {
     /// Overwrite it; elements that are not active become 0.
     Replace,
-    /// Add to it, to compound several transmits coherently; other elements stay as they are.
+    /// Add to it, as the next of several transmits; other elements stay as they are.
     Add,
 }
 
-/// One column of one transmit.
+/// One scan line of one transmit.
 #[derive(Clone, Copy, Debug)]
-pub struct Column<'a> {
-    /// The transmit's delay law.
-    pub law: TransmitLaw,
-    /// Time of record sample 0 from the moment the wave would pass the law's origin, s.
-    pub t0: f64,
-    /// Lateral position of the column, m.
+pub struct ScanLine<'a> {
+    /// The transmit.
+    pub transmit: Transmit,
+    /// Lateral position of the line, m.
     pub x: f64,
-    /// Lateral position of each element, m.
-    pub element_x: &'a [f64],
+    /// Where the elements are.
+    pub array: Array<'a>,
     /// Elements to compute: the active ones of the deepest sample include all shallower ones'.
     pub active: Active,
     /// Overwrite or add.
-    pub store: Store,
+    pub compounding: Compounding,
+}
+
+impl<'a> ScanLine<'a> {
+    /// Line `line` of a scan.
+    pub fn of(scan: &Scan<'a>, line: usize, transmit: Transmit, compounding: Compounding) -> Self {
+        let p = scan.parameters();
+        ScanLine {
+            transmit,
+            x: p.lines.x(line),
+            array: p.array,
+            active: scan.widest(line),
+            compounding,
+        }
+    }
+}
+
+/// What a line is focused from.
+struct Source<'a> {
+    line: &'a ScanLine<'a>,
+    transmit: TransmitDelay,
+    record: &'a Record<'a>,
 }
 
 /// A delay stage: validated parameters and their filters.
@@ -95,12 +204,11 @@ impl Delay {
     /// RAM of the stage, bytes (about 10 KiB, nearly all of it the interpolation table).
     pub const BYTES: usize = size_of::<Self>();
 
-    /// A stage for `parameters` with a Hilbert transformer of the caller's length
-    /// ([`HilbertTransformer::for_pulse`] is a sound choice).
+    /// A stage for `parameters`.
     ///
     /// # Errors
     /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range.
-    pub fn new(parameters: DelayParameters, hilbert: HilbertTransformer) -> Result<Self, Error> {
+    pub fn new(parameters: DelayParameters) -> Result<Self, Error> {
         let p = &parameters;
         positive("sound_speed", p.sound_speed)?;
         finite("output_start", p.output_start)?;
@@ -127,11 +235,10 @@ impl Delay {
                 capacity,
             });
         }
-        let interpolator = Interpolator::new(p.sampling_rate, p.output_rate, p.centre_frequency)?;
         Ok(Delay {
+            interpolator: Interpolator::new(p.sampling_rate, p.output_rate, p.centre_frequency)?,
+            hilbert: HilbertTransformer::new(p.hilbert_taps)?,
             parameters,
-            interpolator,
-            hilbert,
         })
     }
 
@@ -140,45 +247,15 @@ impl Delay {
         &self.parameters
     }
 
-    /// Length of the scratch slice of [`Delay::column`], f32. A line has output_samples, up to full
-    /// thirty-twos, + 2·reach values, with the reach of the Hilbert transformer, up to full sixteens.
-    /// There are three lines and one a lane; a lane also takes 32 + 2·reach values. If records are halved,
-    /// there is room for the halved record and its margins (for two of them with several lanes), and for
-    /// up to 448 values that pass through the filters (992 where it is halved three times). 15 values are
-    /// room for the rows to begin on a cache line.
-    pub fn scratch_len<V: Vector>(&self) -> usize {
-        let lanes = self.line_len() + self.rows();
-        let halved =
-            V::LANES.min(2) * self.halved_len() + self.interpolator.decimator().streams_len();
-        PARTIAL_SUMS - 1 + V::LANES * lanes + halved + 3 * self.line_len()
-    }
-
-    /// Output samples with the margins, up to full sixteens.
-    fn line_len(&self) -> usize {
-        let outputs = self.parameters.output_samples.next_multiple_of(CHUNK);
-        (outputs + 2 * self.hilbert.reach()).next_multiple_of(PARTIAL_SUMS)
-    }
-
-    /// Rows of a lane each that the filters take.
-    fn rows(&self) -> usize {
-        2 * self.hilbert.reach() + CHUNK
-    }
-
-    /// Room for an element's record after the halvings.
-    fn halved_len(&self) -> usize {
-        let samples = self.parameters.record_samples;
-        self.interpolator.decimator().halved_len(samples)
-    }
-
     /// The rate at which the interpolator reads, Hz.
     fn rate(&self) -> f64 {
         self.parameters.sampling_rate / (1 << self.interpolator.halvings()) as f64
     }
 
-    /// The aligned analytic samples of one column.
+    /// The aligned analytic samples of one scan line.
     ///
-    /// `zero`: any vector of the instruction set to compute with. `scratch`: [`Delay::scratch_len`]
-    /// values, contents irrelevant. `out`: row-major `[output sample][element]`, the scale of the RF.
+    /// `zero`: any vector of the instruction set to compute with. `scratch`:
+    /// [`DelayParameters::scratch_len`] values, contents irrelevant. `out`: row-major `[output sample][element]`, the scale of the RF.
     /// Samples outside the record, and depths z ≤ 0, read as 0.
     ///
     /// Order of operations. The record is halved h times to the rate f = fs/2ʰ. Per depth, f64, with
@@ -192,29 +269,36 @@ impl Delay {
     /// last halving 7·f/fout products and 12·f/fout additions, for the one before 10·f/fout and
     /// 16·f/fout, and twice as many for the one before that. For the paper's 100 → 20 MHz 61 products
     /// and 99 additions. With several lanes,
-    /// two elements at the same distance on either side of the column share the position and the
+    /// two elements at the same distance on either side of the line share the position and the
     /// coefficients (taps products, 2·taps additions, the division and the root); a record is halved
     /// only where it is read. Per output sample
-    /// three f64 divisions, and a root for [`TransmitLaw::Element`]. RAM: the stage, the scratch, and
+    /// three f64 divisions, and a root for
+    /// [`TransmitLaw::Element`](crate::geometry::TransmitLaw::Element). RAM: the stage, the scratch, and
     /// 5 KiB of stack.
     ///
     /// # Errors
     /// Before anything is written: [`Error::Length`] for a slice of the wrong length or a record of
     /// another shape; [`Error::Parameter`] for a law, t0, position or active range that is not
     /// possible; [`Error::NonFinite`] with the flat index into `out`, when adding.
-    pub fn column<V: Vector>(
+    pub fn line<V: Vector>(
         &self,
         zero: V,
-        column: &Column,
+        line: &ScanLine,
         record: &Record,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        check_length("scratch", scratch.len(), self.scratch_len::<V>())?;
-        let transmit = self.check(column, record, out)?;
+        let scratch_len = self.parameters.scratch_len(V::LANES);
+        check_length("scratch", scratch.len(), scratch_len)?;
+        let transmit = self.check(line, record, out)?;
+        let source = Source {
+            line,
+            transmit,
+            record,
+        };
         zero.vectorize(
             #[inline(always)]
-            || self.compute(zero, &transmit, column, record, scratch, out),
+            || self.compute(zero, &source, scratch, out),
         );
         Ok(())
     }
@@ -222,20 +306,18 @@ impl Delay {
     /// Everything that can be wrong with a call.
     fn check(
         &self,
-        column: &Column,
+        line: &ScanLine,
         record: &Record,
         out: &[Complex<f32>],
     ) -> Result<TransmitDelay, Error> {
         let p = &self.parameters;
-        check_length("element_x", column.element_x.len(), p.elements)?;
+        check_length("element_x", line.array.elements(), p.elements)?;
         check_length("record elements", record.elements(), p.elements)?;
         check_length("record samples", record.samples(), p.record_samples)?;
         check_length("out", out.len(), p.elements * p.output_samples)?;
-        finite("t0", column.t0)?;
-        for &x in column.element_x {
-            finite("element_x", x)?;
-        }
-        let end = column.active.first.saturating_add(column.active.count);
+        finite("t0", line.transmit.t0)?;
+        line.array.check()?;
+        let end = line.active.first.saturating_add(line.active.count);
         if end > p.elements {
             let expected = "a range that ends within the elements";
             return Err(Error::Parameter {
@@ -244,7 +326,7 @@ impl Delay {
                 expected,
             });
         }
-        if column.store == Store::Add {
+        if line.compounding == Compounding::Add {
             // A whole piece at a time, since that needs no branch a sample.
             let infinite = |y: &Complex<f32>| !y.re.is_finite() | !y.im.is_finite();
             let any = |piece: &[Complex<f32>]| piece.iter().fold(false, |any, y| any | infinite(y));
@@ -253,6 +335,6 @@ impl Delay {
                 return Err(Error::NonFinite { name: "out", index });
             }
         }
-        TransmitDelay::new(column.law, column.x, p.sound_speed)
+        TransmitDelay::new(line.transmit.law, line.x, p.sound_speed)
     }
 }

@@ -46,7 +46,7 @@ const CUT_OFF: [f64; MAX_BLOCKS] = [1.08, 1.02];
 
 /// The tabulated filter. Built once; 9.7 KiB.
 #[derive(Clone, Debug)]
-pub struct Interpolator {
+pub(super) struct Interpolator {
     table: Table,
     /// Taps/16.
     blocks: usize,
@@ -61,9 +61,6 @@ pub struct Interpolator {
 struct Table([[f32; PARTIAL_SUMS]; TABLE]);
 
 impl Interpolator {
-    /// RAM of the table, bytes.
-    pub const BYTES: usize = size_of::<Self>();
-
     /// The filter from `sampling_rate` to `output_rate` for a pulse around `centre_frequency`, Hz.
     ///
     /// With the rate fs of the record, halved while it is at least 2.5·fout: 16 taps and 150 phases where
@@ -77,7 +74,11 @@ impl Interpolator {
     /// # Errors
     /// [`Error::Parameter`] unless all three are positive and finite and fs/fout at most
     /// [`MAX_DECIMATION`].
-    pub fn new(sampling_rate: f64, output_rate: f64, centre_frequency: f64) -> Result<Self, Error> {
+    pub(super) fn new(
+        sampling_rate: f64,
+        output_rate: f64,
+        centre_frequency: f64,
+    ) -> Result<Self, Error> {
         positive("sampling_rate", sampling_rate)?;
         positive("output_rate", output_rate)?;
         positive("centre_frequency", centre_frequency)?;
@@ -122,12 +123,12 @@ impl Interpolator {
     }
 
     /// Taps of the filter: a value needs `taps()/2` samples on either side.
-    pub fn taps(&self) -> usize {
+    pub(super) fn taps(&self) -> usize {
         self.blocks * PARTIAL_SUMS
     }
 
     /// How often the record is halved before this filter.
-    pub fn halvings(&self) -> usize {
+    pub(super) fn halvings(&self) -> usize {
         self.decimator.halvings()
     }
 
@@ -154,6 +155,7 @@ fn sinc(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::decimator::{halved_len, streams_len};
     use super::*;
     use core::f64::consts::PI;
 
@@ -163,8 +165,8 @@ mod tests {
     fn at(filter: &Interpolator, record: &[f32], position: f64) -> f32 {
         let decimator = filter.decimator();
         let (mut halved, mut streams) = ([0.0; 620], [0.0; 1200]);
-        let halved = &mut halved[..decimator.halved_len(record.len())];
-        let streams = &mut streams[..decimator.streams_len()];
+        let halved = &mut halved[..halved_len(decimator.halvings(), record.len())];
+        let streams = &mut streams[..streams_len(decimator.halvings())];
         let record = decimator.decimate(0.0f32, record, 0..usize::MAX, streams, halved);
         let position = position / (1 << filter.halvings()) as f64;
         let whole = libm::floor(position);

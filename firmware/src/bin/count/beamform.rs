@@ -1,8 +1,8 @@
 //! Beamformers of three sizes, forward-backward, K = 0.
 
-use bonebeam::beamform::{Beamformer, AlignedLine, Method, Parameters, Workspace};
-use bonebeam::geometry::Active;
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Workspace};
 use bonebeam::covariance::ForwardBackward;
+use bonebeam::geometry::Active;
 use bonebeam::{Complex, Error};
 use cortex_m_semihosting::hprintln;
 

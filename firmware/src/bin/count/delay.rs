@@ -1,10 +1,7 @@
 //! The delay stage, for records of three rates: RF to aligned analytic samples at 20 MHz.
 
-use bonebeam::focus::analytic::HilbertTransformer;
-use bonebeam::geometry::Active;
-use bonebeam::focus::delay::{Column, Delay, DelayParameters, Store};
-use bonebeam::focus::delay_law::TransmitLaw;
-use bonebeam::focus::record::Record;
+use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, hilbert_taps};
+use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
 
 use crate::counter::Counter;
@@ -22,11 +19,26 @@ const START: f64 = 2.0 * 10e-3 / SOUND_SPEED;
 /// What a record goes beyond the first and the last sample on the axis, outputs.
 const BEYOND: usize = 32;
 const FASTEST: usize = 5;
-const SCRATCH: usize = 2600;
+const SCRATCH: usize = parameters(FASTEST).scratch_len(1);
 
 /// Sampling rate over output rate, and the bound on the instructions per output sample of an element
 /// (see `beamform.rs`).
 const CASES: [(usize, u32); 3] = [(1, 595), (2, 765), (FASTEST, 910)];
+
+/// Recorded at so many times the output rate.
+const fn parameters(ratio: usize) -> DelayParameters {
+    DelayParameters {
+        sound_speed: SOUND_SPEED,
+        sampling_rate: ratio as f64 * OUTPUT_RATE,
+        centre_frequency: CENTRE_FREQUENCY,
+        output_rate: OUTPUT_RATE,
+        output_start: START,
+        output_samples: OUTPUTS,
+        elements: ELEMENTS,
+        record_samples: ratio * (OUTPUTS + 2 * BEYOND),
+        hilbert_taps: hilbert_taps(OUTPUT_RATE, CENTRE_FREQUENCY),
+    }
+}
 
 /// The memory of the cases.
 pub struct Workspaces {
@@ -51,40 +63,30 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
     let element_x: [f64; ELEMENTS] = core::array::from_fn(|m| m as f64 * PITCH);
     let mut within = true;
     for (ratio, bound) in CASES {
-        let sampling_rate = ratio as f64 * OUTPUT_RATE;
-        let record_samples = ratio * (OUTPUTS + 2 * BEYOND);
-        let parameters = DelayParameters {
-            sound_speed: SOUND_SPEED,
-            sampling_rate,
-            centre_frequency: CENTRE_FREQUENCY,
-            output_rate: OUTPUT_RATE,
-            output_start: START,
-            output_samples: OUTPUTS,
-            elements: ELEMENTS,
-            record_samples,
-        };
-        let hilbert = HilbertTransformer::for_pulse(OUTPUT_RATE, CENTRE_FREQUENCY)?;
-        let delay = Delay::new(parameters, hilbert)?;
-        let column = Column {
-            law: TransmitLaw::Focused,
-            t0: START - BEYOND as f64 / OUTPUT_RATE,
+        let parameters = parameters(ratio);
+        let delay = Delay::new(parameters)?;
+        let line = ScanLine {
+            transmit: Transmit {
+                law: TransmitLaw::Focused,
+                t0: START - BEYOND as f64 / OUTPUT_RATE,
+            },
             x: 0.5 * (ELEMENTS - 1) as f64 * PITCH,
-            element_x: &element_x,
+            array: Array::LinearAt(&element_x),
             active: Active {
                 first: 0,
                 count: ELEMENTS,
             },
-            store: Store::Replace,
+            compounding: Compounding::Replace,
         };
-        let rf = &mut workspaces.rf[..ELEMENTS * record_samples];
+        let rf = &mut workspaces.rf[..ELEMENTS * parameters.record_samples];
         input::rf(rf);
-        let scratch = &mut workspaces.scratch[..delay.scratch_len::<f32>()];
+        let scratch = &mut workspaces.scratch[..parameters.scratch_len(1)];
         let scratch_bytes = size_of_val(scratch);
         let out = &mut workspaces.out;
         let mut outcome = Ok(());
         let cost = counter.count(|| {
             outcome = Record::new(rf, ELEMENTS)
-                .and_then(|record| delay.column(0.0f32, &column, &record, scratch, out));
+                .and_then(|record| delay.line(0.0f32, &line, &record, scratch, out));
         });
         outcome?;
         let bytes = Delay::BYTES + scratch_bytes;

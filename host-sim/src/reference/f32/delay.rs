@@ -1,17 +1,15 @@
-//! The delay stage: RF of one transmit → aligned analytic samples of one column, plain loops.
+//! The delay stage: RF of one transmit → aligned analytic samples of one scan line, plain loops.
 
-use bonebeam::focus::delay::{Column, DelayParameters, Store};
-use bonebeam::focus::delay_law::TransmitLaw;
+use bonebeam::focus::{Compounding, DelayParameters, ScanLine};
+use bonebeam::geometry::TransmitLaw;
 use num_complex::Complex;
 use std::f64::consts::PI;
 
-/// The column of `bonebeam::focus::delay::Delay::column`, for a Hilbert transformer of
-/// `hilbert_taps` non-zero taps a side. `rf`: row-major `[element][sample]`. `out`: row-major
+/// The line of `bonebeam::focus::Delay::line`. `rf`: row-major `[element][sample]`. `out`: row-major
 /// `[output sample][element]`. The caller's sizes must fit.
-pub fn column(
+pub fn line(
     parameters: &DelayParameters,
-    hilbert_taps: usize,
-    column: &Column,
+    scan_line: &ScanLine,
     rf: &[f32],
     out: &mut [Complex<f32>],
 ) {
@@ -23,13 +21,14 @@ pub fn column(
         halvings += 1;
     }
     let filter = Filter::new(p, rate);
+    let hilbert_taps = p.hilbert_taps;
     let hilbert = hilbert(hilbert_taps);
     let reach = 2 * hilbert_taps - 1;
     let samples = p.output_samples + 2 * reach;
-    if column.store == Store::Replace {
+    if scan_line.compounding == Compounding::Replace {
         out.fill(Complex::new(0.0, 0.0));
     }
-    for m in column.active.first..column.active.first + column.active.count {
+    for m in scan_line.active.first..scan_line.active.first + scan_line.active.count {
         let mut record = Record {
             values: rf[m * p.record_samples..][..p.record_samples].to_vec(),
             zero: 0,
@@ -41,14 +40,14 @@ pub fn column(
                 halved(&record, &half_band(6, 6.5))
             };
         }
-        let d = column.element_x[m] - column.x;
+        let d = scan_line.array.x(m) - scan_line.x;
         let mut line = vec![0.0f32; samples];
         for n in 0..samples {
             line[n] = delayed(
                 p,
                 rate,
                 &filter,
-                column,
+                scan_line,
                 &record,
                 d,
                 n as f64 - reach as f64,
@@ -61,7 +60,7 @@ pub fn column(
                 imaginary += hilbert[j] * (line[n + reach - k] - line[n + reach + k]);
             }
             let y = &mut out[n * p.elements + m];
-            if column.store == Store::Add {
+            if scan_line.compounding == Compounding::Add {
                 y.re += line[n + reach];
                 y.im += imaginary;
             } else {
@@ -126,13 +125,13 @@ fn halved(record: &Record, taps: &[f32]) -> Record {
     }
 }
 
-/// The record of the element `d` m beside the column, which has samples at `fs`, read for output
+/// The record of the element `d` m beside the line, which has samples at `fs`, read for output
 /// sample `n`.
 fn delayed(
     p: &DelayParameters,
     fs: f64,
     filter: &Filter,
-    column: &Column,
+    scan_line: &ScanLine,
     record: &Record,
     d: f64,
     n: f64,
@@ -140,15 +139,15 @@ fn delayed(
     let c = p.sound_speed;
     let t = p.output_start + n / p.output_rate;
     let z = c * t / 2.0;
-    let transmit = match column.law {
+    let transmit = match scan_line.transmit.law {
         TransmitLaw::Focused => z / c,
-        TransmitLaw::Plane { angle } => (column.x * libm::sin(angle) + libm::cos(angle) * z) / c,
+        TransmitLaw::Plane { angle } => (scan_line.x * libm::sin(angle) + libm::cos(angle) * z) / c,
         TransmitLaw::Element { x } => {
-            let source = x - column.x;
+            let source = x - scan_line.x;
             libm::sqrt(z * z + source * source) / c
         }
     };
-    let axis = ((transmit + z / c) - column.t0) * fs;
+    let axis = ((transmit + z / c) - scan_line.transmit.t0) * fs;
     let z = z as f32;
     if axis.abs() >= 8_388_608.0 || z <= 0.0 {
         return 0.0;

@@ -1,32 +1,32 @@
 //! The delay stage from its definition: geometry in f64, a sinc four times as long as the core's
 //! evaluated where it is needed, and the analytic signal by the DFT.
 
-use bonebeam::focus::delay::{Column, DelayParameters};
-use bonebeam::focus::delay_law::TransmitLaw;
+use bonebeam::focus::{DelayParameters, ScanLine};
+use bonebeam::geometry::TransmitLaw;
 use num_complex::Complex;
 use rustfft::FftPlanner;
 use std::f64::consts::PI;
 
-/// Sinc lobes on either side of a sample, and output samples beyond either end of the column.
+/// Sinc lobes on either side of a sample, and output samples beyond either end of the line.
 const LOBES: f64 = 32.0;
 const MARGIN: usize = 256;
 
-/// The aligned analytic samples of one column, row-major `[output sample][element]`; elements that
-/// are not active are 0. `column.store` does not matter. `rf`: row-major `[element][sample]`. The
+/// The aligned analytic samples of one scan line, row-major `[output sample][element]`; elements that
+/// are not active are 0. Compounding does not matter. `rf`: row-major `[element][sample]`. The
 /// caller's sizes must fit.
-pub fn column(parameters: &DelayParameters, column: &Column, rf: &[f32]) -> Vec<Complex<f64>> {
+pub fn line(parameters: &DelayParameters, scan_line: &ScanLine, rf: &[f32]) -> Vec<Complex<f64>> {
     let p = parameters;
     let mut out = vec![Complex::new(0.0, 0.0); p.output_samples * p.elements];
     let samples = p.output_samples + 2 * MARGIN;
     let mut planner = FftPlanner::new();
     let forward = planner.plan_fft_forward(samples);
     let inverse = planner.plan_fft_inverse(samples);
-    for m in column.active.first..column.active.first + column.active.count {
+    for m in scan_line.active.first..scan_line.active.first + scan_line.active.count {
         let record = &rf[m * p.record_samples..][..p.record_samples];
         let mut line: Vec<Complex<f64>> = (0..samples)
             .map(|n| {
                 let t = p.output_start + (n as f64 - MARGIN as f64) / p.output_rate;
-                let value = read(p, record, arrival(p, column, m, t), t);
+                let value = read(p, record, arrival(p, scan_line, m, t), t);
                 Complex::new(value, 0.0)
             })
             .collect();
@@ -40,16 +40,16 @@ pub fn column(parameters: &DelayParameters, column: &Column, rf: &[f32]) -> Vec<
     out
 }
 
-/// When element `m` hears the echo of the column's pixel at two-way time `t`, in record samples.
-fn arrival(p: &DelayParameters, column: &Column, m: usize, t: f64) -> f64 {
+/// When element `m` hears the echo of the line's pixel at two-way time `t`, in record samples.
+fn arrival(p: &DelayParameters, scan_line: &ScanLine, m: usize, t: f64) -> f64 {
     let z = p.sound_speed * t / 2.0;
-    let transmit = match column.law {
+    let transmit = match scan_line.transmit.law {
         TransmitLaw::Focused => z,
-        TransmitLaw::Plane { angle } => column.x * angle.sin() + z * angle.cos(),
-        TransmitLaw::Element { x } => (x - column.x).hypot(z),
+        TransmitLaw::Plane { angle } => scan_line.x * angle.sin() + z * angle.cos(),
+        TransmitLaw::Element { x } => (x - scan_line.x).hypot(z),
     };
-    let receive = (column.element_x[m] - column.x).hypot(z);
-    ((transmit + receive) / p.sound_speed - column.t0) * p.sampling_rate
+    let receive = (scan_line.array.x(m) - scan_line.x).hypot(z);
+    ((transmit + receive) / p.sound_speed - scan_line.transmit.t0) * p.sampling_rate
 }
 
 /// The record, band-limited to the lower of its own and the output's Nyquist frequency, at

@@ -8,11 +8,8 @@ use std::hash::Hasher;
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
-use bonebeam::focus::analytic::HilbertTransformer;
-use bonebeam::focus::delay::{Column, Delay, DelayParameters, Store};
-use bonebeam::focus::delay_law::TransmitLaw;
-use bonebeam::focus::record::Record;
-use bonebeam::geometry::Active;
+use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, hilbert_taps};
+use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
 use bonebeam::simd::InstructionSet;
 use fnv::FnvHasher;
 use ndarray::{Array2, Array3, Axis};
@@ -126,10 +123,9 @@ fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
         output_samples: 240,
         elements,
         record_samples,
+        hilbert_taps: hilbert_taps(RATE, data.f0),
     };
-    let hilbert = HilbertTransformer::for_pulse(RATE, data.f0)?;
-    let taps = hilbert.reach().div_ceil(2);
-    let delay = Delay::new(parameters, hilbert)?;
+    let delay = Delay::new(parameters)?;
     let record: Vec<f32> = data.rf.index_axis(Axis(0), 5).iter().copied().collect();
     let laws = [
         ("focused", TransmitLaw::Focused),
@@ -142,23 +138,25 @@ fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
         ),
     ];
     let verdicts = laws.map(|(name, law)| {
-        let column = Column {
-            law,
-            t0: data.t0[5],
+        let line = ScanLine {
+            transmit: Transmit {
+                law,
+                t0: data.t0[5],
+            },
             x: data.element_x[22],
-            element_x: &data.element_x,
+            array: Array::LinearAt(&data.element_x),
             active: Active {
                 first: 0,
                 count: elements,
             },
-            store: Store::Replace,
+            compounding: Compounding::Replace,
         };
         let mut core = vec![Complex::ZERO; parameters.output_samples * elements];
         let mut expected = core.clone();
-        let mut scratch = vec![0.0; delay.scratch_len::<f32>()];
+        let mut scratch = vec![0.0; parameters.scratch_len(1)];
         let checked = Record::new(&record, elements)?;
-        delay.column(0.0f32, &column, &checked, &mut scratch, &mut core)?;
-        reference::f32::delay::column(&parameters, taps, &column, &record, &mut expected);
+        delay.line(0.0f32, &line, &checked, &mut scratch, &mut core)?;
+        reference::f32::delay::line(&parameters, &line, &record, &mut expected);
         let bits = Bits::complex(&core, &expected);
         Ok(Verdict::bits(
             format!("delay, {name}: f32"),

@@ -1,0 +1,83 @@
+//! Evenly spaced positions.
+
+use crate::Error;
+
+/// Evenly spaced positions: `first + k·step` for `k` in `0..count`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Axis {
+    /// The position of index 0 (m).
+    pub first: f64,
+    /// From one index to the next (m), positive.
+    pub step: f64,
+    /// How many positions there are.
+    pub count: usize,
+}
+
+impl Axis {
+    /// How far beyond an end, in steps, still counts as the end.
+    const EDGE: f64 = 1e-6;
+
+    /// `count` positions `step` m apart, half of them on either side of 0.
+    ///
+    /// ```
+    /// use bonebeam::geometry::Axis;
+    ///
+    /// let lines = Axis::centred(3, 0.5e-3);
+    /// assert_eq!([lines.position(0), lines.position(1), lines.last()], [-0.5e-3, 0.0, 0.5e-3]);
+    /// ```
+    pub const fn centred(count: usize, step: f64) -> Self {
+        Axis {
+            first: -(count.saturating_sub(1) as f64 / 2.0) * step,
+            step,
+            count,
+        }
+    }
+
+    /// The position of an index, m.
+    pub const fn position(&self, index: usize) -> f64 {
+        self.first + index as f64 * self.step
+    }
+
+    /// The last position, m; the first where there is none.
+    pub const fn last(&self) -> f64 {
+        self.position(self.count.saturating_sub(1))
+    }
+
+    /// The index below a position, at most `count − 2`, and the fraction of the step above it.
+    pub(crate) fn locate(&self, position: f64) -> Option<(usize, f32)> {
+        let last = (self.count - 1) as f64;
+        let at = (position - self.first) / self.step;
+        if !(at >= -Self::EDGE && at <= last + Self::EDGE) {
+            return None;
+        }
+        let at = if at < 0.0 {
+            0.0
+        } else if at > last {
+            last
+        } else {
+            at
+        };
+        let floor = libm::floor(at);
+        let floor = if floor > last - 1.0 {
+            last - 1.0
+        } else {
+            floor
+        };
+        Some((floor as usize, (at - floor) as f32))
+    }
+
+    /// Refuses positions that are not finite and do not ascend.
+    pub(crate) const fn check(&self, name: &'static str) -> Result<(), Error> {
+        let end = self.position(self.count);
+        if self.step > 0.0 && self.step.is_finite() && self.first.is_finite() && end.is_finite() {
+            Ok(())
+        } else {
+            Err(Error::Parameter {
+                name,
+                value: self.step,
+                expected: "a finite number above 0, from a finite first position",
+            })
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! A place along a scan line.
+
+/// A place along a scan line: its depth, or the time to it and back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Depth {
+    /// The depth z, m.
+    Metres(f64),
+    /// The two-way time 2z/c, s.
+    Seconds(f64),
+}
+
+impl Depth {
+    /// The two-way time at `sound_speed` m/s, s.
+    ///
+    /// ```
+    /// use bonebeam::geometry::Depth;
+    ///
+    /// assert_eq!(Depth::Metres(15.4e-3).seconds(1540.0), 20e-6);
+    /// assert_eq!(Depth::Seconds(20e-6).seconds(1540.0), 20e-6);
+    /// ```
+    pub const fn seconds(self, sound_speed: f64) -> f64 {
+        match self {
+            Depth::Metres(z) => 2.0 * z / sound_speed,
+            Depth::Seconds(t) => t,
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! The scan lines.
+
+use super::Axis;
+use crate::Error;
+use crate::error::{at_least_one, finite};
+
+/// The scan lines of an image: straight down from the array.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Lines<'a> {
+    /// Evenly spaced lines, as an image needs them.
+    Even(Axis),
+    /// The lateral position of each line, m.
+    At(&'a [f64]),
+}
+
+impl Lines<'_> {
+    /// The number of lines.
+    pub const fn count(&self) -> usize {
+        match *self {
+            Lines::Even(axis) => axis.count,
+            Lines::At(x) => x.len(),
+        }
+    }
+
+    /// The lateral position of a line, m; NaN beyond the last.
+    ///
+    /// ```
+    /// use bonebeam::geometry::{Axis, Lines};
+    ///
+    /// assert_eq!(Lines::Even(Axis::centred(3, 1e-3)).x(2), 1e-3);
+    /// assert_eq!(Lines::At(&[0.0, 1e-3, 3e-3]).x(2), 3e-3);
+    /// ```
+    pub const fn x(&self, line: usize) -> f64 {
+        match *self {
+            Lines::Even(axis) if line < axis.count => axis.position(line),
+            Lines::At(x) if line < x.len() => x[line],
+            _ => f64::NAN,
+        }
+    }
+
+    /// Refuses no lines, and positions that are not finite.
+    pub(super) const fn check(&self) -> Result<(), Error> {
+        if let Err(error) = at_least_one("lines", self.count()) {
+            return Err(error);
+        }
+        match *self {
+            Lines::Even(axis) => axis.check("line spacing"),
+            Lines::At(x) => {
+                let mut line = 0;
+                while line < x.len() {
+                    if let Err(error) = finite("line position", x[line]) {
+                        return Err(error);
+                    }
+                    line += 1;
+                }
+                Ok(())
+            }
+        }
+    }
+}
