@@ -1,11 +1,14 @@
 //! The command line: what there is to ask for, and how a failure ends.
 
+use std::io::{self, IsTerminal};
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
 use crate::commands::{beamform, bench, main_job, phase_symmetry, simulate, verify};
+use crate::files::leftovers::remove_at_signals;
+use crate::terminal::{complain, print};
 use crate::{Error, Result};
 
 /// From ultrasound channel data to bone surfaces: simulates, beamforms and filters with the bonebeam core.
@@ -58,16 +61,18 @@ pub fn run() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(e) if !e.use_stderr() => {
-            // Help and version are no errors. A closed pipe is nobody's concern.
-            let _ = e.print();
-            return ExitCode::SUCCESS;
+            // Help and version are no errors.
+            let text = e.render();
+            let text = match io::stdout().is_terminal() {
+                true => text.ansi().to_string(),
+                false => text.to_string(),
+            };
+            return finish(print(&text));
         }
-        Err(e) => return fail(&Error::Usage(one_line(&e))),
+        Err(e) => return finish(Err(Error::Usage(one_line(&e)))),
     };
-    match dispatch(cli) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(e) => fail(&e),
-    }
+    remove_at_signals();
+    finish(dispatch(cli))
 }
 
 fn dispatch(cli: Cli) -> Result<()> {
@@ -95,9 +100,14 @@ fn dispatch(cli: Cli) -> Result<()> {
     }
 }
 
-fn fail(error: &Error) -> ExitCode {
-    eprintln!("host-sim: {error}");
-    ExitCode::from(error.exit_status())
+fn finish(outcome: Result<()>) -> ExitCode {
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            complain(&error);
+            ExitCode::from(error.exit_status())
+        }
+    }
 }
 
 /// What is wrong with the command line, without the usage text that follows it.

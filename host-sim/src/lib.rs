@@ -13,6 +13,7 @@ pub mod measure;
 pub mod reference;
 pub mod report;
 pub mod simulate;
+mod terminal;
 pub mod validate;
 
 pub use error::{Error, Result};

@@ -11,6 +11,7 @@ use indicatif::ProgressBar;
 use super::about;
 use crate::bench::{Section, Settings, rewrite, run as measure, text};
 use crate::files::atomic::{Outputs, check_outputs};
+use crate::terminal::print;
 use crate::{Error, Result};
 
 /// Measure the core's speed beside a naive baseline on faer, rustfft and scipy, on this machine.
@@ -84,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         bar.tick();
     })?;
     bar.finish_and_clear();
-    print!("{}", text(&report));
+    print(&text(&report))?;
 
     let mut outputs = Outputs::new();
     if let Some(path) = &arguments.output {

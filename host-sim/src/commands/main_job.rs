@@ -10,7 +10,9 @@ use super::progress_bar;
 use crate::config::read_toml;
 use crate::experiments::{self, Parameters};
 use crate::files::atomic::{Outputs, check_writable};
+use crate::files::leftovers;
 use crate::report::{self, Report};
+use crate::terminal::print;
 use crate::{Error, Result};
 
 /// Arguments of the main job.
@@ -91,7 +93,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 /// innermost first.
 fn prepare(folder: &Path) -> Result<Vec<&Path>> {
     let new = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
-    let created = folder.ancestors().take_while(new).collect();
+    let created: Vec<&Path> = folder.ancestors().take_while(new).collect();
+    let mut turn = leftovers::turn();
+    for folder in created.iter().rev() {
+        turn.add_folder(folder);
+    }
+    drop(turn);
     fs::create_dir_all(folder).map_err(|e| Error::File {
         path: folder.to_path_buf(),
         message: format!("the folder cannot be made: {}", e.kind()),
@@ -119,11 +126,16 @@ fn compute_and_write(parameters: &Parameters, folder: &Path) -> Result<()> {
     let mut outputs = Outputs::new();
     let names = report.stage(folder, &mut outputs)?;
     outputs.commit()?;
-    println!("{}", report.text());
-    println!("{} files in {}:", names.len(), folder.display());
+    let mut text = format!(
+        "{}\n{} files in {}:\n",
+        report.text(),
+        names.len(),
+        folder.display()
+    );
     for name in names.iter().rev().take(3).rev() {
-        println!("  {}", folder.join(name).display());
+        text += &format!("  {}\n", folder.join(name).display());
     }
+    print(&text)?;
     if report.checks_passed() {
         Ok(())
     } else {

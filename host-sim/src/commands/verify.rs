@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::progress_bar;
+use crate::terminal::print;
 use crate::validate::verify::verify;
 use crate::{Error, Result};
 
@@ -37,10 +38,16 @@ pub fn run(_: Arguments) -> Result<()> {
         let word = if verdict.holds { "ok   " } else { "WRONG" };
         let hash = verdict.hash.map(|hash| format!("{hash:016x}"));
         let hash = hash.unwrap_or_default();
-        println!("{word} {hash:16} {}: {}", verdict.name, verdict.detail);
+        print(&format!(
+            "{word} {hash:16} {}: {}\n",
+            verdict.name, verdict.detail
+        ))?;
     }
     let wrong = verdicts.iter().filter(|verdict| !verdict.holds).count();
-    println!("{} checks hold, {wrong} do not", verdicts.len() - wrong);
+    print(&format!(
+        "{} checks hold, {wrong} do not\n",
+        verdicts.len() - wrong
+    ))?;
     match wrong {
         0 => Ok(()),
         _ => Err(Error::Data(format!("{wrong} checks do not hold"))),

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use super::file_error;
+use super::leftovers;
 use crate::{Error, Result};
 
 /// What an output's contents are written to: seekable, as a zip archive needs it.
@@ -84,7 +85,20 @@ impl Seek for Sink<'_> {
 /// together at [`Outputs::commit`]; dropped before that, they leave nothing behind.
 #[derive(Default)]
 pub struct Outputs {
-    staged: Vec<(NamedTempFile, PathBuf)>,
+    staged: Vec<Staged>,
+}
+
+/// A temporary file beside the place where it belongs; removed when it is dropped.
+struct Staged {
+    file: NamedTempFile,
+    place: PathBuf,
+}
+
+impl Drop for Staged {
+    fn drop(&mut self) {
+        // By then it is an output, or `file` removes it right after this.
+        leftovers::turn().forget(self.file.path());
+    }
 }
 
 impl Outputs {
@@ -102,17 +116,19 @@ impl Outputs {
     where
         F: FnOnce(&mut Sink<'_>) -> std::result::Result<(), Box<dyn StdError>>,
     {
-        let (mut file, place) = open(path)?;
-        let mut sink = Sink::new(file.as_file_mut());
+        let mut staged = open(path)?;
+        let mut sink = Sink::new(staged.file.as_file_mut());
         contents(&mut sink)
             .and_then(|()| Ok(sink.finish()?))
             .map_err(|e| file_error(path, format!("cannot be written: {e}")))?;
         drop(sink);
         // Some file systems tell of a full disk only here; after the rename it would be too late.
-        file.as_file()
+        staged
+            .file
+            .as_file()
             .sync_all()
             .map_err(|e| file_error(path, format!("cannot be written: {e}")))?;
-        self.staged.push((file, place));
+        self.staged.push(staged);
         Ok(())
     }
 
@@ -122,10 +138,14 @@ impl Outputs {
     /// A rename fails, which after a successful [`Outputs::stage`] takes a change of the folder
     /// in between.
     pub fn commit(self) -> Result<()> {
-        for (file, path) in self.staged {
-            file.persist(&path)
-                .map_err(|e| file_error(&path, format!("cannot be written: {}", e.error)))?;
+        // A signal waits until all are in their places.
+        let mut turn = leftovers::turn();
+        for staged in &self.staged {
+            fs::rename(staged.file.path(), &staged.place)
+                .map_err(|e| file_error(&staged.place, format!("cannot be written: {e}")))?;
+            turn.forget(staged.file.path());
         }
+        drop(turn);
         Ok(())
     }
 }
@@ -165,7 +185,7 @@ pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
         }
     }
     for output in outputs {
-        let (_, place) = open(output)?;
+        let place = &open(output)?.place;
         let place = match (place.parent(), place.file_name()) {
             (Some(folder), Some(name)) => {
                 let folder = if folder.as_os_str().is_empty() {
@@ -175,7 +195,7 @@ pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
                 };
                 fs::canonicalize(folder).map_or(place.clone(), |folder| folder.join(name))
             }
-            _ => place,
+            _ => place.clone(),
         };
         if let Some((_, other)) = taken.iter().find(|(other, _)| *other == place) {
             return Err(Error::Usage(format!(
@@ -190,14 +210,31 @@ pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
 }
 
 /// A temporary file beside `path`, and the place where it belongs (symbolic links followed).
-fn open(path: &Path) -> Result<(NamedTempFile, PathBuf)> {
+fn open(path: &Path) -> Result<Staged> {
     // A rename would replace a symbolic link or a device; the person meant what it stands for.
     let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    if fs::metadata(&place).is_ok_and(|m| !m.is_file()) {
-        return Err(file_error(
-            path,
-            "is not a file, so no output can be written there",
-        ));
+    match fs::symlink_metadata(&place) {
+        Ok(found) if found.is_symlink() => {
+            return Err(file_error(
+                path,
+                "is a symbolic link to something that does not exist; remove it, or make what it \
+                 points to",
+            ));
+        }
+        Ok(found) if !found.is_file() => {
+            return Err(file_error(
+                path,
+                "is not a file, so no output can be written there",
+            ));
+        }
+        // Only now, since a temporary file beside it has a shorter name.
+        Err(e) if e.kind() == io::ErrorKind::InvalidFilename => {
+            return Err(file_error(
+                path,
+                "its name is longer than the system allows",
+            ));
+        }
+        _ => {}
     }
     let folder = match place.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -214,6 +251,7 @@ fn open(path: &Path) -> Result<(NamedTempFile, PathBuf)> {
             format!("its folder {} {state}", folder.display()),
         ));
     }
+    let mut turn = leftovers::turn();
     let file = builder().tempfile_in(folder).map_err(|e| {
         let reason = e.kind();
         file_error(
@@ -224,7 +262,8 @@ fn open(path: &Path) -> Result<(NamedTempFile, PathBuf)> {
             ),
         )
     })?;
-    Ok((file, place))
+    turn.add(file.path());
+    Ok(Staged { file, place })
 }
 
 /// Temporary files with the permissions of any new file, not the private ones of the default.

@@ -1,9 +1,10 @@
 //! Images: grey levels 0 to 255 as `.npy` (float32 [row, column]) and as 8-bit PNG.
 
 use std::fs;
+use std::io::Cursor;
 use std::path::Path;
 
-use image::{GrayImage, ImageFormat};
+use image::{GrayImage, ImageFormat, ImageReader, Limits};
 use ndarray::{Array2, ArrayD, Ix2};
 use ndarray_npy::WriteNpyExt;
 
@@ -11,6 +12,9 @@ use super::atomic::Outputs;
 use super::npy::{self, NpyError, or_type};
 use super::{file_error, validate};
 use crate::{Error, Result};
+
+/// The longest side of a PNG, pixels, as of the images that are made.
+const MAX_SIDE: u32 = 16_384;
 
 /// Reads an image, [row, column], row 0 at the top. A PNG becomes grey levels 0 to 255 (colours by
 /// their Rec. 709 luma, transparency ignored); an `.npy` array (float32, float64 or uint8) is taken
@@ -87,7 +91,13 @@ impl Format {
 }
 
 fn decode_png(bytes: &[u8]) -> std::result::Result<Array2<f32>, String> {
-    let grey = image::load_from_memory_with_format(bytes, ImageFormat::Png)
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    reader.limits(limits);
+    let grey = reader
+        .decode()
         .map_err(|e| format!("is truncated or not a PNG image ({e})"))?
         .into_luma8();
     let shape = (grey.height() as usize, grey.width() as usize);

@@ -7,8 +7,10 @@ mod aligned;
 pub mod atomic;
 mod channel_data;
 pub mod image;
+pub mod leftovers;
 mod lines;
 mod npy;
+mod npy_header;
 mod npz;
 mod validate;
 

@@ -3,6 +3,8 @@
 use ndarray::{ArrayD, ArrayViewD};
 use ndarray_npy::{ReadNpyExt, ReadableElement, ViewElement, ViewNpyError, ViewNpyExt};
 
+use super::npy_header::claimed_length;
+
 /// Why an array could not be read.
 pub enum NpyError {
     /// It has another element type: the one named here.
@@ -16,17 +18,19 @@ pub fn read<T>(bytes: &[u8]) -> Result<ArrayD<T>, NpyError>
 where
     T: ReadableElement + ViewElement + Clone,
 {
-    // The view compares the header with the bytes that are there before anything is allocated:
-    // a damaged header may ask for more memory than any machine has.
+    // Before anything is allocated: a damaged header may ask for more memory than any machine has.
+    let claimed = claimed_length(bytes).map_err(NpyError::Damaged)?;
+    if let Some(missing) = claimed.checked_sub(bytes.len())
+        && missing > 0
+    {
+        return Err(NpyError::Damaged(format!(
+            "is truncated: {missing} bytes are missing"
+        )));
+    }
     match ArrayViewD::<T>::view_npy(bytes) {
         Ok(_) | Err(ViewNpyError::NonNativeEndian | ViewNpyError::MisalignedData) => {}
         Err(ViewNpyError::WrongDescriptor(found)) => {
             return Err(NpyError::Type(found.to_string()));
-        }
-        Err(ViewNpyError::MissingBytes(missing)) => {
-            return Err(NpyError::Damaged(format!(
-                "is truncated: {missing} bytes are missing"
-            )));
         }
         // The parser's own message draws a picture over several lines.
         Err(ViewNpyError::ParseHeader(_)) => {

@@ -13,6 +13,12 @@ use zip::{CompressionMethod, ZipArchive};
 use super::npy::{self, NpyError, or_type};
 use crate::{Error, Result};
 
+/// How many times its compressed size a member may become: recordings shrink to a half or a tenth.
+/// Memory is bounded so: by what the file holds times this, and three times for the conversions.
+const MAX_INFLATION: u64 = 100;
+/// A member of up to so many bytes may have been compressed as far as can be.
+const SMALL: u64 = 16 << 20;
+
 /// An open `.npz` file.
 pub struct Reader {
     path: PathBuf,
@@ -138,13 +144,25 @@ impl Reader {
     }
 
     /// The bytes of one member; reading them to the end checks the archive's checksum.
+    ///
+    /// No more than [`MAX_INFLATION`] times what the archive holds of it are read.
     fn bytes(&mut self, key: &str) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
+        let mut limit = u64::MAX;
         let outcome = match self.archive.by_name(&format!("{key}.npy")) {
-            Ok(mut member) => member.read_to_end(&mut bytes).map_err(ZipError::from),
+            Ok(member) => {
+                limit = member.compressed_size().saturating_mul(MAX_INFLATION);
+                limit = limit.max(SMALL);
+                let mut member = member.take(limit + 1);
+                member.read_to_end(&mut bytes).map_err(ZipError::from)
+            }
             Err(e) => Err(e),
         };
         match outcome {
+            Ok(read) if read as u64 > limit => Err(self.error(format!(
+                "`{key}` inflates to more than {MAX_INFLATION} times its compressed size; \
+                 recordings do not"
+            ))),
             Ok(_) => Ok(bytes),
             Err(ZipError::FileNotFound) => Err(self.error(format!("has no key `{key}`"))),
             Err(e) => Err(self.error(format!("`{key}` is truncated or damaged ({e})"))),

@@ -5,8 +5,8 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use ply_rs_bw::parser::Parser;
-use ply_rs_bw::ply::{DefaultElement, Property};
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{DefaultElement, Header, Property};
 
 use crate::{Error, Result};
 
@@ -73,21 +73,47 @@ struct Mesh {
     triangles: Vec<[usize; 3]>,
 }
 
+/// How far from the origin a bone's surface may lie, mm.
+const MAX_EXTENT: f64 = 1000.0;
+
+/// Memory is made by the counts of the header, so it must not claim more than the file can hold: each
+/// property of each entry takes a byte at least.
+fn check_counts(header: &Header, length: u64) -> std::result::Result<(), String> {
+    for (name, element) in &header.elements {
+        let least = element.properties.len().max(1);
+        let claimed = (element.count as u64).saturating_mul(least as u64);
+        if claimed > length {
+            return Err(format!(
+                "the PLY header claims {} entries of \"{name}\", more than the file's {length} bytes can hold",
+                element.count
+            ));
+        }
+    }
+    Ok(())
+}
+
 fn read(path: &Path) -> Result<Mesh> {
     let fail = |message: String| Error::File {
         path: path.to_path_buf(),
         message,
     };
-    let file = File::open(path).map_err(|error| fail(error.to_string()))?;
-    let ply = Parser::<DefaultElement>::new()
-        .read_ply(&mut BufReader::new(file))
-        .map_err(|error| {
-            // The parser explains itself over several lines.
-            let reason = error.to_string().replace('\n', " ");
-            fail(format!("not a readable PLY file: {}", reason.trim_end()))
-        })?;
+    let open = |error: std::io::Error| fail(format!("cannot be opened: {}", error.kind()));
+    let file = File::open(path).map_err(open)?;
+    let length = file.metadata().map_err(open)?.len();
+    let unreadable = |error: ParseError| {
+        // The parser explains itself over several lines.
+        let reason = error.to_string().replace('\n', " ");
+        fail(format!("not a readable PLY file: {}", reason.trim_end()))
+    };
+    let parser = Parser::<DefaultElement>::new();
+    let mut reader = Reader::new(BufReader::new(file));
+    let header = parser.read_header(&mut reader).map_err(unreadable)?;
+    check_counts(&header, length).map_err(fail)?;
+    let payload = parser
+        .read_payload(&mut reader, &header)
+        .map_err(unreadable)?;
     let element = |name: &str| {
-        ply.payload
+        payload
             .get(name)
             .filter(|list| !list.is_empty())
             .ok_or_else(|| fail(format!("the PLY file has no element \"{name}\"")))
@@ -109,6 +135,11 @@ fn read(path: &Path) -> Result<Mesh> {
             };
             if !value.is_finite() {
                 return Err(fail(format!("vertex {index}: {key} is not finite")));
+            }
+            if value.abs() > MAX_EXTENT {
+                return Err(fail(format!(
+                    "vertex {index}: {key} is {value} mm; expected at most {MAX_EXTENT} mm either way"
+                )));
             }
         }
         let fresh = vertices.len();

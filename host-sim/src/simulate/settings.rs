@@ -1,11 +1,13 @@
 //! What the simulated scanner does: array, pulse, beams, record, noise.
 
+use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
 use super::array::Array;
 use super::pulse::Pulse;
+use super::record::Record;
 
 /// The scanner's settings. The default is the paper's (Section "Simulation setup"); what the
 /// paper leaves open is marked as assumed. SI units.
@@ -116,19 +118,11 @@ impl Settings {
 
     /// Checks every value; the error names the first that is impossible.
     pub fn validate(&self) -> Result<()> {
-        let positive = [
-            ("pitch", self.pitch),
-            ("f0", self.f0),
-            ("fs", self.fs),
-            ("c", self.c),
-            ("focus", self.focus),
-            ("f_number", self.f_number),
-            ("receive_f_number", self.receive_f_number),
-            ("beam_step", self.beam_step),
-        ];
-        for (name, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                return usage(format!("{name} must be positive and finite, is {value}"));
+        for (name, value, [least, most], unit) in self.ranges() {
+            if !(least..=most).contains(&value) {
+                return usage(format!(
+                    "{name} must be {least} to {most}{unit}, is {value}"
+                ));
             }
         }
         if !(2..=1024).contains(&self.elements) {
@@ -172,9 +166,66 @@ impl Settings {
                 "noise must be finite and at most 40 dB, is {noise}"
             ));
         }
-        Ok(())
+        self.check_size()
+    }
+
+    /// What an ultrasound array, its pulse and a medium can be; beyond that a value is in another unit.
+    fn ranges(&self) -> [(&'static str, f64, [f64; 2], &'static str); 8] {
+        [
+            ("pitch", self.pitch, [1e-6, 10e-3], " m"),
+            ("f0", self.f0, [50e3, 200e6], " Hz"),
+            ("fs", self.fs, [200e3, 10e9], " Hz"),
+            ("c", self.c, [200.0, 20e3], " m/s"),
+            ("focus", self.focus, [0.1e-3, 10.0], " m"),
+            ("f_number", self.f_number, [0.1, 1e3], ""),
+            ("receive_f_number", self.receive_f_number, [0.1, 1e3], ""),
+            ("beam_step", self.beam_step, [1e-4, 1024.0], " pitches"),
+        ]
+    }
+
+    /// What the record and the spectra it is made of take is known before they are made, and bounded.
+    fn check_size(&self) -> Result<()> {
+        let Record {
+            samples,
+            window,
+            bins,
+            ..
+        } = Record::new(self);
+        if window > MAX_WINDOW {
+            return usage(format!(
+                "the record of {samples} samples needs transforms of {window}, more than {MAX_WINDOW}; ask \
+                 for less depth, a nearer focus, larger f-numbers or a lower fs"
+            ));
+        }
+        let record = [self.beams, self.elements, samples, size_of::<f32>()];
+        let pairs = [
+            self.elements,
+            self.elements.div_ceil(2),
+            bins,
+            size_of::<Complex<f64>>(),
+        ];
+        let bytes = [record, pairs].map(|sides| sides.into_iter().fold(1, usize::saturating_mul));
+        let bytes = bytes[0].saturating_add(bytes[1]);
+        if bytes <= MAX_BYTES {
+            return Ok(());
+        }
+        usage(format!(
+            "{} beams of {} elements with {samples} samples each, and the spectra they are made of, would \
+             take {:.1} GiB, more than {} GiB; ask for fewer beams, less depth or a lower fs",
+            self.beams,
+            self.elements,
+            bytes as f64 / GIB as f64,
+            MAX_BYTES / GIB
+        ))
     }
 }
+
+const GIB: usize = 1 << 30;
+/// The most that a record and its spectra may take, bytes: four times the paper's with two beams an
+/// element.
+const MAX_BYTES: usize = 4 * GIB;
+/// The longest transform, samples.
+const MAX_WINDOW: usize = 1 << 22;
 
 fn usage(message: String) -> Result<()> {
     Err(Error::Usage(format!("simulation settings: {message}")))

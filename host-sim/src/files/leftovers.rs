@@ -1,0 +1,78 @@
+//! What a run has on the disk before its outputs are whole: removed if a signal ends it.
+//!
+//! A signal handler may do next to nothing, so a thread waits for SIGINT and SIGTERM instead. It and
+//! whoever makes or renames a temporary file take turns by one lock: no file is missed, and outputs
+//! that have begun to take their places all do.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+static LEFTOVERS: Mutex<Leftovers> = Mutex::new(Leftovers {
+    files: BTreeSet::new(),
+    folders: Vec::new(),
+});
+
+/// Temporary files, and folders that are new.
+pub struct Leftovers {
+    files: BTreeSet<PathBuf>,
+    folders: Vec<PathBuf>,
+}
+
+/// The turn of whoever holds it; a signal waits until it is dropped.
+pub fn turn() -> MutexGuard<'static, Leftovers> {
+    // A thread that panicked in its turn has left the lists whole.
+    LEFTOVERS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Leftovers {
+    /// A temporary file is there.
+    pub fn add(&mut self, file: &Path) {
+        self.files.insert(file.to_path_buf());
+    }
+
+    /// It is gone, or an output now.
+    pub fn forget(&mut self, file: &Path) {
+        self.files.remove(file);
+    }
+
+    /// A folder is new: to be removed if it stays empty.
+    pub fn add_folder(&mut self, folder: &Path) {
+        self.folders.push(folder.to_path_buf());
+    }
+
+    fn remove(&mut self) {
+        for file in &self.files {
+            let _ = fs::remove_file(file);
+        }
+        // The innermost first; one that is not empty is somebody else's by now.
+        for folder in self.folders.iter().rev() {
+            let _ = fs::remove_dir(folder);
+        }
+    }
+}
+
+/// From here on SIGINT and SIGTERM end the program without a trace, with status 130 and 143.
+#[cfg(unix)]
+pub fn remove_at_signals() {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+
+    // Where the system gives no handler or no thread, a signal ends the program all the same.
+    let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else {
+        return;
+    };
+    let _ = std::thread::Builder::new().spawn(move || {
+        if let Some(signal) = signals.forever().next() {
+            let mut leftovers = turn();
+            leftovers.remove();
+            // With the lock in hand: nothing new is made while the program ends.
+            std::process::exit(128 + signal);
+        }
+    });
+}
+
+/// There is nothing to catch here.
+#[cfg(not(unix))]
+pub fn remove_at_signals() {}

@@ -1,0 +1,67 @@
+//! What is said on the standard output and the standard error.
+
+use std::io::{self, ErrorKind, Write};
+
+use crate::{Error, Result};
+
+/// The longest message, characters: a line of a crafted file may have millions.
+const LONGEST: usize = 1000;
+
+/// Prints to the standard output.
+///
+/// A reader that has gone away, as `head` does, has seen what it wanted: that is no error.
+///
+/// # Errors
+/// [`Error::Data`] where it cannot be written, as on a full disk.
+pub fn print(text: &str) -> Result<()> {
+    let mut output = io::stdout().lock();
+    match output
+        .write_all(text.as_bytes())
+        .and_then(|()| output.flush())
+    {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Data(format!(
+            "the standard output cannot be written: {e}"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Tells an error in one line on the standard error. Where that cannot be written either, the exit
+/// status still tells it.
+pub fn complain(error: &Error) {
+    let line = format!("host-sim: {}\n", one_line(&error.to_string()));
+    let _ = io::stderr().lock().write_all(line.as_bytes());
+}
+
+/// Names and texts of files may hold line breaks and escape sequences, which a terminal would obey.
+fn one_line(message: &str) -> String {
+    let mut line = String::new();
+    let mut characters = message.chars();
+    for c in characters.by_ref().take(LONGEST) {
+        if c.is_control() {
+            line.extend(c.escape_default());
+        } else {
+            line.push(c);
+        }
+    }
+    if characters.next().is_some() {
+        line.push('…');
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_one_short_line_without_escape_sequences() {
+        assert_eq!(one_line("β = 1 %: no"), "β = 1 %: no");
+        assert_eq!(
+            one_line("a\nb\x1b[31mc\u{9b}d"),
+            "a\\nb\\u{1b}[31mc\\u{9b}d"
+        );
+        let long = one_line(&"x".repeat(10_000_000));
+        assert_eq!(long.chars().count(), LONGEST + 1);
+    }
+}

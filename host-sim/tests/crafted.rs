@@ -1,0 +1,323 @@
+//! Files and command lines made to do harm: each is refused in one line, at once, in bounded memory.
+
+mod common;
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use common::channel_data_without;
+use tempfile::{TempDir, tempdir};
+use zip::CompressionMethod;
+use zip::write::{SimpleFileOptions, ZipWriter};
+
+/// The exit status of a wrong command line or configuration.
+const USAGE: i32 = 2;
+/// The exit status of wrong data.
+const DATA: i32 = 1;
+/// No refusal takes as long, however busy the machine is.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Runs the program with at most 4 GB of address space; it must be refused with this status, and with
+/// one line that holds all of `parts`.
+fn refused(folder: &TempDir, arguments: &str, status: i32, parts: &[&str]) {
+    let before = names(folder.path());
+    let begin = Instant::now();
+    let output = Command::new("sh")
+        .arg("-c")
+        .arg(format!("ulimit -v 4000000; exec \"$0\" {arguments}"))
+        .arg(env!("CARGO_BIN_EXE_host-sim"))
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(status), "{arguments}: {message}");
+    assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
+    assert!(message.len() < 5000, "{arguments}: {} bytes", message.len());
+    for part in parts {
+        assert!(
+            message.contains(part),
+            "{arguments}: no `{part}`: {message}"
+        );
+    }
+    assert!(begin.elapsed() < PATIENCE, "{arguments}");
+    assert_eq!(names(folder.path()), before, "{arguments}");
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<_> = entries
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// An `.npy` array of version 1 with this dtype and shape, and these bytes of numbers.
+fn npy(descr: &str, shape: &str, numbers: &[u8]) -> Vec<u8> {
+    let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(numbers);
+    bytes
+}
+
+/// Channel data in which one member is these bytes.
+fn recording(folder: &TempDir, key: &str, bytes: &[u8]) {
+    let path = folder.path().join("data.npz");
+    channel_data_without(&path, &[key]).finish();
+    let file = fs::OpenOptions::new()
+        .read(true)
+        .write(true)
+        .open(&path)
+        .unwrap();
+    let mut archive = ZipWriter::new_append(file).unwrap();
+    let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
+    archive.start_file(format!("{key}.npy"), options).unwrap();
+    archive.write_all(bytes).unwrap();
+    archive.finish().unwrap();
+}
+
+const BEAMFORM: &str = "beamform data.npz -o lines.npz";
+const FILTER: &str = "phase-symmetry image.npy -o ps.npy";
+
+#[test]
+fn arrays_that_claim_more_than_they_hold() {
+    let folder = tempdir().unwrap();
+    let image = folder.path().join("image.npy");
+    let nested = format!("{}{}", "(".repeat(40), ")".repeat(40));
+    let mut long = npy("<f4", "(64, 64)", &[]);
+    long[6] = 2;
+    long.splice(8..10, u32::MAX.to_le_bytes());
+    for (bytes, part) in [
+        (npy(">f4", "(1000000, 1000000)", b"abc"), "truncated"),
+        (npy("<f4", "(1000000, 1000000)", b"abc"), "truncated"),
+        (npy("<f4", "(0, 18446744073709551615)", &[]), "no memory"),
+        (npy(">f8", "(4294967296, 4294967296)", &[]), "no memory"),
+        (npy("<f4", &nested, &[]), "nests too deep"),
+        (long, "4294967295 bytes"),
+    ] {
+        fs::write(&image, &bytes).unwrap();
+        refused(&folder, FILTER, DATA, &["image.npy", part]);
+        for key in ["rf", "fs", "t0", "element_x", "tx_angle"] {
+            recording(&folder, key, &bytes);
+            refused(&folder, BEAMFORM, DATA, &["data.npz", key, part]);
+        }
+        fs::remove_file(folder.path().join("data.npz")).unwrap();
+    }
+}
+
+#[test]
+fn a_member_that_inflates_without_end() {
+    let folder = tempdir().unwrap();
+    let numbers = vec![0u8; 4 * 8 * 1_000_000];
+    recording(&folder, "rf", &npy("<f4", "(1, 8, 1000000)", &numbers));
+    refused(&folder, BEAMFORM, DATA, &["data.npz", "`rf` inflates"]);
+}
+
+#[test]
+fn a_picture_too_large() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("image.png");
+    image::GrayImage::new(20_000, 2).save(&path).unwrap();
+    let filter = "phase-symmetry image.png -o ps.npy";
+    refused(&folder, filter, DATA, &["image.png"]);
+}
+
+#[test]
+fn meshes_that_claim_or_reach_too_far() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("mesh.ply");
+    let simulate = "simulate vertebra --mesh mesh.ply -o out.npz";
+    let head = "ply\nformat ascii 1.0\n";
+    fs::write(
+        &path,
+        format!("{head}element vertex 1000000000000\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"),
+    )
+    .unwrap();
+    refused(
+        &folder,
+        simulate,
+        DATA,
+        &["mesh.ply", "1000000000000", "vertex"],
+    );
+    let properties = "property float x\nproperty float y\nproperty float z\n";
+    fs::write(
+        &path,
+        format!(
+            "{head}element vertex 3\n{properties}element face 1\nproperty list uchar int \
+             vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1e30 0\n3 0 1 2\n"
+        ),
+    )
+    .unwrap();
+    refused(&folder, simulate, DATA, &["mesh.ply", "vertex 2", "mm"]);
+    // A line of ten million characters, and escape sequences.
+    let mut text = head.as_bytes().to_vec();
+    text.extend(b"\x1b[31m".repeat(2_000_000));
+    fs::write(&path, text).unwrap();
+    refused(&folder, simulate, DATA, &["mesh.ply"]);
+}
+
+#[test]
+fn absurd_settings() {
+    let folder = tempdir().unwrap();
+    for flag in [
+        "--f-number 1e-300",
+        "--f-number 1e300",
+        "--focus 1e300",
+        "--focus 1e-300",
+        "--beam-step 1e-300",
+        "--beams 1000000000000",
+        "--depth-end 1e300",
+    ] {
+        refused(
+            &folder,
+            &format!("simulate vertebra {flag} -o a.npz"),
+            USAGE,
+            &["must"],
+        );
+    }
+    for setting in [
+        "pitch = 1e300",
+        "pitch = 1e-300",
+        "receive_f_number = 1e-300",
+        "c = 1.0",
+        "c = 1e300",
+        "fs = 1e12",
+        "f0 = 1e300",
+        "f0 = 1e-300",
+    ] {
+        let config = folder.path().join("config.toml");
+        fs::write(&config, format!("[simulate.scanner]\n{setting}\n")).unwrap();
+        let name = setting.split(' ').next().unwrap();
+        let simulate = "simulate vertebra --config config.toml -o a.npz";
+        refused(&folder, simulate, USAGE, &[name]);
+    }
+    // Possible settings whose record no machine here would hold.
+    let config = folder.path().join("config.toml");
+    fs::write(
+        &config,
+        "[simulate.scanner]\nelements = 1024\nbeams = 1024\nbeam_step = 0.5\nfs = 1e9\n",
+    )
+    .unwrap();
+    let simulate = "simulate vertebra --config config.toml -o a.npz";
+    refused(&folder, simulate, USAGE, &["GiB"]);
+}
+
+#[test]
+fn names_that_cannot_be_outputs() {
+    let folder = tempdir().unwrap();
+    channel_data_without(&folder.path().join("data.npz"), &[]).finish();
+    // The lines' own name fits; that of the configuration beside it does not.
+    let long = format!("{}.npz", "x".repeat(240));
+    let beamform = format!("beamform data.npz -o {long} --image lines.png");
+    refused(&folder, &beamform, DATA, &["longer than the system allows"]);
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("nowhere/lines.npz", folder.path().join("lines.npz")).unwrap();
+        refused(&folder, BEAMFORM, DATA, &["lines.npz", "symbolic link"]);
+    }
+}
+
+#[test]
+fn an_output_name_with_escape_sequences_is_told_without_them() {
+    let folder = tempdir().unwrap();
+    let beamform = "beamform \"$(printf 'a\\033[31mb\\nc.npz')\" -o lines.npz";
+    refused(&folder, beamform, DATA, &["a\\u{1b}[31mb\\nc.npz"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_an_error_and_a_closed_one_is_not() {
+    let folder = tempdir().unwrap();
+    let program = env!("CARGO_BIN_EXE_host-sim");
+    for arguments in [&["--help"][..], &["--quick"]] {
+        let full = fs::File::create("/dev/full").unwrap();
+        let output = Command::new(program)
+            .args(arguments)
+            .current_dir(folder.path())
+            .stdout(full)
+            .stderr(Stdio::piped())
+            .output()
+            .unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(DATA), "{message}");
+        assert!(message.contains("standard output"), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        let mut child = Command::new(program)
+            .args(arguments)
+            .current_dir(folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), message.as_str()), (Some(0), ""));
+    }
+    // Nobody can be told, but the status tells it.
+    let full = || fs::File::create("/dev/full").unwrap();
+    let status = Command::new(program)
+        .args(["beamform", "missing.npz", "-o", "lines.npz"])
+        .current_dir(folder.path())
+        .stdout(full())
+        .stderr(full())
+        .status()
+        .unwrap();
+    assert_eq!(status.code(), Some(DATA));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_leaves_the_outputs_whole_or_none() {
+    let whole = [
+        "data.npz",
+        "lines.npz",
+        "lines.npz.config.toml",
+        "lines.png",
+    ];
+    let mut interrupted = 0;
+    for (number, signal, status) in [("2", "INT", 130), ("15", "TERM", 143)] {
+        for step in 0..12 {
+            let folder = tempdir().unwrap();
+            channel_data_without(&folder.path().join("data.npz"), &[]).finish();
+            let mut child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+                .args([
+                    "beamform",
+                    "data.npz",
+                    "-o",
+                    "lines.npz",
+                    "--image",
+                    "lines.png",
+                ])
+                .current_dir(folder.path())
+                .stderr(Stdio::null())
+                .spawn()
+                .unwrap();
+            std::thread::sleep(Duration::from_millis(4 * step));
+            let sent = Command::new("kill")
+                .args([format!("-{number}"), child.id().to_string()])
+                .stderr(Stdio::null())
+                .status()
+                .unwrap();
+            let ended = child.wait().unwrap();
+            let found = names(folder.path());
+            match ended.code() {
+                Some(0) => assert_eq!(found, whole),
+                // Before the program has begun to catch it, the system ends it, and nothing is there.
+                None => assert_eq!(found, ["data.npz"], "{signal}"),
+                Some(code) => {
+                    interrupted += 1;
+                    assert!(sent.success());
+                    assert_eq!(code, status, "SIG{signal}");
+                    assert!(found == ["data.npz"] || found == whole, "{found:?}");
+                }
+            }
+        }
+    }
+    assert!(interrupted > 0, "no signal came while the program ran");
+}
