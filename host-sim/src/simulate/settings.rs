@@ -121,7 +121,7 @@ impl Settings {
         for (name, value, [least, most], unit) in self.ranges() {
             if !(least..=most).contains(&value) {
                 return usage(format!(
-                    "{name} must be {least} to {most}{unit}, is {value}"
+                    "{name} must be positive, {least} to {most}{unit}, is {value}"
                 ));
             }
         }
