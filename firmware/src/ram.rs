@@ -3,7 +3,7 @@
 use bonebeam::beamform::Workspace;
 use bonebeam::covariance::{Forward, ForwardBackward};
 use bonebeam::focus::Delay;
-use bonebeam::phase_symmetry::{self, LogGaborTables};
+use bonebeam::phase_symmetry::{LogGaborTables, StripMemory};
 use bonebeam_tests::Workspaces;
 use cortex_m_semihosting::hprintln;
 
@@ -65,29 +65,14 @@ pub fn print() {
         hprintln!("RAM beamformer {sizes} forward {forward_bytes}");
     }
     for (sizes, bytes) in [
-        ("64x64 strip 1", phase_symmetry::Workspace::<64, 1>::BYTES),
-        ("64x64 strip 8", phase_symmetry::Workspace::<64, 8>::BYTES),
-        ("64x64 strip 64", phase_symmetry::Workspace::<64, 64>::BYTES),
-        (
-            "128x128 strip 1",
-            phase_symmetry::Workspace::<128, 1>::BYTES,
-        ),
-        (
-            "128x128 strip 8",
-            phase_symmetry::Workspace::<128, 8>::BYTES,
-        ),
-        (
-            "128x128 strip 32",
-            phase_symmetry::Workspace::<128, 32>::BYTES,
-        ),
-        (
-            "512x512 strip 1",
-            phase_symmetry::Workspace::<512, 1>::BYTES,
-        ),
-        (
-            "512x512 strip 8",
-            phase_symmetry::Workspace::<512, 8>::BYTES,
-        ),
+        ("64x64 strip 1", StripMemory::<64, 1>::BYTES),
+        ("64x64 strip 8", StripMemory::<64, 8>::BYTES),
+        ("64x64 strip 64", StripMemory::<64, 64>::BYTES),
+        ("128x128 strip 1", StripMemory::<128, 1>::BYTES),
+        ("128x128 strip 8", StripMemory::<128, 8>::BYTES),
+        ("128x128 strip 32", StripMemory::<128, 32>::BYTES),
+        ("512x512 strip 1", StripMemory::<512, 1>::BYTES),
+        ("512x512 strip 8", StripMemory::<512, 8>::BYTES),
     ] {
         hprintln!("RAM phase symmetry {sizes} {bytes}");
     }

@@ -2,7 +2,9 @@
 //! phase_symmetry`. Read the fastest runs, as ratios. Beside straight rustfft and scipy:
 //! `host-sim bench --only phase-symmetry`.
 
-use bonebeam::phase_symmetry::{GainTables, LogGabor, LogGaborTables, PhaseSymmetry};
+use bonebeam::phase_symmetry::{
+    self as core, GainTables, LogGabor, LogGaborTables, PhaseSymmetry, Sizes,
+};
 use bonebeam::simd::InstructionSet;
 use divan::{Bencher, black_box};
 use host_sim::drive::phase_symmetry::{Parameters, Plan};
@@ -69,8 +71,17 @@ fn sse2(bencher: Bencher, strip: usize) {
 
 #[divan::bench(sample_count = 50)]
 fn gain_tables_from_parameters(bencher: Bencher) {
-    let bank = PhaseSymmetry::new(SIDE, SIDE, &SCALES, THRESHOLD, 16).expect("valid parameters");
-    let mut memory = vec![0.0; GainTables::len(&bank)];
+    let bank = PhaseSymmetry::new(&core::Parameters {
+        sizes: Sizes {
+            rows: SIDE,
+            columns: SIDE,
+            strip: 16,
+        },
+        scales: &SCALES,
+        threshold: THRESHOLD,
+    });
+    let bank = bank.expect("valid parameters");
+    let mut memory = vec![0.0; bank.gain_tables_len()];
     bencher.bench_local(|| {
         let mut tables = LogGaborTables::new();
         GainTables::new(&LogGabor::new(&mut tables), &bank, &mut memory[..]).map(|_| ())

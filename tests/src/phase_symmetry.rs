@@ -2,8 +2,8 @@
 
 use bonebeam::Error;
 use bonebeam::phase_symmetry::{
-    External, Kernels, LogGabor, LogGaborTables, Microfft, PhaseSymmetry, Workspace,
-    spectrum_columns,
+    External, Kernels, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, Sizes,
+    StripMemory,
 };
 
 use crate::hash;
@@ -17,6 +17,12 @@ pub const STRIPS: [(&str, usize); 4] = [
     ("phase-symmetry-strip-16", 16),
     ("phase-symmetry-strip-64", SIDE),
 ];
+/// For the largest of them; what lies in slow memory is the same for all.
+const SIZES: Sizes = Sizes {
+    rows: SIDE,
+    columns: SIDE,
+    strip: SIDE,
+};
 /// `r₀`, cycles per pixel.
 pub const SCALES: [f64; 3] = [1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0];
 /// `T_n`.
@@ -48,29 +54,28 @@ const fn ridge(at: usize, top: usize) -> u32 {
 /// The memory of the cases.
 pub struct Memory {
     tables: LogGaborTables,
-    fast: Workspace<SIDE, SIDE>,
-    spectrum: [f32; 2 * SIDE * spectrum_columns(SIDE)],
-    filtered: [f32; 2 * SIDE * SIDE],
-    amplitude: [f32; SIDE * SIDE],
-    symmetry: [f32; SIDE * SIDE],
+    fast: StripMemory<SIDE, SIDE>,
+    spectrum: [f32; SIZES.spectrum_len()],
+    filtered: [f32; SIZES.filtered_len()],
+    amplitude: [f32; SIZES.amplitude_len()],
+    symmetry: [f32; SIZES.symmetry_len()],
 }
 
 impl Memory {
     pub(crate) const fn new() -> Self {
         Memory {
             tables: LogGaborTables::new(),
-            fast: Workspace::new(),
-            spectrum: [0.0; 2 * SIDE * spectrum_columns(SIDE)],
-            filtered: [0.0; 2 * SIDE * SIDE],
-            amplitude: [0.0; SIDE * SIDE],
-            symmetry: [0.0; SIDE * SIDE],
+            fast: StripMemory::new(),
+            spectrum: [0.0; SIZES.spectrum_len()],
+            filtered: [0.0; SIZES.filtered_len()],
+            amplitude: [0.0; SIZES.amplitude_len()],
+            symmetry: [0.0; SIZES.symmetry_len()],
         }
     }
 }
 
 pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
     let kernels = Kernels {
-        zero: 0.0,
         fft: &Microfft,
         gains: &LogGabor::new(&mut memory.tables),
     };
@@ -82,12 +87,13 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
             amplitude: &mut &mut memory.amplitude[..],
             symmetry: &mut &mut memory.symmetry[..],
         };
-        PhaseSymmetry::new(SIDE, SIDE, &SCALES, THRESHOLD, strip)?.run(
-            &kernels,
-            &mut external,
-            &mut memory.fast.buffers(),
-            &mut |_| {},
-        )?;
+        let bank = PhaseSymmetry::new(&Parameters {
+            sizes: Sizes { strip, ..SIZES },
+            scales: &SCALES,
+            threshold: THRESHOLD,
+        })?;
+        let fast = &mut memory.fast.slices();
+        bank.run(&kernels, &mut external, fast, &mut |_| {})?;
         report(name, hash::real(&memory.symmetry));
     }
     Ok(())

@@ -70,6 +70,24 @@ fn test_image(rows: usize, columns: usize, seed: u64) -> Array2<f32> {
     })
 }
 
+fn bank(
+    rows: usize,
+    columns: usize,
+    scales: &[f64],
+    threshold: f32,
+    strip: usize,
+) -> Result<core::PhaseSymmetry, bonebeam::Error> {
+    core::PhaseSymmetry::new(&core::Parameters {
+        sizes: core::Sizes {
+            rows,
+            columns,
+            strip,
+        },
+        scales,
+        threshold,
+    })
+}
+
 fn in_strips(image: &Array2<f32>, scales: &[f64], threshold: f32, strip: usize) -> Array2<f32> {
     let parameters = Parameters {
         scales: scales.to_vec(),
@@ -202,10 +220,10 @@ fn the_transform_over_lanes_gives_microffts_numbers() {
 #[test]
 fn gains_from_tables_have_the_bits_of_those_on_the_fly() {
     for (rows, columns, strip) in [(64, 64, 16), (64, 128, 7), (256, 64, 64)] {
-        let bank = core::PhaseSymmetry::new(rows, columns, &FIVE, 1.0, strip).unwrap();
+        let bank = bank(rows, columns, &FIVE, 1.0, strip).unwrap();
         let mut memory = core::LogGaborTables::new();
         let filters = core::LogGabor::new(&mut memory);
-        let length = core::GainTables::len(&bank);
+        let length = bank.gain_tables_len();
         let tables = core::GainTables::new(&filters, &bank, vec![0.0; length]).unwrap();
         let nyquist = columns / 2;
         for mirrored in [false, true] {
@@ -229,13 +247,12 @@ fn gains_from_tables_have_the_bits_of_those_on_the_fly() {
 
 #[test]
 fn gain_tables_of_another_bank_are_refused() {
-    let bank = |rows, scales: &[f64], threshold, strip| {
-        core::PhaseSymmetry::new(rows, 64, scales, threshold, strip).unwrap()
-    };
+    let bank =
+        |rows, scales: &[f64], threshold, strip| bank(rows, 64, scales, threshold, strip).unwrap();
     let ours = bank(64, &THREE, 1.0, 16);
     let mut memory = core::LogGaborTables::new();
     let filters = core::LogGabor::new(&mut memory);
-    let length = core::GainTables::len(&ours);
+    let length = ours.gain_tables_len();
     let tables = core::GainTables::new(&filters, &ours, vec![0.0; length]).unwrap();
     let check = |other| Gains::<f32>::check(&tables, &other);
     assert!(check(bank(64, &THREE, 2.0, 16)).is_ok());
@@ -545,17 +562,17 @@ impl Counting {
     }
 }
 
-impl core::Source for Counting {
-    fn read(&mut self, first: usize, into: &mut [f32]) -> Result<(), bonebeam::Error> {
+impl core::ReadAt for Counting {
+    fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), bonebeam::Error> {
         self.count(into.len())?;
-        self.data.as_slice().read(first, into)
+        self.data.as_slice().read_at(first, into)
     }
 }
 
-impl core::Store for Counting {
-    fn write(&mut self, first: usize, from: &[f32]) -> Result<(), bonebeam::Error> {
+impl core::WriteAt for Counting {
+    fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), bonebeam::Error> {
         self.count(from.len())?;
-        self.data.as_mut_slice().write(first, from)
+        self.data.as_mut_slice().write_at(first, from)
     }
 }
 
@@ -567,19 +584,19 @@ fn on_target(
     accesses: usize,
 ) -> Result<(Array2<f32>, usize), bonebeam::Error> {
     let (rows, columns) = image.dim();
-    let mut workspace = core::Workspace::<128, 5>::new();
+    let bank = bank(rows, columns, &THREE, 3.0, strip)?;
+    let mut memory = core::StripMemory::<128, 5>::new();
     let mut tables = core::LogGaborTables::new();
     let kernels = core::Kernels {
-        zero: 0.0,
         fft: &core::Microfft,
         gains: &core::LogGabor::new(&mut tables),
     };
-    let half = core::spectrum_columns(columns);
-    let mut spectrum = Counting::new(2 * rows * half, usize::MAX);
-    let mut filtered = Counting::new(2 * rows * columns, accesses);
-    let mut amplitude = vec![f32::NAN; rows * columns];
-    let mut symmetry = vec![f32::NAN; rows * columns];
-    core::PhaseSymmetry::new(rows, columns, &THREE, 3.0, strip)?.run(
+    let sizes = bank.sizes();
+    let mut spectrum = Counting::new(sizes.spectrum_len(), usize::MAX);
+    let mut filtered = Counting::new(sizes.filtered_len(), accesses);
+    let mut amplitude = vec![f32::NAN; sizes.amplitude_len()];
+    let mut symmetry = vec![f32::NAN; sizes.symmetry_len()];
+    bank.run(
         &kernels,
         &mut core::External {
             image: &mut image.as_slice().expect("row-major"),
@@ -588,7 +605,7 @@ fn on_target(
             amplitude: &mut amplitude.as_mut_slice(),
             symmetry: &mut symmetry.as_mut_slice(),
         },
-        &mut workspace.buffers(),
+        &mut memory.slices(),
         &mut |_| {},
     )?;
     let largest = filtered.largest.max(spectrum.largest);
@@ -622,29 +639,29 @@ fn failing_memory_and_small_buffers_are_errors() {
 
 #[test]
 fn a_slice_refuses_what_does_not_lie_in_it() {
-    use core::{Source, Store};
+    use core::{ReadAt, WriteAt};
     let mut data = [0.0, 1.0, 2.0, 3.0, 4.0];
     let mut two = [0.0; 2];
-    data.as_slice().read(3, &mut two).unwrap();
+    data.as_slice().read_at(3, &mut two).unwrap();
     assert_eq!(two, [3.0, 4.0]);
-    data.as_mut_slice().write(0, &two).unwrap();
+    data.as_mut_slice().write_at(0, &two).unwrap();
     assert_eq!(data, [3.0, 4.0, 2.0, 3.0, 4.0]);
     for wrong in [4, 5, usize::MAX] {
         let mut slice = data.as_mut_slice();
-        assert_eq!(slice.read(wrong, &mut two), Err(bonebeam::Error::Memory));
-        assert_eq!(slice.write(wrong, &two), Err(bonebeam::Error::Memory));
+        assert_eq!(slice.read_at(wrong, &mut two), Err(bonebeam::Error::Memory));
+        assert_eq!(slice.write_at(wrong, &two), Err(bonebeam::Error::Memory));
     }
 }
 
 #[test]
 fn memory_is_what_the_documentation_says() {
     assert_eq!(core::LogGaborTables::BYTES, 17_920);
-    assert_eq!(core::Workspace::<64, 1>::BYTES, 1_792);
-    assert_eq!(core::Workspace::<64, 64>::BYTES, 66_304);
-    assert_eq!(core::Workspace::<512, 16>::BYTES, 137_216);
+    assert_eq!(core::StripMemory::<64, 1>::BYTES, 1_792);
+    assert_eq!(core::StripMemory::<64, 64>::BYTES, 66_304);
+    assert_eq!(core::StripMemory::<512, 16>::BYTES, 137_216);
     assert_eq!(core::LaneFft::BYTES, 4_096);
-    let bank = core::PhaseSymmetry::new(512, 512, &THREE, 15.0, 16).unwrap();
-    assert_eq!(4 * core::GainTables::len(&bank), 5_003_276);
+    let bank = bank(512, 512, &THREE, 15.0, 16).unwrap();
+    assert_eq!(4 * bank.gain_tables_len(), 5_003_276);
 }
 
 #[test]

@@ -1,12 +1,13 @@
 //! The columns of a filtered image: spectrum × gain, inversely transformed.
 
-use super::external::{Source, Store};
+use super::bank::PhaseSymmetry;
+use super::external::{ReadAt, WriteAt};
 use super::fft::{Fft, inverse, opposite};
 use super::gains::{Gains, LaneColumns};
-use super::lines::{groups, load, store};
+use super::lines::{groups, load_partial, store_partial};
 use super::log_gabor::ORIENTATIONS;
-use super::strip::{Kernels, PhaseSymmetry};
-use super::workspace::StripBuffers;
+use super::memory::StripSlices;
+use super::strip::Kernels;
 use crate::Error;
 use crate::simd::Vector;
 use crate::simd::{MOST_LANES, transpose};
@@ -25,51 +26,34 @@ impl PhaseSymmetry {
     /// that the bank does not have.
     pub fn filter_columns<V: Vector, F: Fft<V>, G: Gains<V>>(
         &self,
-        kernels: &Kernels<'_, V, F, G>,
+        kernels: &Kernels<'_, F, G>,
         filter: usize,
         columns: Range<usize>,
-        spectrum: &mut dyn Source,
-        filtered: &mut dyn Store,
-        buffers: &mut StripBuffers<'_, V>,
+        spectrum: &mut dyn ReadAt,
+        filtered: &mut dyn WriteAt,
+        memory: &mut StripSlices<'_, V>,
     ) -> Result<(), Error> {
-        self.check(kernels, buffers)?;
+        let zero = self.check(kernels, memory)?;
         self.check_step(filter, &columns, self.column_strips())?;
-        let strip = &mut buffers.strip[..2 * self.rows * columns.len()];
-        spectrum.read(2 * self.rows * columns.start, strip)?;
+        let strip = &mut memory.strip[..2 * self.rows * columns.len()];
+        spectrum.read_at(2 * self.rows * columns.start, strip)?;
         for mirrored in [false, true] {
-            let wanted = self.wanted(&columns, mirrored);
-            if wanted.is_empty() {
+            let half = Half::new(self, &columns, mirrored);
+            if half.wanted.is_empty() {
                 continue;
             }
-            kernels.zero.vectorize(
+            zero.vectorize(
                 #[inline(always)]
-                || self.filter_half(kernels, filter, &columns, mirrored, buffers),
+                || half.filter(zero, kernels, filter, memory),
             );
             for rows in self.row_strips() {
-                let [from, to] = [rows.start, rows.end].map(|row| 2 * row * wanted.len());
-                let place =
-                    self.columns * rows.start + self.place(wanted.start, mirrored) * rows.len();
-                filtered.write(2 * place, &buffers.sums[from..to])?;
+                let [from, to] = [rows.start, rows.end].map(|row| 2 * row * half.wanted.len());
+                let first = self.place(half.wanted.start, mirrored);
+                let place = self.columns * rows.start + first * rows.len();
+                filtered.write_at(2 * place, &memory.sums[from..to])?;
             }
         }
         Ok(())
-    }
-
-    /// The columns of a strip of the half spectrum that the image has, as they are or mirrored:
-    /// the zero and the Nyquist frequency are their own mirror images.
-    fn wanted(&self, columns: &Range<usize>, mirrored: bool) -> Range<usize> {
-        let nyquist = self.columns / 2;
-        let start = if mirrored && columns.start == 0 {
-            1
-        } else {
-            columns.start
-        };
-        let end = if mirrored && columns.end > nyquist {
-            nyquist
-        } else {
-            columns.end
-        };
-        start..end
     }
 
     /// Where a column of the half spectrum, or its mirror image, stands among the filtered ones:
@@ -91,93 +75,162 @@ impl PhaseSymmetry {
             self.place(self.columns - column, true)
         }
     }
+}
+
+/// The columns of a strip of the half spectrum as they are, or their mirror images.
+struct Half<'a> {
+    bank: &'a PhaseSymmetry,
+    /// The strip.
+    columns: &'a Range<usize>,
+    /// Those of them that the image has: the zero and the Nyquist frequency are their own mirror images.
+    wanted: Range<usize>,
+    mirrored: bool,
+}
+
+impl<'a> Half<'a> {
+    fn new(bank: &'a PhaseSymmetry, columns: &'a Range<usize>, mirrored: bool) -> Self {
+        let wanted = if mirrored {
+            columns.start.max(1)..columns.end.min(bank.columns / 2)
+        } else {
+            columns.clone()
+        };
+        Half {
+            bank,
+            columns,
+            wanted,
+            mirrored,
+        }
+    }
 
     /// From the strip buffer into the sums buffer, in pieces for the strips of rows.
     #[inline(always)]
-    fn filter_half<V: Vector, F: Fft<V>, G: Gains<V>>(
+    fn filter<V: Vector, F: Fft<V>, G: Gains<V>>(
         &self,
-        kernels: &Kernels<'_, V, F, G>,
+        zero: V,
+        kernels: &Kernels<'_, F, G>,
         filter: usize,
-        columns: &Range<usize>,
-        mirrored: bool,
-        buffers: &mut StripBuffers<'_, V>,
+        memory: &mut StripSlices<'_, V>,
     ) {
-        let Kernels { zero, fft, gains } = *kernels;
-        let (rows, width) = (self.rows, columns.len());
-        let wanted = self.wanted(columns, mirrored);
-        let strip = &buffers.strip[..2 * rows * width];
-        let out = &mut *buffers.sums;
-        let line = &mut buffers.line[..rows];
-        let gain = &mut buffers.gains[..rows];
-        let scale = zero.splat(1.0 / rows as f32);
-        let sign = zero.splat(if mirrored { -1.0 } else { 1.0 });
-        for (first, lanes) in groups::<V>(width) {
-            // Lanes become rows, each column that is wanted.
-            let lane = |k: usize| {
-                let column = columns.start + first + k;
-                let wanted = k < lanes && wanted.contains(&column);
-                wanted.then_some(column)
+        let rows = self.bank.rows;
+        let strip = &memory.strip[..2 * rows * self.columns.len()];
+        let line = &mut memory.line[..rows];
+        let gains = &mut memory.gains[..rows];
+        let out = &mut *memory.sums;
+        for (first, lanes) in groups::<V>(self.columns.len()) {
+            let group = LaneColumns {
+                first: self.columns.start + first,
+                lanes,
+                mirrored: self.mirrored,
             };
-            if (0..lanes).all(|k| lane(k).is_none()) {
+            if (0..lanes).all(|k| self.column(group, k).is_none()) {
                 continue;
             }
             if lanes < V::LANES {
-                gain.fill(zero);
+                gains.fill(zero);
             }
-            let group = LaneColumns {
-                first: columns.start + first,
-                lanes,
-                mirrored,
-            };
-            let (radius, orientation) = (filter / ORIENTATIONS.len(), filter % ORIENTATIONS.len());
-            gains.fill(self, radius, orientation, group, gain);
-            let (re, im) = (&strip[first..], &strip[width + first..]);
-            inverse(
-                fft,
-                #[inline(always)]
-                |row| {
-                    // F(−fy, −fx)* of a real image; row 0 is its own mirror image.
-                    let source = if mirrored { opposite(row, rows) } else { row };
-                    let at = 2 * source * width;
-                    Complex {
-                        re: load(zero, re, at, lanes) * gain[row],
-                        im: load(zero, im, at, lanes) * (sign * gain[row]),
-                    }
-                },
-                line,
-            );
-            if V::LANES > 1 && self.strip.is_multiple_of(V::LANES) {
-                for row in (0..rows).step_by(V::LANES) {
-                    let (mut re, mut im): ([V; MOST_LANES], [V; MOST_LANES]) =
-                        ([zero; _], [zero; _]);
-                    for (k, bin) in line[row..row + V::LANES].iter().enumerate() {
-                        (re[k], im[k]) = (bin.re * scale, bin.im * scale);
-                    }
-                    transpose(&mut re);
-                    transpose(&mut im);
-                    for k in 0..V::LANES {
-                        if let Some(column) = lane(k) {
-                            let [re_at, im_at] = self.piece(row, column, &wanted);
-                            store(re[k], out, re_at, V::LANES);
-                            store(im[k], out, im_at, V::LANES);
-                        }
-                    }
+            let (scale, orientation) = (filter / ORIENTATIONS.len(), filter % ORIENTATIONS.len());
+            let bank = self.bank;
+            kernels.gains.fill(bank, scale, orientation, group, gains);
+            self.invert(zero, kernels.fft, strip, group, gains, line);
+            if V::LANES > 1 && bank.strip.is_multiple_of(V::LANES) {
+                self.store_squares(zero, group, line, out);
+            } else {
+                self.store_lanes(zero, group, line, out);
+            }
+        }
+    }
+
+    /// The column in a lane, if it is wanted.
+    #[inline(always)]
+    fn column(&self, group: LaneColumns, lane: usize) -> Option<usize> {
+        let column = group.first + lane;
+        (lane < group.lanes && self.wanted.contains(&column)).then_some(column)
+    }
+
+    /// The inverse transform of a group's columns times their gains, without the factor 1/rows.
+    #[inline(always)]
+    fn invert<V: Vector, F: Fft<V>>(
+        &self,
+        zero: V,
+        fft: &F,
+        strip: &[f32],
+        group: LaneColumns,
+        gains: &[V],
+        line: &mut [Complex<V>],
+    ) {
+        let (rows, width) = (self.bank.rows, self.columns.len());
+        let first = group.first - self.columns.start;
+        let (re, im) = (&strip[first..], &strip[width + first..]);
+        let LaneColumns {
+            lanes, mirrored, ..
+        } = group;
+        let sign = zero.splat(if mirrored { -1.0 } else { 1.0 });
+        inverse(
+            fft,
+            #[inline(always)]
+            |row| {
+                // F(−fy, −fx)* of a real image; row 0 is its own mirror image.
+                let source = if mirrored { opposite(row, rows) } else { row };
+                let at = 2 * source * width;
+                Complex {
+                    re: load_partial(zero, re, at, lanes) * gains[row],
+                    im: load_partial(zero, im, at, lanes) * (sign * gains[row]),
                 }
-                continue;
+            },
+            line,
+        );
+    }
+
+    /// A group's columns into their pieces, by squares of as many rows as a vector has lanes: lanes become
+    /// rows. The strips are made of whole squares.
+    #[inline(always)]
+    fn store_squares<V: Vector>(
+        &self,
+        zero: V,
+        group: LaneColumns,
+        line: &[Complex<V>],
+        out: &mut [f32],
+    ) {
+        let scale = zero.splat(1.0 / self.bank.rows as f32);
+        for row in (0..self.bank.rows).step_by(V::LANES) {
+            let (mut re, mut im): ([V; MOST_LANES], [V; MOST_LANES]) = ([zero; _], [zero; _]);
+            for (k, bin) in line[row..row + V::LANES].iter().enumerate() {
+                (re[k], im[k]) = (bin.re * scale, bin.im * scale);
             }
-            for strip in self.row_strips() {
-                let height = strip.len();
-                let bins = &line[strip.clone()];
-                for k in 0..lanes {
-                    let Some(column) = lane(k) else {
-                        continue;
-                    };
-                    let [at, _] = self.piece(strip.start, column, &wanted);
-                    let (re, im) = out[at..at + 2 * height].split_at_mut(height);
-                    for ((re, im), bin) in re.iter_mut().zip(im).zip(bins) {
-                        *re = (bin.re * scale).lanes()[k];
-                        *im = (bin.im * scale).lanes()[k];
-                    }
+            transpose(&mut re);
+            transpose(&mut im);
+            for k in 0..V::LANES {
+                if let Some(column) = self.column(group, k) {
+                    let [re_at, im_at] = self.piece(row, column);
+                    store_partial(re[k], out, re_at, V::LANES);
+                    store_partial(im[k], out, im_at, V::LANES);
+                }
+            }
+        }
+    }
+
+    /// A group's columns into their pieces, lane by lane.
+    #[inline(always)]
+    fn store_lanes<V: Vector>(
+        &self,
+        zero: V,
+        group: LaneColumns,
+        line: &[Complex<V>],
+        out: &mut [f32],
+    ) {
+        let scale = zero.splat(1.0 / self.bank.rows as f32);
+        for strip in self.bank.row_strips() {
+            let height = strip.len();
+            let bins = &line[strip.clone()];
+            for k in 0..group.lanes {
+                let Some(column) = self.column(group, k) else {
+                    continue;
+                };
+                let [at, _] = self.piece(strip.start, column);
+                let (re, im) = out[at..at + 2 * height].split_at_mut(height);
+                for ((re, im), bin) in re.iter_mut().zip(im).zip(bins) {
+                    *re = (bin.re * scale).lanes()[k];
+                    *im = (bin.im * scale).lanes()[k];
                 }
             }
         }
@@ -186,12 +239,12 @@ impl PhaseSymmetry {
     /// Where the real and imaginary part at a row of a column go in the sums buffer, which holds
     /// the wanted columns in pieces for the strips of rows.
     #[inline(always)]
-    fn piece(&self, row: usize, column: usize, wanted: &Range<usize>) -> [usize; 2] {
-        let start = row / self.strip * self.strip;
-        let left = self.rows - start;
-        let height = if self.strip < left { self.strip } else { left };
-        let line = 2 * (column - wanted.start) * height;
-        let at = 2 * wanted.len() * start + line + row - start;
+    fn piece(&self, row: usize, column: usize) -> [usize; 2] {
+        let PhaseSymmetry { rows, strip, .. } = *self.bank;
+        let start = row / strip * strip;
+        let height = strip.min(rows - start);
+        let line = 2 * (column - self.wanted.start) * height;
+        let at = 2 * self.wanted.len() * start + line + row - start;
         [at, at + height]
     }
 }

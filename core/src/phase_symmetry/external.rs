@@ -2,22 +2,36 @@
 
 use crate::Error;
 
-/// Numbers that can be read: SDRAM, a file, a slice.
-pub trait Source {
+/// Numbers that can be read from any place on: SDRAM, a file, a slice.
+///
+/// ```
+/// use bonebeam::Error;
+/// use bonebeam::phase_symmetry::{ReadAt, WriteAt};
+///
+/// let mut memory = [0.0; 4];
+/// let mut slice = &mut memory[..];
+/// slice.write_at(2, &[5.0, 6.0])?;
+/// let mut two = [0.0; 2];
+/// slice.read_at(1, &mut two)?;
+/// assert_eq!(two, [0.0, 5.0]);
+/// assert_eq!(slice.read_at(3, &mut two), Err(Error::Memory));
+/// # Ok::<(), Error>(())
+/// ```
+pub trait ReadAt {
     /// Copies the numbers from `first` on.
     ///
     /// # Errors
     /// [`Error::Memory`] where the memory fails or ends too early.
-    fn read(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error>;
+    fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error>;
 }
 
-/// Numbers that can be read and written.
-pub trait Store: Source {
+/// Numbers that can be read and written at any place.
+pub trait WriteAt: ReadAt {
     /// Copies numbers to the places from `first` on.
     ///
     /// # Errors
     /// [`Error::Memory`] where the memory fails or ends too early.
-    fn write(&mut self, first: usize, from: &[f32]) -> Result<(), Error>;
+    fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), Error>;
 }
 
 fn read(data: &[f32], first: usize, into: &mut [f32]) -> Result<(), Error> {
@@ -26,20 +40,20 @@ fn read(data: &[f32], first: usize, into: &mut [f32]) -> Result<(), Error> {
     Ok(())
 }
 
-impl Source for &[f32] {
-    fn read(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error> {
+impl ReadAt for &[f32] {
+    fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error> {
         read(self, first, into)
     }
 }
 
-impl Source for &mut [f32] {
-    fn read(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error> {
+impl ReadAt for &mut [f32] {
+    fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error> {
         read(self, first, into)
     }
 }
 
-impl Store for &mut [f32] {
-    fn write(&mut self, first: usize, from: &[f32]) -> Result<(), Error> {
+impl WriteAt for &mut [f32] {
+    fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), Error> {
         let to = self.get_mut(first..first.saturating_add(from.len()));
         to.ok_or(Error::Memory)?.copy_from_slice(from);
         Ok(())

@@ -19,6 +19,7 @@ pub trait Fft<V: Vector> {
 pub struct Microfft;
 
 impl Fft<f32> for Microfft {
+    #[inline(always)]
     fn transform(&self, input: impl Fn(usize) -> Complex<f32>, line: &mut [Complex<f32>]) {
         use microfft::complex::{cfft_64, cfft_128, cfft_256, cfft_512, cfft_1024};
         for (n, bin) in line.iter_mut().enumerate() {
@@ -66,8 +67,8 @@ pub(super) fn opposite(n: usize, length: usize) -> usize {
 }
 
 /// Whether a side of the image can be transformed.
-pub(super) fn is_supported(length: usize) -> bool {
-    length.is_power_of_two() && (64..=LONGEST).contains(&length)
+pub(super) const fn is_supported(length: usize) -> bool {
+    length.is_power_of_two() && 64 <= length && length <= LONGEST
 }
 
 /// The longest line.

@@ -1,9 +1,8 @@
 //! A filter's gains at the bins of neighbouring columns: computed on the fly, or from tables.
 
-use super::lines::load;
-use super::log_gabor::{LogGabor, ORIENTATIONS};
-use super::strip::PhaseSymmetry;
-use super::workspace::spectrum_columns;
+use super::bank::PhaseSymmetry;
+use super::lines::load_partial;
+use super::log_gabor::{LogGabor, MIRROR, ORIENTATIONS};
 use crate::Error;
 use crate::error::check_length;
 use crate::simd::Vector;
@@ -24,8 +23,7 @@ impl LaneColumns {
     /// The strip that holds them.
     fn strip(&self, bank: &PhaseSymmetry) -> Option<Range<usize>> {
         let start = self.first / bank.strip * bank.strip;
-        let (half, end) = (spectrum_columns(bank.columns), start + bank.strip);
-        let end = if end < half { end } else { half };
+        let end = (start + bank.strip).min(bank.sizes().half());
         (self.lanes <= end.checked_sub(self.first)?).then_some(start..end)
     }
 }
@@ -38,8 +36,8 @@ pub trait Gains<V: Vector> {
     /// [`Error::Parameter`] where they are another's.
     fn check(&self, bank: &PhaseSymmetry) -> Result<(), Error>;
 
-    /// The gains of the filter at a scale (as [`PhaseSymmetry::new`] was given them) and an
-    /// orientation (of [`ORIENTATIONS`]), by their positions: `gains[row]` for every row. Lanes not
+    /// The gains of the filter at a scale and an orientation, by their positions in the order of
+    /// [`PhaseSymmetry::filters`]: `gains[row]` for every row. Lanes not
     /// in use are left as they are, and so are all where the bank has no such filter, or no strip
     /// that holds these columns.
     fn fill(
@@ -104,23 +102,8 @@ pub struct GainTables<M> {
     memory: M,
 }
 
-/// The angular tables: [`ORIENTATIONS`], then the mirror images of 0 and −π/2, of which the one
-/// is not in the bank and the other has other bits than −π/2 itself.
-const TURNS: usize = ORIENTATIONS.len() + 2;
-/// Which table holds the mirror image of an orientation.
-const MIRROR: [usize; ORIENTATIONS.len()] = [6, 5, 4, 7, 2, 1];
-
-impl GainTables<()> {
-    /// How many numbers the tables of a bank take: for R × C pixels and s scales
-    /// `(C/2 + 1)·(s·(R/2 + 1) + 8·R)`, 5.0 MB for 512² and three scales.
-    pub const fn len(bank: &PhaseSymmetry) -> usize {
-        let half = spectrum_columns(bank.columns);
-        half * (bank.scale_count * (bank.rows / 2 + 1) + TURNS * bank.rows)
-    }
-}
-
 impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {
-    /// Fills `memory`, which is [`GainTables::len`] long: a slice or a `Vec`.
+    /// Fills `memory`, which is [`PhaseSymmetry::gain_tables_len`] long: a slice or a `Vec`.
     ///
     /// Half a division and less than five table look-ups a pixel.
     ///
@@ -128,8 +111,8 @@ impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {
     /// [`Error::Length`] for memory of another length.
     pub fn new(filters: &LogGabor<'_>, bank: &PhaseSymmetry, mut memory: M) -> Result<Self, Error> {
         let tables = memory.as_mut();
-        check_length("gain tables", tables.len(), GainTables::len(bank))?;
-        let half = spectrum_columns(bank.columns);
+        check_length("gain tables", tables.len(), bank.gain_tables_len())?;
+        let half = bank.sizes().half();
         let quarter = half * (bank.rows / 2 + 1);
         let (radial, angular) = tables.split_at_mut(bank.scale_count * quarter);
         let edges = bank.rows / 2 + 1;
@@ -203,7 +186,7 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
         if scale >= bank.scale_count || gains.len() > bank.rows || columns.lanes > V::LANES {
             return;
         }
-        let half = spectrum_columns(bank.columns);
+        let half = bank.sizes().half();
         let (edges, width) = (bank.rows / 2 + 1, strip.len());
         let table = if columns.mirrored {
             mirror
@@ -215,10 +198,9 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
         let radial = &radial[(scale * half + strip.start) * edges + first..];
         let angular = &angular[(table * half + strip.start) * bank.rows + first..];
         for (row, gain) in gains.iter_mut().enumerate() {
-            let opposite = bank.rows - row;
-            let nearer = if row < opposite { row } else { opposite };
-            let radial = load(*gain, radial, nearer * width, columns.lanes);
-            *gain = radial * load(*gain, angular, row * width, columns.lanes);
+            let nearer = row.min(bank.rows - row);
+            let radial = load_partial(*gain, radial, nearer * width, columns.lanes);
+            *gain = radial * load_partial(*gain, angular, row * width, columns.lanes);
         }
     }
 }

@@ -51,7 +51,7 @@ pub struct LogGabor<'a> {
 
 /// A direction `θ₀` of the bank: 0 is to the right, −π/2 down the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Orientation {
+pub(super) struct Orientation {
     radians: f64,
     table: usize,
     /// `θ − θ₀` is the table's angle at `face + turn`, `t`, or at `turn − face`, `−t`.
@@ -61,7 +61,7 @@ pub struct Orientation {
 
 /// The bank's orientations: 0 and −π/2 + kπ/6 for k = 2, 1, 0, −1, −2, in the order in which
 /// [`super::PhaseSymmetry`] adds them up.
-pub const ORIENTATIONS: [Orientation; 6] = {
+pub(super) const ORIENTATIONS: [Orientation; 6] = {
     use core::f64::consts::PI;
     const fn orientation(radians: f64, table: usize, mirrored: bool, turn: usize) -> Orientation {
         Orientation {
@@ -80,6 +80,12 @@ pub const ORIENTATIONS: [Orientation; 6] = {
         orientation(-5.0 * PI / 6.0, 1, true, 2),
     ]
 };
+
+/// How many angular factors [`super::GainTables`] keep: [`ORIENTATIONS`], then the mirror images of 0 and −π/2, of which the one
+/// is not in the bank and the other has other bits than −π/2 itself.
+pub(super) const TURNS: usize = ORIENTATIONS.len() + 2;
+/// Which of them is the mirror image of an orientation.
+pub(super) const MIRROR: [usize; ORIENTATIONS.len()] = [6, 5, 4, 7, 2, 1];
 
 /// A characteristic radius on the frequency grid of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,13 +114,6 @@ pub(super) struct Direction {
     t: f32,
 }
 
-impl Orientation {
-    /// `θ₀` in radians.
-    pub fn radians(&self) -> f64 {
-        self.radians
-    }
-}
-
 impl Scale {
     /// The characteristic radius `r0` (cycles per pixel) for images of a size.
     ///
@@ -138,7 +137,7 @@ impl Scale {
                 expected: "from 2^-10 to 2^-1",
             });
         }
-        let longest = if rows > columns { rows } else { columns };
+        let longest = rows.max(columns);
         let radius = r0 * longest as f64;
         Ok(Scale {
             rows,
@@ -264,12 +263,7 @@ impl<'a> LogGabor<'a> {
             (orientation.turn + face, t)
         };
         let at = (t + 1.0) * (ANGULAR_SEGMENTS / 2) as f32;
-        let segment = at as usize;
-        let segment = if segment < ANGULAR_SEGMENTS {
-            segment
-        } else {
-            ANGULAR_SEGMENTS - 1
-        };
+        let segment = (at as usize).min(ANGULAR_SEGMENTS - 1);
         let table = &self.tables.angular[orientation.table][face % 4];
         evaluate(table, segment, at - segment as f32)
     }
@@ -359,7 +353,7 @@ mod tests {
         if r == 0.0 {
             return 0.0;
         }
-        let turn = libm::atan2(-fy, fx) - orientation.radians();
+        let turn = libm::atan2(-fy, fx) - orientation.radians;
         let alpha = libm::atan2(libm::sin(turn), libm::cos(turn));
         let z = libm::log(r / r0) / libm::log(0.15);
         libm::exp(-0.5 * z * z) * libm::exp(-0.5 * (alpha / (PI / 6.0)) * (alpha / (PI / 6.0)))

@@ -7,8 +7,9 @@
 //!
 //! over 6 orientations and 1 to 8 scales. The boundary is periodic. [`PhaseSymmetry`] computes it
 //! in strips: S rows or columns of the image sit in fast memory at a time, the rest in external
-//! memory behind [`Source`] and [`Store`], and the result has the same bits for every S.
+//! memory behind [`ReadAt`] and [`WriteAt`], and the result has the same bits for every S.
 
+mod bank;
 mod columns;
 mod display;
 mod external;
@@ -17,17 +18,18 @@ mod gains;
 mod lane_fft;
 mod lines;
 mod log_gabor;
+mod memory;
 mod rows;
 mod spectrum;
 mod strip;
-mod workspace;
 
+pub use bank::{MAX_SCALES, Parameters, PhaseSymmetry};
 pub use display::scale_for_display;
-pub use external::{Source, Store};
+pub use external::{ReadAt, WriteAt};
 pub use fft::{Fft, Microfft};
 pub use gains::{GainTables, Gains, LaneColumns};
 pub use lane_fft::LaneFft;
-pub use log_gabor::{LogGabor, LogGaborTables, ORIENTATIONS, Orientation};
+pub use log_gabor::{LogGabor, LogGaborTables};
+pub use memory::{External, Sizes, StripMemory, StripSlices};
 pub use spectrum::MAX_PIXEL;
-pub use strip::{Kernels, MAX_SCALES, PhaseSymmetry};
-pub use workspace::{External, StripBuffers, Workspace, spectrum_columns};
+pub use strip::Kernels;

@@ -1,11 +1,12 @@
 //! The rows of a filtered image: inversely transformed, and added to Eq. 10's two sums.
 
-use super::external::{Source, Store};
+use super::bank::PhaseSymmetry;
+use super::external::{ReadAt, WriteAt};
 use super::fft::{Fft, inverse};
 use super::gains::Gains;
-use super::lines::{groups, load, store};
-use super::strip::{Kernels, PhaseSymmetry};
-use super::workspace::StripBuffers;
+use super::lines::{groups, load_partial, store_partial};
+use super::memory::StripSlices;
+use super::strip::Kernels;
 use crate::Error;
 use crate::simd::Vector;
 use core::ops::Range;
@@ -26,51 +27,52 @@ impl PhaseSymmetry {
     /// that the bank does not have.
     pub fn add_rows<V: Vector, F: Fft<V>, G: Gains<V>>(
         &self,
-        kernels: &Kernels<'_, V, F, G>,
+        kernels: &Kernels<'_, F, G>,
         filter: usize,
         rows: Range<usize>,
-        filtered: &mut dyn Source,
-        [symmetry, amplitude]: [&mut dyn Store; 2],
-        buffers: &mut StripBuffers<'_, V>,
+        filtered: &mut dyn ReadAt,
+        [symmetry, amplitude]: [&mut dyn WriteAt; 2],
+        memory: &mut StripSlices<'_, V>,
     ) -> Result<(), Error> {
-        self.check(kernels, buffers)?;
+        let zero = self.check(kernels, memory)?;
         self.check_step(filter, &rows, self.row_strips())?;
         let (height, place) = (rows.len(), rows.start * self.columns);
         let area = height * self.columns;
-        filtered.read(2 * place, &mut buffers.strip[..2 * area])?;
-        let (above, below) = buffers.sums[..2 * area].split_at_mut(area);
+        filtered.read_at(2 * place, &mut memory.strip[..2 * area])?;
+        let (above, below) = memory.sums[..2 * area].split_at_mut(area);
         if filter == 0 {
             above.fill(0.0);
             below.fill(0.0);
         } else {
-            symmetry.read(place, above)?;
-            amplitude.read(place, below)?;
+            symmetry.read_at(place, above)?;
+            amplitude.read_at(place, below)?;
         }
-        kernels.zero.vectorize(
+        zero.vectorize(
             #[inline(always)]
-            || self.add(kernels, height, buffers),
+            || self.add(zero, kernels, height, memory),
         );
-        let (above, below) = buffers.sums[..2 * area].split_at_mut(area);
+        let (above, below) = memory.sums[..2 * area].split_at_mut(area);
         if filter + 1 < self.filters() {
-            amplitude.write(place, below)?;
-            return symmetry.write(place, above);
+            amplitude.write_at(place, below)?;
+            return symmetry.write_at(place, above);
         }
         divide(above, below, height);
-        symmetry.write(place, below)
+        symmetry.write_at(place, below)
     }
 
     /// From the strip buffer to the sums buffer.
     #[inline(always)]
     fn add<V: Vector, F: Fft<V>, G: Gains<V>>(
         &self,
-        kernels: &Kernels<'_, V, F, G>,
+        zero: V,
+        kernels: &Kernels<'_, F, G>,
         height: usize,
-        buffers: &mut StripBuffers<'_, V>,
+        memory: &mut StripSlices<'_, V>,
     ) {
-        let (zero, columns) = (kernels.zero, self.columns);
-        let strip = &buffers.strip[..2 * columns * height];
-        let (above, below) = buffers.sums[..2 * columns * height].split_at_mut(columns * height);
-        let line = &mut buffers.line[..columns];
+        let columns = self.columns;
+        let strip = &memory.strip[..2 * columns * height];
+        let (above, below) = memory.sums[..2 * columns * height].split_at_mut(columns * height);
+        let line = &mut memory.line[..columns];
         let scale = zero.splat(1.0 / columns as f32);
         let threshold = zero.splat(self.threshold);
         for (first, lanes) in groups::<V>(height) {
@@ -81,8 +83,8 @@ impl PhaseSymmetry {
                 |column| {
                     let at = 2 * self.filtered_place(column) * height;
                     Complex {
-                        re: load(zero, re, at, lanes),
-                        im: load(zero, im, at, lanes),
+                        re: load_partial(zero, re, at, lanes),
+                        im: load_partial(zero, im, at, lanes),
                     }
                 },
                 line,
@@ -94,11 +96,11 @@ impl PhaseSymmetry {
                 let (e, o) = (c.re * scale, c.im * scale);
                 let excess = e - o.abs() - threshold;
                 let excess = V::select(zero.less(excess), excess, zero);
-                let numerator = load(zero, above, first, lanes) + excess;
-                store(numerator, above, first, lanes);
+                let numerator = load_partial(zero, above, first, lanes) + excess;
+                store_partial(numerator, above, first, lanes);
                 let modulus = (e * e + o * o).sqrt();
-                let denominator = load(zero, below, first, lanes) + modulus;
-                store(denominator, below, first, lanes);
+                let denominator = load_partial(zero, below, first, lanes) + modulus;
+                store_partial(denominator, below, first, lanes);
             }
         }
     }

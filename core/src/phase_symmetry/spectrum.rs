@@ -1,11 +1,12 @@
 //! The half spectrum of the image, strip by strip.
 
-use super::external::{Source, Store};
+use super::bank::PhaseSymmetry;
+use super::external::{ReadAt, WriteAt};
 use super::fft::Fft;
 use super::gains::Gains;
-use super::lines::{groups, load, store};
-use super::strip::{Kernels, PhaseSymmetry};
-use super::workspace::{StripBuffers, spectrum_columns};
+use super::lines::{groups, load_partial, store_partial};
+use super::memory::StripSlices;
+use super::strip::Kernels;
 use crate::Error;
 use crate::simd::Vector;
 use num_complex::Complex;
@@ -20,103 +21,133 @@ impl PhaseSymmetry {
     /// As [`PhaseSymmetry::run`].
     pub fn spectrum<V: Vector, F: Fft<V>, G: Gains<V>>(
         &self,
-        kernels: &Kernels<'_, V, F, G>,
-        image: &mut dyn Source,
-        spectrum: &mut dyn Store,
-        buffers: &mut StripBuffers<'_, V>,
+        kernels: &Kernels<'_, F, G>,
+        image: &mut dyn ReadAt,
+        spectrum: &mut dyn WriteAt,
+        memory: &mut StripSlices<'_, V>,
     ) -> Result<(), Error> {
-        self.check(kernels, buffers)?;
-        self.transform_rows(kernels, image, spectrum, buffers)?;
-        self.transform_columns(kernels, spectrum, buffers)
+        let zero = self.check(kernels, memory)?;
+        self.transform_rows(zero, kernels.fft, image, spectrum, memory)?;
+        self.transform_columns(zero, kernels.fft, spectrum, memory)
     }
 
     /// Reads and checks the image, and writes the left half of its rows' transforms.
-    fn transform_rows<V: Vector, F: Fft<V>, G: Gains<V>>(
+    fn transform_rows<V: Vector, F: Fft<V>>(
         &self,
-        kernels: &Kernels<'_, V, F, G>,
-        image: &mut dyn Source,
-        spectrum: &mut dyn Store,
-        buffers: &mut StripBuffers<'_, V>,
+        zero: V,
+        fft: &F,
+        image: &mut dyn ReadAt,
+        spectrum: &mut dyn WriteAt,
+        memory: &mut StripSlices<'_, V>,
     ) -> Result<(), Error> {
-        let (zero, fft, columns) = (kernels.zero, kernels.fft, self.columns);
-        let half = spectrum_columns(columns);
+        let columns = self.columns;
+        let half = self.sizes().half();
         for rows in self.row_strips() {
             let height = rows.len();
-            let pixels = &mut buffers.sums[..height * columns];
-            image.read(rows.start * columns, pixels)?;
+            let pixels = &mut memory.sums[..height * columns];
+            image.read_at(rows.start * columns, pixels)?;
             check_pixels(pixels, rows.start * columns)?;
             let pixels = &*pixels;
-            let strip = &mut buffers.strip[..2 * height * half];
-            let line = &mut buffers.line[..columns];
+            let strip = &mut memory.strip[..2 * height * half];
+            let line = &mut memory.line[..columns];
             zero.vectorize(
                 #[inline(always)]
-                || {
-                    for (first, lanes) in groups::<V>(height) {
-                        let row = |n| {
-                            let mut re = zero;
-                            for (k, pixel) in re.lanes_mut().iter_mut().enumerate().take(lanes) {
-                                *pixel = pixels[(first + k) * columns + n];
-                            }
-                            Complex { re, im: zero }
-                        };
-                        fft.transform(row, line);
-                        for columns in self.column_strips() {
-                            let width = columns.len();
-                            let piece = &mut strip[2 * height * columns.start..];
-                            let rows = piece.chunks_exact_mut(2 * width).skip(first);
-                            for (k, row) in rows.enumerate().take(lanes) {
-                                let (re, im) = row.split_at_mut(width);
-                                let bins = &line[columns.clone()];
-                                for ((re, im), bin) in re.iter_mut().zip(im).zip(bins) {
-                                    *re = bin.re.lanes()[k];
-                                    *im = bin.im.lanes()[k];
-                                }
-                            }
-                        }
-                    }
-                },
+                || self.transform_strip_of_rows(zero, fft, pixels, line, strip),
             );
             for columns in self.column_strips() {
                 let piece = &strip[2 * height * columns.start..2 * height * columns.end];
                 let place = self.rows * columns.start + rows.start * columns.len();
-                spectrum.write(2 * place, piece)?;
+                spectrum.write_at(2 * place, piece)?;
             }
         }
         Ok(())
     }
 
-    /// Transforms the columns of the half spectrum, in place.
-    fn transform_columns<V: Vector, F: Fft<V>, G: Gains<V>>(
+    /// The left half of the transforms of a strip's rows, in pieces for the strips of columns.
+    #[inline(always)]
+    fn transform_strip_of_rows<V: Vector, F: Fft<V>>(
         &self,
-        kernels: &Kernels<'_, V, F, G>,
-        spectrum: &mut dyn Store,
-        buffers: &mut StripBuffers<'_, V>,
+        zero: V,
+        fft: &F,
+        pixels: &[f32],
+        line: &mut [Complex<V>],
+        strip: &mut [f32],
+    ) {
+        let length = line.len();
+        let height = pixels.len() / length;
+        for (first, lanes) in groups::<V>(height) {
+            fft.transform(
+                #[inline(always)]
+                |n| {
+                    let mut re = zero;
+                    for (k, pixel) in re.lanes_mut().iter_mut().enumerate().take(lanes) {
+                        *pixel = pixels[(first + k) * length + n];
+                    }
+                    Complex { re, im: zero }
+                },
+                line,
+            );
+            for columns in self.column_strips() {
+                let width = columns.len();
+                let piece = &mut strip[2 * height * columns.start..];
+                let rows = piece.chunks_exact_mut(2 * width).skip(first);
+                for (k, row) in rows.enumerate().take(lanes) {
+                    let (re, im) = row.split_at_mut(width);
+                    let bins = &line[columns.clone()];
+                    for ((re, im), bin) in re.iter_mut().zip(im).zip(bins) {
+                        *re = bin.re.lanes()[k];
+                        *im = bin.im.lanes()[k];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Transforms the columns of the half spectrum, in place.
+    fn transform_columns<V: Vector, F: Fft<V>>(
+        &self,
+        zero: V,
+        fft: &F,
+        spectrum: &mut dyn WriteAt,
+        memory: &mut StripSlices<'_, V>,
     ) -> Result<(), Error> {
-        let (zero, fft) = (kernels.zero, kernels.fft);
         for columns in self.column_strips() {
             let (place, width) = (2 * self.rows * columns.start, columns.len());
-            let strip = &mut buffers.strip[..2 * self.rows * width];
-            spectrum.read(place, strip)?;
-            let line = &mut buffers.line[..self.rows];
+            let strip = &mut memory.strip[..2 * self.rows * width];
+            spectrum.read_at(place, strip)?;
+            let line = &mut memory.line[..self.rows];
             zero.vectorize(
                 #[inline(always)]
-                || {
-                    for (first, lanes) in groups::<V>(width) {
-                        let column = |row: usize| Complex {
-                            re: load(zero, strip, 2 * row * width + first, lanes),
-                            im: load(zero, strip, (2 * row + 1) * width + first, lanes),
-                        };
-                        fft.transform(column, line);
-                        for (rows, bin) in strip.chunks_exact_mut(2 * width).zip(&*line) {
-                            store(bin.re, rows, first, lanes);
-                            store(bin.im, rows, width + first, lanes);
-                        }
-                    }
-                },
+                || transform_strip_of_columns(zero, fft, strip, width, line),
             );
-            spectrum.write(place, strip)?;
+            spectrum.write_at(place, strip)?;
         }
         Ok(())
+    }
+}
+
+/// Transforms the `width` columns of a strip, in place.
+#[inline(always)]
+fn transform_strip_of_columns<V: Vector, F: Fft<V>>(
+    zero: V,
+    fft: &F,
+    strip: &mut [f32],
+    width: usize,
+    line: &mut [Complex<V>],
+) {
+    for (first, lanes) in groups::<V>(width) {
+        fft.transform(
+            #[inline(always)]
+            |row| Complex {
+                re: load_partial(zero, strip, 2 * row * width + first, lanes),
+                im: load_partial(zero, strip, (2 * row + 1) * width + first, lanes),
+            },
+            line,
+        );
+        for (rows, bin) in strip.chunks_exact_mut(2 * width).zip(&*line) {
+            store_partial(bin.re, rows, first, lanes);
+            store_partial(bin.im, rows, width + first, lanes);
+        }
     }
 }
 

@@ -2,8 +2,8 @@
 
 use bonebeam::Error;
 use bonebeam::phase_symmetry::{
-    External, GainTables, Gains, Kernels, LogGabor, LogGaborTables, Microfft, PhaseSymmetry,
-    Workspace, spectrum_columns,
+    External, GainTables, Gains, Kernels, LogGabor, LogGaborTables, Microfft, Parameters,
+    PhaseSymmetry, Sizes, StripMemory,
 };
 use cortex_m_semihosting::hprintln;
 
@@ -16,7 +16,16 @@ const SCALES: [f64; 3] = [1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0];
 const THRESHOLD: f32 = 3.0;
 const LARGEST: usize = 128;
 /// What [`GainTables`] take for that.
-const GAINS: usize = (LARGEST / 2 + 1) * (SCALES.len() * (LARGEST / 2 + 1) + 8 * LARGEST);
+const GAINS: usize = sizes(LARGEST).gain_tables_len(SCALES.len());
+/// Images of a square side, in strips.
+const fn sizes(side: usize) -> Sizes {
+    Sizes {
+        rows: side,
+        columns: side,
+        strip: STRIP,
+    }
+}
+
 /// Every so many pixels one is printed, to be compared: a prime.
 const PRINTED: usize = 61;
 const TABLES: &str = "phase-symmetry";
@@ -26,18 +35,18 @@ const ON_THE_FLY: &str = "phase-symmetry-on-the-fly";
 pub struct Workspaces {
     tables: LogGaborTables,
     gains: [f32; GAINS],
-    m64: Workspace<64, STRIP>,
-    m128: Workspace<128, STRIP>,
+    m64: StripMemory<64, STRIP>,
+    m128: StripMemory<128, STRIP>,
     external: Arrays,
 }
 
 /// What may lie in slow memory.
 struct Arrays {
-    image: [f32; LARGEST * LARGEST],
-    spectrum: [f32; 2 * LARGEST * spectrum_columns(LARGEST)],
-    filtered: [f32; 2 * LARGEST * LARGEST],
-    amplitude: [f32; LARGEST * LARGEST],
-    symmetry: [f32; LARGEST * LARGEST],
+    image: [f32; sizes(LARGEST).image_len()],
+    spectrum: [f32; sizes(LARGEST).spectrum_len()],
+    filtered: [f32; sizes(LARGEST).filtered_len()],
+    amplitude: [f32; sizes(LARGEST).amplitude_len()],
+    symmetry: [f32; sizes(LARGEST).symmetry_len()],
 }
 
 impl Workspaces {
@@ -46,14 +55,14 @@ impl Workspaces {
         Workspaces {
             tables: LogGaborTables::new(),
             gains: [0.0; GAINS],
-            m64: Workspace::new(),
-            m128: Workspace::new(),
+            m64: StripMemory::new(),
+            m128: StripMemory::new(),
             external: Arrays {
-                image: [0.0; LARGEST * LARGEST],
-                spectrum: [0.0; 2 * LARGEST * spectrum_columns(LARGEST)],
-                filtered: [0.0; 2 * LARGEST * LARGEST],
-                amplitude: [0.0; LARGEST * LARGEST],
-                symmetry: [0.0; LARGEST * LARGEST],
+                image: [0.0; sizes(LARGEST).image_len()],
+                spectrum: [0.0; sizes(LARGEST).spectrum_len()],
+                filtered: [0.0; sizes(LARGEST).filtered_len()],
+                amplitude: [0.0; sizes(LARGEST).amplitude_len()],
+                symmetry: [0.0; sizes(LARGEST).symmetry_len()],
             },
         }
     }
@@ -78,55 +87,60 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
 /// One size; the bounds are those with tables and on the fly.
 fn side<const SIDE: usize>(
     counter: &mut Counter,
-    workspace: &mut Workspace<SIDE, STRIP>,
+    memory: &mut StripMemory<SIDE, STRIP>,
     filters: &LogGabor<'_>,
     gains: &mut [f32],
     external: &mut Arrays,
     bounds: [u32; 2],
 ) -> Result<bool, Error> {
-    let bank = PhaseSymmetry::new(SIDE, SIDE, &SCALES, THRESHOLD, STRIP)?;
-    let gains = &mut gains[..GainTables::len(&bank)];
+    let bank = PhaseSymmetry::new(&Parameters {
+        sizes: sizes(SIDE),
+        scales: &SCALES,
+        threshold: THRESHOLD,
+    })?;
+    let gains = &mut gains[..bank.gain_tables_len()];
     let gain_bytes = size_of_val(gains);
     let tables = &GainTables::new(filters, &bank, gains)?;
-    let cost = map(counter, workspace, &bank, tables, external)?;
+    let cost = map(counter, memory, &bank, tables, external)?;
     for n in (0..SIDE * SIDE).step_by(PRINTED) {
         hprintln!("value {TABLES} {SIDE} {n} {:e} 0", external.symmetry[n]);
     }
     // All but the image and the map.
-    let stores = 4 * (2 * SIDE * spectrum_columns(SIDE) + 3 * SIDE * SIDE);
-    let bytes = Workspace::<SIDE, STRIP>::BYTES + stores;
+    let sizes = bank.sizes();
+    let stores = 4 * (sizes.spectrum_len() + sizes.filtered_len() + sizes.amplitude_len());
+    let bytes = StripMemory::<SIDE, STRIP>::BYTES + stores;
     let [first, second] = bounds;
     let within = report(TABLES, SIDE, SIDE * SIDE, &cost, bytes + gain_bytes, first);
-    let cost = map(counter, workspace, &bank, filters, external)?;
+    let cost = map(counter, memory, &bank, filters, external)?;
     let bytes = bytes + LogGaborTables::BYTES;
     Ok(report(ON_THE_FLY, SIDE, SIDE * SIDE, &cost, bytes, second) && within)
 }
 
 fn map<const SIDE: usize>(
     counter: &mut Counter,
-    workspace: &mut Workspace<SIDE, STRIP>,
+    memory: &mut StripMemory<SIDE, STRIP>,
     bank: &PhaseSymmetry,
     gains: &impl Gains<f32>,
     arrays: &mut Arrays,
 ) -> Result<Cost, Error> {
-    let pixels = SIDE * SIDE;
+    let sizes = bank.sizes();
+    let pixels = sizes.image_len();
     image(&mut arrays.image[..pixels], SIDE);
     let mut external = External {
         image: &mut &arrays.image[..pixels],
-        spectrum: &mut &mut arrays.spectrum[..2 * SIDE * spectrum_columns(SIDE)],
-        filtered: &mut &mut arrays.filtered[..2 * pixels],
+        spectrum: &mut &mut arrays.spectrum[..sizes.spectrum_len()],
+        filtered: &mut &mut arrays.filtered[..sizes.filtered_len()],
         amplitude: &mut &mut arrays.amplitude[..pixels],
         symmetry: &mut &mut arrays.symmetry[..pixels],
     };
     let kernels = Kernels {
-        zero: 0.0,
         fft: &Microfft,
         gains,
     };
     let mut outcome = Ok(());
     let cost = counter.count(|| {
-        let buffers = &mut workspace.buffers();
-        outcome = bank.run(&kernels, &mut external, buffers, &mut |_| {});
+        let memory = &mut memory.slices();
+        outcome = bank.run(&kernels, &mut external, memory, &mut |_| {});
     });
     outcome?;
     Ok(cost)

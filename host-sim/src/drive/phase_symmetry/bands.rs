@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use bonebeam::Error;
-use bonebeam::phase_symmetry::{Source, Store};
+use bonebeam::phase_symmetry::{ReadAt, WriteAt};
 
 /// A part of a matrix, from a place on.
 pub struct Part<'a> {
@@ -22,17 +22,17 @@ impl<'a> Part<'a> {
     }
 }
 
-impl Source for Part<'_> {
-    fn read(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error> {
+impl ReadAt for Part<'_> {
+    fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error> {
         let first = first.checked_sub(self.first).ok_or(Error::Memory)?;
-        (&*self.data).read(first, into)
+        (&*self.data).read_at(first, into)
     }
 }
 
-impl Store for Part<'_> {
-    fn write(&mut self, first: usize, from: &[f32]) -> Result<(), Error> {
+impl WriteAt for Part<'_> {
+    fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), Error> {
         let first = first.checked_sub(self.first).ok_or(Error::Memory)?;
-        (&mut *self.data).write(first, from)
+        (&mut *self.data).write_at(first, from)
     }
 }
 
@@ -80,16 +80,16 @@ impl<'a> Band<'a> {
 }
 
 /// Columns are written; their rows are read from the whole matrix, later.
-impl Source for Band<'_> {
-    fn read(&mut self, _: usize, _: &mut [f32]) -> Result<(), Error> {
+impl ReadAt for Band<'_> {
+    fn read_at(&mut self, _: usize, _: &mut [f32]) -> Result<(), Error> {
         Err(Error::Memory)
     }
 }
 
-impl Store for Band<'_> {
-    fn write(&mut self, first: usize, from: &[f32]) -> Result<(), Error> {
+impl WriteAt for Band<'_> {
+    fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), Error> {
         let parts = self.parts.get_mut(first / self.width).into_iter().flatten();
         let mut part = parts.filter(|part| part.holds(first, from.len()));
-        part.next().ok_or(Error::Memory)?.write(first, from)
+        part.next().ok_or(Error::Memory)?.write_at(first, from)
     }
 }

@@ -6,8 +6,8 @@ mod bands;
 use std::ops::Range;
 
 use bonebeam::phase_symmetry::{
-    GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, Store, StripBuffers,
-    spectrum_columns,
+    self as core, GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, Sizes,
+    StripSlices, WriteAt,
 };
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array2, ArrayView2};
@@ -53,8 +53,6 @@ pub fn phase_symmetry(
 /// set.
 #[derive(Debug)]
 pub struct Plan {
-    dimensions: (usize, usize),
-    strip: usize,
     fft: LaneFft,
     gains: GainTables<Vec<f32>>,
     spectrum: Vec<f32>,
@@ -84,24 +82,25 @@ impl Plan {
     /// Sides that are not powers of two from 64 to 1024, or parameters that the core refuses.
     pub fn new((rows, columns): (usize, usize), parameters: &Parameters) -> Result<Self> {
         check_size(rows, columns)?;
-        let bank = PhaseSymmetry::new(
-            rows,
-            columns,
-            &parameters.scales,
-            parameters.threshold,
-            parameters.strip,
-        )?;
+        let bank = PhaseSymmetry::new(&core::Parameters {
+            sizes: Sizes {
+                rows,
+                columns,
+                strip: parameters.strip,
+            },
+            scales: &parameters.scales,
+            threshold: parameters.threshold,
+        })?;
+        let sizes = bank.sizes();
         let mut filters = LogGaborTables::new();
         let filters = LogGabor::new(&mut filters);
-        let gains = vec![0.0; GainTables::len(&bank)];
+        let gains = vec![0.0; bank.gain_tables_len()];
         Ok(Plan {
-            dimensions: (rows, columns),
-            strip: parameters.strip.min(rows.max(columns)),
             fft: LaneFft::new(),
             gains: GainTables::new(&filters, &bank, gains)?,
-            spectrum: vec![0.0; 2 * rows * spectrum_columns(columns)],
-            filtered: vec![0.0; 2 * rows * columns],
-            amplitude: vec![0.0; rows * columns],
+            spectrum: vec![0.0; sizes.spectrum_len()],
+            filtered: vec![0.0; sizes.filtered_len()],
+            amplitude: vec![0.0; sizes.amplitude_len()],
         })
     }
 
@@ -131,12 +130,16 @@ impl Plan {
     ) -> Result<Array2<f32>> {
         let bank = *self.gains.bank();
         let kernels = Kernels {
-            zero,
             fft: &self.fft,
             gains: &self.gains,
         };
-        let (rows, columns) = self.dimensions;
-        if image.dim() != self.dimensions {
+        let sizes = bank.sizes();
+        let Sizes {
+            rows,
+            columns,
+            strip,
+        } = sizes;
+        if image.dim() != (rows, columns) {
             return Err(Error::Data(format!(
                 "the image has {} rows and {} columns, the plan of its phase symmetry {rows} and \
                  {columns}",
@@ -145,24 +148,24 @@ impl Plan {
             )));
         }
         let image = image.as_standard_layout();
-        let mut symmetry = Array2::zeros(self.dimensions);
+        let mut symmetry = Array2::zeros((rows, columns));
         let sums = symmetry.as_slice_mut().unwrap_or_default();
 
         let threads = rayon::current_num_threads();
-        let memory = Memory::new(zero, self.strip, rows.max(columns));
+        let memory = Memory::new(zero, sizes);
         let mut memories = vec![memory; threads];
         bank.spectrum(
             &kernels,
             &mut image.as_slice().unwrap_or_default(),
             &mut self.spectrum.as_mut_slice(),
-            &mut memories[0].buffers(),
+            &mut memories[0].slices(),
         )?;
         let column_strips: Vec<Range<usize>> = bank.column_strips().collect();
         let row_strips: Vec<Range<usize>> = bank.row_strips().collect();
         let column_share = column_strips.len().div_ceil(threads);
         let row_share = row_strips.len().div_ceil(threads);
-        let band = row_share * self.strip * columns;
-        let width = 2 * self.strip * columns;
+        let band = row_share * strip * columns;
+        let width = 2 * strip * columns;
         for filter in 0..bank.filters() {
             let spectrum = self.spectrum.as_slice();
             let shares = column_strips.chunks(column_share);
@@ -178,7 +181,7 @@ impl Plan {
                             strip.clone(),
                             &mut &*spectrum,
                             &mut filtered,
-                            &mut memory.buffers(),
+                            &mut memory.slices(),
                         )
                     })
                 })?;
@@ -194,9 +197,9 @@ impl Plan {
                     let mut amplitude = Part::new(amplitude, k * band);
                     strips.iter().try_for_each(|strip| {
                         let filtered = &mut &*filtered;
-                        let sums: [&mut dyn Store; 2] = [&mut symmetry, &mut amplitude];
-                        let (rows, buffers) = (strip.clone(), &mut memory.buffers());
-                        bank.add_rows(&kernels, filter, rows, filtered, sums, buffers)
+                        let sums: [&mut dyn WriteAt; 2] = [&mut symmetry, &mut amplitude];
+                        let (rows, memory) = (strip.clone(), &mut memory.slices());
+                        bank.add_rows(&kernels, filter, rows, filtered, sums, memory)
                     })
                 })?;
             progress(filter + 1, bank.filters());
@@ -215,17 +218,17 @@ struct Memory<V> {
 }
 
 impl<V: Vector> Memory<V> {
-    fn new(zero: V, strip: usize, longest: usize) -> Self {
+    fn new(zero: V, sizes: Sizes) -> Self {
         Memory {
-            strip: vec![0.0; 2 * strip * longest],
-            sums: vec![0.0; 2 * strip * longest],
-            line: vec![Complex { re: zero, im: zero }; longest],
-            gains: vec![zero; longest],
+            strip: vec![0.0; sizes.strip_len()],
+            sums: vec![0.0; sizes.sums_len()],
+            line: vec![Complex { re: zero, im: zero }; sizes.line_len()],
+            gains: vec![zero; sizes.gains_len()],
         }
     }
 
-    fn buffers(&mut self) -> StripBuffers<'_, V> {
-        StripBuffers {
+    fn slices(&mut self) -> StripSlices<'_, V> {
+        StripSlices {
             strip: &mut self.strip,
             sums: &mut self.sums,
             line: &mut self.line,

@@ -1,0 +1,182 @@
+//! A bank of filters on images of one size: its parameters, checked, and the strips that are worked on.
+
+use super::log_gabor::{ORIENTATIONS, Scale};
+use super::memory::Sizes;
+use crate::Error;
+use crate::error::at_least_one;
+use core::ops::Range;
+
+/// The most scales of a bank.
+pub const MAX_SCALES: usize = 8;
+
+/// What a bank of filters is told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters<'a> {
+    /// The image's size and the strip height.
+    pub sizes: Sizes,
+    /// The filters' centre frequencies `r₀` in cycles per pixel, from 2⁻¹⁰ to 2⁻¹; 1 to [`MAX_SCALES`] of
+    /// them. The paper takes some of 2⁻⁵ to 2⁻⁹.
+    pub scales: &'a [f64],
+    /// The noise threshold `T_n`, in units of the image.
+    pub threshold: f32,
+}
+
+/// Phase symmetry of images of one size: validated parameters.
+///
+/// ```
+/// use bonebeam::Error;
+/// use bonebeam::phase_symmetry::{
+///     External, Kernels, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, Sizes,
+///     StripMemory,
+/// };
+///
+/// const SIZES: Sizes = Sizes { rows: 64, columns: 64, strip: 16 };
+/// // On a microcontroller these are statics; all but the first two may lie in slow memory.
+/// let mut tables = LogGaborTables::new();
+/// let mut memory = StripMemory::<64, 16>::new();
+/// let mut spectrum = [0.0; SIZES.spectrum_len()];
+/// let mut filtered = [0.0; SIZES.filtered_len()];
+/// let mut amplitude = [0.0; SIZES.amplitude_len()];
+/// let mut symmetry = [0.0; SIZES.symmetry_len()];
+///
+/// // A bright line across, in row 20.
+/// let mut image = [10.0; SIZES.image_len()];
+/// image[20 * 64..21 * 64].fill(200.0);
+///
+/// let bank = PhaseSymmetry::new(&Parameters {
+///     sizes: SIZES,
+///     scales: &[1.0 / 8.0, 1.0 / 16.0],
+///     threshold: 3.0,
+/// })?;
+/// bank.run(
+///     &Kernels {
+///         fft: &Microfft,
+///         gains: &LogGabor::new(&mut tables),
+///     },
+///     &mut External {
+///         image: &mut &image[..],
+///         spectrum: &mut &mut spectrum[..],
+///         filtered: &mut &mut filtered[..],
+///         amplitude: &mut &mut amplitude[..],
+///         symmetry: &mut &mut symmetry[..],
+///     },
+///     &mut memory.slices(),
+///     &mut |_| {},
+/// )?;
+/// assert!(symmetry[20 * 64] > 0.3 && symmetry[50 * 64] < 0.1);
+/// # Ok::<(), Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhaseSymmetry {
+    pub(super) rows: usize,
+    pub(super) columns: usize,
+    pub(super) strip: usize,
+    pub(super) scales: [Scale; MAX_SCALES],
+    pub(super) scale_count: usize,
+    pub(super) threshold: f32,
+}
+
+impl PhaseSymmetry {
+    /// A bank of six orientations (0 and −π/2 + kπ/6 for k = 0, ±1, ±2) at each of the scales.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a side that is not 64, 128, 256, 512 or 1024, for no scales or
+    /// one outside 2⁻¹⁰..=2⁻¹, for a threshold that is negative or not finite, for a strip
+    /// height of 0; [`Error::Capacity`] for more than [`MAX_SCALES`] scales.
+    pub fn new(parameters: &Parameters<'_>) -> Result<Self, Error> {
+        let Parameters {
+            sizes,
+            scales,
+            threshold,
+        } = *parameters;
+        let Sizes { rows, columns, .. } = sizes;
+        if scales.len() > MAX_SCALES {
+            return Err(Error::Capacity {
+                name: "number of scales",
+                actual: scales.len(),
+                capacity: MAX_SCALES,
+            });
+        }
+        at_least_one("number of scales", scales.len())?;
+        at_least_one("strip height", sizes.strip)?;
+        if !(threshold >= 0.0 && threshold.is_finite()) {
+            return Err(Error::Parameter {
+                name: "noise threshold",
+                value: threshold.into(),
+                expected: "a finite number of at least 0",
+            });
+        }
+        let mut filled = [Scale::new(rows, columns, 0.5)?; MAX_SCALES];
+        for (filled, &scale) in filled.iter_mut().zip(scales) {
+            *filled = Scale::new(rows, columns, scale)?;
+        }
+        Ok(PhaseSymmetry {
+            rows,
+            columns,
+            strip: sizes.height(),
+            scales: filled,
+            scale_count: scales.len(),
+            threshold,
+        })
+    }
+
+    /// The image's size and the strip height, at most the longer side.
+    pub const fn sizes(&self) -> Sizes {
+        Sizes {
+            rows: self.rows,
+            columns: self.columns,
+            strip: self.strip,
+        }
+    }
+
+    /// How many filters the bank has: 6 a scale. They count scale by scale in the order given, and within
+    /// a scale 0, −π/6, −π/3, −π/2, −2π/3, −5π/6.
+    pub const fn filters(&self) -> usize {
+        self.scale_count * ORIENTATIONS.len()
+    }
+
+    /// Numbers in the [`super::GainTables`] of this bank: [`Sizes::gain_tables_len`].
+    pub const fn gain_tables_len(&self) -> usize {
+        self.sizes().gain_tables_len(self.scale_count)
+    }
+
+    /// The strips of rows, from the top.
+    pub fn row_strips(&self) -> impl Iterator<Item = Range<usize>> + use<> {
+        strips(self.rows, self.strip)
+    }
+
+    /// The strips of columns of the half spectrum, from the left.
+    pub fn column_strips(&self) -> impl Iterator<Item = Range<usize>> + use<> {
+        strips(self.sizes().half(), self.strip)
+    }
+
+    /// Refuses a filter that the bank does not have and lines that are not one of its strips.
+    pub(super) fn check_step(
+        &self,
+        filter: usize,
+        strip: &Range<usize>,
+        mut strips: impl Iterator<Item = Range<usize>>,
+    ) -> Result<(), Error> {
+        if filter >= self.filters() {
+            return Err(Error::Capacity {
+                name: "number of the filter",
+                actual: filter,
+                capacity: self.filters() - 1,
+            });
+        }
+        if strips.any(|known| known == *strip) {
+            return Ok(());
+        }
+        Err(Error::Parameter {
+            name: "first line of a strip",
+            value: strip.start as f64,
+            expected: "a strip that the bank itself names",
+        })
+    }
+}
+
+fn strips(lines: usize, strip: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..lines)
+        .step_by(strip)
+        .map(move |start| start..start + strip.min(lines - start))
+}

@@ -1,0 +1,215 @@
+//! The memory that phase symmetry works in: how much of it, the fast one and the external one.
+
+use super::external::{ReadAt, WriteAt};
+use num_complex::Complex;
+
+/// An image's size, and how much of it is worked on at a time. What memory they take follows, at compile
+/// time as well:
+///
+/// ```
+/// use bonebeam::phase_symmetry::{Sizes, StripMemory};
+///
+/// const SIZES: Sizes = Sizes { rows: 128, columns: 64, strip: 16 };
+/// static SPECTRUM: [f32; SIZES.spectrum_len()] = [0.0; SIZES.spectrum_len()];
+/// assert_eq!(SPECTRUM.len(), 2 * 128 * 33);
+/// assert_eq!(StripMemory::<128, 16>::BYTES, 34_304);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Sizes {
+    /// Rows of the image: 64, 128, 256, 512 or 1024.
+    pub rows: usize,
+    /// Columns of the image, likewise.
+    pub columns: usize,
+    /// How many rows or columns are worked on at a time, at least 1; more than the image has means all of
+    /// them. It changes memory and time, never the result.
+    pub strip: usize,
+}
+
+impl Sizes {
+    /// Numbers in [`StripSlices::strip`]: `2·S·N`, with N the longer side and S the strip height.
+    pub const fn strip_len(&self) -> usize {
+        2 * self.height() * self.longest()
+    }
+
+    /// Numbers in [`StripSlices::sums`]: as many.
+    pub const fn sums_len(&self) -> usize {
+        self.strip_len()
+    }
+
+    /// Complex vectors in [`StripSlices::line`]: N.
+    pub const fn line_len(&self) -> usize {
+        self.longest()
+    }
+
+    /// Vectors in [`StripSlices::gains`]: N.
+    pub const fn gains_len(&self) -> usize {
+        self.longest()
+    }
+
+    /// Numbers in [`External::image`]: rows × columns.
+    pub const fn image_len(&self) -> usize {
+        self.rows * self.columns
+    }
+
+    /// Numbers in [`External::spectrum`]: 2 × rows × (columns/2 + 1).
+    pub const fn spectrum_len(&self) -> usize {
+        2 * self.rows * self.half()
+    }
+
+    /// Numbers in [`External::filtered`]: 2 × rows × columns.
+    pub const fn filtered_len(&self) -> usize {
+        2 * self.image_len()
+    }
+
+    /// Numbers in [`External::amplitude`]: rows × columns.
+    pub const fn amplitude_len(&self) -> usize {
+        self.image_len()
+    }
+
+    /// Numbers in [`External::symmetry`]: rows × columns.
+    pub const fn symmetry_len(&self) -> usize {
+        self.image_len()
+    }
+
+    /// Numbers in [`super::GainTables`] of a bank of so many scales: for R × C pixels and s scales
+    /// `(C/2 + 1)·(s·(R/2 + 1) + 8·R)`, 5.0 MB for 512² and three scales.
+    pub const fn gain_tables_len(&self, scales: usize) -> usize {
+        self.half() * (scales * (self.rows / 2 + 1) + super::log_gabor::TURNS * self.rows)
+    }
+
+    /// The width of the half spectrum that a real image needs.
+    pub(super) const fn half(&self) -> usize {
+        self.columns / 2 + 1
+    }
+
+    /// The longer side.
+    pub(super) const fn longest(&self) -> usize {
+        if self.rows > self.columns {
+            self.rows
+        } else {
+            self.columns
+        }
+    }
+
+    /// The strip height, at most the longer side.
+    pub(super) const fn height(&self) -> usize {
+        if self.strip < self.longest() {
+            self.strip
+        } else {
+            self.longest()
+        }
+    }
+}
+
+/// The five matrices in external memory. Their contents need not be initialised.
+///
+/// What is read and written at a time lies in one piece or in a few long ones: complex numbers are
+/// in strips, and of each strip line after line, the real parts of all its columns (or rows), then
+/// the imaginary ones.
+pub struct External<'a> {
+    /// The image, 0..255; only read. Row-major, [`Sizes::image_len`] long.
+    pub image: &'a mut dyn ReadAt,
+    /// The image's half spectrum in strips of columns, [`Sizes::spectrum_len`] long.
+    pub spectrum: &'a mut dyn WriteAt,
+    /// One filter's columns on the way to its rows, in strips of rows, [`Sizes::filtered_len`] long.
+    pub filtered: &'a mut dyn WriteAt,
+    /// Eq. 10's denominator on the way, in strips of rows, [`Sizes::amplitude_len`] long.
+    pub amplitude: &'a mut dyn WriteAt,
+    /// Eq. 10's numerator on the way, likewise, and the phase symmetry map in the end, row-major,
+    /// [`Sizes::symmetry_len`] long.
+    pub symmetry: &'a mut dyn WriteAt,
+}
+
+/// Fast memory as slices: of a [`StripMemory`], or of sizes that are known only at run time. Each may be
+/// longer than said. Whatever is too short is refused with [`crate::Error::Capacity`].
+///
+/// The vectors are those that are computed with: `f32` for one line at a time, a processor's registers for
+/// as many as they have lanes.
+pub struct StripSlices<'a, V> {
+    /// What a strip reads, [`Sizes::strip_len`].
+    pub strip: &'a mut [f32],
+    /// What it gives, or Eq. 10's two sums, [`Sizes::sums_len`].
+    pub sums: &'a mut [f32],
+    /// As many lines as a vector has lanes, [`Sizes::line_len`].
+    pub line: &'a mut [Complex<V>],
+    /// A filter's gains along them, [`Sizes::gains_len`].
+    pub gains: &'a mut [V],
+}
+
+/// Fast memory for images of sides up to `N` in strips of up to `S` rows or columns, one line at a
+/// time: 16·S·N + 12·N bytes.
+///
+/// | N \\ S | 1 | 16 | 64 | N |
+/// |---:|---:|---:|---:|---:|
+/// | 64 | 1.8 kB | 17.2 kB | 66.3 kB | 66.3 kB |
+/// | 128 | 3.6 kB | 34.3 kB | 132.6 kB | 263.7 kB |
+/// | 512 | 14.3 kB | 137.2 kB | 530.4 kB | 4.2 MB |
+///
+/// With them go the filter tables, [`super::LogGaborTables::BYTES`] for all sizes and scales. The
+/// external memory of R × C pixels is 20·R·C + 4·R·(C + 2) bytes, the image included: 98.8 kB for
+/// 64 × 64 and 6.3 MB for 512 × 512.
+///
+/// ```
+/// use bonebeam::phase_symmetry::StripMemory;
+///
+/// const MEMORY: StripMemory<64, 1> = StripMemory::new();
+/// assert_eq!(size_of_val(&MEMORY), 1_792);
+/// ```
+///
+/// Sizes that cannot be do not compile:
+///
+/// ```compile_fail
+/// # use bonebeam::phase_symmetry::StripMemory;
+/// let memory = StripMemory::<100, 1>::new(); // "N, the longer side, is 64, 128, 256, 512 or 1024"
+/// ```
+#[derive(Clone, Debug)]
+pub struct StripMemory<const N: usize, const S: usize> {
+    strip: [[[f32; N]; 2]; S],
+    sums: [[[f32; N]; 2]; S],
+    line: [Complex<f32>; N],
+    gains: [f32; N],
+}
+
+impl<const N: usize, const S: usize> StripMemory<N, S> {
+    /// What it takes.
+    pub const BYTES: usize = size_of::<Self>();
+
+    const SHAPES: () = {
+        assert!(
+            super::fft::is_supported(N),
+            "N, the longer side, is 64, 128, 256, 512 or 1024"
+        );
+        assert!(
+            1 <= S && S <= N,
+            "S, the strip height, is at least 1 and at most N"
+        );
+    };
+
+    /// Memory that fits a `static`.
+    pub const fn new() -> Self {
+        const { Self::SHAPES };
+        StripMemory {
+            strip: [[[0.0; N]; 2]; S],
+            sums: [[[0.0; N]; 2]; S],
+            line: [Complex::new(0.0, 0.0); N],
+            gains: [0.0; N],
+        }
+    }
+
+    /// The slices for [`super::PhaseSymmetry::run`].
+    pub fn slices(&mut self) -> StripSlices<'_, f32> {
+        StripSlices {
+            strip: self.strip.as_flattened_mut().as_flattened_mut(),
+            sums: self.sums.as_flattened_mut().as_flattened_mut(),
+            line: &mut self.line,
+            gains: &mut self.gains,
+        }
+    }
+}
+
+impl<const N: usize, const S: usize> Default for StripMemory<N, S> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
