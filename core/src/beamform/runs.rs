@@ -15,7 +15,7 @@ use crate::covariance::diagonal_loading::DiagonalLoading;
 use crate::covariance::lag_sums::lag_sums;
 use crate::covariance::{Averaging, time_window};
 use crate::error::check_length;
-use crate::linalg::panels::Column;
+use crate::linalg::panels::PanelColumn;
 use crate::simd::{ComplexVector, Scalar, Vector};
 use num_complex::Complex;
 
@@ -291,7 +291,7 @@ fn loaded_matrix<A: Averaging<V>, V: Vector>(
     lag: impl Fn(usize) -> ComplexVector<V>,
     subaperture: usize,
     diagonal_loading: f32,
-    matrix: &mut [Column<A::Scalar>],
+    matrix: &mut [PanelColumn<A::Scalar>],
 ) -> V::Mask {
     lag(0).re.vectorize(
         #[inline(always)]

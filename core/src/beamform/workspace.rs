@@ -1,8 +1,8 @@
 //! The beamformer's memory.
 
 use crate::covariance::{Averaging, OneLane};
-use crate::linalg::largest_pair::Tridiagonal;
-use crate::linalg::panels::{Column, TILE};
+use crate::linalg::panels::{PanelColumn, TILE};
+use crate::linalg::tridiagonal::Tridiagonal;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// All the memory a beamformer needs; a plain struct for a `static` or a box.
@@ -25,7 +25,7 @@ pub struct Workspace<A: Averaging<V>, V: Vector, const M: usize, const L: usize,
     window: [[ComplexVector<V>; L]; ROWS],
     matrix: [[A::Scalar; L]; L],
     factor: [[A::Scalar; L]; L],
-    rows: [Column<A::Scalar>; L],
+    rows: [PanelColumn<A::Scalar>; L],
     vector: [A::Scalar; L],
     tridiagonal: [[V; L]; 4],
     phases: [A::Scalar; L],
@@ -49,11 +49,11 @@ pub(super) struct Memory<'a, S, V> {
 /// What the solvers work on.
 pub(super) struct Solver<'a, S, V> {
     /// The loaded covariance in panels.
-    pub(super) matrix: &'a mut [Column<S>],
+    pub(super) matrix: &'a mut [PanelColumn<S>],
     /// The Lanczos basis, the Cholesky factor in panels, or the matrix while it is reduced.
     pub(super) factor: &'a mut [S],
     /// Steering vector and data below the matrix, or a reduction's vectors.
-    pub(super) rows: &'a mut [Column<S>],
+    pub(super) rows: &'a mut [PanelColumn<S>],
     pub(super) vector: &'a mut [S],
     pub(super) tridiagonal: Tridiagonal<'a, V>,
     pub(super) phases: &'a mut [S],

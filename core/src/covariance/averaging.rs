@@ -1,7 +1,7 @@
 //! What an averaging of the covariance is: what is kept of it, and the basis in which it is solved.
 
 use super::diagonal_loading::DiagonalLoading;
-use crate::linalg::panels::Column;
+use crate::linalg::panels::PanelColumn;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// Rows that stand below the matrix for MV.
@@ -46,7 +46,7 @@ pub trait Basis<V: Vector> {
         lag: impl Fn(usize) -> ComplexVector<V>,
         subaperture: usize,
         diagonal_loading: &DiagonalLoading<V>,
-        matrix: &mut [Column<Self::Scalar>],
+        matrix: &mut [PanelColumn<Self::Scalar>],
     );
 
     /// The subaperture sum `s` in the solver's coordinates.

@@ -2,7 +2,7 @@
 
 use super::averaging::{Basis, OneLane, RIGHT_SIDES, rows};
 use super::diagonal_loading::DiagonalLoading;
-use crate::linalg::panels::{Column, TILE, panel};
+use crate::linalg::panels::{PanelColumn, TILE, panel};
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// `R` of Eq. 2 as it is: complex Hermitian.
@@ -72,7 +72,7 @@ impl<V: Vector> Basis<V> for Forward {
         lag: impl Fn(usize) -> ComplexVector<V>,
         subaperture: usize,
         diagonal_loading: &DiagonalLoading<V>,
-        matrix: &mut [Column<ComplexVector<V>>],
+        matrix: &mut [PanelColumn<ComplexVector<V>>],
     ) {
         let zero = ComplexVector::from_real(diagonal_loading.factor.zero());
         for block in 0..subaperture.div_ceil(TILE) {

@@ -11,7 +11,7 @@
 
 use super::averaging::{Basis, OneLane, RIGHT_SIDES, rows};
 use super::diagonal_loading::DiagonalLoading;
-use crate::linalg::panels::{Column, TILE, panel};
+use crate::linalg::panels::{PanelColumn, TILE, panel};
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 const FRAC_1_SQRT_2: f32 = core::f32::consts::FRAC_1_SQRT_2;
@@ -168,7 +168,7 @@ impl<V: Vector> Basis<V> for ForwardBackward {
         lag: impl Fn(usize) -> ComplexVector<V>,
         subaperture: usize,
         diagonal_loading: &DiagonalLoading<V>,
-        matrix: &mut [Column<V>],
+        matrix: &mut [PanelColumn<V>],
     ) {
         let factor = diagonal_loading.factor;
         const PAIRS: usize = TILE / 2;

@@ -1,7 +1,7 @@
 //! Cholesky factorisation `A = G·Gᴴ`, and the rows below it that the factor divides.
 
 use super::FLOOR;
-use super::panels::{Column, TILE, panel};
+use super::panels::{PanelColumn, TILE, panel};
 use crate::simd::{Scalar, Vector};
 
 /// Factorises the matrix of `panels` panels `a` into `g`, and turns `rows`, which stand below `a`,
@@ -22,8 +22,8 @@ use crate::simd::{Scalar, Vector};
 /// Cost: `n³/3` flops real, `4n³/3` complex, `n` roots and divisions; `n²` (`4n²`) for each row below.
 #[inline(always)]
 pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
-    a: &[Column<S>],
-    g: &mut [Column<S>],
+    a: &[PanelColumn<S>],
+    g: &mut [PanelColumn<S>],
     rows: &mut [[S; ROWS]],
     panels: usize,
 ) -> V::Mask {

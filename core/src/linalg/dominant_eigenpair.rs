@@ -1,8 +1,8 @@
-//! The largest eigenvalue and its eigenvector directly, for spectra of any kind: reduction to
-//! tridiagonal form, that matrix's pair, and the way back.
+//! The dominant eigenpair directly, for spectra of any kind: reduction to tridiagonal form, that matrix's
+//! pair, and the way back.
 
 use super::householder::Reduction;
-use super::panels::{Column, TILE};
+use super::panels::{PanelColumn, TILE};
 use crate::simd::{Scalar, Vector};
 
 /// The share of the eigenvalue below which a step towards it is the last.
@@ -16,7 +16,7 @@ const LAST_STEP: f32 = 1e-6;
 /// times `n` divisions.
 #[inline(always)]
 pub fn dominant_eigenpair<S: Scalar<V>, V: Vector>(
-    a: &[Column<S>],
+    a: &[PanelColumn<S>],
     n: usize,
     reduction: &mut Reduction<'_, '_, S, V>,
     wanted: V::Mask,

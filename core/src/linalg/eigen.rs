@@ -2,8 +2,8 @@
 //! then implicit QL.
 
 use super::householder::Reduction;
-use super::panels::Column;
-use super::tridiagonal::implicit_ql;
+use super::implicit_ql::implicit_ql;
+use super::panels::PanelColumn;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// All eigenvalues of the matrix `a` of `n` rows, unordered in `values`, and what the eigenvectors `E`
@@ -16,7 +16,7 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 /// Cost: the reduction over lanes; then QL lane by lane.
 #[inline(always)]
 pub fn eigen<S: Scalar<V>, V: Vector>(
-    a: &[Column<S>],
+    a: &[PanelColumn<S>],
     n: usize,
     reduction: &mut Reduction<'_, '_, S, V>,
     lane: &mut [&mut [f32]; 2],

@@ -1,12 +1,12 @@
 //! How far the largest eigenvalue is from the others at least, by the sum of the squares of all.
 
-use super::panels::{Column, TILE, panel};
+use super::panels::{PanelColumn, TILE, panel};
 use crate::simd::{Scalar, Vector};
 
 /// `‖A − μ‖²`: the diagonal's from zero, and twice the rest's, column by column below the diagonal in
 /// each panel from zero.
 #[inline(always)]
-pub fn squared_deviations<S: Scalar<V>, V: Vector>(a: &[Column<S>], n: usize, mean: V) -> V {
+pub fn squared_deviations<S: Scalar<V>, V: Vector>(a: &[PanelColumn<S>], n: usize, mean: V) -> V {
     let zero = mean.zero();
     let (mut diagonal, mut rest) = (zero, [zero; TILE]);
     for i in 0..n.div_ceil(TILE) {

@@ -9,8 +9,8 @@
 //! [`inner_product`]; those of `Av` ascend one by one.
 
 use super::inner_product::inner_product;
-use super::largest_pair::Tridiagonal;
-use super::panels::{Column, TILE, panel, trace};
+use super::panels::{PanelColumn, TILE, panel, trace};
+use super::tridiagonal::Tridiagonal;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// Below this power (of a matrix with trace near 1) a row's tail and an entry count as zero: far
@@ -22,7 +22,7 @@ const NOTHING: f32 = f32::from_bits((127 - 100) << 23); // 2^-100
 pub struct Reduction<'a, 't, S, V> {
     /// The matrix, whose lower triangle gives way to the reflectors: `v_j` at row `m`, column `j`, and
     /// `τ` on the diagonal.
-    pub panels: &'a mut [Column<S>],
+    pub panels: &'a mut [PanelColumn<S>],
     /// Four numbers a row, rows that fill up the last panel included.
     pub vectors: &'a mut [S],
     /// Between the entries `m − 1` and `m` of `D`, at `m`.
@@ -41,7 +41,7 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
     ///
     /// Cost: `4n³/3` flops real, `16n³/3` complex; `n` roots and divisions.
     #[inline(always)]
-    pub fn reduce(&mut self, a: &[Column<S>], n: usize) -> V {
+    pub fn reduce(&mut self, a: &[PanelColumn<S>], n: usize) -> V {
         let padded = n.next_multiple_of(TILE);
         let columns = panel(padded / TILE);
         self.panels[..columns].copy_from_slice(&a[..columns]);
@@ -205,7 +205,7 @@ fn polar<S: Scalar<V>, V: Vector>(alpha: S) -> (V, S) {
 /// `A ← (A − v·qᴴ) − q·vᴴ`, then `p = A·u`, over the first panels: one pass over the lower triangle.
 #[inline(always)]
 fn update_and_multiply<S: Scalar<V>, V: Vector>(
-    a: &mut [Column<S>],
+    a: &mut [PanelColumn<S>],
     panels: usize,
     [v, q, u]: [&[S]; 3],
     p: &mut [S],

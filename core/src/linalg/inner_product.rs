@@ -1,11 +1,11 @@
 //! The inner product of two vectors in tiles.
 
-use super::panels::{Column, TILE};
+use super::panels::{PanelColumn, TILE};
 use crate::simd::{Scalar, Vector};
 
 /// `uᴴp`: four partial sums, of every fourth entry from zero, added `(0 + 1) + (2 + 3)`.
 #[inline(always)]
-pub fn inner_product<S: Scalar<V>, V: Vector>(u: &[Column<S>], p: &[Column<S>]) -> S {
+pub fn inner_product<S: Scalar<V>, V: Vector>(u: &[PanelColumn<S>], p: &[PanelColumn<S>]) -> S {
     let mut sums = [S::from_real(u[0][0].real().zero()); TILE];
     for (u, p) in u.iter().zip(p) {
         for r in 0..TILE {

@@ -21,9 +21,9 @@
 
 use super::gap::{gap_by_squares, squared_deviations};
 use super::inner_product::inner_product;
-use super::largest_pair::Tridiagonal;
 use super::matrix_vector::times_vector;
-use super::panels::{Column, TILE, panel, trace};
+use super::panels::{PanelColumn, TILE, panel, trace};
+use super::tridiagonal::Tridiagonal;
 use crate::simd::{Mask, Scalar, Vector};
 
 /// The error of `e₁` at which a lane is done.
@@ -58,25 +58,39 @@ pub const fn step_limit(n: usize) -> usize {
     }
 }
 
+/// What the iteration works in, and leaves its eigenvector in.
+pub struct Memory<'a, 't, S, V> {
+    /// As long as the panels have rows, for each step that there can be.
+    pub basis: &'a mut [PanelColumn<S>],
+    /// As long as the panels have rows; in the end the unit eigenvector.
+    pub vector: &'a mut [PanelColumn<S>],
+    /// The matrix in the basis.
+    pub tridiagonal: &'a mut Tridiagonal<'t, V>,
+    /// The eigenvector in the basis: a number for each step.
+    pub kept: &'a mut [V],
+}
+
 /// Iterates on the matrix `a` of `n` rows.
 ///
-/// Leaves the unit eigenvector in `vector` and returns its eigenvalue and the lanes that are done;
-/// those in `ignored` are none of them. `vector` is as long as the panels have rows; `basis` holds
-/// that many numbers for each step there can be, and `kept` one. A lane that is done or left does not
-/// change any more, so its bits do not depend on the other lanes.
+/// Leaves the unit eigenvector in the memory's `vector` and returns its eigenvalue and the lanes that are
+/// done; those in `ignored` are none of them. A lane that is done or left does not change any more, so its
+/// bits do not depend on the other lanes.
 ///
 /// Cost of step `k` but the first: `2n²` flops real, `8n²` complex for the product, `4nk` (`16nk`) for
 /// the projections.
 #[inline(always)]
 pub fn lanczos<S: Scalar<V>, V: Vector>(
-    a: &[Column<S>],
+    a: &[PanelColumn<S>],
     n: usize,
-    basis: &mut [Column<S>],
-    vector: &mut [Column<S>],
-    tridiagonal: &mut Tridiagonal<'_, V>,
-    kept: &mut [V],
+    memory: Memory<'_, '_, S, V>,
     ignored: V::Mask,
 ) -> (V, V::Mask) {
+    let Memory {
+        basis,
+        vector,
+        tridiagonal,
+        kept,
+    } = memory;
     let zero = a[0][0].real().zero();
     let one = zero.splat(1.0);
     let tiles = vector.len();
@@ -85,8 +99,7 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     kept.fill(zero);
     let never = ignored & !ignored;
     let trace = trace(a, n);
-    let mean = trace / zero.splat(n as f32);
-    let mut squares = None;
+    let mut gap_bound = GapBound::new(trace, n);
     let second = if n == 1 {
         never
     } else {
@@ -132,15 +145,7 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
             open & !longer
         };
         if watched.any() {
-            let mut gap = (bound + bound) - trace;
-            let certain = zero.less(gap);
-            if (watched & !certain).any() {
-                let squares = *squares.get_or_insert_with(
-                    #[inline(always)]
-                    || squared_deviations(a, n, mean),
-                );
-                gap = V::select(certain, gap, gap_by_squares(squares, bound - mean));
-            }
+            let gap = gap_bound.at(a, n, bound, watched);
             open = open & (!watched | zero.less(gap));
             let mut due = watched & open;
             if !end {
@@ -148,17 +153,11 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
                 due = due & !(far & longer);
             }
             if due.any() {
-                let enough = zero.splat(LAST_STEP) * gap;
-                bound = tridiagonal.largest(k + 1, bound, enough, due);
-                let open_row = tridiagonal.eigenvector_upwards(k + 1, bound, &reciprocals[..k]);
-                let y = &tridiagonal.eigenvector[..=k];
-                let mut residual = beta * y[k] + open_row;
-                for (&error, &y) in errors[..k].iter().zip(&y[1..]) {
-                    residual = residual + error * y;
-                }
+                bound = tridiagonal.largest(k + 1, bound, zero.splat(LAST_STEP) * gap, due);
+                let residual = residual(tridiagonal, bound, &reciprocals[..k], &errors[..k]);
                 // A NaN is not below it.
                 let arrived = due & residual.less(zero.splat(ACCURACY) * gap);
-                for (kept, &y) in kept.iter_mut().zip(y) {
+                for (kept, &y) in kept.iter_mut().zip(&tridiagonal.eigenvector[..=k]) {
                     *kept = V::select(arrived, y, *kept);
                 }
                 eigenvalue = V::select(arrived, bound, eigenvalue);
@@ -170,13 +169,9 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
         if !open.any() {
             break;
         }
-        if k + 1 < steps {
+        if !end {
             let reciprocal = V::select(longer, one / V::select(longer, beta, one), zero);
-            for (next, rest) in basis[k * tiles..][..tiles].iter_mut().zip(&*vector) {
-                for r in 0..TILE {
-                    next[r] = rest[r].scale(reciprocal);
-                }
-            }
+            scale(vector, reciprocal, &mut basis[k * tiles..][..tiles]);
             stored = k + 1;
             if k > 0 {
                 let lost =
@@ -193,9 +188,87 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     (eigenvalue, done)
 }
 
+/// How far the largest eigenvalue is from the others at least: see the module's documentation.
+struct GapBound<V> {
+    trace: V,
+    mean: V,
+    /// `‖A − μ‖²`, once it has been asked for.
+    squares: Option<V>,
+}
+
+impl<V: Vector> GapBound<V> {
+    #[inline(always)]
+    fn new(trace: V, n: usize) -> Self {
+        GapBound {
+            trace,
+            mean: trace / trace.splat(n as f32),
+            squares: None,
+        }
+    }
+
+    /// The gap below an eigenvalue `theta`, in the lanes of `watched`.
+    #[inline(always)]
+    fn at<S: Scalar<V>>(
+        &mut self,
+        a: &[PanelColumn<S>],
+        n: usize,
+        theta: V,
+        watched: V::Mask,
+    ) -> V {
+        let gap = (theta + theta) - self.trace;
+        let certain = theta.zero().less(gap);
+        if !(watched & !certain).any() {
+            return gap;
+        }
+        let mean = self.mean;
+        let squares = *self.squares.get_or_insert_with(
+            #[inline(always)]
+            || squared_deviations(a, n, mean),
+        );
+        V::select(certain, gap, gap_by_squares(squares, theta - mean))
+    }
+}
+
+/// Puts the tridiagonal matrix's eigenvector `y` to `theta` into its memory, and returns what
+/// `‖A·e − θ·e‖` is at most.
+#[inline(always)]
+fn residual<V: Vector>(
+    tridiagonal: &mut Tridiagonal<'_, V>,
+    theta: V,
+    reciprocals: &[V],
+    errors: &[V],
+) -> V {
+    let k = reciprocals.len();
+    let open_row = tridiagonal.eigenvector_upwards(k + 1, theta, reciprocals);
+    let y = &tridiagonal.eigenvector[..=k];
+    let mut residual = tridiagonal.off_diagonal[k] * y[k] + open_row;
+    for (&error, &y) in errors.iter().zip(&y[1..]) {
+        residual = residual + error * y;
+    }
+    residual
+}
+
+/// The next basis vector: what is left of the product, of length 1.
+#[inline(always)]
+fn scale<S: Scalar<V>, V: Vector>(
+    rest: &[PanelColumn<S>],
+    reciprocal: V,
+    next: &mut [PanelColumn<S>],
+) {
+    for (next, rest) in next.iter_mut().zip(rest) {
+        for r in 0..TILE {
+            next[r] = rest[r].scale(reciprocal);
+        }
+    }
+}
+
 /// The first column, in the lanes of `second` the second, but for its diagonal entry.
 #[inline(always)]
-fn first_column<S: Scalar<V>, V: Vector>(a: &[Column<S>], second: V::Mask, w: &mut [Column<S>]) {
+fn first_column<S: Scalar<V>, V: Vector>(
+    a: &[PanelColumn<S>],
+    second: V::Mask,
+    w: &mut [PanelColumn<S>],
+) {
     for (i, w) in w.iter_mut().enumerate() {
         let columns = &a[panel(i)..panel(i) + 2];
         for r in 0..TILE {
@@ -207,7 +280,7 @@ fn first_column<S: Scalar<V>, V: Vector>(a: &[Column<S>], second: V::Mask, w: &m
 
 /// Clears the entry that the start vector has.
 #[inline(always)]
-fn clear<S: Scalar<V>, V: Vector>(w: &mut [Column<S>], second: V::Mask) {
+fn clear<S: Scalar<V>, V: Vector>(w: &mut [PanelColumn<S>], second: V::Mask) {
     let zero = S::from_real(w[0][0].real().zero());
     w[0][0] = S::select(second, w[0][0], zero);
     w[0][1] = S::select(second, zero, w[0][1]);
@@ -217,11 +290,11 @@ fn clear<S: Scalar<V>, V: Vector>(w: &mut [Column<S>], second: V::Mask) {
 /// vector; returns the one along the last.
 #[inline(always)]
 fn step<S: Scalar<V>, V: Vector>(
-    a: &[Column<S>],
+    a: &[PanelColumn<S>],
     shift: V,
-    basis: &[Column<S>],
+    basis: &[PanelColumn<S>],
     second: V::Mask,
-    w: &mut [Column<S>],
+    w: &mut [PanelColumn<S>],
     components: &mut [S],
 ) -> V {
     times_vector(a, shift, &basis[basis.len() - w.len()..], w);
@@ -234,11 +307,11 @@ fn step<S: Scalar<V>, V: Vector>(
 /// are its own, too: through a closure they take 4 % of rank 1's instructions at M/L = 16/8.
 #[inline(never)]
 fn step_apart<S: Scalar<V>, V: Vector>(
-    a: &[Column<S>],
+    a: &[PanelColumn<S>],
     shift: V,
-    basis: &[Column<S>],
+    basis: &[PanelColumn<S>],
     second: V::Mask,
-    w: &mut [Column<S>],
+    w: &mut [PanelColumn<S>],
     components: &mut [S],
 ) -> V {
     step(a, shift, basis, second, w, components)
@@ -248,8 +321,8 @@ fn step_apart<S: Scalar<V>, V: Vector>(
 /// is taken, `i` ascending.
 #[inline(always)]
 fn orthogonalise<S: Scalar<V>, V: Vector>(
-    basis: &[Column<S>],
-    w: &mut [Column<S>],
+    basis: &[PanelColumn<S>],
+    w: &mut [PanelColumn<S>],
     components: &mut [S],
 ) {
     let tiles = w.len();
@@ -270,10 +343,10 @@ fn orthogonalise<S: Scalar<V>, V: Vector>(
 /// `Σ_k v_k·y_k`, `k` ascending from zero; the start vector's share is its entry.
 #[inline(always)]
 fn combine<S: Scalar<V>, V: Vector>(
-    basis: &[Column<S>],
+    basis: &[PanelColumn<S>],
     kept: &[V],
     second: V::Mask,
-    vector: &mut [Column<S>],
+    vector: &mut [PanelColumn<S>],
 ) {
     let zero = kept[0].zero();
     let tiles = vector.len();

@@ -1,6 +1,6 @@
 //! The product of a Hermitian matrix in panels and a vector.
 
-use super::panels::{Column, TILE, panel};
+use super::panels::{PanelColumn, TILE, panel};
 use crate::simd::{Scalar, Vector};
 
 /// `y = (A − shift)·v`, each entry summed from `−shift·v` over ascending columns.
@@ -9,10 +9,10 @@ use crate::simd::{Scalar, Vector};
 /// for the row of its own index.
 #[inline(always)]
 pub fn times_vector<S: Scalar<V>, V: Vector>(
-    a: &[Column<S>],
+    a: &[PanelColumn<S>],
     shift: V,
-    v: &[Column<S>],
-    y: &mut [Column<S>],
+    v: &[PanelColumn<S>],
+    y: &mut [PanelColumn<S>],
 ) {
     // Copied: a store to y would make the compiler read it again.
     for (i, &own) in v.iter().enumerate() {

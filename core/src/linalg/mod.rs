@@ -1,21 +1,26 @@
-//! Cholesky, the first eigenvector (by Lanczos steps or directly) and the full eigensolver, over lanes.
-//!
-//! Each works on a Hermitian (or real symmetric) matrix with a trace near 1 (see
+//! Linear algebra over lanes: a Hermitian (or real symmetric) matrix of trace near 1 in each (see
 //! [`DiagonalLoading`](crate::covariance::diagonal_loading::DiagonalLoading)), kept in [`panels`].
+//!
+//! - [`cholesky`]: the factorisation, and what it divides.
+//! - [`lanczos`]: the dominant eigenpair in few steps, where they prove it; by [`matrix_vector`],
+//!   [`inner_product`] and [`gap`].
+//! - [`dominant_eigenpair`]: the same directly, for the lanes that are left. [`householder`] reduces the
+//!   matrix to a [`tridiagonal`] one, whose dominant eigenpair is taken back.
+//! - [`eigen`]: all eigenvalues, by the same reduction and [`implicit_ql`].
 
 pub(crate) mod cholesky;
 pub(crate) mod dominant_eigenpair;
 pub(crate) mod eigen;
 mod gap;
 pub(crate) mod householder;
+mod implicit_ql;
 pub(crate) mod inner_product;
 pub(crate) mod lanczos;
-pub(crate) mod largest_pair;
 pub(crate) mod matrix_vector;
 pub(crate) mod panels;
 #[cfg(test)]
 mod tests;
-mod tridiagonal;
+pub(crate) mod tridiagonal;
 
 /// The smallest pivot and eigenvalue that count, for matrices of trace near 1: one rounding error.
 /// A loaded matrix stays above it whenever `Δ/L > 2⁻²⁴`.

@@ -10,7 +10,7 @@ use crate::simd::{Scalar, Vector};
 pub const TILE: usize = 4;
 
 /// One column of a panel.
-pub type Column<S> = [S; TILE];
+pub type PanelColumn<S> = [S; TILE];
 
 /// The first column of panel `index`; for the number of panels, how many columns there are.
 #[inline(always)]
@@ -21,7 +21,7 @@ pub const fn panel(index: usize) -> usize {
 
 /// The sum of the diagonal, ascending from zero.
 #[inline(always)]
-pub fn trace<S: Scalar<V>, V: Vector>(a: &[Column<S>], n: usize) -> V {
+pub fn trace<S: Scalar<V>, V: Vector>(a: &[PanelColumn<S>], n: usize) -> V {
     let mut sum = a[0][0].real().zero();
     for i in 0..n.div_ceil(TILE) {
         let tile = &a[panel(i) + TILE * i..panel(i + 1)];

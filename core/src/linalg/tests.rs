@@ -4,9 +4,9 @@ use super::cholesky::factorise;
 use super::dominant_eigenpair::dominant_eigenpair;
 use super::eigen::eigen;
 use super::householder::Reduction;
-use super::lanczos::{ACCURACY, STEP_LIMIT, lanczos};
-use super::largest_pair::Tridiagonal;
-use super::panels::{Column, TILE, panel};
+use super::lanczos::{self, ACCURACY, STEP_LIMIT, lanczos};
+use super::panels::{PanelColumn, TILE, panel};
+use super::tridiagonal::Tridiagonal;
 use crate::simd::{ComplexVector, Scalar};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
@@ -88,7 +88,7 @@ fn with_eigenvalues(values: &[f64], unitary: &Matrix) -> Matrix {
 }
 
 /// The matrix in panels; rows of the identity fill up the last.
-fn panels<S: Entry>(a: &Matrix) -> Vec<Column<S>> {
+fn panels<S: Entry>(a: &Matrix) -> Vec<PanelColumn<S>> {
     let count = a.nrows().div_ceil(TILE);
     let mut columns = Vec::new();
     for index in 0..count {
@@ -116,7 +116,7 @@ fn wide<S: Entry>(value: S) -> Complex<f64> {
 
 /// What a reduction works in.
 struct Memory<S> {
-    panels: Vec<Column<S>>,
+    panels: Vec<PanelColumn<S>>,
     vectors: Vec<S>,
     phases: Vec<S>,
 }
@@ -236,10 +236,12 @@ fn distance_to_first<S: Entry>(a: &Matrix, e1: &DVector<Complex<f64>>) -> Option
     let (_, done) = lanczos(
         &panels::<S>(a),
         n,
-        &mut basis,
-        &mut v,
-        &mut tridiagonal,
-        &mut kept,
+        lanczos::Memory {
+            basis: &mut basis,
+            vector: &mut v,
+            tridiagonal: &mut tridiagonal,
+            kept: &mut kept,
+        },
         false,
     );
     let v = DVector::from_fn(n, |i, _| wide(v.as_flattened()[i]));

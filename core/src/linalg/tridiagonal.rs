@@ -1,99 +1,195 @@
-//! A real symmetric tridiagonal matrix: implicit QL, one lane at a time.
+//! A real symmetric tridiagonal matrix in each lane and its dominant eigenpair: Laguerre's iteration, then
+//! a twisted factorisation.
 
-use crate::simd::{ComplexVector, Vector};
+use super::FLOOR;
+use crate::simd::{Mask, Vector};
 
-/// QL steps allowed for one eigenvalue. Two or three are usual. At the limit the off-diagonal
-/// entry in the way is dropped: the result stays finite and orthonormal.
-const STEP_LIMIT: usize = 40;
+/// The most steps from an upper bound to the largest eigenvalue; two to five are usual.
+const STEP_LIMIT: usize = 20;
 
-/// An off-diagonal entry is zero where it is at most this share of its diagonal neighbours.
-const NEGLIGIBLE: f32 = 1.0 / 16_777_216.0; // 2^-24
+/// What an eigenvector's last entry is set to at first, 2⁻⁴⁰: the others may be larger by 30 orders.
+const LAST_ENTRY: f32 = 1.0 / 1_099_511_627_776.0;
 
-/// Or below this, of a matrix with trace near 1: the squares of the rotations keep all their bits.
-const NOTHING: f32 = f32::from_bits((127 - 50) << 23); // 2^-50
+/// The matrix and the vectors that its eigenvector takes, as slices of as many vectors as it can
+/// have rows.
+pub struct Tridiagonal<'a, V> {
+    pub diagonal: &'a mut [V],
+    /// Entry `k` couples rows `k` and `k + 1`; not negative.
+    pub off_diagonal: &'a mut [V],
+    /// The eigenvector found last.
+    pub eigenvector: &'a mut [V],
+    /// The ratio of each entry to the one before.
+    ratios: &'a mut [V],
+}
 
-/// Eigenvalues of the tridiagonal matrix with diagonal `d` and off-diagonal `e`, of which the last is
-/// not used, left in `d` unordered; `e` is destroyed.
-///
-/// Each row of `rows`, which lie `stride` apart, takes part as a row vector that the eigenvectors
-/// multiply from the right, in lane `lane` only: `rows[r] ← rows[r]·S` for `T = S·diag(d)·Sᵀ`.
-///
-/// Order of operations: the implicit QL step of EISPACK's `tql2` with a Wilkinson shift, with
-/// `√(f·f + g·g)` for the length of a pair.
-///
-/// Cost: about `1.5·n²` rotations, each 2 divisions, a root and `6·rows` complex flops.
-pub(super) fn implicit_ql<V: Vector>(
-    d: &mut [f32],
-    e: &mut [f32],
-    rows: &mut [ComplexVector<V>],
-    stride: usize,
-    lane: usize,
-) {
-    let n = d.len();
-    for first in 0..n {
-        for _ in 0..STEP_LIMIT {
-            let mut last = first;
-            while last + 1 < n {
-                let neighbours = libm::fabsf(d[last]) + libm::fabsf(d[last + 1]);
-                let entry = libm::fabsf(e[last]);
-                if entry <= NEGLIGIBLE * neighbours || entry < NOTHING {
-                    break;
-                }
-                last += 1;
-            }
-            if last == first {
-                break;
-            }
-            ql_step(d, e, first..last, rows, stride, lane);
+impl<'a, V> Tridiagonal<'a, V> {
+    /// The slices from memory for matrices of up to `L` rows.
+    pub fn new<const L: usize>(memory: &'a mut [[V; L]; 4]) -> Self {
+        let [diagonal, off_diagonal, eigenvector, ratios] = memory;
+        Tridiagonal {
+            diagonal,
+            off_diagonal,
+            eigenvector,
+            ratios,
         }
-        e[first] = 0.0;
     }
 }
 
-/// One implicit QL step on the unreduced block from `block.start` to `block.end`, both in it.
-fn ql_step<V: Vector>(
-    d: &mut [f32],
-    e: &mut [f32],
-    block: core::ops::Range<usize>,
-    rows: &mut [ComplexVector<V>],
-    stride: usize,
-    lane: usize,
-) {
-    let (first, last) = (block.start, block.end);
-    let half_gap = (d[first + 1] - d[first]) / (2.0 * e[first]);
-    let r = Vector::sqrt(half_gap * half_gap + 1.0);
-    let shifted = if half_gap >= 0.0 {
-        half_gap + r
-    } else {
-        half_gap - r
-    };
-    let mut g = d[last] - d[first] + e[first] / shifted;
-    let (mut s, mut c, mut p) = (1.0f32, 1.0f32, 0.0f32);
-    for i in (first..last).rev() {
-        let f = s * e[i];
-        let b = c * e[i];
-        let r = Vector::sqrt(f * f + g * g);
-        e[i + 1] = r;
-        if r == 0.0 {
-            // The block has split at i + 1: what is done so far stands, the next step goes on.
-            d[i + 1] -= p;
-            e[last] = 0.0;
-            return;
+impl<V: Vector> Tridiagonal<'_, V> {
+    /// A number that no eigenvalue of the leading `rows` rows exceeds, where `bound` is one for all
+    /// of them but the last: the larger eigenvalue of the matrix of two rows that it makes with that
+    /// row.
+    #[inline(always)]
+    pub fn upper_bound(&self, rows: usize, bound: V) -> V {
+        let alpha = self.diagonal[rows - 1];
+        if rows == 1 {
+            return alpha;
         }
-        s = f / r;
-        c = g / r;
-        g = d[i + 1] - p;
-        let t = (d[i] - g) * s + 2.0 * c * b;
-        p = s * t;
-        d[i + 1] = g + p;
-        g = c * t - b;
-        for row in rows.chunks_exact_mut(stride) {
-            let (left, right) = (row[i].lane(lane), row[i + 1].lane(lane));
-            row[i + 1].set_lane(lane, left * s + right * c);
-            row[i].set_lane(lane, left * c - right * s);
+        let (half, coupling) = (bound.splat(0.5), self.off_diagonal[rows - 2]);
+        let (mean, difference) = ((bound + alpha) * half, (bound - alpha) * half);
+        mean + (difference * difference + coupling * coupling).sqrt()
+    }
+
+    /// The largest eigenvalue `θ` of the leading `rows` rows from an upper bound, in the lanes of
+    /// `wanted`; in the others, the bound.
+    ///
+    /// Laguerre's iteration on the characteristic polynomial, which comes down from above without
+    /// ever passing its largest root. With `S₁ = Σ 1/(θ−θ_j)` and `S₂ = Σ 1/(θ−θ_j)²` over the `m`
+    /// roots, from the pivots `δ` of `θ − T` and their derivatives as `Σ δ'/δ` and
+    /// `Σ (δ'/δ)² − δ''/δ`, the step is `m/(S₁ + √((m−1)(m·S₂ − S₁²)))`. A lane rests after a step
+    /// below `enough`: what error `e` is left was some `m/2·(step/gap)²` of it.
+    #[inline(always)]
+    pub fn largest(&self, rows: usize, bound: V, enough: V, wanted: V::Mask) -> V {
+        let (zero, one) = (bound.zero(), bound.splat(1.0));
+        let (roots, others) = (bound.splat(rows as f32), bound.splat((rows - 1) as f32));
+        let diagonal = &self.diagonal[..rows];
+        let off_diagonal = &self.off_diagonal[..rows - 1];
+        let mut theta = bound;
+        let mut resting = !wanted;
+        for _ in 0..STEP_LIMIT {
+            let mut pivot = theta - diagonal[0];
+            let (mut slope, mut curvature) = (one, zero);
+            let (mut sum, mut squares) = (zero, zero);
+            let mut above = zero.less(pivot);
+            for (&alpha, &beta) in diagonal[1..].iter().zip(off_diagonal) {
+                let reciprocal = one / pivot;
+                let ratio = beta * reciprocal;
+                let growth = slope * reciprocal;
+                let bend = curvature * reciprocal;
+                sum = sum + growth;
+                squares = squares + (growth * growth - bend);
+                let square = beta * ratio;
+                pivot = (theta - alpha) - square;
+                slope = one + square * growth;
+                curvature = square * (bend - (growth * growth + growth * growth));
+                above = above & zero.less(pivot);
+            }
+            let reciprocal = one / pivot;
+            let growth = slope * reciprocal;
+            sum = sum + growth;
+            squares = squares + (growth * growth - curvature * reciprocal);
+            let spread = others * (roots * squares - sum * sum);
+            let spread = V::select(zero.less(spread), spread, zero);
+            let step = roots / (sum + spread.sqrt());
+            // Where rounding leaves no pivot, or one so small that its reciprocal is beyond f32, the
+            // root is reached.
+            let step = V::select(above & zero.less(step), step, zero);
+            theta = V::select(resting, theta, theta - step);
+            resting = resting | step.less(enough);
+            if resting.all() {
+                break;
+            }
+        }
+        theta
+    }
+
+    /// Puts the eigenvector to `theta` of the leading `rows` rows, of length 1, into `eigenvector`,
+    /// entry by entry from the last; returns what is left of the first row, where rounding shows: near
+    /// zero where the first entry is not small beside the others, and infinite where the entries part
+    /// so far that their squares leave f32. `reciprocals` are those of the off-diagonal entries.
+    #[inline(always)]
+    pub fn eigenvector_upwards(&mut self, rows: usize, theta: V, reciprocals: &[V]) -> V {
+        let (mut entry, mut behind) = (theta.splat(LAST_ENTRY), theta.zero());
+        let mut sum = entry * entry;
+        self.eigenvector[rows - 1] = entry;
+        for k in (0..rows - 1).rev() {
+            let row = (theta - self.diagonal[k + 1]) * entry - behind;
+            behind = self.off_diagonal[k] * entry;
+            entry = row * reciprocals[k];
+            self.eigenvector[k] = entry;
+            sum = sum + entry * entry;
+        }
+        let left = ((theta - self.diagonal[0]) * entry - behind).abs();
+        let zero = theta.zero();
+        let reciprocal = theta.splat(1.0) / sum.sqrt();
+        for entry in &mut self.eigenvector[..rows] {
+            *entry = *entry * reciprocal;
+        }
+        let left = left * reciprocal;
+        V::select(zero.less(reciprocal), left, theta.splat(f32::INFINITY))
+    }
+
+    /// Puts the eigenvector to `theta` of the leading `rows` rows, of length 1, into `eigenvector`.
+    ///
+    /// The pivots `δ` from the top give the ratio of an entry to the one behind, the pivots `d` from
+    /// the bottom to the one before. They meet at the entry (the last of equals) where
+    /// `|δ_i + d_i − (θ − α_i)|` is least, near the largest one: towards it both are accurate.
+    #[inline(always)]
+    pub fn eigenvector(&mut self, rows: usize, theta: V) {
+        let (zero, one) = (theta.zero(), theta.splat(1.0));
+        let last = rows - 1;
+        let diagonal = &self.diagonal[..rows];
+        let off_diagonal = &self.off_diagonal[..last];
+        let falling = &mut self.eigenvector[..rows];
+        let rising = &mut self.ratios[..rows];
+        // Two chains of divisions side by side.
+        let (mut down, mut up) = (theta - diagonal[0], theta - diagonal[last]);
+        for i in 0..last {
+            let j = last - 1 - i;
+            let ratio = off_diagonal[i] / positive(down);
+            falling[i] = ratio;
+            down = (theta - diagonal[i + 1]) - off_diagonal[i] * ratio;
+            let ratio = off_diagonal[j] / positive(up);
+            rising[j + 1] = ratio;
+            up = (theta - diagonal[j]) - off_diagonal[j] * ratio;
+        }
+        let mut least = up.abs();
+        let mut meeting = zero;
+        for i in 1..=last {
+            let above = off_diagonal[i - 1] * falling[i - 1];
+            let mut gap = (theta - diagonal[i]) - above;
+            if i < last {
+                gap = gap - off_diagonal[i] * rising[i + 1];
+            }
+            let better = !least.less(gap.abs());
+            least = V::select(better, gap.abs(), least);
+            meeting = V::select(better, zero.splat(i as f32), meeting);
+        }
+        let mut entry = one;
+        falling[last] = one;
+        for i in (0..last).rev() {
+            let before = zero.splat(i as f32).less(meeting);
+            entry = V::select(before, entry * falling[i], one);
+            falling[i] = entry;
+        }
+        let mut sum = falling[0] * falling[0];
+        entry = falling[0];
+        for i in 1..=last {
+            let behind = meeting.less(zero.splat(i as f32));
+            entry = V::select(behind, entry * rising[i], falling[i]);
+            falling[i] = entry;
+            sum = sum + entry * entry;
+        }
+        let reciprocal = one / sum.sqrt();
+        for entry in falling {
+            *entry = *entry * reciprocal;
         }
     }
-    d[first] -= p;
-    e[first] = g;
-    e[last] = 0.0;
+}
+
+/// A pivot of a positive definite matrix, where rounding has left none.
+#[inline(always)]
+fn positive<V: Vector>(pivot: V) -> V {
+    let floor = pivot.splat(FLOOR);
+    V::select(floor.less(pivot), pivot, floor)
 }

@@ -8,7 +8,7 @@ use crate::linalg::dominant_eigenpair::dominant_eigenpair;
 use crate::linalg::eigen::eigen;
 use crate::linalg::householder::Reduction;
 use crate::linalg::inner_product::inner_product;
-use crate::linalg::lanczos::lanczos;
+use crate::linalg::lanczos::{self, lanczos};
 use crate::linalg::matrix_vector::times_vector;
 use crate::linalg::panels::TILE;
 use crate::simd::{ComplexVector, Mask, Scalar, Vector};
@@ -41,10 +41,12 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     let (mut eigenvalue, arrived) = lanczos(
         solver.matrix,
         subaperture,
-        basis,
-        tiles,
-        &mut solver.tridiagonal,
-        solver.values,
+        lanczos::Memory {
+            basis,
+            vector: tiles,
+            tridiagonal: &mut solver.tridiagonal,
+            kept: solver.values,
+        },
         silent,
     );
     let left = !(arrived | silent);
