@@ -1,0 +1,151 @@
+//! The whole way from envelopes of lines to a B-mode image.
+
+use super::{PixelGrid, largest, log_compression, median, resample};
+use crate::Error;
+use crate::error::check_length;
+use crate::geometry::Axis;
+use crate::simd::Vector;
+
+/// What a [`BMode`] image is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BModeParameters {
+    /// The lateral positions of the lines.
+    pub lines: Axis,
+    /// The depths of their samples.
+    pub samples: Axis,
+    /// Where the pixels lie; those outside the data are 0.
+    pub grid: PixelGrid,
+    /// How far below the largest envelope black is, dB.
+    pub dynamic_range: f32,
+    /// Whether the pixels go through the 3×3 median.
+    pub median: bool,
+}
+
+/// Envelopes of lines → image: decibels below the largest, grey levels 0..255, isotropic pixels, and
+/// the 3×3 median where asked for.
+///
+/// ```
+/// use bonebeam::geometry::Axis;
+/// use bonebeam::image::{BMode, BModeParameters, PixelGrid};
+///
+/// let (lines, samples) = (Axis::centred(2, 1e-3), Axis { first: 0.0, step: 0.5e-3, count: 3 });
+/// let b_mode = BMode::new(BModeParameters {
+///     lines,
+///     samples,
+///     grid: PixelGrid::of_lines(&lines, &samples, 3, 3),
+///     dynamic_range: 40.0,
+///     median: false,
+/// })?;
+/// let envelopes = [1.0, 0.1, 0.0, 1.0, 0.1, 0.0];
+/// let (mut work, mut image) = ([0.0; 6], [0.0; 9]);
+/// b_mode.image(0.0f32, &envelopes, &mut work, &mut image)?;
+/// assert_eq!(image[..3], [255.0; 3]);
+/// assert_eq!(image[3..6], [127.5; 3]); // −20 dB of 40
+/// assert_eq!(image[6..], [0.0; 3]);
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BMode {
+    parameters: BModeParameters,
+}
+
+impl BMode {
+    /// Validates the parameters.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for an axis that is not finite, whose step is not positive, or a data
+    /// axis of fewer than 2 positions, and for a dynamic range that is not positive.
+    pub fn new(parameters: BModeParameters) -> Result<Self, Error> {
+        let BModeParameters { grid, .. } = &parameters;
+        resample::check_axes(
+            &parameters.lines,
+            &parameters.samples,
+            &grid.row_axis(),
+            &grid.column_axis(),
+        )?;
+        log_compression::check_range(parameters.dynamic_range)?;
+        Ok(BMode { parameters })
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> &BModeParameters {
+        &self.parameters
+    }
+
+    /// Length of all lines' envelopes, `[line][sample]`.
+    pub fn envelopes_len(&self) -> usize {
+        let BModeParameters { lines, samples, .. } = &self.parameters;
+        lines.count.saturating_mul(samples.count)
+    }
+
+    /// Length of the work slice of [`BMode::image`]: the grey levels of all lines, and for the median
+    /// the pixels before it.
+    pub fn work_len(&self) -> usize {
+        self.envelopes_len().saturating_add(self.scratch_len())
+    }
+
+    /// Length of the scratch slice of [`BMode::pixels`]: as many as the pixels, or 0 without the median.
+    pub fn scratch_len(&self) -> usize {
+        let BModeParameters { grid, median, .. } = &self.parameters;
+        if *median { grid.pixels() } else { 0 }
+    }
+
+    /// The image of all lines' envelopes, row-major `[row][column]`.
+    ///
+    /// `zero`: any vector of the instruction set to compute with; the pixels do not depend on it.
+    /// `work`: [`BMode::work_len`] values, contents irrelevant.
+    ///
+    /// # Errors
+    /// [`Error::Length`]; [`Error::NonFinite`] or [`Error::Parameter`] for an envelope that is not a
+    /// finite number of at least 0. `out` is then untouched.
+    pub fn image<V: Vector>(
+        &self,
+        zero: V,
+        envelopes: &[f32],
+        work: &mut [f32],
+        out: &mut [f32],
+    ) -> Result<(), Error> {
+        check_length("envelopes", envelopes.len(), self.envelopes_len())?;
+        check_length("work", work.len(), self.work_len())?;
+        let (levels, scratch) = work.split_at_mut(self.envelopes_len());
+        self.levels(envelopes, largest(envelopes), levels)?;
+        self.pixels(zero, levels, scratch, out)
+    }
+
+    /// Grey levels of envelopes, of any number of lines, relative to the frame's `reference`.
+    ///
+    /// # Errors
+    /// As [`log_compression()`](super::log_compression()).
+    pub fn levels(&self, envelopes: &[f32], reference: f32, out: &mut [f32]) -> Result<(), Error> {
+        let range = self.parameters.dynamic_range;
+        log_compression::log_compression(envelopes, reference, range, out)
+    }
+
+    /// The image of all lines' grey levels, `[line][sample]`. `scratch`: [`BMode::scratch_len`] values.
+    ///
+    /// # Errors
+    /// As [`resample()`](super::resample()) and [`median()`](super::median()).
+    pub fn pixels<V: Vector>(
+        &self,
+        zero: V,
+        levels: &[f32],
+        scratch: &mut [f32],
+        out: &mut [f32],
+    ) -> Result<(), Error> {
+        let BModeParameters {
+            lines,
+            samples,
+            grid,
+            ..
+        } = self.parameters;
+        check_length("scratch", scratch.len(), self.scratch_len())?;
+        check_length("image", out.len(), grid.pixels())?;
+        let (rows, columns) = (grid.row_axis(), grid.column_axis());
+        if !self.parameters.median {
+            return resample::resample(levels, lines, samples, rows, columns, out);
+        }
+        resample::resample(levels, lines, samples, rows, columns, scratch)?;
+        median::median(zero, scratch, grid.columns, out)
+    }
+}

@@ -1,0 +1,79 @@
+//! Where the pixels of an image lie.
+
+use crate::geometry::Axis;
+
+/// A grid of isotropic pixels, row 0 shallowest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PixelGrid {
+    /// The lateral position of column 0 (m).
+    pub x0: f64,
+    /// The depth of row 0 (m).
+    pub z0: f64,
+    /// The distance from one pixel to the next (m).
+    pub pixel: f64,
+    /// The number of rows.
+    pub rows: usize,
+    /// The number of columns.
+    pub columns: usize,
+}
+
+impl PixelGrid {
+    /// The smallest grid of a number of pixels that covers a width and a depth range, all in
+    /// metres: the pixels are as large as the tighter of the two asks for, the width is centred,
+    /// and the first row lies at the shallow end.
+    ///
+    /// ```
+    /// use bonebeam::image::PixelGrid;
+    ///
+    /// let grid = PixelGrid::cover([-10e-3, 10e-3], [5e-3, 15e-3], 41, 41);
+    /// assert_eq!((grid.pixel, grid.x0, grid.z0), (0.5e-3, -10e-3, 5e-3));
+    /// ```
+    pub const fn cover(x: [f64; 2], z: [f64; 2], rows: usize, columns: usize) -> Self {
+        let across = (x[1] - x[0]) / steps(columns);
+        let down = (z[1] - z[0]) / steps(rows);
+        let pixel = if across > down { across } else { down };
+        PixelGrid {
+            x0: (x[0] + x[1] - pixel * steps(columns)) / 2.0,
+            z0: z[0],
+            pixel,
+            rows,
+            columns,
+        }
+    }
+
+    /// The smallest grid of a number of pixels that covers all of the lines, which lie at `lines` and
+    /// have samples at the depths `samples`.
+    pub const fn of_lines(lines: &Axis, samples: &Axis, rows: usize, columns: usize) -> Self {
+        let across = [lines.first, lines.last()];
+        Self::cover(across, [samples.first, samples.last()], rows, columns)
+    }
+
+    /// The depths of the rows.
+    pub const fn row_axis(&self) -> Axis {
+        Axis {
+            first: self.z0,
+            step: self.pixel,
+            count: self.rows,
+        }
+    }
+
+    /// The lateral positions of the columns.
+    pub const fn column_axis(&self) -> Axis {
+        Axis {
+            first: self.x0,
+            step: self.pixel,
+            count: self.columns,
+        }
+    }
+
+    /// The number of pixels.
+    pub const fn pixels(&self) -> usize {
+        self.rows.saturating_mul(self.columns)
+    }
+}
+
+/// Steps between so many pixels, at least one.
+const fn steps(pixels: usize) -> f64 {
+    if pixels > 2 { (pixels - 1) as f64 } else { 1.0 }
+}

@@ -1,0 +1,149 @@
+//! A pipeline at work.
+
+use super::memory::{MemoryView, Parts};
+use super::{LineMemory, Pipeline};
+use crate::beamform::Workspace;
+use crate::covariance::Averaging;
+use crate::error::check_length;
+use crate::focus::Record;
+use crate::geometry::Transmit;
+use crate::image::envelope;
+use crate::phase_symmetry::{External, Kernels, LogGabor, Microfft, StripBuffers};
+use crate::{Complex, Error};
+
+/// A [`Pipeline`] with memory to work in: one frame after another, a line at a time, one output at a
+/// time, as on a microcontroller.
+pub struct Frame<'p, 'm> {
+    pipeline: &'p Pipeline<'p>,
+    filters: LogGabor<'m>,
+    envelopes: &'m mut [f32],
+    image: &'m mut [f32],
+    map: &'m mut [f32],
+    work: &'m mut [f32],
+    complex: &'m mut [Complex<f32>],
+}
+
+impl<'p, 'm> Frame<'p, 'm> {
+    /// Frames of `pipeline` in `memory`. Works out the filter tables of phase symmetry: once serves all
+    /// frames.
+    ///
+    /// # Errors
+    /// [`Error::Length`] where the memory has other sizes than [`Pipeline::sizes`].
+    pub fn new(pipeline: &'p Pipeline<'p>, memory: MemoryView<'m>) -> Result<Self, Error> {
+        let sizes = pipeline.sizes();
+        let Parts {
+            envelopes, pixels, ..
+        } = sizes.parts;
+        check_length("real memory", memory.real.len(), sizes.real)?;
+        check_length("complex memory", memory.complex.len(), sizes.complex)?;
+        let (envelopes, rest) = memory.real.split_at_mut(envelopes);
+        let (image, rest) = rest.split_at_mut(pixels);
+        let (map, work) = rest.split_at_mut(pixels);
+        envelopes.fill(0.0);
+        image.fill(0.0);
+        Ok(Frame {
+            pipeline,
+            filters: LogGabor::new(memory.tables),
+            envelopes,
+            image,
+            map,
+            work,
+            complex: memory.complex,
+        })
+    }
+
+    /// Line `line` from its transmits (their mean), beamformed; its envelope is kept for the image.
+    /// Lines may come in any order; one that does not come stays as it was in the last frame.
+    ///
+    /// # Errors
+    /// [`Error::Capacity`] for a line that the scan does not have; as [`LinePipeline::line`].
+    ///
+    /// [`LinePipeline::line`]: super::LinePipeline::line
+    pub fn line<'r, A, const M: usize, const L: usize, const ROWS: usize>(
+        &mut self,
+        line: usize,
+        transmits: impl IntoIterator<Item = (Transmit, &'r Record<'r>)>,
+        workspace: &mut Workspace<A, f32, M, L, ROWS>,
+    ) -> Result<&[Complex<f32>], Error>
+    where
+        A: Averaging<f32>,
+    {
+        let Parts {
+            scratch,
+            aligned,
+            samples,
+            ..
+        } = self.pipeline.sizes().parts;
+        let lines = self.pipeline.lines().scan().lines();
+        let Some(envelopes) = self.envelopes.chunks_exact_mut(samples).nth(line) else {
+            return Err(Error::Capacity {
+                name: "line",
+                actual: line,
+                capacity: lines.saturating_sub(1),
+            });
+        };
+        let (aligned, rest) = self.complex.split_at_mut(aligned);
+        let (z, _) = rest.split_at_mut(samples);
+        let memory = LineMemory {
+            scratch: &mut self.work[..scratch],
+            aligned,
+        };
+        self.pipeline
+            .lines()
+            .line(line, transmits, memory, workspace, z)?;
+        envelope(z, envelopes)?;
+        Ok(z)
+    }
+
+    /// The image of the lines so far, row-major `[row][column]`, 0..255; lines that never came are black.
+    ///
+    /// # Errors
+    /// None: lines are finite.
+    pub fn image(&mut self) -> Result<&[f32], Error> {
+        let work = &mut self.work[..self.pipeline.sizes().parts.b_mode];
+        let b_mode = self.pipeline.b_mode();
+        b_mode.image(0.0f32, self.envelopes, work, self.image)?;
+        Ok(self.image)
+    }
+
+    /// The phase symmetry of the last [`Frame::image`], row-major, in `[0, 1)`;
+    /// [`scale_for_display`](crate::phase_symmetry::scale_for_display) makes grey levels of it.
+    ///
+    /// # Errors
+    /// None: images are finite.
+    pub fn bone_map(&mut self) -> Result<&mut [f32], Error> {
+        let Parts {
+            pixels,
+            spectrum,
+            strip,
+            side,
+            ..
+        } = self.pipeline.sizes().parts;
+        let (mut spectrum, rest) = self.work.split_at_mut(spectrum);
+        let (mut filtered, rest) = rest.split_at_mut(2 * pixels);
+        let (mut amplitude, rest) = rest.split_at_mut(pixels);
+        let (strip, rest) = rest.split_at_mut(strip);
+        let (sums, rest) = rest.split_at_mut(strip.len());
+        let mut buffers = StripBuffers {
+            strip,
+            sums,
+            line: &mut self.complex[..side],
+            gains: &mut rest[..side],
+        };
+        let mut external = External {
+            image: &mut &*self.image,
+            spectrum: &mut spectrum,
+            filtered: &mut filtered,
+            amplitude: &mut amplitude,
+            symmetry: &mut &mut *self.map,
+        };
+        let kernels = Kernels {
+            zero: 0.0,
+            fft: &Microfft,
+            gains: &self.filters,
+        };
+        let bank = self.pipeline.phase_symmetry();
+        bank.run(&kernels, &mut external, &mut buffers, &mut |_| {})?;
+        Ok(self.map)
+    }
+}

@@ -1,0 +1,131 @@
+//! From the RF of transmits to a beamformed line.
+
+use crate::beamform::{AlignedLine, Beamformer, Parameters, Workspace};
+use crate::covariance::Averaging;
+use crate::error::check_length;
+use crate::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
+use crate::geometry::{Scan, Transmit};
+use crate::simd::Vector;
+use crate::{Complex, Error};
+
+/// The lines of a scan: its delay stage, its apertures and its beamformer, all validated.
+///
+/// Holds no memory to work in, so that threads can share it. [`LinePipeline::line`] is the whole way;
+/// [`LinePipeline::align`] is the first half, for who beamforms many lines at once.
+#[derive(Clone, Debug)]
+pub struct LinePipeline<'a> {
+    scan: Scan<'a>,
+    delay: Delay,
+    beamformer: Beamformer,
+}
+
+/// What a line is worked out in.
+pub struct LineMemory<'m> {
+    /// For the delay stage: [`LinePipeline::scratch_len`] of one lane.
+    pub scratch: &'m mut [f32],
+    /// For the aligned samples: [`LinePipeline::aligned_len`].
+    pub aligned: &'m mut [Complex<f32>],
+}
+
+impl<'a> LinePipeline<'a> {
+    /// The lines of `scan`, by a beamformer.
+    ///
+    /// # Errors
+    /// As [`Delay::new`] and [`Beamformer::new`].
+    pub fn new(scan: Scan<'a>, beamformer: Parameters) -> Result<Self, Error> {
+        Ok(LinePipeline {
+            delay: Delay::new(DelayParameters::of(&scan))?,
+            beamformer: Beamformer::new(beamformer)?,
+            scan,
+        })
+    }
+
+    /// The scan.
+    pub fn scan(&self) -> &Scan<'a> {
+        &self.scan
+    }
+
+    /// The delay stage.
+    pub fn delay(&self) -> &Delay {
+        &self.delay
+    }
+
+    /// The beamformer.
+    pub fn beamformer(&self) -> &Beamformer {
+        &self.beamformer
+    }
+
+    /// Length of the delay stage's scratch slice for vectors of so many lanes.
+    pub fn scratch_len(&self, lanes: usize) -> usize {
+        self.delay.parameters().scratch_len(lanes)
+    }
+
+    /// Length of a line's aligned samples, `[sample][element]`.
+    pub fn aligned_len(&self) -> usize {
+        self.scan.samples() * self.scan.elements()
+    }
+
+    /// The aligned analytic samples of a line, `[sample][element]`: the mean over its transmits, added
+    /// up in their order.
+    ///
+    /// `zero`: any vector of the instruction set to compute with. Memory as [`Delay::line`].
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for no transmits; as [`Delay::line`], with `out` perhaps changed where it
+    /// is not the first transmit that is refused.
+    pub fn align<'r, V: Vector>(
+        &self,
+        zero: V,
+        line: usize,
+        transmits: impl IntoIterator<Item = (Transmit, &'r Record<'r>)>,
+        scratch: &mut [f32],
+        out: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
+        let mut count = 0;
+        let mut compounding = Compounding::Replace;
+        for (transmit, record) in transmits {
+            let scan_line = ScanLine::of(&self.scan, line, transmit, compounding);
+            self.delay.line(zero, &scan_line, record, scratch, out)?;
+            compounding = Compounding::Add;
+            count += 1;
+        }
+        match count {
+            0 => Err(Error::Parameter {
+                name: "transmits",
+                value: 0.0,
+                expected: "at least 1",
+            }),
+            1 => Ok(()),
+            _ => {
+                let scale = 1.0 / count as f32;
+                for value in out {
+                    *value *= scale;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// A beamformed line: [`LinePipeline::align`], then [`Beamformer::line`].
+    ///
+    /// # Errors
+    /// As those two; [`Error::Length`] where `z` is not as long as the line.
+    pub fn line<'r, A, const M: usize, const L: usize, const ROWS: usize>(
+        &self,
+        line: usize,
+        transmits: impl IntoIterator<Item = (Transmit, &'r Record<'r>)>,
+        memory: LineMemory<'_>,
+        workspace: &mut Workspace<A, f32, M, L, ROWS>,
+        z: &mut [Complex<f32>],
+    ) -> Result<(), Error>
+    where
+        A: Averaging<f32>,
+    {
+        check_length("z", z.len(), self.scan.samples())?;
+        let LineMemory { scratch, aligned } = memory;
+        self.align(0.0f32, line, transmits, scratch, aligned)?;
+        let x = AlignedLine::new(aligned, self.scan.elements())?;
+        let active = |sample| self.scan.active(line, sample);
+        self.beamformer.line(workspace, x, active, z)
+    }
+}

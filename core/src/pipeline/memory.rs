@@ -1,0 +1,198 @@
+//! The memory of a frame.
+
+use super::Parameters;
+use crate::focus::DelayParameters;
+use crate::geometry::Scan;
+use crate::phase_symmetry::{LogGaborTables, spectrum_columns};
+use crate::{Complex, Error};
+
+/// The sizes that follow from [`Parameters`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Sizes {
+    /// Active elements that a beamformer's workspace must hold, M.
+    pub elements: usize,
+    /// The longest subaperture, up to full fours, L.
+    pub subaperture: usize,
+    /// The temporal half-window, K.
+    pub temporal_half_window: usize,
+    /// Length of [`MemoryView::real`].
+    pub real: usize,
+    /// Length of [`MemoryView::complex`].
+    pub complex: usize,
+    pub(super) parts: Parts,
+}
+
+/// How the memory is divided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Parts {
+    /// The envelopes of all lines.
+    pub(super) envelopes: usize,
+    pub(super) pixels: usize,
+    /// The delay stage's scratch.
+    pub(super) scratch: usize,
+    /// Grey levels of all lines, and the pixels before the median.
+    pub(super) b_mode: usize,
+    pub(super) spectrum: usize,
+    pub(super) strip: usize,
+    /// The longer side of the image.
+    pub(super) side: usize,
+    /// The aligned samples of a line.
+    pub(super) aligned: usize,
+    pub(super) samples: usize,
+}
+
+impl Parameters<'_> {
+    /// The sizes of a frame's memory, so that those of statics follow from a `const`:
+    ///
+    /// ```
+    /// # use bonebeam::beamform;
+    /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+    /// # use bonebeam::pipeline::{ImageParameters, PhaseSymmetryParameters};
+    /// use bonebeam::pipeline::{Memory, Parameters, Sizes};
+    ///
+    /// const PARAMETERS: Parameters = Parameters {
+    ///     // …
+    /// #   scan: ScanParameters {
+    /// #       array: Array::Linear { elements: 16, pitch: 0.3e-3 },
+    /// #       lines: Lines::Even(Axis::centred(64, 0.1e-3)),
+    /// #       sound_speed: 1540.0,
+    /// #       centre_frequency: 5e6,
+    /// #       sampling_rate: 20e6,
+    /// #       record_samples: 512,
+    /// #       output_rate: 20e6,
+    /// #       start: Depth::Metres(4e-3),
+    /// #       end: Depth::Metres(12e-3),
+    /// #       f_number: 1.5,
+    /// #       min_elements: 8,
+    /// #   },
+    /// #   beamformer: beamform::Parameters {
+    /// #       method: beamform::Method::Mv,
+    /// #       temporal_half_window: 1,
+    /// #       diagonal_loading: 0.05,
+    /// #       subaperture_ratio: 0.5,
+    /// #   },
+    /// #   image: ImageParameters { rows: 64, columns: 64, dynamic_range: 50.0, median: true },
+    /// #   phase_symmetry: PhaseSymmetryParameters { scales: &[0.125], threshold: 10.0, strip: 8 },
+    /// };
+    /// const SIZES: Sizes = match PARAMETERS.sizes() {
+    ///     Ok(sizes) => sizes,
+    ///     Err(_) => panic!("the scan is not valid"),
+    /// };
+    /// static MEMORY: Memory<{ SIZES.real }, { SIZES.complex }> = Memory::new();
+    /// assert_eq!((SIZES.elements, SIZES.subaperture, SIZES.temporal_half_window), (16, 8, 1));
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Scan::new`].
+    pub const fn sizes(&self) -> Result<Sizes, Error> {
+        let scan = match Scan::new(self.scan) {
+            Ok(scan) => scan,
+            Err(error) => return Err(error),
+        };
+        let image = &self.image;
+        let elements = scan.elements();
+        let side = larger(image.rows, image.columns);
+        let strip = if self.phase_symmetry.strip < side {
+            self.phase_symmetry.strip
+        } else {
+            side
+        };
+        let pixels = image.rows.saturating_mul(image.columns);
+        let envelopes = scan.lines().saturating_mul(scan.samples());
+        let before_median = if image.median { pixels } else { 0 };
+        let parts = Parts {
+            envelopes,
+            pixels,
+            scratch: DelayParameters::of(&scan).scratch_len(1),
+            b_mode: envelopes.saturating_add(before_median),
+            spectrum: (2 * image.rows).saturating_mul(spectrum_columns(image.columns)),
+            strip: (2 * strip).saturating_mul(side),
+            side,
+            aligned: elements.saturating_mul(scan.samples()),
+            samples: scan.samples(),
+        };
+        // The cast rounds down.
+        let subaperture = (self.beamformer.subaperture_ratio * elements as f64) as usize;
+        let line = parts.aligned.saturating_add(parts.samples);
+        Ok(Sizes {
+            elements,
+            subaperture: larger(subaperture, 1).next_multiple_of(4),
+            temporal_half_window: self.beamformer.temporal_half_window,
+            real: parts.kept().saturating_add(parts.work()),
+            complex: larger(line, side),
+            parts,
+        })
+    }
+}
+
+impl Parts {
+    /// What is kept from one stage to the next: envelopes, image and map.
+    const fn kept(&self) -> usize {
+        self.envelopes.saturating_add(2 * self.pixels)
+    }
+
+    /// What the stages work in, one after the other.
+    const fn work(&self) -> usize {
+        larger(larger(self.scratch, self.b_mode), self.bone_map())
+    }
+
+    /// Phase symmetry's spectrum, filtered image, denominator, two strips and gains.
+    const fn bone_map(&self) -> usize {
+        let image = self.spectrum.saturating_add(3 * self.pixels);
+        image.saturating_add(2 * self.strip + self.side)
+    }
+}
+
+const fn larger(a: usize, b: usize) -> usize {
+    if a > b { a } else { b }
+}
+
+/// The memory of a [`Frame`](super::Frame), for a `static`: `REAL` and `COMPLEX` are those of
+/// [`Parameters::sizes`].
+pub struct Memory<const REAL: usize, const COMPLEX: usize> {
+    real: [f32; REAL],
+    complex: [Complex<f32>; COMPLEX],
+    tables: LogGaborTables,
+}
+
+/// The memory of a [`Frame`](super::Frame), borrowed: from a [`Memory`], or from slices of sizes that
+/// are known only at run time. Contents are irrelevant.
+pub struct MemoryView<'m> {
+    /// [`Sizes::real`] numbers.
+    pub real: &'m mut [f32],
+    /// [`Sizes::complex`] numbers.
+    pub complex: &'m mut [Complex<f32>],
+    /// The filter tables of phase symmetry.
+    pub tables: &'m mut LogGaborTables,
+}
+
+impl<const REAL: usize, const COMPLEX: usize> Memory<REAL, COMPLEX> {
+    /// What it takes, bytes.
+    pub const BYTES: usize = size_of::<Self>();
+
+    /// All zero.
+    pub const fn new() -> Self {
+        Memory {
+            real: [0.0; REAL],
+            complex: [Complex::new(0.0, 0.0); COMPLEX],
+            tables: LogGaborTables::new(),
+        }
+    }
+
+    /// The slices for [`Frame::new`](super::Frame::new).
+    pub fn view(&mut self) -> MemoryView<'_> {
+        MemoryView {
+            real: &mut self.real,
+            complex: &mut self.complex,
+            tables: &mut self.tables,
+        }
+    }
+}
+
+impl<const REAL: usize, const COMPLEX: usize> Default for Memory<REAL, COMPLEX> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,164 @@
+//! From the RF of transmits to lines, an image and a bone map, in fixed memory.
+//!
+//! A [`Pipeline`] is a plan: validated parameters and the tables that follow from them. It works in no
+//! memory of its own, so that it can be shared between threads. A [`Frame`] is a plan with memory: RF
+//! goes in line by line, an image and a bone map come out. Its sizes are known when the program is
+//! compiled ([`Parameters::sizes`]), for a `static` [`Memory`]; or they follow at run time, for slices
+//! ([`MemoryView`]).
+//!
+//! Each stage can be used by itself: [`LinePipeline`] delays and beamforms lines,
+//! [`BMode`](crate::image::BMode) makes images of them, [`PhaseSymmetry`] bone maps of images.
+
+mod frame;
+mod line;
+mod memory;
+
+pub use frame::Frame;
+pub use line::{LineMemory, LinePipeline};
+pub use memory::{Memory, MemoryView, Sizes};
+
+use crate::Error;
+use crate::beamform;
+use crate::geometry::{Axis, Lines, Scan, ScanParameters};
+use crate::image::{BMode, BModeParameters, PixelGrid};
+use crate::phase_symmetry::PhaseSymmetry;
+
+/// What a [`Pipeline`] is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters<'a> {
+    /// The geometry. An image needs evenly spaced lines.
+    pub scan: ScanParameters<'a>,
+    /// The beamformer.
+    pub beamformer: beamform::Parameters,
+    /// The image.
+    pub image: ImageParameters,
+    /// The bone map.
+    pub phase_symmetry: PhaseSymmetryParameters<'a>,
+}
+
+/// The image: the whole scan on the smallest grid of isotropic pixels that covers it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ImageParameters {
+    /// Rows of pixels; phase symmetry takes 64, 128, 256, 512 or 1024.
+    pub rows: usize,
+    /// Columns, likewise.
+    pub columns: usize,
+    /// How far below the largest envelope black is, dB.
+    pub dynamic_range: f32,
+    /// Whether the pixels go through the 3×3 median.
+    pub median: bool,
+}
+
+/// What phase symmetry is told: see [`PhaseSymmetry::new`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhaseSymmetryParameters<'a> {
+    /// The characteristic radii `r₀` of the filters, cycles per pixel.
+    pub scales: &'a [f64],
+    /// The noise threshold `T_n`, in grey levels.
+    pub threshold: f32,
+    /// How many rows or columns are worked on at a time. It changes memory and time, never the map.
+    pub strip: usize,
+}
+
+/// The plan of all stages.
+///
+/// ```
+/// # use bonebeam::Error;
+/// use bonebeam::beamform;
+/// use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+/// use bonebeam::pipeline::{ImageParameters, Parameters, PhaseSymmetryParameters, Pipeline};
+///
+/// let pipeline = Pipeline::new(Parameters {
+///     scan: ScanParameters {
+///         array: Array::Linear { elements: 16, pitch: 0.3e-3 },
+///         lines: Lines::Even(Axis::centred(64, 0.1e-3)),
+///         sound_speed: 1540.0,
+///         centre_frequency: 5e6,
+///         sampling_rate: 20e6,
+///         record_samples: 512,
+///         output_rate: 20e6,
+///         start: Depth::Metres(4e-3),
+///         end: Depth::Metres(12e-3),
+///         f_number: 1.5,
+///         min_elements: 8,
+///     },
+///     beamformer: beamform::Parameters::default(),
+///     image: ImageParameters { rows: 64, columns: 64, dynamic_range: 50.0, median: true },
+///     phase_symmetry: PhaseSymmetryParameters { scales: &[0.125, 0.0625], threshold: 10.0, strip: 8 },
+/// })?;
+/// assert_eq!(pipeline.lines().scan().samples(), 208);
+/// assert_eq!(pipeline.b_mode().parameters().grid.z0, 4e-3);
+/// # Ok::<(), Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Pipeline<'a> {
+    lines: LinePipeline<'a>,
+    b_mode: BMode,
+    phase_symmetry: PhaseSymmetry,
+    sizes: Sizes,
+}
+
+impl<'a> Pipeline<'a> {
+    /// Validates the parameters and works out the tables.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range: as
+    /// [`Scan::new`], [`LinePipeline::new`], [`BMode::new`] and [`PhaseSymmetry::new`]; for lines that
+    /// are not evenly spaced.
+    pub fn new(parameters: Parameters<'a>) -> Result<Self, Error> {
+        let scan = Scan::new(parameters.scan)?;
+        let (lines, samples) = (even(&parameters.scan.lines)?, scan.depths());
+        let image = parameters.image;
+        let bones = parameters.phase_symmetry;
+        Ok(Pipeline {
+            lines: LinePipeline::new(scan, parameters.beamformer)?,
+            b_mode: BMode::new(BModeParameters {
+                lines,
+                samples,
+                grid: PixelGrid::of_lines(&lines, &samples, image.rows, image.columns),
+                dynamic_range: image.dynamic_range,
+                median: image.median,
+            })?,
+            phase_symmetry: PhaseSymmetry::new(
+                image.rows,
+                image.columns,
+                bones.scales,
+                bones.threshold,
+                bones.strip,
+            )?,
+            sizes: parameters.sizes()?,
+        })
+    }
+
+    /// RF → lines.
+    pub fn lines(&self) -> &LinePipeline<'a> {
+        &self.lines
+    }
+
+    /// Lines → image.
+    pub fn b_mode(&self) -> &BMode {
+        &self.b_mode
+    }
+
+    /// Image → bone map.
+    pub fn phase_symmetry(&self) -> &PhaseSymmetry {
+        &self.phase_symmetry
+    }
+
+    /// The sizes of the memory that a [`Frame`] works in.
+    pub fn sizes(&self) -> &Sizes {
+        &self.sizes
+    }
+}
+
+const fn even(lines: &Lines) -> Result<Axis, Error> {
+    match *lines {
+        Lines::Even(axis) => Ok(axis),
+        _ => Err(Error::Parameter {
+            name: "lines",
+            value: lines.count() as f64,
+            expected: "evenly spaced lines, for an image",
+        }),
+    }
+}
