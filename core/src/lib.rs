@@ -22,6 +22,7 @@ pub mod image;
 mod instructions;
 mod linalg;
 pub mod phase_symmetry;
+pub mod pipeline;
 pub mod simd;
 
 pub use error::Error;

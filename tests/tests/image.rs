@@ -6,7 +6,7 @@ use bonebeam::geometry::Axis;
 use bonebeam::image::{envelope, largest, log_compression, median, resample};
 use bonebeam::{Complex, Error};
 use common::tolerances;
-use host_sim::drive::image::{PixelGrid, b_mode, resize};
+use host_sim::drive::image::{PixelGrid, b_mode, grid_of_lines, resize};
 use host_sim::files::Lines;
 use host_sim::reference;
 use ndarray::{Array2, array};
@@ -289,7 +289,7 @@ fn a_point_lies_where_it_should() {
     let mut lines = random_lines(21, 400, 4);
     lines.z.fill(Complex::new(0.0, 0.0));
     lines.z[(14, 260)] = Complex::new(0.0, -2.0);
-    let grid = PixelGrid::of_lines(&lines, 256, 256).unwrap();
+    let grid = grid_of_lines(&lines, 256, 256).unwrap();
     let image = b_mode(&lines, 60.0, &grid, false).unwrap();
     let (mut brightest, mut level) = ((0, 0), -1.0);
     for (at, &pixel) in image.pixels.indexed_iter() {
@@ -401,5 +401,5 @@ fn beams_must_be_evenly_spaced() {
     assert!(b_mode(&lines, 60.0, &grid, false).is_err());
     let mut single = random_lines(1, 10, 7);
     single.beam_x = vec![0.0];
-    assert!(PixelGrid::of_lines(&single, 8, 8).is_err());
+    assert!(grid_of_lines(&single, 8, 8).is_err());
 }

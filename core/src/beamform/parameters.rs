@@ -22,14 +22,19 @@ pub struct Parameters {
     pub subaperture_ratio: f64,
 }
 
+impl Parameters {
+    /// The default, for a `const`.
+    pub const DEFAULT: Self = Parameters {
+        method: Method::Mv,
+        temporal_half_window: 0,
+        diagonal_loading: 0.05,
+        subaperture_ratio: 0.5,
+    };
+}
+
 impl Default for Parameters {
     fn default() -> Self {
-        Parameters {
-            method: Method::Mv,
-            temporal_half_window: 0,
-            diagonal_loading: 0.05,
-            subaperture_ratio: 0.5,
-        }
+        Self::DEFAULT
     }
 }
 

@@ -20,6 +20,11 @@ pub enum Array<'a> {
 }
 
 impl Array<'_> {
+    /// A linear array of `elements`, `pitch` m apart.
+    pub const fn linear(elements: usize, pitch: f64) -> Self {
+        Array::Linear { elements, pitch }
+    }
+
     /// The number of elements, M.
     pub const fn elements(&self) -> usize {
         match *self {

@@ -29,3 +29,10 @@ pub struct Transmit {
     /// Time of record sample 0 from the moment the wave would pass the law's origin, s.
     pub t0: f64,
 }
+
+impl Transmit {
+    /// A wave that travels by `law` and whose record begins at `t0` s.
+    pub const fn new(law: TransmitLaw, t0: f64) -> Self {
+        Transmit { law, t0 }
+    }
+}

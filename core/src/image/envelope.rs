@@ -12,6 +12,15 @@ use num_complex::Complex;
 ///
 /// No memory of its own; a division and a square root a sample.
 ///
+/// ```
+/// use bonebeam::Complex;
+///
+/// let mut out = [0.0; 2];
+/// bonebeam::image::envelope(&[Complex::new(3.0, -4.0), Complex::new(0.0, 1.0)], &mut out)?;
+/// assert_eq!(out, [5.0, 1.0]);
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
+///
 /// # Errors
 /// [`Error::Length`] where `out` is not as long as `z`, [`Error::NonFinite`] with the first bad
 /// sample's index; `out` is then untouched.

@@ -25,6 +25,16 @@ pub fn largest(envelope: &[f32]) -> f32 {
 ///
 /// No memory of its own; a division and a logarithm a sample.
 ///
+/// ```
+/// use bonebeam::image::{largest, log_compression};
+///
+/// let envelope = [2.0, 0.2, 0.0];
+/// let mut levels = [0.0; 3];
+/// log_compression(&envelope, largest(&envelope), 40.0, &mut levels)?;
+/// assert_eq!(levels, [255.0, 127.5, 0.0]);
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
+///
 /// # Errors
 /// [`Error::Parameter`] for a dynamic range that is not positive, a reference or an envelope
 /// below zero; [`Error::NonFinite`]; [`Error::Length`]. `out` is then untouched.
@@ -35,13 +45,7 @@ pub fn log_compression(
     out: &mut [f32],
 ) -> Result<(), Error> {
     check_length("log compression output", out.len(), envelope.len())?;
-    if !(dynamic_range > 0.0 && dynamic_range.is_finite()) {
-        return Err(Error::Parameter {
-            name: "dynamic range in dB",
-            value: dynamic_range.into(),
-            expected: "a finite number above 0",
-        });
-    }
+    check_range(dynamic_range)?;
     check_not_negative("reference envelope", reference)?;
     check_finite("envelope", envelope)?;
     for &value in envelope {
@@ -52,6 +56,17 @@ pub fn log_compression(
         *out = level(value, reference, slope);
     }
     Ok(())
+}
+
+pub(super) fn check_range(dynamic_range: f32) -> Result<(), Error> {
+    if dynamic_range > 0.0 && dynamic_range.is_finite() {
+        return Ok(());
+    }
+    Err(Error::Parameter {
+        name: "dynamic range in dB",
+        value: dynamic_range.into(),
+        expected: "a finite number above 0",
+    })
 }
 
 fn check_not_negative(name: &'static str, value: f32) -> Result<(), Error> {

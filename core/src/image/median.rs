@@ -15,6 +15,14 @@ use crate::simd::{Vector, load};
 /// No memory of its own; 19 compare-and-exchange steps a pixel (Paeth, Graphics Gems, 1990),
 /// none of which branches.
 ///
+/// ```
+/// let image = [1.0, 2.0, 3.0, 4.0, 99.0, 6.0, 7.0, 8.0, 9.0];
+/// let mut out = [0.0; 9];
+/// bonebeam::image::median(0.0f32, &image, 3, &mut out)?;
+/// assert_eq!(out[4], 6.0);
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
+///
 /// # Errors
 /// [`Error::Parameter`] for no columns, [`Error::Length`] where the image is not made of whole
 /// rows or `out` has another length, [`Error::NonFinite`] with the flat index. `out` is then

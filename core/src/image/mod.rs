@@ -1,15 +1,19 @@
 //! Beamformed lines → an image of isotropic pixels, 0..255.
 //!
-//! [`envelope()`] → [`log_compression()`] → [`resample()`] → [`median()`] where asked for. Every
-//! function reads one slice and writes another, in a fixed order of operations, and refuses
+//! [`envelope()`] → [`log_compression()`] → [`resample()`] → [`median()`] where asked for; [`BMode`] is
+//! all of it from the envelope on, with its parameters checked once. Every function reads one slice and writes another, in a fixed order of operations, and refuses
 //! NaN and infinity before it writes anything.
 
+mod b_mode;
 mod envelope;
+mod grid;
 mod log_compression;
 mod median;
 mod resample;
 
+pub use b_mode::{BMode, BModeParameters};
 pub use envelope::envelope;
+pub use grid::PixelGrid;
 pub use log_compression::{largest, log_compression};
 pub use median::median;
 pub use resample::resample;

@@ -18,6 +18,17 @@ use crate::geometry::Axis;
 /// RAM: 1.5 KiB of stack. Per pixel 6 f32 multiplications; an f64 division and a rounding a column,
 /// and a row for each 64 columns.
 ///
+/// ```
+/// use bonebeam::geometry::Axis;
+///
+/// let two = Axis { first: 0.0, step: 1.0, count: 2 };
+/// let middle = Axis { first: 0.5, step: 1.0, count: 1 };
+/// let mut pixel = [0.0];
+/// bonebeam::image::resample(&[0.0, 1.0, 2.0, 3.0], two, two, middle, middle, &mut pixel)?;
+/// assert_eq!(pixel, [1.5]);
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
+///
 /// # Errors
 /// [`Error::Parameter`] for an axis that is not finite, whose step is not positive, or a data
 /// axis of fewer than 2 positions; [`Error::Length`]; [`Error::NonFinite`] with the flat index
@@ -30,23 +41,7 @@ pub fn resample(
     columns: Axis,
     out: &mut [f32],
 ) -> Result<(), Error> {
-    for (axis, name) in [
-        (beams, "beam spacing"),
-        (samples, "sample spacing"),
-        (rows, "row spacing"),
-        (columns, "column spacing"),
-    ] {
-        axis.check(name)?;
-    }
-    for (axis, name) in [(beams, "number of beams"), (samples, "number of samples")] {
-        if axis.count < 2 {
-            return Err(Error::Parameter {
-                name,
-                value: axis.count as f64,
-                expected: "at least 2, to interpolate between",
-            });
-        }
-    }
+    check_axes(&beams, &samples, &rows, &columns)?;
     check_length(
         "lines to resample",
         data.len(),
@@ -81,6 +76,33 @@ pub fn resample(
                     _ => 0.0,
                 };
             }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses axes that are not finite and ascending, and data that nothing lies between.
+pub(super) fn check_axes(
+    beams: &Axis,
+    samples: &Axis,
+    rows: &Axis,
+    columns: &Axis,
+) -> Result<(), Error> {
+    for (axis, name) in [
+        (beams, "beam spacing"),
+        (samples, "sample spacing"),
+        (rows, "row spacing"),
+        (columns, "column spacing"),
+    ] {
+        axis.check(name)?;
+    }
+    for (axis, name) in [(beams, "number of beams"), (samples, "number of samples")] {
+        if axis.count < 2 {
+            return Err(Error::Parameter {
+                name,
+                value: axis.count as f64,
+                expected: "at least 2, to interpolate between",
+            });
         }
     }
     Ok(())

@@ -49,7 +49,6 @@ impl Parameters<'_> {
     /// ```
     /// # use bonebeam::beamform;
     /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
-    /// # use bonebeam::pipeline::{ImageParameters, PhaseSymmetryParameters};
     /// use bonebeam::pipeline::{Memory, Parameters, Sizes};
     ///
     /// const PARAMETERS: Parameters = Parameters {
@@ -73,8 +72,13 @@ impl Parameters<'_> {
     /// #       diagonal_loading: 0.05,
     /// #       subaperture_ratio: 0.5,
     /// #   },
-    /// #   image: ImageParameters { rows: 64, columns: 64, dynamic_range: 50.0, median: true },
-    /// #   phase_symmetry: PhaseSymmetryParameters { scales: &[0.125], threshold: 10.0, strip: 8 },
+    /// #   rows: 64,
+    /// #   columns: 64,
+    /// #   dynamic_range: 50.0,
+    /// #   median: true,
+    /// #   scales: &[0.125],
+    /// #   threshold: 10.0,
+    /// #   strip: 8,
     /// };
     /// const SIZES: Sizes = match PARAMETERS.sizes() {
     ///     Ok(sizes) => sizes,
@@ -91,23 +95,18 @@ impl Parameters<'_> {
             Ok(scan) => scan,
             Err(error) => return Err(error),
         };
-        let image = &self.image;
         let elements = scan.elements();
-        let side = larger(image.rows, image.columns);
-        let strip = if self.phase_symmetry.strip < side {
-            self.phase_symmetry.strip
-        } else {
-            side
-        };
-        let pixels = image.rows.saturating_mul(image.columns);
+        let side = larger(self.rows, self.columns);
+        let strip = if self.strip < side { self.strip } else { side };
+        let pixels = self.rows.saturating_mul(self.columns);
         let envelopes = scan.lines().saturating_mul(scan.samples());
-        let before_median = if image.median { pixels } else { 0 };
+        let before_median = if self.median { pixels } else { 0 };
         let parts = Parts {
             envelopes,
             pixels,
             scratch: DelayParameters::of(&scan).scratch_len(1),
             b_mode: envelopes.saturating_add(before_median),
-            spectrum: (2 * image.rows).saturating_mul(spectrum_columns(image.columns)),
+            spectrum: (2 * self.rows).saturating_mul(spectrum_columns(self.columns)),
             strip: (2 * strip).saturating_mul(side),
             side,
             aligned: elements.saturating_mul(scan.samples()),

@@ -30,34 +30,21 @@ pub struct Parameters<'a> {
     pub scan: ScanParameters<'a>,
     /// The beamformer.
     pub beamformer: beamform::Parameters,
-    /// The image.
-    pub image: ImageParameters,
-    /// The bone map.
-    pub phase_symmetry: PhaseSymmetryParameters<'a>,
-}
-
-/// The image: the whole scan on the smallest grid of isotropic pixels that covers it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct ImageParameters {
-    /// Rows of pixels; phase symmetry takes 64, 128, 256, 512 or 1024.
+    /// Rows of the image, pixels: the whole scan on the smallest grid of isotropic pixels that covers
+    /// it. Phase symmetry takes 64, 128, 256, 512 or 1024.
     pub rows: usize,
-    /// Columns, likewise.
+    /// Columns of the image, likewise.
     pub columns: usize,
     /// How far below the largest envelope black is, dB.
     pub dynamic_range: f32,
-    /// Whether the pixels go through the 3×3 median.
+    /// Whether the image goes through the 3×3 median.
     pub median: bool,
-}
-
-/// What phase symmetry is told: see [`PhaseSymmetry::new`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PhaseSymmetryParameters<'a> {
-    /// The characteristic radii `r₀` of the filters, cycles per pixel.
+    /// Phase symmetry: the characteristic radii `r₀` of the filters, cycles per pixel.
     pub scales: &'a [f64],
-    /// The noise threshold `T_n`, in grey levels.
+    /// Phase symmetry: the noise threshold `T_n`, in grey levels.
     pub threshold: f32,
-    /// How many rows or columns are worked on at a time. It changes memory and time, never the map.
+    /// Phase symmetry: how many rows or columns are worked on at a time. It changes memory and time,
+    /// never the map.
     pub strip: usize,
 }
 
@@ -67,7 +54,7 @@ pub struct PhaseSymmetryParameters<'a> {
 /// # use bonebeam::Error;
 /// use bonebeam::beamform;
 /// use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
-/// use bonebeam::pipeline::{ImageParameters, Parameters, PhaseSymmetryParameters, Pipeline};
+/// use bonebeam::pipeline::{Parameters, Pipeline};
 ///
 /// let pipeline = Pipeline::new(Parameters {
 ///     scan: ScanParameters {
@@ -84,8 +71,13 @@ pub struct PhaseSymmetryParameters<'a> {
 ///         min_elements: 8,
 ///     },
 ///     beamformer: beamform::Parameters::default(),
-///     image: ImageParameters { rows: 64, columns: 64, dynamic_range: 50.0, median: true },
-///     phase_symmetry: PhaseSymmetryParameters { scales: &[0.125, 0.0625], threshold: 10.0, strip: 8 },
+///     rows: 64,
+///     columns: 64,
+///     dynamic_range: 50.0,
+///     median: true,
+///     scales: &[0.125, 0.0625],
+///     threshold: 10.0,
+///     strip: 8,
 /// })?;
 /// assert_eq!(pipeline.lines().scan().samples(), 208);
 /// assert_eq!(pipeline.b_mode().parameters().grid.z0, 4e-3);
@@ -109,23 +101,22 @@ impl<'a> Pipeline<'a> {
     pub fn new(parameters: Parameters<'a>) -> Result<Self, Error> {
         let scan = Scan::new(parameters.scan)?;
         let (lines, samples) = (even(&parameters.scan.lines)?, scan.depths());
-        let image = parameters.image;
-        let bones = parameters.phase_symmetry;
+        let (rows, columns) = (parameters.rows, parameters.columns);
         Ok(Pipeline {
             lines: LinePipeline::new(scan, parameters.beamformer)?,
             b_mode: BMode::new(BModeParameters {
                 lines,
                 samples,
-                grid: PixelGrid::of_lines(&lines, &samples, image.rows, image.columns),
-                dynamic_range: image.dynamic_range,
-                median: image.median,
+                grid: PixelGrid::of_lines(&lines, &samples, rows, columns),
+                dynamic_range: parameters.dynamic_range,
+                median: parameters.median,
             })?,
             phase_symmetry: PhaseSymmetry::new(
-                image.rows,
-                image.columns,
-                bones.scales,
-                bones.threshold,
-                bones.strip,
+                rows,
+                columns,
+                parameters.scales,
+                parameters.threshold,
+                parameters.strip,
             )?,
             sizes: parameters.sizes()?,
         })

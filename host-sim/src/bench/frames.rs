@@ -15,7 +15,7 @@ use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
 use crate::Result;
 use crate::drive::beamform::{self, Covariance};
-use crate::drive::image::{Image, PixelGrid, b_mode};
+use crate::drive::image::{Image, b_mode, grid_of_lines};
 use crate::drive::phase_symmetry::{self, Plan};
 use crate::drive::threads::pool;
 use crate::files::Lines;
@@ -94,7 +94,7 @@ impl InVivo {
 }
 
 fn image(lines: &Lines) -> Result<Image> {
-    let grid = PixelGrid::of_lines(lines, PIXELS, PIXELS)?;
+    let grid = grid_of_lines(lines, PIXELS, PIXELS)?;
     b_mode(lines, DYNAMIC_RANGE, &grid, true)
 }
 

@@ -2,12 +2,11 @@
 
 use std::ops::Range;
 
-use bonebeam::focus::{
-    Compounding, Delay, DelayParameters, MAX_DECIMATION, MAX_SAMPLES, Record, ScanLine,
-};
+use bonebeam::focus::{MAX_DECIMATION, MAX_SAMPLES, Record};
 use bonebeam::geometry::{
     Active, Array, Axis as Positions, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw,
 };
+use bonebeam::pipeline::LinePipeline;
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array3, Axis, CowArray, Ix3};
 use num_complex::Complex;
@@ -24,8 +23,7 @@ use crate::{Error, Result};
 pub struct DelayStage<'a> {
     data: &'a ChannelData,
     rf: CowArray<'a, f32, Ix3>,
-    scan: Scan<'a>,
-    delay: Delay,
+    pipeline: LinePipeline<'a>,
     transmits: Vec<Transmit>,
     beam_x: Vec<f64>,
 }
@@ -92,11 +90,14 @@ impl<'a> DelayStage<'a> {
         Ok(Self {
             data,
             rf: data.rf.as_standard_layout(),
-            delay: Delay::new(DelayParameters::of(&scan))?,
+            pipeline: LinePipeline::new(scan, parameters.parameters())?,
             transmits: transmits.collect(),
             beam_x: (0..scan.lines()).map(|line| lines.x(line)).collect(),
-            scan,
         })
+    }
+
+    fn scan(&self) -> &Scan<'a> {
+        self.pipeline.scan()
     }
 
     /// The lateral positions of the beams, m.
@@ -106,22 +107,22 @@ impl<'a> DelayStage<'a> {
 
     /// Output samples a beam.
     pub fn samples(&self) -> usize {
-        self.scan.samples()
+        self.scan().samples()
     }
 
     /// The two-way time of output sample 0, s.
     pub fn start(&self) -> f64 {
-        self.scan.start()
+        self.scan().start()
     }
 
     /// The speed of sound in use, m/s.
     pub fn sound_speed(&self) -> f64 {
-        self.scan.parameters().sound_speed
+        self.scan().parameters().sound_speed
     }
 
     /// The active elements of a beam at an output sample.
     pub fn active(&self, beam: usize, sample: usize) -> Active {
-        self.scan.active(beam, sample)
+        self.scan().active(beam, sample)
     }
 
     /// The aligned analytic samples of some beams, [beam, sample, element].
@@ -129,8 +130,7 @@ impl<'a> DelayStage<'a> {
     /// # Errors
     /// What the core refuses: samples beyond its range.
     pub fn delay(&self, beams: Range<usize>) -> Result<Array3<Complex<f32>>> {
-        let p = self.delay.parameters();
-        let shape = (beams.len(), p.output_samples, p.elements);
+        let shape = (beams.len(), self.samples(), self.scan().elements());
         let mut x = vec![Complex::new(0.0, 0.0); shape.0 * shape.1 * shape.2];
         self.delay_into(beams, &mut x)?;
         Ok(Array3::from_shape_vec(shape, x).expect("the length is that of the shape"))
@@ -151,7 +151,6 @@ impl<'a> DelayStage<'a> {
         beams: Range<usize>,
         x: &mut [Complex<f32>],
     ) -> Result<()> {
-        let p = self.delay.parameters();
         // Each transmit is checked once, however many beams read it.
         let transmits = self.transmits(beams.start).start..self.transmits(beams.end.max(1) - 1).end;
         let first_transmit = transmits.start;
@@ -162,16 +161,19 @@ impl<'a> DelayStage<'a> {
                 let rf = rf
                     .to_slice()
                     .expect("one transmit of a standard layout is contiguous");
-                Record::new(rf, p.elements)
+                Record::new(rf, self.scan().elements())
             })
             .collect::<std::result::Result<Vec<_>, _>>()?;
-        x.par_chunks_exact_mut(p.output_samples * p.elements)
+        x.par_chunks_exact_mut(self.pipeline.aligned_len())
             .zip(beams)
             .try_for_each_init(
-                || vec![0.0; p.scratch_len(V::LANES)],
+                || vec![0.0; self.pipeline.scratch_len(V::LANES)],
                 |scratch, (x, beam)| {
-                    let record = |transmit| &records[transmit - first_transmit];
-                    self.delay_beam(zero, beam, record, scratch, x)
+                    let transmits = self.transmits(beam).map(|transmit| {
+                        let record = &records[transmit - first_transmit];
+                        (self.transmits[transmit], record)
+                    });
+                    Ok(self.pipeline.align(zero, beam, transmits, scratch, x)?)
                 },
             )
     }
@@ -183,33 +185,6 @@ impl<'a> DelayStage<'a> {
         } else {
             0..self.transmits.len()
         }
-    }
-
-    fn delay_beam<'b, V: Vector>(
-        &self,
-        zero: V,
-        beam: usize,
-        record: impl Fn(usize) -> &'b Record<'b>,
-        scratch: &mut [f32],
-        x: &mut [Complex<f32>],
-    ) -> Result<()> {
-        let transmits = self.transmits(beam);
-        let scale = 1.0 / transmits.len() as f32;
-        for (i, transmit) in transmits.enumerate() {
-            let compounding = if i == 0 {
-                Compounding::Replace
-            } else {
-                Compounding::Add
-            };
-            let line = ScanLine::of(&self.scan, beam, self.transmits[transmit], compounding);
-            self.delay.line(zero, &line, record(transmit), scratch, x)?;
-        }
-        if scale < 1.0 {
-            for value in x {
-                *value *= scale;
-            }
-        }
-        Ok(())
     }
 }
 

@@ -1,13 +1,15 @@
 //! Lines → image, through the core.
 
 use bonebeam::geometry::Axis;
-use bonebeam::image as core;
+use bonebeam::image::{self as core, BMode, BModeParameters};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array2, ArrayView2};
 use rayon::prelude::*;
 
 use crate::files::Lines;
 use crate::{Error, Result};
+
+pub use bonebeam::image::PixelGrid;
 
 /// An image of isotropic pixels.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,59 +24,13 @@ pub struct Image {
     pub pixel: f64,
 }
 
-/// Where the pixels of an [`Image`] lie.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PixelGrid {
-    /// The lateral position of column 0 (m).
-    pub x0: f64,
-    /// The depth of row 0 (m).
-    pub z0: f64,
-    /// The distance from one pixel to the next (m).
-    pub pixel: f64,
-    /// The number of rows.
-    pub rows: usize,
-    /// The number of columns.
-    pub columns: usize,
-}
-
-impl PixelGrid {
-    /// The smallest grid of a number of pixels that covers a width and a depth range, all in
-    /// metres: the pixels are as large as the tighter of the two asks for, the width is centred,
-    /// and the first row lies at the shallow end.
-    pub fn cover(x: [f64; 2], z: [f64; 2], rows: usize, columns: usize) -> Self {
-        let steps = |pixels: usize| pixels.saturating_sub(1).max(1) as f64;
-        let across = (x[1] - x[0]) / steps(columns);
-        let down = (z[1] - z[0]) / steps(rows);
-        let pixel = if across > down { across } else { down };
-        PixelGrid {
-            x0: (x[0] + x[1] - pixel * steps(columns)) / 2.0,
-            z0: z[0],
-            pixel,
-            rows,
-            columns,
-        }
-    }
-
-    /// The smallest grid of a number of pixels that covers all of the lines.
-    ///
-    /// # Errors
-    /// Beams that are not evenly spaced.
-    pub fn of_lines(lines: &Lines, rows: usize, columns: usize) -> Result<Self> {
-        let (beams, samples) = (beam_axis(&lines.beam_x)?, sample_axis(lines));
-        let ends = |axis: Axis| {
-            let last = axis.count.saturating_sub(1) as f64;
-            [axis.first, axis.first + last * axis.step]
-        };
-        Ok(Self::cover(ends(beams), ends(samples), rows, columns))
-    }
-
-    fn axis(&self, first: f64, count: usize) -> Axis {
-        Axis {
-            first,
-            step: self.pixel,
-            count,
-        }
-    }
+/// The smallest grid of a number of pixels that covers all of the lines.
+///
+/// # Errors
+/// Beams that are not evenly spaced.
+pub fn grid_of_lines(lines: &Lines, rows: usize, columns: usize) -> Result<PixelGrid> {
+    let (beams, samples) = (beam_axis(&lines.beam_x)?, sample_axis(lines));
+    Ok(PixelGrid::of_lines(&beams, &samples, rows, columns))
 }
 
 /// Envelope, decibels relative to the frame's largest, 0..255, isotropic pixels, and the 3×3
@@ -86,60 +42,54 @@ impl PixelGrid {
 /// Beams that are not evenly spaced, and what the core refuses: a NaN or infinite sample, a
 /// dynamic range or pixel size that is not positive, fewer than two beams or samples.
 pub fn b_mode(lines: &Lines, dynamic_range: f32, grid: &PixelGrid, median: bool) -> Result<Image> {
-    let beams = beam_axis(&lines.beam_x)?;
+    let b_mode = BMode::new(BModeParameters {
+        lines: beam_axis(&lines.beam_x)?,
+        samples: sample_axis(lines),
+        grid: *grid,
+        dynamic_range,
+        median,
+    })?;
     let z = lines.z.as_standard_layout();
     let z = z.as_slice().unwrap_or_default();
-    let mut envelope = vec![0.0; z.len()];
+    let mut envelopes = vec![0.0; z.len()];
     // Sample by sample: as many beams at a time as a thread likes.
     let samples = lines.z.ncols().max(1);
     z.par_chunks(samples)
-        .zip(envelope.par_chunks_mut(samples))
+        .zip(envelopes.par_chunks_mut(samples))
         .try_for_each(|(z, envelope)| core::envelope(z, envelope))?;
-    let reference = core::largest(&envelope);
+    let reference = core::largest(&envelopes);
     let mut levels = vec![0.0; z.len()];
-    envelope
+    envelopes
         .par_chunks(samples)
         .zip(levels.par_chunks_mut(samples))
-        .try_for_each(|(envelope, levels)| {
-            core::log_compression(envelope, reference, dynamic_range, levels)
-        })?;
-
-    let mut pixels = Array2::zeros((grid.rows, grid.columns));
-    core::resample(
-        &levels,
-        beams,
-        sample_axis(lines),
-        grid.axis(grid.z0, grid.rows),
-        grid.axis(grid.x0, grid.columns),
-        pixels.as_slice_mut().unwrap_or_default(),
-    )?;
-    if median {
-        pixels = InstructionSet::detect().dispatch(Median(&pixels))?;
-    }
+        .try_for_each(|(envelope, levels)| b_mode.levels(envelope, reference, levels))?;
+    let levels = levels.as_slice();
+    let b_mode = &b_mode;
     Ok(Image {
-        pixels,
+        pixels: InstructionSet::detect().dispatch(Pixels { b_mode, levels })?,
         x0: grid.x0,
         z0: grid.z0,
         pixel: grid.pixel,
     })
 }
 
-/// The 3×3 median of an image.
-struct Median<'a>(&'a Array2<f32>);
+/// The pixels of all lines' grey levels.
+struct Pixels<'a> {
+    b_mode: &'a BMode,
+    levels: &'a [f32],
+}
 
-impl Task for Median<'_> {
+impl Task for Pixels<'_> {
     type Output = Result<Array2<f32>>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let Median(pixels) = self;
-        let mut filtered = Array2::zeros(pixels.dim());
-        core::median(
-            zero,
-            pixels.as_slice().unwrap_or_default(),
-            pixels.ncols(),
-            filtered.as_slice_mut().unwrap_or_default(),
-        )?;
-        Ok(filtered)
+        let Pixels { b_mode, levels } = self;
+        let grid = b_mode.parameters().grid;
+        let mut pixels = Array2::zeros((grid.rows, grid.columns));
+        let mut scratch = vec![0.0; b_mode.scratch_len()];
+        let out = pixels.as_slice_mut().unwrap_or_default();
+        b_mode.pixels(zero, levels, &mut scratch, out)?;
+        Ok(pixels)
     }
 }
 

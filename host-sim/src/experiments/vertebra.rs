@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::Result;
-use crate::drive::image::PixelGrid;
+use crate::drive::image::grid_of_lines;
 use crate::simulate::{Outline, Phantom, Summation, channel_data};
 use crate::validate::Check;
 
@@ -135,7 +135,7 @@ pub fn run(
     drop(data);
 
     progress("vertebra: pictures", 0.0);
-    let grid = PixelGrid::of_lines(&lines[0], vertebra.image.rows, vertebra.image.columns)?;
+    let grid = grid_of_lines(&lines[0], vertebra.image.rows, vertebra.image.columns)?;
     let studio = Studio {
         what: "vertebra",
         grid,

@@ -19,7 +19,7 @@ use crate::Result;
 use crate::config;
 use crate::drive::beamform::{Covariance, beamform, beamform_with};
 use crate::drive::delay::DelayStage;
-use crate::drive::image::{PixelGrid, b_mode};
+use crate::drive::image::{b_mode, grid_of_lines};
 use crate::drive::phase_symmetry::{self, phase_symmetry};
 use crate::drive::threads::pool;
 use crate::files::{ChannelData, Lines};
@@ -287,7 +287,7 @@ impl<'a> Scene<'a> {
             beam_x: self.stage.beam_x().to_vec(),
             c: self.stage.sound_speed(),
         };
-        let grid = PixelGrid::of_lines(&lines, 128, 128)?;
+        let grid = grid_of_lines(&lines, 128, 128)?;
         let image = b_mode(&lines, RANGE, &grid, true)?;
         let (bits, error) = checks::image::check(&image, &lines, f64::from(RANGE), &grid, true);
         let pixels: Vec<f32> = image.pixels.iter().copied().collect();

@@ -1,0 +1,81 @@
+//! RF to bone map in fixed memory, on a workstation; `firmware/src/bin/bone_map.rs` runs the same code
+//! on a Cortex-M7. Both print the hash of the same map.
+use bonebeam::Error;
+use bonebeam::beamform::{self, Workspace};
+use bonebeam::covariance::ForwardBackward;
+use bonebeam::focus::Record;
+use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
+use bonebeam::pipeline::{Frame, Memory, Parameters, Pipeline, Sizes};
+
+const PARAMETERS: Parameters = Parameters {
+    scan: ScanParameters {
+        array: Array::linear(16, 0.3e-3),
+        lines: Lines::Even(Axis::centred(64, 0.15e-3)),
+        sound_speed: 1540.0,
+        centre_frequency: 5e6,
+        sampling_rate: 20e6,
+        record_samples: 384,
+        output_rate: 20e6,
+        start: Depth::Metres(4e-3),
+        end: Depth::Metres(12e-3),
+        f_number: 1.5,
+        min_elements: 8,
+    },
+    beamformer: beamform::Parameters::DEFAULT,
+    rows: 64,
+    columns: 64,
+    dynamic_range: 50.0,
+    median: true,
+    scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
+    threshold: 10.0,
+    strip: 8,
+};
+const SIZES: Sizes = match PARAMETERS.sizes() {
+    Ok(sizes) => sizes,
+    Err(_) => panic!("the scan is not valid"),
+};
+/// Fits a `static`, as does the next.
+pub type FrameMemory = Memory<{ SIZES.real }, { SIZES.complex }>;
+/// One output at a time.
+pub type LineMemory = Workspace<ForwardBackward, f32, { SIZES.elements }, { SIZES.subaperture }, 1>;
+
+/// The hash of a frame's bone map, 64 × 64 pixels.
+pub fn bone_map(frame: &mut FrameMemory, line: &mut LineMemory) -> Result<u64, Error> {
+    let pipeline = Pipeline::new(PARAMETERS)?;
+    let mut frame = Frame::new(&pipeline, frame.view())?;
+    for k in 0..PARAMETERS.scan.lines.count() {
+        let rf = echoes(PARAMETERS.scan.lines.x(k));
+        let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
+        frame.line(k, [(transmit, &Record::new(&rf, SIZES.elements)?)], line)?;
+    }
+    frame.image()?;
+    let map = frame.bone_map()?;
+    let fnv =
+        |hash: u64, value: &f32| (hash ^ u64::from(value.to_bits())).wrapping_mul(0x100_0000_01b3);
+    Ok(map.iter().fold(0xcbf2_9ce4_8422_2325, fnv))
+}
+
+/// In place of a scanner: on each element a pulse from every point of a bent surface near the line.
+fn echoes(line_x: f64) -> [f32; SIZES.elements * PARAMETERS.scan.record_samples] {
+    let scan = &PARAMETERS.scan;
+    let mut rf = [0.0; SIZES.elements * PARAMETERS.scan.record_samples];
+    for (m, rf) in rf.chunks_exact_mut(scan.record_samples).enumerate() {
+        for x in (-3..=3).map(|k| line_x + f64::from(k) * 0.1e-3) {
+            let (z, d) = (8e-3 + 60.0 * x * x, scan.array.x(m) - x);
+            let arrival = (2.0 * z + d * d / (2.0 * z)) / scan.sound_speed * scan.sampling_rate;
+            for sample in arrival as usize - 2..arrival as usize + 4 {
+                let s = (sample as f64 - arrival) / 2.65;
+                let window = if s * s < 1.0 { 1.0 - s * s } else { 0.0 };
+                rf[sample] += (window * window * (1.0 - 7.0 * s * s)) as f32;
+            }
+        }
+    }
+    rf
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() -> Result<(), Error> {
+    let (mut frame, mut line) = (Box::new(FrameMemory::new()), LineMemory::new());
+    println!("bone-map {:016x}", bone_map(&mut frame, &mut line)?);
+    Ok(())
+}
