@@ -8,7 +8,7 @@ use crate::error::check_length;
 use crate::focus::Record;
 use crate::geometry::Transmit;
 use crate::image::envelope;
-use crate::phase_symmetry::{External, Kernels, LogGabor, Microfft, StripBuffers};
+use crate::phase_symmetry::{External, Kernels, LogGabor, Microfft, StripSlices};
 use crate::{Complex, Error};
 
 /// A [`Pipeline`] with memory to work in: one frame after another, a line at a time, one output at a
@@ -124,7 +124,7 @@ impl<'p, 'm> Frame<'p, 'm> {
         let (mut amplitude, rest) = rest.split_at_mut(pixels);
         let (strip, rest) = rest.split_at_mut(strip);
         let (sums, rest) = rest.split_at_mut(strip.len());
-        let mut buffers = StripBuffers {
+        let mut buffers = StripSlices {
             strip,
             sums,
             line: &mut self.complex[..side],
@@ -138,7 +138,6 @@ impl<'p, 'm> Frame<'p, 'm> {
             symmetry: &mut &mut *self.map,
         };
         let kernels = Kernels {
-            zero: 0.0,
             fft: &Microfft,
             gains: &self.filters,
         };

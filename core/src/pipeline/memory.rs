@@ -3,7 +3,7 @@
 use super::Parameters;
 use crate::focus::DelayParameters;
 use crate::geometry::Scan;
-use crate::phase_symmetry::{LogGaborTables, spectrum_columns};
+use crate::phase_symmetry::{self, LogGaborTables};
 use crate::{Complex, Error};
 
 /// The sizes that follow from [`Parameters`].
@@ -96,8 +96,7 @@ impl Parameters<'_> {
             Err(error) => return Err(error),
         };
         let elements = scan.elements();
-        let side = larger(self.rows, self.columns);
-        let strip = if self.strip < side { self.strip } else { side };
+        let strips = self.strips();
         let pixels = self.rows.saturating_mul(self.columns);
         let envelopes = scan.lines().saturating_mul(scan.samples());
         let before_median = if self.median { pixels } else { 0 };
@@ -106,9 +105,9 @@ impl Parameters<'_> {
             pixels,
             scratch: DelayParameters::of(&scan).scratch_len(1),
             b_mode: envelopes.saturating_add(before_median),
-            spectrum: (2 * self.rows).saturating_mul(spectrum_columns(self.columns)),
-            strip: (2 * strip).saturating_mul(side),
-            side,
+            spectrum: strips.spectrum_len(),
+            strip: strips.strip_len(),
+            side: strips.line_len(),
             aligned: elements.saturating_mul(scan.samples()),
             samples: scan.samples(),
         };
@@ -120,9 +119,20 @@ impl Parameters<'_> {
             subaperture: larger(subaperture, 1).next_multiple_of(4),
             temporal_half_window: self.beamformer.temporal_half_window,
             real: parts.kept().saturating_add(parts.work()),
-            complex: larger(line, side),
+            complex: larger(line, strips.line_len()),
             parts,
         })
+    }
+}
+
+impl Parameters<'_> {
+    /// The image's size and the strip height, as phase symmetry has them.
+    pub(super) const fn strips(&self) -> phase_symmetry::Sizes {
+        phase_symmetry::Sizes {
+            rows: self.rows,
+            columns: self.columns,
+            strip: self.strip,
+        }
     }
 }
 

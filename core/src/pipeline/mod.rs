@@ -21,7 +21,7 @@ use crate::Error;
 use crate::beamform;
 use crate::geometry::{Axis, Lines, Scan, ScanParameters};
 use crate::image::{BMode, BModeParameters, PixelGrid};
-use crate::phase_symmetry::PhaseSymmetry;
+use crate::phase_symmetry::{self, PhaseSymmetry};
 
 /// What a [`Pipeline`] is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,13 +111,11 @@ impl<'a> Pipeline<'a> {
                 dynamic_range: parameters.dynamic_range,
                 median: parameters.median,
             })?,
-            phase_symmetry: PhaseSymmetry::new(
-                rows,
-                columns,
-                parameters.scales,
-                parameters.threshold,
-                parameters.strip,
-            )?,
+            phase_symmetry: PhaseSymmetry::new(&phase_symmetry::Parameters {
+                sizes: parameters.strips(),
+                scales: parameters.scales,
+                threshold: parameters.threshold,
+            })?,
             sizes: parameters.sizes()?,
         })
     }
