@@ -28,7 +28,7 @@ pub mod simd;
 pub use error::Error;
 pub use num_complex::Complex;
 
-/// The README's code must compile.
+/// The code of the package's README must run.
 #[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
+#[doc = include_str!("../README.md")]
 struct Readme;

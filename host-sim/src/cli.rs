@@ -6,7 +6,11 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{beamform, bench, main_job, phase_symmetry, simulate, verify};
+#[cfg(feature = "bench")]
+use crate::commands::bench;
+#[cfg(not(feature = "bench"))]
+use crate::commands::bench_left_out as bench;
+use crate::commands::{beamform, main_job, phase_symmetry, simulate, verify};
 use crate::files::leftovers::remove_at_signals;
 use crate::terminal::{complain, print};
 use crate::{Error, Result};

@@ -1,6 +1,7 @@
 //! The host simulator of bonebeam: synthetic channel data, files, the drive of the core over
 //! threads, two independent references, measures and reports.
 
+#[cfg(feature = "bench")]
 pub mod bench;
 pub mod cli;
 mod commands;

@@ -78,8 +78,8 @@ fn what_cannot_be_measured_is_refused_in_one_line() {
     for (arguments, status, named) in [
         ("--only nonsense", 2, "nonsense"),
         ("--instruction-set nonsense", 2, "nonsense"),
-        ("--quick --readme README.md", 2, "--readme"),
-        ("--readme missing.md", 1, "missing.md"),
+        ("--quick --docs benchmarks.md", 2, "--docs"),
+        ("--docs missing.md", 1, "missing.md"),
         ("--only peak -o missing/bench.json", 1, "missing"),
     ] {
         let output = bench(&folder, arguments);
@@ -117,11 +117,11 @@ fn example() -> Report {
 }
 
 #[test]
-fn the_readme_changes_between_its_comments_only() {
-    let begin = "<!-- speed: written by `host-sim bench --readme README.md` -->";
+fn a_document_changes_between_its_comments_only() {
+    let begin = "<!-- speed: written by `host-sim bench --docs docs/benchmarks.md` -->";
     let end = "<!-- end of speed -->";
-    let readme = format!("# Before\n\n{begin}\nold\n{end}\n\nAfter.\n");
-    let written = rewrite(&readme, &example()).unwrap();
+    let document = format!("# Before\n\n{begin}\nold\n{end}\n\nAfter.\n");
+    let written = rewrite(&document, &example()).unwrap();
     assert!(written.starts_with(&format!("# Before\n\n{begin}\n")));
     assert!(written.ends_with(&format!("{end}\n\nAfter.\n")));
     assert!(!written.contains("old"));
@@ -139,7 +139,7 @@ fn the_readme_changes_between_its_comments_only() {
 }
 
 #[test]
-fn the_readme_of_the_project_has_a_place_for_the_tables() {
-    let readme = include_str!("../../README.md");
-    assert!(rewrite(readme, &example()).is_ok());
+fn the_project_has_a_place_for_the_tables() {
+    let document = include_str!("../../docs/benchmarks.md");
+    assert!(rewrite(document, &example()).is_ok());
 }

@@ -7,6 +7,7 @@
 mod beamformers;
 mod core;
 mod delay;
+mod document;
 mod frames;
 mod machine;
 mod naive;
@@ -14,7 +15,6 @@ mod naive_phase_symmetry;
 mod operations;
 mod peak;
 mod phase_symmetry;
-mod readme;
 mod report;
 mod scipy;
 mod shares;
@@ -22,7 +22,7 @@ mod snapshots;
 mod text;
 mod timing;
 
-pub use readme::rewrite;
+pub use document::rewrite;
 pub use report::{Quantity, Report, Row, Table, Target};
 pub use text::text;
 

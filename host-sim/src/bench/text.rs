@@ -1,4 +1,4 @@
-//! The report for people: the same cells on the terminal and in the README.
+//! The report for people: the same cells on the terminal and in the documents.
 
 use std::fmt::Write;
 

@@ -40,9 +40,9 @@ pub struct Arguments {
     #[arg(short, long, value_name = "FILE.json")]
     output: Option<PathBuf>,
 
-    /// Rewrite the speed tables of this file, between its two comments
-    #[arg(long, value_name = "README.md", conflicts_with_all = ["quick", "only", "instruction_set"])]
-    readme: Option<PathBuf>,
+    /// Rewrite the tables of this document, between its two comments
+    #[arg(long, value_name = "FILE.md", conflicts_with_all = ["quick", "only", "instruction_set"])]
+    docs: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
@@ -51,7 +51,7 @@ Examples:
   host-sim bench --quick
   host-sim bench --only peak,fraction --instruction-set avx2
   host-sim bench -o bench.json
-  host-sim bench -o bench.json --readme README.md";
+  host-sim bench -o bench.json --docs docs/benchmarks.md";
 
 /// The names of instruction sets, with all of them in the help.
 fn instruction_sets() -> impl TypedValueParser<Value = InstructionSet> {
@@ -65,14 +65,14 @@ fn instruction_sets() -> impl TypedValueParser<Value = InstructionSet> {
 /// An instruction set that the processor does not have, a file that cannot be written, or results
 /// of the two sides that differ.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let outputs = [&arguments.output, &arguments.readme];
+    let outputs = [&arguments.output, &arguments.docs];
     let outputs: Vec<&Path> = outputs
         .into_iter()
         .flatten()
         .map(PathBuf::as_path)
         .collect();
     check_outputs(&[], &outputs)?;
-    let readme = arguments.readme.as_deref().map(read).transpose()?;
+    let document = arguments.docs.as_deref().map(read).transpose()?;
     let sections = match arguments.only.as_slice() {
         [] => Section::value_variants(),
         some => some,
@@ -93,8 +93,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             Ok(serde_json::to_writer_pretty(sink, &report)?)
         })?;
     }
-    if let (Some(path), Some(readme)) = (&arguments.readme, readme) {
-        let text = rewrite(&readme, &report).map_err(|e| about(path, e))?;
+    if let (Some(path), Some(document)) = (&arguments.docs, document) {
+        let text = rewrite(&document, &report).map_err(|e| about(path, e))?;
         outputs.stage(path, |sink| {
             Ok(std::io::Write::write_all(sink, text.as_bytes())?)
         })?;

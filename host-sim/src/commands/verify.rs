@@ -10,7 +10,7 @@ use crate::{Error, Result};
 /// Check the core to the bit, on this machine.
 ///
 /// Every kernel runs on a small made-up recording and is compared with the f32 reference (the
-/// same bits), with the f64 reference (within the bounds of core/NUMERICS.md), with itself on one
+/// same bits), with the f64 reference (within the bounds of docs/numerics.md), with itself on one
 /// lane, on 1 and 7 threads, and in strips of several heights. A line a check: ok or WRONG, the
 /// hash of the result's bits, the name, what was compared. The hashes are the same on every
 /// machine. The exit status is 0 only if all checks hold.

@@ -1,4 +1,4 @@
-//! The README's speed tables, between two comments.
+//! The tables in a Markdown document, between two comments.
 
 use std::fmt::Write;
 
@@ -6,21 +6,21 @@ use super::report::{Report, Table};
 use super::text::{cells, head, machine};
 use crate::{Error, Result};
 
-const BEGIN: &str = "<!-- speed: written by `host-sim bench --readme README.md` -->\n";
+const BEGIN: &str = "<!-- speed: written by `host-sim bench --docs docs/benchmarks.md` -->\n";
 const END: &str = "<!-- end of speed -->";
 
-/// `readme` with what stands between the two comments replaced by the report's tables.
+/// `document` with what stands between the two comments replaced by the report's tables.
 ///
 /// # Errors
 /// [`Error::Data`] where the comments are missing.
-pub fn rewrite(readme: &str, report: &Report) -> Result<String> {
+pub fn rewrite(document: &str, report: &Report) -> Result<String> {
     let missing = || {
         Error::Data(format!(
             "has no lines `{}` and `{END}`, between which the tables belong",
             BEGIN.trim_end()
         ))
     };
-    let (before, rest) = readme.split_once(BEGIN).ok_or_else(missing)?;
+    let (before, rest) = document.split_once(BEGIN).ok_or_else(missing)?;
     let (_, after) = rest.split_once(END).ok_or_else(missing)?;
     Ok(format!("{before}{BEGIN}{}{END}{after}", tables(report)))
 }
