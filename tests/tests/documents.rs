@@ -1,0 +1,146 @@
+//! The documents: their links lead somewhere, the files that they name exist, their examples hold.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use host_sim::config::Config;
+use tempfile::tempdir;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// Every Markdown document of the project.
+fn documents() -> Vec<PathBuf> {
+    let folders = ["", "core", "docs", "firmware", "host-sim", "tests"];
+    let files = folders
+        .iter()
+        .flat_map(|folder| fs::read_dir(root().join(folder)).unwrap());
+    let paths = files.map(|file| file.unwrap().path());
+    let found: Vec<_> = paths
+        .filter(|path| path.extension().is_some_and(|e| e == "md"))
+        .collect();
+    assert!(found.len() >= 10, "{found:?}");
+    found
+}
+
+/// A document without its blocks of code.
+fn prose(document: &str) -> String {
+    let blocks = document.split("\n```").enumerate();
+    blocks
+        .filter(|(i, _)| i % 2 == 0)
+        .map(|(_, text)| text)
+        .collect()
+}
+
+/// The blocks of code in a language.
+fn blocks<'a>(document: &'a str, language: &str) -> Vec<&'a str> {
+    let fence = format!("\n```{language}\n");
+    let rest = document.split(&fence[..]).skip(1);
+    rest.filter_map(|rest| rest.split_once("```"))
+        .map(|(block, _)| block)
+        .collect()
+}
+
+/// The name by which a link finds a heading.
+fn anchor(heading: &str) -> String {
+    let kept = heading.chars().filter_map(|c| match c {
+        ' ' => Some('-'),
+        '-' | '_' => Some(c),
+        c if c.is_alphanumeric() => Some(c),
+        _ => None,
+    });
+    kept.flat_map(char::to_lowercase).collect()
+}
+
+fn has_heading(document: &str, name: &str) -> bool {
+    let headings = document.lines().filter(|line| line.starts_with('#'));
+    headings
+        .map(|line| anchor(line.trim_start_matches('#').trim()))
+        .any(|heading| heading == name)
+}
+
+#[test]
+fn every_relative_link_leads_to_a_file_and_a_heading() {
+    let mut count = 0;
+    for path in documents() {
+        let text = prose(&read(&path));
+        let targets = text.split("](").skip(1).filter_map(|t| t.split_once(')'));
+        for (target, _) in targets.filter(|(target, _)| !target.starts_with("https://")) {
+            let (file, heading) = target.split_once('#').unwrap_or((target, ""));
+            let to = match file {
+                "" => path.clone(),
+                file => path.parent().unwrap().join(file),
+            };
+            assert!(to.exists(), "{}: {target}", path.display());
+            assert!(
+                heading.is_empty() || has_heading(&read(&to), heading),
+                "{}: {target}",
+                path.display()
+            );
+            count += 1;
+        }
+    }
+    assert!(count >= 20, "{count} links");
+}
+
+#[test]
+fn every_file_that_is_named_exists() {
+    // Paths are written from the root, or from where the document says that they begin.
+    let from = ["", "core/src", "host-sim/src", "tests/tests"].map(|folder| root().join(folder));
+    let extensions = ["rs", "md", "toml", "txt", "x", "c", "png"];
+    let mut count = 0;
+    for path in documents() {
+        let text = prose(&read(&path));
+        let code = text.split('`').skip(1).step_by(2);
+        for name in code.filter(|name| name.contains('/')) {
+            let extension = name.rsplit_once('.').map_or("", |(_, e)| e);
+            let a_path = name.ends_with('/') || extensions.contains(&extension);
+            let plain = |c: char| c.is_ascii_alphanumeric() || "_-./".contains(c);
+            let to_be_written = name.starts_with("out/") || name.contains("NEW");
+            if a_path && name.chars().all(plain) && !to_be_written {
+                let exists = from.iter().any(|folder| folder.join(name).exists());
+                assert!(exists, "{}: {name}", path.display());
+                count += 1;
+            }
+        }
+    }
+    assert!(count >= 60, "{count} names");
+}
+
+#[test]
+fn the_readme_is_short() {
+    assert!(read(&root().join("README.md")).lines().count() <= 120);
+}
+
+#[test]
+fn the_package_has_a_readme_and_licences_of_its_own() {
+    for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        assert_eq!(
+            read(&root().join(name)),
+            read(&root().join("core").join(name))
+        );
+    }
+    // A link out of the package would be dead where the package is shown.
+    let readme = read(&root().join("core/README.md"));
+    let mut targets = prose(&readme);
+    targets.retain(|c| !c.is_whitespace());
+    let links = targets.split("](").skip(1);
+    assert_eq!(links.filter(|link| !link.starts_with("https://")).count(), 0);
+}
+
+#[test]
+fn the_configuration_of_the_documents_is_the_default() {
+    let document = read(&root().join("docs/file-formats.md"));
+    let [toml] = blocks(&document, "toml")[..] else {
+        panic!("one block of TOML was expected");
+    };
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("defaults.toml");
+    fs::write(&path, toml).unwrap();
+    assert_eq!(Config::read(&path).unwrap(), Config::default());
+}
