@@ -11,6 +11,7 @@ pub mod error;
 pub mod experiments;
 pub mod files;
 pub mod measure;
+pub mod methods;
 pub mod reference;
 pub mod report;
 pub mod simulate;

@@ -1,12 +1,12 @@
 //! Delayed random snapshots through the files: what `host-sim beamform` writes agrees with the f64
 //! reference within the contract's bounds, for every method.
 
+use bonebeam::covariance::Covariance;
 use std::path::Path;
 use std::process::Command;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::Active;
-use host_sim::drive::beamform::Covariance;
 use host_sim::files::{AlignedData, Lines};
 use host_sim::validate::beamform::Frame;
 use ndarray::{Array2, Array3};

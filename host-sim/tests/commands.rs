@@ -2,14 +2,15 @@
 
 mod common;
 
+use bonebeam::covariance::Covariance;
 use std::f64::consts::TAU;
 use std::fs;
 use std::process::Command;
 
 use common::{Npz, scalar, vector};
-use host_sim::config::{Beamform, Config, Image, Method};
-use host_sim::drive::beamform::Covariance;
+use host_sim::config::{Beamform, Config, Image};
 use host_sim::files::{AlignedData, ChannelData, Lines, Transmits, image};
+use host_sim::methods::Choice;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use tempfile::{TempDir, tempdir};
@@ -159,7 +160,7 @@ fn the_written_configuration_repeats_the_run() {
     let written = Config::read(&folder.path().join("a.npz.config.toml")).unwrap();
     let expected = Config {
         beamform: Beamform {
-            method: Method::Esmv,
+            method: Choice::named("esmv").unwrap(),
             rank: Some(3),
             temporal_half_window: 2,
             covariance: Covariance::Forward,

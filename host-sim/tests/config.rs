@@ -1,13 +1,12 @@
 //! The configuration: defaults, the written file that can be given back, and what is refused.
 
+use bonebeam::covariance::Covariance;
 use std::fs;
 
 use host_sim::Error;
-use host_sim::config::{
-    Beamform, Config, Image, Kind, Method, PhaseSymmetry, Simulate, Size, parse_scale,
-};
-use host_sim::drive::beamform::Covariance;
+use host_sim::config::{Beamform, Config, Image, Kind, PhaseSymmetry, Simulate, Size, parse_scale};
 use host_sim::files::atomic::Outputs;
+use host_sim::methods::Choice;
 use host_sim::simulate::Settings;
 use tempfile::tempdir;
 
@@ -59,7 +58,7 @@ fn the_written_configuration_is_read_back_as_it_was() {
             ..Simulate::default()
         },
         beamform: Beamform {
-            method: Method::Esmv,
+            method: Choice::named("esmv").unwrap(),
             beta: Some(1e-5),
             temporal_half_window: 10,
             covariance: Covariance::Forward,

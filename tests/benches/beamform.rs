@@ -3,10 +3,9 @@
 
 use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run, Workspace};
-use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use divan::{Bencher, black_box};
-use host_sim::drive::beamform::Covariance;
 
 /// Samples a lane and call.
 const SAMPLES: usize = 128;

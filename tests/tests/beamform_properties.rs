@@ -4,13 +4,12 @@ mod common;
 
 use bonebeam::Error;
 use bonebeam::beamform::{AlignedLine, Method, Parameters};
+use bonebeam::covariance::Covariance;
 use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_weights, widen};
 use common::tolerances::{
     BEAMFORMED, BEAMFORMED_TWICE, HEAVY_LOADING, OUTPUT_POWER, SIGNAL_SUBSPACE, UNIT_RESPONSE,
 };
-use host_sim::drive::beamform::Covariance;
 use host_sim::reference::f64::beamform::Sample;
-use host_sim::validate::beamform::exact_parameters;
 use nalgebra::DVector;
 use num_complex::Complex;
 use proptest::prelude::*;
@@ -91,8 +90,8 @@ fn assert_close(z: &[Complex<f32>], expected: &[Complex<f32>], error: f32) {
 }
 
 fn exact(line: &Line, n: usize, parameters: Parameters, covariance: Covariance) -> Sample {
-    let parameters = exact_parameters(parameters, covariance);
-    Sample::new(line.x.view(), n, (0, line.x.ncols()), &parameters)
+    let active = (0, line.x.ncols());
+    Sample::new(line.x.view(), n, active, &parameters, covariance)
         .expect("a loaded covariance")
         .expect("a sample with power")
 }

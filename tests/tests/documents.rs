@@ -130,7 +130,10 @@ fn the_package_has_a_readme_and_licences_of_its_own() {
     let mut targets = prose(&readme);
     targets.retain(|c| !c.is_whitespace());
     let links = targets.split("](").skip(1);
-    assert_eq!(links.filter(|link| !link.starts_with("https://")).count(), 0);
+    assert_eq!(
+        links.filter(|link| !link.starts_with("https://")).count(),
+        0
+    );
 }
 
 #[test]

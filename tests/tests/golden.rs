@@ -5,13 +5,12 @@ mod common;
 
 use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Run, Workspace};
-use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::{Active, Axis};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam_tests::snapshots::{self, ELEMENTS, REAL_PARTS, SAMPLES, SNAPSHOTS};
 use bonebeam_tests::{Workspaces, beamform, delay, hash, image, phase_symmetry, sqrt};
 use common::lines::{Line, scalar};
-use host_sim::drive::beamform::Covariance;
 use host_sim::reference::f32 as reference;
 use ndarray::Array2;
 use rand::{Rng, SeedableRng};

@@ -3,6 +3,7 @@
 use std::hint::black_box;
 
 use bonebeam::beamform::{Method, Parameters};
+use bonebeam::covariance::Covariance;
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
@@ -13,7 +14,6 @@ use super::report::{Quantity, Row, Table, Target};
 use super::snapshots::{Scene, snapshots};
 use super::timing::side_by_side;
 use super::{Section, Settings};
-use crate::drive::beamform::Covariance;
 use crate::{Error, Result};
 
 /// Beams: as many as the widest registers have lanes.

@@ -1,12 +1,13 @@
 //! The core's beamformer as the sections use it: a beam a lane, whole lines, one thread.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Run};
+use bonebeam::covariance::Covariance;
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 
 use crate::Result;
-use crate::drive::beamform::{Capacity, Covariance};
+use crate::drive::beamform::Capacity;
 
 /// Beamforms all lines into `z [beam, sample]`.
 pub type Core<'a> = dyn FnMut(&mut Array2<Complex<f32>>) -> Result<()> + 'a;

@@ -3,6 +3,7 @@
 use std::hint::black_box;
 
 use bonebeam::beamform::{Method, Parameters};
+use bonebeam::covariance::Covariance;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
@@ -16,7 +17,6 @@ use super::timing::fastest;
 use super::{Section, Settings};
 use crate::Result;
 use crate::config;
-use crate::drive::beamform::Covariance;
 use crate::drive::delay::DelayStage;
 use crate::drive::threads::pool;
 use crate::files::{ChannelData, Transmits};

@@ -3,6 +3,7 @@
 use std::hint::black_box;
 
 use bonebeam::beamform::{Method, Parameters};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Aperture, ApertureParameters};
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, Array3};
@@ -14,7 +15,7 @@ use super::snapshots::{Scene, snapshots};
 use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
 use crate::Result;
-use crate::drive::beamform::{self, Covariance};
+use crate::drive::beamform;
 use crate::drive::image::{Image, b_mode, grid_of_lines};
 use crate::drive::phase_symmetry::{self, Plan};
 use crate::drive::threads::pool;

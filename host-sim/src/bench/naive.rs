@@ -7,6 +7,7 @@
 //! which is off here as in any ordinary build; it makes MV at L = 64 a fifth faster. Its matrix
 //! products use AVX-512 either way.
 
+use bonebeam::covariance::Covariance;
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
@@ -15,7 +16,6 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, Par, Spec, c32};
 use ndarray::ArrayView2;
 
-use crate::drive::beamform::Covariance;
 use crate::{Error, Result};
 
 /// The shape of the problem, and which covariance.

@@ -3,6 +3,7 @@
 use std::hint::black_box;
 
 use bonebeam::beamform::Method;
+use bonebeam::covariance::Covariance;
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
@@ -16,7 +17,6 @@ use super::snapshots::{Scene, snapshots};
 use super::timing::{fastest, side_by_side};
 use super::{LINE, Section, Settings};
 use crate::Result;
-use crate::drive::beamform::Covariance;
 
 /// The core alone, forward-backward.
 fn alone(

@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{ConfigArgument, about, command_line, load_config, progress_bar};
-use crate::config::{Beamform, Config, Image, Method};
-use crate::drive::beamform::Covariance;
+use crate::config::{BeamformFlags, Config, Image, ImageFlags};
 use crate::drive::frame::{beamform_aligned_data, beamform_channel_data};
 use crate::drive::image::{PixelGrid, b_mode, check_beams};
 use crate::files::atomic::{Outputs, check_outputs};
@@ -31,95 +30,15 @@ pub struct Arguments {
     #[arg(short, long, value_name = "LINES.npz")]
     output: PathBuf,
 
-    /// The beamformer [default: esmv-rank1]
-    #[arg(long, value_enum, help_heading = "Beamformer")]
-    method: Option<Method>,
-
-    /// With esmv: the share of the power that the signal subspace keeps (Eq. 8), above 0 and at
-    /// most 1 [default: 0.01]
-    #[arg(long, help_heading = "Beamformer")]
-    beta: Option<f64>,
-
-    /// With esmv: a fixed rank of the signal subspace instead of --beta
-    #[arg(long, help_heading = "Beamformer")]
-    rank: Option<usize>,
-
-    /// With esmv-rank1: all eigenvectors but the first, as in Fig. 2c of the paper
-    #[arg(long, help_heading = "Beamformer")]
-    exclude_first: bool,
-
-    /// Length of the subapertures over the number of active elements, above 0 and at most 1
-    /// [default: 0.5]
-    #[arg(long, value_name = "RATIO", help_heading = "Beamformer")]
-    subaperture_ratio: Option<f64>,
-
-    /// Average the covariance over K samples before and K after, at most 31 [default: 0]
-    #[arg(long, value_name = "K", help_heading = "Beamformer")]
-    temporal_half_window: Option<usize>,
-
-    /// Covariance of Eq. 2 or of Eq. 3 [default: forward-backward]
-    #[arg(long, value_enum, help_heading = "Beamformer")]
-    covariance: Option<Covariance>,
-
-    /// Diagonal loading, in shares of the mean eigenvalue [default: 0.05]
-    #[arg(long, value_name = "DELTA", help_heading = "Beamformer")]
-    diagonal_loading: Option<f64>,
-
-    /// Receive f-number, depth over aperture [default: 1.5]
-    #[arg(long, help_heading = "Delay (channel data only)")]
-    f_number: Option<f64>,
-
-    /// Active elements at the least [default: 8]
-    #[arg(long, value_name = "N", help_heading = "Delay (channel data only)")]
-    min_elements: Option<usize>,
-
-    /// Sampling rate of the lines, Hz [default: 20e6]
-    #[arg(long, value_name = "HZ", help_heading = "Delay (channel data only)")]
-    output_rate: Option<f64>,
-
-    /// Shallowest depth of the lines, m [default: where the record begins]
-    #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
-    depth_start: Option<f64>,
-
-    /// Greatest depth of the lines, m [default: where the record ends]
-    #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
-    depth_end: Option<f64>,
-
-    /// Speed of sound, m/s [default: the file's; 1540 for aligned data]
-    #[arg(long, value_name = "M/S")]
-    sound_speed: Option<f64>,
-
-    /// Distance between the beams of aligned data that do not tell `beam_x`, m [default: 0.308e-3]
-    #[arg(long, value_name = "M")]
-    beam_spacing: Option<f64>,
+    #[command(flatten)]
+    beamform: BeamformFlags,
 
     /// Also an image of the lines: 0 to 255, as .png or .npy
     #[arg(long, value_name = "IMG.png", help_heading = "Image")]
     image: Option<PathBuf>,
 
-    /// Black lies this far below the largest envelope, dB [default: 60]
-    #[arg(long, value_name = "DB", help_heading = "Image")]
-    dynamic_range: Option<f64>,
-
-    /// Depth of the image's bottom, m [default: the lines']
-    #[arg(long, value_name = "M", help_heading = "Image")]
-    depth: Option<f64>,
-
-    /// Width of the image, centred on the beams, m [default: the beams']
-    #[arg(long, value_name = "M", help_heading = "Image")]
-    width: Option<f64>,
-
-    /// Pixels down the image [default: 512]
-    #[arg(long, value_name = "N", help_heading = "Image")]
-    rows: Option<usize>,
-
-    /// Pixels across the image [default: 512]
-    #[arg(long, value_name = "N", help_heading = "Image")]
-    columns: Option<usize>,
-
-    /// Smooth the image with a 3 x 3 median
-    #[arg(long, help_heading = "Image")]
-    median: bool,
+    #[command(flatten)]
+    image_flags: ImageFlags,
 
     #[command(flatten)]
     config: ConfigArgument,
@@ -135,58 +54,10 @@ Examples:
   host-sim beamform channels.npz --config lines.npz.config.toml -o again.npz";
 
 impl Arguments {
-    /// What the flags say in place of the file's values.
-    fn apply(&self, config: &mut Config) {
-        self.apply_method(&mut config.beamform);
-        let Config {
-            beamform: b,
-            image: i,
-            ..
-        } = config;
-        b.subaperture_ratio = self.subaperture_ratio.unwrap_or(b.subaperture_ratio);
-        b.temporal_half_window = self.temporal_half_window.unwrap_or(b.temporal_half_window);
-        b.covariance = self.covariance.unwrap_or(b.covariance);
-        b.diagonal_loading = self.diagonal_loading.unwrap_or(b.diagonal_loading);
-        b.f_number = self.f_number.unwrap_or(b.f_number);
-        b.min_elements = self.min_elements.unwrap_or(b.min_elements);
-        b.output_rate = self.output_rate.unwrap_or(b.output_rate);
-        b.depth_start = self.depth_start.or(b.depth_start);
-        b.depth_end = self.depth_end.or(b.depth_end);
-        b.sound_speed = self.sound_speed.or(b.sound_speed);
-        b.beam_spacing = self.beam_spacing.unwrap_or(b.beam_spacing);
-        i.dynamic_range = self.dynamic_range.unwrap_or(i.dynamic_range);
-        i.depth = self.depth.or(i.depth);
-        i.width = self.width.or(i.width);
-        i.rows = self.rows.unwrap_or(i.rows);
-        i.columns = self.columns.unwrap_or(i.columns);
-        i.median |= self.median;
-    }
-
-    /// The method and its rank rule belong together: a flag that changes one of them takes back
-    /// what the file says about the others where both cannot hold.
-    fn apply_method(&self, b: &mut Beamform) {
-        if let Some(method) = self.method {
-            if method != b.method {
-                (b.beta, b.rank, b.exclude_first) = (None, None, false);
-            }
-            b.method = method;
-        }
-        if self.beta.is_some() || self.rank.is_some() {
-            (b.beta, b.rank) = (self.beta, self.rank);
-        }
-        b.exclude_first |= self.exclude_first;
-    }
-
     /// A flag that would have no effect is a mistake.
     fn refuse_flags_without_effect(&self, recording: &Recording) -> Result<()> {
-        let spacing = ("--beam-spacing", self.beam_spacing.is_some());
-        let delay = vec![
-            ("--f-number", self.f_number.is_some()),
-            ("--min-elements", self.min_elements.is_some()),
-            ("--output-rate", self.output_rate.is_some()),
-            ("--depth-start", self.depth_start.is_some()),
-            ("--depth-end", self.depth_end.is_some()),
-        ];
+        let delay = self.beamform.of_delay().to_vec();
+        let spacing = self.beamform.of_aligned_data();
         let (flags, holds) = match recording {
             Recording::Channel(_) => (vec![spacing], "channel data"),
             Recording::Aligned(data) if data.beam_x.is_some() && spacing.1 => {
@@ -210,7 +81,8 @@ impl Arguments {
 /// A parameter out of range, a recording that is not valid, or an output that cannot be written.
 pub fn run(arguments: Arguments) -> Result<()> {
     let mut config = load_config(arguments.config.path.as_deref())?;
-    arguments.apply(&mut config);
+    config.beamform.apply(&arguments.beamform);
+    config.image.apply(&arguments.image_flags);
     config.beamform.resolve();
     config.validate()?;
 

@@ -7,8 +7,7 @@ use std::sync::Mutex;
 use clap::Args;
 
 use super::progress_bar;
-use crate::config::read_toml;
-use crate::experiments::{self, Parameters};
+use crate::experiments::{Job, Overrides};
 use crate::files::atomic::{Outputs, check_writable};
 use crate::files::leftovers;
 use crate::report::{self, Report};
@@ -26,14 +25,8 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// A closed surface in mm, +x towards the front and +z towards the head, in place of the
-    /// main job's built-in vertebra
-    #[arg(long, value_name = "FILE.ply")]
-    mesh: Option<PathBuf>,
-
-    /// Height of the main job's slice through the vertebra, m [default: -0.004]
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
-    slice: Option<f64>,
+    #[command(flatten)]
+    overrides: Overrides,
 
     /// TOML file with the main job's parameters, such as the one in its folder
     #[arg(long, value_name = "FILE.toml", conflicts_with = "quick")]
@@ -46,14 +39,13 @@ impl Arguments {
     /// # Errors
     /// One of them was given.
     pub fn refuse(&self) -> Result<()> {
-        let given = [
+        let own = [
             ("--quick", self.quick),
             ("--out", self.out.is_some()),
-            ("--mesh", self.mesh.is_some()),
-            ("--slice", self.slice.is_some()),
             ("--config", self.config.is_some()),
         ];
-        match given.iter().find(|(_, given)| *given) {
+        let mut all = own.into_iter().chain(self.overrides.given());
+        match all.find(|(_, given)| *given) {
             None => Ok(()),
             Some((flag, _)) => Err(Error::Usage(format!(
                 "{flag} before a command belongs to the main job, which runs without a command"
@@ -67,19 +59,16 @@ impl Arguments {
 /// # Errors
 /// A parameter out of range, a folder that cannot be written, or a check that fails.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let mut parameters = match &arguments.config {
-        Some(path) => read_toml(path)?,
-        None if arguments.quick => Parameters::quick(),
-        None => Parameters::default(),
+    let mut job = match &arguments.config {
+        Some(path) => Job::read(path)?,
+        None if arguments.quick => Job::quick(),
+        None => Job::full(),
     };
-    if let Some(mesh) = &arguments.mesh {
-        parameters.vertebra.mesh = Some(mesh.clone());
-    }
-    parameters.vertebra.slice = arguments.slice.unwrap_or(parameters.vertebra.slice);
-    parameters.validate()?;
+    job.apply(&arguments.overrides);
+    job.validate()?;
     let folder = arguments.out.as_deref().unwrap_or(Path::new("out"));
     let created = prepare(folder)?;
-    let result = compute_and_write(&parameters, folder);
+    let result = compute_and_write(&job, folder);
     if result.is_err() {
         // Nothing partial stays; a folder that is not empty is somebody else's.
         for folder in created {
@@ -107,10 +96,10 @@ fn prepare(folder: &Path) -> Result<Vec<&Path>> {
     Ok(created)
 }
 
-fn compute_and_write(parameters: &Parameters, folder: &Path) -> Result<()> {
+fn compute_and_write(job: &Job, folder: &Path) -> Result<()> {
     let bar = progress_bar("", 1000);
     let step = Mutex::new(String::new());
-    let outcome = experiments::run(parameters, &|what, done| {
+    let outcomes = job.run(&|what, done| {
         // A thread that panicked has ended the run anyway.
         if let Ok(mut step) = step.lock()
             && *step != what
@@ -122,7 +111,7 @@ fn compute_and_write(parameters: &Parameters, folder: &Path) -> Result<()> {
     })?;
     bar.finish_and_clear();
 
-    let report = Report::new(parameters, &outcome);
+    let report = Report::new(job, &outcomes)?;
     let mut outputs = Outputs::new();
     let names = report.stage(folder, &mut outputs)?;
     outputs.commit()?;

@@ -1,25 +1,29 @@
-//! The parameters of delay and beamformer.
+//! The parameters of delay and beamformer: the section, its flags, and what the core gets.
+//!
+//! A key is declared here and nowhere else on the host: a field of [`Beamform`], its range in
+//! [`Beamform::validate`], its flag in [`BeamformFlags`] and, if it is the core's, a line in
+//! [`Beamform::parameters`].
 
-use bonebeam::beamform as core;
-use clap::ValueEnum;
+use bonebeam::beamform::Parameters;
+use bonebeam::covariance::Covariance;
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde::{Deserialize, Serialize};
 
 use super::{check_positive, out_of_range};
-use crate::drive::beamform::Covariance;
+use crate::methods::{CHOICES, Choice, DEFAULT_BETA, Options};
 use crate::{Error, Result};
 
 const SECTION: &str = "beamform";
 /// Diagonal loading beyond this leaves nothing of the covariance in f32.
 const MAX_LOADING: f64 = 1e6;
-/// β where ESMV is asked for with neither β nor a rank.
-const DEFAULT_BETA: f64 = 0.01;
 
 /// Section `[beamform]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Beamform {
     /// The beamformer.
-    pub method: Method,
+    pub method: Choice,
     /// ESMV: β of the cross-spectral rank rule (Eq. 8), above 0 and at most 1; without a rank the
     /// default is 0.01.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -30,12 +34,15 @@ pub struct Beamform {
     /// Rank-1 ESMV: all eigenvectors but the first instead of only the first (Fig. 2c).
     pub exclude_first: bool,
     /// The subaperture's length over the number of active elements, above 0 and at most 1.
+    #[serde(alias = "subarray_ratio")]
     pub subaperture_ratio: f64,
     /// K: the covariance is averaged over the samples n−K to n+K.
+    #[serde(alias = "temporal")]
     pub temporal_half_window: usize,
     /// Forward only (Eq. 2), or forward-backward (Eq. 3).
     pub covariance: Covariance,
     /// Δ: Δ/L·tr(R) is added to the covariance's diagonal.
+    #[serde(alias = "loading")]
     pub diagonal_loading: f64,
     /// The receive f-number: depth over aperture.
     pub f_number: f64,
@@ -56,24 +63,130 @@ pub struct Beamform {
     pub beam_spacing: f64,
 }
 
-/// The beamformers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Method {
-    /// Delay and sum
-    Das,
-    /// Minimum variance (Capon)
-    Mv,
-    /// Eigenspace minimum variance, by β or by a fixed rank
-    Esmv,
-    /// Eigenspace minimum variance with a signal subspace of rank 1
-    EsmvRank1,
+/// The flags that go over the section.
+#[derive(Debug, Args)]
+pub struct BeamformFlags {
+    /// The beamformer [default: esmv-rank1]
+    #[arg(long, value_enum, help_heading = "Beamformer")]
+    method: Option<Choice>,
+
+    /// With esmv: the share of the power that the signal subspace keeps (Eq. 8), above 0 and at
+    /// most 1 [default: 0.01]
+    #[arg(long, help_heading = "Beamformer")]
+    beta: Option<f64>,
+
+    /// With esmv: a fixed rank of the signal subspace instead of --beta
+    #[arg(long, help_heading = "Beamformer")]
+    rank: Option<usize>,
+
+    /// With esmv-rank1: all eigenvectors but the first, as in Fig. 2c of the paper
+    #[arg(long, help_heading = "Beamformer")]
+    exclude_first: bool,
+
+    /// Length of the subapertures over the number of active elements, above 0 and at most 1
+    /// [default: 0.5]
+    #[arg(
+        long,
+        alias = "subarray-ratio",
+        value_name = "RATIO",
+        help_heading = "Beamformer"
+    )]
+    subaperture_ratio: Option<f64>,
+
+    /// Average the covariance over K samples before and K after, at most 31 [default: 0]
+    #[arg(
+        long,
+        alias = "temporal",
+        value_name = "K",
+        help_heading = "Beamformer"
+    )]
+    temporal_half_window: Option<usize>,
+
+    /// Covariance of Eq. 2 or of Eq. 3 [default: forward-backward]
+    #[arg(long, value_parser = covariances(), help_heading = "Beamformer")]
+    covariance: Option<Covariance>,
+
+    /// Diagonal loading, in shares of the mean eigenvalue [default: 0.05]
+    #[arg(
+        long,
+        alias = "loading",
+        value_name = "DELTA",
+        help_heading = "Beamformer"
+    )]
+    diagonal_loading: Option<f64>,
+
+    /// Receive f-number, depth over aperture [default: 1.5]
+    #[arg(long, help_heading = "Delay (channel data only)")]
+    f_number: Option<f64>,
+
+    /// Active elements at the least [default: 8]
+    #[arg(long, value_name = "N", help_heading = "Delay (channel data only)")]
+    min_elements: Option<usize>,
+
+    /// Sampling rate of the lines, Hz [default: 20e6]
+    #[arg(long, value_name = "HZ", help_heading = "Delay (channel data only)")]
+    output_rate: Option<f64>,
+
+    /// Shallowest depth of the lines, m [default: where the record begins]
+    #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
+    depth_start: Option<f64>,
+
+    /// Greatest depth of the lines, m [default: where the record ends]
+    #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
+    depth_end: Option<f64>,
+
+    /// Speed of sound, m/s [default: the file's; 1540 for aligned data]
+    #[arg(long, value_name = "M/S")]
+    sound_speed: Option<f64>,
+
+    /// Distance between the beams of aligned data that do not tell `beam_x`, m [default: 0.308e-3]
+    #[arg(long, value_name = "M")]
+    beam_spacing: Option<f64>,
+}
+
+/// The covariances by name.
+fn covariances() -> impl TypedValueParser<Value = Covariance> {
+    const NAMES: [(&str, &str, Covariance); 2] = [
+        (
+            "forward",
+            "`R` of Eq. 2, as in the paper's figures",
+            Covariance::Forward,
+        ),
+        (
+            "forward-backward",
+            "`R_FB` of Eq. 3, the product's default",
+            Covariance::ForwardBackward,
+        ),
+    ];
+    let values = NAMES.map(|(name, help, _)| PossibleValue::new(name).help(help));
+    PossibleValuesParser::new(values).map(|given| {
+        let found = NAMES.iter().find(|(name, ..)| *name == given);
+        found.map_or_else(Covariance::default, |(.., covariance)| *covariance)
+    })
+}
+
+impl BeamformFlags {
+    /// The flags that only channel data heed, and whether each was given.
+    pub fn of_delay(&self) -> [(&'static str, bool); 5] {
+        [
+            ("--f-number", self.f_number.is_some()),
+            ("--min-elements", self.min_elements.is_some()),
+            ("--output-rate", self.output_rate.is_some()),
+            ("--depth-start", self.depth_start.is_some()),
+            ("--depth-end", self.depth_end.is_some()),
+        ]
+    }
+
+    /// The flag that only aligned data heed, and whether it was given.
+    pub fn of_aligned_data(&self) -> (&'static str, bool) {
+        ("--beam-spacing", self.beam_spacing.is_some())
+    }
 }
 
 impl Default for Beamform {
     fn default() -> Self {
         Self {
-            method: Method::EsmvRank1,
+            method: Choice::named("esmv-rank1").expect("a row of the table"),
             beta: None,
             rank: None,
             exclude_first: false,
@@ -93,26 +206,56 @@ impl Default for Beamform {
 }
 
 impl Beamform {
-    /// Fills in β where ESMV has neither β nor a rank, so that the written configuration tells it.
+    /// What the flags say in place of the section's values.
+    pub fn apply(&mut self, flags: &BeamformFlags) {
+        self.apply_method(flags);
+        self.subaperture_ratio = flags.subaperture_ratio.unwrap_or(self.subaperture_ratio);
+        self.temporal_half_window = flags
+            .temporal_half_window
+            .unwrap_or(self.temporal_half_window);
+        self.covariance = flags.covariance.unwrap_or(self.covariance);
+        self.diagonal_loading = flags.diagonal_loading.unwrap_or(self.diagonal_loading);
+        self.f_number = flags.f_number.unwrap_or(self.f_number);
+        self.min_elements = flags.min_elements.unwrap_or(self.min_elements);
+        self.output_rate = flags.output_rate.unwrap_or(self.output_rate);
+        self.depth_start = flags.depth_start.or(self.depth_start);
+        self.depth_end = flags.depth_end.or(self.depth_end);
+        self.sound_speed = flags.sound_speed.or(self.sound_speed);
+        self.beam_spacing = flags.beam_spacing.unwrap_or(self.beam_spacing);
+    }
+
+    /// The method and its options belong together: a flag that changes one of them takes back what
+    /// the file says about the others where both cannot hold.
+    fn apply_method(&mut self, flags: &BeamformFlags) {
+        if let Some(method) = flags.method {
+            if method != self.method {
+                (self.beta, self.rank, self.exclude_first) = (None, None, false);
+            }
+            self.method = method;
+        }
+        if flags.beta.is_some() || flags.rank.is_some() {
+            (self.beta, self.rank) = (flags.beta, flags.rank);
+        }
+        self.exclude_first |= flags.exclude_first;
+    }
+
+    /// Fills in β where the method needs it and has neither β nor a rank, so that the written
+    /// configuration tells it.
     pub fn resolve(&mut self) {
-        if self.method == Method::Esmv && self.rank.is_none() && self.beta.is_none() {
+        let by_beta = self.method.takes.contains(&"beta");
+        if by_beta && self.rank.is_none() && self.beta.is_none() {
             self.beta = Some(DEFAULT_BETA);
         }
     }
 
     /// The core's parameters.
-    pub fn parameters(&self) -> core::Parameters {
-        core::Parameters {
-            method: match (self.method, self.rank) {
-                (Method::Das, _) => core::Method::Das,
-                (Method::Mv, _) => core::Method::Mv,
-                (Method::Esmv, Some(rank)) => core::Method::EsmvRank(rank),
-                (Method::Esmv, None) => {
-                    core::Method::EsmvBeta(self.beta.unwrap_or(DEFAULT_BETA) as f32)
-                }
-                (Method::EsmvRank1, _) if self.exclude_first => core::Method::EsmvExcludeFirst,
-                (Method::EsmvRank1, _) => core::Method::EsmvRank1,
-            },
+    pub fn parameters(&self) -> Parameters {
+        Parameters {
+            method: (self.method.method)(&Options {
+                beta: self.beta,
+                rank: self.rank,
+                exclude_first: self.exclude_first,
+            }),
             temporal_half_window: self.temporal_half_window,
             diagonal_loading: self.diagonal_loading as f32,
             subaperture_ratio: self.subaperture_ratio,
@@ -171,18 +314,25 @@ impl Beamform {
     }
 
     fn validate_method(&self) -> Result<()> {
-        let contradiction = |message: &str| Err(Error::Usage(message.into()));
-        if self.method != Method::Esmv && self.beta.is_some() {
-            return contradiction("--beta needs --method esmv: it decides the rank there");
-        }
-        if self.method != Method::Esmv && self.rank.is_some() {
-            return contradiction("--rank needs --method esmv: it is the rank there");
+        let given = [
+            ("beta", self.beta.is_some()),
+            ("rank", self.rank.is_some()),
+            ("exclude_first", self.exclude_first),
+        ];
+        for (key, given) in given {
+            if given && !self.method.takes.contains(&key) {
+                let flag = key.replace('_', "-");
+                let takers = CHOICES.iter().filter(|choice| choice.takes.contains(&key));
+                let takers: Vec<&str> = takers.map(|choice| choice.name).collect();
+                return Err(Error::Usage(format!(
+                    "--{flag} needs --method {}",
+                    takers.join(" or ")
+                )));
+            }
         }
         if self.beta.is_some() && self.rank.is_some() {
-            return contradiction("--beta and --rank both decide the rank; give one of them");
-        }
-        if self.method != Method::EsmvRank1 && self.exclude_first {
-            return contradiction("--exclude-first needs --method esmv-rank1");
+            let message = "--beta and --rank both decide the rank; give one of them";
+            return Err(Error::Usage(message.into()));
         }
         match self.beta {
             // The core computes with f32, in which the smallest numbers of f64 are 0.

@@ -9,8 +9,8 @@ mod image;
 mod phase_symmetry;
 mod simulate;
 
-pub use beamform::{Beamform, Method};
-pub use image::Image;
+pub use beamform::{Beamform, BeamformFlags};
+pub use image::{Image, ImageFlags};
 pub use phase_symmetry::{PhaseSymmetry, Size, parse_scale};
 pub use simulate::{Kind, Simulate};
 
@@ -18,10 +18,10 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::files::atomic::Outputs;
+use crate::files::cannot_be_opened;
 use crate::{Error, Result};
 
 /// All parameters, one section a stage.
@@ -45,7 +45,7 @@ impl Config {
     /// The file cannot be opened, or a line of it is not TOML, names an unknown key or has a
     /// value of the wrong type. Ranges are checked by [`Config::validate`].
     pub fn read(path: &Path) -> Result<Self> {
-        read_toml(path)
+        read_toml_with(path, |text| toml::from_str(text))
     }
 
     /// Checks every value.
@@ -86,20 +86,30 @@ impl Config {
     }
 }
 
-/// Parameters from a TOML file; what it does not mention keeps its default.
+/// Reads a TOML file with `parse`.
 ///
 /// # Errors
 /// As [`Config::read`].
-pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T> {
+pub(crate) fn read_toml_with<T>(
+    path: &Path,
+    parse: impl FnOnce(&str) -> std::result::Result<T, toml::de::Error>,
+) -> Result<T> {
     let error = |message: String| Error::Usage(format!("{}: {message}", path.display()));
-    let text = fs::read_to_string(path)
-        .map_err(|e| error(format!("the configuration cannot be opened: {}", e.kind())))?;
-    toml::from_str(&text).map_err(|e| {
-        let start = e.span().map_or(0, |span| span.start);
-        let line = 1 + text.bytes().take(start).filter(|&b| b == b'\n').count();
+    let text = fs::read_to_string(path).map_err(|e| {
+        let reason = cannot_be_opened(&e);
+        error(format!("the configuration {reason}"))
+    })?;
+    parse(&text).map_err(|e| {
         // The parser may explain itself over several lines; the first says what is wrong.
         let message = e.message().lines().next().unwrap_or("not valid TOML");
-        error(format!("line {line}: {message}"))
+        error(match e.span() {
+            Some(span) => {
+                let before = text.bytes().take(span.start);
+                let line = 1 + before.filter(|&b| b == b'\n').count();
+                format!("line {line}: {message}")
+            }
+            None => message.to_owned(),
+        })
     })
 }
 

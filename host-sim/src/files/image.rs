@@ -10,7 +10,7 @@ use ndarray_npy::WriteNpyExt;
 
 use super::atomic::Outputs;
 use super::npy::{self, NpyError, or_type};
-use super::{file_error, validate};
+use super::{cannot_be_opened, file_error, validate};
 use crate::{Error, Result};
 
 /// The longest side of a PNG, pixels, as of the images that are made.
@@ -25,8 +25,7 @@ const MAX_SIDE: u32 = 16_384;
 /// is empty, or holds a NaN or infinite pixel.
 pub fn read(path: &Path) -> Result<Array2<f32>> {
     let format = Format::of(path)?;
-    let bytes =
-        fs::read(path).map_err(|e| file_error(path, format!("cannot be opened: {}", e.kind())))?;
+    let bytes = fs::read(path).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
     let pixels = match format {
         Format::Png => decode_png(&bytes),
         Format::Npy => decode_npy(&bytes),

@@ -28,8 +28,8 @@ pub struct Reader {
 impl Reader {
     /// Opens the archive and reads its table of contents.
     pub fn open(path: &Path) -> Result<Self> {
-        let file = File::open(path)
-            .map_err(|e| super::file_error(path, format!("cannot be opened: {}", e.kind())))?;
+        let file =
+            File::open(path).map_err(|e| super::file_error(path, super::cannot_be_opened(&e)))?;
         let archive = ZipArchive::new(BufReader::new(file)).map_err(|e| {
             super::file_error(path, format!("is truncated or not an .npz archive ({e})"))
         })?;

@@ -1,4 +1,5 @@
-//! Two references that share no code with the core or with each other.
+//! Two references that share no computation with the core or with each other: what they have in
+//! common are the data that name a method, its parameters and a covariance.
 
 /// Plain scalar loops in f32, in the order of operations that the core documents: equal to the bit.
 pub mod f32;

@@ -3,12 +3,11 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::Result;
-use crate::experiments::Parameters;
+use crate::experiments::Outcome;
+use crate::experiments::outcome::{Comparison, Part, Table};
+use crate::methods::COMPARED;
 
-use super::Report;
-use super::comparison::Comparison;
-use super::text::{self, Table};
-use super::{pictures, profiles};
+use super::{Report, pictures, plot, tables};
 
 const STYLE: &str = include_str!("style.css");
 
@@ -17,12 +16,15 @@ const STYLE: &str = include_str!("style.css");
 /// # Errors
 /// A plot cannot be drawn.
 pub fn page(report: &Report<'_>) -> Result<String> {
-    let outcome = report.outcome;
-    let vertebra = &outcome.vertebra;
-    let point_range = report.parameters.point.image.dynamic_range;
-    let vertebra_range = report.parameters.vertebra.image.dynamic_range;
     let passed = report.checks_passed();
-    let comparisons = text::comparison_tables(&report.comparisons);
+    let parameters = report.job.toml()?;
+    let comparisons = report.comparisons();
+    let checks = &report.job.common().checks;
+    let experiments = report
+        .outcomes
+        .iter()
+        .map(|(name, outcome)| experiment(name, outcome));
+    let experiments = experiments.collect::<Result<Vec<_>>>()?;
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -36,9 +38,9 @@ pub fn page(report: &Report<'_>) -> Result<String> {
                 header {
                     h1 { "From channel data to bone surfaces" }
                     p .lead {
-                        "A simulated point and a simulated vertebra, beamformed in seven ways, and the "
-                        "phase symmetry of each image. The figures stand beside those of the paper that "
-                        "the methods come from; nothing is adjusted to look like it."
+                        "Simulated channel data, beamformed in " (COMPARED.len()) " ways, and the phase "
+                        "symmetry of each image. The figures stand beside those of the paper that the "
+                        "methods come from; nothing is adjusted to look like it."
                     }
                     p {
                         @if passed {
@@ -50,13 +52,20 @@ pub fn page(report: &Report<'_>) -> Result<String> {
                             span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "."
                         }
                     }
-                    @if report.job() != "full" {
-                        p { "This is not the full main job: " (job(report)) }
+                    @match report.kind {
+                        "full" => {}
+                        "quick" => p {
+                            "This is not the full main job, but the coarser one of " code { "--quick" } "."
+                        }
+                        _ => p {
+                            "This is not the full main job: " a href="#parameters" { "parameters" }
+                            " are the reader's own."
+                        }
                     }
                     nav {
-                        a href="#vertebra" { "Vertebra" }
-                        a href="#profiles" { "Image lines" }
-                        a href="#point" { "Point" }
+                        @for (name, outcome) in report.outcomes {
+                            a href=(format!("#{name}")) { (outcome.title) }
+                        }
                         a href="#paper" { "Beside the paper" }
                         a href="#tables" { "All beamformers" }
                         a href="#checks" { "Checks" }
@@ -64,64 +73,19 @@ pub fn page(report: &Report<'_>) -> Result<String> {
                     }
                 }
                 main {
-                    section #vertebra {
-                        h2 { "Vertebra in a water bath" }
-                        p {
-                            "A lumbar vertebra seen from behind: the spinous process in the middle, laminae "
-                            "and articular processes beside it. Bone absorbs totally, so each element hears "
-                            "only what is not in its shadow. Transmit focus "
-                            (format!("{:.0} mm", 1e3 * report.parameters.vertebra.simulation.focus))
-                            "; B-mode over " (vertebra_range) " dB; phase symmetry as 255·PS/max PS. The "
-                            span .surface { "known surface" } " is drawn over the first row."
-                        }
-                        (pictures::pairs(vertebra, &["das", "esmv-rank1"], vertebra_range, true)?)
-                        (pictures::scales(vertebra_range))
-                        h3 { "Every beamformer" }
-                        label .toggle { input type="checkbox" #outline; " show the known surface" }
-                        (pictures::all_pairs(&vertebra.pictures, vertebra_range, &vertebra.outline_mm)?)
-                    }
-                    section #profiles {
-                        h2 { "Image lines and distances of the vertebra" }
-                        p {
-                            "The axial line goes down through the tip of the spinous process, the lateral "
-                            "one across the laminae at "
-                            (format!("{:.1} mm", vertebra.lateral_depth_mm))
-                            ". Dashed: the known surface. The curves of β = 0.001 % lie almost wholly "
-                            "beneath those of rank 1."
-                        }
-                        (profiles::legend())
-                        div .plots { (profiles::lines(vertebra)?) }
-                        h3 { "Intensity by signed distance from the surface" }
-                        p {
-                            "Mean grey level of all pixels at a distance from the known surface, inside the "
-                            "bone positive. Region A of the paper reaches from −0.5 mm (phase symmetry: 0.1 "
-                            "mm) to 2.1 mm; B is outside of it, C inside."
-                        }
-                        div .plots { (profiles::distances(vertebra)?) }
-                    }
-                    section #point {
-                        h2 { "Point scatterer" }
-                        p {
-                            "One point at the transmit focus, without noise, as in the paper's Fig. 2. The "
-                            "pictures show 3 mm × 5 mm over " (point_range) " dB, with beams "
-                            (last_spacing(report)) " apart; phase symmetry is taken of the whole 5 mm × 5 mm, "
-                            "with the filters of the water bath. " (without_first(report))
-                        }
-                        (profiles::legend())
-                        div .plots { (profiles::point_plots(outcome)?) }
-                        (pictures::all_pairs(&outcome.point.pictures, point_range, &[])?)
-                        (pictures::scales(point_range))
-                    }
+                    @for experiment in experiments { (experiment) }
                     section #paper {
                         h2 { "Beside the paper" }
                         p {
-                            "Where the paper has two figures they are its two slices. Its vertebra is a "
-                            "specimen in a real water bath, registered to CT; this one is simulated, so "
-                            "only the direction of a difference compares."
+                            "Where the paper has two figures they are its two slices. Its bones are real, "
+                            "in a real water bath, registered to CT; these are simulated, so only the "
+                            "direction of a difference compares."
                         }
-                        div .tables { @for table in &comparisons { (self::table(table)) } }
+                        div .tables {
+                            @for table in tables::comparisons(&comparisons) { (self::table(&table)) }
+                        }
                         h3 { "Why the figures differ" }
-                        (notes(&report.comparisons))
+                        (notes(&comparisons))
                     }
                     section #tables {
                         h2 { "All beamformers" }
@@ -129,10 +93,7 @@ pub fn page(report: &Report<'_>) -> Result<String> {
                             "A uniform image says nothing and yet scores well in mean error and STD: read "
                             "every figure against that row."
                         }
-                        div .tables {
-                            @for table in text::surface_tables(outcome) { (self::table(&table)) }
-                            @for table in text::point_tables(outcome) { (self::table(&table)) }
-                        }
+                        div .tables { @for table in report.tables() { (self::table(table)) } }
                     }
                     section #checks {
                         h2 { "Checks" }
@@ -140,11 +101,13 @@ pub fn page(report: &Report<'_>) -> Result<String> {
                             "The core's results against a plain f32 reference, to the bit, and against an "
                             "f64 reference written from the equations: errors of lines relative to the "
                             "line's largest value, of B-mode images in grey levels, of phase symmetry "
-                            "absolute. Left out of the f64 comparison, and counted: rank 1 where λ₂ > "
-                            "0.99 λ₁, and samples beyond the bound whose value already moves as far when "
-                            "the covariance is rounded to f32."
+                            "absolute. One beam in " (checks.every_f32) " goes through the f32 reference "
+                            "and one in " (checks.every_f64) " through the f64 one. Left out of the f64 "
+                            "comparison, and counted: results of the first eigenvector where λ₂ > 0.99 λ₁, "
+                            "whose eigenvector is held to its bound instead, and samples beyond the bound "
+                            "whose value already moves as far when the covariance is rounded to f32."
                         }
-                        (table(&text::check_table(&outcome.checks)))
+                        (table(&tables::checks(&report.checks())))
                     }
                     section #parameters {
                         h2 { "Parameters" }
@@ -152,7 +115,7 @@ pub fn page(report: &Report<'_>) -> Result<String> {
                             "As in " code { "config.toml" } ", which "
                             code { "host-sim --config config.toml" } " takes again. SI units."
                         }
-                        pre { (parameters(report.parameters)) }
+                        pre { (parameters) }
                     }
                 }
                 footer {
@@ -164,52 +127,23 @@ pub fn page(report: &Report<'_>) -> Result<String> {
     Ok(page.into_string())
 }
 
-/// The configuration as it is written.
-fn parameters(parameters: &Parameters) -> String {
-    toml::to_string(parameters).unwrap_or_else(|e| e.to_string())
-}
-
-/// What is not as in the full main job.
-fn job(report: &Report<'_>) -> String {
-    let p = report.parameters;
-    let (vertebra, settings) = (&p.vertebra, &p.vertebra.simulation);
-    format!(
-        "{} beams over the vertebra, recorded at {} MHz, images of {} × {} pixels, one beam in {} \
-         through the f32 reference and one in {} through the f64 one ({} parameters).",
-        settings.beams,
-        1e-6 * settings.fs,
-        vertebra.image.rows,
-        vertebra.image.columns,
-        p.checks.every_f32,
-        p.checks.every_f64,
-        if report.job() == "quick" {
-            "--quick's"
-        } else {
-            "the reader's own"
-        },
-    )
-}
-
-/// What is left of the point without the first eigenvector, as the paper's Fig. 2(c) shows.
-fn without_first(report: &Report<'_>) -> String {
-    let last = report.outcome.point.samplings.last();
-    let measures = last.map_or(&[][..], |s| &s.beamformers);
-    match measures
-        .iter()
-        .find(|m| m.beamformer == "esmv-without-first")
-    {
-        Some(m) => format!(
-            "Without λ₁ the main lobe is gone: {:.0} dB on axis, {:.0} dB at most beside it, relative \
-             to the peak of DAS.",
-            m.on_axis_re_das_db, m.peak_re_das_db
-        ),
-        None => String::new(),
-    }
-}
-
-fn last_spacing(report: &Report<'_>) -> String {
-    let last = report.outcome.point.samplings.last();
-    last.map_or(String::new(), |s| format!("{:.3} mm", s.beam_spacing_mm))
+/// An experiment's part of the page.
+fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
+    let part = |part: &Part| {
+        Ok(match part {
+            Part::Heading(heading) => html! { h3 { (heading) } },
+            Part::Text(text) => html! { p { (text) } },
+            Part::Gallery(gallery) => pictures::gallery(gallery)?,
+            Part::Plots(plots) => plot::plots(plots)?,
+        })
+    };
+    let parts = outcome.parts.iter().map(part).collect::<Result<Vec<_>>>()?;
+    Ok(html! {
+        section id=(name) {
+            h2 { (outcome.title) }
+            @for part in parts { (part) }
+        }
+    })
 }
 
 fn table(table: &Table) -> Markup {
@@ -233,7 +167,7 @@ fn table(table: &Table) -> Markup {
 }
 
 /// Every note once, after the quantities that it is about.
-fn notes(comparisons: &[Comparison]) -> Markup {
+fn notes(comparisons: &[&Comparison]) -> Markup {
     let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
     for c in comparisons {
         match notes.iter_mut().find(|(note, _)| *note == c.note) {

@@ -1,24 +1,24 @@
 //! The main job's report: a page for people, the numbers for programs, the pictures, the
-//! configuration, and the tables for the terminal.
+//! configuration, and the tables for the terminal. It knows the parts of an outcome, not the
+//! experiments.
 
-mod comparison;
 mod html;
 mod pictures;
 mod plot;
-mod profiles;
-mod text;
+mod tables;
 
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
 use serde::Serialize;
 
 use crate::Result;
-use crate::experiments::{Outcome, Parameters};
+use crate::experiments::outcome::{Comparison, Table};
+use crate::experiments::{Job, Outcome};
 use crate::files::atomic::Outputs;
 use crate::files::image;
-
-use comparison::Comparison;
+use crate::validate::Check;
 
 /// The page.
 const PAGE: &str = "report.html";
@@ -29,55 +29,70 @@ const CONFIGURATION: &str = "config.toml";
 
 /// Everything in `report.json`.
 #[derive(Serialize)]
-struct Data<'a> {
+struct Data<'a, P: Serialize> {
     program: &'static str,
     version: &'static str,
     job: &'static str,
     checks_passed: bool,
-    parameters: &'a Parameters,
-    comparisons: &'a [Comparison],
+    parameters: P,
+    comparisons: Vec<&'a Comparison>,
+    checks: Vec<&'a Check>,
     #[serde(flatten)]
-    outcome: &'a Outcome,
+    experiments: BTreeMap<&'static str, &'a serde_json::Value>,
 }
 
 /// What a run of the main job leaves behind.
 pub struct Report<'a> {
-    parameters: &'a Parameters,
-    outcome: &'a Outcome,
-    comparisons: Vec<Comparison>,
+    job: &'a Job,
+    kind: &'static str,
+    outcomes: &'a [(&'static str, Outcome)],
 }
 
 impl<'a> Report<'a> {
-    /// The report of an outcome.
-    pub fn new(parameters: &'a Parameters, outcome: &'a Outcome) -> Self {
-        Report {
-            parameters,
-            outcome,
-            comparisons: comparison::comparisons(outcome),
-        }
+    /// The report of a job's outcomes: name and outcome of each experiment.
+    ///
+    /// # Errors
+    /// Parameters that cannot be written.
+    pub fn new(job: &'a Job, outcomes: &'a [(&'static str, Outcome)]) -> Result<Self> {
+        Ok(Report {
+            job,
+            kind: job.kind()?,
+            outcomes,
+        })
     }
 
-    /// Which main job it was: "full", "quick", or "own" where a parameter is the user's.
-    pub fn job(&self) -> &'static str {
-        match self.parameters {
-            p if *p == Parameters::default() => "full",
-            p if *p == Parameters::quick() => "quick",
-            _ => "own",
-        }
+    fn outcomes(&self) -> impl Iterator<Item = &'a Outcome> {
+        self.outcomes.iter().map(|(_, outcome)| outcome)
+    }
+
+    fn checks(&self) -> Vec<&'a Check> {
+        self.outcomes().flat_map(|o| &o.checks).collect()
+    }
+
+    fn comparisons(&self) -> Vec<&'a Comparison> {
+        self.outcomes().flat_map(|o| &o.comparisons).collect()
+    }
+
+    /// The tables of every experiment.
+    fn tables(&self) -> impl Iterator<Item = &'a Table> {
+        self.outcomes().flat_map(|o| &o.tables)
     }
 
     /// Whether the core agreed with its references everywhere.
     pub fn checks_passed(&self) -> bool {
-        self.outcome.checks.iter().all(|check| check.passed())
+        self.checks().iter().all(|check| check.passed())
     }
 
     /// The tables, for the terminal.
     pub fn text(&self) -> String {
-        let mut tables = text::comparison_tables(&self.comparisons);
-        tables.extend(text::surface_tables(self.outcome));
-        tables.push(text::check_table(&self.outcome.checks));
-        let tables: Vec<String> = tables.iter().map(text::Table::text).collect();
-        tables.join("\n")
+        let mut texts: Vec<String> = tables::comparisons(&self.comparisons())
+            .iter()
+            .map(tables::text)
+            .collect();
+        let shown = self.tables().filter(|table| !table.page_only);
+        texts.extend(shown.map(tables::text));
+        texts.push(tables::text(&tables::checks(&self.checks())));
+        texts.join("\n")
     }
 
     /// Stages all files in `folder`; returns their names.
@@ -86,21 +101,19 @@ impl<'a> Report<'a> {
     /// A plot cannot be drawn or a file cannot be written.
     pub fn stage(&self, folder: &Path, outputs: &mut Outputs) -> Result<Vec<String>> {
         let mut names = Vec::new();
-        let pairs = self.outcome.point.pictures.iter();
-        for pair in pairs.chain(&self.outcome.vertebra.pictures) {
-            for picture in [&pair.b_mode, &pair.phase_symmetry] {
-                image::stage(&picture.pixels, &folder.join(&picture.file), outputs)?;
-                names.push(picture.file.clone());
-            }
+        for picture in self.outcomes().flat_map(|o| &o.pictures) {
+            image::stage(&picture.pixels, &folder.join(&picture.file), outputs)?;
+            names.push(picture.file.clone());
         }
         let data = Data {
             program: env!("CARGO_PKG_NAME"),
             version: env!("CARGO_PKG_VERSION"),
-            job: self.job(),
+            job: self.kind,
             checks_passed: self.checks_passed(),
-            parameters: self.parameters,
-            comparisons: &self.comparisons,
-            outcome: self.outcome,
+            parameters: self.job.json()?,
+            comparisons: self.comparisons(),
+            checks: self.checks(),
+            experiments: self.outcomes.iter().map(|(n, o)| (*n, &o.data)).collect(),
         };
         let page = html::page(self)?;
         outputs.stage(&folder.join(DATA), |sink| {
@@ -112,7 +125,7 @@ impl<'a> Report<'a> {
         })?;
         outputs.stage(&folder.join(CONFIGURATION), |sink| {
             let version = env!("CARGO_PKG_VERSION");
-            let toml = toml::to_string(self.parameters)?;
+            let toml = self.job.toml()?;
             Ok(write!(
                 sink,
                 "# host-sim {version}: the main job\n\n{toml}"

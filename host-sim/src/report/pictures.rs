@@ -3,97 +3,66 @@
 use maud::{Markup, PreEscaped, html};
 
 use crate::Result;
-use crate::experiments::{BEAMFORMERS, Pair, Picture, VertebraResult};
+use crate::experiments::outcome::{Gallery, Picture, Scale};
 
 use super::plot;
 
-/// Some beamformers' pairs.
+/// Pictures side by side, with an outline that the reader can show where it is not always there.
 ///
 /// # Errors
 /// The axes cannot be drawn.
-pub fn pairs(
-    vertebra: &VertebraResult,
-    keys: &[&str],
-    range: f64,
-    outline: bool,
-) -> Result<Markup> {
-    let chosen: Vec<Pair> = vertebra
-        .pictures
-        .iter()
-        .filter(|pair| keys.contains(&pair.beamformer))
-        .cloned()
-        .collect();
-    let outline = if outline {
-        &vertebra.outline_mm[..]
-    } else {
-        &[]
+pub fn gallery(gallery: &Gallery) -> Result<Markup> {
+    let card = |card: &Vec<Picture>| {
+        let figures = card.iter().map(|shown| picture(shown, &gallery.outline));
+        figures.collect::<Result<Vec<_>>>()
     };
-    let shown = chosen
-        .iter()
-        .map(|pair| pair_figure(pair, range, outline))
-        .collect::<Result<Vec<_>>>()?;
-    Ok(html! { div .pairs { @for figure in shown { (figure) } } })
-}
-
-/// Every pair, with an outline that the reader can show.
-///
-/// # Errors
-/// The axes cannot be drawn.
-pub fn all_pairs(all: &[Pair], range: f64, outline: &[Vec<(f64, f64)>]) -> Result<Markup> {
-    let shown = all
-        .iter()
-        .map(|pair| pair_figure(pair, range, outline))
-        .collect::<Result<Vec<_>>>()?;
-    Ok(html! { div .pairs .optional-outline { @for figure in shown { (figure) } } })
-}
-
-fn pair_figure(pair: &Pair, range: f64, outline: &[Vec<(f64, f64)>]) -> Result<Markup> {
-    let name = name(pair.beamformer);
+    let cards = gallery.cards.iter().map(card).collect::<Result<Vec<_>>>()?;
+    let cards = html! {
+        div .pairs {
+            @for figures in cards {
+                div .pair { @for figure in figures { (figure) } }
+            }
+        }
+    };
     Ok(html! {
-        div .pair {
-            (picture(&pair.b_mode, &format!("{name}, B-mode, {range} dB"), outline)?)
-            (picture(&pair.phase_symmetry, &format!("{name}, phase symmetry"), outline)?)
+        @if gallery.outline_on_request {
+            div .optional-outline {
+                label .toggle { input type="checkbox"; " show the known surface" }
+                (cards)
+            }
+        } @else {
+            (cards)
+        }
+        @if !gallery.scales.is_empty() {
+            div .scales { @for bar in &gallery.scales { (scale(bar)) } }
         }
     })
 }
 
-fn picture(picture: &Picture, caption: &str, outline: &[Vec<(f64, f64)>]) -> Result<Markup> {
+fn picture(picture: &Picture, outline: &[Vec<(f64, f64)>]) -> Result<Markup> {
     let frame = plot::frame(picture, outline)?;
     let [left, top, width, height] = frame.place;
     let place = format!("left:{left:.3}%;top:{top:.3}%;width:{width:.3}%;height:{height:.3}%");
     Ok(html! {
         figure {
             div .frame {
-                img src=(picture.file) alt=(caption) style=(place);
+                img src=(picture.file) alt=(picture.caption) style=(place);
                 (PreEscaped(frame.svg))
             }
-            figcaption { (caption) }
+            figcaption { (picture.caption) }
         }
     })
 }
 
-/// The grey bars of B-mode and of phase symmetry.
-pub fn scales(range: f64) -> Markup {
-    let bar = |name: &str, low: String, middle: String, high: String| {
-        html! {
-            div .scale {
-                span { (name) }
-                div {
-                    div .bar {}
-                    div .ticks { span { (low) } span { (middle) } span { (high) } }
-                }
+/// A grey bar.
+fn scale(scale: &Scale) -> Markup {
+    html! {
+        div .scale {
+            span { (scale.name) }
+            div {
+                div .bar {}
+                div .ticks { @for level in &scale.levels { span { (level) } } }
             }
         }
-    };
-    html! {
-        div .scales {
-            (bar("B-mode", format!("−{range} dB"), format!("−{} dB", range / 2.0), "0 dB".into()))
-            (bar("Phase symmetry", "0".into(), "127".into(), "255 (max)".into()))
-        }
     }
-}
-
-fn name(key: &str) -> &str {
-    let known = BEAMFORMERS.iter().find(|b| b.key == key);
-    known.map_or(key, |b| b.name)
 }

@@ -2,10 +2,11 @@
 
 use std::fmt::Display;
 
+use maud::{Markup, PreEscaped, html};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use crate::experiments::Picture;
+use crate::experiments::outcome::{Curve, Picture, Plot};
 use crate::{Error, Result};
 
 /// Width of a picture, and what its axes take, in pixels.
@@ -14,8 +15,24 @@ const LEFT: u32 = 50;
 const BOTTOM: u32 = 42;
 const MARGIN: u32 = 10;
 
-/// The colour of the true surface.
-pub const SURFACE: RGBColor = RGBColor(255, 176, 0);
+/// The colour of the known surface.
+const SURFACE: RGBColor = RGBColor(255, 176, 0);
+
+/// The curves' colours, by their place; after the last they begin again.
+const PALETTE: [RGBColor; 10] = [
+    RGBColor(59, 130, 246),
+    RGBColor(139, 139, 150),
+    RGBColor(190, 160, 40),
+    RGBColor(222, 120, 40),
+    RGBColor(180, 80, 190),
+    RGBColor(222, 50, 70),
+    RGBColor(50, 160, 120),
+    RGBColor(120, 100, 220),
+    RGBColor(0, 160, 190),
+    RGBColor(150, 100, 60),
+];
+/// The width of a curve, and of a featured one, in pixels.
+const WIDTHS: [u32; 2] = [1, 3];
 
 /// Axes in mm for a picture, and where it goes within them.
 pub struct Frame {
@@ -23,30 +40,6 @@ pub struct Frame {
     pub svg: String,
     /// Left, top, width and height of the picture's place, in per cent of the axes' size.
     pub place: [f64; 4],
-}
-
-/// One curve of a plot.
-pub struct Curve {
-    /// Its points; it is broken where the ordinate is none.
-    pub points: Vec<(f64, Option<f64>)>,
-    /// Its colour.
-    pub colour: RGBColor,
-    /// The width of its line, pixels.
-    pub width: u32,
-}
-
-/// A plot of several curves.
-pub struct Plot<'a> {
-    /// What the abscissa is, with its unit.
-    pub x: &'a str,
-    /// What the ordinate is, with its unit.
-    pub y: &'a str,
-    /// The range of the abscissa.
-    pub x_range: [f64; 2],
-    /// The range of the ordinate.
-    pub y_range: [f64; 2],
-    /// Places on the abscissa that are marked by a vertical line: the true surface.
-    pub marks: &'a [f64],
 }
 
 /// The axes of a picture, with the closed lines of `outline` over it.
@@ -108,11 +101,37 @@ pub fn frame(picture: &Picture, outline: &[Vec<(f64, f64)>]) -> Result<Frame> {
     })
 }
 
-/// A plot of curves.
+/// Plots of the same curves, under their legend.
 ///
 /// # Errors
 /// The drawing library fails.
-pub fn curves(plot: &Plot<'_>, curves: &[Curve]) -> Result<String> {
+pub fn plots(plots: &[Plot]) -> Result<Markup> {
+    let curves = plots.first().map_or(&[][..], |plot| &plot.curves);
+    let drawn = plots.iter().map(curves_of).collect::<Result<Vec<_>>>()?;
+    Ok(html! {
+        ul .legend {
+            @for (k, curve) in curves.iter().enumerate() {
+                li {
+                    @let RGBColor(r, g, b) = colour(k);
+                    span .chip style=(format!("background:rgb({r},{g},{b})")) {}
+                    (curve.name)
+                }
+            }
+        }
+        div .plots {
+            @for (plot, svg) in plots.iter().zip(drawn) {
+                figure .plot { (PreEscaped(svg)) figcaption { (plot.caption) } }
+            }
+        }
+    })
+}
+
+fn colour(place: usize) -> RGBColor {
+    PALETTE[place % PALETTE.len()]
+}
+
+/// The curves with their axes, as SVG.
+fn curves_of(plot: &Plot) -> Result<String> {
     let ([x0, x1], [y0, y1]) = (plot.x_range, plot.y_range);
     draw((640, 340), |root| {
         let mut chart = ChartBuilder::on(root)
@@ -133,12 +152,15 @@ pub fn curves(plot: &Plot<'_>, curves: &[Curve]) -> Result<String> {
             .axis_desc_style(("sans-serif", 15))
             .label_style(("sans-serif", 14))
             .draw()?;
-        for &x in plot.marks {
+        for &x in &plot.marks {
             let line = [(x, y0), (x, y1)];
             chart.draw_series(DashedLineSeries::new(line, 6, 4, SURFACE.stroke_width(2)))?;
         }
-        for curve in curves {
-            let style = curve.colour.stroke_width(curve.width);
+        // The featured ones are drawn last, over the others.
+        let mut curves: Vec<(usize, &Curve)> = plot.curves.iter().enumerate().collect();
+        curves.sort_by_key(|(_, curve)| curve.featured);
+        for (k, curve) in curves {
+            let style = colour(k).stroke_width(WIDTHS[usize::from(curve.featured)]);
             for part in curve
                 .points
                 .split(|(x, y)| y.is_none() || *x < x0 || *x > x1)

@@ -1,35 +1,28 @@
-//! Beamformed lines against the f32 and the f64 reference.
+//! Beamformed lines against the f32 and the f64 reference: the one oracle, with its exemptions.
 
-use bonebeam::beamform::{Method, Parameters};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Workspace};
+use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
-use ndarray::{Array2, Array3, ArrayView2, Axis};
+use nalgebra::DVector;
+use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::ops::Range;
 
-use crate::Result;
-use crate::drive::beamform::Covariance;
+use crate::drive::beamform::{MAX_ELEMENTS, MAX_SUBAPERTURE, MAX_TEMPORAL};
 use crate::reference;
-use crate::reference::f64::beamform::{Eigenspace, Sample};
+use crate::reference::f64::beamform::{Answer, Eigenspace, Sample};
+use crate::{Error, Result};
 
+use super::tolerances::{BEAMFORMED, CLOSE, RANK_RULE, RAYLEIGH, ROUNDING};
 use super::{Bits, Bound};
 
-/// The contract's bound on the error of z, relative to the line's largest |z|.
-const BOUND: f64 = 1e-4;
-/// Where λ₂ is above this share of λ₁, rank 1 is ill-conditioned.
-const CLOSE: f64 = 0.99;
-/// Where c_j lies this close to β·c_L, either neighbouring rank is right.
-const RANK_TOLERANCE: f64 = 1e-3;
-/// What f32 leaves of the covariance, in shares of its mean diagonal: the sums of its entries and
-/// the solvers round some ten times by 2⁻²⁴. A z that such a change of R moves by more than the
-/// bound cannot be had from f32.
-const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
-/// How many such changes are tried.
+/// How many changes of R by rounding are tried.
 const TRIALS: u64 = 4;
 
-/// Aligned lines, their active elements and what was made of them.
+/// Aligned lines, their active elements and the covariance that they were beamformed with.
 pub struct Frame<'a, A> {
     /// Aligned samples, `[beam, sample, element]`.
     pub x: &'a Array3<Complex<f32>>,
@@ -39,206 +32,263 @@ pub struct Frame<'a, A> {
     pub covariance: Covariance,
 }
 
+/// How one value of the core compares with the f64 reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judgement {
+    /// |z − the nearest right value|, of the largest |z|.
+    pub error: f64,
+    /// Why the bound on the error does not apply, where it does not.
+    pub exemption: Option<Exemption>,
+}
+
+/// Why a value is ill-conditioned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exemption {
+    /// It is made of e₁ alone, or of all that e₁ leaves, and λ₂ > 0.99 λ₁. The core's e₁ is held to
+    /// e₁ᴴRe₁ ≥ (1 − 10⁻³) λ₁ instead.
+    FirstEigenvector {
+        /// 1 − e₁ᴴRe₁/λ₁.
+        shortfall: f64,
+    },
+    /// Its error is beyond the bound, and rounding R as f32 does moves it beyond the bound, too.
+    Rounding,
+}
+
+impl Judgement {
+    /// Whether the value is as right as the contract asks.
+    pub fn holds(&self) -> bool {
+        match self.exemption {
+            None => self.error <= BEAMFORMED,
+            Some(Exemption::FirstEigenvector { shortfall }) => shortfall <= RAYLEIGH,
+            Some(Exemption::Rounding) => true,
+        }
+    }
+}
+
 impl<A: Fn(usize, usize) -> Active + Sync> Frame<'_, A> {
     /// Compares the lines `z` `[beam, sample]` of every `step`-th beam with the f32 reference.
     pub fn bits(&self, z: &Array2<Complex<f32>>, parameters: Parameters, step: usize) -> Bits {
-        let plain = plain_parameters(parameters, self.covariance);
         let compared = self.beams(step).into_par_iter().map(|beam| {
             let line = self.x.index_axis(Axis(0), beam);
             let samples: Vec<Vec<_>> = line.rows().into_iter().map(|row| row.to_vec()).collect();
-            let expected = reference::f32::beamform::beamform(&samples, &self.active(beam), &plain);
+            let active: Vec<_> = (0..line.nrows())
+                .map(|n| pair((self.active)(beam, n)))
+                .collect();
+            let expected =
+                reference::f32::beamform::beamform(&samples, &active, &parameters, self.covariance);
             Bits::complex(&z.row(beam).to_vec(), &expected)
         });
         compared.reduce(Bits::default, Bits::add)
     }
 
-    /// Compares lines by several methods with the f64 reference, every `step`-th beam, one
-    /// [`Bound`] a method. They must share all parameters but the method. Errors are relative to
-    /// the line's largest |z|. Left out, and counted, is what is ill-conditioned: rank 1 where
-    /// λ₂ > 0.99 λ₁, and an error beyond the bound where rounding R as f32 does moves z as far.
+    /// Compares lines by several methods with the f64 reference, every `step`-th beam, one [`Bound`]
+    /// a method: see [`Frame::judge`]. What is exempt is counted as ill-conditioned.
     ///
     /// # Errors
-    /// A covariance that is singular in f64.
+    /// As [`Frame::judge`].
     pub fn errors(
         &self,
         lines: &[(&Array2<Complex<f32>>, Parameters)],
         step: usize,
     ) -> Result<Vec<Bound>> {
-        let beams: Vec<Vec<Bound>> = self
+        let samples = 0..self.x.dim().1;
+        let beams: Vec<_> = self
             .beams(step)
             .into_par_iter()
-            .map(|beam| self.line_errors(lines, beam))
+            .map(|beam| self.judge(lines, beam, samples.clone()))
             .collect::<Result<_>>()?;
-        let worst = |method: usize| {
-            let mut all = Bound {
-                bound: BOUND,
+        let bound = |method: usize| {
+            let mut bound = Bound {
+                bound: BEAMFORMED,
                 ..Bound::default()
             };
-            for line in beams.iter().map(|beam| &beam[method]) {
-                all.compared += line.compared;
-                all.ill_conditioned += line.ill_conditioned;
-                all.largest_error = all.largest_error.max(line.largest_error);
-                all.ill_conditioned_error =
-                    all.ill_conditioned_error.max(line.ill_conditioned_error);
+            for judgement in beams.iter().flat_map(|beam| &beam[method]) {
+                let error = judgement.error;
+                match judgement.exemption {
+                    None => {
+                        bound.compared += 1;
+                        bound.largest_error = bound.largest_error.max(error);
+                    }
+                    Some(exemption) => {
+                        bound.ill_conditioned += 1;
+                        bound.ill_conditioned_error = bound.ill_conditioned_error.max(error);
+                        if let Exemption::FirstEigenvector { shortfall } = exemption {
+                            let largest = &mut bound.eigenvector_shortfall;
+                            *largest = super::largest([*largest, shortfall].into_iter());
+                        }
+                    }
+                }
             }
-            all
+            bound
         };
-        Ok((0..lines.len()).map(worst).collect())
+        Ok((0..lines.len()).map(bound).collect())
     }
 
-    fn line_errors(
+    /// Judges the `samples` of one beam's lines by several methods, which share all parameters but
+    /// the method: a list a method. Errors are relative to the largest |z| of the method's samples.
+    ///
+    /// # Errors
+    /// A covariance that is singular in f64; what the core refuses.
+    pub fn judge(
         &self,
         lines: &[(&Array2<Complex<f32>>, Parameters)],
         beam: usize,
-    ) -> Result<Vec<Bound>> {
-        let active = self.active(beam);
+        samples: Range<usize>,
+    ) -> Result<Vec<Vec<Judgement>>> {
         let x = self.x.index_axis(Axis(0), beam);
-        let scale = lines.iter().map(|(z, _)| {
-            let levels = z.row(beam).map(|&z| wide(z).norm());
-            levels.iter().copied().fold(f64::MIN_POSITIVE, f64::max)
-        });
-        let scale: Vec<f64> = scale.collect();
-        let mut bounds = vec![Bound::default(); lines.len()];
-        for (n, &active) in active.iter().enumerate() {
-            let sample = self.sample(x, n, active, &lines[0].1)?;
-            let eigenspace = sample.as_ref().map(Sample::eigenspace);
-            for (((z, parameters), &scale), bound) in lines.iter().zip(&scale).zip(&mut bounds) {
+        let scale = |z: &Array2<Complex<f32>>| {
+            let levels = samples.clone().map(|n| wide(z[[beam, n]]).norm());
+            levels.fold(f64::MIN_POSITIVE, f64::max)
+        };
+        let scales: Vec<f64> = lines.iter().map(|(z, _)| scale(z)).collect();
+        let mut judgements = vec![Vec::new(); lines.len()];
+        for n in samples.clone() {
+            let active = pair((self.active)(beam, n));
+            let sample = Sample::new(x, n, active, &lines[0].1, self.covariance)?;
+            let exact = sample.map(|sample| {
+                let eigenspace = sample.eigenspace();
+                (sample, eigenspace)
+            });
+            for (k, &(z, parameters)) in lines.iter().enumerate() {
                 let z = wide(z[[beam, n]]);
-                let (values, ill_conditioned) = match (&sample, &eigenspace) {
-                    _ if parameters.method == Method::Das => (vec![mean(x, n, active)], false),
-                    (Some(sample), Some(eigenspace)) => {
-                        right_answers(sample, eigenspace, parameters.method)
+                judgements[k].push(match &exact {
+                    // Where there is no power, z is 0.
+                    None => Judgement {
+                        error: z.norm() / scales[k],
+                        exemption: None,
+                    },
+                    Some((sample, eigenspace)) => {
+                        self.judge_value(z, scales[k], (sample, eigenspace), parameters, (beam, n))?
                     }
-                    _ => (vec![Complex::ZERO], false),
-                };
-                let errors = values.iter().map(|value| (z - value).norm() / scale);
-                let error =
-                    errors.fold(f64::INFINITY, |least, e| if e < least { e } else { least });
-                let beyond_f32 = || {
-                    let moved = sample.as_ref().map_or(0.0, |sample| {
-                        moved_by_rounding(sample, parameters.method) / scale
-                    });
-                    error > BOUND && moved > BOUND
-                };
-                if ill_conditioned || beyond_f32() {
-                    bound.ill_conditioned += 1;
-                    bound.ill_conditioned_error = bound.ill_conditioned_error.max(error);
-                } else {
-                    bound.compared += 1;
-                    bound.largest_error = bound.largest_error.max(error);
-                }
+                });
             }
         }
-        Ok(bounds)
+        Ok(judgements)
     }
 
-    /// The sample as the equations have it; none where it has no power.
-    fn sample(
+    fn judge_value(
         &self,
-        x: ArrayView2<'_, Complex<f32>>,
-        n: usize,
-        active: (usize, usize),
-        shared: &Parameters,
-    ) -> Result<Option<Sample>> {
-        if active.1 == 0 {
-            return Ok(None);
-        }
-        Sample::new(x, n, active, &exact_parameters(*shared, self.covariance))
+        z: Complex<f64>,
+        scale: f64,
+        (sample, eigenspace): (&Sample, &Eigenspace),
+        parameters: Parameters,
+        place: (usize, usize),
+    ) -> Result<Judgement> {
+        let method = parameters.method;
+        let right = sample.answers(eigenspace, method, RANK_RULE);
+        let errors = right.iter().map(|answer| (z - answer.z).norm() / scale);
+        // A NaN is not less than anything.
+        let error = errors.fold(f64::INFINITY, |least, e| if e < least { e } else { least });
+        let exact = sample.answers(eigenspace, method, 0.0)[0];
+        let close = eigenspace.second_to_first() > CLOSE;
+        // Where the rank is undecided, either value is right, and e₁ counts if neither is met.
+        let any = |right: &[Answer]| right.iter().any(|answer| answer.by_first_eigenvector);
+        let by_first = exact.by_first_eigenvector || error > BEAMFORMED && any(&right);
+        let exemption = if close && by_first {
+            let rank_1 = Method::EsmvRank(1);
+            // Rank 1 is a method's own choice where nothing else is left to choose.
+            let own = method != Method::EsmvExcludeFirst && right.len() == 1;
+            let parameters = Parameters {
+                method: if own { method } else { rank_1 },
+                ..parameters
+            };
+            let shortfall = self.eigenvector_shortfall(sample, eigenspace, parameters, place)?;
+            Some(Exemption::FirstEigenvector { shortfall })
+        } else if error > BEAMFORMED
+            && moved_by_rounding(sample, eigenspace, method) > BEAMFORMED * scale
+        {
+            Some(Exemption::Rounding)
+        } else {
+            None
+        };
+        Ok(Judgement { error, exemption })
+    }
+
+    /// 1 − e₁ᴴRe₁/λ₁ for the core's e₁, which is where its w_p points with rank 1.
+    fn eigenvector_shortfall(
+        &self,
+        sample: &Sample,
+        eigenspace: &Eigenspace,
+        parameters: Parameters,
+        (beam, n): (usize, usize),
+    ) -> Result<f64> {
+        let line = self.x.index_axis(Axis(0), beam);
+        let line = line.as_standard_layout();
+        let line = AlignedLine::new(line.as_slice().unwrap_or_default(), line.ncols())?;
+        let active = (self.active)(beam, n);
+        let weights = core_weights(line, active, n, parameters, self.covariance)?;
+        let weights = DVector::from_iterator(weights.len(), weights.into_iter().map(wide));
+        // Where e₁ is at a right angle to a, w_p is 0 and points nowhere.
+        let Some(e1) = weights.try_normalize(0.0) else {
+            return Ok(0.0);
+        };
+        let rayleigh = e1.dotc(&(&sample.covariance * &e1)).re;
+        Ok(1.0 - rayleigh / eigenspace.values[0])
     }
 
     fn beams(&self, step: usize) -> Vec<usize> {
         (0..self.x.dim().0).step_by(step).collect()
     }
-
-    fn active(&self, beam: usize) -> Vec<(usize, usize)> {
-        let sets = (0..self.x.dim().1).map(|n| (self.active)(beam, n));
-        sets.map(|set| (set.first, set.count)).collect()
-    }
 }
 
-/// The core's parameters as the f32 reference has them.
-pub fn plain_parameters(
+/// The core's weights of one sample.
+///
+/// # Errors
+/// What the core refuses.
+pub fn core_weights(
+    line: AlignedLine<'_>,
+    active: Active,
+    sample: usize,
     parameters: Parameters,
     covariance: Covariance,
-) -> reference::f32::beamform::Parameters {
-    use reference::f32::beamform as plain;
-    plain::Parameters {
-        method: match parameters.method {
-            Method::Das => plain::Method::Das,
-            Method::Mv => plain::Method::Mv,
-            Method::EsmvBeta(beta) => plain::Method::EsmvBeta(beta),
-            Method::EsmvRank(rank) => plain::Method::EsmvRank(rank),
-            Method::EsmvRank1 => plain::Method::EsmvRank1,
-            Method::EsmvExcludeFirst => plain::Method::EsmvExcludeFirst,
-        },
-        covariance: match covariance {
-            Covariance::Forward => plain::Covariance::Forward,
-            Covariance::ForwardBackward => plain::Covariance::ForwardBackward,
-        },
-        temporal_half_window: parameters.temporal_half_window,
-        diagonal_loading: parameters.diagonal_loading,
-        subaperture_ratio: parameters.subaperture_ratio,
+) -> Result<Vec<Complex<f32>>> {
+    match covariance {
+        Covariance::Forward => weights::<Forward>(line, active, sample, parameters),
+        Covariance::ForwardBackward => weights::<ForwardBackward>(line, active, sample, parameters),
     }
 }
 
-/// The core's parameters as the f64 reference has them, but for the method.
-pub fn exact_parameters(
+fn weights<A: Averaging<f32>>(
+    line: AlignedLine<'_>,
+    active: Active,
+    sample: usize,
     parameters: Parameters,
-    covariance: Covariance,
-) -> reference::f64::beamform::Parameters {
-    use reference::f64::beamform as exact;
-    exact::Parameters {
-        covariance: match covariance {
-            Covariance::Forward => exact::Covariance::Forward,
-            Covariance::ForwardBackward => exact::Covariance::ForwardBackward,
-        },
-        temporal_half_window: parameters.temporal_half_window,
-        diagonal_loading: f64::from(parameters.diagonal_loading),
-        subaperture_ratio: parameters.subaperture_ratio,
-    }
-}
-
-/// DAS of one sample; 0 without active elements.
-fn mean(x: ArrayView2<'_, Complex<f32>>, n: usize, (first, count): (usize, usize)) -> Complex<f64> {
-    let sum: Complex<f64> = (first..first + count).map(|m| wide(x[[n, m]])).sum();
-    sum / count.max(1) as f64
-}
-
-/// What an adaptive method may give for a sample, several values where the rank rule is on the
-/// edge; and whether rank 1 is ill-conditioned.
-fn right_answers(
-    sample: &Sample,
-    eigenspace: &Eigenspace,
-    method: Method,
-) -> (Vec<Complex<f64>>, bool) {
-    let w = &sample.minimum_variance;
-    let project = |kept: Range<usize>| sample.output(&eigenspace.project(w, kept));
-    let close = w.len() > 1 && eigenspace.second_to_first() > CLOSE;
-    match method {
-        Method::Das | Method::Mv => (vec![sample.output(w)], false),
-        Method::EsmvBeta(beta) => {
-            let ranks = eigenspace.ranks(f64::from(beta), RANK_TOLERANCE);
-            let rank_1 = ranks.contains(&1);
-            (
-                ranks.map(|rank| project(0..rank)).collect(),
-                rank_1 && close,
-            )
-        }
-        Method::EsmvRank(rank) => (vec![project(0..rank.min(w.len()))], rank == 1 && close),
-        Method::EsmvRank1 => (vec![project(0..1)], close),
-        Method::EsmvExcludeFirst => (vec![project(1..w.len())], close),
-    }
+) -> Result<Vec<Complex<f32>>> {
+    const ROWS: usize = Forward::window_rows(MAX_SUBAPERTURE, MAX_TEMPORAL);
+    // A workspace is made on the stack before it moves to the heap.
+    const STACK: usize = 64 << 20;
+    let work = || {
+        let mut workspace =
+            Box::new(Workspace::<A, f32, MAX_ELEMENTS, MAX_SUBAPERTURE, ROWS>::over(0.0));
+        let mut weights = vec![Complex::ZERO; MAX_ELEMENTS];
+        let count = Beamformer::new(parameters)?.weights(
+            &mut workspace,
+            line,
+            active,
+            sample,
+            &mut weights,
+        )?;
+        weights.truncate(count);
+        Ok(weights)
+    };
+    let cannot = |e| Error::Data(format!("cannot start a thread: {e}"));
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK);
+        let thread = thread.spawn_scoped(scope, work).map_err(cannot)?;
+        thread
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
 }
 
 /// How far z moves where the entries of R are off by [`ROUNDING`]: the most of some trials, each
 /// with the rank that R itself has.
-fn moved_by_rounding(sample: &Sample, method: Method) -> f64 {
+fn moved_by_rounding(sample: &Sample, eigenspace: &Eigenspace, method: Method) -> f64 {
     let method = match method {
-        Method::EsmvBeta(beta) => Method::EsmvRank(sample.eigenspace().rank(f64::from(beta))),
+        Method::EsmvBeta(beta) => Method::EsmvRank(eigenspace.rank(f64::from(beta))),
         method => method,
     };
-    let answer = |sample: &Sample| right_answers(sample, &sample.eigenspace(), method).0[0];
-    let exact = answer(sample);
+    let exact = sample.answers(eigenspace, method, 0.0)[0].z;
     let size = sample.covariance.nrows();
     let step = ROUNDING * sample.covariance.trace().re / size as f64;
     let mut most = 0.0f64;
@@ -253,11 +303,16 @@ fn moved_by_rounding(sample: &Sample, method: Method) -> f64 {
                 covariance[(j, i)] = covariance[(i, j)].conj();
             }
         }
-        if let Some(moved) = Sample::of_covariance(sample.snapshots.clone(), covariance) {
-            most = most.max((answer(&moved) - exact).norm());
+        if let Some(moved) = sample.with_covariance(covariance) {
+            let z = moved.answers(&moved.eigenspace(), method, 0.0)[0].z;
+            most = most.max((z - exact).norm());
         }
     }
     most
+}
+
+fn pair(set: Active) -> (usize, usize) {
+    (set.first, set.count)
 }
 
 fn wide(z: Complex<f32>) -> Complex<f64> {

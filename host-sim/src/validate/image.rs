@@ -6,14 +6,8 @@ use crate::drive::image::{Image, PixelGrid};
 use crate::files::Lines;
 use crate::reference::{f32 as plain, f64 as equations};
 
+use super::tolerances::{EDGE, GREY_LEVEL_AT_60_DB};
 use super::{Bits, Bound, largest};
-
-/// The error allowed in grey levels of 255 at 60 dB: 1e-4 from envelope and logarithm, and six
-/// roundings of 1.5e-5 in the bilinear sum. The first grows as the dynamic range shrinks.
-const BOUND_AT_60_DB: f64 = 2e-4;
-/// Positions this far outside the lines, in samples or beams, count as on their edge, as in the
-/// core; rounding in f64 moves them there.
-const EDGE: f64 = 1e-6;
 
 /// Compares `image`, made of `lines` on `grid`, with both references; the error is in grey levels.
 pub fn check(
@@ -85,7 +79,7 @@ fn error(
     Bound {
         compared: expected.len(),
         largest_error: largest(errors.map(|(a, b)| (f64::from(*a) - b).abs())),
-        bound: BOUND_AT_60_DB * (60.0 / dynamic_range).max(1.0),
+        bound: GREY_LEVEL_AT_60_DB * (60.0 / dynamic_range).max(1.0),
         ..Bound::default()
     }
 }

@@ -5,6 +5,7 @@ pub mod beamform;
 pub mod delay;
 pub mod image;
 pub mod phase_symmetry;
+pub mod tolerances;
 pub mod verify;
 
 use num_complex::Complex;
@@ -44,6 +45,9 @@ pub struct Bound {
     pub ill_conditioned: usize,
     /// The largest error of these.
     pub ill_conditioned_error: f64,
+    /// The largest 1 − e₁ᴴRe₁/λ₁ of those that hang on the first eigenvector, which is bounded in
+    /// place of their error.
+    pub eigenvector_shortfall: f64,
 }
 
 impl Check {
@@ -55,9 +59,10 @@ impl Check {
 }
 
 impl Bound {
-    /// Whether something was compared and no error exceeds the bound.
+    /// Whether something was compared and nothing exceeds its bound.
     pub fn holds(&self) -> bool {
-        self.compared > 0 && self.largest_error <= self.bound
+        let eigenvectors = self.eigenvector_shortfall <= tolerances::RAYLEIGH;
+        self.compared > 0 && self.largest_error <= self.bound && eigenvectors
     }
 }
 

@@ -5,10 +5,8 @@ use ndarray::Array2;
 use crate::drive::phase_symmetry::Parameters;
 use crate::reference::{f32 as plain, f64 as equations};
 
+use super::tolerances::PHASE_SYMMETRY;
 use super::{Bits, Bound, largest};
-
-/// The contract's bound on the error of the map.
-const BOUND: f64 = 1e-5;
 
 /// Compares `map`, made of `image`, with both references.
 pub fn check(map: &Array2<f32>, image: &Array2<f32>, parameters: &Parameters) -> (Bits, Bound) {
@@ -32,7 +30,7 @@ pub fn check(map: &Array2<f32>, image: &Array2<f32>, parameters: &Parameters) ->
     let error = Bound {
         compared: exact.len(),
         largest_error: largest(errors.map(|(a, b)| (f64::from(*a) - b).abs())),
-        bound: BOUND,
+        bound: PHASE_SYMMETRY,
         ..Bound::default()
     };
     (bits, error)

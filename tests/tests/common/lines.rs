@@ -6,12 +6,10 @@
 use bonebeam::beamform::{
     AlignedLine, Beamformer, Method, Parameters, Run, Workspace, constant_runs,
 };
-use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
 use bonebeam::simd::{InstructionSet, Task, Vector};
-use host_sim::drive::beamform::Covariance;
 use host_sim::reference::f32 as f32_reference;
-use host_sim::validate::beamform::plain_parameters;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
@@ -273,6 +271,5 @@ pub fn scalar(line: &Line, parameters: Parameters, covariance: Covariance) -> Ve
         .iter()
         .map(|set| (set.first, set.count))
         .collect();
-    let parameters = plain_parameters(parameters, covariance);
-    f32_reference::beamform::beamform(&x, &active, &parameters)
+    f32_reference::beamform::beamform(&x, &active, &parameters, covariance)
 }

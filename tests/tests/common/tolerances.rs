@@ -1,6 +1,7 @@
-//! Every tolerance of the cross-crate tests, each with its reason.
+//! Every tolerance of the cross-crate tests, each with its reason; those of the comparisons with the
+//! references are the oracle's.
 // Each test file is a crate of its own and uses only some of them.
-#![allow(dead_code)]
+#![allow(dead_code, unused_imports)]
 
 /// Aligned samples of a 5 MHz, 60 % pulse recorded or put out at 20 MHz, of its peak: the documented
 /// errors of the filter (1.3e-3) and of the Hilbert transformer (2.8e-4), added.
@@ -13,8 +14,8 @@ pub const DELAYED_PULSE_40_MHZ: f64 = 3.0e-4;
 /// (8e-6 samples); at most π a sample of slope: 3e-5 of the largest sample.
 pub const DELAY_SHIFT: f32 = 3e-5;
 
-/// The contract's bound on the phase symmetry map against the f64 reference.
-pub const PHASE_SYMMETRY: f64 = 1e-5;
+pub use host_sim::validate::tolerances::{BEAMFORMED, PHASE_SYMMETRY};
+
 /// Two maps that are each within [`PHASE_SYMMETRY`] of the same exact one: moving an image moves
 /// every pixel to other places in the transforms, which round differently.
 pub const PHASE_SYMMETRY_MOVED: f64 = 2.0 * PHASE_SYMMETRY;
@@ -43,14 +44,8 @@ pub const SUPERPOSITION_DB: f64 = -130.0;
 /// 1/√(2·10⁴) or 0.06 dB; four standard deviations.
 pub const NOISE_LEVEL_DB: f64 = 0.25;
 
-/// The contract's bound on z against the f64 reference, of the line's largest |z|.
-pub const BEAMFORMED: f64 = 1e-4;
 /// Two results that are each within [`BEAMFORMED`] of the same exact one.
 pub const BEAMFORMED_TWICE: f32 = 2.0 * BEAMFORMED as f32;
-/// The contract's bound on e₁ᴴRe₁, of λ₁, where λ₂ is too close to λ₁ for a bound on z.
-pub const RAYLEIGH: f64 = 1e-3;
-/// The contract's bound within which c_j counts as equal to β·c_L, of β·c_L.
-pub const RANK_RULE: f64 = 1e-3;
 /// wᴴa = 1: as far as f32 eigenvectors of up to 24 entries are orthonormal, 24 roundings of 6e-8
 /// each, and as many again in the weights.
 pub const UNIT_RESPONSE: f64 = 5e-6;

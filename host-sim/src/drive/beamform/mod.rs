@@ -5,14 +5,13 @@ mod workspace;
 
 use crate::{Error, Result};
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run};
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use bonebeam::simd::InstructionSet;
-use clap::ValueEnum;
 use ndarray::{Array2, ArrayView3, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -28,17 +27,6 @@ pub const MAX_SUBAPERTURE: usize = 128;
 
 /// The largest temporal half-window `K` that fits.
 pub const MAX_TEMPORAL: usize = 31;
-
-/// Which covariance is in use (Eq. 2 or 3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Covariance {
-    /// `R` of Eq. 2, as in the paper's figures.
-    Forward,
-    /// `R_FB` of Eq. 3, the product's default.
-    #[default]
-    ForwardBackward,
-}
 
 /// Stack of a worker, bytes: a workspace is made there before it moves to the heap. Only what is
 /// touched takes memory.

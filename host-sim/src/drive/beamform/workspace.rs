@@ -2,11 +2,11 @@
 
 use bonebeam::Error as CoreError;
 use bonebeam::beamform::{Beamformer, Run, Workspace};
-use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use num_complex::Complex;
 
-use super::{Covariance, MAX_ELEMENTS, MAX_SUBAPERTURE, MAX_TEMPORAL};
+use super::{MAX_ELEMENTS, MAX_SUBAPERTURE, MAX_TEMPORAL};
 
 /// A workspace of the core, of a type that is chosen at run time.
 pub(crate) trait AnyWorkspace: Send {

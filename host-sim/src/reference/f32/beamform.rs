@@ -1,6 +1,8 @@
 //! DAS, MV and ESMV of one line in plain loops, in the order of operations of
 //! `bonebeam::beamform`.
 
+use bonebeam::beamform::{Method, Parameters};
+use bonebeam::covariance::Covariance;
 use num_complex::Complex;
 
 use super::covariance::{
@@ -9,47 +11,6 @@ use super::covariance::{
 };
 use super::dominant_eigenpair::dominant_eigenpair;
 use super::linalg::{FLOOR, Number, cholesky, eigen, partial_sums, row_times};
-
-/// How the output of a sample is formed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Method {
-    /// The mean over the active elements.
-    Das,
-    /// Minimum variance.
-    Mv,
-    /// Eigenspace-based, with the rank that Eq. 8 chooses for this β.
-    EsmvBeta(f32),
-    /// Eigenspace-based with this rank, at most L.
-    EsmvRank(usize),
-    /// Eigenspace-based with rank 1, without all eigenvectors.
-    EsmvRank1,
-    /// Everything but the first eigenvector.
-    EsmvExcludeFirst,
-}
-
-/// Which covariance is in use.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Covariance {
-    /// R of Eq. 2.
-    Forward,
-    /// R_FB of Eq. 3.
-    ForwardBackward,
-}
-
-/// What every sample of a line has in common.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameters {
-    /// How the output is formed.
-    pub method: Method,
-    /// Forward or forward-backward.
-    pub covariance: Covariance,
-    /// K: the window is n−K..n+K.
-    pub temporal_half_window: usize,
-    /// Δ.
-    pub diagonal_loading: f32,
-    /// L = max(1, floor(ratio·active elements)).
-    pub subaperture_ratio: f64,
-}
 
 /// z of every sample of a line. `x[n]` holds the elements of sample `n`; `active[n]` its first
 /// active element and the number of them.
@@ -60,6 +21,7 @@ pub fn beamform(
     x: &[Vec<Complex<f32>>],
     active: &[(usize, usize)],
     parameters: &Parameters,
+    covariance: Covariance,
 ) -> Vec<Complex<f32>> {
     let mut largest = 0.0;
     for value in x.iter().flatten() {
@@ -95,7 +57,7 @@ pub fn beamform(
                 _ => vec![Complex::ZERO; count],
             })
             .collect();
-        z.extend(match (count, parameters.covariance) {
+        z.extend(match (count, covariance) {
             (0, _) => vec![Complex::ZERO; run],
             (_, Covariance::Forward) => run_forward(&elements, parameters),
             (_, Covariance::ForwardBackward) => run_forward_backward(&elements, parameters),

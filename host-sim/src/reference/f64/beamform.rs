@@ -3,6 +3,8 @@
 
 use std::ops::{Range, RangeInclusive};
 
+use bonebeam::beamform::{Method, Parameters};
+use bonebeam::covariance::Covariance;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, SymmetricEigen};
 use ndarray::ArrayView2;
 
@@ -11,61 +13,20 @@ use crate::{Error, Result};
 type Vector = DVector<Complex<f64>>;
 type Matrix = DMatrix<Complex<f64>>;
 
-/// How the output of a sample is formed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Method {
-    /// The mean over the active elements.
-    Das,
-    /// Minimum variance, Eq. 1 and 4.
-    Mv,
-    /// Eigenspace-based, Eq. 7, with the rank that Eq. 8 chooses for this β.
-    EsmvBeta(f64),
-    /// Eigenspace-based with this rank, at most L.
-    EsmvRank(usize),
-    /// Everything but the first eigenvector: w − e₁e₁ᴴw.
-    EsmvExcludeFirst,
-}
-
-/// Which covariance is loaded, inverted and decomposed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Covariance {
-    /// R of Eq. 2.
-    Forward,
-    /// (R + J R* J)/2, Eq. 3.
-    ForwardBackward,
-}
-
-/// What every sample of a line has in common.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameters {
-    /// Forward or forward-backward.
-    pub covariance: Covariance,
-    /// K: the window is n−K..n+K, clamped to the record.
-    pub temporal_half_window: usize,
-    /// Δ: Δ/L·tr(R) is added to the diagonal.
-    pub diagonal_loading: f64,
-    /// L = max(1, floor(ratio·active elements)).
-    pub subaperture_ratio: f64,
-}
-
 /// z of every sample of a line. `x` is [sample, element]; `active` holds, for each sample, the
 /// first active element and the number of them.
 pub fn beamform(
     x: ArrayView2<Complex<f32>>,
     active: &[(usize, usize)],
     parameters: &Parameters,
-    method: Method,
+    covariance: Covariance,
 ) -> Result<Vec<Complex<f64>>> {
     (0..x.nrows())
         .map(|n| {
-            if method == Method::Das {
-                let (first, count) = active[n];
-                return Ok(snapshots(x, n, (first, count), count).column(0).mean());
-            }
-            match Sample::new(x, n, active[n], parameters)? {
-                None => Ok(Complex::ZERO),
-                Some(sample) => Ok(sample.output(&sample.weights(method))),
-            }
+            let sample = Sample::new(x, n, active[n], parameters, covariance)?;
+            Ok(sample.map_or(Complex::ZERO, |sample| {
+                sample.answers(&sample.eigenspace(), parameters.method, 0.0)[0].z
+            }))
         })
         .collect()
 }
@@ -83,9 +44,11 @@ fn snapshots(
     })
 }
 
-/// One output sample: its snapshots, its covariance, its minimum-variance weights.
+/// One output sample: its data, its covariance, its minimum-variance weights.
 #[derive(Clone, Debug)]
 pub struct Sample {
+    /// The active elements.
+    pub elements: Vector,
     /// X̄_l as columns, L × P.
     pub snapshots: Matrix,
     /// The loaded covariance in use, L × L.
@@ -96,7 +59,7 @@ pub struct Sample {
 
 impl Sample {
     /// Sample `n` of `x` [sample, element] over the elements `active` (first, count).
-    /// `None` where the covariance has zero trace: the output is then 0.
+    /// `None` where the covariance has zero trace, or no element is active: the output is then 0.
     ///
     /// # Errors
     /// The loaded covariance is not positive definite, which takes Δ = 0.
@@ -105,7 +68,11 @@ impl Sample {
         n: usize,
         active: (usize, usize),
         parameters: &Parameters,
+        averaging: Covariance,
     ) -> Result<Option<Self>> {
+        if active.1 == 0 {
+            return Ok(None);
+        }
         let subaperture =
             ((parameters.subaperture_ratio * active.1 as f64).floor() as usize).max(1);
         let window = n.saturating_sub(parameters.temporal_half_window)
@@ -113,27 +80,33 @@ impl Sample {
                 .saturating_add(1))
             .min(x.nrows());
         let mut covariance = estimate(x, window, active, subaperture);
-        if parameters.covariance == Covariance::ForwardBackward {
+        if averaging == Covariance::ForwardBackward {
             covariance = (&covariance + backward(&covariance)) * Complex::from(0.5);
         }
         let trace = covariance.trace();
         if trace.re == 0.0 {
             return Ok(None);
         }
-        let diagonal_loading = trace * (parameters.diagonal_loading / subaperture as f64);
+        let diagonal_loading =
+            trace * (f64::from(parameters.diagonal_loading) / subaperture as f64);
         covariance += Matrix::from_diagonal_element(subaperture, subaperture, diagonal_loading);
 
-        Sample::of_covariance(snapshots(x, n, active, subaperture), covariance)
+        let elements = snapshots(x, n, active, active.1).column(0).into_owned();
+        Sample::of(elements, snapshots(x, n, active, subaperture), covariance)
             .ok_or_else(|| Error::Data(format!("the covariance of sample {n} is singular")))
             .map(Some)
     }
 
-    /// A sample of these snapshots with this loaded covariance; `None` where it is not positive
-    /// definite.
-    pub fn of_covariance(snapshots: Matrix, covariance: Matrix) -> Option<Self> {
+    /// The same data with another loaded covariance; `None` where it is not positive definite.
+    pub fn with_covariance(&self, covariance: Matrix) -> Option<Self> {
+        Sample::of(self.elements.clone(), self.snapshots.clone(), covariance)
+    }
+
+    fn of(elements: Vector, snapshots: Matrix, covariance: Matrix) -> Option<Self> {
         let steering = Vector::from_element(covariance.nrows(), Complex::ONE);
         let solved = Cholesky::new(covariance.clone())?.solve(&steering);
         Some(Sample {
+            elements,
             snapshots,
             covariance,
             minimum_variance: &solved / steering.dotc(&solved),
@@ -159,22 +132,45 @@ impl Sample {
         }
     }
 
-    /// The weights of a method that works on subapertures: every one but [`Method::Das`], for which
-    /// these are the weights of DAS over the subapertures, 1/L.
-    pub fn weights(&self, method: Method) -> Vector {
+    /// What a method gives for this sample, whose `eigenspace` it is: one value, or one for each rank
+    /// that Eq. 8 may choose where c_j lies within `tolerance` of β·c_L.
+    pub fn answers(&self, eigenspace: &Eigenspace, method: Method, tolerance: f64) -> Vec<Answer> {
         let w = &self.minimum_variance;
         let subaperture = w.len();
-        match method {
-            Method::Das => {
-                Vector::from_element(subaperture, Complex::from(1.0 / subaperture as f64))
-            }
-            Method::Mv => w.clone(),
+        let kept = match method {
+            Method::Das => return vec![Answer::new(self.elements.mean())],
+            Method::Mv => return vec![Answer::new(self.output(w))],
             Method::EsmvBeta(beta) => {
-                let eigenspace = self.eigenspace();
-                eigenspace.project(w, 0..eigenspace.rank(beta))
+                let ranks = eigenspace.ranks(f64::from(beta), tolerance);
+                ranks.map(|rank| 0..rank).collect()
             }
-            Method::EsmvRank(rank) => self.eigenspace().project(w, 0..rank.min(subaperture)),
-            Method::EsmvExcludeFirst => w - self.eigenspace().project(w, 0..1),
+            Method::EsmvRank(rank) => vec![0..rank.min(subaperture)],
+            Method::EsmvRank1 => vec![0..1],
+            Method::EsmvExcludeFirst => vec![1..subaperture],
+        };
+        let answer = |kept: Range<usize>| Answer {
+            by_first_eigenvector: kept == (0..1) || kept.start == 1,
+            z: self.output(&eigenspace.project(w, kept)),
+        };
+        kept.into_iter().map(answer).collect()
+    }
+}
+
+/// A right value of z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer {
+    /// The value.
+    pub z: Complex<f64>,
+    /// Whether it is made of e₁ alone, or of all that e₁ leaves: e₁ is ill-conditioned where λ₂ is
+    /// close to λ₁.
+    pub by_first_eigenvector: bool,
+}
+
+impl Answer {
+    fn new(z: Complex<f64>) -> Self {
+        Answer {
+            z,
+            by_first_eigenvector: false,
         }
     }
 }

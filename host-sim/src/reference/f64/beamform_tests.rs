@@ -8,7 +8,7 @@ use super::*;
 const ROUNDING: f64 = 1e-12;
 
 const PARAMETERS: Parameters = Parameters {
-    covariance: Covariance::Forward,
+    method: Method::Mv,
     temporal_half_window: 0,
     diagonal_loading: 0.05,
     subaperture_ratio: 0.5,
@@ -31,9 +31,33 @@ fn noise(samples: usize, elements: usize) -> Array2<Complex<f32>> {
 }
 
 fn sample(x: &Array2<Complex<f32>>, n: usize, parameters: &Parameters) -> Sample {
-    Sample::new(x.view(), n, (0, x.ncols()), parameters)
+    averaged(x, n, parameters, Covariance::Forward)
+}
+
+fn averaged(
+    x: &Array2<Complex<f32>>,
+    n: usize,
+    parameters: &Parameters,
+    covariance: Covariance,
+) -> Sample {
+    Sample::new(x.view(), n, (0, x.ncols()), parameters, covariance)
         .unwrap()
         .unwrap()
+}
+
+/// A line whose every sample has the same active elements, by one method.
+fn line(
+    x: &Array2<Complex<f32>>,
+    active: (usize, usize),
+    parameters: &Parameters,
+    method: Method,
+) -> Vec<Complex<f64>> {
+    let parameters = Parameters {
+        method,
+        ..*parameters
+    };
+    let active = vec![active; x.nrows()];
+    beamform(x.view(), &active, &parameters, Covariance::Forward).unwrap()
 }
 
 #[test]
@@ -47,7 +71,7 @@ fn a_unit_signal_on_axis_gives_one() {
             } else {
                 1.0
             };
-            for z in beamform(x.view(), &[(0, elements); 3], &PARAMETERS, method).unwrap() {
+            for z in line(&x, (0, elements), &PARAMETERS, method) {
                 assert!(
                     (z - expected).norm() < ROUNDING,
                     "{method:?}, M = {elements}: {z}"
@@ -67,7 +91,7 @@ fn a_plane_wave_off_axis_has_the_closed_form_of_sherman_and_morrison() {
         Complex::cis(f64::from(phase) * i as f64)
     });
     let a = Vector::from_element(subaperture, Complex::ONE);
-    let (delta, dimension) = (PARAMETERS.diagonal_loading, subaperture as f64);
+    let (delta, dimension) = (f64::from(PARAMETERS.diagonal_loading), subaperture as f64);
     let direction = &a - &d * (d.dotc(&a) / (delta + dimension));
     let w = &direction / a.dotc(&direction);
     // Eq. 4: the snapshots' own phases e^{jφl} are averaged.
@@ -78,19 +102,13 @@ fn a_plane_wave_off_axis_has_the_closed_form_of_sherman_and_morrison() {
         / positions as f64;
     let expected = w.dotc(&d) * mean_phase;
 
-    let z = beamform(x.view(), &[(0, elements)], &PARAMETERS, Method::Mv).unwrap()[0];
+    let z = line(&x, (0, elements), &PARAMETERS, Method::Mv)[0];
     // The data are rounded to f32.
     assert!((z - expected).norm() < 1e-6, "{z}, not {expected}");
     // The only eigenvector is d: rank 1 passes all of it, and without it nothing is left.
-    let rank1 = beamform(x.view(), &[(0, elements)], &PARAMETERS, Method::EsmvRank(1)).unwrap()[0];
+    let rank1 = line(&x, (0, elements), &PARAMETERS, Method::EsmvRank(1))[0];
     assert!((rank1 - expected).norm() < 1e-6, "{rank1}, not {expected}");
-    let rest = beamform(
-        x.view(),
-        &[(0, elements)],
-        &PARAMETERS,
-        Method::EsmvExcludeFirst,
-    )
-    .unwrap()[0];
+    let rest = line(&x, (0, elements), &PARAMETERS, Method::EsmvExcludeFirst)[0];
     assert!(rest.norm() < 1e-6, "{rest}");
 }
 
@@ -139,15 +157,12 @@ fn the_covariance_is_the_sum_of_outer_products() {
 fn forward_backward_is_the_mean_with_the_reversed_conjugated_data() {
     let x = noise(1, 9);
     let reversed = Array2::from_shape_fn((1, 9), |(n, m)| x[[n, 8 - m]].conj());
-    let both = Parameters {
-        covariance: Covariance::ForwardBackward,
-        ..PARAMETERS
-    };
     let forward = sample(&x, 0, &PARAMETERS).covariance;
     let backward = sample(&reversed, 0, &PARAMETERS).covariance;
     assert!((&forward - &backward).norm() > 0.1);
     let mean = (forward + backward) * Complex::from(0.5);
-    assert!((sample(&x, 0, &both).covariance - mean).norm() < ROUNDING);
+    let both = averaged(&x, 0, &PARAMETERS, Covariance::ForwardBackward);
+    assert!((both.covariance - mean).norm() < ROUNDING);
 }
 
 #[test]
@@ -155,12 +170,12 @@ fn the_response_to_the_steering_vector_is_one() {
     let x = noise(5, 20);
     for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
         let parameters = Parameters {
-            covariance,
             temporal_half_window: 1,
             ..PARAMETERS
         };
         for n in 0..5 {
-            let response = sample(&x, n, &parameters).minimum_variance.sum();
+            let sample = averaged(&x, n, &parameters, covariance);
+            let response = sample.minimum_variance.sum();
             assert!((response - 1.0).norm() < ROUNDING, "{response}");
         }
     }
@@ -173,9 +188,9 @@ fn a_subaperture_of_one_element_is_delay_and_sum() {
         subaperture_ratio: 0.1,
         ..PARAMETERS
     };
-    let das = beamform(x.view(), &[(0, 6); 4], &parameters, Method::Das).unwrap();
+    let das = line(&x, (0, 6), &parameters, Method::Das);
     for method in [Method::Mv, Method::EsmvBeta(0.5), Method::EsmvRank(3)] {
-        let z = beamform(x.view(), &[(0, 6); 4], &parameters, method).unwrap();
+        let z = line(&x, (0, 6), &parameters, method);
         for (z, das) in z.iter().zip(&das) {
             assert!((z - das).norm() < ROUNDING, "{method:?}: {z}, not {das}");
         }
@@ -222,7 +237,7 @@ fn the_rank_is_the_smallest_whose_sum_reaches_beta() {
 fn silence_gives_zero() {
     let x = Array2::zeros((2, 8));
     for method in METHODS {
-        let z = beamform(x.view(), &[(0, 8); 2], &PARAMETERS, method).unwrap();
+        let z = line(&x, (0, 8), &PARAMETERS, method);
         assert_eq!(z, [Complex::ZERO; 2]);
     }
 }
@@ -238,8 +253,8 @@ fn elements_outside_the_active_set_are_left_out() {
             temporal_half_window: 1,
             ..PARAMETERS
         };
-        let part = beamform(x.view(), &[(2, 7); 3], &parameters, method).unwrap();
-        let whole = beamform(cut.view(), &[(0, 7); 3], &parameters, method).unwrap();
+        let part = line(&x, (2, 7), &parameters, method);
+        let whole = line(&cut, (0, 7), &parameters, method);
         assert_eq!(part, whole, "{method:?}");
     }
 }

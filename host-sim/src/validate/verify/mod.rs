@@ -7,7 +7,7 @@ pub use recording::recording;
 use std::hash::Hasher;
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Workspace};
-use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, hilbert_taps};
 use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
 use bonebeam::simd::InstructionSet;
@@ -17,24 +17,18 @@ use num_complex::Complex;
 
 use crate::Result;
 use crate::config;
-use crate::drive::beamform::{Covariance, beamform, beamform_with};
+use crate::drive::beamform::{beamform, beamform_with};
 use crate::drive::delay::DelayStage;
 use crate::drive::image::{b_mode, grid_of_lines};
 use crate::drive::phase_symmetry::{self, phase_symmetry};
 use crate::drive::threads::pool;
 use crate::files::{ChannelData, Lines};
+use crate::methods::COMPARED;
 use crate::reference;
 use crate::validate::{self as checks, Bits, Bound};
 
-const METHODS: [(&str, Method); 7] = [
-    ("DAS", Method::Das),
-    ("MV", Method::Mv),
-    ("ESMV β=10%", Method::EsmvBeta(0.1)),
-    ("ESMV β=0.001%", Method::EsmvBeta(1e-5)),
-    ("ESMV rank 3", Method::EsmvRank(3)),
-    ("ESMV rank 1", Method::EsmvRank1),
-    ("ESMV without λ₁", Method::EsmvExcludeFirst),
-];
+/// Of the methods that are not compared elsewhere: a rank that is fixed and not 1.
+const RANK_3: (&str, Method) = ("ESMV rank 3", Method::EsmvRank(3));
 
 /// One thing that was verified.
 #[derive(Clone, Debug)]
@@ -88,7 +82,8 @@ pub fn verify(mut progress: impl FnMut(usize)) -> Result<Vec<Verdict>> {
     let scene = Scene::new(&data)?;
     for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
         for temporal_half_window in [0, 2, 10] {
-            for (name, method) in METHODS {
+            let compared = COMPARED.iter().map(|row| (row.name, row.method));
+            for (name, method) in compared.chain([RANK_3]) {
                 let parameters = Parameters {
                     method,
                     temporal_half_window,

@@ -11,28 +11,10 @@ use crate::Result;
 use crate::config;
 use crate::drive::image::{PixelGrid, b_mode};
 use crate::drive::phase_symmetry::{Parameters, phase_symmetry};
+use crate::experiments::outcome::{Picture, Scale};
 use crate::files::Lines;
-use crate::validate::{self as checks, Check};
-
-use super::methods::BEAMFORMERS;
-
-/// A picture 0..255 and where it lies.
-#[derive(Clone, Debug, Serialize)]
-pub struct Picture {
-    /// Its file, in the folder of the outputs.
-    pub file: String,
-    /// Hash of the pixels' 32-bit floats, row by row, little-endian.
-    pub fnv1a_64: String,
-    /// The lateral position of column 0, mm.
-    pub left_mm: f64,
-    /// The depth of row 0, mm.
-    pub top_mm: f64,
-    /// The distance from one pixel to the next, mm.
-    pub pixel_mm: f64,
-    /// Grey levels, `[row, column]`.
-    #[serde(skip)]
-    pub pixels: Array2<f32>,
-}
+use crate::methods::COMPARED;
+use crate::validate::{self, Check};
 
 /// The two pictures of one method.
 #[derive(Clone, Debug, Serialize)]
@@ -43,6 +25,32 @@ pub struct Pair {
     pub b_mode: Picture,
     /// Its phase symmetry, as 255·PS/max PS.
     pub phase_symmetry: Picture,
+}
+
+impl Pair {
+    /// The two as pictures that stay together.
+    pub fn card(&self) -> Vec<Picture> {
+        vec![self.b_mode.clone(), self.phase_symmetry.clone()]
+    }
+}
+
+/// The grey bars of both pictures, with B-mode over `range` dB.
+pub fn scales(range: f64) -> Vec<Scale> {
+    let b_mode = [
+        format!("−{range} dB"),
+        format!("−{} dB", range / 2.0),
+        "0 dB".into(),
+    ];
+    vec![
+        Scale {
+            name: "B-mode",
+            levels: b_mode,
+        },
+        Scale {
+            name: "Phase symmetry",
+            levels: ["0", "127", "255 (max)"].map(String::from),
+        },
+    ]
 }
 
 /// How lines become pictures.
@@ -69,7 +77,7 @@ impl Studio<'_> {
     /// # Errors
     /// Lines that do not make an image.
     pub fn pictures(&self, lines: &[Lines]) -> Result<(Vec<Pair>, Vec<Check>)> {
-        let made: Vec<(Pair, Vec<Check>)> = BEAMFORMERS
+        let made: Vec<(Pair, Vec<Check>)> = COMPARED
             .par_iter()
             .zip(lines)
             .map(|(beamformer, lines)| self.pair(beamformer.key, beamformer.name, lines))
@@ -90,13 +98,13 @@ impl Studio<'_> {
         let map = phase_symmetry(image.pixels.view(), &parameters, |_, _| {})?;
         let mut checks = Vec::new();
         if self.check {
-            let (bits, error) = checks::image::check(&image, lines, range, &self.grid, median);
+            let (bits, error) = validate::image::check(&image, lines, range, &self.grid, median);
             checks.push(Check {
                 what: format!("{}: B-mode, {name}", self.what),
                 bits,
                 error: Some(error),
             });
-            let (bits, error) = checks::phase_symmetry::check(&map, &image.pixels, &parameters);
+            let (bits, error) = validate::phase_symmetry::check(&map, &image.pixels, &parameters);
             checks.push(Check {
                 what: format!("{}: phase symmetry, {name}", self.what),
                 bits,
@@ -107,13 +115,21 @@ impl Studio<'_> {
         scale_for_display(levels.as_slice_memory_order_mut().unwrap_or_default())?;
         let pair = Pair {
             beamformer: key,
-            b_mode: self.picture(&format!("{}-{key}.png", self.what), &image.pixels),
-            phase_symmetry: self.picture(&format!("{}-{key}-ps.png", self.what), &levels),
+            b_mode: self.picture(
+                format!("{}-{key}.png", self.what),
+                format!("{name}, B-mode, {range} dB"),
+                &image.pixels,
+            ),
+            phase_symmetry: self.picture(
+                format!("{}-{key}-ps.png", self.what),
+                format!("{name}, phase symmetry"),
+                &levels,
+            ),
         };
         Ok((pair, checks))
     }
 
-    fn picture(&self, file: &str, pixels: &Array2<f32>) -> Picture {
+    fn picture(&self, file: String, caption: String, pixels: &Array2<f32>) -> Picture {
         let rows = ndarray::Slice::from(self.rows.clone());
         let pixels = pixels.slice_axis(Axis(0), rows).to_owned();
         let mut hasher = FnvHasher::default();
@@ -121,7 +137,8 @@ impl Studio<'_> {
             hasher.write(&pixel.to_le_bytes());
         }
         Picture {
-            file: file.to_owned(),
+            file,
+            caption,
             fnv1a_64: format!("{:016x}", hasher.finish()),
             left_mm: 1e3 * (self.grid.x0 - self.centre),
             top_mm: 1e3 * (self.grid.z0 + self.rows.start as f64 * self.grid.pixel),

@@ -9,12 +9,13 @@ use crate::Result;
 use crate::drive::beamform::beamform;
 use crate::drive::delay::DelayStage;
 use crate::files::{ChannelData, Lines};
-use crate::validate::{self as checks, Check};
+use crate::methods::COMPARED;
+use crate::validate::{self, Check};
 
-use super::methods::BEAMFORMERS;
-use super::parameters::{Checks, Receive};
+use super::{Checks, Receive};
+use crate::experiments::Progress;
 
-/// The lines of every method of [`BEAMFORMERS`], in its order, and how they compare with the
+/// The lines of every beamformer of [`COMPARED`], in its order, and how they compare with the
 /// references where `checks` asks for it; the checks are named after `what`.
 ///
 /// # Errors
@@ -24,15 +25,15 @@ pub fn beamform_all(
     data: &ChannelData,
     receive: &Receive,
     checks: Option<&Checks>,
-    progress: &(dyn Fn(&str, f64) + Sync),
+    progress: Progress<'_>,
 ) -> Result<(Vec<Lines>, Vec<Check>)> {
-    let stage = DelayStage::new(data, &BEAMFORMERS[0].parameters(receive))?;
+    let stage = DelayStage::new(data, &receive.0)?;
     let (beams, samples) = (stage.beam_x().len(), stage.samples());
     progress(&format!("{what}: delay"), 0.0);
     let x = stage.delay(0..beams)?;
     let active = |beam: usize, sample: usize| stage.active(beam, sample);
     let mut all = Vec::new();
-    for beamformer in &BEAMFORMERS {
+    for beamformer in &COMPARED {
         let step = format!("{what}: {}", beamformer.name);
         progress(&step, 0.0);
         let done = AtomicUsize::new(0);
@@ -40,11 +41,11 @@ pub fn beamform_all(
             let done = done.fetch_add(n, Ordering::Relaxed) + n;
             progress(&step, done as f64 / (beams * samples) as f64);
         };
-        let core = beamformer.parameters(receive).parameters();
-        let z = beamform(x.view(), active, core, receive.covariance, count)?;
+        let core = receive.parameters(beamformer.method);
+        let z = beamform(x.view(), active, core, receive.0.covariance, count)?;
         all.push(Lines {
             z,
-            fs: receive.output_rate,
+            fs: receive.0.output_rate,
             t0: stage.start(),
             beam_x: stage.beam_x().to_vec(),
             c: stage.sound_speed(),
@@ -55,7 +56,13 @@ pub fn beamform_all(
             progress(&format!("{what}: references"), 0.0);
             let mut checks = vec![Check {
                 what: format!("{what}: aligned samples"),
-                bits: checks::delay::check(data, &stage, receive.output_rate, &x, extent.every_f32),
+                bits: validate::delay::check(
+                    data,
+                    &stage,
+                    receive.0.output_rate,
+                    &x,
+                    extent.every_f32,
+                ),
                 error: None,
             }];
             checks.extend(check_lines(what, &x, active, &all, receive, extent)?);
@@ -74,18 +81,18 @@ fn check_lines(
     receive: &Receive,
     extent: &Checks,
 ) -> Result<Vec<Check>> {
-    let frame = checks::beamform::Frame {
+    let frame = validate::beamform::Frame {
         x,
         active,
-        covariance: receive.covariance,
+        covariance: receive.0.covariance,
     };
-    let results: Vec<_> = BEAMFORMERS
+    let results: Vec<_> = COMPARED
         .iter()
         .zip(lines)
-        .map(|(beamformer, lines)| (&lines.z, beamformer.parameters(receive).parameters()))
+        .map(|(beamformer, lines)| (&lines.z, receive.parameters(beamformer.method)))
         .collect();
     let errors = frame.errors(&results, extent.every_f64)?;
-    let checks = BEAMFORMERS.iter().zip(results).zip(errors);
+    let checks = COMPARED.iter().zip(results).zip(errors);
     Ok(checks
         .map(|((beamformer, (z, parameters)), error)| Check {
             what: format!("{what}: lines, {}", beamformer.name),

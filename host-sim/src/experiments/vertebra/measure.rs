@@ -1,16 +1,16 @@
 //! The pictures of the vertebra measured against its known surface.
 
 use ndarray::{Array2, Axis};
+use serde::Serialize;
 
 use crate::drive::image::PixelGrid;
+use crate::experiments::common::pictures::Pair;
+use crate::experiments::outcome::Picture;
 use crate::measure::profile::{largest, width};
 use crate::measure::signed_distance::{
     Region, SurfaceMeasure, distribution, measure, uniform_baseline,
 };
 use crate::simulate::Outline;
-
-use super::picture::{Pair, Picture};
-use super::vertebra::{ByImage, ImageLine, Surface, VertebraMeasure, VertebraResult};
 
 /// Width of a bin of signed distance, m.
 const BIN: f64 = 0.1e-3;
@@ -27,6 +27,105 @@ const NOISE_DEPTHS: [f64; 2] = [30e-3, 40e-3];
 /// Grey levels at which the paper measures the widths of the axial lines and of the lateral ones.
 const AXIAL_LEVEL: f64 = 200.0;
 const LATERAL_LEVELS: [f64; 2] = [150.0, 100.0];
+
+/// What came out of the vertebra.
+#[derive(Clone, Debug, Serialize)]
+pub struct VertebraResult {
+    /// What an image of one grey level scores, B-mode and phase symmetry.
+    pub uniform: ByImage<Surface>,
+    /// One entry a beamformer.
+    pub beamformers: Vec<VertebraMeasure>,
+    /// Depths of the axial line's pixels.
+    pub axial_depth_mm: Vec<f64>,
+    /// Lateral position of the axial line.
+    pub axial_x_mm: f64,
+    /// Lateral positions of the lateral line's pixels.
+    pub lateral_x_mm: Vec<f64>,
+    /// Depth of the lateral line.
+    pub lateral_depth_mm: f64,
+    /// Where the true surface crosses the axial line, shallowest first.
+    pub axial_surface_mm: Vec<f64>,
+    /// Where the true surface crosses the lateral line, from the left.
+    pub lateral_surface_mm: Vec<f64>,
+    /// Centres of the bins of signed distance, inside the bone positive.
+    pub distance_mm: Vec<f64>,
+    /// The pictures.
+    pub pictures: Vec<Pair>,
+    /// The true outer surface: closed loops of points (x, depth).
+    #[serde(skip)]
+    pub outline_mm: Vec<Vec<(f64, f64)>>,
+}
+
+impl<T> ByImage<T> {
+    /// Both, by the paper's names and by their full ones.
+    pub fn named(&self) -> [(&'static str, &'static str, &T); 2] {
+        [
+            ("US", "B-mode (US)", &self.b_mode),
+            ("PS", "Phase symmetry (PS)", &self.phase_symmetry),
+        ]
+    }
+}
+
+/// A value of the B-mode image and one of its phase symmetry.
+#[derive(Clone, Debug, Serialize)]
+pub struct ByImage<T> {
+    /// Of the B-mode image ("US" in the paper).
+    pub b_mode: T,
+    /// Of the phase symmetry image ("PS").
+    pub phase_symmetry: T,
+}
+
+/// The signed-distance measures of one image (Table I).
+#[derive(Clone, Debug, Serialize)]
+pub struct Surface {
+    /// Localization error: mean signed distance in region A, weighted by intensity.
+    pub mean_mm: Option<f64>,
+    /// Its weighted standard deviation.
+    pub std_mm: Option<f64>,
+    /// The same mean within 1 mm of the surface, on either side.
+    pub near_mean_mm: Option<f64>,
+    /// Its standard deviation.
+    pub near_std_mm: Option<f64>,
+    /// Mean intensity 0..255 at the surface (A).
+    pub intensity_a: Option<f64>,
+    /// Outside the bone (B).
+    pub intensity_b: Option<f64>,
+    /// Inside it (C).
+    pub intensity_c: Option<f64>,
+}
+
+/// The measures of one beamformer.
+#[derive(Clone, Debug, Serialize)]
+pub struct VertebraMeasure {
+    /// The beamformer's key.
+    pub beamformer: &'static str,
+    /// Table I.
+    pub surface: ByImage<Surface>,
+    /// The line down through the tip of the spinous process (Fig. 8a, c).
+    pub axial: ByImage<ImageLine>,
+    /// The line across the laminae (Fig. 8b, d).
+    pub lateral: ByImage<ImageLine>,
+    /// Mean intensity by signed distance (Fig. 6, 7).
+    pub intensity_by_distance: ByImage<Vec<Option<f64>>>,
+}
+
+/// One line of an image.
+#[derive(Clone, Debug, Serialize)]
+pub struct ImageLine {
+    /// Grey levels.
+    pub intensity: Vec<f32>,
+    /// The peak's distance from the true surface, deeper or farther right positive.
+    pub peak_bias_mm: Option<f64>,
+    /// Width of the peak at the paper's grey level.
+    pub width_mm: Option<f64>,
+    /// That level.
+    pub width_level: f64,
+    /// Width of the peak at half its own grey level.
+    pub half_width_mm: Option<f64>,
+    /// Mean grey level between depths of 30 and 40 mm, on the axial line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<f64>,
+}
 
 /// The image's geometry beside the bone's.
 pub struct View<'a> {
