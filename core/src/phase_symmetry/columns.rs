@@ -17,6 +17,7 @@ use num_complex::Complex;
 impl PhaseSymmetry {
     /// The second step of [`PhaseSymmetry::run`], for one filter and one of
     /// [`PhaseSymmetry::column_strips`]: writes the filtered columns.
+    /// An example stands at [`StripSlices`].
     ///
     /// The other half of the spectrum is the mirror image of the stored one, so a strip gives the
     /// columns of the opposite frequencies as well.

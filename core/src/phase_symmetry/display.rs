@@ -6,6 +6,15 @@ use crate::Error;
 ///
 /// No memory of its own; a division a pixel.
 ///
+/// ```
+/// use bonebeam::phase_symmetry::scale_for_display;
+///
+/// let mut map = [0.0, 0.2, 0.4];
+/// scale_for_display(&mut map)?;
+/// assert_eq!(map, [0.0, 127.5, 255.0]);
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
+///
 /// # Errors
 /// [`Error::NonFinite`] with the flat index of a NaN or infinite value, [`Error::Parameter`] for a
 /// negative one, neither of which [`super::PhaseSymmetry`] gives; the map is then untouched.

@@ -8,6 +8,18 @@ use num_complex::Complex;
 ///
 /// [`Microfft`] serves a microcontroller, [`super::LaneFft`] everything with wider vectors; they
 /// give the same numbers, so phase symmetry has the same bits by either.
+///
+/// ```
+/// use bonebeam::phase_symmetry::{Fft, LaneFft, Microfft};
+/// use num_complex::Complex;
+///
+/// let input = |n| Complex::new(if n == 3 { 1.0f32 } else { 0.0 }, 0.0);
+/// let mut by_microfft = [Complex::ZERO; 64];
+/// Microfft.transform(input, &mut by_microfft);
+/// let mut by_lane_fft = [Complex::ZERO; 64];
+/// LaneFft::new().transform(input, &mut by_lane_fft);
+/// assert_eq!(by_microfft, by_lane_fft);
+/// ```
 pub trait Fft<V: Vector> {
     /// `line[k] = Σ input(n)·exp(−2πikn/N)` in every lane, for N = 64, 128, 256, 512 or 1024, the
     /// length of `line`. A line of another length is left as it is.

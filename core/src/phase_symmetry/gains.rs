@@ -107,6 +107,26 @@ impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {
     ///
     /// Half a division and less than five table look-ups a pixel.
     ///
+    /// ```
+    /// use bonebeam::Error;
+    /// use bonebeam::phase_symmetry::{
+    ///     GainTables, LogGabor, LogGaborTables, Parameters, PhaseSymmetry, Sizes,
+    /// };
+    ///
+    /// const SIZES: Sizes = Sizes { rows: 64, columns: 64, strip: 16 };
+    /// const SCALES: [f64; 2] = [1.0 / 8.0, 1.0 / 16.0];
+    /// let bank = PhaseSymmetry::new(&Parameters {
+    ///     sizes: SIZES,
+    ///     scales: &SCALES,
+    ///     threshold: 3.0,
+    /// })?;
+    /// let mut memory = [0.0; SIZES.gain_tables_len(SCALES.len())];
+    /// let mut tables = LogGaborTables::new();
+    /// let gains = GainTables::new(&LogGabor::new(&mut tables), &bank, &mut memory[..])?;
+    /// assert_eq!(gains.bank(), &bank);
+    /// # Ok::<(), Error>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Error::Length`] for memory of another length.
     pub fn new(filters: &LogGabor<'_>, bank: &PhaseSymmetry, mut memory: M) -> Result<Self, Error> {

@@ -37,6 +37,15 @@ type Cubic = [f32; 4];
 type Angular = [[Cubic; ANGULAR_SEGMENTS]; 4];
 
 /// Caller-owned memory for the tables of [`LogGabor`].
+///
+/// ```
+/// use bonebeam::phase_symmetry::{LogGabor, LogGaborTables};
+///
+/// let mut tables = LogGaborTables::new();
+/// let filters = LogGabor::new(&mut tables);
+/// # let _ = filters;
+/// assert_eq!(LogGaborTables::BYTES, 17_920);
+/// ```
 #[derive(Clone, Debug)]
 pub struct LogGaborTables {
     radial: [Cubic; OCTAVES * RADIAL_SEGMENTS],

@@ -21,6 +21,7 @@ impl PhaseSymmetry {
     /// The third step of [`PhaseSymmetry::run`], for one filter and one of
     /// [`PhaseSymmetry::row_strips`], once every column is there: adds the filtered rows to the sums
     /// (`symmetry` and `amplitude` of [`super::External`]), and after the last filter divides.
+    /// An example stands at [`StripSlices`].
     ///
     /// # Errors
     /// As [`PhaseSymmetry::run`]; [`Error::Capacity`] or [`Error::Parameter`] for a filter or strip

@@ -16,6 +16,7 @@ pub const MAX_PIXEL: f32 = 1e12;
 
 impl PhaseSymmetry {
     /// Checks the image and writes its half spectrum: the first step of [`PhaseSymmetry::run`].
+    /// An example stands at [`StripSlices`].
     ///
     /// # Errors
     /// As [`PhaseSymmetry::run`].

@@ -20,6 +20,20 @@ pub struct LanesMask<S: Simd>(S::mask32s);
 
 impl<S: Simd> Lanes<S> {
     /// Zero in every lane; `simd` is proof of the instruction set.
+    ///
+    /// [`InstructionSet::dispatch`](super::InstructionSet::dispatch) makes one where the processor is
+    /// asked. Where the target promises the instructions, nothing need be asked:
+    ///
+    /// ```
+    /// # #[cfg(target_arch = "x86_64")]
+    /// # {
+    /// use bonebeam::simd::{Lanes, Vector};
+    ///
+    /// let simd = fearless_simd::Level::baseline().as_sse2();
+    /// let zero = Lanes::new(simd.expect("x86-64 has SSE2"));
+    /// assert_eq!(zero.lanes(), [0.0; 4]);
+    /// # }
+    /// ```
     #[inline(always)]
     pub fn new(simd: S) -> Self {
         Lanes(S::f32s::splat(simd, 0.0))

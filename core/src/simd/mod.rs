@@ -40,21 +40,43 @@ mod dot;
 mod lanes;
 mod memory;
 
-pub use complex::ComplexVector;
-pub(crate) use complex::Scalar;
+pub(crate) use complex::{ComplexVector, Scalar};
 #[cfg(feature = "simd")]
 pub use dispatch::{InstructionSet, Task, UnknownInstructionSet};
-pub use dot::{Dot, PARTIAL_SUMS, Term};
+pub(crate) use dot::{Dot, PARTIAL_SUMS, Term};
 #[cfg(feature = "simd")]
 pub use lanes::Lanes;
 pub(crate) use memory::{MOST_LANES, load, transpose};
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// As many real numbers as a register holds, one a lane.
+/// As many real numbers as a register holds, one a lane: [`f32`], or `Lanes` with the feature `simd`. No
+/// other type can be one.
 ///
 /// A vector knows its instruction set, so every other one is made from one at hand: see
 /// [`Vector::splat`].
+///
+/// ```
+/// use bonebeam::simd::Vector;
+///
+/// /// Takes the magnitude of whole vectors of samples.
+/// #[inline(always)]
+/// fn magnitudes<V: Vector>(zero: V, samples: &mut [f32]) {
+///     for samples in samples.chunks_exact_mut(V::LANES) {
+///         let mut lanes = zero;
+///         lanes.lanes_mut().copy_from_slice(samples);
+///         samples.copy_from_slice(lanes.abs().lanes());
+///     }
+/// }
+///
+/// let mut samples = [1.0, -2.0, 3.0];
+/// let zero = 0.0f32;
+/// zero.vectorize(
+///     #[inline(always)]
+///     || magnitudes(zero, &mut samples),
+/// );
+/// assert_eq!(samples, [1.0, 2.0, 3.0]);
+/// ```
 pub trait Vector:
     Dot
     + Send
