@@ -1,11 +1,11 @@
 //! The outline of a bone in the image plane: closed loops, the distance to them, points on them.
 
+use bonebeam::image::PixelGrid;
 use ndarray::Array2;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use crate::drive::image::PixelGrid;
 use crate::{Error, Result};
 
 use super::chain::Point;
