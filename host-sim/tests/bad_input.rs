@@ -298,7 +298,7 @@ fn files_that_are_not_whole() {
         &folder,
         "beamform none.npz -o lines.npz",
         DATA,
-        &["none.npz", "cannot be opened"],
+        &["none.npz", "cannot be opened: no such file"],
     );
     fails(
         &folder,
@@ -313,6 +313,31 @@ fn files_that_are_not_whole() {
         USAGE,
         &["bad.toml", "line 2", "loadin"],
     );
+}
+
+#[test]
+fn recordings_of_formats_that_are_not_read() {
+    let folder = tempdir().unwrap();
+    let hdf5 = b"\x89HDF\r\n\x1a\n\0\0\0\0";
+    let cases: [(&str, &[u8], &str); 6] = [
+        (
+            "old.mat",
+            b"MATLAB 5.0 MAT-file, Platform: GLNXA64",
+            "MATLAB",
+        ),
+        ("new.mat", hdf5, "HDF5"),
+        ("scan.uff", hdf5, "HDF5"),
+        // The name says one thing and the file another.
+        ("renamed.npz", hdf5, "HDF5"),
+        ("rf.npy", b"\x93NUMPY\x01\0", ".npy array"),
+        ("notes.txt", b"rf", "not of a known format"),
+    ];
+    for (name, bytes, part) in cases {
+        fs::write(folder.path().join(name), bytes).unwrap();
+        let command = format!("beamform {name} -o lines.npz");
+        fails(&folder, &command, DATA, &[name, part, "expected an .npz"]);
+        assert!(!run(&folder, &command).1.contains("truncated"), "{name}");
+    }
 }
 
 #[test]

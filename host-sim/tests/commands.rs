@@ -192,6 +192,14 @@ fn the_written_configuration_repeats_the_run() {
     assert!(same("a.npz", "b.npz"));
     assert!(same("a.png", "b.png"));
 
+    // Flags have their older names, too.
+    let older = flags
+        .replace("temporal-half-window", "temporal")
+        .replace("diagonal-loading", "loading")
+        .replace("subaperture-ratio", "subarray-ratio");
+    run(&folder, &format!("beamform data.npz -o b.npz {older}"));
+    assert!(same("a.npz", "b.npz"));
+
     // A flag goes over the file, and takes with it what contradicts it.
     run(
         &folder,

@@ -103,6 +103,19 @@ fn a_file_may_mention_one_key_only() {
 }
 
 #[test]
+fn keys_are_also_read_by_their_older_names() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("config.toml");
+    let older = "[beamform]\nloading = 0.2\ntemporal = 3\nsubarray_ratio = 0.4\n";
+    fs::write(&path, older).unwrap();
+    let mut expected = Config::default();
+    expected.beamform.diagonal_loading = 0.2;
+    expected.beamform.temporal_half_window = 3;
+    expected.beamform.subaperture_ratio = 0.4;
+    assert_eq!(Config::read(&path).unwrap(), expected);
+}
+
+#[test]
 fn unknown_keys_and_wrong_types_are_named_with_their_line() {
     let message = refused("[beamform]\n\nbetta = 0.1\n");
     assert!(

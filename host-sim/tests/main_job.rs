@@ -209,7 +209,12 @@ fn parameters_out_of_range_are_told() {
             "[[point.sampling]]\nbeams = 4\nstep = 1.0\noffset = 0.0\n",
             "odd",
         ),
-        ("[vertebra]\ncolour = 1\n", "colour"),
+        ("[vertebra]\ncolour = 1\n", "line 2: unknown field `colour`"),
+        ("\n[vertebrae]\n", "unknown section `vertebrae`"),
+        (
+            "[vertebra.receive]\nmethod = \"mv\"\n",
+            "`method` has no effect",
+        ),
         ("[vertebra]\nslice = nan\n", "`slice` in [vertebra]"),
         ("[vertebra]\ndepth = -inf\n", "`depth` in [vertebra]"),
         ("[vertebra]\nlateral_line = nan\n", "`lateral_line`"),

@@ -6,7 +6,7 @@ use bonebeam::phase_symmetry::scale_for_display;
 use clap::Args;
 
 use super::{ConfigArgument, about, command_line, load_config, progress_bar};
-use crate::config::{self, Config, Size, parse_scale};
+use crate::config::{Config, PhaseSymmetryFlags};
 use crate::drive::image::resize;
 use crate::drive::phase_symmetry::{Parameters, phase_symmetry};
 use crate::files::atomic::{Outputs, check_outputs};
@@ -31,23 +31,8 @@ pub struct Arguments {
     #[arg(long = "image", value_name = "PS.png")]
     picture: Option<PathBuf>,
 
-    /// Centre frequencies of the filters, cycles per pixel, such as 2^-7,2^-8 or 0.0078125
-    /// [default: 2^-7,2^-8,2^-9]
-    #[arg(long, value_name = "R0,…", value_delimiter = ',', value_parser = parse_scale)]
-    scales: Option<Vec<f64>>,
-
-    /// Noise threshold T_n, in grey levels of the image [default: 15]
-    #[arg(long, value_name = "GREY")]
-    threshold: Option<f64>,
-
-    /// Rows or columns worked on at a time; it changes the memory needed, never the result
-    /// [default: 16]
-    #[arg(long, value_name = "ROWS")]
-    strip: Option<usize>,
-
-    /// Resample the image first; sides are 64, 128, 256, 512 or 1024 pixels
-    #[arg(long, value_name = "ROWSxCOLUMNS")]
-    resize: Option<Size>,
+    #[command(flatten)]
+    phase_symmetry: PhaseSymmetryFlags,
 
     #[command(flatten)]
     config: ConfigArgument,
@@ -59,24 +44,13 @@ Examples:
   host-sim phase-symmetry scan.png --resize 512x512 --scales 2^-5,2^-6,2^-7,2^-8,2^-9 \\
       --threshold 10 -o ps.npy";
 
-impl Arguments {
-    fn apply(&self, config: &mut config::PhaseSymmetry) {
-        if let Some(scales) = &self.scales {
-            config.scales.clone_from(scales);
-        }
-        config.threshold = self.threshold.unwrap_or(config.threshold);
-        config.strip = self.strip.unwrap_or(config.strip);
-        config.resize = self.resize.or(config.resize);
-    }
-}
-
 /// Runs the command.
 ///
 /// # Errors
 /// A parameter out of range, an image that is not valid, or an output that cannot be written.
 pub fn run(arguments: Arguments) -> Result<()> {
     let mut config = load_config(arguments.config.path.as_deref())?;
-    arguments.apply(&mut config.phase_symmetry);
+    config.phase_symmetry.apply(&arguments.phase_symmetry);
     config.validate()?;
 
     if Format::of(&arguments.output)? != Format::Npy {

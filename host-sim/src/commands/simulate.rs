@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{ConfigArgument, command_line, load_config, progress_bar};
-use crate::config::{self, Config, Kind};
+use crate::Result;
+use crate::config::{Config, Kind, SimulateFlags};
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::simulate::{Summation, channel_data};
-use crate::{Error, Result};
 
 /// Simulate the channel data of a point or of a vertebra.
 ///
@@ -19,78 +19,13 @@ use crate::{Error, Result};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
-    /// What is imaged
-    #[arg(value_enum, required_unless_present = "path")]
-    phantom: Option<Kind>,
+    #[command(flatten)]
+    simulate: SimulateFlags,
 
     /// The channel data: `rf` float32 [transmit, element, sample], `fs`, `t0`, `element_x`, `c`,
     /// `f0`, `tx_x`, `tx_focus`, `tx_fnumber`
     #[arg(short, long, value_name = "FILE.npz")]
     output: PathBuf,
-
-    /// How far the point lies to the right of the middle element, m [default: 0]
-    #[arg(long, value_name = "M", help_heading = "Point")]
-    offset: Option<f64>,
-
-    /// A closed surface in mm, +x towards the front and +z towards the head, in place of the
-    /// built-in vertebra
-    #[arg(long, value_name = "FILE.ply", help_heading = "Vertebra")]
-    mesh: Option<PathBuf>,
-
-    /// Height of the slice, m [default: 0]
-    #[arg(long, value_name = "M", help_heading = "Vertebra")]
-    slice: Option<f64>,
-
-    /// Depth of the bone's shallowest point, m [default: 0.015]
-    #[arg(long, value_name = "M", help_heading = "Vertebra")]
-    depth: Option<f64>,
-
-    /// Soft tissue around the bone, not water
-    #[arg(long, help_heading = "Vertebra")]
-    tissue: bool,
-
-    /// Electronic noise, dB relative to the largest sample of the record [default: none for the
-    /// point, -40 for the vertebra]
-    #[arg(long, value_name = "DB", help_heading = "Scanner")]
-    noise: Option<f64>,
-
-    /// No electronic noise
-    #[arg(long, conflicts_with = "noise", help_heading = "Scanner")]
-    noise_free: bool,
-
-    /// Seed of noise and tissue [default: 1]
-    #[arg(long, value_name = "N", help_heading = "Scanner")]
-    seed: Option<u64>,
-
-    /// Depth of the transmit focus, m [default: 0.015]
-    #[arg(long, value_name = "M", help_heading = "Scanner")]
-    focus: Option<f64>,
-
-    /// Transmit f-number [default: 2.8]
-    #[arg(long, help_heading = "Scanner")]
-    f_number: Option<f64>,
-
-    /// How many beams [default: 128]
-    #[arg(long, value_name = "N", help_heading = "Scanner")]
-    beams: Option<usize>,
-
-    /// Where the first beam lies, in pitches from the first element [default: 0]
-    #[arg(long, value_name = "PITCHES", help_heading = "Scanner")]
-    first_beam: Option<f64>,
-
-    /// Distance between the beams, in pitches [default: 1]
-    #[arg(long, value_name = "PITCHES", help_heading = "Scanner")]
-    beam_step: Option<f64>,
-
-    /// Shallowest depth that the record serves, m [default: 0.012 for the point, 0.005 for the
-    /// vertebra]
-    #[arg(long, value_name = "M", help_heading = "Scanner")]
-    depth_start: Option<f64>,
-
-    /// Greatest depth that the record serves, m [default: 0.018 for the point, 0.04 for the
-    /// vertebra]
-    #[arg(long, value_name = "M", help_heading = "Scanner")]
-    depth_end: Option<f64>,
 
     #[command(flatten)]
     config: ConfigArgument,
@@ -104,60 +39,13 @@ Examples:
   host-sim simulate vertebra --mesh L3.ply --slice -0.01 --tissue -o vertebra.npz
   host-sim simulate --config vertebra.npz.config.toml --seed 2 -o again.npz";
 
-impl Arguments {
-    /// What the flags say in place of the file's values.
-    fn apply(&self, config: &mut config::Simulate) {
-        config.phantom = self.phantom.unwrap_or(config.phantom);
-        config.offset = self.offset.unwrap_or(config.offset);
-        config.mesh = self.mesh.clone().or(config.mesh.take());
-        config.slice = self.slice.unwrap_or(config.slice);
-        config.depth = self.depth.unwrap_or(config.depth);
-        config.tissue |= self.tissue;
-        let scanner = config.scanner();
-        scanner.noise = match self.noise_free {
-            true => None,
-            false => self.noise.or(scanner.noise),
-        };
-        scanner.seed = self.seed.unwrap_or(scanner.seed);
-        scanner.focus = self.focus.unwrap_or(scanner.focus);
-        scanner.f_number = self.f_number.unwrap_or(scanner.f_number);
-        scanner.beams = self.beams.unwrap_or(scanner.beams);
-        scanner.first_beam = self.first_beam.unwrap_or(scanner.first_beam);
-        scanner.beam_step = self.beam_step.unwrap_or(scanner.beam_step);
-        scanner.depth_start = self.depth_start.unwrap_or(scanner.depth_start);
-        scanner.depth_end = self.depth_end.unwrap_or(scanner.depth_end);
-    }
-
-    /// A flag that would have no effect is a mistake.
-    fn refuse_flags_of_the_other(&self, phantom: Kind) -> Result<()> {
-        let flags = [
-            ("--offset", self.offset.is_some(), Kind::Point),
-            ("--mesh", self.mesh.is_some(), Kind::Vertebra),
-            ("--slice", self.slice.is_some(), Kind::Vertebra),
-            ("--depth", self.depth.is_some(), Kind::Vertebra),
-            ("--tissue", self.tissue, Kind::Vertebra),
-        ];
-        match flags.iter().find(|(_, given, of)| *given && *of != phantom) {
-            None => Ok(()),
-            Some((flag, ..)) => Err(Error::Usage(format!(
-                "{flag} has no effect on the phantom {}",
-                match phantom {
-                    Kind::Point => "point",
-                    Kind::Vertebra => "vertebra",
-                }
-            ))),
-        }
-    }
-}
-
 /// Runs the command.
 ///
 /// # Errors
 /// A parameter out of range, a mesh that is not valid, or an output that cannot be written.
 pub fn run(arguments: Arguments) -> Result<()> {
     let mut config = load_config(arguments.config.path.as_deref())?;
-    arguments.apply(&mut config.simulate);
-    arguments.refuse_flags_of_the_other(config.simulate.phantom)?;
+    config.simulate.apply(&arguments.simulate)?;
     config.validate()?;
 
     let config_path = Config::path_beside(&arguments.output);

@@ -11,8 +11,8 @@ mod simulate;
 
 pub use beamform::{Beamform, BeamformFlags};
 pub use image::{Image, ImageFlags};
-pub use phase_symmetry::{PhaseSymmetry, Size, parse_scale};
-pub use simulate::{Kind, Simulate};
+pub use phase_symmetry::{PhaseSymmetry, PhaseSymmetryFlags, Size, parse_scale};
+pub use simulate::{Kind, Simulate, SimulateFlags};
 
 use std::fs;
 use std::io::Write;

@@ -1,9 +1,10 @@
-//! The parameters of phase symmetry.
+//! The parameters of phase symmetry: the section and its flags.
 
 use std::fmt;
 use std::str::FromStr;
 
 use bonebeam::phase_symmetry::MAX_SCALES;
+use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use super::out_of_range;
@@ -29,6 +30,28 @@ pub struct PhaseSymmetry {
     /// Resample the image to this size first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resize: Option<Size>,
+}
+
+/// The flags that go over the section.
+#[derive(Debug, Args)]
+pub struct PhaseSymmetryFlags {
+    /// Centre frequencies of the filters, cycles per pixel, such as 2^-7,2^-8 or 0.0078125
+    /// [default: 2^-7,2^-8,2^-9]
+    #[arg(long, value_name = "R0,…", value_delimiter = ',', value_parser = parse_scale)]
+    scales: Option<Vec<f64>>,
+
+    /// Noise threshold T_n, in grey levels of the image [default: 15]
+    #[arg(long, value_name = "GREY")]
+    threshold: Option<f64>,
+
+    /// Rows or columns worked on at a time; it changes the memory needed, never the result
+    /// [default: 16]
+    #[arg(long, value_name = "ROWS")]
+    strip: Option<usize>,
+
+    /// Resample the image first; sides are 64, 128, 256, 512 or 1024 pixels
+    #[arg(long, value_name = "ROWSxCOLUMNS")]
+    resize: Option<Size>,
 }
 
 /// The size of an image, pixels.
@@ -83,6 +106,16 @@ impl Default for PhaseSymmetry {
 }
 
 impl PhaseSymmetry {
+    /// What the flags say in place of the section's values.
+    pub fn apply(&mut self, flags: &PhaseSymmetryFlags) {
+        if let Some(scales) = &flags.scales {
+            self.scales.clone_from(scales);
+        }
+        self.threshold = flags.threshold.unwrap_or(self.threshold);
+        self.strip = flags.strip.unwrap_or(self.strip);
+        self.resize = flags.resize.or(self.resize);
+    }
+
     /// Checks every value.
     ///
     /// # Errors
