@@ -16,13 +16,16 @@ pub struct Receive(pub Beamform);
 /// where the beams are.
 const NOT_TAKEN: [&str; 5] = ["method", "beta", "rank", "exclude_first", "beam_spacing"];
 
+/// Depths of the lines' ends where nothing else is said, m.
+const DEPTHS: [f64; 2] = [5e-3, 40e-3];
+
 impl Default for Receive {
-    /// Forward only, as in the paper's figures, from 5 to 40 mm.
+    /// Forward only, as in the paper's figures.
     fn default() -> Self {
         Receive(Beamform {
             covariance: Covariance::Forward,
-            depth_start: Some(5e-3),
-            depth_end: Some(40e-3),
+            depth_start: Some(DEPTHS[0]),
+            depth_end: Some(DEPTHS[1]),
             ..Beamform::default()
         })
     }
@@ -32,7 +35,7 @@ impl Receive {
     /// Depths of the lines' ends, m.
     pub fn depths(&self) -> [f64; 2] {
         let (start, end) = (self.0.depth_start, self.0.depth_end);
-        [start.unwrap_or(5e-3), end.unwrap_or(40e-3)]
+        [start.unwrap_or(DEPTHS[0]), end.unwrap_or(DEPTHS[1])]
     }
 
     /// The core's parameters for a method.

@@ -25,7 +25,7 @@ use crate::drive::threads::pool;
 use crate::files::{ChannelData, Lines};
 use crate::methods::COMPARED;
 use crate::reference;
-use crate::validate::{self as checks, Bits, Bound};
+use crate::validate::{self, Bits, Bound};
 
 /// Of the methods that are not compared elsewhere: a rank that is fixed and not 1.
 const RANK_3: (&str, Method) = ("ESMV rank 3", Method::EsmvRank(3));
@@ -206,7 +206,7 @@ impl<'a> Scene<'a> {
         let name = format!("{name}, {side}, K={}", parameters.temporal_half_window);
         let z = self.beamform(parameters, covariance)?;
         let numbers = parts(&z);
-        let frame = checks::beamform::Frame {
+        let frame = validate::beamform::Frame {
             x: &self.x,
             active: |beam, sample| self.active(beam, sample),
             covariance,
@@ -284,7 +284,7 @@ impl<'a> Scene<'a> {
         };
         let grid = grid_of_lines(&lines, 128, 128)?;
         let image = b_mode(&lines, RANGE, &grid, true)?;
-        let (bits, error) = checks::image::check(&image, &lines, f64::from(RANGE), &grid, true);
+        let (bits, error) = validate::image::check(&image, &lines, f64::from(RANGE), &grid, true);
         let pixels: Vec<f32> = image.pixels.iter().copied().collect();
         let mut verdicts = vec![
             Verdict::bits("image: f32".into(), &pixels, &bits),
@@ -299,7 +299,7 @@ impl<'a> Scene<'a> {
             let name = format!("phase symmetry, {} filters", 6 * scales.len());
             let map = phase_symmetry(image.pixels.view(), &parameters, |_, _| {})?;
             let numbers: Vec<f32> = map.iter().copied().collect();
-            let (bits, error) = checks::phase_symmetry::check(&map, &image.pixels, &parameters);
+            let (bits, error) = validate::phase_symmetry::check(&map, &image.pixels, &parameters);
             verdicts.push(Verdict::bits(format!("{name}: f32"), &numbers, &bits));
             verdicts.push(Verdict::bound(format!("{name}: f64"), &error));
             for strip in [1, 7, 16, 64] {
