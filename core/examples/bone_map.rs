@@ -2,7 +2,6 @@
 //! on a Cortex-M7. Both print the hash of the same map.
 use bonebeam::Error;
 use bonebeam::beamform::{self, Workspace};
-use bonebeam::covariance::ForwardBackward;
 use bonebeam::focus::Record;
 use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::pipeline::{Frame, Memory, Parameters, Pipeline, Sizes};
@@ -37,7 +36,8 @@ const SIZES: Sizes = match PARAMETERS.sizes() {
 /// Fits a `static`, as does the next.
 pub type FrameMemory = Memory<{ SIZES.real }, { SIZES.complex }>;
 /// One output at a time.
-pub type LineMemory = Workspace<ForwardBackward, f32, { SIZES.elements }, { SIZES.subaperture }, 1>;
+pub type LineMemory =
+    Workspace<{ SIZES.elements }, { SIZES.subaperture }, { SIZES.temporal_half_window }>;
 
 /// The hash of a frame's bone map, 64 × 64 pixels.
 pub fn bone_map(frame: &mut FrameMemory, line: &mut LineMemory) -> Result<u64, Error> {
@@ -46,7 +46,11 @@ pub fn bone_map(frame: &mut FrameMemory, line: &mut LineMemory) -> Result<u64, E
     for k in 0..PARAMETERS.scan.lines.count() {
         let rf = echoes(PARAMETERS.scan.lines.x(k));
         let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
-        frame.line(k, [(transmit, &Record::new(&rf, SIZES.elements)?)], line)?;
+        frame.line(
+            k,
+            [(transmit, &Record::new(&rf, SIZES.elements)?)],
+            &mut line.view(),
+        )?;
     }
     frame.image()?;
     let map = frame.bone_map()?;

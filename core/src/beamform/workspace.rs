@@ -1,150 +1,161 @@
-//! The beamformer's memory.
+//! The beamformer's memory where its sizes are known at compile time.
 
-use crate::covariance::{Averaging, OneLane};
-use crate::linalg::panels::{PanelColumn, TILE};
-use crate::linalg::tridiagonal::Tridiagonal;
-use crate::simd::{ComplexVector, Scalar, Vector};
+use super::capacity::Capacity;
+use super::view::{Slices, WorkspaceView};
+use crate::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use crate::simd::ComplexVector;
 
-/// All the memory a beamformer needs; a plain struct for a `static` or a box.
+/// All the memory that a beamformer needs, for one output at a time; a plain struct for a `static`.
 ///
-/// `A` is [`Forward`] or [`ForwardBackward`], `V` a vector: `f32` for one output at a time, a
-/// processor's registers for as many as they have lanes. Capacities: `M` active elements, subapertures
-/// of `L` (a multiple of 4), and `ROWS` rows of `L` complex numbers for the time window:
-/// [`ForwardBackward::window_rows`], [`Forward::window_rows`].
+/// For up to `M` active elements, subapertures of up to `L` (4, 8, … 64, 96 or 128) and time windows of
+/// up to `2K+1` samples (`K` up to 10). `A` is [`ForwardBackward`] or [`Forward`]. Memory for other
+/// sizes, or for the lanes of a vector: [`WorkspaceView::new`].
 ///
-/// [`Forward`]: crate::covariance::Forward
-/// [`Forward::window_rows`]: crate::covariance::Forward::window_rows
-/// [`ForwardBackward`]: crate::covariance::ForwardBackward
-/// [`ForwardBackward::window_rows`]: crate::covariance::ForwardBackward::window_rows
+/// RAM is [`Workspace::BYTES`]: the lengths of [`Capacity::lengths`], with 8 bytes a complex number and
+/// 4 a scalar (8 forward), a real and a float.
 ///
-/// RAM is [`Workspace::BYTES`]: `4·LANES·(2s·L² + 2M + 2L·ROWS + (13 + 6s)·L) + 12·L` bytes and `L`
-/// machine words, with `s = 1` for forward-backward and 2 for forward, and what aligns a register.
-pub struct Workspace<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usize>
-{
-    snapshot: [ComplexVector<V>; M],
-    window: [[ComplexVector<V>; L]; ROWS],
-    matrix: [[A::Scalar; L]; L],
-    factor: [[A::Scalar; L]; L],
-    rows: [PanelColumn<A::Scalar>; L],
-    vector: [A::Scalar; L],
-    tridiagonal: [[V; L]; 4],
-    phases: [A::Scalar; L],
-    lane: [[f32; L]; 2],
-    values: [V; L],
-    work: [[ComplexVector<V>; L]; 4],
-    order: [usize; L],
-    cumulative: [f32; L],
+/// ```
+/// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Workspace};
+/// use bonebeam::{Complex, geometry::Active};
+///
+/// // 16 elements, L = 8, K = 2. On a target, such a workspace is a `static`.
+/// let mut workspace = Workspace::<16, 8, 2>::new();
+/// let samples = [Complex::new(1.0, 0.0); 100 * 16];
+/// let mut z = [Complex::default(); 100];
+/// let beamformer = Beamformer::new(Parameters { temporal_half_window: 2, ..Default::default() })?;
+/// let line = AlignedLine::new(&samples, 16)?;
+/// let all = |_| Active { first: 0, count: 16 };
+/// beamformer.line(&mut workspace.view(), line, all, &mut z)?;
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
+///
+/// Capacity that cannot be are refused by the compiler:
+///
+/// ```compile_fail
+/// # use bonebeam::beamform::Workspace;
+/// let _ = Workspace::<16, 9, 2>::new();
+/// ```
+///
+/// ```compile_fail
+/// # use bonebeam::beamform::Workspace;
+/// let _ = Workspace::<4, 8, 2>::new();
+/// ```
+pub struct Workspace<
+    const M: usize,
+    const L: usize,
+    const K: usize,
+    A: Storage<L, K> = ForwardBackward,
+> {
+    snapshot: [ComplexVector<f32>; M],
+    complex: A::Complex,
+    scalars: A::Scalars,
+    reals: [[f32; L]; 5],
+    floats: [[f32; L]; 3],
+    indices: [usize; L],
 }
 
-/// A [`Workspace`] as slices, so that the kernels are compiled once for all capacities.
-pub(super) struct Memory<'a, S, V> {
-    /// The active elements of one sample.
-    pub(super) snapshot: &'a mut [ComplexVector<V>],
-    /// A ring of subaperture sums, then the window's sets of lag sums; later eigenvectors, where they
-    /// are asked for.
-    pub(super) window: &'a mut [ComplexVector<V>],
-    pub(super) solver: Solver<'a, S, V>,
-}
-
-/// What the solvers work on.
-pub(super) struct Solver<'a, S, V> {
-    /// The loaded covariance in panels.
-    pub(super) matrix: &'a mut [PanelColumn<S>],
-    /// The Lanczos basis, the Cholesky factor in panels, or the matrix while it is reduced.
-    pub(super) factor: &'a mut [S],
-    /// Steering vector and data below the matrix, or a reduction's vectors.
-    pub(super) rows: &'a mut [PanelColumn<S>],
-    pub(super) vector: &'a mut [S],
-    pub(super) tridiagonal: Tridiagonal<'a, V>,
-    pub(super) phases: &'a mut [S],
-    /// One lane's tridiagonal matrix.
-    pub(super) lane: [&'a mut [f32]; 2],
-    pub(super) values: &'a mut [V],
-    /// The subaperture sum, then the lag sums under way; later `Eᴴa` and `Eᴴx`, one after the other.
-    pub(super) work: &'a mut [ComplexVector<V>],
-    /// One lane's eigenvalues in descending order.
-    pub(super) order: &'a mut [usize],
-    /// One lane's cross-spectral metric.
-    pub(super) cumulative: &'a mut [f32],
-}
-
-impl<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usize>
-    Workspace<A, V, M, L, ROWS>
-{
+impl<const M: usize, const L: usize, const K: usize, A: Storage<L, K>> Workspace<M, L, K, A> {
     /// The size in bytes.
-    pub const BYTES: usize = core::mem::size_of::<Self>();
+    pub const BYTES: usize = size_of::<Self>();
 
-    const SHAPES: () = {
-        assert!(
-            M >= 1 && L >= 1 && ROWS >= 1,
-            "every capacity is at least 1"
-        );
-        assert!(L <= M, "a subaperture cannot exceed the aperture");
-        assert!(
-            L.is_multiple_of(TILE),
-            "the subaperture capacity is a multiple of 4"
-        );
+    /// What fits.
+    pub const CAPACITY: Capacity = Capacity {
+        elements: M,
+        subaperture: L,
+        temporal_half_window: K,
     };
 
-    /// A workspace over the lanes of `zero`, a vector of zeros.
-    pub fn over(zero: V) -> Self {
-        Self::filled(zero, A::Scalar::from_real(zero))
-    }
-
-    /// `zero` and `number` are the same zero as a vector and as the solver's number.
-    const fn filled(zero: V, number: A::Scalar) -> Self {
-        const { Self::SHAPES };
-        let complex = ComplexVector { re: zero, im: zero };
-        Workspace {
-            snapshot: [complex; M],
-            window: [[complex; L]; ROWS],
-            matrix: [[number; L]; L],
-            factor: [[number; L]; L],
-            rows: [[number; TILE]; L],
-            vector: [number; L],
-            tridiagonal: [[zero; L]; 4],
-            phases: [number; L],
-            lane: [[0.0; L]; 2],
-            values: [zero; L],
-            work: [[complex; L]; 4],
-            order: [0; L],
-            cumulative: [0.0; L],
-        }
-    }
-
-    pub(super) fn memory(&mut self) -> Memory<'_, A::Scalar, V> {
-        let (matrix, _) = self.matrix.as_flattened_mut().as_chunks_mut();
-        Memory {
-            snapshot: &mut self.snapshot,
-            window: self.window.as_flattened_mut(),
-            solver: Solver {
-                matrix,
-                factor: self.factor.as_flattened_mut(),
-                rows: &mut self.rows,
-                vector: &mut self.vector,
-                tridiagonal: Tridiagonal::new(&mut self.tridiagonal),
-                phases: &mut self.phases,
-                lane: self.lane.each_mut().map(|row| row.as_mut_slice()),
-                values: &mut self.values,
-                work: self.work.as_flattened_mut(),
-                order: &mut self.order,
-                cumulative: &mut self.cumulative,
-            },
-        }
-    }
-}
-
-impl<A: OneLane, const M: usize, const L: usize, const ROWS: usize> Workspace<A, f32, M, L, ROWS> {
-    /// A workspace for one output at a time, all zero.
+    /// A workspace, all zero.
     pub const fn new() -> Self {
-        Self::filled(0.0, A::ZERO)
+        const {
+            assert!(M >= 1, "M, the number of elements, is at least 1");
+            assert!(L <= M, "L, the subaperture, is at most M, the elements");
+        }
+        Workspace {
+            snapshot: [ComplexVector { re: 0.0, im: 0.0 }; M],
+            complex: A::COMPLEX,
+            scalars: A::SCALARS,
+            reals: [[0.0; L]; 5],
+            floats: [[0.0; L]; 3],
+            indices: [0; L],
+        }
+    }
+
+    /// The memory as slices, which is what a beamformer takes.
+    pub fn view(&mut self) -> WorkspaceView<'_, A> {
+        WorkspaceView::cut(
+            0.0,
+            Self::CAPACITY,
+            &mut self.snapshot,
+            Slices {
+                complex: self.complex.as_mut(),
+                scalars: self.scalars.as_mut(),
+                reals: self.reals.as_flattened_mut(),
+                floats: self.floats.as_flattened_mut(),
+                indices: &mut self.indices,
+            },
+        )
     }
 }
 
-impl<A: OneLane, const M: usize, const L: usize, const ROWS: usize> Default
-    for Workspace<A, f32, M, L, ROWS>
+impl<const M: usize, const L: usize, const K: usize, A: Storage<L, K>> Default
+    for Workspace<M, L, K, A>
 {
     fn default() -> Self {
         Self::new()
     }
 }
+
+/// The arrays of a [`Workspace`] whose lengths follow from `L` and `K`.
+///
+/// Stable Rust computes no array's length from a const parameter, so there is one implementation for
+/// each `L` and `K`.
+#[diagnostic::on_unimplemented(
+    message = "no `Workspace` has a subaperture of L = {L} and a half-window of K = {K}",
+    label = "L = {L}, K = {K}",
+    note = "a Workspace has subapertures of L = 4, 8, … 64, 96 or 128, and a half-window K of 0 to 10",
+    note = "memory of any size is a matter of slices: `WorkspaceView::new`"
+)]
+pub trait Storage<const L: usize, const K: usize>: Averaging<f32> {
+    /// The array of complex numbers, but for the snapshot's.
+    type Complex: AsMut<[ComplexVector<f32>]>;
+
+    /// The array of the matrix's numbers.
+    type Scalars: AsMut<[Self::Scalar]>;
+
+    /// Zeros.
+    const COMPLEX: Self::Complex;
+
+    /// Zeros.
+    const SCALARS: Self::Scalars;
+}
+
+/// [`Storage`] of both averagings for all `K` with each `L`.
+macro_rules! storage {
+    ($($l:literal)*) => {
+        $(storage!($l: 0 1 2 3 4 5 6 7 8 9 10);)*
+    };
+    ($l:literal: $($k:literal)*) => {
+        $(
+            storage!(Forward, ComplexVector<f32>, ComplexVector { re: 0.0, im: 0.0 }, $l, $k);
+            storage!(ForwardBackward, f32, 0.0, $l, $k);
+        )*
+    };
+    ($averaging:ident, $scalar:ty, $zero:expr, $l:literal, $k:literal) => {
+        #[doc(hidden)]
+        impl Storage<$l, $k> for $averaging {
+            type Complex = [ComplexVector<f32>; {
+                let capacity = Capacity { elements: 0, subaperture: $l, temporal_half_window: $k };
+                capacity.lengths(Covariance::$averaging).complex
+            }];
+            type Scalars = [$scalar; {
+                let capacity = Capacity { elements: 0, subaperture: $l, temporal_half_window: $k };
+                capacity.lengths(Covariance::$averaging).scalars
+            }];
+            const COMPLEX: Self::Complex = [ComplexVector { re: 0.0, im: 0.0 }; _];
+            const SCALARS: Self::Scalars = [$zero; _];
+        }
+    };
+}
+
+storage!(4 8 12 16 20 24 28 32 36 40 44 48 52 56 60 64 96 128);

@@ -1,5 +1,6 @@
 //! What an averaging of the covariance is: what is kept of it, and the basis in which it is solved.
 
+use super::Covariance;
 use super::diagonal_loading::DiagonalLoading;
 use crate::linalg::panels::PanelColumn;
 use crate::simd::{ComplexVector, Scalar, Vector};
@@ -9,15 +10,18 @@ pub(crate) const RIGHT_SIDES: usize = 3;
 
 /// Which covariance is in use: [`Forward`](super::Forward) or
 /// [`ForwardBackward`](super::ForwardBackward), over the lanes of `V`.
-pub trait Averaging<V: Vector>: Basis<V> {}
+///
+/// `A::COVARIANCE` is the averaging as data, `A::Scalar` the number of its matrix: a
+/// [`ComplexVector`] or a `V`.
+pub trait Averaging<V: Vector>: Basis<V> {
+    /// A real number as one of the matrix: what memory is filled with.
+    #[inline(always)]
+    fn scalar(value: V) -> Self::Scalar {
+        Self::Scalar::from_real(value)
+    }
+}
 
 impl<A: Basis<V>, V: Vector> Averaging<V> for A {}
-
-/// An averaging for one output at a time, with a zero that a `static` can hold.
-pub trait OneLane: Averaging<f32> {
-    /// The solver's number.
-    const ZERO: <Self as Basis<f32>>::Scalar;
-}
 
 /// What is kept of a sample's covariance, and how it becomes the solver's matrix. Out of reach from
 /// outside the crate, so that there are no other averagings.
@@ -25,8 +29,8 @@ pub trait Basis<V: Vector> {
     /// The number of the solver's matrix: complex for forward, real for forward-backward.
     type Scalar: Scalar<V>;
 
-    /// How many lag sums are kept of a sample.
-    fn lag_count(subaperture: usize) -> usize;
+    /// The same as data.
+    const COVARIANCE: Covariance;
 
     /// Takes the forward sums of the lags `lag..lag + LAGS` into `lags`: `rows[place][k]` is that of
     /// lag `lag + k`, the entry at `(lag + k + place, place)`. There is a row for each place of `lag`;
@@ -68,11 +72,4 @@ pub trait Basis<V: Vector> {
     /// Weights in the solver's coordinates → weights of the subaperture's elements (Eq. 1, 7), with
     /// `scratch` of the same length.
     fn weights(v: &mut [ComplexVector<V>], scratch: &mut [ComplexVector<V>]);
-}
-
-/// The rows for a ring of `temporal + 1` subaperture sums and for the window's sets of `kept` numbers.
-pub(super) const fn rows(kept: usize, subaperture: usize, temporal_half_window: usize) -> usize {
-    temporal_half_window
-        + 1
-        + (super::time_window::sets(temporal_half_window) * kept).div_ceil(subaperture)
 }

@@ -1,6 +1,7 @@
 //! The covariance of Eq. 2 as it is.
 
-use super::averaging::{Basis, OneLane, RIGHT_SIDES, rows};
+use super::Covariance;
+use super::averaging::{Basis, RIGHT_SIDES};
 use super::diagonal_loading::DiagonalLoading;
 use crate::linalg::panels::{PanelColumn, TILE, panel};
 use crate::simd::{ComplexVector, Scalar, Vector};
@@ -11,19 +12,10 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 #[derive(Clone, Copy, Debug)]
 pub struct Forward;
 
-impl OneLane for Forward {
-    const ZERO: ComplexVector<f32> = ComplexVector { re: 0.0, im: 0.0 };
-}
-
 impl Forward {
-    /// Rows of `L` complex numbers that a workspace needs for subapertures of `subaperture` and a window
-    /// of `2·temporal + 1` samples.
-    pub const fn window_rows(subaperture: usize, temporal_half_window: usize) -> usize {
-        rows(Self::kept(subaperture), subaperture, temporal_half_window)
-    }
-
-    const fn kept(subaperture: usize) -> usize {
-        subaperture * (subaperture + 1) / 2
+    /// How many lag sums are kept of a sample.
+    pub(super) const fn lag_count(subaperture: usize) -> usize {
+        subaperture.saturating_mul(subaperture.saturating_add(1)) / 2
     }
 
     #[inline(always)]
@@ -36,10 +28,7 @@ impl Forward {
 impl<V: Vector> Basis<V> for Forward {
     type Scalar = ComplexVector<V>;
 
-    #[inline(always)]
-    fn lag_count(subaperture: usize) -> usize {
-        Self::kept(subaperture)
-    }
+    const COVARIANCE: Covariance = Covariance::Forward;
 
     #[inline(always)]
     fn keep<const LAGS: usize>(

@@ -9,7 +9,8 @@
 //! element of an odd `L`. Scale: `2T`, `√2·Qᴴs` and `Qᴴa/√2`, which saves the factors `1/√2`;
 //! [`Basis::gain`] makes up for them.
 
-use super::averaging::{Basis, OneLane, RIGHT_SIDES, rows};
+use super::Covariance;
+use super::averaging::{Basis, RIGHT_SIDES};
 use super::diagonal_loading::DiagonalLoading;
 use crate::linalg::panels::{PanelColumn, TILE, panel};
 use crate::simd::{ComplexVector, Scalar, Vector};
@@ -31,20 +32,11 @@ const SQRT_2: f32 = core::f32::consts::SQRT_2;
 #[derive(Clone, Copy, Debug)]
 pub struct ForwardBackward;
 
-impl OneLane for ForwardBackward {
-    const ZERO: f32 = 0.0;
-}
-
 impl ForwardBackward {
-    /// Rows of `L` complex numbers that a workspace needs for subapertures of `subaperture` and a window
-    /// of `2·temporal + 1` samples.
-    pub const fn window_rows(subaperture: usize, temporal_half_window: usize) -> usize {
-        rows(Self::kept(subaperture), subaperture, temporal_half_window)
-    }
-
-    const fn kept(subaperture: usize) -> usize {
+    /// How many lag sums are kept of a sample.
+    pub(super) const fn lag_count(subaperture: usize) -> usize {
         let places = subaperture.div_ceil(2);
-        places * (subaperture - places + 1)
+        places.saturating_mul(subaperture - places + 1)
     }
 
     #[inline(always)]
@@ -114,10 +106,7 @@ impl ForwardBackward {
 impl<V: Vector> Basis<V> for ForwardBackward {
     type Scalar = V;
 
-    #[inline(always)]
-    fn lag_count(subaperture: usize) -> usize {
-        Self::kept(subaperture)
-    }
+    const COVARIANCE: Covariance = Covariance::ForwardBackward;
 
     #[inline(always)]
     fn keep<const LAGS: usize>(

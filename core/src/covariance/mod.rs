@@ -14,8 +14,8 @@ mod forward_backward;
 pub(crate) mod lag_sums;
 pub(crate) mod time_window;
 
+pub use averaging::Averaging;
 pub(crate) use averaging::RIGHT_SIDES;
-pub use averaging::{Averaging, OneLane};
 pub use forward::Forward;
 pub use forward_backward::ForwardBackward;
 
@@ -30,4 +30,16 @@ pub enum Covariance {
     /// `R_FB` of Eq. 3: [`ForwardBackward`].
     #[default]
     ForwardBackward,
+}
+
+impl Covariance {
+    /// How many lag sums are kept of a sample; so many that no memory holds them, where that cannot be
+    /// counted.
+    #[inline(always)]
+    pub(crate) const fn lag_count(self, subaperture: usize) -> usize {
+        match self {
+            Covariance::Forward => Forward::lag_count(subaperture),
+            Covariance::ForwardBackward => ForwardBackward::lag_count(subaperture),
+        }
+    }
 }

@@ -10,12 +10,11 @@ use crate::simd::{ComplexVector, Vector};
 /// Numbers whose suffix sums are formed together, half the widest registers.
 const PIECE: usize = 8;
 
-/// How many sets of lag sums a window of `2·temporal + 1` samples takes.
+/// How many sets of lag sums a window of `2K+1` samples takes; `usize::MAX` at most.
 pub const fn sets(temporal_half_window: usize) -> usize {
-    if temporal_half_window == 0 {
-        1
-    } else {
-        2 * temporal_half_window + 2
+    match temporal_half_window {
+        0 => 1,
+        k => k.saturating_mul(2).saturating_add(2),
     }
 }
 

@@ -181,7 +181,9 @@ fn assert_eigen<S: Entry>(real: bool) {
             eigen(
                 &panels::<S>(&a),
                 n,
-                &mut memory.reduction(&mut Tridiagonal::new(&mut [[0.0; N]; 4])),
+                &mut memory.reduction(&mut Tridiagonal::new(
+                    [[0.0; N]; 4].each_mut().map(|x| &mut x[..]),
+                )),
                 &mut [&mut d, &mut e],
                 &mut computed,
                 rows[..n].as_flattened_mut(),
@@ -232,7 +234,7 @@ fn distance_to_first<S: Entry>(a: &Matrix, e1: &DVector<Complex<f64>>) -> Option
     let mut basis = vec![[S::from_real(0.0); TILE]; STEP_LIMIT * v.len()];
     let mut memory = [[0.0_f32; N]; 4];
     let mut kept = [0.0_f32; N];
-    let mut tridiagonal = Tridiagonal::new(&mut memory);
+    let mut tridiagonal = Tridiagonal::new(memory.each_mut().map(|x| &mut x[..]));
     let (_, done) = lanczos(
         &panels::<S>(a),
         n,
@@ -334,7 +336,7 @@ fn assert_random_covariances<S: Entry>(real: bool) {
             None => {
                 let mut memory = Memory::<S>::new();
                 let mut rows = [[0.0_f32; N]; 4];
-                let mut tridiagonal = Tridiagonal::new(&mut rows);
+                let mut tridiagonal = Tridiagonal::new(rows.each_mut().map(|x| &mut x[..]));
                 let mut reduction = memory.reduction(&mut tridiagonal);
                 dominant_eigenpair(&panels::<S>(&a), N, &mut reduction, true);
                 let e = DVector::from_fn(N, |i, _| wide(reduction.vectors[i]));
@@ -368,7 +370,7 @@ fn assert_dominant_eigenpair<S: Entry>(real: bool) {
                 let a = with_eigenvalues(&values, &u);
                 let mut memory = Memory::<S>::new();
                 let mut rows = [[0.0_f32; N]; 4];
-                let mut tridiagonal = Tridiagonal::new(&mut rows);
+                let mut tridiagonal = Tridiagonal::new(rows.each_mut().map(|x| &mut x[..]));
                 let mut reduction = memory.reduction(&mut tridiagonal);
                 let theta = dominant_eigenpair(&panels::<S>(&a), n, &mut reduction, true);
                 let e = DVector::from_fn(n, |i, _| wide(reduction.vectors[i]));
@@ -459,7 +461,7 @@ fn cholesky_tells_a_singular_matrix() {
 fn an_eigenvector_whose_squares_leave_f32_is_told() {
     // Each entry is a million times the one behind.
     let mut memory = [[0.0f32; 16]; 4];
-    let mut tridiagonal = Tridiagonal::new(&mut memory);
+    let mut tridiagonal = Tridiagonal::new(memory.each_mut().map(|x| &mut x[..]));
     tridiagonal.diagonal[0] = 1.0;
     tridiagonal.off_diagonal.fill(1e-6);
     let mut left = |rows: usize| tridiagonal.eigenvector_upwards(rows, 1.0, &[1e6; 15]);

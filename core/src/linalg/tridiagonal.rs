@@ -23,9 +23,8 @@ pub struct Tridiagonal<'a, V> {
 }
 
 impl<'a, V> Tridiagonal<'a, V> {
-    /// The slices from memory for matrices of up to `L` rows.
-    pub fn new<const L: usize>(memory: &'a mut [[V; L]; 4]) -> Self {
-        let [diagonal, off_diagonal, eigenvector, ratios] = memory;
+    /// Over four slices, each for as many rows as the largest matrix has.
+    pub fn new([diagonal, off_diagonal, eigenvector, ratios]: [&'a mut [V]; 4]) -> Self {
         Tridiagonal {
             diagonal,
             off_diagonal,

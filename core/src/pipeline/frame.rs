@@ -2,7 +2,7 @@
 
 use super::memory::{MemoryView, Parts};
 use super::{LineMemory, Pipeline};
-use crate::beamform::Workspace;
+use crate::beamform::WorkspaceView;
 use crate::covariance::Averaging;
 use crate::error::check_length;
 use crate::focus::Record;
@@ -59,15 +59,12 @@ impl<'p, 'm> Frame<'p, 'm> {
     /// [`Error::Capacity`] for a line that the scan does not have; as [`LinePipeline::line`].
     ///
     /// [`LinePipeline::line`]: super::LinePipeline::line
-    pub fn line<'r, A, const M: usize, const L: usize, const ROWS: usize>(
+    pub fn line<'r, A: Averaging<f32>>(
         &mut self,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit, &'r Record<'r>)>,
-        workspace: &mut Workspace<A, f32, M, L, ROWS>,
-    ) -> Result<&[Complex<f32>], Error>
-    where
-        A: Averaging<f32>,
-    {
+        workspace: &mut WorkspaceView<'_, A>,
+    ) -> Result<&[Complex<f32>], Error> {
         let Parts {
             scratch,
             aligned,

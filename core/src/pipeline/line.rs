@@ -1,6 +1,6 @@
 //! From the RF of transmits to a beamformed line.
 
-use crate::beamform::{AlignedLine, Beamformer, Parameters, Workspace};
+use crate::beamform::{AlignedLine, Beamformer, Parameters, WorkspaceView};
 use crate::covariance::Averaging;
 use crate::error::check_length;
 use crate::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
@@ -110,17 +110,14 @@ impl<'a> LinePipeline<'a> {
     ///
     /// # Errors
     /// As those two; [`Error::Length`] where `z` is not as long as the line.
-    pub fn line<'r, A, const M: usize, const L: usize, const ROWS: usize>(
+    pub fn line<'r, A: Averaging<f32>>(
         &self,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit, &'r Record<'r>)>,
         memory: LineMemory<'_>,
-        workspace: &mut Workspace<A, f32, M, L, ROWS>,
+        workspace: &mut WorkspaceView<'_, A>,
         z: &mut [Complex<f32>],
-    ) -> Result<(), Error>
-    where
-        A: Averaging<f32>,
-    {
+    ) -> Result<(), Error> {
         check_length("z", z.len(), self.scan.samples())?;
         let LineMemory { scratch, aligned } = memory;
         self.align(0.0f32, line, transmits, scratch, aligned)?;

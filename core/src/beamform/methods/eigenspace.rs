@@ -1,6 +1,6 @@
 //! Eigenspace minimum variance (Eq. 5–8).
 
-use crate::beamform::workspace::Solver;
+use crate::beamform::view::Solver;
 use crate::covariance::Averaging;
 use crate::linalg::FLOOR;
 use crate::linalg::cholesky::factorise;
@@ -37,12 +37,11 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     let padded = subaperture.next_multiple_of(TILE);
     let vector = &mut solver.vector[..padded];
     let (tiles, _) = vector.as_chunks_mut();
-    let (basis, _) = solver.factor.as_chunks_mut();
     let (mut eigenvalue, arrived) = lanczos(
         solver.matrix,
         subaperture,
         lanczos::Memory {
-            basis,
+            basis: solver.factor,
             vector: tiles,
             tridiagonal: &mut solver.tridiagonal,
             kept: solver.values,
@@ -51,9 +50,8 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     );
     let left = !(arrived | silent);
     if left.any() {
-        let (panels, _) = solver.factor.as_chunks_mut();
         let mut reduction = Reduction {
-            panels,
+            panels: solver.factor,
             vectors: solver.rows.as_flattened_mut(),
             phases: solver.phases,
             tridiagonal: &mut solver.tridiagonal,
@@ -76,13 +74,12 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
         *entry = A::Scalar::from_real(zero.splat(A::steering(i, subaperture)));
     }
     steering[subaperture..].fill(A::Scalar::from_real(zero));
-    let (factor, _) = solver.factor.as_chunks_mut();
     let (vector, _) = vector.as_chunks();
-    let turned = &mut factor[..vector.len()];
+    let turned = &mut solver.factor[..vector.len()];
     times_vector(solver.matrix, zero, steering.as_chunks().0, turned);
     let projection = inner_product(vector, turned);
     let (rows, _) = steering.as_chunks_mut();
-    let definite = factorise::<_, _, 1>(solver.matrix, factor, rows, padded / TILE);
+    let definite = factorise::<_, _, 1>(solver.matrix, solver.factor, rows, padded / TILE);
     // ‖G⁻¹a‖², ascending from zero.
     let mut power = zero;
     for [y] in &rows[..subaperture] {
@@ -127,7 +124,7 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         data[i] = s[i];
     }
     let mut reduction = Reduction {
-        panels: factor.as_chunks_mut().0,
+        panels: factor,
         vectors: rows.as_flattened_mut(),
         phases,
         tridiagonal,

@@ -10,7 +10,7 @@ mod mv;
 pub(super) use eigenspace::{Subspace, at_least_floor, rank_order};
 
 use super::run::Run;
-use super::workspace::Solver;
+use super::view::Solver;
 use crate::Error;
 use crate::covariance::Averaging;
 use crate::simd::{ComplexVector, Mask, Scalar, Vector};

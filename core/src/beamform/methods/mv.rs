@@ -1,6 +1,6 @@
 //! Minimum variance (Eq. 1, 4).
 
-use crate::beamform::workspace::Solver;
+use crate::beamform::view::Solver;
 use crate::covariance::{Averaging, RIGHT_SIDES};
 use crate::linalg::cholesky::factorise;
 use crate::linalg::panels::TILE;
@@ -26,8 +26,7 @@ pub(in crate::beamform) fn mv<A: Averaging<V>, V: Vector>(
     A::right_sides(s, rows);
     let padded = subaperture.next_multiple_of(TILE);
     rows[subaperture..padded].fill([A::Scalar::from_real(zero); RIGHT_SIDES]);
-    let (factor, _) = solver.factor.as_chunks_mut();
-    let definite = factorise(solver.matrix, factor, rows, padded / TILE);
+    let definite = factorise(solver.matrix, solver.factor, rows, padded / TILE);
     // ‖G⁻¹a‖² = aᴴR⁻¹a and (G⁻¹a)ᴴ(G⁻¹s) = aᴴR⁻¹s, both sums ascending from zero.
     let mut power = zero;
     let mut product = ComplexVector::from_real(zero);

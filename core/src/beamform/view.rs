@@ -1,0 +1,178 @@
+//! The beamformer's memory as slices, whoever owns them.
+
+use super::capacity::{Capacity, Parts};
+use crate::Error;
+use crate::covariance::{Averaging, ForwardBackward};
+use crate::linalg::panels::PanelColumn;
+use crate::linalg::tridiagonal::Tridiagonal;
+use crate::simd::{ComplexVector, Vector};
+
+/// The memory that a beamformer works in, as slices: of a [`Workspace`](super::Workspace), or of a
+/// caller who knows the sizes only at run time.
+///
+/// `A` is [`Forward`](crate::covariance::Forward) or [`ForwardBackward`], `V` a vector: `f32` for one
+/// output at a time, a processor's registers for as many as they have lanes. The kernels are compiled
+/// once for all sizes.
+///
+/// ```
+/// use bonebeam::beamform::{Capacity, Slices, WorkspaceView};
+/// use bonebeam::covariance::{Averaging, Covariance, ForwardBackward};
+/// use bonebeam::simd::ComplexVector;
+///
+/// let capacity = Capacity { elements: 48, subaperture: 23, temporal_half_window: 1 };
+/// let lengths = capacity.lengths(Covariance::ForwardBackward);
+/// let zero = 0.0f32;
+/// let mut complex = vec![ComplexVector::from_real(zero); lengths.complex];
+/// let mut scalars = vec![ForwardBackward::scalar(zero); lengths.scalars];
+/// let mut reals = vec![zero; lengths.reals];
+/// let mut floats = vec![0.0; lengths.floats];
+/// let mut indices = vec![0; lengths.indices];
+/// let view = WorkspaceView::<ForwardBackward>::new(zero, capacity, Slices {
+///     complex: &mut complex,
+///     scalars: &mut scalars,
+///     reals: &mut reals,
+///     floats: &mut floats,
+///     indices: &mut indices,
+/// })?;
+/// assert_eq!(view.capacity(), capacity);
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
+pub struct WorkspaceView<'a, A: Averaging<V> = ForwardBackward, V: Vector = f32> {
+    /// What new vectors are made from.
+    pub(super) zero: V,
+    pub(super) capacity: Capacity,
+    /// The active elements of one sample.
+    pub(super) snapshot: &'a mut [ComplexVector<V>],
+    /// The last `K + 1` samples' subaperture sums, in turn.
+    pub(super) ring: &'a mut [ComplexVector<V>],
+    /// The time window's sets of lag sums; later eigenvectors, where they are asked for.
+    pub(super) lags: &'a mut [ComplexVector<V>],
+    pub(super) solver: Solver<'a, A::Scalar, V>,
+}
+
+/// What the solvers work on.
+pub(super) struct Solver<'a, S, V> {
+    /// The loaded covariance in panels.
+    pub(super) matrix: &'a mut [PanelColumn<S>],
+    /// The Lanczos basis, the Cholesky factor in panels, or the matrix while it is reduced.
+    pub(super) factor: &'a mut [PanelColumn<S>],
+    /// Steering vector and data below the matrix, or a reduction's vectors.
+    pub(super) rows: &'a mut [PanelColumn<S>],
+    pub(super) vector: &'a mut [S],
+    pub(super) tridiagonal: Tridiagonal<'a, V>,
+    pub(super) phases: &'a mut [S],
+    /// One lane's tridiagonal matrix.
+    pub(super) lane: [&'a mut [f32]; 2],
+    pub(super) values: &'a mut [V],
+    /// The subaperture sum, then the lag sums under way; later `Eᴴa` and `Eᴴx`, one after the other.
+    pub(super) work: &'a mut [ComplexVector<V>],
+    /// One lane's eigenvalues in descending order.
+    pub(super) order: &'a mut [usize],
+    /// One lane's cross-spectral metric.
+    pub(super) cumulative: &'a mut [f32],
+}
+
+/// Memory for a [`WorkspaceView`], at least as long as [`Capacity::lengths`] says. What it holds does not
+/// matter.
+pub struct Slices<'a, A: Averaging<V> = ForwardBackward, V: Vector = f32> {
+    /// The samples, their covariances and their time window.
+    pub complex: &'a mut [ComplexVector<V>],
+    /// The matrix, its factor, and vectors beside them: [`Averaging::scalar`] makes such a number.
+    pub scalars: &'a mut [A::Scalar],
+    /// A tridiagonal matrix and eigenvalues.
+    pub reals: &'a mut [V],
+    /// The same of one lane.
+    pub floats: &'a mut [f32],
+    /// The order of one lane's eigenvalues.
+    pub indices: &'a mut [usize],
+}
+
+impl<'a, A: Averaging<V>, V: Vector> WorkspaceView<'a, A, V> {
+    /// A view for shapes of up to `sizes` over the lanes of `zero`, a vector of zeros.
+    ///
+    /// # Errors
+    /// [`Error::Length`] naming the slice that is too short.
+    pub fn new(zero: V, capacity: Capacity, slices: Slices<'a, A, V>) -> Result<Self, Error> {
+        let lengths = capacity.lengths(A::COVARIANCE);
+        for (name, actual, expected) in [
+            ("slice `complex`", slices.complex.len(), lengths.complex),
+            ("slice `scalars`", slices.scalars.len(), lengths.scalars),
+            ("slice `reals`", slices.reals.len(), lengths.reals),
+            ("slice `floats`", slices.floats.len(), lengths.floats),
+            ("slice `indices`", slices.indices.len(), lengths.indices),
+        ] {
+            if actual < expected {
+                return Err(Error::Length {
+                    name,
+                    actual,
+                    expected,
+                });
+            }
+        }
+        let mut slices = slices;
+        let snapshot = first(&mut slices.complex, capacity.elements);
+        Ok(Self::cut(zero, capacity, snapshot, slices))
+    }
+
+    /// The shapes that fit.
+    pub fn capacity(&self) -> Capacity {
+        self.capacity
+    }
+
+    /// Cuts slices that are long enough; those of complex vectors begin behind the snapshot.
+    pub(super) fn cut(
+        zero: V,
+        capacity: Capacity,
+        snapshot: &'a mut [ComplexVector<V>],
+        slices: Slices<'a, A, V>,
+    ) -> Self {
+        let length = capacity.subaperture;
+        let parts = Parts::new(length, capacity.temporal_half_window, A::COVARIANCE);
+        let Slices {
+            mut complex,
+            mut scalars,
+            mut reals,
+            mut floats,
+            indices,
+        } = slices;
+        WorkspaceView {
+            zero,
+            capacity,
+            snapshot,
+            ring: first(&mut complex, parts.ring),
+            lags: first(&mut complex, parts.lags),
+            solver: Solver {
+                matrix: first(&mut scalars, parts.matrix).as_chunks_mut().0,
+                factor: first(&mut scalars, parts.factor).as_chunks_mut().0,
+                rows: first(&mut scalars, parts.rows).as_chunks_mut().0,
+                vector: first(&mut scalars, parts.padded),
+                phases: first(&mut scalars, parts.padded),
+                tridiagonal: Tridiagonal::new([(); 4].map(|()| first(&mut reals, length))),
+                values: first(&mut reals, length),
+                lane: [(); 2].map(|()| first(&mut floats, length)),
+                cumulative: first(&mut floats, length),
+                work: first(&mut complex, parts.work),
+                order: indices,
+            },
+        }
+    }
+}
+
+impl<V: Vector> WorkspaceView<'_, ForwardBackward, V> {
+    /// A view of no memory, which is what DAS needs.
+    pub fn empty(zero: V) -> Self {
+        let slices = Slices {
+            complex: &mut [],
+            scalars: &mut [],
+            reals: &mut [],
+            floats: &mut [],
+            indices: &mut [],
+        };
+        Self::cut(zero, Capacity::default(), &mut [], slices)
+    }
+}
+
+/// Takes the first `length` numbers off `from`, which is as long at least.
+fn first<'a, T>(from: &mut &'a mut [T], length: usize) -> &'a mut [T] {
+    from.split_off_mut(..length).unwrap_or_default()
+}

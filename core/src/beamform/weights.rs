@@ -1,0 +1,156 @@
+//! One sample's weights, for inspection.
+
+use super::aligned_line::AlignedLine;
+use super::methods::{Subspace, at_least_floor, rank_order};
+use super::parameters::Beamformer;
+use super::run::Run;
+use super::view::{Solver, WorkspaceView};
+use crate::Error;
+use crate::covariance::Averaging;
+use crate::geometry::Active;
+use crate::linalg::eigen::eigen;
+use crate::linalg::householder::Reduction;
+use crate::simd::{ComplexVector, Scalar};
+use num_complex::Complex;
+
+impl Beamformer {
+    /// The weights of one sample: `w` (Eq. 1) or `w_p` (Eq. 7), by the full eigensolver, into the
+    /// first `L` entries of `weights` (for DAS `1/count`, into the first `count`). Returns how many.
+    ///
+    /// For inspection and tests: [`Beamformer::line`] never forms weights. `z` is `wᴴ` times the
+    /// mean snapshot of the subapertures. A sample without power has weights 0.
+    ///
+    /// # Errors
+    /// As [`Beamformer::runs`]; [`Error::Length`] where `weights` is too short;
+    /// [`Error::Parameter`] for a sample outside the line or an empty active set.
+    pub fn weights<A: Averaging<f32>>(
+        &self,
+        workspace: &mut WorkspaceView<'_, A>,
+        line: AlignedLine<'_>,
+        active: Active,
+        sample: usize,
+        weights: &mut [Complex<f32>],
+    ) -> Result<usize, Error> {
+        let run = Run {
+            line,
+            first_element: active.first,
+            first_sample: sample,
+        };
+        self.check_run(&run, active.count, 1)?;
+        if active.count == 0 {
+            return Err(Error::Parameter {
+                name: "active elements",
+                value: 0.0,
+                expected: "at least 1",
+            });
+        }
+        let method = self.parameters().method;
+        let direct = method.direct().is_some();
+        let length = if direct {
+            active.count
+        } else {
+            self.check_capacity(active.count, workspace.capacity)?;
+            self.subaperture(active.count)
+        };
+        let available = weights.len();
+        let Some(weights) = weights.get_mut(..length) else {
+            return Err(Error::Length {
+                name: "weights",
+                actual: available,
+                expected: length,
+            });
+        };
+        if direct {
+            method.direct_weights(weights);
+            return Ok(length);
+        }
+        let mut silent = true;
+        for push in 0..=2 * self.parameters().temporal_half_window {
+            let pushed = self.push(workspace, &[run], active.count, length, push);
+            silent = pushed.unwrap_or(true);
+        }
+        if silent {
+            weights.fill(Complex::new(0.0, 0.0));
+        } else {
+            eigenspace_weights(method.subspace(), workspace, weights);
+        }
+        Ok(length)
+    }
+}
+
+/// `w_p = Σ e_k(e_kᴴa)/λ_k / c_L` over the eigenvectors that `subspace` has, as many as there are
+/// `weights`, for the loaded covariance in the solver's panels.
+///
+/// Entry `i` is `(Eᴴu_i)ᴴ` times the kept `Eᴴa/λ`, with `u_i` the unit vector: the eigensolver is
+/// given as many unit vectors at a time as the memory of the lag sums, which are done with, holds.
+fn eigenspace_weights<A: Averaging<f32>>(
+    subspace: Subspace,
+    workspace: &mut WorkspaceView<'_, A>,
+    weights: &mut [Complex<f32>],
+) {
+    let n = weights.len();
+    let Solver {
+        matrix,
+        factor,
+        rows,
+        phases,
+        tridiagonal,
+        lane,
+        values,
+        work,
+        order,
+        cumulative,
+        ..
+    } = &mut workspace.solver;
+    let (filtered, result) = work.split_at_mut(work.len() / 2);
+    let zero = ComplexVector { re: 0.0, im: 0.0 };
+    for (i, entry) in filtered.iter_mut().enumerate() {
+        entry.re = A::steering(i, n);
+        entry.im = 0.0;
+    }
+    let mut reduction = Reduction {
+        panels: factor,
+        vectors: rows.as_flattened_mut(),
+        phases,
+        tridiagonal,
+    };
+    eigen(
+        matrix,
+        n,
+        &mut reduction,
+        lane,
+        values,
+        &mut filtered[..n],
+        n,
+    );
+    let total = rank_order(&values[..n], filtered, 0, order, cumulative);
+    let places = subspace.places(cumulative, total, n);
+    for (place, &k) in order[..n].iter().enumerate() {
+        filtered[k] = if places.contains(&place) {
+            filtered[k].divide(at_least_floor(values[k]) * total)
+        } else {
+            zero
+        };
+    }
+    let batch = workspace.lags.len() / n;
+    for first in (0..n).step_by(batch) {
+        let count = if batch < n - first { batch } else { n - first };
+        let units = &mut workspace.lags[..count * n];
+        units.fill(zero);
+        for (i, unit) in units.chunks_exact_mut(n).enumerate() {
+            unit[first + i].re = 1.0;
+        }
+        eigen(matrix, n, &mut reduction, lane, values, units, n);
+        for (i, unit) in units.chunks_exact(n).enumerate() {
+            let mut sum = zero;
+            for &k in &order[..n] {
+                sum = sum + filtered[k].mul_conj(unit[k]);
+            }
+            result[first + i] = sum;
+        }
+    }
+    A::weights(&mut result[..n], filtered);
+    for (weight, value) in weights.iter_mut().zip(&*result) {
+        *weight = value.lane(0);
+    }
+}
