@@ -2,10 +2,11 @@
 //! as ratios; `host-sim bench` compares with other implementations.
 
 use bonebeam::Complex;
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run, Workspace};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use divan::{Bencher, black_box};
+use host_sim::drive::beamform::Memory;
 
 /// Samples a lane and call.
 const SAMPLES: usize = 128;
@@ -73,12 +74,13 @@ fn wave(elements: usize, seed: u32) -> Vec<Complex<f32>> {
     samples.collect()
 }
 
-struct Timed<'a, 'b, const M: usize, const L: usize, const ROWS: usize> {
+struct Timed<'a, 'b> {
+    elements: usize,
     case: Case,
     bencher: Bencher<'a, 'b>,
 }
 
-impl<const M: usize, const L: usize, const ROWS: usize> Task for Timed<'_, '_, M, L, ROWS> {
+impl Task for Timed<'_, '_> {
     type Output = ();
 
     fn run<V: Vector>(self, zero: V) {
@@ -89,7 +91,7 @@ impl<const M: usize, const L: usize, const ROWS: usize> Task for Timed<'_, '_, M
     }
 }
 
-impl<const M: usize, const L: usize, const ROWS: usize> Timed<'_, '_, M, L, ROWS> {
+impl Timed<'_, '_> {
     fn average<A: Averaging<V>, V: Vector>(self, zero: V) {
         let beamformer = Beamformer::new(Parameters {
             method: self.case.method,
@@ -97,23 +99,31 @@ impl<const M: usize, const L: usize, const ROWS: usize> Timed<'_, '_, M, L, ROWS
             ..Parameters::default()
         })
         .expect("valid parameters");
-        let x: Vec<_> = (0..V::LANES).map(|lane| wave(M, lane as u32)).collect();
+        let x: Vec<_> = (0..V::LANES)
+            .map(|lane| wave(self.elements, lane as u32))
+            .collect();
         let runs: Vec<_> = x
             .iter()
             .map(|x| Run {
-                line: AlignedLine::new(x, M).expect("finite samples"),
+                line: AlignedLine::new(x, self.elements).expect("finite samples"),
                 first_element: 0,
                 first_sample: 0,
             })
             .collect();
-        let mut workspace = Box::new(Workspace::<A, V, M, L, ROWS>::over(zero));
+        let sizes = beamformer.sizes(self.elements);
+        let mut memory = Memory::<A, V>::new(zero, sizes).expect("enough memory");
         let mut z = vec![[Complex::ZERO; SAMPLES]; V::LANES];
         self.bencher
             .counter(divan::counter::ItemsCount::new(SAMPLES * V::LANES))
             .bench_local(|| {
                 let mut out: Vec<_> = z.iter_mut().map(|lane| lane.as_mut_slice()).collect();
                 beamformer
-                    .runs(&mut workspace, black_box(&runs), M, &mut out)
+                    .runs(
+                        &mut memory.view(),
+                        black_box(&runs),
+                        self.elements,
+                        &mut out,
+                    )
                     .expect("runs that fit");
             });
     }
@@ -121,21 +131,30 @@ impl<const M: usize, const L: usize, const ROWS: usize> Timed<'_, '_, M, L, ROWS
 
 #[divan::bench(args = cases(), sample_count = 20)]
 fn m32_l16(bencher: Bencher, case: &Case) {
-    const ROWS: usize = ForwardBackward::window_rows(16, 10);
-    let case = *case;
-    case.set.dispatch(Timed::<32, 16, ROWS> { case, bencher });
+    let (case, elements) = (*case, 32);
+    case.set.dispatch(Timed {
+        elements,
+        case,
+        bencher,
+    });
 }
 
 #[divan::bench(args = cases(), sample_count = 20)]
 fn m64_l32(bencher: Bencher, case: &Case) {
-    const ROWS: usize = ForwardBackward::window_rows(32, 10);
-    let case = *case;
-    case.set.dispatch(Timed::<64, 32, ROWS> { case, bencher });
+    let (case, elements) = (*case, 64);
+    case.set.dispatch(Timed {
+        elements,
+        case,
+        bencher,
+    });
 }
 
 #[divan::bench(args = cases(), sample_count = 20)]
 fn m128_l64(bencher: Bencher, case: &Case) {
-    const ROWS: usize = ForwardBackward::window_rows(64, 10);
-    let case = *case;
-    case.set.dispatch(Timed::<128, 64, ROWS> { case, bencher });
+    let (case, elements) = (*case, 128);
+    case.set.dispatch(Timed {
+        elements,
+        case,
+        bencher,
+    });
 }

@@ -1,7 +1,7 @@
 //! The beamformers on the golden snapshots: M = 32, L = 16, K = 2.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Workspace};
-use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Workspace, WorkspaceView};
+use bonebeam::covariance::{Averaging, Forward};
 use bonebeam::geometry::{Active, Aperture, ApertureParameters};
 use bonebeam::{Complex, Error};
 
@@ -12,11 +12,6 @@ use crate::snapshots::{ELEMENTS, SAMPLES, SNAPSHOTS};
 pub const SUBAPERTURE: usize = ELEMENTS / 2;
 /// `K`.
 pub const TEMPORAL: usize = 2;
-/// Rows of the workspaces' time windows.
-pub const FORWARD_ROWS: usize = Forward::window_rows(SUBAPERTURE, TEMPORAL);
-/// Rows of the workspaces' time windows.
-pub const FORWARD_BACKWARD_ROWS: usize = ForwardBackward::window_rows(SUBAPERTURE, TEMPORAL);
-
 /// A beamformer and what its hash is called.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
@@ -76,8 +71,8 @@ pub fn growing() -> Result<impl Fn(usize) -> Active, Error> {
 
 /// The memory of the cases.
 pub struct Memory {
-    forward: Workspace<Forward, f32, ELEMENTS, SUBAPERTURE, FORWARD_ROWS>,
-    forward_backward: Workspace<ForwardBackward, f32, ELEMENTS, SUBAPERTURE, FORWARD_BACKWARD_ROWS>,
+    forward: Workspace<ELEMENTS, SUBAPERTURE, TEMPORAL, Forward>,
+    forward_backward: Workspace<ELEMENTS, SUBAPERTURE, TEMPORAL>,
     z: [Complex<f32>; SAMPLES],
 }
 
@@ -97,6 +92,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
         forward_backward,
         z,
     } = memory;
+    let (forward, forward_backward) = (&mut forward.view(), &mut forward_backward.view());
     let all = |_| Active {
         first: 0,
         count: ELEMENTS,
@@ -110,9 +106,9 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     beamform(GROWING, forward_backward, growing()?, z, report)
 }
 
-fn beamform<A: Averaging<f32>, const ROWS: usize>(
+fn beamform<A: Averaging<f32>>(
     case: Case,
-    workspace: &mut Workspace<A, f32, ELEMENTS, SUBAPERTURE, ROWS>,
+    workspace: &mut WorkspaceView<'_, A>,
     active: impl Fn(usize) -> Active,
     z: &mut [Complex<f32>],
     report: &mut impl FnMut(&str, u64),

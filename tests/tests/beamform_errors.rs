@@ -3,10 +3,13 @@
 mod common;
 
 use bonebeam::Error;
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run, Workspace};
-use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::beamform::{
+    AlignedLine, Beamformer, Method, Parameters, Run, Sizes, Slices, Storage, Workspace,
+    WorkspaceView,
+};
+use bonebeam::covariance::{Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::simd::ComplexVector;
 use common::lines::COVARIANCES;
 use ndarray::Array3;
 use num_complex::Complex;
@@ -70,14 +73,13 @@ fn lines_that_are_empty_or_ragged() {
     ));
 }
 
-/// A line of 5 samples of 8 elements through a workspace for 6 elements, L = 4 and, with L = 3, K = 1.
+/// A line of 5 samples of 8 elements through a workspace for 6 elements, L = 4 and K = 1.
 fn run(parameters: Parameters, active: Active, length: usize) -> Result<(), Error> {
-    const ROWS: usize = ForwardBackward::window_rows(3, 1);
     let x = [Complex::ONE; 40];
     let line = AlignedLine::new(&x, 8)?;
-    let mut workspace = Workspace::<ForwardBackward, f32, 6, 4, ROWS>::new();
+    let mut workspace = Workspace::<6, 4, 1>::new();
     let mut z = vec![Complex::ZERO; length];
-    Beamformer::new(parameters)?.line(&mut workspace, line, |_| active, &mut z)
+    Beamformer::new(parameters)?.line(&mut workspace.view(), line, |_| active, &mut z)
 }
 
 #[test]
@@ -137,14 +139,14 @@ fn what_does_not_fit() {
 fn a_line_is_refused_before_anything_is_put_out() {
     let x = [Complex::ONE; 40];
     let line = AlignedLine::new(&x, 8).expect("finite");
-    let mut workspace = Workspace::<ForwardBackward, f32, 6, 4, 3>::new();
+    let mut workspace = Workspace::<6, 4, 0>::new();
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     // The last sample's aperture exceeds the capacity, or the array.
     for last in [Active { first: 0, count: 7 }, Active { first: 4, count: 5 }] {
         let six = Active { first: 0, count: 6 };
         let mut z = [Complex::I; 5];
         let active = |n| if n == 4 { last } else { six };
-        let refused = beamformer.line(&mut workspace, line, active, &mut z);
+        let refused = beamformer.line(&mut workspace.view(), line, active, &mut z);
         assert!(refused.is_err());
         assert_eq!(z, [Complex::I; 5]);
     }
@@ -154,7 +156,7 @@ fn a_line_is_refused_before_anything_is_put_out() {
 fn a_run_outside_its_line() {
     let x = [Complex::ONE; 40];
     let line = AlignedLine::new(&x, 8).expect("finite");
-    let mut workspace = Workspace::<ForwardBackward, f32, 8, 4, 3>::new();
+    let mut workspace = Workspace::<8, 4, 0>::new();
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     for first_sample in [4, 5, 6, usize::MAX] {
         let run = Run {
@@ -163,7 +165,7 @@ fn a_run_outside_its_line() {
             first_sample,
         };
         let mut z = [Complex::ONE; 2];
-        let refused = beamformer.runs(&mut workspace, &[run], 8, &mut [&mut z]);
+        let refused = beamformer.runs(&mut workspace.view(), &[run], 8, &mut [&mut z]);
         assert!(
             matches!(
                 refused,
@@ -210,10 +212,10 @@ fn more_runs_than_lanes_or_fewer_outputs() {
         first_element: 0,
         first_sample: 0,
     };
-    let mut workspace = Workspace::<ForwardBackward, f32, 8, 4, 3>::new();
+    let mut workspace = Workspace::<8, 4, 0>::new();
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     let mut z = [Complex::I; 5];
-    let refused = beamformer.runs(&mut workspace, &[run; 2], 8, &mut [&mut z, &mut []]);
+    let refused = beamformer.runs(&mut workspace.view(), &[run; 2], 8, &mut [&mut z, &mut []]);
     let name = "runs";
     let (actual, capacity) = (2, 1);
     assert_eq!(
@@ -224,7 +226,7 @@ fn more_runs_than_lanes_or_fewer_outputs() {
             capacity
         })
     );
-    let refused = beamformer.runs(&mut workspace, &[run], 8, &mut []);
+    let refused = beamformer.runs(&mut workspace.view(), &[run], 8, &mut []);
     let (name, actual, expected) = ("z", 0, 1);
     assert_eq!(
         refused,
@@ -237,35 +239,106 @@ fn more_runs_than_lanes_or_fewer_outputs() {
     assert_eq!(z, [Complex::I; 5]);
 }
 
-/// The formula of the workspace's documentation.
-fn assert_bytes<A: Averaging<V>, V: Vector, const M: usize, const L: usize, const ROWS: usize>(
-    s: usize,
-) {
-    let floats = 2 * s * L * L + 2 * M + 2 * L * ROWS + (13 + 6 * s) * L;
-    let formula = 4 * V::LANES * floats + 12 * L + L * size_of::<usize>();
-    let more = Workspace::<A, V, M, L, ROWS>::BYTES - formula;
-    let name = format!("M = {M}, L = {L}, ROWS = {ROWS}, {} lanes", V::LANES);
-    assert!(more < align_of::<V>().max(8), "{name}: {more} more");
-}
-
-struct AssertBytes;
-
-impl Task for AssertBytes {
-    type Output = ();
-
-    fn run<V: Vector>(self, _: V) {
-        assert_bytes::<ForwardBackward, V, 4, 4, 1>(1);
-        assert_bytes::<ForwardBackward, V, 32, 16, 31>(1);
-        assert_bytes::<ForwardBackward, V, 128, 64, 400>(1);
-        assert_bytes::<Forward, V, 7, 4, 1>(2);
-        assert_bytes::<Forward, V, 33, 20, 3>(2);
-        assert_bytes::<Forward, V, 128, 64, 34>(2);
-    }
+/// The formula of the workspace's documentation, with `s` numbers a scalar.
+fn assert_bytes<A: Storage<L, K>, const M: usize, const L: usize, const K: usize>(s: usize) {
+    // Lag sums of a sample, counted entry by entry: on and below the diagonal, or of those the upper half
+    // of each diagonal.
+    let kept = |lag: usize| {
+        let entries = L - lag;
+        if s == 2 { entries } else { entries.div_ceil(2) }
+    };
+    let set: usize = (0..L).map(kept).sum();
+    let sets = if K == 0 { 1 } else { 2 * K + 2 };
+    let complex = M + (5 + K) * L + sets * set;
+    let lengths = Workspace::<M, L, K, A>::SIZES.lengths(A::COVARIANCE);
+    assert_eq!(lengths.complex, complex, "M = {M}, L = {L}, K = {K}");
+    assert_eq!(
+        (lengths.reals, lengths.floats, lengths.indices),
+        (5 * L, 3 * L, L)
+    );
+    let formula = 8 * complex
+        + 4 * s * lengths.scalars
+        + 4 * (lengths.reals + lengths.floats)
+        + size_of::<usize>() * lengths.indices;
+    let more = Workspace::<M, L, K, A>::BYTES - formula;
+    assert!(more < 8, "M = {M}, L = {L}, K = {K}: {more} more");
+    // What a workspace took when matrix and factor were whole squares.
+    let rows = K + 1 + (sets * set).div_ceil(L);
+    let squares = 4 * (2 * s * L * L + 2 * M + 2 * L * rows + (13 + 6 * s) * L);
+    let before = squares + 12 * L + L * size_of::<usize>();
+    assert!(
+        formula <= before,
+        "M = {M}, L = {L}, K = {K}: {formula}, {before} before"
+    );
 }
 
 #[test]
 fn memory_is_what_the_documentation_says() {
-    for set in InstructionSet::available() {
-        set.dispatch(AssertBytes);
+    assert_bytes::<ForwardBackward, 4, 4, 0>(1);
+    assert_bytes::<ForwardBackward, 32, 16, 2>(1);
+    assert_bytes::<ForwardBackward, 128, 64, 10>(1);
+    assert_bytes::<Forward, 7, 4, 0>(2);
+    assert_bytes::<Forward, 33, 20, 1>(2);
+    assert_bytes::<Forward, 128, 64, 10>(2);
+}
+
+/// Memory for 8 elements, L = 4 and K = 1, with one slice too short by one number, or none.
+fn slices_of(short: &str) -> Result<(), Error> {
+    let sizes = Sizes {
+        elements: 8,
+        subaperture: 4,
+        temporal_half_window: 1,
+    };
+    let lengths = sizes.lengths(Covariance::Forward);
+    let length = |name: &str, length: usize| length - usize::from(name == short);
+    let zero = ComplexVector { re: 0.0, im: 0.0 };
+    let slices: Slices<'_, Forward, f32> = Slices {
+        complex: &mut vec![zero; length("complex", lengths.complex)],
+        scalars: &mut vec![zero; length("scalars", lengths.scalars)],
+        reals: &mut vec![0.0; length("reals", lengths.reals)],
+        floats: &mut vec![0.0; length("floats", lengths.floats)],
+        indices: &mut vec![0; length("indices", lengths.indices)],
+    };
+    WorkspaceView::new(0.0, sizes, slices).map(drop)
+}
+
+#[test]
+fn a_slice_that_is_too_short_is_named() {
+    assert_eq!(slices_of("none"), Ok(()));
+    for slice in ["complex", "scalars", "reals", "floats", "indices"] {
+        match slices_of(slice) {
+            Err(Error::Length {
+                name,
+                actual,
+                expected,
+            }) => {
+                assert!(name.contains(slice), "{name}");
+                assert_eq!(actual + 1, expected, "{name}");
+            }
+            other => panic!("{slice}: {other:?}"),
+        }
     }
+}
+
+#[test]
+fn das_needs_no_memory() {
+    let x: Vec<_> = (0..40).map(|k| Complex::new(k as f32, 1.0)).collect();
+    let line = AlignedLine::new(&x, 8).expect("finite");
+    let all = |_| Active { first: 0, count: 8 };
+    let of = |method| {
+        let beamformer = Beamformer::new(Parameters {
+            method,
+            ..Parameters::default()
+        });
+        let mut z = [Complex::ZERO; 5];
+        let mut none = WorkspaceView::empty(0.0);
+        let outcome = beamformer
+            .expect("valid")
+            .line(&mut none, line, all, &mut z);
+        outcome.map(|()| z)
+    };
+    // The mean of 8n to 8n + 7.
+    let means = [3.5, 11.5, 19.5, 27.5, 35.5].map(|re| Complex::new(re, 1.0));
+    assert_eq!(of(Method::Das), Ok(means));
+    assert!(matches!(of(Method::Mv), Err(Error::Capacity { .. })));
 }

@@ -4,13 +4,14 @@
 mod common;
 
 use bonebeam::Complex;
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Run, Workspace};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Run};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::{Active, Axis};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam_tests::snapshots::{self, ELEMENTS, REAL_PARTS, SAMPLES, SNAPSHOTS};
 use bonebeam_tests::{Workspaces, beamform, delay, hash, image, phase_symmetry, sqrt};
 use common::lines::{Line, scalar};
+use host_sim::drive::beamform::Memory;
 use host_sim::reference::f32 as reference;
 use ndarray::Array2;
 use rand::{Rng, SeedableRng};
@@ -231,17 +232,13 @@ impl InLane {
             .iter()
             .map(|run| vec![Complex::ZERO; SAMPLES - run.first_sample])
             .collect();
-        let mut workspace = Box::new(Workspace::<
-            A,
-            V,
-            ELEMENTS,
-            { beamform::SUBAPERTURE },
-            { beamform::FORWARD_ROWS },
-        >::over(zero));
         let mut out: Vec<_> = z.iter_mut().map(Vec::as_mut_slice).collect();
-        Beamformer::new(beamform::parameters(self.method))
-            .expect("valid parameters")
-            .runs(&mut workspace, &runs, ELEMENTS, &mut out)
+        let beamformer =
+            Beamformer::new(beamform::parameters(self.method)).expect("valid parameters");
+        let mut memory =
+            Memory::<A, V>::new(zero, beamformer.sizes(ELEMENTS)).expect("enough memory");
+        beamformer
+            .runs(&mut memory.view(), &runs, ELEMENTS, &mut out)
             .expect("runs that fit");
         hash::complex(&z[place])
     }

@@ -35,7 +35,7 @@ impl Beamformer {
         for (first_sample, samples, set) in constant_runs(line.samples(), &active) {
             self.check_run(&run(first_sample, set), set.count, samples)?;
             if set.count > 0 && self.parameters().method.direct().is_none() {
-                self.check_capacity(set.count, workspace.capacity)?;
+                self.check_sizes(set.count, workspace.sizes)?;
             }
         }
         for (first_sample, samples, set) in constant_runs(line.samples(), &active) {

@@ -5,21 +5,21 @@
 //! at once as a vector has lanes, with the same bits.
 
 mod aligned_line;
-mod capacity;
 mod line;
 mod methods;
 mod parameters;
 mod run;
 mod runs;
+mod sizes;
 mod snapshot;
 mod view;
 mod weights;
 mod workspace;
 
 pub use aligned_line::AlignedLine;
-pub use capacity::{Capacity, Lengths};
 pub use methods::Method;
 pub use parameters::{Beamformer, Parameters};
 pub use run::{Run, constant_runs};
+pub use sizes::{Lengths, Sizes};
 pub use view::{Slices, WorkspaceView};
 pub use workspace::{Storage, Workspace};

@@ -1,6 +1,7 @@
 //! What a beamformer can be asked for.
 
 use super::methods::Method;
+use super::sizes::Sizes;
 use crate::Error;
 
 /// Parameters of a [`Beamformer`].
@@ -72,6 +73,18 @@ impl Beamformer {
     /// The parameters.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
+    }
+
+    /// What the memory is for where up to `elements` are active: nothing for DAS.
+    pub fn sizes(&self, elements: usize) -> Sizes {
+        if self.parameters.method.direct().is_some() {
+            return Sizes::default();
+        }
+        Sizes {
+            elements,
+            subaperture: self.subaperture(elements),
+            temporal_half_window: self.parameters.temporal_half_window,
+        }
     }
 
     /// `L` for `count ≥ 1` active elements.

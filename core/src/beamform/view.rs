@@ -1,6 +1,6 @@
 //! The beamformer's memory as slices, whoever owns them.
 
-use super::capacity::{Capacity, Parts};
+use super::sizes::{Parts, Sizes};
 use crate::Error;
 use crate::covariance::{Averaging, ForwardBackward};
 use crate::linalg::panels::PanelColumn;
@@ -15,32 +15,32 @@ use crate::simd::{ComplexVector, Vector};
 /// once for all sizes.
 ///
 /// ```
-/// use bonebeam::beamform::{Capacity, Slices, WorkspaceView};
+/// use bonebeam::beamform::{Sizes, Slices, WorkspaceView};
 /// use bonebeam::covariance::{Averaging, Covariance, ForwardBackward};
 /// use bonebeam::simd::ComplexVector;
 ///
-/// let capacity = Capacity { elements: 48, subaperture: 23, temporal_half_window: 1 };
-/// let lengths = capacity.lengths(Covariance::ForwardBackward);
+/// let sizes = Sizes { elements: 48, subaperture: 23, temporal_half_window: 1 };
+/// let lengths = sizes.lengths(Covariance::ForwardBackward);
 /// let zero = 0.0f32;
 /// let mut complex = vec![ComplexVector::from_real(zero); lengths.complex];
 /// let mut scalars = vec![ForwardBackward::scalar(zero); lengths.scalars];
 /// let mut reals = vec![zero; lengths.reals];
 /// let mut floats = vec![0.0; lengths.floats];
 /// let mut indices = vec![0; lengths.indices];
-/// let view = WorkspaceView::<ForwardBackward>::new(zero, capacity, Slices {
+/// let view = WorkspaceView::<ForwardBackward>::new(zero, sizes, Slices {
 ///     complex: &mut complex,
 ///     scalars: &mut scalars,
 ///     reals: &mut reals,
 ///     floats: &mut floats,
 ///     indices: &mut indices,
 /// })?;
-/// assert_eq!(view.capacity(), capacity);
+/// assert_eq!(view.sizes(), sizes);
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
 pub struct WorkspaceView<'a, A: Averaging<V> = ForwardBackward, V: Vector = f32> {
     /// What new vectors are made from.
     pub(super) zero: V,
-    pub(super) capacity: Capacity,
+    pub(super) sizes: Sizes,
     /// The active elements of one sample.
     pub(super) snapshot: &'a mut [ComplexVector<V>],
     /// The last `K + 1` samples' subaperture sums, in turn.
@@ -72,7 +72,7 @@ pub(super) struct Solver<'a, S, V> {
     pub(super) cumulative: &'a mut [f32],
 }
 
-/// Memory for a [`WorkspaceView`], at least as long as [`Capacity::lengths`] says. What it holds does not
+/// Memory for a [`WorkspaceView`], at least as long as [`Sizes::lengths`] says. What it holds does not
 /// matter.
 pub struct Slices<'a, A: Averaging<V> = ForwardBackward, V: Vector = f32> {
     /// The samples, their covariances and their time window.
@@ -92,8 +92,8 @@ impl<'a, A: Averaging<V>, V: Vector> WorkspaceView<'a, A, V> {
     ///
     /// # Errors
     /// [`Error::Length`] naming the slice that is too short.
-    pub fn new(zero: V, capacity: Capacity, slices: Slices<'a, A, V>) -> Result<Self, Error> {
-        let lengths = capacity.lengths(A::COVARIANCE);
+    pub fn new(zero: V, sizes: Sizes, slices: Slices<'a, A, V>) -> Result<Self, Error> {
+        let lengths = sizes.lengths(A::COVARIANCE);
         for (name, actual, expected) in [
             ("slice `complex`", slices.complex.len(), lengths.complex),
             ("slice `scalars`", slices.scalars.len(), lengths.scalars),
@@ -110,24 +110,24 @@ impl<'a, A: Averaging<V>, V: Vector> WorkspaceView<'a, A, V> {
             }
         }
         let mut slices = slices;
-        let snapshot = first(&mut slices.complex, capacity.elements);
-        Ok(Self::cut(zero, capacity, snapshot, slices))
+        let snapshot = first(&mut slices.complex, sizes.elements);
+        Ok(Self::cut(zero, sizes, snapshot, slices))
     }
 
     /// The shapes that fit.
-    pub fn capacity(&self) -> Capacity {
-        self.capacity
+    pub fn sizes(&self) -> Sizes {
+        self.sizes
     }
 
     /// Cuts slices that are long enough; those of complex vectors begin behind the snapshot.
     pub(super) fn cut(
         zero: V,
-        capacity: Capacity,
+        sizes: Sizes,
         snapshot: &'a mut [ComplexVector<V>],
         slices: Slices<'a, A, V>,
     ) -> Self {
-        let length = capacity.subaperture;
-        let parts = Parts::new(length, capacity.temporal_half_window, A::COVARIANCE);
+        let length = sizes.subaperture;
+        let parts = Parts::new(length, sizes.temporal_half_window, A::COVARIANCE);
         let Slices {
             mut complex,
             mut scalars,
@@ -137,7 +137,7 @@ impl<'a, A: Averaging<V>, V: Vector> WorkspaceView<'a, A, V> {
         } = slices;
         WorkspaceView {
             zero,
-            capacity,
+            sizes,
             snapshot,
             ring: first(&mut complex, parts.ring),
             lags: first(&mut complex, parts.lags),
@@ -168,7 +168,7 @@ impl<V: Vector> WorkspaceView<'_, ForwardBackward, V> {
             floats: &mut [],
             indices: &mut [],
         };
-        Self::cut(zero, Capacity::default(), &mut [], slices)
+        Self::cut(zero, Sizes::default(), &mut [], slices)
     }
 }
 

@@ -49,7 +49,7 @@ impl Beamformer {
         let length = if direct {
             active.count
         } else {
-            self.check_capacity(active.count, workspace.capacity)?;
+            self.check_sizes(active.count, workspace.sizes)?;
             self.subaperture(active.count)
         };
         let available = weights.len();

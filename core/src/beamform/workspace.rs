@@ -1,6 +1,6 @@
 //! The beamformer's memory where its sizes are known at compile time.
 
-use super::capacity::Capacity;
+use super::sizes::Sizes;
 use super::view::{Slices, WorkspaceView};
 use crate::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use crate::simd::ComplexVector;
@@ -11,7 +11,7 @@ use crate::simd::ComplexVector;
 /// up to `2K+1` samples (`K` up to 10). `A` is [`ForwardBackward`] or [`Forward`]. Memory for other
 /// sizes, or for the lanes of a vector: [`WorkspaceView::new`].
 ///
-/// RAM is [`Workspace::BYTES`]: the lengths of [`Capacity::lengths`], with 8 bytes a complex number and
+/// RAM is [`Workspace::BYTES`]: the lengths of [`Sizes::lengths`], with 8 bytes a complex number and
 /// 4 a scalar (8 forward), a real and a float.
 ///
 /// ```
@@ -29,7 +29,7 @@ use crate::simd::ComplexVector;
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
 ///
-/// Capacity that cannot be are refused by the compiler:
+/// Sizes that cannot be are refused by the compiler:
 ///
 /// ```compile_fail
 /// # use bonebeam::beamform::Workspace;
@@ -59,7 +59,7 @@ impl<const M: usize, const L: usize, const K: usize, A: Storage<L, K>> Workspace
     pub const BYTES: usize = size_of::<Self>();
 
     /// What fits.
-    pub const CAPACITY: Capacity = Capacity {
+    pub const SIZES: Sizes = Sizes {
         elements: M,
         subaperture: L,
         temporal_half_window: K,
@@ -85,7 +85,7 @@ impl<const M: usize, const L: usize, const K: usize, A: Storage<L, K>> Workspace
     pub fn view(&mut self) -> WorkspaceView<'_, A> {
         WorkspaceView::cut(
             0.0,
-            Self::CAPACITY,
+            Self::SIZES,
             &mut self.snapshot,
             Slices {
                 complex: self.complex.as_mut(),
@@ -145,12 +145,12 @@ macro_rules! storage {
         #[doc(hidden)]
         impl Storage<$l, $k> for $averaging {
             type Complex = [ComplexVector<f32>; {
-                let capacity = Capacity { elements: 0, subaperture: $l, temporal_half_window: $k };
-                capacity.lengths(Covariance::$averaging).complex
+                let sizes = Sizes { elements: 0, subaperture: $l, temporal_half_window: $k };
+                sizes.lengths(Covariance::$averaging).complex
             }];
             type Scalars = [$scalar; {
-                let capacity = Capacity { elements: 0, subaperture: $l, temporal_half_window: $k };
-                capacity.lengths(Covariance::$averaging).scalars
+                let sizes = Sizes { elements: 0, subaperture: $l, temporal_half_window: $k };
+                sizes.lengths(Covariance::$averaging).scalars
             }];
             const COMPLEX: Self::Complex = [ComplexVector { re: 0.0, im: 0.0 }; _];
             const SCALARS: Self::Scalars = [$zero; _];

@@ -40,7 +40,8 @@ mod dot;
 mod lanes;
 mod memory;
 
-pub(crate) use complex::{ComplexVector, Scalar};
+pub use complex::ComplexVector;
+pub(crate) use complex::Scalar;
 #[cfg(feature = "simd")]
 pub use dispatch::{InstructionSet, Task, UnknownInstructionSet};
 pub(crate) use dot::{Dot, PARTIAL_SUMS, Term};

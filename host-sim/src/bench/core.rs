@@ -7,7 +7,7 @@ use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 
 use crate::Result;
-use crate::drive::beamform::Capacity;
+use crate::drive::beamform::Needs;
 
 /// Beamforms all lines into `z [beam, sample]`.
 pub type Core<'a> = dyn FnMut(&mut Array2<Complex<f32>>) -> Result<()> + 'a;
@@ -28,14 +28,12 @@ pub fn with_core(
     then: &mut Then<'_>,
 ) -> Result<()> {
     let beamformer = Beamformer::new(parameters)?;
-    // The same for all windows, so that they can be compared.
-    let mut workspace = Capacity {
-        covariance,
-        subaperture: 64,
-        temporal_half_window: 10,
-    }
-    .workspace(set);
     let elements = lines.dim().2;
+    let needs = Needs {
+        covariance,
+        sizes: beamformer.sizes(elements),
+    };
+    let mut memory = needs.memory(set)?;
     let mut runs = Vec::new();
     for line in lines.axis_iter(Axis(0)) {
         let line = line.to_slice().expect("a standard layout");
@@ -50,9 +48,9 @@ pub fn with_core(
             .outer_iter_mut()
             .map(|row| row.into_slice().expect("a standard layout"))
             .collect();
-        let lanes = workspace.lanes();
+        let lanes = memory.lanes();
         for (runs, z) in runs.chunks(lanes).zip(rows.chunks_mut(lanes)) {
-            workspace.runs(&beamformer, runs, elements, z)?;
+            memory.runs(&beamformer, runs, elements, z)?;
         }
         Ok(())
     })

@@ -27,7 +27,6 @@ pub use report::{Quantity, Report, Row, Table, Target};
 pub use text::text;
 
 use std::fmt;
-use std::panic::resume_unwind;
 use std::time::Duration;
 
 use bonebeam::simd::InstructionSet;
@@ -116,10 +115,6 @@ pub fn vector_sets() -> Vec<InstructionSet> {
     sets.filter(|&set| set != InstructionSet::Scalar).collect()
 }
 
-/// Stack, bytes: a workspace is made there before it moves to the heap. Only what is touched takes
-/// memory.
-const STACK: usize = 256 << 20;
-
 /// Measures the sections; `progress` hears which, and what of it, before it begins.
 ///
 /// # Errors
@@ -129,19 +124,11 @@ pub fn run(
     sections: &[Section],
     progress: &mut (dyn FnMut(Section, &str) + Send),
 ) -> Result<Report> {
-    let cannot = |e| Error::Data(format!("cannot start a thread: {e}"));
-    let tables = std::thread::scope(|scope| {
-        let work = || -> Result<Vec<Table>> {
-            let tables = sections.iter().map(|&section| {
-                let mut step = |what: &str| progress(section, what);
-                measure(settings, section, &mut step)
-            });
-            tables.collect()
-        };
-        let thread = std::thread::Builder::new().stack_size(STACK);
-        let thread = thread.spawn_scoped(scope, work).map_err(cannot)?;
-        thread.join().unwrap_or_else(|panic| resume_unwind(panic))
-    })?;
+    let tables = sections.iter().map(|&section| {
+        let mut step = |what: &str| progress(section, what);
+        measure(settings, section, &mut step)
+    });
+    let tables = tables.collect::<Result<Vec<Table>>>()?;
     Ok(Report {
         machine: Machine::here(),
         instruction_set: settings.instruction_set.name().to_owned(),

@@ -1,6 +1,6 @@
 //! Beamformed lines against the f32 and the f64 reference: the one oracle, with its exemptions.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Workspace};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
 use nalgebra::DVector;
@@ -11,10 +11,10 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::ops::Range;
 
-use crate::drive::beamform::{MAX_ELEMENTS, MAX_SUBAPERTURE, MAX_TEMPORAL};
+use crate::Result;
+use crate::drive::beamform::Memory;
 use crate::reference;
 use crate::reference::f64::beamform::{Answer, Eigenspace, Sample};
-use crate::{Error, Result};
 
 use super::tolerances::{BEAMFORMED, CLOSE, RANK_RULE, RAYLEIGH, ROUNDING};
 use super::{Bits, Bound};
@@ -254,31 +254,12 @@ fn weights<A: Averaging<f32>>(
     sample: usize,
     parameters: Parameters,
 ) -> Result<Vec<Complex<f32>>> {
-    const ROWS: usize = Forward::window_rows(MAX_SUBAPERTURE, MAX_TEMPORAL);
-    // A workspace is made on the stack before it moves to the heap.
-    const STACK: usize = 64 << 20;
-    let work = || {
-        let mut workspace =
-            Box::new(Workspace::<A, f32, MAX_ELEMENTS, MAX_SUBAPERTURE, ROWS>::over(0.0));
-        let mut weights = vec![Complex::ZERO; MAX_ELEMENTS];
-        let count = Beamformer::new(parameters)?.weights(
-            &mut workspace,
-            line,
-            active,
-            sample,
-            &mut weights,
-        )?;
-        weights.truncate(count);
-        Ok(weights)
-    };
-    let cannot = |e| Error::Data(format!("cannot start a thread: {e}"));
-    std::thread::scope(|scope| {
-        let thread = std::thread::Builder::new().stack_size(STACK);
-        let thread = thread.spawn_scoped(scope, work).map_err(cannot)?;
-        thread
-            .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-    })
+    let beamformer = Beamformer::new(parameters)?;
+    let mut memory = Memory::<A, f32>::new(0.0, beamformer.sizes(active.count))?;
+    let mut weights = vec![Complex::ZERO; active.count];
+    let count = beamformer.weights(&mut memory.view(), line, active, sample, &mut weights)?;
+    weights.truncate(count);
+    Ok(weights)
 }
 
 /// How far z moves where the entries of R are off by [`ROUNDING`]: the most of some trials, each

@@ -3,12 +3,11 @@
 // Each test file is a crate of its own and uses only some of this.
 #![allow(dead_code)]
 
-use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameters, Run, Workspace, constant_runs,
-};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run, constant_runs};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
 use bonebeam::simd::{InstructionSet, Task, Vector};
+use host_sim::drive::beamform::Memory;
 use host_sim::reference::f32 as f32_reference;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
@@ -91,27 +90,10 @@ impl Gaussian {
     }
 }
 
-/// Runs `f` on a thread whose stack holds a workspace while it moves to its box.
-pub fn with_room<T: Send>(f: impl FnOnce() -> T + Send) -> T {
-    std::thread::scope(|scope| {
-        std::thread::Builder::new()
-            .stack_size(64 << 20)
-            .spawn_scoped(scope, f)
-            .expect("a thread")
-            .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-    })
-}
-
 /// The same number in f64.
 pub fn widen(z: Complex<f32>) -> Complex<f64> {
     Complex::new(f64::from(z.re), f64::from(z.im))
 }
-
-/// Capacities of the tests' workspaces.
-const M: usize = 128;
-const L: usize = 64;
-const ROWS: usize = Forward::window_rows(L, 10);
 
 /// The core, one line at a time.
 pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<Complex<f32>> {
@@ -121,16 +103,30 @@ pub fn core(line: &Line, parameters: Parameters, covariance: Covariance) -> Vec<
     }
 }
 
+/// Memory of just the size that a line takes.
+fn line_memory<A: Averaging<V>, V: Vector>(
+    zero: V,
+    beamformer: &Beamformer,
+    line: &Line,
+) -> Memory<A, V> {
+    let counts = line.active.iter().map(|set| set.count);
+    let sizes = beamformer.sizes(counts.max().unwrap_or(0));
+    Memory::new(zero, sizes).expect("memory")
+}
+
 fn core_line<A: Averaging<f32>>(line: &Line, parameters: Parameters) -> Vec<Complex<f32>> {
-    with_room(|| {
-        let mut workspace = Box::new(Workspace::<A, f32, M, L, ROWS>::over(0.0));
-        let mut z = vec![Complex::ZERO; line.active.len()];
-        Beamformer::new(parameters)
-            .expect("valid parameters")
-            .line(&mut workspace, line.delayed(), |n| line.active[n], &mut z)
-            .expect("a line that fits");
-        z
-    })
+    let beamformer = Beamformer::new(parameters).expect("valid parameters");
+    let mut memory = line_memory::<A, f32>(0.0, &beamformer, line);
+    let mut z = vec![Complex::ZERO; line.active.len()];
+    beamformer
+        .line(
+            &mut memory.view(),
+            line.delayed(),
+            |n| line.active[n],
+            &mut z,
+        )
+        .expect("a line that fits");
+    z
 }
 
 /// The core's weights of one sample.
@@ -151,17 +147,21 @@ fn sample_weights<A: Averaging<f32>>(
     sample: usize,
     parameters: Parameters,
 ) -> Vec<Complex<f32>> {
-    with_room(|| {
-        let mut workspace = Box::new(Workspace::<A, f32, M, L, ROWS>::over(0.0));
-        let mut weights = vec![Complex::ZERO; M];
-        let active = line.active[sample];
-        let count = Beamformer::new(parameters)
-            .expect("valid parameters")
-            .weights(&mut workspace, line.delayed(), active, sample, &mut weights)
-            .expect("a sample that fits");
-        weights.truncate(count);
-        weights
-    })
+    let beamformer = Beamformer::new(parameters).expect("valid parameters");
+    let mut memory = line_memory::<A, f32>(0.0, &beamformer, line);
+    let active = line.active[sample];
+    let mut weights = vec![Complex::ZERO; active.count];
+    let count = beamformer
+        .weights(
+            &mut memory.view(),
+            line.delayed(),
+            active,
+            sample,
+            &mut weights,
+        )
+        .expect("a sample that fits");
+    weights.truncate(count);
+    weights
 }
 
 /// The core, as many lines at a time as the instruction set has lanes. The lines' apertures grow
@@ -206,43 +206,40 @@ fn core_group<A: Averaging<V>, V: Vector>(
     lines: &[Line],
     parameters: Parameters,
 ) -> Vec<Vec<Complex<f32>>> {
-    const ROWS: usize = Forward::window_rows(24, 4);
-    with_room(|| {
-        let beamformer = Beamformer::new(parameters).expect("valid parameters");
-        let mut workspace = Box::new(Workspace::<A, V, 48, 24, ROWS>::over(zero));
-        let mut z: Vec<_> = lines
+    let beamformer = Beamformer::new(parameters).expect("valid parameters");
+    let mut z: Vec<_> = lines
+        .iter()
+        .map(|line| vec![Complex::ZERO; line.active.len()])
+        .collect();
+    let samples = z.iter().map(Vec::len).max().unwrap_or(0);
+    let longest = lines.iter().find(|line| line.active.len() == samples);
+    let sets = &longest.expect("a line").active;
+    let mut memory = line_memory::<A, V>(zero, &beamformer, longest.expect("a line"));
+    for (first, count, set) in constant_runs(samples, |n| sets[n]) {
+        let run = |line: &'_ Line| {
+            let length = line.active.len();
+            (first.min(length), line.active[first.min(length - 1)].first)
+        };
+        let runs: Vec<_> = lines
             .iter()
-            .map(|line| vec![Complex::ZERO; line.active.len()])
+            .map(|line| Run {
+                line: line.delayed(),
+                first_element: run(line).1,
+                first_sample: run(line).0,
+            })
             .collect();
-        let samples = z.iter().map(Vec::len).max().unwrap_or(0);
-        let longest = lines.iter().find(|line| line.active.len() == samples);
-        let sets = &longest.expect("a line").active;
-        for (first, count, set) in constant_runs(samples, |n| sets[n]) {
-            let run = |line: &'_ Line| {
-                let length = line.active.len();
-                (first.min(length), line.active[first.min(length - 1)].first)
-            };
-            let runs: Vec<_> = lines
-                .iter()
-                .map(|line| Run {
-                    line: line.delayed(),
-                    first_element: run(line).1,
-                    first_sample: run(line).0,
-                })
-                .collect();
-            let mut out: Vec<&mut [Complex<f32>]> = z
-                .iter_mut()
-                .map(|z| {
-                    let length = z.len();
-                    &mut z[first.min(length)..(first + count).min(length)]
-                })
-                .collect();
-            beamformer
-                .runs(&mut workspace, &runs, set.count, &mut out)
-                .expect("runs that fit");
-        }
-        z
-    })
+        let mut out: Vec<&mut [Complex<f32>]> = z
+            .iter_mut()
+            .map(|z| {
+                let length = z.len();
+                &mut z[first.min(length)..(first + count).min(length)]
+            })
+            .collect();
+        beamformer
+            .runs(&mut memory.view(), &runs, set.count, &mut out)
+            .expect("runs that fit");
+    }
+    z
 }
 
 /// Lines of one length as a frame's samples.

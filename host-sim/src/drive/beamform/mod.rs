@@ -1,10 +1,10 @@
 //! Drives the core's beamformer over frames: as many runs at a time as there are lanes, on all
 //! threads.
 
-mod workspace;
+mod memory;
 
 use crate::{Error, Result};
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run};
+use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Run};
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use bonebeam::simd::InstructionSet;
@@ -16,21 +16,9 @@ use std::cmp::Reverse;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use workspace::AnyWorkspace;
-pub(crate) use workspace::Capacity;
-
-/// Active elements that fit.
-pub const MAX_ELEMENTS: usize = 256;
-
-/// The longest subaperture that fits.
-pub const MAX_SUBAPERTURE: usize = 128;
-
-/// The largest temporal half-window `K` that fits.
-pub const MAX_TEMPORAL: usize = 31;
-
-/// Stack of a worker, bytes: a workspace is made there before it moves to the heap. Only what is
-/// touched takes memory.
-const WORKER_STACK: usize = 256 << 20;
+use memory::AnyMemory;
+pub use memory::Memory;
+pub(crate) use memory::Needs;
 
 /// A run of one beam's samples with one active set.
 #[derive(Clone, Copy)]
@@ -49,7 +37,7 @@ struct Piece {
 ///
 /// # Errors
 /// [`Error::Data`] naming beam, sample and element of a sample that is not finite; [`Error::Usage`]
-/// where a size is beyond what is compiled in; [`Error::Core`] for parameters out of range.
+/// where the sizes take more memory than is allowed; [`Error::Core`] for parameters out of range.
 pub fn beamform(
     x: ArrayView3<'_, Complex<f32>>,
     active: impl Fn(usize, usize) -> Active + Sync,
@@ -84,7 +72,7 @@ pub struct Plan {
     beamformer: Beamformer,
     pool: ThreadPool,
     /// One a thread.
-    workspaces: Vec<Mutex<Box<dyn AnyWorkspace>>>,
+    memory: Vec<Mutex<Box<dyn AnyMemory>>>,
 }
 
 impl Plan {
@@ -92,7 +80,7 @@ impl Plan {
     /// pool has in which this is called.
     ///
     /// # Errors
-    /// [`Error::Usage`] where a size is beyond what is compiled in; [`Error::Core`] for parameters
+    /// [`Error::Usage`] where the sizes take more memory than is allowed; [`Error::Core`] for parameters
     /// out of range.
     pub fn new(
         set: InstructionSet,
@@ -101,45 +89,19 @@ impl Plan {
         largest: usize,
     ) -> Result<Self> {
         let beamformer = Beamformer::new(parameters)?;
-        if largest > MAX_ELEMENTS {
-            return Err(Error::Usage(format!(
-                "{largest} active elements, more than the {MAX_ELEMENTS} that fit"
-            )));
-        }
-        let mut capacity = Capacity {
+        let needs = Needs {
             covariance,
-            subaperture: 1,
-            temporal_half_window: 0,
+            sizes: beamformer.sizes(largest),
         };
-        if parameters.method != Method::Das {
-            capacity.subaperture = beamformer.subaperture(largest);
-            capacity.temporal_half_window = parameters.temporal_half_window;
-        }
-        let Capacity {
-            subaperture,
-            temporal_half_window,
-            ..
-        } = capacity;
-        if subaperture > MAX_SUBAPERTURE {
-            return Err(Error::Usage(format!(
-                "the subaperture has {subaperture} elements, more than the {MAX_SUBAPERTURE} that fit"
-            )));
-        }
-        if temporal_half_window > MAX_TEMPORAL {
-            return Err(Error::Usage(format!(
-                "temporal_half_window (K) is {temporal_half_window}, more than the {MAX_TEMPORAL} that fit"
-            )));
-        }
         let pool = ThreadPoolBuilder::new()
             .num_threads(rayon::current_num_threads())
-            .stack_size(WORKER_STACK)
             .build()
             .map_err(|e| Error::Data(format!("cannot start the worker threads: {e}")))?;
-        let workspaces = pool.broadcast(|_| Mutex::new(capacity.workspace(set)));
+        let memory = pool.broadcast(|_| needs.memory(set).map(Mutex::new));
         Ok(Plan {
             beamformer,
             pool,
-            workspaces,
+            memory: memory.into_iter().collect::<Result<_>>()?,
         })
     }
 
@@ -197,26 +159,22 @@ impl Plan {
         pieces: &[Piece],
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Outputs> {
-        let workspace = |index: usize| {
-            self.workspaces[index]
-                .lock()
-                .expect("no thread has panicked")
-        };
-        let lanes = workspace(0).lanes();
+        let memory = |index: usize| self.memory[index].lock().expect("no thread has panicked");
+        let lanes = memory(0).lanes();
         let groups: Vec<&[Piece]> = pieces
             .chunk_by(|a, b| a.active.count == b.active.count)
             .flat_map(|same| same.chunks(lanes))
             .collect();
         let next = AtomicUsize::new(0);
         let done = self.pool.broadcast(|thread| {
-            let mut workspace = workspace(thread.index());
+            let mut memory = memory(thread.index());
             let mut done = Vec::new();
             loop {
                 let index = next.fetch_add(1, Ordering::Relaxed);
                 let Some(&group) = groups.get(index) else {
                     return done;
                 };
-                let values = beamform_group(&self.beamformer, &mut **workspace, lines, group);
+                let values = beamform_group(&self.beamformer, &mut **memory, lines, group);
                 progress(group.iter().map(|piece| piece.samples).sum());
                 done.push((index, values));
             }
@@ -268,7 +226,7 @@ fn pieces(
 /// One group: a piece a lane.
 fn beamform_group(
     beamformer: &Beamformer,
-    workspace: &mut dyn AnyWorkspace,
+    memory: &mut dyn AnyMemory,
     lines: &[AlignedLine<'_>],
     group: &[Piece],
 ) -> Result<Outputs> {
@@ -289,7 +247,7 @@ fn beamform_group(
         z.push(own);
         rest = others;
     }
-    workspace.runs(beamformer, &runs, group[0].active.count, &mut z)?;
+    memory.runs(beamformer, &runs, group[0].active.count, &mut z)?;
     Ok(values)
 }
 

@@ -6,7 +6,7 @@ pub use recording::recording;
 
 use std::hash::Hasher;
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Workspace};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, hilbert_taps};
 use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
@@ -17,7 +17,7 @@ use num_complex::Complex;
 
 use crate::Result;
 use crate::config;
-use crate::drive::beamform::{beamform, beamform_with};
+use crate::drive::beamform::{Memory, beamform, beamform_with};
 use crate::drive::delay::DelayStage;
 use crate::drive::image::{b_mode, grid_of_lines};
 use crate::drive::phase_symmetry::{self, phase_symmetry};
@@ -254,14 +254,13 @@ impl<'a> Scene<'a> {
         let (beams, samples, elements) = self.x.dim();
         let mut z = Array2::zeros((beams, samples));
         let beamformer = Beamformer::new(parameters)?;
-        const ROWS: usize = Forward::window_rows(24, 10);
-        let mut workspace = Box::new(Workspace::<A, f32, 48, 24, ROWS>::over(0.0));
+        let mut memory = Memory::<A, f32>::new(0.0, beamformer.sizes(elements))?;
         let mut line = vec![Complex::ZERO; samples];
         for beam in 0..beams {
             let x: Vec<_> = self.x.index_axis(Axis(0), beam).iter().copied().collect();
             let delayed = AlignedLine::new(&x, elements)?;
             let active = |sample| self.active(beam, sample);
-            beamformer.line(&mut workspace, delayed, active, &mut line)?;
+            beamformer.line(&mut memory.view(), delayed, active, &mut line)?;
             z.row_mut(beam).assign(&ndarray::aview1(&line));
         }
         Ok(z)

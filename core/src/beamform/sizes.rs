@@ -7,17 +7,17 @@ use crate::linalg::panels::TILE;
 /// The largest shapes that a beamformer is to work on: what its memory follows from.
 ///
 /// ```
-/// use bonebeam::beamform::Capacity;
+/// use bonebeam::beamform::Sizes;
 /// use bonebeam::covariance::Covariance;
 ///
-/// const CAPACITY: Capacity = Capacity { elements: 32, subaperture: 16, temporal_half_window: 2 };
+/// const SIZES: Sizes = Sizes { elements: 32, subaperture: 16, temporal_half_window: 2 };
 /// // The lengths are constants, so that arrays can have them.
-/// const COMPLEX: usize = CAPACITY.lengths(Covariance::ForwardBackward).complex;
+/// const COMPLEX: usize = SIZES.lengths(Covariance::ForwardBackward).complex;
 /// assert_eq!(COMPLEX, 576);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Capacity {
+pub struct Sizes {
     /// `M`: the most active elements.
     pub elements: usize,
     /// `L`: the longest subaperture.
@@ -43,7 +43,7 @@ pub struct Lengths {
     pub indices: usize,
 }
 
-impl Capacity {
+impl Sizes {
     /// The lengths of the slices; where a length cannot be counted, so large that no memory holds it.
     ///
     /// With `S` lag sums kept of a sample (forward `L(L+1)/2`, forward-backward a quarter of `L(L+2)`
