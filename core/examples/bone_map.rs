@@ -1,5 +1,4 @@
-//! RF to bone map in fixed memory, on a workstation; `firmware/src/bin/bone_map.rs` runs the same code
-//! on a Cortex-M7. Both print the hash of the same map.
+//! RF to bone map in fixed memory; `firmware/src/bin/bone_map.rs` runs it on a Cortex-M7.
 use bonebeam::Error;
 use bonebeam::beamform::{self, Workspace};
 use bonebeam::focus::Record;

@@ -21,6 +21,14 @@ pub enum TransmitLaw {
 }
 
 /// One transmit: its wave, and when its record begins.
+///
+/// ```
+/// use bonebeam::geometry::{Transmit, TransmitLaw};
+///
+/// // A plane wave 5° to the right, recorded from 2 µs on.
+/// let steered = Transmit::new(TransmitLaw::Plane { angle: 5f64.to_radians() }, 2e-6);
+/// assert_eq!(steered.t0, 2e-6);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Transmit {

@@ -13,6 +13,57 @@ use crate::{Complex, Error};
 
 /// A [`Pipeline`] with memory to work in: one frame after another, a line at a time, one output at a
 /// time, as on a microcontroller.
+///
+/// ```
+/// # use bonebeam::beamform;
+/// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+/// use bonebeam::Complex;
+/// use bonebeam::beamform::Workspace;
+/// use bonebeam::focus::Record;
+/// use bonebeam::geometry::{Transmit, TransmitLaw};
+/// use bonebeam::phase_symmetry::LogGaborTables;
+/// use bonebeam::pipeline::{Frame, MemoryView, Parameters, Pipeline};
+///
+/// # let parameters = Parameters {
+/// #     scan: ScanParameters {
+/// #         array: Array::linear(16, 0.3e-3),
+/// #         lines: Lines::Even(Axis::centred(64, 0.1e-3)),
+/// #         sound_speed: 1540.0,
+/// #         centre_frequency: 5e6,
+/// #         sampling_rate: 20e6,
+/// #         record_samples: 512,
+/// #         output_rate: 20e6,
+/// #         start: Depth::Metres(4e-3),
+/// #         end: Depth::Metres(12e-3),
+/// #         f_number: 1.5,
+/// #         min_elements: 8,
+/// #     },
+/// #     beamformer: beamform::Parameters::DEFAULT,
+/// #     rows: 64,
+/// #     columns: 64,
+/// #     dynamic_range: 50.0,
+/// #     median: true,
+/// #     scales: &[0.125],
+/// #     threshold: 10.0,
+/// #     strip: 8,
+/// # };
+/// let pipeline = Pipeline::new(parameters)?;
+/// let sizes = pipeline.sizes();
+/// let (mut real, mut complex) = (vec![0.0; sizes.real], vec![Complex::new(0.0, 0.0); sizes.complex]);
+/// let mut tables = LogGaborTables::new();
+/// let memory = MemoryView { real: &mut real, complex: &mut complex, tables: &mut tables };
+/// let mut frame = Frame::new(&pipeline, memory)?;
+/// let mut workspace = Workspace::<16, 8, 0>::new();
+///
+/// let rf = vec![0.0; 16 * 512]; // what the elements recorded of one transmit
+/// let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
+/// for line in 0..64 {
+///     frame.line(line, [(transmit, &Record::new(&rf, 16)?)], &mut workspace.view())?;
+/// }
+/// assert_eq!(frame.image()?.len(), 64 * 64);
+/// assert_eq!(frame.bone_map()?.len(), 64 * 64);
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
 pub struct Frame<'p, 'm> {
     pipeline: &'p Pipeline<'p>,
     filters: LogGabor<'m>,

@@ -12,6 +12,39 @@ use crate::{Complex, Error};
 ///
 /// Holds no memory to work in, so that threads can share it. [`LinePipeline::line`] is the whole way;
 /// [`LinePipeline::align`] is the first half, for who beamforms many lines at once.
+///
+/// ```
+/// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+/// use bonebeam::Complex;
+/// use bonebeam::beamform::Parameters;
+/// use bonebeam::focus::Record;
+/// use bonebeam::geometry::{Scan, Transmit, TransmitLaw};
+/// use bonebeam::pipeline::LinePipeline;
+///
+/// # const PARAMETERS: ScanParameters = ScanParameters {
+/// #     array: Array::linear(16, 0.3e-3),
+/// #     lines: Lines::Even(Axis::centred(64, 0.1e-3)),
+/// #     sound_speed: 1540.0,
+/// #     centre_frequency: 5e6,
+/// #     sampling_rate: 20e6,
+/// #     record_samples: 512,
+/// #     output_rate: 20e6,
+/// #     start: Depth::Metres(4e-3),
+/// #     end: Depth::Metres(12e-3),
+/// #     f_number: 1.5,
+/// #     min_elements: 8,
+/// # };
+/// let lines = LinePipeline::new(Scan::new(PARAMETERS)?, Parameters::DEFAULT)?;
+/// let mut scratch = vec![0.0; lines.scratch_len(1)];
+/// let mut aligned = vec![Complex::new(0.0, 0.0); lines.aligned_len()];
+/// let rf = vec![0.0; 16 * 512];
+/// let record = Record::new(&rf, 16)?;
+/// // Two plane waves, compounded.
+/// let plane = |angle| (Transmit::new(TransmitLaw::Plane { angle }, 0.0), &record);
+/// lines.align(0.0f32, 0, [plane(-0.1), plane(0.1)], &mut scratch, &mut aligned)?;
+/// assert_eq!(aligned[0], Complex::new(0.0, 0.0));
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct LinePipeline<'a> {
     scan: Scan<'a>,

@@ -193,6 +193,48 @@ struct Source<'a> {
 }
 
 /// A delay stage: validated parameters and their filters.
+///
+/// ```
+/// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+/// use bonebeam::Complex;
+/// use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
+/// use bonebeam::geometry::{Scan, Transmit, TransmitLaw};
+///
+/// # const PARAMETERS: ScanParameters = ScanParameters {
+/// #     array: Array::linear(16, 0.3e-3),
+/// #     lines: Lines::Even(Axis::centred(64, 0.1e-3)),
+/// #     sound_speed: 1540.0,
+/// #     centre_frequency: 5e6,
+/// #     sampling_rate: 20e6,
+/// #     record_samples: 512,
+/// #     output_rate: 20e6,
+/// #     start: Depth::Metres(4e-3),
+/// #     end: Depth::Metres(12e-3),
+/// #     f_number: 1.5,
+/// #     min_elements: 8,
+/// # };
+/// let scan = Scan::new(PARAMETERS)?;
+/// let delay = Delay::new(DelayParameters::of(&scan))?;
+/// let mut scratch = vec![0.0; delay.parameters().scratch_len(1)];
+/// let mut aligned = vec![Complex::new(0.0, 0.0); scan.samples() * scan.elements()];
+///
+/// // One sample of 1 on every element, where the echo of a point 8 mm below the array's middle arrives.
+/// let mut rf = vec![0.0; scan.elements() * 512];
+/// for (m, rf) in rf.chunks_exact_mut(512).enumerate() {
+///     let path = 8e-3 + f64::hypot(8e-3, PARAMETERS.array.x(m));
+///     rf[(path / 1540.0 * 20e6).round() as usize] = 1.0;
+/// }
+/// let record = Record::new(&rf, scan.elements())?;
+/// let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
+/// let middle = ScanLine { x: 0.0, ..ScanLine::of(&scan, 32, transmit, Compounding::Replace) };
+/// delay.line(0.0f32, &middle, &record, &mut scratch, &mut aligned)?;
+///
+/// // The point is 4 mm below the line's first sample, on every active element at once.
+/// let sample = (2.0 * 4e-3 / 1540.0 * 20e6) as usize;
+/// let snapshot = &aligned[sample * 16..][..16];
+/// assert!(snapshot.iter().all(|y| y.norm() > 0.5));
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Delay {
     parameters: DelayParameters,

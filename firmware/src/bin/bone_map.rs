@@ -1,0 +1,32 @@
+//! The core's example on a Cortex-M7: RF to bone map in statics. Prints the map's hash, which is the
+//! workstation's (`cargo run --release -p bonebeam --example bone_map`).
+
+#![no_std]
+#![no_main]
+
+#[path = "../../../core/examples/bone_map.rs"]
+mod example;
+
+use cortex_m_rt::entry;
+use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
+use cortex_m_semihosting::hprintln;
+use example::{FrameMemory, LineMemory, bone_map};
+use firmware::exit;
+use static_cell::ConstStaticCell;
+
+static FRAME: ConstStaticCell<FrameMemory> = ConstStaticCell::new(FrameMemory::new());
+static LINE: ConstStaticCell<LineMemory> = ConstStaticCell::new(LineMemory::new());
+
+#[entry]
+fn main() -> ! {
+    match bone_map(FRAME.take(), LINE.take()) {
+        Ok(hash) => {
+            hprintln!("bone-map {hash:016x}");
+            exit(EXIT_SUCCESS)
+        }
+        Err(error) => {
+            hprintln!("error: {error}");
+            exit(EXIT_FAILURE)
+        }
+    }
+}
