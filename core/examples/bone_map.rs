@@ -45,20 +45,16 @@ pub fn bone_map(frame: &mut FrameMemory, line: &mut LineMemory) -> Result<u64, E
     for k in 0..PARAMETERS.scan.lines.count() {
         let rf = echoes(PARAMETERS.scan.lines.x(k));
         let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
-        frame.line(
-            k,
-            [(transmit, &Record::new(&rf, SIZES.elements)?)],
-            &mut line.view(),
-        )?;
+        let record = Record::new(&rf, SIZES.elements)?;
+        frame.line(k, [(transmit, &record)], &mut line.view())?;
     }
     frame.image()?;
     let map = frame.bone_map()?;
-    let fnv =
-        |hash: u64, value: &f32| (hash ^ u64::from(value.to_bits())).wrapping_mul(0x100_0000_01b3);
+    let fnv = |hash: u64, x: &f32| (hash ^ u64::from(x.to_bits())).wrapping_mul(0x100_0000_01b3);
     Ok(map.iter().fold(0xcbf2_9ce4_8422_2325, fnv))
 }
 
-/// In place of a scanner: on each element a pulse from every point of a bent surface near the line.
+/// In place of a scanner: to each element a pulse from every point of a bent surface near the line.
 fn echoes(line_x: f64) -> [f32; SIZES.elements * PARAMETERS.scan.record_samples] {
     let scan = &PARAMETERS.scan;
     let mut rf = [0.0; SIZES.elements * PARAMETERS.scan.record_samples];
@@ -66,10 +62,10 @@ fn echoes(line_x: f64) -> [f32; SIZES.elements * PARAMETERS.scan.record_samples]
         for x in (-3..=3).map(|k| line_x + f64::from(k) * 0.1e-3) {
             let (z, d) = (8e-3 + 60.0 * x * x, scan.array.x(m) - x);
             let arrival = (2.0 * z + d * d / (2.0 * z)) / scan.sound_speed * scan.sampling_rate;
-            for sample in arrival as usize - 2..arrival as usize + 4 {
-                let s = (sample as f64 - arrival) / 2.65;
-                let window = if s * s < 1.0 { 1.0 - s * s } else { 0.0 };
-                rf[sample] += (window * window * (1.0 - 7.0 * s * s)) as f32;
+            for sample in arrival as usize - 3..arrival as usize + 5 {
+                let s = (sample as f64 - arrival) / 4.0;
+                let window = (1.0 - s * s) * (1.0 - s * s);
+                rf[sample] += (window * window * (1.0 - 11.0 * s * s)) as f32;
             }
         }
     }
