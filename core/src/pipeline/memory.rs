@@ -113,10 +113,11 @@ impl Parameters<'_> {
         };
         // The cast rounds down.
         let subaperture = (self.beamformer.subaperture_ratio * elements as f64) as usize;
+        let fours = larger(subaperture, 1).div_ceil(4);
         let line = parts.aligned.saturating_add(parts.samples);
         Ok(Sizes {
             elements,
-            subaperture: larger(subaperture, 1).next_multiple_of(4),
+            subaperture: fours.saturating_mul(4),
             temporal_half_window: self.beamformer.temporal_half_window,
             real: parts.kept().saturating_add(parts.work()),
             complex: larger(line, strips.line_len()),
@@ -139,7 +140,8 @@ impl Parameters<'_> {
 impl Parts {
     /// What is kept from one stage to the next: envelopes, image and map.
     const fn kept(&self) -> usize {
-        self.envelopes.saturating_add(2 * self.pixels)
+        let images = self.pixels.saturating_mul(2);
+        self.envelopes.saturating_add(images)
     }
 
     /// What the stages work in, one after the other.
@@ -149,8 +151,10 @@ impl Parts {
 
     /// Phase symmetry's spectrum, filtered image, denominator, two strips and gains.
     const fn bone_map(&self) -> usize {
-        let image = self.spectrum.saturating_add(3 * self.pixels);
-        image.saturating_add(2 * self.strip + self.side)
+        let images = self.pixels.saturating_mul(3);
+        let strips = self.strip.saturating_mul(2);
+        let whole = self.spectrum.saturating_add(images);
+        whole.saturating_add(strips).saturating_add(self.side)
     }
 }
 
