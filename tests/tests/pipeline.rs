@@ -281,6 +281,6 @@ fn bad_parameters_are_named() {
     assert_eq!(name(|p| p.dynamic_range = 0.0), "dynamic range in dB");
     assert_eq!(name(|p| p.rows = 65), "image rows");
     assert_eq!(name(|p| p.columns = 0), "image columns");
-    assert_eq!(name(|p| p.strip = 0), "strip");
+    assert_eq!(name(|p| p.strip = 0), "strip height");
     assert_eq!(name(|p| p.scales = &[1.0]), "scale in cycles per pixel");
 }
