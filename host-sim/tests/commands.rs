@@ -458,3 +458,18 @@ fn help_has_examples_that_name_real_flags() {
         }
     }
 }
+
+#[cfg(not(feature = "bench"))]
+#[test]
+fn a_build_without_the_benchmark_tells_how_to_get_it() {
+    for arguments in [&["bench"][..], &["bench", "--quick", "--help"]] {
+        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .args(arguments)
+            .output()
+            .unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
+        assert!(message.contains("--features bench -- bench"), "{message}");
+    }
+}
