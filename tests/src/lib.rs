@@ -13,6 +13,15 @@ pub mod phase_symmetry;
 pub mod snapshots;
 pub mod sqrt;
 
+/// The examples of the documents must compile, and run.
+#[cfg(doctest)]
+mod documents {
+    #[doc = include_str!("../../README.md")]
+    struct Readme;
+    #[doc = include_str!("../../docs/memory.md")]
+    struct Memory;
+}
+
 use bonebeam::Error;
 
 /// The memory of all cases; fits a `static`.
