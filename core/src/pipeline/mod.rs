@@ -7,7 +7,7 @@
 //! ([`MemoryView`]).
 //!
 //! Each stage can be used by itself: [`LinePipeline`] delays and beamforms lines,
-//! [`BMode`](crate::image::BMode) makes images of them, [`PhaseSymmetry`] bone maps of images.
+//! [`BMode`] makes images of them, [`PhaseSymmetry`] bone maps of images.
 
 mod frame;
 mod line;
