@@ -200,10 +200,13 @@ impl Job {
     /// # Errors
     /// Parameters that do not fit together.
     pub fn run(&self, progress: Progress<'_>) -> Result<Vec<(&'static str, Outcome)>> {
-        let run = |experiment: &Box<dyn AnyExperiment>| {
+        let run = |experiment: &dyn AnyExperiment| {
             Ok((experiment.name(), experiment.run(&self.common, progress)?))
         };
-        self.experiments.iter().map(run).collect()
+        self.experiments
+            .iter()
+            .map(|experiment| run(&**experiment))
+            .collect()
     }
 }
 

@@ -137,25 +137,24 @@ impl Sample {
     pub fn answers(&self, eigenspace: &Eigenspace, method: Method, tolerance: f64) -> Vec<Answer> {
         let w = &self.minimum_variance;
         let subaperture = w.len();
+        let answer = |kept: Range<usize>| Answer {
+            by_first_eigenvector: kept == (0..1) || kept.start == 1,
+            z: self.output(&eigenspace.project(w, kept)),
+        };
         let kept = match method {
             Method::Das => return vec![Answer::new(self.elements.mean())],
             Method::Mv => return vec![Answer::new(self.output(w))],
             Method::EsmvBeta(beta) => {
                 let ranks = eigenspace.ranks(f64::from(beta), tolerance);
-                ranks.map(|rank| 0..rank).collect()
+                return ranks.map(|rank| answer(0..rank)).collect();
             }
-            Method::EsmvRank(rank) => vec![0..rank.min(subaperture)],
-            Method::EsmvRank1 => vec![0..1],
-            Method::EsmvExcludeFirst => vec![1..subaperture],
+            Method::EsmvRank(rank) => 0..rank.min(subaperture),
+            Method::EsmvRank1 => 0..1,
+            Method::EsmvExcludeFirst => 1..subaperture,
         };
-        let answer = |kept: Range<usize>| Answer {
-            by_first_eigenvector: kept == (0..1) || kept.start == 1,
-            z: self.output(&eigenspace.project(w, kept)),
-        };
-        kept.into_iter().map(answer).collect()
+        vec![answer(kept)]
     }
 }
-
 /// A right value of z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
