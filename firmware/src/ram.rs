@@ -1,65 +1,35 @@
 //! What RAM the core takes in typical configurations.
 
-use bonebeam::beamform::Workspace;
+use bonebeam::beamform::{Storage, Workspace};
 use bonebeam::covariance::{Forward, ForwardBackward};
 use bonebeam::focus::Delay;
 use bonebeam::phase_symmetry::{LogGaborTables, StripMemory};
 use bonebeam_tests::Workspaces;
 use cortex_m_semihosting::hprintln;
 
-/// A beamformer's bytes with `M` elements, subapertures of `L` and time windows of `BOTH` rows
-/// forward-backward, `FORWARD` rows forward, one line at a time.
-const fn beamformer<const M: usize, const L: usize, const BOTH: usize, const FORWARD: usize>()
--> [usize; 2] {
+/// A beamformer's bytes forward-backward and forward, one line at a time.
+const fn beamformer<const M: usize, const L: usize, const K: usize>() -> [usize; 2]
+where
+    ForwardBackward: Storage<L, K>,
+    Forward: Storage<L, K>,
+{
     [
-        Workspace::<ForwardBackward, f32, M, L, BOTH>::BYTES,
-        Workspace::<Forward, f32, M, L, FORWARD>::BYTES,
+        Workspace::<M, L, K>::BYTES,
+        Workspace::<M, L, K, Forward>::BYTES,
     ]
-}
-
-const fn both(subaperture: usize, temporal_half_window: usize) -> usize {
-    ForwardBackward::window_rows(subaperture, temporal_half_window)
-}
-
-const fn forward(subaperture: usize, temporal_half_window: usize) -> usize {
-    Forward::window_rows(subaperture, temporal_half_window)
 }
 
 /// Prints one line a configuration: `RAM`, its name, bytes.
 pub fn print() {
     for (sizes, [both_bytes, forward_bytes]) in [
-        (
-            "M=16 L=8 K=0",
-            beamformer::<16, 8, { both(8, 0) }, { forward(8, 0) }>(),
-        ),
-        (
-            "M=16 L=8 K=2",
-            beamformer::<16, 8, { both(8, 2) }, { forward(8, 2) }>(),
-        ),
-        (
-            "M=32 L=16 K=0",
-            beamformer::<32, 16, { both(16, 0) }, { forward(16, 0) }>(),
-        ),
-        (
-            "M=32 L=16 K=2",
-            beamformer::<32, 16, { both(16, 2) }, { forward(16, 2) }>(),
-        ),
-        (
-            "M=64 L=32 K=0",
-            beamformer::<64, 32, { both(32, 0) }, { forward(32, 0) }>(),
-        ),
-        (
-            "M=64 L=32 K=2",
-            beamformer::<64, 32, { both(32, 2) }, { forward(32, 2) }>(),
-        ),
-        (
-            "M=128 L=64 K=0",
-            beamformer::<128, 64, { both(64, 0) }, { forward(64, 0) }>(),
-        ),
-        (
-            "M=128 L=64 K=2",
-            beamformer::<128, 64, { both(64, 2) }, { forward(64, 2) }>(),
-        ),
+        ("M=16 L=8 K=0", beamformer::<16, 8, 0>()),
+        ("M=16 L=8 K=2", beamformer::<16, 8, 2>()),
+        ("M=32 L=16 K=0", beamformer::<32, 16, 0>()),
+        ("M=32 L=16 K=2", beamformer::<32, 16, 2>()),
+        ("M=64 L=32 K=0", beamformer::<64, 32, 0>()),
+        ("M=64 L=32 K=2", beamformer::<64, 32, 2>()),
+        ("M=128 L=64 K=0", beamformer::<128, 64, 0>()),
+        ("M=128 L=64 K=2", beamformer::<128, 64, 2>()),
     ] {
         hprintln!("RAM beamformer {sizes} forward-backward {both_bytes}");
         hprintln!("RAM beamformer {sizes} forward {forward_bytes}");

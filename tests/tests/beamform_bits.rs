@@ -49,6 +49,22 @@ fn every_size_and_time_window() {
     }
 }
 
+/// The tests' memory is of just the size that is needed.
+#[test]
+fn every_length_of_subaperture() {
+    for elements in 1..=36 {
+        let line = Line::noise(elements as u64, 6, elements);
+        for subaperture_ratio in [0.5, 1.0] {
+            let parameters = Parameters {
+                temporal_half_window: 1,
+                subaperture_ratio,
+                ..Parameters::default()
+            };
+            assert_core_is_scalar(&line, parameters, &format!("{elements} elements"));
+        }
+    }
+}
+
 #[test]
 fn the_full_array() {
     let line = Line::noise(1, 24, 128);

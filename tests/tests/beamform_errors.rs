@@ -7,10 +7,11 @@ use bonebeam::beamform::{
     AlignedLine, Beamformer, Method, Parameters, Run, Sizes, Slices, Storage, Workspace,
     WorkspaceView,
 };
-use bonebeam::covariance::{Covariance, Forward, ForwardBackward};
+use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
 use bonebeam::simd::ComplexVector;
 use common::lines::COVARIANCES;
+use host_sim::drive::beamform::Memory;
 use ndarray::Array3;
 use num_complex::Complex;
 
@@ -239,106 +240,163 @@ fn more_runs_than_lanes_or_fewer_outputs() {
     assert_eq!(z, [Complex::I; 5]);
 }
 
-/// The formula of the workspace's documentation, with `s` numbers a scalar.
-fn assert_bytes<A: Storage<L, K>, const M: usize, const L: usize, const K: usize>(s: usize) {
-    // Lag sums of a sample, counted entry by entry: on and below the diagonal, or of those the upper half
-    // of each diagonal.
-    let kept = |lag: usize| {
-        let entries = L - lag;
-        if s == 2 { entries } else { entries.div_ceil(2) }
-    };
-    let set: usize = (0..L).map(kept).sum();
+/// What a workspace takes beside what the documentation says, but for what aligns the indices.
+fn assert_bytes<const M: usize, const L: usize, const K: usize, A: Storage<L, K>>(
+    s: usize,
+    lag_sums: usize,
+    basis: usize,
+) {
     let sets = if K == 0 { 1 } else { 2 * K + 2 };
-    let complex = M + (5 + K) * L + sets * set;
     let lengths = Workspace::<M, L, K, A>::SIZES.lengths(A::COVARIANCE);
-    assert_eq!(lengths.complex, complex, "M = {M}, L = {L}, K = {K}");
-    assert_eq!(
-        (lengths.reals, lengths.floats, lengths.indices),
-        (5 * L, 3 * L, L)
-    );
-    let formula = 8 * complex
-        + 4 * s * lengths.scalars
-        + 4 * (lengths.reals + lengths.floats)
-        + size_of::<usize>() * lengths.indices;
-    let more = Workspace::<M, L, K, A>::BYTES - formula;
+    assert_eq!(lengths.complex, M + (5 + K) * L + sets * lag_sums);
+    assert_eq!(lengths.scalars, L * L + 10 * L + basis);
+    let formula = 8 * lengths.complex + 4 * s * lengths.scalars + 4 * (5 + 3) * L;
+    let more = Workspace::<M, L, K, A>::BYTES - formula - L * size_of::<usize>();
     assert!(more < 8, "M = {M}, L = {L}, K = {K}: {more} more");
-    // What a workspace took when matrix and factor were whole squares.
-    let rows = K + 1 + (sets * set).div_ceil(L);
-    let squares = 4 * (2 * s * L * L + 2 * M + 2 * L * rows + (13 + 6 * s) * L);
-    let before = squares + 12 * L + L * size_of::<usize>();
-    assert!(
-        formula <= before,
-        "M = {M}, L = {L}, K = {K}: {formula}, {before} before"
-    );
 }
 
 #[test]
 fn memory_is_what_the_documentation_says() {
-    assert_bytes::<ForwardBackward, 4, 4, 0>(1);
-    assert_bytes::<ForwardBackward, 32, 16, 2>(1);
-    assert_bytes::<ForwardBackward, 128, 64, 10>(1);
-    assert_bytes::<Forward, 7, 4, 0>(2);
-    assert_bytes::<Forward, 33, 20, 1>(2);
-    assert_bytes::<Forward, 128, 64, 10>(2);
+    assert_bytes::<4, 4, 0, ForwardBackward>(1, 6, 0);
+    // With L = 8 the Lanczos basis is longer than a factor.
+    assert_bytes::<16, 8, 2, ForwardBackward>(1, 20, 8);
+    assert_bytes::<32, 16, 2, ForwardBackward>(1, 72, 0);
+    assert_bytes::<128, 64, 10, ForwardBackward>(1, 32 * 33, 0);
+    assert_bytes::<7, 4, 0, Forward>(2, 10, 0);
+    assert_bytes::<33, 20, 3, Forward>(2, 210, 0);
+    assert_bytes::<256, 128, 10, Forward>(2, 64 * 129, 0);
 }
 
-/// Memory for 8 elements, L = 4 and K = 1, with one slice too short by one number, or none.
-fn slices_of(short: &str) -> Result<(), Error> {
+/// A line through slices for 6 elements, L = 3 and K = 1, each shorter than it has to be by so many.
+fn short(by: [usize; 5]) -> Result<(), Error> {
     let sizes = Sizes {
-        elements: 8,
-        subaperture: 4,
+        elements: 6,
+        subaperture: 3,
         temporal_half_window: 1,
     };
     let lengths = sizes.lengths(Covariance::Forward);
-    let length = |name: &str, length: usize| length - usize::from(name == short);
-    let zero = ComplexVector { re: 0.0, im: 0.0 };
-    let slices: Slices<'_, Forward, f32> = Slices {
-        complex: &mut vec![zero; length("complex", lengths.complex)],
-        scalars: &mut vec![zero; length("scalars", lengths.scalars)],
-        reals: &mut vec![0.0; length("reals", lengths.reals)],
-        floats: &mut vec![0.0; length("floats", lengths.floats)],
-        indices: &mut vec![0; length("indices", lengths.indices)],
+    let mut complex = vec![ComplexVector::from_real(0.0f32); lengths.complex - by[0]];
+    let mut scalars = vec![Forward::scalar(0.0f32); lengths.scalars - by[1]];
+    let mut reals = vec![0.0; lengths.reals - by[2]];
+    let mut floats = vec![0.0; lengths.floats - by[3]];
+    let mut indices = vec![0; lengths.indices - by[4]];
+    let slices = Slices {
+        complex: &mut complex,
+        scalars: &mut scalars,
+        reals: &mut reals,
+        floats: &mut floats,
+        indices: &mut indices,
     };
-    WorkspaceView::new(0.0, sizes, slices).map(drop)
+    let mut view = WorkspaceView::<Forward>::new(0.0, sizes, slices)?;
+    assert_eq!(view.sizes(), sizes);
+    let x = [Complex::ONE; 40];
+    let parameters = Parameters {
+        temporal_half_window: 1,
+        ..Parameters::default()
+    };
+    let six = Active { first: 0, count: 6 };
+    let mut z = [Complex::ZERO; 5];
+    Beamformer::new(parameters)?.line(&mut view, AlignedLine::new(&x, 8)?, |_| six, &mut z)
 }
 
 #[test]
-fn a_slice_that_is_too_short_is_named() {
-    assert_eq!(slices_of("none"), Ok(()));
-    for slice in ["complex", "scalars", "reals", "floats", "indices"] {
-        match slices_of(slice) {
-            Err(Error::Length {
+fn slices_that_are_too_short() {
+    assert_eq!(short([0; 5]), Ok(()));
+    let names = ["complex", "scalars", "reals", "floats", "indices"];
+    for (slice, name) in names.into_iter().enumerate() {
+        let mut by = [0; 5];
+        by[slice] = 1;
+        let message = short(by).expect_err("a short slice").to_string();
+        assert!(
+            message.starts_with(&format!("slice `{name}` has length ")),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn sizes_that_no_memory_has() {
+    for sizes in [
+        [usize::MAX, 4, 0],
+        [4, usize::MAX, 0],
+        [4, 4, usize::MAX],
+        [usize::MAX; 3],
+        [1 << 40, 1 << 40, 1 << 40],
+    ] {
+        let [elements, subaperture, temporal_half_window] = sizes;
+        let sizes = Sizes {
+            elements,
+            subaperture,
+            temporal_half_window,
+        };
+        for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
+            let lengths = sizes.lengths(covariance);
+            assert!(lengths.complex >= 1 << 40, "{sizes:?}: {lengths:?}");
+        }
+        let refused = Memory::<Forward, f32>::new(0.0, sizes);
+        let error = refused.err().expect("more than there is");
+        assert_eq!(error.exit_status(), 2, "{error}");
+        assert!(
+            error.to_string().contains("temporal_half_window"),
+            "{error}"
+        );
+    }
+}
+
+/// K is refused whether there are runs or not.
+#[test]
+fn no_runs_and_a_window_beyond_counting() {
+    let mut workspace = Workspace::<6, 4, 1>::new();
+    for temporal_half_window in [2, 1 << 34, usize::MAX] {
+        let beamformer = Beamformer::new(Parameters {
+            temporal_half_window,
+            ..Parameters::default()
+        });
+        let refused = beamformer
+            .expect("valid")
+            .runs(&mut workspace.view(), &[], 4, &mut []);
+        let name = "temporal_half_window";
+        let (actual, capacity) = (temporal_half_window, 1);
+        assert_eq!(
+            refused,
+            Err(Error::Capacity {
                 name,
                 actual,
-                expected,
-            }) => {
-                assert!(name.contains(slice), "{name}");
-                assert_eq!(actual + 1, expected, "{name}");
-            }
-            other => panic!("{slice}: {other:?}"),
-        }
+                capacity
+            })
+        );
     }
 }
 
 #[test]
 fn das_needs_no_memory() {
-    let x: Vec<_> = (0..40).map(|k| Complex::new(k as f32, 1.0)).collect();
+    let x = [Complex::new(2.0, -1.0); 40];
     let line = AlignedLine::new(&x, 8).expect("finite");
     let all = |_| Active { first: 0, count: 8 };
-    let of = |method| {
-        let beamformer = Beamformer::new(Parameters {
+    let mut view = WorkspaceView::empty(0.0f32);
+    let beamformer = |method| {
+        Beamformer::new(Parameters {
             method,
             ..Parameters::default()
-        });
-        let mut z = [Complex::ZERO; 5];
-        let mut none = WorkspaceView::empty(0.0);
-        let outcome = beamformer
-            .expect("valid")
-            .line(&mut none, line, all, &mut z);
-        outcome.map(|()| z)
+        })
+        .expect("valid")
     };
-    // The mean of 8n to 8n + 7.
-    let means = [3.5, 11.5, 19.5, 27.5, 35.5].map(|re| Complex::new(re, 1.0));
-    assert_eq!(of(Method::Das), Ok(means));
-    assert!(matches!(of(Method::Mv), Err(Error::Capacity { .. })));
+    let das = beamformer(Method::Das);
+    assert_eq!(das.sizes(8), Sizes::default());
+    let mut z = [Complex::ZERO; 5];
+    assert_eq!(das.line(&mut view, line, all, &mut z), Ok(()));
+    assert_eq!(z, [Complex::new(2.0, -1.0); 5]);
+    let mut weights = [Complex::ZERO; 8];
+    assert_eq!(das.weights(&mut view, line, all(0), 2, &mut weights), Ok(8));
+    assert_eq!(weights, [Complex::new(0.125, 0.0); 8]);
+    let refused = beamformer(Method::Mv).line(&mut view, line, all, &mut z);
+    let (name, actual, capacity) = ("active elements", 8, 0);
+    assert_eq!(
+        refused,
+        Err(Error::Capacity {
+            name,
+            actual,
+            capacity
+        })
+    );
 }

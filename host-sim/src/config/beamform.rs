@@ -93,7 +93,7 @@ pub struct BeamformFlags {
     )]
     subaperture_ratio: Option<f64>,
 
-    /// Average the covariance over K samples before and K after, at most 31 [default: 0]
+    /// Average the covariance over K samples before and K after [default: 0]
     #[arg(
         long,
         alias = "temporal",

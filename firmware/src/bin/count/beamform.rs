@@ -1,6 +1,6 @@
 //! Beamformers of three sizes, forward-backward, K = 0.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Workspace};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Storage, Workspace};
 use bonebeam::covariance::ForwardBackward;
 use bonebeam::geometry::Active;
 use bonebeam::{Complex, Error};
@@ -49,18 +49,11 @@ const fn case(name: &'static str, method: Method, echo: f32, bounds: [u32; 3]) -
     }
 }
 
-type Memory<const M: usize, const L: usize, const ROWS: usize> =
-    Workspace<ForwardBackward, f32, M, L, ROWS>;
-
-const fn rows(subaperture: usize) -> usize {
-    ForwardBackward::window_rows(subaperture, 0)
-}
-
 /// The memory of the cases.
 pub struct Workspaces {
-    m16: Memory<16, 8, { rows(8) }>,
-    m32: Memory<32, 16, { rows(16) }>,
-    m64: Memory<64, 32, { rows(32) }>,
+    m16: Workspace<16, 8, 0>,
+    m32: Workspace<32, 16, 0>,
+    m64: Workspace<64, 32, 0>,
     x: [Complex<f32>; SAMPLES * LARGEST],
     z: [Complex<f32>; SAMPLES],
 }
@@ -97,14 +90,17 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
     Ok(within)
 }
 
-fn line<const M: usize, const L: usize, const ROWS: usize>(
+fn line<const M: usize, const L: usize>(
     counter: &mut Counter,
-    workspace: &mut Memory<M, L, ROWS>,
+    workspace: &mut Workspace<M, L, 0>,
     case: &Case,
     bound: u32,
     x: &mut [Complex<f32>],
     z: &mut [Complex<f32>],
-) -> Result<bool, Error> {
+) -> Result<bool, Error>
+where
+    ForwardBackward: Storage<L, 0>,
+{
     let x = &mut x[..SAMPLES * M];
     snapshots(x, M, case.echo);
     let beamformer = Beamformer::new(Parameters {
@@ -114,13 +110,14 @@ fn line<const M: usize, const L: usize, const ROWS: usize>(
     let all = |_| Active { first: 0, count: M };
     let mut outcome = Ok(());
     let cost = counter.count(|| {
-        outcome = AlignedLine::new(x, M).and_then(|line| beamformer.line(workspace, line, all, z));
+        outcome = AlignedLine::new(x, M)
+            .and_then(|line| beamformer.line(&mut workspace.view(), line, all, z));
     });
     outcome?;
     let name = case.name;
     for (n, z) in z.iter().enumerate() {
         hprintln!("value {name} {M} {n} {:e} {:e}", z.re, z.im);
     }
-    let bytes = Memory::<M, L, ROWS>::BYTES;
+    let bytes = Workspace::<M, L, 0>::BYTES;
     Ok(report(name, M, SAMPLES, &cost, bytes, bound))
 }
