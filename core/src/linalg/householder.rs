@@ -214,11 +214,13 @@ fn update_and_multiply<S: Scalar<V>, V: Vector>(
     for i in 0..panels {
         let rows = TILE * i..TILE * (i + 1);
         let (before, diagonal) = a[panel(i)..panel(i + 1)].split_at_mut(TILE * i);
-        let own = |x: &[S]| -> [S; TILE] {
-            let x = &x[rows.clone()];
-            [x[0], x[1], x[2], x[3]]
-        };
-        let (own_v, own_q, own_u) = (own(v), own(q), own(u));
+        let [own_v, own_q, own_u] = [v, q, u].map(
+            #[inline(always)]
+            |x| {
+                let x = &x[rows.clone()];
+                [x[0], x[1], x[2], x[3]]
+            },
+        );
         let mut sums = [zero; TILE];
         let columns = before.iter_mut().zip(p.iter_mut());
         for ((column, p), (&v, (&q, &u))) in columns.zip(v.iter().zip(q.iter().zip(u))) {

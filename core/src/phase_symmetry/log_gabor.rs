@@ -272,7 +272,13 @@ impl<'a> LogGabor<'a> {
             (orientation.turn + face, t)
         };
         let at = (t + 1.0) * (ANGULAR_SEGMENTS / 2) as f32;
-        let segment = (at as usize).min(ANGULAR_SEGMENTS - 1);
+        let segment = at as usize;
+        // Not by `min`, which makes the compiler take 7 % more instructions for a bank's tables.
+        let segment = if segment < ANGULAR_SEGMENTS {
+            segment
+        } else {
+            ANGULAR_SEGMENTS - 1
+        };
         let table = &self.tables.angular[orientation.table][face % 4];
         evaluate(table, segment, at - segment as f32)
     }
