@@ -19,6 +19,7 @@ impl Beamformer {
     ///
     /// # Errors
     /// As [`Beamformer::runs`]; [`Error::Length`] where `z` is not as long as the line.
+    #[inline]
     pub fn line<A: Averaging<f32>>(
         &self,
         workspace: &mut WorkspaceView<'_, A>,
@@ -27,6 +28,7 @@ impl Beamformer {
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         check_length("z", z.len(), line.samples())?;
+        let sizes = workspace.sizes;
         let run = |first_sample, set: Active| Run {
             line,
             first_element: set.first,
@@ -35,13 +37,13 @@ impl Beamformer {
         for (first_sample, samples, set) in constant_runs(line.samples(), &active) {
             self.check_run(&run(first_sample, set), set.count, samples)?;
             if set.count > 0 && self.parameters().method.direct().is_none() {
-                self.check_sizes(set.count, workspace.sizes)?;
+                self.check_sizes(set.count, sizes)?;
             }
         }
         for (first_sample, samples, set) in constant_runs(line.samples(), &active) {
             let run = run(first_sample, set);
             let out = &mut z[first_sample..first_sample + samples];
-            self.runs(workspace, &[run], set.count, &mut [out])?;
+            self.runs_within(workspace, sizes, &[run], set.count, &mut [out])?;
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use super::sizes::{Parts, Sizes};
 use crate::Error;
-use crate::covariance::{Averaging, ForwardBackward};
+use crate::covariance::{Averaging, Covariance, ForwardBackward};
 use crate::linalg::panels::PanelColumn;
 use crate::linalg::tridiagonal::Tridiagonal;
 use crate::simd::{ComplexVector, Vector};
@@ -111,7 +111,8 @@ impl<'a, A: Averaging<V>, V: Vector> WorkspaceView<'a, A, V> {
         }
         let mut slices = slices;
         let snapshot = first(&mut slices.complex, sizes.elements);
-        Ok(Self::cut(zero, sizes, snapshot, slices))
+        let parts = Parts::new(sizes.subaperture, sizes.temporal_half_window, A::COVARIANCE);
+        Ok(Self::cut(zero, sizes, parts, snapshot, slices))
     }
 
     /// The shapes that fit.
@@ -119,15 +120,17 @@ impl<'a, A: Averaging<V>, V: Vector> WorkspaceView<'a, A, V> {
         self.sizes
     }
 
-    /// Cuts slices that are long enough; those of complex vectors begin behind the snapshot.
+    /// Cuts slices that are long enough into `parts`, those of `sizes`; those of complex vectors begin
+    /// behind the snapshot. Inlined, so that nothing is left of it where the sizes are constants.
+    #[inline(always)]
     pub(super) fn cut(
         zero: V,
         sizes: Sizes,
+        parts: Parts,
         snapshot: &'a mut [ComplexVector<V>],
         slices: Slices<'a, A, V>,
     ) -> Self {
         let length = sizes.subaperture;
-        let parts = Parts::new(length, sizes.temporal_half_window, A::COVARIANCE);
         let Slices {
             mut complex,
             mut scalars,
@@ -168,11 +171,14 @@ impl<V: Vector> WorkspaceView<'_, ForwardBackward, V> {
             floats: &mut [],
             indices: &mut [],
         };
-        Self::cut(zero, Sizes::default(), &mut [], slices)
+        let sizes = Sizes::default();
+        let parts = Parts::new(0, 0, Covariance::ForwardBackward);
+        Self::cut(zero, sizes, parts, &mut [], slices)
     }
 }
 
 /// Takes the first `length` numbers off `from`, which is as long at least.
+#[inline(always)]
 fn first<'a, T>(from: &mut &'a mut [T], length: usize) -> &'a mut [T] {
     from.split_off_mut(..length).unwrap_or_default()
 }

@@ -49,8 +49,7 @@ impl Beamformer {
         let length = if direct {
             active.count
         } else {
-            self.check_sizes(active.count, workspace.sizes)?;
-            self.subaperture(active.count)
+            self.check_sizes(active.count, workspace.sizes)?
         };
         let available = weights.len();
         let Some(weights) = weights.get_mut(..length) else {

@@ -1,6 +1,6 @@
 //! The beamformer's memory where its sizes are known at compile time.
 
-use super::sizes::Sizes;
+use super::sizes::{Parts, Sizes};
 use super::view::{Slices, WorkspaceView};
 use crate::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use crate::simd::ComplexVector;
@@ -82,10 +82,12 @@ impl<const M: usize, const L: usize, const K: usize, A: Storage<L, K>> Workspace
     }
 
     /// The memory as slices, which is what a beamformer takes.
+    #[inline]
     pub fn view(&mut self) -> WorkspaceView<'_, A> {
         WorkspaceView::cut(
             0.0,
             Self::SIZES,
+            const { Parts::new(L, K, A::COVARIANCE) },
             &mut self.snapshot,
             Slices {
                 complex: self.complex.as_mut(),
