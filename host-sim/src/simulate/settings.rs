@@ -177,8 +177,8 @@ impl Settings {
             ("fs", self.fs, [200e3, 10e9], " Hz"),
             ("c", self.c, [200.0, 20e3], " m/s"),
             ("focus", self.focus, [0.1e-3, 10.0], " m"),
-            ("f_number", self.f_number, [0.1, 1e3], ""),
-            ("receive_f_number", self.receive_f_number, [0.1, 1e3], ""),
+            ("f_number", self.f_number, [0.1, 1e6], ""),
+            ("receive_f_number", self.receive_f_number, [0.1, 1e6], ""),
             ("beam_step", self.beam_step, [1e-4, 1024.0], " pitches"),
         ]
     }
