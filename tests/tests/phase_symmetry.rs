@@ -678,3 +678,20 @@ fn the_display_scale_ends_at_255() {
         assert_eq!(map[0], 0.5);
     }
 }
+
+#[test]
+fn lengths_beyond_any_memory_are_said_to_be_so() {
+    let sizes = Sizes {
+        rows: usize::MAX,
+        columns: usize::MAX,
+        strip: usize::MAX,
+    };
+    let lengths = [
+        sizes.strip_len(),
+        sizes.image_len(),
+        sizes.spectrum_len(),
+        sizes.filtered_len(),
+        sizes.gain_tables_len(8),
+    ];
+    assert_eq!(lengths, [usize::MAX; 5]);
+}

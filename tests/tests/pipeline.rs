@@ -1,6 +1,7 @@
 //! The pipeline: the bits of its stages and of the host's drive, bones where they are, and refusals.
 
 use bonebeam::beamform::{self, AlignedLine, Method, Workspace};
+use bonebeam::covariance::Covariance;
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
 use bonebeam::geometry::{
     Array, Axis as Positions, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw,
@@ -10,9 +11,10 @@ use bonebeam::pipeline::{Frame, LinePipeline, Memory, MemoryView, Parameters, Pi
 use bonebeam::{Complex, Error};
 use host_sim::config;
 use host_sim::drive::beamform::beamform;
-use host_sim::drive::delay::DelayStage;
+use host_sim::drive::delay::{DelayStage, Source};
 use host_sim::drive::image::{b_mode, grid_of_lines};
 use host_sim::drive::phase_symmetry::{self, phase_symmetry};
+use host_sim::drive::pipeline::Frames;
 use host_sim::files::{ChannelData, Lines as FileLines, Transmits};
 use ndarray::Array3;
 
@@ -160,6 +162,30 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
     let pixels = ndarray::ArrayView2::from_shape((64, 64), &image).unwrap();
     let bones = phase_symmetry(pixels, &parameters, |_, _| {}).unwrap();
     assert_eq!(bones.as_slice().unwrap(), map);
+}
+
+/// One plan, the core's frame and the host's threads: the same lines, pixels and map.
+#[test]
+fn the_hosts_frames_have_the_bits_of_the_cores() {
+    let (z, image, map) = frame(PARAMETERS);
+    let pipeline = Pipeline::new(PARAMETERS).unwrap();
+    let mut frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
+    let rf: Vec<Vec<f32>> = (0..LINES).map(record).collect();
+    let records: Vec<Record> = rf
+        .iter()
+        .map(|rf| Record::new(rf, ELEMENTS).unwrap())
+        .collect();
+    let source = Source {
+        transmits: &[focused(); LINES],
+        records: &records,
+        of_line: &|line| line..line + 1,
+    };
+    let x = frames.align(source).unwrap().to_owned();
+    let lines = frames.lines(x.view()).unwrap();
+    assert_eq!(lines.as_slice().unwrap(), z);
+    let pixels = frames.image(lines.view()).unwrap();
+    assert_eq!(pixels.as_slice().unwrap(), image);
+    assert_eq!(frames.run(source).unwrap().as_slice().unwrap(), map);
 }
 
 #[test]

@@ -83,7 +83,7 @@ impl Beamformer {
         }
         if let Some(direct) = self.parameters().method.direct() {
             for (run, z) in runs.iter().zip(z) {
-                direct(run, count, z);
+                (direct.output)(run, count, z);
             }
             return Ok(());
         }

@@ -45,11 +45,10 @@ impl Beamformer {
             });
         }
         let method = self.parameters().method;
-        let direct = method.direct().is_some();
-        let length = if direct {
-            active.count
-        } else {
-            self.check_sizes(active.count, workspace.sizes)?
+        let direct = method.direct();
+        let length = match direct {
+            Some(_) => active.count,
+            None => self.check_sizes(active.count, workspace.sizes)?,
         };
         let available = weights.len();
         let Some(weights) = weights.get_mut(..length) else {
@@ -59,8 +58,8 @@ impl Beamformer {
                 expected: length,
             });
         };
-        if direct {
-            method.direct_weights(weights);
+        if let Some(direct) = direct {
+            (direct.weights)(&run, weights);
             return Ok(length);
         }
         let mut silent = true;

@@ -4,7 +4,7 @@ use super::external::{ReadAt, WriteAt};
 use num_complex::Complex;
 
 /// An image's size, and how much of it is worked on at a time. What memory they take follows, at compile
-/// time as well:
+/// time as well; a length beyond `usize::MAX` is given as that:
 ///
 /// ```
 /// use bonebeam::phase_symmetry::{Sizes, StripMemory};
@@ -29,7 +29,9 @@ pub struct Sizes {
 impl Sizes {
     /// Numbers in [`StripSlices::strip`]: `2·S·N`, with N the longer side and S the strip height.
     pub const fn strip_len(&self) -> usize {
-        2 * self.height() * self.longest()
+        self.height()
+            .saturating_mul(self.longest())
+            .saturating_mul(2)
     }
 
     /// Numbers in [`StripSlices::sums`]: as many.
@@ -49,17 +51,17 @@ impl Sizes {
 
     /// Numbers in [`External::image`]: rows × columns.
     pub const fn image_len(&self) -> usize {
-        self.rows * self.columns
+        self.rows.saturating_mul(self.columns)
     }
 
     /// Numbers in [`External::spectrum`]: 2 × rows × (columns/2 + 1).
     pub const fn spectrum_len(&self) -> usize {
-        2 * self.rows * self.half()
+        self.rows.saturating_mul(self.half()).saturating_mul(2)
     }
 
     /// Numbers in [`External::filtered`]: 2 × rows × columns.
     pub const fn filtered_len(&self) -> usize {
-        2 * self.image_len()
+        self.image_len().saturating_mul(2)
     }
 
     /// Numbers in [`External::amplitude`]: rows × columns.
@@ -75,7 +77,9 @@ impl Sizes {
     /// Numbers in [`super::GainTables`] of a bank of so many scales: for R × C pixels and s scales
     /// `(C/2 + 1)·(s·(R/2 + 1) + 8·R)`, 5.0 MB for 512² and three scales.
     pub const fn gain_tables_len(&self, scales: usize) -> usize {
-        self.half() * (scales * (self.rows / 2 + 1) + super::log_gabor::TURNS * self.rows)
+        let radial = scales.saturating_mul(self.rows / 2 + 1);
+        let angular = super::log_gabor::TURNS.saturating_mul(self.rows);
+        self.half().saturating_mul(radial.saturating_add(angular))
     }
 
     /// The width of the half spectrum that a real image needs.

@@ -4,10 +4,14 @@ use std::hint::black_box;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
-use bonebeam::geometry::{Active, Aperture, ApertureParameters};
+use bonebeam::focus::Record;
+use bonebeam::geometry::{
+    Active, Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw,
+};
+use bonebeam::pipeline::{self, Pipeline};
 use bonebeam::simd::InstructionSet;
-use ndarray::{Array2, Array3};
-use num_complex::Complex;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rayon::ThreadPool;
 
 use super::report::{Quantity, Row, Table, Target};
@@ -15,11 +19,10 @@ use super::snapshots::{Scene, snapshots};
 use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
 use crate::Result;
-use crate::drive::beamform;
-use crate::drive::image::{Image, b_mode, grid_of_lines};
-use crate::drive::phase_symmetry::{self, Plan};
+use crate::drive::delay::Source;
+use crate::drive::pipeline::Frames;
 use crate::drive::threads::pool;
-use crate::files::Lines;
+use crate::drive::{beamform, phase_symmetry};
 
 /// Frames a second of the published GPU implementation.
 const GPU: f64 = 10.0;
@@ -38,8 +41,10 @@ impl InVivo {
     pub(super) const RATE: f64 = 20e6;
     pub(super) const DEPTH: f64 = 40e-3;
     const BEAMS: usize = 256;
-    const F_NUMBER: f64 = 1.5;
-    const FEWEST: usize = 8;
+    /// Of the recording, Hz.
+    const SAMPLING_RATE: f64 = 40e6;
+    /// Of the recording: the deepest echo has come to the array's ends.
+    const RECORD_SAMPLES: usize = 2800;
 
     pub(super) const PARAMETERS: Parameters = Parameters {
         method: Method::EsmvRank1,
@@ -48,68 +53,32 @@ impl InVivo {
         subaperture_ratio: 0.5,
     };
 
-    /// From the array down to the depth.
-    pub(super) fn samples() -> usize {
-        (2.0 * Self::DEPTH / Self::SOUND_SPEED * Self::RATE) as usize + 1
-    }
-
-    /// Evenly over the array, in pitches from element 0.
-    fn position(beam: usize) -> f64 {
-        beam as f64 * (Self::ELEMENTS - 1) as f64 / (Self::BEAMS - 1) as f64
-    }
-
-    fn aperture() -> Result<Aperture> {
-        Ok(Aperture::new(ApertureParameters {
-            elements: Self::ELEMENTS,
-            pitch: Self::PITCH,
-            f_number: Self::F_NUMBER,
-            min_elements: Self::FEWEST,
+    fn pipeline() -> Result<Pipeline<'static>> {
+        let width = (Self::ELEMENTS - 1) as f64 * Self::PITCH;
+        Ok(Pipeline::new(pipeline::Parameters {
+            scan: ScanParameters {
+                array: Array::linear(Self::ELEMENTS, Self::PITCH),
+                lines: Lines::Even(Axis::centred(Self::BEAMS, width / (Self::BEAMS - 1) as f64)),
+                sound_speed: Self::SOUND_SPEED,
+                centre_frequency: 5e6,
+                sampling_rate: Self::SAMPLING_RATE,
+                record_samples: Self::RECORD_SAMPLES,
+                output_rate: Self::RATE,
+                start: Depth::Metres(0.0),
+                end: Depth::Metres(Self::DEPTH),
+                f_number: 1.5,
+                min_elements: 8,
+            },
+            beamformer: Self::PARAMETERS,
+            rows: PIXELS,
+            columns: PIXELS,
+            dynamic_range: DYNAMIC_RANGE,
+            median: true,
+            scales: &[1.0 / 128.0, 1.0 / 256.0, 1.0 / 512.0],
+            threshold: 15.0,
+            strip: phase_symmetry::Parameters::STRIP,
         })?)
     }
-
-    fn plan() -> Result<beamform::Plan> {
-        let set = InstructionSet::detect();
-        let covariance = Covariance::ForwardBackward;
-        beamform::Plan::new(set, Self::PARAMETERS, covariance, Self::ELEMENTS)
-    }
-
-    fn lines(
-        plan: &beamform::Plan,
-        x: &Array3<Complex<f32>>,
-        aperture: &Aperture,
-    ) -> Result<Lines> {
-        let active = |beam: usize, sample: usize| {
-            let depth = Self::SOUND_SPEED * sample as f64 / Self::RATE / 2.0;
-            aperture.active(Self::position(beam), depth)
-        };
-        Ok(Lines {
-            z: plan.run(x.view(), active, |_| {})?,
-            fs: Self::RATE,
-            t0: 0.0,
-            beam_x: (0..Self::BEAMS)
-                .map(|beam| Self::position(beam) * Self::PITCH)
-                .collect(),
-            c: Self::SOUND_SPEED,
-        })
-    }
-}
-
-fn image(lines: &Lines) -> Result<Image> {
-    let grid = grid_of_lines(lines, PIXELS, PIXELS)?;
-    b_mode(lines, DYNAMIC_RANGE, &grid, true)
-}
-
-fn plan() -> Result<Plan> {
-    let parameters = phase_symmetry::Parameters {
-        scales: vec![1.0 / 128.0, 1.0 / 256.0, 1.0 / 512.0],
-        threshold: 15.0,
-        strip: phase_symmetry::Parameters::STRIP,
-    };
-    Plan::new((PIXELS, PIXELS), &parameters)
-}
-
-fn bone_map(plan: &mut Plan, image: &Image) -> Result<Array2<f32>> {
-    plan.run(image.pixels.view(), InstructionSet::detect(), |_, _| {})
 }
 
 /// The frame of the GPU's paper, then the paper's own.
@@ -118,7 +87,8 @@ fn bone_map(plan: &mut Plan, image: &Image) -> Result<Array2<f32>> {
 /// What the core refuses.
 pub fn frames(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let mut rows = gpu_frame(settings, step)?;
-    rows.extend(in_vivo_frame(settings, step)?);
+    let in_vivo = InVivo::pipeline()?;
+    rows.extend(in_vivo_frame(&in_vivo, settings, step)?);
     Ok(Table {
         section: Section::Frames.to_string(),
         title: "Frames a second".into(),
@@ -126,11 +96,11 @@ pub fn frames(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Resul
             "Snapshots as above, through the host's drive of the core. The GPU's frame is that of \
              the best published full Capon beamformer on one processor (Quadro 6000, 2012): 80 \
              beams of 400 samples, M = 64, L = 32, K = 1, forward-backward MV. The paper's frame in \
-             vivo: {} beams over 128 elements at 0.308 mm, {} samples at 20 MHz from 0 to 40 mm, \
-             F# 1.5, L = M/2, K = 2, forward-backward rank-1 ESMV; envelope, 60 dB, 512 × 512 \
-             pixels, 3 × 3 median; phase symmetry with 18 filters.",
+             vivo: {} beams over 128 elements at 0.308 mm, recorded at 40 MHz, {} samples at 20 MHz \
+             from 0 to 40 mm, F# 1.5, L = M/2, K = 2, forward-backward rank-1 ESMV; envelope, 60 dB, \
+             512 × 512 pixels, 3 × 3 median; phase symmetry with 18 filters. Its recording is noise.",
             InVivo::BEAMS,
-            InVivo::samples()
+            in_vivo.lines().scan().samples()
         ),
         yardstick: "GPU".into(),
         rows,
@@ -184,19 +154,33 @@ fn gpu_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result
         .collect())
 }
 
-fn in_vivo_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Vec<Row>> {
+fn in_vivo_frame(
+    pipeline: &Pipeline<'_>,
+    settings: &Settings,
+    step: &mut (dyn FnMut(&str) + Send),
+) -> Result<Vec<Row>> {
     step("the frame in vivo: data");
-    let size = (InVivo::BEAMS, InVivo::samples(), InVivo::ELEMENTS);
+    let scan = *pipeline.lines().scan();
+    let size = (scan.lines(), scan.samples(), scan.elements());
     let x = snapshots(Scene::Echo, size);
-    let aperture = InVivo::aperture()?;
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    // One record serves every line: what a line takes does not depend on whose it is.
+    let rf: Vec<f32> = (0..scan.elements() * InVivo::RECORD_SAMPLES)
+        .map(|_| random.random_range(-1.0f32..1.0))
+        .collect();
+    let source = Source {
+        transmits: &[Transmit::new(TransmitLaw::Focused, 0.0)],
+        records: &[Record::new(&rf, scan.elements())?],
+        of_line: &|_| 0..1,
+    };
     step("the frame in vivo");
     let two = pool(2)?;
     two.install(|| {
-        let beamformer = InVivo::plan()?;
-        let lines = InVivo::lines(&beamformer, &x, &aperture)?;
-        let picture = image(&lines)?;
-        let mut plan = plan()?;
-        bone_map(&mut plan, &picture)?;
+        let mut frames = Frames::new(pipeline, Covariance::ForwardBackward)?;
+        frames.align(source)?;
+        let lines = frames.lines(x.view())?;
+        let picture = frames.image(lines.view())?;
+        frames.bone_map(picture.view())?;
         let budget = settings.budget;
         let row = |stage: &str, seconds: f64| {
             Row::new(
@@ -206,26 +190,37 @@ fn in_vivo_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Re
         };
         let stages = [
             row(
-                "lines",
+                "delay",
                 fastest(budget, || {
-                    drop(black_box(InVivo::lines(&beamformer, &x, &aperture)));
+                    black_box(frames.align(source).is_ok());
                 }),
             ),
-            row("image", fastest(budget, || drop(black_box(image(&lines))))),
+            row(
+                "lines",
+                fastest(budget, || drop(black_box(frames.lines(x.view())))),
+            ),
+            row(
+                "image",
+                fastest(budget, || drop(black_box(frames.image(lines.view())))),
+            ),
             row(
                 "phase symmetry",
-                fastest(budget, || drop(black_box(bone_map(&mut plan, &picture)))),
+                fastest(budget, || drop(black_box(frames.bone_map(picture.view())))),
             ),
         ];
-        let mut frame = || {
-            let lines = InVivo::lines(&beamformer, &x, &aperture)?;
-            bone_map(&mut plan, &image(&lines)?)
+        let mut aligned_to_map = || {
+            let lines = frames.lines(x.view())?;
+            let image = frames.image(lines.view())?;
+            frames.bone_map(image.view())
         };
-        frame()?;
-        let seconds = fastest(2 * budget, || drop(black_box(frame())));
-        let whole = row("aligned samples to bone map", seconds)
+        aligned_to_map()?;
+        let seconds = fastest(2 * budget, || drop(black_box(aligned_to_map())));
+        let aligned = row("aligned samples to bone map", seconds)
             .result(1.0 / seconds, "frames/s")
             .target(Target::AtLeast(15.0));
-        Ok(stages.into_iter().chain([whole]).collect())
+        frames.run(source)?;
+        let seconds = fastest(2 * budget, || drop(black_box(frames.run(source))));
+        let whole = row("RF to bone map", seconds).result(1.0 / seconds, "frames/s");
+        Ok(stages.into_iter().chain([aligned, whole]).collect())
     })
 }

@@ -141,20 +141,10 @@ impl<'a> DelayStage<'a> {
     /// # Errors
     /// What the core refuses.
     pub fn delay_into(&self, beams: Range<usize>, x: &mut [Complex<f32>]) -> Result<()> {
-        let stage = self;
-        InstructionSet::detect().dispatch(Beams { stage, beams, x })
-    }
-
-    fn delay_over<V: Vector>(
-        &self,
-        zero: V,
-        beams: Range<usize>,
-        x: &mut [Complex<f32>],
-    ) -> Result<()> {
         // Each transmit is checked once, however many beams read it.
-        let transmits = self.transmits(beams.start).start..self.transmits(beams.end.max(1) - 1).end;
-        let first_transmit = transmits.start;
-        let records = transmits
+        let range = self.transmits(beams.start).start..self.transmits(beams.end.max(1) - 1).end;
+        let records = range
+            .clone()
             .into_par_iter()
             .map(|transmit| {
                 let rf = self.rf.index_axis(Axis(0), transmit);
@@ -164,18 +154,15 @@ impl<'a> DelayStage<'a> {
                 Record::new(rf, self.scan().elements())
             })
             .collect::<std::result::Result<Vec<_>, _>>()?;
-        x.par_chunks_exact_mut(self.pipeline.aligned_len())
-            .zip(beams)
-            .try_for_each_init(
-                || vec![0.0; self.pipeline.scratch_len(V::LANES)],
-                |scratch, (x, beam)| {
-                    let transmits = self.transmits(beam).map(|transmit| {
-                        let record = &records[transmit - first_transmit];
-                        (self.transmits[transmit], record)
-                    });
-                    Ok(self.pipeline.align(zero, beam, transmits, scratch, x)?)
-                },
-            )
+        let source = Source {
+            transmits: &self.transmits[range.clone()],
+            records: &records,
+            of_line: &|beam| {
+                let own = self.transmits(beam);
+                own.start - range.start..own.end - range.start
+            },
+        };
+        align(&self.pipeline, beams, source, x)
     }
 
     /// The transmits that make a beam.
@@ -188,18 +175,64 @@ impl<'a> DelayStage<'a> {
     }
 }
 
-/// Some of a stage's beams, to be delayed.
-struct Beams<'a, 'b> {
-    stage: &'a DelayStage<'b>,
-    beams: Range<usize>,
+/// What lines are delayed from.
+#[derive(Clone, Copy)]
+pub struct Source<'a> {
+    /// The transmits.
+    pub transmits: &'a [Transmit],
+    /// The record of each.
+    pub records: &'a [Record<'a>],
+    /// Which of them make a line.
+    pub of_line: &'a (dyn Fn(usize) -> Range<usize> + Sync),
+}
+
+/// The aligned analytic samples of some lines of a pipeline, `x` as [line, sample, element], on all
+/// threads.
+///
+/// # Errors
+/// What the core refuses.
+pub fn align(
+    pipeline: &LinePipeline<'_>,
+    lines: Range<usize>,
+    source: Source<'_>,
+    x: &mut [Complex<f32>],
+) -> Result<()> {
+    InstructionSet::detect().dispatch(Align {
+        pipeline,
+        lines,
+        source,
+        x,
+    })
+}
+
+struct Align<'a> {
+    pipeline: &'a LinePipeline<'a>,
+    lines: Range<usize>,
+    source: Source<'a>,
     x: &'a mut [Complex<f32>],
 }
 
-impl Task for Beams<'_, '_> {
+impl Task for Align<'_> {
     type Output = Result<()>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
-        self.stage.delay_over(zero, self.beams, self.x)
+        let Align {
+            pipeline,
+            lines,
+            source,
+            x,
+        } = self;
+        x.par_chunks_exact_mut(pipeline.aligned_len())
+            .zip(lines)
+            .try_for_each_init(
+                || vec![0.0; pipeline.scratch_len(V::LANES)],
+                |scratch, (x, line)| {
+                    let own = (source.of_line)(line);
+                    let transmits = source.transmits[own.clone()].iter().copied();
+                    let transmits = transmits.zip(&source.records[own]);
+                    Ok(pipeline.align(zero, line, transmits, scratch, x)?)
+                },
+            )
     }
 }
 

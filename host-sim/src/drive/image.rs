@@ -4,6 +4,7 @@ use bonebeam::geometry::Axis;
 use bonebeam::image::{self as core, BMode, BModeParameters};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array2, ArrayView2};
+use num_complex::Complex;
 use rayon::prelude::*;
 
 use crate::files::Lines;
@@ -49,11 +50,24 @@ pub fn b_mode(lines: &Lines, dynamic_range: f32, grid: &PixelGrid, median: bool)
         dynamic_range,
         median,
     })?;
-    let z = lines.z.as_standard_layout();
+    Ok(Image {
+        pixels: pixels(&b_mode, lines.z.view())?,
+        x0: grid.x0,
+        z0: grid.z0,
+        pixel: grid.pixel,
+    })
+}
+
+/// The pixels of lines `z` [line, sample], by a plan of the core.
+///
+/// # Errors
+/// What the core refuses: a NaN or infinite sample, another number of lines or samples.
+pub fn pixels(b_mode: &BMode, z: ArrayView2<Complex<f32>>) -> Result<Array2<f32>> {
+    let samples = z.ncols().max(1);
+    let z = z.as_standard_layout();
     let z = z.as_slice().unwrap_or_default();
     let mut envelopes = vec![0.0; z.len()];
     // Sample by sample: as many beams at a time as a thread likes.
-    let samples = lines.z.ncols().max(1);
     z.par_chunks(samples)
         .zip(envelopes.par_chunks_mut(samples))
         .try_for_each(|(z, envelope)| core::envelope(z, envelope))?;
@@ -64,13 +78,7 @@ pub fn b_mode(lines: &Lines, dynamic_range: f32, grid: &PixelGrid, median: bool)
         .zip(levels.par_chunks_mut(samples))
         .try_for_each(|(envelope, levels)| b_mode.levels(envelope, reference, levels))?;
     let levels = levels.as_slice();
-    let b_mode = &b_mode;
-    Ok(Image {
-        pixels: InstructionSet::detect().dispatch(Pixels { b_mode, levels })?,
-        x0: grid.x0,
-        z0: grid.z0,
-        pixel: grid.pixel,
-    })
+    InstructionSet::detect().dispatch(Pixels { b_mode, levels })
 }
 
 /// The pixels of all lines' grey levels.

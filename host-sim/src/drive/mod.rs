@@ -5,4 +5,5 @@ pub mod delay;
 pub mod frame;
 pub mod image;
 pub mod phase_symmetry;
+pub mod pipeline;
 pub(crate) mod threads;

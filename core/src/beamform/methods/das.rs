@@ -26,6 +26,11 @@ pub(in crate::beamform) fn das(run: &Run<'_>, count: usize, z: &mut [Complex<f32
     }
 }
 
+/// `1/count` each.
+pub(in crate::beamform) fn weights(_: &Run<'_>, weights: &mut [Complex<f32>]) {
+    weights.fill(Complex::new(1.0 / weights.len() as f32, 0.0));
+}
+
 /// The mean at the line's working scale, put back.
 #[cold]
 fn scaled(line: &AlignedLine<'_>, active: &[Complex<f32>]) -> Complex<f32> {

@@ -14,7 +14,6 @@ use super::view::Solver;
 use crate::Error;
 use crate::covariance::Averaging;
 use crate::simd::{ComplexVector, Mask, Scalar, Vector};
-use das::das;
 use eigenspace::{esmv, esmv_rank1};
 use mv::mv;
 use num_complex::Complex;
@@ -41,8 +40,14 @@ pub enum Method {
     EsmvExcludeFirst,
 }
 
-/// Makes `z` of a run's `count` active elements, straight from the aligned samples.
-pub(super) type Direct = fn(run: &Run<'_>, count: usize, z: &mut [Complex<f32>]);
+/// A method that takes no covariance, and so neither a subaperture nor memory: it works straight on the
+/// aligned samples of a run's `count` active elements.
+pub(super) struct Direct {
+    /// Makes `z`.
+    pub(super) output: fn(run: &Run<'_>, count: usize, z: &mut [Complex<f32>]),
+    /// Makes the weights of the run's first sample, one an active element.
+    pub(super) weights: fn(run: &Run<'_>, weights: &mut [Complex<f32>]),
+}
 
 impl Method {
     /// Refuses what the method cannot be asked for.
@@ -62,17 +67,15 @@ impl Method {
         }
     }
 
-    /// The kernel of a method that takes no covariance, and so neither a subaperture nor memory.
+    /// The kernels of a method that takes no covariance.
     pub(super) fn direct(self) -> Option<Direct> {
         match self {
-            Method::Das => Some(das),
+            Method::Das => Some(Direct {
+                output: das::das,
+                weights: das::weights,
+            }),
             _ => None,
         }
-    }
-
-    /// The weights of such a method, one an active element.
-    pub(super) fn direct_weights(self, weights: &mut [Complex<f32>]) {
-        weights.fill(Complex::new(1.0 / weights.len() as f32, 0.0));
     }
 
     /// The eigenvectors that the other methods' weights are made of.

@@ -91,6 +91,14 @@ impl Plan {
             scales: &parameters.scales,
             threshold: parameters.threshold,
         })?;
+        Self::of(bank)
+    }
+
+    /// By a plan of the core.
+    ///
+    /// # Errors
+    /// What the core refuses.
+    pub fn of(bank: PhaseSymmetry) -> Result<Self> {
         let sizes = bank.sizes();
         let mut filters = LogGaborTables::new();
         let filters = LogGabor::new(&mut filters);

@@ -6,7 +6,7 @@ use bonebeam::covariance::Covariance;
 use num_complex::Complex;
 
 use super::covariance::{
-    forward, forward_trace, load, mirrored, real_form, real_form_of_data, real_form_of_steering,
+    forward, forward_trace, loading, mirrored, real_form, real_form_of_data, real_form_of_steering,
     real_form_trace, scaled, subaperture_sum, window_sum,
 };
 use super::dominant_eigenpair::dominant_eigenpair;
@@ -86,7 +86,7 @@ fn run_forward(elements: &[Vec<Complex<f32>>], parameters: &Parameters) -> Vec<C
     let steering = vec![Complex::ONE; n];
     let sums: Vec<_> = elements.iter().map(|x| forward(x, n)).collect();
     outputs(elements, &sums, parameters, |r, x| {
-        let (factor, added) = load(forward_trace(r), n, parameters.diagonal_loading)?;
+        let (factor, added) = loading(forward_trace(r), n, parameters.diagonal_loading)?;
         let a = with_diagonal(scaled(r, factor), added);
         Some(response(&a, &steering, &subaperture_sum(x, n), parameters.method) / gain)
     })
@@ -102,7 +102,7 @@ fn run_forward_backward(
     let steering = real_form_of_steering(n);
     let sums: Vec<_> = elements.iter().map(|x| mirrored(&forward(x, n))).collect();
     outputs(elements, &sums, parameters, |f, x| {
-        let (factor, added) = load(real_form_trace(f), n, parameters.diagonal_loading)?;
+        let (factor, added) = loading(real_form_trace(f), n, parameters.diagonal_loading)?;
         let a = with_diagonal(real_form(f, factor), added);
         let data = real_form_of_data(&subaperture_sum(x, n));
         Some(response(&a, &steering, &data, parameters.method) / gain)

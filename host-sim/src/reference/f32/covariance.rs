@@ -185,7 +185,7 @@ pub(super) fn scaled(r: &[Vec<Complex<f32>>], factor: f32) -> Vec<Vec<Complex<f3
 
 /// The power of two that brings a trace into [1, 2), and what is then added to the diagonal of `n`
 /// entries; `None` for no power.
-pub(super) fn load(trace: f32, n: usize, diagonal_loading: f32) -> Option<(f32, f32)> {
+pub(super) fn loading(trace: f32, n: usize, diagonal_loading: f32) -> Option<(f32, f32)> {
     if trace < libm::ldexpf(1.0, -100) {
         return None;
     }

@@ -1,7 +1,7 @@
 //! The delay stage: RF of one transmit → aligned analytic samples of one scan line, plain loops.
 
 use bonebeam::focus::{Compounding, DelayParameters, ScanLine};
-use bonebeam::geometry::TransmitLaw;
+use bonebeam::geometry::{Array, TransmitLaw};
 use num_complex::Complex;
 use std::f64::consts::PI;
 
@@ -40,7 +40,7 @@ pub fn line(
                 halved(&record, &half_band(6, 6.5))
             };
         }
-        let d = scan_line.array.x(m) - scan_line.x;
+        let d = element_x(&scan_line.array, m) - scan_line.x;
         let mut line = vec![0.0f32; samples];
         for n in 0..samples {
             line[n] = delayed(
@@ -67,6 +67,15 @@ pub fn line(
                 *y = Complex::new(line[n + reach], imaginary);
             }
         }
+    }
+}
+
+/// Where an element is, m.
+fn element_x(array: &Array, m: usize) -> f64 {
+    match array {
+        Array::Linear { elements, pitch } => (m as f64 - (elements - 1) as f64 / 2.0) * pitch,
+        Array::LinearAt(x) => x[m],
+        _ => unimplemented!("another array than a linear one"),
     }
 }
 

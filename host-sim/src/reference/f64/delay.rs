@@ -2,7 +2,7 @@
 //! evaluated where it is needed, and the analytic signal by the DFT.
 
 use bonebeam::focus::{DelayParameters, ScanLine};
-use bonebeam::geometry::TransmitLaw;
+use bonebeam::geometry::{Array, TransmitLaw};
 use num_complex::Complex;
 use rustfft::FftPlanner;
 use std::f64::consts::PI;
@@ -48,8 +48,17 @@ fn arrival(p: &DelayParameters, scan_line: &ScanLine, m: usize, t: f64) -> f64 {
         TransmitLaw::Plane { angle } => scan_line.x * angle.sin() + z * angle.cos(),
         TransmitLaw::Element { x } => (x - scan_line.x).hypot(z),
     };
-    let receive = (scan_line.array.x(m) - scan_line.x).hypot(z);
+    let receive = (element_x(&scan_line.array, m) - scan_line.x).hypot(z);
     ((transmit + receive) / p.sound_speed - scan_line.transmit.t0) * p.sampling_rate
+}
+
+/// Where an element is, m.
+fn element_x(array: &Array, m: usize) -> f64 {
+    match array {
+        Array::Linear { elements, pitch } => (m as f64 - (elements - 1) as f64 / 2.0) * pitch,
+        Array::LinearAt(x) => x[m],
+        _ => unimplemented!("another array than a linear one"),
+    }
 }
 
 /// The record, band-limited to the lower of its own and the output's Nyquist frequency, at
