@@ -681,7 +681,7 @@ fn the_display_scale_ends_at_255() {
 
 #[test]
 fn lengths_beyond_any_memory_are_said_to_be_so() {
-    let sizes = Sizes {
+    let sizes = core::Sizes {
         rows: usize::MAX,
         columns: usize::MAX,
         strip: usize::MAX,
