@@ -72,6 +72,39 @@ fn lines_that_are_empty_or_ragged() {
         AlignedLine::new(&x, 4),
         Err(Error::Length { actual: 7, .. })
     ));
+    // Less than one sample: one is asked for.
+    for elements in [8, usize::MAX] {
+        let refused = AlignedLine::new(&x, elements).err();
+        let (name, actual, expected) = ("aligned samples", 7, elements);
+        assert_eq!(
+            refused,
+            Some(Error::Length {
+                name,
+                actual,
+                expected
+            })
+        );
+    }
+}
+
+#[test]
+fn a_subaperture_is_never_longer_than_its_aperture() {
+    let beamformer = Beamformer::new(Parameters {
+        subaperture_ratio: 1.0,
+        ..Parameters::default()
+    });
+    let beamformer = beamformer.expect("valid");
+    for count in [
+        1,
+        2,
+        (1 << 53) + 1,
+        usize::MAX / 2,
+        usize::MAX - 1,
+        usize::MAX,
+    ] {
+        let length = beamformer.subaperture(count);
+        assert!(length >= 1 && length <= count, "{count}: {length}");
+    }
 }
 
 /// A line of 5 samples of 8 elements through a workspace for 6 elements, L = 4 and K = 1.

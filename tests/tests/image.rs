@@ -390,6 +390,16 @@ fn bad_input_is_named_and_nothing_is_written() {
     assert_eq!(pixels, [7.0; 4]);
 }
 
+/// What takes as long as there are columns would not come back.
+#[test]
+fn no_rows_of_very_many_columns_are_nothing() {
+    let two = axis(0.0, 1.0, 2);
+    let (none, many) = (axis(0.0, 1.0, 0), axis(0.0, 1.0, usize::MAX / 4));
+    assert_eq!(resample(&[1.0; 4], two, two, none, many, &mut []), Ok(()));
+    assert_eq!(resample(&[1.0; 4], two, two, many, none, &mut []), Ok(()));
+    assert_eq!(median(0.0f32, &[], usize::MAX, &mut []), Ok(()));
+}
+
 #[test]
 fn beams_must_be_evenly_spaced() {
     let mut lines = random_lines(5, 10, 6);

@@ -245,6 +245,64 @@ fn gains_from_tables_have_the_bits_of_those_on_the_fly() {
     }
 }
 
+/// No columns, columns that no strip holds, a filter that there is not: the gains stay as they are.
+#[test]
+fn gains_that_the_bank_does_not_have_are_left() {
+    let bank = bank(64, 64, &[0.1], 3.0, 16).unwrap();
+    let mut memory = core::LogGaborTables::new();
+    let filters = core::LogGabor::new(&mut memory);
+    let length = bank.gain_tables_len();
+    let tables = core::GainTables::new(&filters, &bank, vec![0.0; length]).unwrap();
+    let odd = [0, 1, 15, 16, 31, 32, 33, 64, usize::MAX - 1, usize::MAX];
+    for (first, lanes) in odd.into_iter().flat_map(|k| odd.map(|lanes| (k, lanes))) {
+        for (mirrored, scale, orientation) in [
+            (false, 0, 0),
+            (true, 0, 5),
+            (false, 0, 6),
+            (true, 1, 0),
+            (false, usize::MAX, usize::MAX),
+        ] {
+            let group = core::LaneColumns {
+                first,
+                lanes,
+                mirrored,
+            };
+            for length in [0, 1, 64, 65] {
+                let (mut a, mut b) = (vec![7.0f32; length], vec![7.0f32; length]);
+                filters.fill(&bank, scale, orientation, group, &mut a);
+                tables.fill(&bank, scale, orientation, group, &mut b);
+                let known = scale == 0 && orientation < 6;
+                // Strips end at columns 16, 32 and 33.
+                let end = if first < 32 { first / 16 * 16 + 16 } else { 33 };
+                let held = lanes > 0 && first.checked_add(lanes).is_some_and(|k| k <= end);
+                let left = |gains: &[f32]| gains.iter().all(|&gain| gain == 7.0);
+                assert!(
+                    left(&a) != (known && held && length > 0),
+                    "{group:?} {length}"
+                );
+                let fits = lanes == 1 && length <= 64;
+                assert!(
+                    left(&b) != (known && held && fits && length > 0),
+                    "{group:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn lines_of_other_lengths_are_not_transformed() {
+    for length in [0, 1, 32, 63, 65, 2048] {
+        let one = |_| Complex::new(1.0f32, 0.0);
+        let before = vec![Complex::new(7.0f32, 7.0); length];
+        let (mut by_microfft, mut by_lanes) = (before.clone(), before.clone());
+        core::Microfft.transform(one, &mut by_microfft);
+        core::LaneFft::new().transform(one, &mut by_lanes);
+        assert_eq!(by_microfft, before);
+        assert_eq!(by_lanes, before);
+    }
+}
+
 #[test]
 fn gain_tables_of_another_bank_are_refused() {
     let bank =

@@ -30,7 +30,7 @@ impl<'a> AlignedLine<'a> {
             });
         }
         if x.is_empty() || !x.len().is_multiple_of(elements) {
-            let samples = if x.is_empty() { 1 } else { x.len() / elements };
+            let samples = (x.len() / elements).max(1);
             return Err(Error::Length {
                 name: "aligned samples",
                 actual: x.len(),

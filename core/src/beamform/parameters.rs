@@ -90,6 +90,7 @@ impl Beamformer {
     /// `L` for `count ≥ 1` active elements.
     pub fn subaperture(&self, count: usize) -> usize {
         let length = libm::floor(self.parameters.subaperture_ratio * count as f64) as usize;
-        if length > 1 { length } else { 1 }
+        // Beyond 2⁵³ the product may round up.
+        length.min(count).max(1)
     }
 }

@@ -138,9 +138,11 @@ impl Aperture {
         let first = if first < 0.0 { 0.0 } else { first };
         let end = if end > array { array } else { end };
         if first < end {
+            // Beyond 2⁵³ elements their number may have been rounded up.
+            let first = (first as usize).min(self.elements);
             Active {
-                first: first as usize,
-                count: (end - first) as usize,
+                first,
+                count: ((end - first as f64) as usize).min(self.elements - first),
             }
         } else {
             Active { first: 0, count: 0 }
@@ -290,6 +292,22 @@ mod tests {
     fn few_elements_are_all_active() {
         let small = aperture(1.0, PITCH, 4, 8).unwrap();
         assert_eq!(small.active(1.5, 0.0), Active { first: 0, count: 4 });
+    }
+
+    #[test]
+    fn very_many_elements_are_not_too_many() {
+        for elements in [(1 << 53) + 1, usize::MAX / 2, usize::MAX - 1, usize::MAX] {
+            for min_elements in [1, elements] {
+                let aperture = aperture(1.0, PITCH, elements, min_elements).unwrap();
+                for beam in [0.0, 1e15, elements as f64 / 2.0, elements as f64, 1e300] {
+                    for depth in [0.0, 1e9, f64::INFINITY] {
+                        let Active { first, count } = aperture.active(beam, depth);
+                        let end = first.checked_add(count);
+                        assert!(end.is_some_and(|end| end <= elements), "{elements} {beam}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -53,6 +53,9 @@ pub fn resample(
         rows.count.saturating_mul(columns.count),
     )?;
     check_finite("lines to resample", data)?;
+    if rows.count == 0 {
+        return Ok(());
+    }
 
     // A few columns at a time, whose places among the beams serve all rows.
     const AT_A_TIME: usize = 64;

@@ -34,6 +34,9 @@ impl Fft<f32> for Microfft {
     #[inline(always)]
     fn transform(&self, input: impl Fn(usize) -> Complex<f32>, line: &mut [Complex<f32>]) {
         use microfft::complex::{cfft_64, cfft_128, cfft_256, cfft_512, cfft_1024};
+        if !is_supported(line.len()) {
+            return;
+        }
         for (n, bin) in line.iter_mut().enumerate() {
             *bin = input(n);
         }

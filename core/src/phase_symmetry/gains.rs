@@ -20,11 +20,12 @@ pub struct LaneColumns {
 }
 
 impl LaneColumns {
-    /// The strip that holds them.
+    /// The strip that holds them; none where there are none.
     fn strip(&self, bank: &PhaseSymmetry) -> Option<Range<usize>> {
         let start = self.first / bank.strip * bank.strip;
-        let end = (start + bank.strip).min(bank.sizes().half());
-        (self.lanes <= end.checked_sub(self.first)?).then_some(start..end)
+        let end = start.saturating_add(bank.strip).min(bank.sizes().half());
+        let held = 1..=end.checked_sub(self.first)?;
+        held.contains(&self.lanes).then_some(start..end)
     }
 }
 

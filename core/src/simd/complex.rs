@@ -32,17 +32,24 @@ impl<V: Vector> ComplexVector<V> {
         self.re.is_finite() & self.im.is_finite()
     }
 
-    /// The number in lane `k`.
+    /// The number in lane `k`; 0 beyond the last.
     #[inline(always)]
     pub fn lane(&self, k: usize) -> Complex<f32> {
-        Complex::new(self.re.lanes()[k], self.im.lanes()[k])
+        match (self.re.lanes().get(k), self.im.lanes().get(k)) {
+            (Some(&re), Some(&im)) => Complex::new(re, im),
+            _ => Complex::new(0.0, 0.0),
+        }
     }
 
-    /// Puts a number into lane `k`.
+    /// Puts a number into lane `k`, if there is one.
     #[inline(always)]
     pub fn set_lane(&mut self, k: usize, value: Complex<f32>) {
-        self.re.lanes_mut()[k] = value.re;
-        self.im.lanes_mut()[k] = value.im;
+        if let (Some(re), Some(im)) = (
+            self.re.lanes_mut().get_mut(k),
+            self.im.lanes_mut().get_mut(k),
+        ) {
+            (*re, *im) = (value.re, value.im);
+        }
     }
 
     /// Each lane divided by a real number.

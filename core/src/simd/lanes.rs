@@ -84,7 +84,15 @@ impl<S: Simd> Vector for Lanes<S> {
     }
     #[inline(always)]
     fn truncate(self, integers: &mut [i32]) {
-        self.0.to_int::<S::i32s>().store_slice(integers);
+        let whole = self.0.to_int::<S::i32s>();
+        match integers.get_mut(..Self::LANES) {
+            Some(integers) => whole.store_slice(integers),
+            None => {
+                for (integer, &lane) in integers.iter_mut().zip(whole.as_slice()) {
+                    *integer = lane;
+                }
+            }
+        }
     }
     #[inline(always)]
     fn interleave(self, other: Self) -> (Self, Self) {
@@ -264,7 +272,7 @@ impl<S: Simd> Mask for LanesMask<S> {
     }
     #[inline(always)]
     fn lane(self, k: usize) -> bool {
-        self.0.to_bitmask() >> k & 1 == 1
+        k < S::f32s::LEN && self.0.to_bitmask() >> k & 1 == 1
     }
 }
 

@@ -123,7 +123,8 @@ pub trait Vector:
     /// `yes` where `mask` is true, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// Writes the integer part of each lane, of magnitude below 2³¹, to as many `integers`.
+    /// Writes the integer part of each lane, of magnitude below 2³¹, to as many `integers`, or to all
+    /// where there are fewer.
     fn truncate(self, integers: &mut [i32]);
 
     /// The lanes of both by turns, `a₀ b₀ a₁ b₁ …`: the first half of them, then the second. Values
@@ -172,7 +173,7 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     /// Whether any lane is true.
     fn any(self) -> bool;
 
-    /// Lane `k`.
+    /// Lane `k`; one beyond the last is false, or that of the only one.
     fn lane(self, k: usize) -> bool;
 }
 
@@ -219,7 +220,9 @@ impl Vector for f32 {
     }
     #[inline(always)]
     fn truncate(self, integers: &mut [i32]) {
-        integers[0] = self as i32;
+        if let [integer, ..] = integers {
+            *integer = self as i32;
+        }
     }
     #[inline(always)]
     fn interleave(self, other: Self) -> (Self, Self) {
@@ -236,6 +239,50 @@ impl Vector for f32 {
     #[inline(always)]
     fn mask(self, f: impl Fn(usize) -> bool) -> bool {
         f(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_complex::Complex;
+
+    fn lanes_beyond_the_last_are_zero_and_stay_so<V: Vector>(zero: V) {
+        let mut vector = ComplexVector::from_real(zero.splat(2.0));
+        for k in [V::LANES, V::LANES + 3, 64, usize::MAX] {
+            vector.set_lane(k, Complex::new(5.0, 5.0));
+            assert_eq!(vector.lane(k), Complex::new(0.0, 0.0));
+            assert!(V::LANES == 1 || !zero.mask(|_| true).lane(k));
+        }
+        for k in 0..V::LANES {
+            assert_eq!(vector.lane(k), Complex::new(2.0, 0.0));
+        }
+        // As many integers as there is room for.
+        for length in 0..V::LANES + 2 {
+            let mut integers = std::vec![7; length];
+            vector.re.truncate(&mut integers);
+            for (k, &integer) in integers.iter().enumerate() {
+                assert_eq!(integer, if k < V::LANES { 2 } else { 7 });
+            }
+        }
+    }
+
+    #[test]
+    fn lanes_beyond_the_last() {
+        lanes_beyond_the_last_are_zero_and_stay_so(0.0f32);
+        #[cfg(feature = "simd")]
+        {
+            struct All;
+            impl Task for All {
+                type Output = ();
+                fn run<V: Vector>(self, zero: V) {
+                    lanes_beyond_the_last_are_zero_and_stay_so(zero);
+                }
+            }
+            for set in InstructionSet::available() {
+                set.dispatch(All);
+            }
+        }
     }
 }
 
