@@ -33,6 +33,12 @@ pub fn complain(error: &Error) {
     let _ = io::stderr().lock().write_all(line.as_bytes());
 }
 
+/// Tells what is probably not meant in one line on the standard error; the run goes on.
+pub fn warn(message: &str) {
+    let line = format!("host-sim: warning: {}\n", one_line(message));
+    let _ = io::stderr().lock().write_all(line.as_bytes());
+}
+
 /// Names and texts of files may hold line breaks and escape sequences, which a terminal would obey.
 fn one_line(message: &str) -> String {
     let mut line = String::new();

@@ -139,8 +139,8 @@ fn unknown_keys_and_wrong_types_are_named_with_their_line() {
 #[test]
 fn values_outside_their_range_are_named_with_flag_key_value_and_range() {
     let cases = [
-        ("simulate", "slice = inf", "finite"),
-        ("simulate", "offset = nan", "finite"),
+        ("simulate", "slice = inf", "-10 to 10 (m)"),
+        ("simulate", "offset = nan", "-10 to 10 (m)"),
         ("simulate", "depth = 0.0", "(m)"),
         ("beamform", "subaperture_ratio = 1.5", "at most 1"),
         ("beamform", "subaperture_ratio = 0.0", "above 0"),
@@ -149,7 +149,7 @@ fn values_outside_their_range_are_named_with_flag_key_value_and_range() {
         ("beamform", "diagonal_loading = inf", "0 to 1e6"),
         ("beamform", "f_number = 0.0", "above 0"),
         ("beamform", "f_number = -1.5", "above 0"),
-        ("beamform", "f_number = inf", "finite"),
+        ("beamform", "f_number = inf", "from 0.001 to 1000000"),
         ("beamform", "min_elements = 0", "at least 1"),
         ("beamform", "output_rate = 0.0", "Hz"),
         ("beamform", "sound_speed = 0.0", "m/s"),

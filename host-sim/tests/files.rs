@@ -291,13 +291,20 @@ fn impossible_values_are_named() {
     }
     // Microseconds and megahertz.
     channel_data_without(&path, &["t0"])
-        .with("t0", vector(&[0.5, 12.0]))
+        .with("t0", vector(&[0.005, 12.0]))
         .finish();
     assert_names(&refused(&path), &["`t0` is 12 at transmit 1", "seconds"]);
     channel_data_without(&path, &["fs"])
         .with("fs", scalar(40.0))
         .finish();
-    assert_names(&refused(&path), &["`f0` is 5000000 Hz", "half", "40 Hz"]);
+    assert_names(&refused(&path), &["`fs` is 40 Hz", "MHz"]);
+    channel_data_without(&path, &["fs"])
+        .with("fs", scalar(8e6))
+        .finish();
+    assert_names(
+        &refused(&path),
+        &["`f0` is 5000000 Hz", "half", "8000000 Hz"],
+    );
     channel_data_without(&path, &["tx_angle"])
         .with("tx_element", Array1::from_vec(vec![0, u64::MAX]).into_dyn())
         .finish();

@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{ConfigArgument, about, command_line, load_config, progress_bar};
+use crate::config::Beamform;
 use crate::config::{BeamformFlags, Config, Image, ImageFlags};
 use crate::drive::frame::{beamform_aligned_data, beamform_channel_data};
 use crate::drive::image::{PixelGrid, b_mode, check_beams};
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
-use crate::files::{Lines, Recording, Transmits};
+use crate::files::{ChannelData, Lines, Recording, Transmits};
+use crate::terminal::warn;
 use crate::{Error, Result};
 
 /// Beamform channel data: one complex value a beam and depth.
@@ -52,6 +54,9 @@ Examples:
       -o lines.npz --image bone.png --dynamic-range 60
   host-sim beamform delayed.npz --method mv --covariance forward -o lines.npz
   host-sim beamform channels.npz --config lines.npz.config.toml -o again.npz";
+
+/// Depths beyond so many times the record's end are a mistake, and would take memory for nothing.
+const FAR_BEYOND: f64 = 2.0;
 
 impl Arguments {
     /// A flag that would have no effect is a mistake.
@@ -101,6 +106,13 @@ pub fn run(arguments: Arguments) -> Result<()> {
     {
         check_beams(beam_x).map_err(|e| about(&arguments.recording, e))?;
     }
+    if let Recording::Channel(data) = &recording {
+        let told = data.doubts().into_iter();
+        let doubts = told.chain(check_depths(data, &config.beamform)?);
+        for doubt in doubts {
+            warn(&format!("{}: {doubt}", arguments.recording.display()));
+        }
+    }
     let bar = progress_bar("beamforming", 1000);
     let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
     let lines = match &recording {
@@ -118,6 +130,28 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     config.stage(&command_line(), &config_path, &mut outputs)?;
     outputs.commit()
+}
+
+/// Depths that were asked for must be recorded; a little beyond may be meant, and is told.
+fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<String>> {
+    let [first, last] = data.depths(parameters.sound_speed.unwrap_or(data.c));
+    let start = parameters.depth_start.unwrap_or(first);
+    let end = parameters.depth_end.unwrap_or(last);
+    let holds = format!("the record holds {first:.6} m to {last:.6} m");
+    let flag = match (parameters.depth_start, parameters.depth_end) {
+        (Some(start), _) if start >= last => ("start", start),
+        (_, Some(end)) if end <= first || end > FAR_BEYOND * last => ("end", end),
+        _ if start < first || end > last => {
+            return Ok(Some(format!(
+                "{start} m to {end} m are asked for, {holds}; what lies outside is zero"
+            )));
+        }
+        _ => return Ok(None),
+    };
+    let (flag, depth) = flag;
+    Err(Error::Usage(format!(
+        "--depth-{flag} is {depth} m; {holds}"
+    )))
 }
 
 /// Where the beams lie, if the recording tells it: else they are evenly spaced.

@@ -10,13 +10,18 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde::{Deserialize, Serialize};
 
-use super::{check_positive, out_of_range};
+use super::{LENGTHS, check_count, check_positive, out_of_range};
 use crate::methods::{CHOICES, Choice, DEFAULT_BETA, Options};
 use crate::{Error, Result};
 
 const SECTION: &str = "beamform";
 /// Diagonal loading beyond this leaves nothing of the covariance in f32.
 const MAX_LOADING: f64 = 1e6;
+/// What an aperture, a rate, a medium and a spacing can be.
+const F_NUMBERS: [f64; 2] = [1e-3, 1e6];
+const RATES: [f64; 2] = [1e3, 10e9];
+const SOUND_SPEEDS: [f64; 2] = [100.0, 20e3];
+const SPACINGS: [f64; 2] = [1e-6, 1.0];
 
 /// Section `[beamform]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -284,31 +289,24 @@ impl Beamform {
                 "0 to 1e6",
             ));
         }
-        check_positive(SECTION, "f_number", self.f_number, "")?;
-        if self.min_elements == 0 {
-            return Err(out_of_range(SECTION, "min_elements", 0, "at least 1"));
-        }
-        check_positive(SECTION, "output_rate", self.output_rate, " (Hz)")?;
-        check_positive(SECTION, "beam_spacing", self.beam_spacing, " (m)")?;
+        check_positive(SECTION, "f_number", self.f_number, F_NUMBERS, "")?;
+        check_count(SECTION, "min_elements", self.min_elements)?;
+        check_positive(SECTION, "output_rate", self.output_rate, RATES, " (Hz)")?;
+        check_positive(SECTION, "beam_spacing", self.beam_spacing, SPACINGS, " (m)")?;
         if let Some(c) = self.sound_speed {
-            check_positive(SECTION, "sound_speed", c, " (m/s)")?;
+            check_positive(SECTION, "sound_speed", c, SOUND_SPEEDS, " (m/s)")?;
         }
+        let deepest = LENGTHS[1];
         let start = self.depth_start.unwrap_or(0.0);
-        if !(start.is_finite() && start >= 0.0) {
-            return Err(out_of_range(
-                SECTION,
-                "depth_start",
-                start,
-                "at least 0 (m)",
-            ));
+        if !(0.0..=deepest).contains(&start) {
+            let expected = format!("at least 0 and at most {deepest} (m)");
+            return Err(out_of_range(SECTION, "depth_start", start, &expected));
         }
         match self.depth_end {
-            Some(end) if !(end.is_finite() && end > start) => Err(out_of_range(
-                SECTION,
-                "depth_end",
-                end,
-                &format!("more than the start of {start} (m)"),
-            )),
+            Some(end) if !(end > start && end <= deepest) => {
+                let expected = format!("more than the start of {start}, at most {deepest} (m)");
+                Err(out_of_range(SECTION, "depth_end", end, &expected))
+            }
             _ => Ok(()),
         }
     }
@@ -341,9 +339,7 @@ impl Beamform {
             }
             _ => {}
         }
-        match self.rank {
-            Some(0) => Err(out_of_range(SECTION, "rank", 0, "at least 1")),
-            _ => Ok(()),
-        }
+        self.rank
+            .map_or(Ok(()), |rank| check_count(SECTION, "rank", rank))
     }
 }

@@ -3,7 +3,7 @@
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
-use super::{check_positive, out_of_range};
+use super::{LENGTHS, check_positive, out_of_range};
 use crate::Result;
 
 const SECTION: &str = "image";
@@ -108,7 +108,7 @@ impl Image {
         }
         for (key, length) in [("depth", self.depth), ("width", self.width)] {
             if let Some(length) = length {
-                check_positive(SECTION, key, length, " (m)")?;
+                check_positive(SECTION, key, length, LENGTHS, " (m)")?;
             }
         }
         Ok(())

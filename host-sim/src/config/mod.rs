@@ -127,15 +127,31 @@ pub(crate) fn out_of_range(
     ))
 }
 
-/// A finite number above zero.
-pub(crate) fn check_positive(section: &str, key: &str, value: f64, unit: &str) -> Result<()> {
-    if value.is_finite() && value > 0.0 {
+/// Lengths that an image, a bone or a record can have, m.
+pub(crate) const LENGTHS: [f64; 2] = [1e-6, 10.0];
+/// The most elements, eigenvectors or rows that are asked for: beyond it a number is a mistake.
+pub(crate) const MAX_COUNT: usize = 65_536;
+
+/// A number above zero, between the two: beyond them it is in another unit.
+pub(crate) fn check_positive(
+    section: &str,
+    key: &str,
+    value: f64,
+    [least, most]: [f64; 2],
+    unit: &str,
+) -> Result<()> {
+    if (least..=most).contains(&value) {
         return Ok(());
     }
-    Err(out_of_range(
-        section,
-        key,
-        value,
-        &format!("a finite number above 0{unit}"),
-    ))
+    let expected = format!("a number above 0, from {least} to {most}{unit}");
+    Err(out_of_range(section, key, value, &expected))
+}
+
+/// A count from 1 to [`MAX_COUNT`].
+pub(crate) fn check_count(section: &str, key: &str, value: usize) -> Result<()> {
+    if (1..=MAX_COUNT).contains(&value) {
+        return Ok(());
+    }
+    let expected = format!("at least 1 and at most {MAX_COUNT}");
+    Err(out_of_range(section, key, value, &expected))
 }

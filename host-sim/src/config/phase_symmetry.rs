@@ -7,7 +7,7 @@ use bonebeam::phase_symmetry::MAX_SCALES;
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
-use super::out_of_range;
+use super::{check_count, out_of_range};
 use crate::Result;
 
 const SECTION: &str = "phase_symmetry";
@@ -144,9 +144,7 @@ impl PhaseSymmetry {
             let expected = "at least 0 and at most 1e12 (grey levels)";
             return Err(out_of_range(SECTION, "threshold", self.threshold, expected));
         }
-        if self.strip == 0 {
-            return Err(out_of_range(SECTION, "strip", 0, "at least 1 row"));
-        }
+        check_count(SECTION, "strip", self.strip)?;
         match self.resize {
             Some(size) if !(SIDES.contains(&size.rows) && SIDES.contains(&size.columns)) => {
                 let expected = "sides of 64, 128, 256, 512 or 1024 pixels";

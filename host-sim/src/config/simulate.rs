@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use super::{check_positive, out_of_range};
+use super::{LENGTHS, check_positive, out_of_range};
 use crate::simulate::{Phantom, Settings, Tissue};
 use crate::{Error, Result};
 
@@ -196,11 +196,13 @@ impl Simulate {
     /// [`crate::Error::Usage`] naming the flag, the key, the value and the range.
     pub fn validate(&self) -> Result<()> {
         for (key, value) in [("offset", self.offset), ("slice", self.slice)] {
-            if !value.is_finite() {
-                return Err(out_of_range(SECTION, key, value, "a finite number (m)"));
+            let most = LENGTHS[1];
+            if !(-most..=most).contains(&value) {
+                let expected = format!("-{most} to {most} (m)");
+                return Err(out_of_range(SECTION, key, value, &expected));
             }
         }
-        check_positive(SECTION, "depth", self.depth, " (m)")?;
+        check_positive(SECTION, "depth", self.depth, LENGTHS, " (m)")?;
         self.scanner.as_ref().map_or(Ok(()), Settings::validate)
     }
 }

@@ -7,7 +7,7 @@ use ndarray::{Array3, arr0, aview1};
 use ndarray_npy::{NpzWriter, WriteNpzError};
 use num_complex::Complex;
 
-use super::{atomic, file_error, npz, validate};
+use super::{atomic, file_error, npz, units, validate};
 use crate::Result;
 
 /// Aligned analytic samples. All elements are active at every depth.
@@ -69,10 +69,14 @@ impl AlignedData {
     fn check(&self) -> std::result::Result<(), String> {
         validate::samples("x", &self.x, &["beam", "sample", "element"])?;
         validate::positive("fs", self.fs, "Hz")?;
+        units::RATE.check("`fs`", self.fs)?;
         validate::times("t0", &[self.t0], "sample")?;
         if let Some(beam_x) = &self.beam_x {
             validate::count("beam_x", beam_x.len(), self.x.shape()[0], "beam")?;
             validate::all_finite("beam_x", beam_x, "beam")?;
+            for (beam, &x) in beam_x.iter().enumerate() {
+                units::LENGTH.check(&format!("`beam_x` at beam {beam}"), x)?;
+            }
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use ndarray::{Array1, Array3, arr0, aview1};
 use ndarray_npy::{NpzWriter, WriteNpzError};
 
 use super::atomic::Outputs;
-use super::{file_error, npz, validate};
+use super::{file_error, npz, units, validate};
 use crate::Result;
 
 /// Channel data: what every element recorded after every transmit.
@@ -58,6 +58,11 @@ pub enum Transmits {
 /// How far an element may lie from its place on an even grid, in pitches: a three-hundredth of a
 /// wavelength at half-wavelength pitch, far above the rounding of coordinates stored as f32.
 const SPACING_TOLERANCE: f64 = 0.01;
+/// How far beside any array a beam may lie, m.
+const LEAST_REACH: f64 = 10e-3;
+/// A focus beyond this, m, and a steering angle beyond this, rad, are told as doubtful.
+const FAR_FOCUS: f64 = 1.0;
+const STEEP: f64 = 0.7;
 
 impl ChannelData {
     /// Reads a `.npz` file with the keys `rf` (float32 or int16), `fs`, `t0` (one a transmit, or
@@ -74,12 +79,16 @@ impl ChannelData {
 
     pub(super) fn from_npz(file: &mut npz::Reader) -> Result<Self> {
         let rf: Array3<f32> = file.samples("rf", "[transmit, element, sample]")?;
-        let (transmits, elements, _) = rf.dim();
+        let (transmits, elements, samples) = rf.dim();
+        let shape = [transmits, elements, samples];
+        let element_x = file.vector_of_any_length("element_x", "element")?;
+        units::check_axis("element_x", element_x.len(), shape, 1, "element")
+            .map_err(|message| file.error(message))?;
         let data = Self {
             rf,
             fs: file.scalar("fs")?,
             t0: file.vector_or_scalar("t0", transmits, "transmit")?,
-            element_x: file.vector("element_x", elements, "element")?,
+            element_x,
             c: file.scalar("c")?,
             f0: file.scalar("f0")?,
             transmits: Transmits::from_npz(file, transmits, elements)?,
@@ -143,20 +152,77 @@ impl ChannelData {
         validate::samples("rf", &self.rf, &["transmit", "element", "sample"])?;
         let (transmits, elements, _) = self.rf.dim();
         validate::positive("fs", self.fs, "Hz")?;
-        validate::count("t0", self.t0.len(), transmits, "transmit")?;
-        validate::times("t0", &self.t0, "transmit")?;
+        units::RATE.check("`fs`", self.fs)?;
         validate::positive("c", self.c, "m/s")?;
+        units::SPEED.check("`c`", self.c)?;
         validate::positive("f0", self.f0, "Hz")?;
+        units::RATE.check("`f0`", self.f0)?;
         if 2.0 * self.f0 >= self.fs {
             return Err(format!(
                 "`f0` is {} Hz; expected less than half the sampling rate `fs` of {} Hz",
                 self.f0, self.fs
             ));
         }
+        validate::count("t0", self.t0.len(), transmits, "transmit")?;
+        validate::all_finite("t0", &self.t0, "transmit")?;
+        units::check_starts(&self.t0, self.c)?;
         validate::count("element_x", self.element_x.len(), elements, "element")?;
         validate::all_finite("element_x", &self.element_x, "element")?;
         self.check_spacing()?;
-        self.transmits.check(transmits, elements)
+        self.transmits.check(transmits, elements)?;
+        self.check_beams()
+    }
+
+    /// Beams are beside the array at the most: as far again as it is wide.
+    fn check_beams(&self) -> std::result::Result<(), String> {
+        let Transmits::Focused { x, .. } = &self.transmits else {
+            return Ok(());
+        };
+        let [first, last] = [self.element_x[0], self.element_x[self.element_x.len() - 1]];
+        let reach = (last - first).max(LEAST_REACH);
+        let reachable = first - reach..=last + reach;
+        match x.iter().position(|x| !reachable.contains(x)) {
+            None => Ok(()),
+            Some(i) => Err(format!(
+                "`tx_x` is {} m at transmit {i}, far beside the elements at {first} m to {last} m{}",
+                x[i],
+                units::LENGTH.hint(x[i])
+            )),
+        }
+    }
+
+    /// What is accepted, but probably not meant: sentences for a person.
+    pub fn doubts(&self) -> Vec<String> {
+        let mut doubts = Vec::new();
+        match &self.transmits {
+            Transmits::Focused { focus, .. } => {
+                let far = |focus: &&f64| **focus > FAR_FOCUS;
+                if let Some(focus) = focus.iter().find(far) {
+                    let hint = units::LENGTH.hint(*focus);
+                    doubts.push(format!("`tx_focus` is {focus} m{hint}"));
+                }
+            }
+            Transmits::Plane { angle } => {
+                let steep = |angle: &&f64| angle.abs() > STEEP;
+                if let Some(angle) = angle.iter().find(steep) {
+                    doubts.push(format!(
+                        "`tx_angle` is {angle} rad, which is {:.0} degrees; perhaps it is in degrees",
+                        angle.to_degrees()
+                    ));
+                }
+            }
+            Transmits::Element { .. } => {}
+        }
+        doubts
+    }
+
+    /// The depths between which there is anything recorded after some transmit, m, at a speed of
+    /// sound of `c`; from 0 at the least.
+    pub fn depths(&self, c: f64) -> [f64; 2] {
+        let length = (self.rf.dim().2.max(1) - 1) as f64 / self.fs;
+        let first = self.t0.iter().copied().fold(f64::INFINITY, f64::min);
+        let last = self.t0.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        [c * first.max(0.0) / 2.0, c * (last + length) / 2.0]
     }
 
     /// An array is at least two elements in a row, evenly spaced.
@@ -168,6 +234,7 @@ impl ChannelData {
         if pitch <= 0.0 {
             return Err("`element_x` does not ascend from the first element to the last".into());
         }
+        units::PITCH.check("`element_x`: the distance between elements", pitch)?;
         for (m, &x) in self.element_x.iter().enumerate() {
             let even = self.element_x[0] + m as f64 * pitch;
             if (x - even).abs() > SPACING_TOLERANCE * pitch {
@@ -236,6 +303,7 @@ impl Transmits {
                 validate::count("tx_focus", focus.len(), transmits, "transmit")?;
                 for (i, &depth) in focus.iter().enumerate() {
                     validate::positive(&format!("tx_focus[{i}]"), depth, "m")?;
+                    units::LENGTH.check(&format!("`tx_focus` at transmit {i}"), depth)?;
                 }
                 match f_number {
                     Some(f_number) => validate::positive("tx_fnumber", *f_number, "no unit"),
@@ -250,7 +318,8 @@ impl Transmits {
                 {
                     None => Ok(()),
                     Some(i) => Err(format!(
-                        "`tx_angle` is {} at transmit {i}; expected radians between -pi/2 and pi/2",
+                        "`tx_angle` is {} at transmit {i}; expected radians between -pi/2 and pi/2; it is \
+                         probably in degrees",
                         angle[i]
                     )),
                 }

@@ -12,6 +12,7 @@ mod lines;
 mod npy;
 mod npy_header;
 mod npz;
+mod units;
 mod validate;
 
 pub use aligned::AlignedData;

@@ -57,8 +57,14 @@ impl Reader {
 
     /// Real numbers (f64, f32 or integers), `count` of them: one for each `of`.
     pub fn vector(&mut self, key: &str, count: usize, of: &str) -> Result<Vec<f64>> {
+        let values = self.vector_of_any_length(key, of)?;
+        self.check_length(key, values.len(), count, of)?;
+        Ok(values)
+    }
+
+    /// Real numbers (f64, f32 or integers), one for each `of`.
+    pub fn vector_of_any_length(&mut self, key: &str, of: &str) -> Result<Vec<f64>> {
         let array: Array<f64, ndarray::Ix1> = self.real(key, &format!("one axis, [{of}]"))?;
-        self.check_length(key, array.len(), count, of)?;
         Ok(array.to_vec())
     }
 

@@ -42,7 +42,8 @@ pub fn times(key: &str, values: &[f64], of: &str) -> Result<(), String> {
     match values.iter().position(|v| v.abs() > MAX_TIME) {
         None => Ok(()),
         Some(i) => Err(format!(
-            "`{key}` is {} at {of} {i}; expected seconds, at most {MAX_TIME} either way",
+            "`{key}` is {} at {of} {i}; expected seconds, at most {MAX_TIME} either way; it is probably \
+             in µs or counted in samples",
             values[i]
         )),
     }

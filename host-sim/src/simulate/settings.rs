@@ -160,11 +160,9 @@ impl Settings {
             ));
         }
         if let Some(noise) = self.noise
-            && !(noise.is_finite() && noise <= 40.0)
+            && !(-400.0..=40.0).contains(&noise)
         {
-            return usage(format!(
-                "noise must be finite and at most 40 dB, is {noise}"
-            ));
+            return usage(format!("noise must be -400 to 40 dB, is {noise}"));
         }
         self.check_size()
     }

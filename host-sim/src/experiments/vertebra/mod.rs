@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
-use crate::config::{Image, check_positive, out_of_range};
+use crate::config::{Image, LENGTHS, check_positive, out_of_range};
 use crate::drive::image::grid_of_lines;
 use crate::simulate::{Outline, Phantom, Settings, Summation, channel_data};
 
@@ -95,8 +95,14 @@ impl Experiment for Vertebra {
             let expected = "a finite number (m)";
             return Err(out_of_range(Self::NAME, "slice", self.slice, expected));
         }
-        check_positive(Self::NAME, "depth", self.depth, " (m)")?;
-        check_positive(Self::NAME, "lateral_line", self.lateral_line, " (m)")?;
+        check_positive(Self::NAME, "depth", self.depth, LENGTHS, " (m)")?;
+        check_positive(
+            Self::NAME,
+            "lateral_line",
+            self.lateral_line,
+            LENGTHS,
+            " (m)",
+        )?;
         // A mesh may turn out not to be one.
         self.phantom().map(drop)
     }
