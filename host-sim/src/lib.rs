@@ -11,6 +11,7 @@ pub mod error;
 pub mod experiments;
 pub mod files;
 pub mod measure;
+mod memory;
 pub mod methods;
 pub mod reference;
 pub mod report;

@@ -34,6 +34,9 @@ mod tests {
         assert!(check(1 << 20, "a megabyte").is_ok());
         let error = check(product(&[1 << 40, 1 << 20]), "a frame").unwrap_err();
         let message = error.to_string();
-        assert!(message.contains("a frame needs") && message.contains("GiB"), "{message}");
+        assert!(
+            message.contains("a frame needs") && message.contains("GiB"),
+            "{message}"
+        );
     }
 }

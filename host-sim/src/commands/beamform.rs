@@ -3,15 +3,16 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use num_complex::Complex;
 
 use super::{ConfigArgument, about, command_line, load_config, progress_bar};
-use crate::config::Beamform;
-use crate::config::{BeamformFlags, Config, Image, ImageFlags};
-use crate::drive::frame::{beamform_aligned_data, beamform_channel_data};
+use crate::config::{Beamform, BeamformFlags, Config, Image, ImageFlags};
+use crate::drive::frame::{BEAMS_AT_A_TIME, beamform_aligned_data, beamform_channel_data};
 use crate::drive::image::{PixelGrid, b_mode, check_beams};
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
 use crate::files::{ChannelData, Lines, Recording, Transmits};
+use crate::memory::{self, product};
 use crate::terminal::warn;
 use crate::{Error, Result};
 
@@ -113,6 +114,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
             warn(&format!("{}: {doubt}", arguments.recording.display()));
         }
     }
+    let bytes = working_memory(&recording, &config.beamform);
+    memory::check(bytes, "beamforming").map_err(|e| about(&arguments.recording, e))?;
     let bar = progress_bar("beamforming", 1000);
     let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
     let lines = match &recording {
@@ -152,6 +155,33 @@ fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<Stri
     Err(Error::Usage(format!(
         "--depth-{flag} is {depth} m; {holds}"
     )))
+}
+
+/// The memory that beamforming takes beside the recording, bytes: the recording in order, the aligned
+/// samples of some beams, the lines, and two images.
+fn working_memory(recording: &Recording, parameters: &Beamform) -> usize {
+    const COMPLEX: usize = size_of::<Complex<f32>>();
+    let Recording::Channel(data) = recording else {
+        let Recording::Aligned(data) = recording else {
+            return 0;
+        };
+        return data.x.len().saturating_mul(COMPLEX);
+    };
+    let c = parameters.sound_speed.unwrap_or(data.c);
+    let [first, last] = data.depths(c);
+    let first = parameters.depth_start.unwrap_or(first);
+    let last = parameters.depth_end.unwrap_or(last);
+    // The cast saturates.
+    let samples = (2.0 * (last - first) / c * parameters.output_rate).ceil() as usize;
+    let (transmits, elements, _) = data.rf.dim();
+    let lines = transmits.max(2 * elements);
+    let aligned = product(&[lines.min(BEAMS_AT_A_TIME), samples, elements, COMPLEX]);
+    let parts = [
+        data.rf.len().saturating_mul(size_of::<f32>()),
+        aligned,
+        product(&[lines, samples, 3 * COMPLEX]),
+    ];
+    parts.into_iter().fold(0, usize::saturating_add)
 }
 
 /// Where the beams lie, if the recording tells it: else they are evenly spaced.

@@ -13,7 +13,7 @@ use crate::files::{AlignedData, ChannelData, Lines};
 
 /// How many beams are delayed at a time: a multiple of the lanes, and enough for all threads,
 /// while the aligned samples of a large set stay within some hundred megabytes.
-const BEAMS_AT_A_TIME: usize = 64;
+pub(crate) const BEAMS_AT_A_TIME: usize = 64;
 
 /// The speed of sound that lines tell where neither the file nor the configuration does, m/s.
 const DEFAULT_SOUND_SPEED: f64 = 1540.0;

@@ -4,6 +4,10 @@ use ndarray::{ArrayD, ArrayViewD};
 use ndarray_npy::{ReadNpyExt, ReadableElement, ViewElement, ViewNpyError, ViewNpyExt};
 
 use super::npy_header::claimed_length;
+use crate::memory;
+
+/// How many times its own size an array may take while it is read and converted.
+const CONVERSIONS: usize = 4;
 
 /// Why an array could not be read.
 pub enum NpyError {
@@ -27,6 +31,9 @@ where
             "is truncated: {missing} bytes are missing"
         )));
     }
+    // The array, its row-major copy, and what it is converted to.
+    memory::check(bytes.len().saturating_mul(CONVERSIONS), "the array")
+        .map_err(|e| NpyError::Damaged(format!("is too large: {e}")))?;
     match ArrayViewD::<T>::view_npy(bytes) {
         Ok(_) | Err(ViewNpyError::NonNativeEndian | ViewNpyError::MisalignedData) => {}
         Err(ViewNpyError::WrongDescriptor(found)) => {

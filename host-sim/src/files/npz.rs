@@ -159,7 +159,7 @@ impl Reader {
             Ok(member) => {
                 limit = member.compressed_size().saturating_mul(MAX_INFLATION);
                 limit = limit.max(SMALL);
-                let mut member = member.take(limit + 1);
+                let mut member = member.take(limit.saturating_add(1));
                 member.read_to_end(&mut bytes).map_err(ZipError::from)
             }
             Err(e) => Err(e),

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
 use crate::files::{ChannelData, Transmits};
+use crate::memory::{self, product};
 use crate::{Error, Result};
 
 use super::element;
@@ -62,6 +63,7 @@ pub fn channel_data(
         ));
     }
     let record = Record::new(settings);
+    memory::check(bytes(settings, &record, phantom, summation)?, "the record")?;
     let beams: Vec<Beam> = (0..settings.beams)
         .map(|l| Beam::new(settings, l))
         .collect();
@@ -116,6 +118,36 @@ pub fn channel_data(
             f_number: Some(settings.f_number),
         },
     })
+}
+
+/// The memory that a record takes while it is made: itself and its spectra, the paths from every
+/// element to every scatterer, and what each thread works with.
+fn bytes(
+    settings: &Settings,
+    record: &Record,
+    phantom: &Phantom,
+    summation: Summation,
+) -> Result<usize> {
+    // Time, gain and visibility as they are made, and time and gain as they are summed.
+    const PATH: usize = 32;
+    let spectrum = product(&[record.bins, size_of::<Complex<f64>>()]);
+    let path = match summation {
+        Summation::Direct => PATH.saturating_add(spectrum),
+        Summation::Gridded => PATH,
+    };
+    let paths = product(&[settings.elements, phantom.scatterers.len(), path]);
+    // The phases of a beam, and a spectrum and a window of each transform.
+    let phases = product(&[settings.elements, spectrum]);
+    let transforms = product(&[
+        record.window.max(record.coarse),
+        4 * size_of::<Complex<f64>>(),
+    ]);
+    let threads = product(&[
+        rayon::current_num_threads(),
+        phases.saturating_add(transforms),
+    ]);
+    let parts = [settings.bytes()?, paths, threads];
+    Ok(parts.into_iter().fold(0, usize::saturating_add))
 }
 
 /// A transmit beam: its axis, its elements and by how much each fires ahead.

@@ -62,6 +62,11 @@ impl Outline {
         self.loops.iter().flat_map(|points| segments_of(points))
     }
 
+    /// The length of all loops, m.
+    pub fn length(&self) -> f64 {
+        self.segments().map(|segment| length(&segment)).sum()
+    }
+
     /// The outline moved in depth so that its shallowest point lies at `depth`, m.
     pub fn at_depth(&self, depth: f64) -> Result<Self> {
         let top = self

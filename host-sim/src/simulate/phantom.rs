@@ -25,6 +25,9 @@ const FACET: f64 = 0.19e-3;
 /// that pixel. A perfectly smooth outline would show as a few specular glints.
 const ROUGHNESS: f64 = 10e-6;
 
+/// The longest outline of a bone, m: the scatterers on it take memory and time.
+const LONGEST_OUTLINE: f64 = 5.0;
+
 /// A point scatterer in the image plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatterer {
@@ -91,7 +94,17 @@ impl Phantom {
 
     /// A bone in a water bath: its surface in facets of 0.19 mm with a roughness of 10 µm, and
     /// on them scatterers of amplitude 1, equally spaced by about 10 µm.
+    ///
+    /// # Errors
+    /// An outline longer than any bone's.
     pub fn bone(outline: &Outline) -> Result<Self> {
+        let length = outline.length();
+        if !(length <= LONGEST_OUTLINE) {
+            return Err(Error::Data(format!(
+                "the bone's outline is {length:.1} m long; expected at most {LONGEST_OUTLINE} m, about \
+                 ten times a vertebra's"
+            )));
+        }
         let surface = outline.faceted(FACET, ROUGHNESS, 1)?;
         let scatterers = surface
             .equally_spaced(BONE_SPACING)

@@ -3,6 +3,7 @@
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
+use crate::memory::product;
 use crate::{Error, Result};
 
 use super::array::Array;
@@ -164,7 +165,7 @@ impl Settings {
         {
             return usage(format!("noise must be -400 to 40 dB, is {noise}"));
         }
-        self.check_size()
+        self.bytes().map(drop)
     }
 
     /// What an ultrasound array, its pulse and a medium can be; beyond that a value is in another unit.
@@ -181,8 +182,12 @@ impl Settings {
         ]
     }
 
-    /// What the record and the spectra it is made of take is known before they are made, and bounded.
-    fn check_size(&self) -> Result<()> {
+    /// What the record and the spectra it is made of take, bytes: known before they are made, and
+    /// bounded.
+    ///
+    /// # Errors
+    /// More than any machine is asked for.
+    pub(super) fn bytes(&self) -> Result<usize> {
         let Record {
             samples,
             window,
@@ -195,17 +200,16 @@ impl Settings {
                  for less depth, a nearer focus, larger f-numbers or a lower fs"
             ));
         }
-        let record = [self.beams, self.elements, samples, size_of::<f32>()];
-        let pairs = [
+        let record = product(&[self.beams, self.elements, samples, size_of::<f32>()]);
+        let pairs = product(&[
             self.elements,
-            self.elements.div_ceil(2),
+            self.elements.div_ceil(2) + 1,
             bins,
             size_of::<Complex<f64>>(),
-        ];
-        let bytes = [record, pairs].map(|sides| sides.into_iter().fold(1, usize::saturating_mul));
-        let bytes = bytes[0].saturating_add(bytes[1]);
+        ]);
+        let bytes = record.saturating_add(pairs);
         if bytes <= MAX_BYTES {
-            return Ok(());
+            return Ok(bytes);
         }
         usage(format!(
             "{} beams of {} elements with {samples} samples each, and the spectra they are made of, would \
@@ -225,6 +229,6 @@ const MAX_BYTES: usize = 4 * GIB;
 /// The longest transform, samples.
 const MAX_WINDOW: usize = 1 << 22;
 
-fn usage(message: String) -> Result<()> {
+fn usage<T>(message: String) -> Result<T> {
     Err(Error::Usage(format!("simulation settings: {message}")))
 }
