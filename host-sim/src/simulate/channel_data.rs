@@ -62,7 +62,7 @@ pub fn channel_data(
             "the phantom must be finite and lie at depths above 0".into(),
         ));
     }
-    let record = Record::new(settings);
+    let record = settings.record();
     memory::check(bytes(settings, &record, phantom, summation)?, "the record")?;
     let beams: Vec<Beam> = (0..settings.beams)
         .map(|l| Beam::new(settings, l))

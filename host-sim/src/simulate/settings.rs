@@ -8,7 +8,7 @@ use crate::{Error, Result};
 
 use super::array::Array;
 use super::pulse::Pulse;
-use super::record::Record;
+use super::record::{Record, smooth_even};
 
 /// The scanner's settings. The default is the paper's (Section "Simulation setup"); what the
 /// paper leaves open is marked as assumed. SI units.
@@ -111,6 +111,39 @@ impl Settings {
         Pulse::new(self.f0, self.bandwidth)
     }
 
+    /// The record that serves depths `depth_start` to `depth_end` with the receive aperture of
+    /// `receive_f_number`.
+    pub fn record(&self) -> Record {
+        let s = self;
+        let pulse = s.pulse();
+        let half = pulse.half_length();
+        let edge = 0.5 * s.depth_end / s.receive_f_number;
+        let last = (s.depth_end + s.depth_end.hypot(edge)) / s.c + half;
+        // A whole number of samples, so that sample times are round numbers.
+        let first = ((2.0 * s.depth_start / s.c - half) * s.fs).floor();
+        let samples = (last * s.fs - first).ceil() as usize;
+        // Echoes outside the record reach into it by half a pulse, and their transmit
+        // advance by the focusing delay of the aperture's edge.
+        let aperture = 0.5 * s.focus / s.f_number + s.pitch;
+        let advance = (s.focus.hypot(aperture) - s.focus) / s.c;
+        // Eight samples of the coarse grid, of at least 8·f0, hold the spreading kernel.
+        let guard = half + advance + 1.0 / s.f0;
+        let lead = (guard * s.fs).ceil() as usize;
+        let window = smooth_even(samples + 2 * lead);
+        let df = s.fs / window as f64;
+        let highest = pulse.highest_frequency().min(0.5 * s.fs);
+        Record {
+            t0: first / s.fs,
+            samples,
+            lead,
+            window,
+            coarse: smooth_even((8.0 * s.f0 / df).ceil() as usize),
+            start: (first - lead as f64) / s.fs,
+            df,
+            bins: (highest / df).floor() as usize,
+        }
+    }
+
     /// Position of a beam's axis, m.
     pub fn beam_x(&self, beam: usize) -> f64 {
         self.array()
@@ -193,7 +226,7 @@ impl Settings {
             window,
             bins,
             ..
-        } = Record::new(self);
+        } = self.record();
         if window > MAX_WINDOW {
             return usage(format!(
                 "the record of {samples} samples needs transforms of {window}, more than {MAX_WINDOW}; ask \
