@@ -2,6 +2,7 @@
 //! threads.
 
 mod memory;
+mod pieces;
 
 use crate::{Error, Result};
 use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Run};
@@ -12,22 +13,13 @@ use ndarray::{Array2, ArrayView3, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::cmp::Reverse;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard};
 
 use memory::AnyMemory;
 pub use memory::Memory;
 pub(crate) use memory::Needs;
-
-/// A run of one beam's samples with one active set.
-#[derive(Clone, Copy)]
-struct Piece {
-    beam: usize,
-    first_sample: usize,
-    samples: usize,
-    active: Active,
-}
+use pieces::{Piece, runs, stretches};
 
 /// Beamforms every beam of `x` (`[beam, sample, element]`) with the active set `active(beam,
 /// sample)`; returns `z` as `[beam, sample]`, in the input's scale.
@@ -62,9 +54,10 @@ pub fn beamform_with(
     progress: impl Fn(usize) + Sync,
 ) -> Result<Array2<Complex<f32>>> {
     check_window(&parameters, x.dim().1)?;
-    let pieces = pieces(x.dim(), active);
-    let largest = pieces.first().map_or(0, |piece| piece.active.count);
-    Plan::new(set, parameters, covariance, largest)?.beamform(x, &pieces, &progress)
+    let (beams, samples, _) = x.dim();
+    let runs = runs((beams, samples), active);
+    let largest = runs.first().map_or(0, |run| run.active.count);
+    Plan::new(set, parameters, covariance, largest)?.beamform(x, &runs, &progress)
 }
 
 /// Beamforming of many frames: threads and their memory, made once.
@@ -117,13 +110,14 @@ impl Plan {
         progress: impl Fn(usize) + Sync,
     ) -> Result<Array2<Complex<f32>>> {
         check_window(self.beamformer.parameters(), x.dim().1)?;
-        self.beamform(x, &pieces(x.dim(), active), &progress)
+        let (beams, samples, _) = x.dim();
+        self.beamform(x, &runs((beams, samples), active), &progress)
     }
 
     fn beamform(
         &self,
         x: ArrayView3<'_, Complex<f32>>,
-        pieces: &[Piece],
+        runs: &[Piece],
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Array2<Complex<f32>>> {
         let (beams, samples, elements) = x.dim();
@@ -140,16 +134,26 @@ impl Plan {
             .collect();
         // The first bad beam is named, whichever thread found one first.
         let lines = lines.into_iter().collect::<Result<Vec<_>>>()?;
-        let outputs = self.threads(&lines, pieces, progress)?;
+        let lanes = self.memory(0).lanes();
+        let pieces = stretches(
+            runs,
+            lanes,
+            self.beamformer.parameters().temporal_half_window,
+        );
+        let outputs = self.threads(&lines, &pieces, progress)?;
         let mut z = vec![Complex::new(0.0, 0.0); beams * samples];
         let mut outputs = outputs.as_slice();
-        for piece in pieces {
+        for piece in &pieces {
             let (values, rest) = outputs.split_at(piece.samples);
             let first = piece.beam * samples + piece.first_sample;
             z[first..first + piece.samples].copy_from_slice(values);
             outputs = rest;
         }
         Ok(Array2::from_shape_vec((beams, samples), z).expect("a value a sample"))
+    }
+
+    fn memory(&self, thread: usize) -> MutexGuard<'_, Box<dyn AnyMemory>> {
+        self.memory[thread].lock().expect("no thread has panicked")
     }
 
     /// Each thread takes the next group of pieces as soon as it is done with one.
@@ -159,15 +163,14 @@ impl Plan {
         pieces: &[Piece],
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Outputs> {
-        let memory = |index: usize| self.memory[index].lock().expect("no thread has panicked");
-        let lanes = memory(0).lanes();
+        let lanes = self.memory(0).lanes();
         let groups: Vec<&[Piece]> = pieces
             .chunk_by(|a, b| a.active.count == b.active.count)
             .flat_map(|same| same.chunks(lanes))
             .collect();
         let next = AtomicUsize::new(0);
         let done = self.pool.broadcast(|thread| {
-            let mut memory = memory(thread.index());
+            let mut memory = self.memory(thread.index());
             let mut done = Vec::new();
             loop {
                 let index = next.fetch_add(1, Ordering::Relaxed);
@@ -199,28 +202,6 @@ fn check_window(parameters: &Parameters, samples: usize) -> Result<()> {
         "temporal_half_window (K) is {temporal_half_window}, but the record has only {samples} samples: give at most {}",
         samples.saturating_sub(1)
     )))
-}
-
-/// The pieces of a frame's beams, in the order in which they are best beamformed.
-fn pieces(
-    (beams, samples, _): (usize, usize, usize),
-    active: impl Fn(usize, usize) -> Active + Sync,
-) -> Vec<Piece> {
-    let of_beam = |beam: usize| {
-        let runs = bonebeam::beamform::constant_runs(samples, |sample| active(beam, sample));
-        let piece = |(first_sample, samples, active)| Piece {
-            beam,
-            first_sample,
-            samples,
-            active,
-        };
-        runs.map(piece).collect::<Vec<_>>()
-    };
-    let mut pieces: Vec<Piece> = (0..beams).into_par_iter().flat_map_iter(of_beam).collect();
-    // Lanes share the number of active elements; alike lengths waste least, and the lanes that are
-    // left over waste least on the shortest. The longest work comes first, so that threads end alike.
-    pieces.par_sort_by_key(|piece| Reverse((piece.active.count, piece.samples)));
-    pieces
 }
 
 /// One group: a piece a lane.

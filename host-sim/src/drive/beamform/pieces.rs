@@ -1,0 +1,157 @@
+//! How a frame is cut for the lanes: runs of one active set, and stretches of long runs.
+
+use std::cmp::Reverse;
+
+use bonebeam::geometry::Active;
+use rayon::prelude::*;
+
+/// Samples of one beam with one active set: a run, or a stretch of one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    pub beam: usize,
+    pub first_sample: usize,
+    pub samples: usize,
+    pub active: Active,
+}
+
+/// What a covariance costs beside a whole output, about: a stretch begins with `2K` covariances.
+const COVARIANCE: f64 = 0.5;
+
+/// So many groups have little to gain: at most the last one's lanes are not full.
+const MOST_GROUPS: usize = 16;
+
+/// The runs of a frame's beams, in the order in which they are best beamformed: lanes share the number
+/// of active elements, and the longest work comes first, so that threads end alike.
+pub fn runs(
+    (beams, samples): (usize, usize),
+    active: impl Fn(usize, usize) -> Active + Sync,
+) -> Vec<Piece> {
+    let of_beam = |beam: usize| {
+        let runs = bonebeam::beamform::constant_runs(samples, |sample| active(beam, sample));
+        let piece = |(first_sample, samples, active)| Piece {
+            beam,
+            first_sample,
+            samples,
+            active,
+        };
+        runs.map(piece).collect::<Vec<_>>()
+    };
+    let mut runs: Vec<Piece> = (0..beams).into_par_iter().flat_map_iter(of_beam).collect();
+    runs.par_sort_by_key(order);
+    runs
+}
+
+/// Cuts long runs into stretches where that fills lanes. Below the depth of full aperture every beam near
+/// the array's ends has a number of active elements of its own, and two beams would fill two lanes.
+///
+/// A time window of `2K+1` samples is summed in blocks of as many, so a run is cut at multiples of them:
+/// no bit changes.
+pub fn stretches(runs: &[Piece], lanes: usize, temporal_half_window: usize) -> Vec<Piece> {
+    let of_count = |alike: &[Piece]| best(alike, lanes, temporal_half_window);
+    let alike: Vec<&[Piece]> = runs
+        .chunk_by(|a, b| a.active.count == b.active.count)
+        .collect();
+    alike.into_par_iter().flat_map_iter(of_count).collect()
+}
+
+/// The cheapest way to cut runs of one number of active elements.
+fn best(runs: &[Piece], lanes: usize, temporal_half_window: usize) -> Vec<Piece> {
+    let block = temporal_half_window.saturating_mul(2).saturating_add(1);
+    let head = 2.0 * temporal_half_window as f64 * COVARIANCE;
+    let cost = |pieces: &[Piece]| -> f64 {
+        // The first of a group is its longest.
+        let groups = pieces.chunks(lanes);
+        groups.map(|group| group[0].samples as f64 + head).sum()
+    };
+    let total: usize = runs.iter().map(|run| run.samples).sum();
+    let mut best = (cost(runs), runs.to_vec());
+    let groups = runs.len().div_ceil(lanes);
+    if groups > MOST_GROUPS {
+        return best.1;
+    }
+    // As long as so many groups of full lanes would make them, and whole blocks.
+    for groups in groups..groups + 4 {
+        let length = total.div_ceil(lanes * groups).next_multiple_of(block);
+        let pieces = cut(runs, length);
+        let cost = cost(&pieces);
+        if cost < best.0 {
+            best = (cost, pieces);
+        }
+    }
+    best.1
+}
+
+/// Stretches of at most `length` samples.
+fn cut(runs: &[Piece], length: usize) -> Vec<Piece> {
+    let stretches = |run: &Piece| {
+        let run = *run;
+        (0..run.samples).step_by(length).map(move |first| Piece {
+            first_sample: run.first_sample + first,
+            samples: length.min(run.samples - first),
+            ..run
+        })
+    };
+    let mut pieces: Vec<Piece> = runs.iter().flat_map(stretches).collect();
+    pieces.sort_by_key(order);
+    pieces
+}
+
+fn order(piece: &Piece) -> Reverse<(usize, usize)> {
+    Reverse((piece.active.count, piece.samples))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(beam: usize, samples: usize) -> Piece {
+        Piece {
+            beam,
+            first_sample: 100,
+            samples,
+            active: Active { first: 3, count: 9 },
+        }
+    }
+
+    #[test]
+    fn two_long_runs_fill_all_lanes() {
+        for (lanes, temporal_half_window) in [(16, 0), (8, 2), (4, 10), (1, 2)] {
+            let runs = [run(0, 467), run(1, 467)];
+            let pieces = stretches(&runs, lanes, temporal_half_window);
+            assert_eq!(pieces.len() > lanes / 2, lanes > 1, "{pieces:?}");
+            assert!(pieces.len() <= lanes.max(2));
+            let block = 2 * temporal_half_window + 1;
+            let fair = (2 * 467usize).div_ceil(lanes).next_multiple_of(block);
+            assert!(pieces.iter().all(|piece| piece.samples <= fair));
+        }
+    }
+
+    /// Every sample once, and every stretch begins at a block of its run.
+    #[test]
+    fn nothing_is_lost_and_blocks_stay_whole() {
+        let runs: Vec<Piece> = (0..11).map(|beam| run(beam, 700 - 40 * beam)).collect();
+        for temporal_half_window in [0, 1, 10, usize::MAX] {
+            let pieces = stretches(&runs, 8, temporal_half_window);
+            for run in &runs {
+                let mut own: Vec<&Piece> = pieces.iter().filter(|p| p.beam == run.beam).collect();
+                own.sort_by_key(|piece| piece.first_sample);
+                let mut next = run.first_sample;
+                for piece in own {
+                    assert_eq!((piece.first_sample, piece.active), (next, run.active));
+                    let block = temporal_half_window.saturating_mul(2).saturating_add(1);
+                    assert_eq!((next - run.first_sample) % block, 0);
+                    next += piece.samples;
+                }
+                assert_eq!(next, run.first_sample + run.samples);
+            }
+        }
+    }
+
+    #[test]
+    fn full_groups_of_equal_runs_stay_whole() {
+        let runs: Vec<Piece> = (0..16).map(|beam| run(beam, 12)).collect();
+        assert_eq!(stretches(&runs, 8, 2), runs);
+        // Nor is a run cut that is no longer than a block.
+        assert_eq!(stretches(&runs[..3], 8, 10), runs[..3]);
+    }
+}
