@@ -37,10 +37,6 @@ pub struct Lengths {
     pub scalars: usize,
     /// Real vectors.
     pub reals: usize,
-    /// Floats of one lane.
-    pub floats: usize,
-    /// Indices of one lane.
-    pub indices: usize,
 }
 
 impl Sizes {
@@ -48,7 +44,7 @@ impl Sizes {
     ///
     /// With `S` lag sums kept of a sample (forward `L(L+1)/2`, forward-backward a quarter of `L(L+2)`
     /// for an even `L`), and 1 set of them for `K = 0`, else `2K+2`: `M + (5+K)·L + sets·S` complex
-    /// vectors, about `L² + 10·L` scalars, `5·L` reals, `3·L` floats, `L` indices.
+    /// vectors, about `L² + 10·L` scalars, `5·L` reals.
     pub const fn lengths(self, covariance: Covariance) -> Lengths {
         let length = self.subaperture;
         let parts = Parts::new(length, self.temporal_half_window, covariance);
@@ -64,8 +60,6 @@ impl Sizes {
                 .saturating_add(parts.rows)
                 .saturating_add(parts.padded.saturating_mul(2)),
             reals: length.saturating_mul(5),
-            floats: length.saturating_mul(3),
-            indices: length,
         }
     }
 }

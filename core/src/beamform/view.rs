@@ -25,14 +25,10 @@ use crate::simd::{ComplexVector, Vector};
 /// let mut complex = vec![ComplexVector::from_real(zero); lengths.complex];
 /// let mut scalars = vec![ForwardBackward::scalar(zero); lengths.scalars];
 /// let mut reals = vec![zero; lengths.reals];
-/// let mut floats = vec![0.0; lengths.floats];
-/// let mut indices = vec![0; lengths.indices];
 /// let view = WorkspaceView::<ForwardBackward>::new(zero, sizes, Slices {
 ///     complex: &mut complex,
 ///     scalars: &mut scalars,
 ///     reals: &mut reals,
-///     floats: &mut floats,
-///     indices: &mut indices,
 /// })?;
 /// assert_eq!(view.sizes(), sizes);
 /// # Ok::<(), bonebeam::Error>(())
@@ -61,15 +57,10 @@ pub(super) struct Solver<'a, S, V> {
     pub(super) vector: &'a mut [S],
     pub(super) tridiagonal: Tridiagonal<'a, V>,
     pub(super) phases: &'a mut [S],
-    /// One lane's tridiagonal matrix.
-    pub(super) lane: [&'a mut [f32]; 2],
+    /// Eigenvalues; later the cross-spectral metric.
     pub(super) values: &'a mut [V],
     /// The subaperture sum, then the lag sums under way; later `Eᴴa` and `Eᴴx`, one after the other.
     pub(super) work: &'a mut [ComplexVector<V>],
-    /// One lane's eigenvalues in descending order.
-    pub(super) order: &'a mut [usize],
-    /// One lane's cross-spectral metric.
-    pub(super) cumulative: &'a mut [f32],
 }
 
 /// Memory for a [`WorkspaceView`], at least as long as [`Sizes::lengths`] says. What it holds does not
@@ -81,10 +72,6 @@ pub struct Slices<'a, A: Averaging<V> = ForwardBackward, V: Vector = f32> {
     pub scalars: &'a mut [A::Scalar],
     /// A tridiagonal matrix and eigenvalues.
     pub reals: &'a mut [V],
-    /// The same of one lane.
-    pub floats: &'a mut [f32],
-    /// The order of one lane's eigenvalues.
-    pub indices: &'a mut [usize],
 }
 
 impl<'a, A: Averaging<V>, V: Vector> WorkspaceView<'a, A, V> {
@@ -98,8 +85,6 @@ impl<'a, A: Averaging<V>, V: Vector> WorkspaceView<'a, A, V> {
             ("slice `complex`", slices.complex.len(), lengths.complex),
             ("slice `scalars`", slices.scalars.len(), lengths.scalars),
             ("slice `reals`", slices.reals.len(), lengths.reals),
-            ("slice `floats`", slices.floats.len(), lengths.floats),
-            ("slice `indices`", slices.indices.len(), lengths.indices),
         ] {
             if actual < expected {
                 return Err(Error::Length {
@@ -135,8 +120,6 @@ impl<'a, A: Averaging<V>, V: Vector> WorkspaceView<'a, A, V> {
             mut complex,
             mut scalars,
             mut reals,
-            mut floats,
-            indices,
         } = slices;
         WorkspaceView {
             zero,
@@ -152,10 +135,7 @@ impl<'a, A: Averaging<V>, V: Vector> WorkspaceView<'a, A, V> {
                 phases: first(&mut scalars, parts.padded),
                 tridiagonal: Tridiagonal::new([(); 4].map(|()| first(&mut reals, length))),
                 values: first(&mut reals, length),
-                lane: [(); 2].map(|()| first(&mut floats, length)),
-                cumulative: first(&mut floats, length),
                 work: first(&mut complex, parts.work),
-                order: indices,
             },
         }
     }
@@ -168,8 +148,6 @@ impl<V: Vector> WorkspaceView<'_, ForwardBackward, V> {
             complex: &mut [],
             scalars: &mut [],
             reals: &mut [],
-            floats: &mut [],
-            indices: &mut [],
         };
         let sizes = Sizes::default();
         let parts = Parts::new(0, 0, Covariance::ForwardBackward);

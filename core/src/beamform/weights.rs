@@ -93,11 +93,8 @@ fn eigenspace_weights<A: Averaging<f32>>(
         rows,
         phases,
         tridiagonal,
-        lane,
         values,
         work,
-        order,
-        cumulative,
         ..
     } = &mut workspace.solver;
     let (filtered, result) = work.split_at_mut(work.len() / 2);
@@ -112,20 +109,19 @@ fn eigenspace_weights<A: Averaging<f32>>(
         phases,
         tridiagonal,
     };
-    eigen(
-        matrix,
-        n,
-        &mut reduction,
-        lane,
-        values,
-        &mut filtered[..n],
-        n,
-    );
-    let total = rank_order(&values[..n], filtered, 0, order, cumulative);
-    let places = subspace.places(cumulative, total, n);
-    for (place, &k) in order[..n].iter().enumerate() {
-        filtered[k] = if places.contains(&place) {
-            filtered[k].divide(at_least_floor(values[k]) * total)
+    eigen(matrix, n, &mut reduction, values, &mut filtered[..n], n);
+    // Beside each share its eigenvalue, which the ranking moves.
+    let shares = &mut result[..n];
+    for ((share, projection), &value) in shares.iter_mut().zip(&*filtered).zip(values.iter()) {
+        share.im = at_least_floor(value);
+        share.re = projection.norm_sqr() / share.im;
+    }
+    let order = &mut reduction.tridiagonal.eigenvector[..n];
+    let total = rank_order(&mut values[..n], shares, order);
+    for (place, &index) in order.iter().enumerate() {
+        let k = index as usize;
+        filtered[k] = if subspace.has(place, values, total) {
+            filtered[k].divide(shares[k].im * total)
         } else {
             zero
         };
@@ -138,10 +134,11 @@ fn eigenspace_weights<A: Averaging<f32>>(
         for (i, unit) in units.chunks_exact_mut(n).enumerate() {
             unit[first + i].re = 1.0;
         }
-        eigen(matrix, n, &mut reduction, lane, values, units, n);
+        eigen(matrix, n, &mut reduction, values, units, n);
         for (i, unit) in units.chunks_exact(n).enumerate() {
             let mut sum = zero;
-            for &k in &order[..n] {
+            for &index in &reduction.tridiagonal.eigenvector[..n] {
+                let k = index as usize;
                 sum = sum + filtered[k].mul_conj(unit[k]);
             }
             result[first + i] = sum;

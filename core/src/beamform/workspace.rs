@@ -12,7 +12,7 @@ use crate::simd::ComplexVector;
 /// sizes, or for the lanes of a vector: [`WorkspaceView::new`].
 ///
 /// RAM is [`Workspace::BYTES`]: the lengths of [`Sizes::lengths`], with 8 bytes a complex number and
-/// 4 a scalar (8 forward), a real and a float.
+/// 4 a scalar (8 forward) and a real.
 ///
 /// ```
 /// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Workspace};
@@ -50,8 +50,6 @@ pub struct Workspace<
     complex: A::Complex,
     scalars: A::Scalars,
     reals: [[f32; L]; 5],
-    floats: [[f32; L]; 3],
-    indices: [usize; L],
 }
 
 impl<const M: usize, const L: usize, const K: usize, A: Storage<L, K>> Workspace<M, L, K, A> {
@@ -76,8 +74,6 @@ impl<const M: usize, const L: usize, const K: usize, A: Storage<L, K>> Workspace
             complex: A::COMPLEX,
             scalars: A::SCALARS,
             reals: [[0.0; L]; 5],
-            floats: [[0.0; L]; 3],
-            indices: [0; L],
         }
     }
 
@@ -93,8 +89,6 @@ impl<const M: usize, const L: usize, const K: usize, A: Storage<L, K>> Workspace
                 complex: self.complex.as_mut(),
                 scalars: self.scalars.as_mut(),
                 reals: self.reals.as_flattened_mut(),
-                floats: self.floats.as_flattened_mut(),
-                indices: &mut self.indices,
             },
         )
     }

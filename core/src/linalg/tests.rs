@@ -177,14 +177,12 @@ fn assert_eigen<S: Entry>(real: bool) {
                 row[i].re = 1.0;
             }
             let mut memory = Memory::<S>::new();
-            let [mut d, mut e] = [[0.0; N]; 2];
             eigen(
                 &panels::<S>(&a),
                 n,
                 &mut memory.reduction(&mut Tridiagonal::new(
                     [[0.0; N]; 4].each_mut().map(|x| &mut x[..]),
                 )),
-                &mut [&mut d, &mut e],
                 &mut computed,
                 rows[..n].as_flattened_mut(),
                 N,

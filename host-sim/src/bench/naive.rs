@@ -7,6 +7,7 @@
 //! which is off here as in any ordinary build; it makes MV at L = 64 a fifth faster. Its matrix
 //! products use AVX-512 either way.
 
+use bonebeam::beamform::Method;
 use bonebeam::covariance::Covariance;
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -17,6 +18,11 @@ use faer::{Accum, Mat, Par, Spec, c32};
 use ndarray::ArrayView2;
 
 use crate::{Error, Result};
+
+/// Beyond this share of an eigenvalue, the next one's eigenvector is not told from its own.
+const LARGEST_RATIO: f32 = 0.99;
+/// So close to `β·c_L`, either neighbouring rank is right.
+const RULE: f32 = 1e-3;
 
 /// The shape of the problem, and which covariance.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +52,8 @@ pub struct Naive {
     mean: Vec<c32>,
     eigenvalues: Diag<c32>,
     eigenvectors: Mat<c32>,
+    /// The cross-spectral metric.
+    shares: Vec<f32>,
     scratch: MemBuffer,
 }
 
@@ -71,6 +79,7 @@ impl Naive {
             mean: vec![c32::ZERO; l],
             eigenvalues: Diag::zeros(l),
             eigenvectors: Mat::zeros(l, l),
+            shares: vec![0.0; l],
             scratch: MemBuffer::new(scratch),
         }
     }
@@ -107,12 +116,16 @@ impl Naive {
         Ok(output / gain.conj())
     }
 
-    /// Eigenspace minimum variance with a signal subspace of rank 1 (Eq. 5 to 7) at one sample, and
-    /// `λ₂/λ₁`.
+    /// Eigenspace minimum variance (Eq. 5 to 8) at one sample, and whether another answer is as right.
     ///
     /// # Errors
     /// A decomposition that does not converge.
-    pub fn esmv_rank1(&mut self, line: ArrayView2<'_, c32>, sample: usize) -> Result<(c32, f32)> {
+    pub fn esmv(
+        &mut self,
+        line: ArrayView2<'_, c32>,
+        sample: usize,
+        method: Method,
+    ) -> Result<(c32, bool)> {
         self.estimate(line, sample);
         let stack = MemStack::new(&mut self.scratch);
         evd::self_adjoint_evd(
@@ -124,20 +137,43 @@ impl Naive {
             Spec::default(),
         )
         .map_err(|e| Error::Data(format!("faer's eigendecomposition: {e:?}")))?;
-        // aᴴR⁻¹a = Σ |e_kᴴa|²/λ_k, eigenvalues ascending.
-        let mut power = 0.0;
-        let mut steering = c32::ZERO;
         let l = self.shape.subaperture;
-        for k in 0..l {
-            steering = self.eigenvectors.col_as_slice(k).iter().sum();
-            power += steering.norm_sqr() / self.eigenvalues[k].re;
+        // Eigenvalues ascend. c_j = Σ |e_kᴴa|²/λ_k, and e_kᴴa is the conjugate of the sum of e_k.
+        let mut sum = 0.0;
+        for (k, share) in self.shares.iter_mut().enumerate() {
+            let place = l - 1 - k;
+            let steering: c32 = self.eigenvectors.col_as_slice(place).iter().sum();
+            sum += steering.norm_sqr() / self.eigenvalues[place].re;
+            *share = sum;
         }
-        let first = self.eigenvectors.col_as_slice(l - 1).iter();
-        let data: c32 = first.zip(&self.mean).map(|(e, x)| e.conj() * x).sum();
-        let largest = self.eigenvalues[l - 1].re;
-        let ratio = self.eigenvalues[l.saturating_sub(2)].re / largest;
-        // w_p = e₁(e₁ᴴa)/(λ₁·aᴴR⁻¹a), and e₁ᴴa is the conjugate of the sum of e₁.
-        Ok((steering * data / (largest * power), ratio))
+        let close = |a: usize, b: usize| {
+            let [a, b] = [a, b].map(|k| self.eigenvalues[l - 1 - k].re);
+            b > LARGEST_RATIO * a
+        };
+        let split = |rank: usize| rank > 0 && rank < l && close(rank - 1, rank);
+        let (kept, doubtful) = match method {
+            Method::EsmvBeta(beta) => {
+                let rank = |beta: f32| {
+                    let reached = self.shares.iter().position(|&c| c >= beta * sum);
+                    reached.map_or(l, |k| k + 1)
+                };
+                let kept = rank(beta);
+                let doubtful = rank(beta * (1.0 - RULE)) != rank(beta * (1.0 + RULE));
+                (0..kept, doubtful || split(kept))
+            }
+            Method::EsmvRank(rank) => (0..rank.min(l), split(rank)),
+            Method::EsmvExcludeFirst => (1..l, split(1)),
+            _ => (0..1, split(1)),
+        };
+        // w_p = Σ e_k(e_kᴴa)/λ_k / c_L.
+        let mut output = c32::ZERO;
+        for k in kept {
+            let column = self.eigenvectors.col_as_slice(l - 1 - k);
+            let steering: c32 = column.iter().sum();
+            let data: c32 = column.iter().zip(&self.mean).map(|(e, x)| e.conj() * x).sum();
+            output += steering * data / self.eigenvalues[l - 1 - k].re;
+        }
+        Ok((output / sum, doubtful))
     }
 
     /// The loaded covariance of the window, its lower triangle, and the mean snapshot.

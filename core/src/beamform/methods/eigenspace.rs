@@ -12,7 +12,6 @@ use crate::linalg::lanczos::{self, lanczos};
 use crate::linalg::matrix_vector::times_vector;
 use crate::linalg::panels::TILE;
 use crate::simd::{ComplexVector, Mask, Scalar, Vector};
-use num_complex::Complex;
 
 /// `w_pᴴs` with a signal subspace of rank 1, for the loaded covariance in the solver's panels.
 ///
@@ -110,11 +109,8 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         rows,
         phases,
         tridiagonal,
-        lane,
         values,
         work,
-        order,
-        cumulative,
         ..
     } = solver;
     let stride = work.len() / 2;
@@ -129,62 +125,104 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         phases,
         tridiagonal,
     };
-    eigen(
-        matrix,
-        subaperture,
-        &mut reduction,
-        lane,
-        values,
-        work,
-        stride,
-    );
-    let (steering, data) = work.split_at(stride);
-    let mut z = ComplexVector::from_real(zero);
-    for lane in 0..V::LANES {
-        let mut sum = Complex::new(0.0f32, 0.0);
-        let total = rank_order(&values[..subaperture], steering, lane, order, cumulative);
-        for place in subspace.places(cumulative, total, subaperture) {
-            let index = order[place];
-            let a = steering[index].lane(lane);
-            let x = data[index].lane(lane);
-            let product = a.conj() * x;
-            sum += product / at_least_floor(values[index].lanes()[lane]);
-        }
-        z.set_lane(lane, sum / total);
+    eigen(matrix, subaperture, &mut reduction, values, work, stride);
+    let (steering, data) = work.split_at_mut(stride);
+    let (shares, terms) = (&mut steering[..subaperture], &mut data[..subaperture]);
+    let values = &mut values[..subaperture];
+    for ((share, term), &value) in shares.iter_mut().zip(&mut *terms).zip(&*values) {
+        let value = at_least_floor(value);
+        *term = share.conj_mul_complex(*term).divide(value);
+        share.re = share.norm_sqr() / value;
     }
-    z
+    let order = &mut tridiagonal.eigenvector[..subaperture];
+    let total = rank_order(values, shares, order);
+    let mut sum = ComplexVector::from_real(zero);
+    for place in 0..subaperture {
+        let kept = subspace.has(place, values, total);
+        if kept.any() {
+            let term = gather(terms, order[place]);
+            sum = ComplexVector::select(kept, sum + term, sum);
+        }
+    }
+    sum.divide(total)
 }
 
-/// Orders one lane's eigenvalues: `order` gets their indices, largest first, equal ones in the order
-/// found; `cumulative` the cross-spectral metric (Eq. 8) `c_j = Σ_{k≤j} |e_kᴴa|²/λ_k`, from the
-/// projections `Eᴴa`. Returns `c_L`.
+/// Orders each lane's eigenvalues: `order` gets their indices, largest first, equal ones in the order
+/// found. Of `shares`, whose real parts are `|e_kᴴa|²/λ_k`, `values` become the cross-spectral metric
+/// (Eq. 8) `c_j = Σ_{k≤j} |e_kᴴa|²/λ_k`. Returns `c_L`.
+#[inline(always)]
 pub(in crate::beamform) fn rank_order<V: Vector>(
-    values: &[V],
-    steering: &[ComplexVector<V>],
-    lane: usize,
-    order: &mut [usize],
-    cumulative: &mut [f32],
-) -> f32 {
-    for (i, value) in values.iter().enumerate() {
-        let mut place = i;
-        while place > 0 && values[order[place - 1]].lanes()[lane] < value.lanes()[lane] {
-            order[place] = order[place - 1];
-            place -= 1;
-        }
-        order[place] = i;
-    }
-    let mut total = 0.0;
-    for (&index, sum) in order.iter().zip(cumulative).take(values.len()) {
-        let projection = steering[index].lane(lane);
-        total += projection.norm_sqr() / at_least_floor(values[index].lanes()[lane]);
+    values: &mut [V],
+    shares: &[ComplexVector<V>],
+    order: &mut [V],
+) -> V {
+    sort(values, order);
+    let mut total = values[0].zero();
+    for (sum, &index) in values.iter_mut().zip(&*order) {
+        total = total + gather(shares, index).re;
         *sum = total;
     }
     total
 }
 
+/// Sorts each lane's values, largest first, equal ones as they stood; `order` gets their indices.
+///
+/// By merge exchange (Knuth, Algorithm 5.2.2M), whose comparisons do not depend on the data, so that all
+/// lanes take the same ones. About `n·log²n/4` of them.
+#[inline(always)]
+fn sort<V: Vector>(values: &mut [V], order: &mut [V]) {
+    let n = values.len();
+    for (i, index) in order.iter_mut().enumerate() {
+        *index = values[0].splat(i as f32);
+    }
+    let half = n.next_power_of_two() / 2;
+    let mut p = half;
+    while p > 0 {
+        let (mut q, mut r, mut d) = (half, 0, p);
+        loop {
+            for i in 0..n - d {
+                if i & p == r {
+                    exchange(values, order, i, i + d);
+                }
+            }
+            if q == p {
+                break;
+            }
+            (d, q, r) = (q - p, q / 2, p);
+        }
+        p /= 2;
+    }
+}
+
+/// Puts the larger of two values to `i`, of equal ones that with the smaller index.
+#[inline(always)]
+fn exchange<V: Vector>(values: &mut [V], order: &mut [V], i: usize, j: usize) {
+    let (a, b) = (values[i], values[j]);
+    let (m, n) = (order[i], order[j]);
+    let swap = a.less(b) | (!b.less(a) & n.less(m));
+    values[i] = V::select(swap, b, a);
+    values[j] = V::select(swap, a, b);
+    order[i] = V::select(swap, n, m);
+    order[j] = V::select(swap, m, n);
+}
+
+/// In each lane the number at its own index.
+#[inline(always)]
+fn gather<V: Vector>(from: &[ComplexVector<V>], index: V) -> ComplexVector<V> {
+    let mut number = from[0];
+    for lane in 0..V::LANES {
+        let from = from[index.lanes()[lane] as usize];
+        number.re.lanes_mut()[lane] = from.re.lanes()[lane];
+        number.im.lanes_mut()[lane] = from.im.lanes()[lane];
+    }
+    number
+}
+
 /// An eigenvalue, no smaller than the rounding error of the trace.
-pub(in crate::beamform) fn at_least_floor(value: f32) -> f32 {
-    if value > FLOOR { value } else { FLOOR }
+#[inline(always)]
+pub(in crate::beamform) fn at_least_floor<V: Vector>(value: V) -> V {
+    let floor = value.splat(FLOOR);
+    V::select(floor.less(value), value, floor)
 }
 
 /// Which eigenvectors make up a subspace.
@@ -201,26 +239,24 @@ pub(in crate::beamform) enum Subspace {
 }
 
 impl Subspace {
-    /// The eigenvectors' places in the descending order of `n` eigenvalues, given the cross-spectral
-    /// metric and its total.
-    pub(in crate::beamform) fn places(
+    /// The lanes in which the subspace has the eigenvector at a place of the descending order, given the
+    /// cross-spectral metric up to each place, and its total.
+    #[inline(always)]
+    pub(in crate::beamform) fn has<V: Vector>(
         self,
-        cumulative: &[f32],
-        total: f32,
-        n: usize,
-    ) -> core::ops::Range<usize> {
+        place: usize,
+        cumulative: &[V],
+        total: V,
+    ) -> V::Mask {
+        let all = total.mask(|_| true);
         match self {
-            Subspace::All => 0..n,
-            Subspace::Largest(rank) => 0..if rank < n { rank } else { n },
-            Subspace::Share(beta) => {
-                let threshold = beta * total;
-                let mut rank = 1;
-                while rank < n && cumulative[rank - 1] < threshold {
-                    rank += 1;
-                }
-                0..rank
-            }
-            Subspace::AllButLargest => 1..n,
+            Subspace::All => all,
+            Subspace::Largest(rank) if place < rank => all,
+            Subspace::AllButLargest if place > 0 => all,
+            // The first always, another where those before it are not enough.
+            Subspace::Share(_) if place == 0 => all,
+            Subspace::Share(beta) => cumulative[place - 1].less(total.splat(beta) * total),
+            _ => !all,
         }
     }
 }

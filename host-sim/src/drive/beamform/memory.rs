@@ -17,8 +17,6 @@ pub struct Memory<A: Averaging<V>, V: Vector> {
     complex: Vec<ComplexVector<V>>,
     scalars: Vec<A::Scalar>,
     reals: Vec<V>,
-    floats: Vec<f32>,
-    indices: Vec<usize>,
 }
 
 impl<A: Averaging<V>, V: Vector> Memory<A, V> {
@@ -32,8 +30,6 @@ impl<A: Averaging<V>, V: Vector> Memory<A, V> {
             (lengths.complex, size_of::<ComplexVector<V>>()),
             (lengths.scalars, size_of::<A::Scalar>()),
             (lengths.reals, size_of::<V>()),
-            (lengths.floats, size_of::<f32>()),
-            (lengths.indices, size_of::<usize>()),
         ]
         .into_iter()
         .fold(0, |sum: usize, (length, size)| {
@@ -49,8 +45,6 @@ impl<A: Averaging<V>, V: Vector> Memory<A, V> {
             complex: filled(ComplexVector::from_real(zero), lengths.complex).map_err(no_room)?,
             scalars: filled(A::scalar(zero), lengths.scalars).map_err(no_room)?,
             reals: filled(zero, lengths.reals).map_err(no_room)?,
-            floats: filled(0.0, lengths.floats).map_err(no_room)?,
-            indices: filled(0, lengths.indices).map_err(no_room)?,
         })
     }
 
@@ -60,8 +54,6 @@ impl<A: Averaging<V>, V: Vector> Memory<A, V> {
             complex: &mut self.complex,
             scalars: &mut self.scalars,
             reals: &mut self.reals,
-            floats: &mut self.floats,
-            indices: &mut self.indices,
         };
         WorkspaceView::new(self.zero, self.sizes, slices).expect("slices of these lengths")
     }
