@@ -41,7 +41,7 @@ pub struct WorkspaceView<'a, A: Averaging<V> = ForwardBackward, V: Vector = f32>
     pub(super) snapshot: &'a mut [ComplexVector<V>],
     /// The last `K + 1` samples' subaperture sums, in turn.
     pub(super) ring: &'a mut [ComplexVector<V>],
-    /// The time window's sets of lag sums; later eigenvectors, where they are asked for.
+    /// The time window's sets of lag sums.
     pub(super) lags: &'a mut [ComplexVector<V>],
     pub(super) solver: Solver<'a, A::Scalar, V>,
 }

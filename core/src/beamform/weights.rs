@@ -79,8 +79,8 @@ impl Beamformer {
 /// `w_p = Σ e_k(e_kᴴa)/λ_k / c_L` over the eigenvectors that `subspace` has, as many as there are
 /// `weights`, for the loaded covariance in the solver's panels.
 ///
-/// Entry `i` is `(Eᴴu_i)ᴴ` times the kept `Eᴴa/λ`, with `u_i` the unit vector: the eigensolver is
-/// given as many unit vectors at a time as the memory of the lag sums, which are done with, holds.
+/// Entry `i` is `(Eᴴu_i)ᴴ` times the kept `Eᴴa/λ`, with `u_i` the unit vector: the eigensolver is given
+/// two of them at a time.
 fn eigenspace_weights<A: Averaging<f32>>(
     subspace: Subspace,
     workspace: &mut WorkspaceView<'_, A>,
@@ -97,8 +97,10 @@ fn eigenspace_weights<A: Averaging<f32>>(
         work,
         ..
     } = &mut workspace.solver;
-    let (filtered, result) = work.split_at_mut(work.len() / 2);
     let zero = ComplexVector { re: 0.0, im: 0.0 };
+    let (filtered, result) = work.split_at_mut(work.len() / 2);
+    let ((filtered, unit), (result, next)) = (filtered.split_at_mut(n), result.split_at_mut(n));
+    let (unit, next) = (&mut unit[..n], &mut next[..n]);
     for (i, entry) in filtered.iter_mut().enumerate() {
         entry.re = A::steering(i, n);
         entry.im = 0.0;
@@ -109,9 +111,10 @@ fn eigenspace_weights<A: Averaging<f32>>(
         phases,
         tridiagonal,
     };
-    eigen(matrix, n, &mut reduction, values, &mut filtered[..n], n);
+    let vectors = [&mut *filtered, &mut *next];
+    eigen(matrix, n, &mut reduction, values, vectors);
     // Beside each share its eigenvalue, which the ranking moves.
-    let shares = &mut result[..n];
+    let shares = &mut *result;
     for ((share, projection), &value) in shares.iter_mut().zip(&*filtered).zip(values.iter()) {
         share.im = at_least_floor(value);
         share.re = projection.norm_sqr() / share.im;
@@ -126,25 +129,25 @@ fn eigenspace_weights<A: Averaging<f32>>(
             zero
         };
     }
-    let batch = workspace.lags.len() / n;
-    for first in (0..n).step_by(batch) {
-        let count = if batch < n - first { batch } else { n - first };
-        let units = &mut workspace.lags[..count * n];
-        units.fill(zero);
-        for (i, unit) in units.chunks_exact_mut(n).enumerate() {
-            unit[first + i].re = 1.0;
+    for (i, results) in result.chunks_mut(2).enumerate() {
+        for (k, unit) in [&mut *unit, &mut *next].into_iter().enumerate() {
+            unit.fill(zero);
+            if let Some(entry) = unit.get_mut(2 * i + k) {
+                entry.re = 1.0;
+            }
         }
-        eigen(matrix, n, &mut reduction, values, units, n);
-        for (i, unit) in units.chunks_exact(n).enumerate() {
+        let vectors = [&mut *unit, &mut *next];
+        eigen(matrix, n, &mut reduction, values, vectors);
+        for (result, unit) in results.iter_mut().zip([&*unit, &*next]) {
             let mut sum = zero;
             for &index in &reduction.tridiagonal.eigenvector[..n] {
                 let k = index as usize;
                 sum = sum + filtered[k].mul_conj(unit[k]);
             }
-            result[first + i] = sum;
+            *result = sum;
         }
     }
-    A::weights(&mut result[..n], filtered);
+    A::weights(result, filtered);
     for (weight, value) in weights.iter_mut().zip(&*result) {
         *weight = value.lane(0);
     }

@@ -6,10 +6,10 @@ use super::panels::PanelColumn;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// All eigenvalues of the matrix `a` of `n` rows, unordered in `values`, and what the eigenvectors `E`
-/// make of given vectors, which lie `stride` apart: each `vectors[r] ← Eᴴ·vectors[r]`.
+/// make of two given vectors of as many entries: each `x ← Eᴴx`.
 ///
-/// With the unit vectors as `vectors` this is the whole of `E` (`vectors[i][k] = E(i,k)*`); a
-/// caller who needs only `Eᴴa` and `Eᴴx` passes those two and saves `O(n³)` work.
+/// A unit vector gives a row of `E` (entry `k` is `E(i,k)*`); a caller who needs only `Eᴴa` and `Eᴴx`
+/// saves `O(n³)` work.
 ///
 /// Cost: the reduction, then QL.
 #[inline(always)]
@@ -18,14 +18,13 @@ pub fn eigen<S: Scalar<V>, V: Vector>(
     n: usize,
     reduction: &mut Reduction<'_, '_, S, V>,
     values: &mut [V],
-    vectors: &mut [ComplexVector<V>],
-    stride: usize,
+    [x, y]: [&mut [ComplexVector<V>]; 2],
 ) {
     let mean = reduction.reduce(a, n);
-    reduction.project(n, vectors, stride);
+    reduction.project(n, [&mut *x, &mut *y]);
     let d = &mut reduction.tridiagonal.diagonal[..n];
     let e = &mut reduction.tridiagonal.off_diagonal[..n];
-    implicit_ql(d, e, vectors, stride);
+    implicit_ql(d, e, [x, y]);
     for (value, &d) in values.iter_mut().zip(&*d) {
         *value = d + mean;
     }

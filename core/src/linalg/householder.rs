@@ -154,28 +154,35 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
         }
     }
 
-    /// `x ← Dᴴ·Qᴴ·x` for each of the vectors that lie `stride` apart.
+    /// `x ← Dᴴ·Qᴴ·x` for both vectors; a reflector is read once for the two.
     #[inline(always)]
-    pub fn project(&self, n: usize, vectors: &mut [ComplexVector<V>], stride: usize) {
-        for x in vectors.chunks_exact_mut(stride) {
-            let zero = x[0].zero();
-            for m in (1..n).rev() {
-                let row = &self.panels[panel(m / TILE)..][..=m];
-                let mut sums = [zero; TILE];
-                for (j, (column, &x)) in row[..m].iter().zip(&*x).enumerate() {
-                    sums[j % TILE] = sums[j % TILE] + column[m % TILE].conj_mul_complex(x);
-                }
-                let tau = row[m][m % TILE].real();
-                let along = ((sums[0] + sums[1]) + (sums[2] + sums[3])).scale(tau);
-                for (x, column) in x[..m].iter_mut().zip(row) {
-                    *x = *x - column[m % TILE].complex().mul(along);
-                }
+    pub fn project(&self, n: usize, [x, y]: [&mut [ComplexVector<V>]; 2]) {
+        let zero = x[0].zero();
+        for m in (1..n).rev() {
+            let row = &self.panels[panel(m / TILE)..][..=m];
+            let (x, y) = (&mut x[..m], &mut y[..m]);
+            let mut sums = [[zero; TILE]; 2];
+            for (j, (column, (&x, &y))) in row.iter().zip(x.iter().zip(&*y)).enumerate() {
+                let entry = column[m % TILE];
+                sums[0][j % TILE] = sums[0][j % TILE] + entry.conj_mul_complex(x);
+                sums[1][j % TILE] = sums[1][j % TILE] + entry.conj_mul_complex(y);
             }
-            let mut phase = S::from_real(zero.re.splat(1.0));
-            for m in 1..n {
-                phase = phase.mul_conj(self.phases[m]);
-                x[m] = phase.conj_mul_complex(x[m]);
+            let tau = row[m][m % TILE].real();
+            let along = sums.map(
+                #[inline(always)]
+                |sums| ((sums[0] + sums[1]) + (sums[2] + sums[3])).scale(tau),
+            );
+            for (column, (x, y)) in row.iter().zip(x.iter_mut().zip(y)) {
+                let entry = column[m % TILE].complex();
+                *x = *x - entry.mul(along[0]);
+                *y = *y - entry.mul(along[1]);
             }
+        }
+        let mut phase = S::from_real(zero.re.splat(1.0));
+        for m in 1..n {
+            phase = phase.mul_conj(self.phases[m]);
+            x[m] = phase.conj_mul_complex(x[m]);
+            y[m] = phase.conj_mul_complex(y[m]);
         }
     }
 }

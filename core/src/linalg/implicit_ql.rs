@@ -20,19 +20,18 @@ const NOTHING: f32 = f32::from_bits((127 - 50) << 23); // 2^-50
 /// Eigenvalues of the tridiagonal matrix with diagonal `d` and off-diagonal `e`, of which the last is
 /// not used, left in `d` unordered; `e` is destroyed.
 ///
-/// Each row of `rows`, which lie `stride` apart, takes part as a row vector that the eigenvectors
-/// multiply from the right: `rows[r] ← rows[r]·S` for `T = S·diag(d)·Sᵀ`.
+/// Both of `rows` take part as row vectors that the eigenvectors multiply from the right:
+/// `x ← x·S` for `T = S·diag(d)·Sᵀ`.
 ///
 /// Order of operations: in each lane the implicit QL step of EISPACK's `tql2` with a Wilkinson shift,
 /// with `√(f·f + g·g)` for the length of a pair.
 ///
-/// Cost: about `1.5·n²` rotations, each 2 divisions, a root and `6·rows` complex flops.
+/// Cost: about `1.5·n²` rotations, each 2 divisions, a root and 36 flops.
 #[inline(always)]
 pub(super) fn implicit_ql<V: Vector>(
     d: &mut [V],
     e: &mut [V],
-    rows: &mut [ComplexVector<V>],
-    stride: usize,
+    [x, y]: [&mut [ComplexVector<V>]; 2],
 ) {
     let zero = d[0].zero();
     let mut search = Search {
@@ -41,7 +40,7 @@ pub(super) fn implicit_ql<V: Vector>(
         lowest: 0,
     };
     while let Some(block) = search.block(d, e) {
-        ql_step(d, e, &block, rows, stride);
+        ql_step(d, e, &block, [x, y]);
     }
 }
 
@@ -142,13 +141,15 @@ impl<V: Vector> Search<V> {
 }
 
 /// One implicit QL step on each lane's block.
+///
+/// What a pass has of a row is kept in registers until the next one is turned with it, then written
+/// once: a lane's own part of a value in memory is costly to write on some processors.
 #[inline(always)]
 fn ql_step<V: Vector>(
     d: &mut [V],
     e: &mut [V],
     block: &Block<V>,
-    rows: &mut [ComplexVector<V>],
-    stride: usize,
+    [x, y]: [&mut [ComplexVector<V>]; 2],
 ) {
     let zero = block.first.zero();
     let (one, two) = (zero.splat(1.0), zero.splat(2.0));
@@ -159,38 +160,56 @@ fn ql_step<V: Vector>(
     let mut g = last - first + block.coupling / shifted;
     let (mut s, mut c, mut p) = (one, one, zero);
     let mut wanted = block.wanted;
-    for i in block.rows.clone().rev() {
-        let (row, below) = (zero.splat(i as f32), zero.splat((i + 1) as f32));
+    let (lowest, highest) = (block.rows.start, block.rows.end);
+    let mut below = zero.splat(highest as f32);
+    let (mut d_below, mut e_below) = (d[highest], e[highest]);
+    let (mut x_below, mut y_below) = (x[highest], y[highest]);
+    for i in (lowest..highest).rev() {
+        let row = below - one;
+        let (d_here, e_here, x_here, y_here) = (d[i], e[i], x[i], y[i]);
         let inside = wanted & row.less(block.last) & !row.less(block.first);
-        let f = s * e[i];
-        let b = c * e[i];
+        let f = s * e_here;
+        let b = c * e_here;
         let r = (f * f + g * g).sqrt();
         // Behind the block's last row nothing couples.
-        let begins = !below.less(block.last);
-        e[i + 1] = V::select(inside, V::select(begins, zero, r), e[i + 1]);
-        let split = inside & !zero.less(r);
-        let turned = inside & !split;
+        let coupling = V::select(below.less(block.last), r, zero);
+        e[i + 1] = V::select(inside, coupling, e_below);
+        let turned = inside & zero.less(r);
         s = V::select(turned, f / r, s);
         c = V::select(turned, g / r, c);
-        let under = d[i + 1] - p;
-        let t = (d[i] - under) * s + two * c * b;
+        let under = d_below - p;
+        let t = (d_here - under) * s + two * c * b;
+        let split = inside & !turned;
         if split.any() {
             // The block has split at i + 1: what is done so far stands, the next step goes on.
-            d[i + 1] = V::select(split, under, d[i + 1]);
+            d_below = V::select(split, under, d_below);
             wanted = wanted & !split;
         }
         p = V::select(turned, s * t, p);
-        d[i + 1] = V::select(turned, under + p, d[i + 1]);
+        d[i + 1] = V::select(turned, under + p, d_below);
         g = V::select(turned, c * t - b, g);
-        for row in rows.chunks_exact_mut(stride) {
-            let (left, right) = (row[i], row[i + 1]);
-            row[i + 1] = ComplexVector::select(turned, left.scale(s) + right.scale(c), right);
-            row[i] = ComplexVector::select(turned, left.scale(c) - right.scale(s), left);
-        }
+        (x[i + 1], x_below) = turn(turned, [x_here, x_below], s, c);
+        (y[i + 1], y_below) = turn(turned, [y_here, y_below], s, c);
         let ends = turned & !block.first.less(row);
-        if ends.any() {
-            d[i] = V::select(ends, d[i] - p, d[i]);
-            e[i] = V::select(ends, g, e[i]);
-        }
+        d_below = V::select(ends, d_here - p, d_here);
+        e_below = V::select(ends, g, e_here);
+        below = row;
     }
+    (d[lowest], e[lowest]) = (d_below, e_below);
+    (x[lowest], y[lowest]) = (x_below, y_below);
+}
+
+/// The right one of two neighbours, turned, and the left one, in the lanes of `turned`; in the others, as
+/// they are.
+#[inline(always)]
+fn turn<V: Vector>(
+    turned: V::Mask,
+    [left, right]: [ComplexVector<V>; 2],
+    s: V,
+    c: V,
+) -> (ComplexVector<V>, ComplexVector<V>) {
+    (
+        ComplexVector::select(turned, left.scale(s) + right.scale(c), right),
+        ComplexVector::select(turned, left.scale(c) - right.scale(s), left),
+    )
 }

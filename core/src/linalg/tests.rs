@@ -177,16 +177,23 @@ fn assert_eigen<S: Entry>(real: bool) {
                 row[i].re = 1.0;
             }
             let mut memory = Memory::<S>::new();
-            eigen(
-                &panels::<S>(&a),
-                n,
-                &mut memory.reduction(&mut Tridiagonal::new(
-                    [[0.0; N]; 4].each_mut().map(|x| &mut x[..]),
-                )),
-                &mut computed,
-                rows[..n].as_flattened_mut(),
-                N,
-            );
+            let mut spare = [ComplexVector::from_real(0.0_f32); N];
+            for pair in rows[..n].chunks_mut(2) {
+                let [x, y] = match pair {
+                    [x, y] => [x, y],
+                    [x, ..] => [x, &mut spare],
+                    [] => unreachable!("chunks are not empty"),
+                };
+                eigen(
+                    &panels::<S>(&a),
+                    n,
+                    &mut memory.reduction(&mut Tridiagonal::new(
+                        [[0.0; N]; 4].each_mut().map(|x| &mut x[..]),
+                    )),
+                    &mut computed,
+                    [&mut x[..], &mut y[..]],
+                );
+            }
             let name = format!("n = {n}, spectrum {kind}");
 
             let found = DVector::from_fn(n, |k, _| f64::from(computed[k]));

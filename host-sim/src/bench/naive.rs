@@ -21,6 +21,8 @@ use crate::{Error, Result};
 
 /// Beyond this share of an eigenvalue, the next one's eigenvector is not told from its own.
 const LARGEST_RATIO: f32 = 0.99;
+/// Nor where they lie closer than this share of the largest one, with f32's errors some 10⁻⁶ of that.
+const LEAST_GAP: f32 = 1e-3;
 /// So close to `β·c_L`, either neighbouring rank is right.
 const RULE: f32 = 1e-3;
 
@@ -148,7 +150,7 @@ impl Naive {
         }
         let close = |a: usize, b: usize| {
             let [a, b] = [a, b].map(|k| self.eigenvalues[l - 1 - k].re);
-            b > LARGEST_RATIO * a
+            b > LARGEST_RATIO * a || a - b < LEAST_GAP * self.eigenvalues[l - 1].re
         };
         let split = |rank: usize| rank > 0 && rank < l && close(rank - 1, rank);
         let (kept, doubtful) = match method {
@@ -170,7 +172,11 @@ impl Naive {
         for k in kept {
             let column = self.eigenvectors.col_as_slice(l - 1 - k);
             let steering: c32 = column.iter().sum();
-            let data: c32 = column.iter().zip(&self.mean).map(|(e, x)| e.conj() * x).sum();
+            let data: c32 = column
+                .iter()
+                .zip(&self.mean)
+                .map(|(e, x)| e.conj() * x)
+                .sum();
             output += steering * data / self.eigenvalues[l - 1 - k].re;
         }
         Ok((output / sum, doubtful))

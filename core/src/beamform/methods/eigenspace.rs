@@ -113,21 +113,21 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         work,
         ..
     } = solver;
-    let stride = work.len() / 2;
-    let (steering, data) = work.split_at_mut(stride);
-    for i in 0..subaperture {
-        steering[i] = ComplexVector::from_real(zero.splat(A::steering(i, subaperture)));
-        data[i] = s[i];
+    let (steering, data) = work.split_at_mut(work.len() / 2);
+    let (steering, data) = (&mut steering[..subaperture], &mut data[..subaperture]);
+    for (i, entry) in steering.iter_mut().enumerate() {
+        *entry = ComplexVector::from_real(zero.splat(A::steering(i, subaperture)));
     }
+    data.copy_from_slice(&s[..subaperture]);
     let mut reduction = Reduction {
         panels: factor,
         vectors: rows.as_flattened_mut(),
         phases,
         tridiagonal,
     };
-    eigen(matrix, subaperture, &mut reduction, values, work, stride);
-    let (steering, data) = work.split_at_mut(stride);
-    let (shares, terms) = (&mut steering[..subaperture], &mut data[..subaperture]);
+    let vectors = [&mut *steering, &mut *data];
+    eigen(matrix, subaperture, &mut reduction, values, vectors);
+    let (shares, terms) = (steering, data);
     let values = &mut values[..subaperture];
     for ((share, term), &value) in shares.iter_mut().zip(&mut *terms).zip(&*values) {
         let value = at_least_floor(value);
