@@ -12,6 +12,9 @@ static cfloat factor[MAX_SUBAPERTURE][MAX_SUBAPERTURE];
 static cfloat w[MAX_SUBAPERTURE];
 static cfloat e[MAX_SUBAPERTURE];
 static cfloat next[MAX_SUBAPERTURE];
+static cfloat z[MAX_SUBAPERTURE][MAX_SUBAPERTURE];
+static float d[MAX_SUBAPERTURE];
+static float off[MAX_SUBAPERTURE];
 
 /* sum += a b */
 static inline void add_product(cfloat *sum, cfloat a, cfloat b) {
@@ -173,6 +176,166 @@ cfloat esmv_rank1(const cfloat *x, int m, int l) {
     for (int i = 0; i < l; i++) {
         w[i] = (cfloat){0, 0};
         add_product(&w[i], e[i], share);
+    }
+    return apply(x, m, l);
+}
+
+/* R = Z T Z^H by Householder reflections from the last row on, T real and tridiagonal with diagonal `d`
+   and off-diagonal `off`; R is destroyed. */
+static void tridiagonal(int l) {
+    cfloat *v = e, *q = next;
+    for (int i = 0; i < l; i++)
+        for (int j = 0; j < l; j++)
+            z[i][j] = (cfloat){i == j, 0};
+    for (int k = l - 1; k >= 1; k--) {
+        float tail = 0;
+        for (int i = 0; i < k; i++) {
+            v[i] = r[i][k];
+            if (i < k - 1)
+                tail += v[i].re * v[i].re + v[i].im * v[i].im;
+        }
+        d[k] = r[k][k].re;
+        w[k] = v[k - 1];
+        if (tail == 0)
+            continue;
+        cfloat alpha = v[k - 1];
+        float length = sqrtf(alpha.re * alpha.re + alpha.im * alpha.im);
+        float norm = sqrtf(length * length + tail);
+        cfloat phase = length > 0 ? (cfloat){alpha.re / length, alpha.im / length} : (cfloat){1, 0};
+        v[k - 1].re += phase.re * norm;
+        v[k - 1].im += phase.im * norm;
+        w[k] = (cfloat){-phase.re * norm, -phase.im * norm};
+        float tau = 2 / (tail + (length + norm) * (length + norm));
+        float half = 0;
+        for (int i = 0; i < k; i++) {
+            cfloat sum = {0, 0};
+            for (int j = 0; j < k; j++)
+                add_product(&sum, r[i][j], v[j]);
+            q[i] = (cfloat){tau * sum.re, tau * sum.im};
+            half += v[i].re * q[i].re + v[i].im * q[i].im;
+        }
+        half *= tau / 2;
+        for (int i = 0; i < k; i++) {
+            q[i].re -= half * v[i].re;
+            q[i].im -= half * v[i].im;
+        }
+        for (int i = 0; i < k; i++) {
+            for (int j = 0; j <= i; j++) {
+                cfloat sum = {0, 0};
+                add_product_conj(&sum, v[i], q[j]);
+                add_product_conj(&sum, q[i], v[j]);
+                r[i][j].re -= sum.re;
+                r[i][j].im -= sum.im;
+                r[j][i] = (cfloat){r[i][j].re, -r[i][j].im};
+            }
+        }
+        for (int i = 0; i < l; i++) {
+            cfloat sum = {0, 0};
+            for (int j = 0; j < k; j++)
+                add_product(&sum, z[i][j], v[j]);
+            sum.re *= -tau;
+            sum.im *= -tau;
+            for (int j = 0; j < k; j++)
+                add_product_conj(&z[i][j], sum, v[j]);
+        }
+    }
+    d[0] = r[0][0].re;
+    /* Phases that make the off-diagonal real. */
+    cfloat phase = {1, 0};
+    for (int k = 1; k < l; k++) {
+        float length = sqrtf(w[k].re * w[k].re + w[k].im * w[k].im);
+        if (length > 0) {
+            cfloat turned = {0, 0};
+            add_product_conj(&turned, phase, (cfloat){w[k].re / length, w[k].im / length});
+            phase = turned;
+        }
+        off[k - 1] = length;
+        for (int i = 0; i < l; i++) {
+            cfloat turned = {0, 0};
+            add_product(&turned, z[i][k], phase);
+            z[i][k] = turned;
+        }
+    }
+    off[l - 1] = 0;
+}
+
+/* Eigenvalues in `d`, eigenvectors in the columns of `z`: implicit QL (EISPACK's tql2). */
+static void ql(int l) {
+    for (int first = 0; first < l; first++) {
+        for (int step = 0; step < 40; step++) {
+            int last = first;
+            while (last + 1 < l && fabsf(off[last]) > 5.96e-8f * (fabsf(d[last]) + fabsf(d[last + 1])))
+                last++;
+            if (last == first)
+                break;
+            float g = (d[first + 1] - d[first]) / (2 * off[first]);
+            float root = sqrtf(g * g + 1);
+            g = d[last] - d[first] + off[first] / (g >= 0 ? g + root : g - root);
+            float s = 1, c = 1, p = 0;
+            int i;
+            for (i = last - 1; i >= first; i--) {
+                float f = s * off[i], b = c * off[i];
+                float length = sqrtf(f * f + g * g);
+                off[i + 1] = length;
+                if (length == 0) {
+                    d[i + 1] -= p;
+                    off[last] = 0;
+                    break;
+                }
+                s = f / length;
+                c = g / length;
+                g = d[i + 1] - p;
+                float t = (d[i] - g) * s + 2 * c * b;
+                p = s * t;
+                d[i + 1] = g + p;
+                g = c * t - b;
+                for (int k = 0; k < l; k++) {
+                    cfloat left = z[k][i], right = z[k][i + 1];
+                    z[k][i + 1] = (cfloat){s * left.re + c * right.re, s * left.im + c * right.im};
+                    z[k][i] = (cfloat){c * left.re - s * right.re, c * left.im - s * right.im};
+                }
+            }
+            if (i >= first)
+                continue;
+            d[first] -= p;
+            off[first] = g;
+            off[last] = 0;
+        }
+    }
+}
+
+/* Eq. 5 to 8: the eigenvectors of the largest eigenvalues that make up beta of the metric. */
+cfloat esmv_beta(const cfloat *x, int m, int l, float beta) {
+    covariance(x, m, l);
+    tridiagonal(l);
+    ql(l);
+    int order[MAX_SUBAPERTURE];
+    for (int i = 0; i < l; i++) {
+        int place = i;
+        for (; place > 0 && d[order[place - 1]] < d[i]; place--)
+            order[place] = order[place - 1];
+        order[place] = i;
+    }
+    float total = 0;
+    for (int k = 0; k < l; k++) {
+        cfloat sum = {0, 0};
+        for (int i = 0; i < l; i++) {
+            sum.re += z[i][order[k]].re;
+            sum.im -= z[i][order[k]].im;
+        }
+        /* e^H a */
+        e[k] = sum;
+        total += (sum.re * sum.re + sum.im * sum.im) / d[order[k]];
+    }
+    for (int i = 0; i < l; i++)
+        w[i] = (cfloat){0, 0};
+    float reached = 0;
+    for (int k = 0; k < l && (k == 0 || reached < beta * total); k++) {
+        float value = d[order[k]];
+        reached += (e[k].re * e[k].re + e[k].im * e[k].im) / value;
+        cfloat share = {e[k].re / (value * total), e[k].im / (value * total)};
+        for (int i = 0; i < l; i++)
+            add_product(&w[i], z[i][order[k]], share);
     }
     return apply(x, m, l);
 }

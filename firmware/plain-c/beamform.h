@@ -1,4 +1,4 @@
-/* DAS, MV and rank-1 ESMV as a C programmer would write them from the paper's equations. */
+/* DAS, MV and ESMV as a C programmer would write them from the paper's equations. */
 
 #ifndef BEAMFORM_H
 #define BEAMFORM_H
@@ -14,5 +14,6 @@ typedef struct {
 cfloat das(const cfloat *x, int m);
 cfloat mv(const cfloat *x, int m, int l);
 cfloat esmv_rank1(const cfloat *x, int m, int l);
+cfloat esmv_beta(const cfloat *x, int m, int l, float beta);
 
 #endif

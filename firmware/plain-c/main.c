@@ -91,6 +91,11 @@ static __attribute__((noinline)) void esmv_rank1_line(int m) {
         z[n] = esmv_rank1(x + n * m, m, m / 2);
 }
 
+static __attribute__((noinline)) void esmv_beta_line(int m) {
+    for (int n = 0; n < SAMPLES; n++)
+        z[n] = esmv_beta(x + n * m, m, m / 2, 0.01f);
+}
+
 static void beamform(const char *name, void (*line)(int), int matrices, int vectors) {
     for (int m = 16; m <= MAX_ELEMENTS; m *= 2) {
         int l = m / 2;
@@ -143,6 +148,7 @@ int main(void) {
     beamform("das", das_line, 0, 0);
     beamform("mv", mv_line, 2, 1);
     beamform("esmv-rank1", esmv_rank1_line, 2, 3);
+    beamform("esmv-beta", esmv_beta_line, 2, 5);
 #ifdef CMSIS_DSP
     filter(64);
     filter(128);

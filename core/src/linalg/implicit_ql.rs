@@ -167,7 +167,11 @@ fn ql_step<V: Vector>(
     for i in (lowest..highest).rev() {
         let row = below - one;
         let (d_here, e_here, x_here, y_here) = (d[i], e[i], x[i], y[i]);
-        let inside = wanted & row.less(block.last) & !row.less(block.first);
+        // One lane has no other's rows to pass over.
+        let inside = match V::LANES {
+            1 => wanted,
+            _ => wanted & row.less(block.last) & !row.less(block.first),
+        };
         let f = s * e_here;
         let b = c * e_here;
         let r = (f * f + g * g).sqrt();
@@ -184,6 +188,10 @@ fn ql_step<V: Vector>(
             // The block has split at i + 1: what is done so far stands, the next step goes on.
             d_below = V::select(split, under, d_below);
             wanted = wanted & !split;
+            if !wanted.any() {
+                (d[i + 1], x[i + 1], y[i + 1]) = (d_below, x_below, y_below);
+                return;
+            }
         }
         p = V::select(turned, s * t, p);
         d[i + 1] = V::select(turned, under + p, d_below);
@@ -191,8 +199,11 @@ fn ql_step<V: Vector>(
         (x[i + 1], x_below) = turn(turned, [x_here, x_below], s, c);
         (y[i + 1], y_below) = turn(turned, [y_here, y_below], s, c);
         let ends = turned & !block.first.less(row);
-        d_below = V::select(ends, d_here - p, d_here);
-        e_below = V::select(ends, g, e_here);
+        (d_below, e_below) = (d_here, e_here);
+        if ends.any() {
+            d_below = V::select(ends, d_here - p, d_here);
+            e_below = V::select(ends, g, e_here);
+        }
         below = row;
     }
     (d[lowest], e[lowest]) = (d_below, e_below);

@@ -22,7 +22,7 @@ struct Case {
     bounds: [u32; 3],
 }
 
-const CASES: [Case; 4] = [
+const CASES: [Case; 5] = [
     case("das", Method::Das, ECHO, [280, 510, 980]),
     case("mv", Method::Mv, ECHO, [5200, 16_300, 63_900]),
     case(
@@ -37,6 +37,12 @@ const CASES: [Case; 4] = [
         Method::EsmvRank1,
         0.0,
         [17_700, 52_300, 202_000],
+    ),
+    case(
+        "esmv-beta",
+        Method::EsmvBeta(0.01),
+        ECHO,
+        [29_300, 98_900, 378_500],
     ),
 ];
 
