@@ -1,9 +1,12 @@
 //! Outputs that appear whole or not at all: a temporary file in the same folder, then a rename.
 
+use std::collections::BTreeSet;
 use std::error::Error as StdError;
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use tempfile::NamedTempFile;
 
@@ -138,6 +141,7 @@ impl Outputs {
     /// A rename fails, which after a successful [`Outputs::stage`] takes a change of the folder
     /// in between.
     pub fn commit(self) -> Result<()> {
+        let _alone = self.lock_folders();
         // A signal waits until all are in their places.
         let mut turn = leftovers::turn();
         for staged in &self.staged {
@@ -147,6 +151,41 @@ impl Outputs {
         }
         drop(turn);
         Ok(())
+    }
+
+    /// Waits until no other run gives its outputs their names, so that those of two runs do not mix.
+    /// The locks end with what is returned. A file system that has no locks goes without.
+    fn lock_folders(&self) -> Vec<File> {
+        // By one name each and in order, so that no run waits for itself or for one that waits for it.
+        let places = self.staged.iter().map(|staged| folder_of(&staged.place));
+        let folders: BTreeSet<PathBuf> = places.filter_map(|f| fs::canonicalize(f).ok()).collect();
+        let open = folders.iter().filter_map(|folder| File::open(folder).ok());
+        open.filter(lock).collect()
+    }
+}
+
+/// Renames take no time: who keeps a lock for longer than this has stopped, and is not waited for.
+const LONGEST_LOCK: Duration = Duration::from_secs(5);
+
+/// Whether the folder is this run's alone now.
+fn lock(folder: &File) -> bool {
+    let begin = Instant::now();
+    loop {
+        match folder.try_lock() {
+            Ok(()) => return true,
+            Err(TryLockError::WouldBlock) if begin.elapsed() < LONGEST_LOCK => {
+                thread::sleep(Duration::from_millis(2));
+            }
+            Err(_) => return false,
+        }
+    }
+}
+
+/// The folder of a file.
+fn folder_of(place: &Path) -> &Path {
+    match place.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
     }
 }
 
@@ -236,10 +275,7 @@ fn open(path: &Path) -> Result<Staged> {
         }
         _ => {}
     }
-    let folder = match place.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(&place);
     if !folder.is_dir() {
         let state = if folder.exists() {
             "is not a folder"
