@@ -207,6 +207,46 @@ fn absurd_settings() {
     refused(&folder, simulate, USAGE, &["GiB"]);
 }
 
+/// Four gigabytes of address space are enough for what is usual, and what needs more is told.
+#[test]
+fn a_limit_of_memory_is_an_error() {
+    let folder = tempdir().unwrap();
+    let within = |arguments: &str| {
+        Command::new("sh")
+            .arg("-c")
+            .arg(format!("ulimit -v 4000000; exec \"$0\" {arguments}"))
+            .arg(env!("CARGO_BIN_EXE_host-sim"))
+            .current_dir(folder.path())
+            .output()
+            .unwrap()
+    };
+    for arguments in [
+        "simulate vertebra --beams 8 --first-beam 60 -o data.npz",
+        "beamform data.npz -o lines.npz --image lines.png",
+        "beamform data.npz -o mv.npz --method mv --image large.png --rows 2048 --columns 2048 --median",
+        "phase-symmetry lines.png --resize 1024x1024 -o ps.npy",
+        "--quick",
+    ] {
+        let output = within(arguments);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{arguments}: {message}");
+    }
+    // Possible here, but not in this much memory.
+    let config = folder.path().join("config.toml");
+    let settings = "elements = 512\nbeams = 512\nfs = 60e6\n";
+    fs::write(&config, format!("[simulate.scanner]\n{settings}")).unwrap();
+    let simulate = "simulate vertebra --config config.toml -o large.npz";
+    refused(&folder, simulate, DATA, &["the record needs", "GiB"]);
+    // A file that is as long as it says, of which a copy does not fit.
+    let numbers = folder.path().join("image.npy");
+    let sparse = npy("<f4", "(20000, 20000)", &[]);
+    let length = sparse.len() as u64 + 4 * 20_000 * 20_000;
+    fs::write(&numbers, &sparse).unwrap();
+    let file = fs::OpenOptions::new().write(true).open(&numbers).unwrap();
+    file.set_len(length).unwrap();
+    refused(&folder, FILTER, DATA, &["image.npy", "memory"]);
+}
+
 #[test]
 fn names_that_cannot_be_outputs() {
     let folder = tempdir().unwrap();

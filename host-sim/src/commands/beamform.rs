@@ -114,7 +114,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
             warn(&format!("{}: {doubt}", arguments.recording.display()));
         }
     }
-    let bytes = working_memory(&recording, &config.beamform);
+    let image = arguments.image.is_some().then_some(&config.image);
+    let bytes = working_memory(&recording, &config.beamform, image);
     memory::check(bytes, "beamforming").map_err(|e| about(&arguments.recording, e))?;
     let bar = progress_bar("beamforming", 1000);
     let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
@@ -157,31 +158,34 @@ fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<Stri
     )))
 }
 
-/// The memory that beamforming takes beside the recording, bytes: the recording in order, the aligned
-/// samples of some beams, the lines, and two images.
-fn working_memory(recording: &Recording, parameters: &Beamform) -> usize {
+/// The memory that beamforming takes beside the recording, bytes: its samples in order, the aligned
+/// samples of some beams, the lines, and an image before and after its median.
+fn working_memory(recording: &Recording, parameters: &Beamform, image: Option<&Image>) -> usize {
     const COMPLEX: usize = size_of::<Complex<f32>>();
-    let Recording::Channel(data) = recording else {
-        let Recording::Aligned(data) = recording else {
-            return 0;
-        };
-        return data.x.len().saturating_mul(COMPLEX);
+    let beamforming = match recording {
+        Recording::Aligned(data) => vec![product(&[2, data.x.len(), COMPLEX])],
+        Recording::Channel(data) => {
+            let c = parameters.sound_speed.unwrap_or(data.c);
+            let [first, last] = data.depths(c);
+            let first = parameters.depth_start.unwrap_or(first);
+            let last = parameters.depth_end.unwrap_or(last);
+            // The cast saturates.
+            let samples = (2.0 * (last - first) / c * parameters.output_rate).ceil() as usize;
+            let (transmits, elements, _) = data.rf.dim();
+            let lines = transmits.max(2 * elements);
+            vec![
+                product(&[data.rf.len(), size_of::<f32>()]),
+                product(&[lines.min(BEAMS_AT_A_TIME), samples, elements, COMPLEX]),
+                product(&[3, lines, samples, COMPLEX]),
+            ]
+        }
     };
-    let c = parameters.sound_speed.unwrap_or(data.c);
-    let [first, last] = data.depths(c);
-    let first = parameters.depth_start.unwrap_or(first);
-    let last = parameters.depth_end.unwrap_or(last);
-    // The cast saturates.
-    let samples = (2.0 * (last - first) / c * parameters.output_rate).ceil() as usize;
-    let (transmits, elements, _) = data.rf.dim();
-    let lines = transmits.max(2 * elements);
-    let aligned = product(&[lines.min(BEAMS_AT_A_TIME), samples, elements, COMPLEX]);
-    let parts = [
-        data.rf.len().saturating_mul(size_of::<f32>()),
-        aligned,
-        product(&[lines, samples, 3 * COMPLEX]),
-    ];
-    parts.into_iter().fold(0, usize::saturating_add)
+    // Pixels, those before the median, and the 8-bit ones.
+    let image = image.map(|image| product(&[image.rows, image.columns, 2 * size_of::<f32>() + 1]));
+    beamforming
+        .into_iter()
+        .chain(image)
+        .fold(0, usize::saturating_add)
 }
 
 /// Where the beams lie, if the recording tells it: else they are evenly spaced.

@@ -99,7 +99,7 @@ impl Phantom {
     /// An outline longer than any bone's.
     pub fn bone(outline: &Outline) -> Result<Self> {
         let length = outline.length();
-        if !(length <= LONGEST_OUTLINE) {
+        if length.is_nan() || length > LONGEST_OUTLINE {
             return Err(Error::Data(format!(
                 "the bone's outline is {length:.1} m long; expected at most {LONGEST_OUTLINE} m, about \
                  ten times a vertebra's"
