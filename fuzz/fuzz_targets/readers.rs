@@ -1,0 +1,78 @@
+//! The readers on any file: they refuse it, or what they made of it is written and read again alike.
+
+#![no_main]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use host_sim::config::Config;
+use host_sim::files::{Recording, image};
+use host_sim::simulate::slice_mesh;
+use libfuzzer_sys::fuzz_target;
+
+/// What a file is called: the first byte of an input chooses.
+const ENDINGS: [&str; 5] = ["npz", "npy", "png", "ply", "toml"];
+
+fuzz_target!(|input: &[u8]| {
+    let Some((&kind, bytes)) = input.split_first() else {
+        return;
+    };
+    let ending = ENDINGS[usize::from(kind) % ENDINGS.len()];
+    let path = place(&format!("input.{ending}"));
+    fs::write(&path, bytes).expect("the folder for temporary files is there");
+    match ending {
+        "npz" => recording(&path),
+        "npy" | "png" => picture(&path),
+        "ply" => {
+            let _ = slice_mesh(&path, 0.0).and_then(|outline| outline.at_depth(15e-3));
+        }
+        _ => {
+            let _ = Config::read(&path).and_then(|config| config.validate());
+        }
+    }
+});
+
+/// In memory where the system has such a folder; a process has its own.
+fn place(name: &str) -> PathBuf {
+    let memory = Path::new("/dev/shm");
+    let folder = if memory.is_dir() {
+        memory.to_path_buf()
+    } else {
+        std::env::temp_dir()
+    };
+    folder.join(format!("bonebeam-fuzz-{}-{name}", std::process::id()))
+}
+
+fn recording(path: &Path) {
+    let again = place("again.npz");
+    match Recording::read(path) {
+        Ok(Recording::Channel(data)) => {
+            data.write(&again).expect("valid data are written");
+            let Ok(Recording::Channel(copy)) = Recording::read(&again) else {
+                panic!("what was written is not read");
+            };
+            assert_eq!(data, copy);
+            data.doubts();
+        }
+        Ok(Recording::Aligned(data)) => {
+            data.write(&again).expect("valid data are written");
+            let Ok(Recording::Aligned(copy)) = Recording::read(&again) else {
+                panic!("what was written is not read");
+            };
+            assert_eq!(data, copy);
+        }
+        Err(_) => {}
+    }
+}
+
+fn picture(path: &Path) {
+    let Ok(pixels) = image::read(path) else {
+        return;
+    };
+    let again = place("again.npy");
+    image::write(&pixels, &again).expect("finite pixels are written");
+    assert_eq!(
+        pixels,
+        image::read(&again).expect("what was written is read")
+    );
+}

@@ -1,0 +1,56 @@
+//! What the fuzz targets share: numbers from bytes, and bits.
+
+use bonebeam::Complex;
+
+/// A finite number of any size made of bits; what is not finite becomes 0.
+pub fn finite(bits: u32) -> f32 {
+    let value = f32::from_bits(bits);
+    if value.is_finite() { value } else { 0.0 }
+}
+
+/// Finite samples. Small numbers of a common scale, which make covariances as recordings do, or any
+/// bits at all. The bytes are repeated where they do not suffice.
+pub fn samples(bytes: &[u8], count: usize, any_bits: bool, exponent: i8) -> Vec<f32> {
+    let byte = |index: usize| match bytes.len() {
+        0 => 0,
+        // Repeated rows would be alike: their bytes are turned.
+        length => bytes[index % length].rotate_left((index / length) as u32 % 8),
+    };
+    let scale = f32::from(exponent).exp2();
+    (0..count)
+        .map(|index| match any_bits {
+            true => finite(u32::from_le_bytes(
+                [0, 1, 2, 3].map(|k| byte(4 * index + k)),
+            )),
+            false => f32::from(byte(index) as i8) * scale,
+        })
+        .map(|value| if value.is_finite() { value } else { 0.0 })
+        .collect()
+}
+
+/// Pairs of samples.
+pub fn complex(bytes: &[u8], count: usize, any_bits: bool, exponent: i8) -> Vec<Complex<f32>> {
+    let parts = samples(bytes, 2 * count, any_bits, exponent);
+    parts
+        .chunks(2)
+        .map(|part| Complex::new(part[0], part[1]))
+        .collect()
+}
+
+/// The bits of numbers that must all be finite.
+pub fn finite_bits(values: &[f32]) -> Vec<u32> {
+    assert!(
+        values.iter().all(|value| value.is_finite()),
+        "a result that is not finite"
+    );
+    values.iter().map(|value| value.to_bits()).collect()
+}
+
+/// The bits of complex numbers that must all be finite.
+pub fn finite_complex_bits(values: &[Complex<f32>]) -> Vec<u32> {
+    let parts: Vec<f32> = values
+        .iter()
+        .flat_map(|value| [value.re, value.im])
+        .collect();
+    finite_bits(&parts)
+}
