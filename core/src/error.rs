@@ -124,11 +124,16 @@ pub(crate) const fn finite(name: &'static str, value: f64) -> Result<(), Error> 
 /// Refuses 0.
 pub(crate) const fn at_least_one(name: &'static str, value: usize) -> Result<(), Error> {
     if value == 0 {
-        return Err(Error::Parameter {
-            name,
-            value: 0.0,
-            expected: "at least 1",
-        });
+        return Err(none(name));
     }
     Ok(())
+}
+
+/// The refusal of 0.
+pub(crate) const fn none(name: &'static str) -> Error {
+    Error::Parameter {
+        name,
+        value: 0.0,
+        expected: "at least 1",
+    }
 }

@@ -1,6 +1,8 @@
 //! The aligned samples of one beam.
 
 use crate::Error;
+use crate::error::none;
+use core::num::NonZeroUsize;
 use num_complex::Complex;
 
 /// The largest exponent of a line whose samples are summed as they are, and the least, negative.
@@ -10,7 +12,7 @@ const MODERATE: u32 = 64;
 #[derive(Clone, Copy, Debug)]
 pub struct AlignedLine<'a> {
     x: &'a [Complex<f32>],
-    elements: usize,
+    elements: NonZeroUsize,
     /// The exponent bits of the largest component, within what a normal reciprocal allows.
     exponent: u32,
 }
@@ -22,19 +24,15 @@ impl<'a> AlignedLine<'a> {
     /// [`Error::Parameter`] for no elements, [`Error::Length`] for an empty or ragged `x`,
     /// [`Error::NonFinite`] with the index into `x` (`sample·elements + element`).
     pub fn new(x: &'a [Complex<f32>], elements: usize) -> Result<Self, Error> {
-        if elements == 0 {
-            return Err(Error::Parameter {
-                name: "elements",
-                value: 0.0,
-                expected: "at least 1",
-            });
-        }
-        if x.is_empty() || !x.len().is_multiple_of(elements) {
+        let Some(elements) = NonZeroUsize::new(elements) else {
+            return Err(none("elements"));
+        };
+        if x.is_empty() || x.len() % elements != 0 {
             let samples = (x.len() / elements).max(1);
             return Err(Error::Length {
                 name: "aligned samples",
                 actual: x.len(),
-                expected: samples * elements,
+                expected: samples * elements.get(),
             });
         }
         let largest = largest_magnitude(x);
@@ -55,7 +53,7 @@ impl<'a> AlignedLine<'a> {
 
     /// The number of elements.
     pub fn elements(&self) -> usize {
-        self.elements
+        self.elements.get()
     }
 
     /// The number of samples.
@@ -65,7 +63,8 @@ impl<'a> AlignedLine<'a> {
 
     /// The snapshot of one sample, and those after it.
     pub(super) fn samples_from(&self, sample: usize) -> &'a [Complex<f32>] {
-        &self.x[sample * self.elements..]
+        let first = sample * self.elements.get();
+        self.x.get(first..).unwrap_or_default()
     }
 
     /// The power of two that brings the line's largest component into `[1, 2)` (`[2, 4)` for the

@@ -42,7 +42,8 @@ impl Beamformer {
         }
         for (first_sample, samples, set) in constant_runs(line.samples(), &active) {
             let run = run(first_sample, set);
-            let out = &mut z[first_sample..first_sample + samples];
+            let out = z.get_mut(first_sample..first_sample + samples);
+            let out = out.unwrap_or_default();
             self.runs_within(workspace, sizes, &[run], set.count, &mut [out])?;
         }
         Ok(())

@@ -18,6 +18,7 @@ use crate::covariance::{Averaging, time_window};
 use crate::error::check_length;
 use crate::linalg::panels::PanelColumn;
 use crate::simd::{ComplexVector, Scalar, Vector};
+use core::ops::Range;
 use num_complex::Complex;
 
 impl Beamformer {
@@ -150,26 +151,28 @@ impl Beamformer {
     ) -> Option<V::Mask> {
         let temporal_half_window = self.parameters().temporal_half_window;
         let WorkspaceView {
+            zero,
             snapshot: active,
             ring,
             lags: window,
             solver,
             ..
         } = workspace;
-        let active = &mut active[..count];
+        let zero = *zero;
+        let data = slot_of(push, temporal_half_window, subaperture);
         let work = &mut *solver.work;
-        let data = push % (temporal_half_window + 1) * subaperture;
-        let data = &mut ring[data..data + subaperture];
-        snapshot::<A, V>(
-            runs,
-            push as isize - temporal_half_window as isize,
-            active,
-            &mut work[..subaperture],
-            data,
-        );
+        let (Some(active), Some(sum), Some(data)) = (
+            active.get_mut(..count),
+            work.get_mut(..subaperture),
+            ring.get_mut(data),
+        ) else {
+            return None;
+        };
+        let sample = push as isize - temporal_half_window as isize;
+        snapshot::<A, V>(zero, runs, sample, active, sum, data);
         let size = A::COVARIANCE.lag_count(subaperture);
         let lags = time_window::slot(window, size, temporal_half_window, push);
-        lag_sums::<A, V>(active, subaperture, work, lags);
+        lag_sums::<A, V>(zero, active, subaperture, work, lags);
         let (suffix, prefix) = time_window::window(window, size, temporal_half_window, push);
         if push < 2 * temporal_half_window {
             return None;
@@ -177,15 +180,17 @@ impl Beamformer {
         let diagonal_loading = self.parameters().diagonal_loading;
         Some(match suffix {
             None => loaded_matrix::<A, V>(
+                zero,
                 #[inline(always)]
-                move |i| prefix[i],
+                move |i| prefix.get(i).copied(),
                 subaperture,
                 diagonal_loading,
                 solver.matrix,
             ),
             Some(suffix) => loaded_matrix::<A, V>(
+                zero,
                 #[inline(always)]
-                move |i| suffix[i] + prefix[i],
+                move |i| Some(*suffix.get(i)? + *prefix.get(i)?),
                 subaperture,
                 diagonal_loading,
                 solver.matrix,
@@ -209,12 +214,12 @@ impl Beamformer {
             ..
         } = *self.parameters();
         // The sample was pushed as number i + K.
-        let data = (i + temporal_half_window) % (temporal_half_window + 1) * subaperture;
-        let data = &workspace.ring[data..data + subaperture];
-        let zero = data[0].zero();
-        let sum = weighted_sum::<A, V>(method, &mut workspace.solver, subaperture, data, silent);
-        let gain = zero.re.splat(A::gain(count - subaperture + 1));
-        ComplexVector::select(silent, zero, sum.divide(gain))
+        let data = slot_of(i + temporal_half_window, temporal_half_window, subaperture);
+        let data = workspace.ring.get(data).unwrap_or_default();
+        let (zero, solver) = (workspace.zero, &mut workspace.solver);
+        let sum = weighted_sum::<A, V>(zero, method, solver, subaperture, data, silent);
+        let gain = zero.splat(A::gain(count - subaperture + 1));
+        ComplexVector::select(silent, ComplexVector::from_real(zero), sum.divide(gain))
     }
 
     /// The run lies within its line and the time window within the record.
@@ -276,23 +281,36 @@ impl Beamformer {
     }
 }
 
-/// The loaded matrix from the lag sums `lag(index)`; returns the lanes without power.
+/// Where the ring keeps the subaperture sum of a push, of the last `K + 1`.
+#[inline(always)]
+fn slot_of(push: usize, temporal_half_window: usize, subaperture: usize) -> Range<usize> {
+    let slot = push.checked_rem(temporal_half_window + 1).unwrap_or(0);
+    slot * subaperture..(slot + 1) * subaperture
+}
+
+/// The loaded matrix from the lag sums `lag(index)`; returns the lanes without power, all of them if
+/// there are not as many sums as it takes.
 #[inline(never)]
 fn loaded_matrix<A: Averaging<V>, V: Vector>(
-    lag: impl Fn(usize) -> ComplexVector<V>,
+    zero: V,
+    lag: impl Fn(usize) -> Option<ComplexVector<V>>,
     subaperture: usize,
     diagonal_loading: f32,
     matrix: &mut [PanelColumn<A::Scalar>],
 ) -> V::Mask {
-    lag(0).re.vectorize(
+    let silent = zero.vectorize(
         #[inline(always)]
         || {
-            let diagonal_loading =
-                DiagonalLoading::new(A::trace(&lag, subaperture), subaperture, diagonal_loading);
-            A::matrix(&lag, subaperture, &diagonal_loading, matrix);
-            diagonal_loading.silent
+            let trace = A::trace(&lag, subaperture)?;
+            let diagonal_loading = DiagonalLoading::new(trace, subaperture, diagonal_loading);
+            A::matrix(&lag, subaperture, &diagonal_loading, matrix)?;
+            Some(diagonal_loading.silent)
         },
-    )
+    );
+    match silent {
+        Some(silent) => silent,
+        None => zero.mask(|_| true),
+    }
 }
 
 /// Puts sample `i` of the lanes out, at the line's own scale.

@@ -11,17 +11,19 @@ use num_complex::Complex;
 /// coordinates, the `data`.
 #[inline(never)]
 pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
+    zero: V,
     runs: &[Run<'_>],
     i: isize,
     active: &mut [ComplexVector<V>],
     sum: &mut [ComplexVector<V>],
     data: &mut [ComplexVector<V>],
 ) {
-    active[0].re.vectorize(
+    zero.vectorize(
         #[inline(always)]
         || {
-            gather(runs, i, active);
-            subaperture_sum(active, sum);
+            let zero = zero.zero();
+            gather(zero, runs, i, active);
+            subaperture_sum(zero, active, sum);
             A::data(sum, data);
         },
     );
@@ -34,8 +36,7 @@ pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
 /// cache lines, many of them under way at a time, instead of a number by itself. The next sample's
 /// are asked for already.
 #[inline(always)]
-fn gather<V: Vector>(runs: &[Run<'_>], i: isize, snapshot: &mut [ComplexVector<V>]) {
-    let zero = snapshot[0].re.zero();
+fn gather<V: Vector>(zero: V, runs: &[Run<'_>], i: isize, snapshot: &mut [ComplexVector<V>]) {
     if V::LANES == 1 {
         // Without the squares' memory, which a microcontroller would clear each time.
         let [run, ..] = runs else {
@@ -59,25 +60,24 @@ fn gather<V: Vector>(runs: &[Run<'_>], i: isize, snapshot: &mut [ComplexVector<V
     }
     let mut rows: [&[Complex<f32>]; MOST_LANES] = [&[]; MOST_LANES];
     let mut scales = [zero; MOST_LANES];
-    for (lane, run) in runs.iter().enumerate() {
+    let lanes = rows.iter_mut().zip(&mut scales);
+    for (run, (row, scale)) in runs.iter().zip(lanes) {
         let next = elements_of(run, i + 1);
         prefetch(next.get(..snapshot.len()).unwrap_or(next));
-        rows[lane] = elements_of(run, i);
-        scales[lane] = zero.splat(run.line.scale());
+        *row = elements_of(run, i);
+        *scale = zero.splat(run.line.scale());
     }
     // A register holds both parts of half as many elements.
     for (block, snapshot) in snapshot.chunks_mut(V::LANES / 2).enumerate() {
         let mut square = [zero; MOST_LANES];
-        for lane in 0..runs.len() {
-            let row = rows[lane].get(block * (V::LANES / 2)..).unwrap_or(&[]);
-            square[lane] = elements(zero, row) * scales[lane];
+        let lanes = square.iter_mut().zip(rows.iter().zip(&scales));
+        for (square, (row, &scale)) in lanes.take(runs.len()) {
+            let row = row.get(block * (V::LANES / 2)..).unwrap_or(&[]);
+            *square = elements(zero, row) * scale;
         }
         transpose(&mut square);
-        for (k, x) in snapshot.iter_mut().enumerate() {
-            *x = ComplexVector {
-                re: square[2 * k],
-                im: square[2 * k + 1],
-            };
+        for (x, &[re, im]) in snapshot.iter_mut().zip(square.as_chunks().0) {
+            *x = ComplexVector { re, im };
         }
     }
 }
@@ -88,7 +88,10 @@ fn gather<V: Vector>(runs: &[Run<'_>], i: isize, snapshot: &mut [ComplexVector<V
 fn elements_of<'a>(run: &Run<'a>, i: isize) -> &'a [Complex<f32>] {
     let sample = run.first_sample.checked_add_signed(i);
     match sample.filter(|&n| n < run.line.samples()) {
-        Some(sample) => &run.line.samples_from(sample)[run.first_element..],
+        Some(sample) => {
+            let samples = run.line.samples_from(sample);
+            samples.get(run.first_element..).unwrap_or_default()
+        }
         None => &[],
     }
 }

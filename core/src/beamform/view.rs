@@ -5,7 +5,7 @@ use crate::Error;
 use crate::covariance::{Averaging, Covariance, ForwardBackward};
 use crate::linalg::panels::PanelColumn;
 use crate::linalg::tridiagonal::Tridiagonal;
-use crate::simd::{ComplexVector, Vector};
+use crate::simd::{ComplexVector, Vector, first};
 
 /// The memory that a beamformer works in, as slices: of a [`Workspace`](super::Workspace), or of a
 /// caller who knows the sizes only at run time.
@@ -153,10 +153,4 @@ impl<V: Vector> WorkspaceView<'_, ForwardBackward, V> {
         let parts = Parts::new(0, 0, Covariance::ForwardBackward);
         Self::cut(zero, sizes, parts, &mut [], slices)
     }
-}
-
-/// Takes the first `length` numbers off `from`, which is as long at least.
-#[inline(always)]
-fn first<'a, T>(from: &mut &'a mut [T], length: usize) -> &'a mut [T] {
-    from.split_off_mut(..length).unwrap_or_default()
 }

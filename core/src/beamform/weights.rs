@@ -97,10 +97,19 @@ fn eigenspace_weights<A: Averaging<f32>>(
         work,
         ..
     } = &mut workspace.solver;
-    let zero = ComplexVector { re: 0.0, im: 0.0 };
+    let nothing = ComplexVector { re: 0.0, im: 0.0 };
     let (filtered, result) = work.split_at_mut(work.len() / 2);
-    let ((filtered, unit), (result, next)) = (filtered.split_at_mut(n), result.split_at_mut(n));
-    let (unit, next) = (&mut unit[..n], &mut next[..n]);
+    let (Some((filtered, unit)), Some((result, next))) = (
+        filtered.split_at_mut_checked(n),
+        result.split_at_mut_checked(n),
+    ) else {
+        return;
+    };
+    let (Some(unit), Some(next), Some(values)) =
+        (unit.get_mut(..n), next.get_mut(..n), values.get_mut(..n))
+    else {
+        return;
+    };
     for (i, entry) in filtered.iter_mut().enumerate() {
         entry.re = A::steering(i, n);
         entry.im = 0.0;
@@ -112,37 +121,45 @@ fn eigenspace_weights<A: Averaging<f32>>(
         tridiagonal,
     };
     let vectors = [&mut *filtered, &mut *next];
-    eigen(matrix, n, &mut reduction, values, vectors);
+    eigen(0.0, matrix, n, &mut reduction, values, vectors);
     // Beside each share its eigenvalue, which the ranking moves.
-    let shares = &mut *result;
-    for ((share, projection), &value) in shares.iter_mut().zip(&*filtered).zip(values.iter()) {
+    for ((share, projection), &value) in result.iter_mut().zip(&*filtered).zip(&*values) {
         share.im = at_least_floor(value);
         share.re = projection.norm_sqr() / share.im;
     }
-    let order = &mut reduction.tridiagonal.eigenvector[..n];
-    let total = rank_order(&mut values[..n], shares, order);
-    for (place, &index) in order.iter().enumerate() {
+    let Some(order) = reduction.tridiagonal.eigenvector.get_mut(..n) else {
+        return;
+    };
+    let total = rank_order(0.0, values, result, order);
+    let mut before = 0.0;
+    for (place, (&index, &metric)) in order.iter().zip(&*values).enumerate() {
         let k = index as usize;
-        filtered[k] = if subspace.has(place, values, total) {
-            filtered[k].divide(shares[k].im * total)
-        } else {
-            zero
-        };
+        if let (Some(entry), Some(share)) = (filtered.get_mut(k), result.get(k)) {
+            *entry = if subspace.has(place, before, total) {
+                entry.divide(share.im * total)
+            } else {
+                nothing
+            };
+        }
+        before = metric;
     }
     for (i, results) in result.chunks_mut(2).enumerate() {
         for (k, unit) in [&mut *unit, &mut *next].into_iter().enumerate() {
-            unit.fill(zero);
+            unit.fill(nothing);
             if let Some(entry) = unit.get_mut(2 * i + k) {
                 entry.re = 1.0;
             }
         }
         let vectors = [&mut *unit, &mut *next];
-        eigen(matrix, n, &mut reduction, values, vectors);
+        eigen(0.0, matrix, n, &mut reduction, values, vectors);
+        let order = reduction.tridiagonal.eigenvector.get(..n);
         for (result, unit) in results.iter_mut().zip([&*unit, &*next]) {
-            let mut sum = zero;
-            for &index in &reduction.tridiagonal.eigenvector[..n] {
+            let mut sum = nothing;
+            for &index in order.unwrap_or_default() {
                 let k = index as usize;
-                sum = sum + filtered[k].mul_conj(unit[k]);
+                if let (Some(filtered), Some(&unit)) = (filtered.get(k), unit.get(k)) {
+                    sum = sum + filtered.mul_conj(unit);
+                }
             }
             *result = sum;
         }

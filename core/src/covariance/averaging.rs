@@ -42,16 +42,17 @@ pub trait Basis<V: Vector> {
         rows: &[[ComplexVector<V>; LAGS]],
     );
 
-    /// The trace of the matrix in use, from the kept sums `lag(index)`.
-    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subaperture: usize) -> V;
+    /// The trace of the matrix in use, from the kept sums `lag(index)`, all of which there must be.
+    fn trace(lag: impl Fn(usize) -> Option<ComplexVector<V>>, subaperture: usize) -> Option<V>;
 
-    /// The matrix in use, scaled and loaded, in panels, from the kept sums `lag(index)`.
+    /// The matrix in use, scaled and loaded, in panels, from the kept sums `lag(index)`, all of which
+    /// there must be.
     fn matrix(
-        lag: impl Fn(usize) -> ComplexVector<V>,
+        lag: impl Fn(usize) -> Option<ComplexVector<V>>,
         subaperture: usize,
         diagonal_loading: &DiagonalLoading<V>,
         matrix: &mut [PanelColumn<Self::Scalar>],
-    );
+    ) -> Option<()>;
 
     /// The subaperture sum `s` in the solver's coordinates.
     fn data(s: &[ComplexVector<V>], data: &mut [ComplexVector<V>]);

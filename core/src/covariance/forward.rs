@@ -4,7 +4,7 @@ use super::Covariance;
 use super::averaging::{Basis, RIGHT_SIDES};
 use super::diagonal_loading::DiagonalLoading;
 use crate::linalg::panels::{PanelColumn, TILE, panel};
-use crate::simd::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector, copy};
 
 /// `R` of Eq. 2 as it is: complex Hermitian.
 ///
@@ -37,44 +37,45 @@ impl<V: Vector> Basis<V> for Forward {
         lag: usize,
         rows: &[[ComplexVector<V>; LAGS]],
     ) {
-        let mut lags = &mut lags[lag..];
+        let mut lags = lags.get_mut(lag..).unwrap_or_default();
         for (place, row) in rows.iter().enumerate() {
             let places = rows.len() - place;
             for (kept, &r) in lags.iter_mut().zip(row).take(places) {
                 *kept = r;
             }
-            lags = &mut lags[subaperture - place..];
+            lags = lags.get_mut(subaperture - place..).unwrap_or_default();
         }
     }
 
     #[inline(always)]
-    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subaperture: usize) -> V {
-        let mut trace = lag(0).re.zero();
+    fn trace(lag: impl Fn(usize) -> Option<ComplexVector<V>>, subaperture: usize) -> Option<V> {
+        let mut trace = lag(0)?.re.zero();
         for place in 0..subaperture {
-            trace = trace + lag(Self::index(subaperture, 0, place)).re;
+            trace = trace + lag(Self::index(subaperture, 0, place))?.re;
         }
-        trace
+        Some(trace)
     }
 
     #[inline(always)]
     fn matrix(
-        lag: impl Fn(usize) -> ComplexVector<V>,
+        lag: impl Fn(usize) -> Option<ComplexVector<V>>,
         subaperture: usize,
         diagonal_loading: &DiagonalLoading<V>,
         matrix: &mut [PanelColumn<ComplexVector<V>>],
-    ) {
+    ) -> Option<()> {
         let zero = ComplexVector::from_real(diagonal_loading.factor.zero());
         for block in 0..subaperture.div_ceil(TILE) {
-            let columns = &mut matrix[panel(block)..panel(block + 1)];
+            let columns = panel(block)..panel(block + 1);
+            let columns = matrix.get_mut(columns)?;
             for (k, column) in columns.iter_mut().enumerate() {
                 for (r, entry) in column.iter_mut().enumerate() {
                     let i = TILE * block + r;
                     *entry = if i >= subaperture || k >= subaperture {
                         zero
                     } else if i >= k {
-                        lag(Self::index(subaperture, i - k, k)).scale(diagonal_loading.factor)
+                        lag(Self::index(subaperture, i - k, k))?.scale(diagonal_loading.factor)
                     } else {
-                        lag(Self::index(subaperture, k - i, i))
+                        lag(Self::index(subaperture, k - i, i))?
                             .scale(diagonal_loading.factor)
                             .conj()
                     };
@@ -90,11 +91,12 @@ impl<V: Vector> Basis<V> for Forward {
                 }
             }
         }
+        Some(())
     }
 
     #[inline(always)]
     fn data(s: &[ComplexVector<V>], data: &mut [ComplexVector<V>]) {
-        data.copy_from_slice(s);
+        copy(s, data);
     }
 
     #[inline(always)]

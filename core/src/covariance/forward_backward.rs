@@ -12,8 +12,8 @@
 use super::Covariance;
 use super::averaging::{Basis, RIGHT_SIDES};
 use super::diagonal_loading::DiagonalLoading;
-use crate::linalg::panels::{PanelColumn, TILE, panel};
-use crate::simd::{ComplexVector, Scalar, Vector};
+use crate::linalg::panels::{PanelColumn, TILE, columns_mut};
+use crate::simd::{ComplexVector, Scalar, Vector, copy};
 
 const FRAC_1_SQRT_2: f32 = core::f32::consts::FRAC_1_SQRT_2;
 const SQRT_2: f32 = core::f32::consts::SQRT_2;
@@ -50,56 +50,56 @@ impl ForwardBackward {
     /// zero.
     #[inline(always)]
     fn pairs<V: Vector>(
-        lag: &impl Fn(usize) -> ComplexVector<V>,
+        lag: &impl Fn(usize) -> Option<ComplexVector<V>>,
         subaperture: usize,
         i: usize,
         j: usize,
         factor: V,
-    ) -> [V; 4] {
+    ) -> Option<[V; 4]> {
         // The index of (i − j, j) is i more than this.
         let row = j * (subaperture - j);
         if 2 * i + 1 < subaperture {
-            let (f, g) = (lag(row + i), lag(row + subaperture - 1 - i));
-            return [
+            let (f, g) = (lag(row + i)?, lag(row + subaperture - 1 - i)?);
+            return Some([
                 (f.re + g.re) * factor,
                 (f.im - g.im) * factor,
                 -(f.im + g.im) * factor,
                 (f.re - g.re) * factor,
-            ];
+            ]);
         }
         let zero = factor.zero();
         if 2 * i >= subaperture {
-            return [zero; 4];
+            return Some([zero; 4]);
         }
-        let f = lag(row + i);
+        let f = lag(row + i)?;
         if i == j {
-            return [f.re * factor, zero, zero, zero];
+            return Some([f.re * factor, zero, zero, zero]);
         }
         let root = factor.splat(FRAC_1_SQRT_2);
-        [
+        Some([
             (f.re + f.re) * factor * root,
             zero,
             -(f.im + f.im) * factor * root,
             zero,
-        ]
+        ])
     }
 
     /// Pair `i` with itself, loaded; the rows that fill up the last tile are those of the identity.
     #[inline(always)]
     fn diagonal<V: Vector>(
-        lag: &impl Fn(usize) -> ComplexVector<V>,
+        lag: &impl Fn(usize) -> Option<ComplexVector<V>>,
         subaperture: usize,
         i: usize,
         diagonal_loading: &DiagonalLoading<V>,
-    ) -> [V; 4] {
-        let [ss, ds, sd, dd] = Self::pairs(lag, subaperture, i, i, diagonal_loading.factor);
+    ) -> Option<[V; 4]> {
+        let [ss, ds, sd, dd] = Self::pairs(lag, subaperture, i, i, diagonal_loading.factor)?;
         let added = diagonal_loading.added;
         if 2 * i + 1 < subaperture {
-            return [ss + added, ds, sd, dd + added];
+            return Some([ss + added, ds, sd, dd + added]);
         }
         let one = added.splat(1.0);
         let middle = if 2 * i < subaperture { ss + added } else { one };
-        [middle, ds, sd, one]
+        Some([middle, ds, sd, one])
     }
 }
 
@@ -116,7 +116,8 @@ impl<V: Vector> Basis<V> for ForwardBackward {
         rows: &[[ComplexVector<V>; LAGS]],
     ) {
         // A place and its mirror image come nearer to each other with every row.
-        let (mut rows, mut lags, mut next) = (rows, &mut lags[lag..], subaperture);
+        let (mut rows, mut lags, mut next) =
+            (rows, lags.get_mut(lag..).unwrap_or_default(), subaperture);
         while let [first, ..] = rows {
             if let (Some(mirrored), Some(kept)) =
                 (rows.last_chunk::<LAGS>(), lags.first_chunk_mut::<LAGS>())
@@ -125,64 +126,63 @@ impl<V: Vector> Basis<V> for ForwardBackward {
                     kept[k] = first[k] + mirrored[LAGS - 1 - k][k];
                 }
             } else {
-                for (k, (kept, mirrored)) in lags.iter_mut().zip(rows.iter().rev()).enumerate() {
-                    *kept = first[k] + mirrored[k];
+                let pairs = first.iter().zip(rows.iter().rev());
+                for (k, (kept, (&first, mirrored))) in lags.iter_mut().zip(pairs).enumerate() {
+                    *kept = first + mirrored[k];
                 }
             }
             let [_, inner @ .., _] = rows else {
                 break;
             };
             rows = inner;
-            lags = &mut lags[next..];
+            lags = lags.get_mut(next..).unwrap_or_default();
             next -= 2;
         }
     }
 
     #[inline(always)]
-    fn trace(lag: impl Fn(usize) -> ComplexVector<V>, subaperture: usize) -> V {
+    fn trace(lag: impl Fn(usize) -> Option<ComplexVector<V>>, subaperture: usize) -> Option<V> {
         let half = subaperture / 2;
-        let mut trace = lag(0).re.zero();
+        let mut trace = lag(0)?.re.zero();
         for place in 0..half {
-            trace = trace + lag(Self::index(subaperture, 0, place)).re;
+            trace = trace + lag(Self::index(subaperture, 0, place))?.re;
         }
         trace = trace + trace;
         if subaperture % 2 == 1 {
-            trace = trace + lag(Self::index(subaperture, 0, half)).re;
+            trace = trace + lag(Self::index(subaperture, 0, half))?.re;
         }
-        trace
+        Some(trace)
     }
 
     #[inline(always)]
     fn matrix(
-        lag: impl Fn(usize) -> ComplexVector<V>,
+        lag: impl Fn(usize) -> Option<ComplexVector<V>>,
         subaperture: usize,
         diagonal_loading: &DiagonalLoading<V>,
         matrix: &mut [PanelColumn<V>],
-    ) {
+    ) -> Option<()> {
         let factor = diagonal_loading.factor;
         const PAIRS: usize = TILE / 2;
         for block in 0..subaperture.div_ceil(TILE) {
-            let (tiles, _) = matrix[panel(block)..panel(block + 1)].as_chunks_mut::<TILE>();
-            let Some((diagonal, before)) = tiles.split_last_mut() else {
-                return;
-            };
+            let (before, diagonal) = columns_mut(matrix, block)?;
+            let (before, _) = before.as_chunks_mut::<TILE>();
             let i = PAIRS * block;
             for (t, tile) in before.iter_mut().enumerate() {
                 for k in 0..PAIRS {
                     let j = PAIRS * t + k;
-                    let [ss, ds, sd, dd] = Self::pairs(&lag, subaperture, i, j, factor);
+                    let [ss, ds, sd, dd] = Self::pairs(&lag, subaperture, i, j, factor)?;
                     let [next_ss, next_ds, next_sd, next_dd] =
-                        Self::pairs(&lag, subaperture, i + 1, j, factor);
+                        Self::pairs(&lag, subaperture, i + 1, j, factor)?;
                     tile[2 * k] = [ss, ds, next_ss, next_ds];
                     tile[2 * k + 1] = [sd, dd, next_sd, next_dd];
                 }
             }
             // The diagonal tile is symmetric.
-            let [ss, ds, sd, dd] = Self::diagonal(&lag, subaperture, i, diagonal_loading);
+            let [ss, ds, sd, dd] = Self::diagonal(&lag, subaperture, i, diagonal_loading)?;
             let [cross_ss, cross_ds, cross_sd, cross_dd] =
-                Self::pairs(&lag, subaperture, i + 1, i, factor);
+                Self::pairs(&lag, subaperture, i + 1, i, factor)?;
             let [next_ss, next_ds, next_sd, next_dd] =
-                Self::diagonal(&lag, subaperture, i + 1, diagonal_loading);
+                Self::diagonal(&lag, subaperture, i + 1, diagonal_loading)?;
             *diagonal = [
                 [ss, ds, cross_ss, cross_ds],
                 [sd, dd, cross_sd, cross_dd],
@@ -190,6 +190,7 @@ impl<V: Vector> Basis<V> for ForwardBackward {
                 [cross_ds, cross_dd, next_sd, next_dd],
             ];
         }
+        Some(())
     }
 
     #[inline(always)]
@@ -204,8 +205,7 @@ impl<V: Vector> Basis<V> for ForwardBackward {
                 im: -apart.re,
             };
         }
-        if let [middle] = middle {
-            let s = s[s.len() / 2];
+        if let ([middle], Some(s)) = (middle, s.get(s.len() / 2)) {
             *middle = s.scale(s.re.splat(SQRT_2));
         }
     }
@@ -224,7 +224,9 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     #[inline(always)]
     fn right_sides(data: &[ComplexVector<V>], rows: &mut [[V; RIGHT_SIDES]]) {
         let (pairs, middle) = data.as_chunks::<2>();
-        let (rows, last) = rows.split_at_mut(2 * pairs.len());
+        let Some((rows, last)) = rows.split_at_mut_checked(2 * pairs.len()) else {
+            return;
+        };
         let (rows, _) = rows.as_chunks_mut::<2>();
         for ([sum, difference], [s, d]) in rows.iter_mut().zip(pairs) {
             *sum = [s.re.splat(1.0), s.re, s.im];
@@ -252,20 +254,26 @@ impl<V: Vector> Basis<V> for ForwardBackward {
 
     #[inline(always)]
     fn weights(v: &mut [ComplexVector<V>], scratch: &mut [ComplexVector<V>]) {
-        let length = v.len();
-        let one_half = v[0].re.splat(0.5);
-        for i in 0..length / 2 {
-            let (sum, difference) = (v[2 * i], v[2 * i + 1]);
+        let Some(scratch) = scratch.get_mut(..v.len()) else {
+            return;
+        };
+        let (pairs, last) = v.as_chunks::<2>();
+        let mut ends = scratch.iter_mut();
+        for &[sum, difference] in pairs {
             let turned = ComplexVector {
                 re: -difference.im,
                 im: difference.re,
             };
-            scratch[i] = (sum + turned).scale(one_half);
-            scratch[length - 1 - i] = (sum - turned).scale(one_half);
+            let one_half = sum.re.splat(0.5);
+            if let (Some(first), Some(last)) = (ends.next(), ends.next_back()) {
+                *first = (sum + turned).scale(one_half);
+                *last = (sum - turned).scale(one_half);
+            }
         }
-        if length % 2 == 1 {
-            scratch[length / 2] = v[length - 1].scale(one_half.splat(FRAC_1_SQRT_2));
+        if let ([last], Some(middle)) = (last, ends.next()) {
+            let one_half = last.re.splat(0.5);
+            *middle = last.scale(one_half.splat(FRAC_1_SQRT_2));
         }
-        v.copy_from_slice(&scratch[..length]);
+        copy(scratch, v);
     }
 }

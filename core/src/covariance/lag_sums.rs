@@ -20,6 +20,7 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 /// `4·L²·P`.
 #[inline(always)]
 pub fn lag_sums<A: Averaging<V>, V: Vector>(
+    zero: V,
     x: &[ComplexVector<V>],
     subaperture: usize,
     scratch: &mut [ComplexVector<V>],
@@ -27,67 +28,72 @@ pub fn lag_sums<A: Averaging<V>, V: Vector>(
 ) {
     let mut lag = 0;
     while V::LANES == 1 && lag + 4 <= subaperture {
-        group::<A, V, 4>(x, subaperture, lag, scratch, lags);
+        group::<A, V, 4>(zero, x, subaperture, lag, scratch, lags);
         lag += 4;
     }
     while lag + 2 <= subaperture {
-        group::<A, V, 2>(x, subaperture, lag, scratch, lags);
+        group::<A, V, 2>(zero, x, subaperture, lag, scratch, lags);
         lag += 2;
     }
     if lag < subaperture {
-        group::<A, V, 1>(x, subaperture, lag, scratch, lags);
+        group::<A, V, 1>(zero, x, subaperture, lag, scratch, lags);
     }
 }
 
 /// The lags `lag..lag + LAGS`.
 #[inline(never)]
 fn group<A: Averaging<V>, V: Vector, const LAGS: usize>(
+    zero: V,
     x: &[ComplexVector<V>],
     subaperture: usize,
     lag: usize,
     scratch: &mut [ComplexVector<V>],
     lags: &mut [ComplexVector<V>],
 ) {
-    x[0].re.vectorize(
+    zero.vectorize(
         #[inline(always)]
         || {
+            let zero = zero.zero();
             let (rows, _) = scratch.as_chunks_mut::<LAGS>();
-            let rows = &mut rows[..subaperture - lag];
-            diagonals(x, subaperture, lag, rows);
-            A::keep(lags, subaperture, lag, rows);
+            if let Some(rows) = rows.get_mut(..subaperture - lag) {
+                diagonals(zero, x, subaperture, lag, rows);
+                A::keep(lags, subaperture, lag, rows);
+            }
         },
     );
 }
 
-/// Puts the sums of lag `lag + k` at place `j` into `rows[j][k]`.
+/// Puts the sums of lag `lag + k` at place `j` into `rows[j][k]`. None where `x` or `rows` is too short.
 #[inline(always)]
 fn diagonals<V: Vector, const LAGS: usize>(
+    zero: V,
     x: &[ComplexVector<V>],
     subaperture: usize,
     lag: usize,
     rows: &mut [[ComplexVector<V>; LAGS]],
-) {
+) -> Option<()> {
     let subapertures = x.len() - subaperture + 1;
     // The last place of the shortest lag.
     let last = rows.len() - 1;
-    let mut sums = [x[0].zero(); LAGS];
+    let mut sums = [ComplexVector::from_real(zero); LAGS];
     let lost = if subapertures < last {
         subapertures
     } else {
         last
     };
-    let (ahead, behind) = (&x[lag..], x);
-    let windows = ahead[..lost + LAGS - 1].array_windows();
-    for ((row, ahead), &behind) in rows[..lost].iter_mut().zip(windows).zip(&behind[..lost]) {
+    let (ahead, behind) = (x.get(lag..)?, x);
+    let windows = ahead.get(..lost + LAGS - 1)?.array_windows();
+    let pairs = windows.zip(behind.get(..lost)?);
+    for (row, (ahead, &behind)) in rows.get_mut(..lost)?.iter_mut().zip(pairs) {
         *row = products(ahead, behind);
         for k in 0..LAGS {
             sums[k] = sums[k] + row[k];
         }
     }
-    let (ahead, behind) = (&ahead[lost..], &behind[lost..]);
+    let (ahead, behind) = (ahead.get(lost..)?, behind.get(lost..)?);
     let rest = subapertures - lost;
-    let windows = ahead[..rest + LAGS - 1].array_windows();
-    for (ahead, &behind) in windows.zip(&behind[..rest]) {
+    let windows = ahead.get(..rest + LAGS - 1)?.array_windows();
+    for (ahead, &behind) in windows.zip(behind.get(..rest)?) {
         let product = products::<V, LAGS>(ahead, behind);
         for k in 0..LAGS {
             sums[k] = sums[k] + product[k];
@@ -95,12 +101,13 @@ fn diagonals<V: Vector, const LAGS: usize>(
     }
     // What enters from here on, at the places that all the lags have: a row's products give way to
     // its sums. With more places than subapertures, what is lost later enters before.
-    let (ahead, behind) = (&ahead[rest..], &behind[rest..]);
+    let (ahead, behind) = (ahead.get(rest..)?, behind.get(rest..)?);
     let whole = last + 1 - LAGS;
     for (j, (ahead, &behind)) in ahead.array_windows().zip(behind).take(whole).enumerate() {
         let product = products::<V, LAGS>(ahead, behind);
-        let leaving = rows[j];
-        rows[j] = sums;
+        let row = rows.get_mut(j)?;
+        let leaving = *row;
+        *row = sums;
         if let Some(row) = rows.get_mut(j + subapertures) {
             *row = product;
         }
@@ -109,20 +116,23 @@ fn diagonals<V: Vector, const LAGS: usize>(
         }
     }
     // And at those that one lag less has each time.
-    let (ahead, behind) = (&ahead[whole..], &behind[whole..]);
+    let ahead = ahead.get(whole..)?.get(..LAGS - 1)?;
+    let behind = behind.get(whole..)?.get(..LAGS - 1)?;
     for j in 0..LAGS {
         let place = whole + j;
         for k in 0..LAGS - 1 - j {
             let product = ahead[j + k].mul_conj(behind[j]);
-            let leaving = rows[place][k];
-            rows[place][k] = sums[k];
+            let entry = &mut rows.get_mut(place)?[k];
+            let leaving = *entry;
+            *entry = sums[k];
             if let Some(row) = rows.get_mut(place + subapertures) {
                 row[k] = product;
             }
             sums[k] = (sums[k] + product) - leaving;
         }
-        rows[place][LAGS - 1 - j] = sums[LAGS - 1 - j];
+        rows.get_mut(place)?[LAGS - 1 - j] = sums[LAGS - 1 - j];
     }
+    Some(())
 }
 
 /// The products of one element with those `lag` and more further on.
@@ -142,14 +152,17 @@ fn products<V: Vector, const LAGS: usize>(
 ///
 /// The first entry is summed directly, the rest slide: `s[i+1] = (s[i] + x[i+P]) − x[i]`.
 #[inline(always)]
-pub fn subaperture_sum<V: Vector>(x: &[ComplexVector<V>], s: &mut [ComplexVector<V>]) {
+pub fn subaperture_sum<V: Vector>(zero: V, x: &[ComplexVector<V>], s: &mut [ComplexVector<V>]) {
     let subapertures = x.len() - s.len() + 1;
-    let mut sum = x[0].zero();
-    for &value in &x[..subapertures] {
+    let (Some((first, entering)), [place, s @ ..]) = (x.split_at_checked(subapertures), s) else {
+        return;
+    };
+    let mut sum = ComplexVector::from_real(zero);
+    for &value in first {
         sum = sum + value;
     }
-    s[0] = sum;
-    for ((s, &entering), &leaving) in s[1..].iter_mut().zip(&x[subapertures..]).zip(x) {
+    *place = sum;
+    for ((s, &entering), &leaving) in s.iter_mut().zip(entering).zip(x) {
         sum = (sum + entering) - leaving;
         *s = sum;
     }

@@ -5,7 +5,7 @@
 //! `2K+1`; the older block is kept as suffix sums, the newer one as one growing prefix, and a window
 //! is one suffix plus the prefix. Three additions a number and sample, whatever `K` is.
 
-use crate::simd::{ComplexVector, Vector};
+use crate::simd::{ComplexVector, Vector, copy};
 
 /// Numbers whose suffix sums are formed together, half the widest registers.
 const PIECE: usize = 8;
@@ -34,7 +34,8 @@ pub fn slot<V: Vector>(
     if here == 0 && push > 0 && temporal_half_window > 0 {
         suffixes(memory, size, length);
     }
-    &mut memory[here * size..(here + 1) * size]
+    let slot = here * size..(here + 1) * size;
+    memory.get_mut(slot).unwrap_or_default()
 }
 
 /// Makes the block's slots suffix sums, but for the first: the whole older block is never a window's
@@ -44,7 +45,10 @@ pub fn slot<V: Vector>(
 /// to a slot is read again (4 % of MV and of rank 1 with 21 samples at 128/64).
 #[inline(never)]
 fn suffixes<V: Vector>(memory: &mut [ComplexVector<V>], size: usize, length: usize) {
-    memory[0].re.vectorize(
+    let Some(first) = memory.first() else {
+        return;
+    };
+    first.re.vectorize(
         #[inline(always)]
         || {
             let whole = size - size % PIECE;
@@ -66,13 +70,13 @@ fn piece<V: Vector, const N: usize>(
     length: usize,
     first: usize,
 ) {
-    let mut newer = memory[first..].chunks_mut(size).take(length).rev();
-    let newest = newer.next().and_then(|newest| newest.first_chunk::<N>());
-    let Some(&(mut sums)) = newest else {
+    let numbers = |slot: usize| slot * size + first..slot * size + first + N;
+    let newest = memory.get(numbers(length - 1));
+    let Some(&(mut sums)) = newest.and_then(<[_]>::first_chunk::<N>) else {
         return;
     };
-    for older in newer.take(length - 2) {
-        if let Some(older) = older.first_chunk_mut::<N>() {
+    for slot in (1..length - 1).rev() {
+        if let Some(older) = memory.get_mut(numbers(slot)) {
             for (sum, older) in sums.iter_mut().zip(older) {
                 *sum = *older + *sum;
                 *older = *sum;
@@ -93,18 +97,25 @@ pub fn window<V: Vector>(
     let length = 2 * temporal_half_window + 1;
     let here = push % length;
     if temporal_half_window == 0 {
-        return (None, &memory[..size]);
+        return (None, memory.get(..size).unwrap_or_default());
     }
-    let (slots, prefix) = memory.split_at_mut(length * size);
-    let prefix = &mut prefix[..size];
-    let newest = &slots[here * size..(here + 1) * size];
+    let (slots, prefix) = memory
+        .split_at_mut_checked(length * size)
+        .unwrap_or_default();
+    let prefix = prefix.get_mut(..size).unwrap_or_default();
+    let newest = here * size..(here + 1) * size;
+    let newest = slots.get(newest).unwrap_or_default();
     if here == 0 {
-        prefix.copy_from_slice(newest);
+        copy(newest, prefix);
     } else {
         for (prefix, &newest) in prefix.iter_mut().zip(newest) {
             *prefix = *prefix + newest;
         }
     }
-    let suffix = (here + 1 < length).then(|| &slots[(here + 1) * size..(here + 2) * size]);
+    let suffix = if here + 1 < length {
+        slots.get((here + 1) * size..(here + 2) * size)
+    } else {
+        None
+    };
     (suffix, prefix)
 }

@@ -1,8 +1,8 @@
 //! The RF of one transmit.
 
-use super::at_least_one;
 use crate::Error;
-use crate::error::check_length;
+use crate::error::{check_length, none};
+use core::num::NonZeroUsize;
 
 /// The largest magnitude accepted in the RF, so that no sum can overflow: the filters multiply it by
 /// less than 100, and adding that to the largest float is lost in its last place.
@@ -13,7 +13,7 @@ pub const MAX_MAGNITUDE: f32 = 1e30;
 #[derive(Clone, Copy, Debug)]
 pub struct Record<'a> {
     rf: &'a [f32],
-    elements: usize,
+    elements: NonZeroUsize,
 }
 
 impl<'a> Record<'a> {
@@ -33,9 +33,11 @@ impl<'a> Record<'a> {
     /// empty or ragged `rf`, [`Error::NonFinite`] with the index into `rf`
     /// (`element·samples + sample`).
     pub fn new(rf: &'a [f32], elements: usize) -> Result<Self, Error> {
-        at_least_one("elements", elements)?;
+        let Some(elements) = NonZeroUsize::new(elements) else {
+            return Err(none("elements"));
+        };
         let samples = (rf.len() / elements).max(1);
-        check_length("rf", rf.len(), elements.saturating_mul(samples))?;
+        check_length("rf", rf.len(), elements.get().saturating_mul(samples))?;
         // A whole piece at a time, since that needs no branch a sample; true for a NaN, too.
         let beyond = |value: &f32| !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(value);
         let all_within = |piece: &[f32]| !piece.iter().fold(false, |any, x| any | beyond(x));
@@ -43,19 +45,19 @@ impl<'a> Record<'a> {
             return Ok(Record { rf, elements });
         }
         let index = rf.iter().position(beyond).unwrap_or(0);
-        if rf[index].is_finite() {
-            return Err(Error::Parameter {
+        match rf.get(index) {
+            Some(value) if value.is_finite() => Err(Error::Parameter {
                 name: "rf",
-                value: f64::from(rf[index]),
+                value: f64::from(*value),
                 expected: "a magnitude of at most 1e30",
-            });
+            }),
+            _ => Err(Error::NonFinite { name: "rf", index }),
         }
-        Err(Error::NonFinite { name: "rf", index })
     }
 
     /// The number of elements.
     pub fn elements(&self) -> usize {
-        self.elements
+        self.elements.get()
     }
 
     /// The samples of each element.
@@ -66,6 +68,7 @@ impl<'a> Record<'a> {
     /// The samples of one element.
     pub(super) fn element(&self, element: usize) -> &'a [f32] {
         let samples = self.samples();
-        &self.rf[element * samples..(element + 1) * samples]
+        let own = element * samples..(element + 1) * samples;
+        self.rf.get(own).unwrap_or_default()
     }
 }

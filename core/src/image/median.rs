@@ -3,7 +3,7 @@
 use super::check_finite;
 use crate::Error;
 use crate::error::check_length;
-use crate::simd::{Vector, load};
+use crate::simd::{Vector, copy, load};
 
 /// The median of each pixel's 3×3 neighbourhood; `image` and `out` are row-major, `columns` wide.
 ///
@@ -60,7 +60,10 @@ fn rows_of<V: Vector>(zero: V, image: &[f32], columns: usize, out: &mut [f32]) {
         let below = if row + 1 < rows { row + 1 } else { row };
         let three = [row.saturating_sub(1), row, below].map(
             #[inline(always)]
-            |row| &image[row * columns..][..columns],
+            |row| {
+                let row = image.get(row * columns..).unwrap_or_default();
+                row.get(..columns).unwrap_or_default()
+            },
         );
         // Inside, whole vectors; the ends of the row and what is left, pixel by pixel.
         let mut column = 0;
@@ -70,9 +73,11 @@ fn rows_of<V: Vector>(zero: V, image: &[f32], columns: usize, out: &mut [f32]) {
                     three,
                     [column - 1, column, column + 1],
                     #[inline(always)]
-                    |row, column| load(zero, &row[column..]),
+                    |row, column| load(zero, row.get(column..).unwrap_or_default()),
                 );
-                out[column..column + V::LANES].copy_from_slice(median_of_nine(pixels).lanes());
+                if let Some(out) = out.get_mut(column..column + V::LANES) {
+                    copy(median_of_nine(pixels).lanes(), out);
+                }
                 column += V::LANES;
             } else {
                 let right = if column + 1 < columns {
@@ -84,9 +89,11 @@ fn rows_of<V: Vector>(zero: V, image: &[f32], columns: usize, out: &mut [f32]) {
                     three,
                     [column.saturating_sub(1), column, right],
                     #[inline(always)]
-                    |row, column| row[column],
+                    |row, column| row.get(column).copied().unwrap_or(0.0),
                 );
-                out[column] = median_of_nine(pixels);
+                if let Some(out) = out.get_mut(column) {
+                    *out = median_of_nine(pixels);
+                }
                 column += 1;
             }
         }
@@ -96,45 +103,53 @@ fn rows_of<V: Vector>(zero: V, image: &[f32], columns: usize, out: &mut [f32]) {
 /// What `load` finds in three rows at three columns.
 #[inline(always)]
 fn neighbourhood<V>(
-    rows: [&[f32]; 3],
-    columns: [usize; 3],
+    [above, own, below]: [&[f32]; 3],
+    [left, middle, right]: [usize; 3],
     load: impl Fn(&[f32], usize) -> V,
 ) -> [V; 9] {
-    core::array::from_fn(
-        #[inline(always)]
-        |k| load(rows[k / 3], columns[k % 3]),
-    )
+    [
+        load(above, left),
+        load(above, middle),
+        load(above, right),
+        load(own, left),
+        load(own, middle),
+        load(own, right),
+        load(below, left),
+        load(below, middle),
+        load(below, right),
+    ]
 }
 
 /// A selection network: only the middle one of the nine ends in order.
 #[inline(always)]
 fn median_of_nine<V: Vector>(mut p: [V; 9]) -> V {
-    const EXCHANGES: [(usize, usize); 19] = [
-        (1, 2),
-        (4, 5),
-        (7, 8),
-        (0, 1),
-        (3, 4),
-        (6, 7),
-        (1, 2),
-        (4, 5),
-        (7, 8),
-        (0, 3),
-        (5, 8),
-        (4, 7),
-        (3, 6),
-        (1, 4),
-        (2, 5),
-        (4, 7),
-        (4, 2),
-        (6, 4),
-        (4, 2),
-    ];
-    for (low, high) in EXCHANGES {
-        let (a, b) = (p[low], p[high]);
-        let swap = b.less(a);
-        p[low] = V::select(swap, b, a);
-        p[high] = V::select(swap, a, b);
-    }
+    exchange::<1, 2, V>(&mut p);
+    exchange::<4, 5, V>(&mut p);
+    exchange::<7, 8, V>(&mut p);
+    exchange::<0, 1, V>(&mut p);
+    exchange::<3, 4, V>(&mut p);
+    exchange::<6, 7, V>(&mut p);
+    exchange::<1, 2, V>(&mut p);
+    exchange::<4, 5, V>(&mut p);
+    exchange::<7, 8, V>(&mut p);
+    exchange::<0, 3, V>(&mut p);
+    exchange::<5, 8, V>(&mut p);
+    exchange::<4, 7, V>(&mut p);
+    exchange::<3, 6, V>(&mut p);
+    exchange::<1, 4, V>(&mut p);
+    exchange::<2, 5, V>(&mut p);
+    exchange::<4, 7, V>(&mut p);
+    exchange::<4, 2, V>(&mut p);
+    exchange::<6, 4, V>(&mut p);
+    exchange::<4, 2, V>(&mut p);
     p[4]
+}
+
+/// Puts two of the nine in order.
+#[inline(always)]
+fn exchange<const LOW: usize, const HIGH: usize, V: Vector>(p: &mut [V; 9]) {
+    let (a, b) = (p[LOW], p[HIGH]);
+    let swap = b.less(a);
+    p[LOW] = V::select(swap, b, a);
+    p[HIGH] = V::select(swap, a, b);
 }

@@ -53,7 +53,7 @@ pub fn resample(
         rows.count.saturating_mul(columns.count),
     )?;
     check_finite("lines to resample", data)?;
-    if rows.count == 0 {
+    if rows.count == 0 || columns.count == 0 {
         return Ok(());
     }
 
@@ -67,17 +67,16 @@ pub fn resample(
         }
         for (row, pixels) in out.chunks_exact_mut(columns.count).enumerate() {
             let along_samples = samples.locate(rows.position(row));
-            for (pixel, place) in pixels[first..end].iter_mut().zip(places) {
-                *pixel = match (place, along_samples) {
-                    (Some((beam, p)), Some((sample, q))) => {
-                        let corner = beam * samples.count + sample;
-                        let near = between(data[corner], data[corner + 1], q);
-                        let next = corner + samples.count;
-                        let far = between(data[next], data[next + 1], q);
-                        between(near, far, p)
+            let pixels = pixels.get_mut(first..end).unwrap_or_default();
+            for (pixel, place) in pixels.iter_mut().zip(places) {
+                *pixel = 0.0;
+                if let (Some((beam, p)), Some((sample, q))) = (place, along_samples) {
+                    let corner = beam * samples.count + sample;
+                    let (near, far) = (pair(data, corner), pair(data, corner + samples.count));
+                    if let (Some([a, b]), Some([c, d])) = (near, far) {
+                        *pixel = between(between(*a, *b, q), between(*c, *d, q), p);
                     }
-                    _ => 0.0,
-                };
+                }
             }
         }
     }
@@ -109,6 +108,11 @@ pub(super) fn check_axes(
         }
     }
     Ok(())
+}
+
+/// The values at a place and the next one.
+fn pair(data: &[f32], at: usize) -> Option<&[f32; 2]> {
+    data.get(at..)?.first_chunk()
 }
 
 fn between(a: f32, b: f32, fraction: f32) -> f32 {

@@ -15,6 +15,8 @@ use crate::simd::{Scalar, Vector};
 /// while `k` runs over all columns before it, so that each product costs two operations and half a
 /// load. The rows below follow each panel while it is near.
 ///
+/// There are as many tiles of `a`, `g` and `rows` as the panels ask for; what is beyond is left.
+///
 /// Returns the lanes in which the matrix is positive definite: no pivot is below the rounding error
 /// of the trace. From there on the others' pivots count as just that, but what follows is made of
 /// rounding errors, which can grow beyond f32; their caller takes the eigensolver.
@@ -22,12 +24,12 @@ use crate::simd::{Scalar, Vector};
 /// Cost: `n³/3` flops real, `4n³/3` complex, `n` roots and divisions; `n²` (`4n²`) for each row below.
 #[inline(always)]
 pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
+    zero: V,
     a: &[PanelColumn<S>],
     g: &mut [PanelColumn<S>],
     rows: &mut [[S; ROWS]],
     panels: usize,
 ) -> V::Mask {
-    let zero = a[0][0].real().zero();
     let mut definite = zero.mask(
         #[inline(always)]
         |_| true,
@@ -36,20 +38,35 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
     let (g, _) = g.as_chunks_mut::<TILE>();
     let (rows, _) = rows.as_chunks_mut::<TILE>();
     for i in 0..panels {
-        let (done, rest) = g.split_at_mut(first_tile(i));
-        let own = &mut rest[..=i];
-        let a = &a[first_tile(i)..][..=i];
+        let Some((done, rest)) = g.split_at_mut_checked(first_tile(i)) else {
+            break;
+        };
+        let of_panel = first_tile(i)..first_tile(i) + i + 1;
+        let (Some((diagonal, own)), Some((last, a))) = (
+            rest.get_mut(..=i).and_then(<[_]>::split_last_mut),
+            a.get(of_panel).and_then(<[_]>::split_last),
+        ) else {
+            break;
+        };
         let mut done = &*done;
-        for j in 0..i {
-            let (panel, rest) = done.split_at(j + 1);
+        for (j, &entry) in a.iter().enumerate() {
+            let Some((panel, rest)) = done.split_at_checked(j + 1) else {
+                break;
+            };
             done = rest;
-            let mut sums = a[j];
-            subtract_products(&mut sums, &own[..j], &panel[..j]);
-            divide(&mut sums, &panel[j]);
-            own[j] = sums;
+            let (Some((tile, panel)), Some((place, own))) = (
+                panel.split_last(),
+                own.get_mut(..=j).and_then(<[_]>::split_last_mut),
+            ) else {
+                break;
+            };
+            let mut sums = entry;
+            subtract_products(&mut sums, own, panel);
+            divide(&mut sums, tile);
+            *place = sums;
         }
-        let mut sums = a[i];
-        subtract_products(&mut sums, &own[..i], &own[..i]);
+        let mut sums = *last;
+        subtract_products(&mut sums, own, own);
         for k in 0..TILE {
             let pivot = sums[k][k].real();
             definite = definite & zero.splat(FLOOR).less(pivot);
@@ -65,12 +82,14 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
                 }
             }
         }
-        own[i] = sums;
-        let (before, rest) = rows.split_at_mut(i);
-        let mut row = rest[0];
-        subtract_products(&mut row, before, &own[..i]);
+        *diagonal = sums;
+        let Some((before, [place, ..])) = rows.split_at_mut_checked(i) else {
+            break;
+        };
+        let mut row = *place;
+        subtract_products(&mut row, before, own);
         divide(&mut row, &sums);
-        rest[0] = row;
+        *place = row;
     }
     definite
 }

@@ -16,27 +16,32 @@ const LAST_STEP: f32 = 1e-6;
 /// times `n` divisions.
 #[inline(always)]
 pub fn dominant_eigenpair<S: Scalar<V>, V: Vector>(
+    zero: V,
     a: &[PanelColumn<S>],
     n: usize,
     reduction: &mut Reduction<'_, '_, S, V>,
     wanted: V::Mask,
 ) -> V {
-    let zero = a[0][0].real().zero();
-    let mean = reduction.reduce(a, n);
+    let mean = reduction.reduce(zero, a, n);
     let mut bound = zero;
     let tridiagonal = &mut *reduction.tridiagonal;
     for i in 0..n {
-        tridiagonal.diagonal[i] = tridiagonal.diagonal[i] + mean;
+        if let Some(entry) = tridiagonal.diagonal.get_mut(i) {
+            *entry = *entry + mean;
+        }
         bound = tridiagonal.upper_bound(i + 1, bound);
     }
     let enough = zero.splat(LAST_STEP) * bound;
     let theta = tridiagonal.largest(n, bound, enough, wanted);
     tridiagonal.eigenvector(n, theta);
-    let x = &mut reduction.vectors[..n.next_multiple_of(TILE)];
-    for (x, &y) in x.iter_mut().zip(&tridiagonal.eigenvector[..n]) {
-        *x = S::from_real(y);
+    let padded = n.next_multiple_of(TILE);
+    let x = reduction.vectors.get_mut(..padded).unwrap_or_default();
+    if let Some((x, beyond)) = x.split_at_mut_checked(n) {
+        for (x, &y) in x.iter_mut().zip(&*tridiagonal.eigenvector) {
+            *x = S::from_real(y);
+        }
+        beyond.fill(S::from_real(zero));
     }
-    x[n..].fill(S::from_real(zero));
-    reduction.transform_back(n);
+    reduction.transform_back(zero, n);
     theta
 }

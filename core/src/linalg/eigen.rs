@@ -3,6 +3,7 @@
 use super::householder::Reduction;
 use super::implicit_ql::implicit_ql;
 use super::panels::PanelColumn;
+use super::tridiagonal::Tridiagonal;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// All eigenvalues of the matrix `a` of `n` rows, unordered in `values`, and what the eigenvectors `E`
@@ -14,17 +15,24 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 /// Cost: the reduction, then QL.
 #[inline(always)]
 pub fn eigen<S: Scalar<V>, V: Vector>(
+    zero: V,
     a: &[PanelColumn<S>],
     n: usize,
     reduction: &mut Reduction<'_, '_, S, V>,
     values: &mut [V],
     [x, y]: [&mut [ComplexVector<V>]; 2],
 ) {
-    let mean = reduction.reduce(a, n);
-    reduction.project(n, [&mut *x, &mut *y]);
-    let d = &mut reduction.tridiagonal.diagonal[..n];
-    let e = &mut reduction.tridiagonal.off_diagonal[..n];
-    implicit_ql(d, e, [x, y]);
+    let mean = reduction.reduce(zero, a, n);
+    reduction.project(zero, n, [&mut *x, &mut *y]);
+    let Tridiagonal {
+        diagonal,
+        off_diagonal,
+        ..
+    } = &mut *reduction.tridiagonal;
+    let (Some(d), Some(e)) = (diagonal.get_mut(..n), off_diagonal.get_mut(..n)) else {
+        return;
+    };
+    implicit_ql(zero, d, e, [x, y]);
     for (value, &d) in values.iter_mut().zip(&*d) {
         *value = d + mean;
     }

@@ -1,6 +1,6 @@
 //! How far the largest eigenvalue is from the others at least, by the sum of the squares of all.
 
-use super::panels::{PanelColumn, TILE, panel};
+use super::panels::{PanelColumn, TILE, columns};
 use crate::simd::{Scalar, Vector};
 
 /// `‖A − μ‖²`: the diagonal's from zero, and twice the rest's, column by column below the diagonal in
@@ -10,7 +10,9 @@ pub fn squared_deviations<S: Scalar<V>, V: Vector>(a: &[PanelColumn<S>], n: usiz
     let zero = mean.zero();
     let (mut diagonal, mut rest) = (zero, [zero; TILE]);
     for i in 0..n.div_ceil(TILE) {
-        let (before, tile) = a[panel(i)..panel(i + 1)].split_at(TILE * i);
+        let Some((before, tile)) = columns(a, i) else {
+            break;
+        };
         for column in before {
             for r in 0..TILE {
                 rest[r] = rest[r] + column[r].norm_sqr();

@@ -9,9 +9,9 @@
 //! [`inner_product`]; those of `Av` ascend one by one.
 
 use super::inner_product::inner_product;
-use super::panels::{PanelColumn, TILE, panel, trace};
+use super::panels::{PanelColumn, TILE, columns_mut, panel, trace};
 use super::tridiagonal::Tridiagonal;
-use crate::simd::{ComplexVector, Scalar, Vector};
+use crate::simd::{ComplexVector, Scalar, Vector, copy};
 
 /// Below this power (of a matrix with trace near 1) a row's tail and an entry count as zero: far
 /// below the rounding errors, and far above where a square loses bits, with which reflections and
@@ -41,21 +41,24 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
     ///
     /// Cost: `4n³/3` flops real, `16n³/3` complex; `n` roots and divisions.
     #[inline(always)]
-    pub fn reduce(&mut self, a: &[PanelColumn<S>], n: usize) -> V {
-        let padded = n.next_multiple_of(TILE);
-        let columns = panel(padded / TILE);
-        self.panels[..columns].copy_from_slice(&a[..columns]);
-        let mean = trace(a, n) / a[0][0].real().splat(n as f32);
-        for i in 0..n {
-            let entry = &mut self.panels[panel(i / TILE) + i][i % TILE];
-            *entry = S::from_real(entry.real() - mean);
+    pub fn reduce(&mut self, zero: V, a: &[PanelColumn<S>], n: usize) -> V {
+        let columns = panel(n.div_ceil(TILE));
+        if let (Some(panels), Some(a)) = (self.panels.get_mut(..columns), a.get(..columns)) {
+            copy(a, panels);
         }
-        self.reflect(n);
+        let mean = trace(zero, a, n) / zero.splat(n as f32);
+        for i in 0..n {
+            if let Some(column) = self.panels.get_mut(panel(i / TILE) + i) {
+                let entry = &mut column[i % TILE];
+                *entry = S::from_real(entry.real() - mean);
+            }
+        }
+        self.reflect(zero, n);
         mean
     }
 
     #[inline(always)]
-    fn reflect(&mut self, n: usize) {
+    fn reflect(&mut self, zero: V, n: usize) {
         let Reduction {
             panels: a,
             vectors,
@@ -67,30 +70,49 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
             off_diagonal,
             ..
         } = tridiagonal;
-        let zero = a[0][0].real().zero();
         let padded = n.next_multiple_of(TILE);
-        let vectors = &mut vectors[..4 * padded];
+        let Some(vectors) = vectors.get_mut(..4 * padded) else {
+            return;
+        };
+        let (Some(diagonal), Some(off_diagonal), Some(phases)) = (
+            diagonal.get_mut(..n),
+            off_diagonal.get_mut(..n),
+            phases.get_mut(..n),
+        ) else {
+            return;
+        };
         vectors.fill(S::from_real(zero));
-        let (old, new) = vectors.split_at_mut(2 * padded);
-        let (mut v, mut q) = old.split_at_mut(padded);
-        let (mut u, mut p) = new.split_at_mut(padded);
+        let mut vectors = vectors.chunks_exact_mut(padded.max(1));
+        let (Some(mut v), Some(mut q), Some(mut u), Some(mut p)) = (
+            vectors.next(),
+            vectors.next(),
+            vectors.next(),
+            vectors.next(),
+        ) else {
+            return;
+        };
         for m in (1..n).rev() {
-            let row = &mut a[panel(m / TILE)..][..=m];
+            let panels = m.div_ceil(TILE);
+            let end = TILE * panels;
+            let (Some(row), Some(entry)) = (row_mut(a, m), diagonal.get_mut(m)) else {
+                return;
+            };
+            if m >= padded || end > padded {
+                return;
+            }
             let (vm, qm) = (v[m], q[m]);
             for ((column, (&v, &q)), u) in row.iter_mut().zip(v.iter().zip(&*q)).zip(&mut *u) {
                 *u = ((column[m % TILE] - vm.mul_conj(q)) - qm.mul_conj(v)).conj();
             }
-            diagonal[m] = u[m].real();
+            *entry = u[m].real();
             // The row keeps the reflector from here on.
             (v[m], q[m]) = (S::from_real(zero), S::from_real(zero));
-            let panels = m.div_ceil(TILE);
-            let end = TILE * panels;
             let alpha = u[m - 1];
             // The reflector ends at m − 1; zeros fill up the panel.
             u[m - 1..].fill(S::from_real(zero));
             let (length, phase) = polar(alpha);
             let (tiles, _) = u[..end].as_chunks();
-            let tail = inner_product(tiles, tiles).real();
+            let tail = inner_product(zero, tiles, tiles).real();
             // A lane whose row is reduced already keeps its block: τ = 0.
             let reduced = tail.less(zero.splat(NOTHING));
             let reach = (length * length + tail).sqrt();
@@ -105,7 +127,7 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
             }
             row[m][m % TILE] = S::from_real(tau);
 
-            update_and_multiply(a, panels, [&*v, &*q, &*u], p);
+            update_and_multiply(zero, a, panels, [&*v, &*q, &*u], p);
             // Not the rows that are done.
             p[m..].fill(S::from_real(zero));
             for p in &mut p[..m] {
@@ -113,28 +135,34 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
             }
             let (u_tiles, _) = u[..end].as_chunks();
             let (p_tiles, _) = p[..end].as_chunks();
-            let half = zero.splat(0.5) * tau * inner_product(u_tiles, p_tiles).real();
+            let half = zero.splat(0.5) * tau * inner_product(zero, u_tiles, p_tiles).real();
             for (p, &u) in p[..m].iter_mut().zip(&*u) {
                 *p = *p - u.scale(half);
             }
             (v, u) = (u, v);
             (q, p) = (p, q);
         }
-        let update = v[0].mul_conj(q[0]);
-        diagonal[0] = ((a[0][0] - update) - q[0].mul_conj(v[0])).real();
+        if let ([first, ..], [column, ..], [v, ..], [q, ..]) = (diagonal, &**a, &*v, &*q) {
+            *first = ((column[0] - v.mul_conj(*q)) - q.mul_conj(*v)).real();
+        }
     }
 
     /// `x ← Q·D·x`.
     #[inline(always)]
-    pub fn transform_back(&mut self, n: usize) {
-        let x = &mut self.vectors[..n];
-        let mut phase = S::from_real(x[0].real().splat(1.0));
+    pub fn transform_back(&mut self, zero: V, n: usize) {
+        let (Some(x), Some(phases)) = (self.vectors.get_mut(..n), self.phases.get(..n)) else {
+            return;
+        };
+        let mut phase = S::from_real(zero.splat(1.0));
         for m in 1..n {
-            let row = &self.panels[panel(m / TILE)..][..=m];
-            let (before, rest) = x.split_at_mut(m);
-            let mut sums = [S::from_real(phase.real().zero()); TILE];
+            let (Some((diagonal, row)), Some((before, [own, ..]))) =
+                (row(self.panels, m), x.split_at_mut_checked(m))
+            else {
+                return;
+            };
+            let mut sums = [S::from_real(zero); TILE];
             let (tiles, last) = before.as_chunks::<TILE>();
-            let (row_tiles, last_row) = row[..m].as_chunks::<TILE>();
+            let (row_tiles, last_row) = row.as_chunks::<TILE>();
             for (tile, x) in row_tiles.iter().zip(tiles) {
                 for r in 0..TILE {
                     sums[r] = sums[r] + x[r].mul_conj(tile[r][m % TILE]);
@@ -143,48 +171,65 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
             for (sum, (column, &x)) in sums.iter_mut().zip(last_row.iter().zip(last)) {
                 *sum = *sum + x.mul_conj(column[m % TILE]);
             }
-            let tau = row[m][m % TILE].real();
+            let tau = diagonal[m % TILE].real();
             let along = ((sums[0] + sums[1]) + (sums[2] + sums[3])).scale(tau);
             for (x, column) in before.iter_mut().zip(row) {
                 *x = *x - column[m % TILE].mul(along);
             }
             // T(m−1,m) = D(m−1)*·t·D(m) is real and positive.
-            phase = phase.mul_conj(self.phases[m]);
-            rest[0] = rest[0].mul(phase);
+            phase = phase.mul_conj(phases[m]);
+            *own = own.mul(phase);
         }
     }
 
-    /// `x ← Dᴴ·Qᴴ·x` for both vectors; a reflector is read once for the two.
+    /// `x ← Dᴴ·Qᴴ·x` for both vectors, of `n` entries; a reflector is read once for the two.
     #[inline(always)]
-    pub fn project(&self, n: usize, [x, y]: [&mut [ComplexVector<V>]; 2]) {
-        let zero = x[0].zero();
+    pub fn project(&self, zero: V, n: usize, [x, y]: [&mut [ComplexVector<V>]; 2]) {
+        let (Some(x), Some(y), Some(phases)) =
+            (x.get_mut(..n), y.get_mut(..n), self.phases.get(..n))
+        else {
+            return;
+        };
         for m in (1..n).rev() {
-            let row = &self.panels[panel(m / TILE)..][..=m];
-            let (x, y) = (&mut x[..m], &mut y[..m]);
-            let mut sums = [[zero; TILE]; 2];
+            let Some((last, row)) = row(self.panels, m) else {
+                return;
+            };
+            let mut sums = [[ComplexVector::from_real(zero); TILE]; 2];
             for (j, (column, (&x, &y))) in row.iter().zip(x.iter().zip(&*y)).enumerate() {
                 let entry = column[m % TILE];
                 sums[0][j % TILE] = sums[0][j % TILE] + entry.conj_mul_complex(x);
                 sums[1][j % TILE] = sums[1][j % TILE] + entry.conj_mul_complex(y);
             }
-            let tau = row[m][m % TILE].real();
+            let tau = last[m % TILE].real();
             let along = sums.map(
                 #[inline(always)]
                 |sums| ((sums[0] + sums[1]) + (sums[2] + sums[3])).scale(tau),
             );
-            for (column, (x, y)) in row.iter().zip(x.iter_mut().zip(y)) {
+            for (column, (x, y)) in row.iter().zip(x.iter_mut().zip(&mut *y)) {
                 let entry = column[m % TILE].complex();
                 *x = *x - entry.mul(along[0]);
                 *y = *y - entry.mul(along[1]);
             }
         }
-        let mut phase = S::from_real(zero.re.splat(1.0));
-        for m in 1..n {
-            phase = phase.mul_conj(self.phases[m]);
-            x[m] = phase.conj_mul_complex(x[m]);
-            y[m] = phase.conj_mul_complex(y[m]);
+        let mut phase = S::from_real(zero.splat(1.0));
+        for ((x, y), &next) in x.iter_mut().zip(y).zip(phases).skip(1) {
+            phase = phase.mul_conj(next);
+            *x = phase.conj_mul_complex(*x);
+            *y = phase.conj_mul_complex(*y);
         }
     }
+}
+
+/// Row `m` of the panels up to the diagonal: its entry there, and the columns before.
+#[inline(always)]
+fn row<S>(a: &[PanelColumn<S>], m: usize) -> Option<(&PanelColumn<S>, &[PanelColumn<S>])> {
+    a.get(panel(m / TILE)..)?.get(..=m)?.split_last()
+}
+
+/// The columns of row `m` up to the diagonal's.
+#[inline(always)]
+fn row_mut<S>(a: &mut [PanelColumn<S>], m: usize) -> Option<&mut [PanelColumn<S>]> {
+    a.get_mut(panel(m / TILE)..)?.get_mut(..=m)
 }
 
 /// `|α|` and `α/|α|`.
@@ -212,23 +257,19 @@ fn polar<S: Scalar<V>, V: Vector>(alpha: S) -> (V, S) {
 /// `A ← (A − v·qᴴ) − q·vᴴ`, then `p = A·u`, over the first panels: one pass over the lower triangle.
 #[inline(always)]
 fn update_and_multiply<S: Scalar<V>, V: Vector>(
+    zero: V,
     a: &mut [PanelColumn<S>],
     panels: usize,
     [v, q, u]: [&[S]; 3],
     p: &mut [S],
 ) {
-    let zero = S::from_real(v[0].real().zero());
     for i in 0..panels {
-        let rows = TILE * i..TILE * (i + 1);
-        let (before, diagonal) = a[panel(i)..panel(i + 1)].split_at_mut(TILE * i);
-        let [own_v, own_q, own_u] = [v, q, u].map(
-            #[inline(always)]
-            |x| {
-                let x = &x[rows.clone()];
-                [x[0], x[1], x[2], x[3]]
-            },
-        );
-        let mut sums = [zero; TILE];
+        let (Some((before, diagonal)), Some(&own_v), Some(&own_q), Some(&own_u)) =
+            (columns_mut(a, i), tile(v, i), tile(q, i), tile(u, i))
+        else {
+            return;
+        };
+        let mut sums = [S::from_real(zero); TILE];
         let columns = before.iter_mut().zip(p.iter_mut());
         for ((column, p), (&v, (&q, &u))) in columns.zip(v.iter().zip(q.iter().zip(u))) {
             let mut mirrored = *p;
@@ -251,6 +292,14 @@ fn update_and_multiply<S: Scalar<V>, V: Vector>(
                 }
             }
         }
-        p[rows].copy_from_slice(&sums);
+        if let Some(own) = p.get_mut(TILE * i..TILE * (i + 1)) {
+            copy(&sums, own);
+        }
     }
+}
+
+/// Tile `index` of a vector.
+#[inline(always)]
+fn tile<S>(x: &[S], index: usize) -> Option<&PanelColumn<S>> {
+    x.get(TILE * index..)?.first_chunk()
 }

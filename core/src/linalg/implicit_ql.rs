@@ -29,18 +29,21 @@ const NOTHING: f32 = f32::from_bits((127 - 50) << 23); // 2^-50
 /// Cost: about `1.5·n²` rotations, each 2 divisions, a root and 36 flops.
 #[inline(always)]
 pub(super) fn implicit_ql<V: Vector>(
+    zero: V,
     d: &mut [V],
     e: &mut [V],
     [x, y]: [&mut [ComplexVector<V>]; 2],
 ) {
-    let zero = d[0].zero();
+    // All are as long.
+    let n = d.len().min(e.len()).min(x.len()).min(y.len());
+    let (d, e, x, y) = (&mut d[..n], &mut e[..n], &mut x[..n], &mut y[..n]);
     let mut search = Search {
         first: zero,
         steps: zero,
         lowest: 0,
     };
     while let Some(block) = search.block(d, e) {
-        ql_step(d, e, &block, [x, y]);
+        ql_step(d, e, &block, [&mut *x, &mut *y]);
     }
 }
 
@@ -74,7 +77,8 @@ impl<V: Vector> Search<V> {
     /// has found all.
     #[inline(always)]
     fn block(&mut self, d: &[V], e: &[V]) -> Option<Block<V>> {
-        let n = d.len();
+        let n = d.len().min(e.len());
+        let (d, e) = (&d[..n], &e[..n]);
         let zero = self.first.zero();
         let one = zero.splat(1.0);
         let exhausted = !self.steps.less(zero.splat(STEP_LIMIT));
@@ -86,7 +90,7 @@ impl<V: Vector> Search<V> {
             first: self.first,
             last: zero,
             wanted: zero.less(zero),
-            rows: self.lowest..self.lowest,
+            rows: n..0,
             ends: [zero; 3],
             coupling: one,
         };
@@ -109,9 +113,11 @@ impl<V: Vector> Search<V> {
             }
             let begins = begins & !found;
             if begins.any() {
+                block.rows.start = block.rows.start.min(i);
                 let [first, second, _] = &mut block.ends;
                 *first = V::select(begins, d[i], *first);
-                *second = V::select(begins, d[(i + 1).min(n - 1)], *second);
+                let next = if i + 1 < n { d[i + 1] } else { zero };
+                *second = V::select(begins, next, *second);
                 block.coupling = V::select(begins, e[i], block.coupling);
             }
             let ends = ends & !found;
@@ -161,6 +167,11 @@ fn ql_step<V: Vector>(
     let (mut s, mut c, mut p) = (one, one, zero);
     let mut wanted = block.wanted;
     let (lowest, highest) = (block.rows.start, block.rows.end);
+    let n = d.len().min(e.len()).min(x.len()).min(y.len());
+    let (d, e, x, y) = (&mut d[..n], &mut e[..n], &mut x[..n], &mut y[..n]);
+    if highest >= n || lowest > highest {
+        return;
+    }
     let mut below = zero.splat(highest as f32);
     let (mut d_below, mut e_below) = (d[highest], e[highest]);
     let (mut x_below, mut y_below) = (x[highest], y[highest]);

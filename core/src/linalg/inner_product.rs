@@ -5,8 +5,12 @@ use crate::simd::{Scalar, Vector};
 
 /// `uᴴp`: four partial sums, of every fourth entry from zero, added `(0 + 1) + (2 + 3)`.
 #[inline(always)]
-pub fn inner_product<S: Scalar<V>, V: Vector>(u: &[PanelColumn<S>], p: &[PanelColumn<S>]) -> S {
-    let mut sums = [S::from_real(u[0][0].real().zero()); TILE];
+pub fn inner_product<S: Scalar<V>, V: Vector>(
+    zero: V,
+    u: &[PanelColumn<S>],
+    p: &[PanelColumn<S>],
+) -> S {
+    let mut sums = [S::from_real(zero); TILE];
     for (u, p) in u.iter().zip(p) {
         for r in 0..TILE {
             sums[r] = sums[r] + p[r].mul_conj(u[r]);

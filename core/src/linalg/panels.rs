@@ -19,12 +19,33 @@ pub const fn panel(index: usize) -> usize {
     2 * index * (index + 1)
 }
 
+/// Panel `index`: the columns before its diagonal tile, and that tile.
+#[inline(always)]
+pub fn columns<S>(
+    a: &[PanelColumn<S>],
+    index: usize,
+) -> Option<(&[PanelColumn<S>], &[PanelColumn<S>; TILE])> {
+    a.get(panel(index)..panel(index + 1))?.split_last_chunk()
+}
+
+/// [`columns`] to be written.
+#[inline(always)]
+pub fn columns_mut<S>(
+    a: &mut [PanelColumn<S>],
+    index: usize,
+) -> Option<(&mut [PanelColumn<S>], &mut [PanelColumn<S>; TILE])> {
+    let columns = a.get_mut(panel(index)..panel(index + 1))?;
+    columns.split_last_chunk_mut()
+}
+
 /// The sum of the diagonal, ascending from zero.
 #[inline(always)]
-pub fn trace<S: Scalar<V>, V: Vector>(a: &[PanelColumn<S>], n: usize) -> V {
-    let mut sum = a[0][0].real().zero();
+pub fn trace<S: Scalar<V>, V: Vector>(zero: V, a: &[PanelColumn<S>], n: usize) -> V {
+    let mut sum = zero;
     for i in 0..n.div_ceil(TILE) {
-        let tile = &a[panel(i) + TILE * i..panel(i + 1)];
+        let Some((_, tile)) = columns(a, i) else {
+            break;
+        };
         for r in 0..TILE {
             if TILE * i + r < n {
                 sum = sum + tile[r][r].real();

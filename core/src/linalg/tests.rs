@@ -185,6 +185,7 @@ fn assert_eigen<S: Entry>(real: bool) {
                     [] => unreachable!("chunks are not empty"),
                 };
                 eigen(
+                    0.0,
                     &panels::<S>(&a),
                     n,
                     &mut memory.reduction(&mut Tridiagonal::new(
@@ -241,6 +242,7 @@ fn distance_to_first<S: Entry>(a: &Matrix, e1: &DVector<Complex<f64>>) -> Option
     let mut kept = [0.0_f32; N];
     let mut tridiagonal = Tridiagonal::new(memory.each_mut().map(|x| &mut x[..]));
     let (_, done) = lanczos(
+        0.0,
         &panels::<S>(a),
         n,
         lanczos::Memory {
@@ -343,7 +345,7 @@ fn assert_random_covariances<S: Entry>(real: bool) {
                 let mut rows = [[0.0_f32; N]; 4];
                 let mut tridiagonal = Tridiagonal::new(rows.each_mut().map(|x| &mut x[..]));
                 let mut reduction = memory.reduction(&mut tridiagonal);
-                dominant_eigenpair(&panels::<S>(&a), N, &mut reduction, true);
+                dominant_eigenpair(0.0, &panels::<S>(&a), N, &mut reduction, true);
                 let e = DVector::from_fn(N, |i, _| wide(reduction.vectors[i]));
                 let distance = (&e - &e1 * e1.dotc(&e)).norm();
                 let bound = EIGENVALUE / (values[0] - values[1]);
@@ -377,7 +379,7 @@ fn assert_dominant_eigenpair<S: Entry>(real: bool) {
                 let mut rows = [[0.0_f32; N]; 4];
                 let mut tridiagonal = Tridiagonal::new(rows.each_mut().map(|x| &mut x[..]));
                 let mut reduction = memory.reduction(&mut tridiagonal);
-                let theta = dominant_eigenpair(&panels::<S>(&a), n, &mut reduction, true);
+                let theta = dominant_eigenpair(0.0, &panels::<S>(&a), n, &mut reduction, true);
                 let e = DVector::from_fn(n, |i, _| wide(reduction.vectors[i]));
                 let name = format!("n = {n}, spectrum {kind}");
                 assert!(
@@ -416,7 +418,13 @@ fn assert_cholesky<S: Entry>(real: bool) {
         }
         let panels = panels::<S>(&a);
         let mut factor = panels.clone();
-        assert!(factorise(&panels, &mut factor, &mut rows, n.div_ceil(TILE)));
+        assert!(factorise(
+            0.0,
+            &panels,
+            &mut factor,
+            &mut rows,
+            n.div_ceil(TILE)
+        ));
         // The rows hold (G⁻¹b)*; G·(G⁻¹b) is b again, and (G⁻¹b)ᴴ(G⁻¹b) is bᴴA⁻¹b.
         let whitened = DVector::from_fn(n, |i, _| wide(rows[i][0]).conj());
         let other = DVector::from_fn(n, |i, _| wide(rows[i][1]).conj());
@@ -458,7 +466,7 @@ fn cholesky_tells_a_singular_matrix() {
         let panels = panels::<ComplexVector<f32>>(&a);
         let mut factor = panels.clone();
         let mut rows = [[ComplexVector::from_real(0.0); TILE]; 4];
-        assert!(!factorise(&panels, &mut factor, &mut rows, 1));
+        assert!(!factorise(0.0, &panels, &mut factor, &mut rows, 1));
     }
 }
 

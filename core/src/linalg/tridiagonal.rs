@@ -40,11 +40,14 @@ impl<V: Vector> Tridiagonal<'_, V> {
     /// row.
     #[inline(always)]
     pub fn upper_bound(&self, rows: usize, bound: V) -> V {
-        let alpha = self.diagonal[rows - 1];
-        if rows == 1 {
+        let Some(&alpha) = self.diagonal.get(rows.wrapping_sub(1)) else {
+            return bound;
+        };
+        // None for one row.
+        let Some(&coupling) = self.off_diagonal.get(rows.wrapping_sub(2)) else {
             return alpha;
-        }
-        let (half, coupling) = (bound.splat(0.5), self.off_diagonal[rows - 2]);
+        };
+        let half = bound.splat(0.5);
         let (mean, difference) = ((bound + alpha) * half, (bound - alpha) * half);
         mean + (difference * difference + coupling * coupling).sqrt()
     }
@@ -61,16 +64,19 @@ impl<V: Vector> Tridiagonal<'_, V> {
     pub fn largest(&self, rows: usize, bound: V, enough: V, wanted: V::Mask) -> V {
         let (zero, one) = (bound.zero(), bound.splat(1.0));
         let (roots, others) = (bound.splat(rows as f32), bound.splat((rows - 1) as f32));
-        let diagonal = &self.diagonal[..rows];
-        let off_diagonal = &self.off_diagonal[..rows - 1];
+        let (Some([first, diagonal @ ..]), Some(off_diagonal)) =
+            (self.diagonal.get(..rows), self.off_diagonal.get(..rows - 1))
+        else {
+            return bound;
+        };
         let mut theta = bound;
         let mut resting = !wanted;
         for _ in 0..STEP_LIMIT {
-            let mut pivot = theta - diagonal[0];
+            let mut pivot = theta - *first;
             let (mut slope, mut curvature) = (one, zero);
             let (mut sum, mut squares) = (zero, zero);
             let mut above = zero.less(pivot);
-            for (&alpha, &beta) in diagonal[1..].iter().zip(off_diagonal) {
+            for (&alpha, &beta) in diagonal.iter().zip(off_diagonal) {
                 let reciprocal = one / pivot;
                 let ratio = beta * reciprocal;
                 let growth = slope * reciprocal;
@@ -110,18 +116,34 @@ impl<V: Vector> Tridiagonal<'_, V> {
     pub fn eigenvector_upwards(&mut self, rows: usize, theta: V, reciprocals: &[V]) -> V {
         let (mut entry, mut behind) = (theta.splat(LAST_ENTRY), theta.zero());
         let mut sum = entry * entry;
-        self.eigenvector[rows - 1] = entry;
-        for k in (0..rows - 1).rev() {
-            let row = (theta - self.diagonal[k + 1]) * entry - behind;
-            behind = self.off_diagonal[k] * entry;
-            entry = row * reciprocals[k];
-            self.eigenvector[k] = entry;
+        let (
+            Some([first, diagonal @ ..]),
+            Some(off_diagonal),
+            Some([vector @ .., last]),
+            Some(reciprocals),
+        ) = (
+            self.diagonal.get(..rows),
+            self.off_diagonal.get(..rows - 1),
+            self.eigenvector.get_mut(..rows),
+            reciprocals.get(..rows - 1),
+        )
+        else {
+            return theta.splat(f32::INFINITY);
+        };
+        *last = entry;
+        let rows_up = diagonal.iter().zip(off_diagonal).zip(reciprocals);
+        for (place, ((&alpha, &beta), &reciprocal)) in vector.iter_mut().zip(rows_up).rev() {
+            let row = (theta - alpha) * entry - behind;
+            behind = beta * entry;
+            entry = row * reciprocal;
+            *place = entry;
             sum = sum + entry * entry;
         }
-        let left = ((theta - self.diagonal[0]) * entry - behind).abs();
+        let left = ((theta - *first) * entry - behind).abs();
         let zero = theta.zero();
         let reciprocal = theta.splat(1.0) / sum.sqrt();
-        for entry in &mut self.eigenvector[..rows] {
+        *last = *last * reciprocal;
+        for entry in vector {
             *entry = *entry * reciprocal;
         }
         let left = left * reciprocal;
@@ -136,11 +158,17 @@ impl<V: Vector> Tridiagonal<'_, V> {
     #[inline(always)]
     pub fn eigenvector(&mut self, rows: usize, theta: V) {
         let (zero, one) = (theta.zero(), theta.splat(1.0));
-        let last = rows - 1;
-        let diagonal = &self.diagonal[..rows];
-        let off_diagonal = &self.off_diagonal[..last];
-        let falling = &mut self.eigenvector[..rows];
-        let rising = &mut self.ratios[..rows];
+        let Some(last) = rows.checked_sub(1) else {
+            return;
+        };
+        let (Some(diagonal), Some(off_diagonal), Some(falling), Some(rising)) = (
+            self.diagonal.get(..rows),
+            self.off_diagonal.get(..last),
+            self.eigenvector.get_mut(..rows),
+            self.ratios.get_mut(..rows),
+        ) else {
+            return;
+        };
         // Two chains of divisions side by side.
         let (mut down, mut up) = (theta - diagonal[0], theta - diagonal[last]);
         for i in 0..last {
@@ -154,8 +182,9 @@ impl<V: Vector> Tridiagonal<'_, V> {
         }
         let mut least = up.abs();
         let mut meeting = zero;
-        for i in 1..=last {
-            let above = off_diagonal[i - 1] * falling[i - 1];
+        for before in 0..last {
+            let i = before + 1;
+            let above = off_diagonal[before] * falling[before];
             let mut gap = (theta - diagonal[i]) - above;
             if i < last {
                 gap = gap - off_diagonal[i] * rising[i + 1];
@@ -173,7 +202,7 @@ impl<V: Vector> Tridiagonal<'_, V> {
         }
         let mut sum = falling[0] * falling[0];
         entry = falling[0];
-        for i in 1..=last {
+        for i in 1..rows {
             let behind = meeting.less(zero.splat(i as f32));
             entry = V::select(behind, entry * rising[i], falling[i]);
             falling[i] = entry;

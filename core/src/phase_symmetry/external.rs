@@ -1,6 +1,7 @@
 //! External memory: what does not fit the fast one, reached a stretch at a time.
 
 use crate::Error;
+use crate::simd::copy;
 
 /// Numbers that can be read from any place on: SDRAM, a file, a slice.
 ///
@@ -35,8 +36,8 @@ pub trait WriteAt: ReadAt {
 }
 
 fn read(data: &[f32], first: usize, into: &mut [f32]) -> Result<(), Error> {
-    let from = data.get(first..first.saturating_add(into.len()));
-    into.copy_from_slice(from.ok_or(Error::Memory)?);
+    let from = data.get(first..).and_then(|from| from.get(..into.len()));
+    copy(from.ok_or(Error::Memory)?, into);
     Ok(())
 }
 
@@ -54,8 +55,9 @@ impl ReadAt for &mut [f32] {
 
 impl WriteAt for &mut [f32] {
     fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), Error> {
-        let to = self.get_mut(first..first.saturating_add(from.len()));
-        to.ok_or(Error::Memory)?.copy_from_slice(from);
+        let to = self.get_mut(first..);
+        let to = to.and_then(|to| to.get_mut(..from.len()));
+        copy(from, to.ok_or(Error::Memory)?);
         Ok(())
     }
 }

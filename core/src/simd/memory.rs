@@ -5,12 +5,37 @@ use super::Vector;
 /// The lanes of the widest vector.
 pub(crate) const MOST_LANES: usize = 16;
 
-/// The first lanes' worth of `from`.
+/// The first lanes' worth of `from`, which is that long at least.
 #[inline(always)]
 pub(crate) fn load<V: Vector>(zero: V, from: &[f32]) -> V {
     let mut vector = zero;
-    vector.lanes_mut().copy_from_slice(&from[..V::LANES]);
+    if let Some(from) = from.get(..V::LANES) {
+        copy(from, vector.lanes_mut());
+    }
     vector
+}
+
+/// As many numbers as there are lanes from place `at` on, if there are.
+#[inline(always)]
+pub(crate) fn load_at<V: Vector>(zero: V, from: &[f32], at: usize) -> Option<V> {
+    let mut vector = zero;
+    copy(from.get(at..)?.get(..V::LANES)?, vector.lanes_mut());
+    Some(vector)
+}
+
+/// Takes the first `length` numbers off `from`, which is as long at least.
+#[inline(always)]
+pub(crate) fn first<'a, T>(from: &mut &'a mut [T], length: usize) -> &'a mut [T] {
+    from.split_off_mut(..length).unwrap_or_default()
+}
+
+/// Copies between slices of one length. Where the compiler sees that it is one, this is no more than the
+/// copy, as `copy_from_slice` is; elsewhere that would bring a panic.
+#[inline(always)]
+pub(crate) fn copy<T: Copy>(from: &[T], to: &mut [T]) {
+    if from.len() == to.len() {
+        to.copy_from_slice(from);
+    }
 }
 
 /// The rows of a square become its columns: vector `k` gets lane `k` of every vector. Only the first

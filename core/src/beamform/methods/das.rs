@@ -16,8 +16,10 @@ const BLOCK: usize = 8;
 #[inline(always)]
 pub(in crate::beamform) fn das(run: &Run<'_>, count: usize, z: &mut [Complex<f32>]) {
     let line = &run.line;
-    for (i, z) in z.iter_mut().enumerate() {
-        let active = &line.samples_from(run.first_sample + i)[run.first_element..][..count];
+    let samples = line.samples_from(run.first_sample);
+    for (z, snapshot) in z.iter_mut().zip(samples.chunks_exact(line.elements())) {
+        let active = snapshot.get(run.first_element..).unwrap_or_default();
+        let active = active.get(..count).unwrap_or_default();
         *z = if line.is_moderate() {
             mean(active, |x| x)
         } else {

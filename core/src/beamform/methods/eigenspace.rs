@@ -11,7 +11,7 @@ use crate::linalg::inner_product::inner_product;
 use crate::linalg::lanczos::{self, lanczos};
 use crate::linalg::matrix_vector::times_vector;
 use crate::linalg::panels::TILE;
-use crate::simd::{ComplexVector, Mask, Scalar, Vector};
+use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 
 /// `w_pᴴs` with a signal subspace of rank 1, for the loaded covariance in the solver's panels.
 ///
@@ -27,16 +27,21 @@ use crate::simd::{ComplexVector, Mask, Scalar, Vector};
 /// Cost: those, one product of the matrix with a vector, and one factorisation with a row below it.
 #[inline(always)]
 pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
+    zero: V,
     solver: &mut Solver<'_, A::Scalar, V>,
     subaperture: usize,
     s: &[ComplexVector<V>],
     silent: V::Mask,
 ) -> (ComplexVector<V>, V::Mask) {
-    let zero = s[0].re.zero();
+    let zero = zero.zero();
     let padded = subaperture.next_multiple_of(TILE);
-    let vector = &mut solver.vector[..padded];
+    let nothing = ComplexVector::from_real(zero);
+    let Some(vector) = solver.vector.get_mut(..padded) else {
+        return (nothing, silent & !silent);
+    };
     let (tiles, _) = vector.as_chunks_mut();
     let (mut eigenvalue, arrived) = lanczos(
+        zero,
         solver.matrix,
         subaperture,
         lanczos::Memory {
@@ -57,31 +62,36 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
         };
         let value = zero.vectorize(
             #[inline(always)]
-            || dominant_eigenpair(solver.matrix, subaperture, &mut reduction, left),
+            || dominant_eigenpair(zero, solver.matrix, subaperture, &mut reduction, left),
         );
         eigenvalue = V::select(left, value, eigenvalue);
         for (e, &direct) in vector.iter_mut().zip(&*reduction.vectors) {
             *e = A::Scalar::select(left, direct, *e);
         }
     }
-    let mut product = ComplexVector::from_real(zero);
+    let mut product = nothing;
     for (&e, &s) in vector.iter().zip(s) {
         product = product + e.conj_mul_complex(s);
     }
-    let steering = &mut solver.rows.as_flattened_mut()[..padded];
-    for (i, entry) in steering[..subaperture].iter_mut().enumerate() {
+    let steering = solver.rows.as_flattened_mut().get_mut(..padded);
+    let (vector, _) = vector.as_chunks();
+    let (Some(steering), Some(turned)) = (steering, solver.factor.get_mut(..vector.len())) else {
+        return (nothing, silent & !silent);
+    };
+    let Some((entries, beyond)) = steering.split_at_mut_checked(subaperture) else {
+        return (nothing, silent & !silent);
+    };
+    for (i, entry) in entries.iter_mut().enumerate() {
         *entry = A::Scalar::from_real(zero.splat(A::steering(i, subaperture)));
     }
-    steering[subaperture..].fill(A::Scalar::from_real(zero));
-    let (vector, _) = vector.as_chunks();
-    let turned = &mut solver.factor[..vector.len()];
+    beyond.fill(A::Scalar::from_real(zero));
     times_vector(solver.matrix, zero, steering.as_chunks().0, turned);
-    let projection = inner_product(vector, turned);
+    let projection = inner_product(zero, vector, turned);
     let (rows, _) = steering.as_chunks_mut();
-    let definite = factorise::<_, _, 1>(solver.matrix, solver.factor, rows, padded / TILE);
+    let definite = factorise::<_, _, 1>(zero, solver.matrix, solver.factor, rows, padded / TILE);
     // ‖G⁻¹a‖², ascending from zero.
     let mut power = zero;
-    for [y] in &rows[..subaperture] {
+    for [y] in rows.get(..subaperture).unwrap_or_default() {
         power = power + y.norm_sqr();
     }
     let z = projection
@@ -97,12 +107,14 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
 /// formed.
 #[inline(always)]
 pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
+    zero: V,
     subspace: Subspace,
     solver: &mut Solver<'_, A::Scalar, V>,
     subaperture: usize,
     s: &[ComplexVector<V>],
 ) -> ComplexVector<V> {
-    let zero = s[0].re.zero();
+    let zero = zero.zero();
+    let nothing = ComplexVector::from_real(zero);
     let Solver {
         matrix,
         factor,
@@ -114,11 +126,18 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         ..
     } = solver;
     let (steering, data) = work.split_at_mut(work.len() / 2);
-    let (steering, data) = (&mut steering[..subaperture], &mut data[..subaperture]);
+    let (Some(steering), Some(data), Some(values), Some(s)) = (
+        steering.get_mut(..subaperture),
+        data.get_mut(..subaperture),
+        values.get_mut(..subaperture),
+        s.get(..subaperture),
+    ) else {
+        return nothing;
+    };
     for (i, entry) in steering.iter_mut().enumerate() {
         *entry = ComplexVector::from_real(zero.splat(A::steering(i, subaperture)));
     }
-    data.copy_from_slice(&s[..subaperture]);
+    copy(s, data);
     let mut reduction = Reduction {
         panels: factor,
         vectors: rows.as_flattened_mut(),
@@ -126,23 +145,27 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         tridiagonal,
     };
     let vectors = [&mut *steering, &mut *data];
-    eigen(matrix, subaperture, &mut reduction, values, vectors);
+    eigen(zero, matrix, subaperture, &mut reduction, values, vectors);
     let (shares, terms) = (steering, data);
-    let values = &mut values[..subaperture];
     for ((share, term), &value) in shares.iter_mut().zip(&mut *terms).zip(&*values) {
         let value = at_least_floor(value);
         *term = share.conj_mul_complex(*term).divide(value);
         share.re = share.norm_sqr() / value;
     }
-    let order = &mut tridiagonal.eigenvector[..subaperture];
-    let total = rank_order(values, shares, order);
-    let mut sum = ComplexVector::from_real(zero);
-    for place in 0..subaperture {
-        let kept = subspace.has(place, values, total);
+    let Some(order) = tridiagonal.eigenvector.get_mut(..subaperture) else {
+        return nothing;
+    };
+    let total = rank_order(zero, values, shares, order);
+    let mut sum = nothing;
+    // The metric before each place.
+    let mut before = zero;
+    for (place, (&index, &metric)) in order.iter().zip(&*values).enumerate() {
+        let kept = subspace.has(place, before, total);
         if kept.any() {
-            let term = gather(terms, order[place]);
+            let term = gather(nothing, terms, index);
             sum = ComplexVector::select(kept, sum + term, sum);
         }
+        before = metric;
     }
     sum.divide(total)
 }
@@ -152,14 +175,15 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
 /// (Eq. 8) `c_j = Σ_{k≤j} |e_kᴴa|²/λ_k`. Returns `c_L`.
 #[inline(always)]
 pub(in crate::beamform) fn rank_order<V: Vector>(
+    zero: V,
     values: &mut [V],
     shares: &[ComplexVector<V>],
     order: &mut [V],
 ) -> V {
-    sort(values, order);
-    let mut total = values[0].zero();
+    sort(zero, values, order);
+    let mut total = zero;
     for (sum, &index) in values.iter_mut().zip(&*order) {
-        total = total + gather(shares, index).re;
+        total = total + gather(ComplexVector::from_real(zero), shares, index).re;
         *sum = total;
     }
     total
@@ -170,19 +194,19 @@ pub(in crate::beamform) fn rank_order<V: Vector>(
 /// By merge exchange (Knuth, Algorithm 5.2.2M), whose comparisons do not depend on the data, so that all
 /// lanes take the same ones. About `n·log²n/4` of them.
 #[inline(always)]
-fn sort<V: Vector>(values: &mut [V], order: &mut [V]) {
+fn sort<V: Vector>(zero: V, values: &mut [V], order: &mut [V]) {
     let n = values.len();
     for (i, index) in order.iter_mut().enumerate() {
-        *index = values[0].splat(i as f32);
+        *index = zero.splat(i as f32);
     }
     let half = n.next_power_of_two() / 2;
     let mut p = half;
     while p > 0 {
         let (mut q, mut r, mut d) = (half, 0, p);
         loop {
-            for i in 0..n - d {
+            for (i, j) in (d..n).enumerate() {
                 if i & p == r {
-                    exchange(values, order, i, i + d);
+                    exchange(values, order, i, j);
                 }
             }
             if q == p {
@@ -197,23 +221,29 @@ fn sort<V: Vector>(values: &mut [V], order: &mut [V]) {
 /// Puts the larger of two values to `i`, of equal ones that with the smaller index.
 #[inline(always)]
 fn exchange<V: Vector>(values: &mut [V], order: &mut [V], i: usize, j: usize) {
-    let (a, b) = (values[i], values[j]);
-    let (m, n) = (order[i], order[j]);
-    let swap = a.less(b) | (!b.less(a) & n.less(m));
-    values[i] = V::select(swap, b, a);
-    values[j] = V::select(swap, a, b);
-    order[i] = V::select(swap, n, m);
-    order[j] = V::select(swap, m, n);
+    let (Ok([a, b]), Ok([m, n])) = (
+        values.get_disjoint_mut([i, j]),
+        order.get_disjoint_mut([i, j]),
+    ) else {
+        return;
+    };
+    let swap = a.less(*b) | (!b.less(*a) & n.less(*m));
+    (*a, *b) = (V::select(swap, *b, *a), V::select(swap, *a, *b));
+    (*m, *n) = (V::select(swap, *n, *m), V::select(swap, *m, *n));
 }
 
 /// In each lane the number at its own index.
 #[inline(always)]
-fn gather<V: Vector>(from: &[ComplexVector<V>], index: V) -> ComplexVector<V> {
-    let mut number = from[0];
-    for lane in 0..V::LANES {
-        let from = from[index.lanes()[lane] as usize];
-        number.re.lanes_mut()[lane] = from.re.lanes()[lane];
-        number.im.lanes_mut()[lane] = from.im.lanes()[lane];
+fn gather<V: Vector>(
+    nothing: ComplexVector<V>,
+    from: &[ComplexVector<V>],
+    index: V,
+) -> ComplexVector<V> {
+    let mut number = nothing;
+    for (lane, &index) in index.lanes().iter().enumerate() {
+        if let Some(from) = from.get(index as usize) {
+            number.set_lane(lane, from.lane(lane));
+        }
     }
     number
 }
@@ -240,14 +270,9 @@ pub(in crate::beamform) enum Subspace {
 
 impl Subspace {
     /// The lanes in which the subspace has the eigenvector at a place of the descending order, given the
-    /// cross-spectral metric up to each place, and its total.
+    /// cross-spectral metric of those before it, and that of all.
     #[inline(always)]
-    pub(in crate::beamform) fn has<V: Vector>(
-        self,
-        place: usize,
-        cumulative: &[V],
-        total: V,
-    ) -> V::Mask {
+    pub(in crate::beamform) fn has<V: Vector>(self, place: usize, before: V, total: V) -> V::Mask {
         let all = total.mask(|_| true);
         match self {
             Subspace::All => all,
@@ -255,7 +280,7 @@ impl Subspace {
             Subspace::AllButLargest if place > 0 => all,
             // The first always, another where those before it are not enough.
             Subspace::Share(_) if place == 0 => all,
-            Subspace::Share(beta) => cumulative[place - 1].less(total.splat(beta) * total),
+            Subspace::Share(beta) => before.less(total.splat(beta) * total),
             _ => !all,
         }
     }

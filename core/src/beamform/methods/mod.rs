@@ -94,27 +94,30 @@ impl Method {
 /// coordinates. What it is in the `silent` lanes means nothing.
 #[inline(always)]
 pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
+    zero: V,
     method: Method,
     solver: &mut Solver<'_, A::Scalar, V>,
     subaperture: usize,
     s: &[ComplexVector<V>],
     silent: V::Mask,
 ) -> ComplexVector<V> {
-    let zero = s[0].zero();
+    let nothing = ComplexVector::from_real(zero);
     let (sum, solved) = match method {
         Method::Mv => solve(
+            zero,
             solver,
             s,
             #[inline(always)]
-            move |solver, s| mv::<A, V>(solver, subaperture, s),
+            move |solver, s| mv::<A, V>(zero, solver, subaperture, s),
         ),
         Method::EsmvRank1 => solve(
+            zero,
             solver,
             s,
             #[inline(always)]
-            move |solver, s| esmv_rank1::<A, V>(solver, subaperture, s, silent),
+            move |solver, s| esmv_rank1::<A, V>(zero, solver, subaperture, s, silent),
         ),
-        _ => (zero, silent & !silent),
+        _ => (nothing, silent & !silent),
     };
     if (solved | silent).all() {
         return sum;
@@ -122,10 +125,11 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
     // The other methods, and the lanes that the faster solvers leave.
     let subspace = method.subspace();
     let exact = solve(
+        zero,
         solver,
         s,
         #[inline(always)]
-        move |solver, s| esmv::<A, V>(subspace, solver, subaperture, s),
+        move |solver, s| esmv::<A, V>(zero, subspace, solver, subaperture, s),
     );
     ComplexVector::select(solved, sum, exact)
 }
@@ -133,11 +137,12 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
 /// Runs a kernel on the loaded matrix and the data: a function of its own for each (see `runs`).
 #[inline(never)]
 fn solve<S: Scalar<V>, V: Vector, R>(
+    zero: V,
     solver: &mut Solver<'_, S, V>,
     data: &[ComplexVector<V>],
     kernel: impl FnOnce(&mut Solver<'_, S, V>, &[ComplexVector<V>]) -> R,
 ) -> R {
-    data[0].re.vectorize(
+    zero.vectorize(
         #[inline(always)]
         || kernel(solver, data),
     )

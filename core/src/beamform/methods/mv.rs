@@ -17,20 +17,22 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 /// Cost: one factorisation with two rows below it.
 #[inline(always)]
 pub(in crate::beamform) fn mv<A: Averaging<V>, V: Vector>(
+    zero: V,
     solver: &mut Solver<'_, A::Scalar, V>,
     subaperture: usize,
     s: &[ComplexVector<V>],
 ) -> (ComplexVector<V>, V::Mask) {
-    let zero = s[0].re.zero();
+    let zero = zero.zero();
     let (rows, _) = solver.rows.as_flattened_mut().as_chunks_mut();
     A::right_sides(s, rows);
     let padded = subaperture.next_multiple_of(TILE);
-    rows[subaperture..padded].fill([A::Scalar::from_real(zero); RIGHT_SIDES]);
-    let definite = factorise(solver.matrix, solver.factor, rows, padded / TILE);
+    let beyond = rows.get_mut(subaperture..padded).unwrap_or_default();
+    beyond.fill([A::Scalar::from_real(zero); RIGHT_SIDES]);
+    let definite = factorise(zero, solver.matrix, solver.factor, rows, padded / TILE);
     // ‖G⁻¹a‖² = aᴴR⁻¹a and (G⁻¹a)ᴴ(G⁻¹s) = aᴴR⁻¹s, both sums ascending from zero.
     let mut power = zero;
     let mut product = ComplexVector::from_real(zero);
-    for row in &rows[..subaperture] {
+    for row in rows.get(..subaperture).unwrap_or_default() {
         let (own, cross) = A::whitened(row);
         power = power + own;
         product = product + cross;
