@@ -86,6 +86,13 @@ impl HilbertTransformer {
         reach(self.count)
     }
 
+    /// The most that it makes of samples of magnitude 1.
+    #[cfg(test)]
+    pub(super) fn gain(&self) -> f64 {
+        let sum: f64 = self.taps.iter().map(|&tap| f64::from(tap.abs())).sum();
+        2.0 * sum
+    }
+
     /// The imaginary parts of a group of `rows`, of which the first is row [`Self::reach`]; there are
     /// as many again behind the last.
     ///

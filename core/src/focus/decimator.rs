@@ -105,6 +105,20 @@ impl Decimator {
         }
     }
 
+    /// The most that all halvings make of samples of magnitude 1.
+    #[cfg(test)]
+    pub(super) fn gain(&self) -> f64 {
+        let of =
+            |taps: &[f32]| 0.5 + 2.0 * taps.iter().map(|&tap| f64::from(tap.abs())).sum::<f64>();
+        let [before, last] = [of(&self.before), of(&self.last)];
+        match self.halvings {
+            0 => 1.0,
+            1 => last,
+            2 => before * last,
+            _ => before * before * last,
+        }
+    }
+
     /// How often the rate is halved.
     pub(super) fn halvings(&self) -> usize {
         self.halvings

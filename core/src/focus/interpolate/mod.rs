@@ -127,6 +127,15 @@ impl Interpolator {
         self.blocks * PARTIAL_SUMS
     }
 
+    /// The most that it makes of samples of magnitude 1: the largest of its rows, since what lies between
+    /// two of them is no larger than both.
+    #[cfg(test)]
+    pub(super) fn gain(&self) -> f64 {
+        let rows = self.table.0.as_flattened().chunks_exact(self.taps());
+        let sum = |row: &[f32]| row.iter().map(|&value| f64::from(value.abs())).sum();
+        rows.map(sum).fold(0.0, f64::max)
+    }
+
     /// How often the record is halved before this filter.
     pub(super) fn halvings(&self) -> usize {
         self.decimator.halvings()
