@@ -1,0 +1,84 @@
+//! Where things are.
+
+use crate::{opaque, take};
+use bonebeam::geometry::{
+    Aperture, ApertureParameters, Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit,
+    TransmitLaw,
+};
+
+/// Calls all of it.
+pub fn all() {
+    for array in arrays(&[0.0; 5]) {
+        take((array.elements(), array.x(opaque(1)), array.pitch()));
+        for lines in [Lines::Even(axis()), Lines::At(opaque(&[0.0; 5]))] {
+            take((lines.count(), lines.x(opaque(1))));
+            scan(array, lines);
+        }
+    }
+    take((axis().position(opaque(1)), axis().last()));
+    take(opaque(Depth::Metres(1.0)).seconds(opaque(1.0)));
+    take(Aperture::full(opaque(1)));
+    let aperture = Aperture::new(opaque(ApertureParameters {
+        elements: 1,
+        pitch: 1.0,
+        f_number: 1.0,
+        min_elements: 1,
+    }));
+    if let Ok(aperture) = aperture {
+        take((
+            aperture.elements(),
+            aperture.active(opaque(1.0), opaque(1.0)),
+        ));
+    }
+}
+
+fn scan(array: Array<'_>, lines: Lines<'_>) {
+    if let Ok(scan) = Scan::new(parameters(array, lines)) {
+        take((scan.elements(), scan.lines(), scan.samples(), scan.start()));
+        take((scan.time(opaque(1)), scan.depth(opaque(1)), scan.depths()));
+        take((scan.active(opaque(1), opaque(1)), scan.widest(opaque(1))));
+        take((scan.parameters(), scan.aperture()));
+    }
+}
+
+/// Parameters of a scan.
+pub fn parameters<'a>(array: Array<'a>, lines: Lines<'a>) -> ScanParameters<'a> {
+    let [
+        sound_speed,
+        centre_frequency,
+        sampling_rate,
+        output_rate,
+        f_number,
+    ] = opaque([1.0; 5]);
+    ScanParameters {
+        array,
+        lines,
+        sound_speed,
+        centre_frequency,
+        sampling_rate,
+        record_samples: opaque(1),
+        output_rate,
+        start: opaque(Depth::Metres(0.0)),
+        end: opaque(Depth::Seconds(1.0)),
+        f_number,
+        min_elements: opaque(1),
+    }
+}
+
+/// Arrays of both kinds.
+pub fn arrays(x: &[f64]) -> [Array<'_>; 2] {
+    [
+        Array::linear(opaque(1), opaque(1.0)),
+        Array::LinearAt(opaque(x)),
+    ]
+}
+
+/// Any axis.
+pub fn axis() -> Axis {
+    opaque(Axis::centred(opaque(1), opaque(1.0)))
+}
+
+/// Any transmit.
+pub fn transmit() -> Transmit {
+    opaque(Transmit::new(opaque(TransmitLaw::Focused), opaque(0.0)))
+}

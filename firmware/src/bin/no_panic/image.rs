@@ -1,0 +1,47 @@
+//! The image stage.
+
+use crate::geometry::axis;
+use crate::{opaque, take};
+use bonebeam::image::{
+    BMode, BModeParameters, PixelGrid, envelope, largest, log_compression, median, resample,
+};
+use bonebeam::{Complex, Error};
+
+/// Calls all of it.
+pub fn all() {
+    let (z, from) = ([Complex::ZERO; 100], [0.0; 100]);
+    let mut to = [0.0; 100];
+    let (from, to) = (opaque(&from[..]), opaque(&mut to[..]));
+    take(envelope(opaque(&z[..]), to));
+    take(largest(from));
+    take(log_compression(from, opaque(1.0), opaque(1.0), to));
+    take(resample(from, axis(), axis(), axis(), axis(), to));
+    take(median(0.0f32, from, opaque(1), to));
+    take(b_mode(from, to));
+}
+
+fn b_mode(from: &[f32], to: &mut [f32]) -> Result<(), Error> {
+    let [rows, columns] = opaque([1; 2]);
+    let [x, z] = opaque([[0.0, 1.0]; 2]);
+    let grid = PixelGrid::cover(x, z, rows, columns);
+    take((grid.row_axis(), grid.column_axis(), grid.pixels()));
+    let (lines, samples) = (axis(), axis());
+    let b_mode = BMode::new(opaque(BModeParameters {
+        lines,
+        samples,
+        grid: PixelGrid::of_lines(&lines, &samples, rows, columns),
+        dynamic_range: opaque(1.0),
+        median: opaque(true),
+    }))?;
+    take(b_mode.parameters());
+    take((
+        b_mode.envelopes_len(),
+        b_mode.work_len(),
+        b_mode.scratch_len(),
+    ));
+    let mut work = [0.0; 100];
+    let work = opaque(&mut work[..]);
+    b_mode.levels(from, opaque(1.0), to)?;
+    b_mode.pixels(0.0f32, from, work, to)?;
+    b_mode.image(0.0f32, from, work, to)
+}
