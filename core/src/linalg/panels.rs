@@ -12,6 +12,9 @@ pub const TILE: usize = 4;
 /// One column of a panel.
 pub type PanelColumn<S> = [S; TILE];
 
+/// A square of a panel.
+pub type Tile<S> = [PanelColumn<S>; TILE];
+
 /// The first column of panel `index`; for the number of panels, how many columns there are.
 #[inline(always)]
 pub const fn panel(index: usize) -> usize {
@@ -21,10 +24,7 @@ pub const fn panel(index: usize) -> usize {
 
 /// Panel `index`: the columns before its diagonal tile, and that tile.
 #[inline(always)]
-pub fn columns<S>(
-    a: &[PanelColumn<S>],
-    index: usize,
-) -> Option<(&[PanelColumn<S>], &[PanelColumn<S>; TILE])> {
+pub fn columns<S>(a: &[PanelColumn<S>], index: usize) -> Option<(&[PanelColumn<S>], &Tile<S>)> {
     a.get(panel(index)..panel(index + 1))?.split_last_chunk()
 }
 
@@ -33,7 +33,7 @@ pub fn columns<S>(
 pub fn columns_mut<S>(
     a: &mut [PanelColumn<S>],
     index: usize,
-) -> Option<(&mut [PanelColumn<S>], &mut [PanelColumn<S>; TILE])> {
+) -> Option<(&mut [PanelColumn<S>], &mut Tile<S>)> {
     let columns = a.get_mut(panel(index)..panel(index + 1))?;
     columns.split_last_chunk_mut()
 }

@@ -242,6 +242,21 @@ impl Vector for f32 {
     }
 }
 
+impl Mask for bool {
+    #[inline(always)]
+    fn all(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn lane(self, _: usize) -> bool {
+        self
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -283,20 +298,5 @@ mod tests {
                 set.dispatch(All);
             }
         }
-    }
-}
-
-impl Mask for bool {
-    #[inline(always)]
-    fn all(self) -> bool {
-        self
-    }
-    #[inline(always)]
-    fn any(self) -> bool {
-        self
-    }
-    #[inline(always)]
-    fn lane(self, _: usize) -> bool {
-        self
     }
 }
