@@ -18,8 +18,10 @@ pub(in crate::beamform) fn das(run: &Run<'_>, count: usize, z: &mut [Complex<f32
     let line = &run.line;
     let samples = line.samples_from(run.first_sample);
     for (z, snapshot) in z.iter_mut().zip(samples.chunks_exact(line.elements())) {
-        let active = snapshot.get(run.first_element..).unwrap_or_default();
-        let active = active.get(..count).unwrap_or_default();
+        let active = snapshot.get(run.first_element..);
+        let Some(active) = active.and_then(|active| active.get(..count)) else {
+            return;
+        };
         *z = if line.is_moderate() {
             mean(active, |x| x)
         } else {
