@@ -166,18 +166,26 @@ fn ql_step<V: Vector>(
     let mut g = last - first + block.coupling / shifted;
     let (mut s, mut c, mut p) = (one, one, zero);
     let mut wanted = block.wanted;
-    let (lowest, highest) = (block.rows.start, block.rows.end);
-    let n = d.len().min(e.len()).min(x.len()).min(y.len());
-    let (d, e, x, y) = (&mut d[..n], &mut e[..n], &mut x[..n], &mut y[..n]);
-    if highest >= n || lowest > highest {
+    let rows = block.rows.start..block.rows.end + 1;
+    let (Some(d), Some(e), Some(x), Some(y)) = (
+        d.get_mut(rows.clone()),
+        e.get_mut(rows.clone()),
+        x.get_mut(rows.clone()),
+        y.get_mut(rows),
+    ) else {
         return;
-    }
-    let mut below = zero.splat(highest as f32);
-    let (mut d_below, mut e_below) = (d[highest], e[highest]);
-    let (mut x_below, mut y_below) = (x[highest], y[highest]);
-    for i in (lowest..highest).rev() {
+    };
+    // From the lowest row up; what is `below` the row at hand is still to be written.
+    let mut upwards = d.iter_mut().zip(e).zip(x.iter_mut().zip(y)).rev();
+    let Some(((mut d_slot, mut e_slot), (mut x_slot, mut y_slot))) = upwards.next() else {
+        return;
+    };
+    let mut below = zero.splat(block.rows.end as f32);
+    let (mut d_below, mut e_below) = (*d_slot, *e_slot);
+    let (mut x_below, mut y_below) = (*x_slot, *y_slot);
+    for ((d_next, e_next), (x_next, y_next)) in upwards {
+        let (d_here, e_here, x_here, y_here) = (*d_next, *e_next, *x_next, *y_next);
         let row = below - one;
-        let (d_here, e_here, x_here, y_here) = (d[i], e[i], x[i], y[i]);
         // One lane has no other's rows to pass over.
         let inside = match V::LANES {
             1 => wanted,
@@ -188,7 +196,7 @@ fn ql_step<V: Vector>(
         let r = (f * f + g * g).sqrt();
         // Behind the block's last row nothing couples.
         let coupling = V::select(below.less(block.last), r, zero);
-        e[i + 1] = V::select(inside, coupling, e_below);
+        *e_slot = V::select(inside, coupling, e_below);
         let turned = inside & zero.less(r);
         s = V::select(turned, f / r, s);
         c = V::select(turned, g / r, c);
@@ -196,29 +204,30 @@ fn ql_step<V: Vector>(
         let t = (d_here - under) * s + two * c * b;
         let split = inside & !turned;
         if split.any() {
-            // The block has split at i + 1: what is done so far stands, the next step goes on.
+            // The block has split below: what is done so far stands, the next step goes on.
             d_below = V::select(split, under, d_below);
             wanted = wanted & !split;
             if !wanted.any() {
-                (d[i + 1], x[i + 1], y[i + 1]) = (d_below, x_below, y_below);
+                (*d_slot, *x_slot, *y_slot) = (d_below, x_below, y_below);
                 return;
             }
         }
         p = V::select(turned, s * t, p);
-        d[i + 1] = V::select(turned, under + p, d_below);
+        *d_slot = V::select(turned, under + p, d_below);
         g = V::select(turned, c * t - b, g);
-        (x[i + 1], x_below) = turn(turned, [x_here, x_below], s, c);
-        (y[i + 1], y_below) = turn(turned, [y_here, y_below], s, c);
+        (*x_slot, x_below) = turn(turned, [x_here, x_below], s, c);
+        (*y_slot, y_below) = turn(turned, [y_here, y_below], s, c);
         let ends = turned & !block.first.less(row);
         (d_below, e_below) = (d_here, e_here);
         if ends.any() {
             d_below = V::select(ends, d_here - p, d_here);
             e_below = V::select(ends, g, e_here);
         }
+        (d_slot, e_slot, x_slot, y_slot) = (d_next, e_next, x_next, y_next);
         below = row;
     }
-    (d[lowest], e[lowest]) = (d_below, e_below);
-    (x[lowest], y[lowest]) = (x_below, y_below);
+    (*d_slot, *e_slot) = (d_below, e_below);
+    (*x_slot, *y_slot) = (x_below, y_below);
 }
 
 /// The right one of two neighbours, turned, and the left one, in the lanes of `turned`; in the others, as

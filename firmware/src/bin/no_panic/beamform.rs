@@ -101,8 +101,6 @@ struct Memory<A: Averaging<f32>> {
     complex: [ComplexVector<f32>; 100],
     scalars: [A::Scalar; 100],
     reals: [f32; 100],
-    floats: [f32; 100],
-    indices: [usize; 100],
 }
 
 impl<A: Averaging<f32>> Memory<A> {
@@ -111,8 +109,6 @@ impl<A: Averaging<f32>> Memory<A> {
             complex: [ComplexVector::from_real(0.0); 100],
             scalars: [A::scalar(0.0); 100],
             reals: [0.0; 100],
-            floats: [0.0; 100],
-            indices: [0; 100],
         }
     }
 
@@ -121,8 +117,6 @@ impl<A: Averaging<f32>> Memory<A> {
             complex: opaque(&mut self.complex[..]),
             scalars: opaque(&mut self.scalars[..]),
             reals: opaque(&mut self.reals[..]),
-            floats: opaque(&mut self.floats[..]),
-            indices: opaque(&mut self.indices[..]),
         };
         Ok(opaque(WorkspaceView::new(0.0, sizes(), slices)?))
     }
