@@ -219,7 +219,8 @@ fn parameters_out_of_range_are_told() {
         ("[vertebra]\nslice = nan\n", "`slice` in [vertebra]"),
         ("[vertebra]\ndepth = -inf\n", "`depth` in [vertebra]"),
         ("[vertebra]\nlateral_line = nan\n", "`lateral_line`"),
-        ("[vertebra]\ndepth = 15.0\n", "nothing of the phantom"),
+        ("[vertebra]\ndepth = 15.0\n", "from 0.000001 to 10 (m)"),
+        ("[vertebra]\ndepth = 0.5\n", "nothing of the phantom"),
     ] {
         fs::write(&config, text).unwrap();
         let arguments = [
