@@ -8,9 +8,9 @@
 //! allocates nothing, never panics and returns the same bits on every target: `+ − × ÷ √` in a fixed
 //! order, `libm` by path for everything else.
 //!
-//! That they never panic, the linker shows of all stages but the filters of phase symmetry and what joins
-//! the stages in [`pipeline`], for one lane, optimised: no call of a panic is left. Those two, and vectors
-//! of several lanes, are tested. An overflow that the debug profile would tell of is tested, too.
+//! That they never panic, the linker shows of [`geometry`], [`image`] and the Fourier transforms, for one
+//! lane, optimised: no call of a panic is left. The other stages, and vectors of several lanes, are tested.
+//! An overflow that the debug profile would tell of is tested, too.
 
 #![no_std]
 

@@ -101,23 +101,10 @@ impl HilbertTransformer {
     #[inline(always)]
     pub(super) fn quadrature<V: Vector>(&self, zero: V, rows: &[f32]) -> [V; GROUP] {
         let mut sums = [zero; GROUP];
-        for (j, &tap) in self
-            .taps
-            .get(..self.count)
-            .unwrap_or_default()
-            .iter()
-            .enumerate()
-        {
+        for (j, &tap) in self.taps[..self.count].iter().enumerate() {
             let k = 2 * j + 1;
-            let from_row = |row: usize| {
-                let rows = rows.get(row * V::LANES..)?.get(..GROUP * V::LANES)?;
-                Some(rows.chunks_exact(V::LANES))
-            };
-            let (Some(earlier), Some(later)) =
-                (from_row(self.reach() - k), from_row(self.reach() + k))
-            else {
-                break;
-            };
+            let from_row = |row: usize| rows[row * V::LANES..][..GROUP * V::LANES].chunks(V::LANES);
+            let (earlier, later) = (from_row(self.reach() - k), from_row(self.reach() + k));
             for ((sum, earlier), later) in sums.iter_mut().zip(earlier).zip(later) {
                 let pair = load(zero, earlier) - load(zero, later);
                 *sum = *sum + zero.splat(tap) * pair;

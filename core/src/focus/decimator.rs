@@ -16,7 +16,7 @@
 //! stays in front of the new ones.
 
 use super::kaiser;
-use crate::simd::{Vector, copy, first as take_first, load};
+use crate::simd::{Vector, load};
 use core::ops::Range;
 
 /// Records this many times as fast as the output, or more, are halved.
@@ -154,10 +154,10 @@ impl Decimator {
             } else {
                 0
             };
-            Stream {
-                even: take_first(&mut rest, length),
-                odd: take_first(&mut rest, length),
-            }
+            let (even, odd);
+            (even, rest) = core::mem::take(&mut rest).split_at_mut(length);
+            (odd, rest) = core::mem::take(&mut rest).split_at_mut(length);
+            Stream { even, odd }
         });
         // In front of the record everything is 0, so filters may begin there on nothing.
         let start = needed.start.min(halved.len());
@@ -169,28 +169,21 @@ impl Decimator {
             first = 2 * (first + pairs(self.halvings, halving) as isize - 1);
         }
         let needed = halved.get_mut(begin..end).unwrap_or_default();
-        let streams = streams.get_mut(..self.halvings).unwrap_or_default();
         for outputs in needed.chunks_mut(CHUNK) {
             let inputs = outputs.len() << self.halvings;
-            if let [fastest, ..] = streams {
-                fastest.take_record(zero, record, first, inputs);
-            }
+            streams[0].take_record(zero, record, first, inputs);
             first += inputs as isize;
             for halving in 1..self.halvings {
-                if let Some([from, to]) = streams.get_mut(halving - 1..=halving) {
+                if let [from, to] = &mut streams[halving - 1..=halving] {
                     let outputs = outputs.len() << (self.halvings - halving);
                     to.take_halved(zero, from, &self.before, outputs);
                     from.advance(outputs);
                 }
             }
-            let [.., last] = streams else {
-                break;
-            };
-            for (inputs, outputs) in last
-                .inputs(V::LANES)
-                .zip(outputs.chunks_exact_mut(V::LANES))
-            {
-                copy(filter(zero, &self.last, inputs).lanes(), outputs);
+            let last = &mut streams[self.halvings - 1];
+            for (at, outputs) in outputs.chunks_exact_mut(V::LANES).enumerate() {
+                let y = last.filter(zero, &self.last, at * V::LANES);
+                outputs.copy_from_slice(y.lanes());
             }
             last.advance(outputs.len());
         }
@@ -214,13 +207,12 @@ impl Stream<'_> {
             self.take_edge(record, first, length);
             return;
         };
-        let [even, odd] = self.new_ones();
-        let even = even.chunks_exact_mut(V::LANES);
-        let odd = odd.chunks_exact_mut(V::LANES);
+        let even = self.even[OLD..].chunks_exact_mut(V::LANES);
+        let odd = self.odd[OLD..].chunks_exact_mut(V::LANES);
         for ((even, odd), x) in even.zip(odd).zip(samples.chunks_exact(2 * V::LANES)) {
             let (x_even, x_odd) = load(zero, x).deinterleave(load(zero, &x[V::LANES..]));
-            copy(x_even.lanes(), even);
-            copy(x_odd.lanes(), odd);
+            even.copy_from_slice(x_even.lanes());
+            odd.copy_from_slice(x_odd.lanes());
         }
     }
 
@@ -228,20 +220,10 @@ impl Stream<'_> {
     #[inline(never)]
     fn take_edge(&mut self, record: &[f32], first: usize, length: usize) {
         let sample = |k| record.get(first.wrapping_add(k)).copied().unwrap_or(0.0);
-        let [even, odd] = self.new_ones();
-        for (pair, (even, odd)) in even.iter_mut().zip(odd).take(length / 2).enumerate() {
-            *even = sample(2 * pair);
-            *odd = sample(2 * pair + 1);
+        for pair in 0..length / 2 {
+            self.even[OLD + pair] = sample(2 * pair);
+            self.odd[OLD + pair] = sample(2 * pair + 1);
         }
-    }
-
-    /// The places of new samples.
-    #[inline(always)]
-    fn new_ones(&mut self) -> [&mut [f32]; 2] {
-        [&mut *self.even, &mut *self.odd].map(
-            #[inline(always)]
-            |samples| samples.get_mut(OLD..).unwrap_or_default(),
-        )
     }
 
     /// Takes `length` outputs of the halving before as new samples.
@@ -253,62 +235,37 @@ impl Stream<'_> {
         taps: &[f32; BEFORE],
         length: usize,
     ) {
-        let [even, odd] = self.new_ones();
-        let even = even.chunks_exact_mut(V::LANES);
-        let odd = odd.chunks_exact_mut(V::LANES);
-        let inputs = from.inputs(2 * V::LANES).take(length / (2 * V::LANES));
-        for ((even, odd), inputs) in even.zip(odd).zip(inputs) {
-            let y = filter(zero, taps, inputs);
-            let next = inputs.map(
-                #[inline(always)]
-                |samples| &samples[V::LANES..],
-            );
-            let (y_even, y_odd) = y.deinterleave(filter(zero, taps, next));
-            copy(y_even.lanes(), even);
-            copy(y_odd.lanes(), odd);
+        let even = self.even[OLD..].chunks_exact_mut(V::LANES);
+        let odd = self.odd[OLD..].chunks_exact_mut(V::LANES);
+        for ((even, odd), at) in even.zip(odd).zip((0..length).step_by(2 * V::LANES)) {
+            let y = from.filter(zero, taps, at);
+            let (y_even, y_odd) = y.deinterleave(from.filter(zero, taps, at + V::LANES));
+            even.copy_from_slice(y_even.lanes());
+            odd.copy_from_slice(y_odd.lanes());
         }
     }
 
-    /// What so many outputs are made of, and then the next ones: samples of even and of odd place.
+    /// The outputs of a filter from `at` on.
     #[inline(always)]
-    fn inputs<'s>(&'s self, outputs: usize) -> impl Iterator<Item = [&'s [f32]; 2]> {
-        let windows = |samples: &'s [f32]| samples.windows(OLD + outputs).step_by(outputs);
-        windows(self.even).zip(windows(self.odd)).map(
-            #[inline(always)]
-            |(even, odd)| [even, odd],
-        )
+    fn filter<V: Vector, const PAIRS: usize>(&self, zero: V, taps: &[f32; PAIRS], at: usize) -> V {
+        let even = &self.even[at..][..OLD + V::LANES];
+        let odd = &self.odd[at..][..OLD + V::LANES];
+        let middle = OLD + 1 - PAIRS;
+        let mut y = zero.splat(0.5) * from_place(zero, even, middle);
+        for (k, &tap) in taps.iter().enumerate() {
+            let earlier = from_place(zero, odd, middle - 1 - k);
+            let later = from_place(zero, odd, middle + k);
+            y = y + zero.splat(tap) * (earlier + later);
+        }
+        y
     }
 
     /// The last ones, after `new` new ones, become old ones.
     #[inline(always)]
     fn advance(&mut self, new: usize) {
-        for samples in [&mut *self.even, &mut *self.odd] {
-            let last = samples
-                .get(new..)
-                .and_then(<[_]>::first_chunk::<OLD>)
-                .copied();
-            if let (Some(last), Some(old)) = (last, samples.first_chunk_mut()) {
-                *old = last;
-            }
-        }
+        self.even.copy_within(new..new + OLD, 0);
+        self.odd.copy_within(new..new + OLD, 0);
     }
-}
-
-/// As many outputs of a filter as there are lanes, from samples of even and of odd place.
-#[inline(always)]
-fn filter<V: Vector, const PAIRS: usize>(
-    zero: V,
-    taps: &[f32; PAIRS],
-    [even, odd]: [&[f32]; 2],
-) -> V {
-    let middle = OLD + 1 - PAIRS;
-    let mut y = zero.splat(0.5) * from_place(zero, even, middle);
-    for (k, &tap) in taps.iter().enumerate() {
-        let earlier = from_place(zero, odd, middle - 1 - k);
-        let later = from_place(zero, odd, middle + k);
-        y = y + zero.splat(tap) * (earlier + later);
-    }
-    y
 }
 
 /// The samples from `place` on, 0..=[`OLD`]. With the widest registers, from two that lie on a cache
@@ -316,10 +273,9 @@ fn filter<V: Vector, const PAIRS: usize>(
 #[inline(always)]
 fn from_place<V: Vector>(zero: V, samples: &[f32], place: usize) -> V {
     if V::LANES == OLD {
-        let next = samples.get(OLD..).unwrap_or_default();
-        return load(zero, samples).slide(load(zero, next), place);
+        return load(zero, samples).slide(load(zero, &samples[OLD..]), place);
     }
-    load(zero, samples.get(place..).unwrap_or_default())
+    load(zero, &samples[place..])
 }
 
 /// The taps of a half-band filter for k = 1, 3, ….

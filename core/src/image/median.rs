@@ -3,7 +3,7 @@
 use super::check_finite;
 use crate::Error;
 use crate::error::check_length;
-use crate::simd::{Vector, copy, load};
+use crate::simd::{Vector, copy};
 
 /// The median of each pixel's 3×3 neighbourhood; `image` and `out` are row-major, `columns` wide.
 ///
@@ -73,7 +73,12 @@ fn rows_of<V: Vector>(zero: V, image: &[f32], columns: usize, out: &mut [f32]) {
                     three,
                     [column - 1, column, column + 1],
                     #[inline(always)]
-                    |row, column| load(zero, row.get(column..).unwrap_or_default()),
+                    |row, column| {
+                        let mut values = zero;
+                        let from = row.get(column..).and_then(|row| row.get(..V::LANES));
+                        copy(from.unwrap_or_default(), values.lanes_mut());
+                        values
+                    },
                 );
                 if let Some(out) = out.get_mut(column..column + V::LANES) {
                     copy(median_of_nine(pixels).lanes(), out);

@@ -95,26 +95,22 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     let one = zero.splat(1.0);
     let tiles = vector.len();
     let steps = step_limit(n);
-    let never = ignored & !ignored;
-    let (Some(kept), [first, next, ..]) = (kept.get_mut(..steps), a) else {
-        return (zero, never);
-    };
+    let kept = &mut kept[..steps];
     kept.fill(zero);
+    let never = ignored & !ignored;
     let trace = trace(zero, a, n);
     let mut gap_bound = GapBound::new(trace, n);
     let second = if n == 1 {
         never
     } else {
-        first[0].real().less(next[1].real())
+        a[0][0].real().less(a[1][1].real())
     };
     let mut done = never;
     // The lanes in which the iteration goes on.
     let mut open = !ignored;
     let mut eigenvalue = zero;
-    let mut bound = V::select(second, next[1].real(), first[0].real());
+    let mut bound = V::select(second, a[1][1].real(), a[0][0].real());
     let mut shift = zero;
-    // Between the row before and this one.
-    let mut coupling = zero;
     // The last entry of y over the first, at least.
     let mut last = one;
     let mut reciprocals = [zero; STEP_LIMIT];
@@ -122,29 +118,24 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     let mut components = [S::from_real(zero); STEP_LIMIT];
     let mut stored = 0;
     for k in 0..steps {
-        // This row's entry on the diagonal of the tridiagonal matrix.
-        let mut entry = bound;
-        if k > 0 {
-            let (Some(basis), Some(components)) = (basis.get(..k * tiles), components.get_mut(..k))
-            else {
-                break;
-            };
+        if k == 0 {
+            tridiagonal.diagonal[0] = bound;
+            first_column(a, second, vector);
+        } else {
+            let basis = &basis[..k * tiles];
+            let components = &mut components[..k];
             let along = if V::LANES == 1 {
                 step_apart(a, shift, basis, second, vector, components)
             } else {
                 step(a, shift, basis, second, vector, components)
             };
-            entry = along + shift;
-            put(tridiagonal.diagonal, k, entry);
+            tridiagonal.diagonal[k] = along + shift;
             bound = tridiagonal.upper_bound(k + 1, bound);
             // The ratio to the entry before is at least that.
-            last = last * (coupling / (bound - entry));
-        } else {
-            put(tridiagonal.diagonal, 0, entry);
-            first_column(a, second, vector);
+            last = last * (tridiagonal.off_diagonal[k - 1] / (bound - tridiagonal.diagonal[k]));
         }
         let beta = inner_product(zero, vector, vector).real().sqrt();
-        put(tridiagonal.off_diagonal, k, beta);
+        tridiagonal.off_diagonal[k] = beta;
         let longer = (zero.splat(EXHAUSTED) * bound).less(beta);
         let end = k + 1 == steps;
         // A basis ends where it ends.
@@ -163,14 +154,10 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
             }
             if due.any() {
                 bound = tridiagonal.largest(k + 1, bound, zero.splat(LAST_STEP) * gap, due);
-                let (Some(known), Some(errors)) = (reciprocals.get(..k), errors.get(..k)) else {
-                    break;
-                };
-                let residual = residual(tridiagonal, bound, beta, known, errors);
+                let residual = residual(tridiagonal, bound, &reciprocals[..k], &errors[..k]);
                 // A NaN is not below it.
                 let arrived = due & residual.less(zero.splat(ACCURACY) * gap);
-                let y = tridiagonal.eigenvector.iter().take(k + 1);
-                for (kept, &y) in kept.iter_mut().zip(y) {
+                for (kept, &y) in kept.iter_mut().zip(&tridiagonal.eigenvector[..=k]) {
                     *kept = V::select(arrived, y, *kept);
                 }
                 eigenvalue = V::select(arrived, bound, eigenvalue);
@@ -184,32 +171,21 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
         }
         if !end {
             let reciprocal = V::select(longer, one / V::select(longer, beta, one), zero);
-            let next = basis.get_mut(k * tiles..).unwrap_or_default();
-            scale(vector, reciprocal, next);
+            scale(vector, reciprocal, &mut basis[k * tiles..][..tiles]);
             stored = k + 1;
             if k > 0 {
-                let lost = (entry - shift).abs() + coupling;
-                let error = (zero.splat(ROUNDING) * trace) * (lost * reciprocal);
-                put(&mut errors, k, error);
+                let lost =
+                    (tridiagonal.diagonal[k] - shift).abs() + tridiagonal.off_diagonal[k - 1];
+                errors[k] = (zero.splat(ROUNDING) * trace) * (lost * reciprocal);
             }
-            put(&mut reciprocals, k, reciprocal);
+            reciprocals[k] = reciprocal;
             shift = (trace - bound) / zero.splat((n - 1) as f32);
-            coupling = beta;
         }
     }
     if done.any() {
-        let basis = basis.get(..stored * tiles).unwrap_or_default();
-        combine(zero, basis, kept, second, vector);
+        combine(&basis[..stored * tiles], kept, second, vector);
     }
     (eigenvalue, done)
-}
-
-/// Puts a value into its place, which is there: a basis has no more vectors than there is room for.
-#[inline(always)]
-fn put<T>(places: &mut [T], at: usize, value: T) {
-    if let Some(place) = places.get_mut(at) {
-        *place = value;
-    }
 }
 
 /// How far the largest eigenvalue is from the others at least: see the module's documentation.
@@ -254,25 +230,19 @@ impl<V: Vector> GapBound<V> {
 }
 
 /// Puts the tridiagonal matrix's eigenvector `y` to `theta` into its memory, and returns what
-/// `‖A·e − θ·e‖` is at most, where the next basis vector has the length `beta`.
+/// `‖A·e − θ·e‖` is at most.
 #[inline(always)]
 fn residual<V: Vector>(
     tridiagonal: &mut Tridiagonal<'_, V>,
     theta: V,
-    beta: V,
     reciprocals: &[V],
     errors: &[V],
 ) -> V {
     let k = reciprocals.len();
     let open_row = tridiagonal.eigenvector_upwards(k + 1, theta, reciprocals);
-    let (Some(&last), Some(behind)) = (
-        tridiagonal.eigenvector.get(k),
-        tridiagonal.eigenvector.get(1..=k),
-    ) else {
-        return open_row;
-    };
-    let mut residual = beta * last + open_row;
-    for (&error, &y) in errors.iter().zip(behind) {
+    let y = &tridiagonal.eigenvector[..=k];
+    let mut residual = tridiagonal.off_diagonal[k] * y[k] + open_row;
+    for (&error, &y) in errors.iter().zip(&y[1..]) {
         residual = residual + error * y;
     }
     residual
@@ -300,11 +270,9 @@ fn first_column<S: Scalar<V>, V: Vector>(
     w: &mut [PanelColumn<S>],
 ) {
     for (i, w) in w.iter_mut().enumerate() {
-        let Some([first, next]) = a.get(panel(i)..panel(i) + 2) else {
-            break;
-        };
+        let columns = &a[panel(i)..panel(i) + 2];
         for r in 0..TILE {
-            w[r] = S::select(second, next[r], first[r]);
+            w[r] = S::select(second, columns[1][r], columns[0][r]);
         }
     }
     clear(w, second);
@@ -313,11 +281,9 @@ fn first_column<S: Scalar<V>, V: Vector>(
 /// Clears the entry that the start vector has.
 #[inline(always)]
 fn clear<S: Scalar<V>, V: Vector>(w: &mut [PanelColumn<S>], second: V::Mask) {
-    if let [[first, next, ..], ..] = w {
-        let zero = S::from_real(first.real().zero());
-        *first = S::select(second, *first, zero);
-        *next = S::select(second, zero, *next);
-    }
+    let zero = S::from_real(w[0][0].real().zero());
+    w[0][0] = S::select(second, w[0][0], zero);
+    w[0][1] = S::select(second, zero, w[0][1]);
 }
 
 /// `(A − shift)·v` of the last basis vector without its components along all of them and the start
@@ -331,14 +297,10 @@ fn step<S: Scalar<V>, V: Vector>(
     w: &mut [PanelColumn<S>],
     components: &mut [S],
 ) -> V {
-    let newest = basis.len().wrapping_sub(w.len());
-    times_vector(a, shift, basis.get(newest..).unwrap_or_default(), w);
+    times_vector(a, shift, &basis[basis.len() - w.len()..], w);
     clear(w, second);
     orthogonalise(shift.zero(), basis, w, components);
-    match components {
-        [.., along] => along.real(),
-        [] => shift.zero(),
-    }
+    components[components.len() - 1].real()
 }
 
 /// [`step`] as a function of its own, with a microcontroller's few registers to itself. Its arguments
@@ -365,19 +327,14 @@ fn orthogonalise<S: Scalar<V>, V: Vector>(
     components: &mut [S],
 ) {
     let tiles = w.len();
-    if tiles == 0 {
-        return;
-    }
     for (component, v) in components.iter_mut().zip(basis.chunks_exact(tiles)) {
         *component = inner_product(zero, v, w);
     }
     for (i, w) in w.iter_mut().enumerate() {
         let mut rest = *w;
         for (&component, v) in components.iter().zip(basis.chunks_exact(tiles)) {
-            if let Some(v) = v.get(i) {
-                for r in 0..TILE {
-                    rest[r] = rest[r] - v[r].mul(component);
-                }
+            for r in 0..TILE {
+                rest[r] = rest[r] - v[i][r].mul(component);
             }
         }
         *w = rest;
@@ -387,32 +344,23 @@ fn orthogonalise<S: Scalar<V>, V: Vector>(
 /// `Σ_k v_k·y_k`, `k` ascending from zero; the start vector's share is its entry.
 #[inline(always)]
 fn combine<S: Scalar<V>, V: Vector>(
-    zero: V,
     basis: &[PanelColumn<S>],
     kept: &[V],
     second: V::Mask,
     vector: &mut [PanelColumn<S>],
 ) {
-    let ([start, kept @ ..], tiles) = (kept, vector.len()) else {
-        return;
-    };
-    if tiles == 0 {
-        return;
-    }
+    let zero = kept[0].zero();
+    let tiles = vector.len();
     for (i, vector) in vector.iter_mut().enumerate() {
         let mut sums = [S::from_real(zero); TILE];
-        for (&y, v) in kept.iter().zip(basis.chunks_exact(tiles)) {
-            if let Some(v) = v.get(i) {
-                for r in 0..TILE {
-                    sums[r] = sums[r] + v[r].scale(y);
-                }
+        for (&y, v) in kept[1..].iter().zip(basis.chunks_exact(tiles)) {
+            for r in 0..TILE {
+                sums[r] = sums[r] + v[i][r].scale(y);
             }
         }
         *vector = sums;
     }
-    if let [[first, next, ..], ..] = vector {
-        let start = S::from_real(*start);
-        *first = S::select(second, *first, start);
-        *next = S::select(second, start, *next);
-    }
+    let first = S::from_real(kept[0]);
+    vector[0][0] = S::select(second, vector[0][0], first);
+    vector[0][1] = S::select(second, first, vector[0][1]);
 }

@@ -1,6 +1,6 @@
 //! The product of a Hermitian matrix in panels and a vector.
 
-use super::panels::{PanelColumn, TILE, columns};
+use super::panels::{PanelColumn, TILE, panel};
 use crate::simd::{Scalar, Vector};
 
 /// `y = (A − shift)·v`, each entry summed from `−shift·v` over ascending columns.
@@ -16,15 +16,12 @@ pub fn times_vector<S: Scalar<V>, V: Vector>(
 ) {
     // Copied: a store to y would make the compiler read it again.
     for (i, &own) in v.iter().enumerate() {
-        let (Some((before, diagonal)), Some((above, [place, ..]))) =
-            (columns(a, i), y.split_at_mut_checked(i))
-        else {
-            break;
-        };
+        let (before, diagonal) = a[panel(i)..panel(i + 1)].split_at(TILE * i);
         let mut sums = own.map(
             #[inline(always)]
             |v| v.scale(-shift),
         );
+        let (above, rest) = y.split_at_mut(i);
         let entries = v.as_flattened().iter().zip(above.as_flattened_mut());
         for (column, (&v, y)) in before.iter().zip(entries) {
             let mut mirrored = *y;
@@ -41,6 +38,6 @@ pub fn times_vector<S: Scalar<V>, V: Vector>(
             }
             sums[r] = sums[r] + diagonal[r][r].mul(own[r]);
         }
-        *place = sums;
+        rest[0] = sums;
     }
 }

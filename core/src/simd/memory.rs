@@ -9,18 +9,8 @@ pub(crate) const MOST_LANES: usize = 16;
 #[inline(always)]
 pub(crate) fn load<V: Vector>(zero: V, from: &[f32]) -> V {
     let mut vector = zero;
-    if let Some(from) = from.get(..V::LANES) {
-        copy(from, vector.lanes_mut());
-    }
+    vector.lanes_mut().copy_from_slice(&from[..V::LANES]);
     vector
-}
-
-/// As many numbers as there are lanes from place `at` on, if there are.
-#[inline(always)]
-pub(crate) fn load_at<V: Vector>(zero: V, from: &[f32], at: usize) -> Option<V> {
-    let mut vector = zero;
-    copy(from.get(at..)?.get(..V::LANES)?, vector.lanes_mut());
-    Some(vector)
 }
 
 /// Takes the first `length` numbers off `from`, which is as long at least.

@@ -11,7 +11,7 @@ use crate::focus::decimator::streams_len;
 use crate::focus::delay_law::{ReceiveLag, TransmitDelay};
 use crate::focus::interpolate::Places;
 use crate::geometry::Array;
-use crate::simd::{MOST_LANES, PARTIAL_SUMS, Vector, copy, first, load, load_at, transpose};
+use crate::simd::{MOST_LANES, PARTIAL_SUMS, Vector, load, transpose};
 
 /// The bytes of a cache line: rows that lie across two of them take longer.
 const CACHE_LINE: usize = 64;
@@ -78,11 +78,9 @@ impl Delay {
         }
         if line.compounding == Compounding::Replace {
             let end = line.active.first + line.active.count;
-            for row in out.chunks_exact_mut(self.parameters.elements.max(1)) {
-                for outside in [0..line.active.first, end..row.len()] {
-                    let outside = row.get_mut(outside).unwrap_or_default();
-                    outside.fill(Complex::new(0.0, 0.0));
-                }
+            for row in out.chunks_exact_mut(self.parameters.elements) {
+                row[..line.active.first].fill(Complex::new(0.0, 0.0));
+                row[end..].fill(Complex::new(0.0, 0.0));
             }
         }
     }
@@ -92,13 +90,14 @@ impl Delay {
         let p = &self.parameters;
         let line_len = p.line_len();
         let aligned = scratch.as_ptr().align_offset(CACHE_LINE);
-        let aligned = aligned.min(CACHE_LINE / size_of::<f32>() - 1);
-        let mut rest = scratch.get_mut(aligned..).unwrap_or_default();
-        let rows = first(&mut rest, V::LANES * p.rows());
-        let halved = first(&mut rest, V::LANES.min(2) * p.halved_len());
-        let streams = first(&mut rest, streams_len(p.halvings()));
-        let lines = first(&mut rest, V::LANES * line_len);
-        let [depth, whole, fraction] = [(); 3].map(|()| first(&mut rest, line_len));
+        let scratch = &mut scratch[aligned.min(CACHE_LINE / size_of::<f32>() - 1)..];
+        let (rows, rest) = scratch.split_at_mut(V::LANES * p.rows());
+        let (halved, rest) = rest.split_at_mut(V::LANES.min(2) * p.halved_len());
+        let (streams, rest) = rest.split_at_mut(streams_len(p.halvings()));
+        let (lines, rest) = rest.split_at_mut(V::LANES * line_len);
+        let (depth, rest) = rest.split_at_mut(line_len);
+        let (whole, rest) = rest.split_at_mut(line_len);
+        let (fraction, _) = rest.split_at_mut(line_len);
         Scratch {
             rows,
             lines,
@@ -140,15 +139,14 @@ impl Delay {
             buffers,
             ..
         } = scratch;
-        let (line, record, line_len) = (source.line, source.record, centre.depth.len().max(1));
+        let (line, record, line_len) = (source.line, source.record, centre.depth.len());
         let path = |element: usize| ElementPath {
             centre: &*centre,
             lag: self.lag(line, element),
         };
         if group.mirrored {
             let half = V::LANES.div_ceil(2);
-            let halves = lines.split_at_mut_checked(half * line_len);
-            let (left, right) = halves.unwrap_or_default();
+            let (left, right) = lines.split_at_mut(half * line_len);
             let right = right.chunks_exact_mut(line_len).take(group.right.len());
             let pairs = left.chunks_exact_mut(line_len).zip(right.rev());
             let elements = group.left.clone().zip(group.right.clone().rev());
@@ -177,21 +175,15 @@ impl Delay {
         let p = &self.parameters;
         let reach = self.hilbert.reach() as f64;
         let rate = self.rate();
-        let CentrePath {
-            depth,
-            whole,
-            fraction,
-        } = centre;
-        let places = depth.iter_mut().zip(&mut **whole).zip(&mut **fraction);
-        for (n, ((depth, whole), fraction)) in places.enumerate() {
+        for n in 0..centre.depth.len() {
             let t = p.output_start + (n as f64 - reach) / p.output_rate;
             let z = p.sound_speed * t / 2.0;
             let position = ((transmit.time(z) + z / p.sound_speed) - t0) * rate;
             let near = position > -FAR && position < FAR;
             let floor = if near { libm::floor(position) } else { 0.0 };
-            *depth = if near { z as f32 } else { 0.0 };
-            *whole = floor as f32;
-            *fraction = if near { (position - floor) as f32 } else { 0.0 };
+            centre.depth[n] = if near { z as f32 } else { 0.0 };
+            centre.whole[n] = floor as f32;
+            centre.fraction[n] = if near { (position - floor) as f32 } else { 0.0 };
         }
     }
 
@@ -207,18 +199,15 @@ impl Delay {
     #[inline(always)]
     fn span(&self, path: &ElementPath) -> Range<usize> {
         let ElementPath { centre, lag } = path;
-        let depths = centre
-            .depth
-            .iter()
-            .zip(&*centre.whole)
-            .zip(&*centre.fraction);
-        let mut readable = depths.filter(|((depth, _), _)| **depth > 0.0);
-        let Some(first) = readable.next() else {
+        let readable = |&n: &usize| centre.depth[n] > 0.0;
+        let first = (0..centre.depth.len()).find(readable);
+        let last = (0..centre.depth.len()).rfind(readable);
+        let (Some(first), Some(last)) = (first, last) else {
             return 0..0;
         };
-        let last = readable.next_back().unwrap_or(first);
-        let position = |((&depth, &whole), &fraction): ((&f32, &f32), &f32)| {
-            f64::from(whole) + f64::from(fraction + lag.samples(depth))
+        let position = |n: usize| {
+            let lag = lag.samples(centre.depth[n]);
+            f64::from(centre.whole[n]) + f64::from(centre.fraction[n] + lag)
         };
         let origin = self.interpolator.decimator().origin();
         let half = self.interpolator.taps() / 2;
@@ -252,13 +241,11 @@ impl Delay {
                 let line_len = path.centre.depth.len();
                 for start in (0..line_len).step_by(STEP * PARTIAL_SUMS) {
                     let end = (start + STEP * PARTIAL_SUMS).min(line_len);
-                    let sixteens = (end - start) / PARTIAL_SUMS;
-                    let places = places.get_mut(..sixteens).unwrap_or_default();
-                    let length = records.first().map_or(0, |record| record.len());
-                    self.locate(zero, path, start, length, places);
+                    let places = &mut places[..(end - start) / PARTIAL_SUMS];
+                    self.locate(zero, path, start, records[0].len(), places);
                     let values = lines.each_mut().map(
                         #[inline(always)]
-                        |line| line.get_mut(start..end).unwrap_or_default(),
+                        |line| &mut line[start..end],
                     );
                     self.interpolator.read(zero, records, places, values);
                 }
@@ -279,7 +266,7 @@ impl Delay {
         let decimator = self.interpolator.decimator();
         if decimator.halvings() > 0 {
             let needed = self.span(path);
-            let halved = halved.chunks_exact_mut(self.parameters.halved_len().max(1));
+            let halved = halved.chunks_exact_mut(self.parameters.halved_len());
             for (record, halved) in records.iter_mut().zip(halved) {
                 *record = decimator.decimate(zero, record, needed.clone(), streams, halved);
             }
@@ -304,17 +291,12 @@ impl Delay {
         for (sixteen, places) in places.iter_mut().enumerate() {
             for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
                 let n = start + sixteen * PARTIAL_SUMS + at;
-                let (Some(z), Some(whole), Some(fraction)) = (
-                    load_at(zero, centre.depth, n),
-                    load_at(zero, centre.whole, n),
-                    load_at(zero, centre.fraction, n),
-                ) else {
-                    return;
-                };
-                let position = fraction + lag.samples(z);
+                let z = load(zero, &centre.depth[n..]);
+                let position = load(zero, &centre.fraction[n..]) + lag.samples(z);
                 // False for a NaN too, which an infinite over an infinite extent would give.
                 let valid = zero.less(z) & position.less(far);
-                locator.locate((whole, position), valid, (places, at));
+                let position = (load(zero, &centre.whole[n..]), position);
+                locator.locate(position, valid, (places, at));
             }
         }
     }
@@ -334,24 +316,15 @@ impl Delay {
             || {
                 let elements = self.parameters.elements;
                 let line_len = self.parameters.line_len();
-                let kept = CHUNK * V::LANES;
                 // A row holds a sample of each element. What the transformer reaches back for stays in front.
                 let behind = 2 * self.hilbert.reach() * V::LANES;
-                let Some(rows) = rows.get_mut(..behind + kept) else {
-                    return;
-                };
-                let Some((before, _)) = rows.split_at_mut_checked(behind) else {
-                    return;
-                };
-                turn(zero, lines, line_len, 0, before);
-                for (chunk, out) in out.chunks_mut((CHUNK * elements).max(1)).enumerate() {
+                let rows = &mut rows[..behind + CHUNK * V::LANES];
+                turn(zero, lines, line_len, 0, &mut rows[..behind]);
+                for (chunk, out) in out.chunks_mut(CHUNK * elements).enumerate() {
                     let n = chunk * CHUNK + 2 * self.hilbert.reach();
-                    let new = rows.get_mut(behind..).unwrap_or_default();
-                    turn(zero, lines, line_len, n, new);
+                    turn(zero, lines, line_len, n, &mut rows[behind..]);
                     self.put_chunk(zero, rows, destination, out);
-                    if kept <= rows.len() {
-                        rows.copy_within(kept.., 0);
-                    }
+                    rows.copy_within(CHUNK * V::LANES.., 0);
                 }
             },
         );
@@ -367,12 +340,11 @@ impl Delay {
         out: &mut [Complex<f32>],
     ) {
         let (elements, reach) = (self.parameters.elements, self.hilbert.reach());
-        for (octet, out) in out.chunks_mut((GROUP * elements).max(1)).enumerate() {
-            let rows = rows.get(octet * GROUP * V::LANES..).unwrap_or_default();
+        for (octet, out) in out.chunks_mut(GROUP * elements).enumerate() {
+            let rows = &rows[octet * GROUP * V::LANES..];
             let imaginary = self.hilbert.quadrature(zero, rows);
-            let real = rows.get(reach * V::LANES..).unwrap_or_default();
-            let real = real.chunks_exact(V::LANES);
-            let out = out.chunks_exact_mut(elements.max(1));
+            let real = rows[reach * V::LANES..].chunks_exact(V::LANES);
+            let out = out.chunks_exact_mut(elements);
             for ((real, imaginary), out) in real.zip(imaginary).zip(out) {
                 put_row(destination, (load(zero, real), imaginary), out);
             }
@@ -407,7 +379,7 @@ fn put_row<V: Vector>(
     out: &mut [Complex<f32>],
 ) {
     let Destination { group, compounding } = *destination;
-    let left = out.get_mut(group.left.clone()).unwrap_or_default();
+    let left = &mut out[group.left.clone()];
     if V::LANES == 1 {
         put_parts(compounding, &[real.lanes()[0], imaginary.lanes()[0]], left);
         return;
@@ -415,7 +387,7 @@ fn put_row<V: Vector>(
     // Both parts of half the elements a register, as they lie in memory.
     let (first, second) = real.interleave(imaginary);
     put_parts(compounding, first.lanes(), left);
-    let right = out.get_mut(group.right.clone()).unwrap_or_default();
+    let right = &mut out[group.right.clone()];
     // The element on the line is one of the left.
     let twice = group.left.end.saturating_sub(group.right.start);
     if twice == 0 {
@@ -456,14 +428,12 @@ fn put_values(compounding: Compounding, values: &[[f32; 2]], out: &mut [Complex<
 fn turn<V: Vector>(zero: V, lines: &[f32], line_len: usize, first: usize, rows: &mut [f32]) {
     for (block, rows) in rows.chunks_mut(V::LANES * V::LANES).enumerate() {
         let mut square = [zero; MOST_LANES];
-        for (samples, line) in square.iter_mut().zip(lines.chunks_exact(line_len.max(1))) {
-            if let Some(values) = load_at(zero, line, first + block * V::LANES) {
-                *samples = values;
-            }
+        for (samples, line) in square.iter_mut().zip(lines.chunks_exact(line_len)) {
+            *samples = load(zero, &line[first + block * V::LANES..]);
         }
         transpose(&mut square);
         for (row, samples) in rows.chunks_exact_mut(V::LANES).zip(&square) {
-            copy(samples.lanes(), row);
+            row.copy_from_slice(samples.lanes());
         }
     }
 }

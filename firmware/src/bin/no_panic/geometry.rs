@@ -2,8 +2,7 @@
 
 use crate::{opaque, take};
 use bonebeam::geometry::{
-    Aperture, ApertureParameters, Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit,
-    TransmitLaw,
+    Aperture, ApertureParameters, Array, Axis, Depth, Lines, Scan, ScanParameters,
 };
 
 /// Calls all of it.
@@ -76,9 +75,4 @@ pub fn arrays(x: &[f64]) -> [Array<'_>; 2] {
 /// Any axis.
 pub fn axis() -> Axis {
     opaque(Axis::centred(opaque(1), opaque(1.0)))
-}
-
-/// Any transmit.
-pub fn transmit() -> Transmit {
-    opaque(Transmit::new(opaque(TransmitLaw::Focused), opaque(0.0)))
 }
