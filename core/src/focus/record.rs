@@ -7,8 +7,9 @@ use core::num::NonZeroUsize;
 /// The largest magnitude accepted in the RF, so that no sum can overflow, nor one that is added to what
 /// is there already.
 ///
-/// The filters multiply it by less than 17 (`no_parameters_multiply_more`, below). What is below half the last place of the largest
-/// float, 2¹⁰³ = 1.01·10³¹, is lost where it is added to that: a gain of 100 would still do.
+/// The filters multiply it by less than 17 (`no_parameters_multiply_more`, below). What is below half the
+/// last place of the largest float, 2¹⁰³ = 1.01·10³¹, is lost where it is added to that: a gain of 100
+/// would still do.
 pub const MAX_MAGNITUDE: f32 = 1e29;
 
 /// What the filters can multiply a magnitude by, one after the other: the sum of a filter's magnitudes is
