@@ -5,10 +5,15 @@
 
 #![no_std]
 
+#[cfg(feature = "lanes")]
+extern crate std;
+
 pub mod beamform;
 pub mod delay;
 pub mod hash;
 pub mod image;
+#[cfg(feature = "lanes")]
+pub mod lanes;
 pub mod phase_symmetry;
 pub mod snapshots;
 pub mod sqrt;

@@ -51,6 +51,15 @@ const fn ridge(at: usize, top: usize) -> u32 {
     }
 }
 
+/// The bank of filters, so many lines at a time.
+pub(crate) const fn parameters(strip: usize) -> Parameters<'static> {
+    Parameters {
+        sizes: Sizes { strip, ..SIZES },
+        scales: &SCALES,
+        threshold: THRESHOLD,
+    }
+}
+
 /// The memory of the cases.
 pub struct Memory {
     tables: LogGaborTables,
@@ -87,11 +96,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
             amplitude: &mut &mut memory.amplitude[..],
             symmetry: &mut &mut memory.symmetry[..],
         };
-        let bank = PhaseSymmetry::new(&Parameters {
-            sizes: Sizes { strip, ..SIZES },
-            scales: &SCALES,
-            threshold: THRESHOLD,
-        })?;
+        let bank = PhaseSymmetry::new(&parameters(strip))?;
         let fast = &mut memory.fast.slices();
         bank.run(&kernels, &mut external, fast, &mut |_| {})?;
         report(name, hash::real(&memory.symmetry));

@@ -1,0 +1,135 @@
+//! The golden cases over the vectors of an instruction set: each must have the hash that it has over one
+//! lane.
+
+use std::boxed::Box;
+use std::vec;
+use std::vec::Vec;
+
+use bonebeam::beamform::{AlignedLine, Beamformer, Run, Slices, WorkspaceView};
+use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::focus::{Delay, Record};
+use bonebeam::image::median;
+use bonebeam::phase_symmetry::{
+    External, GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, StripSlices,
+};
+use bonebeam::simd::{ComplexVector, InstructionSet, Task, Vector};
+use bonebeam::{Complex, Error};
+
+use crate::snapshots::{ELEMENTS, REAL_PARTS, SAMPLES, SNAPSHOTS};
+use crate::{beamform, delay, hash, image, phase_symmetry};
+
+/// Runs every case that is computed over lanes with `set`, and reports its name and its hash: the
+/// beamformers once in the first lane, once in the middle and once in the last.
+///
+/// # Errors
+/// What the core refuses, which is a fault of a case.
+pub fn run(set: InstructionSet, report: &mut dyn FnMut(&str, u64)) -> Result<(), Error> {
+    set.dispatch(Cases { report })
+}
+
+struct Cases<'a> {
+    report: &'a mut dyn FnMut(&str, u64),
+}
+
+impl Task for Cases<'_> {
+    type Output = Result<(), Error>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        let report = self.report;
+        delay_lines(zero, report)?;
+        for case in beamform::FORWARD_BACKWARD {
+            beamformer::<ForwardBackward, V>(zero, case, report)?;
+        }
+        for case in beamform::FORWARD {
+            beamformer::<Forward, V>(zero, case, report)?;
+        }
+        smooth(zero, report)?;
+        strips(zero, report)
+    }
+}
+
+fn delay_lines<V: Vector>(zero: V, report: &mut dyn FnMut(&str, u64)) -> Result<(), Error> {
+    let stage = Delay::new(delay::PARAMETERS)?;
+    let record = Record::new(&REAL_PARTS, delay::ELEMENTS)?;
+    let mut scratch = vec![0.0; delay::PARAMETERS.scratch_len(V::LANES)];
+    let mut x = vec![Complex::new(0.0, 0.0); delay::SAMPLES * delay::ELEMENTS];
+    for (name, line) in delay::LINES {
+        stage.line(zero, &line, &record, &mut scratch, &mut x)?;
+        report(name, hash::complex(&x));
+    }
+    Ok(())
+}
+
+/// The other lanes start elsewhere in the sequence, so that no lane does what another does.
+fn beamformer<A: Averaging<V>, V: Vector>(
+    zero: V,
+    case: beamform::Case,
+    report: &mut dyn FnMut(&str, u64),
+) -> Result<(), Error> {
+    let beamformer = Beamformer::new(beamform::parameters(case.method))?;
+    let sizes = beamformer.sizes(ELEMENTS);
+    let lengths = sizes.lengths(A::COVARIANCE);
+    let slices = Slices {
+        complex: &mut vec![ComplexVector::from_real(zero); lengths.complex],
+        scalars: &mut vec![A::scalar(zero); lengths.scalars],
+        reals: &mut vec![zero; lengths.reals],
+    };
+    let mut workspace = WorkspaceView::<A, V>::new(zero, sizes, slices)?;
+    let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS)?;
+    for place in [0, (V::LANES - 1) / 2, V::LANES - 1] {
+        let runs: Vec<Run<'_>> = (0..V::LANES)
+            .map(|lane| Run {
+                line,
+                first_element: 0,
+                first_sample: lane.abs_diff(place),
+            })
+            .collect();
+        let mut z: Vec<_> = runs
+            .iter()
+            .map(|run| vec![Complex::new(0.0, 0.0); SAMPLES - run.first_sample])
+            .collect();
+        let mut out: Vec<_> = z.iter_mut().map(Vec::as_mut_slice).collect();
+        beamformer.runs(&mut workspace, &runs, ELEMENTS, &mut out)?;
+        report(case.name, hash::complex(&z[place]));
+    }
+    Ok(())
+}
+
+fn smooth<V: Vector>(zero: V, report: &mut dyn FnMut(&str, u64)) -> Result<(), Error> {
+    let mut memory = Box::new(image::Memory::new());
+    let pixels = image::pixels(&mut memory)?.to_vec();
+    let mut smooth = vec![0.0; pixels.len()];
+    median(zero, &pixels, image::SIDE, &mut smooth)?;
+    report("median", hash::real(&smooth));
+    Ok(())
+}
+
+fn strips<V: Vector>(zero: V, report: &mut dyn FnMut(&str, u64)) -> Result<(), Error> {
+    let mut tables = Box::new(LogGaborTables::new());
+    let filters = LogGabor::new(&mut tables);
+    for (name, strip) in phase_symmetry::STRIPS {
+        let bank = PhaseSymmetry::new(&phase_symmetry::parameters(strip))?;
+        let sizes = bank.sizes();
+        let kernels = Kernels {
+            fft: &LaneFft::new(),
+            gains: &GainTables::new(&filters, &bank, vec![0.0; bank.gain_tables_len()])?,
+        };
+        let mut symmetry = vec![0.0; sizes.symmetry_len()];
+        let mut external = External {
+            image: &mut &phase_symmetry::IMAGE[..],
+            spectrum: &mut &mut vec![0.0; sizes.spectrum_len()][..],
+            filtered: &mut &mut vec![0.0; sizes.filtered_len()][..],
+            amplitude: &mut &mut vec![0.0; sizes.amplitude_len()][..],
+            symmetry: &mut &mut symmetry[..],
+        };
+        let mut fast = StripSlices {
+            strip: &mut vec![0.0; sizes.strip_len()],
+            sums: &mut vec![0.0; sizes.sums_len()],
+            line: &mut vec![Complex { re: zero, im: zero }; sizes.line_len()],
+            gains: &mut vec![zero; sizes.gains_len()],
+        };
+        bank.run(&kernels, &mut external, &mut fast, &mut |_| {})?;
+        report(name, hash::real(&symmetry));
+    }
+    Ok(())
+}
