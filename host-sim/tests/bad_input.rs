@@ -224,13 +224,17 @@ fn arrays_of_the_wrong_kind() {
         .finish();
     fails(&folder, BEAMFORM, DATA, &["data.npz", "`rf` is empty"]);
     channel_data_without(&path, &["rf"])
-        .with("rf", ramp().mapv(f64::from).into_dyn())
+        .with("rf", ramp().mapv(|v| v as u16).into_dyn())
         .finish();
     fails(
         &folder,
         BEAMFORM,
         DATA,
-        &["data.npz", "`rf` has dtype", "float32 or int16"],
+        &[
+            "data.npz",
+            "`rf` has dtype",
+            "float32, float64, int16, int32 or uint8",
+        ],
     );
     channel_data_without(&path, &["rf"])
         .with("rf", ArrayD::<f32>::zeros(vec![4, 64]))
@@ -252,13 +256,13 @@ fn arrays_of_the_wrong_kind() {
         fails(&folder, BEAMFORM, DATA, &["data.npz", "`fs` is", "above 0"]);
     }
     channel_data_without(&path, &["t0"])
-        .with("t0", vector(&[0.0]))
+        .with("t0", vector(&[0.0; 3]))
         .finish();
     fails(
         &folder,
         BEAMFORM,
         DATA,
-        &["data.npz", "`t0` has length 1", "expected 2"],
+        &["data.npz", "`t0` has length 3", "expected 2"],
     );
 }
 

@@ -47,6 +47,7 @@ fn point(transmits: Transmits) -> ChannelData {
         Transmits::Focused { .. } => z / C,
         Transmits::Plane { angle } => (x * angle[t].sin() + z * angle[t].cos()) / C,
         Transmits::Element { index } => z.hypot(x - element_x[index[t]]) / C,
+        Transmits::VirtualSource { .. } | Transmits::Delays { .. } => unreachable!(),
     };
     let height = |t: usize| match &transmits {
         Transmits::Focused { x: axis, .. } => (-((axis[t] - x) / (0.5 * PITCH)).powi(2)).exp(),
@@ -60,13 +61,16 @@ fn point(transmits: Transmits) -> ChannelData {
     });
     let t0 = vec![T0; transmits.len()];
     ChannelData {
-        rf,
+        samples: rf.into(),
         fs: FS,
         t0,
         element_x,
+        element_z: None,
+        element_angle: None,
         c: C,
         f0: F0,
         transmits,
+        lens_delay: 0.0,
     }
 }
 
@@ -241,10 +245,11 @@ fn sixteen_bit_samples_give_the_lines_of_the_same_numbers_in_f32() {
     let folder = tempdir().unwrap();
     let [_, plane, _] = laws();
     let mut data = point(plane);
-    data.rf.mapv_inplace(|v| (v * 1000.0).round());
+    let counts = (data.samples.rf(0).unwrap()).mapv(|v| (v * 1000.0).round());
+    data.samples = counts.clone().into();
     data.write(&folder.path().join("f32.npz")).unwrap();
     Npz::create(&folder.path().join("i16.npz"))
-        .with("rf", data.rf.mapv(|v| v as i16).into_dyn())
+        .with("rf", counts.mapv(|v| v as i16).into_dyn())
         .with("fs", scalar(data.fs))
         .with("t0", vector(&data.t0))
         .with("element_x", vector(&data.element_x))

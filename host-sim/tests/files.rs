@@ -7,20 +7,27 @@ use std::fs;
 use std::path::Path;
 
 use common::{Npz, channel_data_without, column_major_ramp, ramp, scalar, vector};
-use host_sim::files::{AlignedData, ChannelData, Lines, Recording, Transmits, atomic, image};
-use ndarray::{Array1, Array2, Array3, ArrayD, Axis, arr0};
+use host_sim::config::Beamform;
+use host_sim::drive::delay::DelayStage;
+use host_sim::files::{
+    AlignedData, ChannelData, Lines, Recording, Samples, Transmits, atomic, image,
+};
+use ndarray::{Array1, Array2, Array3, Array4, ArrayD, Axis, arr0};
 use num_complex::Complex;
 use tempfile::tempdir;
 
 fn channel_data(transmits: Transmits) -> ChannelData {
     ChannelData {
-        rf: ramp(),
+        samples: ramp().into(),
         fs: 40e6,
         t0: vec![1e-6, 2e-6],
         element_x: vec![-0.45e-3, -0.15e-3, 0.15e-3, 0.45e-3],
+        element_z: None,
+        element_angle: None,
         c: 1540.0,
         f0: 5e6,
         transmits,
+        lens_delay: 0.0,
     }
 }
 
@@ -65,6 +72,13 @@ fn channel_data_of_every_delay_law_return_as_written() {
             angle: vec![-0.2, 0.2],
         },
         Transmits::Element { index: vec![0, 3] },
+        Transmits::VirtualSource {
+            x: vec![-1e-3, 1e-3],
+            z: vec![-5e-3, 20e-3],
+        },
+        Transmits::Delays {
+            delay: Array2::from_shape_fn((2, 4), |(t, m)| 1e-7 * (t + m) as f64),
+        },
     ];
     for law in laws {
         let data = channel_data(law);
@@ -73,6 +87,228 @@ fn channel_data_of_every_delay_law_return_as_written() {
     }
     // Nothing but the file is left in the folder.
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+/// A convex array of four elements, 60 mm of radius.
+fn curved(transmits: Transmits) -> ChannelData {
+    let angle: Vec<f64> = (0..4).map(|m| (f64::from(m) - 1.5) * 5e-3).collect();
+    ChannelData {
+        element_x: angle.iter().map(|a| 60e-3 * a.sin()).collect(),
+        element_z: Some(angle.iter().map(|a| 60e-3 * (a.cos() - 1.0)).collect()),
+        element_angle: Some(angle),
+        lens_delay: 0.4e-6,
+        ..channel_data(transmits)
+    }
+}
+
+#[test]
+fn iq_frames_curved_arrays_and_a_lens_return_as_written() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    let plane = || Transmits::Plane {
+        angle: vec![-0.2, 0.2],
+    };
+    let iq = ramp().mapv(|v| Complex::new(v, 1.0 - v));
+    let frames = |count| {
+        let all = Array4::from_shape_fn((count, 2, 4, 64), |(f, t, m, n)| {
+            (f * 5000 + t * 1000 + m * 100 + n) as f32
+        });
+        Samples::Rf(all)
+    };
+    for samples in [ramp().into(), Samples::iq(iq, 5.2e6), frames(3), frames(1)] {
+        let data = ChannelData {
+            samples,
+            ..curved(plane())
+        };
+        data.write(&path).unwrap();
+        let read = ChannelData::read(&path).unwrap();
+        assert_eq!(read, data);
+        assert!(!read.is_straight());
+    }
+    // A frame is where it lies.
+    let Samples::Rf(all) = frames(3) else {
+        unreachable!()
+    };
+    let samples = Samples::Rf(all);
+    let second = samples.rf(1).unwrap();
+    let Samples::Rf(all) = &samples else {
+        unreachable!()
+    };
+    assert_eq!(second.as_ptr(), &raw const all[(1, 0, 0, 0)]);
+    assert!(samples.rf(3).is_none());
+}
+
+#[test]
+fn elements_that_do_not_fire_have_no_delay() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    let delay = Array2::from_shape_fn((2, 4), |(t, m)| 1e-7 * (t + m) as f64);
+    let active = Array2::from_shape_fn((2, 4), |(t, m)| m != 2 * t);
+    let npz =
+        || channel_data_without(&path, &["tx_angle"]).with("tx_delay", delay.clone().into_dyn());
+    npz().with("tx_active", active.clone().into_dyn()).finish();
+    let check = || {
+        let Transmits::Delays { delay: read } = ChannelData::read(&path).unwrap().transmits else {
+            panic!("another delay law")
+        };
+        for ((t, m), &read) in read.indexed_iter() {
+            match active[(t, m)] {
+                true => assert_eq!(read, delay[(t, m)]),
+                false => assert!(read.is_nan()),
+            }
+        }
+    };
+    check();
+    let numbers = active.mapv(|active| i32::from(active) * 3);
+    npz().with("tx_active", numbers.into_dyn()).finish();
+    check();
+    npz()
+        .with("tx_active", Array2::<i64>::zeros((2, 4)).into_dyn())
+        .finish();
+    assert_names(
+        &refused(&path),
+        &["`tx_delay`", "no element that fires", "transmit 0"],
+    );
+}
+
+#[test]
+fn what_is_wrong_with_geometry_or_iq_is_named() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    let zero = |shape: &[usize]| ArrayD::<f64>::zeros(shape);
+    type Case<'a> = (&'a [&'a str], &'a [(&'a str, ArrayD<f64>)], &'a [&'a str]);
+    let cases: [Case<'_>; 14] = [
+        (
+            &[],
+            &[("element_z", zero(&[3]))],
+            &["`element_z` has length 3", "expected 4"],
+        ),
+        (
+            &[],
+            &[("element_z", vector(&[0.0, 0.0, 1e-3, 0.0]))],
+            &["`element_x` and `element_z` put element 1", "evenly spaced"],
+        ),
+        (
+            &[],
+            &[("element_angle", vector(&[0.0, 0.0, 0.0, 15.0]))],
+            &["`element_angle` is 15 at element 3", "degrees"],
+        ),
+        (
+            &[],
+            &[("lens_delay", scalar(0.5))],
+            &["`lens_delay` is 0.5", "probably in µs"],
+        ),
+        (
+            &[],
+            &[("tx_source_x", zero(&[2])), ("tx_source_z", scalar(-1e-3))],
+            &["several delay laws", "tx_angle, tx_source_x, tx_source_z"],
+        ),
+        (
+            &["tx_angle"],
+            &[("tx_source_x", zero(&[2]))],
+            &["has no key `tx_source_z`"],
+        ),
+        (
+            &["tx_angle"],
+            &[("tx_source_x", zero(&[2])), ("tx_source_z", scalar(-20.0))],
+            &["`tx_source_z` at transmit 0 is -20 m", "probably in mm"],
+        ),
+        (
+            &["tx_angle"],
+            &[("tx_delay", zero(&[4, 2]))],
+            &["`tx_delay` has shape [4, 2]", "[2, 4]"],
+        ),
+        (
+            &["tx_angle"],
+            &[("tx_delay", ArrayD::from_elem(vec![2, 4], 1.5))],
+            &[
+                "`tx_delay` is 1.5 at transmit 0, element 0",
+                "probably in µs",
+            ],
+        ),
+        (&["rf"], &[], &["holds neither `rf` or `iq`"]),
+        (
+            &[],
+            &[("f_demod", scalar(5e6)), ("iq", zero(&[2, 4, 64]))],
+            &["holds both `rf` and `iq`"],
+        ),
+        (
+            &["rf"],
+            &[("f_demod", scalar(5e6)), ("iq", zero(&[2, 4, 64]))],
+            &["`iq` has dtype", "complex64"],
+        ),
+        (
+            &["rf"],
+            &[("rf", zero(&[5, 3, 2, 4, 64]))],
+            &["`rf` has shape [5, 3, 2, 4, 64]", "frame axis"],
+        ),
+        (
+            &["rf"],
+            &[("rf", zero(&[3, 2, 64, 4]))],
+            &[
+                "`rf` has shape [3, 2, 64, 4]",
+                "fourth axis",
+                "not the third",
+                "[frame, transmit",
+            ],
+        ),
+    ];
+    for (without, keys, parts) in cases {
+        let mut npz = channel_data_without(&path, without);
+        for (key, array) in keys {
+            npz = npz.with(key, array.clone());
+        }
+        npz.finish();
+        assert_names(&refused(&path), parts);
+    }
+    let baseband = |f_demod: Option<f64>, iq: Complex<f32>| {
+        let mut npz =
+            channel_data_without(&path, &["rf"]).with("iq", ArrayD::from_elem(vec![2, 4, 64], iq));
+        if let Some(f_demod) = f_demod {
+            npz = npz.with("f_demod", scalar(f_demod));
+        }
+        npz.finish();
+        refused(&path)
+    };
+    let one = Complex::new(1.0, 1.0);
+    assert_names(&baseband(None, one), &["has no key `f_demod`"]);
+    assert_names(&baseband(Some(0.0), one), &["`f_demod` is 0", "Hz"]);
+    assert_names(&baseband(Some(5.2), one), &["`f_demod` is 5.2 Hz", "MHz"]);
+    assert_names(
+        &baseband(Some(40e6), one),
+        &["`f0` is 5000000 Hz", "`f_demod` of 40000000 Hz"],
+    );
+    let nan = Complex::new(0.0, f32::NAN);
+    assert_names(
+        &baseband(Some(5e6), nan),
+        &["`iq` is", "transmit 0, element 0, sample 0"],
+    );
+}
+
+#[test]
+fn what_cannot_be_delayed_yet_is_told_in_a_line() {
+    let plane = || Transmits::Plane {
+        angle: vec![-0.2, 0.2],
+    };
+    let refusal = |data: &ChannelData| match DelayStage::new(data, &Beamform::default()) {
+        Ok(_) => panic!("accepted"),
+        Err(error) => error.to_string(),
+    };
+    assert_names(&refusal(&curved(plane())), &["not straight", "so far"]);
+    let mut lens = channel_data(plane());
+    lens.lens_delay = 1e-7;
+    assert_names(&refusal(&lens), &["holds a lens"]);
+    let mut iq = channel_data(plane());
+    iq.samples = Samples::iq(ramp().mapv(|v| Complex::new(v, v)), 5e6);
+    assert_names(&refusal(&iq), &["holds I/Q"]);
+    let source = Transmits::VirtualSource {
+        x: vec![0.0; 2],
+        z: vec![-1e-3; 2],
+    };
+    assert_names(&refusal(&channel_data(source)), &["virtual sources"]);
+    let mut frames = channel_data(plane());
+    frames.samples = Samples::Rf(Array4::zeros((2, 2, 4, 64)));
+    assert_names(&refusal(&frames), &["several frames"]);
 }
 
 #[test]
@@ -140,12 +376,42 @@ fn what_numpy_users_write_is_accepted() {
         .finish();
     assert_eq!(ChannelData::read(&path).unwrap(), expected);
 
+    // What other programs write: double precision, 32 bits, and 8 bits about 128.
+    let low = |v: f32| v.rem_euclid(200.0) - 100.0;
+    let mut expected_low = expected.clone();
+    expected_low.samples = ramp().mapv(low).into();
+    let npz = || channel_data_without(&path, &["rf"]);
+    npz()
+        .with("rf", ramp().mapv(|v| f64::from(low(v))).into_dyn())
+        .finish();
+    assert_eq!(ChannelData::read(&path).unwrap(), expected_low);
+    npz()
+        .with("rf", ramp().mapv(|v| low(v) as i32).into_dyn())
+        .finish();
+    assert_eq!(ChannelData::read(&path).unwrap(), expected_low);
+    npz()
+        .with("rf", ramp().mapv(|v| (low(v) + 128.0) as u8).into_dyn())
+        .finish();
+    assert_eq!(ChannelData::read(&path).unwrap(), expected_low);
+    // A double beyond f32 is no sample.
+    npz()
+        .with("rf", Array3::from_elem((2, 4, 64), 1e300).into_dyn())
+        .finish();
+    assert_names(&refused(&path), &["`rf` is inf"]);
+
+    // Arrays of one for scalars.
+    channel_data_without(&path, &["fs", "t0"])
+        .with("fs", Array2::from_elem((1, 1), 40e6).into_dyn())
+        .with("t0", vector(&[1e-6]))
+        .finish();
+    assert_eq!(ChannelData::read(&path).unwrap().t0, [1e-6; 2]);
+
     // Column-major order.
     channel_data_without(&path, &["rf"])
         .with("rf", column_major_ramp())
         .finish();
     let data = ChannelData::read(&path).unwrap();
-    assert!(data.rf.is_standard_layout());
+    assert!(data.samples.rf(0).unwrap().is_standard_layout());
     assert_eq!(data, expected);
 
     // Coordinates in f32, and numbers written without a point.
@@ -232,11 +498,11 @@ fn wrong_types_and_ranks_are_named() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("data.npz");
     channel_data_without(&path, &["rf"])
-        .with("rf", ramp().mapv(f64::from).into_dyn())
+        .with("rf", ramp().mapv(|v| v as u16).into_dyn())
         .finish();
     assert_names(
         &refused(&path),
-        &["`rf` has dtype", "f8", "expected float32 or int16"],
+        &["`rf` has dtype", "u2", "expected float32, float64, int16"],
     );
     channel_data_without(&path, &["rf"])
         .with("rf", ArrayD::<f32>::zeros(vec![4, 64]))
@@ -246,9 +512,9 @@ fn wrong_types_and_ranks_are_named() {
         &["`rf` has shape [4, 64]", "[transmit, element, sample]"],
     );
     channel_data_without(&path, &["fs"])
-        .with("fs", vector(&[40e6]))
+        .with("fs", vector(&[40e6, 40e6]))
         .finish();
-    assert_names(&refused(&path), &["`fs` has shape [1]", "scalar"]);
+    assert_names(&refused(&path), &["`fs` has shape [2]", "scalar"]);
     let complex = arr0(Complex::new(1.0f64, 0.0)).into_dyn();
     channel_data_without(&path, &["c"])
         .with("c", complex)
@@ -482,7 +748,9 @@ fn invalid_data_are_not_written() {
     let mut data = channel_data(Transmits::Plane {
         angle: vec![-0.1, 0.1],
     });
-    data.rf[(0, 0, 0)] = f32::NAN;
+    let mut rf = ramp();
+    rf[(0, 0, 0)] = f32::NAN;
+    data.samples = rf.into();
     assert_names(
         &data.write(&path).unwrap_err().to_string(),
         &["`rf` is NaN"],

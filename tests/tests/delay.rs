@@ -494,13 +494,18 @@ fn extreme_geometry_gives_the_bits_of_the_reference_and_never_nan_or_infinity() 
 /// Noise recorded of three transmits by an array of nine elements.
 fn recording(transmits: Transmits) -> ChannelData {
     ChannelData {
-        rf: Array3::from_shape_vec((3, 9, 1500), noise(3 * 9 * 1500, 11)).unwrap(),
+        samples: Array3::from_shape_vec((3, 9, 1500), noise(3 * 9 * 1500, 11))
+            .unwrap()
+            .into(),
         fs: 100e6,
         t0: vec![0.0, 1e-7, -2e-7],
         element_x: line_up(9),
+        element_z: None,
+        element_angle: None,
         c: C,
         f0: F0,
         transmits,
+        lens_delay: 0.0,
     }
 }
 

@@ -116,10 +116,14 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
     let p = PARAMETERS.scan;
     let rf: Vec<f32> = (0..LINES).flat_map(record).collect();
     let data = ChannelData {
-        rf: Array3::from_shape_vec((LINES, ELEMENTS, p.record_samples), rf).unwrap(),
+        samples: Array3::from_shape_vec((LINES, ELEMENTS, p.record_samples), rf)
+            .unwrap()
+            .into(),
         fs: p.sampling_rate,
         t0: vec![0.0; LINES],
         element_x: (0..ELEMENTS).map(|m| p.array.x(m)).collect(),
+        element_z: None,
+        element_angle: None,
         c: p.sound_speed,
         f0: p.centre_frequency,
         transmits: Transmits::Focused {
@@ -127,6 +131,7 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
             focus: vec![8e-3; LINES],
             f_number: None,
         },
+        lens_delay: 0.0,
     };
     let settings = config::Beamform {
         depth_start: Some(4e-3),

@@ -43,14 +43,17 @@ fn recording(sampling_rate: f64, beam_x: f64) -> ChannelData {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let centre = (InVivo::ELEMENTS - 1) as f64 / 2.0;
     ChannelData {
-        rf: Array3::from_shape_simple_fn((BEAMS, InVivo::ELEMENTS, samples), || {
+        samples: Array3::from_shape_simple_fn((BEAMS, InVivo::ELEMENTS, samples), || {
             random.random_range(-1.0f32..1.0)
-        }),
+        })
+        .into(),
         fs: sampling_rate,
         t0: vec![0.0; BEAMS],
         element_x: (0..InVivo::ELEMENTS)
             .map(|m| (m as f64 - centre) * InVivo::PITCH)
             .collect(),
+        element_z: None,
+        element_angle: None,
         c: InVivo::SOUND_SPEED,
         f0: 5e6,
         transmits: Transmits::Focused {
@@ -58,6 +61,7 @@ fn recording(sampling_rate: f64, beam_x: f64) -> ChannelData {
             focus: vec![15e-3; BEAMS],
             f_number: None,
         },
+        lens_delay: 0.0,
     }
 }
 

@@ -171,10 +171,10 @@ fn working_memory(recording: &Recording, parameters: &Beamform, image: Option<&I
             let last = parameters.depth_end.unwrap_or(last);
             // The cast saturates.
             let samples = (2.0 * (last - first) / c * parameters.output_rate).ceil() as usize;
-            let (transmits, elements, _) = data.rf.dim();
+            let (_, transmits, elements, _) = data.samples.dim();
             let lines = transmits.max(2 * elements);
             vec![
-                product(&[data.rf.len(), size_of::<f32>()]),
+                data.samples.bytes(),
                 product(&[lines.min(BEAMS_AT_A_TIME), samples, elements, COMPLEX]),
                 product(&[3, lines, samples, COMPLEX]),
             ]
@@ -193,7 +193,7 @@ fn told_beams(recording: &Recording) -> Option<&[f64]> {
     match recording {
         Recording::Channel(data) => match &data.transmits {
             Transmits::Focused { x, .. } => Some(x),
-            Transmits::Plane { .. } | Transmits::Element { .. } => None,
+            _ => None,
         },
         Recording::Aligned(data) => data.beam_x.as_deref(),
     }

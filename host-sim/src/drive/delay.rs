@@ -45,7 +45,8 @@ impl<'a> DelayStage<'a> {
                 data.f0, data.fs
             )));
         }
-        let (transmits, elements, record_samples) = data.rf.dim();
+        let rf = straight_rf(data)?;
+        let (_, transmits, elements, record_samples) = data.samples.dim();
         let (start, end) = record_times(data);
         let start = parameters
             .depth_start
@@ -57,7 +58,7 @@ impl<'a> DelayStage<'a> {
         let lines = match &data.transmits {
             Transmits::Focused { x, .. } => Lines::At(x),
             // An adaptive beam is narrower than an element: one on each and one between.
-            Transmits::Plane { .. } | Transmits::Element { .. } => Lines::Even(Positions {
+            _ => Lines::Even(Positions {
                 first: data.element_x[0],
                 step: data.pitch() / 2.0,
                 count: 2 * elements - 1,
@@ -89,7 +90,7 @@ impl<'a> DelayStage<'a> {
         });
         Ok(Self {
             data,
-            rf: data.rf.as_standard_layout(),
+            rf,
             pipeline: LinePipeline::new(scan, parameters.parameters())?,
             transmits: transmits.collect(),
             beam_x: (0..scan.lines()).map(|line| lines.x(line)).collect(),
@@ -236,6 +237,34 @@ impl Task for Align<'_> {
     }
 }
 
+/// The RF of the one frame of a straight array, which is what is delayed so far.
+fn straight_rf(data: &ChannelData) -> Result<CowArray<'_, f32, Ix3>> {
+    let not_yet = |what: &str| {
+        Err(Error::Data(format!(
+            "holds {what}; only one frame of RF of a straight array without a lens, with focused, \
+             plane or single-element transmits, is beamformed so far"
+        )))
+    };
+    if matches!(
+        data.transmits,
+        Transmits::VirtualSource { .. } | Transmits::Delays { .. }
+    ) {
+        return not_yet("virtual sources or delays of the elements");
+    }
+    if !data.is_straight() {
+        return not_yet("an array that is not straight");
+    }
+    if data.lens_delay != 0.0 {
+        return not_yet("a lens");
+    }
+    match data.samples.rf(0) {
+        Some(rf) if data.samples.frames() == 1 && rf.is_standard_layout() => Ok(rf.into()),
+        Some(rf) if data.samples.frames() == 1 => Ok(rf.as_standard_layout().into_owned().into()),
+        Some(_) => not_yet("several frames"),
+        None => not_yet("I/Q"),
+    }
+}
+
 /// The delay law of one transmit.
 fn law(data: &ChannelData, transmit: usize) -> TransmitLaw {
     match &data.transmits {
@@ -246,6 +275,9 @@ fn law(data: &ChannelData, transmit: usize) -> TransmitLaw {
         Transmits::Element { index } => TransmitLaw::Element {
             x: data.element_x[index[transmit]],
         },
+        Transmits::VirtualSource { .. } | Transmits::Delays { .. } => {
+            unreachable!("refused by `straight_rf`")
+        }
     }
 }
 
@@ -270,7 +302,7 @@ fn check_depths(start: Depth, end: Depth, c: f64) -> Result<()> {
 
 /// The two-way times between which every transmit has recorded, from 0 at the earliest.
 fn record_times(data: &ChannelData) -> (f64, f64) {
-    let length = (data.rf.dim().2 - 1) as f64 / data.fs;
+    let length = (data.samples.dim().3 - 1) as f64 / data.fs;
     let mut start = 0.0f64;
     let mut end = f64::INFINITY;
     for &t0 in &data.t0 {

@@ -1,34 +1,42 @@
 //! Channel data as recorded, with the delay law of their transmits.
 
-use std::f64::consts::FRAC_PI_2;
 use std::io::{Seek, Write};
 use std::path::Path;
 
-use ndarray::{Array1, Array3, arr0, aview1};
+use ndarray::{Array1, Array2, arr0, aview1};
 use ndarray_npy::{NpzWriter, WriteNpzError};
 
 use super::atomic::Outputs;
+use super::samples::Samples;
 use super::{file_error, npz, units, validate};
 use crate::Result;
 
 /// Channel data: what every element recorded after every transmit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelData {
-    /// The samples, [transmit, element, sample].
-    pub rf: Array3<f32>,
+    /// The samples of all frames, RF or I/Q.
+    pub samples: Samples,
     /// The sampling rate, Hz.
     pub fs: f64,
     /// The time of sample 0 of each transmit, s, relative to the moment at which the transmit
     /// wave would pass the origin of its delay law.
     pub t0: Vec<f64>,
-    /// The lateral positions of the elements, m, ascending and evenly spaced.
+    /// The lateral positions of the elements, m, ascending and evenly spaced along the array.
     pub element_x: Vec<f64>,
+    /// The depths of the elements, m; without them all lie at z = 0.
+    pub element_z: Option<Vec<f64>>,
+    /// Where the elements look: the angles of their normals from the z axis, rad, positive towards
+    /// positive x. Without them a straight array looks down, and others by the line between the
+    /// neighbours.
+    pub element_angle: Option<Vec<f64>>,
     /// The speed of sound, m/s.
     pub c: f64,
     /// The centre frequency, Hz.
     pub f0: f64,
     /// How the transmits were delayed.
     pub transmits: Transmits,
+    /// What a lens or matching layer adds to the time of flight, one way, s. 0 without one.
+    pub lens_delay: f64,
 }
 
 /// The delay law, one entry a transmit.
@@ -53,6 +61,19 @@ pub enum Transmits {
         /// The transmitting elements.
         index: Vec<usize>,
     },
+    /// Waves from a virtual source behind the array, or towards a focus before it; the origin is
+    /// x = 0, z = 0.
+    VirtualSource {
+        /// The lateral positions of the sources, m.
+        x: Vec<f64>,
+        /// Their depths, m: above 0 the wave converges on the source, else it comes from there.
+        z: Vec<f64>,
+    },
+    /// Any delays; the origin is the moment of delay 0.
+    Delays {
+        /// When each element fires, s, [transmit, element]; NaN where it does not.
+        delay: Array2<f64>,
+    },
 }
 
 /// How far an element may lie from its place on an even grid, in pitches: a three-hundredth of a
@@ -63,12 +84,17 @@ const LEAST_REACH: f64 = 10e-3;
 /// A focus beyond this, m, and a steering angle beyond this, rad, are told as doubtful.
 const FAR_FOCUS: f64 = 1.0;
 const STEEP: f64 = 0.7;
+/// The longest delay of an element, s: a metre and a half of sound.
+const MAX_DELAY: f64 = 1e-3;
+/// The longest delay of a lens, s: some fifteen centimetres of one.
+const MAX_LENS_DELAY: f64 = 100e-6;
 
 impl ChannelData {
-    /// Reads a `.npz` file with the keys `rf` (float32 or int16), `fs`, `t0` (one a transmit, or
+    /// Reads a `.npz` file with the keys `rf`, or `iq` and `f_demod`, `fs`, `t0` (one a transmit, or
     /// a scalar for all), `element_x`, `c`, `f0` and those of exactly one delay law: `tx_x` and
-    /// `tx_focus` (optionally `tx_fnumber`), or `tx_angle`, or `tx_element`. Other keys are
-    /// ignored.
+    /// `tx_focus` (optionally `tx_fnumber`), or `tx_angle`, or `tx_element`, or `tx_source_x` and
+    /// `tx_source_z`, or `tx_delay` (optionally `tx_active`). `element_z`, `element_angle` and
+    /// `lens_delay` may be there. Other keys are ignored.
     ///
     /// # Errors
     /// A key is missing or has the wrong type, rank, length or value, a sample is NaN or
@@ -78,20 +104,23 @@ impl ChannelData {
     }
 
     pub(super) fn from_npz(file: &mut npz::Reader) -> Result<Self> {
-        let rf: Array3<f32> = file.samples("rf", "[transmit, element, sample]")?;
-        let (transmits, elements, samples) = rf.dim();
-        let shape = [transmits, elements, samples];
+        let samples = Samples::from_npz(file)?;
+        let (_, transmits, elements, _) = samples.dim();
         let element_x = file.vector_of_any_length("element_x", "element")?;
-        units::check_axis("element_x", element_x.len(), shape, 1, "element")
+        samples
+            .check_axis("element_x", element_x.len(), 2, "element")
             .map_err(|message| file.error(message))?;
         let data = Self {
-            rf,
+            samples,
             fs: file.scalar("fs")?,
             t0: file.vector_or_scalar("t0", transmits, "transmit")?,
             element_x,
+            element_z: file.optional_vector("element_z", elements, "element")?,
+            element_angle: file.optional_vector("element_angle", elements, "element")?,
             c: file.scalar("c")?,
             f0: file.scalar("f0")?,
             transmits: Transmits::from_npz(file, transmits, elements)?,
+            lens_delay: file.optional_scalar("lens_delay")?.unwrap_or(0.0),
         };
         data.check().map_err(|message| file.error(message))?;
         Ok(data)
@@ -119,17 +148,47 @@ impl ChannelData {
     /// The distance between neighbouring elements, m.
     pub fn pitch(&self) -> f64 {
         let last = self.element_x.len() - 1;
-        (self.element_x[last] - self.element_x[0]) / last as f64
+        if self.is_straight() {
+            return (self.element_x[last] - self.element_x[0]) / last as f64;
+        }
+        let along: f64 = (0..last).map(|m| self.distance(m, m + 1)).sum();
+        along / last as f64
+    }
+
+    /// Whether the elements stand along z = 0 and look down.
+    pub fn is_straight(&self) -> bool {
+        let zero = |values: &Option<Vec<f64>>| values.iter().flatten().all(|&v| v == 0.0);
+        zero(&self.element_z) && zero(&self.element_angle)
+    }
+
+    /// The place (x, z) of an element, m.
+    pub fn element(&self, index: usize) -> [f64; 2] {
+        let z = self.element_z.as_ref().map_or(0.0, |z| z[index]);
+        [self.element_x[index], z]
+    }
+
+    fn distance(&self, a: usize, b: usize) -> f64 {
+        let ([ax, az], [bx, bz]) = (self.element(a), self.element(b));
+        (bx - ax).hypot(bz - az)
     }
 
     fn write_npz<W: Write + Seek>(&self, sink: W) -> std::result::Result<(), WriteNpzError> {
-        let mut npz = NpzWriter::new_with_options(sink, npz::options(self.rf.len() * 4));
-        npz.add_array("rf", &self.rf)?;
+        let mut npz = NpzWriter::new_with_options(sink, npz::options(self.samples.bytes()));
+        self.samples.write_npz(&mut npz)?;
         npz.add_array("fs", &arr0(self.fs))?;
         npz.add_array("t0", &aview1(&self.t0))?;
         npz.add_array("element_x", &aview1(&self.element_x))?;
+        if let Some(z) = &self.element_z {
+            npz.add_array("element_z", &aview1(z))?;
+        }
+        if let Some(angle) = &self.element_angle {
+            npz.add_array("element_angle", &aview1(angle))?;
+        }
         npz.add_array("c", &arr0(self.c))?;
         npz.add_array("f0", &arr0(self.f0))?;
+        if self.lens_delay != 0.0 {
+            npz.add_array("lens_delay", &arr0(self.lens_delay))?;
+        }
         match &self.transmits {
             Transmits::Focused { x, focus, f_number } => {
                 npz.add_array("tx_x", &aview1(x))?;
@@ -143,34 +202,54 @@ impl ChannelData {
                 let index: Array1<i64> = index.iter().map(|&i| i as i64).collect();
                 npz.add_array("tx_element", &index)?;
             }
+            Transmits::VirtualSource { x, z } => {
+                npz.add_array("tx_source_x", &aview1(x))?;
+                npz.add_array("tx_source_z", &aview1(z))?;
+            }
+            Transmits::Delays { delay } => npz.add_array("tx_delay", delay)?,
         }
         npz.finish()?;
         Ok(())
     }
 
-    fn check(&self) -> std::result::Result<(), String> {
-        validate::samples("rf", &self.rf, &["transmit", "element", "sample"])?;
-        let (transmits, elements, _) = self.rf.dim();
+    /// What is wrong with the data, if anything: a sentence that names the key, the place and what
+    /// would be right. Readers of other formats call it before they hand data out.
+    ///
+    /// # Errors
+    /// That sentence.
+    pub fn check(&self) -> std::result::Result<(), String> {
+        self.samples.check()?;
+        let (_, transmits, elements, _) = self.samples.dim();
         validate::positive("fs", self.fs, "Hz")?;
         units::RATE.check("`fs`", self.fs)?;
         validate::positive("c", self.c, "m/s")?;
         units::SPEED.check("`c`", self.c)?;
         validate::positive("f0", self.f0, "Hz")?;
         units::RATE.check("`f0`", self.f0)?;
-        if 2.0 * self.f0 >= self.fs {
-            return Err(format!(
-                "`f0` is {} Hz; expected less than half the sampling rate `fs` of {} Hz",
-                self.f0, self.fs
-            ));
-        }
+        self.samples.check_band(self.fs, self.f0)?;
         validate::count("t0", self.t0.len(), transmits, "transmit")?;
         validate::all_finite("t0", &self.t0, "transmit")?;
         units::check_starts(&self.t0, self.c)?;
         validate::count("element_x", self.element_x.len(), elements, "element")?;
         validate::all_finite("element_x", &self.element_x, "element")?;
+        if let Some(z) = &self.element_z {
+            validate::count("element_z", z.len(), elements, "element")?;
+            validate::all_finite("element_z", z, "element")?;
+        }
+        if let Some(angle) = &self.element_angle {
+            validate::count("element_angle", angle.len(), elements, "element")?;
+            validate::angles("element_angle", angle, "element")?;
+        }
         self.check_spacing()?;
         self.transmits.check(transmits, elements)?;
-        self.check_beams()
+        self.check_beams()?;
+        if !(0.0..=MAX_LENS_DELAY).contains(&self.lens_delay) {
+            return Err(format!(
+                "`lens_delay` is {}; expected seconds, 0 to {MAX_LENS_DELAY}; it is probably in µs",
+                self.lens_delay
+            ));
+        }
+        Ok(())
     }
 
     /// Beams are beside the array at the most: as far again as it is wide.
@@ -211,7 +290,13 @@ impl ChannelData {
                     ));
                 }
             }
-            Transmits::Element { .. } => {}
+            Transmits::VirtualSource { z, .. } => {
+                if let Some(z) = z.iter().find(|z| z.abs() > FAR_FOCUS) {
+                    let hint = units::LENGTH.hint(*z);
+                    doubts.push(format!("`tx_source_z` is {z} m{hint}"));
+                }
+            }
+            Transmits::Element { .. } | Transmits::Delays { .. } => {}
         }
         doubts
     }
@@ -219,7 +304,7 @@ impl ChannelData {
     /// The depths between which there is anything recorded after some transmit, m, at a speed of
     /// sound of `c`; from 0 at the least.
     pub fn depths(&self, c: f64) -> [f64; 2] {
-        let length = (self.rf.dim().2.max(1) - 1) as f64 / self.fs;
+        let length = (self.samples.dim().3.max(1) - 1) as f64 / self.fs;
         let first = self.t0.iter().copied().fold(f64::INFINITY, f64::min);
         let last = self.t0.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         [c * first.max(0.0) / 2.0, c * (last + length) / 2.0]
@@ -228,19 +313,49 @@ impl ChannelData {
     /// An array is at least two elements in a row, evenly spaced.
     fn check_spacing(&self) -> std::result::Result<(), String> {
         if self.element_x.len() < 2 {
-            return Err("`rf` has 1 element; expected an array of at least 2".into());
+            let key = self.samples.key();
+            return Err(format!(
+                "`{key}` has 1 element; expected an array of at least 2"
+            ));
         }
-        let pitch = self.pitch();
-        if pitch <= 0.0 {
+        if self.element_x[self.element_x.len() - 1] <= self.element_x[0] {
             return Err("`element_x` does not ascend from the first element to the last".into());
         }
+        let pitch = self.pitch();
         units::PITCH.check("`element_x`: the distance between elements", pitch)?;
+        let curved = self.element_z.iter().flatten().any(|&z| z != 0.0);
+        if curved {
+            return self.check_curve(pitch);
+        }
         for (m, &x) in self.element_x.iter().enumerate() {
             let even = self.element_x[0] + m as f64 * pitch;
             if (x - even).abs() > SPACING_TOLERANCE * pitch {
                 return Err(format!(
                     "`element_x` is {x} m at element {m}; expected {even} m, for the elements to \
                      be evenly spaced"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Along a curve each element is as far from the next, and none before it: either may be off by
+    /// the tolerance.
+    fn check_curve(&self, pitch: f64) -> std::result::Result<(), String> {
+        for m in 1..self.element_x.len() {
+            if self.element_x[m] <= self.element_x[m - 1] {
+                return Err(format!(
+                    "`element_x` is {} m at element {m}, not above {} m at the one before; expected \
+                     positions from left to right",
+                    self.element_x[m],
+                    self.element_x[m - 1]
+                ));
+            }
+            let distance = self.distance(m - 1, m);
+            if (distance - pitch).abs() > 2.0 * SPACING_TOLERANCE * pitch {
+                return Err(format!(
+                    "`element_x` and `element_z` put element {m} {distance} m from the one before; \
+                     expected {pitch} m, for the elements to be evenly spaced"
                 ));
             }
         }
@@ -255,6 +370,8 @@ impl Transmits {
             Transmits::Focused { x, .. } => x.len(),
             Transmits::Plane { angle } => angle.len(),
             Transmits::Element { index } => index.len(),
+            Transmits::VirtualSource { x, .. } => x.len(),
+            Transmits::Delays { delay } => delay.nrows(),
         }
     }
 
@@ -264,29 +381,42 @@ impl Transmits {
     }
 
     fn from_npz(file: &mut npz::Reader, transmits: usize, elements: usize) -> Result<Self> {
-        let focused = file.has("tx_x") || file.has("tx_focus");
-        match (focused, file.has("tx_angle"), file.has("tx_element")) {
-            (true, false, false) => Ok(Self::Focused {
-                x: file.vector("tx_x", transmits, "transmit")?,
-                focus: file.vector_or_scalar("tx_focus", transmits, "transmit")?,
-                f_number: match file.has("tx_fnumber") {
-                    true => Some(file.scalar("tx_fnumber")?),
-                    false => None,
-                },
+        let of = "transmit";
+        let laws = [
+            ["tx_x", "tx_focus"].as_slice(),
+            &["tx_angle"],
+            &["tx_element"],
+            &["tx_source_x", "tx_source_z"],
+            &["tx_delay"],
+        ];
+        let told = laws.map(|keys| keys.iter().any(|key| file.has(key)));
+        match told {
+            [true, false, false, false, false] => Ok(Self::Focused {
+                x: file.vector("tx_x", transmits, of)?,
+                focus: file.vector_or_scalar("tx_focus", transmits, of)?,
+                f_number: file.optional_scalar("tx_fnumber")?,
             }),
-            (false, true, false) => Ok(Self::Plane {
-                angle: file.vector("tx_angle", transmits, "transmit")?,
+            [false, true, false, false, false] => Ok(Self::Plane {
+                angle: file.vector("tx_angle", transmits, of)?,
             }),
-            (false, false, true) => Ok(Self::Element {
-                index: file.indices("tx_element", transmits, "transmit", elements)?,
+            [false, false, true, false, false] => Ok(Self::Element {
+                index: file.indices("tx_element", transmits, of, elements)?,
             }),
-            (false, false, false) => Err(file.error(
+            [false, false, false, true, false] => Ok(Self::VirtualSource {
+                x: file.vector("tx_source_x", transmits, of)?,
+                z: file.vector_or_scalar("tx_source_z", transmits, of)?,
+            }),
+            [false, false, false, false, true] => Ok(Self::Delays {
+                delay: delays(file, [transmits, elements])?,
+            }),
+            [false, false, false, false, false] => Err(file.error(
                 "tells no delay law; expected the keys `tx_x` and `tx_focus` (focused beams), or \
-                 `tx_angle` (plane waves), or `tx_element` (single elements)",
+                 `tx_angle` (plane waves), or `tx_element` (single elements), or `tx_source_x` and \
+                 `tx_source_z` (virtual sources), or `tx_delay` (delays of the elements)",
             )),
             _ => {
-                let keys = ["tx_x", "tx_focus", "tx_angle", "tx_element"];
-                let found: Vec<_> = keys.into_iter().filter(|key| file.has(key)).collect();
+                let keys = laws.concat().into_iter();
+                let found: Vec<_> = keys.filter(|key| file.has(key)).collect();
                 Err(file.error(format!(
                     "tells several delay laws at once ({}); expected the keys of exactly one",
                     found.join(", ")
@@ -312,17 +442,7 @@ impl Transmits {
             }
             Transmits::Plane { angle } => {
                 validate::count("tx_angle", angle.len(), transmits, "transmit")?;
-                match angle
-                    .iter()
-                    .position(|a| a.is_nan() || a.abs() >= FRAC_PI_2)
-                {
-                    None => Ok(()),
-                    Some(i) => Err(format!(
-                        "`tx_angle` is {} at transmit {i}; expected radians between -pi/2 and pi/2; it is \
-                         probably in degrees",
-                        angle[i]
-                    )),
-                }
+                validate::angles("tx_angle", angle, "transmit")
             }
             Transmits::Element { index } => {
                 validate::count("tx_element", index.len(), transmits, "transmit")?;
@@ -335,6 +455,55 @@ impl Transmits {
                     )),
                 }
             }
+            Transmits::VirtualSource { x, z } => {
+                for (key, values) in [("tx_source_x", x), ("tx_source_z", z)] {
+                    validate::count(key, values.len(), transmits, "transmit")?;
+                    validate::all_finite(key, values, "transmit")?;
+                    for (i, &value) in values.iter().enumerate() {
+                        units::LENGTH.check(&format!("`{key}` at transmit {i}"), value)?;
+                    }
+                }
+                Ok(())
+            }
+            Transmits::Delays { delay } => {
+                validate::count("tx_delay", delay.nrows(), transmits, "transmit")?;
+                if delay.ncols() != elements {
+                    return Err(format!(
+                        "`tx_delay` has shape {:?}; expected [transmit, element] with {elements} elements",
+                        delay.shape()
+                    ));
+                }
+                if let Some(((i, m), value)) =
+                    (delay.indexed_iter()).find(|(_, delay)| delay.abs() > MAX_DELAY)
+                {
+                    return Err(format!(
+                        "`tx_delay` is {value} at transmit {i}, element {m}; expected seconds, at most \
+                         {MAX_DELAY} either way, or NaN where it does not fire; it is probably in µs \
+                         or counted in samples"
+                    ));
+                }
+                let silent = |row: ndarray::ArrayView1<'_, f64>| row.iter().all(|d| d.is_nan());
+                match delay.outer_iter().position(silent) {
+                    None => Ok(()),
+                    Some(i) => Err(format!(
+                        "`tx_delay` has no element that fires at transmit {i}"
+                    )),
+                }
+            }
         }
     }
+}
+
+/// The elements' delays, NaN where `tx_active` says that one does not fire.
+fn delays(file: &mut npz::Reader, shape: [usize; 2]) -> Result<Array2<f64>> {
+    let mut delay = file.table("tx_delay", shape, "[transmit, element]")?;
+    if file.has("tx_active") {
+        let active = file.flags("tx_active", shape, "[transmit, element]")?;
+        delay.zip_mut_with(&active, |delay, &active| {
+            if !active {
+                *delay = f64::NAN;
+            }
+        });
+    }
+    Ok(delay)
 }

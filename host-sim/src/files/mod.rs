@@ -12,12 +12,14 @@ mod lines;
 mod npy;
 mod npy_header;
 mod npz;
+mod samples;
 mod units;
 mod validate;
 
 pub use aligned::AlignedData;
 pub use channel_data::{ChannelData, Transmits};
 pub use lines::Lines;
+pub use samples::{Frame, Samples};
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -27,7 +29,7 @@ use crate::{Error, Result};
 
 /// A recording, of a kind that its keys tell.
 pub enum Recording {
-    /// Channel data as recorded (`rf`).
+    /// Channel data as recorded (`rf` or `iq`).
     Channel(ChannelData),
     /// Aligned data (`x`): no delaying is left to do.
     Aligned(AlignedData),
@@ -63,7 +65,7 @@ const FOREIGN: [(&[u8], &str); 5] = [
 
 /// What is read.
 const EXPECTED: &str =
-    "expected an .npz archive with channel data (`rf`) or aligned data (`x`), see --help";
+    "expected an .npz archive with channel data (`rf` or `iq`) or aligned data (`x`), see --help";
 
 impl Recording {
     /// Reads channel data or aligned data, whichever the file holds, in the format that it begins
@@ -103,13 +105,15 @@ impl Recording {
 /// What a `.npz` file holds, told by its keys.
 fn read_npz(path: &Path) -> Result<Recording> {
     let mut file = npz::Reader::open(path)?;
-    match (file.has("rf"), file.has("x")) {
+    let channel_data = file.has("rf") || file.has("iq");
+    match (channel_data, file.has("x")) {
         (true, false) => ChannelData::from_npz(&mut file).map(Recording::Channel),
         (false, true) => AlignedData::from_npz(&mut file).map(Recording::Aligned),
-        (true, true) => Err(file
-            .error("holds both `rf` (channel data) and `x` (aligned data); expected one of them")),
+        (true, true) => Err(file.error(
+            "holds both `rf` or `iq` (channel data) and `x` (aligned data); expected one of them",
+        )),
         (false, false) => Err(file.error(
-            "holds neither `rf` (channel data) nor `x` (aligned data); expected one of them",
+            "holds neither `rf` or `iq` (channel data) nor `x` (aligned data); expected one of them",
         )),
     }
 }

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use ndarray::{Array, ArrayD, Dimension};
+use ndarray::{Array, Array2, Array4, ArrayD, Axis, Dimension};
 use num_complex::Complex;
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
@@ -49,10 +49,79 @@ impl Reader {
         self.archive.index_for_name(&format!("{key}.npy")).is_some()
     }
 
-    /// A real number (0-d; f64, f32 or an integer).
+    /// A real number (0-d, or an array of one; f64, f32 or an integer).
     pub fn scalar(&mut self, key: &str) -> Result<f64> {
-        let array: Array<f64, ndarray::Ix0> = self.real(key, "a scalar (0-d)")?;
-        Ok(array.into_scalar())
+        let array = self.real_of_any_rank(key)?;
+        match array.as_slice().unwrap_or_default() {
+            [value] => Ok(*value),
+            _ => Err(self.rank_error(key, array.shape(), "a scalar (0-d)")),
+        }
+    }
+
+    /// As [`Reader::scalar`], where there is one.
+    pub fn optional_scalar(&mut self, key: &str) -> Result<Option<f64>> {
+        self.has(key).then(|| self.scalar(key)).transpose()
+    }
+
+    /// As [`Reader::vector`], where there is one.
+    pub fn optional_vector(
+        &mut self,
+        key: &str,
+        count: usize,
+        of: &str,
+    ) -> Result<Option<Vec<f64>>> {
+        let there = self.has(key);
+        there.then(|| self.vector(key, count, of)).transpose()
+    }
+
+    /// Real numbers of two axes.
+    pub fn table(&mut self, key: &str, shape: [usize; 2], axes: &str) -> Result<Array2<f64>> {
+        let array = self.real(key, axes)?;
+        self.shaped(key, array, shape, axes)
+    }
+
+    /// Truth values of two axes: bool, or integers that are 0 or not.
+    pub fn flags(&mut self, key: &str, shape: [usize; 2], axes: &str) -> Result<Array2<bool>> {
+        let bytes = self.bytes(key)?;
+        let array = or_type(npy::read::<bool>(&bytes), || {
+            integers(&bytes).map(|a| a.mapv(|v| v != 0))
+        });
+        let array = self.typed(key, array, "bool or an integer type")?;
+        let array = self.ranked(key, array, axes)?;
+        self.shaped(key, array, shape, axes)
+    }
+
+    fn shaped<T>(
+        &self,
+        key: &str,
+        array: Array2<T>,
+        shape: [usize; 2],
+        axes: &str,
+    ) -> Result<Array2<T>> {
+        if array.shape() == shape {
+            return Ok(array);
+        }
+        let expected = format!("{axes}, which is {shape:?}");
+        Err(self.rank_error(key, array.shape(), &expected))
+    }
+
+    /// Recorded samples, read by `read`, [frame, transmit, element, sample]; the file may leave the
+    /// frame axis out.
+    pub fn frames<T>(
+        &mut self,
+        key: &str,
+        read: fn(&mut Self, &str) -> Result<ArrayD<T>>,
+    ) -> Result<Array4<T>> {
+        let array = read(self, key)?;
+        let axes = match array.ndim() {
+            4 => "[frame, transmit, element, sample]",
+            _ => "[transmit, element, sample], or with a frame axis before them",
+        };
+        let array = match array.ndim() {
+            3 => array.insert_axis(Axis(0)),
+            _ => array,
+        };
+        self.ranked(key, array, axes)
     }
 
     /// Real numbers (f64, f32 or integers), `count` of them: one for each `of`.
@@ -73,6 +142,7 @@ impl Reader {
         let array = self.real_of_any_rank(key)?;
         match array.ndim() {
             0 => Ok(vec![array.sum(); count]),
+            1 if array.len() == 1 => Ok(vec![array.sum(); count]),
             1 => {
                 self.check_length(key, array.len(), count, of)?;
                 Ok(array.iter().copied().collect())
@@ -109,14 +179,23 @@ impl Reader {
         Ok(indices)
     }
 
-    /// Recorded samples: f32, or i16 converted to f32 without loss.
-    pub fn samples<D: Dimension>(&mut self, key: &str, axes: &str) -> Result<Array<f32, D>> {
+    /// Recorded samples: f32, f64 rounded to it, i16 or i32 (above 2²⁴ rounded), or u8, whose zero is
+    /// 128.
+    pub fn samples_of_any_rank(&mut self, key: &str) -> Result<ArrayD<f32>> {
         let bytes = self.bytes(key)?;
         let array = or_type(npy::read::<f32>(&bytes), || {
             npy::read::<i16>(&bytes).map(|a| a.mapv(f32::from))
         });
-        let array = self.typed(key, array, "float32 or int16")?;
-        self.ranked(key, array, axes)
+        let array = or_type(array, || {
+            npy::read::<f64>(&bytes).map(|a| a.mapv(|v| v as f32))
+        });
+        let array = or_type(array, || {
+            npy::read::<i32>(&bytes).map(|a| a.mapv(|v| v as f32))
+        });
+        let array = or_type(array, || {
+            npy::read::<u8>(&bytes).map(|a| a.mapv(|v| f32::from(v) - 128.0))
+        });
+        self.typed(key, array, "float32, float64, int16, int32 or uint8")
     }
 
     /// Complex samples: complex64, or complex128 rounded to it.
@@ -125,13 +204,18 @@ impl Reader {
         key: &str,
         axes: &str,
     ) -> Result<Array<Complex<f32>, D>> {
+        let array = self.complex_of_any_rank(key)?;
+        self.ranked(key, array, axes)
+    }
+
+    /// As [`Reader::complex`].
+    pub fn complex_of_any_rank(&mut self, key: &str) -> Result<ArrayD<Complex<f32>>> {
         let bytes = self.bytes(key)?;
         let array = or_type(npy::read::<Complex<f32>>(&bytes), || {
             let wide = npy::read::<Complex<f64>>(&bytes)?;
             Ok(wide.mapv(|z| Complex::new(z.re as f32, z.im as f32)))
         });
-        let array = self.typed(key, array, "complex64 or complex128")?;
-        self.ranked(key, array, axes)
+        self.typed(key, array, "complex64 or complex128")
     }
 
     fn real<D: Dimension>(&mut self, key: &str, expected: &str) -> Result<Array<f64, D>> {

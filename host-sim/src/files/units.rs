@@ -86,16 +86,17 @@ pub fn check_starts(t0: &[f64], c: f64) -> Result<(), String> {
     }
 }
 
-/// As many values as the axis of `rf` that they describe is long. Where they are as many as another
-/// axis is long, the axes are probably in another order.
+/// As many values as the axis of the samples that they describe is long. Where they are as many as
+/// another axis is long, the axes are probably in another order. The samples are told by their key,
+/// their shape and their axes' names.
 pub fn check_axis(
     key: &str,
     count: usize,
-    shape: [usize; 3],
+    (samples, shape, axes): (&str, &[usize], &[&str]),
     axis: usize,
     of: &str,
 ) -> Result<(), String> {
-    const AXES: [&str; 3] = ["first", "second", "third"];
+    const PLACES: [&str; 4] = ["first", "second", "third", "fourth"];
     if count == shape[axis] {
         return Ok(());
     }
@@ -106,9 +107,11 @@ pub fn check_axis(
     match shape.iter().position(|&side| side == count) {
         None => Err(told),
         Some(other) => Err(format!(
-            "{told}: `rf` has shape {shape:?}, and its {} axis is that long, not the {}; its axes are \
-             probably swapped, expected [transmit, element, sample]",
-            AXES[other], AXES[axis]
+            "{told}: `{samples}` has shape {shape:?}, and its {} axis is that long, not the {}; its axes \
+             are probably swapped, expected [{}]",
+            PLACES[other],
+            PLACES[axis],
+            axes.join(", ")
         )),
     }
 }
@@ -147,13 +150,17 @@ mod tests {
 
     #[test]
     fn axes_in_another_order_are_told() {
-        assert_eq!(check_axis("element_x", 4, [2, 4, 64], 1, "element"), Ok(()));
-        let message = check_axis("element_x", 4, [2, 64, 4], 1, "element").unwrap_err();
+        let check = |count, shape: [usize; 3]| {
+            let axes = ["transmit", "element", "sample"];
+            check_axis("element_x", count, ("rf", &shape, &axes), 1, "element")
+        };
+        assert_eq!(check(4, [2, 4, 64]), Ok(()));
+        let message = check(4, [2, 64, 4]).unwrap_err();
         assert!(
             message.contains("third axis") && message.contains("swapped"),
             "{message}"
         );
-        let message = check_axis("element_x", 5, [2, 64, 4], 1, "element").unwrap_err();
+        let message = check(5, [2, 64, 4]).unwrap_err();
         assert!(!message.contains("swapped"), "{message}");
     }
 }

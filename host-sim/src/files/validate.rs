@@ -1,6 +1,8 @@
 //! Checks that several kinds of file share. Messages name the key, the index and what is right.
 
-use ndarray::{Array, Dimension};
+use std::f64::consts::FRAC_PI_2;
+
+use ndarray::{ArrayBase, Data, Dimension};
 use num_complex::Complex;
 
 /// Half a kilometre of depth, s: a time beyond it is in another unit, and would not leave a sample's
@@ -49,6 +51,19 @@ pub fn times(key: &str, values: &[f64], of: &str) -> Result<(), String> {
     }
 }
 
+/// Directions before the array, rad, one for each `of`.
+pub fn angles(key: &str, values: &[f64], of: &str) -> Result<(), String> {
+    let before = |angle: &f64| angle.abs() < FRAC_PI_2;
+    match values.iter().position(|angle| !before(angle)) {
+        None => Ok(()),
+        Some(i) => Err(format!(
+            "`{key}` is {} at {of} {i}; expected radians between -pi/2 and pi/2; it is probably in \
+             degrees",
+            values[i]
+        )),
+    }
+}
+
 /// As many values as there are of what they describe.
 pub fn count(key: &str, length: usize, expected: usize, of: &str) -> Result<(), String> {
     if length == expected {
@@ -78,9 +93,9 @@ impl Sample for Complex<f32> {
 }
 
 /// At least one sample, and all of them finite. `axes` names the array's axes in order.
-pub fn samples<T, D>(key: &str, array: &Array<T, D>, axes: &[&str]) -> Result<(), String>
+pub fn samples<S, D>(key: &str, array: &ArrayBase<S, D>, axes: &[&str]) -> Result<(), String>
 where
-    T: Sample,
+    S: Data<Elem: Sample>,
     D: Dimension,
 {
     if array.is_empty() {

@@ -106,10 +106,14 @@ pub fn channel_data(
     }
     let shape = (beams.len(), settings.elements, record.samples);
     Ok(ChannelData {
-        rf: Array3::from_shape_vec(shape, rf).expect("the record's shape"),
+        samples: Array3::from_shape_vec(shape, rf)
+            .expect("the record's shape")
+            .into(),
         fs: settings.fs,
         t0: vec![record.t0; beams.len()],
         element_x: settings.array().element_x(),
+        element_z: None,
+        element_angle: None,
         c: settings.c,
         f0: settings.f0,
         transmits: Transmits::Focused {
@@ -117,6 +121,7 @@ pub fn channel_data(
             focus: vec![settings.focus; beams.len()],
             f_number: Some(settings.f_number),
         },
+        lens_delay: 0.0,
     })
 }
 

@@ -29,7 +29,7 @@ pub fn check(
         output_start: stage.start(),
         output_samples: stage.samples(),
         elements: data.element_x.len(),
-        record_samples: data.rf.dim().2,
+        record_samples: data.samples.dim().3,
         hilbert_taps: hilbert_taps(output_rate, data.f0),
     };
     let beams: Vec<usize> = (0..x.dim().0).step_by(step).collect();
@@ -45,7 +45,8 @@ pub fn check(
             active: stage.active(beam, stage.samples() - 1),
             compounding: Compounding::Replace,
         };
-        let rf = data.rf.index_axis(Axis(0), beam);
+        let rf = data.samples.rf(0).expect("simulated RF");
+        let rf = rf.index_axis(Axis(0), beam);
         let rf = rf.as_standard_layout();
         let mut expected = vec![Complex::new(0.0, 0.0); x.dim().1 * x.dim().2];
         reference::f32::delay::line(

@@ -108,7 +108,7 @@ fn parts<'a>(z: impl IntoIterator<Item = &'a Complex<f32>>) -> Vec<f32> {
 /// one transmit's record serves all three.
 fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
     const RATE: f64 = 20e6;
-    let (_, elements, record_samples) = data.rf.dim();
+    let (_, _, elements, record_samples) = data.samples.dim();
     let parameters = DelayParameters {
         sound_speed: data.c,
         sampling_rate: data.fs,
@@ -121,7 +121,8 @@ fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
         hilbert_taps: hilbert_taps(RATE, data.f0),
     };
     let delay = Delay::new(parameters)?;
-    let record: Vec<f32> = data.rf.index_axis(Axis(0), 5).iter().copied().collect();
+    let rf = data.samples.rf(0).expect("a recording of RF");
+    let record: Vec<f32> = rf.index_axis(Axis(0), 5).iter().copied().collect();
     let laws = [
         ("focused", TransmitLaw::Focused),
         ("plane", TransmitLaw::Plane { angle: 0.2 }),

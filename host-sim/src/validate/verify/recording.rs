@@ -66,10 +66,12 @@ pub fn recording() -> ChannelData {
         }
     }
     ChannelData {
-        rf,
+        samples: rf.into(),
         fs: SAMPLING_RATE,
         t0: vec![START; BEAMS],
         element_x,
+        element_z: None,
+        element_angle: None,
         c: SOUND_SPEED,
         f0: CENTRE_FREQUENCY,
         transmits: Transmits::Focused {
@@ -77,6 +79,7 @@ pub fn recording() -> ChannelData {
             focus: vec![FOCUS; BEAMS],
             f_number: None,
         },
+        lens_delay: 0.0,
     }
 }
 

@@ -1,0 +1,198 @@
+//! Recorded samples, RF or I/Q, of one frame or many.
+
+use std::io::{Seek, Write};
+
+use ndarray::{Array3, Array4, ArrayView3, Axis};
+use ndarray_npy::{NpzWriter, WriteNpzError};
+use num_complex::Complex;
+
+use super::{npz, units, validate};
+use crate::Result;
+
+/// Recorded samples, [frame, transmit, element, sample].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples {
+    /// As the elements received them.
+    Rf(Array4<f32>),
+    /// In the base band: the analytic signal times e^(−j2π·f_demod·t), with t from the same moment
+    /// as the recording's `t0`.
+    Iq {
+        /// The samples.
+        iq: Array4<Complex<f32>>,
+        /// The frequency that they were demodulated with, Hz.
+        f_demod: f64,
+    },
+}
+
+/// The samples of one frame, [transmit, element, sample], where they lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Frame<'a> {
+    /// See [`Samples::Rf`].
+    Rf(ArrayView3<'a, f32>),
+    /// See [`Samples::Iq`].
+    Iq {
+        /// The samples.
+        iq: ArrayView3<'a, Complex<f32>>,
+        /// The frequency that they were demodulated with, Hz.
+        f_demod: f64,
+    },
+}
+
+const AXES: [&str; 4] = ["frame", "transmit", "element", "sample"];
+
+impl From<Array3<f32>> for Samples {
+    /// One frame of RF.
+    fn from(rf: Array3<f32>) -> Self {
+        Samples::Rf(rf.insert_axis(Axis(0)))
+    }
+}
+
+impl Samples {
+    /// One frame of I/Q.
+    pub fn iq(iq: Array3<Complex<f32>>, f_demod: f64) -> Self {
+        Samples::Iq {
+            iq: iq.insert_axis(Axis(0)),
+            f_demod,
+        }
+    }
+
+    /// How many frames, transmits, elements and samples there are.
+    pub fn dim(&self) -> (usize, usize, usize, usize) {
+        match self {
+            Samples::Rf(rf) => rf.dim(),
+            Samples::Iq { iq, .. } => iq.dim(),
+        }
+    }
+
+    /// The number of frames.
+    pub fn frames(&self) -> usize {
+        self.dim().0
+    }
+
+    /// One frame, in place; `None` beyond the last.
+    pub fn frame(&self, frame: usize) -> Option<Frame<'_>> {
+        (frame < self.frames()).then(|| match self {
+            Samples::Rf(rf) => Frame::Rf(rf.index_axis(Axis(0), frame)),
+            Samples::Iq { iq, f_demod } => Frame::Iq {
+                iq: iq.index_axis(Axis(0), frame),
+                f_demod: *f_demod,
+            },
+        })
+    }
+
+    /// The RF of one frame; `None` for I/Q and beyond the last frame.
+    pub fn rf(&self, frame: usize) -> Option<ArrayView3<'_, f32>> {
+        match self.frame(frame)? {
+            Frame::Rf(rf) => Some(rf),
+            Frame::Iq { .. } => None,
+        }
+    }
+
+    /// Their size, bytes.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Samples::Rf(rf) => rf.len() * size_of::<f32>(),
+            Samples::Iq { iq, .. } => iq.len() * size_of::<Complex<f32>>(),
+        }
+    }
+
+    /// Their key in a `.npz` file.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Samples::Rf(_) => "rf",
+            Samples::Iq { .. } => "iq",
+        }
+    }
+
+    /// The shape and its axes, without the frames where there is one.
+    fn shape(&self) -> (Vec<usize>, &'static [&'static str]) {
+        let (frames, transmits, elements, samples) = self.dim();
+        if frames == 1 {
+            return (vec![transmits, elements, samples], &AXES[1..]);
+        }
+        (vec![frames, transmits, elements, samples], &AXES)
+    }
+
+    /// As many values of `key` as an axis is long, which they describe. Axes count from the frames,
+    /// 0, to the samples, 3.
+    pub(super) fn check_axis(
+        &self,
+        key: &str,
+        count: usize,
+        axis: usize,
+        of: &str,
+    ) -> std::result::Result<(), String> {
+        let (shape, axes) = self.shape();
+        let axis = axis + axes.len() - AXES.len();
+        units::check_axis(key, count, (self.key(), &shape, axes), axis, of)
+    }
+
+    /// At least one sample, and all of them finite.
+    pub(super) fn check(&self) -> std::result::Result<(), String> {
+        let (_, axes) = self.shape();
+        match self {
+            Samples::Rf(rf) if axes.len() == 3 => {
+                validate::samples("rf", &rf.index_axis(Axis(0), 0), axes)
+            }
+            Samples::Rf(rf) => validate::samples("rf", rf, axes),
+            Samples::Iq { iq, .. } if axes.len() == 3 => {
+                validate::samples("iq", &iq.index_axis(Axis(0), 0), axes)
+            }
+            Samples::Iq { iq, .. } => validate::samples("iq", iq, axes),
+        }
+    }
+
+    /// A sampling rate of `fs` takes the centre frequency in.
+    pub(super) fn check_band(&self, fs: f64, f0: f64) -> std::result::Result<(), String> {
+        match *self {
+            Samples::Rf(_) if 2.0 * f0 >= fs => Err(format!(
+                "`f0` is {f0} Hz; expected less than half the sampling rate `fs` of {fs} Hz"
+            )),
+            Samples::Rf(_) => Ok(()),
+            Samples::Iq { f_demod, .. } => {
+                validate::positive("f_demod", f_demod, "Hz")?;
+                units::RATE.check("`f_demod`", f_demod)?;
+                if 2.0 * (f0 - f_demod).abs() < fs {
+                    return Ok(());
+                }
+                Err(format!(
+                    "`f0` is {f0} Hz; expected less than half the sampling rate `fs` of {fs} Hz away \
+                     from `f_demod` of {f_demod} Hz"
+                ))
+            }
+        }
+    }
+
+    pub(super) fn from_npz(file: &mut npz::Reader) -> Result<Self> {
+        match (file.has("rf"), file.has("iq")) {
+            (true, true) => {
+                Err(file.error("holds both `rf` and `iq`; expected the samples of one kind"))
+            }
+            (false, true) => Ok(Samples::Iq {
+                iq: file.frames("iq", npz::Reader::complex_of_any_rank)?,
+                f_demod: file.scalar("f_demod")?,
+            }),
+            _ => Ok(Samples::Rf(
+                file.frames("rf", npz::Reader::samples_of_any_rank)?,
+            )),
+        }
+    }
+
+    /// Adds the arrays to an archive, without a frame axis where there is one frame.
+    pub(super) fn write_npz<W: Write + Seek>(
+        &self,
+        npz: &mut NpzWriter<W>,
+    ) -> std::result::Result<(), WriteNpzError> {
+        match self {
+            Samples::Rf(rf) if rf.dim().0 == 1 => npz.add_array("rf", &rf.index_axis(Axis(0), 0)),
+            Samples::Rf(rf) => npz.add_array("rf", rf),
+            Samples::Iq { iq, f_demod } => {
+                npz.add_array("f_demod", &ndarray::arr0(*f_demod))?;
+                match iq.dim().0 {
+                    1 => npz.add_array("iq", &iq.index_axis(Axis(0), 0)),
+                    _ => npz.add_array("iq", iq),
+                }
+            }
+        }
+    }
+}
