@@ -1,0 +1,536 @@
+/* bonebeam for C. Made by cbindgen from bonebeam-c/src: do not edit.
+ *
+ * MIT OR Apache-2.0 */
+
+#ifndef BONEBEAM_H
+#define BONEBEAM_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+// Bytes of its storage.
+#define BONEBEAM_16_8_SIZE 2432
+
+// Alignment of its storage, bytes.
+#define BONEBEAM_16_8_ALIGN 8
+
+// Bytes of its storage.
+#define BONEBEAM_32_16_SIZE 6720
+
+// Alignment of its storage, bytes.
+#define BONEBEAM_32_16_ALIGN 8
+
+// Bytes of its storage.
+#define BONEBEAM_64_32_SIZE 21504
+
+// Alignment of its storage, bytes.
+#define BONEBEAM_64_32_ALIGN 8
+
+// Bytes of its storage.
+#define BONEBEAM_128_64_SIZE 75648
+
+// Alignment of its storage, bytes.
+#define BONEBEAM_128_64_ALIGN 8
+
+// Bytes of its storage.
+#define BONEBEAM_FORWARD_32_16_SIZE 11456
+
+// Alignment of its storage, bytes.
+#define BONEBEAM_FORWARD_32_16_ALIGN 8
+
+// Bytes of its storage.
+#define BONEBEAM_DELAY_SIZE 10240
+
+// Alignment of its storage, bytes.
+#define BONEBEAM_DELAY_ALIGN 64
+
+// Bytes of their storage.
+#define BONEBEAM_FILTERS_SIZE 17920
+
+// Alignment of their storage, bytes.
+#define BONEBEAM_FILTERS_ALIGN 8
+
+// What a call came to. Only 0 leaves something in the outputs.
+enum bonebeam_status
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Done.
+  BONEBEAM_STATUS_OK = 0,
+  // A parameter is outside its range.
+  BONEBEAM_STATUS_PARAMETER = 1,
+  // An array has another length than the shapes ask for.
+  BONEBEAM_STATUS_LENGTH = 2,
+  // A size exceeds what there is room for.
+  BONEBEAM_STATUS_CAPACITY = 3,
+  // An input sample is NaN or infinite.
+  BONEBEAM_STATUS_NON_FINITE = 4,
+  // External memory could not be read or written.
+  BONEBEAM_STATUS_MEMORY = 5,
+  // A pointer is null or not aligned.
+  BONEBEAM_STATUS_POINTER = 6,
+  // The storage is smaller than its constant.
+  BONEBEAM_STATUS_STORAGE = 7,
+  // An error that this version has no number for.
+  BONEBEAM_STATUS_OTHER = 8,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum bonebeam_status bonebeam_status;
+#else
+typedef int32_t bonebeam_status;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// How the transmit wave travels.
+enum bonebeam_law
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // A focused beam: the line lies on its axis.
+  BONEBEAM_LAW_FOCUSED = 0,
+  // A plane wave at the angle `angle`.
+  BONEBEAM_LAW_PLANE = 1,
+  // One element, at `element_x`.
+  BONEBEAM_LAW_ELEMENT = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum bonebeam_law bonebeam_law;
+#else
+typedef int32_t bonebeam_law;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// A beamformer's name.
+enum bonebeam_method
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Delay and sum.
+  BONEBEAM_METHOD_DAS = 0,
+  // Minimum variance.
+  BONEBEAM_METHOD_MV = 1,
+  // Eigenspace MV, its rank by `beta`.
+  BONEBEAM_METHOD_ESMV_BETA = 2,
+  // Eigenspace MV of the rank `rank`.
+  BONEBEAM_METHOD_ESMV_RANK = 3,
+  // Eigenspace MV of rank 1.
+  BONEBEAM_METHOD_ESMV_RANK1 = 4,
+  // Eigenspace MV with all eigenvectors but the first.
+  BONEBEAM_METHOD_ESMV_EXCLUDE_FIRST = 5,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum bonebeam_method bonebeam_method;
+#else
+typedef int32_t bonebeam_method;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// A beamformer for up to 128 active elements, subapertures of up to 64 and time windows of up to 2·2 + 1 samples.
+typedef struct bonebeam_128_64 bonebeam_128_64;
+
+// A beamformer for up to 16 active elements, subapertures of up to 8 and time windows of up to 2·2 + 1 samples.
+typedef struct bonebeam_16_8 bonebeam_16_8;
+
+// A beamformer for up to 32 active elements, subapertures of up to 16 and time windows of up to 2·2 + 1 samples.
+typedef struct bonebeam_32_16 bonebeam_32_16;
+
+// A beamformer for up to 64 active elements, subapertures of up to 32 and time windows of up to 2·2 + 1 samples.
+typedef struct bonebeam_64_32 bonebeam_64_32;
+
+// A beamformer for up to 32 active elements, subapertures of up to 16 and time windows of up to 2·2 + 1 samples.
+typedef struct bonebeam_forward_32_16 bonebeam_forward_32_16;
+
+// A delay stage.
+typedef struct bonebeam_delay bonebeam_delay;
+
+// The filters' tables, for all sizes and scales.
+typedef struct bonebeam_filters bonebeam_filters;
+
+// An aperture that grows with depth.
+typedef struct bonebeam_aperture {
+  // Elements of the array.
+  size_t elements;
+  // From one element to the next, m.
+  double pitch;
+  // Depth over width.
+  double f_number;
+  // Active at the least.
+  size_t min_elements;
+} bonebeam_aperture;
+
+// Consecutive active elements.
+typedef struct bonebeam_active {
+  // The first of them.
+  size_t first;
+  // How many.
+  size_t count;
+} bonebeam_active;
+
+// What a beamformer is asked for.
+typedef struct bonebeam_beamform_parameters {
+  // One of `bonebeam_method`, as a number: any other is refused.
+  int32_t method;
+  // Of `ESMV_BETA`, above 0 and at most 1.
+  float beta;
+  // Of `ESMV_RANK`, at least 1.
+  size_t rank;
+  // `K`: the covariance is averaged over `2K + 1` samples.
+  size_t temporal_half_window;
+  // `Δ`, 0.05 for instance.
+  float diagonal_loading;
+  // The subaperture's share of the active elements, 0.5 for instance.
+  double subaperture_ratio;
+} bonebeam_beamform_parameters;
+
+// A complex number.
+typedef struct bonebeam_complex {
+  // The real part.
+  float re;
+  // The imaginary part.
+  float im;
+} bonebeam_complex;
+
+// Shapes and rates of a delay stage. SI units.
+typedef struct bonebeam_delay_parameters {
+  // Speed of sound, m/s.
+  double sound_speed;
+  // Sampling rate of the record, Hz.
+  double sampling_rate;
+  // Centre frequency of the pulse, Hz.
+  double centre_frequency;
+  // Output rate, Hz, at least a sixteenth of the sampling rate.
+  double output_rate;
+  // Two-way time of output sample 0, s.
+  double output_start;
+  // Output samples.
+  size_t output_samples;
+  // Elements of the array.
+  size_t elements;
+  // Samples of each element's record.
+  size_t record_samples;
+  // Non-zero taps on one side of the Hilbert transformer, 8 for instance.
+  size_t hilbert_taps;
+} bonebeam_delay_parameters;
+
+// One scan line of one transmit.
+typedef struct bonebeam_scan_line {
+  // One of `bonebeam_law`, as a number: any other is refused.
+  int32_t law;
+  // Of a plane wave, rad; positive towards positive x.
+  double angle;
+  // Of the transmitting element, m.
+  double transmit_x;
+  // Time of record sample 0 from the moment the wave would pass the law's origin, s.
+  double t0;
+  // Lateral position of the line, m.
+  double x;
+  // Lateral positions of the elements, m, ascending and evenly spaced; as many as the stage has.
+  const double *element_x;
+  // The elements to compute.
+  struct bonebeam_active active;
+  // Not 0: add to what the output holds, as the next of several transmits.
+  int32_t add;
+} bonebeam_scan_line;
+
+// Evenly spaced positions: `first + k·step` for `k` below `count`.
+typedef struct bonebeam_axis {
+  // The position of index 0, m.
+  double first;
+  // From one index to the next, m; positive.
+  double step;
+  // How many positions there are.
+  size_t count;
+} bonebeam_axis;
+
+// How many floats of each kind of memory it takes.
+typedef struct bonebeam_lengths {
+  // Fast: what a strip reads, what it gives, a line and a filter's gains, all in one array.
+  size_t fast;
+  // Slow: spectrum, filtered image and the denominator, all in one array.
+  size_t slow;
+  // The map, as large as the image.
+  size_t map;
+} bonebeam_lengths;
+
+// What phase symmetry is asked for.
+typedef struct bonebeam_phase_symmetry_parameters {
+  // Rows of the image: 64, 128, 256, 512 or 1024.
+  size_t rows;
+  // Columns of the image, likewise.
+  size_t columns;
+  // How many rows or columns are worked on at a time: memory, never the result.
+  size_t strip;
+  // The filters' centre frequencies r₀, cycles a pixel.
+  const double *scales;
+  // How many, 1 to 8.
+  size_t scale_count;
+  // The noise threshold T_n, grey levels.
+  float threshold;
+} bonebeam_phase_symmetry_parameters;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+// The active elements at each of `count` depths, m, below the place `beam`, in pitches from element 0.
+//
+// # Safety
+// `aperture` leads to what it says, `depths` and `active` to `count` numbers.
+bonebeam_status bonebeam_active_elements(const struct bonebeam_aperture *aperture,
+                                         double beam,
+                                         const double *depths,
+                                         size_t count,
+                                         struct bonebeam_active *active);
+
+// Sets a beamformer up in storage of the caller's, which it lives in from then on.
+//
+// `*beamformer` becomes the pointer to use. Refuses parameters outside their ranges, and
+// storage that is too small or not aligned.
+//
+// # Safety
+// `storage` leads to so many `bytes`; `parameters` and `beamformer` lead to what they say.
+bonebeam_status bonebeam_16_8_init(void *storage,
+                                   size_t bytes,
+                                   const struct bonebeam_beamform_parameters *parameters,
+                                   struct bonebeam_16_8 **beamformer);
+
+// Beamforms one beam: `z[n]` from `x[n·elements..]`, aligned analytic samples, with the elements
+// `active[n]`.
+//
+// Refuses a sample that is not finite, and active elements beyond the array or the
+// beamformer's size. The scale is that of the input.
+//
+// # Safety
+// `beamformer` is from its init; `x` leads to `samples · elements` numbers, `active` and `z` to
+// `samples`.
+bonebeam_status bonebeam_16_8_line(struct bonebeam_16_8 *beamformer,
+                                   const struct bonebeam_complex *x,
+                                   size_t samples,
+                                   size_t elements,
+                                   const struct bonebeam_active *active,
+                                   struct bonebeam_complex *z);
+
+// Sets a beamformer up in storage of the caller's, which it lives in from then on.
+//
+// `*beamformer` becomes the pointer to use. Refuses parameters outside their ranges, and
+// storage that is too small or not aligned.
+//
+// # Safety
+// `storage` leads to so many `bytes`; `parameters` and `beamformer` lead to what they say.
+bonebeam_status bonebeam_32_16_init(void *storage,
+                                    size_t bytes,
+                                    const struct bonebeam_beamform_parameters *parameters,
+                                    struct bonebeam_32_16 **beamformer);
+
+// Beamforms one beam: `z[n]` from `x[n·elements..]`, aligned analytic samples, with the elements
+// `active[n]`.
+//
+// Refuses a sample that is not finite, and active elements beyond the array or the
+// beamformer's size. The scale is that of the input.
+//
+// # Safety
+// `beamformer` is from its init; `x` leads to `samples · elements` numbers, `active` and `z` to
+// `samples`.
+bonebeam_status bonebeam_32_16_line(struct bonebeam_32_16 *beamformer,
+                                    const struct bonebeam_complex *x,
+                                    size_t samples,
+                                    size_t elements,
+                                    const struct bonebeam_active *active,
+                                    struct bonebeam_complex *z);
+
+// Sets a beamformer up in storage of the caller's, which it lives in from then on.
+//
+// `*beamformer` becomes the pointer to use. Refuses parameters outside their ranges, and
+// storage that is too small or not aligned.
+//
+// # Safety
+// `storage` leads to so many `bytes`; `parameters` and `beamformer` lead to what they say.
+bonebeam_status bonebeam_64_32_init(void *storage,
+                                    size_t bytes,
+                                    const struct bonebeam_beamform_parameters *parameters,
+                                    struct bonebeam_64_32 **beamformer);
+
+// Beamforms one beam: `z[n]` from `x[n·elements..]`, aligned analytic samples, with the elements
+// `active[n]`.
+//
+// Refuses a sample that is not finite, and active elements beyond the array or the
+// beamformer's size. The scale is that of the input.
+//
+// # Safety
+// `beamformer` is from its init; `x` leads to `samples · elements` numbers, `active` and `z` to
+// `samples`.
+bonebeam_status bonebeam_64_32_line(struct bonebeam_64_32 *beamformer,
+                                    const struct bonebeam_complex *x,
+                                    size_t samples,
+                                    size_t elements,
+                                    const struct bonebeam_active *active,
+                                    struct bonebeam_complex *z);
+
+// Sets a beamformer up in storage of the caller's, which it lives in from then on.
+//
+// `*beamformer` becomes the pointer to use. Refuses parameters outside their ranges, and
+// storage that is too small or not aligned.
+//
+// # Safety
+// `storage` leads to so many `bytes`; `parameters` and `beamformer` lead to what they say.
+bonebeam_status bonebeam_128_64_init(void *storage,
+                                     size_t bytes,
+                                     const struct bonebeam_beamform_parameters *parameters,
+                                     struct bonebeam_128_64 **beamformer);
+
+// Beamforms one beam: `z[n]` from `x[n·elements..]`, aligned analytic samples, with the elements
+// `active[n]`.
+//
+// Refuses a sample that is not finite, and active elements beyond the array or the
+// beamformer's size. The scale is that of the input.
+//
+// # Safety
+// `beamformer` is from its init; `x` leads to `samples · elements` numbers, `active` and `z` to
+// `samples`.
+bonebeam_status bonebeam_128_64_line(struct bonebeam_128_64 *beamformer,
+                                     const struct bonebeam_complex *x,
+                                     size_t samples,
+                                     size_t elements,
+                                     const struct bonebeam_active *active,
+                                     struct bonebeam_complex *z);
+
+// Sets a beamformer up in storage of the caller's, which it lives in from then on.
+//
+// `*beamformer` becomes the pointer to use. Refuses parameters outside their ranges, and
+// storage that is too small or not aligned.
+//
+// # Safety
+// `storage` leads to so many `bytes`; `parameters` and `beamformer` lead to what they say.
+bonebeam_status bonebeam_forward_32_16_init(void *storage,
+                                            size_t bytes,
+                                            const struct bonebeam_beamform_parameters *parameters,
+                                            struct bonebeam_forward_32_16 **beamformer);
+
+// Beamforms one beam: `z[n]` from `x[n·elements..]`, aligned analytic samples, with the elements
+// `active[n]`.
+//
+// Refuses a sample that is not finite, and active elements beyond the array or the
+// beamformer's size. The scale is that of the input.
+//
+// # Safety
+// `beamformer` is from its init; `x` leads to `samples · elements` numbers, `active` and `z` to
+// `samples`.
+bonebeam_status bonebeam_forward_32_16_line(struct bonebeam_forward_32_16 *beamformer,
+                                            const struct bonebeam_complex *x,
+                                            size_t samples,
+                                            size_t elements,
+                                            const struct bonebeam_active *active,
+                                            struct bonebeam_complex *z);
+
+// Sets a delay stage up in storage of the caller's. `*delay` becomes the pointer to use.
+//
+// # Safety
+// `storage` leads to so many `bytes`; `parameters` and `delay` lead to what they say.
+bonebeam_status bonebeam_delay_init(void *storage,
+                                    size_t bytes,
+                                    const struct bonebeam_delay_parameters *parameters,
+                                    struct bonebeam_delay **delay);
+
+// How many floats `bonebeam_delay_line` needs as scratch.
+//
+// # Safety
+// `parameters` leads to what it says; null gives 0.
+size_t bonebeam_delay_scratch(const struct bonebeam_delay_parameters *parameters);
+
+// One scan line: `out[n · elements + m]`, the analytic sample of element `m` at output sample `n`.
+//
+// `rf` is `[element][record sample]`. Refuses samples that are not finite, and shapes that are not the
+// stage's.
+//
+// # Safety
+// `delay` is from its init. `rf` leads to elements · record samples, `scratch` to `scratch_length`
+// floats, `out` to output samples · elements, `line->element_x` to as many as there are elements.
+bonebeam_status bonebeam_delay_line(const struct bonebeam_delay *delay,
+                                    const struct bonebeam_scan_line *line,
+                                    const float *rf,
+                                    float *scratch,
+                                    size_t scratch_length,
+                                    struct bonebeam_complex *out);
+
+// `|z|` of `length` samples.
+//
+// # Safety
+// `z` and `out` lead to `length` numbers.
+bonebeam_status bonebeam_envelope(const struct bonebeam_complex *z, size_t length, float *out);
+
+// The largest of `length` envelopes; 0 for a null pointer.
+//
+// # Safety
+// `envelopes` leads to `length` numbers.
+float bonebeam_largest(const float *envelopes, size_t length);
+
+// Grey levels 0 to 255: decibels relative to `reference`, of which `dynamic_range` dB are shown.
+//
+// # Safety
+// `envelopes` and `out` lead to `length` numbers.
+bonebeam_status bonebeam_log_compression(const float *envelopes,
+                                         size_t length,
+                                         float reference,
+                                         float dynamic_range,
+                                         float *out);
+
+// Grey levels of lines, `[beam][sample]`, as pixels `[row][column]`; 0 beyond the lines.
+//
+// # Safety
+// The axes lead to what they say; `levels` to beams · samples numbers, `out` to rows · columns.
+bonebeam_status bonebeam_resample(const float *levels,
+                                  const struct bonebeam_axis *beams,
+                                  const struct bonebeam_axis *samples,
+                                  const struct bonebeam_axis *rows,
+                                  const struct bonebeam_axis *columns,
+                                  float *out);
+
+// The median of 3 × 3 pixels.
+//
+// # Safety
+// `image` and `out` lead to rows · columns numbers.
+bonebeam_status bonebeam_median(const float *image, size_t rows, size_t columns, float *out);
+
+// Makes room for the filters' tables in storage of the caller's. `*filters` becomes the pointer to use.
+//
+// # Safety
+// `storage` leads to so many `bytes`, and `filters` to a pointer.
+bonebeam_status bonebeam_filters_init(void *storage,
+                                      size_t bytes,
+                                      struct bonebeam_filters **filters);
+
+// The memory that phase symmetry takes; all 0 where the parameters are null.
+//
+// # Safety
+// `parameters` leads to what it says.
+struct bonebeam_lengths bonebeam_phase_symmetry_lengths(const struct bonebeam_phase_symmetry_parameters *parameters);
+
+// The map of an image 0 to 255, `[row][column]`: at least 0 and below 1.
+//
+// `filters` are filled anew at each call. `fast` and `slow` have the lengths of
+// `bonebeam_phase_symmetry_lengths`; their contents are irrelevant.
+//
+// # Safety
+// `filters` is from its init; `parameters->scales` leads to `scale_count` numbers; `image` and `map` to
+// rows · columns; `fast` and `slow` to their lengths.
+bonebeam_status bonebeam_phase_symmetry(struct bonebeam_filters *filters,
+                                        const struct bonebeam_phase_symmetry_parameters *parameters,
+                                        const float *image,
+                                        float *fast,
+                                        float *slow,
+                                        float *map);
+
+// What a status means, in English; for logs. Any number may be asked for.
+const char *bonebeam_status_text(int32_t status);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* BONEBEAM_H */
