@@ -10,7 +10,7 @@ use clap::{Parser, Subcommand};
 use crate::commands::bench;
 #[cfg(not(feature = "bench"))]
 use crate::commands::bench_left_out as bench;
-use crate::commands::{beamform, main_job, phase_symmetry, simulate, verify};
+use crate::commands::{beamform, golden, main_job, phase_symmetry, simulate, verify};
 use crate::files::leftovers::remove_at_signals;
 use crate::terminal::{complain, print};
 use crate::{Error, Result};
@@ -42,6 +42,7 @@ enum Command {
     Beamform(Box<beamform::Arguments>),
     PhaseSymmetry(phase_symmetry::Arguments),
     Verify(verify::Arguments),
+    Golden(golden::Arguments),
     Bench(bench::Arguments),
 }
 
@@ -54,6 +55,7 @@ Examples:
   host-sim --out report
   host-sim --mesh vertebra.ply --slice -0.002 --out mesh
   host-sim verify
+  host-sim golden -o vectors
   host-sim bench --quick
   host-sim simulate vertebra -o channels.npz
   host-sim beamform channels.npz --method esmv-rank1 -o lines.npz --image lines.png
@@ -100,6 +102,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         Some(Command::PhaseSymmetry(arguments)) => phase_symmetry::run(arguments),
         Some(Command::Simulate(arguments)) => simulate::run(arguments),
         Some(Command::Verify(arguments)) => verify::run(arguments),
+        Some(Command::Golden(arguments)) => golden::run(&arguments),
         Some(Command::Bench(arguments)) => bench::run(&arguments),
     }
 }

@@ -10,6 +10,7 @@ pub mod drive;
 pub mod error;
 pub mod experiments;
 pub mod files;
+pub mod golden;
 pub mod measure;
 mod memory;
 pub mod methods;

@@ -5,6 +5,7 @@ pub mod beamform;
 pub mod bench;
 #[cfg(not(feature = "bench"))]
 pub mod bench_left_out;
+pub mod golden;
 pub mod main_job;
 pub mod phase_symmetry;
 pub mod simulate;

@@ -19,6 +19,7 @@ mod validate;
 pub use aligned::AlignedData;
 pub use channel_data::{ChannelData, Transmits};
 pub use lines::Lines;
+pub use npy::read_array;
 pub use samples::{Frame, Samples};
 
 use std::fs::File;

@@ -1,10 +1,14 @@
 //! One array in the `.npy` format, of an element type that the file decides.
 
+use std::fs;
+use std::path::Path;
+
 use ndarray::{ArrayD, ArrayViewD};
 use ndarray_npy::{ReadNpyExt, ReadableElement, ViewElement, ViewNpyError, ViewNpyExt};
 
 use super::npy_header::claimed_length;
-use crate::memory;
+use super::{cannot_be_opened, file_error};
+use crate::{Result, memory};
 
 /// How many times its own size an array may take while it is read and converted.
 const CONVERSIONS: usize = 4;
@@ -18,7 +22,7 @@ pub enum NpyError {
 }
 
 /// Reads an array of element type `T` in row-major order, whatever the order in the file.
-pub fn read<T>(bytes: &[u8]) -> Result<ArrayD<T>, NpyError>
+pub fn read<T>(bytes: &[u8]) -> std::result::Result<ArrayD<T>, NpyError>
 where
     T: ReadableElement + ViewElement + Clone,
 {
@@ -54,10 +58,28 @@ where
     }
 }
 
-/// Tries another element type where the first did not fit.
-pub fn or_type<T, F>(first: Result<ArrayD<T>, NpyError>, next: F) -> Result<ArrayD<T>, NpyError>
+/// Reads a `.npy` file of element type `T`.
+///
+/// # Errors
+/// [`Error::File`]: it cannot be opened, is damaged, or has another element type.
+pub fn read_array<T>(path: &Path) -> Result<ArrayD<T>>
 where
-    F: FnOnce() -> Result<ArrayD<T>, NpyError>,
+    T: ReadableElement + ViewElement + Clone,
+{
+    let bytes = fs::read(path).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
+    read(&bytes).map_err(|error| match error {
+        NpyError::Type(found) => file_error(path, format!("has the element type {found}")),
+        NpyError::Damaged(how) => file_error(path, how),
+    })
+}
+
+/// Tries another element type where the first did not fit.
+pub fn or_type<T, F>(
+    first: std::result::Result<ArrayD<T>, NpyError>,
+    next: F,
+) -> std::result::Result<ArrayD<T>, NpyError>
+where
+    F: FnOnce() -> std::result::Result<ArrayD<T>, NpyError>,
 {
     match first {
         Err(NpyError::Type(_)) => next(),

@@ -10,7 +10,7 @@ use super::covariance::{
     real_form_trace, scaled, subaperture_sum, window_sum,
 };
 use super::dominant_eigenpair::dominant_eigenpair;
-use super::linalg::{FLOOR, Number, cholesky, eigen, partial_sums, row_times};
+use super::linalg::{FLOOR, Number, cholesky, eigen, factor, partial_sums, row_times};
 
 /// z of every sample of a line. `x[n]` holds the elements of sample `n`; `active[n]` its first
 /// active element and the number of them.
@@ -73,6 +73,86 @@ pub fn beamform(
     z.into_iter()
         .map(|z| Complex::new(saturate(z.re * up), saturate(z.im * up)))
         .collect()
+}
+
+/// What an adaptive beamformer computes on the way to one sample, at the line's working scale.
+#[derive(Clone, Debug)]
+pub struct Intermediates {
+    /// The loaded covariance, row-major `[L][L]`; real, in the coordinates of docs/numerics.md, with
+    /// forward-backward averaging.
+    pub matrix: Vec<Complex<f32>>,
+    /// Its Cholesky factor below the diagonal and `1/G(j,j)` on it, 0 above.
+    pub factor: Vec<Complex<f32>>,
+    /// Its largest eigenvalue.
+    pub eigenvalue: f32,
+    /// The unit eigenvector to it.
+    pub eigenvector: Vec<Complex<f32>>,
+}
+
+/// The intermediates of every sample of a line whose elements are all active, and the exponent `e` of its
+/// working scale: samples are multiplied by `2^-e` first. `None` for a sample without power.
+pub fn intermediates(
+    x: &[Vec<Complex<f32>>],
+    parameters: &Parameters,
+    covariance: Covariance,
+) -> (i32, Vec<Option<Intermediates>>) {
+    let components = x.iter().flatten().flat_map(|x| [x.re.abs(), x.im.abs()]);
+    let largest = components.fold(0.0, |a, b| if b > a { b } else { a });
+    let exponent = libm::ilogbf(largest).clamp(-126, 126);
+    let down = libm::ldexpf(1.0, -exponent);
+    let temporal_half_window = parameters.temporal_half_window;
+    let count = x[0].len();
+    let elements: Vec<Vec<Complex<f32>>> = (0..x.len() + 2 * temporal_half_window)
+        .map(|i| match x.get(i.wrapping_sub(temporal_half_window)) {
+            Some(sample) => sample.iter().map(|value| value * down).collect(),
+            None => vec![Complex::ZERO; count],
+        })
+        .collect();
+    let n = subaperture(count, parameters);
+    let sums: Vec<_> = elements.iter().map(|x| forward(x, n)).collect();
+    let length = 2 * temporal_half_window + 1;
+    let of_sample = |i: usize| {
+        let block = i.div_ceil(length) * length - i;
+        match covariance {
+            Covariance::Forward => {
+                let r = window_sum(&sums[i..i + length], block);
+                let (factor, added) = loading(forward_trace(&r), n, parameters.diagonal_loading)?;
+                Some(intermediates_of(&with_diagonal(scaled(&r, factor), added)))
+            }
+            Covariance::ForwardBackward => {
+                let folded: Vec<_> = sums[i..i + length].iter().map(|r| mirrored(r)).collect();
+                let f = window_sum(&folded, block);
+                let (factor, added) = loading(real_form_trace(&f), n, parameters.diagonal_loading)?;
+                Some(intermediates_of(&with_diagonal(
+                    real_form(&f, factor),
+                    added,
+                )))
+            }
+        }
+    };
+    (exponent, (0..x.len()).map(of_sample).collect())
+}
+
+fn intermediates_of<T: Number>(a: &[Vec<T>]) -> Intermediates {
+    let n = a.len();
+    let lower = |g: &[Vec<T>]| -> Vec<Complex<f32>> {
+        let entry = |i: usize| match (i / n, i % n) {
+            (row, column) if column <= row => g[row][column].into(),
+            _ => Complex::ZERO,
+        };
+        (0..n * n).map(entry).collect()
+    };
+    let matrix = |i: usize| match (i / n, i % n) {
+        (row, column) if column <= row => a[row][column].into(),
+        (row, column) => Complex::<f32>::from(a[column][row].into()).conj(),
+    };
+    let (eigenvalue, eigenvector) = dominant_eigenpair(a);
+    Intermediates {
+        matrix: (0..n * n).map(matrix).collect(),
+        factor: factor(a, &[]).map_or_else(|| vec![Complex::ZERO; n * n], |g| lower(&g)),
+        eigenvalue,
+        eigenvector: eigenvector.into_iter().map(Into::into).collect(),
+    }
 }
 
 fn subaperture(elements: usize, parameters: &Parameters) -> usize {

@@ -123,6 +123,12 @@ pub(super) fn row_times<T: Number>(mut sum: T, a: &[Vec<T>], start: usize, i: us
 /// `rows` divided by the factor of `A = G·Gᴴ`: `b*` becomes `(G⁻¹b)*`. `None` where `A` is singular
 /// in f32.
 pub(super) fn cholesky<T: Number>(a: &[Vec<T>], rows: &[Vec<T>]) -> Option<Vec<Vec<T>>> {
+    let mut g = factor(a, rows)?;
+    Some(g.split_off(a.len()))
+}
+
+/// The factor `G` of `A = G·Gᴴ`, with `1/G(j,j)` on its diagonal, and below it `rows` divided by it.
+pub(super) fn factor<T: Number>(a: &[Vec<T>], rows: &[Vec<T>]) -> Option<Vec<Vec<T>>> {
     let n = a.len();
     let mut g: Vec<Vec<T>> = a.to_vec();
     g.extend(rows.iter().cloned());
@@ -142,8 +148,9 @@ pub(super) fn cholesky<T: Number>(a: &[Vec<T>], rows: &[Vec<T>]) -> Option<Vec<V
             }
             g[i][j] = entry * inverse;
         }
+        g[j][j] = T::real(inverse);
     }
-    Some(g.split_off(n))
+    Some(g)
 }
 
 /// All eigenvalues, unordered, and `Eᴴ·rows[r]` in place of each `rows[r]`.

@@ -21,19 +21,7 @@ pub fn phase_symmetry(
     for &r0 in scales {
         for k in 0..6 {
             let filter = tables.filter(rows, columns, r0, k);
-            let mut c: Vec<Complex<f32>> = Vec::new();
-            for i in 0..image.len() {
-                c.push(Complex::new(
-                    spectrum[i].re * filter[i],
-                    spectrum[i].im * filter[i],
-                ));
-            }
-            for column in 0..columns {
-                transform_column(&mut c, columns, column, true);
-            }
-            for row in 0..rows {
-                transform(&mut c[row * columns..(row + 1) * columns], true);
-            }
+            let c = inverse(&spectrum, &filter, rows, columns);
             for i in 0..image.len() {
                 let (e, o) = (c[i].re, c[i].im);
                 let excess = e - o.abs() - threshold;
@@ -54,6 +42,44 @@ pub fn phase_symmetry(
         });
     }
     symmetry
+}
+
+/// A real image's spectrum, and the image that the filter of scale `r0` and orientation `orientation`
+/// makes of it: `e` and `o` are its real and imaginary parts. Row-major.
+pub fn filtered(
+    image: &[f32],
+    rows: usize,
+    columns: usize,
+    r0: f64,
+    orientation: usize,
+) -> (Vec<Complex<f32>>, Vec<Complex<f32>>) {
+    let spectrum = spectrum(image, rows, columns);
+    let filter = Tables::new().filter(rows, columns, r0, orientation);
+    let filtered = inverse(&spectrum, &filter, rows, columns);
+    (spectrum, filtered)
+}
+
+/// The spectrum times a filter's gains, transformed back.
+fn inverse(
+    spectrum: &[Complex<f32>],
+    filter: &[f32],
+    rows: usize,
+    columns: usize,
+) -> Vec<Complex<f32>> {
+    let mut c: Vec<Complex<f32>> = Vec::new();
+    for i in 0..spectrum.len() {
+        c.push(Complex::new(
+            spectrum[i].re * filter[i],
+            spectrum[i].im * filter[i],
+        ));
+    }
+    for column in 0..columns {
+        transform_column(&mut c, columns, column, true);
+    }
+    for row in 0..rows {
+        transform(&mut c[row * columns..(row + 1) * columns], true);
+    }
+    c
 }
 
 /// The spectrum of a real image: the left half transformed, the right half its mirror image.

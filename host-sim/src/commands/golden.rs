@@ -1,0 +1,65 @@
+//! `host-sim golden`: vectors for other implementations of the core.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::golden::{check, stages, write};
+use crate::terminal::print;
+use crate::{Error, Result};
+
+/// Write golden vectors, or compare those of another implementation with them.
+///
+/// A small scene's input, every intermediate and outputs: as .npy, and as words for Verilog's $readmemh,
+/// floats and 16-bit integers. manifest.json tells shapes, formats, hashes and what the integers cost. The
+/// files are the same on every machine. With --check, every file of DIR is compared with the golden one: a
+/// line each, with the first word that differs and the largest error. The exit status is then 0 only if all
+/// are the same to the bit.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The folder to write; it is made
+    #[arg(short, long, value_name = "DIR", required_unless_present = "check")]
+    output: Option<PathBuf>,
+
+    /// The folder to compare
+    #[arg(long, value_name = "DIR", conflicts_with = "output")]
+    check: Option<PathBuf>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim golden -o vectors
+  host-sim golden --check mine        files of the same names, all of them or some";
+
+/// Runs the command.
+///
+/// # Errors
+/// A folder that cannot be written or holds no vectors, or [`Error::Data`] where a file differs.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    if let Some(folder) = &arguments.output {
+        let manifest = write(folder, &stages()?)?;
+        for entry in &manifest.stages {
+            print(&format!(
+                "{} {:34} {:?}, 16-bit words to {:.1e}\n",
+                entry.hash, entry.name, entry.shape, entry.largest_error
+            ))?;
+        }
+        return Ok(());
+    }
+    let Some(folder) = &arguments.check else {
+        return Ok(());
+    };
+    let verdicts = check(folder)?;
+    for verdict in &verdicts {
+        let word = if verdict.same { "same   " } else { "DIFFERS" };
+        print(&format!("{word} {}: {}\n", verdict.file, verdict.detail))?;
+    }
+    match verdicts.iter().filter(|verdict| !verdict.same).count() {
+        0 => Ok(()),
+        differing => Err(Error::Data(format!(
+            "{differing} of {} files differ from the golden vectors",
+            verdicts.len()
+        ))),
+    }
+}
