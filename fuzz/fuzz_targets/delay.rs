@@ -5,7 +5,7 @@
 
 use arbitrary::Arbitrary;
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
-use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
+use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};
 use bonebeam_fuzz::{finite_complex_bits, samples};
@@ -84,11 +84,12 @@ fuzz_target!(|input: Input| {
                 },
                 _ => TransmitLaw::Element {
                     x: number(input.law_number, [-0.02, 0.02]),
+                    z: 0.0,
                 },
             },
             t0: number(input.t0, [-5e-6, 5e-6]),
         },
-        x: number(input.x, [-0.02, 0.02]),
+        ray: Ray::down(number(input.x, [-0.02, 0.02])),
         array: Array::LinearAt(&array),
         active: Active {
             first: usize::from(input.first),

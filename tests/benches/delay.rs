@@ -3,7 +3,7 @@
 
 use bonebeam::Complex;
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, hilbert_taps};
-use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
+use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::{Lanes, Vector};
 use divan::{Bencher, black_box};
 use fearless_simd::Level;
@@ -44,7 +44,7 @@ fn bench<V: Vector>(bencher: Bencher<'_, '_>, zero: V, rate: u64) {
             law: TransmitLaw::Focused,
             t0: 0.0,
         },
-        x: 0.1e-3,
+        ray: Ray::down(0.1e-3),
         array: Array::LinearAt(&element_x),
         active: Active {
             first: 0,

@@ -4,7 +4,7 @@
 //! for the arithmetic, not a scene.
 
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
-use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
+use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
 
 use crate::hash;
@@ -48,14 +48,17 @@ pub const LINES: [(&str, ScanLine<'static>); 3] = [
     ),
     (
         "delay-focused-plane-element",
-        line(TransmitLaw::Element { x: 0.45e-3 }, Compounding::Add),
+        line(
+            TransmitLaw::Element { x: 0.45e-3, z: 0.0 },
+            Compounding::Add,
+        ),
     ),
 ];
 
-const fn line(law: TransmitLaw, compounding: Compounding) -> ScanLine<'static> {
+const fn line(law: TransmitLaw<'static>, compounding: Compounding) -> ScanLine<'static> {
     ScanLine {
         transmit: Transmit { law, t0: 0.1e-6 },
-        x: 0.2e-3,
+        ray: Ray::down(0.2e-3),
         array: Array::LinearAt(&ELEMENT_X),
         active: Active { first: 1, count: 6 },
         compounding,
@@ -77,12 +80,29 @@ impl Memory {
     }
 }
 
+impl Memory {
+    /// One line.
+    pub(crate) fn line(
+        &mut self,
+        delay: &Delay,
+        line: &ScanLine,
+        record: &Record,
+    ) -> Result<(), Error> {
+        delay.line(0.0f32, line, record, &mut self.scratch, &mut self.x)
+    }
+
+    /// The hash of what stands there.
+    pub(crate) fn hash(&self) -> u64 {
+        hash::complex(&self.x)
+    }
+}
+
 pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
     let delay = Delay::new(PARAMETERS)?;
     let record = Record::new(&REAL_PARTS, ELEMENTS)?;
     for (name, line) in LINES {
-        delay.line(0.0f32, &line, &record, &mut memory.scratch, &mut memory.x)?;
-        report(name, hash::complex(&memory.x));
+        memory.line(&delay, &line, &record)?;
+        report(name, memory.hash());
     }
     Ok(())
 }

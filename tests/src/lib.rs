@@ -12,6 +12,7 @@ pub mod beamform;
 pub mod delay;
 pub mod hash;
 pub mod image;
+pub mod iq;
 #[cfg(feature = "lanes")]
 pub mod lanes;
 pub mod phase_symmetry;
@@ -34,6 +35,7 @@ pub struct Workspaces {
     beamform: beamform::Memory,
     delay: delay::Memory,
     image: image::Memory,
+    iq: iq::Memory,
     phase_symmetry: phase_symmetry::Memory,
 }
 
@@ -47,6 +49,7 @@ impl Workspaces {
             beamform: beamform::Memory::new(),
             delay: delay::Memory::new(),
             image: image::Memory::new(),
+            iq: iq::Memory::new(),
             phase_symmetry: phase_symmetry::Memory::new(),
         }
     }
@@ -67,5 +70,6 @@ pub fn run(workspaces: &mut Workspaces, report: &mut impl FnMut(&str, u64)) -> R
     delay::run(&mut workspaces.delay, report)?;
     beamform::run(&mut workspaces.beamform, report)?;
     image::run(&mut workspaces.image, report)?;
-    phase_symmetry::run(&mut workspaces.phase_symmetry, report)
+    phase_symmetry::run(&mut workspaces.phase_symmetry, report)?;
+    iq::run(&mut workspaces.iq, &mut workspaces.delay, report)
 }

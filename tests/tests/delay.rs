@@ -4,7 +4,7 @@ mod common;
 
 use bonebeam::Complex;
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
-use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
+use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::{Lanes, Vector};
 use common::tolerances::{DELAY_SHIFT, DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
 use fearless_simd::Level;
@@ -22,10 +22,10 @@ const F0: f64 = 5e6;
 const PITCH: f64 = 0.308e-3;
 const HILBERT_TAPS: usize = 8;
 const ZERO: Complex<f32> = Complex::new(0.0, 0.0);
-const LAWS: [TransmitLaw; 3] = [
+const LAWS: [TransmitLaw<'static>; 3] = [
     TransmitLaw::Focused,
     TransmitLaw::Plane { angle: -0.15 },
-    TransmitLaw::Element { x: 2.1e-3 },
+    TransmitLaw::Element { x: 2.1e-3, z: 0.0 },
 ];
 
 fn parameters(fs: f64, fout: f64, elements: usize, record_samples: usize) -> DelayParameters {
@@ -54,10 +54,10 @@ fn noise(length: usize, seed: u64) -> Vec<f32> {
 }
 
 /// The line at 0.3 mm, every element of it, recorded from t = 0.
-fn line_of(law: TransmitLaw, element_x: &[f64]) -> ScanLine<'_> {
+fn line_of<'a>(law: TransmitLaw<'a>, element_x: &'a [f64]) -> ScanLine<'a> {
     ScanLine {
         transmit: Transmit { law, t0: 0.0 },
-        x: 0.3e-3,
+        ray: Ray::down(0.3e-3),
         array: Array::LinearAt(element_x),
         active: Active {
             first: 0,
@@ -118,7 +118,7 @@ fn equals_the_f32_reference_to_the_bit() {
                 p.hilbert_taps = taps;
                 let line = ScanLine {
                     transmit: Transmit { law, t0: 0.37e-6 },
-                    x: -0.41e-3,
+                    ray: Ray::down(-0.41e-3),
                     active: Active {
                         first: elements / 3,
                         count: elements - elements / 3,
@@ -137,7 +137,7 @@ fn equals_the_f32_reference_to_the_bit() {
 
                 // Once more, on top.
                 let line = ScanLine {
-                    x: 0.2e-3,
+                    ray: Ray::down(0.2e-3),
                     compounding: Compounding::Add,
                     ..line
                 };
@@ -160,7 +160,7 @@ fn twice<V: Vector>(
     line_into(zero, p, line, rf, &mut out);
     let add = ScanLine {
         compounding: Compounding::Add,
-        x: line.x - 0.5 * PITCH,
+        ray: Ray::down(line.ray.x() - 0.5 * PITCH),
         ..*line
     };
     line_into(zero, p, &add, rf, &mut out);
@@ -187,7 +187,7 @@ fn every_instruction_set_gives_the_bits_of_one_lane() {
             ] {
                 p.output_start = start;
                 let line = ScanLine {
-                    x,
+                    ray: Ray::down(x),
                     active: Active {
                         first: 1,
                         count: elements - 2,
@@ -235,7 +235,8 @@ fn echo(p: &DelayParameters, line: &ScanLine, point: (f64, f64)) -> Vec<f32> {
     let transmit = match line.transmit.law {
         TransmitLaw::Focused => z / C,
         TransmitLaw::Plane { angle } => (x * angle.sin() + z * angle.cos()) / C,
-        TransmitLaw::Element { x: source } => (x - source).hypot(z) / C,
+        TransmitLaw::Element { x: source, .. } => (x - source).hypot(z) / C,
+        _ => unreachable!("not one of `LAWS`"),
     };
     let mut rf = Vec::new();
     for element in (0..line.array.elements()).map(|m| line.array.x(m)) {
@@ -270,7 +271,7 @@ fn a_point_echo_becomes_a_flat_wavefront() {
             p.hilbert_taps = taps;
             let line = ScanLine {
                 transmit: Transmit { law, t0: 1.234e-6 },
-                x,
+                ray: Ray::down(x),
                 ..line_of(law, &element_x)
             };
             let out = core_line(&p, &line, &echo(&p, &line, (x, z)));
@@ -304,7 +305,7 @@ fn stays_within_its_bound_of_the_f64_reference() {
             };
             let line = ScanLine {
                 transmit: Transmit { law, t0: -0.2e-6 },
-                x: -1.1e-3,
+                ray: Ray::down(-1.1e-3),
                 active: Active {
                     first: 2,
                     count: 30,
@@ -403,12 +404,13 @@ fn the_mirror_image_and_powers_of_two_are_exact() {
         let law = match law {
             TransmitLaw::Focused => TransmitLaw::Focused,
             TransmitLaw::Plane { angle } => TransmitLaw::Plane { angle: -angle },
-            TransmitLaw::Element { x } => TransmitLaw::Element { x: -x },
+            TransmitLaw::Element { x, z } => TransmitLaw::Element { x: -x, z },
+            _ => unreachable!("not one of `LAWS`"),
         };
         let mirrored_rf: Vec<f32> = rf.chunks(700).rev().flatten().copied().collect();
         let line = ScanLine {
             transmit: Transmit { law, t0: 0.0 },
-            x: -0.3e-3,
+            ray: Ray::down(-0.3e-3),
             ..line
         };
         let mirrored = core_line(&p, &line, &mirrored_rf);
@@ -457,7 +459,7 @@ fn extreme_geometry_gives_the_bits_of_the_reference_and_never_nan_or_infinity() 
         let law = match extreme(true) {
             v if v < 0.0 => TransmitLaw::Plane { angle: 1.5 },
             0.0 => TransmitLaw::Focused,
-            v => TransmitLaw::Element { x: v },
+            v => TransmitLaw::Element { x: v, z: 0.0 },
         };
         let fs = extreme(false) + 1e-60;
         let p = DelayParameters {
@@ -477,7 +479,7 @@ fn extreme_geometry_gives_the_bits_of_the_reference_and_never_nan_or_infinity() 
                 law,
                 t0: extreme(true),
             },
-            x: extreme(true),
+            ray: Ray::down(extreme(true)),
             ..line_of(law, &element_x)
         };
         let what = format!("{p:?} {line:?}");

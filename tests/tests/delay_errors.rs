@@ -1,7 +1,7 @@
 //! The delay stage refuses what is wrong, by name, before it writes anything.
 
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
-use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
+use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
 
 const GOOD: DelayParameters = DelayParameters {
@@ -85,7 +85,7 @@ fn bad_calls_are_refused_before_anything_is_written() {
             law: TransmitLaw::Focused,
             t0: 0.0,
         },
-        x: 0.0,
+        ray: Ray::down(0.0),
         array: Array::LinearAt(&element_x),
         active: Active { first: 0, count: 3 },
         compounding: Compounding::Replace,
@@ -141,10 +141,10 @@ fn bad_calls_are_refused_before_anything_is_written() {
         ),
         (
             ScanLine {
-                x: f64::NAN,
+                ray: Ray::down(f64::NAN),
                 ..line
             },
-            "x",
+            "line position",
         ),
         (
             ScanLine {
@@ -166,7 +166,10 @@ fn bad_calls_are_refused_before_anything_is_written() {
         (
             ScanLine {
                 transmit: Transmit {
-                    law: TransmitLaw::Element { x: f64::NAN },
+                    law: TransmitLaw::Element {
+                        x: f64::NAN,
+                        z: 0.0,
+                    },
                     t0: 0.0,
                 },
                 ..line

@@ -82,7 +82,7 @@ fn record(line: usize) -> Vec<f32> {
     rf
 }
 
-fn focused() -> Transmit {
+fn focused() -> Transmit<'static> {
     Transmit::new(TransmitLaw::Focused, 0.0)
 }
 
@@ -219,7 +219,7 @@ fn a_line_is_the_mean_of_its_transmits() {
     let records = [record(3), record(30)];
     let laws = [
         TransmitLaw::Plane { angle: 0.1 },
-        TransmitLaw::Element { x: 0.45e-3 },
+        TransmitLaw::Element { x: 0.45e-3, z: 0.0 },
     ];
     let records = records
         .each_ref()

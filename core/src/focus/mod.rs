@@ -3,19 +3,24 @@
 //! [`Delay`] turns the RF of one transmit (a [`Record`]) into the aligned analytic samples of one scan
 //! line, by delay laws (`delay_law`), a filter that interpolates and decimates (`interpolate`, behind
 //! half-band filters where the record is much faster than the output, `decimator`) and a Hilbert
-//! transformer (`analytic`).
+//! transformer (`analytic`). [`IqDelay`] does so from I/Q (an [`IqRecord`]), by the same laws.
 
 mod analytic;
 mod decimator;
 mod delay;
 mod delay_law;
 mod interpolate;
+mod iq;
 mod kaiser;
 mod record;
 
 pub use analytic::{MAX_HILBERT_TAPS, hilbert_taps};
 pub use delay::{Compounding, Delay, DelayParameters, MAX_SAMPLES, ScanLine};
 pub use interpolate::MAX_DECIMATION;
+pub use iq::{IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples};
 pub use record::{MAX_MAGNITUDE, Record};
 
 use crate::error::{at_least_one, finite, positive};
+
+/// Positions on the axis beyond ± this many samples read 0.
+const FAR: f64 = (1 << 23) as f64;

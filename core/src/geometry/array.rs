@@ -1,9 +1,44 @@
 //! The elements of the transducer.
 
+use super::Ray;
 use crate::Error;
 use crate::error::{at_least_one, finite, positive};
 
-/// Where the elements of a transducer are. They lie at depth 0 and look down.
+/// An element: where it is, and where it looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Element {
+    /// Its lateral position, m.
+    pub x: f64,
+    /// Its depth, m.
+    pub z: f64,
+    /// The angle of its normal from the z axis, rad; positive looks towards positive x.
+    pub angle: f64,
+}
+
+impl Element {
+    /// Element `index` of a convex array of `elements`, `pitch` m apart along an arc of `radius` m,
+    /// whose middle is at x = 0, z = 0.
+    ///
+    /// ```
+    /// use bonebeam::geometry::Element;
+    ///
+    /// let last = Element::convex(101, 0.6e-3, 60e-3, 100);
+    /// assert_eq!(last.angle, 50.0 * 0.6e-3 / 60e-3);
+    /// assert!(last.x < 30e-3 && last.z < -7e-3);
+    /// ```
+    pub fn convex(elements: usize, pitch: f64, radius: f64, index: usize) -> Self {
+        let middle = elements.saturating_sub(1) as f64 / 2.0;
+        let angle = (index as f64 - middle) * pitch / radius;
+        Element {
+            x: radius * libm::sin(angle),
+            z: radius * (libm::cos(angle) - 1.0),
+            angle,
+        }
+    }
+}
+
+/// Where the elements of a transducer are. Those of a linear array lie at depth 0 and look down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Array<'a> {
@@ -17,6 +52,13 @@ pub enum Array<'a> {
     /// A linear array by the lateral position of each element, m: ascending and evenly spaced, up to
     /// rounding.
     LinearAt(&'a [f64]),
+    /// Any elements along a line or an arc, one after the other from left to right.
+    At {
+        /// The elements.
+        elements: &'a [Element],
+        /// From one to the next along the array, m.
+        pitch: f64,
+    },
 }
 
 impl Array<'_> {
@@ -30,7 +72,93 @@ impl Array<'_> {
         match *self {
             Array::Linear { elements, .. } => elements,
             Array::LinearAt(x) => x.len(),
+            Array::At { elements, .. } => elements.len(),
         }
+    }
+
+    /// An element; NaN beyond the last.
+    pub const fn element(&self, index: usize) -> Element {
+        match *self {
+            Array::At { elements, .. } if index < elements.len() => elements[index],
+            _ => Element {
+                x: self.x(index),
+                z: 0.0,
+                angle: 0.0,
+            },
+        }
+    }
+
+    /// The place (x, z) of an element, m; NaN beyond the last.
+    #[inline]
+    pub const fn place(&self, index: usize) -> [f64; 2] {
+        let Element { x, z, .. } = self.element(index);
+        [x, z]
+    }
+
+    /// Whether its elements lie at depth 0 by definition.
+    pub(crate) const fn is_linear(&self) -> bool {
+        !matches!(self, Array::At { .. })
+    }
+
+    /// Where the line of a ray crosses the array, in elements from element 0; beyond the ends, as if
+    /// the array went on. NaN where the array has no two elements apart.
+    ///
+    /// Straight down from a linear array that is `(x − x₀)/pitch`. Else it lies between the two
+    /// neighbours on either side of the ray's line, by their distances from it.
+    ///
+    /// ```
+    /// use bonebeam::geometry::{Array, Ray};
+    ///
+    /// let array = Array::linear(64, 0.3e-3);
+    /// assert!((array.foot(&Ray::down(0.0)) - 31.5).abs() < 1e-12);
+    /// assert!((array.foot(&Ray::new(3e-3, 0.0, 0.5)) - 41.5).abs() < 1e-9);
+    /// ```
+    pub fn foot(&self, ray: &Ray) -> f64 {
+        if self.is_linear() && ray.is_down() {
+            return (ray.x() - self.x(0)) / self.pitch();
+        }
+        let side = |element| {
+            let [across, _] = ray.coordinates(self.place(element));
+            across
+        };
+        // The two between which it is, by halves.
+        let (mut low, mut high) = (0, self.elements().saturating_sub(1));
+        while high - low > 1 {
+            let middle = low + (high - low) / 2;
+            if side(middle) > 0.0 {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        let (left, right) = (side(low), side(high));
+        low as f64 - left / (right - left)
+    }
+
+    /// The ray that goes out along the array's normal at a place between two elements, in elements from
+    /// element 0: place and angle are between theirs. Beyond the ends it is that of the end.
+    ///
+    /// ```
+    /// use bonebeam::geometry::{Array, Element, Ray};
+    ///
+    /// let array = Array::linear(64, 0.3e-3);
+    /// assert!((array.normal(32.5).x() - 0.3e-3).abs() < 1e-15);
+    /// let arc: [Element; 9] = core::array::from_fn(|m| Element::convex(9, 0.5e-3, 40e-3, m));
+    /// let array = Array::At { elements: &arc, pitch: 0.5e-3 };
+    /// assert_eq!(array.normal(8.0), Ray::new(arc[8].x, arc[8].z, 4.0 * 0.5e-3 / 40e-3));
+    /// ```
+    pub fn normal(&self, place: f64) -> Ray {
+        let last = self.elements().saturating_sub(1);
+        let place = if place > 0.0 { place } else { 0.0 };
+        let low = (place as usize).min(last);
+        let part = if low < last { place - low as f64 } else { 0.0 };
+        let (a, b) = (self.element(low), self.element((low + 1).min(last)));
+        let between = |a: f64, b: f64| a + part * (b - a);
+        Ray::new(
+            between(a.x, b.x),
+            between(a.z, b.z),
+            between(a.angle, b.angle),
+        )
     }
 
     /// The lateral position of an element, m; NaN beyond the last.
@@ -49,6 +177,7 @@ impl Array<'_> {
                 (element as f64 - (elements - 1) as f64 / 2.0) * pitch
             }
             Array::LinearAt(x) if element < x.len() => x[element],
+            Array::At { elements, .. } if element < elements.len() => elements[element].x,
             _ => f64::NAN,
         }
     }
@@ -56,7 +185,7 @@ impl Array<'_> {
     /// The spacing of the elements, m; NaN where their positions are given and there is only one.
     pub const fn pitch(&self) -> f64 {
         match *self {
-            Array::Linear { pitch, .. } => pitch,
+            Array::Linear { pitch, .. } | Array::At { pitch, .. } => pitch,
             Array::LinearAt(x) => match x {
                 [first, .., last] => (*last - *first) / (x.len() - 1) as f64,
                 _ => f64::NAN,
@@ -83,6 +212,26 @@ impl Array<'_> {
                     m += 1;
                 }
                 Ok(())
+            }
+            Array::At { elements, pitch } => {
+                let mut m = 0;
+                while m < elements.len() {
+                    let Element { x, z, angle } = elements[m];
+                    let checks = [
+                        finite("element_x", x),
+                        finite("element_z", z),
+                        finite("element_angle", angle),
+                    ];
+                    let mut k = 0;
+                    while k < checks.len() {
+                        if let Err(error) = checks[k] {
+                            return Err(error);
+                        }
+                        k += 1;
+                    }
+                    m += 1;
+                }
+                positive("pitch", pitch)
             }
         }
     }

@@ -1,10 +1,10 @@
 //! The scan lines.
 
-use super::Axis;
+use super::{Axis, Ray};
 use crate::Error;
 use crate::error::{at_least_one, finite};
 
-/// The scan lines of an image: straight down from the array.
+/// The scan lines of an image: straight down from z = 0, or rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Lines<'a> {
@@ -12,6 +12,8 @@ pub enum Lines<'a> {
     Even(Axis),
     /// The lateral position of each line, m.
     At(&'a [f64]),
+    /// Rays: of a sector, along the normals of a curved array, or steered.
+    Rays(&'a [Ray]),
 }
 
 impl Lines<'_> {
@@ -20,10 +22,11 @@ impl Lines<'_> {
         match *self {
             Lines::Even(axis) => axis.count,
             Lines::At(x) => x.len(),
+            Lines::Rays(rays) => rays.len(),
         }
     }
 
-    /// The lateral position of a line, m; NaN beyond the last.
+    /// The lateral position at which a line begins, m; NaN beyond the last.
     ///
     /// ```
     /// use bonebeam::geometry::{Axis, Lines};
@@ -35,7 +38,16 @@ impl Lines<'_> {
         match *self {
             Lines::Even(axis) if line < axis.count => axis.position(line),
             Lines::At(x) if line < x.len() => x[line],
+            Lines::Rays(rays) if line < rays.len() => rays[line].x(),
             _ => f64::NAN,
+        }
+    }
+
+    /// A line; NaN beyond the last.
+    pub const fn ray(&self, line: usize) -> Ray {
+        match *self {
+            Lines::Rays(rays) if line < rays.len() => rays[line],
+            _ => Ray::down(self.x(line)),
         }
     }
 
@@ -50,6 +62,16 @@ impl Lines<'_> {
                 let mut line = 0;
                 while line < x.len() {
                     if let Err(error) = finite("line position", x[line]) {
+                        return Err(error);
+                    }
+                    line += 1;
+                }
+                Ok(())
+            }
+            Lines::Rays(rays) => {
+                let mut line = 0;
+                while line < rays.len() {
+                    if let Err(error) = rays[line].check() {
                         return Err(error);
                     }
                     line += 1;

@@ -3,21 +3,23 @@
 //! [`Scan`] is the geometry stated once. Apertures, positions, times and the delay stage's parameters
 //! follow from it.
 //!
-//! Only what stands along a straight array is described so far: elements by their lateral positions,
-//! scan lines straight down. [`Array`], [`Lines`] and [`TransmitLaw`] are enums that can grow.
+//! Elements stand along a line or an arc. Scan lines go straight down from z = 0, or are [`Ray`]s. What is
+//! said of depth is, along a ray, the distance from its beginning.
 
 mod aperture;
 mod array;
 mod axis;
 mod depth;
 mod lines;
+mod ray;
 mod scan;
 mod transmit;
 
 pub use aperture::{Active, Aperture, ApertureParameters};
-pub use array::Array;
+pub use array::{Array, Element};
 pub use axis::Axis;
 pub use depth::Depth;
 pub use lines::Lines;
+pub use ray::Ray;
 pub use scan::{Scan, ScanParameters};
 pub use transmit::{Transmit, TransmitLaw};

@@ -1,6 +1,6 @@
 //! The geometry of a scan, stated once.
 
-use super::{Active, Aperture, ApertureParameters, Array, Axis, Depth, Lines};
+use super::{Active, Aperture, ApertureParameters, Array, Axis, Depth, Lines, Ray};
 use crate::Error;
 use crate::error::{at_least_one, finite, positive};
 
@@ -19,7 +19,7 @@ pub struct ScanParameters<'a> {
     pub sampling_rate: f64,
     /// Samples of each element's record.
     pub record_samples: usize,
-    /// Output rate along the lines fout, Hz: more than 2·f₀.
+    /// Output rate along the lines fout, Hz: more than 2·f₀, but for [`Scan::of_iq`].
     pub output_rate: f64,
     /// Where the lines begin.
     pub start: Depth,
@@ -70,6 +70,22 @@ impl<'a> Scan<'a> {
     /// # Errors
     /// [`Error::Parameter`], naming the parameter that is out of range.
     pub const fn new(parameters: ScanParameters<'a>) -> Result<Self, Error> {
+        match more_than_twice(parameters.output_rate, parameters.centre_frequency) {
+            Ok(()) => Self::of_iq(parameters),
+            // What is wrong with the numbers themselves is told first.
+            Err(error) => match Self::of_iq(parameters) {
+                Ok(_) => Err(error),
+                Err(first) => Err(first),
+            },
+        }
+    }
+
+    /// Validates the parameters of a scan whose records are I/Q: a line may have any output rate, since
+    /// what is beyond the pulse's band need not be told from it.
+    ///
+    /// # Errors
+    /// As [`Scan::new`].
+    pub const fn of_iq(parameters: ScanParameters<'a>) -> Result<Self, Error> {
         let p = &parameters;
         let start = p.start.seconds(p.sound_speed);
         let end = p.end.seconds(p.sound_speed);
@@ -83,7 +99,6 @@ impl<'a> Scan<'a> {
             positive("output_rate", p.output_rate),
             finite("start", start),
             finite("end", end),
-            more_than_twice(p.output_rate, p.centre_frequency),
             deeper(start, end),
         ];
         let mut k = 0;
@@ -142,7 +157,7 @@ impl<'a> Scan<'a> {
         self.start + sample as f64 / self.parameters.output_rate
     }
 
-    /// The depth of an output sample, m.
+    /// The depth of an output sample, m: the distance along a ray.
     pub const fn depth(&self, sample: usize) -> f64 {
         self.parameters.sound_speed * self.time(sample) / 2.0
     }
@@ -164,9 +179,23 @@ impl<'a> Scan<'a> {
 
     /// The active elements of a line at an output sample; none for a line that the scan does not have.
     pub fn active(&self, line: usize, sample: usize) -> Active {
-        let array = &self.parameters.array;
-        let position = (self.parameters.lines.x(line) - array.x(0)) / array.pitch();
-        self.aperture.active(position, self.depth(sample))
+        self.active_at(self.foot(line), sample)
+    }
+
+    /// Where a line leaves the array, in elements from element 0: [`Array::foot`].
+    pub fn foot(&self, line: usize) -> f64 {
+        self.parameters.array.foot(&self.ray(line))
+    }
+
+    /// The active elements, at an output sample, of a line with this foot: [`Aperture::active`] at the
+    /// distance along the line.
+    pub fn active_at(&self, foot: f64, sample: usize) -> Active {
+        self.aperture.active(foot, self.depth(sample))
+    }
+
+    /// A line as a ray; NaN for one that the scan does not have.
+    pub const fn ray(&self, line: usize) -> Ray {
+        self.parameters.lines.ray(line)
     }
 
     /// The elements of a line that are active at any sample: those of its last one, since a deeper set

@@ -4,9 +4,9 @@
 /// law's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum TransmitLaw {
-    /// A focused beam, one line a transmit: z/c on the beam's axis, from z = 0 there. The line
-    /// must lie on the axis.
+pub enum TransmitLaw<'a> {
+    /// A focused beam, one line a transmit: the depth over c on the beam's axis, from where the axis
+    /// leaves the array (z = 0 where it goes straight down). The line must lie on the axis.
     Focused,
     /// A plane wave: (x sin α + z cos α)/c, from x = 0, z = 0.
     Plane {
@@ -17,7 +17,22 @@ pub enum TransmitLaw {
     Element {
         /// The element's lateral position, m.
         x: f64,
+        /// Its depth, m.
+        z: f64,
     },
+    /// A virtual source s, from x = 0, z = 0. Where it lies above 0, (|p − s| − |s|)/c: the wave comes
+    /// from there. Where it lies below, the wave converges on it: (|s| − |p − s|)/c above its depth, and
+    /// (|s| + |p − s|)/c from there on.
+    VirtualSource {
+        /// The source's lateral position, m.
+        x: f64,
+        /// Its depth, m: above 0 a focus.
+        z: f64,
+    },
+    /// When each element fires, s; one whose delay is not finite does not. The wave of the first element that
+    /// arrives counts, from the moment of delay 0. Beyond the focus of a wave that converges the first to
+    /// arrive is not its middle: there a virtual source says more.
+    Delays(&'a [f64]),
 }
 
 /// One transmit: its wave, and when its record begins.
@@ -31,16 +46,16 @@ pub enum TransmitLaw {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Transmit {
+pub struct Transmit<'a> {
     /// How the wave travels.
-    pub law: TransmitLaw,
+    pub law: TransmitLaw<'a>,
     /// Time of record sample 0 from the moment the wave would pass the law's origin, s.
     pub t0: f64,
 }
 
-impl Transmit {
+impl<'a> Transmit<'a> {
     /// A wave that travels by `law` and whose record begins at `t0` s.
-    pub const fn new(law: TransmitLaw, t0: f64) -> Self {
+    pub const fn new(law: TransmitLaw<'a>, t0: f64) -> Self {
         Transmit { law, t0 }
     }
 }

@@ -113,7 +113,7 @@ impl<'p, 'm> Frame<'p, 'm> {
     pub fn line<'r, A: Averaging<f32>>(
         &mut self,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit, &'r Record<'r>)>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>)>,
         workspace: &mut WorkspaceView<'_, A>,
     ) -> Result<&[Complex<f32>], Error> {
         let Parts {

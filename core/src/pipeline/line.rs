@@ -110,7 +110,7 @@ impl<'a> LinePipeline<'a> {
         &self,
         zero: V,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit, &'r Record<'r>)>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>)>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
@@ -146,7 +146,7 @@ impl<'a> LinePipeline<'a> {
     pub fn line<'r, A: Averaging<f32>>(
         &self,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit, &'r Record<'r>)>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>)>,
         memory: LineMemory<'_>,
         workspace: &mut WorkspaceView<'_, A>,
         z: &mut [Complex<f32>],

@@ -24,7 +24,7 @@ pub struct DelayStage<'a> {
     data: &'a ChannelData,
     rf: CowArray<'a, f32, Ix3>,
     pipeline: LinePipeline<'a>,
-    transmits: Vec<Transmit>,
+    transmits: Vec<Transmit<'a>>,
     beam_x: Vec<f64>,
 }
 
@@ -180,7 +180,7 @@ impl<'a> DelayStage<'a> {
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
     /// The transmits.
-    pub transmits: &'a [Transmit],
+    pub transmits: &'a [Transmit<'a>],
     /// The record of each.
     pub records: &'a [Record<'a>],
     /// Which of them make a line.
@@ -266,7 +266,7 @@ fn straight_rf(data: &ChannelData) -> Result<CowArray<'_, f32, Ix3>> {
 }
 
 /// The delay law of one transmit.
-fn law(data: &ChannelData, transmit: usize) -> TransmitLaw {
+fn law(data: &ChannelData, transmit: usize) -> TransmitLaw<'_> {
     match &data.transmits {
         Transmits::Focused { .. } => TransmitLaw::Focused,
         Transmits::Plane { angle } => TransmitLaw::Plane {
@@ -274,6 +274,7 @@ fn law(data: &ChannelData, transmit: usize) -> TransmitLaw {
         },
         Transmits::Element { index } => TransmitLaw::Element {
             x: data.element_x[index[transmit]],
+            z: 0.0,
         },
         Transmits::VirtualSource { .. } | Transmits::Delays { .. } => {
             unreachable!("refused by `straight_rf`")

@@ -1,7 +1,7 @@
 //! The delay stage of focused channel data against the f32 reference.
 
 use bonebeam::focus::{Compounding, DelayParameters, ScanLine, hilbert_taps};
-use bonebeam::geometry::{Array, Transmit, TransmitLaw};
+use bonebeam::geometry::{Array, Ray, Transmit, TransmitLaw};
 use ndarray::{Array3, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -39,7 +39,7 @@ pub fn check(
                 law: TransmitLaw::Focused,
                 t0: data.t0[beam],
             },
-            x: stage.beam_x()[beam],
+            ray: Ray::down(stage.beam_x()[beam]),
             array: Array::LinearAt(&data.element_x),
             // The last sample's active elements include those of all shallower ones.
             active: stage.active(beam, stage.samples() - 1),

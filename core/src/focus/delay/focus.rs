@@ -10,7 +10,7 @@ use crate::focus::analytic::GROUP;
 use crate::focus::decimator::streams_len;
 use crate::focus::delay_law::{ReceiveLag, TransmitDelay};
 use crate::focus::interpolate::Places;
-use crate::geometry::Array;
+use crate::geometry::{Array, Ray};
 use crate::simd::{MOST_LANES, PARTIAL_SUMS, Vector, load, transpose};
 
 /// The bytes of a cache line: rows that lie across two of them take longer.
@@ -118,7 +118,7 @@ impl Delay {
     #[inline(always)]
     fn groups(&self, line: &ScanLine, lanes: usize) -> Groups {
         let range = line.active.first..line.active.first + line.active.count;
-        let sum = mirror(&line.array, range.clone(), line.x);
+        let sum = mirror(&line.array, range.clone(), &line.ray);
         Groups::new(range, lanes, sum, |left, right| {
             self.lag(line, left) == self.lag(line, right)
         })
@@ -190,8 +190,8 @@ impl Delay {
     /// The lag of an element.
     #[inline(always)]
     fn lag(&self, line: &ScanLine, element: usize) -> ReceiveLag {
-        let d = line.array.x(element) - line.x;
-        ReceiveLag::new(d, self.parameters.sound_speed, self.rate())
+        let place = line.array.place(element);
+        ReceiveLag::new(place, &line.ray, self.parameters.sound_speed, self.rate())
     }
 
     /// The samples of a halved record that an element is read at: deeper is never earlier, so that
@@ -199,6 +199,9 @@ impl Delay {
     #[inline(always)]
     fn span(&self, path: &ElementPath) -> Range<usize> {
         let ElementPath { centre, lag } = path;
+        if !lag.is_level() {
+            return self.widest_span(path);
+        }
         let readable = |&n: &usize| centre.depth[n] > 0.0;
         let first = (0..centre.depth.len()).find(readable);
         let last = (0..centre.depth.len()).rfind(readable);
@@ -206,15 +209,46 @@ impl Delay {
             return 0..0;
         };
         let position = |n: usize| {
-            let lag = lag.samples(centre.depth[n]);
+            let lag = lag.level(centre.depth[n]);
             f64::from(centre.whole[n]) + f64::from(centre.fraction[n] + lag)
         };
+        self.around(position(first), position(last))
+    }
+
+    /// The samples that the filter needs between two positions of a halved record.
+    #[inline(always)]
+    fn around(&self, first: f64, last: f64) -> Range<usize> {
         let origin = self.interpolator.decimator().origin();
         let half = self.interpolator.taps() / 2;
         let before = origin as f64 - (half - 1 + ROUNDING) as f64;
         let after = (origin + half + 1 + ROUNDING) as f64;
         // What lies in front of the record is sample 0 here, and what lies behind it is left out there.
-        (position(first) + before) as usize..(position(last) + after) as usize
+        (first + before) as usize..(last + after) as usize
+    }
+
+    /// The same for an element that the line comes nearer to at first, by all positions.
+    #[inline(never)]
+    fn widest_span(&self, path: &ElementPath) -> Range<usize> {
+        let ElementPath { centre, lag } = path;
+        let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
+        let depths = centre.depth.iter().zip(&*centre.whole);
+        for ((&depth, &whole), &fraction) in depths.zip(&*centre.fraction) {
+            let within = f64::from(fraction + lag.samples(depth));
+            let position = f64::from(whole) - f64::from(lag.ahead()) + within;
+            // False for a NaN, and where nothing is read.
+            if depth > 0.0 && within < FAR {
+                if position < first {
+                    first = position;
+                }
+                if position > last {
+                    last = position;
+                }
+            }
+        }
+        if first > last {
+            return 0..0;
+        }
+        self.around(first, last)
     }
 
     /// The values along the line of elements with this path, from their records. A function of its own,
@@ -242,7 +276,11 @@ impl Delay {
                 for start in (0..line_len).step_by(STEP * PARTIAL_SUMS) {
                     let end = (start + STEP * PARTIAL_SUMS).min(line_len);
                     let places = &mut places[..(end - start) / PARTIAL_SUMS];
-                    self.locate(zero, path, start, records[0].len(), places);
+                    if path.lag.is_level() {
+                        self.locate::<V, true>(zero, path, start, records[0].len(), places);
+                    } else {
+                        self.locate::<V, false>(zero, path, start, records[0].len(), places);
+                    }
                     let values = lines.each_mut().map(
                         #[inline(always)]
                         |line| &mut line[start..end],
@@ -276,7 +314,7 @@ impl Delay {
 
     /// The places in a record of `length` where the output samples from `start` on are read.
     #[inline(always)]
-    fn locate<V: Vector>(
+    fn locate<V: Vector, const LEVEL: bool>(
         &self,
         zero: V,
         path: &ElementPath,
@@ -288,15 +326,21 @@ impl Delay {
         let origin = self.interpolator.decimator().origin();
         let locator = self.interpolator.locator(zero, (origin, length));
         let far = zero.splat(FAR as f32);
+        let ahead = zero.splat(lag.ahead());
         for (sixteen, places) in places.iter_mut().enumerate() {
             for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
                 let n = start + sixteen * PARTIAL_SUMS + at;
                 let z = load(zero, &centre.depth[n..]);
-                let position = load(zero, &centre.fraction[n..]) + lag.samples(z);
+                let whole = load(zero, &centre.whole[n..]);
+                let fraction = load(zero, &centre.fraction[n..]);
+                let (whole, position) = if LEVEL {
+                    (whole, fraction + lag.level(z))
+                } else {
+                    (whole - ahead, fraction + lag.samples(z))
+                };
                 // False for a NaN too, which an infinite over an infinite extent would give.
                 let valid = zero.less(z) & position.less(far);
-                let position = (load(zero, &centre.whole[n..]), position);
-                locator.locate(position, valid, (places, at));
+                locator.locate((whole, position), valid, (places, at));
             }
         }
     }
@@ -352,14 +396,17 @@ impl Delay {
     }
 }
 
-/// What the indices of two elements of a range come to where the line at `x` lies halfway between
+/// What the indices of two elements of a range come to where the line lies halfway between
 /// them, if they are spaced evenly. More than any two can come to, where it lies beside them all.
-fn mirror(array: &Array, range: Range<usize>, x: f64) -> usize {
+fn mirror(array: &Array, range: Range<usize>, ray: &Ray) -> usize {
     let Range { start, end } = range;
     let none = 2 * end;
     if end - start < 2 {
         return none;
     }
+    let Some(x) = level(array, ray) else {
+        return none;
+    };
     let first = array.x(start);
     let pitch = (array.x(end - 1) - first) / (end - 1 - start) as f64;
     let sum = libm::round(2.0 * (x - first) / pitch);
@@ -369,6 +416,11 @@ fn mirror(array: &Array, range: Range<usize>, x: f64) -> usize {
     } else {
         none
     }
+}
+
+/// Where the line lies, if the elements all lie as far along it: straight down from a linear array.
+fn level(array: &Array, ray: &Ray) -> Option<f64> {
+    (array.is_linear() && ray.is_down()).then(|| ray.x())
 }
 
 /// Puts the real and imaginary parts of a group's elements into their places in `out`.

@@ -19,9 +19,9 @@ use super::decimator::{halved_len, halvings, streams_len};
 use super::delay_law::TransmitDelay;
 use super::interpolate::Interpolator;
 use super::record::Record;
-use super::{at_least_one, finite, positive};
+use super::{FAR, at_least_one, finite, positive};
 use crate::error::check_length;
-use crate::geometry::{Active, Array, Scan, Transmit};
+use crate::geometry::{Active, Array, Ray, Scan, Transmit};
 use crate::simd::{PARTIAL_SUMS, Vector};
 use crate::{Complex, Error};
 
@@ -32,8 +32,6 @@ pub const MAX_SAMPLES: usize = 1 << 22;
 const STEP: usize = 8;
 /// Output samples that are transposed and transformed together.
 const CHUNK: usize = 32;
-/// Positions on the axis beyond ± this many samples read 0.
-const FAR: f64 = (1 << 23) as f64;
 
 /// Shapes and rates of a delay stage. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -160,9 +158,9 @@ pub enum Compounding {
 #[derive(Clone, Copy, Debug)]
 pub struct ScanLine<'a> {
     /// The transmit.
-    pub transmit: Transmit,
-    /// Lateral position of the line, m.
-    pub x: f64,
+    pub transmit: Transmit<'a>,
+    /// The line.
+    pub ray: Ray,
     /// Where the elements are.
     pub array: Array<'a>,
     /// Elements to compute: the active ones of the deepest sample include all shallower ones'.
@@ -173,11 +171,16 @@ pub struct ScanLine<'a> {
 
 impl<'a> ScanLine<'a> {
     /// Line `line` of a scan.
-    pub fn of(scan: &Scan<'a>, line: usize, transmit: Transmit, compounding: Compounding) -> Self {
+    pub fn of(
+        scan: &Scan<'a>,
+        line: usize,
+        transmit: Transmit<'a>,
+        compounding: Compounding,
+    ) -> Self {
         let p = scan.parameters();
         ScanLine {
             transmit,
-            x: p.lines.x(line),
+            ray: scan.ray(line),
             array: p.array,
             active: scan.widest(line),
             compounding,
@@ -188,7 +191,7 @@ impl<'a> ScanLine<'a> {
 /// What a line is focused from.
 struct Source<'a> {
     line: &'a ScanLine<'a>,
-    transmit: TransmitDelay,
+    transmit: TransmitDelay<'a>,
     record: &'a Record<'a>,
 }
 
@@ -198,7 +201,7 @@ struct Source<'a> {
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
 /// use bonebeam::Complex;
 /// use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
-/// use bonebeam::geometry::{Scan, Transmit, TransmitLaw};
+/// use bonebeam::geometry::{Ray, Scan, Transmit, TransmitLaw};
 ///
 /// # const PARAMETERS: ScanParameters = ScanParameters {
 /// #     array: Array::linear(16, 0.3e-3),
@@ -226,7 +229,7 @@ struct Source<'a> {
 /// }
 /// let record = Record::new(&rf, scan.elements())?;
 /// let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
-/// let middle = ScanLine { x: 0.0, ..ScanLine::of(&scan, 32, transmit, Compounding::Replace) };
+/// let middle = ScanLine { ray: Ray::down(0.0), ..ScanLine::of(&scan, 32, transmit, Compounding::Replace) };
 /// delay.line(0.0f32, &middle, &record, &mut scratch, &mut aligned)?;
 ///
 /// // The point is 4 mm below the line's first sample, on every active element at once.
@@ -302,8 +305,9 @@ impl Delay {
     ///
     /// Order of operations. The record is halved h times to the rate f = fs/2ʰ. Per depth, f64, with
     /// n from −reach: t = start + n/fout; z = c·t/2; p = ((τ_tx(z) + z/c) − t0)·f; then z, ⌊p⌋ and
-    /// p − ⌊p⌋ as f32. Per element, f32: q = (p − ⌊p⌋) + lag(z); the record is read at ⌊p⌋ + ⌊q⌋
-    /// and q − ⌊q⌋. The real part is that value, the imaginary part its Hilbert transform; adding
+    /// p − ⌊p⌋ as f32. Per element, f32: q = (p − ⌊p⌋) + lag(z); the record is read at (⌊p⌋ − ahead) + ⌊q⌋
+    /// and q − ⌊q⌋, where ahead and the lag are those of the element (0 and the plain lag where the line
+    /// goes straight down from a linear array). The real part is that value, the imaginary part its Hilbert transform; adding
     /// is real to real, imaginary to imaginary.
     ///
     /// Cost per output sample and active element: 2·taps + N products and 3·taps + 2N additions (taps = 16,
@@ -346,37 +350,47 @@ impl Delay {
     }
 
     /// Everything that can be wrong with a call.
-    fn check(
+    fn check<'a>(
         &self,
-        line: &ScanLine,
+        line: &'a ScanLine<'_>,
         record: &Record,
         out: &[Complex<f32>],
-    ) -> Result<TransmitDelay, Error> {
+    ) -> Result<TransmitDelay<'a>, Error> {
         let p = &self.parameters;
         check_length("element_x", line.array.elements(), p.elements)?;
         check_length("record elements", record.elements(), p.elements)?;
         check_length("record samples", record.samples(), p.record_samples)?;
         check_length("out", out.len(), p.elements * p.output_samples)?;
-        finite("t0", line.transmit.t0)?;
-        line.array.check()?;
-        let end = line.active.first.saturating_add(line.active.count);
-        if end > p.elements {
-            let expected = "a range that ends within the elements";
-            return Err(Error::Parameter {
-                name: "active",
-                value: end as f64,
-                expected,
-            });
-        }
-        if line.compounding == Compounding::Add {
-            // A whole piece at a time, since that needs no branch a sample.
-            let infinite = |y: &Complex<f32>| !y.re.is_finite() | !y.im.is_finite();
-            let any = |piece: &[Complex<f32>]| piece.iter().fold(false, |any, y| any | infinite(y));
-            if out.chunks(256).any(any) {
-                let index = out.iter().position(infinite).unwrap_or(0);
-                return Err(Error::NonFinite { name: "out", index });
-            }
-        }
-        TransmitDelay::new(line.transmit.law, line.x, p.sound_speed)
+        check_line(line, p.elements, p.sound_speed, out)
     }
+}
+
+/// What can be wrong with a line, whatever it is delayed from.
+pub(super) fn check_line<'a>(
+    line: &'a ScanLine<'_>,
+    elements: usize,
+    sound_speed: f64,
+    out: &[Complex<f32>],
+) -> Result<TransmitDelay<'a>, Error> {
+    finite("t0", line.transmit.t0)?;
+    line.array.check()?;
+    let end = line.active.first.saturating_add(line.active.count);
+    if end > elements {
+        let expected = "a range that ends within the elements";
+        return Err(Error::Parameter {
+            name: "active",
+            value: end as f64,
+            expected,
+        });
+    }
+    if line.compounding == Compounding::Add {
+        // A whole piece at a time, since that needs no branch a sample.
+        let infinite = |y: &Complex<f32>| !y.re.is_finite() | !y.im.is_finite();
+        let any = |piece: &[Complex<f32>]| piece.iter().fold(false, |any, y| any | infinite(y));
+        if out.chunks(256).any(any) {
+            let index = out.iter().position(infinite).unwrap_or(0);
+            return Err(Error::NonFinite { name: "out", index });
+        }
+    }
+    TransmitDelay::new(line.transmit.law, &line.ray, &line.array, sound_speed)
 }

@@ -1,7 +1,7 @@
 //! The delay stage, for records of three rates: RF to aligned analytic samples at 20 MHz.
 
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, hilbert_taps};
-use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
+use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
 
 use crate::counter::Counter;
@@ -70,7 +70,7 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
                 law: TransmitLaw::Focused,
                 t0: START - BEYOND as f64 / OUTPUT_RATE,
             },
-            x: 0.5 * (ELEMENTS - 1) as f64 * PITCH,
+            ray: Ray::down(0.5 * (ELEMENTS - 1) as f64 * PITCH),
             array: Array::LinearAt(&element_x),
             active: Active {
                 first: 0,

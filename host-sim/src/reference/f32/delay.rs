@@ -1,7 +1,7 @@
 //! The delay stage: RF of one transmit → aligned analytic samples of one scan line, plain loops.
 
 use bonebeam::focus::{Compounding, DelayParameters, ScanLine};
-use bonebeam::geometry::{Array, TransmitLaw};
+use bonebeam::geometry::{Array, Ray, TransmitLaw};
 use num_complex::Complex;
 use std::f64::consts::PI;
 
@@ -40,7 +40,12 @@ pub fn line(
                 halved(&record, &half_band(6, 6.5))
             };
         }
-        let d = element_x(&scan_line.array, m) - scan_line.x;
+        let path = Path::new(
+            &scan_line.ray,
+            place(&scan_line.array, m),
+            p.sound_speed,
+            rate,
+        );
         let mut line = vec![0.0f32; samples];
         for n in 0..samples {
             line[n] = delayed(
@@ -49,7 +54,7 @@ pub fn line(
                 &filter,
                 scan_line,
                 &record,
-                d,
+                &path,
                 n as f64 - reach as f64,
             );
         }
@@ -71,11 +76,102 @@ pub fn line(
 }
 
 /// Where an element is, m.
-fn element_x(array: &Array, m: usize) -> f64 {
+pub fn place(array: &Array, m: usize) -> [f64; 2] {
     match array {
-        Array::Linear { elements, pitch } => (m as f64 - (elements - 1) as f64 / 2.0) * pitch,
-        Array::LinearAt(x) => x[m],
-        _ => unimplemented!("another array than a linear one"),
+        Array::Linear { elements, pitch } => {
+            [(m as f64 - (elements - 1) as f64 / 2.0) * pitch, 0.0]
+        }
+        Array::LinearAt(x) => [x[m], 0.0],
+        Array::At { elements, .. } => [elements[m].x, elements[m].z],
+        _ => unimplemented!("an array of another kind"),
+    }
+}
+
+/// How far to the right of a line a place lies, and how far along it.
+pub fn beside(ray: &Ray, [x, z]: [f64; 2]) -> [f64; 2] {
+    let (sine, cosine) = (libm::sin(ray.angle()), libm::cos(ray.angle()));
+    let (x, z) = (x - ray.x(), z - ray.z());
+    [x * cosine - z * sine, x * sine + z * cosine]
+}
+
+/// When the transmitted wave is at the distance `r` along the line, s.
+pub fn transmit(scan_line: &ScanLine, c: f64, r: f64) -> f64 {
+    let ray = &scan_line.ray;
+    let distance = |place: [f64; 2]| {
+        let [across, along] = beside(ray, place);
+        libm::sqrt((r - along) * (r - along) + across * across)
+    };
+    match scan_line.transmit.law {
+        TransmitLaw::Focused => r / c,
+        TransmitLaw::Plane { angle } => {
+            let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
+            let slope = libm::sin(ray.angle()) * sine + libm::cos(ray.angle()) * cosine;
+            (ray.x() * sine + ray.z() * cosine + slope * r) / c
+        }
+        TransmitLaw::Element { x, z } => distance([x, z]) / c,
+        TransmitLaw::VirtualSource { x, z } => {
+            let range = libm::sqrt(x * x + z * z);
+            if z <= 0.0 {
+                (distance([x, z]) - range) / c
+            } else if ray.z() + libm::cos(ray.angle()) * r < z {
+                (range - distance([x, z])) / c
+            } else {
+                (range + distance([x, z])) / c
+            }
+        }
+        TransmitLaw::Delays(delays) => {
+            let mut first = f64::INFINITY;
+            for (m, &delay) in delays.iter().enumerate() {
+                let arrival = delay + distance(place(&scan_line.array, m)) / c;
+                if delay.is_finite() && arrival < first {
+                    first = arrival;
+                }
+            }
+            first
+        }
+    }
+}
+
+/// How much later an element hears the echo than one on the line's beginning, samples at `fs`.
+pub struct Path {
+    square: f32,
+    scaled: f32,
+    along: f32,
+    rate: f32,
+    /// Whole samples that it may be earlier.
+    pub ahead: f32,
+    part: f32,
+    /// Whether the element lies beside the line's beginning.
+    level: bool,
+}
+
+impl Path {
+    /// For the element at `place`.
+    pub fn new(ray: &Ray, place: [f64; 2], c: f64, fs: f64) -> Self {
+        let [across, along] = beside(ray, place);
+        let shift = along * fs / c;
+        let near = libm::ceil(shift).abs() < 8_388_608.0;
+        Path {
+            square: (across * across) as f32,
+            scaled: (fs * (across * across) / c) as f32,
+            along: along as f32,
+            rate: (fs / c) as f32,
+            ahead: if near { libm::ceil(shift) as f32 } else { 0.0 },
+            part: if near {
+                (libm::ceil(shift) - shift) as f32
+            } else {
+                8_388_608.0
+            },
+            level: along == 0.0,
+        }
+    }
+
+    /// The lag at the distance `r`, and `ahead` more.
+    pub fn lag(&self, r: f32) -> f32 {
+        let before = r - self.along;
+        let size = before.abs();
+        let lag = self.scaled / (size + libm::sqrtf(before * before + self.square));
+        lag + (size - before) * self.rate + self.part
     }
 }
 
@@ -134,40 +230,34 @@ fn halved(record: &Record, taps: &[f32]) -> Record {
     }
 }
 
-/// The record of the element `d` m beside the line, which has samples at `fs`, read for output
-/// sample `n`.
+/// The record of the element with this path, which has samples at `fs`, read for output sample `n`.
 fn delayed(
     p: &DelayParameters,
     fs: f64,
     filter: &Filter,
     scan_line: &ScanLine,
     record: &Record,
-    d: f64,
+    path: &Path,
     n: f64,
 ) -> f32 {
     let c = p.sound_speed;
     let t = p.output_start + n / p.output_rate;
     let z = c * t / 2.0;
-    let transmit = match scan_line.transmit.law {
-        TransmitLaw::Focused => z / c,
-        TransmitLaw::Plane { angle } => (scan_line.x * libm::sin(angle) + libm::cos(angle) * z) / c,
-        TransmitLaw::Element { x } => {
-            let source = x - scan_line.x;
-            libm::sqrt(z * z + source * source) / c
-        }
-    };
-    let axis = ((transmit + z / c) - scan_line.transmit.t0) * fs;
+    let axis = ((transmit(scan_line, c, z) + z / c) - scan_line.transmit.t0) * fs;
     let z = z as f32;
-    if axis.abs() >= 8_388_608.0 || z <= 0.0 {
+    if axis.is_nan() || axis.abs() >= 8_388_608.0 || z <= 0.0 {
         return 0.0;
     }
-    let square = d * d;
-    let lag = (fs * square / c) as f32 / (z + libm::sqrtf(z * z + square as f32));
+    let lag = if path.level {
+        path.scaled / (z + libm::sqrtf(z * z + path.square))
+    } else {
+        path.lag(z)
+    };
     let position = (axis - libm::floor(axis)) as f32 + lag;
     if position.is_nan() || position >= 8_388_608.0 {
         return 0.0;
     }
-    let whole = libm::floor(axis) as i64 + libm::floorf(position) as i64;
+    let whole = libm::floor(axis) as i64 - path.ahead as i64 + libm::floorf(position) as i64;
     filter.at(record, whole, position - libm::floorf(position))
 }
 
@@ -249,7 +339,7 @@ fn hilbert(count: usize) -> Vec<f32> {
     taps
 }
 
-fn kaiser(position: f64, beta: f64) -> f64 {
+pub(super) fn kaiser(position: f64, beta: f64) -> f64 {
     let inside = 1.0 - position * position;
     if inside < 0.0 {
         return 0.0;

@@ -5,5 +5,6 @@ mod covariance;
 pub mod delay;
 mod dominant_eigenpair;
 pub mod image;
+pub mod iq;
 mod linalg;
 pub mod phase_symmetry;

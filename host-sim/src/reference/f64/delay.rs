@@ -42,22 +42,55 @@ pub fn line(parameters: &DelayParameters, scan_line: &ScanLine, rf: &[f32]) -> V
 
 /// When element `m` hears the echo of the line's pixel at two-way time `t`, in record samples.
 fn arrival(p: &DelayParameters, scan_line: &ScanLine, m: usize, t: f64) -> f64 {
-    let z = p.sound_speed * t / 2.0;
+    let (_, flight) = flight(scan_line, m, p.sound_speed, t);
+    (flight - scan_line.transmit.t0) * p.sampling_rate
+}
+
+/// The line's pixel (x, z) at two-way time `t`, m, and how long the wave takes to it and back to element
+/// `m`, s.
+pub fn flight(scan_line: &ScanLine, m: usize, c: f64, t: f64) -> ([f64; 2], f64) {
+    let r = c * t / 2.0;
+    let ray = &scan_line.ray;
+    let (x, z) = (
+        ray.x() + r * ray.angle().sin(),
+        ray.z() + r * ray.angle().cos(),
+    );
     let transmit = match scan_line.transmit.law {
-        TransmitLaw::Focused => z,
-        TransmitLaw::Plane { angle } => scan_line.x * angle.sin() + z * angle.cos(),
-        TransmitLaw::Element { x } => (x - scan_line.x).hypot(z),
+        TransmitLaw::Focused => r,
+        TransmitLaw::Plane { angle } => x * angle.sin() + z * angle.cos(),
+        TransmitLaw::Element { x: ex, z: ez } => (x - ex).hypot(z - ez),
+        TransmitLaw::VirtualSource { x: sx, z: sz } => {
+            let (distance, range) = ((x - sx).hypot(z - sz), sx.hypot(sz));
+            match (sz > 0.0, z < sz) {
+                (false, _) => distance - range,
+                (true, true) => range - distance,
+                (true, false) => range + distance,
+            }
+        }
+        TransmitLaw::Delays(delays) => {
+            let mut first = f64::INFINITY;
+            for (m, &delay) in delays.iter().enumerate() {
+                let (ex, ez) = place(&scan_line.array, m);
+                if delay.is_finite() {
+                    first = first.min(c * delay + (x - ex).hypot(z - ez));
+                }
+            }
+            first
+        }
     };
-    let receive = (element_x(&scan_line.array, m) - scan_line.x).hypot(z);
-    ((transmit + receive) / p.sound_speed - scan_line.transmit.t0) * p.sampling_rate
+    let (ex, ez) = place(&scan_line.array, m);
+    ([x, z], (transmit + (x - ex).hypot(z - ez)) / c)
 }
 
 /// Where an element is, m.
-fn element_x(array: &Array, m: usize) -> f64 {
+fn place(array: &Array, m: usize) -> (f64, f64) {
     match array {
-        Array::Linear { elements, pitch } => (m as f64 - (elements - 1) as f64 / 2.0) * pitch,
-        Array::LinearAt(x) => x[m],
-        _ => unimplemented!("another array than a linear one"),
+        Array::Linear { elements, pitch } => {
+            ((m as f64 - (elements - 1) as f64 / 2.0) * pitch, 0.0)
+        }
+        Array::LinearAt(x) => (x[m], 0.0),
+        Array::At { elements, .. } => (elements[m].x, elements[m].z),
+        _ => unimplemented!("an array of another kind"),
     }
 }
 
@@ -81,7 +114,7 @@ fn read(p: &DelayParameters, record: &[f32], position: f64, t: f64) -> f64 {
     sum
 }
 
-fn sinc(x: f64) -> f64 {
+pub(super) fn sinc(x: f64) -> f64 {
     if x == 0.0 {
         1.0
     } else {
@@ -90,7 +123,7 @@ fn sinc(x: f64) -> f64 {
 }
 
 /// A cosine-squared window over −1..1.
-fn hann(position: f64) -> f64 {
+pub(super) fn hann(position: f64) -> f64 {
     (PI / 2.0 * position).cos().powi(2)
 }
 

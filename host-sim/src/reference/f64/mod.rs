@@ -2,4 +2,5 @@
 pub mod beamform;
 pub mod delay;
 pub mod image;
+pub mod iq;
 pub mod phase_symmetry;

@@ -9,7 +9,7 @@ use std::hash::Hasher;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, hilbert_taps};
-use bonebeam::geometry::{Active, Array, Transmit, TransmitLaw};
+use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::InstructionSet;
 use fnv::FnvHasher;
 use ndarray::{Array2, Array3, Axis};
@@ -130,6 +130,7 @@ fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
             "element",
             TransmitLaw::Element {
                 x: data.element_x[3],
+                z: 0.0,
             },
         ),
     ];
@@ -139,7 +140,7 @@ fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
                 law,
                 t0: data.t0[5],
             },
-            x: data.element_x[22],
+            ray: Ray::down(data.element_x[22]),
             array: Array::LinearAt(&data.element_x),
             active: Active {
                 first: 0,

@@ -1,0 +1,72 @@
+//! Phase rotation: cosine and sine of a number of turns, by two polynomials.
+//!
+//! With x the distance to the nearest whole turn, −½..½, and y = x²:
+//!
+//! cos 2πx ≈ 1 + y·(C₁ + y·(C₂ + y·(C₃ + y·(C₄ + y·C₅)))) and
+//! sin 2πx ≈ x·(S₀ + y·(S₁ + y·(S₂ + y·(S₃ + y·S₄)))).
+//!
+//! The coefficients make the largest error over −½..½ least (weighted least squares, weighted anew
+//! until the error is level). As polynomials they err by 8.7·10⁻⁷ and 5.9·10⁻⁶. With the roundings the
+//! cosine is right to 2·10⁻⁶ and the sine to 7·10⁻⁶, as `the_documented_error_holds` shows in steps of
+//! 2⁻²⁰ of a turn. 23 products, additions and subtractions for both.
+
+use crate::simd::Vector;
+
+/// 1.5·2²³: added and subtracted, it rounds to an integer what is below 2²².
+const INTEGERS: f32 = 12_582_912.0;
+
+/// C₁ to C₅.
+const COSINE: [f32; 5] = [-19.739_05, 64.930_28, -85.286_85, 58.852_547, -21.162_6];
+/// S₀ to S₄.
+const SINE: [f32; 5] = [6.283_055_8, -41.331_215, 81.366_814, -74.478, 32.781_4];
+
+/// cos 2πφ and sin 2πφ of a number of turns below 2²² in magnitude.
+#[inline(always)]
+pub(super) fn turn<V: Vector>(turns: V) -> (V, V) {
+    let integers = turns.splat(INTEGERS);
+    let x = turns - ((turns + integers) - integers);
+    let y = x * x;
+    let mut cosine = turns.splat(COSINE[4]);
+    let mut sine = turns.splat(SINE[4]);
+    for k in (0..4).rev() {
+        cosine = cosine * y + turns.splat(COSINE[k]);
+        sine = sine * y + turns.splat(SINE[k]);
+    }
+    (turns.splat(1.0) + cosine * y, sine * x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_documented_error_holds() {
+        let mut worst = [0.0f64; 2];
+        // All of a turn either way, in steps of 2⁻²⁰, and beside them.
+        for step in -(1 << 20)..=1 << 20 {
+            for aside in [0.0, 3e-7] {
+                let turns = step as f32 / (1 << 20) as f32 + aside;
+                let (cosine, sine) = turn(turns);
+                let angle = 2.0 * core::f64::consts::PI * f64::from(turns);
+                worst[0] = worst[0].max(libm::fabs(f64::from(cosine) - libm::cos(angle)));
+                worst[1] = worst[1].max(libm::fabs(f64::from(sine) - libm::sin(angle)));
+            }
+        }
+        assert!(worst[0] < 2e-6 && worst[1] < 7e-6, "{worst:?}");
+    }
+
+    #[test]
+    fn whole_turns_do_not_matter() {
+        for turns in [0.0f32, 0.25, 0.3125, -0.4375] {
+            let (cosine, sine) = turn(turns);
+            for whole in [1.0, -3.0, 1024.0, 65536.0] {
+                let (c, s) = turn(turns + whole);
+                assert_eq!(
+                    (c.to_bits(), s.to_bits()),
+                    (cosine.to_bits(), sine.to_bits())
+                );
+            }
+        }
+        assert_eq!(turn(0.0), (1.0, 0.0));
+    }
+}

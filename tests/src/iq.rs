@@ -1,0 +1,148 @@
+//! The delay stage from I/Q, by each reading and from counts; and that of RF along a ray of a convex
+//! array.
+//!
+//! The records are the golden snapshots: numbers for the arithmetic, not a scene.
+
+use bonebeam::focus::{
+    Compounding, Delay, IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples, Record,
+    ScanLine,
+};
+use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
+use bonebeam::{Complex, Error};
+
+use crate::delay;
+use crate::hash;
+use crate::snapshots::{ELEMENTS, LENGTH, REAL_PARTS, SAMPLES, SNAPSHOTS};
+
+/// Samples of the line.
+pub const OUTPUTS: usize = 40;
+
+/// From 10 MHz to 12 MHz.
+pub const PARAMETERS: IqParameters = IqParameters {
+    sound_speed: 1540.0,
+    sampling_rate: 10e6,
+    demodulation_frequency: 5.1e6,
+    output_rate: 12e6,
+    output_start: 0.4e-6,
+    output_samples: OUTPUTS,
+    elements: ELEMENTS,
+    record_samples: SAMPLES,
+    reading: IqReading::Linear,
+};
+const SCRATCH: usize = PARAMETERS.scratch_len(1);
+
+/// The readings, and what the hashes are called.
+pub const READINGS: [(&str, IqReading); 3] = [
+    ("iq-linear", IqReading::Linear),
+    ("iq-cubic", IqReading::Cubic),
+    ("iq-sinc", IqReading::Sinc),
+];
+
+/// The snapshots as counts, `[sample][element]` as they are.
+static COUNTS: [[i16; 2]; LENGTH] = {
+    let mut counts = [[0; 2]; LENGTH];
+    let mut n = 0;
+    while n < LENGTH {
+        let x = SNAPSHOTS[n];
+        counts[n] = [(1000.0 * x.re) as i16, (1000.0 * x.im) as i16];
+        n += 1;
+    }
+    counts
+};
+
+/// Eight elements of a convex array of 20 mm radius.
+fn convex() -> [Element; delay::ELEMENTS] {
+    core::array::from_fn(|m| Element::convex(delay::ELEMENTS, 0.3e-3, 20e-3, m))
+}
+
+/// A line of a sector, from a diverging wave.
+pub fn line() -> ScanLine<'static> {
+    ScanLine {
+        transmit: Transmit::new(TransmitLaw::VirtualSource { x: 1e-3, z: -4e-3 }, 0.1e-6),
+        ray: Ray::new(0.2e-3, 0.0, 0.4),
+        array: Array::linear(ELEMENTS, 0.2e-3),
+        active: Active {
+            first: 3,
+            count: 27,
+        },
+        compounding: Compounding::Replace,
+    }
+}
+
+/// The memory of the cases.
+pub struct Memory {
+    scratch: [f32; SCRATCH],
+    x: [Complex<f32>; OUTPUTS * ELEMENTS],
+}
+
+impl Memory {
+    pub(crate) const fn new() -> Self {
+        Memory {
+            scratch: [0.0; SCRATCH],
+            x: [Complex::new(0.0, 0.0); OUTPUTS * ELEMENTS],
+        }
+    }
+}
+
+pub(crate) fn run(
+    memory: &mut Memory,
+    of_rf: &mut delay::Memory,
+    report: &mut impl FnMut(&str, u64),
+) -> Result<(), Error> {
+    let Memory { scratch, x } = memory;
+    let floats = IqRecord::new(
+        IqSamples::Float(&SNAPSHOTS),
+        IqLayout::Interleaved,
+        ELEMENTS,
+    )?;
+    let counts = IqSamples::Counts(&COUNTS, 1e-3);
+    let counts = IqRecord::new(counts, IqLayout::Interleaved, ELEMENTS)?;
+    for (name, reading) in READINGS {
+        let delay = IqDelay::new(IqParameters {
+            reading,
+            ..PARAMETERS
+        })?;
+        delay.line(0.0f32, &line(), &floats, scratch, x)?;
+        report(name, hash::complex(x));
+    }
+    let delay = IqDelay::new(PARAMETERS)?;
+    delay.line(0.0f32, &line(), &counts, scratch, x)?;
+    report("iq-counts", hash::complex(x));
+    rays(of_rf, report)
+}
+
+/// RF along a ray of a convex array, from a wave that converges and from the first of some waves.
+fn rays(memory: &mut delay::Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
+    let delay = Delay::new(delay::PARAMETERS)?;
+    let elements = convex();
+    let array = Array::At {
+        elements: &elements,
+        pitch: 0.3e-3,
+    };
+    let delays = [0.0, 0.1e-6, 0.2e-6, f64::NAN, 0.2e-6, 0.3e-6, 0.1e-6, 0.0];
+    let source = TransmitLaw::VirtualSource {
+        x: 0.1e-3,
+        z: 1.1e-3,
+    };
+    let record = Record::new(&REAL_PARTS, delay::ELEMENTS)?;
+    let laws = [
+        ("delay-ray-source", source, Compounding::Replace),
+        (
+            "delay-ray-source-delays",
+            TransmitLaw::Delays(&delays),
+            Compounding::Add,
+        ),
+    ];
+    for (name, law, compounding) in laws {
+        let line = ScanLine {
+            transmit: Transmit::new(law, 0.1e-6),
+            ray: array.normal(5.3),
+            array,
+            active: Active { first: 1, count: 6 },
+            compounding,
+        };
+        memory.line(&delay, &line, &record)?;
+        report(name, memory.hash());
+    }
+    Ok(())
+}

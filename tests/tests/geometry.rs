@@ -1,0 +1,299 @@
+//! Curved and phased arrays, rays, and every transmit law: the delay stage against both references, and
+//! the active aperture.
+
+mod common;
+
+use bonebeam::Complex;
+use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
+use bonebeam::geometry::{
+    Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
+};
+use bonebeam::simd::{InstructionSet, Task, Vector};
+use common::tolerances::DELAYED_PULSE_20_MHZ;
+use host_sim::reference;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::f64::consts::PI;
+
+const C: f64 = 1540.0;
+const F0: f64 = 5e6;
+const ELEMENTS: usize = 33;
+const PITCH: f64 = 0.3e-3;
+const RADIUS: f64 = 40e-3;
+
+/// A convex array of 40 mm radius.
+fn convex() -> Vec<Element> {
+    (0..ELEMENTS)
+        .map(|m| Element::convex(ELEMENTS, PITCH, RADIUS, m))
+        .collect()
+}
+
+/// When the elements fire for a wave that comes from 15 mm behind the array, all but two.
+fn delays(elements: &[Element]) -> Vec<f64> {
+    let mut delays: Vec<f64> = (elements.iter())
+        .map(|e| ((e.x - 1e-3).hypot(e.z + 15e-3) - 15e-3) / C)
+        .collect();
+    delays[3] = f64::NAN;
+    delays[20] = f64::INFINITY;
+    delays
+}
+
+fn laws(delays: &[f64]) -> [TransmitLaw<'_>; 6] {
+    [
+        TransmitLaw::Focused,
+        TransmitLaw::Plane { angle: -0.15 },
+        TransmitLaw::Element {
+            x: 2.1e-3,
+            z: -0.2e-3,
+        },
+        TransmitLaw::VirtualSource { x: 1e-3, z: -8e-3 },
+        TransmitLaw::VirtualSource { x: 2e-3, z: 12e-3 },
+        TransmitLaw::Delays(delays),
+    ]
+}
+
+/// Lines of a linear, a phased and a convex array.
+fn lines<'a>(convex: &'a [Element], pitch: f64) -> [(Array<'a>, Ray); 5] {
+    let linear = Array::linear(ELEMENTS, pitch);
+    let array = Array::At {
+        elements: convex,
+        pitch,
+    };
+    [
+        (linear, Ray::down(0.41e-3)),
+        (linear, Ray::new(0.0, 0.0, 0.7)),
+        (linear, Ray::new(-1e-3, -0.3e-3, -0.2)),
+        (array, array.normal(9.0)),
+        (array, array.normal(24.3)),
+    ]
+}
+
+fn parameters(fs: f64, samples: usize) -> DelayParameters {
+    DelayParameters {
+        sound_speed: C,
+        sampling_rate: fs,
+        centre_frequency: F0,
+        output_rate: 20e6,
+        output_start: -0.5e-6,
+        // The record reaches a little further than what is read.
+        output_samples: (samples as f64 * 20e6 / fs) as usize - 80,
+        elements: ELEMENTS,
+        record_samples: samples,
+        hilbert_taps: 8,
+    }
+}
+
+fn line<'a>(array: Array<'a>, ray: Ray, law: TransmitLaw<'a>) -> ScanLine<'a> {
+    ScanLine {
+        transmit: Transmit::new(law, 0.37e-6),
+        ray,
+        array,
+        active: Active {
+            first: 2,
+            count: ELEMENTS - 3,
+        },
+        compounding: Compounding::Replace,
+    }
+}
+
+fn core_line<V: Vector>(
+    zero: V,
+    p: &DelayParameters,
+    line: &ScanLine,
+    rf: &[f32],
+) -> Vec<Complex<f32>> {
+    let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
+    let delay = Delay::new(*p).unwrap();
+    let record = Record::new(rf, p.elements).unwrap();
+    let mut scratch = vec![f32::NAN; p.scratch_len(V::LANES)];
+    delay
+        .line(zero, line, &record, &mut scratch, &mut out)
+        .unwrap();
+    out
+}
+
+fn noise(length: usize, seed: u64) -> Vec<f32> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (0..length).map(|_| rng.random_range(-1.0..1.0)).collect()
+}
+
+fn assert_same_bits(left: &[Complex<f32>], right: &[Complex<f32>], what: &str) {
+    assert_eq!(left.len(), right.len());
+    for (index, (a, b)) in left.iter().zip(right).enumerate() {
+        let same = a.re.to_bits() == b.re.to_bits() && a.im.to_bits() == b.im.to_bits();
+        assert!(same, "{what}: {a} and {b} at {index}");
+    }
+}
+
+struct Line<'a>(&'a DelayParameters, &'a ScanLine<'a>, &'a [f32]);
+
+impl Task for Line<'_> {
+    type Output = Vec<Complex<f32>>;
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        core_line(zero, self.0, self.1, self.2)
+    }
+}
+
+#[test]
+fn every_line_and_law_has_the_bits_of_the_reference_on_every_instruction_set() {
+    let convex = convex();
+    let delays = delays(&convex);
+    let mut seed = 0;
+    for (fs, samples) in [(20e6, 500), (40e6, 700), (100e6, 1600)] {
+        let p = parameters(fs, samples);
+        for (array, ray) in lines(&convex, PITCH) {
+            for law in laws(&delays) {
+                seed += 1;
+                let rf = noise(ELEMENTS * samples, seed);
+                let line = line(array, ray, law);
+                let what = format!("{fs}, {ray:?}, {law:?}");
+                let one = core_line(0.0f32, &p, &line, &rf);
+                let mut expected = vec![Complex::new(7.0, 7.0); one.len()];
+                reference::f32::delay::line(&p, &line, &rf, &mut expected);
+                assert_same_bits(&one, &expected, &what);
+                assert!(one.iter().any(|y| y.im != 0.0), "{what}: empty");
+                for set in InstructionSet::available() {
+                    let many = set.dispatch(Line(&p, &line, &rf));
+                    assert_same_bits(&many, &one, &format!("{what}: {set:?}"));
+                }
+            }
+        }
+    }
+}
+
+/// A Gaussian pulse of 5 MHz and 60 % bandwidth at −6 dB.
+fn pulse(t: f64) -> f64 {
+    let a = (PI * F0 * 0.6).powi(2) / (4.0 * 10f64.powf(6.0 / 20.0).ln());
+    (-a * t * t).exp() * (2.0 * PI * F0 * t).cos()
+}
+
+/// When the wave reaches a point, from the definitions of the laws.
+fn arrival(law: TransmitLaw, elements: &[[f64; 2]], [x, z]: [f64; 2], r: f64) -> f64 {
+    match law {
+        TransmitLaw::Focused => r / C,
+        TransmitLaw::Plane { angle } => (x * angle.sin() + z * angle.cos()) / C,
+        TransmitLaw::Element { x: ex, z: ez } => (x - ex).hypot(z - ez) / C,
+        TransmitLaw::VirtualSource { x: sx, z: sz } => {
+            let (distance, range) = ((x - sx).hypot(z - sz), sx.hypot(sz));
+            if sz <= 0.0 {
+                (distance - range) / C
+            } else {
+                (range + distance * (z - sz).signum()) / C
+            }
+        }
+        TransmitLaw::Delays(delays) => {
+            let waves = delays.iter().zip(elements);
+            let fired = waves.filter(|(delay, _)| delay.is_finite());
+            let times = fired.map(|(delay, [ex, ez])| delay + (x - ex).hypot(z - ez) / C);
+            times.fold(f64::INFINITY, f64::min)
+        }
+    }
+}
+
+#[test]
+fn a_point_on_the_line_becomes_a_flat_wavefront_and_the_f64_reference_agrees() {
+    let convex = convex();
+    let delays = delays(&convex);
+    for fs in [40e6, 100e6] {
+        for (array, ray) in lines(&convex, PITCH) {
+            for law in laws(&delays) {
+                let mut p = parameters(fs, (32e-6 * fs) as usize);
+                let r = 17.3e-3;
+                p.output_start = 2.0 * r / C - 100.0 / 20e6;
+                p.output_samples = 200;
+                let line = line(array, ray, law);
+                let elements: Vec<[f64; 2]> = (0..ELEMENTS).map(|m| array.place(m)).collect();
+                let point = ray.point(r);
+                let transmit = arrival(law, &elements, point, r);
+                let mut rf = Vec::new();
+                for [x, z] in &elements {
+                    let flight = transmit + (point[0] - x).hypot(point[1] - z) / C;
+                    for k in 0..p.record_samples {
+                        rf.push(pulse(line.transmit.t0 + k as f64 / fs - flight) as f32);
+                    }
+                }
+                let out = core_line(0.0f32, &p, &line, &rf);
+                let what = format!("{fs}, {ray:?}, {law:?}");
+                for m in line.active.first..line.active.first + line.active.count {
+                    let y = out[100 * ELEMENTS + m];
+                    let error = (f64::from(y.re) - 1.0).hypot(f64::from(y.im));
+                    assert!(error < DELAYED_PULSE_20_MHZ, "{what}, element {m}: {y}");
+                }
+                let exact = reference::f64::delay::line(&p, &line, &rf);
+                for (y, e) in out.iter().zip(&exact) {
+                    let error = (f64::from(y.re) - e.re).hypot(f64::from(y.im) - e.im);
+                    assert!(error < DELAYED_PULSE_20_MHZ, "{what}: {y} for {e}");
+                }
+            }
+        }
+    }
+}
+
+fn scan<'a>(array: Array<'a>, lines: Lines<'a>) -> Scan<'a> {
+    Scan::new(ScanParameters {
+        array,
+        lines,
+        sound_speed: C,
+        centre_frequency: F0,
+        sampling_rate: 40e6,
+        record_samples: 2000,
+        output_rate: 20e6,
+        start: Depth::Metres(0.0),
+        end: Depth::Metres(40e-3),
+        f_number: 1.5,
+        min_elements: 8,
+    })
+    .unwrap()
+}
+
+#[test]
+fn rays_straight_down_have_the_active_sets_of_lines() {
+    let array = Array::linear(ELEMENTS, PITCH);
+    let even = Lines::Even(Axis::centred(2 * ELEMENTS + 9, PITCH / 2.0));
+    let rays: Vec<Ray> = (0..even.count()).map(|k| even.ray(k)).collect();
+    // Not told as a linear array: the general rule.
+    let elements: Vec<Element> = (0..ELEMENTS).map(|m| array.element(m)).collect();
+    let at = Array::At {
+        elements: &elements,
+        pitch: PITCH,
+    };
+    let (known, general) = (scan(array, even), scan(at, Lines::Rays(&rays)));
+    for line in 0..known.lines() {
+        for sample in 0..known.samples() {
+            assert_eq!(known.active(line, sample), general.active(line, sample));
+        }
+    }
+}
+
+#[test]
+fn the_aperture_is_centred_on_the_ray_and_grows_along_it() {
+    let convex = convex();
+    let array = Array::At {
+        elements: &convex,
+        pitch: PITCH,
+    };
+    let rays: Vec<Ray> = (0..2 * ELEMENTS - 1)
+        .map(|k| array.normal(k as f64 / 2.0))
+        .collect();
+    let scan = scan(array, Lines::Rays(&rays));
+    for line in 0..rays.len() {
+        assert!((scan.foot(line) - line as f64 / 2.0).abs() < 1e-3);
+        for sample in 0..scan.samples() {
+            let active = scan.active(line, sample);
+            // The rule for a linear array, with the place in elements and the distance along the ray.
+            let expected = scan
+                .aperture()
+                .active(line as f64 / 2.0, scan.depth(sample));
+            assert_eq!(active, expected, "{line} {sample}");
+            assert!(sample == 0 || active.count >= scan.active(line, sample - 1).count);
+        }
+    }
+    // A sector: all rays from the middle, whatever their angle.
+    let rays: Vec<Ray> = (-20..=20)
+        .map(|k| Ray::new(0.0, 0.0, f64::from(k) * 0.03))
+        .collect();
+    let scan = self::scan(Array::linear(ELEMENTS, PITCH), Lines::Rays(&rays));
+    for line in 0..rays.len() {
+        assert_eq!(scan.active(line, 200), scan.active(20, 200));
+    }
+}
