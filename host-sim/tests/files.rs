@@ -7,10 +7,8 @@ use std::fs;
 use std::path::Path;
 
 use common::{Npz, channel_data_without, column_major_ramp, ramp, scalar, vector};
-use host_sim::config::Beamform;
-use host_sim::drive::delay::DelayStage;
 use host_sim::files::{
-    AlignedData, ChannelData, Lines, Recording, Samples, Transmits, atomic, image,
+    AlignedData, BeamRays, ChannelData, Lines, Recording, Samples, Transmits, atomic, image,
 };
 use ndarray::{Array1, Array2, Array3, Array4, ArrayD, Axis, arr0};
 use num_complex::Complex;
@@ -286,32 +284,6 @@ fn what_is_wrong_with_geometry_or_iq_is_named() {
 }
 
 #[test]
-fn what_cannot_be_delayed_yet_is_told_in_a_line() {
-    let plane = || Transmits::Plane {
-        angle: vec![-0.2, 0.2],
-    };
-    let refusal = |data: &ChannelData| match DelayStage::new(data, &Beamform::default()) {
-        Ok(_) => panic!("accepted"),
-        Err(error) => error.to_string(),
-    };
-    assert_names(&refusal(&curved(plane())), &["not straight", "so far"]);
-    let mut lens = channel_data(plane());
-    lens.lens_delay = 1e-7;
-    assert_names(&refusal(&lens), &["holds a lens"]);
-    let mut iq = channel_data(plane());
-    iq.samples = Samples::iq(ramp().mapv(|v| Complex::new(v, v)), 5e6);
-    assert_names(&refusal(&iq), &["holds I/Q"]);
-    let source = Transmits::VirtualSource {
-        x: vec![0.0; 2],
-        z: vec![-1e-3; 2],
-    };
-    assert_names(&refusal(&channel_data(source)), &["virtual sources"]);
-    let mut frames = channel_data(plane());
-    frames.samples = Samples::Rf(Array4::zeros((2, 2, 4, 64)));
-    assert_names(&refusal(&frames), &["several frames"]);
-}
-
-#[test]
 fn aligned_data_and_lines_return_as_written() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("data.npz");
@@ -334,10 +306,20 @@ fn aligned_data_and_lines_return_as_written() {
         fs: 20e6,
         t0: 1e-5,
         beam_x: vec![0.0, 1e-3],
+        rays: None,
         c: 1480.0,
     };
     lines.write(&path).unwrap();
     assert_eq!(Lines::read(&path).unwrap(), lines);
+    let fan = Lines {
+        rays: Some(BeamRays {
+            z: vec![-1e-3, -1e-3],
+            angle: vec![-0.1, 0.1],
+        }),
+        ..lines
+    };
+    fan.write(&path).unwrap();
+    assert_eq!(Lines::read(&path).unwrap(), fan);
 }
 
 #[test]

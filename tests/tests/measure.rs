@@ -141,6 +141,7 @@ fn lines(x: &[f64], f: impl Fn(f64) -> f64) -> Lines {
         fs,
         t0,
         beam_x: x.to_vec(),
+        rays: None,
         c,
     }
 }

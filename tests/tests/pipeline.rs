@@ -151,6 +151,7 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
         fs: p.output_rate,
         t0: stage.start(),
         beam_x: stage.beam_x().to_vec(),
+        rays: None,
         c: p.sound_speed,
     };
     let grid = grid_of_lines(&lines, 64, 64).unwrap();

@@ -1,6 +1,6 @@
 //! The whole way from envelopes of lines to a B-mode image.
 
-use super::{PixelGrid, largest, log_compression, median, resample};
+use super::{Fan, PixelGrid, largest, log_compression, median, resample, scan_conversion};
 use crate::Error;
 use crate::error::check_length;
 use crate::geometry::Axis;
@@ -10,7 +10,7 @@ use crate::simd::Vector;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BModeParameters {
-    /// The lateral positions of the lines.
+    /// The lateral positions of the lines, or the angles of a fan of them, rad.
     pub lines: Axis,
     /// The depths of their samples.
     pub samples: Axis,
@@ -48,6 +48,7 @@ pub struct BModeParameters {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BMode {
     parameters: BModeParameters,
+    fan: Option<Fan>,
 }
 
 impl BMode {
@@ -65,7 +66,22 @@ impl BMode {
             &grid.column_axis(),
         )?;
         log_compression::check_range(parameters.dynamic_range)?;
-        Ok(BMode { parameters })
+        Ok(BMode {
+            parameters,
+            fan: None,
+        })
+    }
+
+    /// An image of lines that fan out: their angles are the parameters' `lines`.
+    ///
+    /// # Errors
+    /// As [`BMode::new`], and [`Error::Parameter`] for a fan that is not finite or has a negative radius.
+    pub fn of_fan(parameters: BModeParameters, fan: Fan) -> Result<Self, Error> {
+        fan.check()?;
+        Ok(BMode {
+            fan: Some(fan),
+            ..Self::new(parameters)?
+        })
     }
 
     /// The parameters.
@@ -142,10 +158,16 @@ impl BMode {
         check_length("scratch", scratch.len(), self.scratch_len())?;
         check_length("image", out.len(), grid.pixels())?;
         let (rows, columns) = (grid.row_axis(), grid.column_axis());
+        let to_pixels = |out: &mut [f32]| match self.fan {
+            None => resample::resample(levels, lines, samples, rows, columns, out),
+            Some(fan) => {
+                scan_conversion::scan_convert(levels, fan, lines, samples, rows, columns, out)
+            }
+        };
         if !self.parameters.median {
-            return resample::resample(levels, lines, samples, rows, columns, out);
+            return to_pixels(out);
         }
-        resample::resample(levels, lines, samples, rows, columns, scratch)?;
+        to_pixels(scratch)?;
         median::median(zero, scratch, grid.columns, out)
     }
 }

@@ -1,6 +1,7 @@
 //! Beamformed lines → an image of isotropic pixels, 0..255.
 //!
-//! [`envelope()`] → [`log_compression()`] → [`resample()`] → [`median()`] where asked for; [`BMode`] is
+//! [`envelope()`] → [`log_compression()`] → [`resample()`] (or [`scan_convert()`] where the lines fan out) →
+//! [`median()`] where asked for; [`BMode`] is
 //! all of it from the envelope on, with its parameters checked once. Every function reads one slice and writes another, in a fixed order of operations, and refuses
 //! NaN and infinity before it writes anything.
 
@@ -10,6 +11,7 @@ mod grid;
 mod log_compression;
 mod median;
 mod resample;
+mod scan_conversion;
 
 pub use b_mode::{BMode, BModeParameters};
 pub use envelope::envelope;
@@ -17,6 +19,7 @@ pub use grid::PixelGrid;
 pub use log_compression::{largest, log_compression};
 pub use median::median;
 pub use resample::resample;
+pub use scan_conversion::{Fan, scan_convert};
 
 use crate::Error;
 

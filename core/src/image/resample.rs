@@ -70,12 +70,10 @@ pub fn resample(
             let pixels = pixels.get_mut(first..end).unwrap_or_default();
             for (pixel, place) in pixels.iter_mut().zip(places) {
                 *pixel = 0.0;
-                if let (Some((beam, p)), Some((sample, q))) = (place, along_samples) {
-                    let corner = beam * samples.count + sample;
-                    let (near, far) = (pair(data, corner), pair(data, corner + samples.count));
-                    if let (Some([a, b]), Some([c, d])) = (near, far) {
-                        *pixel = between(between(*a, *b, q), between(*c, *d, q), p);
-                    }
+                if let (Some(beam), Some(sample)) = (place, along_samples)
+                    && let Some(value) = interpolate(data, samples.count, beam, sample)
+                {
+                    *pixel = value;
                 }
             }
         }
@@ -108,6 +106,19 @@ pub(super) fn check_axes(
         }
     }
     Ok(())
+}
+
+/// The value at `p` of the way from one line to the next and `q` from one sample to the next.
+#[inline]
+pub(super) fn interpolate(
+    data: &[f32],
+    samples: usize,
+    (line, p): (usize, f32),
+    (sample, q): (usize, f32),
+) -> Option<f32> {
+    let corner = line * samples + sample;
+    let ([a, b], [c, d]) = (pair(data, corner)?, pair(data, corner + samples)?);
+    Some(between(between(*a, *b, q), between(*c, *d, q), p))
 }
 
 /// The values at a place and the next one.

@@ -1,5 +1,6 @@
 //! `host-sim beamform`: channel data or aligned data → beamformed lines, and an image of them.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -7,8 +8,8 @@ use num_complex::Complex;
 
 use super::{ConfigArgument, about, command_line, load_config, progress_bar};
 use crate::config::{Beamform, BeamformFlags, Config, Image, ImageFlags};
-use crate::drive::frame::{BEAMS_AT_A_TIME, beamform_aligned_data, beamform_channel_data};
-use crate::drive::image::{PixelGrid, b_mode, check_beams};
+use crate::drive::frame::{BEAMS_AT_A_TIME, beamform_aligned_data, beamform_frames};
+use crate::drive::image::{PixelGrid, b_mode, check_beams, extent};
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
 use crate::files::{ChannelData, Lines, Recording, Transmits};
@@ -18,9 +19,10 @@ use crate::{Error, Result};
 
 /// Beamform channel data: one complex value a beam and depth.
 ///
-/// FILE.npz holds channel data (`rf` …), which are delayed first, or aligned data (`x` …), which
-/// are not. Focused transmits make one line each; plane waves and single-element transmits are
-/// compounded into two lines per element. The configuration used is written beside the lines as
+/// FILE.npz holds channel data (`rf` or `iq` …), which are delayed first, or aligned data (`x` …),
+/// which are not. Focused transmits make one line each, and so do virtual sources before the array
+/// that come from left to right; other transmits are compounded into two lines per element: straight
+/// down, along the normals of a curved array, or in a sector. The configuration used is written beside the lines as
 /// LINES.npz.config.toml.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
@@ -29,14 +31,19 @@ pub struct Arguments {
     #[arg(value_name = "FILE.npz")]
     recording: PathBuf,
 
-    /// The beamformed lines: `z` complex64 [beam, sample], `fs`, `t0`, `beam_x`, `c`
+    /// The beamformed lines: `z` complex64 [beam, sample], of many frames [frame, beam, sample], `fs`,
+    /// `t0`, `beam_x`, `c`, and `beam_z`, `beam_angle` of lines that do not go straight down
     #[arg(short, long, value_name = "LINES.npz")]
     output: PathBuf,
 
     #[command(flatten)]
     beamform: BeamformFlags,
 
-    /// Also an image of the lines: 0 to 255, as .png or .npy
+    /// The frames A to B−1 of a recording of many, or frame A alone: A..B or A [default: all]
+    #[arg(long, value_name = "A..B", value_parser = parse_frames)]
+    frames: Option<Frames>,
+
+    /// Also an image of the lines, of the first frame: 0 to 255, as .png or .npy
     #[arg(long, value_name = "IMG.png", help_heading = "Image")]
     image: Option<PathBuf>,
 
@@ -53,8 +60,55 @@ Examples:
   host-sim beamform channels.npz --method esmv --beta 0.00001 --temporal-half-window 10 -o lines.npz
   host-sim beamform channels.npz --method esmv-rank1 --depth-start 0.005 --depth-end 0.04 \\
       -o lines.npz --image bone.png --dynamic-range 60
+  host-sim beamform frames.npz --frames 0..10 -o lines.npz
+  host-sim beamform phased.npz --lines sector --sector 1.2 -o lines.npz --image sector.png
   host-sim beamform delayed.npz --method mv --covariance forward -o lines.npz
   host-sim beamform channels.npz --config lines.npz.config.toml -o again.npz";
+
+/// Frames of a recording, as they are asked for: no end is all that there are.
+#[derive(Clone, Debug)]
+struct Frames {
+    first: usize,
+    end: Option<usize>,
+}
+
+fn parse_frames(text: &str) -> std::result::Result<Frames, String> {
+    let expected = "expected a frame such as 3, or a range such as 0..10 or 5..";
+    let number = |text: &str| text.parse::<usize>().map_err(|_| expected.to_owned());
+    match text.split_once("..") {
+        None => {
+            let first = number(text)?;
+            Ok(Frames {
+                first,
+                end: Some(first.saturating_add(1)),
+            })
+        }
+        Some((first, "")) => Ok(Frames {
+            first: number(first)?,
+            end: None,
+        }),
+        Some((first, end)) => Ok(Frames {
+            first: number(first)?,
+            end: Some(number(end)?),
+        }),
+    }
+}
+
+impl Frames {
+    /// Those frames of a recording of so many.
+    fn of(&self, frames: usize) -> Result<Range<usize>> {
+        let range = self.first..self.end.unwrap_or(frames);
+        if !range.is_empty() && range.end <= frames {
+            return Ok(range);
+        }
+        Err(Error::Usage(format!(
+            "--frames asks for {} to {}; the recording has frames 0 to {}",
+            range.start,
+            range.end.saturating_sub(1),
+            frames - 1
+        )))
+    }
+}
 
 /// Depths beyond so many times the record's end are a mistake, and would take memory for nothing.
 const FAR_BEYOND: f64 = 2.0;
@@ -62,7 +116,8 @@ const FAR_BEYOND: f64 = 2.0;
 impl Arguments {
     /// A flag that would have no effect is a mistake.
     fn refuse_flags_without_effect(&self, recording: &Recording) -> Result<()> {
-        let delay = self.beamform.of_delay().to_vec();
+        let mut delay = self.beamform.of_delay().to_vec();
+        delay.push(("--frames", self.frames.is_some()));
         let spacing = self.beamform.of_aligned_data();
         let (flags, holds) = match recording {
             Recording::Channel(_) => (vec![spacing], "channel data"),
@@ -115,21 +170,38 @@ pub fn run(arguments: Arguments) -> Result<()> {
         }
     }
     let image = arguments.image.is_some().then_some(&config.image);
-    let bytes = working_memory(&recording, &config.beamform, image);
+    let frames = match (&recording, &arguments.frames) {
+        (Recording::Channel(data), Some(frames)) => frames.of(data.samples.frames())?,
+        (Recording::Channel(data), None) => 0..data.samples.frames(),
+        (Recording::Aligned(_), _) => 0..1,
+    };
+    let bytes = working_memory(&recording, &config.beamform, image, frames.len());
     memory::check(bytes, "beamforming").map_err(|e| about(&arguments.recording, e))?;
     let bar = progress_bar("beamforming", 1000);
     let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
     let lines = match &recording {
-        Recording::Channel(data) => beamform_channel_data(data, &config.beamform, &progress),
-        Recording::Aligned(data) => beamform_aligned_data(data, &config.beamform, &progress),
+        Recording::Channel(data) => {
+            beamform_frames(data, &config.beamform, frames.clone(), &progress)
+        }
+        Recording::Aligned(data) => {
+            beamform_aligned_data(data, &config.beamform, &progress).map(|lines| vec![lines])
+        }
     }
     .map_err(|e| about(&arguments.recording, e))?;
     bar.finish_and_clear();
 
     let mut outputs = Outputs::new();
-    lines.stage(&arguments.output, &mut outputs)?;
+    match (lines.as_slice(), &recording) {
+        ([lines], Recording::Aligned(_)) => lines.stage(&arguments.output, &mut outputs)?,
+        // One frame of one.
+        ([lines], Recording::Channel(data)) if data.samples.frames() == 1 => {
+            lines.stage(&arguments.output, &mut outputs)?;
+        }
+        (frames, _) => Lines::stage_frames(frames, &arguments.output, &mut outputs)?,
+    }
     if let Some(path) = &arguments.image {
-        let image = image_of(&lines, &config.image).map_err(|e| about(&arguments.recording, e))?;
+        let image =
+            image_of(&lines[0], &config.image).map_err(|e| about(&arguments.recording, e))?;
         image::stage(&image.pixels, path, &mut outputs)?;
     }
     config.stage(&command_line(), &config_path, &mut outputs)?;
@@ -160,7 +232,12 @@ fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<Stri
 
 /// The memory that beamforming takes beside the recording, bytes: its samples in order, the aligned
 /// samples of some beams, the lines, and an image before and after its median.
-fn working_memory(recording: &Recording, parameters: &Beamform, image: Option<&Image>) -> usize {
+fn working_memory(
+    recording: &Recording,
+    parameters: &Beamform,
+    image: Option<&Image>,
+    frames: usize,
+) -> usize {
     const COMPLEX: usize = size_of::<Complex<f32>>();
     let beamforming = match recording {
         Recording::Aligned(data) => vec![product(&[2, data.x.len(), COMPLEX])],
@@ -172,11 +249,11 @@ fn working_memory(recording: &Recording, parameters: &Beamform, image: Option<&I
             // The cast saturates.
             let samples = (2.0 * (last - first) / c * parameters.output_rate).ceil() as usize;
             let (_, transmits, elements, _) = data.samples.dim();
-            let lines = transmits.max(2 * elements);
+            let lines = parameters.line_count.unwrap_or(transmits.max(2 * elements));
             vec![
                 data.samples.bytes(),
                 product(&[lines.min(BEAMS_AT_A_TIME), samples, elements, COMPLEX]),
-                product(&[3, lines, samples, COMPLEX]),
+                product(&[3, frames, lines, samples, COMPLEX]),
             ]
         }
     };
@@ -202,15 +279,20 @@ fn told_beams(recording: &Recording) -> Option<&[f64]> {
 /// The B-mode image over the depths and the width asked for.
 fn image_of(lines: &Lines, parameters: &Image) -> Result<crate::drive::image::Image> {
     let (rows, columns) = (parameters.rows, parameters.columns);
-    let [first, last] = [0, lines.z.ncols() - 1]
-        .map(|sample| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0);
+    let depth = |sample: usize| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
+    let [beams, [first, last]] = match lines.rays {
+        None => [
+            [lines.beam_x[0], lines.beam_x[lines.beam_x.len() - 1]],
+            [depth(0), depth(lines.z.ncols() - 1)],
+        ],
+        Some(_) => extent(lines),
+    };
     if let Some(depth) = parameters.depth.filter(|&depth| depth <= first) {
         return Err(Error::Usage(format!(
             "--depth is {depth} m; expected more than {first} m, where the lines begin"
         )));
     }
     let bottom = parameters.depth.unwrap_or(last);
-    let beams = [lines.beam_x[0], lines.beam_x[lines.beam_x.len() - 1]];
     let across = match parameters.width {
         Some(width) => {
             let centre = (beams[0] + beams[1]) / 2.0;

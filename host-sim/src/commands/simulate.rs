@@ -8,7 +8,7 @@ use super::{ConfigArgument, command_line, load_config, progress_bar};
 use crate::Result;
 use crate::config::{Config, Kind, SimulateFlags};
 use crate::files::atomic::{Outputs, check_outputs};
-use crate::simulate::{Summation, channel_data};
+use crate::simulate::{Summation, channel_data, demodulate};
 
 /// Simulate the channel data of a point or of a vertebra.
 ///
@@ -22,7 +22,7 @@ pub struct Arguments {
     #[command(flatten)]
     simulate: SimulateFlags,
 
-    /// The channel data: `rf` float32 [transmit, element, sample], `fs`, `t0`, `element_x`, `c`,
+    /// The channel data: `rf` float32 [transmit, element, sample] (or `iq`, `f_demod`), `fs`, `t0`, `element_x`, `c`,
     /// `f0`, `tx_x`, `tx_focus`, `tx_fnumber`
     #[arg(short, long, value_name = "FILE.npz")]
     output: PathBuf,
@@ -35,6 +35,7 @@ const EXAMPLES: &str = "\
 Examples:
   host-sim simulate point -o point.npz
   host-sim simulate point --offset 0.000154 --noise -60 -o point.npz
+  host-sim simulate point --iq -o iq.npz
   host-sim simulate vertebra --slice -0.008 -o vertebra.npz
   host-sim simulate vertebra --mesh L3.ply --slice -0.01 --tissue -o vertebra.npz
   host-sim simulate --config vertebra.npz.config.toml --seed 2 -o again.npz";
@@ -62,7 +63,10 @@ pub fn run(arguments: Arguments) -> Result<()> {
     };
     let bar = progress_bar("simulating", 1000);
     let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
-    let data = channel_data(&scanner, &phantom, summation, &progress)?;
+    let mut data = channel_data(&scanner, &phantom, summation, &progress)?;
+    if config.simulate.iq {
+        data = demodulate(data);
+    }
     bar.finish_and_clear();
 
     let mut outputs = Outputs::new();

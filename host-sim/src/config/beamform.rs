@@ -6,8 +6,9 @@
 
 use bonebeam::beamform::Parameters;
 use bonebeam::covariance::Covariance;
-use clap::Args;
+use bonebeam::focus::IqReading;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
 use super::{LENGTHS, check_count, check_positive, out_of_range};
@@ -22,6 +23,42 @@ const F_NUMBERS: [f64; 2] = [1e-3, 1e6];
 const RATES: [f64; 2] = [1e3, 10e9];
 const SOUND_SPEEDS: [f64; 2] = [100.0, 20e3];
 const SPACINGS: [f64; 2] = [1e-6, 1.0];
+/// How many lines there can be.
+const LINE_COUNTS: std::ops::RangeInclusive<usize> = 2..=65536;
+
+/// Which way the lines of compounded transmits go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum LineKind {
+    /// Straight down from the array
+    Down,
+    /// Along the normals of a curved array
+    Normals,
+    /// A fan from the array's middle
+    Sector,
+}
+
+/// How I/Q is read between its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reading {
+    /// Along straight lines
+    Linear,
+    /// Along cubic polynomials
+    Cubic,
+    /// By a windowed sinc of 12 taps
+    Sinc,
+}
+
+impl From<Reading> for IqReading {
+    fn from(reading: Reading) -> Self {
+        match reading {
+            Reading::Linear => IqReading::Linear,
+            Reading::Cubic => IqReading::Cubic,
+            Reading::Sinc => IqReading::Sinc,
+        }
+    }
+}
 
 /// Section `[beamform]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,6 +92,17 @@ pub struct Beamform {
     pub min_elements: usize,
     /// The sampling rate of the beamformed lines, Hz.
     pub output_rate: f64,
+    /// Which way the lines of compounded transmits go; without it, what fits the array.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lines: Option<LineKind>,
+    /// How many there are; without it, two an element.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line_count: Option<usize>,
+    /// The angle of a sector from its first to its last line, rad.
+    pub sector: f64,
+    /// How I/Q is read; without it, the cheapest way that is right to 10⁻³ for a pulse of 60 % bandwidth.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub iq_reading: Option<Reading>,
     /// The shallowest depth of the lines, m; without it, where the record begins.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_start: Option<f64>,
@@ -132,6 +180,22 @@ pub struct BeamformFlags {
     #[arg(long, value_name = "HZ", help_heading = "Delay (channel data only)")]
     output_rate: Option<f64>,
 
+    /// Which way the lines go, for transmits that are compounded [default: what fits the array]
+    #[arg(long, value_enum, help_heading = "Delay (channel data only)")]
+    lines: Option<LineKind>,
+
+    /// How many lines, for transmits that are compounded [default: two an element]
+    #[arg(long, value_name = "N", help_heading = "Delay (channel data only)")]
+    line_count: Option<usize>,
+
+    /// Angle from the first to the last line of a sector, rad [default: 1.5708]
+    #[arg(long, value_name = "RAD", help_heading = "Delay (channel data only)")]
+    sector: Option<f64>,
+
+    /// How I/Q is read between its samples [default: the cheapest within 1e-3 of a pulse's peak]
+    #[arg(long, value_enum, help_heading = "Delay (channel data only)")]
+    iq_reading: Option<Reading>,
+
     /// Shallowest depth of the lines, m [default: where the record begins]
     #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
     depth_start: Option<f64>,
@@ -172,11 +236,15 @@ fn covariances() -> impl TypedValueParser<Value = Covariance> {
 
 impl BeamformFlags {
     /// The flags that only channel data heed, and whether each was given.
-    pub fn of_delay(&self) -> [(&'static str, bool); 5] {
+    pub fn of_delay(&self) -> [(&'static str, bool); 9] {
         [
             ("--f-number", self.f_number.is_some()),
             ("--min-elements", self.min_elements.is_some()),
             ("--output-rate", self.output_rate.is_some()),
+            ("--lines", self.lines.is_some()),
+            ("--line-count", self.line_count.is_some()),
+            ("--sector", self.sector.is_some()),
+            ("--iq-reading", self.iq_reading.is_some()),
             ("--depth-start", self.depth_start.is_some()),
             ("--depth-end", self.depth_end.is_some()),
         ]
@@ -202,6 +270,10 @@ impl Default for Beamform {
             f_number: 1.5,
             min_elements: 8,
             output_rate: 20e6,
+            lines: None,
+            line_count: None,
+            sector: std::f64::consts::FRAC_PI_2,
+            iq_reading: None,
             depth_start: None,
             depth_end: None,
             sound_speed: None,
@@ -223,6 +295,10 @@ impl Beamform {
         self.f_number = flags.f_number.unwrap_or(self.f_number);
         self.min_elements = flags.min_elements.unwrap_or(self.min_elements);
         self.output_rate = flags.output_rate.unwrap_or(self.output_rate);
+        self.lines = flags.lines.or(self.lines);
+        self.line_count = flags.line_count.or(self.line_count);
+        self.sector = flags.sector.unwrap_or(self.sector);
+        self.iq_reading = flags.iq_reading.or(self.iq_reading);
         self.depth_start = flags.depth_start.or(self.depth_start);
         self.depth_end = flags.depth_end.or(self.depth_end);
         self.sound_speed = flags.sound_speed.or(self.sound_speed);
@@ -293,6 +369,13 @@ impl Beamform {
         check_count(SECTION, "min_elements", self.min_elements)?;
         check_positive(SECTION, "output_rate", self.output_rate, RATES, " (Hz)")?;
         check_positive(SECTION, "beam_spacing", self.beam_spacing, SPACINGS, " (m)")?;
+        if let Some(count) = self.line_count.filter(|count| !LINE_COUNTS.contains(count)) {
+            return Err(out_of_range(SECTION, "line_count", count, "2 to 65536"));
+        }
+        if !(self.sector > 0.0 && self.sector < std::f64::consts::PI) {
+            let expected = "above 0 and below pi (rad)";
+            return Err(out_of_range(SECTION, "sector", self.sector, expected));
+        }
         if let Some(c) = self.sound_speed {
             check_positive(SECTION, "sound_speed", c, SOUND_SPEEDS, " (m/s)")?;
         }

@@ -9,7 +9,7 @@ mod image;
 mod phase_symmetry;
 mod simulate;
 
-pub use beamform::{Beamform, BeamformFlags};
+pub use beamform::{Beamform, BeamformFlags, LineKind, Reading};
 pub use image::{Image, ImageFlags};
 pub use phase_symmetry::{PhaseSymmetry, PhaseSymmetryFlags, Size, parse_scale};
 pub use simulate::{Kind, Simulate, SimulateFlags};

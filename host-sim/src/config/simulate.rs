@@ -29,6 +29,9 @@ pub struct Simulate {
     pub depth: f64,
     /// Vertebra: whether soft tissue surrounds it, not water.
     pub tissue: bool,
+    /// Whether the record is I/Q: demodulated with the centre frequency, at the lowest rate of at least twice
+    /// that.
+    pub iq: bool,
     /// Array, pulse, transmits, record and noise. Without this section they are the paper's for
     /// the phantom; with it, a key that it leaves out is the paper's, and the record noise-free.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -78,6 +81,10 @@ pub struct SimulateFlags {
     #[arg(long, value_name = "DB", help_heading = "Scanner")]
     noise: Option<f64>,
 
+    /// Write I/Q in place of RF: demodulated with the centre frequency and decimated
+    #[arg(long, help_heading = "Scanner")]
+    iq: bool,
+
     /// No electronic noise
     #[arg(long, conflicts_with = "noise", help_heading = "Scanner")]
     noise_free: bool,
@@ -126,6 +133,7 @@ impl Default for Simulate {
             slice: 0.0,
             depth: 15e-3,
             tissue: false,
+            iq: false,
             scanner: None,
         }
     }
@@ -143,6 +151,7 @@ impl Simulate {
         self.slice = flags.slice.unwrap_or(self.slice);
         self.depth = flags.depth.unwrap_or(self.depth);
         self.tissue |= flags.tissue;
+        self.iq |= flags.iq;
         let scanner = self.scanner();
         scanner.noise = match flags.noise_free {
             true => None,

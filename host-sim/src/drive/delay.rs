@@ -2,30 +2,57 @@
 
 use std::ops::Range;
 
-use bonebeam::focus::{MAX_DECIMATION, MAX_SAMPLES, Record};
+use bonebeam::focus::{
+    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
+    IqSamples, MAX_DECIMATION, MAX_SAMPLES, Record, ScanLine,
+};
 use bonebeam::geometry::{
-    Active, Array, Axis as Positions, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw,
+    Active, Aperture, Array, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit,
+    TransmitLaw,
 };
 use bonebeam::pipeline::LinePipeline;
 use bonebeam::simd::{InstructionSet, Task, Vector};
-use ndarray::{Array3, Axis, CowArray, Ix3};
+use ndarray::{Array3, ArrayView3};
 use num_complex::Complex;
 use rayon::prelude::*;
 
+use super::beams::{self, Beams};
 use crate::config::Beamform;
-use crate::files::{ChannelData, Transmits};
+use crate::files::{ChannelData, Frame, Samples, Transmits};
 use crate::{Error, Result};
 
 /// The delay stage of one set of channel data: which beams, which depths, which elements.
 ///
-/// Focused transmits make one beam each, on their axis; plane waves and single-element transmits
-/// are compounded coherently (their mean) into two beams an element.
+/// Focused transmits make one beam each, on their axis, and so do virtual sources before the array that
+/// come from left to right; other transmits are compounded coherently (their mean) into two beams an
+/// element, or those that are asked for.
 pub struct DelayStage<'a> {
     data: &'a ChannelData,
-    rf: CowArray<'a, f32, Ix3>,
-    pipeline: LinePipeline<'a>,
-    transmits: Vec<Transmit<'a>>,
+    /// None where the array is straight.
+    elements: Vec<Element>,
+    beams: Beams,
     beam_x: Vec<f64>,
+    /// Where each beam leaves the array, in elements.
+    feet: Vec<f64>,
+    aperture: Aperture,
+    start: f64,
+    samples: usize,
+    sound_speed: f64,
+    output_rate: f64,
+    stage: Stage,
+    transmits: Vec<Transmit<'a>>,
+}
+
+/// The core's stage for the kind of samples.
+enum Stage {
+    Rf(Delay),
+    Iq(IqDelay),
+}
+
+/// The transmits of a frame, checked.
+enum Records<'a> {
+    Rf(Vec<Record<'a>>),
+    Iq(Vec<IqRecord<'a>>),
 }
 
 impl<'a> DelayStage<'a> {
@@ -33,20 +60,14 @@ impl<'a> DelayStage<'a> {
     /// the whole record.
     ///
     /// # Errors
-    /// [`Error::Usage`] for an output rate or a depth that does not fit the record.
+    /// [`Error::Usage`] for an output rate, a depth or lines that do not fit the record.
     pub fn new(data: &'a ChannelData, parameters: &Beamform) -> Result<Self> {
         let c = parameters.sound_speed.unwrap_or(data.c);
         let rate = parameters.output_rate;
-        let (lowest, highest) = (2.0 * data.f0, data.fs / MAX_DECIMATION as f64);
-        if rate <= lowest || rate < highest {
-            return Err(Error::Usage(format!(
-                "--output-rate is {rate} Hz; expected more than twice the centre frequency of {} \
-                 Hz and at least 1/{MAX_DECIMATION} of the sampling rate of {} Hz",
-                data.f0, data.fs
-            )));
+        if let Samples::Rf(_) = data.samples {
+            check_rate(rate, data)?;
         }
-        let rf = straight_rf(data)?;
-        let (_, transmits, elements, record_samples) = data.samples.dim();
+        let (_, transmits, _, record_samples) = data.samples.dim();
         let (start, end) = record_times(data);
         let start = parameters
             .depth_start
@@ -55,18 +76,15 @@ impl<'a> DelayStage<'a> {
             .depth_end
             .map_or(Depth::Seconds(end), Depth::Metres);
         check_depths(start, end, c)?;
-        let lines = match &data.transmits {
-            Transmits::Focused { x, .. } => Lines::At(x),
-            // An adaptive beam is narrower than an element: one on each and one between.
-            _ => Lines::Even(Positions {
-                first: data.element_x[0],
-                step: data.pitch() / 2.0,
-                count: 2 * elements - 1,
-            }),
+        let elements = match data.is_straight() {
+            true => Vec::new(),
+            false => beams::elements(data),
         };
-        let scan = Scan::new(ScanParameters {
-            array: Array::LinearAt(&data.element_x),
-            lines,
+        let array = array_of(data, &elements);
+        let beams = Beams::new(data, &array, parameters)?;
+        let scan = ScanParameters {
+            array,
+            lines: Lines::Rays(&beams.rays),
             sound_speed: c,
             centre_frequency: data.f0,
             sampling_rate: data.fs,
@@ -76,7 +94,11 @@ impl<'a> DelayStage<'a> {
             end,
             f_number: parameters.f_number,
             min_elements: parameters.min_elements,
-        })?;
+        };
+        let scan = match data.samples {
+            Samples::Rf(_) => Scan::new(scan)?,
+            Samples::Iq { .. } => Scan::of_iq(scan)?,
+        };
         if scan.samples() > MAX_SAMPLES {
             return Err(Error::Usage(format!(
                 "the depths and --output-rate ask for {} samples a line; expected at most \
@@ -84,95 +106,254 @@ impl<'a> DelayStage<'a> {
                 scan.samples()
             )));
         }
+        let stage = match data.samples {
+            Samples::Rf(_) => Stage::Rf(Delay::new(DelayParameters::of(&scan))?),
+            Samples::Iq { f_demod, .. } => {
+                let of_scan = IqParameters::of(&scan, f_demod);
+                let reading = parameters
+                    .iq_reading
+                    .map_or(of_scan.reading, IqReading::from);
+                Stage::Iq(IqDelay::new(IqParameters { reading, ..of_scan })?)
+            }
+        };
         let transmits = (0..transmits).map(|t| Transmit {
             law: law(data, t),
-            t0: data.t0[t],
+            // A lens delays what is heard, there and back.
+            t0: data.t0[t] - 2.0 * data.lens_delay,
         });
         Ok(Self {
-            data,
-            rf,
-            pipeline: LinePipeline::new(scan, parameters.parameters())?,
+            beam_x: beams.rays.iter().map(Ray::x).collect(),
+            feet: (0..scan.lines()).map(|line| scan.foot(line)).collect(),
+            aperture: *scan.aperture(),
+            start: scan.start(),
+            samples: scan.samples(),
+            sound_speed: c,
+            output_rate: rate,
+            stage,
             transmits: transmits.collect(),
-            beam_x: (0..scan.lines()).map(|line| lines.x(line)).collect(),
+            data,
+            elements,
+            beams,
         })
     }
 
-    fn scan(&self) -> &Scan<'a> {
-        self.pipeline.scan()
-    }
-
-    /// The lateral positions of the beams, m.
+    /// The lateral positions of the beams, m: where they begin.
     pub fn beam_x(&self) -> &[f64] {
         &self.beam_x
     }
 
+    /// The beams.
+    pub fn rays(&self) -> &[Ray] {
+        &self.beams.rays
+    }
+
     /// Output samples a beam.
     pub fn samples(&self) -> usize {
-        self.scan().samples()
+        self.samples
     }
 
     /// The two-way time of output sample 0, s.
     pub fn start(&self) -> f64 {
-        self.scan().start()
+        self.start
     }
 
     /// The speed of sound in use, m/s.
     pub fn sound_speed(&self) -> f64 {
-        self.scan().parameters().sound_speed
+        self.sound_speed
     }
 
-    /// The active elements of a beam at an output sample.
+    /// The active elements of a beam at an output sample; none for a beam that there is not.
     pub fn active(&self, beam: usize, sample: usize) -> Active {
-        self.scan().active(beam, sample)
+        let time = self.start + sample as f64 / self.output_rate;
+        let foot = self.feet.get(beam).copied().unwrap_or(f64::NAN);
+        self.aperture.active(foot, self.sound_speed * time / 2.0)
     }
 
-    /// The aligned analytic samples of some beams, [beam, sample, element].
+    /// The aligned analytic samples of some beams of the first frame, [beam, sample, element].
     ///
     /// # Errors
     /// What the core refuses: samples beyond its range.
     pub fn delay(&self, beams: Range<usize>) -> Result<Array3<Complex<f32>>> {
-        let shape = (beams.len(), self.samples(), self.scan().elements());
+        self.delay_frame(self.first_frame()?, beams)
+    }
+
+    /// The same of any frame of such data.
+    ///
+    /// # Errors
+    /// What the core refuses: samples beyond its range, or of another shape.
+    pub fn delay_frame(
+        &self,
+        frame: Frame<'_>,
+        beams: Range<usize>,
+    ) -> Result<Array3<Complex<f32>>> {
+        let shape = (beams.len(), self.samples, self.data.element_x.len());
         let mut x = vec![Complex::new(0.0, 0.0); shape.0 * shape.1 * shape.2];
-        self.delay_into(beams, &mut x)?;
+        self.delay_frame_into(frame, beams, &mut x)?;
         Ok(Array3::from_shape_vec(shape, x).expect("the length is that of the shape"))
     }
 
-    /// The same, into memory of that size, which a new frame need not ask the system for again.
+    /// [`DelayStage::delay`] into memory of that size, which a new frame need not ask the system for
+    /// again.
     ///
     /// # Errors
     /// What the core refuses.
     pub fn delay_into(&self, beams: Range<usize>, x: &mut [Complex<f32>]) -> Result<()> {
+        self.delay_frame_into(self.first_frame()?, beams, x)
+    }
+
+    fn first_frame(&self) -> Result<Frame<'_>> {
+        let first = self.data.samples.frame(0);
+        first.ok_or_else(|| Error::Data("the recording has no frame".into()))
+    }
+
+    fn delay_frame_into(
+        &self,
+        frame: Frame<'_>,
+        beams: Range<usize>,
+        x: &mut [Complex<f32>],
+    ) -> Result<()> {
         // Each transmit is checked once, however many beams read it.
         let range = self.transmits(beams.start).start..self.transmits(beams.end.max(1) - 1).end;
-        let records = range
-            .clone()
-            .into_par_iter()
-            .map(|transmit| {
-                let rf = self.rf.index_axis(Axis(0), transmit);
-                let rf = rf
-                    .to_slice()
-                    .expect("one transmit of a standard layout is contiguous");
-                Record::new(rf, self.scan().elements())
-            })
-            .collect::<std::result::Result<Vec<_>, _>>()?;
-        let source = Source {
-            transmits: &self.transmits[range.clone()],
-            records: &records,
-            of_line: &|beam| {
-                let own = self.transmits(beam);
-                own.start - range.start..own.end - range.start
-            },
+        // What is not in row-major order is put into it, once a frame.
+        let (rf, iq);
+        let records = match &frame {
+            Frame::Rf(samples) => {
+                rf = samples.as_standard_layout();
+                Records::Rf(records(rf.view(), range.clone(), |rf, elements| {
+                    Record::new(rf, elements)
+                })?)
+            }
+            Frame::Iq {
+                iq: samples,
+                f_demod,
+            } => {
+                iq = samples.as_standard_layout();
+                // Demodulated from the moment of t0, which a lens puts off.
+                let late = (2.0 * self.data.lens_delay * f_demod).rem_euclid(1.0);
+                let phase = late * std::f64::consts::TAU;
+                Records::Iq(records(iq.view(), range.clone(), |iq, elements| {
+                    IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, elements)?
+                        .with_phase(phase)
+                })?)
+            }
         };
-        align(&self.pipeline, beams, source, x)
+        InstructionSet::detect().dispatch(AlignBeams {
+            stage: self,
+            records: &records,
+            first: range.start,
+            beams,
+            x,
+        })
+    }
+
+    fn array(&self) -> Array<'_> {
+        array_of(self.data, &self.elements)
     }
 
     /// The transmits that make a beam.
     fn transmits(&self, beam: usize) -> Range<usize> {
-        if matches!(self.data.transmits, Transmits::Focused { .. }) {
+        if self.beams.own {
             beam..beam + 1
         } else {
             0..self.transmits.len()
         }
+    }
+
+    fn scratch_len(&self, lanes: usize) -> usize {
+        match &self.stage {
+            Stage::Rf(delay) => delay.parameters().scratch_len(lanes),
+            Stage::Iq(delay) => delay.parameters().scratch_len(lanes),
+        }
+    }
+
+    /// The aligned samples of a beam: the mean over its transmits, added up in their order.
+    fn align<V: Vector>(
+        &self,
+        zero: V,
+        beam: usize,
+        (records, first): (&Records<'_>, usize),
+        scratch: &mut [f32],
+        x: &mut [Complex<f32>],
+    ) -> Result<()> {
+        let own = self.transmits(beam);
+        let count = own.len();
+        for (k, transmit) in own.enumerate() {
+            let line = ScanLine {
+                transmit: self.transmits[transmit],
+                ray: self.beams.rays[beam],
+                array: self.array(),
+                // The last sample's active elements include those of all shallower ones.
+                active: self.active(beam, self.samples - 1),
+                compounding: match k {
+                    0 => Compounding::Replace,
+                    _ => Compounding::Add,
+                },
+            };
+            match (&self.stage, records) {
+                (Stage::Rf(delay), Records::Rf(records)) => {
+                    delay.line(zero, &line, &records[transmit - first], scratch, x)?;
+                }
+                (Stage::Iq(delay), Records::Iq(records)) => {
+                    delay.line(zero, &line, &records[transmit - first], scratch, x)?;
+                }
+                _ => {
+                    return Err(Error::Data(
+                        "the frame's samples are of another kind than the recording's".into(),
+                    ));
+                }
+            }
+        }
+        if count > 1 {
+            let scale = 1.0 / count as f32;
+            for value in x {
+                *value *= scale;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The records of some transmits, checked on all threads.
+fn records<'r, T: Sync, R: Send>(
+    samples: ArrayView3<'r, T>,
+    transmits: Range<usize>,
+    check: impl Fn(&'r [T], usize) -> std::result::Result<R, bonebeam::Error> + Sync,
+) -> Result<Vec<R>> {
+    let (_, elements, length) = samples.dim();
+    let all = samples.to_slice().expect("a standard layout is contiguous");
+    let checked = transmits.into_par_iter().map(|transmit| {
+        let own = transmit * elements * length..(transmit + 1) * elements * length;
+        check(&all[own], elements)
+    });
+    Ok(checked.collect::<std::result::Result<_, _>>()?)
+}
+
+struct AlignBeams<'a> {
+    stage: &'a DelayStage<'a>,
+    records: &'a Records<'a>,
+    /// The transmit of the first record.
+    first: usize,
+    beams: Range<usize>,
+    x: &'a mut [Complex<f32>],
+}
+
+impl Task for AlignBeams<'_> {
+    type Output = Result<()>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        let AlignBeams {
+            stage,
+            records,
+            first,
+            beams,
+            x,
+        } = self;
+        x.par_chunks_exact_mut(stage.samples * stage.data.element_x.len())
+            .zip(beams)
+            .try_for_each_init(
+                || vec![0.0; stage.scratch_len(V::LANES)],
+                |scratch, (x, beam)| stage.align(zero, beam, (records, first), scratch, x),
+            )
     }
 }
 
@@ -237,31 +418,27 @@ impl Task for Align<'_> {
     }
 }
 
-/// The RF of the one frame of a straight array, which is what is delayed so far.
-fn straight_rf(data: &ChannelData) -> Result<CowArray<'_, f32, Ix3>> {
-    let not_yet = |what: &str| {
-        Err(Error::Data(format!(
-            "holds {what}; only one frame of RF of a straight array without a lens, with focused, \
-             plane or single-element transmits, is beamformed so far"
-        )))
-    };
-    if matches!(
-        data.transmits,
-        Transmits::VirtualSource { .. } | Transmits::Delays { .. }
-    ) {
-        return not_yet("virtual sources or delays of the elements");
+/// An RF record holds the pulse at an output rate.
+fn check_rate(rate: f64, data: &ChannelData) -> Result<()> {
+    let (lowest, highest) = (2.0 * data.f0, data.fs / MAX_DECIMATION as f64);
+    if rate > lowest && rate >= highest {
+        return Ok(());
     }
-    if !data.is_straight() {
-        return not_yet("an array that is not straight");
+    Err(Error::Usage(format!(
+        "--output-rate is {rate} Hz; expected more than twice the centre frequency of {} \
+         Hz and at least 1/{MAX_DECIMATION} of the sampling rate of {} Hz",
+        data.f0, data.fs
+    )))
+}
+
+/// The array of a recording, whose elements are told where it is not straight.
+fn array_of<'e>(data: &'e ChannelData, elements: &'e [Element]) -> Array<'e> {
+    if elements.is_empty() {
+        return Array::LinearAt(&data.element_x);
     }
-    if data.lens_delay != 0.0 {
-        return not_yet("a lens");
-    }
-    match data.samples.rf(0) {
-        Some(rf) if data.samples.frames() == 1 && rf.is_standard_layout() => Ok(rf.into()),
-        Some(rf) if data.samples.frames() == 1 => Ok(rf.as_standard_layout().into_owned().into()),
-        Some(_) => not_yet("several frames"),
-        None => not_yet("I/Q"),
+    Array::At {
+        elements,
+        pitch: data.pitch(),
     }
 }
 
@@ -272,12 +449,17 @@ fn law(data: &ChannelData, transmit: usize) -> TransmitLaw<'_> {
         Transmits::Plane { angle } => TransmitLaw::Plane {
             angle: angle[transmit],
         },
-        Transmits::Element { index } => TransmitLaw::Element {
-            x: data.element_x[index[transmit]],
-            z: 0.0,
+        Transmits::Element { index } => {
+            let [x, z] = data.element(index[transmit]);
+            TransmitLaw::Element { x, z }
+        }
+        Transmits::VirtualSource { x, z } => TransmitLaw::VirtualSource {
+            x: x[transmit],
+            z: z[transmit],
         },
-        Transmits::VirtualSource { .. } | Transmits::Delays { .. } => {
-            unreachable!("refused by `straight_rf`")
+        Transmits::Delays { delay } => {
+            let own = delay.row(transmit).to_slice();
+            TransmitLaw::Delays(own.expect("checked to be in row-major order"))
         }
     }
 }

@@ -1,15 +1,17 @@
 //! A recording → beamformed lines.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use bonebeam::geometry::Active;
+use bonebeam::geometry::{Active, Ray};
 use ndarray::{Array2, Axis};
+use num_complex::Complex;
 
-use crate::Result;
 use crate::config::Beamform;
 use crate::drive::beamform::beamform;
 use crate::drive::delay::DelayStage;
-use crate::files::{AlignedData, ChannelData, Lines};
+use crate::files::{AlignedData, BeamRays, ChannelData, Lines};
+use crate::{Error, Result};
 
 /// How many beams are delayed at a time: a multiple of the lanes, and enough for all threads,
 /// while the aligned samples of a large set stay within some hundred megabytes.
@@ -18,7 +20,8 @@ pub(crate) const BEAMS_AT_A_TIME: usize = 64;
 /// The speed of sound that lines tell where neither the file nor the configuration does, m/s.
 const DEFAULT_SOUND_SPEED: f64 = 1540.0;
 
-/// Delays and beamforms channel data. `progress` hears the fraction done, from any thread.
+/// Delays and beamforms the first frame of channel data. `progress` hears the fraction done, from any
+/// thread.
 ///
 /// # Errors
 /// Parameters that do not fit the record; see [`DelayStage::new`] and [`beamform`].
@@ -27,26 +30,64 @@ pub fn beamform_channel_data(
     parameters: &Beamform,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Lines> {
+    let mut lines = beamform_frames(data, parameters, 0..1, progress)?;
+    Ok(lines.remove(0))
+}
+
+/// Delays and beamforms some frames of channel data, as lines each.
+///
+/// # Errors
+/// [`Error::Usage`] for frames that there are not; as [`beamform_channel_data`].
+pub fn beamform_frames(
+    data: &ChannelData,
+    parameters: &Beamform,
+    frames: Range<usize>,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Vec<Lines>> {
     let stage = DelayStage::new(data, parameters)?;
     let (beams, samples) = (stage.beam_x().len(), stage.samples());
     let done = AtomicUsize::new(0);
-    let count = |n: usize| report(progress, &done, n, beams * samples);
-    let mut z = Array2::zeros((beams, samples));
-    for first in (0..beams).step_by(BEAMS_AT_A_TIME) {
-        let chunk = first..beams.min(first + BEAMS_AT_A_TIME);
-        let x = stage.delay(chunk.clone())?;
-        let active = |beam: usize, sample: usize| stage.active(first + beam, sample);
-        let core = parameters.parameters();
-        let part = beamform(x.view(), active, core, parameters.covariance, count)?;
-        z.slice_axis_mut(Axis(0), chunk.into()).assign(&part);
-    }
-    Ok(Lines {
-        z,
-        fs: parameters.output_rate,
-        t0: stage.start(),
-        beam_x: stage.beam_x().to_vec(),
-        c: stage.sound_speed(),
-    })
+    let all = frames.len() * beams * samples;
+    let count = |n: usize| report(progress, &done, n, all);
+    let core = parameters.parameters();
+    let frames = frames.map(|index| -> Result<Array2<Complex<f32>>> {
+        let frame = data.samples.frame(index).ok_or_else(|| {
+            let frames = data.samples.frames();
+            Error::Usage(format!(
+                "there is no frame {index}; expected 0 to {}",
+                frames.saturating_sub(1)
+            ))
+        })?;
+        let mut z = Array2::zeros((beams, samples));
+        for first in (0..beams).step_by(BEAMS_AT_A_TIME) {
+            let chunk = first..beams.min(first + BEAMS_AT_A_TIME);
+            let x = stage.delay_frame(frame, chunk.clone())?;
+            let active = |beam: usize, sample: usize| stage.active(first + beam, sample);
+            let part = beamform(x.view(), active, core, parameters.covariance, count)?;
+            z.slice_axis_mut(Axis(0), chunk.into()).assign(&part);
+        }
+        Ok(z)
+    });
+    let down = stage
+        .rays()
+        .iter()
+        .all(|ray| ray.z() == 0.0 && ray.angle() == 0.0);
+    let rays = (!down).then(|| BeamRays {
+        z: stage.rays().iter().map(Ray::z).collect(),
+        angle: stage.rays().iter().map(Ray::angle).collect(),
+    });
+    frames
+        .map(|z| {
+            Ok(Lines {
+                z: z?,
+                fs: parameters.output_rate,
+                t0: stage.start(),
+                beam_x: stage.beam_x().to_vec(),
+                rays: rays.clone(),
+                c: stage.sound_speed(),
+            })
+        })
+        .collect()
 }
 
 /// Beamforms aligned data with all elements active. Beams without positions are taken to lie
@@ -85,6 +126,7 @@ pub fn beamform_aligned_data(
         fs: data.fs,
         t0: data.t0,
         beam_x: data.beam_x.clone().unwrap_or_else(even),
+        rays: None,
         c: parameters.sound_speed.unwrap_or(DEFAULT_SOUND_SPEED),
     })
 }

@@ -1,13 +1,13 @@
 //! Lines → image, through the core.
 
 use bonebeam::geometry::Axis;
-use bonebeam::image::{self as core, BMode, BModeParameters};
+use bonebeam::image::{self as core, BMode, BModeParameters, Fan};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use crate::files::Lines;
+use crate::files::{BeamRays, Lines};
 use crate::{Error, Result};
 
 pub use bonebeam::image::PixelGrid;
@@ -30,8 +30,14 @@ pub struct Image {
 /// # Errors
 /// Beams that are not evenly spaced.
 pub fn grid_of_lines(lines: &Lines, rows: usize, columns: usize) -> Result<PixelGrid> {
-    let (beams, samples) = (beam_axis(&lines.beam_x)?, sample_axis(lines));
-    Ok(PixelGrid::of_lines(&beams, &samples, rows, columns))
+    let samples = sample_axis(lines);
+    match layout(lines)? {
+        Layout::Even(beams) => Ok(PixelGrid::of_lines(&beams, &samples, rows, columns)),
+        Layout::Fan { .. } => {
+            let [across, depths] = extent(lines);
+            Ok(PixelGrid::cover(across, depths, rows, columns))
+        }
+    }
 }
 
 /// Envelope, decibels relative to the frame's largest, 0..255, isotropic pixels, and the 3×3
@@ -40,16 +46,20 @@ pub fn grid_of_lines(lines: &Lines, rows: usize, columns: usize) -> Result<Pixel
 /// `dynamic_range` is in dB. Pixels outside the data are 0.
 ///
 /// # Errors
-/// Beams that are not evenly spaced, and what the core refuses: a NaN or infinite sample, a
+/// Beams that are neither evenly spaced nor an even fan, and what the core refuses: a NaN or infinite sample, a
 /// dynamic range or pixel size that is not positive, fewer than two beams or samples.
 pub fn b_mode(lines: &Lines, dynamic_range: f32, grid: &PixelGrid, median: bool) -> Result<Image> {
-    let b_mode = BMode::new(BModeParameters {
-        lines: beam_axis(&lines.beam_x)?,
+    let parameters = |axis: Axis| BModeParameters {
+        lines: axis,
         samples: sample_axis(lines),
         grid: *grid,
         dynamic_range,
         median,
-    })?;
+    };
+    let b_mode = match layout(lines)? {
+        Layout::Even(beams) => BMode::new(parameters(beams))?,
+        Layout::Fan { fan, angles } => BMode::of_fan(parameters(angles), fan)?,
+    };
     Ok(Image {
         pixels: pixels(&b_mode, lines.z.view())?,
         x0: grid.x0,
@@ -144,6 +154,94 @@ pub fn resize(image: ArrayView2<f32>, rows: usize, columns: usize) -> Result<Arr
 /// As [`b_mode`] about the beams.
 pub fn check_beams(beam_x: &[f64]) -> Result<()> {
     beam_axis(beam_x).map(drop)
+}
+
+/// How the beams of an image lie.
+enum Layout {
+    /// Straight down, evenly spaced.
+    Even(Axis),
+    /// From one place, at even angles.
+    Fan { fan: Fan, angles: Axis },
+}
+
+fn layout(lines: &Lines) -> Result<Layout> {
+    match &lines.rays {
+        None => beam_axis(&lines.beam_x).map(Layout::Even),
+        Some(rays) => fan(lines, rays),
+    }
+}
+
+/// From where to where lines reach, across and down, m.
+pub fn extent(lines: &Lines) -> [[f64; 2]; 2] {
+    let samples = sample_axis(lines);
+    let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for (beam, &x) in lines.beam_x.iter().enumerate() {
+        let (z, angle) = match &lines.rays {
+            None => (0.0, 0.0),
+            Some(rays) => (rays.z[beam], rays.angle[beam]),
+        };
+        for r in [samples.first, samples.last()] {
+            let place = [x + r * angle.sin(), z + r * angle.cos()];
+            for (range, at) in extent.iter_mut().zip(place) {
+                *range = [range[0].min(at), range[1].max(at)];
+            }
+        }
+    }
+    extent
+}
+
+/// The fan of beams at even angles from one place.
+///
+/// # Errors
+/// Angles that do not ascend evenly, to a hundredth of a step; a beam that begins off the arc through
+/// the first and the last by more than a hundredth of what lies between two; an array that is concave.
+fn fan(lines: &Lines, rays: &BeamRays) -> Result<Layout> {
+    let needs = |what: String| {
+        Err(Error::Data(format!(
+            "an image needs beams straight down, or beams that fan out evenly from one place: {what}"
+        )))
+    };
+    let last = lines.beam_x.len() - 1;
+    let (first_angle, last_angle) = (rays.angle[0], rays.angle[last]);
+    let step = (last_angle - first_angle) / last.max(1) as f64;
+    if step.is_nan() || step <= 0.0 {
+        return needs(format!(
+            "their angles go from {first_angle} rad to {last_angle} rad"
+        ));
+    }
+    let radius = (lines.beam_x[last] - lines.beam_x[0]) / (last_angle.sin() - first_angle.sin());
+    let x = lines.beam_x[0] - radius * first_angle.sin();
+    let z = rays.z[0] - radius * first_angle.cos();
+    // A sector's radius is 0 but for rounding.
+    let deepest = sample_axis(lines).last();
+    let tolerance = 0.01 * step * (radius.abs() + deepest);
+    if radius < -tolerance {
+        return needs("they converge".into());
+    }
+    for beam in 0..=last {
+        let even = first_angle + beam as f64 * step;
+        let angle = rays.angle[beam];
+        let beside = (lines.beam_x[beam] - x - radius * angle.sin())
+            .hypot(rays.z[beam] - z - radius * angle.cos());
+        if (angle - even).abs() > 0.01 * step || beside > tolerance {
+            return needs(format!(
+                "beam {beam} begins at {} m, {} m and goes {angle} rad aside",
+                lines.beam_x[beam], rays.z[beam]
+            ));
+        }
+    }
+    Ok(Layout::Fan {
+        fan: Fan {
+            x,
+            z,
+            radius: radius.max(0.0),
+        },
+        angles: Axis {
+            first: first_angle,
+            step,
+            count: last + 1,
+        },
+    })
 }
 
 /// The axis of evenly spaced beams.

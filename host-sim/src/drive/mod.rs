@@ -1,6 +1,7 @@
 //! The drive of the core: the stages over whole frames, on all threads and the widest vectors.
 
 pub mod beamform;
+mod beams;
 pub mod delay;
 pub mod frame;
 pub mod image;

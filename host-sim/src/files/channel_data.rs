@@ -467,6 +467,9 @@ impl Transmits {
             }
             Transmits::Delays { delay } => {
                 validate::count("tx_delay", delay.nrows(), transmits, "transmit")?;
+                if !delay.is_standard_layout() {
+                    return Err("`tx_delay` is not in row-major order in memory".into());
+                }
                 if delay.ncols() != elements {
                     return Err(format!(
                         "`tx_delay` has shape {:?}; expected [transmit, element] with {elements} elements",

@@ -11,6 +11,7 @@
 mod array;
 mod chain;
 mod channel_data;
+mod demodulate;
 mod element;
 mod kaiser_bessel;
 mod marching_squares;
@@ -27,6 +28,7 @@ mod visibility;
 
 pub use array::Array;
 pub use channel_data::{Summation, channel_data};
+pub use demodulate::demodulate;
 pub use mesh::slice_mesh;
 pub use outline::Outline;
 pub use phantom::{Phantom, Scatterer, Tissue};

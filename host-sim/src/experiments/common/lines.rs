@@ -48,6 +48,7 @@ pub fn beamform_all(
             fs: receive.0.output_rate,
             t0: stage.start(),
             beam_x: stage.beam_x().to_vec(),
+            rays: None,
             c: stage.sound_speed(),
         });
     }

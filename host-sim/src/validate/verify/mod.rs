@@ -281,6 +281,7 @@ impl<'a> Scene<'a> {
             fs: 20e6,
             t0: self.stage.start(),
             beam_x: self.stage.beam_x().to_vec(),
+            rays: None,
             c: self.stage.sound_speed(),
         };
         let grid = grid_of_lines(&lines, 128, 128)?;

@@ -1,0 +1,431 @@
+//! Linear, phased and convex arrays, RF and I/Q, every delay law, many frames and a lens: a point lies
+//! where it is, and I/Q gives the lines of RF.
+
+mod common;
+
+use std::f64::consts::{PI, TAU};
+use std::process::Command;
+
+use host_sim::config::{Beamform, LineKind};
+use host_sim::drive::frame::{beamform_channel_data, beamform_frames};
+use host_sim::drive::image::{b_mode, grid_of_lines};
+use host_sim::files::{ChannelData, Lines, Samples, Transmits};
+use host_sim::methods::Choice;
+use ndarray::{Array2, Array3, Array4, Axis};
+use num_complex::Complex;
+use tempfile::{TempDir, tempdir};
+
+const C: f64 = 1540.0;
+const ELEMENTS: usize = 48;
+const F0: f64 = 4e6;
+const FS: f64 = 32e6;
+const T0: f64 = -0.8e-6;
+/// The pulse's bandwidth at −6 dB.
+const BANDWIDTH: f64 = 0.6 * F0;
+/// I/Q against RF with the default reading: 9·10⁻⁴ of the pulse's peak at 3.33 times the bandwidth
+/// (tests/iq.rs), and the 1.6·10⁻³ of RF read at 32 MHz and put out at 20 MHz.
+const IQ_AGAINST_RF: f32 = 2.5e-3;
+
+/// An array: its elements' positions and normals.
+struct Probe {
+    x: Vec<f64>,
+    z: Option<Vec<f64>>,
+    angle: Option<Vec<f64>>,
+}
+
+fn straight(pitch: f64) -> Probe {
+    Probe {
+        x: (0..ELEMENTS).map(|m| (m as f64 - 23.5) * pitch).collect(),
+        z: None,
+        angle: None,
+    }
+}
+
+/// 40 mm of radius, 0.4 mm of pitch.
+fn convex() -> Probe {
+    let angle: Vec<f64> = (0..ELEMENTS).map(|m| (m as f64 - 23.5) * 0.01).collect();
+    Probe {
+        x: angle.iter().map(|a| 40e-3 * a.sin()).collect(),
+        z: Some(angle.iter().map(|a| 40e-3 * (a.cos() - 1.0)).collect()),
+        // Made from the positions.
+        angle: None,
+    }
+}
+
+fn envelope(t: f64) -> f64 {
+    let a = (PI * BANDWIDTH).powi(2) / (4.0 * 10f64.powf(6.0 / 20.0).ln());
+    (-a * t * t).exp()
+}
+
+/// The echo of a point, straight from the arrival times of the contract. The wave is on all of the
+/// point's surroundings, but for focused transmits where `height` tells how much of it.
+fn recording(
+    probe: &Probe,
+    transmits: Transmits,
+    [x, z]: [f64; 2],
+    (iq, lens): (bool, f64),
+) -> ChannelData {
+    let place = |m: usize| (probe.x[m], probe.z.as_ref().map_or(0.0, |z| z[m]));
+    let arrival = |t: usize| match &transmits {
+        Transmits::Plane { angle } => (x * angle[t].sin() + z * angle[t].cos()) / C,
+        Transmits::Element { index } => {
+            let (ex, ez) = place(index[t]);
+            (x - ex).hypot(z - ez) / C
+        }
+        Transmits::VirtualSource { x: sx, z: sz } => {
+            let (distance, range) = ((x - sx[t]).hypot(z - sz[t]), sx[t].hypot(sz[t]));
+            match sz[t] > 0.0 {
+                true => (range + (z - sz[t]).signum() * distance) / C,
+                false => (distance - range) / C,
+            }
+        }
+        Transmits::Delays { delay } => {
+            let one = |m: usize| {
+                let (ex, ez) = place(m);
+                delay[(t, m)] + (x - ex).hypot(z - ez) / C
+            };
+            // NaN is left aside by `min`.
+            (0..ELEMENTS).map(one).fold(f64::INFINITY, f64::min)
+        }
+        Transmits::Focused { .. } => z / C,
+    };
+    // Of focused transmits the one whose focus is next to the point has it.
+    let height = |t: usize| match &transmits {
+        Transmits::VirtualSource { x: sx, z: sz } if sz[t] > 0.0 => {
+            let aside = sx[t].atan2(sz[t]) - x.atan2(z);
+            (-(aside / 0.02).powi(2)).exp()
+        }
+        _ => 1.0,
+    };
+    let fs = if iq { FS / 4.0 } else { FS };
+    let samples = (48e-6 * fs) as usize;
+    let shape = (transmits.len(), ELEMENTS, samples);
+    let at = |t: usize, m: usize, n: usize| {
+        let (ex, ez) = place(m);
+        let time = T0 + n as f64 / fs;
+        let late = time - arrival(t) - (x - ex).hypot(z - ez) / C - 2.0 * lens;
+        (height(t) * envelope(late), late, time)
+    };
+    let samples = if iq {
+        let f_demod = 3.9e6;
+        let baseband = |(t, m, n)| {
+            let (envelope, late, time) = at(t, m, n);
+            let y = Complex::from_polar(envelope, TAU * (F0 * late - f_demod * time));
+            Complex::new(y.re as f32, y.im as f32)
+        };
+        Samples::iq(Array3::from_shape_fn(shape, baseband), f_demod)
+    } else {
+        let rf = |(t, m, n)| {
+            let (envelope, late, _) = at(t, m, n);
+            (envelope * (TAU * F0 * late).cos()) as f32
+        };
+        Array3::from_shape_fn(shape, rf).into()
+    };
+    ChannelData {
+        samples,
+        fs,
+        t0: vec![T0; shape.0],
+        element_x: probe.x.clone(),
+        element_z: probe.z.clone(),
+        element_angle: probe.angle.clone(),
+        c: C,
+        f0: F0,
+        transmits,
+        lens_delay: lens,
+    }
+}
+
+/// Where a beam's sample lies, (x, z) m.
+fn place(lines: &Lines, beam: usize, sample: usize) -> [f64; 2] {
+    let r = lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
+    let (z, angle) = match &lines.rays {
+        None => (0.0, 0.0),
+        Some(rays) => (rays.z[beam], rays.angle[beam]),
+    };
+    [lines.beam_x[beam] + r * angle.sin(), z + r * angle.cos()]
+}
+
+fn brightest(lines: &Lines) -> [f64; 2] {
+    let norms = lines.z.mapv(|z| z.norm());
+    let mut best = (0, 0);
+    for (place, &norm) in norms.indexed_iter() {
+        if norm > norms[best] {
+            best = place;
+        }
+    }
+    place(lines, best.0, best.1)
+}
+
+fn parameters(method: &str) -> Beamform {
+    let mut parameters = Beamform {
+        method: Choice::named(method).unwrap(),
+        depth_start: Some(24e-3),
+        depth_end: Some(33e-3),
+        ..Beamform::default()
+    };
+    parameters.resolve();
+    parameters
+}
+
+/// The probes, and a point that a line of each goes through to a tenth of a millimetre.
+fn scenes() -> [(&'static str, Probe, [f64; 2], Transmits); 7] {
+    let foci = |radius: f64, apex: f64, step: f64| {
+        let angles = (-20..=20).map(|k| f64::from(k) * step);
+        let (x, z) = angles
+            .map(|a| (radius * a.sin(), apex + radius * a.cos()))
+            .unzip();
+        Transmits::VirtualSource { x, z }
+    };
+    let delays = |probe: &Probe| {
+        let behind = |(t, m): (usize, usize)| {
+            let (sx, sz) = ((t as f64 - 1.0) * 4e-3, -12e-3);
+            match (t, m) {
+                (1, 5) => f64::NAN,
+                _ => ((probe.x[m] - sx).hypot(sz) - 12e-3) / C,
+            }
+        };
+        Transmits::Delays {
+            delay: Array2::from_shape_fn((3, ELEMENTS), behind),
+        }
+    };
+    let diverging = || Transmits::VirtualSource {
+        x: vec![-5e-3, 0.0, 5e-3],
+        z: vec![-10e-3, -11e-3, -10e-3],
+    };
+    let (phased, linear) = (|| straight(0.19e-3), || straight(0.3e-3));
+    [
+        ("linear, sources", linear(), [2e-3, 28e-3], diverging()),
+        (
+            "linear, delays",
+            linear(),
+            [-1.5e-3, 28e-3],
+            delays(&linear()),
+        ),
+        ("phased, sources", phased(), [9e-3, 27e-3], diverging()),
+        (
+            "phased, foci",
+            phased(),
+            [9e-3, 27e-3],
+            foci(30e-3, 0.0, 0.02),
+        ),
+        (
+            "convex, foci",
+            convex(),
+            [6.73e-3, 27.06e-3],
+            foci(70e-3, -40e-3, 0.01),
+        ),
+        (
+            "convex, plane",
+            convex(),
+            [7e-3, 27e-3],
+            Transmits::Plane {
+                angle: vec![-0.2, 0.0, 0.2],
+            },
+        ),
+        (
+            "convex, elements",
+            convex(),
+            [-6e-3, 27e-3],
+            Transmits::Element {
+                index: (0..ELEMENTS).step_by(3).collect(),
+            },
+        ),
+    ]
+}
+
+#[test]
+fn a_point_lies_where_it_is_and_iq_gives_the_lines_of_rf() {
+    for (what, probe, point, transmits) in scenes() {
+        // The lens is known to the recording, so that nothing moves.
+        for lens in [0.0, 0.3e-6] {
+            let rf = recording(&probe, transmits.clone(), point, (false, lens));
+            let iq = recording(&probe, transmits.clone(), point, (true, lens));
+            let methods = ["das", "mv", "esmv", "esmv-rank1"];
+            for method in &methods[..if lens == 0.0 { 1 } else { 4 }] {
+                let parameters = parameters(method);
+                let lines = beamform_channel_data(&rf, &parameters, &|_| {}).unwrap();
+                let [x, z] = brightest(&lines);
+                let off = (x - point[0]).hypot(z - point[1]);
+                assert!(off < 0.35e-3, "{what}, {method}: {x} {z}");
+                if *method != "das" {
+                    // The weights of the others follow the data wherever there is nothing but noise.
+                    let of_iq = beamform_channel_data(&iq, &parameters, &|_| {}).unwrap();
+                    let [ix, iz] = brightest(&of_iq);
+                    assert!((ix - x).hypot(iz - z) < 0.1e-3, "{what}, {method}, I/Q");
+                    continue;
+                }
+                let of_iq = beamform_channel_data(&iq, &parameters, &|_| {}).unwrap();
+                assert_eq!(of_iq.rays, lines.rays);
+                let peak = lines.z.iter().fold(0.0f32, |peak, z| peak.max(z.norm()));
+                assert!(peak > 0.02, "{what}: {peak}");
+                for ((place, a), b) in lines.z.indexed_iter().zip(&of_iq.z) {
+                    let error = (a - b).norm();
+                    assert!(error < IQ_AGAINST_RF, "{what} at {place:?}: {a} {b}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn lines_fit_the_array_or_are_those_asked_for() {
+    let angles = |lines: &Lines| lines.rays.as_ref().map(|rays| rays.angle.clone());
+    for (what, probe, point, transmits) in scenes() {
+        let data = recording(&probe, transmits, point, (true, 0.0));
+        let lines = beamform_channel_data(&data, &parameters("das"), &|_| {}).unwrap();
+        let count = lines.beam_x.len();
+        match what {
+            "linear, sources" | "linear, delays" => {
+                assert_eq!((count, angles(&lines)), (2 * ELEMENTS - 1, None));
+            }
+            "phased, sources" => {
+                let angles = angles(&lines).unwrap();
+                assert_eq!((count, angles[0]), (2 * ELEMENTS - 1, -PI / 4.0));
+                assert!(lines.beam_x.iter().all(|&x| x.abs() < 1e-12));
+            }
+            // A line a focus, through it.
+            "phased, foci" | "convex, foci" => {
+                let angles = angles(&lines).unwrap();
+                assert_eq!(count, 41);
+                let step = if what == "phased, foci" { 0.02 } else { 0.01 };
+                for (k, angle) in angles.iter().enumerate() {
+                    assert!(
+                        (angle - (k as f64 - 20.0) * step).abs() < 1e-5,
+                        "{what} {k}"
+                    );
+                }
+            }
+            _ => {
+                let angles = angles(&lines).unwrap();
+                assert_eq!(count, 2 * ELEMENTS - 1);
+                // The normals, from the places of the neighbours.
+                assert!((angles[2 * 10] - (10.0 - 23.5) * 0.01).abs() < 1e-9);
+                assert!((lines.beam_x[20] - probe.x[10]).abs() < 1e-12);
+            }
+        }
+    }
+    let (_, probe, point, transmits) = scenes().into_iter().next().unwrap();
+    let data = recording(&probe, transmits, point, (true, 0.0));
+    let asked = Beamform {
+        lines: Some(LineKind::Sector),
+        line_count: Some(31),
+        sector: 0.6,
+        ..parameters("das")
+    };
+    let lines = beamform_channel_data(&data, &asked, &|_| {}).unwrap();
+    let angles = angles(&lines).unwrap();
+    assert_eq!(angles.len(), 31);
+    assert!((angles[0] + 0.3).abs() < 1e-12 && (angles[30] - 0.3).abs() < 1e-12);
+}
+
+#[test]
+fn a_fan_becomes_an_image_with_the_point_in_its_place() {
+    for (what, probe, point, transmits) in scenes() {
+        let data = recording(&probe, transmits, point, (true, 0.0));
+        let lines = beamform_channel_data(&data, &parameters("das"), &|_| {}).unwrap();
+        let grid = grid_of_lines(&lines, 300, 300).unwrap();
+        let image = b_mode(&lines, 40.0, &grid, false).unwrap();
+        let brightest = |best: (usize, usize), (place, &level): ((usize, usize), &f32)| {
+            if level > image.pixels[best] {
+                place
+            } else {
+                best
+            }
+        };
+        let (row, column) = image.pixels.indexed_iter().fold((0, 0), brightest);
+        let x = grid.x0 + column as f64 * grid.pixel;
+        let z = grid.z0 + row as f64 * grid.pixel;
+        let off = (x - point[0]).hypot(z - point[1]);
+        assert!(off < 0.4e-3, "{what}: {x} {z}");
+    }
+}
+
+/// Runs the program in a folder of its own; its standard error where it fails.
+fn run(folder: &TempDir, arguments: &str) -> Result<(), String> {
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(arguments.split(' '))
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    match output.status.success() {
+        true => Ok(()),
+        false => Err(String::from_utf8_lossy(&output.stderr).into_owned()),
+    }
+}
+
+#[test]
+fn frames_are_beamformed_each_by_itself() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("frames.npz");
+    let (_, probe, _, transmits) = scenes().into_iter().next().unwrap();
+    let points = [[0.0, 26e-3], [2e-3, 27e-3], [-2e-3, 30e-3]];
+    let single = points.map(|point| recording(&probe, transmits.clone(), point, (true, 0.0)));
+    let views: Vec<_> = (single.iter())
+        .map(|data| match &data.samples {
+            Samples::Iq { iq, .. } => iq.index_axis(Axis(0), 0),
+            Samples::Rf(_) => unreachable!(),
+        })
+        .collect();
+    let iq: Array4<Complex<f32>> = ndarray::stack(Axis(0), &views).unwrap();
+    let data = ChannelData {
+        samples: Samples::Iq { iq, f_demod: 3.9e6 },
+        ..single[0].clone()
+    };
+    data.write(&path).unwrap();
+
+    let parameters = parameters("esmv-rank1");
+    let all = beamform_frames(&data, &parameters, 0..3, &|_| {}).unwrap();
+    for (lines, data) in all.iter().zip(&single) {
+        assert_eq!(
+            lines,
+            &beamform_channel_data(data, &parameters, &|_| {}).unwrap()
+        );
+    }
+    let flags = "--depth-start 0.024 --depth-end 0.033 -o lines.npz";
+    for (frames, range) in [("", 0..3), ("--frames 1..3 ", 1..3), ("--frames 2 ", 2..3)] {
+        let command = format!("beamform frames.npz {frames}{flags}");
+        run(&folder, &command).unwrap();
+        let file = std::fs::File::open(folder.path().join("lines.npz")).unwrap();
+        let mut npz = ndarray_npy::NpzReader::new(file).unwrap();
+        let z: Array3<Complex<f32>> = npz.by_name("z.npy").unwrap();
+        assert_eq!(z.dim().0, range.len());
+        for (k, frame) in range.enumerate() {
+            assert_eq!(z.index_axis(Axis(0), k), all[frame].z);
+        }
+    }
+    for frames in ["3", "1..1", "2..4"] {
+        let message = run(
+            &folder,
+            &format!("beamform frames.npz --frames {frames} {flags}"),
+        );
+        assert!(message.unwrap_err().contains("frames 0 to 2"), "{frames}");
+    }
+    let message = run(
+        &folder,
+        &format!("beamform frames.npz --frames a..b {flags}"),
+    );
+    assert!(message.unwrap_err().contains("such as 0..10"));
+}
+
+#[test]
+fn a_simulated_scene_has_the_same_lines_as_iq() {
+    let folder = tempdir().unwrap();
+    let scene = "simulate point --beams 5 --first-beam 61 -o";
+    run(&folder, &format!("{scene} rf.npz")).unwrap();
+    run(&folder, &format!("{scene} iq.npz --iq")).unwrap();
+    let iq = ChannelData::read(&folder.path().join("iq.npz")).unwrap();
+    assert!(matches!(iq.samples, Samples::Iq { f_demod: 5e6, .. }) && iq.fs == 10e6);
+    let lines = ["rf", "iq"].map(|name| {
+        let depths = "--depth-start 0.0135 --depth-end 0.0165";
+        run(
+            &folder,
+            &format!("beamform {name}.npz --method das {depths} -o lines.npz"),
+        )
+        .unwrap();
+        Lines::read(&folder.path().join("lines.npz")).unwrap()
+    });
+    let peak = lines[0].z.iter().fold(0.0f32, |peak, z| peak.max(z.norm()));
+    for (a, b) in lines[0].z.iter().zip(&lines[1].z) {
+        assert!((a - b).norm() < IQ_AGAINST_RF * peak, "{a} {b} of {peak}");
+    }
+}
