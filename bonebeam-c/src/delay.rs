@@ -4,7 +4,7 @@ use crate::memory::{array, array_mut, one, one_mut, place};
 use crate::status::{Status, status};
 use crate::{Active, Complex};
 use bonebeam::focus::{Compounding, Delay, DelayParameters as Core, Record, ScanLine as CoreLine};
-use bonebeam::geometry::{self, Array, Transmit, TransmitLaw};
+use bonebeam::geometry::{self, Array, Ray, Transmit, TransmitLaw};
 use core::ffi::c_void;
 
 /// Shapes and rates of a delay stage. SI units.
@@ -165,12 +165,15 @@ pub unsafe extern "C" fn bonebeam_delay_line(
         let law = match line.law {
             law if law == Law::Focused as i32 => TransmitLaw::Focused,
             law if law == Law::Plane as i32 => TransmitLaw::Plane { angle: line.angle },
-            law if law == Law::Element as i32 => TransmitLaw::Element { x: line.transmit_x },
+            law if law == Law::Element as i32 => TransmitLaw::Element {
+                x: line.transmit_x,
+                z: 0.0,
+            },
             _ => return Err(Status::Parameter),
         };
         let line = CoreLine {
             transmit: Transmit::new(law, line.t0),
-            x: line.x,
+            ray: Ray::down(line.x),
             array: Array::LinearAt(element_x),
             active: geometry::Active {
                 first: line.active.first,

@@ -59,7 +59,8 @@ Examples:
   host-sim bench --quick
   host-sim simulate vertebra -o channels.npz
   host-sim beamform channels.npz --method esmv-rank1 -o lines.npz --image lines.png
-  host-sim phase-symmetry lines.png --scales 2^-7,2^-8,2^-9 --threshold 15 -o ps.npy --image ps.png
+  host-sim phase-symmetry lines.png --pad --scales 2^-7,2^-8,2^-9 --threshold 15 -o ps.npy \\
+      --image ps.png
   host-sim beamform --help";
 
 /// Runs the program on the process's arguments.

@@ -97,7 +97,10 @@ fn the_data_of_these_tests_are_good_where_they_are_not_spoilt() {
             "lines.png"
         ]
     );
-    let (code, message) = run(&folder, "phase-symmetry lines.png -o ps.npy --image ps.png");
+    let (code, message) = run(
+        &folder,
+        "phase-symmetry lines.png --pad -o ps.npy --image ps.png",
+    );
     assert_eq!((code, message.as_str()), (0, ""));
     assert!(folder.path().join("ps.npy.config.toml").exists());
 }

@@ -172,14 +172,14 @@ fn the_written_configuration_repeats_the_run() {
             subaperture_ratio: 0.4,
             f_number: 2.0,
             min_elements: 6,
-            output_rate: 25e6,
+            output_rate: Some(25e6),
             depth_start: Some(0.004),
             depth_end: Some(0.018),
             ..Beamform::default()
         },
         image: Image {
             dynamic_range: 45.0,
-            rows: 200,
+            rows: Some(200),
             median: true,
             ..Image::default()
         },

@@ -32,8 +32,12 @@ fn the_defaults_are_those_of_the_paper_and_the_contract() {
     assert_eq!(config.beamform.covariance, Covariance::ForwardBackward);
     assert_eq!(config.beamform.f_number, 1.5);
     assert_eq!(config.beamform.min_elements, 8);
-    assert_eq!(config.beamform.output_rate, 20e6);
-    assert_eq!((config.image.rows, config.image.columns), (512, 512));
+    // Four samples a period of any centre frequency: the paper's 20 MHz at 5 MHz.
+    assert_eq!(config.beamform.output_rate, None);
+    assert_eq!(config.beamform.rate(5e6, 100e6), 20e6);
+    // Square pixels, 512 the longer way.
+    assert_eq!(config.image.sides(0.02, 0.04), [512, 257]);
+    assert_eq!(config.image.sides(0.04, 0.02), [257, 512]);
     // 2^-7, 2^-8, 2^-9 and T_n = 15, as for the paper's simulations.
     assert_eq!(
         config.phase_symmetry.scales,

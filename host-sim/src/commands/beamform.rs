@@ -7,14 +7,14 @@ use clap::Args;
 use num_complex::Complex;
 
 use super::{ConfigArgument, about, command_line, load_config, progress_bar};
-use crate::config::{Beamform, BeamformFlags, Config, Image, ImageFlags};
+use crate::config::{Beamform, BeamformFlags, Config, Image, ImageFlags, LONGER_SIDE};
 use crate::drive::frame::{BEAMS_AT_A_TIME, beamform_aligned_data, beamform_frames};
 use crate::drive::image::{PixelGrid, b_mode, check_beams, extent};
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
 use crate::files::{ChannelData, Lines, Recording, Transmits};
 use crate::memory::{self, product};
-use crate::terminal::warn;
+use crate::terminal::{print, warn};
 use crate::{Error, Result};
 
 /// Beamform channel data: one complex value a beam and depth.
@@ -164,6 +164,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     if let Recording::Channel(data) = &recording {
         let told = data.doubts().into_iter();
+        let told = told.chain(config.beamform.doubts(data.f0, data.fs));
         let doubts = told.chain(check_depths(data, &config.beamform)?);
         for doubt in doubts {
             warn(&format!("{}: {doubt}", arguments.recording.display()));
@@ -199,13 +200,45 @@ pub fn run(arguments: Arguments) -> Result<()> {
         }
         (frames, _) => Lines::stage_frames(frames, &arguments.output, &mut outputs)?,
     }
+    let mut said = said_of_lines(&recording, &config.beamform, &lines);
     if let Some(path) = &arguments.image {
         let image =
             image_of(&lines[0], &config.image).map_err(|e| about(&arguments.recording, e))?;
         image::stage(&image.pixels, path, &mut outputs)?;
+        let (rows, columns) = image.pixels.dim();
+        said += &format!(
+            "; an image of {rows} x {columns} pixels of {:.3} mm",
+            1e3 * image.pixel
+        );
+        // The configuration tells what was chosen, and so repeats it.
+        (config.image.rows, config.image.columns) = (Some(rows), Some(columns));
+    }
+    if let Recording::Channel(_) = &recording {
+        config.beamform.output_rate = Some(lines[0].fs);
     }
     config.stage(&command_line(), &config_path, &mut outputs)?;
-    outputs.commit()
+    outputs.commit()?;
+    print(&format!("{said}\n"))
+}
+
+/// What was made, with what was chosen where nothing was asked for.
+fn said_of_lines(recording: &Recording, parameters: &Beamform, frames: &[Lines]) -> String {
+    let lines = &frames[0];
+    let (beams, samples) = lines.z.dim();
+    let of_frames = match frames.len() {
+        1 => String::new(),
+        count => format!("{count} frames of "),
+    };
+    let depth = |sample: f64| 1e3 * lines.c * (lines.t0 + sample / lines.fs) / 2.0;
+    let (first, last) = (depth(0.0), depth((samples - 1) as f64));
+    let rate = lines.fs / 1e6;
+    let chosen = match recording {
+        Recording::Channel(data) if parameters.output_rate.is_none() => {
+            format!(" ({:.3} f0)", lines.fs / data.f0)
+        }
+        _ => String::new(),
+    };
+    format!("{of_frames}{beams} lines from {first:.2} to {last:.2} mm at {rate:.6} MHz{chosen}")
 }
 
 /// Depths that were asked for must be recorded; a little beyond may be meant, and is told.
@@ -247,7 +280,8 @@ fn working_memory(
             let first = parameters.depth_start.unwrap_or(first);
             let last = parameters.depth_end.unwrap_or(last);
             // The cast saturates.
-            let samples = (2.0 * (last - first) / c * parameters.output_rate).ceil() as usize;
+            let rate = parameters.rate(data.f0, data.fs);
+            let samples = (2.0 * (last - first) / c * rate).ceil() as usize;
             let (_, transmits, elements, _) = data.samples.dim();
             let lines = parameters.line_count.unwrap_or(transmits.max(2 * elements));
             vec![
@@ -258,7 +292,10 @@ fn working_memory(
         }
     };
     // Pixels, those before the median, and the 8-bit ones.
-    let image = image.map(|image| product(&[image.rows, image.columns, 2 * size_of::<f32>() + 1]));
+    let image = image.map(|image| {
+        let [rows, columns] = [image.rows, image.columns].map(|side| side.unwrap_or(LONGER_SIDE));
+        product(&[rows, columns, 2 * size_of::<f32>() + 1])
+    });
     beamforming
         .into_iter()
         .chain(image)
@@ -276,9 +313,8 @@ fn told_beams(recording: &Recording) -> Option<&[f64]> {
     }
 }
 
-/// The B-mode image over the depths and the width asked for.
+/// The B-mode image over the depths and the width asked for, in square pixels.
 fn image_of(lines: &Lines, parameters: &Image) -> Result<crate::drive::image::Image> {
-    let (rows, columns) = (parameters.rows, parameters.columns);
     let depth = |sample: usize| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
     let [beams, [first, last]] = match lines.rays {
         None => [
@@ -300,6 +336,7 @@ fn image_of(lines: &Lines, parameters: &Image) -> Result<crate::drive::image::Im
         }
         None => beams,
     };
+    let [rows, columns] = parameters.sides(across[1] - across[0], bottom - first);
     let grid = PixelGrid::cover(across, [first, bottom], rows, columns);
     b_mode(
         lines,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use bonebeam::phase_symmetry::scale_for_display;
 use clap::Args;
+use ndarray::Array2;
 
 use super::{ConfigArgument, about, command_line, load_config, progress_bar};
 use crate::config::{Config, PhaseSymmetryFlags};
@@ -40,7 +41,8 @@ pub struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
-  host-sim phase-symmetry bone.png --scales 2^-7,2^-8,2^-9 --threshold 15 -o ps.npy --image ps.png
+  host-sim phase-symmetry bone.png --pad --scales 2^-7,2^-8,2^-9 --threshold 15 -o ps.npy \\
+      --image ps.png
   host-sim phase-symmetry scan.png --resize 512x512 --scales 2^-5,2^-6,2^-7,2^-8,2^-9 \\
       --threshold 10 -o ps.npy";
 
@@ -73,6 +75,11 @@ pub fn run(arguments: Arguments) -> Result<()> {
         pixels = resize(pixels.view(), size.rows, size.columns)
             .map_err(|e| about(&arguments.image, e))?;
     }
+    let shown = pixels.dim();
+    if let Some(sides) = parameters.padded(shown) {
+        let level = |at: (usize, usize)| pixels.get(at).copied().unwrap_or(0.0);
+        pixels = Array2::from_shape_fn(sides, level);
+    }
     let bar = progress_bar("phase symmetry", 1);
     let map = phase_symmetry(
         pixels.view(),
@@ -88,6 +95,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     )
     .map_err(|e| about(&arguments.image, e))?;
     bar.finish_and_clear();
+    let map = Array2::from_shape_fn(shown, |at| map[at]);
 
     let mut outputs = Outputs::new();
     image::stage(&map, &arguments.output, &mut outputs)?;

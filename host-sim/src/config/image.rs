@@ -10,6 +10,8 @@ const SECTION: &str = "image";
 /// The dynamic ranges, dB, between a black-and-white picture and all that f32 holds.
 const MIN_DYNAMIC_RANGE: f64 = 0.1;
 const MAX_DYNAMIC_RANGE: f64 = 1000.0;
+/// The longer side of an image, in pixels, where nothing else is asked for.
+pub const LONGER_SIDE: usize = 512;
 /// The longest side of an image, in pixels.
 const MAX_SIDE: usize = 16_384;
 
@@ -19,10 +21,12 @@ const MAX_SIDE: usize = 16_384;
 pub struct Image {
     /// What lies this far below the largest envelope is black, dB.
     pub dynamic_range: f64,
-    /// Pixels down the image.
-    pub rows: usize,
-    /// Pixels across the image.
-    pub columns: usize,
+    /// Pixels down the image; without them, as many as square pixels need.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rows: Option<usize>,
+    /// Pixels across the image; without them, as many as square pixels need.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub columns: Option<usize>,
     /// The depth of the image's bottom, m; without it, that of the lines. The top is where the
     /// lines begin.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -50,11 +54,11 @@ pub struct ImageFlags {
     #[arg(long, value_name = "M", help_heading = "Image")]
     width: Option<f64>,
 
-    /// Pixels down the image [default: 512]
+    /// Pixels down the image [default: as many as square pixels need, 512 the longer way]
     #[arg(long, value_name = "N", help_heading = "Image")]
     rows: Option<usize>,
 
-    /// Pixels across the image [default: 512]
+    /// Pixels across the image [default: as many as square pixels need, 512 the longer way]
     #[arg(long, value_name = "N", help_heading = "Image")]
     columns: Option<usize>,
 
@@ -67,8 +71,8 @@ impl Default for Image {
     fn default() -> Self {
         Self {
             dynamic_range: 60.0,
-            rows: 512,
-            columns: 512,
+            rows: None,
+            columns: None,
             depth: None,
             width: None,
             median: false,
@@ -82,9 +86,35 @@ impl Image {
         self.dynamic_range = flags.dynamic_range.unwrap_or(self.dynamic_range);
         self.depth = flags.depth.or(self.depth);
         self.width = flags.width.or(self.width);
-        self.rows = flags.rows.unwrap_or(self.rows);
-        self.columns = flags.columns.unwrap_or(self.columns);
+        self.rows = flags.rows.or(self.rows);
+        self.columns = flags.columns.or(self.columns);
         self.median |= flags.median;
+    }
+
+    /// Rows and columns of square pixels over `width` and `height`, m: those asked for, and where a side
+    /// is not, as many pixels as fill it without a margin. Where neither is, the longer side has
+    /// [`LONGER_SIDE`].
+    pub fn sides(&self, width: f64, height: f64) -> [usize; 2] {
+        // Pixels are at the ends of a side: one more than there are steps.
+        let other = |side: usize, ratio: f64| {
+            let steps = (side - 1) as f64 * ratio;
+            (steps.round().clamp(1.0, (MAX_SIDE - 1) as f64) as usize) + 1
+        };
+        let by_columns = |columns| [other(columns, height / width), columns];
+        let by_rows = |rows| [rows, other(rows, width / height)];
+        match (self.rows, self.columns) {
+            (Some(rows), Some(columns)) => [rows, columns],
+            (Some(rows), None) => by_rows(rows),
+            (None, Some(columns)) => by_columns(columns),
+            (None, None) if width > height => by_columns(LONGER_SIDE),
+            (None, None) => by_rows(LONGER_SIDE),
+        }
+    }
+
+    /// The size of an experiment's pictures, where it tells none: a square, which phase symmetry takes.
+    pub fn resolve_square(&mut self) {
+        self.rows.get_or_insert(LONGER_SIDE);
+        self.columns.get_or_insert(LONGER_SIDE);
     }
 
     /// Checks every value.
@@ -102,7 +132,9 @@ impl Image {
             ));
         }
         for (key, side) in [("rows", self.rows), ("columns", self.columns)] {
-            if !(2..=MAX_SIDE).contains(&side) {
+            if let Some(side) = side
+                && !(2..=MAX_SIDE).contains(&side)
+            {
                 return Err(out_of_range(SECTION, key, side, "2 to 16384"));
             }
         }

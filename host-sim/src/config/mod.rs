@@ -10,7 +10,7 @@ mod phase_symmetry;
 mod simulate;
 
 pub use beamform::{Beamform, BeamformFlags, LineKind, Reading};
-pub use image::{Image, ImageFlags};
+pub use image::{Image, ImageFlags, LONGER_SIDE};
 pub use phase_symmetry::{PhaseSymmetry, PhaseSymmetryFlags, Size, parse_scale};
 pub use simulate::{Kind, Simulate, SimulateFlags};
 

@@ -8,7 +8,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use super::{check_count, out_of_range};
-use crate::Result;
+use crate::{Error, Result};
 
 const SECTION: &str = "phase_symmetry";
 /// The largest noise threshold: as large as the core takes a pixel.
@@ -27,6 +27,9 @@ pub struct PhaseSymmetry {
     /// How many rows or columns are worked on at a time. It changes the memory needed, never the
     /// result.
     pub strip: usize,
+    /// Put the image into a black one of the next sides that the transform takes, and cut the map.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub pad: bool,
     /// Resample the image to this size first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resize: Option<Size>,
@@ -48,6 +51,11 @@ pub struct PhaseSymmetryFlags {
     /// [default: 16]
     #[arg(long, value_name = "ROWS")]
     strip: Option<usize>,
+
+    /// Put the image into a black one of the next sides that the transform takes, and cut the map to the
+    /// image again
+    #[arg(long, conflicts_with = "resize")]
+    pad: bool,
 
     /// Resample the image first; sides are 64, 128, 256, 512 or 1024 pixels
     #[arg(long, value_name = "ROWSxCOLUMNS")]
@@ -100,6 +108,7 @@ impl Default for PhaseSymmetry {
             scales: vec![(-7f64).exp2(), (-8f64).exp2(), (-9f64).exp2()],
             threshold: 15.0,
             strip: 16,
+            pad: false,
             resize: None,
         }
     }
@@ -113,7 +122,20 @@ impl PhaseSymmetry {
         }
         self.threshold = flags.threshold.unwrap_or(self.threshold);
         self.strip = flags.strip.unwrap_or(self.strip);
-        self.resize = flags.resize.or(self.resize);
+        // Each undoes the need for the other.
+        if flags.pad {
+            (self.pad, self.resize) = (true, None);
+        }
+        if flags.resize.is_some() {
+            (self.pad, self.resize) = (false, flags.resize);
+        }
+    }
+
+    /// The sides of the black image that a padded one is put into, where the transform takes any that are
+    /// large enough.
+    pub fn padded(&self, sides: (usize, usize)) -> Option<(usize, usize)> {
+        let next = |side: usize| SIDES.into_iter().find(|&taken| taken >= side);
+        next(sides.0).zip(next(sides.1)).filter(|_| self.pad)
     }
 
     /// Checks every value.
@@ -145,6 +167,10 @@ impl PhaseSymmetry {
             return Err(out_of_range(SECTION, "threshold", self.threshold, expected));
         }
         check_count(SECTION, "strip", self.strip)?;
+        if self.pad && self.resize.is_some() {
+            let message = "--pad and --resize both decide the image's size; give one of them";
+            return Err(Error::Usage(message.into()));
+        }
         match self.resize {
             Some(size) if !(SIDES.contains(&size.rows) && SIDES.contains(&size.columns)) => {
                 let expected = "sides of 64, 128, 256, 512 or 1024 pixels";

@@ -80,7 +80,7 @@ pub fn beamform_frames(
         .map(|z| {
             Ok(Lines {
                 z: z?,
-                fs: parameters.output_rate,
+                fs: parameters.rate(data.f0, data.fs),
                 t0: stage.start(),
                 beam_x: stage.beam_x().to_vec(),
                 rays: rays.clone(),

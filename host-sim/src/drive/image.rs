@@ -40,6 +40,13 @@ pub fn grid_of_lines(lines: &Lines, rows: usize, columns: usize) -> Result<Pixel
     }
 }
 
+/// How far lines reach across and down, m.
+pub fn extent_of_lines(lines: &Lines) -> [f64; 2] {
+    let across = lines.beam_x[lines.beam_x.len() - 1] - lines.beam_x[0];
+    let samples = sample_axis(lines);
+    [across, samples.last() - samples.first]
+}
+
 /// Envelope, decibels relative to the frame's largest, 0..255, isotropic pixels, and the 3×3
 /// median where `median` is set.
 ///

@@ -27,10 +27,15 @@ pub(super) struct Kind {
 impl Kind {
     pub(super) const fn of<E: Experiment>() -> Self {
         Kind {
-            full: || Box::new(E::default()),
-            quick: || Box::new(E::quick()),
+            full: || resolved(E::default()),
+            quick: || resolved(E::quick()),
         }
     }
+}
+
+fn resolved<E: Experiment>(mut experiment: E) -> Box<dyn AnyExperiment> {
+    experiment.resolve();
+    Box::new(experiment)
 }
 
 /// An [`Experiment`] of any type.
@@ -57,7 +62,7 @@ impl<E: Experiment> AnyExperiment for E {
         &self,
         section: ValueDeserializer<'_>,
     ) -> std::result::Result<Box<dyn AnyExperiment>, toml::de::Error> {
-        Ok(Box::new(E::deserialize(section)?))
+        Ok(resolved(E::deserialize(section)?))
     }
 
     fn toml(&self) -> Result<String> {

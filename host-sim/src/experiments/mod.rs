@@ -37,6 +37,9 @@ pub trait Experiment: Serialize + DeserializeOwned + Default + Sync + 'static {
     /// Coarser parameters, for a first look.
     fn quick() -> Self;
 
+    /// Fills in what follows from other parameters where it is not told.
+    fn resolve(&mut self);
+
     /// Takes what the command line says in place of parameters; what does not concern the experiment it
     /// leaves alone.
     fn apply(&mut self, _overrides: &Overrides) {}

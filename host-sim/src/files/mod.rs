@@ -18,8 +18,8 @@ mod validate;
 
 pub use aligned::AlignedData;
 pub use channel_data::{ChannelData, Transmits};
-pub use npy::read_array;
 pub use lines::{BeamRays, Lines};
+pub use npy::read_array;
 pub use samples::{Frame, Samples};
 
 use std::fs::File;

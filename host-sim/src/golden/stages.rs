@@ -4,7 +4,7 @@
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Workspace};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::focus::{Compounding, Delay, Record, ScanLine};
-use bonebeam::geometry::{Active, Array, Axis, Transmit, TransmitLaw};
+use bonebeam::geometry::{Active, Array, Axis, Ray, Transmit, TransmitLaw};
 use bonebeam::image::{envelope, largest, log_compression, resample};
 use ndarray::ArrayView2;
 use num_complex::Complex;
@@ -98,7 +98,7 @@ pub fn stages() -> Result<Vec<Stage>> {
     for (record, out) in records.iter().zip(focused.chunks_mut(SAMPLES * ELEMENTS)) {
         let line = ScanLine {
             transmit: Transmit::new(TransmitLaw::Focused, record.t0),
-            x: record.x,
+            ray: Ray::down(record.x),
             array: Array::LinearAt(&record.element_x),
             active: all,
             compounding: Compounding::Replace,

@@ -262,7 +262,7 @@ fn check_size(rows: usize, columns: usize) -> Result<()> {
     };
     Err(Error::Data(format!(
         "the image has {rows} rows and {columns} columns, phase symmetry needs powers of two from \
-         64 to 1024: --resize {}x{} makes it so",
+         64 to 1024: --pad puts it into such a one, --resize {}x{} makes it one",
         nearest(rows),
         nearest(columns)
     )))

@@ -6,6 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use toml::Table;
 
 use crate::config::Beamform;
+use crate::simulate::Settings;
 
 /// Delay and beamformer of an experiment, for every beamformer alike: the keys of `[beamform]`, with the
 /// paper's values where a key is left out, and without those that choose a beamformer.
@@ -32,6 +33,12 @@ impl Default for Receive {
 }
 
 impl Receive {
+    /// The output rate that fits what `scanner` records, where none is told.
+    pub fn resolve(&mut self, scanner: &Settings) {
+        let rate = self.0.rate(scanner.f0, scanner.fs);
+        self.0.output_rate.get_or_insert(rate);
+    }
+
     /// Depths of the lines' ends, m.
     pub fn depths(&self) -> [f64; 2] {
         let (start, end) = (self.0.depth_start, self.0.depth_end);

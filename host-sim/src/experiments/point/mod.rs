@@ -83,8 +83,13 @@ impl Experiment for Point {
 
     fn quick() -> Self {
         let mut point = Point::default();
-        (point.image.rows, point.image.columns) = (256, 256);
+        (point.image.rows, point.image.columns) = (Some(256), Some(256));
         point
+    }
+
+    fn resolve(&mut self) {
+        self.receive.resolve(&self.simulation);
+        self.image.resolve_square();
     }
 
     fn validate(&self) -> Result<()> {
@@ -158,12 +163,10 @@ impl Point {
         };
         let centre = first.beam_x[first.beam_x.len() / 2];
         let half = self.image.width.unwrap_or(5e-3) / 2.0;
-        let grid = PixelGrid::cover(
-            [centre - half, centre + half],
-            self.receive.depths(),
-            self.image.rows,
-            self.image.columns,
-        );
+        let across = [centre - half, centre + half];
+        let [first, last] = self.receive.depths();
+        let [rows, columns] = self.image.sides(2.0 * half, last - first);
+        let grid = PixelGrid::cover(across, [first, last], rows, columns);
         let row = |depth: f64| ((depth - grid.z0) / grid.pixel).round().max(0.0) as usize;
         let focus = self.simulation.focus;
         let rows = row(focus - SHOWN).min(grid.rows)..(row(focus + SHOWN) + 1).min(grid.rows);

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Result;
 use crate::config::{Image, LENGTHS, check_positive, out_of_range};
-use crate::drive::image::grid_of_lines;
+use crate::drive::image::{extent_of_lines, grid_of_lines};
 use crate::simulate::{Outline, Phantom, Settings, Summation, channel_data};
 
 use super::common::lines::beamform_all;
@@ -73,11 +73,16 @@ impl Experiment for Vertebra {
     /// A quarter of the beams, recorded at 40 MHz.
     fn quick() -> Self {
         let mut vertebra = Vertebra::default();
-        (vertebra.image.rows, vertebra.image.columns) = (256, 256);
+        (vertebra.image.rows, vertebra.image.columns) = (Some(256), Some(256));
         vertebra.simulation.beams = 64;
         vertebra.simulation.beam_step = 2.0;
         vertebra.simulation.fs = 40e6;
         vertebra
+    }
+
+    fn resolve(&mut self) {
+        self.receive.resolve(&self.simulation);
+        self.image.resolve_square();
     }
 
     fn apply(&mut self, overrides: &Overrides) {
@@ -122,7 +127,9 @@ impl Experiment for Vertebra {
         drop(data);
 
         progress("vertebra: pictures", 0.0);
-        let grid = grid_of_lines(&lines[0], self.image.rows, self.image.columns)?;
+        let [width, height] = extent_of_lines(&lines[0]);
+        let [rows, columns] = self.image.sides(width, height);
+        let grid = grid_of_lines(&lines[0], rows, columns)?;
         let studio = Studio {
             what: "vertebra",
             grid,
