@@ -30,13 +30,16 @@ fn point(f0: f64, rate: f64) -> ChannelData {
         ((-a * u * u).exp() * (TAU * f0 * u).cos()) as f32
     });
     ChannelData {
-        rf,
+        samples: rf.into(),
         fs,
         t0: vec![0.0],
         element_x,
+        element_z: None,
+        element_angle: None,
         c: C,
         f0,
         transmits: Transmits::Plane { angle: vec![0.0] },
+        lens_delay: 0.0,
     }
 }
 
