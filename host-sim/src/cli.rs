@@ -4,13 +4,15 @@ use std::io::{self, IsTerminal};
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 #[cfg(feature = "bench")]
 use crate::commands::bench;
 #[cfg(not(feature = "bench"))]
 use crate::commands::bench_left_out as bench;
-use crate::commands::{beamform, golden, main_job, phase_symmetry, simulate, verify};
+use crate::commands::{
+    beamform, completions, convert, golden, info, main_job, phase_symmetry, simulate, verify,
+};
 use crate::files::leftovers::remove_at_signals;
 use crate::terminal::{complain, print};
 use crate::{Error, Result};
@@ -41,8 +43,11 @@ enum Command {
     Simulate(simulate::Arguments),
     Beamform(Box<beamform::Arguments>),
     PhaseSymmetry(phase_symmetry::Arguments),
+    Info(Box<info::Arguments>),
+    Convert(convert::Arguments),
     Verify(verify::Arguments),
     Golden(golden::Arguments),
+    Completions(completions::Arguments),
     Bench(bench::Arguments),
 }
 
@@ -61,6 +66,8 @@ Examples:
   host-sim beamform channels.npz --method esmv-rank1 -o lines.npz --image lines.png
   host-sim phase-symmetry lines.png --pad --scales 2^-7,2^-8,2^-9 --threshold 15 -o ps.npy \\
       --image ps.png
+  host-sim info recording.hdf5
+  host-sim convert recording.uff -o recording.npz
   host-sim beamform --help";
 
 /// Runs the program on the process's arguments.
@@ -102,8 +109,11 @@ fn dispatch(cli: Cli) -> Result<()> {
         Some(Command::Beamform(arguments)) => beamform::run(*arguments),
         Some(Command::PhaseSymmetry(arguments)) => phase_symmetry::run(arguments),
         Some(Command::Simulate(arguments)) => simulate::run(arguments),
+        Some(Command::Info(arguments)) => info::run(*arguments),
+        Some(Command::Convert(arguments)) => convert::run(arguments),
         Some(Command::Verify(arguments)) => verify::run(arguments),
         Some(Command::Golden(arguments)) => golden::run(&arguments),
+        Some(Command::Completions(arguments)) => completions::run(&arguments, Cli::command()),
         Some(Command::Bench(arguments)) => bench::run(&arguments),
     }
 }

@@ -5,6 +5,7 @@ use std::fs;
 
 use host_sim::Error;
 use host_sim::config::{Beamform, Config, Image, Kind, PhaseSymmetry, Simulate, Size, parse_scale};
+use host_sim::files::Variables;
 use host_sim::files::atomic::Outputs;
 use host_sim::methods::Choice;
 use host_sim::simulate::Settings;
@@ -83,6 +84,18 @@ fn the_written_configuration_is_read_back_as_it_was() {
                 columns: 256,
             }),
             ..PhaseSymmetry::default()
+        },
+        variables: {
+            let mut variables = Variables::default();
+            for told in [
+                "rf=RcvData",
+                "c=1480",
+                "tx_angle=0,0.1",
+                "axes=sample,element",
+            ] {
+                variables.take(told).unwrap();
+            }
+            variables
         },
     };
     for config in [config, Config::default()] {

@@ -2,39 +2,49 @@
 
 use std::ops::Range;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
 use num_complex::Complex;
 
-use super::{ConfigArgument, about, command_line, load_config, progress_bar};
+use super::measures::Measures;
+use super::{ConfigArgument, VariableArguments, about, command_line, load_config, progress_bar};
 use crate::config::{Beamform, BeamformFlags, Config, Image, ImageFlags, LONGER_SIDE};
 use crate::drive::frame::{BEAMS_AT_A_TIME, beamform_aligned_data, beamform_frames};
 use crate::drive::image::{PixelGrid, b_mode, check_beams, extent};
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
-use crate::files::{ChannelData, Lines, Recording, Transmits};
+use crate::files::{ChannelData, Lines, Recording, Samples, Transmits};
 use crate::memory::{self, product};
 use crate::terminal::{print, warn};
 use crate::{Error, Result};
 
 /// Beamform channel data: one complex value a beam and depth.
 ///
-/// FILE.npz holds channel data (`rf` or `iq` …), which are delayed first, or aligned data (`x` …),
-/// which are not. Focused transmits make one line each, and so do virtual sources before the array
-/// that come from left to right; other transmits are compounded into two lines per element: straight
-/// down, along the normals of a curved array, or in a sector. The configuration used is written beside the lines as
+/// FILE holds channel data, which are delayed first, as .npz, zea HDF5, UFF, PICMUS, MATLAB or a
+/// SonixDAQ folder, told by what it holds; or aligned data (`x` …) as .npz, which are not. Focused
+/// transmits make one line each, and so do virtual sources before the array that come from left to right;
+/// other transmits are compounded into two lines per element: straight down, along the normals of a
+/// curved array, or in a sector. The configuration used is written beside the lines as
 /// LINES.npz.config.toml.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
     /// The recording
-    #[arg(value_name = "FILE.npz")]
+    #[arg(value_name = "FILE")]
     recording: PathBuf,
 
     /// The beamformed lines: `z` complex64 [beam, sample], of many frames [frame, beam, sample], `fs`,
     /// `t0`, `beam_x`, `c`, and `beam_z`, `beam_angle` of lines that do not go straight down
     #[arg(short, long, value_name = "LINES.npz")]
     output: PathBuf,
+
+    #[command(flatten)]
+    variables: VariableArguments,
+
+    /// Print what was made and measured as JSON
+    #[arg(long)]
+    json: bool,
 
     #[command(flatten)]
     beamform: BeamformFlags,
@@ -63,6 +73,7 @@ Examples:
   host-sim beamform frames.npz --frames 0..10 -o lines.npz
   host-sim beamform phased.npz --lines sector --sector 1.2 -o lines.npz --image sector.png
   host-sim beamform delayed.npz --method mv --covariance forward -o lines.npz
+  host-sim beamform recording.mat --variable rf=RcvData --variable c=1540 -o lines.npz
   host-sim beamform channels.npz --config lines.npz.config.toml -o again.npz";
 
 /// Frames of a recording, as they are asked for: no end is all that there are.
@@ -143,6 +154,7 @@ impl Arguments {
 pub fn run(arguments: Arguments) -> Result<()> {
     let mut config = load_config(arguments.config.path.as_deref())?;
     config.beamform.apply(&arguments.beamform);
+    arguments.variables.apply(&mut config.variables)?;
     config.image.apply(&arguments.image_flags);
     config.beamform.resolve();
     config.validate()?;
@@ -155,7 +167,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     check_outputs(&[&arguments.recording], &outputs)?;
 
-    let recording = Recording::read(&arguments.recording)?;
+    let (recording, format) = Recording::read_with(&arguments.recording, &config.variables)?;
     arguments.refuse_flags_without_effect(&recording)?;
     if arguments.image.is_some()
         && let Some(beam_x) = told_beams(&recording)
@@ -163,10 +175,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         check_beams(beam_x).map_err(|e| about(&arguments.recording, e))?;
     }
     if let Recording::Channel(data) = &recording {
-        let told = data.doubts().into_iter();
-        let told = told.chain(config.beamform.doubts(data.f0, data.fs));
-        let doubts = told.chain(check_depths(data, &config.beamform)?);
-        for doubt in doubts {
+        for doubt in doubts(data, &config.beamform)? {
             warn(&format!("{}: {doubt}", arguments.recording.display()));
         }
     }
@@ -178,6 +187,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     };
     let bytes = working_memory(&recording, &config.beamform, image, frames.len());
     memory::check(bytes, "beamforming").map_err(|e| about(&arguments.recording, e))?;
+    let begin = Instant::now();
     let bar = progress_bar("beamforming", 1000);
     let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
     let lines = match &recording {
@@ -190,8 +200,10 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     .map_err(|e| about(&arguments.recording, e))?;
     bar.finish_and_clear();
+    let seconds = begin.elapsed().as_secs_f64();
 
     let mut outputs = Outputs::new();
+    let mut measures = Measures::new(&arguments.recording, format, seconds, &lines[0]);
     match (lines.as_slice(), &recording) {
         ([lines], Recording::Aligned(_)) => lines.stage(&arguments.output, &mut outputs)?,
         // One frame of one.
@@ -212,13 +224,17 @@ pub fn run(arguments: Arguments) -> Result<()> {
         );
         // The configuration tells what was chosen, and so repeats it.
         (config.image.rows, config.image.columns) = (Some(rows), Some(columns));
+        measures.add_image(&image);
     }
     if let Recording::Channel(_) = &recording {
         config.beamform.output_rate = Some(lines[0].fs);
     }
     config.stage(&command_line(), &config_path, &mut outputs)?;
     outputs.commit()?;
-    print(&format!("{said}\n"))
+    match arguments.json {
+        true => print(&measures.json(&config.beamform)?),
+        false => print(&format!("{said}\n")),
+    }
 }
 
 /// What was made, with what was chosen where nothing was asked for.
@@ -239,6 +255,21 @@ fn said_of_lines(recording: &Recording, parameters: &Beamform, frames: &[Lines])
         _ => String::new(),
     };
     format!("{of_frames}{beams} lines from {first:.2} to {last:.2} mm at {rate:.6} MHz{chosen}")
+}
+
+/// What is probably not meant: sentences for a person.
+pub(super) fn doubts(data: &ChannelData, parameters: &Beamform) -> Result<Vec<String>> {
+    let band = match data.samples {
+        Samples::Rf(_) => parameters.doubts(data.f0, data.fs),
+        Samples::Iq { .. } => None,
+    };
+    let depths = check_depths(data, parameters)?;
+    Ok(data
+        .doubts()
+        .into_iter()
+        .chain(band)
+        .chain(depths)
+        .collect())
 }
 
 /// Depths that were asked for must be recorded; a little beyond may be meant, and is told.

@@ -5,8 +5,12 @@ pub mod beamform;
 pub mod bench;
 #[cfg(not(feature = "bench"))]
 pub mod bench_left_out;
+pub mod completions;
+pub mod convert;
 pub mod golden;
+pub mod info;
 pub mod main_job;
+mod measures;
 pub mod phase_symmetry;
 pub mod simulate;
 pub mod verify;
@@ -17,6 +21,7 @@ use std::path::{Path, PathBuf};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::config::Config;
+use crate::files::Variables;
 use crate::{Error, Result};
 
 /// The file of `--config`, or the defaults.
@@ -48,6 +53,25 @@ fn progress_bar(what: &'static str, steps: u64) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg:20} {wide_bar} {percent:>3} % {eta:>4}");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(steps).with_style(style).with_message(what)
+}
+
+/// `--variable`, which every command takes that reads a recording.
+#[derive(Debug, clap::Args)]
+struct VariableArguments {
+    /// MATLAB, HDF5 and SonixDAQ: the name that the file has for a key of channel data, or the key's
+    /// value, such as rf=RcvData, c=1540, tx_angle=-0.1,0,0.1 or axes=sample,element,transmit
+    #[arg(long = "variable", value_name = "KEY=NAME", help_heading = "Recording")]
+    variables: Vec<String>,
+}
+
+impl VariableArguments {
+    /// What the flags say in place of the section's values.
+    fn apply(&self, variables: &mut Variables) -> Result<()> {
+        self.variables.iter().try_for_each(|text| {
+            let taken = variables.take(text);
+            taken.map_err(|message| Error::Usage(format!("--variable {message}")))
+        })
+    }
 }
 
 /// `--config`, which every command takes.

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::files::atomic::Outputs;
-use crate::files::cannot_be_opened;
+use crate::files::{Variables, cannot_be_opened};
 use crate::{Error, Result};
 
 /// All parameters, one section a stage.
@@ -36,6 +36,9 @@ pub struct Config {
     pub image: Image,
     /// The ridge filter.
     pub phase_symmetry: PhaseSymmetry,
+    /// What a recording calls its arrays.
+    #[serde(skip_serializing_if = "Variables::is_empty")]
+    pub variables: Variables,
 }
 
 impl Config {
@@ -56,7 +59,8 @@ impl Config {
         self.simulate.validate()?;
         self.beamform.validate()?;
         self.image.validate()?;
-        self.phase_symmetry.validate()
+        self.phase_symmetry.validate()?;
+        self.variables.check().map_err(Error::Usage)
     }
 
     /// Where the configuration of the run that makes `output` is written: beside it, with

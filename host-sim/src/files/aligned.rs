@@ -7,7 +7,8 @@ use ndarray::{Array3, arr0, aview1};
 use ndarray_npy::{NpzWriter, WriteNpzError};
 use num_complex::Complex;
 
-use super::{atomic, file_error, npz, units, validate};
+use super::atomic::Outputs;
+use super::{file_error, npz, units, validate};
 use crate::Result;
 
 /// Aligned analytic samples. All elements are active at every depth.
@@ -50,8 +51,18 @@ impl AlignedData {
     /// # Errors
     /// The data are not valid, or the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
+        let mut outputs = Outputs::new();
+        self.stage(path, &mut outputs)?;
+        outputs.commit()
+    }
+
+    /// Stages the file, to appear together with the run's other outputs.
+    ///
+    /// # Errors
+    /// As [`AlignedData::write`].
+    pub fn stage(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         self.check().map_err(|message| file_error(path, message))?;
-        atomic::write(path, |sink| Ok(self.write_npz(sink)?))
+        outputs.stage(path, |sink| Ok(self.write_npz(sink)?))
     }
 
     fn write_npz<W: Write + Seek>(&self, sink: W) -> std::result::Result<(), WriteNpzError> {

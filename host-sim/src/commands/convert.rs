@@ -1,0 +1,65 @@
+//! `host-sim convert`: a recording of any format → channel data as `.npz`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{ConfigArgument, VariableArguments, load_config};
+use crate::Result;
+use crate::files::Recording;
+use crate::files::atomic::{Outputs, check_outputs};
+use crate::terminal::{print, warn};
+
+/// Write a recording of any format as an .npz archive.
+///
+/// The archive holds the same numbers, with the keys that docs/file-formats.md lists: float32 RF or
+/// complex64 I/Q.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The recording
+    #[arg(value_name = "FILE")]
+    recording: PathBuf,
+
+    /// The archive
+    #[arg(short, long, value_name = "OUT.npz")]
+    output: PathBuf,
+
+    #[command(flatten)]
+    variables: VariableArguments,
+
+    #[command(flatten)]
+    config: ConfigArgument,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim convert recording.uff -o recording.npz
+  host-sim convert recording.mat --variable rf=RcvData --variable axes=sample,element,transmit \\
+      --variable c=1540 -o recording.npz
+  host-sim convert daq/ --variable channels=board --variable fs=40e6 --variable f0=6.6e6 \\
+      --variable c=1540 --variable t0=0 --variable pitch=0.3e-3 --variable tx_angle=0 -o recording.npz";
+
+/// Runs the command.
+///
+/// # Errors
+/// A recording that is not valid, or an output that cannot be written.
+pub fn run(arguments: Arguments) -> Result<()> {
+    let mut config = load_config(arguments.config.path.as_deref())?;
+    arguments.variables.apply(&mut config.variables)?;
+    config.validate()?;
+    check_outputs(&[&arguments.recording], &[&arguments.output])?;
+    let (recording, format) = Recording::read_with(&arguments.recording, &config.variables)?;
+    let mut outputs = Outputs::new();
+    match &recording {
+        Recording::Channel(data) => {
+            for doubt in data.doubts() {
+                warn(&format!("{}: {doubt}", arguments.recording.display()));
+            }
+            data.stage(&arguments.output, &mut outputs)?;
+        }
+        Recording::Aligned(data) => data.stage(&arguments.output, &mut outputs)?,
+    }
+    outputs.commit()?;
+    print(&format!("{} read, .npz archive written\n", format.name()))
+}

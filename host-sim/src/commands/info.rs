@@ -1,0 +1,227 @@
+//! `host-sim info`: what a recording holds, and what would be done with it.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::beamform::doubts;
+use super::{ConfigArgument, VariableArguments, load_config};
+use crate::Result;
+use crate::config::{Beamform, BeamformFlags, Config, Image};
+use crate::drive::delay::DelayStage;
+use crate::files::{AlignedData, ChannelData, Recording, Samples, Transmits};
+use crate::terminal::print;
+
+/// Tell what a recording holds, and what would be done with it.
+///
+/// It takes the flags of beamform, and tells the lines that they would make.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES, allow_negative_numbers = true)]
+pub struct Arguments {
+    /// The recording
+    #[arg(value_name = "FILE")]
+    recording: PathBuf,
+
+    #[command(flatten)]
+    variables: VariableArguments,
+
+    #[command(flatten)]
+    beamform: BeamformFlags,
+
+    #[command(flatten)]
+    config: ConfigArgument,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim info recording.hdf5
+  host-sim info recording.mat --variable rf=RcvData --variable c=1540
+  host-sim info recording.npz --depth-end 0.04";
+
+/// Runs the command.
+///
+/// # Errors
+/// A recording that is not valid.
+pub fn run(arguments: Arguments) -> Result<()> {
+    let mut config = load_config(arguments.config.path.as_deref())?;
+    config.beamform.apply(&arguments.beamform);
+    config.beamform.resolve();
+    arguments.variables.apply(&mut config.variables)?;
+    config.validate()?;
+    let (recording, format) = Recording::read_with(&arguments.recording, &config.variables)?;
+    let mut facts = vec![("file", arguments.recording.display().to_string())];
+    facts.push(("format", format.name().to_owned()));
+    match &recording {
+        Recording::Channel(data) => {
+            facts.extend(of_channel_data(data));
+            facts.extend(to_be_done(data, &config));
+        }
+        Recording::Aligned(data) => facts.extend(of_aligned_data(data, &config.beamform)),
+    }
+    let mut text = String::new();
+    for (what, fact) in facts {
+        text += &format!("{what:<10} {fact}\n");
+    }
+    print(&text)
+}
+
+type Fact = (&'static str, String);
+
+fn mm(metres: f64) -> String {
+    format!("{:.4}", 1e3 * metres)
+        .trim_end_matches('0')
+        .trim_end_matches('.')
+        .to_owned()
+}
+
+fn mhz(hertz: f64) -> String {
+    format!("{} MHz", hertz / 1e6)
+}
+
+/// The least and the greatest, in a person's unit.
+fn range(values: &[f64], scale: f64, unit: &str) -> String {
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min) * scale;
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max) * scale;
+    match least == most {
+        true => format!("{least:.4} {unit}"),
+        false => format!("{least:.4} to {most:.4} {unit}"),
+    }
+}
+
+fn of_channel_data(data: &ChannelData) -> Vec<Fact> {
+    let (frames, transmits, elements, samples) = data.samples.dim();
+    let kind = match data.samples {
+        Samples::Rf(_) => "RF".to_owned(),
+        Samples::Iq { f_demod, .. } => format!("I/Q demodulated by {}", mhz(f_demod)),
+    };
+    let mut facts = vec![(
+        "holds",
+        format!(
+            "{kind}: {frames} frames, {transmits} transmits, {elements} elements, {samples} samples"
+        ),
+    )];
+    facts.push((
+        "sampled",
+        format!(
+            "at {}, {:.3} times the centre frequency of {}",
+            mhz(data.fs),
+            data.fs / data.f0,
+            mhz(data.f0)
+        ),
+    ));
+    let [first, last] = data.depths(data.c);
+    facts.push((
+        "depths",
+        format!("{} to {} mm at {} m/s", mm(first), mm(last), data.c),
+    ));
+    facts.push(("begins", format!("at {}", range(&data.t0, 1e6, "us"))));
+    let shape = if data.is_straight() {
+        "straight"
+    } else {
+        "not straight"
+    };
+    let pitch = data.pitch();
+    facts.push((
+        "array",
+        format!(
+            "{shape}, pitch {} mm ({:.2} wavelengths), x {}",
+            mm(pitch),
+            pitch * data.f0 / data.c,
+            range(&data.element_x, 1e3, "mm")
+        ),
+    ));
+    if data.lens_delay != 0.0 {
+        facts.push(("lens", format!("{} us one way", 1e6 * data.lens_delay)));
+    }
+    facts.push(("transmits", told(&data.transmits)));
+    facts
+}
+
+fn told(transmits: &Transmits) -> String {
+    match transmits {
+        Transmits::Focused { x, focus, .. } => format!(
+            "focused beams at {}, {} deep",
+            range(x, 1e3, "mm"),
+            range(focus, 1e3, "mm")
+        ),
+        Transmits::Plane { angle } => {
+            format!(
+                "plane waves of {}",
+                range(angle, 1f64.to_degrees(), "degrees")
+            )
+        }
+        Transmits::Element { index } => format!("single elements, {} of them", index.len()),
+        Transmits::VirtualSource { x, z } => format!(
+            "virtual sources at x {}, z {}",
+            range(x, 1e3, "mm"),
+            range(z, 1e3, "mm")
+        ),
+        Transmits::Delays { delay } => {
+            let fired: Vec<f64> = delay.iter().copied().filter(|d| !d.is_nan()).collect();
+            format!("delays of {}", range(&fired, 1e6, "us"))
+        }
+    }
+}
+
+/// The lines that beamform would make.
+fn to_be_done(data: &ChannelData, config: &Config) -> Vec<Fact> {
+    let parameters = &config.beamform;
+    let mut facts = Vec::new();
+    match DelayStage::new(data, parameters) {
+        Ok(stage) => {
+            let rate = parameters.rate(data.f0, data.fs);
+            let (beams, samples, c) = (stage.beam_x().len(), stage.samples(), stage.sound_speed());
+            let [first, last] =
+                [0, samples - 1].map(|n| c * (stage.start() + n as f64 / rate) / 2.0);
+            facts.push((
+                "lines",
+                format!(
+                    "{beams} of {samples} samples, {} to {} mm, at {} ({:.3} f0), by {}",
+                    mm(first),
+                    mm(last),
+                    mhz(rate),
+                    rate / data.f0,
+                    parameters.method.name
+                ),
+            ));
+            let across = stage.beam_x()[beams - 1] - stage.beam_x()[0];
+            if across > 0.0 && last > first {
+                let image: &Image = &config.image;
+                let [rows, columns] = image.sides(across, last - first);
+                facts.push(("image", format!("{rows} x {columns} pixels")));
+            }
+        }
+        Err(error) => facts.push(("lines", format!("none: {error}"))),
+    }
+    match doubts(data, parameters) {
+        Ok(doubts) => facts.extend(doubts.into_iter().map(|doubt| ("warning", doubt))),
+        Err(error) => facts.push(("warning", error.to_string())),
+    }
+    facts
+}
+
+fn of_aligned_data(data: &AlignedData, parameters: &Beamform) -> Vec<Fact> {
+    let (beams, samples, elements) = data.x.dim();
+    let positions = match &data.beam_x {
+        Some(x) => format!("at {}", range(x, 1e3, "mm")),
+        None => format!("{} mm apart, as nothing tells", mm(parameters.beam_spacing)),
+    };
+    vec![
+        (
+            "holds",
+            format!("aligned data: {beams} beams, {samples} samples, {elements} elements"),
+        ),
+        (
+            "sampled",
+            format!("at {}, from {} us on", mhz(data.fs), 1e6 * data.t0),
+        ),
+        ("beams", positions),
+        (
+            "lines",
+            format!(
+                "{beams} of {samples} samples, by {}",
+                parameters.method.name
+            ),
+        ),
+    ]
+}

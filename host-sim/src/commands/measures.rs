@@ -1,0 +1,135 @@
+//! What `--json` tells of a run: numbers for programs, SI units in their names, null where there is none.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::config::Beamform;
+use crate::drive::image::Image;
+use crate::files::{Format, Lines};
+use crate::measure::point::LateralProfile;
+use crate::{Error, Result};
+
+/// A beamforming run.
+#[derive(Serialize)]
+pub struct Measures {
+    program: &'static str,
+    version: &'static str,
+    input: String,
+    format: &'static str,
+    /// How long delaying and beamforming took.
+    seconds: f64,
+    lines: LineMeasures,
+    point: Option<PointMeasures>,
+    image: Option<ImageMeasures>,
+}
+
+#[derive(Serialize)]
+struct LineMeasures {
+    count: usize,
+    samples: usize,
+    rate_hz: f64,
+    first_m: f64,
+    last_m: f64,
+    sound_speed_m_s: f64,
+    /// The largest envelope, and the root of the mean square.
+    peak: f64,
+    rms: f64,
+}
+
+/// Of the profile across the brightest place.
+#[derive(Serialize)]
+struct PointMeasures {
+    x_m: f64,
+    z_m: f64,
+    width_6db_m: Option<f64>,
+    width_12db_m: Option<f64>,
+    side_lobe_db: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct ImageMeasures {
+    rows: usize,
+    columns: usize,
+    pixel_m: f64,
+    left_m: f64,
+    top_m: f64,
+    /// Of the grey levels 0 to 255.
+    mean: f64,
+}
+
+#[derive(Serialize)]
+struct WithParameters<'a> {
+    #[serde(flatten)]
+    measures: &'a Measures,
+    parameters: &'a Beamform,
+}
+
+impl Measures {
+    /// Those of the lines.
+    pub fn new(input: &Path, format: Format, seconds: f64, lines: &Lines) -> Self {
+        let (count, samples) = lines.z.dim();
+        let depth = |sample: usize| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
+        let powers = lines
+            .z
+            .iter()
+            .map(|z| f64::from(z.re).powi(2) + f64::from(z.im).powi(2));
+        let sum: f64 = powers.clone().sum();
+        let point = LateralProfile::new(lines)
+            .ok()
+            .map(|profile| PointMeasures {
+                x_m: profile.x[profile.peak],
+                z_m: profile.peak_depth,
+                width_6db_m: profile.width(-6.0),
+                width_12db_m: profile.width(-12.0),
+                side_lobe_db: profile.side_lobe(),
+            });
+        Measures {
+            program: env!("CARGO_PKG_NAME"),
+            version: env!("CARGO_PKG_VERSION"),
+            input: input.display().to_string(),
+            format: format.name(),
+            seconds,
+            lines: LineMeasures {
+                count,
+                samples,
+                rate_hz: lines.fs,
+                first_m: depth(0),
+                last_m: depth(samples.saturating_sub(1)),
+                sound_speed_m_s: lines.c,
+                peak: powers.fold(0.0, f64::max).sqrt(),
+                rms: (sum / lines.z.len().max(1) as f64).sqrt(),
+            },
+            point,
+            image: None,
+        }
+    }
+
+    /// Those of the image, too.
+    pub fn add_image(&mut self, image: &Image) {
+        let (rows, columns) = image.pixels.dim();
+        let sum: f64 = image.pixels.iter().map(|&level| f64::from(level)).sum();
+        self.image = Some(ImageMeasures {
+            rows,
+            columns,
+            pixel_m: image.pixel,
+            left_m: image.x0,
+            top_m: image.z0,
+            mean: sum / image.pixels.len().max(1) as f64,
+        });
+    }
+
+    /// Everything with the parameters that were used, as one line of JSON.
+    ///
+    /// # Errors
+    /// What JSON cannot hold.
+    pub fn json(&self, parameters: &Beamform) -> Result<String> {
+        let all = WithParameters {
+            measures: self,
+            parameters,
+        };
+        let text = serde_json::to_string(&all);
+        let text = text.map_err(|e| Error::Data(format!("the measures cannot be written: {e}")))?;
+        Ok(text + "\n")
+    }
+}

@@ -1,0 +1,82 @@
+//! What a foreign format's library does with a crafted file stays within bounds: a panic becomes an
+//! error, and memory is asked for before it is used.
+
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+use std::sync::Once;
+
+use crate::memory;
+
+/// How many times its length a file's array may be: recordings shrink to a half or a tenth.
+const MAX_INFLATION: u64 = 100;
+/// An array of up to so many bytes may have been compressed as far as can be.
+const SMALL: u64 = 16 << 20;
+/// How many times its own size an array may take while it is read and converted.
+const CONVERSIONS: usize = 4;
+
+/// What came of reading a part of a file, or what is wrong with it: a sentence without its subject.
+pub type Told<T> = Result<T, String>;
+
+thread_local! {
+    static QUIET: Cell<bool> = const { Cell::new(false) };
+}
+
+/// What a library makes of a file; a panic of it is told as a damaged file, and prints nothing.
+///
+/// # Errors
+/// Those of `read`, and a panic.
+pub fn guarded<T>(read: impl FnOnce() -> Told<T>) -> Told<T> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let others = take_hook();
+        set_hook(Box::new(move |panic| {
+            if !QUIET.get() {
+                others(panic);
+            }
+        }));
+    });
+    let before = QUIET.replace(true);
+    let outcome = catch_unwind(AssertUnwindSafe(read));
+    QUIET.set(before);
+    outcome.unwrap_or_else(|_| Err("is damaged: its reader gave up".into()))
+}
+
+/// The size of an array in bytes, where a file of `length` bytes may hold it and memory has room for it.
+///
+/// # Errors
+/// A shape that no file of that length has, or that no memory holds.
+pub fn room(shape: &[usize], element: usize, length: u64) -> Told<usize> {
+    let too_large = || format!("claims a shape of {shape:?}, more than its file can hold");
+    let sides = shape.iter().copied().chain([element]);
+    let bytes = sides
+        .into_iter()
+        .try_fold(1usize, usize::checked_mul)
+        .ok_or_else(too_large)?;
+    if bytes as u64 > length.saturating_mul(MAX_INFLATION).max(SMALL) {
+        return Err(too_large());
+    }
+    memory::check(bytes.saturating_mul(CONVERSIONS), "the array")
+        .map_err(|e| format!("is too large: {e}"))?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_an_error() {
+        let outcome: Result<(), String> = guarded(|| panic!("no"));
+        assert!(outcome.unwrap_err().contains("damaged"));
+        assert_eq!(guarded(|| Ok(3)), Ok(3));
+    }
+
+    #[test]
+    fn a_shape_beyond_the_file_is_refused() {
+        assert_eq!(room(&[3, 4], 8, 10), Ok(96));
+        for shape in [&[1 << 40][..], &[usize::MAX, 2], &[1 << 20, 1 << 20]] {
+            room(shape, 4, 1000).unwrap_err();
+        }
+        assert_eq!(room(&[1 << 40, 0], 4, 1000), Ok(0));
+    }
+}

@@ -1,0 +1,316 @@
+//! The arrays of an HDF5 file: those of zea, UFF, PICMUS and MATLAB 7.3, and any others.
+//!
+//! `rust-hdf5` reads them, without a C library. What leads out of the file, as links and raw data in
+//! another file do, is refused: a recording is one file.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use ndarray::ArrayD;
+use num_complex::Complex;
+use rust_hdf5::{
+    ByteOrder, DatatypeMessage, H5Dataset, H5File, Hdf5Error, LinkClass, StorageLayout,
+};
+
+use super::super::{cannot_be_opened, file_error};
+use super::guard::{Told, guarded, room};
+use super::values::{Source, Values, array};
+use crate::{Error, Result};
+
+/// Where an HDF5 file may begin in one of MATLAB's.
+const USER_BLOCK: u64 = 512;
+
+/// An open file.
+pub struct Store {
+    path: PathBuf,
+    file: H5File,
+    /// Its length, bytes.
+    length: u64,
+    /// Whether MATLAB wrote it, which counts axes from the other end.
+    matlab: bool,
+}
+
+/// What a dataset's numbers are.
+enum Kind {
+    /// f32, or f16 which f32 holds.
+    Single,
+    Double,
+    Unsigned8,
+    /// Integers that i32 holds.
+    Short,
+    Long,
+    /// Two floats of so many bytes, at these places in an element of that size.
+    Complex {
+        bytes: usize,
+        real: usize,
+        imaginary: usize,
+        size: usize,
+    },
+}
+
+impl Store {
+    /// Opens the file and reads its table of contents.
+    ///
+    /// # Errors
+    /// A file that cannot be opened, or is damaged.
+    pub fn open(path: &Path, matlab: bool) -> Result<Self> {
+        let length = fs::metadata(path)
+            .map_err(|e| file_error(path, cannot_be_opened(&e)))?
+            .len();
+        let file = guarded(|| {
+            let options = H5File::options().no_locking();
+            options.open(path).map_err(|e| damaged(&e))
+        });
+        Ok(Self {
+            path: path.to_path_buf(),
+            file: file.map_err(|message| file_error(path, message))?,
+            length: length.max(USER_BLOCK),
+            matlab,
+        })
+    }
+
+    /// Whether there is a group or a dataset of this path.
+    pub fn has_group(&self, path: &str) -> bool {
+        guarded(|| Ok(self.file.root_group().group(path).is_ok())).unwrap_or(false)
+    }
+
+    /// The names of the groups in a group, in order.
+    pub fn groups(&self, path: &str) -> Vec<String> {
+        let names = guarded(|| {
+            let group = self.file.root_group().group(path);
+            group.and_then(|g| g.group_names()).map_err(|e| damaged(&e))
+        });
+        names.unwrap_or_default()
+    }
+
+    /// A text that a group is marked with.
+    pub fn mark(&self, group: &str, name: &str) -> Option<String> {
+        let read = || {
+            let root = self.file.root_group();
+            let text = match group {
+                "" => root.attr_string(name),
+                _ => root.group(group).and_then(|g| g.attr_string(name)),
+            };
+            text.map_err(|e| damaged(&e))
+        };
+        guarded(read).ok()
+    }
+
+    /// The shape of a dataset, in the file's order of axes.
+    ///
+    /// # Errors
+    /// None of that name.
+    pub fn shape(&self, name: &str) -> Result<Vec<usize>> {
+        self.about(name, guarded(|| Ok(self.dataset(name)?.shape())))
+    }
+
+    /// A dataset of this file.
+    fn dataset(&self, name: &str) -> Told<H5Dataset> {
+        self.check_links(name)?;
+        let dataset = self.file.dataset(name).map_err(|e| match e {
+            Hdf5Error::NotFound(_) => "is missing".to_owned(),
+            other => damaged(&other),
+        })?;
+        let elsewhere = dataset.external_files().map_err(|e| damaged(&e))?;
+        let layout = dataset.storage_layout().map_err(|e| damaged(&e))?;
+        if !elsewhere.is_empty() || layout == StorageLayout::Virtual {
+            return Err("lies in another file, which is not read".into());
+        }
+        Ok(dataset)
+    }
+
+    /// No step of the path leads out of the file.
+    fn check_links(&self, name: &str) -> Told<()> {
+        let mut group = self.file.root_group();
+        let mut steps = name.split('/').filter(|step| !step.is_empty()).peekable();
+        while let Some(step) = steps.next() {
+            match group.link_class(step) {
+                Ok(LinkClass::External { .. } | LinkClass::UserDefined { .. }) => {
+                    return Err("is a link into another file, which is not followed".into());
+                }
+                Ok(LinkClass::Soft { path }) if path.contains("..") => {
+                    return Err("is a link that is not followed".into());
+                }
+                Ok(_) => {}
+                Err(_) => return Ok(()),
+            }
+            if steps.peek().is_some() {
+                let Ok(next) = group.group(step) else {
+                    return Ok(());
+                };
+                group = next;
+            }
+        }
+        Ok(())
+    }
+
+    fn about<T>(&self, name: &str, outcome: Told<T>) -> Result<T> {
+        outcome.map_err(|message| self.error(format!("`{name}` {message}")))
+    }
+
+    /// The shape that numbers are handed on in, and their kind; memory has room for them.
+    fn plan(&self, dataset: &H5Dataset) -> Told<(Vec<usize>, Kind)> {
+        if dataset.is_null() {
+            return Err("is empty".into());
+        }
+        let shape = dataset.shape();
+        let element = dataset.element_size();
+        room(&shape, element, self.length)?;
+        if let Some(chunk) = dataset.chunk_dims() {
+            room(&chunk, element, self.length)?;
+        }
+        let kind = kind(&dataset.datatype().map_err(|e| damaged(&e))?)?;
+        Ok((shape, kind))
+    }
+
+    /// In the order of axes that the file's users see.
+    fn ordered<T: Clone>(&self, shape: &[usize], values: Vec<T>) -> Told<ArrayD<T>> {
+        let values = array(shape, values)?;
+        Ok(match self.matlab {
+            true => values.reversed_axes().as_standard_layout().into_owned(),
+            false => values,
+        })
+    }
+
+    fn read_numbers(&self, name: &str) -> Told<ArrayD<f64>> {
+        let dataset = self.dataset(name)?;
+        let (shape, kind) = self.plan(&dataset)?;
+        let values = match kind {
+            Kind::Single | Kind::Double => dataset.read_numeric_as::<f64>(),
+            Kind::Unsigned8 | Kind::Short | Kind::Long => dataset
+                .read_numeric_as::<i64>()
+                .map(|values| values.into_iter().map(|v| v as f64).collect()),
+            Kind::Complex { .. } => return Err("is complex; expected real numbers".into()),
+        };
+        self.ordered(&shape, values.map_err(|e| damaged(&e))?)
+    }
+
+    fn read_samples(&self, name: &str) -> Told<Values> {
+        // MATLAB's UFF and PICMUS keep complex numbers as two arrays.
+        if !self.has(name) && self.has_group(name) {
+            let part = |part: &str| match self.read_samples(&format!("{name}/{part}"))? {
+                Values::Real(values) => Ok(values),
+                Values::Complex(_) => Err(format!("has a complex part `{part}`")),
+            };
+            let (real, imaginary) = (part("real")?, part("imag")?);
+            if real.shape() != imaginary.shape() {
+                return Err("has a real and an imaginary part of different shapes".into());
+            }
+            let both = real.iter().zip(&imaginary);
+            let values = both.map(|(&re, &im)| Complex::new(re, im)).collect();
+            return Ok(Values::Complex(array(real.shape(), values)?));
+        }
+        let dataset = self.dataset(name)?;
+        let (shape, kind) = self.plan(&dataset)?;
+        let failed = |e: Hdf5Error| damaged(&e);
+        let real = match kind {
+            Kind::Single => dataset.read_numeric_as::<f32>().map_err(failed)?,
+            Kind::Double => {
+                let wide = dataset.read_numeric_as::<f64>().map_err(failed)?;
+                wide.into_iter().map(|v| v as f32).collect()
+            }
+            Kind::Unsigned8 => {
+                let bytes = dataset.read_numeric_as::<u8>().map_err(failed)?;
+                bytes.into_iter().map(|v| f32::from(v) - 128.0).collect()
+            }
+            Kind::Short => {
+                let short = dataset.read_numeric_as::<i32>().map_err(failed)?;
+                short.into_iter().map(|v| v as f32).collect()
+            }
+            Kind::Long => {
+                let long = dataset.read_numeric_as::<i64>().map_err(failed)?;
+                long.into_iter().map(|v| v as f32).collect()
+            }
+            Kind::Complex {
+                bytes,
+                real,
+                imaginary,
+                size,
+            } => {
+                let raw = dataset.read_raw_bytes().map_err(failed)?;
+                let part = |element: &[u8], at: usize| float(&element[at..at + bytes]);
+                let values = raw
+                    .chunks_exact(size)
+                    .map(|e| Complex::new(part(e, real), part(e, imaginary)));
+                return Ok(Values::Complex(self.ordered(&shape, values.collect())?));
+            }
+        };
+        Ok(Values::Real(self.ordered(&shape, real)?))
+    }
+}
+
+impl Source for Store {
+    fn error(&self, message: String) -> Error {
+        file_error(&self.path, message)
+    }
+
+    fn names(&self) -> Vec<String> {
+        guarded(|| Ok(self.file.dataset_names())).unwrap_or_default()
+    }
+
+    fn numbers(&self, name: &str) -> Result<ArrayD<f64>> {
+        self.about(name, guarded(|| self.read_numbers(name)))
+    }
+
+    fn samples(&self, name: &str) -> Result<Values> {
+        self.about(name, guarded(|| self.read_samples(name)))
+    }
+}
+
+/// What a datatype's numbers are read as.
+fn kind(datatype: &DatatypeMessage) -> Told<Kind> {
+    match datatype {
+        DatatypeMessage::FloatingPoint { size: 8, .. } => Ok(Kind::Double),
+        DatatypeMessage::FloatingPoint { size: 2 | 4, .. } => Ok(Kind::Single),
+        DatatypeMessage::FixedPoint { size, signed, .. } => Ok(match (size, signed) {
+            (1, false) => Kind::Unsigned8,
+            (1 | 2, _) | (4, true) => Kind::Short,
+            _ => Kind::Long,
+        }),
+        DatatypeMessage::Compound { size, members } => {
+            let [real, imaginary] = members.as_slice() else {
+                return Err("is a compound of other than two numbers".into());
+            };
+            let float = |datatype: &DatatypeMessage| match datatype {
+                DatatypeMessage::FloatingPoint {
+                    size: size @ (4 | 8),
+                    byte_order: ByteOrder::LittleEndian,
+                    ..
+                } => Some(*size as usize),
+                _ => None,
+            };
+            let named = |name: &str, first: char| name.starts_with(first);
+            let bytes = float(&real.datatype)
+                .filter(|_| named(&real.name, 'r') && named(&imaginary.name, 'i'))
+                .filter(|&bytes| float(&imaginary.datatype) == Some(bytes))
+                .ok_or("is a compound that is no complex number")?;
+            let (real, imaginary, size) = (
+                real.offset as usize,
+                imaginary.offset as usize,
+                *size as usize,
+            );
+            if size == 0 || real.max(imaginary).saturating_add(bytes) > size {
+                return Err("is damaged: a complex number does not fit".into());
+            }
+            Ok(Kind::Complex {
+                bytes,
+                real,
+                imaginary,
+                size,
+            })
+        }
+        other => Err(format!("is of type {other}; expected numbers")),
+    }
+}
+
+/// A little-endian float of 4 or 8 bytes.
+fn float(bytes: &[u8]) -> f32 {
+    match bytes.try_into() {
+        Ok(single) => f32::from_le_bytes(single),
+        Err(_) => f64::from_le_bytes(bytes.try_into().unwrap_or_default()) as f32,
+    }
+}
+
+fn damaged(error: &Hdf5Error) -> String {
+    format!("is damaged or not readable: {error}")
+}

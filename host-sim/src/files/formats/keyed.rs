@@ -1,0 +1,358 @@
+//! Channel data of any arrays that are named: MATLAB files and HDF5 files of one's own.
+//!
+//! The names and meanings are those of the `.npz` files, where `[variables]` says nothing else.
+
+use ndarray::{ArrayD, Axis, IxDyn};
+
+use super::super::{ChannelData, Samples, Transmits};
+use super::values::{Source, Values};
+use super::variables::{AXES, Given, Variables};
+use crate::{Error, Result};
+
+/// The axes of samples, in the order of [`ChannelData`].
+const ORDER: [&str; 4] = ["frame", "transmit", "element", "sample"];
+
+/// The arrays of a file, by the keys that channel data have.
+pub struct Keyed<'a> {
+    /// The file.
+    pub source: &'a dyn Source,
+    /// What it calls them.
+    pub variables: &'a Variables,
+}
+
+impl Keyed<'_> {
+    /// The channel data.
+    ///
+    /// # Errors
+    /// A key that neither the file nor the variables tell, an array of another shape or type, or data
+    /// that are not valid.
+    pub fn channel_data(&self) -> Result<ChannelData> {
+        let samples = self.samples()?;
+        let (_, transmits, elements, _) = samples.dim();
+        self.with_samples(samples, transmits, elements)
+    }
+
+    /// The channel data of samples that were found otherwise.
+    ///
+    /// # Errors
+    /// As [`Keyed::channel_data`].
+    pub fn with_samples(
+        &self,
+        samples: Samples,
+        transmits: usize,
+        elements: usize,
+    ) -> Result<ChannelData> {
+        let element_x = match self.optional("element_x")? {
+            Some(x) => x,
+            None => self.centred(elements)?,
+        };
+        if element_x.len() != elements {
+            return Err(self.source.error(format!(
+                "`element_x` has length {}; expected {elements}, one for each element; the axes of the \
+                 samples are probably in another order than {}: `axes` in [variables] tells it",
+                element_x.len(),
+                ORDER[1..].join(", ")
+            )));
+        }
+        let mut t0 = self.vector("t0")?;
+        if t0.len() == 1 {
+            t0 = vec![t0[0]; transmits];
+        }
+        let data = ChannelData {
+            samples,
+            fs: self.scalar("fs")?,
+            t0,
+            element_x,
+            element_z: self.optional("element_z")?,
+            element_angle: self.optional("element_angle")?,
+            c: self.scalar("c")?,
+            f0: self.scalar("f0")?,
+            transmits: self.transmits(transmits)?,
+            lens_delay: match self.optional("lens_delay")? {
+                Some(_) => self.scalar("lens_delay")?,
+                None => 0.0,
+            },
+        };
+        data.check().map_err(|message| self.source.error(message))?;
+        Ok(data)
+    }
+
+    /// How many transmits the delay law has.
+    ///
+    /// # Errors
+    /// No delay law, or an array that is not readable.
+    pub fn transmits_told(&self) -> Result<usize> {
+        for key in ["tx_x", "tx_angle", "tx_element", "tx_source_x"] {
+            if let Some(values) = self.optional(key)? {
+                return Ok(values.len());
+            }
+        }
+        match self.optional_numbers("tx_delay")? {
+            Some(delays) => Ok(delays.shape()[0]),
+            None => Err(self.no_law()),
+        }
+    }
+
+    fn no_law(&self) -> Error {
+        self.source.error(
+            "tells no delay law; expected `tx_x` and `tx_focus`, `tx_angle`, `tx_element`, `tx_source_x` \
+             and `tx_source_z`, or `tx_delay`, as arrays or in [variables]"
+                .into(),
+        )
+    }
+
+    fn centred(&self, elements: usize) -> Result<Vec<f64>> {
+        let Some(pitch) = self.optional("pitch")? else {
+            return Err(self.missing("element_x"));
+        };
+        let [pitch] = pitch.as_slice() else {
+            return Err(self
+                .source
+                .error("`pitch` has several numbers; expected one".into()));
+        };
+        let centre = (elements.max(1) - 1) as f64 / 2.0;
+        Ok((0..elements).map(|m| (m as f64 - centre) * pitch).collect())
+    }
+
+    fn missing(&self, key: &str) -> Error {
+        let mut names = self.source.names();
+        names.sort();
+        names.truncate(20);
+        self.source.error(format!(
+            "has no `{key}`; if it has another name, tell it by --variable {key}=NAME, or its value by \
+             --variable {key}=NUMBER; the file's arrays: {}",
+            names.join(", ")
+        ))
+    }
+
+    /// The array that a key stands for, if there is one.
+    fn name<'b>(&'b self, key: &'b str) -> Option<&'b str> {
+        match self.variables.get(key) {
+            Some(Given::Name(name)) => Some(name),
+            Some(_) => None,
+            None => Some(key).filter(|key| self.source.has(key)),
+        }
+    }
+
+    fn optional_numbers(&self, key: &str) -> Result<Option<ArrayD<f64>>> {
+        match self.variables.get(key) {
+            Some(Given::Number(value)) => Ok(Some(ArrayD::from_elem(IxDyn(&[]), *value))),
+            Some(Given::Numbers(values)) => {
+                let shape = IxDyn(&[values.len()]);
+                Ok(ArrayD::from_shape_vec(shape, values.clone()).ok())
+            }
+            _ => self
+                .name(key)
+                .map(|name| self.source.numbers(name))
+                .transpose(),
+        }
+    }
+
+    fn optional(&self, key: &str) -> Result<Option<Vec<f64>>> {
+        match self.variables.get(key) {
+            Some(Given::Number(value)) => Ok(Some(vec![*value])),
+            Some(Given::Numbers(values)) => Ok(Some(values.clone())),
+            _ => self
+                .name(key)
+                .map(|name| self.source.vector(name))
+                .transpose(),
+        }
+    }
+
+    fn vector(&self, key: &str) -> Result<Vec<f64>> {
+        self.optional(key)?.ok_or_else(|| self.missing(key))
+    }
+
+    fn scalar(&self, key: &str) -> Result<f64> {
+        match self.vector(key)?.as_slice() {
+            [value] => Ok(*value),
+            values => Err(self.source.error(format!(
+                "`{key}` has {} numbers; expected one",
+                values.len()
+            ))),
+        }
+    }
+
+    /// One for each transmit, or one for all.
+    fn each(&self, key: &str, transmits: usize) -> Result<Vec<f64>> {
+        match self.vector(key)?.as_slice() {
+            [value] => Ok(vec![*value; transmits]),
+            values => Ok(values.to_vec()),
+        }
+    }
+
+    fn samples(&self) -> Result<Samples> {
+        let (key, name) = match (self.name("rf"), self.name("iq")) {
+            (Some(rf), None) => ("rf", rf),
+            (None, Some(iq)) => ("iq", iq),
+            (Some(_), Some(_)) => {
+                let both = "holds both `rf` and `iq`; expected the samples of one kind";
+                return Err(self.source.error(both.into()));
+            }
+            (None, None) => return Err(self.missing("rf")),
+        };
+        let axes = self.axes()?;
+        match (key, self.source.samples(name)?) {
+            ("rf", Values::Real(rf)) => {
+                Ok(Samples::Rf(self.arranged(name, rf, axes.as_deref())?))
+            }
+            ("iq", Values::Complex(iq)) => Ok(Samples::Iq {
+                iq: self.arranged(name, iq, axes.as_deref())?,
+                f_demod: self.scalar("f_demod")?,
+            }),
+            ("rf", Values::Complex(_)) => Err(self.source.error(format!(
+                "`{name}` is complex; if it is I/Q, tell it as --variable iq={name}, with `f_demod`"
+            ))),
+            _ => Err(self
+                .source
+                .error(format!("`{name}` is real; expected complex I/Q"))),
+        }
+    }
+
+    /// The places in [`ORDER`] of the file's axes.
+    fn axes(&self) -> Result<Option<Vec<usize>>> {
+        let Some(Given::Names(names)) = self.variables.get(AXES) else {
+            return Ok(None);
+        };
+        let place = |name: &String| ORDER.iter().position(|known| known == name);
+        let places: Option<Vec<usize>> = names.iter().map(place).collect();
+        let once = |places: &Vec<usize>| {
+            let needed = (1..4).all(|axis| places.contains(&axis));
+            needed && (0..4).all(|axis| places.iter().filter(|&&p| p == axis).count() <= 1)
+        };
+        places.filter(once).map(Some).ok_or_else(|| {
+            Error::Usage(format!(
+                "`{AXES}` in [variables] is {}; expected transmit, element and sample once each, and \
+                 frame where there are frames",
+                names.join(", ")
+            ))
+        })
+    }
+
+    /// Samples as [frame, transmit, element, sample], from the file's order of axes.
+    fn arranged<T: Clone>(
+        &self,
+        name: &str,
+        mut values: ArrayD<T>,
+        axes: Option<&[usize]>,
+    ) -> Result<ndarray::Array4<T>> {
+        let shape = values.shape().to_vec();
+        let count = axes.map_or(shape.len().clamp(3, 4), <[usize]>::len);
+        // MATLAB drops axes of length 1 at the end; any file may have one too many there.
+        while values.ndim() > count && values.shape().last() == Some(&1) {
+            let last = Axis(values.ndim() - 1);
+            values = values.index_axis_move(last, 0);
+        }
+        while axes.is_some() && values.ndim() < count {
+            let end = Axis(values.ndim());
+            values = values.insert_axis(end);
+        }
+        let contract: Vec<usize> = (4 - count..4).collect();
+        let mut places = axes.unwrap_or(&contract).to_vec();
+        if values.ndim() != places.len() {
+            return Err(self.source.error(format!(
+                "`{name}` has shape {shape:?}; expected [transmit, element, sample], or with a frame axis \
+                 before them; another order is told by --variable axes=sample,element,transmit"
+            )));
+        }
+        if !places.contains(&0) {
+            places.push(0);
+            let end = Axis(values.ndim());
+            values = values.insert_axis(end);
+        }
+        let order: Vec<usize> = (0..4)
+            .filter_map(|axis| places.iter().position(|&place| place == axis))
+            .collect();
+        let values = values.permuted_axes(IxDyn(&order));
+        let values = values.as_standard_layout().into_owned();
+        values.into_dimensionality().map_err(|e| {
+            self.source
+                .error(format!("`{name}` has shape {shape:?}: {e}"))
+        })
+    }
+
+    fn transmits(&self, transmits: usize) -> Result<Transmits> {
+        let given = |key: &str| self.name(key).is_some() || self.variables.get(key).is_some();
+        let laws = [
+            ("tx_x", given("tx_x") || given("tx_focus")),
+            ("tx_angle", given("tx_angle")),
+            ("tx_element", given("tx_element")),
+            ("tx_source_x", given("tx_source_x") || given("tx_source_z")),
+            ("tx_delay", given("tx_delay")),
+        ];
+        let mut told = laws.iter().filter(|(_, given)| *given).map(|(key, _)| *key);
+        let law = told.next().ok_or_else(|| self.no_law())?;
+        if let Some(other) = told.next() {
+            return Err(self.source.error(format!(
+                "tells several delay laws at once (`{law}`, `{other}`); expected exactly one"
+            )));
+        }
+        match law {
+            "tx_x" => Ok(Transmits::Focused {
+                x: self.vector("tx_x")?,
+                focus: self.each("tx_focus", transmits)?,
+                f_number: match self.optional("tx_fnumber")? {
+                    Some(_) => Some(self.scalar("tx_fnumber")?),
+                    None => None,
+                },
+            }),
+            "tx_angle" => Ok(Transmits::Plane {
+                angle: self.vector("tx_angle")?,
+            }),
+            "tx_element" => self.indices(),
+            "tx_source_x" => Ok(Transmits::VirtualSource {
+                x: self.each("tx_source_x", transmits)?,
+                z: self.each("tx_source_z", transmits)?,
+            }),
+            _ => self.delays(),
+        }
+    }
+
+    fn indices(&self) -> Result<Transmits> {
+        let values = self.vector("tx_element")?;
+        let index = |(transmit, &value): (usize, &f64)| {
+            // The cast saturates; the comparison finds it out.
+            let index = value as usize;
+            match index as f64 == value {
+                true => Ok(index),
+                false => Err(self.source.error(format!(
+                    "`tx_element` is {value} at transmit {transmit}; expected an index from 0"
+                ))),
+            }
+        };
+        let index = values
+            .iter()
+            .enumerate()
+            .map(index)
+            .collect::<Result<_>>()?;
+        Ok(Transmits::Element { index })
+    }
+
+    fn delays(&self) -> Result<Transmits> {
+        let delays = self
+            .optional_numbers("tx_delay")?
+            .ok_or_else(|| self.no_law())?;
+        let shape = delays.shape().to_vec();
+        let wrong = |_| {
+            self.source.error(format!(
+                "`tx_delay` has shape {shape:?}; expected [transmit, element]"
+            ))
+        };
+        let mut delay: ndarray::Array2<f64> = delays.into_dimensionality().map_err(wrong)?;
+        if let Some(active) = self.optional_numbers("tx_active")? {
+            if active.shape() != delay.shape() {
+                return Err(self.source.error(format!(
+                    "`tx_active` has shape {:?}; expected that of `tx_delay`, {:?}",
+                    active.shape(),
+                    delay.shape()
+                )));
+            }
+            for (delay, active) in delay.iter_mut().zip(&active) {
+                if *active == 0.0 {
+                    *delay = f64::NAN;
+                }
+            }
+        }
+        Ok(Transmits::Delays { delay })
+    }
+}

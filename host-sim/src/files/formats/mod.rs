@@ -1,0 +1,175 @@
+//! The formats that recordings come in, a file each; this one recognises them by what they hold.
+
+mod guard;
+mod hdf5;
+mod keyed;
+mod mat5;
+mod picmus;
+mod sonix;
+mod uff;
+mod values;
+mod variables;
+mod waves;
+mod zea;
+
+pub use variables::{Given, Variables};
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::{ChannelData, Recording, cannot_be_opened, file_error, npz, read_npz};
+use crate::{Error, Result};
+use hdf5::Store;
+use keyed::Keyed;
+use mat5::Mat5;
+
+/// A format of recordings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Format {
+    /// NumPy's archive with the keys of the numeric contract.
+    Npz,
+    /// zea's HDF5.
+    Zea,
+    /// `channel_data` of USTB's Ultrasound File Format.
+    Uff,
+    /// HDF5 of the Plane-Wave Imaging Challenge.
+    Picmus,
+    /// Any other HDF5, by the names of its arrays.
+    Hdf5,
+    /// MATLAB 7.3, which is HDF5.
+    Mat73,
+    /// MATLAB 5 to 7.2.
+    Mat5,
+    /// A folder with a file a channel.
+    Sonix,
+}
+
+/// How many bytes of a file tell its format.
+const HEAD: u64 = 520;
+const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
+/// Where MATLAB's HDF5 begins, behind a header of its own.
+const USER_BLOCK: usize = 512;
+
+/// What a recording may be that is not read, by how it begins.
+const FOREIGN: [(&[u8], &str); 5] = [
+    (b"\x93NUMPY", "a single .npy array"),
+    (b"\x1f\x8b", "compressed with gzip"),
+    (
+        b"MATLAB",
+        "a MATLAB file that is damaged or of an unknown version",
+    ),
+    (b"\x89PNG", "a picture"),
+    (b"DICM", "a DICOM file"),
+];
+
+/// What is read.
+const EXPECTED: &str = "expected an .npz archive with channel data (`rf`, `iq`) or aligned data (`x`), HDF5 \
+                        (zea, UFF, PICMUS), a MATLAB file or a SonixDAQ folder, see --help";
+
+impl Format {
+    /// Its name, for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::Npz => ".npz archive",
+            Format::Zea => "zea (HDF5)",
+            Format::Uff => "UFF (HDF5)",
+            Format::Picmus => "PICMUS (HDF5)",
+            Format::Hdf5 => "HDF5",
+            Format::Mat73 => "MATLAB 7.3 (HDF5)",
+            Format::Mat5 => "MATLAB 5",
+            Format::Sonix => "SonixDAQ folder",
+        }
+    }
+}
+
+/// Reads channel data or aligned data, in the format that the file turns out to be of.
+///
+/// # Errors
+/// The file cannot be opened, is of a format that is not read, or what it holds is not valid.
+pub fn read(path: &Path, variables: &Variables) -> Result<(Recording, Format)> {
+    variables.check().map_err(Error::Usage)?;
+    if path.is_dir() {
+        return match sonix::is(path) {
+            true => channel(sonix::read(path, variables), Format::Sonix),
+            false => Err(file_error(
+                path,
+                "is a folder without CH000.daq, as a SonixDAQ makes; expected a file",
+            )),
+        };
+    }
+    let mut head = Vec::new();
+    let begin = File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+    begin.map_err(|e| file_error(path, cannot_be_opened(&e)))?;
+    let matlab = head.get(USER_BLOCK..).is_some_and(|b| b.starts_with(HDF5));
+    if head.starts_with(HDF5) || matlab {
+        return read_hdf5(path, matlab, variables);
+    }
+    let version = head.get(124..128);
+    if version == Some(&[0, 1, b'I', b'M']) || version == Some(&[1, 0, b'M', b'I']) {
+        let source = Mat5::open(path)?;
+        let keyed = Keyed {
+            source: &source,
+            variables,
+        };
+        return channel(keyed.channel_data(), Format::Mat5);
+    }
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    if head.starts_with(b"PK") {
+        refuse_without_effect(variables, path)?;
+        return Ok((read_npz(&mut npz::Reader::open(path)?)?, Format::Npz));
+    }
+    if let Some((_, what)) = FOREIGN.iter().find(|(magic, _)| head.starts_with(magic)) {
+        return Err(file_error(path, format!("is {what}; {EXPECTED}")));
+    }
+    // One that is cut short or damaged says so itself.
+    if extension.eq_ignore_ascii_case("npz") {
+        return Ok((read_npz(&mut npz::Reader::open(path)?)?, Format::Npz));
+    }
+    let named = |extensions: &[&str]| extensions.iter().any(|e| extension.eq_ignore_ascii_case(e));
+    let what = if named(&["h5", "hdf5", "uff"]) {
+        "is truncated or not the HDF5 file that its name tells"
+    } else if named(&["mat"]) {
+        "is truncated or not the MATLAB file that its name tells"
+    } else if head.is_empty() {
+        "is empty"
+    } else {
+        "is not of a known format"
+    };
+    Err(file_error(path, format!("{what}; {EXPECTED}")))
+}
+
+fn read_hdf5(path: &Path, matlab: bool, variables: &Variables) -> Result<(Recording, Format)> {
+    let store = Store::open(path, matlab)?;
+    let told = |keys: &[&str]| {
+        let only = variables.only_numbers(keys);
+        only.map_err(|e| file_error(path, e))
+    };
+    if !matlab && picmus::is(&store) {
+        told(&["fs", "c", "f0", "lens_delay"])?;
+        return channel(picmus::read(&store, variables), Format::Picmus);
+    }
+    if !matlab && uff::is(&store) {
+        told(&["fs", "c", "f0", "f_demod", "lens_delay"])?;
+        return channel(uff::read(&store, variables), Format::Uff);
+    }
+    if !matlab && zea::is(&store) {
+        told(&["fs", "c", "f0", "lens_delay"])?;
+        return channel(zea::read(&store, variables), Format::Zea);
+    }
+    let keyed = Keyed {
+        source: &store,
+        variables,
+    };
+    let format = if matlab { Format::Mat73 } else { Format::Hdf5 };
+    channel(keyed.channel_data(), format)
+}
+
+fn channel(data: Result<ChannelData>, format: Format) -> Result<(Recording, Format)> {
+    Ok((Recording::Channel(data?), format))
+}
+
+fn refuse_without_effect(variables: &Variables, path: &Path) -> Result<()> {
+    let none = variables.only_numbers(&[]);
+    none.map_err(|e| file_error(path, e))
+}

@@ -1,0 +1,75 @@
+//! The recordings of the Plane-Wave Imaging Challenge in Medical Ultrasound (2016): HDF5 with RF or I/Q
+//! of plane waves.
+
+use ndarray::Axis;
+use num_complex::Complex;
+
+use super::super::{ChannelData, Samples, Transmits};
+use super::hdf5::Store;
+use super::values::{Source, Values};
+use super::variables::Variables;
+use crate::Result;
+
+/// The group that everything lies in.
+const GROUP: &str = "US/US_DATASET0000";
+/// The challenge's centre frequency, Hz: RF files tell none.
+const CENTRE_FREQUENCY: f64 = 5.208e6;
+
+/// Whether a file is one of the challenge's recordings.
+pub fn is(store: &Store) -> bool {
+    store.has(&format!("{GROUP}/data/real"))
+}
+
+/// The channel data. Times count from the moment at which the wave passes x = 0, z = 0, as ours do.
+///
+/// # Errors
+/// An array is missing, of another type or shape, or not valid.
+pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
+    let at = |name: &str| format!("{GROUP}/{name}");
+    let one = |name: &str| store.scalar(&at(name));
+    let angle = store.vector(&at("angles"))?;
+    let geometry = store.numbers(&at("probe_geometry"))?;
+    if geometry.ndim() != 2 || geometry.shape()[0] != 3 {
+        return Err(store.error(format!(
+            "`probe_geometry` has shape {:?}; expected [3, element]",
+            geometry.shape()
+        )));
+    }
+    let place = |axis: usize| geometry.index_axis(Axis(0), axis).iter().copied().collect();
+    let modulation = one("modulation_frequency")?;
+    let samples = match store.samples(&at("data"))? {
+        Values::Complex(samples) if samples.ndim() == 3 => samples,
+        other => {
+            return Err(store.error(format!(
+                "`data` has shape {:?}; expected [transmit, element, sample]",
+                other.shape()
+            )));
+        }
+    };
+    let samples = samples
+        .insert_axis(Axis(0))
+        .into_dimensionality()
+        .map_err(|e| store.error(format!("`data`: {e}")))?;
+    let samples = match modulation > 0.0 {
+        true => Samples::Iq {
+            iq: samples,
+            f_demod: modulation,
+        },
+        false => Samples::Rf(samples.mapv(|sample: Complex<f32>| sample.re)),
+    };
+    let told = (modulation > 0.0).then_some(modulation);
+    let data = ChannelData {
+        samples,
+        fs: variables.number("fs").unwrap_or(one("sampling_frequency")?),
+        t0: vec![one("initial_time")?; angle.len()],
+        element_x: place(0),
+        element_z: Some(place(2)).filter(|z: &Vec<f64>| z.iter().any(|&z| z != 0.0)),
+        element_angle: None,
+        c: variables.number("c").unwrap_or(one("sound_speed")?),
+        f0: variables.number("f0").or(told).unwrap_or(CENTRE_FREQUENCY),
+        transmits: Transmits::Plane { angle },
+        lens_delay: variables.number("lens_delay").unwrap_or(0.0),
+    };
+    data.check().map_err(|message| store.error(message))?;
+    Ok(data)
+}

@@ -1,0 +1,293 @@
+//! `channel_data` of USTB's Ultrasound File Format: HDF5 with a group an object.
+
+use num_complex::Complex;
+
+use super::super::{ChannelData, Samples, Transmits};
+use super::hdf5::Store;
+use super::values::{Source, Values};
+use super::variables::Variables;
+use crate::Result;
+
+/// The speed of sound where a file tells none, m/s.
+const SOUND_SPEED: f64 = 1540.0;
+/// How far from the image plane a wave or an element may be, rad or m.
+const OUT_OF_PLANE: f64 = 1e-4;
+
+/// A wave of the sequence.
+struct Wave {
+    kind: Kind,
+    /// When it passes its origin, on the clock of the samples, s.
+    delay: f64,
+}
+
+enum Kind {
+    /// A plane wave, rad.
+    Plane(f64),
+    /// A source at (x, z), and the point from which its time counts.
+    Source([f64; 2], [f64; 2]),
+}
+
+/// The group that holds the channel data.
+fn group(store: &Store) -> Option<String> {
+    let groups = store.groups("");
+    let is = |name: &&String| store.mark(name, "class").as_deref() == Some("uff.channel_data");
+    groups.iter().find(is).cloned()
+}
+
+/// Whether a file is UFF, with channel data or without.
+pub fn is(store: &Store) -> bool {
+    let class = |name: &String| store.mark(name, "class");
+    store
+        .groups("")
+        .iter()
+        .filter_map(class)
+        .any(|class| class.starts_with("uff."))
+}
+
+/// The channel data.
+///
+/// # Errors
+/// No channel data, or an array of them is missing, of another type or shape, or not valid.
+pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
+    let group = group(store).ok_or_else(|| {
+        store.error("holds no `channel_data`; beamformed data are not read".into())
+    })?;
+    let at = |name: &str| format!("{group}/{name}");
+    let optional = |name: &str| match store.has(&at(name)) {
+        true => store.scalar(&at(name)).map(Some),
+        false => Ok(None),
+    };
+    let [element_x, element_z, element_angle] = elements(store, &at("probe"))?;
+    let waves = waves(store, &at("sequence"))?;
+    let modulation = optional("modulation_frequency")?.unwrap_or(0.0);
+    let modulation = variables.number("f_demod").unwrap_or(modulation);
+    let told = [optional("pulse/center_frequency")?, Some(modulation)];
+    let told = told.into_iter().flatten().find(|&f0| f0 > 0.0);
+    let f0 = variables.number("f0").or(told).ok_or_else(|| {
+        store.error("tells no centre frequency (`pulse`); tell it by --variable f0=HZ".into())
+    })?;
+    let c = match variables.number("c") {
+        Some(c) => c,
+        None => optional("sound_speed")?.unwrap_or(SOUND_SPEED),
+    };
+    let start = optional("initial_time")?.unwrap_or(0.0);
+    let (transmits, t0) = law(&waves, start, c)
+        .ok_or_else(|| store.error("mixes plane waves with others; expected one kind".into()))?;
+    let data = ChannelData {
+        samples: samples(store, &at("data"), modulation, &waves)?,
+        fs: match variables.number("fs") {
+            Some(fs) => fs,
+            None => store.scalar(&at("sampling_frequency"))?,
+        },
+        t0,
+        element_x,
+        element_z: Some(element_z).filter(|z| z.iter().any(|&z| z != 0.0)),
+        element_angle: Some(element_angle).filter(|a| a.iter().any(|&a| a != 0.0)),
+        c,
+        f0,
+        transmits,
+        lens_delay: variables.number("lens_delay").unwrap_or(0.0),
+    };
+    data.check().map_err(|message| store.error(message))?;
+    Ok(data)
+}
+
+/// The elements' x, z and angles: as the probe lists them, or of a linear or curved array.
+fn elements(store: &Store, probe: &str) -> Result<[Vec<f64>; 3]> {
+    let at = |name: &str| format!("{probe}/{name}");
+    if store.has(&at("geometry")) {
+        let geometry = store.numbers(&at("geometry"))?;
+        if geometry.ndim() != 2 || geometry.shape()[0] < 4 {
+            return Err(store.error(format!(
+                "`{}` has shape {:?}; expected [7, element]",
+                at("geometry"),
+                geometry.shape()
+            )));
+        }
+        let row = |row: usize| -> Vec<f64> {
+            let row = geometry.index_axis(ndarray::Axis(0), row);
+            row.iter().copied().collect()
+        };
+        if let Some(index) = row(1).iter().position(|y| y.abs() > OUT_OF_PLANE) {
+            return Err(store.error(format!(
+                "`{}` is out of the image plane at element {index}; expected one row of elements, not \
+                 a matrix",
+                at("geometry")
+            )));
+        }
+        return Ok([row(0), row(2), row(3)]);
+    }
+    let count = store.scalar(&at("N"))?;
+    if !(1.0..=65_536.0).contains(&count) {
+        return Err(store.error(format!(
+            "`{}` is {count}; expected a number of elements",
+            at("N")
+        )));
+    }
+    let pitch = store.scalar(&at("pitch"))?;
+    let places = (0..count as usize).map(|m| m as f64 - (count - 1.0) / 2.0);
+    if !store.has(&at("radius")) {
+        let x: Vec<f64> = places.map(|place| place * pitch).collect();
+        let zero = vec![0.0; x.len()];
+        return Ok([x, zero.clone(), zero]);
+    }
+    let radius = store.scalar(&at("radius"))?;
+    let step = 2.0 * (pitch / 2.0 / radius).asin();
+    let angles: Vec<f64> = places.map(|place| place * step).collect();
+    let along = |f: fn(f64) -> f64| angles.iter().map(move |&a| radius * f(a));
+    let x = along(f64::sin).collect();
+    let z = along(f64::cos).map(|z| z - radius).collect();
+    Ok([x, z, angles])
+}
+
+fn waves(store: &Store, sequence: &str) -> Result<Vec<Wave>> {
+    if store.has_group(&format!("{sequence}/source")) {
+        return Ok(vec![wave(store, sequence)?]);
+    }
+    let mut names = store.groups(sequence);
+    // sequence_0001 to sequence_9999, sequence_10000 …
+    names.sort_by_key(|name| (name.len(), name.clone()));
+    if names.is_empty() {
+        return Err(store.error(format!("`{sequence}` has no wave")));
+    }
+    let each = names.iter().map(|name| format!("{sequence}/{name}"));
+    each.map(|name| wave(store, &name)).collect()
+}
+
+fn wave(store: &Store, name: &str) -> Result<Wave> {
+    let optional = |field: &str| {
+        let path = format!("{name}/{field}");
+        match store.has(&path) {
+            true => store.scalar(&path).map(Some),
+            false => Ok(None),
+        }
+    };
+    // USTB's enumeration: plane 0, spherical 1, photoacoustic 2.
+    let front = optional("wavefront")?.unwrap_or(1.0);
+    let distance = optional("source/distance")?.unwrap_or(0.0);
+    let azimuth = optional("source/azimuth")?.unwrap_or(0.0);
+    for field in ["source/elevation", "origin/elevation"] {
+        if optional(field)?.unwrap_or(0.0).abs() > OUT_OF_PLANE {
+            return Err(store.error(format!(
+                "`{name}/{field}` is not 0; expected waves of the image plane"
+            )));
+        }
+    }
+    let delay = optional("delay")?.unwrap_or(0.0);
+    let place = |distance: f64, azimuth: f64| [distance * azimuth.sin(), distance * azimuth.cos()];
+    let origin = match optional("origin/distance")?.unwrap_or(0.0) {
+        distance if distance.is_finite() && distance != 0.0 => {
+            place(distance, optional("origin/azimuth")?.unwrap_or(0.0))
+        }
+        _ => [0.0, 0.0],
+    };
+    let kind = match front {
+        0.0 => Kind::Plane(azimuth),
+        1.0 if !distance.is_finite() => Kind::Plane(azimuth),
+        1.0 => Kind::Source(place(distance, azimuth), origin),
+        _ => {
+            return Err(store.error(format!(
+                "`{name}` is not a transmitted wave (wavefront {front}); expected plane or spherical ones"
+            )));
+        }
+    };
+    Ok(Wave { kind, delay })
+}
+
+/// The delay law of the waves, and sample 0 of each from its origin; none for waves of several kinds.
+fn law(waves: &[Wave], start: f64, c: f64) -> Option<(Transmits, Vec<f64>)> {
+    let start = |wave: &Wave| start + wave.delay;
+    let plane = |wave: &Wave| match wave.kind {
+        Kind::Plane(angle) => Some(angle),
+        Kind::Source(..) => None,
+    };
+    let angle: Option<Vec<f64>> = waves.iter().map(plane).collect();
+    if let Some(angle) = angle {
+        let t0 = waves.iter().map(start).collect();
+        return Some((Transmits::Plane { angle }, t0));
+    }
+    let source = |wave: &Wave| match wave.kind {
+        Kind::Plane(_) => None,
+        Kind::Source(source, origin) => Some((source, origin)),
+    };
+    let sources: Vec<_> = waves.iter().map(source).collect::<Option<_>>()?;
+    // Each straight below its own origin: one line a transmit.
+    let below = |&([sx, sz], [ox, oz]): &([f64; 2], [f64; 2])| {
+        sz > 0.0 && (sx - ox).abs() < 1e-9 && oz.abs() < 1e-9
+    };
+    let apart = sources.windows(2).all(|pair| pair[0].0[0] != pair[1].0[0]);
+    if sources.len() > 1 && apart && sources.iter().all(below) {
+        let (x, focus) = sources
+            .iter()
+            .map(|(source, _)| (source[0], source[1]))
+            .unzip();
+        let f_number = None;
+        let t0 = waves.iter().map(start).collect();
+        return Some((Transmits::Focused { x, focus, f_number }, t0));
+    }
+    let t0 = waves
+        .iter()
+        .zip(&sources)
+        .map(|(wave, ([sx, sz], [ox, oz]))| {
+            // From the wave's own origin to x = 0, z = 0.
+            let further = sx.hypot(*sz) - (sx - ox).hypot(sz - oz);
+            start(wave) + if *sz > 0.0 { further / c } else { -further / c }
+        });
+    let t0 = t0.collect();
+    let (x, z) = sources
+        .iter()
+        .map(|(source, _)| (source[0], source[1]))
+        .unzip();
+    Some((Transmits::VirtualSource { x, z }, t0))
+}
+
+/// The samples, from [frame, wave, channel, sample], where axes of length 1 may be left out in front.
+/// USTB's I/Q turns on the clock of the samples, ours from the origin of each wave.
+fn samples(store: &Store, name: &str, modulation: f64, waves: &[Wave]) -> Result<Samples> {
+    let values = store.samples(name)?;
+    let shape = values.shape().to_vec();
+    let wrong = || {
+        store.error(format!(
+            "`{name}` has shape {shape:?}; expected [frame, {} waves, channel, sample]",
+            waves.len()
+        ))
+    };
+    if !(2..=4).contains(&shape.len()) {
+        return Err(wrong());
+    }
+    let mut full = vec![1; 4 - shape.len()];
+    full.extend(&shape);
+    if full[1] != waves.len() {
+        return Err(wrong());
+    }
+    let full = (full[0], full[1], full[2], full[3]);
+    match values {
+        Values::Real(rf) => Ok(Samples::Rf(
+            rf.into_shape_with_order(full).map_err(|_| wrong())?,
+        )),
+        Values::Complex(iq) => {
+            if modulation <= 0.0 {
+                return Err(store.error(
+                    "is I/Q, and `modulation_frequency` is 0; tell it by --variable f_demod=HZ"
+                        .into(),
+                ));
+            }
+            let mut iq = iq.into_shape_with_order(full).map_err(|_| wrong())?;
+            for (transmit, wave) in waves.iter().enumerate() {
+                let phase = -std::f64::consts::TAU * modulation * wave.delay;
+                if phase != 0.0 {
+                    let turn = Complex::from_polar(1.0, phase);
+                    let mut own = iq.index_axis_mut(ndarray::Axis(1), transmit);
+                    own.mapv_inplace(|sample| {
+                        let wide = Complex::new(f64::from(sample.re), f64::from(sample.im)) * turn;
+                        Complex::new(wide.re as f32, wide.im as f32)
+                    });
+                }
+            }
+            Ok(Samples::Iq {
+                iq,
+                f_demod: modulation,
+            })
+        }
+    }
+}

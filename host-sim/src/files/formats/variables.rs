@@ -1,0 +1,183 @@
+//! What a file calls the keys of channel data, and what it leaves out: the section `[variables]`.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// The keys that arrays are given for.
+pub const KEYS: [&str; 21] = [
+    "rf",
+    "iq",
+    "f_demod",
+    "fs",
+    "f0",
+    "c",
+    "t0",
+    "element_x",
+    "element_z",
+    "element_angle",
+    "lens_delay",
+    "tx_x",
+    "tx_focus",
+    "tx_fnumber",
+    "tx_angle",
+    "tx_element",
+    "tx_source_x",
+    "tx_source_z",
+    "tx_delay",
+    "tx_active",
+    // The distance between neighbouring elements, m, where there is no `element_x`: centred on 0.
+    "pitch",
+];
+/// The order of the axes of the samples.
+pub const AXES: &str = "axes";
+/// The order of the channels of a SonixDAQ folder.
+pub const CHANNELS: &str = "channels";
+
+/// Section `[variables]`: for a key the name of an array of the file, or its value.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Variables(BTreeMap<String, Given>);
+
+/// What a key stands for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Given {
+    /// A value.
+    Number(f64),
+    /// The name of an array.
+    Name(String),
+    /// Values.
+    Numbers(Vec<f64>),
+    /// Names of axes.
+    Names(Vec<String>),
+}
+
+impl Variables {
+    /// Whether nothing is told.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// What a key stands for, where it is told.
+    pub fn get(&self, key: &str) -> Option<&Given> {
+        self.0.get(key)
+    }
+
+    /// Takes `KEY=VALUE` of the command line: a number, numbers with commas between them, or a name, or
+    /// names with commas for the axes.
+    ///
+    /// # Errors
+    /// No `=`, or nothing on a side of it.
+    pub fn take(&mut self, text: &str) -> Result<(), String> {
+        let (key, value) = text
+            .split_once('=')
+            .map(|(key, value)| (key.trim(), value.trim()))
+            .filter(|(key, value)| !key.is_empty() && !value.is_empty())
+            .ok_or_else(|| format!("{text}: expected KEY=NAME or KEY=NUMBER"))?;
+        let parts = || value.split(',').map(str::trim);
+        let numbers: Result<Vec<f64>, _> = parts().map(str::parse).collect();
+        let given = match numbers.as_deref() {
+            Ok([number]) => Given::Number(*number),
+            Ok(numbers) => Given::Numbers(numbers.to_vec()),
+            Err(_) if key == AXES => Given::Names(parts().map(str::to_owned).collect()),
+            Err(_) => Given::Name(value.to_owned()),
+        };
+        self.0.insert(key.to_owned(), given);
+        Ok(())
+    }
+
+    /// The value of a key, where a number is told for it.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        match self.get(key) {
+            Some(Given::Number(value)) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// Nothing is told but numbers for these keys: the file tells the rest itself.
+    ///
+    /// # Errors
+    /// A key that would have no effect.
+    pub fn only_numbers(&self, keys: &[&str]) -> Result<(), String> {
+        let has_effect = |key: &str| keys.contains(&key) && self.number(key).is_some();
+        match self.0.keys().find(|key| !has_effect(key)) {
+            None => Ok(()),
+            Some(key) => Err(format!(
+                "`{key}` in [variables] (--variable) has no effect on a file of this format, which names \
+                 its arrays itself; numbers for {} have one",
+                keys.join(", ")
+            )),
+        }
+    }
+
+    /// Every key is one that is known, and has what it takes.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check(&self) -> Result<(), String> {
+        for (key, given) in &self.0 {
+            let fits = match (key.as_str(), given) {
+                (AXES, Given::Names(_)) | (CHANNELS, Given::Name(_)) => true,
+                (AXES | CHANNELS, _) => false,
+                ("rf" | "iq", given) => matches!(given, Given::Name(_)),
+                (_, Given::Names(_)) => false,
+                (_, Given::Number(value)) => value.is_finite(),
+                (_, Given::Numbers(values)) => values.iter().all(|v| v.is_finite()),
+                (_, Given::Name(_)) => true,
+            };
+            if ![AXES, CHANNELS].contains(&key.as_str()) && !KEYS.contains(&key.as_str()) {
+                return Err(format!(
+                    "`{key}` in [variables] (--variable) is unknown; expected {AXES}, {CHANNELS}, {}",
+                    KEYS.join(", ")
+                ));
+            }
+            if !fits {
+                return Err(format!(
+                    "`{key}` in [variables] (--variable) is not what it takes: `{AXES}` names of axes, \
+                     `rf` and `iq` the name of an array, the others a name or finite numbers"
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_numbers_are_told_apart() {
+        let mut variables = Variables::default();
+        for text in [
+            "rf=RcvData",
+            "fs = 40e6",
+            "tx_angle=-0.1,0,0.1",
+            "axes=sample,element,transmit",
+        ] {
+            variables.take(text).unwrap();
+        }
+        assert_eq!(variables.get("fs"), Some(&Given::Number(40e6)));
+        assert_eq!(
+            variables.get("tx_angle"),
+            Some(&Given::Numbers(vec![-0.1, 0.0, 0.1]))
+        );
+        assert_eq!(
+            variables.get("rf"),
+            Some(&Given::Name("RcvData".to_owned()))
+        );
+        variables.check().unwrap();
+        variables.take("fs=").unwrap_err();
+        variables.take("fs").unwrap_err();
+        for wrong in ["depth=3", "rf=3", "axes=3", "fs=nan"] {
+            let mut variables = Variables::default();
+            variables.take(wrong).unwrap();
+            let message = variables.check().unwrap_err();
+            assert!(
+                message.contains(wrong.split('=').next().unwrap()),
+                "{message}"
+            );
+        }
+    }
+}

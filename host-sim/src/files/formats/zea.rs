@@ -1,0 +1,315 @@
+//! zea's HDF5 files: raw data of a track, with the parameters of its scan and its probe.
+//!
+//! zea counts time from the first element that fires, and its pulse has its peak some time after that.
+
+use ndarray::{Array2, Array4, Axis, Ix5};
+use num_complex::Complex;
+
+use super::super::{ChannelData, Samples};
+use super::hdf5::Store;
+use super::values::{Source, Values};
+use super::variables::Variables;
+use super::waves::{Fired, Wave};
+use crate::Result;
+
+/// How fast zea's waveforms are sampled, Hz.
+const WAVEFORM_RATE: f64 = 250e6;
+/// Half a period of the slowest pulse, in samples of a waveform.
+const MAX_HALF_PERIOD: f64 = 2000.0;
+/// The speed of sound where a file tells none, m/s.
+const SOUND_SPEED: f64 = 1540.0;
+/// How far from the image plane an element may lie, m.
+const OUT_OF_PLANE: f64 = 1e-4;
+
+/// Where the raw data lie: files of zea 0.1 have tracks, older ones do not.
+fn folder(store: &Store) -> Option<String> {
+    let tracks = store.groups("tracks");
+    let first = tracks.first().map(|track| format!("tracks/{track}/"));
+    let folders = first.into_iter().chain([String::new()]);
+    folders
+        .into_iter()
+        .find(|folder| store.has(&format!("{folder}data/raw_data")))
+}
+
+/// Whether a file is zea's.
+pub fn is(store: &Store) -> bool {
+    let marked = ["zea_version", "us_machine", "probe"];
+    let marked = marked.iter().any(|name| store.mark("", name).is_some());
+    folder(store).is_some() && (marked || store.has_group("scan"))
+}
+
+/// The channel data of the first track.
+///
+/// # Errors
+/// An array is missing, of another type or shape, or not valid.
+pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
+    let Some(folder) = folder(store) else {
+        return Err(store.error("has no `data/raw_data`".into()));
+    };
+    if store.groups("tracks").len() > 1 {
+        return Err(store.error(
+            "has several tracks, each with a scan of its own; expected a file of one".into(),
+        ));
+    }
+    let scan = |name: &str| format!("{folder}scan/{name}");
+    if store.has(&scan("rx_aperture_indices")) {
+        return Err(store.error(
+            "`rx_aperture_indices` moves the receive aperture, which is not read; expected a record of \
+             every element"
+                .into(),
+        ));
+    }
+    let number = |name: &str| -> Result<f64> {
+        let values = store.vector(&scan(name))?;
+        match values.as_slice() {
+            [first, rest @ ..] if rest.iter().all(|v| v == first) => Ok(*first),
+            _ => Err(store.error(format!(
+                "`{name}` differs between transmits; expected one number"
+            ))),
+        }
+    };
+    let elements = elements(store, &scan)?;
+    let c = match variables.number("c") {
+        Some(c) => c,
+        None if store.has(&scan("sound_speed")) => number("sound_speed")?,
+        None => SOUND_SPEED,
+    };
+    let f0 = variables
+        .number("f0")
+        .map_or_else(|| number("center_frequency"), Ok)?;
+    let fs = variables
+        .number("fs")
+        .map_or_else(|| number("sampling_frequency"), Ok)?;
+    let delay = delays(store, &scan, elements.len())?;
+    let transmits = delay.nrows();
+    let peaks = peaks(store, &scan, transmits, f0)?;
+    let start = each(store, &scan("initial_times"), transmits)?;
+    let fired = Fired {
+        elements: &elements,
+        delay,
+        start: start.iter().zip(&peaks).map(|(t, peak)| t - peak).collect(),
+        c,
+        f0,
+    };
+    let (law, t0) = fired.law(&waves(store, &scan, transmits)?);
+    let f_demod = || match store.has(&scan("demodulation_frequency")) {
+        true => number("demodulation_frequency"),
+        false => Ok(f0),
+    };
+    let samples = samples(store, &format!("{folder}data/raw_data"), f_demod, &t0)?;
+    let data = ChannelData {
+        samples,
+        fs,
+        t0,
+        element_x: elements.iter().map(|e| e[0]).collect(),
+        element_z: elements
+            .iter()
+            .any(|e| e[1] != 0.0)
+            .then(|| elements.iter().map(|e| e[1]).collect()),
+        element_angle: None,
+        c,
+        f0,
+        transmits: law,
+        lens_delay: variables.number("lens_delay").unwrap_or(0.0),
+    };
+    data.check().map_err(|message| store.error(message))?;
+    Ok(data)
+}
+
+/// The places (x, z) of the elements.
+fn elements(store: &Store, scan: &dyn Fn(&str) -> String) -> Result<Vec<[f64; 2]>> {
+    let names = ["probe/probe_geometry".to_owned(), scan("probe_geometry")];
+    let name = names
+        .iter()
+        .find(|name| store.has(name))
+        .unwrap_or(&names[0]);
+    let geometry = store.numbers(name)?;
+    if geometry.ndim() != 2 || geometry.shape()[1] != 3 {
+        return Err(store.error(format!(
+            "`{name}` has shape {:?}; expected [element, 3]",
+            geometry.shape()
+        )));
+    }
+    let mut elements = Vec::new();
+    for (index, place) in geometry.axis_iter(Axis(0)).enumerate() {
+        if place[1].abs() > OUT_OF_PLANE {
+            return Err(store.error(format!(
+                "`{name}` is out of the image plane by {} m at element {index}; expected one row of \
+                 elements, not a matrix",
+                place[1]
+            )));
+        }
+        elements.push([place[0], place[2]]);
+    }
+    Ok(elements)
+}
+
+/// When each element fires, s, NaN where it does not.
+fn delays(store: &Store, scan: &dyn Fn(&str) -> String, elements: usize) -> Result<Array2<f64>> {
+    let table = |name: &str| -> Result<Array2<f64>> {
+        let values = store.numbers(&scan(name))?;
+        let shape = values.shape().to_vec();
+        let table: Option<Array2<f64>> = values.into_dimensionality().ok();
+        table.filter(|t| t.ncols() == elements).ok_or_else(|| {
+            store.error(format!(
+                "`{name}` has shape {shape:?}; expected [transmit, {elements} elements]"
+            ))
+        })
+    };
+    let mut delay = table("t0_delays")?;
+    if store.has(&scan("tx_apodizations")) {
+        let apodization = table("tx_apodizations")?;
+        if apodization.dim() != delay.dim() {
+            return Err(store.error("`tx_apodizations` has another shape than `t0_delays`".into()));
+        }
+        delay.zip_mut_with(&apodization, |delay, &weight| {
+            if weight == 0.0 {
+                *delay = f64::NAN;
+            }
+        });
+    }
+    Ok(delay)
+}
+
+fn each(store: &Store, name: &str, transmits: usize) -> Result<Vec<f64>> {
+    let values = store.vector(name)?;
+    match values.len() {
+        1 => Ok(vec![values[0]; transmits]),
+        count if count == transmits => Ok(values),
+        count => Err(store.error(format!(
+            "`{name}` has length {count}; expected {transmits}, one for each transmit"
+        ))),
+    }
+}
+
+/// When the peak of the pulse comes after an element fires: that of the two-way waveform, else a period.
+fn peaks(
+    store: &Store,
+    scan: &dyn Fn(&str) -> String,
+    transmits: usize,
+    f0: f64,
+) -> Result<Vec<f64>> {
+    if store.has(&scan("t_peak")) {
+        return each(store, &scan("t_peak"), transmits);
+    }
+    let name = scan("waveforms_two_way");
+    if !store.has(&name) {
+        return Ok(vec![1.0 / f0; transmits]);
+    }
+    let waveforms = store.numbers(&name)?;
+    if waveforms.ndim() != 2 || waveforms.shape()[0] != transmits || waveforms.shape()[1] == 0 {
+        return Err(store.error(format!(
+            "`{name}` has shape {:?}; expected [{transmits} transmits, sample]",
+            waveforms.shape()
+        )));
+    }
+    let peak = |waveform: ndarray::ArrayViewD<'_, f64>| envelope_peak(waveform.iter().copied(), f0);
+    Ok(waveforms.axis_iter(Axis(0)).map(peak).collect())
+}
+
+/// The time of the largest of the envelope, s: of the waveform times a carrier, averaged over a period.
+fn envelope_peak(waveform: impl Iterator<Item = f64>, f0: f64) -> f64 {
+    let turn = |n: usize| std::f64::consts::TAU * f0 * n as f64 / WAVEFORM_RATE;
+    let mixed: Vec<Complex<f64>> = waveform
+        .enumerate()
+        .map(|(n, value)| Complex::from_polar(value, -turn(n)))
+        .collect();
+    let half = (0.5 * WAVEFORM_RATE / f0)
+        .round()
+        .clamp(0.0, MAX_HALF_PERIOD) as usize;
+    let sum = |n: usize| {
+        let last = mixed.len().min(n + half + 1);
+        mixed[n.saturating_sub(half)..last]
+            .iter()
+            .sum::<Complex<f64>>()
+    };
+    let (mut best, mut place) = (0.0, 0);
+    for n in 0..mixed.len() {
+        let level = sum(n).norm_sqr();
+        if level > best {
+            (best, place) = (level, n);
+        }
+    }
+    place as f64 / WAVEFORM_RATE
+}
+
+fn waves(store: &Store, scan: &dyn Fn(&str) -> String, transmits: usize) -> Result<Vec<Wave>> {
+    let angles = each(store, &scan("polar_angles"), transmits)?;
+    let focus = each(store, &scan("focus_distances"), transmits)?;
+    if store.has(&scan("azimuth_angles")) {
+        let azimuth = each(store, &scan("azimuth_angles"), transmits)?;
+        if let Some(transmit) = azimuth.iter().position(|a| a.abs() > 1e-6) {
+            return Err(store.error(format!(
+                "`azimuth_angles` is {} at transmit {transmit}; expected 0, waves of the image plane",
+                azimuth[transmit]
+            )));
+        }
+    }
+    let mut origins = vec![[0.0; 2]; transmits];
+    if store.has(&scan("transmit_origins")) {
+        let places = store.numbers(&scan("transmit_origins"))?;
+        if places.shape() != [transmits, 3] {
+            return Err(store.error(format!(
+                "`transmit_origins` has shape {:?}; expected [{transmits} transmits, 3]",
+                places.shape()
+            )));
+        }
+        for (origin, place) in origins.iter_mut().zip(places.axis_iter(Axis(0))) {
+            *origin = [place[0], place[2]];
+        }
+    }
+    let waves = angles.iter().zip(&focus).zip(&origins);
+    Ok(waves
+        .map(|((angle, focus), &[x, z])| match *focus {
+            0.0 => Wave::Plane(*angle),
+            focus if !focus.is_finite() => Wave::Plane(*angle),
+            focus => {
+                let (sine, cosine) = angle.sin_cos();
+                Wave::Source([x + focus * sine, z + focus * cosine], [x, z])
+            }
+        })
+        .collect())
+}
+
+/// The samples, from [frame, transmit, sample, element, channel]. zea's I/Q turns from sample 0 of each
+/// transmit, ours from its origin.
+fn samples(
+    store: &Store,
+    name: &str,
+    f_demod: impl Fn() -> Result<f64>,
+    t0: &[f64],
+) -> Result<Samples> {
+    let shape = store.shape(name)?;
+    let values = match store.samples(name)? {
+        Values::Real(values) => values.into_dimensionality::<Ix5>().ok(),
+        Values::Complex(_) => None,
+    };
+    let wrong = || {
+        store.error(format!(
+            "`{name}` has shape {shape:?}; expected real numbers as [frame, {} transmits, sample, \
+             element, 1 of RF or 2 of I/Q]",
+            t0.len()
+        ))
+    };
+    let values = values.ok_or_else(wrong)?;
+    let (frames, transmits, samples, elements, parts) = values.dim();
+    if transmits != t0.len() || !(1..=2).contains(&parts) {
+        return Err(wrong());
+    }
+    let order = (frames, transmits, elements, samples);
+    if parts == 1 {
+        let rf = Array4::from_shape_fn(order, |(f, t, e, n)| values[(f, t, n, e, 0)]);
+        return Ok(Samples::Rf(rf));
+    }
+    let f_demod = f_demod()?;
+    let turns: Vec<Complex<f64>> = t0
+        .iter()
+        .map(|t0| Complex::from_polar(1.0, -std::f64::consts::TAU * f_demod * t0))
+        .collect();
+    let iq = Array4::from_shape_fn(order, |(f, t, e, n)| {
+        let [re, im] = [0, 1].map(|part| f64::from(values[(f, t, n, e, part)]));
+        let turned = Complex::new(re, im) * turns[t];
+        Complex::new(turned.re as f32, turned.im as f32)
+    });
+    Ok(Samples::Iq { iq, f_demod })
+}

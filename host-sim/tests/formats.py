@@ -1,0 +1,605 @@
+"""Recordings of one scene, written by h5py, pyuff, zea, scipy and numpy, each read and beamformed.
+
+    python host-sim/tests/formats.py PROGRAM [FOLDER]
+
+Whatever the format, the samples must be the same numbers, and the lines the same bits where the
+parameters are the same numbers. Files that are cut short or changed are refused in one line, in bounded
+memory. Without zea its files are written by h5py in zea's layout, and that is said.
+"""
+
+import json
+import os
+import random
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import h5py
+import hdf5plugin
+import numpy as np
+import pyuff_ustb as uff
+import scipy.io
+
+# Powers of two are the same numbers in float32 and float64.
+FS, F0, PITCH, C = 2.0**25, 2.0**22, 2.0**-12, 1540.0
+ELEMENTS, SAMPLES, FRAMES = 32, 900, 2
+X = (np.arange(ELEMENTS) - 15.5) * PITCH
+ANGLES = np.array([-0.125, 0.0, 0.125])
+POINT = (1.25e-3, 12.5e-3)
+# The memory that a refusal may take, bytes.
+LIMIT = 4 << 30
+
+program = None
+folder = None
+failures = []
+count = 0
+
+
+def check(holds, what):
+    global count
+    count += 1
+    if not holds:
+        failures.append(what)
+        print("FAILED", what)
+
+
+def scene(kind, x=X, z=np.zeros(ELEMENTS), source=None):
+    """[frame, transmit, element, sample]: RF of whole numbers from -100 to 100, or I/Q."""
+    px, pz = POINT
+    if source is None:
+        tx = (px * np.sin(ANGLES) + pz * np.cos(ANGLES)) / C
+    else:
+        tx = np.array([(np.hypot(px - sx, pz - sz) - np.hypot(sx, sz)) / C for sx, sz in source])
+    rx = np.hypot(px - x, pz - z) / C
+    t = np.arange(SAMPLES) / FS
+    u = t[None, None, :] - (tx[:, None] + rx[None, :])[:, :, None]
+    a = (np.pi * F0 * 0.6) ** 2 / (4 * np.log(10 ** (6 / 20)))
+    envelope = np.exp(-a * u**2)
+    if kind == "rf":
+        one = np.round(100 * envelope * np.cos(2 * np.pi * F0 * u))
+        frames = np.stack([one, one[:, ::-1]])
+        return frames.astype(np.float32)
+    analytic = envelope * np.exp(2j * np.pi * F0 * u)
+    one = 100 * analytic * np.exp(-2j * np.pi * F0 * t)
+    return np.stack([one, 2 * one]).astype(np.complex64)
+
+
+def keys(kind):
+    common = dict(fs=FS, f0=F0, c=C, t0=0.0, element_x=X, tx_angle=ANGLES)
+    return common if kind == "rf" else dict(common, f_demod=F0)
+
+
+def run(*arguments, limit=None):
+    def bounded():
+        if limit:
+            resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+    return subprocess.run(
+        [program, *map(str, arguments)], capture_output=True, text=True, cwd=folder, preexec_fn=bounded
+    )
+
+
+def told(outcome):
+    return f"status {outcome.returncode}: {outcome.stderr.strip()[:300]}"
+
+
+# --- writers: each takes samples [frame, transmit, element, sample] and leaves a file
+
+
+def write_npz(path, kind, samples, **other):
+    np.savez(path, **{kind: samples}, **{**keys(kind), **other})
+
+
+def write_zea(path, kind, samples, x=X, z=None, t0_delays=None, focus=np.inf, angles=ANGLES):
+    raw = samples.transpose(0, 1, 3, 2)
+    raw = raw[..., None] if kind == "rf" else np.stack([raw.real, raw.imag], -1)
+    z = np.zeros(ELEMENTS) if z is None else z
+    transmits = len(angles)
+    if t0_delays is None:
+        t0_delays = np.array([x * np.sin(a) + z * np.cos(a) for a in angles]) / C
+    first = t0_delays.min(1)
+    scan = dict(
+        sampling_frequency=np.float32(FS),
+        center_frequency=np.float32(F0),
+        demodulation_frequency=np.float32(F0),
+        # Sample 0 is when the wave passes the origin; zea counts from the first element that fires, and
+        # has the peak of its pulse a period later.
+        initial_times=(-first + 1 / F0).astype(np.float32),
+        t0_delays=(t0_delays - first[:, None]).astype(np.float32),
+        tx_apodizations=np.ones((transmits, ELEMENTS), np.float32),
+        focus_distances=np.full(transmits, focus, np.float32),
+        transmit_origins=np.zeros((transmits, 3), np.float32),
+        polar_angles=angles.astype(np.float32),
+        sound_speed=np.float32(C),
+    )
+    geometry = np.stack([x, np.zeros(ELEMENTS), z], 1).astype(np.float32)
+    if zea_file:
+        zea_file.create(
+            path=str(path),
+            data={"raw_data": np.ascontiguousarray(raw, np.float32)},
+            scan=scan,
+            probe={"name": "test", "type": "linear", "probe_geometry": geometry},
+            overwrite=True,
+            ignore_warnings=True,
+        )
+        return
+    with h5py.File(path, "w") as file:
+        file.attrs["zea_version"] = "0.1.8"
+        file["probe/probe_geometry"] = geometry
+        for name, value in scan.items():
+            file[f"tracks/track_0/scan/{name}"] = value
+        file.create_dataset(
+            "tracks/track_0/data/raw_data",
+            data=raw.astype(np.float32),
+            chunks=(1, *raw.shape[1:]),
+            **hdf5plugin.Blosc(cname="zstd", shuffle=hdf5plugin.Blosc.BITSHUFFLE),
+        )
+
+
+def write_older_zea(path, kind, samples, **compression):
+    """Files of zea before it had tracks."""
+    raw = samples.transpose(0, 1, 3, 2)
+    raw = raw[..., None] if kind == "rf" else np.stack([raw.real, raw.imag], -1)
+    with h5py.File(path, "w") as file:
+        file.attrs["probe"] = "generic"
+        file.create_dataset("data/raw_data", data=raw, chunks=(1, 1, *raw.shape[2:]), **compression)
+        delays = np.array([X * np.sin(a) for a in ANGLES]) / C
+        scan = dict(
+            sampling_frequency=FS,
+            center_frequency=F0,
+            initial_times=-delays.min(1) + 1 / F0,
+            t0_delays=delays - delays.min(1)[:, None],
+            focus_distances=np.zeros(3),
+            polar_angles=ANGLES,
+            sound_speed=C,
+            probe_geometry=np.stack([X, 0 * X, 0 * X], 1),
+        )
+        for name, value in scan.items():
+            file[f"scan/{name}"] = value
+
+
+def write_uff(path, kind, samples, probe=None, waves=None, delay=0.0):
+    path.unlink(missing_ok=True)
+    if waves is None:
+        waves = [
+            uff.Wave(
+                wavefront=uff.Wavefront.plane,
+                source=uff.Point(distance=np.inf, azimuth=float(a), elevation=0.0),
+                origin=uff.Point(distance=0.0, azimuth=0.0, elevation=0.0),
+                apodization=uff.Apodization(),
+                delay=delay,
+                sound_speed=C,
+            )
+            for a in ANGLES
+        ]
+    data = uff.ChannelData(
+        sampling_frequency=FS,
+        initial_time=-delay,
+        sound_speed=C,
+        modulation_frequency=0.0 if kind == "rf" else F0,
+        sequence=waves,
+        probe=probe or uff.LinearArray(N=ELEMENTS, pitch=PITCH, element_width=PITCH, element_height=5e-3),
+        # [sample, channel, wave, frame]
+        data=samples.transpose(3, 2, 1, 0),
+        pulse=uff.Pulse(center_frequency=F0, fractional_bandwidth=0.6, phase=0.0, waveform=np.zeros(1)),
+    )
+    data.write(str(path), "channel_data", ignore_missing_compulsory_fields=True)
+
+
+def write_picmus(path, kind, samples):
+    # One frame, [transmit, element, sample].
+    one = samples[0]
+    with h5py.File(path, "w") as file:
+        group = file.create_group("US/US_DATASET0000")
+        group["angles"] = ANGLES.astype(np.float32)
+        group["initial_time"] = np.zeros(1, np.float32)
+        group["modulation_frequency"] = np.array([0 if kind == "rf" else F0], np.float32)
+        group["sampling_frequency"] = np.array([FS], np.float32)
+        group["sound_speed"] = np.array([C], np.float32)
+        group["PRF"] = np.array([100], np.float32)
+        group["probe_geometry"] = np.stack([X, 0 * X, 0 * X]).astype(np.float32)
+        for part, values in (("real", one.real), ("imag", one.imag)):
+            group.create_dataset(f"data/{part}", data=values.astype(np.float32), compression="gzip")
+
+
+def write_mat5(path, kind, samples, compressed=True):
+    scipy.io.savemat(path, {kind: samples, "note": "text", "more": {"a": 1}, **keys(kind)}, do_compression=compressed)
+
+
+def write_mat73(path, kind, samples):
+    """MATLAB's HDF5: a header of 512 bytes, axes from the other end, complex numbers as a compound."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, value in {kind: samples, **keys(kind)}.items():
+            value = np.atleast_2d(np.asarray(value)).T
+            if np.iscomplexobj(value):
+                dtype = [("real", value.real.dtype), ("imag", value.real.dtype)]
+                pairs = np.empty(value.shape, dtype)
+                pairs["real"], pairs["imag"] = value.real, value.imag
+                value = pairs
+            chunks = dict(compression="gzip", shuffle=True) if value.size > 100 else {}
+            dataset = file.create_dataset(name, data=value, **chunks)
+            dataset.attrs["MATLAB_class"] = np.bytes_("double")
+    header = b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: now HDF5 schema 1.00 ."
+    with open(path, "r+b") as file:
+        file.write(header.ljust(116) + bytes(8) + b"\x00\x02IM")
+
+
+def write_h5(path, kind, samples, **compression):
+    with h5py.File(path, "w") as file:
+        for name, value in keys(kind).items():
+            file[name] = value
+        file.create_dataset(kind, data=samples, **compression)
+
+
+def write_sonix(path, kind, samples):
+    shutil.rmtree(path, ignore_errors=True)
+    path.mkdir()
+    for m in range(samples.shape[2]):
+        records = samples[:, :, m].reshape(-1, SAMPLES).astype("<i2")
+        header = np.array([samples.shape[2] - 1, *records.shape], "<i4")
+        (path / f"CH{m:03d}.daq").write_bytes(header.tobytes() + records.tobytes())
+
+
+# --- what is read of them
+
+
+def converted(path, *flags):
+    """The contract's archive of a recording."""
+    out = folder / "converted.npz"
+    out.unlink(missing_ok=True)
+    outcome = run("convert", path, "-o", out, *flags)
+    check(outcome.returncode == 0, f"{path.name}: convert: {told(outcome)}")
+    return dict(np.load(out)) if outcome.returncode == 0 else None
+
+
+def lines(path, *flags):
+    out = folder / "lines.npz"
+    out.unlink(missing_ok=True)
+    outcome = run("beamform", path, "-o", out, *flags)
+    if outcome.returncode != 0:
+        return None, told(outcome)
+    return dict(np.load(out)), None
+
+
+def read_alike(path, kind, samples, *flags, exact=True, **expected):
+    """The samples are the same numbers, and so are the parameters; then the lines have the same bits."""
+    held = converted(path, *flags)
+    if held is None:
+        return
+    # An archive leaves out an axis of one frame.
+    alike = np.array_equal(held[kind], samples.squeeze()) and held[kind].dtype == samples.dtype
+    check(alike, f"{path.name}: samples are other numbers")
+    for key, value in {**keys(kind), **expected}.items():
+        # Delays in float32 tell the origin to a thousandth of a millionth of a period.
+        near = np.allclose(held[key], value, rtol=0, atol=0 if exact else 1e-12 + 1e-7 * np.max(np.abs(value)))
+        check(near, f"{path.name}: {key} is {held[key]}, expected {value}")
+    reference = folder / "reference.npz"
+    shutil.copy(folder / "converted.npz", reference)
+    by_itself, failed = lines(path, "--method", "mv", *flags)
+    again, _ = lines(reference, "--method", "mv")
+    if by_itself is None:
+        check(again is None, f"{path.name}: not beamformed, and its archive is: {failed}")
+        later.add(failed.split(": ", 2)[-1])
+        return
+    same = all(np.array_equal(by_itself[key], again[key]) for key in again)
+    check(same, f"{path.name}: lines differ from those of its archive")
+    if exact:
+        write_npz(reference, kind, samples, **expected)
+        ours, _ = lines(reference, "--method", "mv")
+        same = all(np.array_equal(by_itself[key], ours[key]) for key in ours)
+        check(same, f"{path.name}: lines have other bits than numpy's archive")
+
+
+def formats():
+    one = [samples[:1] for samples in (scene("rf"), scene("iq"))]
+    for kind, samples in zip(("rf", "iq"), one):
+        at = lambda name: folder / f"{kind}_{name}"
+        write_npz(at("plain.npz"), kind, samples[0])
+        read_alike(at("plain.npz"), kind, samples)
+        write_zea(at("zea.hdf5"), kind, samples)
+        read_alike(at("zea.hdf5"), kind, samples, exact=False) if kind == "rf" else near_iq(at("zea.hdf5"), samples)
+        for name, compression in {
+            "plain": {},
+            "gzip": dict(compression="gzip", shuffle=True),
+            "lz4": hdf5plugin.Blosc(cname="lz4", shuffle=hdf5plugin.Blosc.SHUFFLE),
+            "zstd": hdf5plugin.Blosc(cname="zstd", shuffle=hdf5plugin.Blosc.BITSHUFFLE),
+            "blosclz": hdf5plugin.Blosc(cname="blosclz"),
+            "lz4 filter": hdf5plugin.LZ4(),
+            "zstd filter": hdf5plugin.Zstd(),
+            "bitshuffle": hdf5plugin.Bitshuffle(),
+        }.items():
+            path = at(f"older zea {name}.hdf5")
+            write_older_zea(path, kind, samples, **compression)
+            read_alike(path, kind, samples, exact=False) if kind == "rf" else near_iq(path, samples)
+        write_uff(at("ustb.uff"), kind, samples)
+        read_alike(at("ustb.uff"), kind, samples)
+        write_picmus(at("picmus.hdf5"), kind, samples)
+        read_alike(at("picmus.hdf5"), kind, samples, *(["--variable", f"f0={F0}"] if kind == "rf" else []))
+        write_mat5(at("deflated.mat"), kind, samples[0])
+        read_alike(at("deflated.mat"), kind, samples)
+        write_mat5(at("plain.mat"), kind, samples[0], compressed=False)
+        read_alike(at("plain.mat"), kind, samples)
+        write_mat73(at("hdf5.mat"), kind, samples[0])
+        read_alike(at("hdf5.mat"), kind, samples)
+        write_h5(at("own.h5"), kind, samples[0])
+        read_alike(at("own.h5"), kind, samples)
+
+
+def near_iq(path, samples):
+    """zea's I/Q turns from sample 0 of each transmit, which float32 tells to 1e-12 s here."""
+    held = converted(path)
+    if held is not None:
+        phase = 2 * np.pi * F0 * 1e-12
+        near = np.abs(held["iq"] - samples.squeeze()).max() <= 100 * phase + 1e-4
+        check(near, f"{path.name}: I/Q differs by {np.abs(held['iq'] - samples.squeeze()).max()}")
+        check(held["f_demod"] == F0, f"{path.name}: f_demod")
+
+
+def types():
+    """Whole numbers are the same in every type; unsigned bytes have their zero at 128."""
+    rf = scene("rf")[:1]
+    for dtype in ("float64", "float32", "int8", "int16", "int32", "int64", "uint8", ">f4", ">i2", "float16"):
+        other = (rf + 128 if dtype == "uint8" else rf).astype(dtype)
+        name = dtype.replace(">", "big_endian_")
+        if dtype in ("float64", "float32", "int16", "int32", "uint8", ">f4", ">i2"):
+            write_npz(folder / f"{name}.npz", "rf", other[0])
+            read_alike(folder / f"{name}.npz", "rf", rf)
+        write_h5(folder / f"{name}.h5", "rf", other[0], chunks=(1, 8, 100), compression="gzip")
+        read_alike(folder / f"{name}.h5", "rf", rf)
+        if dtype not in ("float16", ">f4", ">i2"):
+            write_mat5(folder / f"{name}.mat", "rf", other[0])
+            read_alike(folder / f"{name}.mat", "rf", rf)
+    # MATLAB keeps whole numbers of any class as bytes where they fit: as here, in a double array.
+    write_npz(folder / "arrays of one.npz", "rf", rf[0], fs=np.array([FS]), c=np.array([[C]]), t0=np.array([0.0]))
+    read_alike(folder / "arrays of one.npz", "rf", rf)
+
+
+def frames():
+    for kind in ("rf", "iq"):
+        samples = scene(kind)
+        for name, write in {"frames.npz": write_npz, "frames.uff": write_uff, "frames.h5": write_h5}.items():
+            write(folder / f"{kind}_{name}", kind, samples)
+            read_alike(folder / f"{kind}_{name}", kind, samples)
+    write_zea(folder / "frames.hdf5", "rf", scene("rf"))
+    read_alike(folder / "frames.hdf5", "rf", scene("rf"), exact=False)
+
+
+def mapped():
+    """Other names, other axes, constants: by flags and by a section of the configuration."""
+    rf = scene("rf")
+    axes = rf[0].transpose(2, 1, 0)
+    path = folder / "mapped.mat"
+    scipy.io.savemat(path, {"RcvData": axes, "pos": X, "Fs": FS}, do_compression=True)
+    flags = {
+        "rf": "RcvData",
+        "axes": "sample,element,transmit",
+        "element_x": "pos",
+        "fs": "Fs",
+        "f0": F0,
+        "c": C,
+        "t0": 0,
+        "tx_angle": ",".join(map(str, ANGLES)),
+    }
+    variables = [word for key, value in flags.items() for word in ("--variable", f"{key}={value}")]
+    read_alike(path, "rf", rf[:1], *variables)
+    config = folder / "variables.toml"
+    config.write_text(
+        "[variables]\nrf = 'RcvData'\naxes = ['sample', 'element', 'transmit']\nelement_x = 'pos'\n"
+        f"fs = 'Fs'\nf0 = {F0}\nc = {C}\nt0 = 0.0\ntx_angle = {list(ANGLES)}\n"
+    )
+    read_alike(path, "rf", rf[:1], "--config", config)
+    for drop, message in (("rf", "RcvData"), ("c", "--variable c="), ("axes", "axes")):
+        words = [word for key, value in flags.items() if key != drop for word in ("--variable", f"{key}={value}")]
+        outcome = run("info", path, *words)
+        check(outcome.returncode == 1 and message in outcome.stderr, f"without {drop}: {told(outcome)}")
+    # h5 with groups and compounds of its own
+    path = folder / "groups.h5"
+    with h5py.File(path, "w") as file:
+        file["scan/rf"] = rf.transpose(0, 3, 2, 1)
+        file["scan/settings/rate"] = FS
+        file["scan/link"] = h5py.SoftLink("/scan/settings/rate")
+    flags.update(rf="scan/rf", axes="frame,sample,element,transmit", fs="scan/link", pitch=PITCH)
+    del flags["element_x"]
+    variables = [word for key, value in flags.items() for word in ("--variable", f"{key}={value}")]
+    read_alike(path, "rf", rf, *variables)
+
+
+def sonix():
+    rf = scene("rf")
+    path = folder / "daq"
+    write_sonix(path, "rf", rf)
+    told = dict(fs=FS, f0=F0, c=C, t0=0, pitch=PITCH, tx_angle=",".join(map(str, ANGLES)))
+    variables = [word for key, value in told.items() for word in ("--variable", f"{key}={value}")]
+    read_alike(path, "rf", rf, *variables)
+    # 128 files in the order of the vendor's board.
+    wide = np.tile(rf[:1], (1, 1, 4, 1)) * (1 + np.arange(128))[:, None] / 128
+    wide = np.round(wide)
+    order = [m % 8 * 16 + m // 8 for m in range(128)]
+    write_sonix(path, "rf", wide[:, :, order])
+    held = converted(path, *variables, "--variable", "channels=board")
+    check(held is not None and np.array_equal(held["rf"], wide[0]), "channels=board")
+    outcome = run("info", path, *variables)
+    check(outcome.returncode == 1 and "channels=board" in outcome.stderr, f"128 channels: {outcome.stderr}")
+
+
+def geometries():
+    """Curved and phased arrays, virtual sources: as zea and UFF tell them."""
+    radius = 0.06
+    angle = (np.arange(ELEMENTS) - 15.5) * 2 * np.arcsin(PITCH / 2 / radius)
+    x, z = radius * np.sin(angle), radius * np.cos(angle) - radius
+    curved = scene("rf", x, z)[:1]
+    path = folder / "curved.uff"
+    write_uff(path, "rf", curved, uff.CurvilinearArray(N=ELEMENTS, pitch=PITCH, radius=radius, element_width=PITCH, element_height=5e-3))
+    held = converted(path)
+    check(held is not None and np.allclose(held["element_x"], x, atol=1e-12) and np.allclose(held["element_z"], z, atol=1e-12) and np.allclose(held["element_angle"], angle, atol=1e-12), "curved.uff: places")
+    path = folder / "curved.hdf5"
+    write_zea(path, "rf", curved, x, z)
+    held = converted(path)
+    check(held is not None and np.allclose(held["element_z"], z, atol=1e-8) and np.allclose(held["t0"], 0, atol=1e-12), "curved.hdf5: places")
+    check(held is not None and np.array_equal(held["rf"], curved[0]), "curved.hdf5: samples")
+    # Diverging waves from behind the array, of a phased array.
+    sources = [(-1e-3, -6e-3), (0.0, -6e-3), (1e-3, -6e-3)]
+    diverging = scene("rf", source=sources)[:1]
+    at = lambda sx, sz: dict(distance=float(np.hypot(sx, sz)), azimuth=float(np.arctan2(sx, sz)), elevation=0.0)
+    waves = [
+        uff.Wave(wavefront=uff.Wavefront.spherical, source=uff.Point(**at(*s)), origin=uff.Point(distance=0.0, azimuth=0.0, elevation=0.0), apodization=uff.Apodization(), delay=0.0, sound_speed=C)
+        for s in sources
+    ]
+    path = folder / "diverging.uff"
+    write_uff(path, "rf", diverging, waves=waves)
+    held = converted(path)
+    check(held is not None and np.allclose(held["tx_source_x"], [s[0] for s in sources], atol=1e-15) and np.allclose(held["tx_source_z"], -6e-3) and np.allclose(held["t0"], 0, atol=1e-15), "diverging.uff: sources")
+    delays = np.array([np.hypot(X - sx, sz) - np.hypot(sx, sz) for sx, sz in sources]) / C
+    path = folder / "diverging.hdf5"
+    angles = np.array([np.arctan2(-sx, -sz) for sx, sz in sources])
+    distances = -np.hypot(*np.array(sources).T)
+    write_zea(path, "rf", diverging, t0_delays=delays, focus=distances, angles=angles)
+    held = converted(path)
+    check(held is not None and "tx_source_x" in held and np.allclose(held["tx_source_x"], [s[0] for s in sources], atol=1e-9) and np.allclose(held["t0"], 0, atol=1e-12), "diverging.hdf5: sources")
+    # A wave that passes its origin a microsecond before the clock's 0.
+    path = folder / "delayed.uff"
+    write_uff(path, "iq", scene("iq")[:1], delay=2.0**-20)
+    held = converted(path)
+    turned = scene("iq")[0] * np.exp(-2j * np.pi * F0 * 2.0**-20)
+    check(held is not None and held["t0"].max() == 0 and np.allclose(held["iq"], turned, atol=1e-4), "delayed.uff")
+
+
+def information():
+    """`info` tells what each holds, and `--json` the measures of a run."""
+    for name, kind in {
+        "rf_zea.hdf5": "zea",
+        "iq_ustb.uff": "UFF",
+        "rf_picmus.hdf5": "PICMUS",
+        "iq_hdf5.mat": "MATLAB 7.3",
+        "rf_plain.mat": "MATLAB 5",
+        "rf_plain.npz": ".npz",
+    }.items():
+        outcome = run("info", folder / name)
+        expected = [kind, "3 transmits, 32 elements, 900 samples", "plane waves of -7.1620 to 7.1620 degrees"]
+        check(outcome.returncode == 0 and all(part in outcome.stdout for part in expected), f"info {name}: {outcome.stdout}{outcome.stderr}")
+    outcome = run("beamform", folder / "rf_zea.hdf5", "--method", "das", "--json", "-o", "lines.npz", "--image", "lines.png")
+    measures = json.loads(outcome.stdout)
+    point = measures["point"]
+    check(abs(point["x_m"] - POINT[0]) < PITCH and abs(point["z_m"] - POINT[1]) < C / FS, f"--json: {point}")
+    check(measures["image"]["rows"] == 512 and measures["parameters"]["method"] == "das", "--json: parameters")
+
+
+def hostile():
+    """Every file cut short, and with bytes changed, is read or refused in one line, in bounded memory."""
+    random.seed(1)
+    names = ["rf_zea.hdf5", "iq_ustb.uff", "rf_picmus.hdf5", "iq_hdf5.mat", "rf_deflated.mat", "iq_plain.mat", "rf_own.h5", "frames.hdf5"]
+    changes = int(os.environ.get("BONEBEAM_HOSTILE", "25"))
+    for name in names:
+        whole = (folder / name).read_bytes()
+        path = folder / f"hostile{Path(name).suffix}"
+        cases = [whole[:n] for n in (1, 8, 100, 600, len(whole) // 3, len(whole) - 20)]
+        for _ in range(changes):
+            changed = bytearray(whole)
+            # What describes the arrays lies at the beginning and at the end of most.
+            for _ in range(random.choice((1, 3, 20))):
+                near = min(len(whole), 6000)
+                place = random.choice((random.randrange(near), len(whole) - 1 - random.randrange(near), random.randrange(len(whole))))
+                changed[place] = random.choice((0, 255, 127, changed[place] ^ 1 << random.randrange(8)))
+            cases.append(bytes(changed))
+        refused = 0
+        for n, case in enumerate(cases):
+            path.write_bytes(case)
+            outcome = run("info", path, limit=LIMIT)
+            lines = outcome.stderr.count("\n")
+            clean = outcome.returncode in (0, 1) and lines == (outcome.returncode == 1)
+            if not clean:
+                kept = folder / f"hostile_{Path(name).stem}_{n}{path.suffix}"
+                kept.write_bytes(case)
+            check(clean, f"{name}, case {n}: {told(outcome)}")
+            refused += outcome.returncode
+        print(f"{name}: {len(cases)} changed files, {refused} refused")
+    # Names that lead out of the file.
+    secret = folder / "secret.h5"
+    write_h5(secret, "rf", scene("rf")[0])
+    for name, make in {
+        "external link": lambda f: f.__setitem__("rf", h5py.ExternalLink("secret.h5", "/rf")),
+        "external data": lambda f: f.create_dataset("rf", (3, 32, 900), "f4", external=[("secret.h5", 0, h5py.h5f.UNLIMITED)]),
+        "virtual": lambda f: f.create_virtual_dataset("rf", virtual(secret)),
+    }.items():
+        path = folder / "leads_out.h5"
+        with h5py.File(path, "w") as file:
+            for key, value in keys("rf").items():
+                file[key] = value
+            make(file)
+        outcome = run("info", path, limit=LIMIT)
+        check(outcome.returncode == 1 and "another file" in outcome.stderr, f"{name}: {told(outcome)}")
+    # Groups within groups without end, and a name that is itself.
+    path = folder / "loops.h5"
+    with h5py.File(path, "w") as file:
+        file["rf"] = h5py.SoftLink("/rf")
+        group = file.create_group("a")
+        group["b"] = file["a"]
+        deep = file.create_group("deep")
+        for _ in range(3000):
+            deep = deep.create_group("d")
+    outcome = run("info", path, limit=LIMIT)
+    check(outcome.returncode == 1 and outcome.stderr.count("\n") == 1, f"loops: {told(outcome)}")
+    # Claims that no file holds.
+    path = folder / "huge.h5"
+    with h5py.File(path, "w") as file:
+        for key, value in keys("rf").items():
+            file[key] = value
+        file.create_dataset("rf", (3, 32, 1 << 40), "f4", chunks=(1, 1, 1 << 20))
+    outcome = run("info", path, limit=LIMIT)
+    check(outcome.returncode == 1 and "claims" in outcome.stderr, f"huge: {told(outcome)}")
+    path = folder / "bomb.mat"
+    scipy.io.savemat(path, {"rf": np.zeros((1, 32, 2_000_000)), **keys("rf")}, do_compression=True)
+    outcome = run("info", path, limit=LIMIT)
+    check(outcome.returncode == 1 and outcome.stderr.count("\n") == 1, f"bomb: {told(outcome)}")
+
+
+def virtual(path):
+    layout = h5py.VirtualLayout((3, 32, 900), "f4")
+    layout[:] = h5py.VirtualSource(path, "rf", (3, 32, 900))
+    return layout
+
+
+def messages():
+    """A file that is not what it should be gets the message that fits."""
+    (folder / "text.mat").write_text("x = 3;\n")
+    (folder / "text.uff").write_text("not HDF5\n")
+    (folder / "empty.hdf5").write_bytes(b"")
+    scipy.io.savemat(folder / "struct.mat", {"rf": {"data": np.zeros(3)}, **keys("rf")})
+    np.save(folder / "array.npy", np.zeros(3))
+    with h5py.File(folder / "other.h5", "w") as file:
+        file["temperature"] = 3.0
+    for name, part in {
+        "missing.mat": "no such file",
+        "text.mat": "not the MATLAB file",
+        "text.uff": "not the HDF5 file",
+        "empty.hdf5": "HDF5",
+        "struct.mat": "-struct",
+        "array.npy": "a single .npy array",
+        "other.h5": "temperature",
+    }.items():
+        outcome = run("beamform", folder / name, "-o", "lines.npz")
+        fits = outcome.returncode == 1 and part in outcome.stderr and outcome.stderr.count("\n") == 1
+        check(fits, f"{name}: {told(outcome)}")
+
+
+try:
+    os.environ.setdefault("KERAS_BACKEND", "jax")
+    from zea.data.file import File as zea_file
+except ImportError:
+    zea_file = None
+
+later = set()
+program = str(Path(sys.argv[1]).resolve())
+with tempfile.TemporaryDirectory() as temporary:
+    folder = Path(sys.argv[2] if len(sys.argv) > 2 else temporary).resolve()
+    folder.mkdir(exist_ok=True)
+    for part in (formats, types, frames, mapped, sonix, geometries, information, messages, hostile):
+        part()
+print("zea's own files" if zea_file else "zea is not here: its files were written by h5py in its layout")
+for reason in sorted(later):
+    print("not beamformed:", reason)
+print(f"{count} checks, {len(failures)} failed")
+sys.exit(bool(failures))
