@@ -326,25 +326,34 @@ fn files_that_are_not_whole() {
 fn recordings_of_formats_that_are_not_read() {
     let folder = tempdir().unwrap();
     let hdf5 = b"\x89HDF\r\n\x1a\n\0\0\0\0";
-    let cases: [(&str, &[u8], &str); 6] = [
+    let cases: [(&str, &[u8], &str); 8] = [
         (
             "old.mat",
             b"MATLAB 5.0 MAT-file, Platform: GLNXA64",
-            "MATLAB",
+            "a MATLAB file that is damaged",
         ),
-        ("new.mat", hdf5, "HDF5"),
-        ("scan.uff", hdf5, "HDF5"),
-        // The name says one thing and the file another.
-        ("renamed.npz", hdf5, "HDF5"),
         ("rf.npy", b"\x93NUMPY\x01\0", ".npy array"),
+        ("rf.npz.gz", b"\x1f\x8b\x08", "gzip"),
+        ("scan.dcm", &[0; 132], "not of a known format"),
         ("notes.txt", b"rf", "not of a known format"),
+        ("notes.mat", b"rf", "not the MATLAB file"),
+        ("notes.uff", b"rf", "not the HDF5 file"),
+        ("nothing", b"", "is empty"),
     ];
     for (name, bytes, part) in cases {
         fs::write(folder.path().join(name), bytes).unwrap();
         let command = format!("beamform {name} -o lines.npz");
         fails(&folder, &command, DATA, &[name, part, "expected an .npz"]);
-        assert!(!run(&folder, &command).1.contains("truncated"), "{name}");
     }
+    // The name may say one thing and the file another.
+    for name in ["new.mat", "scan.uff", "renamed.npz"] {
+        fs::write(folder.path().join(name), hdf5).unwrap();
+        let command = format!("beamform {name} -o lines.npz");
+        fails(&folder, &command, DATA, &[name, "HDF5"]);
+    }
+    fs::create_dir(folder.path().join("folder")).unwrap();
+    let command = "beamform folder -o lines.npz";
+    fails(&folder, command, DATA, &["folder", "CH000.daq"]);
 }
 
 #[test]

@@ -7,6 +7,8 @@ use std::f64::consts::TAU;
 use std::fs;
 use std::process::Command;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use common::{Npz, scalar, vector};
 use host_sim::config::{Beamform, Config, Image};
 use host_sim::files::{AlignedData, ChannelData, Lines, Transmits, image};
@@ -180,6 +182,8 @@ fn the_written_configuration_repeats_the_run() {
         image: Image {
             dynamic_range: 45.0,
             rows: Some(200),
+            // As many square pixels as fill it: 9.3 mm across 14 mm.
+            columns: Some(133),
             median: true,
             ..Image::default()
         },
@@ -333,6 +337,105 @@ fn an_image_has_the_size_and_the_depths_asked_for() {
         place.0.abs_diff(52) <= 1 && place.1.abs_diff(53) <= 2,
         "{place:?}"
     );
+}
+
+#[test]
+fn a_figure_has_axes_in_mm_and_the_image_in_it() {
+    let folder = tempdir().unwrap();
+    let [focused, ..] = laws();
+    point(focused)
+        .write(&folder.path().join("data.npz"))
+        .unwrap();
+    let beamform = "beamform data.npz -o lines.npz --method das --depth-start 0.006 --depth 0.016 \
+                    --dynamic-range 50";
+    run(&folder, &format!("{beamform} --image figure.svg"));
+    run(&folder, &format!("{beamform} --image image.png"));
+    let figure = fs::read_to_string(folder.path().join("figure.svg")).unwrap();
+    for part in [
+        "lateral, mm",
+        "depth, mm",
+        ">\n8\n</text>",
+        ">\n-50\n</text>",
+        "dB",
+    ] {
+        assert!(figure.contains(part), "no {part:?} in {figure:.3000}");
+    }
+    // Its pixels are those of the picture without axes.
+    let (_, data) = figure.split_once("data:image/png;base64,").unwrap();
+    let (data, _) = data.split_once('"').unwrap();
+    let bytes = STANDARD.decode(data).unwrap();
+    assert!(bytes == fs::read(folder.path().join("image.png")).unwrap());
+}
+
+/// The measures of a run as one line of JSON, for programs.
+#[test]
+fn a_run_tells_its_measures() {
+    let folder = tempdir().unwrap();
+    let [_, plane, _] = laws();
+    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(["beamform", "data.npz", "-o", "lines.npz", "--json"])
+        .args(["--method", "das", "--depth-start", "0.009"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(text.lines().count(), 1, "{text}");
+    let measures: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let number = |path: &str| measures.pointer(path).and_then(|v| v.as_f64()).unwrap();
+    assert_eq!(number("/lines/count"), (2 * ELEMENTS - 1) as f64);
+    assert_eq!(number("/lines/rate_hz"), 20e6);
+    assert_eq!(number("/parameters/output_rate"), 20e6);
+    assert_eq!(measures["format"], ".npz archive");
+    // Half a line, and half a sample.
+    assert!((number("/point/x_m") - POINT.0).abs() < 0.5 * PITCH);
+    assert!((number("/point/z_m") - POINT.1).abs() < 0.5 * C / 20e6 / 2.0);
+    let [six, twelve] = ["/point/width_6db_m", "/point/width_12db_m"].map(number);
+    assert!(six > 0.0 && six < twelve, "{six} m, {twelve} m");
+    assert!(measures["image"].is_null());
+}
+
+#[test]
+fn completions_are_those_of_the_commands() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .args(["completions", shell])
+            .output()
+            .unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        for part in ["phase-symmetry", "depth-start", "convert", "esmv-rank1"] {
+            // PowerShell completes no values.
+            let known = text.contains(part) || (part == "esmv-rank1" && shell == "powershell");
+            assert!(known || shell == "elvish", "{shell}: no {part}");
+        }
+    }
+}
+
+#[test]
+fn info_tells_what_is_there_and_what_would_be_done() {
+    let folder = tempdir().unwrap();
+    let [focused, ..] = laws();
+    point(focused)
+        .write(&folder.path().join("data.npz"))
+        .unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(["info", "data.npz", "--depth-end", "0.015", "--method", "mv"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    for part in [
+        ".npz archive",
+        "RF: 1 frame, 32 transmits, 32 elements, 1000 samples",
+        "at 40 MHz, 8.000 times the centre frequency of 5 MHz",
+        "straight, pitch 0.3 mm (0.97 wavelengths)",
+        "focused beams at -4.6500 to 4.6500 mm, 11.0000 mm deep",
+        "32 of ",
+        // 38.5 µm a sample.
+        "390 samples, 0 to 14.9765 mm, at 20 MHz (4.000 f0), by mv",
+    ] {
+        assert!(text.contains(part), "no {part:?} in {text}");
+    }
 }
 
 #[test]

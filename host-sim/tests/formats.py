@@ -388,7 +388,7 @@ def mapped():
     config = folder / "variables.toml"
     config.write_text(
         "[variables]\nrf = 'RcvData'\naxes = ['sample', 'element', 'transmit']\nelement_x = 'pos'\n"
-        f"fs = 'Fs'\nf0 = {F0}\nc = {C}\nt0 = 0.0\ntx_angle = {list(ANGLES)}\n"
+        f"fs = 'Fs'\nf0 = {F0}\nc = {C}\nt0 = 0.0\ntx_angle = {ANGLES.tolist()}\n"
     )
     read_alike(path, "rf", rf[:1], "--config", config)
     for drop, message in (("rf", "RcvData"), ("c", "--variable c="), ("axes", "axes")):
@@ -478,7 +478,7 @@ def information():
         "rf_plain.npz": ".npz",
     }.items():
         outcome = run("info", folder / name)
-        expected = [kind, "3 transmits, 32 elements, 900 samples", "plane waves of -7.1620 to 7.1620 degrees"]
+        expected = [kind, "RF: 1 frame, 3 transmits, 32 elements, 900 samples" if name.startswith("rf") else "I/Q", "plane waves of -7.1620 to 7.1620 degrees"]
         check(outcome.returncode == 0 and all(part in outcome.stdout for part in expected), f"info {name}: {outcome.stdout}{outcome.stderr}")
     outcome = run("beamform", folder / "rf_zea.hdf5", "--method", "das", "--json", "-o", "lines.npz", "--image", "lines.png")
     measures = json.loads(outcome.stdout)

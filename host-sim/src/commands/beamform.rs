@@ -1,7 +1,8 @@
 //! `host-sim beamform`: channel data or aligned data → beamformed lines, and an image of them.
 
+use std::io::Write;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
@@ -16,6 +17,7 @@ use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
 use crate::files::{ChannelData, Lines, Recording, Samples, Transmits};
 use crate::memory::{self, product};
+use crate::report::figure;
 use crate::terminal::{print, warn};
 use crate::{Error, Result};
 
@@ -53,7 +55,8 @@ pub struct Arguments {
     #[arg(long, value_name = "A..B", value_parser = parse_frames)]
     frames: Option<Frames>,
 
-    /// Also an image of the lines, of the first frame: 0 to 255, as .png or .npy
+    /// Also an image of the lines, of the first frame: 0 to 255, as .png or .npy; as .svg with axes in mm
+    /// and a grey bar in dB
     #[arg(long, value_name = "IMG.png", help_heading = "Image")]
     image: Option<PathBuf>,
 
@@ -72,6 +75,7 @@ Examples:
       -o lines.npz --image bone.png --dynamic-range 60
   host-sim beamform frames.npz --frames 0..10 -o lines.npz
   host-sim beamform phased.npz --lines sector --sector 1.2 -o lines.npz --image sector.png
+  host-sim beamform channels.npz -o lines.npz --image figure.svg --dynamic-range 60
   host-sim beamform delayed.npz --method mv --covariance forward -o lines.npz
   host-sim beamform recording.mat --variable rf=RcvData --variable c=1540 -o lines.npz
   host-sim beamform channels.npz --config lines.npz.config.toml -o again.npz";
@@ -162,7 +166,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let config_path = Config::path_beside(&arguments.output);
     let mut outputs = vec![arguments.output.as_path(), &config_path];
     if let Some(path) = &arguments.image {
-        Format::of(path)?;
+        if !is_figure(path) {
+            Format::of(path)?;
+        }
         outputs.push(path);
     }
     check_outputs(&[&arguments.recording], &outputs)?;
@@ -216,7 +222,13 @@ pub fn run(arguments: Arguments) -> Result<()> {
     if let Some(path) = &arguments.image {
         let image =
             image_of(&lines[0], &config.image).map_err(|e| about(&arguments.recording, e))?;
-        image::stage(&image.pixels, path, &mut outputs)?;
+        match is_figure(path) {
+            true => {
+                let figure = figure(&image, config.image.dynamic_range)?;
+                outputs.stage(path, |sink| Ok(sink.write_all(figure.as_bytes())?))?;
+            }
+            false => image::stage(&image.pixels, path, &mut outputs)?,
+        }
         let (rows, columns) = image.pixels.dim();
         said += &format!(
             "; an image of {rows} x {columns} pixels of {:.3} mm",
@@ -237,6 +249,12 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
 }
 
+/// Whether an image's name asks for axes around it.
+fn is_figure(path: &Path) -> bool {
+    let extension = path.extension().and_then(|e| e.to_str());
+    extension.is_some_and(|e| e.eq_ignore_ascii_case("svg"))
+}
+
 /// What was made, with what was chosen where nothing was asked for.
 fn said_of_lines(recording: &Recording, parameters: &Beamform, frames: &[Lines]) -> String {
     let lines = &frames[0];
@@ -254,7 +272,7 @@ fn said_of_lines(recording: &Recording, parameters: &Beamform, frames: &[Lines])
         }
         _ => String::new(),
     };
-    format!("{of_frames}{beams} lines from {first:.2} to {last:.2} mm at {rate:.6} MHz{chosen}")
+    format!("{of_frames}{beams} lines from {first:.2} to {last:.2} mm at {rate} MHz{chosen}")
 }
 
 /// What is probably not meant: sentences for a person.

@@ -74,6 +74,13 @@ fn mm(metres: f64) -> String {
         .to_owned()
 }
 
+fn count(number: usize, of: &str) -> String {
+    match number {
+        1 => format!("1 {of}"),
+        _ => format!("{number} {of}s"),
+    }
+}
+
 fn mhz(hertz: f64) -> String {
     format!("{} MHz", hertz / 1e6)
 }
@@ -97,7 +104,11 @@ fn of_channel_data(data: &ChannelData) -> Vec<Fact> {
     let mut facts = vec![(
         "holds",
         format!(
-            "{kind}: {frames} frames, {transmits} transmits, {elements} elements, {samples} samples"
+            "{kind}: {}, {}, {}, {}",
+            count(frames, "frame"),
+            count(transmits, "transmit"),
+            count(elements, "element"),
+            count(samples, "sample")
         ),
     )];
     facts.push((

@@ -49,6 +49,18 @@ pub fn stage(pixels: &Array2<f32>, path: &Path, outputs: &mut Outputs) -> Result
     }
 }
 
+/// The bytes of a PNG of the nearest of 0 to 255.
+///
+/// # Errors
+/// An image that PNG cannot hold.
+pub fn png(pixels: &Array2<f32>) -> Result<Vec<u8>> {
+    let mut bytes = Cursor::new(Vec::new());
+    encode_png(pixels)
+        .write_to(&mut bytes, ImageFormat::Png)
+        .map_err(|e| Error::Data(format!("the image cannot be encoded: {e}")))?;
+    Ok(bytes.into_inner())
+}
+
 /// Writes an image as [`stage`] does, whole or not at all.
 ///
 /// # Errors
@@ -82,7 +94,7 @@ impl Format {
             Some("png") => Ok(Self::Png),
             Some("npy") => Ok(Self::Npy),
             _ => Err(Error::Usage(format!(
-                "{}: an image's name must end in .png or .npy",
+                "{}: an image's name must end in .png or .npy (of beamform also in .svg)",
                 path.display()
             ))),
         }

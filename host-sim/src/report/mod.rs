@@ -2,10 +2,13 @@
 //! configuration, and the tables for the terminal. It knows the parts of an outcome, not the
 //! experiments.
 
+mod figure;
 mod html;
 mod pictures;
 mod plot;
 mod tables;
+
+pub use figure::figure;
 
 use std::collections::BTreeMap;
 use std::io::Write;

@@ -177,7 +177,7 @@ fn curves_of(plot: &Plot) -> Result<String> {
 }
 
 /// A tick's label: at most one decimal, and no negative zero.
-fn tick(value: &f64) -> String {
+pub(super) fn tick(value: &f64) -> String {
     format!("{}", (10.0 * value).round() / 10.0 + 0.0)
 }
 

@@ -248,6 +248,12 @@ impl Source for Store {
         guarded(|| Ok(self.file.dataset_names())).unwrap_or_default()
     }
 
+    /// What leads out of the file is there, and is refused when it is read.
+    fn has(&self, name: &str) -> bool {
+        let leads_out = || guarded(|| self.check_links(name)).is_err();
+        self.names().iter().any(|known| known == name) || leads_out()
+    }
+
     fn numbers(&self, name: &str) -> Result<ArrayD<f64>> {
         self.about(name, guarded(|| self.read_numbers(name)))
     }
@@ -312,5 +318,5 @@ fn float(bytes: &[u8]) -> f32 {
 }
 
 fn damaged(error: &Hdf5Error) -> String {
-    format!("is damaged or not readable: {error}")
+    format!("is damaged or not readable as HDF5: {error}")
 }

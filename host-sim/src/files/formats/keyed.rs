@@ -46,13 +46,18 @@ impl Keyed<'_> {
             Some(x) => x,
             None => self.centred(elements)?,
         };
-        if element_x.len() != elements {
-            return Err(self.source.error(format!(
-                "`element_x` has length {}; expected {elements}, one for each element; the axes of the \
-                 samples are probably in another order than {}: `axes` in [variables] tells it",
-                element_x.len(),
-                ORDER[1..].join(", ")
-            )));
+        let law = self.transmits(transmits)?;
+        for (key, count, expected, of) in [
+            ("element_x", element_x.len(), elements, "element"),
+            ("the delay law", law.len(), transmits, "transmit"),
+        ] {
+            if count != expected {
+                return Err(self.source.error(format!(
+                    "{key} has length {count}; expected {expected}, one for each {of} of the samples; \
+                     perhaps their axes are in another order than {}, which --variable axes=… tells",
+                    ORDER[1..].join(", ")
+                )));
+            }
         }
         let mut t0 = self.vector("t0")?;
         if t0.len() == 1 {
@@ -67,7 +72,7 @@ impl Keyed<'_> {
             element_angle: self.optional("element_angle")?,
             c: self.scalar("c")?,
             f0: self.scalar("f0")?,
-            transmits: self.transmits(transmits)?,
+            transmits: law,
             lens_delay: match self.optional("lens_delay")? {
                 Some(_) => self.scalar("lens_delay")?,
                 None => 0.0,

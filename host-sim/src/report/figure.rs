@@ -1,0 +1,123 @@
+//! A picture by itself, with axes in mm and a bar of decibels, as SVG that holds its pixels.
+
+use std::fmt::Display;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use ndarray::Array2;
+use plotters::prelude::*;
+
+use crate::drive::image::Image;
+use crate::files::image::png;
+use crate::{Error, Result};
+
+use super::plot::tick;
+
+/// The longer side of the picture within its axes, and what stands around it, in pixels.
+const LONGER_SIDE: f64 = 560.0;
+const LEFT: u32 = 62;
+const BOTTOM: u32 = 48;
+const MARGIN: u32 = 14;
+/// The bar: what stands between it and the picture, its width, and its labels, in pixels.
+const GAP: u32 = 18;
+const BAR: u32 = 16;
+const LABELS: u32 = 62;
+/// The least that a narrow picture's axes have room in, pixels.
+const LEAST: u32 = 90;
+/// Steps of grey in the bar.
+const STEPS: u32 = 64;
+
+/// The figure of an image whose white is the largest envelope and whose black lies `dynamic_range` dB
+/// below it.
+///
+/// # Errors
+/// The picture cannot be encoded, or the drawing library fails.
+pub fn figure(image: &Image, dynamic_range: f64) -> Result<String> {
+    let (rows, columns) = image.pixels.dim();
+    let scale = LONGER_SIDE / rows.max(columns) as f64;
+    let side = |count: usize| ((count as f64 * scale).round() as u32).max(LEAST);
+    let (width, height) = (side(columns), side(rows));
+    let size = (
+        LEFT + width + GAP + BAR + LABELS + MARGIN,
+        MARGIN + height + BOTTOM,
+    );
+    let mut svg = String::new();
+    let failed = |e: &dyn Display| Error::Data(format!("the figure cannot be drawn: {e}"));
+    {
+        let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+        let draw = || -> std::result::Result<(), Box<dyn std::error::Error>> {
+            let (picture, bar) = root.split_horizontally(LEFT + width);
+            // Pixels are as wide around their centres as they are apart.
+            let edges = |first: f64, count: usize| {
+                let start = 1e3 * (first - 0.5 * image.pixel);
+                start..start + 1e3 * image.pixel * count as f64
+            };
+            let down = edges(image.z0, rows);
+            let mut chart = ChartBuilder::on(&picture)
+                .margin_top(MARGIN)
+                .x_label_area_size(BOTTOM)
+                .y_label_area_size(LEFT)
+                .build_cartesian_2d(edges(image.x0, columns), down.end..down.start)?;
+            chart
+                .configure_mesh()
+                .disable_mesh()
+                .x_desc("lateral, mm")
+                .y_desc("depth, mm")
+                .x_labels(labels(width))
+                .y_labels(labels(height))
+                .x_label_formatter(&tick)
+                .y_label_formatter(&tick)
+                .axis_desc_style(("sans-serif", 16))
+                .label_style(("sans-serif", 14))
+                .draw()?;
+            let mut chart = ChartBuilder::on(&bar)
+                .margin_top(MARGIN)
+                .margin_left(GAP)
+                .margin_right(MARGIN)
+                .margin_bottom(BOTTOM)
+                .right_y_label_area_size(LABELS)
+                .build_cartesian_2d(0.0..1.0, -dynamic_range..0.0)?;
+            let step = dynamic_range / f64::from(STEPS);
+            chart.draw_series((0..STEPS).map(|k| {
+                let level = (255 * k / (STEPS - 1)) as u8;
+                let low = -dynamic_range + f64::from(k) * step;
+                Rectangle::new(
+                    [(0.0, low), (1.0, low + step)],
+                    RGBColor(level, level, level).filled(),
+                )
+            }))?;
+            chart
+                .configure_mesh()
+                .disable_mesh()
+                .disable_x_axis()
+                .y_desc("dB")
+                .y_labels(7)
+                .y_label_formatter(&tick)
+                .axis_desc_style(("sans-serif", 16))
+                .label_style(("sans-serif", 14))
+                .draw()?;
+            Ok(())
+        };
+        draw().map_err(|e| failed(&e))?;
+        root.present().map_err(|e| failed(&e))?;
+    }
+    with_pixels(&svg, &image.pixels, [LEFT, MARGIN, width, height])
+}
+
+/// About a label every seventy pixels.
+fn labels(pixels: u32) -> usize {
+    (pixels / 70).clamp(2, 8) as usize
+}
+
+/// The drawing on white, with the pixels under the axes.
+fn with_pixels(svg: &str, pixels: &Array2<f32>, place: [u32; 4]) -> Result<String> {
+    let [x, y, width, height] = place;
+    let data = STANDARD.encode(png(pixels)?);
+    let begin = svg.find('>').map_or(0, |at| at + 1);
+    let (head, rest) = svg.split_at(begin);
+    Ok(format!(
+        "{head}\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n<image x=\"{x}\" y=\"{y}\" \
+         width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" \
+         href=\"data:image/png;base64,{data}\"/>{rest}"
+    ))
+}
