@@ -139,11 +139,15 @@ fn the_package_has_a_readme_and_licences_of_its_own() {
 #[test]
 fn the_configuration_of_the_documents_is_the_default() {
     let document = read(&root().join("docs/file-formats.md"));
-    let [toml] = blocks(&document, "toml")[..] else {
-        panic!("one block of TOML was expected");
-    };
+    let blocks = blocks(&document, "toml");
     let folder = tempdir().unwrap();
     let path = folder.path().join("defaults.toml");
-    fs::write(&path, toml).unwrap();
-    assert_eq!(Config::read(&path).unwrap(), Config::default());
+    let read = |toml: &str| {
+        fs::write(&path, toml).unwrap();
+        let config = Config::read(&path).unwrap();
+        config.validate().unwrap();
+        config
+    };
+    let configs: Vec<Config> = blocks.into_iter().map(read).collect();
+    assert_eq!(configs.last(), Some(&Config::default()));
 }

@@ -86,6 +86,8 @@ pub fn figure(image: &Image, dynamic_range: f64) -> Result<String> {
                     RGBColor(level, level, level).filled(),
                 )
             }))?;
+            let outline = Rectangle::new([(0.0, -dynamic_range), (1.0, 0.0)], BLACK);
+            chart.draw_series([outline])?;
             chart
                 .configure_mesh()
                 .disable_mesh()
@@ -104,9 +106,9 @@ pub fn figure(image: &Image, dynamic_range: f64) -> Result<String> {
     with_pixels(&svg, &image.pixels, [LEFT, MARGIN, width, height])
 }
 
-/// About a label every seventy pixels.
+/// About a label every fifty pixels.
 fn labels(pixels: u32) -> usize {
-    (pixels / 70).clamp(2, 8) as usize
+    (pixels / 50).clamp(3, 9) as usize
 }
 
 /// The drawing on white, with the pixels under the axes.
