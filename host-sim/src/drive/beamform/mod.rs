@@ -9,12 +9,11 @@ use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Run};
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use bonebeam::simd::InstructionSet;
-use ndarray::{Array2, ArrayView3, Axis};
+use ndarray::{Array2, ArrayView3, ArrayViewMut2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use memory::AnyMemory;
 pub use memory::Memory;
@@ -57,7 +56,10 @@ pub fn beamform_with(
     let (beams, samples, _) = x.dim();
     let runs = runs((beams, samples), active);
     let largest = runs.first().map_or(0, |run| run.active.count);
-    Plan::new(set, parameters, covariance, largest)?.beamform(x, &runs, &progress)
+    let plan = Plan::new(set, parameters, covariance, largest)?;
+    let mut z = Array2::zeros((beams, samples));
+    plan.beamform(x, &runs, &progress, z.view_mut())?;
+    Ok(z)
 }
 
 /// Beamforming of many frames: threads and their memory, made once.
@@ -109,9 +111,27 @@ impl Plan {
         active: impl Fn(usize, usize) -> Active + Sync,
         progress: impl Fn(usize) + Sync,
     ) -> Result<Array2<Complex<f32>>> {
+        let (beams, samples, _) = x.dim();
+        let mut z = Array2::zeros((beams, samples));
+        self.run_into(x, active, progress, z.view_mut())?;
+        Ok(z)
+    }
+
+    /// The same into memory of the caller, `z` as `[beam, sample]`.
+    ///
+    /// # Errors
+    /// As [`Plan::run`], and [`Error::Data`] where `z` is not in that order or of another shape. What is
+    /// in `z` after one is not said.
+    pub fn run_into(
+        &self,
+        x: ArrayView3<'_, Complex<f32>>,
+        active: impl Fn(usize, usize) -> Active + Sync,
+        progress: impl Fn(usize) + Sync,
+        z: ArrayViewMut2<'_, Complex<f32>>,
+    ) -> Result<()> {
         check_window(self.beamformer.parameters(), x.dim().1)?;
         let (beams, samples, _) = x.dim();
-        self.beamform(x, &runs((beams, samples), active), &progress)
+        self.beamform(x, &runs((beams, samples), active), &progress, z)
     }
 
     fn beamform(
@@ -119,8 +139,16 @@ impl Plan {
         x: ArrayView3<'_, Complex<f32>>,
         runs: &[Piece],
         progress: &(dyn Fn(usize) + Sync),
-    ) -> Result<Array2<Complex<f32>>> {
+        z: ArrayViewMut2<'_, Complex<f32>>,
+    ) -> Result<()> {
         let (beams, samples, elements) = x.dim();
+        let shape = z.dim();
+        let z = z.into_slice().filter(|_| shape == (beams, samples));
+        let z = z.ok_or_else(|| {
+            Error::Data(format!(
+                "the lines have shape {shape:?}; expected ({beams}, {samples}), row by row"
+            ))
+        })?;
         let x = x.as_standard_layout();
         let lines: Vec<Result<AlignedLine<'_>>> = (0..beams)
             .into_par_iter()
@@ -140,55 +168,47 @@ impl Plan {
             lanes,
             self.beamformer.parameters().temporal_half_window,
         );
-        let outputs = self.threads(&lines, &pieces, progress)?;
-        let mut z = vec![Complex::new(0.0, 0.0); beams * samples];
-        let mut outputs = outputs.as_slice();
-        for piece in &pieces {
-            let (values, rest) = outputs.split_at(piece.samples);
-            let first = piece.beam * samples + piece.first_sample;
-            z[first..first + piece.samples].copy_from_slice(values);
-            outputs = rest;
-        }
-        Ok(Array2::from_shape_vec((beams, samples), z).expect("a value a sample"))
+        self.threads(&lines, &pieces, progress, of_pieces(z, &pieces, samples))
     }
 
     fn memory(&self, thread: usize) -> MutexGuard<'_, Box<dyn AnyMemory>> {
         self.memory[thread].lock().expect("no thread has panicked")
     }
 
-    /// Each thread takes the next group of pieces as soon as it is done with one.
+    /// Each thread takes the next group of pieces as soon as it is done with one; `z` is the memory of
+    /// each piece.
     fn threads(
         &self,
         lines: &[AlignedLine<'_>],
         pieces: &[Piece],
         progress: &(dyn Fn(usize) + Sync),
-    ) -> Result<Outputs> {
+        z: Vec<&mut [Complex<f32>]>,
+    ) -> Result<()> {
         let lanes = self.memory(0).lanes();
-        let groups: Vec<&[Piece]> = pieces
+        let mut z = z.into_iter();
+        let groups = pieces
             .chunk_by(|a, b| a.active.count == b.active.count)
             .flat_map(|same| same.chunks(lanes))
-            .collect();
-        let next = AtomicUsize::new(0);
-        let done = self.pool.broadcast(|thread| {
+            .map(|group| (group, z.by_ref().take(group.len()).collect()));
+        let groups: Vec<Group<'_, '_>> = groups.collect();
+        let groups = Mutex::new(groups.into_iter().enumerate());
+        let failed = self.pool.broadcast(|thread| {
             let mut memory = self.memory(thread.index());
-            let mut done = Vec::new();
             loop {
-                let index = next.fetch_add(1, Ordering::Relaxed);
-                let Some(&group) = groups.get(index) else {
-                    return done;
+                let next = groups.lock().unwrap_or_else(PoisonError::into_inner).next();
+                let Some((index, (group, mut z))) = next else {
+                    return None;
                 };
-                let values = beamform_group(&self.beamformer, &mut **memory, lines, group);
+                let done = beamform_group(&self.beamformer, &mut **memory, lines, group, &mut z);
+                if let Err(error) = done {
+                    return Some((index, error));
+                }
                 progress(group.iter().map(|piece| piece.samples).sum());
-                done.push((index, values));
             }
         });
-        let mut done: Vec<(usize, Result<Outputs>)> = done.into_iter().flatten().collect();
-        done.sort_by_key(|(index, _)| *index);
-        let mut outputs = Vec::new();
-        for (_, group) in done {
-            outputs.extend_from_slice(&group?);
-        }
-        Ok(outputs)
+        // The first of them: which threads there were does not matter.
+        let first = failed.into_iter().flatten().min_by_key(|(index, _)| *index);
+        first.map_or(Ok(()), |(_, error)| Err(error))
     }
 }
 
@@ -204,13 +224,38 @@ fn check_window(parameters: &Parameters, samples: usize) -> Result<()> {
     )))
 }
 
+/// Pieces of one number of active elements, at most one a lane, and where their outputs go.
+type Group<'p, 'z> = (&'p [Piece], Vec<&'z mut [Complex<f32>]>);
+
+/// The memory of each piece's outputs, of lines `z` [beam][sample] in which every sample is in one piece.
+fn of_pieces<'z>(
+    mut z: &'z mut [Complex<f32>],
+    pieces: &[Piece],
+    samples: usize,
+) -> Vec<&'z mut [Complex<f32>]> {
+    let mut order: Vec<usize> = (0..pieces.len()).collect();
+    order.sort_unstable_by_key(|&k| (pieces[k].beam, pieces[k].first_sample));
+    let mut memory: Vec<&mut [Complex<f32>]> = pieces.iter().map(|_| &mut [][..]).collect();
+    let mut first = 0;
+    for k in order {
+        let piece = pieces[k];
+        debug_assert_eq!(first, piece.beam * samples + piece.first_sample);
+        let (own, rest) = z.split_at_mut(piece.samples);
+        memory[k] = own;
+        z = rest;
+        first += piece.samples;
+    }
+    memory
+}
+
 /// One group: a piece a lane.
 fn beamform_group(
     beamformer: &Beamformer,
     memory: &mut dyn AnyMemory,
     lines: &[AlignedLine<'_>],
     group: &[Piece],
-) -> Result<Outputs> {
+    z: &mut [&mut [Complex<f32>]],
+) -> Result<()> {
     let runs: Vec<Run<'_>> = group
         .iter()
         .map(|piece| Run {
@@ -219,17 +264,7 @@ fn beamform_group(
             first_sample: piece.first_sample,
         })
         .collect();
-    let samples = group.iter().map(|piece| piece.samples).sum();
-    let mut values = vec![Complex::new(0.0, 0.0); samples];
-    let mut rest = values.as_mut_slice();
-    let mut z: Vec<&mut [Complex<f32>]> = Vec::with_capacity(group.len());
-    for piece in group {
-        let (own, others) = rest.split_at_mut(piece.samples);
-        z.push(own);
-        rest = others;
-    }
-    memory.runs(beamformer, &runs, group[0].active.count, &mut z)?;
-    Ok(values)
+    Ok(memory.runs(beamformer, &runs, group[0].active.count, z)?)
 }
 
 /// A non-finite sample by beam, sample and element.
@@ -243,6 +278,3 @@ fn name_sample(error: bonebeam::Error, beam: usize, elements: usize) -> Error {
         other => Error::Core(other),
     }
 }
-
-/// The pieces' samples, one piece after another.
-type Outputs = Vec<Complex<f32>>;

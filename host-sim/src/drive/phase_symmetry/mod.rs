@@ -10,7 +10,7 @@ use bonebeam::phase_symmetry::{
     StripSlices, WriteAt,
 };
 use bonebeam::simd::{InstructionSet, Task, Vector};
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -65,13 +65,14 @@ struct Map<'a, P> {
     plan: &'a mut Plan,
     image: ArrayView2<'a, f32>,
     progress: P,
+    map: ArrayViewMut2<'a, f32>,
 }
 
 impl<P: FnMut(usize, usize)> Task for Map<'_, P> {
-    type Output = Result<Array2<f32>>;
+    type Output = Result<()>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
-        self.plan.run_on(zero, self.image, self.progress)
+        self.plan.run_on(zero, self.image, self.progress, self.map)
     }
 }
 
@@ -123,10 +124,28 @@ impl Plan {
         set: InstructionSet,
         progress: impl FnMut(usize, usize),
     ) -> Result<Array2<f32>> {
+        let mut map = Array2::zeros(image.dim());
+        self.run_into(image, set, progress, map.view_mut())?;
+        Ok(map)
+    }
+
+    /// The same into memory of the caller.
+    ///
+    /// # Errors
+    /// As [`Plan::run`], and [`Error::Data`] where `map` is not row by row or of another size. What is in
+    /// `map` after one is not said.
+    pub fn run_into(
+        &mut self,
+        image: ArrayView2<f32>,
+        set: InstructionSet,
+        progress: impl FnMut(usize, usize),
+        map: ArrayViewMut2<f32>,
+    ) -> Result<()> {
         set.dispatch(Map {
             plan: self,
             image,
             progress,
+            map,
         })
     }
 
@@ -135,7 +154,8 @@ impl Plan {
         zero: V,
         image: ArrayView2<f32>,
         mut progress: impl FnMut(usize, usize),
-    ) -> Result<Array2<f32>> {
+        map: ArrayViewMut2<f32>,
+    ) -> Result<()> {
         let bank = *self.gains.bank();
         let kernels = Kernels {
             fft: &self.fft,
@@ -155,9 +175,15 @@ impl Plan {
                 image.ncols()
             )));
         }
+        let shape = map.dim();
+        let sums = map.into_slice().filter(|_| shape == (rows, columns));
+        let sums = sums.ok_or_else(|| {
+            Error::Data(format!(
+                "the map has shape {shape:?}; expected ({rows}, {columns}), row by row"
+            ))
+        })?;
+        sums.fill(0.0);
         let image = image.as_standard_layout();
-        let mut symmetry = Array2::zeros((rows, columns));
-        let sums = symmetry.as_slice_mut().unwrap_or_default();
 
         let threads = rayon::current_num_threads();
         let memory = Memory::new(zero, sizes);
@@ -212,7 +238,7 @@ impl Plan {
                 })?;
             progress(filter + 1, bank.filters());
         }
-        Ok(symmetry)
+        Ok(())
     }
 }
 
