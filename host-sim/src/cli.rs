@@ -13,6 +13,7 @@ use crate::commands::bench_left_out as bench;
 use crate::commands::{
     beamform, completions, convert, golden, info, main_job, phase_symmetry, simulate, verify,
 };
+use crate::drive::threads;
 use crate::files::leftovers::remove_at_signals;
 use crate::terminal::{complain, print};
 use crate::{Error, Result};
@@ -51,9 +52,6 @@ enum Command {
     Bench(bench::Arguments),
 }
 
-/// More threads than any machine needs only take time to start.
-const MAX_THREADS: usize = 256;
-
 const EXAMPLES: &str = "\
 Examples:
   host-sim --quick
@@ -91,11 +89,7 @@ pub fn run() -> ExitCode {
 
 fn dispatch(cli: Cli) -> Result<()> {
     if let Some(threads) = cli.threads {
-        if threads.get() > MAX_THREADS {
-            return Err(Error::Usage(format!(
-                "--threads is {threads}; expected at most {MAX_THREADS}"
-            )));
-        }
+        threads::check(threads)?;
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.get())
             .build_global()

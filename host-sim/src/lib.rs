@@ -4,7 +4,7 @@
 #[cfg(feature = "bench")]
 pub mod bench;
 pub mod cli;
-mod commands;
+pub mod commands;
 pub mod config;
 pub mod drive;
 pub mod error;
@@ -12,7 +12,7 @@ pub mod experiments;
 pub mod files;
 pub mod golden;
 pub mod measure;
-mod memory;
+pub mod memory;
 pub mod methods;
 pub mod reference;
 pub mod report;

@@ -291,7 +291,10 @@ pub(super) fn doubts(data: &ChannelData, parameters: &Beamform) -> Result<Vec<St
 }
 
 /// Depths that were asked for must be recorded; a little beyond may be meant, and is told.
-fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<String>> {
+///
+/// # Errors
+/// [`Error::Usage`] for depths that are not recorded at all, or far beyond.
+pub fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<String>> {
     let [first, last] = data.depths(parameters.sound_speed.unwrap_or(data.c));
     let start = parameters.depth_start.unwrap_or(first);
     let end = parameters.depth_end.unwrap_or(last);
@@ -314,7 +317,7 @@ fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<Stri
 
 /// The memory that beamforming takes beside the recording, bytes: its samples in order, the aligned
 /// samples of some beams, the lines, and an image before and after its median.
-fn working_memory(
+pub fn working_memory(
     recording: &Recording,
     parameters: &Beamform,
     image: Option<&Image>,
@@ -363,7 +366,10 @@ fn told_beams(recording: &Recording) -> Option<&[f64]> {
 }
 
 /// The B-mode image over the depths and the width asked for, in square pixels.
-fn image_of(lines: &Lines, parameters: &Image) -> Result<crate::drive::image::Image> {
+///
+/// # Errors
+/// A depth above the lines, beams that are not evenly spaced.
+pub fn image_of(lines: &Lines, parameters: &Image) -> Result<crate::drive::image::Image> {
     let depth = |sample: usize| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
     let [beams, [first, last]] = match lines.rays {
         None => [

@@ -6,7 +6,8 @@ use clap::Args;
 
 use super::{ConfigArgument, command_line, load_config, progress_bar};
 use crate::Result;
-use crate::config::{Config, Kind, SimulateFlags};
+use crate::config::{Config, Kind, Simulate, SimulateFlags};
+use crate::files::ChannelData;
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::simulate::{Summation, channel_data, demodulate};
 
@@ -53,24 +54,33 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let mesh: Vec<&Path> = config.simulate.mesh.as_deref().into_iter().collect();
     check_outputs(&mesh, &[&arguments.output, &config_path])?;
 
-    let scanner = config.simulate.scanner().clone();
-    let phantom = config.simulate.build(&scanner)?;
-    // One point can be summed exactly at every frequency; for the thousands of a bone that would
-    // take hours.
-    let summation = match config.simulate.phantom {
-        Kind::Point => Summation::Direct,
-        Kind::Vertebra => Summation::Gridded,
-    };
     let bar = progress_bar("simulating", 1000);
     let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
-    let mut data = channel_data(&scanner, &phantom, summation, &progress)?;
-    if config.simulate.iq {
-        data = demodulate(data);
-    }
+    let data = recorded(&mut config.simulate, &progress)?;
     bar.finish_and_clear();
 
     let mut outputs = Outputs::new();
     data.stage(&arguments.output, &mut outputs)?;
     config.stage(&command_line(), &config_path, &mut outputs)?;
     outputs.commit()
+}
+
+/// The channel data of the section. `progress` hears the fraction done, from any thread.
+///
+/// # Errors
+/// A mesh that is not valid, a phantom outside the record, or a record that takes too much memory.
+pub fn recorded(section: &mut Simulate, progress: &(dyn Fn(f64) + Sync)) -> Result<ChannelData> {
+    let scanner = section.scanner().clone();
+    let phantom = section.build(&scanner)?;
+    // One point can be summed exactly at every frequency; for the thousands of a bone that would
+    // take hours.
+    let summation = match section.phantom {
+        Kind::Point => Summation::Direct,
+        Kind::Vertebra => Summation::Gridded,
+    };
+    let data = channel_data(&scanner, &phantom, summation, progress)?;
+    Ok(match section.iq {
+        true => demodulate(data),
+        false => data,
+    })
 }

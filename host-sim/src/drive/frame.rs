@@ -18,7 +18,7 @@ use crate::{Error, Result};
 pub(crate) const BEAMS_AT_A_TIME: usize = 64;
 
 /// The speed of sound that lines tell where neither the file nor the configuration does, m/s.
-const DEFAULT_SOUND_SPEED: f64 = 1540.0;
+pub const DEFAULT_SOUND_SPEED: f64 = 1540.0;
 
 /// Delays and beamforms the first frame of channel data. `progress` hears the fraction done, from any
 /// thread.
@@ -115,20 +115,23 @@ pub fn beamform_aligned_data(
         parameters.covariance,
         count,
     )?;
-    let centre = (beams - 1) as f64 / 2.0;
-    let even = || {
-        (0..beams)
-            .map(|b| (b as f64 - centre) * parameters.beam_spacing)
-            .collect()
-    };
     Ok(Lines {
         z,
         fs: data.fs,
         t0: data.t0,
-        beam_x: data.beam_x.clone().unwrap_or_else(even),
+        beam_x: data
+            .beam_x
+            .clone()
+            .unwrap_or_else(|| even_beams(beams, parameters.beam_spacing)),
         rays: None,
         c: parameters.sound_speed.unwrap_or(DEFAULT_SOUND_SPEED),
     })
+}
+
+/// The positions of beams that lie `spacing` apart, centred on 0, m.
+pub fn even_beams(beams: usize, spacing: f64) -> Vec<f64> {
+    let centre = beams.saturating_sub(1) as f64 / 2.0;
+    (0..beams).map(|b| (b as f64 - centre) * spacing).collect()
 }
 
 fn report(progress: &(dyn Fn(f64) + Sync), done: &AtomicUsize, n: usize, of: usize) {

@@ -7,4 +7,4 @@ pub mod frame;
 pub mod image;
 pub mod phase_symmetry;
 pub mod pipeline;
-pub(crate) mod threads;
+pub mod threads;

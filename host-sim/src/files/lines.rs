@@ -9,7 +9,7 @@ use num_complex::Complex;
 
 use super::atomic::Outputs;
 use super::{file_error, npz, validate};
-use crate::Result;
+use crate::{Error, Result};
 
 /// Beamformed lines. Sample n lies at the depth c·(t0 + n/fs)/2.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +64,15 @@ impl Lines {
         };
         lines.check().map_err(|message| file.error(message))?;
         Ok(lines)
+    }
+
+    /// The same, where every value is one that a file may hold.
+    ///
+    /// # Errors
+    /// [`Error::Data`] naming the key, the index and what would be right.
+    pub fn checked(self) -> Result<Self> {
+        self.check().map_err(Error::Data)?;
+        Ok(self)
     }
 
     /// Writes the file whole or not at all.
