@@ -1,0 +1,34 @@
+"""Ultrasound channel data to images of bone surfaces.
+
+Arrays in, arrays out; nothing is computed here in Python::
+
+    data = bonebeam.read("recording.npz")                    # channel data
+    lines = bonebeam.beamform(data, method="esmv-rank1")     # lines with their positions
+    image = bonebeam.bmode(lines, dynamic_range=60)          # grey levels, 0 to 255
+    bones = bonebeam.phase_symmetry(image.pixels, pad=True)  # ridges, 0 to below 1
+
+The names and defaults of parameters are those of the command ``host-sim``, and so are the bits of the
+results and the words of the errors, which are ``ValueError``. Lengths are metres, times seconds,
+frequencies hertz. Any CPU array that speaks DLPack is taken (PyTorch, JAX, CuPy on the host), without a
+copy where it has the type and order that are asked for.
+"""
+
+from ._beamform import Beamformer, beamform, delay
+from ._data import AlignedData, ChannelData, Image, Lines
+from ._files import read
+from ._images import bmode, phase_symmetry
+from ._simulate import simulate
+
+__all__ = [
+    "AlignedData",
+    "Beamformer",
+    "ChannelData",
+    "Image",
+    "Lines",
+    "beamform",
+    "bmode",
+    "delay",
+    "phase_symmetry",
+    "read",
+    "simulate",
+]

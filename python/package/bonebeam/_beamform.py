@@ -1,0 +1,406 @@
+"""Channel data to aligned samples, and aligned samples to lines."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any, Literal, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native
+from ._arrays import from_anywhere, taken, written
+from ._data import AlignedData, ChannelData, Lines
+
+Method = Literal["das", "mv", "esmv", "esmv-rank1"]
+Covariance = Literal["forward", "forward-backward"]
+
+COMPLEX = ("complex64", "complex128")
+REAL = ("float32", "float64", "int16", "int32", "uint8")
+
+
+class Beamformer:
+    """A beamformer of aligned samples that keeps its threads and its memory from frame to frame.
+
+    Args:
+        elements: The most active elements, those of the array where all are active.
+        method: ``das``, ``mv`` (minimum variance), ``esmv`` (eigenspace minimum variance by ``beta`` or
+            ``rank``), or ``esmv-rank1``.
+        beta: With ``esmv``: the share of the power that the signal subspace keeps, above 0 and at most
+            1; 0.01 where neither it nor a rank is given.
+        rank: With ``esmv``: a fixed rank of the signal subspace instead.
+        exclude_first: With ``esmv-rank1``: all eigenvectors but the first.
+        subaperture_ratio: Length L of the subapertures over the active elements, above 0 and at most 1.
+        temporal_half_window: K: the covariance is averaged over the samples n-K to n+K.
+        covariance: ``forward`` (Eq. 2 of the paper) or ``forward-backward`` (Eq. 3).
+        diagonal_loading: Delta: Delta/L times the trace is added to the covariance's diagonal.
+        threads: How many threads compute; all processors without it. The result does not depend on it.
+
+    >>> import numpy as np
+    >>> mv = Beamformer(32, method="mv", temporal_half_window=2, threads=1)
+    >>> frames = np.ones((3, 4, 50, 32), np.complex64)       # [frame, beam, sample, element]
+    >>> z = np.empty((3, 4, 50), np.complex64)
+    >>> for frame, lines in zip(frames, z):
+    ...     _ = mv(frame, out=lines)
+    >>> bool(np.allclose(z, 1))
+    True
+
+    Several Python threads may call one; their frames take turns. A forked process makes its own.
+    """
+
+    def __init__(
+        self,
+        elements: int,
+        *,
+        method: Method = "esmv-rank1",
+        beta: float | None = None,
+        rank: int | None = None,
+        exclude_first: bool = False,
+        subaperture_ratio: float = 0.5,
+        temporal_half_window: int = 0,
+        covariance: Covariance = "forward-backward",
+        diagonal_loading: float = 0.05,
+        threads: int | None = None,
+    ) -> None:
+        parameters = _parameters(
+            method=method,
+            beta=beta,
+            rank=rank,
+            exclude_first=exclude_first,
+            subaperture_ratio=subaperture_ratio,
+            temporal_half_window=temporal_half_window,
+            covariance=covariance,
+            diagonal_loading=diagonal_loading,
+        )
+        self._native = _native.Beamformer(parameters, elements, threads)
+
+    def __call__(
+        self,
+        x: npt.ArrayLike | Any,
+        *,
+        active: npt.ArrayLike | None = None,
+        out: npt.NDArray[np.complex64] | None = None,
+    ) -> npt.NDArray[np.complex64]:
+        """Beamforms a frame, or several.
+
+        Args:
+            x: complex64 [beam, sample, element], or with frames before the beams. It is read where it is;
+                complex128 and other orders are copied.
+            active: The first active element and how many there are, [beam, sample, 2]; all without it.
+            out: complex64 [beam, sample], or with frames before, to write the lines into.
+
+        Returns:
+            The lines: ``out`` where it is given.
+        """
+        samples = from_anywhere("x", x)
+        axes = ("frame", "beam", "sample", "element")[0 if samples.ndim == 4 else 1 :]
+        samples = taken("x", samples, np.complex64, axes, COMPLEX)
+        if 0 in samples.shape:
+            raise ValueError(f"`x` is empty (shape {list(samples.shape)}); expected [{', '.join(axes)}]")
+        lines = written(out, np.complex64, samples.shape[:-1], beside=samples)
+        frames, beams, depths = ((1,) + lines.shape)[-3:]
+        if active is not None:
+            active = np.require(active, np.int64, ["C", "A"])
+            if active.shape != (beams, depths, 2):
+                shape = [beams, depths, 2]
+                raise ValueError(f"`active` has shape {list(active.shape)}; expected {shape}")
+        self._native.run(
+            samples.reshape((frames, beams, depths, -1)), active, lines.reshape((frames, beams, depths))
+        )
+        return lines if out is None else out
+
+
+@overload
+def beamform(
+    x: ChannelData,
+    *,
+    method: Method = ...,
+    beta: float | None = ...,
+    rank: int | None = ...,
+    exclude_first: bool = ...,
+    subaperture_ratio: float = ...,
+    temporal_half_window: int = ...,
+    covariance: Covariance = ...,
+    diagonal_loading: float = ...,
+    f_number: float | None = ...,
+    min_elements: int | None = ...,
+    output_rate: float | None = ...,
+    depth_start: float | None = ...,
+    depth_end: float | None = ...,
+    sound_speed: float | None = ...,
+    threads: int | None = ...,
+) -> Lines: ...
+
+
+@overload
+def beamform(
+    x: AlignedData,
+    *,
+    method: Method = ...,
+    beta: float | None = ...,
+    rank: int | None = ...,
+    exclude_first: bool = ...,
+    subaperture_ratio: float = ...,
+    temporal_half_window: int = ...,
+    covariance: Covariance = ...,
+    diagonal_loading: float = ...,
+    sound_speed: float | None = ...,
+    beam_spacing: float | None = ...,
+    threads: int | None = ...,
+    out: npt.NDArray[np.complex64] | None = ...,
+) -> Lines: ...
+
+
+@overload
+def beamform(
+    x: npt.ArrayLike | Any,
+    *,
+    method: Method = ...,
+    beta: float | None = ...,
+    rank: int | None = ...,
+    exclude_first: bool = ...,
+    subaperture_ratio: float = ...,
+    temporal_half_window: int = ...,
+    covariance: Covariance = ...,
+    diagonal_loading: float = ...,
+    threads: int | None = ...,
+    active: npt.ArrayLike | None = ...,
+    out: npt.NDArray[np.complex64] | None = ...,
+) -> npt.NDArray[np.complex64]: ...
+
+
+def beamform(
+    x: ChannelData | AlignedData | npt.ArrayLike | Any,
+    *,
+    method: Method = "esmv-rank1",
+    beta: float | None = None,
+    rank: int | None = None,
+    exclude_first: bool = False,
+    subaperture_ratio: float = 0.5,
+    temporal_half_window: int = 0,
+    covariance: Covariance = "forward-backward",
+    diagonal_loading: float = 0.05,
+    f_number: float | None = None,
+    min_elements: int | None = None,
+    output_rate: float | None = None,
+    depth_start: float | None = None,
+    depth_end: float | None = None,
+    sound_speed: float | None = None,
+    beam_spacing: float | None = None,
+    threads: int | None = None,
+    active: npt.ArrayLike | None = None,
+    out: npt.NDArray[np.complex64] | None = None,
+) -> Lines | npt.NDArray[np.complex64]:
+    """Beamforms an array of aligned samples, or a recording.
+
+    Args:
+        x: Aligned samples, complex64 [beam, sample, element], or with frames before the beams: see
+            :class:`Beamformer`. Or a recording: channel data, which are delayed first, some beams at a
+            time and frame by frame, or aligned data.
+        method, beta, rank, exclude_first, subaperture_ratio, temporal_half_window, covariance,
+            diagonal_loading, threads: See :class:`Beamformer`.
+        f_number, min_elements, output_rate, depth_start, depth_end: Channel data only: see :func:`delay`.
+        sound_speed: Recordings only: m/s, in place of theirs; aligned data tell none, 1540 is assumed.
+        beam_spacing: Aligned data that do not tell where their beams are: the distance between them, m.
+        active: Arrays only: see :class:`Beamformer`.
+        out: Aligned samples only: complex64 [beam, sample] to write the lines into.
+
+    Returns:
+        Of an array the lines, complex64 [beam, sample]. Of a recording :class:`Lines`, which know where
+        they are.
+
+    >>> import numpy as np
+    >>> x = np.ones((4, 50, 16), np.complex64)          # a unit echo from straight ahead
+    >>> z = beamform(x, method="mv", temporal_half_window=1)
+    >>> z.shape, bool(np.allclose(z, 1))
+    ((4, 50), True)
+
+    >>> x[1, 2, 3] = np.nan
+    >>> beamform(x, method="mv")
+    Traceback (most recent call last):
+    ...
+    ValueError: aligned sample [beam 1, sample 2, element 3] is NaN or infinite
+    """
+    beamformer: Mapping[str, Any] = {
+        "method": method,
+        "beta": beta,
+        "rank": rank,
+        "exclude_first": exclude_first,
+        "subaperture_ratio": subaperture_ratio,
+        "temporal_half_window": temporal_half_window,
+        "covariance": covariance,
+        "diagonal_loading": diagonal_loading,
+    }
+    delays: Mapping[str, Any] = {
+        "f_number": f_number,
+        "min_elements": min_elements,
+        "output_rate": output_rate,
+        "depth_start": depth_start,
+        "depth_end": depth_end,
+    }
+    if isinstance(x, ChannelData):
+        _refuse("channel data", beam_spacing=beam_spacing, active=active, out=out)
+        parameters = _parameters(**beamformer, **delays, sound_speed=sound_speed)
+        frames = [
+            _native.beamform_channel_data(frame, parameters, threads) for frame in _frames(x)
+        ]
+        first = frames[0]
+        _warn(first.doubts)
+        z = first.z if _is_one_frame(x) else np.stack([frame.z for frame in frames])
+        return Lines(z, first.fs, first.t0, first.beam_x, first.c)
+    if isinstance(x, AlignedData):
+        _refuse("aligned data", **delays, active=active)
+        if x.beam_x is not None:
+            _refuse("aligned data that tell where their beams are", beam_spacing=beam_spacing)
+        parameters = _parameters(
+            **beamformer, sound_speed=sound_speed or x.c, beam_spacing=beam_spacing
+        )
+        z = beamform(x.x, **beamformer, threads=threads, active=x.active, out=out)
+        beam_x, c = _native.even_beams(z.shape[-2], parameters)
+        return Lines(z, x.fs, x.t0, beam_x if x.beam_x is None else x.beam_x, c)
+    _refuse("an array", **delays, sound_speed=sound_speed, beam_spacing=beam_spacing)
+    samples = from_anywhere("x", x)
+    elements = samples.shape[-1] if samples.ndim else 0
+    return Beamformer(elements, **beamformer, threads=threads)(samples, active=active, out=out)
+
+
+def delay(
+    data: ChannelData,
+    *,
+    f_number: float | None = None,
+    min_elements: int | None = None,
+    output_rate: float | None = None,
+    depth_start: float | None = None,
+    depth_end: float | None = None,
+    sound_speed: float | None = None,
+    threads: int | None = None,
+    out: npt.NDArray[np.complex64] | None = None,
+) -> AlignedData:
+    """Delays channel data: analytic samples, aligned on their beams, with the active elements.
+
+    Focused transmits make one beam each; plane waves and single-element transmits are compounded into
+    two beams an element.
+
+    Args:
+        data: Channel data of one frame. Their samples are copied once.
+        f_number: Receive f-number, depth over aperture; 1.5 without it.
+        min_elements: Active elements at the least; 8 without it.
+        output_rate: Sampling rate of the aligned samples, Hz; four times the centre frequency without
+            it, at most the data's.
+        depth_start: Shallowest depth, m; where the record begins without it.
+        depth_end: Greatest depth, m; where the record ends without it.
+        sound_speed: m/s, in place of the data's.
+        threads: How many threads compute; all processors without it. The result does not depend on it.
+        out: complex64 [beam, sample, element] to write the samples into.
+
+    >>> scanner = {"elements": 32, "beams": 4, "first_beam": 14, "depth_start": 0.01, "depth_end": 0.02}
+    >>> import bonebeam
+    >>> data = bonebeam.simulate("point", scanner=scanner)
+    >>> aligned = delay(data, depth_start=0.012, depth_end=0.018)
+    >>> aligned.x.shape, aligned.active.shape
+    ((4, 156, 32), (4, 156, 2))
+    >>> lines = beamform(aligned, method="das")
+    """
+    parameters = _parameters(
+        f_number=f_number,
+        min_elements=min_elements,
+        output_rate=output_rate,
+        depth_start=depth_start,
+        depth_end=depth_end,
+        sound_speed=sound_speed,
+    )
+    if not _is_one_frame(data):
+        raise ValueError(f"the channel data hold {len(_samples(data))} frames; expected one")
+    (record,) = _frames(data)
+    memory = None
+    if out is not None:
+        shape = from_anywhere("out", out).shape
+        if len(shape) != 3:
+            raise ValueError(f"`out` has shape {list(shape)}; expected [beam, sample, element]")
+        memory = written(out, np.complex64, shape, beside=_samples(record))
+    told = _native.delay(record, parameters, memory, threads)
+    _warn(told.doubts)
+    x = told.x if out is None else out
+    return AlignedData(x, told.fs, told.t0, told.beam_x, told.c, told.active)
+
+
+def _parameters(
+    *,
+    method: str = "esmv-rank1",
+    beta: float | None = None,
+    rank: int | None = None,
+    exclude_first: bool = False,
+    subaperture_ratio: float = 0.5,
+    temporal_half_window: int = 0,
+    covariance: str = "forward-backward",
+    diagonal_loading: float = 0.05,
+    **others: Any,
+) -> _native.BeamformParameters:
+    """The section, checked."""
+    try:
+        return _native.BeamformParameters(
+            method=method,
+            beta=beta,
+            rank=rank,
+            exclude_first=exclude_first,
+            subaperture_ratio=subaperture_ratio,
+            temporal_half_window=temporal_half_window,
+            covariance=covariance,
+            diagonal_loading=diagonal_loading,
+            **others,
+        )
+    except OverflowError as error:
+        raise ValueError(f"a count is negative or too large: {error}") from error
+
+
+def _samples(data: ChannelData) -> npt.NDArray[Any]:
+    """RF or I/Q."""
+    if (data.rf is None) == (data.iq is None):
+        raise ValueError("expected either `rf`, or `iq` and `f_demod`")
+    return from_anywhere("rf", data.rf) if data.iq is None else from_anywhere("iq", data.iq)
+
+
+def _is_one_frame(data: ChannelData) -> bool:
+    return _samples(data).ndim != 4
+
+
+def _frames(data: ChannelData) -> Iterator[ChannelData]:
+    """Each frame with arrays as the native half reads them."""
+    samples = _samples(data)
+    transmits = samples.shape[-3] if samples.ndim >= 3 else 0
+
+    def vector(value: Any) -> Any:
+        return None if value is None else np.atleast_1d(from_anywhere("value", value))
+
+    def one_each(value: Any) -> Any:
+        return np.broadcast_to(value, (transmits,)) if np.ndim(value) == 0 else value
+
+    vectors = ("element_x", "element_z", "element_angle", "tx_x", "tx_angle", "tx_element")
+    others = {key: vector(getattr(data, key)) for key in (*vectors, "tx_source_x", "tx_source_z")}
+    others["t0"] = one_each(data.t0)
+    others["tx_focus"] = None if data.tx_focus is None else one_each(data.tx_focus)
+    if data.tx_delay is not None:
+        others["tx_delay"] = np.require(data.tx_delay, np.float64, ["C", "A"])
+    axes = ("transmit", "element", "sample")
+    for frame in samples if samples.ndim == 4 else [samples]:
+        if data.iq is not None:
+            iq = taken("iq", frame, np.complex64, axes, COMPLEX)
+            yield replace(data, iq=iq, **others)
+            continue
+        rf = taken("rf", frame, np.float32, axes, REAL)
+        # Bytes of a scanner have their zero in the middle.
+        yield replace(data, rf=rf - 128 if frame.dtype == np.uint8 else rf, **others)
+
+
+def _refuse(what: str, **given: Any) -> None:
+    """An argument that would have no effect is a mistake."""
+    for name, value in given.items():
+        if value is not None:
+            raise ValueError(f"{name} has no effect on {what}")
+
+
+def _warn(doubts: list[str]) -> None:
+    for doubt in doubts:
+        warnings.warn(doubt, stacklevel=3)

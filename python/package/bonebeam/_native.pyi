@@ -1,0 +1,93 @@
+from os import PathLike
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+class BeamformParameters:
+    def __new__(
+        cls,
+        *,
+        method: str,
+        beta: float | None,
+        rank: int | None,
+        exclude_first: bool,
+        subaperture_ratio: float,
+        temporal_half_window: int,
+        covariance: str,
+        diagonal_loading: float,
+        f_number: float | None = None,
+        min_elements: int | None = None,
+        output_rate: float | None = None,
+        depth_start: float | None = None,
+        depth_end: float | None = None,
+        sound_speed: float | None = None,
+        beam_spacing: float | None = None,
+    ) -> BeamformParameters: ...
+
+class Beamformer:
+    def __new__(
+        cls, parameters: BeamformParameters, elements: int, threads: int | None
+    ) -> Beamformer: ...
+    def run(
+        self,
+        x: npt.NDArray[np.complex64],
+        active: npt.NDArray[np.int64] | None,
+        out: npt.NDArray[np.complex64],
+    ) -> None: ...
+
+class Aligned:
+    x: npt.NDArray[np.complex64]
+    active: npt.NDArray[np.int64]
+    fs: float
+    t0: float
+    beam_x: npt.NDArray[np.float64]
+    c: float
+    doubts: list[str]
+
+class BeamformedLines:
+    z: npt.NDArray[np.complex64]
+    fs: float
+    t0: float
+    beam_x: npt.NDArray[np.float64]
+    c: float
+    doubts: list[str]
+
+def defaults() -> str: ...
+def read(path: str | PathLike[str]) -> dict[str, Any]: ...
+def simulate(section: str, threads: int | None) -> dict[str, Any]: ...
+def delay(
+    data: Any,
+    parameters: BeamformParameters,
+    out: npt.NDArray[np.complex64] | None,
+    threads: int | None,
+) -> Aligned: ...
+def beamform_channel_data(
+    data: Any, parameters: BeamformParameters, threads: int | None
+) -> BeamformedLines: ...
+def even_beams(
+    beams: int, parameters: BeamformParameters
+) -> tuple[npt.NDArray[np.float64], float]: ...
+def bmode(
+    z: npt.NDArray[np.complex64],
+    fs: float,
+    t0: float,
+    beam_x: npt.NDArray[np.float64],
+    c: float,
+    dynamic_range: float,
+    rows: int | None,
+    columns: int | None,
+    depth: float | None,
+    width: float | None,
+    median: bool,
+    threads: int | None,
+) -> tuple[npt.NDArray[np.float32], float, float, float]: ...
+def phase_symmetry(
+    image: npt.NDArray[np.float32],
+    scales: list[float],
+    threshold: float,
+    strip: int,
+    pad: bool,
+    out: npt.NDArray[np.float32],
+    threads: int | None,
+) -> None: ...

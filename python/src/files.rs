@@ -1,0 +1,70 @@
+//! Recordings from files.
+
+use std::path::PathBuf;
+
+use host_sim::files::{ChannelData, Recording, Samples, Transmits};
+use numpy::IntoPyArray;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::refused;
+
+/// What a file holds, by the keys of the `.npz` contract.
+#[pyfunction]
+pub fn read(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
+    let recording = py.detach(|| Recording::read(&path)).map_err(refused)?;
+    match recording {
+        Recording::Channel(data) => channel_data(py, data),
+        Recording::Aligned(data) => {
+            let keys = PyDict::new(py);
+            keys.set_item("x", data.x.into_pyarray(py))?;
+            keys.set_item("fs", data.fs)?;
+            keys.set_item("t0", data.t0)?;
+            keys.set_item("beam_x", data.beam_x.map(|x| x.into_pyarray(py)))?;
+            Ok(keys)
+        }
+    }
+}
+
+/// Channel data by their keys, samples as [frame, transmit, element, sample], where they were.
+pub fn channel_data(py: Python<'_>, data: ChannelData) -> PyResult<Bound<'_, PyDict>> {
+    let keys = PyDict::new(py);
+    match data.samples {
+        Samples::Rf(rf) => keys.set_item("rf", rf.into_pyarray(py))?,
+        Samples::Iq { iq, f_demod } => {
+            keys.set_item("iq", iq.into_pyarray(py))?;
+            keys.set_item("f_demod", f_demod)?;
+        }
+    }
+    keys.set_item("fs", data.fs)?;
+    keys.set_item("t0", data.t0.into_pyarray(py))?;
+    keys.set_item("element_x", data.element_x.into_pyarray(py))?;
+    for (key, places) in [
+        ("element_z", data.element_z),
+        ("element_angle", data.element_angle),
+    ] {
+        keys.set_item(key, places.map(|places| places.into_pyarray(py)))?;
+    }
+    let lens = Some(data.lens_delay).filter(|&delay| delay != 0.0);
+    keys.set_item("lens_delay", lens)?;
+    keys.set_item("c", data.c)?;
+    keys.set_item("f0", data.f0)?;
+    match data.transmits {
+        Transmits::Focused { x, focus, f_number } => {
+            keys.set_item("tx_x", x.into_pyarray(py))?;
+            keys.set_item("tx_focus", focus.into_pyarray(py))?;
+            keys.set_item("tx_fnumber", f_number)?;
+        }
+        Transmits::Plane { angle } => keys.set_item("tx_angle", angle.into_pyarray(py))?,
+        Transmits::Element { index } => {
+            let index: Vec<i64> = index.into_iter().map(|i| i as i64).collect();
+            keys.set_item("tx_element", index.into_pyarray(py))?;
+        }
+        Transmits::VirtualSource { x, z } => {
+            keys.set_item("tx_source_x", x.into_pyarray(py))?;
+            keys.set_item("tx_source_z", z.into_pyarray(py))?;
+        }
+        Transmits::Delays { delay } => keys.set_item("tx_delay", delay.into_pyarray(py))?,
+    }
+    Ok(keys)
+}

@@ -1,0 +1,30 @@
+//! The Python package's native half: NumPy arrays in and out of the host's drive of the core.
+//!
+//! `package/bonebeam` is the other half, in Python: it brings arrays into shape and order, names the
+//! defaults, and has the documentation. Here nothing is computed. Arrays are read where they are and
+//! written in place, and the interpreter's lock is given back meanwhile.
+
+mod beamformer;
+mod delay;
+mod error;
+mod files;
+mod images;
+mod parameters;
+mod simulate;
+mod threads;
+
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::beamformer::Beamformer;
+    #[pymodule_export]
+    use crate::delay::{beamform_channel_data, delay, even_beams};
+    #[pymodule_export]
+    use crate::files::read;
+    #[pymodule_export]
+    use crate::images::{bmode, phase_symmetry};
+    #[pymodule_export]
+    use crate::parameters::{BeamformParameters, defaults};
+    #[pymodule_export]
+    use crate::simulate::simulate;
+}

@@ -1,0 +1,26 @@
+//! Phantom → channel data.
+
+use std::num::NonZeroUsize;
+
+use host_sim::commands::simulate::recorded;
+use host_sim::config::Simulate;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::refused;
+use crate::files::channel_data;
+use crate::threads::threads;
+
+/// Channel data of section `[simulate]`, given as JSON, by the keys of the `.npz` contract.
+#[pyfunction]
+pub fn simulate<'py>(
+    py: Python<'py>,
+    section: &str,
+    threads: Option<NonZeroUsize>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let pool = self::threads(threads)?;
+    let mut section: Simulate = serde_json::from_str(section).map_err(refused)?;
+    section.validate().map_err(refused)?;
+    let data = py.detach(|| pool.install(|| recorded(&mut section, &|_| {})));
+    channel_data(py, data.map_err(refused)?)
+}

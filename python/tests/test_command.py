@@ -1,0 +1,173 @@
+"""The same bits and the same words as the command's."""
+
+import json
+
+import numpy as np
+import pytest
+
+import bonebeam
+from bonebeam import _native
+from conftest import same_bits
+
+METHODS = [
+    {"method": "das"},
+    {"method": "mv", "temporal_half_window": 1},
+    {"method": "mv", "covariance": "forward", "diagonal_loading": 0.01},
+    {"method": "esmv", "beta": 0.1, "subaperture_ratio": 0.4},
+    {"method": "esmv", "rank": 3},
+    {"method": "esmv-rank1", "temporal_half_window": 2},
+    {"method": "esmv-rank1", "exclude_first": True},
+]
+
+
+def flags(parameters):
+    words = []
+    for key, value in parameters.items():
+        words.append("--" + key.replace("_", "-"))
+        if value is not True:
+            words.append(str(value))
+    return words
+
+
+def saved(lines):
+    return {key: np.asarray(value) for key, value in vars(lines).items()}
+
+
+@pytest.mark.parametrize("parameters", METHODS)
+def test_aligned_data_have_the_bits_of_the_command(command, folder, aligned, parameters):
+    recording = folder / "delayed.npz"
+    np.savez(recording, x=aligned, fs=20e6, t0=1e-5)
+    assert command("beamform", recording, *flags(parameters), "-o", folder / "lines.npz") == ""
+    expected = np.load(folder / "lines.npz")
+
+    assert same_bits(bonebeam.beamform(aligned, **parameters), expected["z"])
+    lines = saved(bonebeam.beamform(bonebeam.read(recording), **parameters))
+    for key in expected.files:
+        assert same_bits(lines[key], expected[key]), key
+
+
+@pytest.mark.parametrize("kind", ["point", "plane"])
+@pytest.mark.parametrize("parameters", METHODS[:2])
+def test_channel_data_have_the_bits_of_the_command(command, folder, request, kind, parameters):
+    data = request.getfixturevalue(kind)
+    recording = folder / "recording.npz"
+    np.savez(recording, **data.keys())
+    delays = {"f_number": 1.2, "min_elements": 4, "depth_start": 0.012, "depth_end": 0.018}
+    words = flags({**parameters, **delays})
+    assert command("beamform", recording, *words, "-o", folder / "lines.npz") == ""
+    expected = np.load(folder / "lines.npz")
+
+    told = bonebeam.beamform(data, **parameters, **delays)
+    read = bonebeam.beamform(bonebeam.read(recording), **parameters, **delays)
+    steps = bonebeam.beamform(bonebeam.delay(data, **delays), **parameters)
+    for lines in map(saved, (told, read, steps)):
+        for key in expected.files:
+            assert same_bits(lines[key], expected[key]), key
+
+
+def test_images_and_maps_have_the_bits_of_the_command(command, folder, point):
+    np.savez(folder / "recording.npz", **point.keys())
+    image, bones = folder / "image.npy", folder / "map.npy"
+    shape = ["--rows", 64, "--columns", 128, "--dynamic-range", 50, "--median"]
+    outputs = ["-o", folder / "lines.npz", "--image", image]
+    assert command("beamform", folder / "recording.npz", *shape, *outputs) == ""
+    filters = ["--scales", "2^-4,2^-5", "--threshold", 10]
+    assert command("phase-symmetry", image, *filters, "-o", bones) == ""
+
+    lines = bonebeam.beamform(point)
+    pixels = bonebeam.bmode(lines, rows=64, columns=128, dynamic_range=50, median=True).pixels
+    assert same_bits(pixels, np.load(image))
+    mapped = bonebeam.phase_symmetry(pixels, scales=[2**-4, 2**-5], threshold=10)
+    assert same_bits(mapped, np.load(bones))
+
+
+def test_a_simulation_is_that_of_the_command(command, folder, point):
+    scanner = {"elements": 32, "beams": 12, "first_beam": 10.0, "noise": -40.0}
+    scanner |= {"depth_start": 0.01, "depth_end": 0.02}
+    words = [f"{key} = {value}" for key, value in scanner.items()]
+    text = '[simulate]\nphantom = "point"\n[simulate.scanner]\n' + "\n".join(words)
+    (folder / "scanner.toml").write_text(text)
+    told = command("simulate", "--config", folder / "scanner.toml", "-o", folder / "point.npz")
+    assert told == ""
+    expected = np.load(folder / "point.npz")
+    assert sorted(expected.files) == sorted(point.keys())
+    for key in expected.files:
+        assert same_bits(np.asarray(getattr(point, key)), expected[key]), key
+
+
+def test_the_defaults_are_those_of_the_command():
+    told = json.loads(_native.defaults())
+    for function, section in [
+        (bonebeam.Beamformer.__init__, "beamform"),
+        (bonebeam.beamform, "beamform"),
+        (bonebeam.bmode, "image"),
+        (bonebeam.phase_symmetry, "phase_symmetry"),
+        (bonebeam.simulate, "simulate"),
+    ]:
+        ours = function.__kwdefaults__ | ({"phantom": "vertebra"} if section == "simulate" else {})
+        for key, value in told[section].items():
+            if ours.get(key) is not None:
+                ours[key] = list(ours[key]) if isinstance(ours[key], tuple) else ours[key]
+                assert ours[key] == value, f"{function.__name__}: {key}"
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [
+        {"method": "esmv", "beta": 2.0},
+        {"method": "mv", "beta": 0.1},
+        {"method": "esmv", "beta": 0.1, "rank": 2},
+        {"method": "esmv", "rank": 0},
+        {"subaperture_ratio": 1.5},
+        {"diagonal_loading": -1.0},
+        {"temporal_half_window": 90},
+        {"threads": 300},
+    ],
+)
+def test_what_is_refused_is_told_in_the_words_of_the_command(command, folder, aligned, parameters):
+    recording = folder / "delayed.npz"
+    np.savez(recording, x=aligned, fs=20e6, t0=0.0)
+    told = command("beamform", recording, *flags(parameters), "-o", folder / "lines.npz")
+    assert told
+    with pytest.raises(ValueError) as refused:
+        bonebeam.beamform(aligned, **parameters)
+    assert str(refused.value) == told
+
+
+def test_a_file_is_refused_in_the_words_of_the_command(command, folder):
+    (folder / "text.npz").write_text("no archive")
+    np.savez(folder / "neither.npz", y=np.ones(3))
+    np.savez(folder / "real.npz", x=np.ones((2, 3, 4)), fs=1e6, t0=0.0)
+    for name in ["missing.npz", "text.npz", "neither.npz", "real.npz"]:
+        told = command("beamform", folder / name, "-o", folder / "lines.npz")
+        with pytest.raises(ValueError) as refused:
+            bonebeam.read(folder / name)
+        assert str(refused.value) == told, name
+
+
+def test_channel_data_are_refused_in_the_words_of_the_command(command, folder, plane):
+    for key, value in [
+        ("c", 1.54),
+        ("element_x", 1e3 * plane.element_x),
+        ("tx_angle", np.array([-10.0, 0.0, 10.0])),
+        ("f0", 40e6),
+        ("t0", np.array([0.0, np.nan, 0.0])),
+    ]:
+        keys = plane.keys() | {key: value}
+        recording = folder / f"{key}.npz"
+        np.savez(recording, **keys)
+        told = command("beamform", recording, "-o", folder / "lines.npz")
+        with pytest.raises(ValueError) as refused:
+            bonebeam.beamform(bonebeam.ChannelData(**keys))
+        # The command names the file as well.
+        assert told == f"{recording}: {refused.value}", key
+
+
+def test_doubts_are_warnings(plane):
+    with pytest.warns(UserWarning, match="what lies outside is zero"):
+        bonebeam.beamform(plane, method="das", depth_start=0.0)
+
+
+def test_a_workspace_beyond_all_memory_is_refused():
+    with pytest.raises(ValueError, match=r"K\) 10000000 and a subaperture of 16 elements take \d+ MB"):
+        bonebeam.Beamformer(32, method="mv", temporal_half_window=10_000_000)
