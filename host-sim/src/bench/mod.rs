@@ -14,6 +14,7 @@ mod naive;
 mod naive_phase_symmetry;
 mod operations;
 mod peak;
+mod peers;
 mod phase_symmetry;
 mod report;
 mod scipy;
@@ -52,6 +53,8 @@ pub enum Section {
     Delay,
     /// Phase symmetry against naive rustfft, and scipy where it is installed
     PhaseSymmetry,
+    /// A frame against USTB, zea and ultraspy, where Python has them
+    Peers,
 }
 
 impl fmt::Display for Section {
@@ -150,5 +153,6 @@ fn measure(
         Section::Frames => frames::frames(settings, step),
         Section::Delay => delay::against_beamforming(settings, step),
         Section::PhaseSymmetry => phase_symmetry::phase_symmetry(settings, step),
+        Section::Peers => peers::peers(settings, step),
     }
 }
