@@ -112,7 +112,8 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
                 let mut work = peer.here(&x, &recording)?;
                 let ours = work()?;
                 let theirs = read_npy(folder.path().join(format!("{}.npy", peer.name)));
-                let theirs: Array2<Complex<f32>> = theirs.map_err(|e| Error::Data(e.to_string()))?;
+                let theirs: Array2<Complex<f32>> =
+                    theirs.map_err(|e| Error::Data(e.to_string()))?;
                 let difference = peer.equal(ours.view(), theirs.view())?;
                 // As near to Python's time as can be.
                 let here = fastest(settings.budget, || drop(black_box(work())));
@@ -206,7 +207,8 @@ impl Recording {
         let points: [[f64; 2]; 3] = [[-3e-3, 8e-3], [0.4e-3, 9e-3], [4e-3, 10e-3]];
         let analytic = Array3::from_shape_fn((index.len(), ELEMENTS, SAMPLES), |(t, m, n)| {
             let echo = |[x, z]: [f64; 2]| {
-                let arrival = ((element_x[index[t]] - x).hypot(z) + (element_x[m] - x).hypot(z)) / c;
+                let arrival =
+                    ((element_x[index[t]] - x).hypot(z) + (element_x[m] - x).hypot(z)) / c;
                 let late = n as f64 / fs - arrival;
                 let envelope = (-(late * 0.5 * f0).powi(2)).exp();
                 Complex::from_polar(envelope, std::f64::consts::TAU * f0 * late)
