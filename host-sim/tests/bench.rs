@@ -56,6 +56,31 @@ fn the_core_agrees_with_faer_and_rustfft_in_every_comparison() {
     assert!(phase_symmetry.rows[0].difference.unwrap() < 1e-4);
 }
 
+/// Each is measured, or the table says why not: most machines have none of them.
+#[test]
+fn packages_for_python_are_compared_where_they_are_installed() {
+    let folder = tempdir().unwrap();
+    let report = report(&folder, "--quick --only peers");
+    let [peers] = &report.tables[..] else {
+        panic!("{} tables", report.tables.len());
+    };
+    for (name, key) in [("USTB", "ustb"), ("zea", "zea"), ("ultraspy", "ultraspy")] {
+        match peers.rows.iter().find(|row| row.work.ends_with(name)) {
+            Some(row) => {
+                let difference = row.difference.unwrap();
+                assert!(difference > 0.0 && difference < 2e-3, "{row:?}");
+                println!("{}: {:?}", row.work, row.result);
+            }
+            None => assert!(
+                peers.method.contains(&format!("{key} was left out: "))
+                    || peers.method.contains("All were left out: "),
+                "{}",
+                peers.method
+            ),
+        }
+    }
+}
+
 #[test]
 fn one_instruction_set_can_be_forced() {
     let folder = tempdir().unwrap();

@@ -1,11 +1,16 @@
 """What comes in, where results go, and what is refused."""
 
+import multiprocessing
 import threading
+import time
+import tracemalloc
+import warnings
 
 import numpy as np
 import pytest
 
 import bonebeam
+from bonebeam._arrays import taken
 from conftest import echoes, same_bits
 
 
@@ -84,6 +89,8 @@ def test_other_orders_and_types_are_copied(aligned):
     assert same_bits(bonebeam.beamform(foreign, method="mv"), expected)
     odd = np.empty(aligned.nbytes + 1, np.uint8)[1:].view(np.complex64).reshape(aligned.shape)
     odd[...] = aligned
+    # Where a processor reads such numbers all the same, the language does not allow it.
+    assert taken("x", odd, np.complex64, "bse", ["complex64"]).flags.aligned
     assert same_bits(bonebeam.beamform(odd, method="mv"), expected)
     every_other = echoes((6, 180, 32))[:, ::2]
     copied = np.ascontiguousarray(every_other)
@@ -101,7 +108,6 @@ def test_arrays_of_other_libraries_are_taken(aligned):
 
 
 def test_nothing_is_copied_that_need_not_be(aligned):
-    tracemalloc = pytest.importorskip("tracemalloc")
     x = echoes((64, 200, 64))
     out = np.empty(x.shape[:2], np.complex64)
     beamformer = bonebeam.Beamformer(64, method="das", threads=1)
@@ -206,10 +212,10 @@ def test_the_largest_workspace_needs_no_large_stack():
     assert same_bits(results[0], expected)
 
 
-def test_other_threads_of_python_go_on(aligned):
-    """The interpreter's lock is given back: another thread counts while a frame is beamformed."""
+def test_other_threads_of_python_go_on():
+    """The interpreter's lock is given back: this thread wakes up while another one beamforms. Else it
+    would sleep until that is done."""
     x = echoes((64, 200, 64))
-    counted = 0
     done = threading.Event()
 
     def beamform():
@@ -218,10 +224,12 @@ def test_other_threads_of_python_go_on(aligned):
 
     thread = threading.Thread(target=beamform)
     thread.start()
+    woken = 0
     while not done.is_set():
-        counted += 1
+        time.sleep(1e-3)
+        woken += 1
     thread.join()
-    assert counted > 1000
+    assert woken > 5
 
 
 def test_one_beamformer_serves_several_threads():
@@ -242,7 +250,6 @@ def test_one_beamformer_serves_several_threads():
 
 
 def test_a_forked_process_is_told_to_make_its_own():
-    multiprocessing = pytest.importorskip("multiprocessing")
     if "fork" not in multiprocessing.get_all_start_methods():
         pytest.skip("this system does not fork")
     beamformer = bonebeam.Beamformer(16, method="das")
@@ -259,8 +266,6 @@ def test_a_forked_process_is_told_to_make_its_own():
 
     context = multiprocessing.get_context("fork")
     ours, theirs = context.Pipe()
-    import warnings
-
     with warnings.catch_warnings():
         # That a process with threads is forked is the point.
         warnings.simplefilter("ignore", DeprecationWarning)

@@ -81,15 +81,27 @@ def test_images_and_maps_have_the_bits_of_the_command(command, folder, point):
     assert same_bits(mapped, np.load(bones))
 
 
-def test_a_simulation_is_that_of_the_command(command, folder, point):
+def test_a_padded_map_has_the_bits_of_the_command(command, folder):
+    image = np.zeros((60, 100), np.float32)
+    image[40:43, 20:] = 200
+    np.save(folder / "image.npy", image)
+    words = ["--pad", "--scales", "2^-4", "-o", folder / "map.npy"]
+    assert command("phase-symmetry", folder / "image.npy", *words) == ""
+    mapped = bonebeam.phase_symmetry(image, scales=[2**-4], pad=True)
+    assert mapped.max() > 0.1
+    assert same_bits(mapped, np.load(folder / "map.npy"))
+
+
+def test_a_simulation_is_that_of_the_command(command, folder):
     scanner = {"elements": 32, "beams": 12, "first_beam": 10.0, "noise": -40.0}
     scanner |= {"depth_start": 0.01, "depth_end": 0.02}
     words = [f"{key} = {value}" for key, value in scanner.items()]
-    text = '[simulate]\nphantom = "point"\n[simulate.scanner]\n' + "\n".join(words)
+    text = '[simulate]\nphantom = "point"\noffset = 4e-4\n[simulate.scanner]\n' + "\n".join(words)
     (folder / "scanner.toml").write_text(text)
     told = command("simulate", "--config", folder / "scanner.toml", "-o", folder / "point.npz")
     assert told == ""
     expected = np.load(folder / "point.npz")
+    point = bonebeam.simulate("point", offset=4e-4, scanner=scanner)
     assert sorted(expected.files) == sorted(point.keys())
     for key in expected.files:
         assert same_bits(np.asarray(getattr(point, key)), expected[key]), key
