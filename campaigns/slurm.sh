@@ -38,9 +38,14 @@ MpiDefault=none
 MinJobAge=600
 ReturnToService=2
 NodeName=$host NodeAddr=127.0.0.1 CPUs=$(nproc) RealMemory=1000 State=UNKNOWN
-PartitionName=all Nodes=$host Default=YES MaxTime=INFINITE State=UP
+PartitionName=queue Nodes=$host Default=YES MaxTime=INFINITE State=UP
 END
 export SLURM_CONF="$folder/slurm.conf"
+# Snakemake takes that variable from the steps of a job, which would be right for /etc/slurm/slurm.conf.
+mkdir -p "$folder/bin"
+printf '#!/bin/sh\nSLURM_CONF=%s exec %s "$@"\n' "$SLURM_CONF" "$(command -v srun)" >"$folder/bin/srun"
+chmod +x "$folder/bin/srun"
+export PATH="$folder/bin:$PATH"
 
 started=
 # Only what was started here is ended.

@@ -29,7 +29,7 @@ def rows(lines, maps):
         yield parameters(path) | dict(flat(told)) | shown
 
 
-table = list(rows(snakemake.input.lines, snakemake.input.maps))  # noqa: F821, Snakemake's own
+table = list(rows(snakemake.input.json, snakemake.input.maps))  # noqa: F821, Snakemake's own
 with open(snakemake.output[0], "w", newline="") as file:  # noqa: F821
     writer = csv.DictWriter(file, fieldnames=table[0])
     writer.writeheader()
