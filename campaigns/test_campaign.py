@@ -79,6 +79,12 @@ def test_a_campaign_runs_goes_on_and_then_has_nothing_to_do(tmp_path):
     assert status == 0 and "Nothing to be done" in text, text
     assert outputs(tmp_path) == after
 
+    # Other flags of a step: that step again, and what comes of it.
+    flags = "phase_symmetry=--scales 2^-5"
+    status, text = snakemake(tmp_path, "--config", flags, "--dry-run", "--quiet", "rules")
+    counts = dict(re.findall(r"^(\w+) +(\d+)$", text, re.MULTILINE))
+    assert counts == {"phase_symmetry": "4", "table": "1", "total": "5"}, text
+
 
 def test_a_step_that_fails_is_told_and_leaves_no_output(tmp_path):
     if ON_SLURM:
