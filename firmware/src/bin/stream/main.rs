@@ -1,0 +1,188 @@
+//! A scanner's processor: blocks from an interrupt to bone maps, in statics.
+//!
+//! A timer's interrupt stands in for the front end and its DMA: see `scanner`. The main loop receives
+//! blocks, makes lines, images and maps of them, and logs through defmt over semihosting: faults as they
+//! come, a hash a frame, at the end instructions a stage and how far queues and stack were filled.
+//! Frame 7 shows what happens where the main loop does not keep up.
+//!
+//! `tests/run stream` decodes the log and compares it with `firmware/stream.log`, and the hashes with those
+//! of a workstation.
+
+#![no_std]
+#![no_main]
+
+mod clock;
+mod scanner;
+
+use bonebeam::Error;
+use bonebeam::pipeline::Pipeline;
+use clock::Clock;
+use cortex_m_rt::entry;
+use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
+use defmt::{error, info, warn};
+use defmt_semihosting as _;
+use firmware::exit;
+use static_cell::{ConstStaticCell, StaticCell};
+use stream::scan::{self, BEAMS, LineWorkspace, ScanBlock, ScanMemory, TRANSMIT};
+use stream::{Chain, Pool, Sequence, Sink};
+
+/// Blocks: as many as come while a map is made, and one that is being filled.
+const BLOCKS: usize = 12;
+/// From one transmit to the next, instructions: a line, and its share of image and map.
+const PERIOD: u32 = 4_000_000;
+/// Frames that the scanner begins before the image ends.
+const FRAMES: u32 = 10;
+/// The frame after which the main loop stalls.
+const STALL: u32 = 6;
+/// The most instructions of a line and of a frame, 3 to 5 % above what was counted: more is a failure.
+const BOUNDS: (u32, u32) = (4_100_000, 103_000_000);
+
+type Blocks = Pool<ScanBlock, BLOCKS, { BLOCKS + 1 }>;
+
+static POOL: ConstStaticCell<Blocks> =
+    ConstStaticCell::new(Pool::new([const { ScanBlock::filled(0) }; BLOCKS]));
+static MEMORY: ConstStaticCell<ScanMemory> = ConstStaticCell::new(ScanMemory::new());
+static WORKSPACE: ConstStaticCell<LineWorkspace> = ConstStaticCell::new(LineWorkspace::new());
+static PIPELINE: StaticCell<Pipeline<'static>> = StaticCell::new();
+
+#[entry]
+fn main() -> ! {
+    cortex_m_stack::repaint_stack();
+    let Some(peripherals) = cortex_m::Peripherals::take() else {
+        exit(EXIT_FAILURE)
+    };
+    let clock = Clock::start(peripherals.SYST, PERIOD);
+    match run(&clock) {
+        Ok(true) => exit(EXIT_SUCCESS),
+        Ok(false) => error!("more instructions than src/bin/stream allows"),
+        Err(refused) => error!("{}", refused),
+    }
+    exit(EXIT_FAILURE)
+}
+
+/// What a stage took over all of its runs.
+#[derive(Default)]
+struct Stage {
+    runs: u32,
+    sum: u64,
+    most: u32,
+}
+
+impl Stage {
+    fn add(&mut self, instructions: u32) {
+        self.runs += 1;
+        self.sum += u64::from(instructions);
+        self.most = self.most.max(instructions);
+    }
+
+    fn mean(&self) -> u64 {
+        self.sum / u64::from(self.runs.max(1))
+    }
+}
+
+fn run(clock: &Clock) -> Result<bool, Error> {
+    let begin = clock.now();
+    let pipeline = plan()?;
+    let mut chain = Chain::new(pipeline, MEMORY.take().view())?;
+    let mut workspace = WORKSPACE.take().view();
+    let set_up = clock.since(begin);
+    let set_up_stack = stack_used();
+    cortex_m_stack::repaint_stack();
+
+    let (source, mut sink) = POOL.take().split();
+    let mut sequence = Sequence::new(BEAMS as u16);
+    let (mut lines, mut images, mut maps) = (Stage::default(), Stage::default(), Stage::default());
+    scanner::start(source);
+    loop {
+        wait(&sink);
+        let Some(block) = sink.receive() else {
+            continue;
+        };
+        let frame = block.sequence / BEAMS as u32;
+        if frame == FRAMES {
+            break;
+        }
+        let verdict = sequence.check(block.sequence, block.beam, block.overflow);
+        for fault in verdict.faults.into_iter().flatten() {
+            warn!("{}", fault);
+        }
+        if let Some(line) = verdict.line {
+            let begin = clock.now();
+            chain.line(line.into(), TRANSMIT, &block, &mut workspace)?;
+            lines.add(clock.since(begin));
+        }
+        // The block is free for the next acquisition while image and map are made.
+        drop(block);
+        if verdict.whole {
+            let begin = clock.now();
+            let image = scan::hash(chain.image()?);
+            images.add(clock.since(begin));
+            let begin = clock.now();
+            let map = scan::hash(chain.map()?);
+            maps.add(clock.since(begin));
+            info!(
+                "frame {}: image {:016x} bone map {:016x}",
+                frame, image, map
+            );
+            if frame == STALL {
+                info!("high water: {} of {} blocks", sink.most_waiting(), BLOCKS);
+                while sink.counters().drops() < 3 {}
+                warn!("stalled until 3 acquisitions were dropped");
+            }
+        }
+    }
+    scanner::stop();
+
+    let counters = sink.counters();
+    info!("{} blocks, {} dropped", counters.blocks(), counters.drops());
+    info!("high water: {} of {} blocks", sink.most_waiting(), BLOCKS);
+    info!(
+        "a block waits for at most {} samples",
+        BLOCKS * scan::SAMPLES
+    );
+    let (interrupt, times) = clock::interrupts();
+    info!("count set-up: {}", set_up);
+    info!(
+        "count interrupt: {} mean",
+        interrupt / u64::from(times.max(1))
+    );
+    for (name, stage) in [("line", &lines), ("image", &images), ("map", &maps)] {
+        info!("count {}: {} mean, {} most", name, stage.mean(), stage.most);
+    }
+    let frame = BEAMS as u64 * lines.mean() + images.mean() + maps.mean();
+    info!("count frame: {} mean", frame);
+    info!(
+        "count memory: pool {}, chain {}, workspace {}, pipeline {}",
+        Blocks::BYTES,
+        ScanMemory::BYTES,
+        LineWorkspace::BYTES,
+        size_of::<Pipeline>()
+    );
+    info!(
+        "count stack: {} at set-up, {} afterwards",
+        set_up_stack,
+        stack_used()
+    );
+    Ok(lines.most <= BOUNDS.0 && frame <= BOUNDS.1.into())
+}
+
+/// The plan, in its static. Not inlined: what it takes of the stack until it lies there, `run` does not keep.
+#[inline(never)]
+fn plan() -> Result<&'static Pipeline<'static>, Error> {
+    Ok(PIPELINE.init(scan::pipeline()?))
+}
+
+/// The most bytes of stack since it was last painted.
+fn stack_used() -> u32 {
+    cortex_m_stack::stack_size() - cortex_m_stack::stack_painted()
+}
+
+/// Sleeps until a block is ready. Interrupts are held back between the look and the sleep, which ends all
+/// the same when one is pending.
+fn wait(sink: &Sink<ScanBlock>) {
+    cortex_m::interrupt::free(|_| {
+        if sink.waiting() == 0 {
+            cortex_m::asm::wfi();
+        }
+    });
+}

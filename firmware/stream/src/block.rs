@@ -1,0 +1,54 @@
+//! What a front end delivers of one transmit.
+
+/// What the elements recorded of one transmit: `N` samples of `M` elements, each an `S`, with the head
+/// that the front end puts before them.
+///
+/// `S` is `[i16; 2]` for I/Q, I first, and `i16` for RF.
+///
+/// It begins on a cache line of 32 bytes and fills whole ones, so that invalidating the lines of a block
+/// that DMA has written touches nothing else. The samples begin 8 bytes after the block.
+#[repr(C, align(32))]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block<S, const M: usize, const N: usize> {
+    /// The front end's count of transmits; the one after 2³²−1 is 0.
+    pub sequence: u32,
+    /// Which beam of the frame it is.
+    pub beam: u16,
+    /// What went wrong on the way.
+    pub overflow: Overflow,
+    /// The samples, `[sample][element]`.
+    pub samples: [[S; M]; N],
+}
+
+/// What went wrong on a block's way, as flags.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Overflow(pub u16);
+
+impl Overflow {
+    /// A sample was at the end of the converter's range.
+    pub const CLIPPED: Overflow = Overflow(1 << 0);
+    /// Samples were lost between converter and memory.
+    pub const OVERRUN: Overflow = Overflow(1 << 1);
+
+    /// Whether nothing went wrong.
+    pub const fn is_none(self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl<S: Copy, const M: usize, const N: usize> Block<S, M, N> {
+    /// What it takes.
+    pub const BYTES: usize = size_of::<Self>();
+
+    /// A block of one value.
+    pub const fn filled(value: S) -> Self {
+        Block {
+            sequence: 0,
+            beam: 0,
+            overflow: Overflow(0),
+            samples: [[value; M]; N],
+        }
+    }
+}

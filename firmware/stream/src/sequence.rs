@@ -1,0 +1,124 @@
+//! Which blocks belong to a frame, and what is wrong with those that do not.
+
+use crate::Overflow;
+
+/// What is wrong with a block, or with what came before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Fault {
+    /// Blocks before this one never came.
+    Lost {
+        /// The sequence number that was due.
+        expected: u32,
+        /// The one that came.
+        got: u32,
+    },
+    /// The block came before, or belongs before one that came. It is passed over.
+    Repeated {
+        /// The sequence number that was due.
+        expected: u32,
+        /// The one that came.
+        got: u32,
+    },
+    /// The block's samples are not what the elements recorded.
+    Overflowed {
+        /// Its sequence number.
+        sequence: u32,
+        /// What went wrong.
+        overflow: Overflow,
+    },
+    /// The block is in sequence, and is of another beam than the one that was due.
+    Beam {
+        /// The beam that was due.
+        expected: u16,
+        /// The one that came.
+        got: u16,
+    },
+}
+
+/// What to do with a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Verdict {
+    /// What is wrong: of what came before, and of the block.
+    pub faults: [Option<Fault>; 2],
+    /// The line that the block is for, or `None` where it is to be left.
+    pub line: Option<u16>,
+    /// Whether the frame is whole with this line.
+    pub whole: bool,
+}
+
+/// Follows the blocks of frames of so many beams, which come in the order of their beams.
+///
+/// A frame is whole or not at all: after a fault the rest of the frame is left, and the next frame begins
+/// with its beam 0. Only a repeated block does not harm its frame. All lines of a whole frame are new, so
+/// that nothing of a frame that was left is in the next one.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Sequence {
+    beams: u16,
+    /// The sequence number that is due; none before the first block.
+    due: Option<u32>,
+    /// The beam that is due; none while a frame is left.
+    beam: Option<u16>,
+}
+
+impl Sequence {
+    /// Frames of `beams` beams; none of them has come.
+    pub const fn new(beams: u16) -> Self {
+        Sequence {
+            beams,
+            due: None,
+            beam: None,
+        }
+    }
+
+    /// What to do with a block that has this head.
+    ///
+    /// A sequence number of at most two frames ago is a repeated block. One from further back is a front
+    /// end that began anew: what is missing is [`Fault::Lost`].
+    pub fn check(&mut self, sequence: u32, beam: u16, overflow: Overflow) -> Verdict {
+        let mut lost = None;
+        match self.due {
+            Some(expected) if sequence != expected => {
+                let got = sequence;
+                if expected.wrapping_sub(got) <= 2 * u32::from(self.beams) {
+                    return Verdict {
+                        faults: [Some(Fault::Repeated { expected, got }), None],
+                        line: None,
+                        whole: false,
+                    };
+                }
+                lost = Some(Fault::Lost { expected, got });
+                self.beam = None;
+            }
+            _ => {}
+        }
+        self.due = Some(sequence.wrapping_add(1));
+
+        let own = match self.beam {
+            _ if !overflow.is_none() => Some(Fault::Overflowed { sequence, overflow }),
+            Some(expected) if beam != expected => Some(Fault::Beam {
+                expected,
+                got: beam,
+            }),
+            _ => None,
+        };
+        // Beam 0 begins a frame, whatever came before it.
+        let begins = beam == 0 && beam < self.beams;
+        let line = match own {
+            Some(Fault::Overflowed { .. }) => None,
+            _ if begins => Some(0),
+            None => self.beam,
+            _ => None,
+        };
+        let whole = line.is_some_and(|line| line + 1 >= self.beams);
+        self.beam = line.map(|line| if whole { 0 } else { line + 1 });
+        Verdict {
+            faults: [lost, own],
+            line,
+            whole,
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Blocks between an interrupt and the main loop: none is lost, copied or in two hands.
+
+use std::thread;
+
+use stream::{Block, Pool, Sink, Source};
+
+type Small = Block<[i16; 2], 2, 3>;
+
+fn pool<const COUNT: usize, const SLOTS: usize>() -> (Source<Small>, Sink<Small>) {
+    let blocks = [const { Small::filled([0, 0]) }; COUNT];
+    Box::leak(Box::new(Pool::<_, COUNT, SLOTS>::new(blocks))).split()
+}
+
+/// Hands over a block with this sequence number; whether there was a free one.
+fn acquire(source: &mut Source<Small>, sequence: u32) -> bool {
+    let Some(block) = source.begin() else {
+        return false;
+    };
+    block.sequence = sequence;
+    block.samples = [[[sequence as i16; 2]; 2]; 3];
+    source.complete();
+    true
+}
+
+#[test]
+fn a_block_is_whole_cache_lines() {
+    assert_eq!(align_of::<Small>(), 32);
+    assert_eq!(size_of::<Small>(), 32);
+    assert_eq!(Block::<[i16; 2], 16, 256>::BYTES, 32 + 4 * 16 * 256);
+    assert_eq!(std::mem::offset_of!(Small, samples), 8);
+    let (mut source, _) = pool::<3, 4>();
+    let address = std::ptr::from_mut(source.begin().unwrap()).addr();
+    assert_eq!(address % 32, 0);
+}
+
+#[test]
+fn blocks_come_in_order_and_go_round() {
+    let (mut source, mut sink) = pool::<3, 4>();
+    assert!(sink.receive().is_none());
+    let mut due = 0;
+    for sequence in 0..100 {
+        assert!(acquire(&mut source, sequence));
+        // Every third time two wait.
+        if sequence % 3 != 0 {
+            while let Some(block) = sink.receive() {
+                assert_eq!(block.sequence, due);
+                due += 1;
+            }
+        }
+    }
+    assert_eq!(sink.most_waiting(), 2);
+    assert_eq!(
+        (sink.counters().drops(), sink.counters().blocks()),
+        (0, 100)
+    );
+}
+
+#[test]
+fn no_free_block_is_a_counted_drop() {
+    let (mut source, mut sink) = pool::<3, 4>();
+    let taken: Vec<bool> = (0..5)
+        .map(|sequence| acquire(&mut source, sequence))
+        .collect();
+    assert_eq!(taken, [true, true, true, false, false]);
+    assert_eq!((sink.counters().drops(), sink.counters().blocks()), (2, 3));
+    // What is dropped is the newest: the oldest three are there.
+    for sequence in 0..3 {
+        assert_eq!(sink.receive().unwrap().sequence, sequence);
+    }
+    assert!(acquire(&mut source, 5));
+    assert_eq!(sink.receive().unwrap().sequence, 5);
+    assert_eq!(sink.counters().drops(), 2);
+}
+
+/// While the main loop holds a block, no acquisition writes to it.
+#[test]
+fn a_block_in_hand_is_not_filled() {
+    let (mut source, mut sink) = pool::<2, 3>();
+    assert!(acquire(&mut source, 1));
+    let held = sink.receive().unwrap();
+    assert!(acquire(&mut source, 2));
+    assert!(!acquire(&mut source, 3));
+    assert_eq!((held.sequence, held.samples[2][1]), (1, [1, 1]));
+    drop(held);
+    assert!(acquire(&mut source, 4));
+}
+
+#[test]
+fn what_was_begun_is_given_again() {
+    let (mut source, mut sink) = pool::<1, 2>();
+    let first = std::ptr::from_mut(source.begin().unwrap());
+    assert_eq!(std::ptr::from_mut(source.begin().unwrap()), first);
+    assert!(sink.receive().is_none());
+    source.complete();
+    source.complete();
+    assert!(sink.receive().is_some());
+    assert!(sink.receive().is_none());
+}
+
+/// Two threads, the one that acquires never waiting: every block is either dropped or comes once, whole.
+#[test]
+fn ends_may_run_at_once() {
+    const ACQUISITIONS: u32 = 200_000;
+    let (mut source, mut sink) = pool::<4, 5>();
+    let interrupt = thread::spawn(move || {
+        for sequence in 1..=ACQUISITIONS {
+            acquire(&mut source, sequence);
+        }
+    });
+    let (mut last, mut came) = (0, 0);
+    loop {
+        let over = interrupt.is_finished();
+        let Some(block) = sink.receive() else {
+            if over {
+                break;
+            }
+            continue;
+        };
+        assert!(block.sequence > last);
+        last = block.sequence;
+        assert_eq!(block.samples, [[[last as i16; 2]; 2]; 3]);
+        came += 1;
+    }
+    assert_eq!(came, sink.counters().blocks());
+    assert_eq!(came + sink.counters().drops(), ACQUISITIONS);
+}
