@@ -18,11 +18,6 @@
 use super::fft::is_supported;
 use crate::Error;
 
-/// `σ_r/r₀`.
-const RADIAL_RATIO: f64 = 0.15;
-/// `σ_α` in radians.
-const ANGULAR_DEVIATION: f64 = core::f64::consts::FRAC_PI_6;
-
 /// Segments an octave of `m`; the top bits of a float's mantissa number them.
 const RADIAL_SEGMENTS: usize = 1 << RADIAL_BITS;
 const RADIAL_BITS: u32 = 4;
@@ -35,6 +30,10 @@ const ANGULAR_SEGMENTS: usize = 64;
 
 type Cubic = [f32; 4];
 type Angular = [[Cubic; ANGULAR_SEGMENTS]; 4];
+
+/// The tables, as `tests::record` worked them out. A microcontroller without f64 in hardware took 30
+/// million instructions for it.
+static TABLES: LogGaborTables = LogGaborTables::of(include_bytes!("log_gabor.bin"));
 
 /// Caller-owned memory for the tables of [`LogGabor`].
 ///
@@ -192,6 +191,31 @@ impl LogGaborTables {
     /// What the tables take.
     pub const BYTES: usize = size_of::<Self>();
 
+    /// From the numbers in memory order, each its bytes from the lowest on.
+    const fn of(bytes: &[u8; Self::BYTES]) -> Self {
+        let mut tables = Self::new();
+        let mut at = 0;
+        let mut k = 0;
+        while k < tables.radial.len() {
+            (tables.radial[k], at) = cubic_at(bytes, at);
+            k += 1;
+        }
+        let mut table = 0;
+        while table < tables.angular.len() {
+            let mut face = 0;
+            while face < tables.angular[table].len() {
+                let mut k = 0;
+                while k < ANGULAR_SEGMENTS {
+                    (tables.angular[table][face][k], at) = cubic_at(bytes, at);
+                    k += 1;
+                }
+                face += 1;
+            }
+            table += 1;
+        }
+        tables
+    }
+
     /// Memory for [`LogGabor::new`] to fill.
     pub const fn new() -> Self {
         LogGaborTables {
@@ -207,45 +231,28 @@ impl Default for LogGaborTables {
     }
 }
 
+impl LogGabor<'static> {
+    /// The filters from constants, without memory of their own.
+    ///
+    /// ```
+    /// use bonebeam::phase_symmetry::LogGabor;
+    ///
+    /// static FILTERS: LogGabor = LogGabor::fixed();
+    /// # let _ = FILTERS;
+    /// ```
+    pub const fn fixed() -> Self {
+        LogGabor { tables: &TABLES }
+    }
+}
+
 impl<'a> LogGabor<'a> {
     /// Fills the tables; once serves every size, scale and orientation.
     ///
-    /// 3360 exponentials, 1824 logarithms and 1536 arc tangents in f64.
+    /// They are copied from constants: to where reading is fast, as a microcontroller's RAM is beside its
+    /// flash. [`LogGabor::fixed`] reads the constants where they lie.
     pub fn new(tables: &'a mut LogGaborTables) -> Self {
-        for (k, cubic) in tables.radial.iter_mut().enumerate() {
-            let octave = libm::exp2(f64::from(LOWEST_OCTAVE + (k / RADIAL_SEGMENTS) as i32));
-            let segment = (k % RADIAL_SEGMENTS) as f64;
-            *cubic = Self::cubic(|x| {
-                radial_factor(octave * (1.0 + (segment + x) / RADIAL_SEGMENTS as f64))
-            });
-        }
-        for (angular, orientation) in tables.angular.iter_mut().zip(&ORIENTATIONS) {
-            for (face, cubics) in angular.iter_mut().enumerate() {
-                for (k, cubic) in cubics.iter_mut().enumerate() {
-                    *cubic = Self::cubic(|x| {
-                        let t = (k as f64 + x) * (2.0 / ANGULAR_SEGMENTS as f64) - 1.0;
-                        let theta = face as f64 * core::f64::consts::FRAC_PI_2 + libm::atan(t);
-                        angular_factor(theta - orientation.radians)
-                    });
-                }
-            }
-        }
+        tables.clone_from(&TABLES);
         LogGabor { tables }
-    }
-
-    /// The cubic through a function's values at 0, 1/3, 2/3 and 1.
-    fn cubic(f: impl Fn(f64) -> f64) -> Cubic {
-        let [a, b, c, d] = [f(0.0), f(1.0 / 3.0), f(2.0 / 3.0), f(1.0)];
-        // Newton's forward differences, each divided by its factorial.
-        let first = b - a;
-        let second = (c - 2.0 * b + a) / 2.0;
-        let third = (d - 3.0 * c + 3.0 * b - a) / 6.0;
-        [
-            a as f32,
-            (3.0 * (first - second + 2.0 * third)) as f32,
-            (9.0 * (second - 3.0 * third)) as f32,
-            (27.0 * third) as f32,
-        ]
     }
 
     /// The radial factor of a filter, 0 at the zero frequency.
@@ -301,6 +308,24 @@ fn signed(k: usize, n: usize) -> f32 {
     }
 }
 
+/// Four numbers, and where the next begin.
+const fn cubic_at(bytes: &[u8], at: usize) -> (Cubic, usize) {
+    let mut cubic = [0.0; 4];
+    let mut k = 0;
+    while k < 4 {
+        let from = at + 4 * k;
+        let number = [
+            bytes[from],
+            bytes[from + 1],
+            bytes[from + 2],
+            bytes[from + 3],
+        ];
+        cubic[k] = f32::from_le_bytes(number);
+        k += 1;
+    }
+    (cubic, at + 16)
+}
+
 fn evaluate(table: &[Cubic], segment: usize, x: f32) -> f32 {
     match table.get(segment) {
         Some([a, b, c, d]) => a + x * (b + x * (c + x * d)),
@@ -308,23 +333,96 @@ fn evaluate(table: &[Cubic], segment: usize, x: f32) -> f32 {
     }
 }
 
-/// The radial factor at `m = (r/r₀)²`.
-fn radial_factor(m: f64) -> f64 {
-    let z = 0.5 * libm::log(m) / libm::log(RADIAL_RATIO);
-    libm::exp(-0.5 * z * z)
-}
-
-/// The angular factor at an angle from the filter's direction, in (−2π, 3π).
-fn angular_factor(angle: f64) -> f64 {
-    use core::f64::consts::PI;
-    let wrapped = if angle > PI { angle - 2.0 * PI } else { angle };
-    let z = wrapped / ANGULAR_DEVIATION;
-    libm::exp(-0.5 * z * z)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::boxed::Box;
+
+    /// `σ_r/r₀`.
+    const RADIAL_RATIO: f64 = 0.15;
+    /// `σ_α` in radians.
+    const ANGULAR_DEVIATION: f64 = core::f64::consts::FRAC_PI_6;
+
+    /// The tables from the functions: 3360 exponentials, 1824 logarithms and 1536 arc tangents in f64.
+    fn from_the_functions() -> Box<LogGaborTables> {
+        let mut tables = Box::new(LogGaborTables::new());
+        for (k, out) in tables.radial.iter_mut().enumerate() {
+            let octave = libm::exp2(f64::from(LOWEST_OCTAVE + (k / RADIAL_SEGMENTS) as i32));
+            let segment = (k % RADIAL_SEGMENTS) as f64;
+            *out =
+                cubic(|x| radial_factor(octave * (1.0 + (segment + x) / RADIAL_SEGMENTS as f64)));
+        }
+        for (angular, orientation) in tables.angular.iter_mut().zip(&ORIENTATIONS) {
+            for (face, cubics) in angular.iter_mut().enumerate() {
+                for (k, out) in cubics.iter_mut().enumerate() {
+                    *out = cubic(|x| {
+                        let t = (k as f64 + x) * (2.0 / ANGULAR_SEGMENTS as f64) - 1.0;
+                        let theta = face as f64 * core::f64::consts::FRAC_PI_2 + libm::atan(t);
+                        angular_factor(theta - orientation.radians)
+                    });
+                }
+            }
+        }
+        tables
+    }
+
+    fn bytes(tables: &LogGaborTables) -> impl Iterator<Item = u8> {
+        let angular = tables.angular.as_flattened().as_flattened();
+        let cubics = tables.radial.iter().chain(angular);
+        cubics.flatten().flat_map(|number| number.to_le_bytes())
+    }
+
+    #[test]
+    fn the_constants_are_the_functions_values() {
+        let tables = from_the_functions();
+        assert!(bytes(&tables).eq(bytes(&TABLES)));
+        let mut copied = LogGaborTables::new();
+        LogGabor::new(&mut copied);
+        assert!(bytes(&tables).eq(bytes(&copied)));
+        assert_eq!(bytes(&tables).count(), LogGaborTables::BYTES);
+    }
+
+    /// Writes the constants anew, after a change of the functions or of the segments:
+    /// `cargo test -p bonebeam --lib log_gabor::tests::record -- --ignored`.
+    #[test]
+    #[ignore = "writes into the source"]
+    fn record() {
+        let path = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/src/phase_symmetry/log_gabor.bin"
+        );
+        let bytes: std::vec::Vec<u8> = bytes(&from_the_functions()).collect();
+        std::fs::write(path, bytes).unwrap();
+    }
+
+    /// The cubic through a function's values at 0, 1/3, 2/3 and 1.
+    fn cubic(f: impl Fn(f64) -> f64) -> Cubic {
+        let [a, b, c, d] = [f(0.0), f(1.0 / 3.0), f(2.0 / 3.0), f(1.0)];
+        // Newton's forward differences, each divided by its factorial.
+        let first = b - a;
+        let second = (c - 2.0 * b + a) / 2.0;
+        let third = (d - 3.0 * c + 3.0 * b - a) / 6.0;
+        [
+            a as f32,
+            (3.0 * (first - second + 2.0 * third)) as f32,
+            (9.0 * (second - 3.0 * third)) as f32,
+            (27.0 * third) as f32,
+        ]
+    }
+
+    /// The radial factor at `m = (r/r₀)²`.
+    fn radial_factor(m: f64) -> f64 {
+        let z = 0.5 * libm::log(m) / libm::log(RADIAL_RATIO);
+        libm::exp(-0.5 * z * z)
+    }
+
+    /// The angular factor at an angle from the filter's direction, in (−2π, 3π).
+    fn angular_factor(angle: f64) -> f64 {
+        use core::f64::consts::PI;
+        let wrapped = if angle > PI { angle - 2.0 * PI } else { angle };
+        let z = wrapped / ANGULAR_DEVIATION;
+        libm::exp(-0.5 * z * z)
+    }
 
     /// Every gain of every filter against Eq. 9 as it stands, in f64.
     #[test]
