@@ -16,7 +16,8 @@ pub struct Active {
 }
 
 /// Steps a pitch to which a beam's position is rounded.
-const GRID: f64 = 1_048_576.0; // 2^20
+pub(super) const GRID: f64 = (1u32 << GRID_BITS) as f64;
+pub(super) const GRID_BITS: u32 = 20;
 
 /// Which elements take part at each depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,6 +112,20 @@ impl Aperture {
         self.elements
     }
 
+    /// m at a depth, before it is cut at the array's ends: a whole number.
+    pub(super) fn width(&self, depth: f64) -> f64 {
+        let array = self.elements as f64;
+        let mut wide = self.min_elements as f64;
+        let grown = libm::round(depth / self.depth_per_element);
+        if grown > wide {
+            wide = grown;
+        }
+        if wide > array {
+            wide = array;
+        }
+        wide
+    }
+
     /// The active elements for a beam (or pixel column) at `beam` pitches from element 0, at
     /// `depth` m: m = clamp(round(z/(F# · pitch)), m_min, M), halves rounded up; the first is
     /// ⌈beam − m/2⌉, with the beam taken to a millionth of a pitch, so that a beam on an element is
@@ -124,14 +139,7 @@ impl Aperture {
             };
         }
         let array = self.elements as f64;
-        let mut wide = self.min_elements as f64;
-        let grown = libm::round(depth / self.depth_per_element);
-        if grown > wide {
-            wide = grown;
-        }
-        if wide > array {
-            wide = array;
-        }
+        let wide = self.width(depth);
         let beam = libm::round(beam * GRID) / GRID;
         let first = libm::ceil(beam - wide / 2.0);
         let end = first + wide;

@@ -14,6 +14,7 @@ mod lines;
 mod ray;
 mod scan;
 mod transmit;
+mod widths;
 
 pub use aperture::{Active, Aperture, ApertureParameters};
 pub use array::{Array, Element};
@@ -23,3 +24,4 @@ pub use lines::Lines;
 pub use ray::Ray;
 pub use scan::{Scan, ScanParameters};
 pub use transmit::{Transmit, TransmitLaw};
+pub use widths::{Foot, Widths};

@@ -6,7 +6,7 @@ use crate::beamform::WorkspaceView;
 use crate::covariance::Averaging;
 use crate::error::check_length;
 use crate::focus::Record;
-use crate::geometry::Transmit;
+use crate::geometry::{Transmit, Widths};
 use crate::image::envelope;
 use crate::phase_symmetry::{External, Kernels, LogGabor, Microfft, StripSlices};
 use crate::{Complex, Error};
@@ -67,6 +67,7 @@ use crate::{Complex, Error};
 pub struct Frame<'p, 'm> {
     pipeline: &'p Pipeline<'p>,
     filters: LogGabor<'m>,
+    widths: Widths<'m>,
     envelopes: &'m mut [f32],
     image: &'m mut [f32],
     map: &'m mut [f32],
@@ -75,19 +76,23 @@ pub struct Frame<'p, 'm> {
 }
 
 impl<'p, 'm> Frame<'p, 'm> {
-    /// Frames of `pipeline` in `memory`. Works out the filter tables of phase symmetry: once serves all
-    /// frames.
+    /// Frames of `pipeline` in `memory`. Fills the tables of apertures and of phase symmetry's filters: once
+    /// serves all frames.
     ///
     /// # Errors
-    /// [`Error::Length`] where the memory has other sizes than [`Pipeline::sizes`].
+    /// [`Error::Length`] where the memory has other sizes than [`Pipeline::sizes`]; as [`Widths::new`].
     pub fn new(pipeline: &'p Pipeline<'p>, memory: MemoryView<'m>) -> Result<Self, Error> {
         let sizes = pipeline.sizes();
         let Parts {
-            envelopes, pixels, ..
+            envelopes,
+            widths,
+            pixels,
+            ..
         } = sizes.parts;
         check_length("real memory", memory.real.len(), sizes.real)?;
         check_length("complex memory", memory.complex.len(), sizes.complex)?;
         let (envelopes, rest) = memory.real.split_at_mut(envelopes);
+        let (widths, rest) = rest.split_at_mut(widths);
         let (image, rest) = rest.split_at_mut(pixels);
         let (map, work) = rest.split_at_mut(pixels);
         envelopes.fill(0.0);
@@ -95,6 +100,7 @@ impl<'p, 'm> Frame<'p, 'm> {
         Ok(Frame {
             pipeline,
             filters: LogGabor::new(memory.tables),
+            widths: Widths::new(pipeline.lines().scan(), widths)?,
             envelopes,
             image,
             map,
@@ -136,9 +142,10 @@ impl<'p, 'm> Frame<'p, 'm> {
             scratch: &mut self.work[..scratch],
             aligned,
         };
-        self.pipeline
-            .lines()
-            .line(line, transmits, memory, workspace, z)?;
+        let pipeline = self.pipeline.lines();
+        let foot = Widths::foot(pipeline.scan(), line);
+        let active = |sample| self.widths.active(foot, sample);
+        pipeline.line_with(line, transmits, memory, workspace, active, z)?;
         envelope(z, envelopes)?;
         Ok(z)
     }

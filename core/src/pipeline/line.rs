@@ -4,7 +4,7 @@ use crate::beamform::{AlignedLine, Beamformer, Parameters, WorkspaceView};
 use crate::covariance::Averaging;
 use crate::error::check_length;
 use crate::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
-use crate::geometry::{Scan, Transmit};
+use crate::geometry::{Active, Scan, Transmit};
 use crate::simd::Vector;
 use crate::{Complex, Error};
 
@@ -151,11 +151,24 @@ impl<'a> LinePipeline<'a> {
         workspace: &mut WorkspaceView<'_, A>,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
+        let active = |sample| self.scan.active(line, sample);
+        self.line_with(line, transmits, memory, workspace, active, z)
+    }
+
+    /// [`LinePipeline::line`] with the active sets from elsewhere.
+    pub(super) fn line_with<'r, A: Averaging<f32>>(
+        &self,
+        line: usize,
+        transmits: impl IntoIterator<Item = (Transmit, &'r Record<'r>)>,
+        memory: LineMemory<'_>,
+        workspace: &mut WorkspaceView<'_, A>,
+        active: impl Fn(usize) -> Active,
+        z: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
         check_length("z", z.len(), self.scan.samples())?;
         let LineMemory { scratch, aligned } = memory;
         self.align(0.0f32, line, transmits, scratch, aligned)?;
         let x = AlignedLine::new(aligned, self.scan.elements())?;
-        let active = |sample| self.scan.active(line, sample);
         self.beamformer.line(workspace, x, active, z)
     }
 }

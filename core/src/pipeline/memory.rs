@@ -29,6 +29,8 @@ pub struct Sizes {
 pub(super) struct Parts {
     /// The envelopes of all lines.
     pub(super) envelopes: usize,
+    /// The aperture's width at each sample.
+    pub(super) widths: usize,
     pub(super) pixels: usize,
     /// The delay stage's scratch.
     pub(super) scratch: usize,
@@ -102,6 +104,7 @@ impl Parameters<'_> {
         let before_median = if self.median { pixels } else { 0 };
         let parts = Parts {
             envelopes,
+            widths: scan.samples(),
             pixels,
             scratch: DelayParameters::of(&scan).scratch_len(1),
             b_mode: envelopes.saturating_add(before_median),
@@ -138,10 +141,11 @@ impl Parameters<'_> {
 }
 
 impl Parts {
-    /// What is kept from one stage to the next: envelopes, image and map.
+    /// What is kept: apertures; from one stage to the next envelopes, image and map.
     const fn kept(&self) -> usize {
         let images = self.pixels.saturating_mul(2);
-        self.envelopes.saturating_add(images)
+        let lines = self.envelopes.saturating_add(self.widths);
+        lines.saturating_add(images)
     }
 
     /// What the stages work in, one after the other.

@@ -2,7 +2,7 @@
 
 use crate::{opaque, take};
 use bonebeam::geometry::{
-    Aperture, ApertureParameters, Array, Axis, Depth, Lines, Scan, ScanParameters,
+    Aperture, ApertureParameters, Array, Axis, Depth, Lines, Scan, ScanParameters, Widths,
 };
 
 /// Calls all of it.
@@ -37,6 +37,9 @@ fn scan(array: Array<'_>, lines: Lines<'_>) {
         take((scan.time(opaque(1)), scan.depth(opaque(1)), scan.depths()));
         take((scan.active(opaque(1), opaque(1)), scan.widest(opaque(1))));
         take((scan.parameters(), scan.aperture()));
+        if let Ok(widths) = Widths::new(&scan, opaque(&mut [0.0; 5])) {
+            take(widths.active(opaque(Widths::foot(&scan, opaque(1))), opaque(1)));
+        }
     }
 }
 

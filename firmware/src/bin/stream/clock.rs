@@ -35,6 +35,8 @@ impl Clock {
         timer.clear_current();
         timer.enable_interrupt();
         timer.enable_counter();
+        // The first tick is the one that loads the period.
+        while SYST::get_current() == 0 {}
         Clock { period }
     }
 

@@ -29,13 +29,13 @@ use stream::{Chain, Pool, Sequence, Sink};
 /// Blocks: as many as come while a map is made, and one that is being filled.
 const BLOCKS: usize = 12;
 /// From one transmit to the next, instructions: a line, and its share of image and map.
-const PERIOD: u32 = 4_000_000;
+const PERIOD: u32 = 3_200_000;
 /// Frames that the scanner begins before the image ends.
 const FRAMES: u32 = 10;
 /// The frame after which the main loop stalls.
 const STALL: u32 = 6;
 /// The most instructions of a line and of a frame, 3 to 5 % above what was counted: more is a failure.
-const BOUNDS: (u32, u32) = (4_100_000, 103_000_000);
+const BOUNDS: (u32, u32) = (2_850_000, 74_000_000);
 
 type Blocks = Pool<ScanBlock, BLOCKS, { BLOCKS + 1 }>;
 
@@ -125,7 +125,11 @@ fn run(clock: &Clock) -> Result<bool, Error> {
                 frame, image, map
             );
             if frame == STALL {
-                info!("high water: {} of {} blocks", sink.most_waiting(), BLOCKS);
+                info!(
+                    "count waiting: {} of {} blocks",
+                    sink.most_waiting(),
+                    BLOCKS
+                );
                 while sink.counters().drops() < 3 {}
                 warn!("stalled until 3 acquisitions were dropped");
             }
@@ -134,8 +138,9 @@ fn run(clock: &Clock) -> Result<bool, Error> {
     scanner::stop();
 
     let counters = sink.counters();
-    info!("{} blocks, {} dropped", counters.blocks(), counters.drops());
+    info!("{} dropped", counters.drops());
     info!("high water: {} of {} blocks", sink.most_waiting(), BLOCKS);
+    info!("count blocks: {}", counters.blocks());
     info!(
         "a block waits for at most {} samples",
         BLOCKS * scan::SAMPLES
