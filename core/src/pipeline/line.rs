@@ -159,7 +159,7 @@ impl<'a> LinePipeline<'a> {
     pub(super) fn line_with<'r, A: Averaging<f32>>(
         &self,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit, &'r Record<'r>)>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>)>,
         memory: LineMemory<'_>,
         workspace: &mut WorkspaceView<'_, A>,
         active: impl Fn(usize) -> Active,

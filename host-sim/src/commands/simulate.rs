@@ -76,7 +76,7 @@ pub fn recorded(section: &mut Simulate, progress: &(dyn Fn(f64) + Sync)) -> Resu
     // take hours.
     let summation = match section.phantom {
         Kind::Point => Summation::Direct,
-        Kind::Vertebra => Summation::Gridded,
+        Kind::Vertebra => Summation::Cells,
     };
     let data = channel_data(&scanner, &phantom, summation, progress)?;
     Ok(match section.iq {

@@ -13,6 +13,7 @@ mod lines;
 mod npy;
 mod npy_header;
 mod npz;
+mod partial;
 mod samples;
 mod units;
 mod validate;
@@ -22,6 +23,7 @@ pub use channel_data::{ChannelData, Transmits};
 pub use formats::{Format, Variables};
 pub use lines::{BeamRays, Lines};
 pub use npy::read_array;
+pub use partial::Partial;
 pub use samples::{Frame, Samples};
 
 use std::io;

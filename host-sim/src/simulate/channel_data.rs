@@ -1,108 +1,131 @@
-//! Channel data of focused transmits by the full-matrix method.
+//! Channel data of focused transmits, from the echoes of every pair of elements.
 //!
-//! 1. The echo spectrum of every element pair (see `pair_spectra`).
+//! 1. The echoes of every element pair: `cell_sum` in f32, or `direct_sum` in f64. By reciprocity the pair
+//!    (i, j) is that of (j, i), and the cost does not depend on the number of beams.
 //! 2. Beam l, receiver j: S(f) = Σ_i H_ij(f)·e^{+j2πfτ_i} over the transmit aperture, with the
 //!    focusing advance τ_i = (√(x_i² + F²) − F)/c for x_i from the beam's axis and the focus F.
-//! 3. An inverse transform per row at the record's sampling frequency; electronic noise.
+//! 3. An inverse transform per row at the record's sampling frequency, electronic noise, the converter.
 //!
 //! Time 0 is the moment at which the transmit wave passes z = 0 on the beam's axis. The result's
-//! bits do not depend on the number of threads.
+//! bits depend neither on the number of threads nor on the machine.
 
-use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use bonebeam::simd::InstructionSet;
 use ndarray::Array3;
 use num_complex::Complex;
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 
 use crate::files::{ChannelData, Transmits};
 use crate::memory::{self, product};
 use crate::{Error, Result};
 
-use super::element;
-use super::noise;
-use super::pair_spectra::{PairSpectra, Paths};
-use super::phantom::{Phantom, Scatterer};
-use super::record::Record;
+use super::cell_sum::{self, FLOOR, Sum, Tile};
+use super::cells::cells;
+use super::checkpoint::Checkpoint;
+use super::direct_sum;
+use super::fourier::{Fourier, unit};
+use super::noise::Noise;
+use super::phantom::{Phantom, Source};
+use super::pulse::DIRECT_FLOOR;
+use super::record::{Window, row_rate};
+use super::response::Response;
 use super::settings::Settings;
-use super::visibility::visible;
+use super::shadow::Shadow;
 
 /// How echoes are summed over the scatterers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Summation {
     /// Every scatterer at every frequency in f64: exact, for up to some tens of scatterers.
     Direct,
-    /// Spikes on a grid: for many scatterers, each echo within −80 dB.
-    Gridded,
+    /// Cells of scatterers in f32: for any number, within −85 dB of the direct sum.
+    Cells,
 }
 
+/// The share of the work that the sum over the scatterers is.
+const SUM_SHARE: f64 = 0.9;
+/// Side of a cell, in lengths of the pulse.
+const CELL: f64 = 0.25;
+
 /// Simulates the record of every beam and element. `progress` is called with the fraction done,
-/// 0 to 1, from any thread. Errors: impossible settings, a phantom that reaches the array.
+/// 0 to 1, from any thread.
+///
+/// # Errors
+/// Impossible settings, a phantom that reaches the array, a record in which there is nothing.
 pub fn channel_data(
     settings: &Settings,
     phantom: &Phantom,
     summation: Summation,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ChannelData> {
+    let set = InstructionSet::detect();
+    resumed_channel_data(
+        settings,
+        phantom,
+        summation,
+        set,
+        progress,
+        &mut Checkpoint::none(),
+    )
+}
+
+/// As [`channel_data`], with the vectors of `set`, and from where an interrupted run with this checkpoint
+/// stopped. The bits are those of a run that was not.
+///
+/// # Errors
+/// As [`channel_data`], and a checkpoint that cannot be read or written.
+pub fn resumed_channel_data(
+    settings: &Settings,
+    phantom: &Phantom,
+    summation: Summation,
+    set: InstructionSet,
+    progress: &(dyn Fn(f64) + Sync),
+    checkpoint: &mut Checkpoint,
+) -> Result<ChannelData> {
     settings.validate()?;
-    let in_front = |z: f64| z.is_finite() && z > 0.0;
-    if !phantom
-        .scatterers
-        .iter()
-        .all(|s| in_front(s.z) && s.x.is_finite() && s.amplitude.is_finite())
-        || !phantom
-            .bone
-            .iter()
-            .flat_map(|bone| bone.loops())
-            .flatten()
-            .all(|p| in_front(p[1]))
-    {
-        return Err(Error::Data(
-            "the phantom must be finite and lie at depths above 0".into(),
-        ));
-    }
-    let record = settings.record();
-    memory::check(bytes(settings, &record, phantom, summation)?, "the record")?;
+    phantom.check_in_front()?;
+    let sources = phantom.sources();
     let beams: Vec<Beam> = (0..settings.beams)
         .map(|l| Beam::new(settings, l))
         .collect();
-    let steps = settings.elements + settings.beams;
+    let mut transmits = vec![false; settings.elements];
+    for i in beams.iter().flat_map(|beam| beam.elements.clone()) {
+        transmits[i] = true;
+    }
+    let scene = Scene {
+        settings,
+        sources: &sources,
+        shadow: phantom.shadow(),
+        element_x: settings.array().element_x(),
+        transmits: &transmits,
+    };
+    progress(0.0);
+    let (window, pairs) = match summation {
+        Summation::Direct => scene.direct(&|done| progress(SUM_SHARE * done))?,
+        Summation::Cells => scene.cells(set, checkpoint, &|done| progress(SUM_SHARE * done))?,
+    };
     let done = AtomicUsize::new(0);
-    let tick = || progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / steps as f64);
-
-    let pairs = pair_spectra(settings, &record, phantom, summation, &beams, tick);
-    let mut rf = vec![0.0f32; beams.len() * settings.elements * record.samples];
-    let transform = RealFftPlanner::<f64>::new().plan_fft_inverse(record.window);
-    rf.par_chunks_mut(settings.elements * record.samples)
-        .zip(&beams)
-        .for_each(|(rows, beam)| {
-            let phases: Vec<Vec<Complex<f64>>> = beam
-                .advance
-                .iter()
-                .map(|&advance| beam_phase(&record, advance))
-                .collect();
-            let mut spectrum = transform.make_input_vec();
-            let mut window = transform.make_output_vec();
-            for (j, row) in rows.chunks_exact_mut(record.samples).enumerate() {
-                spectrum.fill(Complex::default());
-                for (i, phase) in beam.elements.clone().zip(&phases) {
-                    for ((s, h), e) in spectrum.iter_mut().zip(pairs.get(i, j)).zip(phase) {
-                        *s += h * e;
-                    }
-                }
-                spectrum[0].im = 0.0;
-                transform
-                    .process(&mut spectrum, &mut window)
-                    .expect("buffers made by the plan");
-                for (sample, value) in row.iter_mut().zip(&window[record.lead..]) {
-                    *sample = *value as f32;
-                }
-            }
-            tick();
-        });
+    let tick = || {
+        let beams = (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / settings.beams as f64;
+        progress(SUM_SHARE + (1.0 - SUM_SHARE) * beams);
+    };
+    let mut rf = form_beams(settings, &window, &pairs, &beams, &tick);
+    drop(pairs);
+    let peak = rf.par_iter().map(|v| v.abs()).reduce(|| 0.0, f32::max);
+    if peak == 0.0 || !peak.is_finite() {
+        return Err(Error::Data(format!(
+            "the record is silent: no element hears an echo of the phantom between {} and {} m of depth; \
+             other depths, or a phantom below the array that no bone hides, would give one",
+            settings.depth_start, settings.depth_end
+        )));
+    }
+    let record = settings.record();
     if let Some(level) = settings.noise {
-        add_noise(&mut rf, settings, &record, level);
+        let rms = f64::from(peak) * libm::pow(10.0, level / 20.0);
+        Noise::new(settings, record.samples, rms).add_to(&mut rf);
+    }
+    if let Some(bits) = settings.adc_bits {
+        quantise(&mut rf, bits);
     }
     let shape = (beams.len(), settings.elements, record.samples);
     Ok(ChannelData {
@@ -111,7 +134,7 @@ pub fn channel_data(
             .into(),
         fs: settings.fs,
         t0: vec![record.t0; beams.len()],
-        element_x: settings.array().element_x(),
+        element_x: scene.element_x,
         element_z: None,
         element_angle: None,
         c: settings.c,
@@ -125,34 +148,224 @@ pub fn channel_data(
     })
 }
 
-/// The memory that a record takes while it is made: itself and its spectra, the paths from every
-/// element to every scatterer, and what each thread works with.
-fn bytes(
+/// What is heard, and by whom.
+struct Scene<'a> {
+    settings: &'a Settings,
+    sources: &'a [Source],
+    shadow: Shadow,
+    element_x: Vec<f64>,
+    transmits: &'a [bool],
+}
+
+/// Spectra `[pair][frequency]` of the pairs i ≤ j; empty where no element of the pair transmits.
+struct PairSpectra {
+    elements: usize,
+    rows: Vec<Vec<Complex<f64>>>,
+}
+
+impl PairSpectra {
+    fn get(&self, i: usize, j: usize) -> &[Complex<f64>] {
+        &self.rows[pair_index(self.elements, i.min(j), i.max(j))]
+    }
+}
+
+impl Scene<'_> {
+    fn direct(&self, tick: &(dyn Fn(f64) + Sync)) -> Result<(Window, PairSpectra)> {
+        let settings = self.settings;
+        let scene = direct_sum::Scene {
+            sources: self.sources,
+            shadow: &self.shadow,
+            element_x: &self.element_x,
+            response: Response::new(settings),
+            pulse: settings.pulse(),
+        };
+        let band = scene.pulse.band(DIRECT_FLOOR);
+        let window = Window::new(settings, band, settings.fs, 2.0 * scene.reach());
+        let legs = [settings.elements, self.sources.len(), window.bins, 16];
+        self.check_memory(&window, product(&legs))?;
+        let legs = scene.all_legs(&window);
+        let elements = settings.elements;
+        let done = AtomicUsize::new(0);
+        let rows = (0..elements)
+            .into_par_iter()
+            .flat_map_iter(|i| {
+                let row = |j: usize| match self.transmits[i] || self.transmits[j] {
+                    true => scene.pair(&window, &legs[i], &legs[j]),
+                    false => Vec::new(),
+                };
+                let rows: Vec<_> = (i..elements).map(row).collect();
+                tick((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / elements as f64);
+                rows
+            })
+            .collect();
+        Ok((window, PairSpectra { elements, rows }))
+    }
+
+    fn cells(
+        &self,
+        set: InstructionSet,
+        checkpoint: &mut Checkpoint,
+        tick: &(dyn Fn(f64) + Sync),
+    ) -> Result<(Window, PairSpectra)> {
+        let settings = self.settings;
+        let (response, pulse) = (Response::new(settings), settings.pulse());
+        let band = pulse.band(FLOOR);
+        let rate = row_rate(settings.fs, band);
+        let side = CELL * settings.c * 2.0 * pulse.half_length(FLOOR);
+        let cells = cells(self.sources, side, &response);
+        let mut scene = cell_sum::Scene {
+            sources: self.sources,
+            cells: &cells,
+            shadow: &self.shadow,
+            element_x: &self.element_x,
+            response,
+            pulse,
+            window: Window::new(settings, band, rate, 0.0),
+            transmits: self.transmits,
+        };
+        let longest = scene.longest();
+        scene.window = Window::new(settings, band, rate, longest);
+        let legs = [settings.elements, 64, longest_frequencies(longest, band), 8];
+        self.check_memory(&scene.window, product(&legs))?;
+        let mut tiles = scene.tiles();
+        set.dispatch(Sum {
+            scene: &scene,
+            tiles: &mut tiles,
+            checkpoint,
+            tick,
+        })?;
+        Ok((
+            scene.window,
+            spectra(&scene.window, tiles, settings.elements),
+        ))
+    }
+
+    /// Asks for the memory of the record, of the pairs and of `legs` bytes before any is taken.
+    fn check_memory(&self, window: &Window, legs: usize) -> Result<()> {
+        let settings = self.settings;
+        let pairs = product(&[
+            settings.elements,
+            settings.elements.div_ceil(2) + 1,
+            // A row in f32, and its spectrum in f64.
+            window
+                .row
+                .saturating_mul(8)
+                .saturating_add(window.bins * 16),
+        ]);
+        let transforms = product(&[rayon::current_num_threads(), window.samples, 4 * 16]);
+        let record = settings.record_bytes();
+        let parts = [record, pairs, transforms, legs];
+        let all = parts.into_iter().fold(0, usize::saturating_add);
+        memory::check(all, "the record")
+    }
+}
+
+/// The most frequencies that a cell's echoes of a length in s are told by.
+fn longest_frequencies(longest: f64, [lowest, highest]: [f64; 2]) -> usize {
+    (longest * (highest - lowest)).ceil() as usize + 32
+}
+
+/// The rows' spectra at the frequencies of the window.
+fn spectra(window: &Window, tiles: Vec<Tile>, elements: usize) -> PairSpectra {
+    let plan = Fourier::new(window.row);
+    let mut rows = vec![Vec::new(); elements * (elements + 1) / 2];
+    for tile in tiles {
+        let found: Vec<Vec<Complex<f64>>> = (tile.rows)
+            .par_chunks_exact(2 * window.row)
+            .map(|row| {
+                let (re, im) = row.split_at(window.row);
+                let mut x: Vec<Complex<f64>> = (re.iter().zip(im))
+                    .map(|(&re, &im)| Complex::new(f64::from(re), f64::from(im)))
+                    .collect();
+                plan.forward(&mut x, &mut Vec::new());
+                let scale = 1.0 / window.row as f64;
+                (0..window.bins)
+                    .map(|k| x[(window.first_bin + k) % window.row] * scale)
+                    .collect()
+            })
+            .collect();
+        for (&(i, j), row) in tile.pairs.iter().zip(found) {
+            rows[pair_index(elements, i, j)] = row;
+        }
+    }
+    PairSpectra { elements, rows }
+}
+
+/// Index of the pair i ≤ j when pairs are counted (0, 0), (0, 1), …, (1, 1), ….
+fn pair_index(elements: usize, i: usize, j: usize) -> usize {
+    i * (2 * elements + 1 - i) / 2 + j - i
+}
+
+/// The record of every beam and element.
+fn form_beams(
     settings: &Settings,
-    record: &Record,
-    phantom: &Phantom,
-    summation: Summation,
-) -> Result<usize> {
-    // Time, gain and visibility as they are made, and time and gain as they are summed.
-    const PATH: usize = 32;
-    let spectrum = product(&[record.bins, size_of::<Complex<f64>>()]);
-    let path = match summation {
-        Summation::Direct => PATH.saturating_add(spectrum),
-        Summation::Gridded => PATH,
-    };
-    let paths = product(&[settings.elements, phantom.scatterers.len(), path]);
-    // The phases of a beam, and a spectrum and a window of each transform.
-    let phases = product(&[settings.elements, spectrum]);
-    let transforms = product(&[
-        record.window.max(record.coarse),
-        4 * size_of::<Complex<f64>>(),
-    ]);
-    let threads = product(&[
-        rayon::current_num_threads(),
-        phases.saturating_add(transforms),
-    ]);
-    let parts = [settings.bytes()?, paths, threads];
-    Ok(parts.into_iter().fold(0, usize::saturating_add))
+    window: &Window,
+    pairs: &PairSpectra,
+    beams: &[Beam],
+    tick: &(dyn Fn() + Sync),
+) -> Vec<f32> {
+    let samples = settings.record().samples;
+    let mut rf = vec![0.0f32; beams.len() * settings.elements * samples];
+    let plan = Fourier::new(window.samples);
+    rf.par_chunks_mut(settings.elements * samples)
+        .zip(beams)
+        .for_each(|(rows, beam)| {
+            let phases: Vec<Vec<Complex<f64>>> = beam
+                .advance
+                .iter()
+                .map(|&advance| beam_phase(window, advance))
+                .collect();
+            let sum = |j: usize| {
+                let mut sum = vec![Complex::<f64>::default(); window.bins];
+                for (i, phase) in beam.elements.clone().zip(&phases) {
+                    for ((s, h), e) in sum.iter_mut().zip(pairs.get(i, j)).zip(phase) {
+                        *s += h * e;
+                    }
+                }
+                sum
+            };
+            let (mut x, mut scratch) = (Vec::new(), Vec::new());
+            // Two real rows are the real and the imaginary part of one transform.
+            for (pair, rows) in rows.chunks_mut(2 * samples).enumerate() {
+                let two = rows.len() > samples;
+                let first = sum(2 * pair);
+                let second = if two { sum(2 * pair + 1) } else { Vec::new() };
+                x.clear();
+                x.resize(window.samples, Complex::default());
+                for k in 0..window.bins {
+                    let (a, b) = (first[k], second.get(k).copied().unwrap_or_default());
+                    let ib = Complex::new(-b.im, b.re);
+                    let bin = window.first_bin + k;
+                    x[bin] = a + ib;
+                    x[window.samples - bin] = (a - ib).conj();
+                }
+                plan.inverse(&mut x, &mut scratch);
+                let (a, b) = rows.split_at_mut(samples);
+                // What hears nothing stays silent; the other's roundings are none of its.
+                let silent = |sum: &[Complex<f64>]| sum.iter().all(|v| *v == Complex::default());
+                if !silent(&first) {
+                    for (sample, value) in a.iter_mut().zip(&x[window.lead..]) {
+                        *sample = value.re as f32;
+                    }
+                }
+                if !silent(&second) {
+                    for (sample, value) in b.iter_mut().zip(&x[window.lead..]) {
+                        *sample = value.im as f32;
+                    }
+                }
+            }
+            tick();
+        });
+    rf
+}
+
+/// Rounds to the steps of a converter of so many bits whose range is the largest sample's.
+fn quantise(rf: &mut [f32], bits: u32) {
+    let peak = rf.par_iter().map(|v| v.abs()).reduce(|| 0.0, f32::max);
+    let most = f64::from((1u32 << (bits - 1)) - 1);
+    let step = f64::from(peak) / most;
+    rf.par_iter_mut()
+        .for_each(|v| *v = (libm::rint(f64::from(*v) / step) * step) as f32);
 }
 
 /// A transmit beam: its axis, its elements and by how much each fires ahead.
@@ -170,10 +383,7 @@ impl Beam {
         let elements = array.transmit_elements(position, settings.focus, settings.f_number);
         let advance = elements
             .clone()
-            .map(|i| {
-                let dx = array.x(i as f64) - x;
-                (dx.hypot(settings.focus) - settings.focus) / settings.c
-            })
+            .map(|i| settings.advance(array.x(i as f64) - x))
             .collect();
         Beam {
             x,
@@ -183,104 +393,8 @@ impl Beam {
     }
 }
 
-fn beam_phase(record: &Record, advance: f64) -> Vec<Complex<f64>> {
-    (0..record.bins)
-        .map(|k| Complex::from_polar(1.0, TAU * k as f64 * record.df * advance))
+fn beam_phase(window: &Window, advance: f64) -> Vec<Complex<f64>> {
+    (0..window.bins)
+        .map(|k| unit((window.first_bin + k) as f64 * window.df * advance))
         .collect()
-}
-
-fn pair_spectra(
-    settings: &Settings,
-    record: &Record,
-    phantom: &Phantom,
-    summation: Summation,
-    beams: &[Beam],
-    tick: impl Fn() + Sync,
-) -> PairSpectra {
-    let element_x = settings.array().element_x();
-    let (scatterers, seen) = seen_scatterers(phantom, &element_x);
-    let paths: Vec<Paths> = element_x
-        .par_iter()
-        .zip(&seen)
-        .map(|(&x, seen)| element_paths(settings, x, &scatterers, seen))
-        .collect();
-    let amplitude: Vec<f64> = scatterers.iter().map(|s| s.amplitude).collect();
-    // Both signs of the frequency make the real pulse, which the real transform takes care of.
-    let pulse = settings.pulse();
-    let weight: Vec<f64> = (0..record.bins)
-        .map(|k| pulse.spectrum(k as f64 * record.df) * record.df)
-        .collect();
-    let mut transmits = vec![false; settings.elements];
-    for i in beams.iter().flat_map(|beam| beam.elements.clone()) {
-        transmits[i] = true;
-    }
-    let wanted = |i: usize, j: usize| transmits[i] || transmits[j];
-    match summation {
-        Summation::Direct => PairSpectra::direct(record, &paths, &amplitude, &weight, wanted, tick),
-        Summation::Gridded => {
-            PairSpectra::gridded(record, &paths, &amplitude, &weight, wanted, tick)
-        }
-    }
-}
-
-/// The scatterers that some element sees, and the visibility `[element][scatterer]`.
-fn seen_scatterers(phantom: &Phantom, element_x: &[f64]) -> (Vec<Scatterer>, Vec<Vec<bool>>) {
-    let all = &phantom.scatterers;
-    let Some(bone) = &phantom.bone else {
-        return (all.clone(), vec![vec![true; all.len()]; element_x.len()]);
-    };
-    let points: Vec<[f64; 2]> = all.iter().map(|s| [s.x, s.z]).collect();
-    let seen = visible(bone, element_x, &points);
-    let kept: Vec<usize> = (0..all.len())
-        .filter(|&s| seen.iter().any(|element| element[s]))
-        .collect();
-    let visibility = seen
-        .iter()
-        .map(|element| kept.iter().map(|&s| element[s]).collect());
-    (kept.iter().map(|&s| all[s]).collect(), visibility.collect())
-}
-
-fn element_paths(settings: &Settings, x: f64, scatterers: &[Scatterer], seen: &[bool]) -> Paths {
-    let width = settings.array().element_width();
-    let wavelength = settings.c / settings.f0;
-    let gain = |s: &Scatterer| element::response(width, wavelength, s.x - x, s.z);
-    Paths {
-        time: scatterers
-            .iter()
-            .map(|s| (s.x - x).hypot(s.z) / settings.c)
-            .collect(),
-        gain: scatterers
-            .iter()
-            .zip(seen)
-            .map(|(s, &v)| if v { gain(s) } else { 0.0 })
-            .collect(),
-    }
-}
-
-fn add_noise(rf: &mut [f32], settings: &Settings, record: &Record, level: f64) {
-    let peak = rf.par_iter().map(|v| v.abs()).reduce(|| 0.0, f32::max);
-    let pulse = settings.pulse();
-    let mut shape: Vec<f64> = (0..record.bins)
-        .map(|k| pulse.transducer(k as f64 * record.df))
-        .collect();
-    shape[0] = 0.0;
-    // A bin X gives 2·Re(X·e^{jφ}) in every sample, and Re X has the variance shape².
-    let power: f64 = shape.iter().map(|s| 4.0 * s * s).sum();
-    let scale = f64::from(peak) * 10f64.powf(level / 20.0) / power.sqrt();
-    shape.iter_mut().for_each(|s| *s *= scale);
-    let transform = RealFftPlanner::<f64>::new().plan_fft_inverse(record.window);
-    rf.par_chunks_exact_mut(record.samples)
-        .enumerate()
-        .for_each_init(
-            || (transform.make_input_vec(), transform.make_output_vec()),
-            |(spectrum, window), (index, row)| {
-                noise::fill_spectrum(spectrum, &shape, settings.seed, index as u64);
-                transform
-                    .process(spectrum, window)
-                    .expect("buffers made by the plan");
-                for (sample, value) in row.iter_mut().zip(&window[record.lead..]) {
-                    *sample += *value as f32;
-                }
-            },
-        );
 }

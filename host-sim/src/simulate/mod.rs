@@ -1,38 +1,47 @@
-//! Synthetic channel data of a linear array over a bone in a water bath, or over a point.
+//! Synthetic channel data of a linear array over points, bone and soft tissue.
 //!
-//! A linear, in-plane point-scatterer model (the paper's Section "Simulation setup", there with
-//! Field II): an element is a small rectangle with its far-field directivity, bone absorbs
-//! totally, and the echo of a scatterer is the two-way pulse, delayed and scaled. Elevation is
-//! left out: a phantom is a plane curve or a point in the image plane.
+//! A linear model of point scatterers (the paper's Section "Simulation setup", there with Field II): an
+//! element is a small rectangle with a lens in elevation, bone absorbs totally, and the echo of a scatterer
+//! is the two-way pulse, delayed, scaled and filtered by both elements' responses. docs/simulator.md has
+//! the equations and how they compare with other simulators.
 //!
-//! Axes: x lateral, z depth from the array's surface, both in metres; the array is centred on
-//! x = 0 at z = 0.
+//! Axes: x lateral, y elevation, z depth from the array's surface, in metres; the array is centred on
+//! x = 0 at y = z = 0. A phantom of the image plane alone has y = 0 throughout.
 
 mod array;
+mod cell_sum;
+mod cells;
 mod chain;
 mod channel_data;
+mod checkpoint;
 mod demodulate;
-mod element;
-mod kaiser_bessel;
+mod direct_sum;
+mod fourier;
+mod gauss_legendre;
 mod marching_squares;
 mod mesh;
 mod noise;
 mod outline;
-mod pair_spectra;
 mod phantom;
 mod pulse;
 mod record;
+mod response;
 mod settings;
+mod shadow;
+mod surface;
 mod vertebra;
-mod visibility;
 
 pub use array::Array;
-pub use channel_data::{Summation, channel_data};
+pub use channel_data::{Summation, channel_data, resumed_channel_data};
+pub use checkpoint::Checkpoint;
 pub use demodulate::demodulate;
 pub use mesh::slice_mesh;
+pub use noise::NoiseSpectrum;
 pub use outline::Outline;
 pub use phantom::{Phantom, Scatterer, Tissue};
-pub use pulse::Pulse;
+pub use pulse::{DIRECT_FLOOR, Pulse};
+pub use response::{Baffle, Response};
 pub use settings::Settings;
+pub use shadow::visible;
+pub use surface::Surface;
 pub use vertebra::slice_vertebra;
-pub use visibility::visible;

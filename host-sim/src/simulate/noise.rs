@@ -1,24 +1,92 @@
-//! Electronic noise: Gaussian, with the spectrum of the transducer's one-way response.
+//! Electronic noise: Gaussian, every row with its own stream of the generator, so that the order of the
+//! rows does not matter.
 
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
-/// Fills the spectrum of one row of noise: independent Gaussian bins times `shape`. Every row has
-/// its own stream of the generator, so that the order of the rows does not matter.
-pub fn fill_spectrum(spectrum: &mut [Complex<f64>], shape: &[f64], seed: u64, row: u64) {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(row);
-    spectrum.fill(Complex::default());
-    for (bin, shape) in spectrum.iter_mut().zip(shape) {
-        *bin = complex_gaussian(&mut random) * shape;
+use super::fourier::Fourier;
+use super::settings::Settings;
+
+/// What the noise's spectrum is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoiseSpectrum {
+    /// The transducer's one-way response
+    #[default]
+    Transducer,
+    /// An amplifier's: flat from a tenth of the centre frequency to three times it
+    Amplifier,
+}
+
+/// The noise of a record.
+pub struct Noise {
+    shape: Vec<f64>,
+    transform: Fourier,
+    window: usize,
+    samples: usize,
+    seed: u64,
+}
+
+impl Noise {
+    /// Noise of the RMS `rms` in rows of `samples`.
+    pub fn new(settings: &Settings, samples: usize, rms: f64) -> Self {
+        let window = samples.next_power_of_two();
+        let pulse = settings.pulse();
+        let f0 = settings.f0;
+        let level = |f: f64| match settings.noise_spectrum {
+            NoiseSpectrum::Transducer => pulse.transducer(f),
+            NoiseSpectrum::Amplifier => f64::from(u8::from((0.1 * f0..=3.0 * f0).contains(&f))),
+        };
+        let df = settings.fs / window as f64;
+        // Without the mean, and without the frequency of half the rate.
+        let mut shape: Vec<f64> = (0..window / 2).map(|k| level(k as f64 * df)).collect();
+        shape[0] = 0.0;
+        // A bin X gives 2·Re(X·e^{jφ}) in every sample, and Re X has the variance shape².
+        let power: f64 = shape.iter().map(|s| 4.0 * s * s).sum();
+        let scale = rms / power.sqrt();
+        shape.iter_mut().for_each(|s| *s *= scale);
+        Noise {
+            shape,
+            transform: Fourier::new(window),
+            window,
+            samples,
+            seed: settings.seed,
+        }
+    }
+
+    /// Adds it to every row.
+    pub fn add_to(&self, rf: &mut [f32]) {
+        rf.par_chunks_exact_mut(self.samples)
+            .enumerate()
+            .for_each_init(
+                || (Vec::new(), Vec::new()),
+                |(x, scratch), (index, row)| {
+                    x.clear();
+                    x.resize(self.window, Complex::default());
+                    let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+                    random.set_stream(index as u64);
+                    for (bin, &shape) in x.iter_mut().zip(&self.shape) {
+                        if shape > 0.0 {
+                            *bin = complex_gaussian(&mut random) * (2.0 * shape);
+                        }
+                    }
+                    self.transform.inverse(x, scratch);
+                    for (sample, value) in row.iter_mut().zip(x.iter()) {
+                        *sample += value.re as f32;
+                    }
+                },
+            );
     }
 }
 
 /// Two independent Gaussian numbers of variance 1 (Box–Muller).
 pub fn complex_gaussian(random: &mut ChaCha8Rng) -> Complex<f64> {
-    let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
-    Complex::from_polar(radius, TAU * random.random::<f64>())
+    let radius = (-2.0 * libm::log(1.0 - random.random::<f64>())).sqrt();
+    let (sin, cos) = libm::sincos(TAU * random.random::<f64>());
+    Complex::new(radius * cos, radius * sin)
 }

@@ -1,5 +1,6 @@
 //! What is imaged: point scatterers, and the bone that hides some of them.
 
+use std::hash::Hasher;
 use std::path::Path;
 
 use rand::{RngExt, SeedableRng};
@@ -10,6 +11,8 @@ use crate::{Error, Result};
 use super::mesh::slice_mesh;
 use super::outline::Outline;
 use super::settings::Settings;
+use super::shadow::Shadow;
+use super::surface::Surface;
 use super::vertebra::slice_vertebra;
 
 /// Distance between the scatterers along a bone's outline, m: the paper's 200 per mm² of surface
@@ -28,11 +31,13 @@ const ROUGHNESS: f64 = 10e-6;
 /// The longest outline of a bone, m: the scatterers on it take memory and time.
 const LONGEST_OUTLINE: f64 = 5.0;
 
-/// A point scatterer in the image plane.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A point scatterer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scatterer {
     /// Lateral position, m.
     pub x: f64,
+    /// Elevation: distance from the image plane, m.
+    pub y: f64,
     /// Depth, m.
     pub z: f64,
     /// Reflected amplitude.
@@ -67,13 +72,49 @@ impl Default for Tissue {
     }
 }
 
-/// Scatterers, and the outline of the bone that hides some of them from some elements.
-#[derive(Clone, Debug, PartialEq)]
+/// Scatterers, and the bone that hides some of them from some elements.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Phantom {
-    /// The scatterers.
+    /// The scatterers: first those on the bone.
     pub scatterers: Vec<Scatterer>,
-    /// The bone.
+    /// How many of them lie on the bone.
+    pub on_bone: usize,
+    /// The bone's outline in the image plane, which casts shadows unless `surface` does.
     pub bone: Option<Outline>,
+    /// The bone's surface, which casts shadows where there is one.
+    pub surface: Option<Surface>,
+    /// Scatterers that no bone hides: clutter as it comes by all sorts of ways.
+    pub clutter: Vec<Scatterer>,
+    /// What of a bone's echo is thrown back by the array and echoes from the bone again, as an amplitude:
+    /// an image of the bone at twice its depth. 0 for none.
+    pub reverberation: f64,
+}
+
+/// A scatterer as the sum takes it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+    pub amplitude: f64,
+    /// The place that has to be seen for it to be heard.
+    pub seen_at: [f64; 3],
+    /// Whether it is heard past any bone.
+    pub unhidden: bool,
+}
+
+impl Source {
+    /// Heard where it is seen.
+    pub fn at([x, y, z]: [f64; 3], amplitude: f64) -> Self {
+        Source {
+            x,
+            y,
+            z,
+            amplitude,
+            seen_at: [x, y, z],
+            unhidden: false,
+        }
+    }
 }
 
 impl Phantom {
@@ -83,12 +124,13 @@ impl Phantom {
         let x = settings.array().x((settings.elements / 2) as f64) + offset;
         let point = Scatterer {
             x,
+            y: 0.0,
             z: settings.focus,
             amplitude: 1.0,
         };
         Phantom {
             scatterers: vec![point],
-            bone: None,
+            ..Phantom::default()
         }
     }
 
@@ -106,18 +148,21 @@ impl Phantom {
             )));
         }
         let surface = outline.faceted(FACET, ROUGHNESS, 1)?;
-        let scatterers = surface
+        let scatterers: Vec<Scatterer> = surface
             .equally_spaced(BONE_SPACING)
             .into_iter()
             .map(|[x, z]| Scatterer {
                 x,
+                y: 0.0,
                 z,
                 amplitude: 1.0,
             })
             .collect();
         Ok(Phantom {
+            on_bone: scatterers.len(),
             scatterers,
             bone: Some(surface),
+            ..Phantom::default()
         })
     }
 
@@ -134,6 +179,63 @@ impl Phantom {
     /// a water bath.
     pub fn vertebra(slice: f64, depth: f64) -> Result<Self> {
         Phantom::bone(&slice_vertebra(slice)?.at_depth(depth)?)
+    }
+
+    /// Refuses what is not in front of the array.
+    pub(super) fn check_in_front(&self) -> Result<()> {
+        let scatterers = self.scatterers.iter().chain(&self.clutter);
+        let numbers = |s: &Scatterer| [s.x, s.y, s.z, s.amplitude].iter().all(|v| v.is_finite());
+        let in_front = |z: f64| z.is_finite() && z > 0.0;
+        let outline = self.bone.iter().flat_map(|bone| bone.loops()).flatten();
+        let mut surface = self.surface.iter().flat_map(Surface::vertices);
+        if scatterers.into_iter().all(|s| numbers(s) && in_front(s.z))
+            && outline.into_iter().all(|p| in_front(p[1]))
+            && surface.all(|v| in_front(v[2]))
+            && self.reverberation.is_finite()
+        {
+            return Ok(());
+        }
+        Err(Error::Data(
+            "the phantom must be finite and lie at depths above 0".into(),
+        ))
+    }
+
+    /// What casts shadows.
+    pub(super) fn shadow(&self) -> Shadow {
+        match (&self.surface, &self.bone) {
+            (Some(surface), _) => Shadow::of_surface(surface),
+            (None, Some(outline)) => Shadow::of_outline(outline),
+            (None, None) => Shadow::None,
+        }
+    }
+
+    /// All that echoes: the scatterers, the clutter, the bone's image by reverberation.
+    pub(super) fn sources(&self) -> Vec<Source> {
+        let at = |s: &Scatterer| Source::at([s.x, s.y, s.z], s.amplitude);
+        let scatterers = self.scatterers.iter().map(at);
+        let clutter = self.clutter.iter().map(|s| Source {
+            unhidden: true,
+            ..at(s)
+        });
+        let bone = match self.reverberation == 0.0 {
+            true => 0,
+            false => self.on_bone.min(self.scatterers.len()),
+        };
+        let image = self.scatterers[..bone].iter().map(|s| Source {
+            z: 2.0 * s.z,
+            amplitude: self.reverberation * s.amplitude,
+            ..at(s)
+        });
+        scatterers.chain(clutter).chain(image).collect()
+    }
+
+    /// Tells two bones apart.
+    pub(super) fn hash_bone(&self, hasher: &mut impl Hasher) {
+        let outline = self.bone.iter().flat_map(|bone| bone.loops()).flatten();
+        let surface = self.surface.iter().flat_map(Surface::corners).flatten();
+        for value in outline.flatten().copied().chain(surface.flatten()) {
+            hasher.write_u64(value.to_bits());
+        }
     }
 
     /// Refuses a phantom of which nothing can be seen: a length in millimetres where metres are
@@ -173,6 +275,7 @@ impl Phantom {
             {
                 self.scatterers.push(Scatterer {
                     x,
+                    y: 0.0,
                     z,
                     amplitude: tissue.amplitude,
                 });

@@ -5,11 +5,11 @@
 //! 6 dB down at f₀(1 ± B/2). Both are even in time, so that the pulse is even, its spectrum
 //! real, and its envelope's peak exactly at time 0: an echo is centred on its time of flight.
 
-use std::f64::consts::PI;
+use std::f64::consts::{LN_10, PI};
 
-/// Spectrum level below which the pulse is taken as zero: −160 dB, below an f32 sample's
-/// resolution.
-const FLOOR: f64 = 1e-8;
+/// The level of spectrum and envelope below which the pulse is nothing to the direct sum: −160 dB, below
+/// an f32 sample's resolution.
+pub const DIRECT_FLOOR: f64 = 1e-8;
 
 /// The two-way pulse, scaled to a peak of 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,13 +23,16 @@ impl Pulse {
     /// The pulse of a transducer with centre frequency `f0` in Hz and −6 dB fractional
     /// `bandwidth` (one way).
     pub fn new(f0: f64, bandwidth: f64) -> Self {
-        let a = (PI * f0 * bandwidth).powi(2) / (4.0 * 10f64.powf(0.3).ln());
+        let width = PI * f0 * bandwidth;
+        // ln 10^{6/20}.
+        let a = width * width / (4.0 * 0.3 * LN_10);
         let mut pulse = Pulse { f0, a, scale: 1.0 };
         // The value at time 0 is the integral of the spectrum over both signs of the frequency.
         let df = f0 / 2000.0;
         let mut peak = 0.0;
         let mut f = 0.5 * df;
-        while f < pulse.highest_frequency() {
+        let [_, highest] = pulse.band(DIRECT_FLOOR);
+        while f < highest {
             peak += 2.0 * pulse.spectrum(f) * df;
             f += df;
         }
@@ -40,26 +43,28 @@ impl Pulse {
     /// The Fourier transform of the pulse at `f` in Hz, in 1/Hz; real, as the pulse is even.
     pub fn spectrum(&self, f: f64) -> f64 {
         let half_period = 0.5 / self.f0;
-        let square =
-            half_period * sinc(f * half_period) * (1.0 - 2.0 * (2.0 * PI * f * half_period).cos());
+        let square = half_period
+            * sinc(f * half_period)
+            * (1.0 - 2.0 * libm::cos(2.0 * PI * f * half_period));
         let h = self.transducer(f);
         self.scale * square * h * h
     }
 
     /// The transducer's one-way response at `f` in Hz, relative to that at f0.
     pub fn transducer(&self, f: f64) -> f64 {
-        let gauss = |d: f64| (-PI * PI * d * d / self.a).exp();
+        let gauss = |d: f64| libm::exp(-PI * PI * d * d / self.a);
         gauss(f - self.f0) + gauss(f + self.f0)
     }
 
-    /// The frequency above which the spectrum is below −160 dB, Hz.
-    pub fn highest_frequency(&self) -> f64 {
-        self.f0 + (-FLOOR.ln() * self.a / (2.0 * PI * PI)).sqrt()
+    /// The frequencies outside which the spectrum is below `level` of its peak, Hz; from 0 at the least.
+    pub fn band(&self, level: f64) -> [f64; 2] {
+        let half = (-libm::log(level) * self.a / (2.0 * PI * PI)).sqrt();
+        [(self.f0 - half).max(0.0), self.f0 + half]
     }
 
-    /// Half the time outside which the pulse is below −160 dB, s.
-    pub fn half_length(&self) -> f64 {
-        0.75 / self.f0 + (-2.0 * FLOOR.ln() / self.a).sqrt()
+    /// Half the time outside which the pulse is below `level` of its peak, s.
+    pub fn half_length(&self, level: f64) -> f64 {
+        0.75 / self.f0 + (-2.0 * libm::log(level) / self.a).sqrt()
     }
 }
 
@@ -67,6 +72,6 @@ fn sinc(x: f64) -> f64 {
     if x == 0.0 {
         1.0
     } else {
-        (PI * x).sin() / (PI * x)
+        libm::sin(PI * x) / (PI * x)
     }
 }

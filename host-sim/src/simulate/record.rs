@@ -1,40 +1,74 @@
 //! The time axes: the record that is kept, and the longer periodic window of the transforms.
 
-/// The record within the window of the discrete Fourier transforms. Window and record share the
-/// sampling frequency; the window begins `lead` samples before the record.
-#[derive(Clone, Copy, Debug)]
+use super::settings::Settings;
+
+/// The record's samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record {
-    /// Time of the record's first sample, s.
+    /// Time of the first sample, s.
     pub t0: f64,
-    /// Samples in the record.
+    /// Number of samples.
     pub samples: usize,
-    /// Samples of the window before the record.
+}
+
+/// The periodic window in which the record lies, and the lower rate at which the echoes of element
+/// pairs are kept: as analytic signals of the pulse's band.
+#[derive(Clone, Copy, Debug)]
+pub struct Window {
+    /// Samples of the window before the record, at the record's rate.
     pub lead: usize,
-    /// Samples in the window: even, with small prime factors.
-    pub window: usize,
-    /// Samples of the window on the coarse grid of the gridded sum.
-    pub coarse: usize,
+    /// Samples of the window at the record's rate, a power of two.
+    pub samples: usize,
+    /// Samples of a pair's row: `samples` over a power of two.
+    pub row: usize,
+    /// Rate of a pair's row, Hz; at least the width of the band.
+    pub rate: f64,
     /// Time of the window's first sample, s.
     pub start: f64,
     /// Distance of the frequencies, Hz.
     pub df: f64,
-    /// Frequencies 0, df, … that carry signal.
+    /// The first frequency that carries signal, in units of `df`.
+    pub first_bin: usize,
+    /// Frequencies from there on that carry signal.
     pub bins: usize,
+    /// The row's samples that reach into the record of some beam, first and last.
+    pub needed: [f64; 2],
 }
 
-/// The smallest even number of at least `n` with no prime factor above 5.
-pub(super) fn smooth_even(n: usize) -> usize {
-    let smooth = |mut k: usize| {
-        for p in [2, 3, 5] {
-            while k.is_multiple_of(p) {
-                k /= p;
-            }
+impl Window {
+    /// The window of a record in which the pulse's spectrum is cut `band` apart, its rows at `rate`.
+    /// What reaches into the record may reach beyond it by `margin`, s, on either side.
+    pub fn new(settings: &Settings, [lowest, highest]: [f64; 2], rate: f64, margin: f64) -> Self {
+        let record = settings.record();
+        let advance = settings.greatest_advance();
+        let decimation = (settings.fs / rate).round() as usize;
+        let guard = ((margin + advance) * settings.fs).ceil() as usize;
+        let lead = guard.next_multiple_of(decimation);
+        let samples = (record.samples + 2 * lead).next_power_of_two();
+        let df = settings.fs / samples as f64;
+        let first_bin = (lowest / df).ceil().max(1.0) as usize;
+        let last_bin = ((highest / df).floor() as usize).min(samples / 2 - 1);
+        let start = record.t0 - lead as f64 / settings.fs;
+        let last = record.t0 + record.samples as f64 / settings.fs + advance;
+        Window {
+            lead,
+            samples,
+            row: samples / decimation,
+            rate,
+            start,
+            df,
+            first_bin,
+            bins: (last_bin + 1).saturating_sub(first_bin).max(1),
+            needed: [record.t0 - start, last - start].map(|t| t * rate),
         }
-        k == 1
-    };
-    let mut n = n + n % 2;
-    while !smooth(n) {
-        n += 2;
     }
-    n
+}
+
+/// The lowest rate that a power of two takes `fs` to, at which analytic signals of the band keep apart.
+pub fn row_rate(fs: f64, [lowest, highest]: [f64; 2]) -> f64 {
+    let mut rate = fs;
+    while 0.5 * rate >= highest - lowest {
+        rate *= 0.5;
+    }
+    rate
 }

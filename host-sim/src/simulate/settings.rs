@@ -1,14 +1,17 @@
 //! What the simulated scanner does: array, pulse, beams, record, noise.
 
-use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use crate::memory::product;
 use crate::{Error, Result};
 
 use super::array::Array;
+use super::cell_sum::FLOOR;
+use super::noise::NoiseSpectrum;
+use super::pulse::DIRECT_FLOOR;
 use super::pulse::Pulse;
-use super::record::{Record, smooth_even};
+use super::record::{Record, Window, row_rate};
+use super::response::Baffle;
 
 /// The scanner's settings. The default is the paper's (Section "Simulation setup"); what the
 /// paper leaves open is marked as assumed. SI units.
@@ -49,6 +52,22 @@ pub struct Settings {
     /// noise-free record of all beams and elements; none for a noise-free record.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<f64>,
+    /// What the noise's spectrum is.
+    #[serde(default)]
+    pub noise_spectrum: NoiseSpectrum,
+    /// Bits of the analogue-to-digital converter, whose range is the largest sample; none for samples that
+    /// are not rounded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adc_bits: Option<u32>,
+    /// Height of an element, m (assumed); 0 for echoes that do not depend on elevation.
+    pub element_height: f64,
+    /// Focus of the lens in elevation, m; none for a flat one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elevation_focus: Option<f64>,
+    /// What surrounds the elements (assumed).
+    pub baffle: Baffle,
+    /// Attenuation, dB/(cm·MHz) one way (assumed).
+    pub attenuation: f64,
     /// Seed of the noise.
     pub seed: u64,
 }
@@ -72,6 +91,12 @@ impl Default for Settings {
             depth_end: 40e-3,
             receive_f_number: 1.5,
             noise: None,
+            noise_spectrum: NoiseSpectrum::Transducer,
+            adc_bits: None,
+            element_height: 0.0,
+            elevation_focus: None,
+            baffle: Baffle::Rigid,
+            attenuation: 0.0,
             seed: 1,
         }
     }
@@ -97,6 +122,16 @@ impl Settings {
         }
     }
 
+    /// The paper's array with its height and its lens, over a volume: elevation focus 19 mm, noise at −60 dB.
+    pub fn volume() -> Self {
+        Settings {
+            element_height: 4e-3,
+            elevation_focus: Some(19e-3),
+            noise: Some(-60.0),
+            ..Settings::default()
+        }
+    }
+
     /// The array.
     pub fn array(&self) -> Array {
         Array {
@@ -115,33 +150,25 @@ impl Settings {
     /// `receive_f_number`.
     pub fn record(&self) -> Record {
         let s = self;
-        let pulse = s.pulse();
-        let half = pulse.half_length();
+        let half = s.pulse().half_length(DIRECT_FLOOR);
         let edge = 0.5 * s.depth_end / s.receive_f_number;
-        let last = (s.depth_end + s.depth_end.hypot(edge)) / s.c + half;
+        let last = (s.depth_end + root_of_squares(s.depth_end, edge)) / s.c + half;
         // A whole number of samples, so that sample times are round numbers.
         let first = ((2.0 * s.depth_start / s.c - half) * s.fs).floor();
-        let samples = (last * s.fs - first).ceil() as usize;
-        // Echoes outside the record reach into it by half a pulse, and their transmit
-        // advance by the focusing delay of the aperture's edge.
-        let aperture = 0.5 * s.focus / s.f_number + s.pitch;
-        let advance = (s.focus.hypot(aperture) - s.focus) / s.c;
-        // Eight samples of the coarse grid, of at least 8·f0, hold the spreading kernel.
-        let guard = half + advance + 1.0 / s.f0;
-        let lead = (guard * s.fs).ceil() as usize;
-        let window = smooth_even(samples + 2 * lead);
-        let df = s.fs / window as f64;
-        let highest = pulse.highest_frequency().min(0.5 * s.fs);
         Record {
             t0: first / s.fs,
-            samples,
-            lead,
-            window,
-            coarse: smooth_even((8.0 * s.f0 / df).ceil() as usize),
-            start: (first - lead as f64) / s.fs,
-            df,
-            bins: (highest / df).floor() as usize,
+            samples: (last * s.fs - first).ceil() as usize,
         }
+    }
+
+    /// By how much an element `dx` beside a beam's axis fires ahead of one on it, s.
+    pub(super) fn advance(&self, dx: f64) -> f64 {
+        (root_of_squares(dx, self.focus) - self.focus) / self.c
+    }
+
+    /// No element of any beam fires further ahead than this, s.
+    pub(super) fn greatest_advance(&self) -> f64 {
+        self.advance(0.5 * self.focus / self.f_number + self.pitch)
     }
 
     /// Position of a beam's axis, m.
@@ -198,7 +225,29 @@ impl Settings {
         {
             return usage(format!("noise must be -400 to 40 dB, is {noise}"));
         }
-        self.bytes().map(drop)
+        if let Some(bits) = self.adc_bits
+            && !(2..=24).contains(&bits)
+        {
+            return usage(format!("adc_bits must be 2 to 24, is {bits}"));
+        }
+        if !(0.0..=100e-3).contains(&self.element_height) {
+            return usage(format!(
+                "element_height must be 0 to 0.1 m, is {}",
+                self.element_height
+            ));
+        }
+        if let Some(focus) = self.elevation_focus
+            && !(1e-3..=10.0).contains(&focus)
+        {
+            return usage(format!("elevation_focus must be 0.001 to 10 m, is {focus}"));
+        }
+        if !(0.0..=10.0).contains(&self.attenuation) {
+            return usage(format!(
+                "attenuation must be 0 to 10 dB/(cm MHz), is {}",
+                self.attenuation
+            ));
+        }
+        self.check_bytes()
     }
 
     /// What an ultrasound array, its pulse and a medium can be; beyond that a value is in another unit.
@@ -215,34 +264,34 @@ impl Settings {
         ]
     }
 
-    /// What the record and the spectra it is made of take, bytes: known before they are made, and
-    /// bounded.
+    /// What the record takes, bytes.
+    pub(super) fn record_bytes(&self) -> usize {
+        let samples = self.record().samples;
+        product(&[self.beams, self.elements, samples, size_of::<f32>()])
+    }
+
+    /// Bounds what the record and the echoes that it is made of take.
     ///
     /// # Errors
     /// More than any machine is asked for.
-    pub(super) fn bytes(&self) -> Result<usize> {
-        let Record {
-            samples,
-            window,
-            bins,
-            ..
-        } = self.record();
-        if window > MAX_WINDOW {
+    fn check_bytes(&self) -> Result<()> {
+        let pulse = self.pulse();
+        let band = pulse.band(FLOOR);
+        // About twice what an echo is long.
+        let margin = 4.0 * pulse.half_length(FLOOR);
+        let window = Window::new(self, band, row_rate(self.fs, band), margin);
+        let samples = self.record().samples;
+        if window.samples > MAX_WINDOW {
             return usage(format!(
-                "the record of {samples} samples needs transforms of {window}, more than {MAX_WINDOW}; ask \
-                 for less depth, a nearer focus, larger f-numbers or a lower fs"
+                "the record of {samples} samples needs transforms of {}, more than {MAX_WINDOW}; ask for less \
+                 depth, a nearer focus, larger f-numbers or a lower fs",
+                window.samples
             ));
         }
-        let record = product(&[self.beams, self.elements, samples, size_of::<f32>()]);
-        let pairs = product(&[
-            self.elements,
-            self.elements.div_ceil(2) + 1,
-            bins,
-            size_of::<Complex<f64>>(),
-        ]);
-        let bytes = record.saturating_add(pairs);
+        let pairs = product(&[self.elements, self.elements.div_ceil(2) + 1, window.row, 8]);
+        let bytes = self.record_bytes().saturating_add(pairs);
         if bytes <= MAX_BYTES {
-            return Ok(bytes);
+            return Ok(());
         }
         usage(format!(
             "{} beams of {} elements with {samples} samples each, and the spectra they are made of, would \
@@ -253,6 +302,11 @@ impl Settings {
             MAX_BYTES / GIB
         ))
     }
+}
+
+/// √(a² + b²), of lengths.
+fn root_of_squares(a: f64, b: f64) -> f64 {
+    (a * a + b * b).sqrt()
 }
 
 const GIB: usize = 1 << 30;

@@ -34,10 +34,13 @@ pub const ARRIVAL_SAMPLES: f64 = 0.02;
 /// Direct sum: f32 samples (−150 dB), the pulse's spectrum cut at −160 dB and at most some
 /// thousand frequencies that add up what is cut.
 pub const DIRECT_SUM_DB: f64 = -115.0;
-/// Gridded sum: the nearest of 4096 kernel phases is at most 1/8192 of a sample of 25 ns away,
-/// 9.6e-5 of a 5 MHz echo (−80 dB); the echoes of a row overlap, so that its peak can be a third
-/// of what they would add up to.
-pub const GRIDDED_SUM_DB: f64 = -70.0;
+/// Sum by cells: pulse and spectrum are cut at −100 dB, on some tens of frequencies and on two sides of
+/// each; f32 phases and sums are within 1e-6. The echoes of a row overlap, so that its peak can be a
+/// third of what they would add up to.
+pub const CELL_SUM_DB: f64 = -85.0;
+/// Reciprocity: both ways are the same spectrum, next to another row's in one f64 transform, and are rounded
+/// to f32.
+pub const RECIPROCITY_DB: f64 = -130.0;
 /// Superposition: three roundings to f32 of 6e-8 each.
 pub const SUPERPOSITION_DB: f64 = -130.0;
 /// Noise level: the RMS of 16 × 16 rows with about 40 independent values each is known to

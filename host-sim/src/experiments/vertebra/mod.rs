@@ -114,7 +114,7 @@ impl Experiment for Vertebra {
 
     fn run(&self, common: &Common, progress: Progress<'_>) -> Result<Outcome> {
         let phantom = self.phantom()?;
-        let data = channel_data(&self.simulation, &phantom, Summation::Gridded, &|done| {
+        let data = channel_data(&self.simulation, &phantom, Summation::Cells, &|done| {
             progress("vertebra: simulate", done);
         })?;
         let (lines, mut checks) = beamform_all(
