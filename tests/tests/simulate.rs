@@ -8,9 +8,9 @@ use std::f64::consts::PI;
 use common::tolerances;
 use host_sim::files::{ChannelData, Transmits};
 use host_sim::simulate::{
-    Baffle, Outline, Phantom, Pulse, Scatterer, Settings, Summation, channel_data, visible,
+    Baffle, NoiseSpectrum, Outline, Phantom, Pulse, Scatterer, Settings, Summation, channel_data, visible,
 };
-use ndarray::Axis;
+use ndarray::{Array3, Axis};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -65,6 +65,10 @@ fn simulate(settings: &Settings, phantom: &Phantom, summation: Summation) -> Cha
 /// All samples of the one frame.
 fn rf(data: &ChannelData) -> impl Iterator<Item = &f32> {
     data.samples.rf(0).unwrap().into_iter()
+}
+
+fn whole(data: ChannelData) -> Array3<f32> {
+    data.samples.rf(0).unwrap().to_owned()
 }
 
 fn row(data: &ChannelData, beam: usize, element: usize) -> Vec<f64> {
@@ -338,6 +342,159 @@ fn cells_sum_agrees_with_direct_at_other_rates_and_for_beams_between_elements() 
         let error = error_db(&all(&cells), &all(&direct));
         println!("{fs}: {error} dB");
         assert!(error < tolerances::CELL_SUM_DB, "{fs}: {error} dB");
+    }
+}
+
+/// The cells' sum takes beams first where they are few, and pairs of elements where they are many.
+#[test]
+fn a_beam_has_the_same_record_alone_and_among_others() {
+    let all = Settings {
+        elements: 32,
+        beams: 32,
+        ..small()
+    };
+    let one = Settings {
+        beams: 1,
+        first_beam: 5.0,
+        ..all.clone()
+    };
+    let phantom = random_points(20, 6);
+    let [all, one] = [all, one].map(|s| simulate(&s, &phantom, Summation::Cells));
+    for element in [0, 5, 31] {
+        let error = error_db(&row(&one, 0, element), &row(&all, 5, element));
+        assert!(error < tolerances::CELL_SUM_DB, "{element}: {error} dB");
+    }
+}
+
+/// The record of the quarter of a metre that no grid may be too short for.
+#[test]
+fn deep_echoes_are_heard_at_every_frequency() {
+    for (f0, depth) in [(5e6, 0.1), (5e6, 0.19), (7.5e6, 0.12), (15e6, 0.08)] {
+        let settings = Settings {
+            f0,
+            fs: 80e6,
+            depth_start: depth - 3e-3,
+            depth_end: depth + 3e-3,
+            focus: depth,
+            ..small()
+        };
+        let phantom = points(&[(0.1e-3, depth, 1.0)]);
+        let cells = simulate(&settings, &phantom, Summation::Cells);
+        let direct = simulate(&settings, &phantom, Summation::Direct);
+        let error = error_db(&row(&cells, 8, 3), &row(&direct, 8, 3));
+        assert!(error < tolerances::CELL_SUM_DB, "{f0} {depth}: {error} dB");
+        let found = envelope_peak(&cells, 8, 8);
+        let dx = [8usize].map(|e| cells.element_x[e] - 0.1e-3)[0];
+        // The focus lies beside the beam by 0.05 mm: the wave is there after its depth, to 1e-10 s.
+        let expected = (depth + depth.hypot(dx)) / settings.c;
+        assert!((found - expected).abs() * settings.fs < 0.1, "{f0} {depth}");
+    }
+}
+
+/// Echoes from below the record come after its end. A transform's window is periodic, and must not show
+/// them at its beginning.
+#[test]
+fn late_echoes_do_not_come_back_early() {
+    let settings = Settings {
+        depth_start: 12e-3,
+        depth_end: 18e-3,
+        elements: 128,
+        beams: 3,
+        first_beam: 0.0,
+        ..Settings::default()
+    };
+    let x = settings.array().x(64.0);
+    let phantom = points(&[(x, 15e-3, 1.0), (x, 24e-3, 1.0), (x, 40e-3, 1.0)]);
+    // The same with a record so long that it holds them all.
+    let long = Settings {
+        depth_end: 60e-3,
+        ..settings.clone()
+    };
+    for summation in [Summation::Direct, Summation::Cells] {
+        let short = simulate(&settings, &phantom, summation);
+        let long = simulate(&long, &phantom, summation);
+        let samples = short.samples.dim().3;
+        for l in 0..3 {
+            for j in 0..128 {
+                let whole = row(&long, l, j);
+                let peak = whole.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+                let worst = (row(&short, l, j).iter().zip(&whole[..samples]))
+                    .fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+                let error = 20.0 * (worst / peak).log10();
+                assert!(error < tolerances::WINDOW_DB, "{summation:?} {l} {j}: {error} dB");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_silent_record_is_an_error() {
+    // Above the record, beneath it, and behind a bone that hides it from every element.
+    let square = vec![[-8e-3, 9e-3], [8e-3, 9e-3], [8e-3, 9.5e-3], [-8e-3, 9.5e-3]];
+    let mut hidden = points(&[(0.0, 12e-3, 1.0)]);
+    hidden.bone = Some(Outline::new(vec![square]).unwrap());
+    for phantom in [
+        points(&[(0.0, 2e-3, 1.0)]),
+        points(&[(0.0, 60e-3, 1.0)]),
+        hidden,
+        Phantom::default(),
+    ] {
+        for summation in [Summation::Direct, Summation::Cells] {
+            let outcome = channel_data(&small(), &phantom, summation, &|_| ());
+            let message = outcome.expect_err("silence").to_string();
+            assert!(message.contains("silent"), "{message}");
+        }
+    }
+}
+
+/// An amplifier's noise reaches to three times the centre frequency, a transducer's does not.
+#[test]
+fn noise_has_the_spectrum_that_is_asked_for() {
+    let share_above = |noise_spectrum: NoiseSpectrum| {
+        let settings = Settings {
+            noise: Some(0.0),
+            noise_spectrum,
+            ..small()
+        };
+        let phantom = points(&[(0.0, 11e-3, 1.0)]);
+        let mut noise = whole(simulate(&settings, &phantom, Summation::Direct));
+        noise -= &whole(simulate(&Settings { noise: None, ..settings.clone() }, &phantom, Summation::Direct));
+        let samples = noise.dim().2;
+        let (mut above, mut all) = (0.0, 0.0);
+        let mut planner = FftPlanner::new();
+        for line in noise.rows() {
+            let mut x: Vec<Complex<f64>> = line.iter().map(|&v| f64::from(v).into()).collect();
+            planner.plan_fft_forward(samples).process(&mut x);
+            for (k, v) in x[..samples / 2].iter().enumerate() {
+                all += v.norm_sqr();
+                if k as f64 * settings.fs / samples as f64 > 9e6 {
+                    above += v.norm_sqr();
+                }
+            }
+        }
+        above / all
+    };
+    // Flat from 0.5 to 15 MHz: 6 of 14.5 lie above 9 MHz. 256 rows of some hundred values: within 2 %.
+    let amplifier = share_above(NoiseSpectrum::Amplifier);
+    assert!((amplifier - 6.0 / 14.5).abs() < 0.02, "{amplifier}");
+    // −31 dB at 9 MHz one way.
+    assert!(share_above(NoiseSpectrum::Transducer) < 0.01);
+}
+
+#[test]
+fn the_converter_rounds_to_its_steps() {
+    let settings = Settings {
+        adc_bits: Some(8),
+        ..small()
+    };
+    let exact = whole(simulate(&small(), &random_points(5, 1), Summation::Direct));
+    let rounded = whole(simulate(&settings, &random_points(5, 1), Summation::Direct));
+    let peak = exact.iter().fold(0.0f32, |m, v| m.max(v.abs()));
+    let step = peak / 127.0;
+    for (a, b) in exact.iter().zip(&rounded) {
+        let level = b / step;
+        // f32 levels up to 127: 1e-5.
+        assert!((level - level.round()).abs() < 2e-5 && (a - b).abs() < 0.5001 * step);
     }
 }
 

@@ -63,11 +63,14 @@ pub struct Scene<'a> {
     pub window: Window,
     /// The elements that transmit at all: a pair without one is left out.
     pub transmits: &'a [bool],
+    /// The beams, where there are so few that their transmits are summed first: rows are then of a beam and
+    /// an element in place of two elements.
+    pub beams: Option<&'a [Beam]>,
 }
 
 /// Rows of the pairs of a tile.
 pub struct Tile {
-    /// The pairs (i, j), i ≤ j.
+    /// The pairs (i, j) of elements, i ≤ j; or of a beam and an element.
     pub pairs: Vec<(usize, usize)>,
     /// Real and imaginary parts of each pair's row, one after the other.
     pub rows: Vec<f32>,
@@ -80,14 +83,15 @@ impl Scene<'_> {
     /// The tiles of all pairs that are asked for, silent.
     pub fn tiles(&self) -> Vec<Tile> {
         let elements = self.element_x.len();
-        let starts = || (0..elements).step_by(TILE);
+        let lefts = self.beams.map_or(elements, <[Beam]>::len);
+        let starts = |count: usize| (0..count).step_by(TILE);
         let mut tiles = Vec::new();
-        for first in starts().flat_map(|i| starts().map(move |j| [i, j])) {
+        for first in starts(lefts).flat_map(|i| starts(elements).map(move |j| [i, j])) {
             let mut pairs = Vec::new();
             let mut place = vec![None; TILE * TILE];
-            for i in first[0]..(first[0] + TILE).min(elements) {
-                for j in first[1].max(i)..(first[1] + TILE).min(elements) {
-                    if self.transmits[i] || self.transmits[j] {
+            for i in first[0]..(first[0] + TILE).min(lefts) {
+                for j in first[1]..(first[1] + TILE).min(elements) {
+                    if self.wants(i, j) {
                         place[(i - first[0]) * TILE + j - first[1]] = Some(pairs.len());
                         pairs.push((i, j));
                     }
@@ -103,6 +107,17 @@ impl Scene<'_> {
             }
         }
         tiles
+    }
+
+    /// How many pairs of elements are asked for.
+    pub fn pairs(&self) -> usize {
+        let elements = self.element_x.len();
+        let of = |i: usize| (i..elements).filter(move |&j| self.transmits[i] || self.transmits[j]);
+        (0..elements).map(|i| of(i).count()).sum()
+    }
+
+    fn wants(&self, i: usize, j: usize) -> bool {
+        self.beams.is_some() || i <= j && (self.transmits[i] || self.transmits[j])
     }
 
     /// Longest time by which a cell's echoes reach from where they touch the record, s.
@@ -121,26 +136,50 @@ struct Shape {
     before: usize,
     /// The whole sample that each element's times are counted from.
     origins: Vec<i64>,
+    /// The same of each beam; those of the elements where there are none.
+    lefts: Vec<i64>,
 }
 
 impl Shape {
     fn of(cell: &Cell, scene: &Scene<'_>) -> Self {
         let Window { rate, start, .. } = scene.window;
         let half = scene.pulse.half_length(FLOOR);
+        let ranges = |x: f64| cell.ranges(x).map(|r| r / scene.response.c);
+        let origin = |time: f64| ((time - 0.5 * start) * rate).floor() as i64;
         let mut longest = 0.0f64;
-        let origins = (scene.element_x.iter())
+        let origins: Vec<i64> = (scene.element_x.iter())
             .map(|&x| {
-                let [nearest, furthest] = cell.ranges(x).map(|r| r / scene.response.c);
+                let [nearest, furthest] = ranges(x);
                 longest = longest.max(furthest - nearest);
-                ((nearest - 0.5 * start) * rate).floor() as i64
+                origin(nearest)
             })
             .collect();
+        let mut longest_left = longest;
+        let lefts = match scene.beams {
+            None => origins.clone(),
+            Some(beams) => {
+                let left = |beam: &Beam| {
+                    let mut span = [f64::INFINITY, f64::NEG_INFINITY];
+                    for (i, advance) in beam.elements.clone().zip(&beam.advance) {
+                        let [nearest, furthest] = ranges(scene.element_x[i]);
+                        span = [
+                            span[0].min(nearest - advance),
+                            span[1].max(furthest - advance),
+                        ];
+                    }
+                    longest_left = longest_left.max(span[1] - span[0]);
+                    origin(span[0])
+                };
+                beams.iter().map(left).collect()
+            }
+        };
         let before = ((half - 2.0 * cell.strips[0]) * rate).ceil() + 1.0;
-        let after = (half + 2.0 * cell.strips[1] + 2.0 * longest) * rate + 3.0;
+        let after = (half + 2.0 * cell.strips[1] + longest + longest_left) * rate + 3.0;
         Shape {
             samples: ((before + after.ceil()) as usize).next_multiple_of(GROUP),
             before: before as usize,
             origins,
+            lefts,
         }
     }
 }
@@ -276,6 +315,8 @@ struct Work<V> {
     elevation: Vec<ComplexVector<V>>,
     /// `[element][vector][source]`.
     legs: Vec<ComplexVector<V>>,
+    /// `[beam][vector][source]`, where there are beams.
+    beam_legs: Vec<ComplexVector<V>>,
     /// Whether an element hears anything of the cell.
     lit: Vec<bool>,
     /// Of each tile, `[pair][vector]`.
@@ -290,6 +331,7 @@ impl<V: Vector> Work<V> {
             heard: Vec::new(),
             elevation: Vec::new(),
             legs: Vec::new(),
+            beam_legs: Vec::new(),
             lit: vec![false; scene.element_x.len()],
             sums: vec![Vec::new(); tiles],
             quadratures: (0..MOST_NODES).map(|n| gauss_legendre(n.max(1))).collect(),
@@ -311,17 +353,10 @@ impl<V: Vector> Work<V> {
             sums.clear();
             sums.resize(TILE * TILE * vectors, nothing);
         }
-        let places = Places::of(
-            cell,
-            scene,
-            basis.lowest + basis.frequencies as f64 * basis.step,
-        );
+        let places = Places::of(cell, scene, basis.lowest + basis.frequencies as f64 * basis.step);
         for members in cell.members.chunks(BLOCK) {
             let hear = |&k: &u32| Heard::new(&scene.sources[k as usize], scene);
-            members
-                .par_iter()
-                .map(hear)
-                .collect_into_vec(&mut self.heard);
+            members.par_iter().map(hear).collect_into_vec(&mut self.heard);
             for heard in &self.heard {
                 for (element, lit) in self.lit.iter_mut().enumerate() {
                     *lit |= heard.sees(element);
@@ -360,14 +395,34 @@ impl<V: Vector> Work<V> {
                         || leg.fill(zero, heard, legs),
                     );
                 });
-            let (legs, lit) = (&self.legs, &self.lit);
+            if let Some(beams) = scene.beams {
+                let legs = &self.legs;
+                let count = beams.len().next_multiple_of(2);
+                self.beam_legs.resize(count * vectors * BLOCK, nothing);
+                self.beam_legs
+                    .par_chunks_exact_mut(vectors * BLOCK)
+                    .zip(beams)
+                    .enumerate()
+                    .for_each(|(index, (out, beam))| {
+                        let left = shape.lefts[index];
+                        zero.vectorize(
+                            #[inline(always)]
+                            || beam.sum(zero, scene, basis, &shape.origins, left, legs, out),
+                        );
+                    });
+            }
+            let legs = &self.legs;
+            let lefts = match scene.beams {
+                Some(_) => &self.beam_legs,
+                None => legs,
+            };
             tiles
                 .par_iter()
                 .zip(&mut self.sums)
                 .for_each(|(tile, sums)| {
                     zero.vectorize(
                         #[inline(always)]
-                        || tile.multiply(legs, vectors, heard.len(), lit, sums),
+                        || tile.multiply(lefts, legs, vectors, heard.len(), sums),
                     );
                 });
         }
@@ -410,6 +465,46 @@ impl Heard {
     }
 }
 
+/// A transmit beam: its axis, its elements and by how much each fires ahead.
+pub struct Beam {
+    /// Lateral position of the axis, m.
+    pub x: f64,
+    /// The elements that fire.
+    pub elements: std::ops::Range<usize>,
+    /// By how much each fires ahead of one on the axis, s.
+    pub advance: Vec<f64>,
+}
+
+impl Beam {
+    /// The legs of the elements that fire, summed as they fire: `[vector][source]`.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
+    fn sum<V: Vector>(
+        &self,
+        zero: V,
+        scene: &Scene<'_>,
+        basis: &Basis<V>,
+        origins: &[i64],
+        left: i64,
+        legs: &[ComplexVector<V>],
+        out: &mut [ComplexVector<V>],
+    ) {
+        out.fill(ComplexVector::from_real(zero));
+        for (i, advance) in self.elements.clone().zip(&self.advance) {
+            let time = (origins[i] - left) as f64 / scene.window.rate - advance;
+            let mut phases = Powers::new(unit(-basis.lowest * time), unit(-basis.step * time));
+            for vector in 0..basis.vectors {
+                let phase = phases.get(zero, vector);
+                let legs = &legs[(i * basis.vectors + vector) * BLOCK..][..BLOCK];
+                let out = &mut out[vector * BLOCK..(vector + 1) * BLOCK];
+                for (sum, leg) in out.iter_mut().zip(legs) {
+                    *sum = plus_product(*sum, *leg, phase);
+                }
+            }
+        }
+    }
+}
+
 impl Places {
     /// Enough places for the cell and for all elements; none where elevation changes nothing.
     fn of(cell: &Cell, scene: &Scene<'_>, highest: f64) -> Option<Self> {
@@ -424,11 +519,7 @@ impl Places {
         let furthest = (across * across + deepest * deepest).sqrt();
         let [low, high] = [1.0 / furthest, 1.0 / nearest];
         let turn = [-0.5, 0.5].map(|edge| {
-            let delay = |rho| {
-                response
-                    .strip(edge * response.height, rho, cell.elevation)
-                    .0
-            };
+            let delay = |rho| response.strip(edge * response.height, rho, cell.elevation).0;
             TAU * highest * (delay(nearest) - delay(furthest)).abs()
         });
         // Two places beyond either end, all at a distance above 0.
@@ -622,30 +713,30 @@ impl Tile {
         self.place[i * TILE + j]
     }
 
-    /// Adds the products of a block's legs, two elements by two at a time.
+    /// Adds the products of a block's legs, two by two at a time.
     #[inline(always)]
     fn multiply<V: Vector>(
         &self,
+        lefts: &[ComplexVector<V>],
         legs: &[ComplexVector<V>],
         vectors: usize,
         sources: usize,
-        lit: &[bool],
         sums: &mut [ComplexVector<V>],
     ) {
-        let lit = |element: usize| lit.get(element).is_some_and(|&lit| lit);
         for i in (0..TILE).step_by(2) {
             for j in (0..TILE).step_by(2) {
                 let [ei, ej] = [self.first[0] + i, self.first[1] + j];
-                let wanted = [(0, 0), (0, 1), (1, 0), (1, 1)].iter().any(|&(a, b)| {
-                    self.wants(i + a, j + b).is_some() && lit(ei + a) && lit(ej + b)
-                });
-                if !wanted {
+                let wanted = [(0, 0), (0, 1), (1, 0), (1, 1)];
+                if !wanted.iter().any(|&(a, b)| self.wants(i + a, j + b).is_some()) {
                     continue;
                 }
                 for vector in 0..vectors {
-                    let row =
-                        |element: usize| &legs[(element * vectors + vector) * BLOCK..][..sources];
-                    let (a0, a1, b0, b1) = (row(ei), row(ei + 1), row(ej), row(ej + 1));
+                    let at = |element: usize| {
+                        let first = (element * vectors + vector) * BLOCK;
+                        first..first + sources
+                    };
+                    let (a0, a1) = (&lefts[at(ei)], &lefts[at(ei + 1)]);
+                    let (b0, b1) = (&legs[at(ej)], &legs[at(ej + 1)]);
                     let at = |a: usize, b: usize| ((i + a) * TILE + j + b) * vectors + vector;
                     let mut c00 = sums[at(0, 0)];
                     let mut c01 = sums[at(0, 1)];
@@ -681,12 +772,11 @@ impl Tile {
         let samples = shape.samples;
         let vectors = basis.vectors;
         let width = samples / V::LANES;
-        let mut wave = [ComplexVector::from_real(zero); 4];
         for (pair, &(i, j)) in self.pairs.iter().enumerate() {
-            if !lit[i] || !lit[j] {
+            if scene.beams.is_none() && !lit[i] || !lit[j] {
                 continue;
             }
-            let first = shape.origins[i] + shape.origins[j] - shape.before as i64;
+            let first = shape.lefts[i] + shape.origins[j] - shape.before as i64;
             let last = first + samples as i64;
             if (last as f64) < needed[0] || first as f64 > needed[1] {
                 continue;
@@ -704,31 +794,52 @@ impl Tile {
             };
             let place = (i - self.first[0]) * TILE + j - self.first[1];
             let sums = &sums[place * vectors..(place + 1) * vectors];
-            for begin in (0..width).step_by(wave.len()) {
-                let count = wave.len().min(width - begin);
-                let wave = &mut wave[..count];
-                wave.fill(ComplexVector::from_real(zero));
-                for k in 0..basis.frequencies {
-                    let value = &sums[k / V::LANES];
-                    let value = ComplexVector {
-                        re: zero.splat(value.re.lanes()[k % V::LANES]),
-                        im: zero.splat(value.im.lanes()[k % V::LANES]),
-                    };
-                    let table = &basis.transform[k * width + begin..][..count];
-                    for (wave, factor) in wave.iter_mut().zip(table) {
-                        *wave = plus_product(*wave, value, *factor);
-                    }
-                }
-                for (k, wave) in wave.iter().enumerate() {
-                    let at = (begin + k) * V::LANES..(begin + k + 1) * V::LANES;
-                    for (sum, v) in re[at.clone()].iter_mut().zip(wave.re.lanes()) {
-                        *sum += v;
-                    }
-                    for (sum, v) in im[at].iter_mut().zip(wave.im.lanes()) {
-                        *sum += v;
-                    }
+            for begin in (0..width).step_by(4) {
+                match width - begin {
+                    1 => deposit_block::<V, 1>(zero, basis, sums, width, begin, re, im),
+                    2 => deposit_block::<V, 2>(zero, basis, sums, width, begin, re, im),
+                    3 => deposit_block::<V, 3>(zero, basis, sums, width, begin, re, im),
+                    _ => deposit_block::<V, 4>(zero, basis, sums, width, begin, re, im),
                 }
             }
+        }
+    }
+}
+
+/// Transforms `C` vectors of samples from `begin` on, of a pair's sums, and adds them.
+#[inline(always)]
+fn deposit_block<V: Vector, const C: usize>(
+    zero: V,
+    basis: &Basis<V>,
+    sums: &[ComplexVector<V>],
+    width: usize,
+    begin: usize,
+    re: &mut [f32],
+    im: &mut [f32],
+) {
+    let mut wave = [ComplexVector::from_real(zero); C];
+    for (vector, values) in sums.iter().enumerate() {
+        let count = V::LANES.min(basis.frequencies.saturating_sub(vector * V::LANES));
+        let lanes = values.re.lanes().iter().zip(values.im.lanes());
+        for (lane, (&re, &im)) in lanes.take(count).enumerate() {
+            let value = ComplexVector {
+                re: zero.splat(re),
+                im: zero.splat(im),
+            };
+            let table = (vector * V::LANES + lane) * width + begin;
+            let table = &basis.transform[table..table + C];
+            for c in 0..C {
+                wave[c] = plus_product(wave[c], value, table[c]);
+            }
+        }
+    }
+    for (c, wave) in wave.iter().enumerate() {
+        let at = (begin + c) * V::LANES..(begin + c + 1) * V::LANES;
+        for (sum, v) in re[at.clone()].iter_mut().zip(wave.re.lanes()) {
+            *sum += v;
+        }
+        for (sum, v) in im[at].iter_mut().zip(wave.im.lanes()) {
+            *sum += v;
         }
     }
 }

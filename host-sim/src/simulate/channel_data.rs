@@ -20,7 +20,7 @@ use crate::files::{ChannelData, Transmits};
 use crate::memory::{self, product};
 use crate::{Error, Result};
 
-use super::cell_sum::{self, FLOOR, Sum, Tile};
+use super::cell_sum::{self, Beam, FLOOR, Sum, Tile};
 use super::cells::cells;
 use super::checkpoint::Checkpoint;
 use super::direct_sum;
@@ -44,6 +44,8 @@ pub enum Summation {
 
 /// The share of the work that the sum over the scatterers is.
 const SUM_SHARE: f64 = 0.9;
+/// How many times more pairs than rows of beams there have to be for beams to be summed first.
+const FEW: usize = 3;
 /// Side of a cell, in lengths of the pulse.
 const CELL: f64 = 0.25;
 
@@ -59,14 +61,7 @@ pub fn channel_data(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ChannelData> {
     let set = InstructionSet::detect();
-    resumed_channel_data(
-        settings,
-        phantom,
-        summation,
-        set,
-        progress,
-        &mut Checkpoint::none(),
-    )
+    resumed_channel_data(settings, phantom, summation, set, progress, &mut Checkpoint::none())
 }
 
 /// As [`channel_data`], with the vectors of `set`, and from where an interrupted run with this checkpoint
@@ -98,6 +93,7 @@ pub fn resumed_channel_data(
         shadow: phantom.shadow(),
         element_x: settings.array().element_x(),
         transmits: &transmits,
+        beams: &beams,
     };
     progress(0.0);
     let (window, pairs) = match summation {
@@ -155,22 +151,19 @@ struct Scene<'a> {
     shadow: Shadow,
     element_x: Vec<f64>,
     transmits: &'a [bool],
+    beams: &'a [Beam],
 }
 
-/// Spectra `[pair][frequency]` of the pairs i ≤ j; empty where no element of the pair transmits.
-struct PairSpectra {
-    elements: usize,
-    rows: Vec<Vec<Complex<f64>>>,
-}
-
-impl PairSpectra {
-    fn get(&self, i: usize, j: usize) -> &[Complex<f64>] {
-        &self.rows[pair_index(self.elements, i.min(j), i.max(j))]
-    }
+/// Spectra of echoes.
+enum Spectra {
+    /// Of the pairs i ≤ j, `[pair][frequency]`; empty where no element of the pair transmits.
+    Pairs(Vec<Vec<Complex<f64>>>),
+    /// Of every beam and element, `[beam·elements + element][frequency]`.
+    Beams(Vec<Vec<Complex<f64>>>),
 }
 
 impl Scene<'_> {
-    fn direct(&self, tick: &(dyn Fn(f64) + Sync)) -> Result<(Window, PairSpectra)> {
+    fn direct(&self, tick: &(dyn Fn(f64) + Sync)) -> Result<(Window, Spectra)> {
         let settings = self.settings;
         let scene = direct_sum::Scene {
             sources: self.sources,
@@ -198,7 +191,7 @@ impl Scene<'_> {
                 rows
             })
             .collect();
-        Ok((window, PairSpectra { elements, rows }))
+        Ok((window, Spectra::Pairs(rows)))
     }
 
     fn cells(
@@ -206,7 +199,7 @@ impl Scene<'_> {
         set: InstructionSet,
         checkpoint: &mut Checkpoint,
         tick: &(dyn Fn(f64) + Sync),
-    ) -> Result<(Window, PairSpectra)> {
+    ) -> Result<(Window, Spectra)> {
         let settings = self.settings;
         let (response, pulse) = (Response::new(settings), settings.pulse());
         let band = pulse.band(FLOOR);
@@ -222,7 +215,13 @@ impl Scene<'_> {
             pulse,
             window: Window::new(settings, band, rate, 0.0),
             transmits: self.transmits,
+            beams: None,
         };
+        // Few beams have fewer rows than the pairs of their elements, though longer ones.
+        let pairs = scene.pairs();
+        if self.beams.len() * settings.elements * FEW <= pairs {
+            scene.beams = Some(self.beams);
+        }
         let longest = scene.longest();
         scene.window = Window::new(settings, band, rate, longest);
         let legs = [settings.elements, 64, longest_frequencies(longest, band), 8];
@@ -234,10 +233,9 @@ impl Scene<'_> {
             checkpoint,
             tick,
         })?;
-        Ok((
-            scene.window,
-            spectra(&scene.window, tiles, settings.elements),
-        ))
+        let beams = scene.beams.map(<[Beam]>::len);
+        let spectra = spectra(&scene.window, tiles, settings.elements, beams);
+        Ok((scene.window, spectra))
     }
 
     /// Asks for the memory of the record, of the pairs and of `legs` bytes before any is taken.
@@ -247,10 +245,7 @@ impl Scene<'_> {
             settings.elements,
             settings.elements.div_ceil(2) + 1,
             // A row in f32, and its spectrum in f64.
-            window
-                .row
-                .saturating_mul(8)
-                .saturating_add(window.bins * 16),
+            window.row.saturating_mul(8).saturating_add(window.bins * 16),
         ]);
         let transforms = product(&[rayon::current_num_threads(), window.samples, 4 * 16]);
         let record = settings.record_bytes();
@@ -266,9 +261,10 @@ fn longest_frequencies(longest: f64, [lowest, highest]: [f64; 2]) -> usize {
 }
 
 /// The rows' spectra at the frequencies of the window.
-fn spectra(window: &Window, tiles: Vec<Tile>, elements: usize) -> PairSpectra {
+fn spectra(window: &Window, tiles: Vec<Tile>, elements: usize, beams: Option<usize>) -> Spectra {
     let plan = Fourier::new(window.row);
-    let mut rows = vec![Vec::new(); elements * (elements + 1) / 2];
+    let count = beams.map_or(elements * (elements + 1) / 2, |beams| beams * elements);
+    let mut rows = vec![Vec::new(); count];
     for tile in tiles {
         let found: Vec<Vec<Complex<f64>>> = (tile.rows)
             .par_chunks_exact(2 * window.row)
@@ -285,10 +281,17 @@ fn spectra(window: &Window, tiles: Vec<Tile>, elements: usize) -> PairSpectra {
             })
             .collect();
         for (&(i, j), row) in tile.pairs.iter().zip(found) {
-            rows[pair_index(elements, i, j)] = row;
+            let index = match beams {
+                Some(_) => i * elements + j,
+                None => pair_index(elements, i, j),
+            };
+            rows[index] = row;
         }
     }
-    PairSpectra { elements, rows }
+    match beams {
+        Some(_) => Spectra::Beams(rows),
+        None => Spectra::Pairs(rows),
+    }
 }
 
 /// Index of the pair i ≤ j when pairs are counted (0, 0), (0, 1), …, (1, 1), ….
@@ -300,7 +303,7 @@ fn pair_index(elements: usize, i: usize, j: usize) -> usize {
 fn form_beams(
     settings: &Settings,
     window: &Window,
-    pairs: &PairSpectra,
+    spectra: &Spectra,
     beams: &[Beam],
     tick: &(dyn Fn() + Sync),
 ) -> Vec<f32> {
@@ -309,16 +312,23 @@ fn form_beams(
     let plan = Fourier::new(window.samples);
     rf.par_chunks_mut(settings.elements * samples)
         .zip(beams)
-        .for_each(|(rows, beam)| {
+        .enumerate()
+        .for_each(|(l, (rows, beam))| {
             let phases: Vec<Vec<Complex<f64>>> = beam
                 .advance
                 .iter()
                 .map(|&advance| beam_phase(window, advance))
                 .collect();
+            let elements = settings.elements;
             let sum = |j: usize| {
+                let pairs = match spectra {
+                    Spectra::Beams(rows) => return rows[l * elements + j].clone(),
+                    Spectra::Pairs(rows) => rows,
+                };
                 let mut sum = vec![Complex::<f64>::default(); window.bins];
                 for (i, phase) in beam.elements.clone().zip(&phases) {
-                    for ((s, h), e) in sum.iter_mut().zip(pairs.get(i, j)).zip(phase) {
+                    let pair = &pairs[pair_index(elements, i.min(j), i.max(j))];
+                    for ((s, h), e) in sum.iter_mut().zip(pair).zip(phase) {
                         *s += h * e;
                     }
                 }
@@ -368,22 +378,17 @@ fn quantise(rf: &mut [f32], bits: u32) {
         .for_each(|v| *v = (libm::rint(f64::from(*v) / step) * step) as f32);
 }
 
-/// A transmit beam: its axis, its elements and by how much each fires ahead.
-struct Beam {
-    x: f64,
-    elements: std::ops::Range<usize>,
-    advance: Vec<f64>,
-}
-
 impl Beam {
-    fn new(settings: &Settings, index: usize) -> Self {
+    pub(super) fn new(settings: &Settings, index: usize) -> Self {
         let array = settings.array();
         let x = settings.beam_x(index);
         let position = settings.first_beam + index as f64 * settings.beam_step;
         let elements = array.transmit_elements(position, settings.focus, settings.f_number);
         let advance = elements
             .clone()
-            .map(|i| settings.advance(array.x(i as f64) - x))
+            .map(|i| {
+                settings.advance(array.x(i as f64) - x)
+            })
             .collect();
         Beam {
             x,

@@ -38,6 +38,8 @@ pub const DIRECT_SUM_DB: f64 = -115.0;
 /// each; f32 phases and sums are within 1e-6. The echoes of a row overlap, so that its peak can be a
 /// third of what they would add up to.
 pub const CELL_SUM_DB: f64 = -85.0;
+/// Two records of different length: each is within −100 dB of the model where its pulse is cut.
+pub const WINDOW_DB: f64 = -90.0;
 /// Reciprocity: both ways are the same spectrum, next to another row's in one f64 transform, and are rounded
 /// to f32.
 pub const RECIPROCITY_DB: f64 = -130.0;
