@@ -2,21 +2,29 @@
 
 use std::path::{Path, PathBuf};
 
+use bonebeam::simd::InstructionSet;
 use clap::Args;
+use ndarray::{Array2, Array3};
 
 use super::{ConfigArgument, command_line, load_config, progress_bar};
 use crate::Result;
 use crate::config::{Config, Kind, Simulate, SimulateFlags};
 use crate::files::ChannelData;
 use crate::files::atomic::{Outputs, check_outputs};
-use crate::simulate::{Summation, channel_data, demodulate};
+use crate::files::{Truth, stage_surface};
+use crate::simulate::{
+    Checkpoint, DynamicRange, Phantom, Summation, channel_data, demodulate, resumed_channel_data,
+};
+use crate::terminal::warn;
 
-/// Simulate the channel data of a point or of a vertebra.
+/// Simulate the channel data of a point, of bone in water or in tissue, or of known levels.
 ///
 /// A linear array sends one focused beam per element (the paper's array, pulse, transmit and
 /// record, unless told otherwise) and records every element. Bone attenuates totally: an element
 /// hears only what it sees. The configuration used is written beside the channel data as
-/// FILE.npz.config.toml; its section [simulate.scanner] has all settings of the scanner.
+/// FILE.npz.config.toml; its section [simulate.scanner] has all settings of the scanner. What was
+/// imaged is written as FILE.npz.truth.npz, a bone's surface as FILE.npz.surface.ply. A run that was
+/// interrupted goes on from FILE.npz.partial when it is started again.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
@@ -39,6 +47,10 @@ Examples:
   host-sim simulate point --iq -o iq.npz
   host-sim simulate vertebra --slice -0.008 -o vertebra.npz
   host-sim simulate vertebra --mesh L3.ply --slice -0.01 --tissue -o vertebra.npz
+  host-sim simulate vertebra-3d --slice -0.004 --tissue -o tissue.npz
+  host-sim simulate vertebra-3d --mesh L3.stl --reverberation -25 --clutter -50 -o bath.npz
+  host-sim simulate facet-joint --depth 0.025 --attenuation 0.5 --adc-bits 12 -o joint.npz
+  host-sim simulate dynamic-range --element-height 0.004 --elevation-focus 0.025 -o levels.npz
   host-sim simulate --config vertebra.npz.config.toml --seed 2 -o again.npz";
 
 /// Runs the command.
@@ -51,18 +63,69 @@ pub fn run(arguments: Arguments) -> Result<()> {
     config.validate()?;
 
     let config_path = Config::path_beside(&arguments.output);
+    let [truth, surface, partial] = ["truth.npz", "surface.ply", "partial"].map(|ending| {
+        let mut name = arguments.output.as_os_str().to_owned();
+        name.push(".");
+        name.push(ending);
+        PathBuf::from(name)
+    });
     let mesh: Vec<&Path> = config.simulate.mesh.as_deref().into_iter().collect();
-    check_outputs(&mesh, &[&arguments.output, &config_path])?;
+    check_outputs(&mesh, &[&arguments.output, &config_path, &truth, &surface])?;
 
+    let scanner = config.simulate.scanner().clone();
+    let built = config.simulate.build(&scanner)?;
+    built.doubts.iter().for_each(|doubt| warn(doubt));
+    let phantom = built.phantom;
+    let summation = summation(config.simulate.phantom);
+    let mut checkpoint = Checkpoint::new(&partial, &scanner, &phantom)?;
     let bar = progress_bar("simulating", 1000);
     let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
-    let data = recorded(&mut config.simulate, &progress)?;
+    let set = InstructionSet::detect();
+    let data = resumed_channel_data(&scanner, &phantom, summation, set, &progress, &mut checkpoint)?;
+    let data = match config.simulate.iq {
+        true => demodulate(data),
+        false => data,
+    };
     bar.finish_and_clear();
 
     let mut outputs = Outputs::new();
     data.stage(&arguments.output, &mut outputs)?;
     config.stage(&command_line(), &config_path, &mut outputs)?;
-    outputs.commit()
+    let known = config.simulate.phantom == Kind::DynamicRange;
+    truth_of(&phantom, known).stage(&truth, &mut outputs)?;
+    if let Some(bone) = &phantom.surface {
+        stage_surface(&surface, bone.vertices(), bone.triangles(), &mut outputs)?;
+    }
+    outputs.commit()?;
+    checkpoint.finish();
+    Ok(())
+}
+
+/// What is told of a phantom beside its recording.
+fn truth_of(phantom: &Phantom, known_levels: bool) -> Truth {
+    let all = &phantom.scatterers;
+    let scatterers = Array2::from_shape_fn((all.len(), 4), |(k, column)| {
+        let s = &all[k];
+        [s.x, s.y, s.z, s.amplitude][column] as f32
+    });
+    let segments: Vec<_> = phantom.bone.iter().flat_map(|b| b.segments()).collect();
+    let outline = Array3::from_shape_fn((segments.len(), 2, 2), |(k, end, axis)| {
+        segments[k][end][axis]
+    });
+    Truth {
+        scatterers,
+        on_bone: phantom.on_bone,
+        outline,
+        levels: known_levels.then(|| (DynamicRange::levels(), [-18e-3, 5e-3, 1e-4])),
+    }
+}
+
+/// One point can be summed exactly at every frequency; for the thousands of a bone that would take hours.
+fn summation(phantom: Kind) -> Summation {
+    match phantom {
+        Kind::Point => Summation::Direct,
+        _ => Summation::Cells,
+    }
 }
 
 /// The channel data of the section. `progress` hears the fraction done, from any thread.
@@ -71,14 +134,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
 /// A mesh that is not valid, a phantom outside the record, or a record that takes too much memory.
 pub fn recorded(section: &mut Simulate, progress: &(dyn Fn(f64) + Sync)) -> Result<ChannelData> {
     let scanner = section.scanner().clone();
-    let phantom = section.build(&scanner)?;
-    // One point can be summed exactly at every frequency; for the thousands of a bone that would
-    // take hours.
-    let summation = match section.phantom {
-        Kind::Point => Summation::Direct,
-        Kind::Vertebra => Summation::Cells,
-    };
-    let data = channel_data(&scanner, &phantom, summation, progress)?;
+    let phantom = section.build(&scanner)?.phantom;
+    let data = channel_data(&scanner, &phantom, summation(section.phantom), progress)?;
     Ok(match section.iq {
         true => demodulate(data),
         false => data,

@@ -15,6 +15,7 @@ mod npy_header;
 mod npz;
 mod partial;
 mod samples;
+mod truth;
 mod units;
 mod validate;
 
@@ -25,6 +26,7 @@ pub use lines::{BeamRays, Lines};
 pub use npy::read_array;
 pub use partial::Partial;
 pub use samples::{Frame, Samples};
+pub use truth::{Truth, stage_surface};
 
 use std::io;
 use std::path::Path;

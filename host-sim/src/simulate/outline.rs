@@ -171,7 +171,7 @@ impl Outline {
                 .map(|k| {
                     let (before, after) = (corners[(k + n - 1) % n], corners[(k + 1) % n]);
                     let chord = [after[0] - before[0], after[1] - before[1]];
-                    let length = chord[0].hypot(chord[1]).max(f64::MIN_POSITIVE);
+                    let length = libm::hypot(chord[0], chord[1]).max(f64::MIN_POSITIVE);
                     let offset = roughness * complex_gaussian(&mut random).re / length;
                     [
                         corners[k][0] + offset * chord[1],
@@ -201,7 +201,7 @@ impl Chunk {
         let radius = segments
             .iter()
             .flatten()
-            .map(|p| (p[0] - centre[0]).hypot(p[1] - centre[1]))
+            .map(|p| libm::hypot(p[0] - centre[0], p[1] - centre[1]))
             .fold(0.0, f64::max);
         Chunk {
             segments: segments.to_vec(),
@@ -216,7 +216,7 @@ fn segments_of(points: &[Point]) -> impl Iterator<Item = [Point; 2]> + '_ {
 }
 
 fn length(segment: &[Point; 2]) -> f64 {
-    (segment[1][0] - segment[0][0]).hypot(segment[1][1] - segment[0][1])
+    libm::hypot(segment[1][0] - segment[0][0], segment[1][1] - segment[0][1])
 }
 
 fn resample(path: &[Point], spacing: f64) -> Vec<Point> {
@@ -265,7 +265,7 @@ fn distance_to_segment(p: Point, [a, b]: &[Point; 2]) -> f64 {
     } else {
         0.0
     };
-    (q[0] - along * d[0]).hypot(q[1] - along * d[1])
+    libm::hypot(q[0] - along * d[0], q[1] - along * d[1])
 }
 
 #[cfg(test)]

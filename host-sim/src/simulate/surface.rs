@@ -1,10 +1,26 @@
-//! A bone's surface of triangles.
+//! A bone's surface of triangles: its checks, its cut by the image plane, scatterers on it, what it holds.
+
+use std::collections::BTreeMap;
+
+use crate::Result;
+
+use super::chain::{Segment, closed_loops};
+use super::outline::Outline;
+use super::phantom::Scatterer;
 
 /// A surface of triangles, in metres along the array's axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     vertices: Vec<[f64; 3]>,
     triangles: Vec<[u32; 3]>,
+}
+
+/// What a check of a closed surface finds.
+pub(super) struct Found {
+    /// The normals point inwards.
+    pub inverted: bool,
+    /// Edges at which two triangles are wound against each other.
+    pub mixed: usize,
 }
 
 impl Surface {
@@ -21,9 +37,255 @@ impl Surface {
         &self.vertices
     }
 
+    /// The triangles as indices of their corners, seen from outside anticlockwise.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
     /// The corners of every triangle, m.
     pub fn corners(&self) -> impl Iterator<Item = [[f64; 3]; 3]> + '_ {
         let corner = |index: u32| self.vertices[index as usize];
         self.triangles.iter().map(move |t| t.map(corner))
     }
+
+    /// The surface moved by so much along each axis, m.
+    pub fn moved(mut self, by: [f64; 3]) -> Self {
+        for vertex in &mut self.vertices {
+            *vertex = [0, 1, 2].map(|k| vertex[k] + by[k]);
+        }
+        self
+    }
+
+    /// The surface with every triangle the other way round.
+    pub(super) fn turned(mut self) -> Self {
+        self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        self
+    }
+
+    /// The volume within, m³; negative for a surface that is inside out.
+    pub fn volume(&self) -> f64 {
+        let six = self.corners().map(|[a, b, c]| dot(a, cross(b, c)));
+        six.sum::<f64>() / 6.0
+    }
+
+    /// Whether every edge belongs to two triangles, or to four and so on.
+    pub(super) fn check(&self) -> std::result::Result<Found, String> {
+        // Of every edge, how often it is passed either way.
+        let mut edges: BTreeMap<[u32; 2], [u32; 2]> = BTreeMap::new();
+        for t in &self.triangles {
+            for k in 0..3 {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                let way = usize::from(a > b);
+                edges.entry([a.min(b), a.max(b)]).or_default()[way] += 1;
+            }
+        }
+        let open: Vec<_> = edges.iter().filter(|(_, n)| (n[0] + n[1]) % 2 == 1).collect();
+        if let Some(([a, _], _)) = open.first() {
+            let [x, y, z] = self.vertices[*a as usize].map(|v| 1e3 * v);
+            return Err(format!(
+                "the surface is open: {} edges belong to one triangle only, the first at {x:.3} mm across, \
+                 {y:.3} mm of elevation, {z:.3} mm of depth; expected a closed surface",
+                open.len()
+            ));
+        }
+        Ok(Found {
+            inverted: self.volume() < 0.0,
+            mixed: edges.values().filter(|n| n[0] != n[1]).count(),
+        })
+    }
+
+    /// The least z of the corners within `across` of x = 0 and `beside` of y = 0, m.
+    pub fn top(&self, across: f64, beside: f64) -> Option<f64> {
+        let near = |v: &&[f64; 3]| v[0].abs() <= across && v[1].abs() <= beside;
+        let depths = self.vertices.iter().filter(near).map(|v| v[2]);
+        depths.min_by(f64::total_cmp)
+    }
+
+    /// Where the image plane y = 0 cuts the surface; none where it does not. The error tells that the surface
+    /// is open there.
+    pub(super) fn outline(&self) -> std::result::Result<Option<Outline>, String> {
+        let mut segments = Vec::new();
+        for triangle in &self.triangles {
+            let mut cut = Vec::with_capacity(2);
+            for k in 0..3 {
+                // A corner on the plane counts as above it, so that every edge is cut or not, alike for the
+                // triangles that share it; the order of its ends keeps the point's bits alike.
+                let mut ends = [triangle[k] as usize, triangle[(k + 1) % 3] as usize];
+                ends.sort_unstable();
+                let [a, b] = ends.map(|end| self.vertices[end]);
+                if (a[1] >= 0.0) == (b[1] >= 0.0) {
+                    continue;
+                }
+                let w = a[1] / (a[1] - b[1]);
+                let at = |axis: usize| a[axis] + w * (b[axis] - a[axis]);
+                cut.push(((ends[0], ends[1]), [at(0), at(2)]));
+            }
+            if let [(edge_a, a), (edge_b, b)] = cut[..] {
+                segments.push(Segment {
+                    edges: [edge_a, edge_b],
+                    ends: [a, b],
+                });
+            }
+        }
+        if segments.is_empty() {
+            return Ok(None);
+        }
+        let loops = closed_loops(&segments)
+            .ok_or_else(|| "the surface is not closed at the image plane".to_owned())?;
+        Outline::new(loops)
+            .map(Some)
+            .map_err(|error| error.to_string())
+    }
+
+    /// Scatterers of amplitude 1 on the surface, `density` per m² and evenly spread, where `wanted`. The
+    /// triangles share one sequence of points (the additive recurrence of the plastic number), so that small
+    /// ones have their part.
+    ///
+    /// # Errors
+    /// More than any machine holds.
+    pub(super) fn scatterers(
+        &self,
+        density: f64,
+        wanted: impl Fn([f64; 3]) -> bool,
+    ) -> Result<Vec<Scatterer>> {
+        // 1/p and 1/p² of the plastic number p.
+        const STEP: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+        let mut points = Vec::new();
+        let (mut owed, mut index) = (0.5, 0u64);
+        for [a, b, c] in self.corners() {
+            let (ab, ac) = (sub(b, a), sub(c, a));
+            let normal = cross(ab, ac);
+            owed += 0.5 * dot(normal, normal).sqrt() * density;
+            while owed >= 1.0 {
+                owed -= 1.0;
+                index += 1;
+                let fraction = |step: f64| {
+                    let v = 0.5 + index as f64 * step;
+                    v - v.floor()
+                };
+                let [mut u, mut v] = STEP.map(fraction);
+                if u + v > 1.0 {
+                    (u, v) = (1.0 - u, 1.0 - v);
+                }
+                let p = [0, 1, 2].map(|k| a[k] + u * ab[k] + v * ac[k]);
+                if wanted(p) {
+                    points.push(Scatterer {
+                        x: p[0],
+                        y: p[1],
+                        z: p[2],
+                        amplitude: 1.0,
+                    });
+                }
+            }
+        }
+        Ok(points)
+    }
+}
+
+/// Tells points inside a closed surface from those outside, by the triangles above and below them.
+pub(super) struct Inside {
+    corner: [f64; 2],
+    columns: usize,
+    rows: usize,
+    /// The triangles over each square of x and y.
+    squares: Vec<Vec<[[f64; 3]; 3]>>,
+}
+
+/// Side of the squares, m.
+const SQUARE: f64 = 0.25e-3;
+/// The most squares either way.
+const MOST_SQUARES: usize = 4000;
+
+impl Inside {
+    pub fn new(surface: &Surface) -> Self {
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for v in &surface.vertices {
+            for axis in 0..2 {
+                low[axis] = low[axis].min(v[axis]);
+                high[axis] = high[axis].max(v[axis]);
+            }
+        }
+        let count = |axis: usize| {
+            (((high[axis] - low[axis]) / SQUARE) as usize + 1).clamp(1, MOST_SQUARES)
+        };
+        let mut inside = Inside {
+            corner: low,
+            columns: count(0),
+            rows: count(1),
+            squares: Vec::new(),
+        };
+        inside
+            .squares
+            .resize(inside.columns * inside.rows, Vec::new());
+        for triangle in surface.corners() {
+            let range = |axis: usize, most: usize| {
+                let places = triangle.map(|v| inside.place(v[axis], axis));
+                let first = places.into_iter().fold(f64::INFINITY, f64::min);
+                let last = places.into_iter().fold(0.0, f64::max);
+                (first as usize).min(most - 1)..=(last as usize).min(most - 1)
+            };
+            let (columns, rows) = (range(0, inside.columns), range(1, inside.rows));
+            for row in rows {
+                for column in columns.clone() {
+                    inside.squares[row * inside.columns + column].push(triangle);
+                }
+            }
+        }
+        inside
+    }
+
+    fn place(&self, value: f64, axis: usize) -> f64 {
+        (value - self.corner[axis]) / SQUARE
+    }
+
+    /// Whether the point lies inside: an odd number of triangles lie above it.
+    pub fn holds(&self, p: [f64; 3]) -> bool {
+        let (column, row) = (self.place(p[0], 0), self.place(p[1], 1));
+        if column < 0.0 || row < 0.0 {
+            return false;
+        }
+        let (column, row) = (column as usize, row as usize);
+        if column >= self.columns || row >= self.rows {
+            return false;
+        }
+        let above = self.squares[row * self.columns + column].iter();
+        above.filter(|t| lies_above(t, p)).count() % 2 == 1
+    }
+}
+
+/// Whether the triangle crosses the half-line from `p` towards the array.
+fn lies_above(triangle: &[[f64; 3]; 3], p: [f64; 3]) -> bool {
+    // Twice the signed areas that p makes with the edges, in the plane of x and y. An edge has the same
+    // value for both its triangles, whichever way they pass it.
+    let area = |a: [f64; 3], b: [f64; 3]| {
+        let (a, b, sign) = match (a[0], a[1]) <= (b[0], b[1]) {
+            true => (a, b, 1.0),
+            false => (b, a, -1.0),
+        };
+        sign * ((a[0] - p[0]) * (b[1] - p[1]) - (a[1] - p[1]) * (b[0] - p[0]))
+    };
+    let [a, b, c] = *triangle;
+    let w = [area(b, c), area(c, a), area(a, b)];
+    let turns = w.map(|w| w > 0.0);
+    if turns[0] != turns[1] || turns[1] != turns[2] {
+        return false;
+    }
+    let total = w[0] + w[1] + w[2];
+    total != 0.0 && (w[0] * a[2] + w[1] * b[2] + w[2] * c[2]) / total < p[2]
+}
+
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
 }

@@ -5,6 +5,8 @@
 //! for L3. Millimetres within this file: x to the right, y from the spinous process's tip towards
 //! the front, z towards the head.
 
+use libm::pow;
+
 use crate::{Error, Result};
 
 use super::chain::closed_loops;
@@ -38,7 +40,7 @@ pub fn slice_vertebra(slice: f64) -> Result<Outline> {
 }
 
 /// Signed distance to the vertebra's surface, mm, negative inside; exact on the surface only.
-fn distance(p: Vector) -> f64 {
+pub(super) fn distance(p: Vector) -> f64 {
     // The vertebra is symmetric, so one side is described.
     let p = [p[0].abs(), p[1], p[2]];
     let mut bone = body(p);
@@ -56,8 +58,8 @@ fn distance(p: Vector) -> f64 {
 
 /// A superellipsoid with flat end plates, drawn in at the waist and at the back.
 fn body([x, y, z]: Vector) -> f64 {
-    let waist = 1.0 - 0.10 * (1.0 - (z / 14.0).powi(2)).max(0.0);
-    let hollow = 2.5 * (-(x / 9.0).powi(2)).exp();
+    let waist = 1.0 - 0.10 * (1.0 - (z / 14.0) * (z / 14.0)).max(0.0);
+    let hollow = 2.5 * libm::exp(-(x / 9.0) * (x / 9.0));
     let y = y - 49.5;
     let y = if y < 0.0 {
         y * 17.0 / (17.0 - hollow)
@@ -65,8 +67,9 @@ fn body([x, y, z]: Vector) -> f64 {
         y
     };
     let q = [x / (23.0 * waist), y / (17.0 * waist), z / 14.0];
-    let across = (q[0].abs().powf(2.3) + q[1].abs().powf(2.3)).powf(1.0 / 2.3);
-    let level = (across.powi(6) + q[2].powi(6)).powf(1.0 / 6.0);
+    let across = pow(pow(q[0].abs(), 2.3) + pow(q[1].abs(), 2.3), 1.0 / 2.3);
+    let sixth = |v: f64| v * v * v * v * v * v;
+    let level = pow(sixth(across) + sixth(q[2]), 1.0 / 6.0);
     (level - 1.0) * 14.0
 }
 
@@ -83,8 +86,8 @@ fn pedicle(p: Vector) -> f64 {
 /// A slab from the spinous process's base outwards, its lower edge further back.
 fn lamina(p: Vector) -> f64 {
     let y = p[1] + 0.22 * (p[2] + 2.0);
-    let (dx, dy) = (12.5, 4.0);
-    let length = f64::hypot(dx, dy);
+    let (dx, dy) = (12.5f64, 4.0);
+    let length = (dx * dx + dy * dy).sqrt();
     let (u, v) = (
         (p[0] * dx + (y - 12.5) * dy) / length,
         ((y - 12.5) * dx - p[0] * dy) / length,
@@ -117,8 +120,8 @@ fn articular_processes([x, y, z]: Vector) -> f64 {
 fn canal([x, y, _]: Vector) -> f64 {
     let v = (y - 25.0) / 8.0;
     let half = 11.5 * (1.0 + 0.25 * v);
-    let q = (x / half).abs().powf(2.2) + v.abs().powf(2.2);
-    (q.powf(1.0 / 2.2) - 1.0) * 8.0
+    let q = pow((x / half).abs(), 2.2) + pow(v.abs(), 2.2);
+    (pow(q, 1.0 / 2.2) - 1.0) * 8.0
 }
 
 fn smooth_min(a: f64, b: f64, k: f64) -> f64 {

@@ -1,0 +1,117 @@
+//! The closed surface where a function of space is zero.
+//!
+//! Each cube of a grid is six tetrahedra around its diagonal, and a corner of the surface lies on an edge
+//! between two nodes of different sign. Neighbouring cubes share their edges, so that the surface is closed
+//! wherever the function is positive at the grid's rim.
+
+use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
+
+use fnv::FnvHasher;
+use rayon::prelude::*;
+
+use super::surface::Surface;
+
+/// A grid of nodes.
+#[derive(Clone, Copy, Debug)]
+pub struct Grid {
+    /// The first node, m.
+    pub corner: [f64; 3],
+    /// Distance of the nodes, m.
+    pub step: f64,
+    /// Nodes along each axis, at least 2.
+    pub nodes: [usize; 3],
+}
+
+/// The corners of a cube's tetrahedra: bit k of a corner is a step along axis k.
+const TETRAHEDRA: [[usize; 4]; 6] = [
+    [0, 1, 3, 7],
+    [0, 3, 2, 7],
+    [0, 2, 6, 7],
+    [0, 6, 4, 7],
+    [0, 4, 5, 7],
+    [0, 5, 1, 7],
+];
+
+/// The surface on which `f` is zero, its triangles anticlockwise as seen from where `f` is positive.
+pub fn surface(grid: &Grid, f: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
+    let [nx, ny, nz] = grid.nodes;
+    let place = |node: usize| {
+        let index = [node % nx, node / nx % ny, node / nx / ny];
+        [0, 1, 2].map(|k| grid.corner[k] + index[k] as f64 * grid.step)
+    };
+    let values: Vec<f64> = (0..nx * ny * nz)
+        .into_par_iter()
+        .map(|node| f(place(node)))
+        .collect();
+    let mut vertices = Vec::new();
+    let mut triangles = Vec::new();
+    let mut known: HashMap<(usize, usize), u32, BuildHasherDefault<FnvHasher>> = HashMap::default();
+    for cube in 0..nx * ny * nz {
+        let [x, y, z] = [cube % nx, cube / nx % ny, cube / nx / ny];
+        if x + 1 == nx || y + 1 == ny || z + 1 == nz {
+            continue;
+        }
+        let node = |corner: usize| {
+            cube + (corner & 1) + (corner >> 1 & 1) * nx + (corner >> 2 & 1) * nx * ny
+        };
+        let inside = (0..8).filter(|&corner| values[node(corner)] < 0.0).count();
+        if inside == 0 || inside == 8 {
+            continue;
+        }
+        let mut on_edge = |a: usize, b: usize| {
+            let (a, b) = (a.min(b), a.max(b));
+            *known.entry((a, b)).or_insert_with(|| {
+                let w = values[a] / (values[a] - values[b]);
+                let (p, q) = (place(a), place(b));
+                vertices.push([0, 1, 2].map(|k| p[k] + w * (q[k] - p[k])));
+                (vertices.len() - 1) as u32
+            })
+        };
+        for corners in TETRAHEDRA {
+            let nodes = corners.map(node);
+            let within = nodes.map(|node| values[node] < 0.0);
+            let (inner, outer): (Vec<usize>, Vec<usize>) =
+                (0..4).partition(|&k| within[k]);
+            // The tetrahedron's own winding, turned by each exchange of corners.
+            match (&inner[..], &outer[..]) {
+                (&[i], &[a, b, c]) => {
+                    let mut t = [a, b, c].map(|o| on_edge(nodes[i], nodes[o]));
+                    if even([i, a, b, c]) {
+                        t.swap(1, 2);
+                    }
+                    triangles.push(t);
+                }
+                (&[a, b, c], &[o]) => {
+                    let mut t = [a, b, c].map(|i| on_edge(nodes[i], nodes[o]));
+                    if !even([o, a, b, c]) {
+                        t.swap(1, 2);
+                    }
+                    triangles.push(t);
+                }
+                (&[a, b], &[c, d]) => {
+                    let corner = [(a, c), (a, d), (b, d), (b, c)];
+                    let q = corner.map(|(i, o)| on_edge(nodes[i], nodes[o]));
+                    let two = match even([a, b, c, d]) {
+                        true => [[q[0], q[1], q[2]], [q[0], q[2], q[3]]],
+                        false => [[q[0], q[2], q[1]], [q[0], q[3], q[2]]],
+                    };
+                    triangles.extend(two);
+                }
+                _ => {}
+            }
+        }
+    }
+    // A corner of the surface on a node belongs to several edges; such slivers do no harm.
+    let surface = Surface::new(vertices, triangles);
+    match surface.volume() < 0.0 {
+        true => surface.turned(),
+        false => surface,
+    }
+}
+
+/// Whether an even number of exchanges sorts the four.
+fn even(order: [usize; 4]) -> bool {
+    let pairs = (0..4).flat_map(|a| (a + 1..4).map(move |b| (a, b)));
+    pairs.filter(|&(a, b)| order[a] > order[b]).count() % 2 == 0
+}
