@@ -8,7 +8,8 @@ use std::f64::consts::PI;
 use common::tolerances;
 use host_sim::files::{ChannelData, Transmits};
 use host_sim::simulate::{
-    Baffle, NoiseSpectrum, Outline, Phantom, Pulse, Scatterer, Settings, Summation, channel_data, visible,
+    Baffle, NoiseSpectrum, Outline, Phantom, Pulse, Scatterer, Settings, Summation, channel_data,
+    visible,
 };
 use ndarray::{Array3, Axis};
 use num_complex::Complex;
@@ -421,7 +422,10 @@ fn late_echoes_do_not_come_back_early() {
                 let worst = (row(&short, l, j).iter().zip(&whole[..samples]))
                     .fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
                 let error = 20.0 * (worst / peak).log10();
-                assert!(error < tolerances::WINDOW_DB, "{summation:?} {l} {j}: {error} dB");
+                assert!(
+                    error < tolerances::WINDOW_DB,
+                    "{summation:?} {l} {j}: {error} dB"
+                );
             }
         }
     }
@@ -458,7 +462,14 @@ fn noise_has_the_spectrum_that_is_asked_for() {
         };
         let phantom = points(&[(0.0, 11e-3, 1.0)]);
         let mut noise = whole(simulate(&settings, &phantom, Summation::Direct));
-        noise -= &whole(simulate(&Settings { noise: None, ..settings.clone() }, &phantom, Summation::Direct));
+        noise -= &whole(simulate(
+            &Settings {
+                noise: None,
+                ..settings.clone()
+            },
+            &phantom,
+            Summation::Direct,
+        ));
         let samples = noise.dim().2;
         let (mut above, mut all) = (0.0, 0.0);
         let mut planner = FftPlanner::new();

@@ -81,7 +81,14 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let bar = progress_bar("simulating", 1000);
     let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
     let set = InstructionSet::detect();
-    let data = resumed_channel_data(&scanner, &phantom, summation, set, &progress, &mut checkpoint)?;
+    let data = resumed_channel_data(
+        &scanner,
+        &phantom,
+        summation,
+        set,
+        &progress,
+        &mut checkpoint,
+    )?;
     let data = match config.simulate.iq {
         true => demodulate(data),
         false => data,

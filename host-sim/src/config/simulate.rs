@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{LENGTHS, check_positive, out_of_range};
 use crate::simulate::{
-    Baffle, Block, Bone, DynamicRange, Layers, NoiseSpectrum, PAPER_DENSITY, Phantom, Settings, Tissue,
+    Baffle, Block, Bone, DynamicRange, Layers, NoiseSpectrum, PAPER_DENSITY, Phantom, Settings,
+    Tissue,
 };
 use crate::{Error, Result};
 
@@ -394,7 +395,11 @@ impl Simulate {
             (None, false) => 60e9,
         };
         Block {
-            x: if paper { [-15e-3, 15e-3] } else { [-20e-3, 20e-3] },
+            x: if paper {
+                [-15e-3, 15e-3]
+            } else {
+                [-20e-3, 20e-3]
+            },
             thickness: self.thickness,
             z: match paper {
                 true => [12e-3, 37e-3],
@@ -427,9 +432,18 @@ impl Simulate {
         }
         check_positive(SECTION, "thickness", self.thickness, [1e-6, 0.1], " (m)")?;
         if let Some(density) = self.tissue_density {
-            check_positive(SECTION, "tissue_density", density, [1e-3, 1e4], " (per mm³)")?;
+            check_positive(
+                SECTION,
+                "tissue_density",
+                density,
+                [1e-3, 1e4],
+                " (per mm³)",
+            )?;
         }
-        for (key, level) in [("reverberation", self.reverberation), ("clutter", self.clutter)] {
+        for (key, level) in [
+            ("reverberation", self.reverberation),
+            ("clutter", self.clutter),
+        ] {
             if level.is_some_and(|level| !(-200.0..=40.0).contains(&level)) {
                 let level = level.unwrap_or_default();
                 return Err(out_of_range(SECTION, key, level, "-200 to 40 (dB)"));
@@ -451,9 +465,17 @@ impl SimulateFlags {
             ("--slice", self.slice.is_some(), phantom.is_vertebra()),
             ("--tissue", self.tissue, phantom.is_vertebra()),
             ("--depth", self.depth.is_some(), phantom.has_bone()),
-            ("--reverberation", self.reverberation.is_some(), phantom.has_bone()),
+            (
+                "--reverberation",
+                self.reverberation.is_some(),
+                phantom.has_bone(),
+            ),
             ("--thickness", self.thickness.is_some(), phantom.is_volume()),
-            ("--tissue-density", self.tissue_density.is_some(), phantom.is_volume()),
+            (
+                "--tissue-density",
+                self.tissue_density.is_some(),
+                phantom.is_volume(),
+            ),
             ("--clutter", self.clutter.is_some(), phantom.is_volume()),
         ];
         match flags.iter().find(|(_, given, has)| *given && !has) {

@@ -36,7 +36,8 @@ impl Truth {
     /// It cannot be written.
     pub fn stage(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         outputs.stage(path, |sink| {
-            let mut npz = NpzWriter::new_with_options(sink, npz::options(self.scatterers.len() * 4));
+            let mut npz =
+                NpzWriter::new_with_options(sink, npz::options(self.scatterers.len() * 4));
             npz.add_array("scatterers", &self.scatterers)?;
             npz.add_array("on_bone", &arr0(self.on_bone as i64))?;
             npz.add_array("outline", &self.outline)?;
@@ -94,7 +95,9 @@ fn write_ply<W: Write>(
     });
     let faces = triangles.iter().map(|t| {
         let corners = Property::ListInt(t.iter().map(|&k| k as i32).collect());
-        [("vertex_indices".to_owned(), corners)].into_iter().collect()
+        [("vertex_indices".to_owned(), corners)]
+            .into_iter()
+            .collect()
     });
     ply.payload.insert("vertex".into(), vertices.collect());
     ply.payload.insert("face".into(), faces.collect());

@@ -353,10 +353,17 @@ impl<V: Vector> Work<V> {
             sums.clear();
             sums.resize(TILE * TILE * vectors, nothing);
         }
-        let places = Places::of(cell, scene, basis.lowest + basis.frequencies as f64 * basis.step);
+        let places = Places::of(
+            cell,
+            scene,
+            basis.lowest + basis.frequencies as f64 * basis.step,
+        );
         for members in cell.members.chunks(BLOCK) {
             let hear = |&k: &u32| Heard::new(&scene.sources[k as usize], scene);
-            members.par_iter().map(hear).collect_into_vec(&mut self.heard);
+            members
+                .par_iter()
+                .map(hear)
+                .collect_into_vec(&mut self.heard);
             for heard in &self.heard {
                 for (element, lit) in self.lit.iter_mut().enumerate() {
                     *lit |= heard.sees(element);
@@ -519,7 +526,11 @@ impl Places {
         let furthest = (across * across + deepest * deepest).sqrt();
         let [low, high] = [1.0 / furthest, 1.0 / nearest];
         let turn = [-0.5, 0.5].map(|edge| {
-            let delay = |rho| response.strip(edge * response.height, rho, cell.elevation).0;
+            let delay = |rho| {
+                response
+                    .strip(edge * response.height, rho, cell.elevation)
+                    .0
+            };
             TAU * highest * (delay(nearest) - delay(furthest)).abs()
         });
         // Two places beyond either end, all at a distance above 0.
@@ -727,7 +738,10 @@ impl Tile {
             for j in (0..TILE).step_by(2) {
                 let [ei, ej] = [self.first[0] + i, self.first[1] + j];
                 let wanted = [(0, 0), (0, 1), (1, 0), (1, 1)];
-                if !wanted.iter().any(|&(a, b)| self.wants(i + a, j + b).is_some()) {
+                if !wanted
+                    .iter()
+                    .any(|&(a, b)| self.wants(i + a, j + b).is_some())
+                {
                     continue;
                 }
                 for vector in 0..vectors {

@@ -61,7 +61,14 @@ pub fn channel_data(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ChannelData> {
     let set = InstructionSet::detect();
-    resumed_channel_data(settings, phantom, summation, set, progress, &mut Checkpoint::none())
+    resumed_channel_data(
+        settings,
+        phantom,
+        summation,
+        set,
+        progress,
+        &mut Checkpoint::none(),
+    )
 }
 
 /// As [`channel_data`], with the vectors of `set`, and from where an interrupted run with this checkpoint
@@ -245,7 +252,10 @@ impl Scene<'_> {
             settings.elements,
             settings.elements.div_ceil(2) + 1,
             // A row in f32, and its spectrum in f64.
-            window.row.saturating_mul(8).saturating_add(window.bins * 16),
+            window
+                .row
+                .saturating_mul(8)
+                .saturating_add(window.bins * 16),
         ]);
         let transforms = product(&[rayon::current_num_threads(), window.samples, 4 * 16]);
         let record = settings.record_bytes();
@@ -386,9 +396,7 @@ impl Beam {
         let elements = array.transmit_elements(position, settings.focus, settings.f_number);
         let advance = elements
             .clone()
-            .map(|i| {
-                settings.advance(array.x(i as f64) - x)
-            })
+            .map(|i| settings.advance(array.x(i as f64) - x))
             .collect();
         Beam {
             x,

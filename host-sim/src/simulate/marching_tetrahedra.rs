@@ -71,8 +71,7 @@ pub fn surface(grid: &Grid, f: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
         for corners in TETRAHEDRA {
             let nodes = corners.map(node);
             let within = nodes.map(|node| values[node] < 0.0);
-            let (inner, outer): (Vec<usize>, Vec<usize>) =
-                (0..4).partition(|&k| within[k]);
+            let (inner, outer): (Vec<usize>, Vec<usize>) = (0..4).partition(|&k| within[k]);
             // The tetrahedron's own winding, turned by each exchange of corners.
             match (&inner[..], &outer[..]) {
                 (&[i], &[a, b, c]) => {

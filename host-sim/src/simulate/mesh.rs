@@ -22,7 +22,9 @@ use super::surface::Surface;
 pub fn slice_mesh(path: &Path, slice: f64) -> Result<Outline> {
     let mesh = read(path)?;
     let surface = mesh.placed(slice);
-    let outline = surface.outline().map_err(|message| file_error(path, message))?;
+    let outline = surface
+        .outline()
+        .map_err(|message| file_error(path, message))?;
     if let Some(outline) = outline {
         return Ok(outline);
     }
@@ -45,7 +47,9 @@ pub fn read_mesh(path: &Path, slice: f64) -> Result<(Surface, Vec<String>)> {
     let mesh = read(path)?;
     let mut surface = mesh.placed(slice);
     let mut doubts = Vec::new();
-    let found = surface.check().map_err(|message| file_error(path, message))?;
+    let found = surface
+        .check()
+        .map_err(|message| file_error(path, message))?;
     if found.inverted {
         surface = surface.turned();
         doubts.push(format!(
@@ -167,8 +171,8 @@ const MAX_TRIANGLES: usize = 50_000_000;
 
 fn read_stl(path: &Path) -> Result<Raw> {
     let fail = |message: String| file_error(path, message);
-    let file = File::open(path)
-        .map_err(|error| fail(format!("cannot be opened: {}", error.kind())))?;
+    let file =
+        File::open(path).map_err(|error| fail(format!("cannot be opened: {}", error.kind())))?;
     let mut reader = BufReader::new(file);
     let unreadable = |error: std::io::Error| fail(format!("not a readable STL file: {error}"));
     let triangles = stl_io::create_stl_reader(&mut reader).map_err(unreadable)?;
@@ -192,8 +196,8 @@ fn read_stl(path: &Path) -> Result<Raw> {
 
 fn read_obj(path: &Path) -> Result<Raw> {
     let fail = |message: String| file_error(path, message);
-    let file = File::open(path)
-        .map_err(|error| fail(format!("cannot be opened: {}", error.kind())))?;
+    let file =
+        File::open(path).map_err(|error| fail(format!("cannot be opened: {}", error.kind())))?;
     let options = tobj::LoadOptions {
         triangulate: true,
         single_index: false,
@@ -215,7 +219,9 @@ fn read_obj(path: &Path) -> Result<Raw> {
         for t in mesh.indices.chunks_exact(3) {
             let corners = [0, 1, 2].map(|k| first + t[k] as usize);
             if let Some(wrong) = corners.iter().find(|&&k| k >= raw.vertices.len()) {
-                return Err(fail(format!("a face names vertex {wrong}, which is not there")));
+                return Err(fail(format!(
+                    "a face names vertex {wrong}, which is not there"
+                )));
             }
             raw.triangles.push(corners);
         }

@@ -79,7 +79,10 @@ impl Surface {
                 edges.entry([a.min(b), a.max(b)]).or_default()[way] += 1;
             }
         }
-        let open: Vec<_> = edges.iter().filter(|(_, n)| (n[0] + n[1]) % 2 == 1).collect();
+        let open: Vec<_> = edges
+            .iter()
+            .filter(|(_, n)| (n[0] + n[1]) % 2 == 1)
+            .collect();
         if let Some(([a, _], _)) = open.first() {
             let [x, y, z] = self.vertices[*a as usize].map(|v| 1e3 * v);
             return Err(format!(
@@ -205,9 +208,8 @@ impl Inside {
                 high[axis] = high[axis].max(v[axis]);
             }
         }
-        let count = |axis: usize| {
-            (((high[axis] - low[axis]) / SQUARE) as usize + 1).clamp(1, MOST_SQUARES)
-        };
+        let count =
+            |axis: usize| (((high[axis] - low[axis]) / SQUARE) as usize + 1).clamp(1, MOST_SQUARES);
         let mut inside = Inside {
             corner: low,
             columns: count(0),

@@ -107,9 +107,9 @@ impl Bone<'_> {
                 (cut(thickness, spine), Vec::new())
             }
         };
-        let top = surface.top(20e-3, 0.5 * thickness).ok_or_else(|| {
-            Error::Usage("no bone lies below the array in this slice".into())
-        })?;
+        let top = surface
+            .top(20e-3, 0.5 * thickness)
+            .ok_or_else(|| Error::Usage("no bone lies below the array in this slice".into()))?;
         Ok((surface.moved([0.0, 0.0, depth - top]), doubts))
     }
 
@@ -169,9 +169,14 @@ fn layer(layers: Layers, [x, y, z]: [f64; 3]) -> f64 {
     }
     // Interfaces wave a little, each its own way.
     let wave = |phase: f64| {
-        0.4 * libm::sin(TAU * x / 27.0 + phase) + 0.2 * libm::sin(TAU * (x + 2.0 * y) / 11.0 - phase)
+        0.4 * libm::sin(TAU * x / 27.0 + phase)
+            + 0.2 * libm::sin(TAU * (x + 2.0 * y) / 11.0 - phase)
     };
-    let (skin, fat, deep) = (1.8 + 0.3 * wave(0.0), 6.5 + wave(1.0), 12.5 + 1.5 * wave(2.5));
+    let (skin, fat, deep) = (
+        1.8 + 0.3 * wave(0.0),
+        6.5 + wave(1.0),
+        12.5 + 1.5 * wave(2.5),
+    );
     if z < skin {
         1.4
     } else if z < fat {
