@@ -45,8 +45,8 @@ pub struct DelayStage<'a> {
 
 /// The core's stage for the kind of samples.
 enum Stage {
-    Rf(Delay),
-    Iq(IqDelay),
+    Rf(Box<Delay>),
+    Iq(Box<IqDelay>),
 }
 
 /// The transmits of a frame, checked.
@@ -107,13 +107,13 @@ impl<'a> DelayStage<'a> {
             )));
         }
         let stage = match data.samples {
-            Samples::Rf(_) => Stage::Rf(Delay::new(DelayParameters::of(&scan))?),
+            Samples::Rf(_) => Stage::Rf(Box::new(Delay::new(DelayParameters::of(&scan))?)),
             Samples::Iq { f_demod, .. } => {
                 let of_scan = IqParameters::of(&scan, f_demod);
                 let reading = parameters
                     .iq_reading
                     .map_or(of_scan.reading, IqReading::from);
-                Stage::Iq(IqDelay::new(IqParameters { reading, ..of_scan })?)
+                Stage::Iq(Box::new(IqDelay::new(IqParameters { reading, ..of_scan })?))
             }
         };
         let transmits = (0..transmits).map(|t| Transmit {

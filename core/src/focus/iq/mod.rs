@@ -132,9 +132,9 @@ const MAX_TURNS_A_SAMPLE: f64 = 1e6;
 /// delay.line(0.0f32, &middle, &record, &mut scratch, &mut aligned)?;
 ///
 /// // The point is 4 mm below the line's first sample, on every active element at once and in phase.
-/// let sample = (2.0 * 4e-3 / 1540.0 * 10e6) as usize;
+/// let sample = (2.0f64 * 4e-3 / 1540.0 * 10e6).round() as usize;
 /// let snapshot = &aligned[sample * 16..][..16];
-/// assert!(snapshot[1..15].iter().all(|y| (y - snapshot[8]).norm() < 0.01));
+/// assert!(snapshot[8].norm() > 0.95 && snapshot.iter().all(|y| (y - snapshot[8]).norm() < 0.1));
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
 #[derive(Clone, Debug)]

@@ -18,7 +18,7 @@ const INTEGERS: f32 = 12_582_912.0;
 /// C₁ to C₅.
 const COSINE: [f32; 5] = [-19.739_05, 64.930_28, -85.286_85, 58.852_547, -21.162_6];
 /// S₀ to S₄.
-const SINE: [f32; 5] = [6.283_055_8, -41.331_215, 81.366_814, -74.478, 32.781_4];
+const SINE: [f32; 5] = [6.283_056, -41.331_215, 81.366_81, -74.478, 32.781_4];
 
 /// cos 2πφ and sin 2πφ of a number of turns below 2²² in magnitude.
 #[inline(always)]
