@@ -115,6 +115,25 @@ fn a_record_of_few_samples_a_period_is_told() {
 }
 
 #[test]
+fn elements_far_apart_are_told() {
+    for (pitch, told) in [(1.0, false), (1.5, false), (1.7, true), (3.0, true)] {
+        let folder = tempdir().unwrap();
+        let mut data = point(5e6, RECORDED);
+        data.element_x.iter_mut().for_each(|x| *x *= pitch);
+        data.write(&folder.path().join("data.npz")).unwrap();
+        let das = "beamform data.npz -o lines.npz --method das";
+        let [_, warned] = run(&folder, das);
+        assert_eq!(warned.contains("grating lobes"), told, "{pitch}: {warned}");
+        // What it names is enough.
+        if let Some((_, needed)) = warned.split_once("; ") {
+            let needed = needed.split(' ').next().unwrap();
+            let [_, warned] = run(&folder, &format!("{das} --f-number {needed}"));
+            assert_eq!(warned, "", "{pitch}");
+        }
+    }
+}
+
+#[test]
 fn images_have_square_pixels_and_no_margin() {
     for f0 in PROBES {
         let folder = tempdir().unwrap();

@@ -282,12 +282,25 @@ pub(super) fn doubts(data: &ChannelData, parameters: &Beamform) -> Result<Vec<St
         Samples::Iq { .. } => None,
     };
     let depths = check_depths(data, parameters)?;
-    Ok(data
-        .doubts()
-        .into_iter()
-        .chain(band)
-        .chain(depths)
-        .collect())
+    let told = data.doubts().into_iter().chain(band);
+    Ok(told.chain(sparse(data, parameters)).chain(depths).collect())
+}
+
+/// Elements so far apart that the receive aperture has grating lobes within the angles that it takes in.
+fn sparse(data: &ChannelData, parameters: &Beamform) -> Option<String> {
+    let wavelengths = data.pitch() * data.f0 / parameters.sound_speed.unwrap_or(data.c);
+    // The angle to the aperture's edge, and the one from which a lobe falls back into it.
+    let edge = (0.5 / parameters.f_number).atan().sin();
+    let free = 0.5 / wavelengths;
+    let needed = 0.5 / free.min(1.0).asin().tan();
+    (edge > free).then(|| {
+        format!(
+            "the elements are {wavelengths:.2} wavelengths apart, which makes grating lobes at an \
+             --f-number of {}; {:.1} and more have none",
+            parameters.f_number,
+            (10.0 * needed).ceil() / 10.0
+        )
+    })
 }
 
 /// Depths that were asked for must be recorded; a little beyond may be meant, and is told.

@@ -33,10 +33,15 @@ impl Default for Receive {
 }
 
 impl Receive {
-    /// The output rate that fits what `scanner` records, where none is told.
+    /// The output rate that fits what `scanner` records, where none is told; none where the scanner's own
+    /// rates are impossible, which is told of them.
     pub fn resolve(&mut self, scanner: &Settings) {
+        let mut resolved = self.0.clone();
         let rate = self.0.rate(scanner.f0, scanner.fs);
-        self.0.output_rate.get_or_insert(rate);
+        resolved.output_rate.get_or_insert(rate);
+        if resolved.validate().is_ok() {
+            self.0 = resolved;
+        }
     }
 
     /// Depths of the lines' ends, m.
