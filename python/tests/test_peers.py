@@ -96,7 +96,7 @@ def test_delay_and_sum_is_that_of_ultraspy():
     element_x = (np.arange(elements) - 11.5) * 0.3e-3
     transmitting = np.array([2, 11, 20])
     points = [(-1e-3, 8e-3), (0.4e-3, 9e-3), (2e-3, 10e-3)]
-    t = np.arange(6400) / fs
+    t = np.arange(7200) / fs
     analytic = np.zeros((3, elements, t.size), np.complex128)
     for x, z in points:
         distance = np.hypot(element_x - x, z)

@@ -197,10 +197,11 @@ struct Recording {
 }
 
 impl Recording {
-    /// Echoes of a few points, sampled so fast that linear interpolation is good to a thousandth.
+    /// Echoes of a few points, sampled so fast that linear interpolation is good to a thousandth, and so long
+    /// that every element has heard every pixel.
     fn new() -> Self {
         const ELEMENTS: usize = 64;
-        const SAMPLES: usize = 6400;
+        const SAMPLES: usize = 11_200;
         let (c, f0, fs) = (1540.0, 5e6, 400e6);
         let index = vec![8, 32, 56];
         let element_x: Vec<f64> = (0..ELEMENTS).map(|m| (m as f64 - 31.5) * 0.3e-3).collect();
