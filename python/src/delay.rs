@@ -6,7 +6,7 @@ use host_sim::commands::beamform::{check_depths, working_memory};
 use host_sim::config::Beamform;
 use host_sim::drive::delay::DelayStage;
 use host_sim::drive::frame;
-use host_sim::files::{ChannelData, Lines, Recording, Samples, Transmits};
+use host_sim::files::{BeamRays, ChannelData, Lines, Recording, Samples, Transmits};
 use host_sim::memory;
 use ndarray::{Array3, ArrayViewMut3};
 use num_complex::Complex;
@@ -109,6 +109,15 @@ fn doubts(data: &ChannelData, parameters: &Beamform) -> host_sim::Result<Vec<Str
     Ok(told.chain(check_depths(data, parameters)?).collect())
 }
 
+/// A value a beam; none where the beams go straight down from z = 0.
+type Places = Option<Py<PyArray1<f64>>>;
+
+/// Depths and angles of beams that are rays.
+fn places(py: Python<'_>, rays: Option<BeamRays>) -> [Places; 2] {
+    let arrays = rays.map(|rays| [rays.z, rays.angle].map(|v| Some(v.into_pyarray(py).unbind())));
+    arrays.unwrap_or_default()
+}
+
 /// Aligned samples.
 #[pyclass(frozen, get_all, module = "bonebeam._native")]
 pub struct Aligned {
@@ -118,6 +127,8 @@ pub struct Aligned {
     fs: f64,
     t0: f64,
     beam_x: Py<PyArray1<f64>>,
+    beam_z: Places,
+    beam_angle: Places,
     c: f64,
     doubts: Vec<String>,
 }
@@ -162,12 +173,15 @@ pub fn delay<'py>(
         let active = stage.active(beam, sample);
         [active.first, active.count][k] as i64
     });
+    let [beam_z, beam_angle] = places(py, frame::beam_rays(&stage));
     Ok(Aligned {
         x: x.unbind(),
         active: active.into_pyarray(py).unbind(),
         fs: parameters.rate(data.f0, data.fs),
         t0: stage.start(),
         beam_x: PyArray1::from_slice(py, stage.beam_x()).unbind(),
+        beam_z,
+        beam_angle,
         c: stage.sound_speed(),
         doubts,
     })
@@ -180,17 +194,22 @@ pub struct BeamformedLines {
     fs: f64,
     t0: f64,
     beam_x: Py<PyArray1<f64>>,
+    beam_z: Places,
+    beam_angle: Places,
     c: f64,
     doubts: Vec<String>,
 }
 
 impl BeamformedLines {
     fn new(py: Python<'_>, lines: Lines, doubts: Vec<String>) -> Self {
+        let [beam_z, beam_angle] = places(py, lines.rays);
         Self {
             z: lines.z.into_pyarray(py).unbind(),
             fs: lines.fs,
             t0: lines.t0,
             beam_x: lines.beam_x.into_pyarray(py).unbind(),
+            beam_z,
+            beam_angle,
             c: lines.c,
             doubts,
         }
@@ -210,7 +229,11 @@ pub fn beamform_channel_data(
     let parameters = &parameters.0;
     let doubts = doubts(&data, parameters).map_err(refused)?;
     let recording = Recording::Channel(data);
-    memory::check(working_memory(&recording, parameters, None), "beamforming").map_err(refused)?;
+    memory::check(
+        working_memory(&recording, parameters, None, 1),
+        "beamforming",
+    )
+    .map_err(refused)?;
     let Recording::Channel(data) = &recording else {
         unreachable!("it was made above");
     };

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use bonebeam::simd::InstructionSet;
 use host_sim::commands::beamform::image_of;
 use host_sim::drive::phase_symmetry::{Parameters, Plan};
-use host_sim::files::Lines;
+use host_sim::files::{BeamRays, Lines};
 use ndarray::{Array2, ArrayView2, ArrayViewMut2};
 use numpy::{Complex32, IntoPyArray, PyArray2, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
@@ -25,6 +25,7 @@ pub fn bmode<'py>(
     fs: f64,
     t0: f64,
     beam_x: Vec<f64>,
+    rays: Option<(Vec<f64>, Vec<f64>)>,
     c: f64,
     dynamic_range: f64,
     rows: Option<usize>,
@@ -41,6 +42,7 @@ pub fn bmode<'py>(
         fs,
         t0,
         beam_x,
+        rays: rays.map(|(z, angle)| BeamRays { z, angle }),
         c,
     };
     let lines = lines.checked().map_err(refused)?;

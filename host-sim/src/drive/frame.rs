@@ -68,14 +68,7 @@ pub fn beamform_frames(
         }
         Ok(z)
     });
-    let down = stage
-        .rays()
-        .iter()
-        .all(|ray| ray.z() == 0.0 && ray.angle() == 0.0);
-    let rays = (!down).then(|| BeamRays {
-        z: stage.rays().iter().map(Ray::z).collect(),
-        angle: stage.rays().iter().map(Ray::angle).collect(),
-    });
+    let rays = beam_rays(&stage);
     frames
         .map(|z| {
             Ok(Lines {
@@ -88,6 +81,16 @@ pub fn beamform_frames(
             })
         })
         .collect()
+}
+
+/// Where the beams of a delay stage begin and go, where that is not straight down from z = 0.
+pub fn beam_rays(stage: &DelayStage<'_>) -> Option<BeamRays> {
+    let rays = stage.rays();
+    let down = |ray: &Ray| ray.z() == 0.0 && ray.angle() == 0.0;
+    (!rays.iter().all(down)).then(|| BeamRays {
+        z: rays.iter().map(Ray::z).collect(),
+        angle: rays.iter().map(Ray::angle).collect(),
+    })
 }
 
 /// Beamforms aligned data with all elements active. Beams without positions are taken to lie

@@ -249,7 +249,7 @@ def beamform(
         first = frames[0]
         _warn(first.doubts)
         z = first.z if _is_one_frame(x) else np.stack([frame.z for frame in frames])
-        return Lines(z, first.fs, first.t0, first.beam_x, first.c)
+        return Lines(z, first.fs, first.t0, first.beam_x, first.c, first.beam_z, first.beam_angle)
     if isinstance(x, AlignedData):
         _refuse("aligned data", **delays, active=active)
         if x.beam_x is not None:
@@ -259,7 +259,8 @@ def beamform(
         )
         z = beamform(x.x, **beamformer, threads=threads, active=x.active, out=out)
         beam_x, c = _native.even_beams(z.shape[-2], parameters)
-        return Lines(z, x.fs, x.t0, beam_x if x.beam_x is None else x.beam_x, c)
+        beam_x = beam_x if x.beam_x is None else x.beam_x
+        return Lines(z, x.fs, x.t0, beam_x, c, x.beam_z, x.beam_angle)
     _refuse("an array", **delays, sound_speed=sound_speed, beam_spacing=beam_spacing)
     samples = from_anywhere("x", x)
     elements = samples.shape[-1] if samples.ndim else 0
@@ -323,7 +324,8 @@ def delay(
     told = _native.delay(record, parameters, memory, threads)
     _warn(told.doubts)
     x = told.x if out is None else out
-    return AlignedData(x, told.fs, told.t0, told.beam_x, told.c, told.active)
+    rays = (told.beam_z, told.beam_angle)
+    return AlignedData(x, told.fs, told.t0, told.beam_x, told.c, told.active, *rays)
 
 
 def _parameters(

@@ -89,6 +89,10 @@ class AlignedData:
     """Speed of sound, m/s."""
     active: npt.NDArray[np.int64] | None = None
     """First active element and how many there are, [beam, sample, 2]; without it, all are active."""
+    beam_z: npt.NDArray[np.float64] | None = None
+    """Depths at which beams begin, m, where they are not straight down from z = 0."""
+    beam_angle: npt.NDArray[np.float64] | None = None
+    """Their angles from the z axis, rad, positive towards positive x."""
 
 
 @dataclass
@@ -105,6 +109,10 @@ class Lines:
     """Lateral positions of the beams, m."""
     c: float
     """Speed of sound, m/s."""
+    beam_z: npt.NDArray[np.float64] | None = None
+    """Depths at which beams begin, m, where they are not straight down from z = 0."""
+    beam_angle: npt.NDArray[np.float64] | None = None
+    """Their angles from the z axis, rad, positive towards positive x."""
 
 
 @dataclass

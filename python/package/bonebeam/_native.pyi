@@ -42,6 +42,8 @@ class Aligned:
     fs: float
     t0: float
     beam_x: npt.NDArray[np.float64]
+    beam_z: npt.NDArray[np.float64] | None
+    beam_angle: npt.NDArray[np.float64] | None
     c: float
     doubts: list[str]
 
@@ -50,6 +52,8 @@ class BeamformedLines:
     fs: float
     t0: float
     beam_x: npt.NDArray[np.float64]
+    beam_z: npt.NDArray[np.float64] | None
+    beam_angle: npt.NDArray[np.float64] | None
     c: float
     doubts: list[str]
 
@@ -73,6 +77,7 @@ def bmode(
     fs: float,
     t0: float,
     beam_x: npt.NDArray[np.float64],
+    rays: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None,
     c: float,
     dynamic_range: float,
     rows: int | None,
