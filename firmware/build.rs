@@ -16,6 +16,10 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
 
     let beams = (0..scan::BEAMS).flat_map(scan::echoes);
-    let bytes: Vec<u8> = beams.flatten().flat_map(i16::to_le_bytes).collect();
+    let bytes: Vec<u8> = beams
+        .flatten()
+        .flatten()
+        .flat_map(i16::to_le_bytes)
+        .collect();
     fs::write(out.join("recording.bin"), bytes).expect("OUT_DIR can be written");
 }

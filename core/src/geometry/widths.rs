@@ -72,9 +72,7 @@ impl<'m> Widths<'m> {
 
     /// Where a line of the scan stands: once a line.
     pub fn foot(scan: &Scan<'_>, line: usize) -> Foot {
-        let array = &scan.parameters().array;
-        let position = (scan.parameters().lines.x(line) - array.x(0)) / array.pitch();
-        let steps = libm::round(position * GRID);
+        let steps = libm::round(scan.foot(line) * GRID);
         // A line that is nowhere is far away.
         Foot(if steps.is_nan() { FAR } else { steps as i64 })
     }

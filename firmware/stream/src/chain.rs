@@ -1,122 +1,220 @@
-//! From blocks to a bone map: what the main loop does.
+//! From blocks to a bone map: what the main loop does, for the scan of [`scan`](crate::scan).
 
-use bonebeam::Error;
-use bonebeam::beamform::WorkspaceView;
-use bonebeam::covariance::Averaging;
-use bonebeam::focus::Record;
-use bonebeam::geometry::Transmit;
-use bonebeam::pipeline::{Frame, Memory, MemoryView, Pipeline};
+use bonebeam::beamform::{AlignedLine, Beamformer, Workspace};
+use bonebeam::focus::{
+    Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine,
+};
+use bonebeam::geometry::{Lines, Widths};
+use bonebeam::image::{BMode, BModeParameters, PixelGrid, envelope};
+use bonebeam::phase_symmetry::{
+    External, Kernels, LogGabor, Microfft, Parameters, PhaseSymmetry, StripMemory,
+};
+use bonebeam::{Complex, Error};
 
-use crate::Block;
+use crate::scan::{
+    BEAMFORMER, BEAMS, COLUMNS, DEMODULATION, DYNAMIC_RANGE, ELEMENTS, LENGTH, PIXELS, READING,
+    ROWS, SCALES, SCAN, STRIP, STRIPS, SUBAPERTURE, ScanBlock, THRESHOLD, TRANSMIT,
+};
 
-/// The memory of a [`Chain`], for a `static`. `REAL` and `COMPLEX` are those of the pipeline's sizes,
-/// `RECORD` is elements times samples of a block.
-pub struct ChainMemory<const REAL: usize, const COMPLEX: usize, const RECORD: usize> {
-    frame: Memory<REAL, COMPLEX>,
-    record: [f32; RECORD],
+/// The plan: what follows from the parameters once and for all.
+pub struct Plan {
+    delay: IqDelay,
+    beamformer: Beamformer,
+    b_mode: BMode,
+    phase_symmetry: PhaseSymmetry,
 }
 
-impl<const REAL: usize, const COMPLEX: usize, const RECORD: usize>
-    ChainMemory<REAL, COMPLEX, RECORD>
-{
+impl Plan {
+    /// Works it out.
+    ///
+    /// # Errors
+    /// None: the parameters of [`scan`](crate::scan) are valid.
+    pub fn new() -> Result<Self, Error> {
+        let lines = SCAN.parameters().lines;
+        let (across, down) = match lines {
+            Lines::Even(axis) => (axis, SCAN.depths()),
+            _ => {
+                return Err(Error::Parameter {
+                    name: "lines",
+                    value: lines.count() as f64,
+                    expected: "evenly spaced lines, for an image",
+                });
+            }
+        };
+        Ok(Plan {
+            delay: IqDelay::new(IqParameters {
+                reading: READING,
+                ..IqParameters::of(&SCAN, DEMODULATION)
+            })?,
+            beamformer: Beamformer::new(BEAMFORMER)?,
+            b_mode: BMode::new(BModeParameters {
+                lines: across,
+                samples: down,
+                grid: PixelGrid::of_lines(&across, &down, ROWS, COLUMNS),
+                dynamic_range: DYNAMIC_RANGE,
+                median: true,
+            })?,
+            phase_symmetry: PhaseSymmetry::new(&Parameters {
+                sizes: STRIPS,
+                scales: &SCALES,
+                threshold: THRESHOLD,
+            })?,
+        })
+    }
+}
+
+/// The memory of a [`Chain`], for a `static`.
+pub struct ChainMemory {
+    widths: [f32; LENGTH],
+    scratch: [f32; LAGS],
+    aligned: [Complex<f32>; ELEMENTS * LENGTH],
+    line: [Complex<f32>; LENGTH],
+    envelopes: [f32; BEAMS * LENGTH],
+    image: [f32; PIXELS],
+    map: [f32; PIXELS],
+    /// The image stage's grey levels and pixels; then phase symmetry's spectrum, filtered image and
+    /// denominator.
+    work: [f32; WORK],
+    strip: StripMemory<ROWS, STRIP>,
+    beamformer: Workspace<ELEMENTS, SUBAPERTURE, 0>,
+}
+
+const LAGS: usize = IqParameters::of(&SCAN, DEMODULATION).scratch_len(1);
+const LEVELS: usize = BEAMS * LENGTH + PIXELS;
+const FILTERS: usize = STRIPS.spectrum_len() + STRIPS.filtered_len() + STRIPS.amplitude_len();
+const WORK: usize = if LEVELS > FILTERS { LEVELS } else { FILTERS };
+
+impl ChainMemory {
     /// What it takes.
     pub const BYTES: usize = size_of::<Self>();
 
     /// All zero.
     pub const fn new() -> Self {
         ChainMemory {
-            frame: Memory::new(),
-            record: [0.0; RECORD],
+            widths: [0.0; LENGTH],
+            scratch: [0.0; LAGS],
+            aligned: [Complex::new(0.0, 0.0); ELEMENTS * LENGTH],
+            line: [Complex::new(0.0, 0.0); LENGTH],
+            envelopes: [0.0; BEAMS * LENGTH],
+            image: [0.0; PIXELS],
+            map: [0.0; PIXELS],
+            work: [0.0; WORK],
+            strip: StripMemory::new(),
+            beamformer: Workspace::new(),
         }
-    }
-
-    /// The slices for [`Chain::new`].
-    pub fn view(&mut self) -> (MemoryView<'_>, &mut [f32]) {
-        (self.frame.view(), &mut self.record)
     }
 }
 
-impl<const REAL: usize, const COMPLEX: usize, const RECORD: usize> Default
-    for ChainMemory<REAL, COMPLEX, RECORD>
-{
+impl Default for ChainMemory {
     fn default() -> Self {
         Self::new()
     }
 }
 
-/// A pipeline at work on blocks: a line at a time, then image and map.
-pub struct Chain<'p, 'm> {
-    frame: Frame<'p, 'm>,
-    record: &'m mut [f32],
+/// A plan at work on blocks: a line at a time, then image and map.
+pub struct Chain<'m> {
+    plan: &'m Plan,
+    widths: Widths<'m>,
+    scratch: &'m mut [f32],
+    aligned: &'m mut [Complex<f32>],
+    line: &'m mut [Complex<f32>],
+    envelopes: &'m mut [f32],
+    image: &'m mut [f32],
+    map: &'m mut [f32],
+    work: &'m mut [f32],
+    strip: &'m mut StripMemory<ROWS, STRIP>,
+    beamformer: &'m mut Workspace<ELEMENTS, SUBAPERTURE, 0>,
 }
 
-impl<'p, 'm> Chain<'p, 'm> {
-    /// Frames of `pipeline` in memory of its sizes.
+impl<'m> Chain<'m> {
+    /// A chain that has seen no block.
     ///
     /// # Errors
-    /// As [`Frame::new`].
-    pub fn new(
-        pipeline: &'p Pipeline<'p>,
-        (frame, record): (MemoryView<'m>, &'m mut [f32]),
-    ) -> Result<Self, Error> {
+    /// None: the sizes follow from the scan.
+    pub fn new(plan: &'m Plan, memory: &'m mut ChainMemory) -> Result<Self, Error> {
+        memory.envelopes.fill(0.0);
         Ok(Chain {
-            frame: Frame::new(pipeline, frame)?,
-            record,
+            plan,
+            widths: Widths::new(&SCAN, &mut memory.widths)?,
+            scratch: &mut memory.scratch,
+            aligned: &mut memory.aligned,
+            line: &mut memory.line,
+            envelopes: &mut memory.envelopes,
+            image: &mut memory.image,
+            map: &mut memory.map,
+            work: &mut memory.work,
+            strip: &mut memory.strip,
+            beamformer: &mut memory.beamformer,
         })
     }
 
-    /// A line of a block: focused, beamformed, its envelope kept for the image.
+    /// Focuses a line's block, which is free afterwards.
     ///
     /// # Errors
-    /// As [`Frame::line`]; [`Error::Length`] where the memory was made for other blocks.
-    pub fn line<A: Averaging<f32>, const M: usize, const N: usize>(
-        &mut self,
-        line: usize,
-        transmit: Transmit,
-        block: &Block<i16, M, N>,
-        workspace: &mut WorkspaceView<'_, A>,
-    ) -> Result<(), Error> {
-        planar(&block.samples, self.record)?;
-        let record = Record::new(self.record, M)?;
-        self.frame.line(line, [(transmit, &record)], workspace)?;
-        Ok(())
+    /// None: any samples will do.
+    pub fn focus(&mut self, line: usize, block: &ScanBlock) -> Result<(), Error> {
+        let samples = IqSamples::Counts(block.samples.as_flattened(), 1.0);
+        let record = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)?;
+        let line = ScanLine::of(&SCAN, line, TRANSMIT, Compounding::Replace);
+        let delay = &self.plan.delay;
+        delay.line(0.0f32, &line, &record, self.scratch, self.aligned)
+    }
+
+    /// Beamforms the line that was focused, and keeps its envelope for the image.
+    ///
+    /// # Errors
+    /// [`Error::Capacity`] for a line that the scan does not have.
+    pub fn beamform(&mut self, line: usize) -> Result<(), Error> {
+        let Some(envelopes) = self.envelopes.chunks_exact_mut(LENGTH).nth(line) else {
+            return Err(Error::Capacity {
+                name: "line",
+                actual: line,
+                capacity: BEAMS - 1,
+            });
+        };
+        let foot = Widths::foot(&SCAN, line);
+        let active = |sample| self.widths.active(foot, sample);
+        let x = AlignedLine::new(self.aligned, ELEMENTS)?;
+        let mut workspace = self.beamformer.view();
+        let beamformer = &self.plan.beamformer;
+        beamformer.line(&mut workspace, x, active, self.line)?;
+        envelope(self.line, envelopes)
     }
 
     /// The image of the lines, row-major, 0 to 255.
     ///
     /// # Errors
-    /// As [`Frame::image`].
+    /// None: lines are finite.
     pub fn image(&mut self) -> Result<&[f32], Error> {
-        self.frame.image()
+        let work = self.work.split_at_mut(LEVELS).0;
+        let b_mode = &self.plan.b_mode;
+        b_mode.image(0.0f32, self.envelopes, work, self.image)?;
+        Ok(self.image)
     }
 
     /// The bone map of the last image, row-major, 0 to below 1.
     ///
     /// # Errors
-    /// As [`Frame::bone_map`].
-    pub fn map(&mut self) -> Result<&mut [f32], Error> {
-        self.frame.bone_map()
+    /// None: images are finite.
+    pub fn map(&mut self) -> Result<&[f32], Error> {
+        let (mut spectrum, rest) = self.work.split_at_mut(STRIPS.spectrum_len());
+        let (mut filtered, rest) = rest.split_at_mut(STRIPS.filtered_len());
+        let mut amplitude = rest.split_at_mut(STRIPS.amplitude_len()).0;
+        self.plan.phase_symmetry.run(
+            &Kernels {
+                fft: &Microfft,
+                gains: &LogGabor::fixed(),
+            },
+            &mut External {
+                image: &mut &*self.image,
+                spectrum: &mut spectrum,
+                filtered: &mut filtered,
+                amplitude: &mut amplitude,
+                symmetry: &mut &mut *self.map,
+            },
+            &mut self.strip.slices(),
+            &mut |_| {},
+        )?;
+        Ok(self.map)
     }
-}
-
-/// `[sample][element]` of integers to `[element][sample]` of numbers.
-fn planar<const M: usize, const N: usize>(
-    samples: &[[i16; M]; N],
-    record: &mut [f32],
-) -> Result<(), Error> {
-    if record.len() != M * N {
-        return Err(Error::Length {
-            name: "record memory",
-            actual: record.len(),
-            expected: M * N,
-        });
-    }
-    for (element, record) in record.chunks_exact_mut(N.max(1)).enumerate() {
-        for (value, row) in record.iter_mut().zip(samples) {
-            if let Some(sample) = row.get(element) {
-                *value = (*sample).into();
-            }
-        }
-    }
-    Ok(())
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! interrupt                            main loop
-//! Source::begin ── DMA ── complete ──► Sink::receive → Sequence::check → Chain::line … Chain::map
+//! Source::begin ── DMA ── complete ──► Sink::receive → Sequence::check → Chain::focus … Chain::map
 //!       ▲                                   │
 //!       └────────── free blocks ◄───────────┘ when the main loop lets go of a block
 //! ```
@@ -28,6 +28,6 @@ pub mod scan;
 mod sequence;
 
 pub use block::{Block, Overflow};
-pub use chain::{Chain, ChainMemory};
+pub use chain::{Chain, ChainMemory, Plan};
 pub use pool::{Counters, Pool, Received, Sink, Source};
 pub use sequence::{Fault, Sequence, Verdict};

@@ -1,109 +1,124 @@
-//! The scan that the image `stream` runs: 16 elements, 24 lines, minimum variance over subapertures of 8.
+//! The scan that the image `stream` runs: I/Q of 16 elements, 24 lines of 256 samples, minimum variance over
+//! subapertures of 8.
 //!
 //! [`echoes`] stands in for a recording: firmware/build.rs makes the blocks of it that are compiled in.
 
-use bonebeam::Error;
-use bonebeam::beamform::{self, Method, Workspace};
-use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::pipeline::{Parameters, Pipeline, Sizes};
+use bonebeam::beamform::{self, Method};
+use bonebeam::focus::IqReading;
+use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
+use bonebeam::phase_symmetry::Sizes;
 
-use crate::{Block, ChainMemory};
+use crate::Block;
 
 /// Elements.
 pub const ELEMENTS: usize = 16;
 /// Samples of a block.
-pub const SAMPLES: usize = 256;
+pub const SAMPLES: usize = 280;
 /// Beams of a frame.
 pub const BEAMS: usize = 24;
+/// Samples of a line.
+pub const LENGTH: usize = 256;
+/// What the front end demodulates with, Hz.
+pub const DEMODULATION: f64 = 5e6;
 
-/// The pipeline.
-pub const PARAMETERS: Parameters = Parameters {
-    scan: ScanParameters {
-        array: Array::linear(ELEMENTS, 0.3e-3),
-        lines: Lines::Even(Axis::centred(BEAMS, 0.35e-3)),
-        sound_speed: 1540.0,
-        centre_frequency: 5e6,
-        sampling_rate: 20e6,
-        record_samples: SAMPLES,
-        output_rate: 20e6,
-        start: Depth::Metres(4e-3),
-        end: Depth::Metres(12e-3),
-        f_number: 1.5,
-        min_elements: 8,
-    },
-    beamformer: beamform::Parameters {
-        method: Method::Mv,
-        temporal_half_window: 0,
-        ..beamform::Parameters::DEFAULT
-    },
-    rows: 64,
-    columns: 64,
-    dynamic_range: 50.0,
-    median: true,
-    scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
-    threshold: 10.0,
-    strip: 8,
-};
+/// How I/Q is read between its samples: to 10⁻³ of the pulse's peak. docs/integration.md has what the others
+/// cost, and how far they err.
+pub const READING: IqReading = IqReading::for_band(RATE, 3e6);
 
-/// The sizes of its memory.
-pub const SIZES: Sizes = match PARAMETERS.sizes() {
-    Ok(sizes) => sizes,
+const RATE: f64 = 10e6;
+const SOUND_SPEED: f64 = 1540.0;
+const START: f64 = 6e-6;
+
+/// The geometry.
+pub const SCAN: Scan<'static> = match Scan::of_iq(ScanParameters {
+    array: Array::linear(ELEMENTS, 0.5e-3),
+    lines: Lines::Even(Axis::centred(BEAMS, 0.5e-3)),
+    sound_speed: SOUND_SPEED,
+    centre_frequency: 5e6,
+    sampling_rate: RATE,
+    record_samples: SAMPLES,
+    output_rate: RATE,
+    start: Depth::Seconds(START),
+    end: Depth::Seconds(START + (LENGTH - 1) as f64 / RATE),
+    f_number: 1.5,
+    min_elements: 8,
+}) {
+    Ok(scan) => scan,
     Err(_) => panic!("the scan is not valid"),
 };
+const _: () = assert!(SCAN.samples() == LENGTH);
 
-/// A beam's transmit: focused on its axis. The record begins 4 µs after it.
-pub const TRANSMIT: Transmit = Transmit::new(TransmitLaw::Focused, 4e-6);
+/// The beamformer.
+pub const BEAMFORMER: beamform::Parameters = beamform::Parameters {
+    method: Method::Mv,
+    temporal_half_window: 0,
+    ..beamform::Parameters::DEFAULT
+};
+/// The longest subaperture.
+pub const SUBAPERTURE: usize = ELEMENTS / 2;
+
+/// Rows of the image.
+pub const ROWS: usize = 64;
+/// Columns of the image.
+pub const COLUMNS: usize = 64;
+/// Pixels of the image.
+pub const PIXELS: usize = ROWS * COLUMNS;
+/// How far below the largest envelope black is, dB.
+pub const DYNAMIC_RANGE: f32 = 50.0;
+/// Rows or columns that phase symmetry works on at a time.
+pub const STRIP: usize = 8;
+/// Image and strips.
+pub const STRIPS: Sizes = Sizes {
+    rows: ROWS,
+    columns: COLUMNS,
+    strip: STRIP,
+};
+/// Phase symmetry's scales, cycles a pixel.
+pub const SCALES: [f64; 3] = [1.0 / 4.0, 1.0 / 8.0, 1.0 / 16.0];
+/// Phase symmetry's noise threshold, grey levels.
+pub const THRESHOLD: f32 = 10.0;
+
+/// A beam's transmit: focused on its axis. The record begins 5 µs after it.
+pub const TRANSMIT: Transmit<'static> = Transmit::new(TransmitLaw::Focused, 5e-6);
 
 /// What the front end delivers.
-pub type ScanBlock = Block<i16, ELEMENTS, SAMPLES>;
-/// The chain's memory.
-pub type ScanMemory = ChainMemory<{ SIZES.real }, { SIZES.complex }, { ELEMENTS * SAMPLES }>;
-/// The beamformer's memory.
-pub type LineWorkspace =
-    Workspace<{ SIZES.elements }, { SIZES.subaperture }, { SIZES.temporal_half_window }>;
-
-/// The plan.
-///
-/// # Errors
-/// None: [`PARAMETERS`] are valid.
-pub fn pipeline() -> Result<Pipeline<'static>, Error> {
-    Pipeline::new(PARAMETERS)
-}
+pub type ScanBlock = Block<[i16; 2], ELEMENTS, SAMPLES>;
 
 /// What the elements record of a beam: pulses from a bent surface, weaker ones from within tissue above
-/// it, and noise; 14 bits.
-pub fn echoes(beam: usize) -> [[i16; ELEMENTS]; SAMPLES] {
-    let scan = &PARAMETERS.scan;
+/// it, and noise; 14 bits, demodulated with [`DEMODULATION`].
+pub fn echoes(beam: usize) -> [[[i16; 2]; ELEMENTS]; SAMPLES] {
+    let scan = SCAN.parameters();
     let beam_x = scan.lines.x(beam);
-    let mut sums = [[0.0f64; ELEMENTS]; SAMPLES];
+    let mut sums = [[[0.0f64; 2]; ELEMENTS]; SAMPLES];
     let mut add = |x: f64, z: f64, amplitude: f64| {
         for m in 0..ELEMENTS {
-            let way = z + libm::hypot(scan.array.x(m) - x, z);
-            let arrival = (way / scan.sound_speed - TRANSMIT.t0) * scan.sampling_rate;
+            let time = (z + libm::hypot(scan.array.x(m) - x, z)) / SOUND_SPEED;
+            let angle = -core::f64::consts::TAU * DEMODULATION * time;
             for (sample, row) in sums.iter_mut().enumerate() {
-                let s = (sample as f64 - arrival) / 4.0;
-                if libm::fabs(s) < 1.0 {
-                    let window = (1.0 - s * s) * (1.0 - s * s);
-                    row[m] += amplitude * window * window * (1.0 - 11.0 * s * s);
+                let late = (TRANSMIT.t0 + sample as f64 / RATE - time) / 0.2e-6;
+                if libm::fabs(late) < 4.0 {
+                    let envelope = amplitude * libm::exp(-late * late);
+                    row[m][0] += envelope * libm::cos(angle);
+                    row[m][1] += envelope * libm::sin(angle);
                 }
             }
         }
     };
     for k in -3..=3 {
-        let x = beam_x + f64::from(k) * 0.1e-3;
-        add(x, 8.5e-3 - 60.0 * x * x, 900.0);
+        let x = beam_x + f64::from(k) * 0.15e-3;
+        add(x, 16e-3 - 25.0 * x * x, 900.0);
     }
     // The same scatterers for every beam that they are near to.
     let mut random = Random(0x2545_F491);
-    for _ in 0..200 {
-        let (x, z) = (random.next() * 5e-3, 6e-3 + random.next() * 1.8e-3);
+    for _ in 0..400 {
+        let (x, z) = (random.next() * 7e-3, 9.5e-3 + random.next() * 4e-3);
         let amplitude = 60.0 * random.next();
-        if libm::fabs(x - beam_x) < 0.6e-3 {
+        if libm::fabs(x - beam_x) < 0.8e-3 {
             add(x, z, amplitude);
         }
     }
     let mut noise = Random(beam as u32 + 1);
-    sums.map(|row| row.map(|sum| libm::round(sum + 4.0 * noise.next()) as i16))
+    sums.map(|row| row.map(|iq| iq.map(|sum| libm::round(sum + 4.0 * noise.next()) as i16)))
 }
 
 /// A linear congruential generator; its numbers lie between −1 and 1.

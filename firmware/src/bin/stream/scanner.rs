@@ -11,9 +11,11 @@ use stream::{Overflow, Source};
 
 use crate::clock;
 
-/// `[beam][sample][element]`, i16 from the lower byte on.
-static RECORDING: &[u8; BEAMS * SAMPLES * ELEMENTS * 2] =
-    include_bytes!(concat!(env!("OUT_DIR"), "/recording.bin"));
+/// `[beam][sample][element][I, Q]`, i16 from the lower byte on.
+static RECORDING: &[u8; BEAMS * BLOCK] = include_bytes!(concat!(env!("OUT_DIR"), "/recording.bin"));
+
+/// Bytes of a block's samples.
+const BLOCK: usize = SAMPLES * ELEMENTS * 4;
 
 static SCANNER: Mutex<RefCell<Option<Scanner>>> = Mutex::new(RefCell::new(None));
 
@@ -94,14 +96,20 @@ impl Scanner {
         block.sequence = sequence;
         block.beam = beam as u16;
         block.overflow = Overflow(0);
-        let bytes = RECORDING.chunks_exact(SAMPLES * ELEMENTS * 2).nth(beam);
+        let bytes = RECORDING.chunks_exact(BLOCK).nth(beam);
         let words = bytes.unwrap_or_default().chunks_exact(2);
-        for (sample, word) in block.samples.as_flattened_mut().iter_mut().zip(words) {
+        for (sample, word) in block
+            .samples
+            .as_flattened_mut()
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(words)
+        {
             *sample = i16::from_le_bytes([word[0], word[1]]);
         }
         if event == Event::Clipped {
             block.overflow = Overflow::CLIPPED;
-            block.samples[0] = [8191; ELEMENTS];
+            block.samples[0] = [[8191; 2]; ELEMENTS];
         }
         self.source.complete();
     }

@@ -1,0 +1,80 @@
+//! The scan of the image `stream` without blocks, pool, sequence and chain.
+
+use bonebeam::beamform::{AlignedLine, Beamformer, Workspace};
+use bonebeam::focus::{
+    Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine,
+};
+use bonebeam::geometry::Axis;
+use bonebeam::image::{BMode, BModeParameters, PixelGrid, envelope};
+use bonebeam::phase_symmetry::{
+    External, Kernels, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, StripMemory,
+};
+use bonebeam::{Complex, Error};
+use stream::scan::{self, BEAMS, COLUMNS, ELEMENTS, LENGTH, PIXELS, ROWS, SCAN, STRIPS, TRANSMIT};
+
+/// Image and map by the core alone: numbers instead of counts, `[element][sample]`, no table of apertures.
+///
+/// # Errors
+/// None: the scan is valid.
+pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
+    let delay = IqDelay::new(IqParameters {
+        reading: scan::READING,
+        ..IqParameters::of(&SCAN, scan::DEMODULATION)
+    })?;
+    let beamformer = Beamformer::new(scan::BEAMFORMER)?;
+    let mut workspace = Box::new(Workspace::<ELEMENTS, { scan::SUBAPERTURE }, 0>::new());
+    let mut scratch = vec![0.0; delay.parameters().scratch_len(1)];
+    let mut aligned = vec![Complex::new(0.0, 0.0); ELEMENTS * LENGTH];
+    let mut z = vec![Complex::new(0.0, 0.0); LENGTH];
+    let mut envelopes = vec![0.0; BEAMS * LENGTH];
+    for (beam, envelopes) in envelopes.chunks_exact_mut(LENGTH).enumerate() {
+        let echoes = scan::echoes(beam);
+        let iq: Vec<Complex<f32>> = (0..ELEMENTS)
+            .flat_map(|m| echoes.iter().map(move |row| row[m]))
+            .map(|[i, q]| Complex::new(i.into(), q.into()))
+            .collect();
+        let record = IqRecord::new(IqSamples::Float(&iq), IqLayout::Planar, ELEMENTS)?;
+        let line = ScanLine::of(&SCAN, beam, TRANSMIT, Compounding::Replace);
+        delay.line(0.0f32, &line, &record, &mut scratch, &mut aligned)?;
+        let x = AlignedLine::new(&aligned, ELEMENTS)?;
+        let active = |sample| SCAN.active(beam, sample);
+        beamformer.line(&mut workspace.view(), x, active, &mut z)?;
+        envelope(&z, envelopes)?;
+    }
+    let (lines, samples) = (Axis::centred(BEAMS, 0.5e-3), SCAN.depths());
+    let b_mode = BMode::new(BModeParameters {
+        lines,
+        samples,
+        grid: PixelGrid::of_lines(&lines, &samples, ROWS, COLUMNS),
+        dynamic_range: scan::DYNAMIC_RANGE,
+        median: true,
+    })?;
+    let (mut work, mut image) = (vec![0.0; b_mode.work_len()], vec![0.0; PIXELS]);
+    b_mode.image(0.0f32, &envelopes, &mut work, &mut image)?;
+    let bank = PhaseSymmetry::new(&Parameters {
+        sizes: STRIPS,
+        scales: &scan::SCALES,
+        threshold: scan::THRESHOLD,
+    })?;
+    let mut tables = LogGaborTables::new();
+    let mut spectrum = vec![0.0; STRIPS.spectrum_len()];
+    let mut filtered = vec![0.0; STRIPS.filtered_len()];
+    let mut amplitude = vec![0.0; STRIPS.amplitude_len()];
+    let mut map = vec![0.0; PIXELS];
+    bank.run(
+        &Kernels {
+            fft: &Microfft,
+            gains: &LogGabor::new(&mut tables),
+        },
+        &mut External {
+            image: &mut &image[..],
+            spectrum: &mut &mut spectrum[..],
+            filtered: &mut &mut filtered[..],
+            amplitude: &mut &mut amplitude[..],
+            symmetry: &mut &mut map[..],
+        },
+        &mut StripMemory::<ROWS, 64>::new().slices(),
+        &mut |_| {},
+    )?;
+    Ok((image, map))
+}
