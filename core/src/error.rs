@@ -46,6 +46,26 @@ pub enum Error {
     Memory,
 }
 
+impl Error {
+    /// A number for each kind of error, for interfaces that have no types: never 0, and never another one
+    /// in a later version.
+    ///
+    /// ```
+    /// use bonebeam::Error;
+    ///
+    /// assert_eq!(Error::Memory.code(), 5);
+    /// ```
+    pub const fn code(&self) -> u8 {
+        match self {
+            Error::Parameter { .. } => 1,
+            Error::Length { .. } => 2,
+            Error::Capacity { .. } => 3,
+            Error::NonFinite { .. } => 4,
+            Error::Memory => 5,
+        }
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
@@ -135,5 +155,34 @@ pub(crate) const fn none(name: &'static str) -> Error {
         name,
         value: 0.0,
         expected: "at least 1",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Written out, since other programs know them.
+    #[test]
+    fn codes_stay() {
+        let (name, expected) = ("", "");
+        let parameter = Error::Parameter {
+            name,
+            value: 0.0,
+            expected,
+        };
+        let length = Error::Length {
+            name,
+            actual: 0,
+            expected: 1,
+        };
+        let capacity = Error::Capacity {
+            name,
+            actual: 1,
+            capacity: 0,
+        };
+        let non_finite = Error::NonFinite { name, index: 0 };
+        let all = [parameter, length, capacity, non_finite, Error::Memory];
+        assert_eq!(all.map(|error| error.code()), [1, 2, 3, 4, 5]);
     }
 }

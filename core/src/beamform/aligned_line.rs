@@ -137,3 +137,16 @@ fn largest_magnitude(x: &[Complex<f32>]) -> i32 {
 fn magnitude(part: f32) -> i32 {
     (part.to_bits() & 0x7fff_ffff) as i32
 }
+
+/// Its shape; not its samples.
+#[cfg(feature = "defmt")]
+impl defmt::Format for AlignedLine<'_> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(
+            f,
+            "aligned line of {} samples of {} elements",
+            self.samples(),
+            self.elements()
+        );
+    }
+}

@@ -41,6 +41,7 @@ impl Default for Parameters {
 
 /// A beamformer with valid parameters.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Beamformer {
     parameters: Parameters,
 }

@@ -5,6 +5,7 @@ use crate::geometry::Active;
 
 /// Consecutive samples of one beam that have one active set: what a lane works on.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Run<'a> {
     /// The beam.
     pub line: AlignedLine<'a>,

@@ -8,6 +8,7 @@ const NOTHING: f32 = f32::from_bits((127 - 100) << 23); // 2^-100
 /// What turns a covariance of some trace into the solvers' matrix: each entry times `factor`, and
 /// `added` to the diagonal. Weights do not depend on the scale.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DiagonalLoading<V: Vector> {
     /// The power of two that brings the trace into `[1, 2)`; exact, and exact to multiply with.
     pub factor: V,

@@ -10,6 +10,7 @@ use crate::simd::{ComplexVector, Scalar, Vector, copy};
 ///
 /// Kept: every entry on and below the diagonal, place by place, with the lags ascending.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Forward;
 
 impl Forward {

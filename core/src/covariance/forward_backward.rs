@@ -30,6 +30,7 @@ const SQRT_2: f32 = core::f32::consts::SQRT_2;
 /// as a sum, multiplied by `1/√2`; its own power is `f(0, c)`. Then all are multiplied by the
 /// loading's factor.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ForwardBackward;
 
 impl ForwardBackward {

@@ -84,6 +84,19 @@ impl<'a> Record<'a> {
     }
 }
 
+/// Its shape; not its samples.
+#[cfg(feature = "defmt")]
+impl defmt::Format for Record<'_> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(
+            f,
+            "RF of {} samples of {} elements",
+            self.samples(),
+            self.elements()
+        );
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -40,6 +40,7 @@ impl Element {
 
 /// Where the elements of a transducer are. Those of a linear array lie at depth 0 and look down.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Array<'a> {
     /// A linear array, centred on 0.

@@ -6,6 +6,7 @@ use crate::error::{at_least_one, finite};
 
 /// The scan lines of an image: straight down from z = 0, or rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Lines<'a> {
     /// Evenly spaced lines, as an image needs them.

@@ -6,6 +6,7 @@ use crate::error::{at_least_one, finite, positive};
 
 /// What is scanned, and how. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ScanParameters<'a> {
     /// The transducer.
     pub array: Array<'a>,
@@ -33,6 +34,7 @@ pub struct ScanParameters<'a> {
 
 /// A valid scan, and all that follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scan<'a> {
     parameters: ScanParameters<'a>,
     aperture: Aperture,

@@ -11,6 +11,7 @@ use crate::error::check_length;
 
 /// How wide the aperture is at each sample of a scan's lines.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Widths<'m> {
     elements: i64,
     /// Elements before they are cut at the array's ends, as whole numbers.
@@ -19,6 +20,7 @@ pub struct Widths<'m> {
 
 /// Where a line stands, in steps of 2⁻²⁰ pitches from element 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Foot(i64);
 
 impl<'m> Widths<'m> {

@@ -46,6 +46,7 @@ pub struct BModeParameters {
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BMode {
     parameters: BModeParameters,
     fan: Option<Fan>,

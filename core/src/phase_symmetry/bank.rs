@@ -11,6 +11,7 @@ pub const MAX_SCALES: usize = 8;
 
 /// What a bank of filters is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters<'a> {
     /// The image's size and the strip height.
     pub sizes: Sizes,
@@ -67,6 +68,7 @@ pub struct Parameters<'a> {
 /// # Ok::<(), Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PhaseSymmetry {
     pub(super) rows: usize,
     pub(super) columns: usize,

@@ -28,6 +28,7 @@ pub trait Fft<V: Vector> {
 
 /// The transform of the `microfft` crate, with its own tables in flash. Radix 2, in place.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Microfft;
 
 impl Fft<f32> for Microfft {

@@ -10,6 +10,7 @@ use core::ops::Range;
 
 /// Columns of the spectrum side by side in the lanes of a vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LaneColumns {
     /// The first lane's column of the half spectrum; each further lane has the next one.
     pub first: usize,

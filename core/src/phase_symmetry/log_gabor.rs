@@ -97,6 +97,7 @@ pub(super) const MIRROR: [usize; ORIENTATIONS.len()] = [6, 5, 4, 7, 2, 1];
 
 /// A characteristic radius on the frequency grid of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Scale {
     rows: usize,
     columns: usize,

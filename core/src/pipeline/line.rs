@@ -46,6 +46,7 @@ use crate::{Complex, Error};
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LinePipeline<'a> {
     scan: Scan<'a>,
     delay: Delay,

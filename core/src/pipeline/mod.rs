@@ -25,6 +25,7 @@ use crate::phase_symmetry::{self, PhaseSymmetry};
 
 /// What a [`Pipeline`] is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters<'a> {
     /// The geometry. An image needs evenly spaced lines.
     pub scan: ScanParameters<'a>,
@@ -84,6 +85,7 @@ pub struct Parameters<'a> {
 /// # Ok::<(), Error>(())
 /// ```
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Pipeline<'a> {
     lines: LinePipeline<'a>,
     b_mode: BMode,

@@ -10,6 +10,7 @@ use core::str::FromStr;
 /// What the processor has is asked at run time with the feature `std`. Without it, an instruction set
 /// counts as there where the compiler's target promises it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum InstructionSet {
     /// x86-64's baseline, 4 lanes.
@@ -177,6 +178,7 @@ fn level() -> fearless_simd::Level {
 
 /// A name that is no instruction set of this processor architecture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct UnknownInstructionSet;
 
 impl fmt::Display for UnknownInstructionSet {

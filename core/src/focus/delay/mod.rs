@@ -156,6 +156,7 @@ pub enum Compounding {
 
 /// One scan line of one transmit.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ScanLine<'a> {
     /// The transmit.
     pub transmit: Transmit<'a>,
@@ -393,4 +394,12 @@ pub(super) fn check_line<'a>(
         }
     }
     TransmitDelay::new(line.transmit.law, &line.ray, &line.array, sound_speed)
+}
+
+/// Its parameters; not its tables.
+#[cfg(feature = "defmt")]
+impl defmt::Format for Delay {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        self.parameters.format(f);
+    }
 }

@@ -410,3 +410,11 @@ fn put<V: Vector>(compounding: Compounding, (re, im): (V, V), row: &mut [Complex
         }
     }
 }
+
+/// Its parameters; not its tables.
+#[cfg(feature = "defmt")]
+impl defmt::Format for IqDelay {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        self.parameters.format(f);
+    }
+}

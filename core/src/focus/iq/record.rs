@@ -204,3 +204,16 @@ fn check_magnitudes(samples: &[Complex<f32>]) -> Result<(), Error> {
         _ => Err(Error::NonFinite { name: "iq", index }),
     }
 }
+
+/// Its shape; not its samples.
+#[cfg(feature = "defmt")]
+impl defmt::Format for IqRecord<'_> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(
+            f,
+            "I/Q of {} samples of {} elements",
+            self.samples(),
+            self.elements()
+        );
+    }
+}
