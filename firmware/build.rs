@@ -1,5 +1,5 @@
-//! Hands the linker cortex-m-rt's script and the memory map, which lies at the root of the
-//! repository, and makes the recording that the image `stream` has compiled in.
+//! Hands the linker cortex-m-rt's script and the memory map: the one at the root of the repository, which is
+//! QEMU's, or that of the part that the environment variable BOARD names, of `firmware/boards`; and makes the recording that the image `stream` has compiled in.
 
 use std::path::PathBuf;
 use std::{env, fs};
@@ -8,11 +8,18 @@ use stream::scan;
 
 fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("set by cargo"));
-    fs::copy("../memory.x", out.join("memory.x")).expect("memory.x at the repository's root");
+    let map = match env::var("BOARD") {
+        Ok(board) => format!("boards/{board}.x"),
+        Err(_) => "../memory.x".into(),
+    };
+    if let Err(error) = fs::copy(&map, out.join("memory.x")) {
+        panic!("{map}: {error}; BOARD is the name of a file in firmware/boards, without its .x");
+    }
     println!("cargo::rustc-link-search={}", out.display());
     println!("cargo::rustc-link-arg-bins=-Tlink.x");
     println!("cargo::rustc-link-arg-bin=stream=-Tdefmt.x");
-    println!("cargo::rerun-if-changed=../memory.x");
+    println!("cargo::rerun-if-changed={map}");
+    println!("cargo::rerun-if-env-changed=BOARD");
     println!("cargo::rerun-if-changed=build.rs");
 
     let beams = (0..scan::BEAMS).flat_map(scan::echoes);
