@@ -106,7 +106,7 @@ def speed(program, folder):
     x, y, z = rng.uniform(-15e-3, 15e-3, n), rng.uniform(-3e-3, 3e-3, n), rng.uniform(12e-3, 37e-3, n)
     param = pymust.utils.Param()
     param.fc, param.fs, param.c, param.bandwidth = F0, 4 * F0, C, 60
-    param.Nelements, param.pitch, param.kerf = 128, PITCH, KERF
+    param.Nelements, param.pitch, param.kerf, param.radius = 128, PITCH, KERF, np.inf
     param.height, param.focus, param.baffle = HEIGHT, LENS, "rigid"
     dx = (np.arange(128) - BEAM) * PITCH
     delays = -(np.hypot(dx, FOCUS) - FOCUS) / C

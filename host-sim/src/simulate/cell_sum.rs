@@ -211,12 +211,12 @@ impl Task for Sum<'_> {
         let mut done = 0;
         let begin = checkpoint.load(tiles)?;
         for (index, cell) in scene.cells.iter().enumerate() {
+            done += cell.members.len();
             if index >= begin {
                 work.add(zero, scene, cell, tiles);
                 checkpoint.save_at_times(index + 1, tiles)?;
+                tick(done as f64 / scene.sources.len() as f64);
             }
-            done += cell.members.len();
-            tick(done as f64 / scene.sources.len() as f64);
         }
         Ok(())
     }

@@ -92,8 +92,8 @@ pub fn surface(grid: &Grid, f: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
                     let corner = [(a, c), (a, d), (b, d), (b, c)];
                     let q = corner.map(|(i, o)| on_edge(nodes[i], nodes[o]));
                     let two = match even([a, b, c, d]) {
-                        true => [[q[0], q[1], q[2]], [q[0], q[2], q[3]]],
-                        false => [[q[0], q[2], q[1]], [q[0], q[3], q[2]]],
+                        true => [[q[0], q[2], q[1]], [q[0], q[3], q[2]]],
+                        false => [[q[0], q[1], q[2]], [q[0], q[2], q[3]]],
                     };
                     triangles.extend(two);
                 }

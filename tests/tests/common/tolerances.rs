@@ -40,6 +40,8 @@ pub const DIRECT_SUM_DB: f64 = -115.0;
 pub const CELL_SUM_DB: f64 = -85.0;
 /// Two records of different length: each is within −100 dB of the model where its pulse is cut.
 pub const WINDOW_DB: f64 = -90.0;
+/// Directivity there and back, of 1: spectra of −100 dB pulses, divided by ones 20 dB below their peak.
+pub const DIRECTIVITY: f64 = 1e-3;
 /// Reciprocity: both ways are the same spectrum, next to another row's in one f64 transform, and are rounded
 /// to f32.
 pub const RECIPROCITY_DB: f64 = -130.0;
