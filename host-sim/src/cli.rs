@@ -41,7 +41,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    Simulate(simulate::Arguments),
+    Simulate(Box<simulate::Arguments>),
     Beamform(Box<beamform::Arguments>),
     PhaseSymmetry(phase_symmetry::Arguments),
     Info(Box<info::Arguments>),
@@ -102,7 +102,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         None => main_job::run(&cli.main_job),
         Some(Command::Beamform(arguments)) => beamform::run(*arguments),
         Some(Command::PhaseSymmetry(arguments)) => phase_symmetry::run(arguments),
-        Some(Command::Simulate(arguments)) => simulate::run(arguments),
+        Some(Command::Simulate(arguments)) => simulate::run(*arguments),
         Some(Command::Info(arguments)) => info::run(*arguments),
         Some(Command::Convert(arguments)) => convert::run(arguments),
         Some(Command::Verify(arguments)) => verify::run(arguments),

@@ -196,9 +196,7 @@ impl Plan {
             let mut memory = self.memory(thread.index());
             loop {
                 let next = groups.lock().unwrap_or_else(PoisonError::into_inner).next();
-                let Some((index, (group, mut z))) = next else {
-                    return None;
-                };
+                let (index, (group, mut z)) = next?;
                 let done = beamform_group(&self.beamformer, &mut **memory, lines, group, &mut z);
                 if let Err(error) = done {
                     return Some((index, error));

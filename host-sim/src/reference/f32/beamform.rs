@@ -144,7 +144,7 @@ fn intermediates_of<T: Number>(a: &[Vec<T>]) -> Intermediates {
     };
     let matrix = |i: usize| match (i / n, i % n) {
         (row, column) if column <= row => a[row][column].into(),
-        (row, column) => Complex::<f32>::from(a[column][row].into()).conj(),
+        (row, column) => a[column][row].conj().into(),
     };
     let (eigenvalue, eigenvector) = dominant_eigenpair(a);
     Intermediates {
