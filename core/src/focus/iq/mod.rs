@@ -23,6 +23,7 @@ use crate::geometry::Scan;
 use crate::simd::{MOST_LANES, Vector, load};
 use crate::{Complex, Error};
 use reading::{Cubic, Linear, Read, Sinc};
+use record::{Sample, Window};
 
 /// Shapes and rates of a delay stage for I/Q. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -246,18 +247,16 @@ impl IqDelay {
         check_length("out", out.len(), p.elements * p.output_samples)?;
         let transmit = check_line(line, p.elements, p.sound_speed, out)?;
         match p.reading {
-            IqReading::Linear => self.compute(zero, &Linear, line, &transmit, record, scratch, out),
-            IqReading::Cubic => self.compute(zero, &Cubic, line, &transmit, record, scratch, out),
-            IqReading::Sinc => {
-                self.compute(zero, &self.sinc, line, &transmit, record, scratch, out);
-            }
+            IqReading::Linear => self.read(zero, &Linear, line, &transmit, record, scratch, out),
+            IqReading::Cubic => self.read(zero, &Cubic, line, &transmit, record, scratch, out),
+            IqReading::Sinc => self.read(zero, &self.sinc, line, &transmit, record, scratch, out),
         }
         Ok(())
     }
 
+    /// The line by a reading, whatever the samples are.
     #[allow(clippy::too_many_arguments, reason = "one call a reading")]
-    #[inline(never)]
-    fn compute<V: Vector, const TAPS: usize>(
+    fn read<V: Vector, const TAPS: usize>(
         &self,
         zero: V,
         read: &impl Read<TAPS>,
@@ -267,17 +266,41 @@ impl IqDelay {
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
+        let lags = self.lags::<V>(line, scratch);
+        match record.kind() {
+            IqSamples::Float(samples) => {
+                let window = record.window(samples);
+                self.compute(zero, read, line, transmit, (record, window), lags, out);
+            }
+            IqSamples::Counts(samples, _) => {
+                let window = record.window(samples);
+                self.compute(zero, read, line, transmit, (record, window), lags, out);
+            }
+        }
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "one call a reading")]
+    #[inline(never)]
+    fn compute<V: Vector, T: Sample, const TAPS: usize>(
+        &self,
+        zero: V,
+        read: &impl Read<TAPS>,
+        line: &ScanLine,
+        transmit: &TransmitDelay,
+        (record, window): (&IqRecord, Window<'_, T>),
+        lags: &[f32],
+        out: &mut [Complex<f32>],
+    ) {
         zero.vectorize(
             #[inline(always)]
             || {
                 let elements = self.parameters.elements;
                 let active = line.active.first..line.active.first + line.active.count;
-                let lags = self.lags::<V>(line, scratch);
                 for (n, row) in out.chunks_exact_mut(elements).enumerate() {
                     if line.compounding == Compounding::Replace {
                         row.fill(Complex::new(0.0, 0.0));
                     }
-                    let centre = self.centre(transmit, record.phase(), line.transmit.t0, n);
+                    let centre = self.centre(transmit, record.turns(), line.transmit.t0, n);
                     let Some(row) = row.get_mut(active.clone()) else {
                         return;
                     };
@@ -287,8 +310,9 @@ impl IqDelay {
                             .zip(lags.chunks_exact(LAG * V::LANES));
                         for (group, (row, lag)) in groups.enumerate() {
                             let first = active.start + group * V::LANES;
+                            let source = (&window, record.scale());
                             let values =
-                                self.values(zero, read, &centre, lag, record, (first, row.len()));
+                                self.values(zero, read, &centre, lag, source, (first, row.len()));
                             put(line.compounding, values, row);
                         }
                     }
@@ -326,13 +350,13 @@ impl IqDelay {
     /// Depth, place and turns of an element straight above the line at output sample `n`; depth 0 where
     /// nothing can be read.
     #[inline(always)]
-    fn centre(&self, transmit: &TransmitDelay, phase: f64, t0: f64, n: usize) -> Centre {
+    fn centre(&self, transmit: &TransmitDelay, turns: f64, t0: f64, n: usize) -> Centre {
         let p = &self.parameters;
         let t = p.output_start + n as f64 / p.output_rate;
         let r = p.sound_speed * t / 2.0;
         let flight = transmit.time(r) + r / p.sound_speed;
         let position = (flight - t0) * p.sampling_rate;
-        let turns = flight * p.demodulation_frequency + phase / (2.0 * core::f64::consts::PI);
+        let turns = flight * p.demodulation_frequency + turns;
         let near = position > -FAR && position < FAR && turns > -f64::MAX && turns < f64::MAX;
         if !near {
             return Centre {
@@ -353,13 +377,13 @@ impl IqDelay {
 
     /// The values of a group of elements, `count` of them from `first` on, real and imaginary parts.
     #[inline(always)]
-    fn values<V: Vector, const TAPS: usize>(
+    fn values<V: Vector, T: Sample, const TAPS: usize>(
         &self,
         zero: V,
         read: &impl Read<TAPS>,
         centre: &Centre,
         lag: &[f32],
-        record: &IqRecord,
+        (window, scale): (&Window<'_, T>, f32),
         (first, count): (usize, usize),
     ) -> (V, V) {
         let p = &self.parameters;
@@ -387,13 +411,13 @@ impl IqDelay {
         for (k, ((re, im), ((position, ahead), &floor))) in lanes.zip(places).enumerate() {
             let weight = position - floor as f32;
             let start = (centre.whole - ahead) as i32 + floor - (TAPS as i32 / 2 - 1);
-            let y = read.read(&record.window(first + k, start), weight);
+            let y = read.read(&window.taps(first + k, start), weight);
             (*re, *im) = (y.re, y.im);
         }
 
         let (cosine, sine) = turn::turn(turns);
         let (re, im) = (V::select(valid, re, zero), V::select(valid, im, zero));
-        let scale = zero.splat(record.scale());
+        let scale = zero.splat(scale);
         let (cosine, sine) = (cosine * scale, sine * scale);
         (re * cosine - im * sine, re * sine + im * cosine)
     }

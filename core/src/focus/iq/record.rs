@@ -33,7 +33,8 @@ pub struct IqRecord<'a> {
     layout: IqLayout,
     elements: NonZeroUsize,
     length: usize,
-    phase: f64,
+    /// Of the demodulator's phase.
+    turns: f64,
 }
 
 impl<'a> IqRecord<'a> {
@@ -83,7 +84,7 @@ impl<'a> IqRecord<'a> {
             layout,
             elements,
             length,
-            phase: 0.0,
+            turns: 0.0,
         })
     }
 
@@ -94,7 +95,10 @@ impl<'a> IqRecord<'a> {
     /// [`Error::Parameter`] unless `phase` is finite.
     pub fn with_phase(self, phase: f64) -> Result<Self, Error> {
         finite("iq phase", phase)?;
-        Ok(IqRecord { phase, ..self })
+        Ok(IqRecord {
+            turns: phase / (2.0 * core::f64::consts::PI),
+            ..self
+        })
     }
 
     /// The number of elements.
@@ -107,8 +111,8 @@ impl<'a> IqRecord<'a> {
         self.length
     }
 
-    pub(super) fn phase(&self) -> f64 {
-        self.phase
+    pub(super) fn turns(&self) -> f64 {
+        self.turns
     }
 
     /// What the samples are to be multiplied by.
@@ -119,70 +123,92 @@ impl<'a> IqRecord<'a> {
         }
     }
 
-    /// `TAPS` samples of an element from `first` on; those outside the record are 0.
-    #[inline(always)]
-    pub(super) fn window<const TAPS: usize>(
-        &self,
-        element: usize,
-        first: i32,
-    ) -> [Complex<f32>; TAPS] {
-        match self.samples {
-            IqSamples::Float(samples) => self.taps(samples, element, first, |&sample| sample),
-            IqSamples::Counts(samples, _) => self.taps(samples, element, first, |&[i, q]| {
-                Complex::new(f32::from(i), f32::from(q))
-            }),
-        }
+    pub(super) fn kind(&self) -> IqSamples<'a> {
+        self.samples
     }
 
+    /// Where samples of the type `T` lie.
+    pub(super) fn window<T>(&self, samples: &'a [T]) -> Window<'a, T> {
+        let elements = self.elements.get();
+        let (element, sample) = match self.layout {
+            IqLayout::Planar => (self.length, 1),
+            IqLayout::Interleaved => (1, elements),
+        };
+        Window {
+            samples,
+            element,
+            sample,
+            length: self.length,
+        }
+    }
+}
+
+/// Samples of either order: how far it is to the next element, and to the next sample.
+#[derive(Clone, Copy)]
+pub(super) struct Window<'a, T> {
+    samples: &'a [T],
+    element: usize,
+    sample: usize,
+    length: usize,
+}
+
+/// A sample as it lies in a record.
+pub(super) trait Sample: Copy {
+    fn value(self) -> Complex<f32>;
+}
+
+impl Sample for Complex<f32> {
     #[inline(always)]
-    fn taps<T, const TAPS: usize>(
+    fn value(self) -> Complex<f32> {
+        self
+    }
+}
+
+impl Sample for [i16; 2] {
+    #[inline(always)]
+    fn value(self) -> Complex<f32> {
+        Complex::new(f32::from(self[0]), f32::from(self[1]))
+    }
+}
+
+impl<T: Sample> Window<'_, T> {
+    /// `TAPS` samples of an element from `first` on; those outside the record are 0.
+    #[inline(always)]
+    pub(super) fn taps<const TAPS: usize>(
         &self,
-        samples: &[T],
         element: usize,
         first: i32,
-        value: impl Fn(&T) -> Complex<f32>,
     ) -> [Complex<f32>; TAPS] {
         let mut taps = [Complex::new(0.0, 0.0); TAPS];
-        let elements = self.elements.get();
         // What is negative becomes large.
         let first = first as u32 as usize;
-        let inside = first
-            .checked_add(TAPS)
-            .is_some_and(|end| end <= self.length);
-        match (self.layout, inside) {
-            (IqLayout::Planar, true) => {
-                let start = element * self.length + first;
-                if let Some(under) = samples.get(start..start + TAPS) {
-                    for (tap, sample) in taps.iter_mut().zip(under) {
-                        *tap = value(sample);
-                    }
+        if first < self.length.saturating_sub(TAPS - 1) {
+            let start = element * self.element + first * self.sample;
+            for (k, tap) in taps.iter_mut().enumerate() {
+                if let Some(sample) = self.samples.get(start + k * self.sample) {
+                    *tap = sample.value();
                 }
             }
-            (IqLayout::Interleaved, true) => {
-                let start = first * elements + element;
-                for (k, tap) in taps.iter_mut().enumerate() {
-                    if let Some(sample) = samples.get(start + k * elements) {
-                        *tap = value(sample);
-                    }
-                }
-            }
-            (_, false) => {
-                for (k, tap) in taps.iter_mut().enumerate() {
-                    // In front of the record, indices wrap around, to its first samples.
-                    let index = (first as u32).wrapping_add(k as u32) as usize;
-                    let place = match self.layout {
-                        IqLayout::Planar => element * self.length + index,
-                        IqLayout::Interleaved => index.saturating_mul(elements) + element,
-                    };
-                    if index < self.length
-                        && let Some(sample) = samples.get(place)
-                    {
-                        *tap = value(sample);
-                    }
-                }
-            }
+        } else {
+            self.at_the_edge(element, first, &mut taps);
         }
         taps
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn at_the_edge(&self, element: usize, first: usize, taps: &mut [Complex<f32>]) {
+        for (k, tap) in taps.iter_mut().enumerate() {
+            // In front of the record, indices wrap around, to its first samples.
+            let index = (first as u32).wrapping_add(k as u32) as usize;
+            if index < self.length
+                && let Some(sample) = self
+                    .samples
+                    .get(element * self.element + index * self.sample)
+            {
+                *tap = sample.value();
+            }
+        }
     }
 }
 

@@ -11,6 +11,7 @@ mod beamform;
 mod counter;
 mod delay;
 mod input;
+mod iq;
 mod phase_symmetry;
 
 use bonebeam::Error;
@@ -22,6 +23,7 @@ use firmware::exit;
 use static_cell::ConstStaticCell;
 
 static DELAY: ConstStaticCell<delay::Workspaces> = ConstStaticCell::new(delay::Workspaces::new());
+static IQ: ConstStaticCell<iq::Workspaces> = ConstStaticCell::new(iq::Workspaces::new());
 static BEAMFORM: ConstStaticCell<beamform::Workspaces> =
     ConstStaticCell::new(beamform::Workspaces::new());
 static PHASE_SYMMETRY: ConstStaticCell<phase_symmetry::Workspaces> =
@@ -44,9 +46,10 @@ fn main() -> ! {
 
 fn count(counter: &mut Counter) -> Result<bool, Error> {
     let delays = delay::run(counter, DELAY.take())?;
+    let iq = iq::run(counter, IQ.take())?;
     let beamformers = beamform::run(counter, BEAMFORM.take())?;
     let filters = phase_symmetry::run(counter, PHASE_SYMMETRY.take())?;
-    Ok(delays && beamformers && filters)
+    Ok(delays && iq && beamformers && filters)
 }
 
 /// Prints a case; whether its instructions per output stay within `bound`.

@@ -1,0 +1,101 @@
+//! The delay stage from I/Q, 16-bit counts as a front end sends them, by each reading.
+
+use bonebeam::focus::{
+    Compounding, IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples, ScanLine,
+};
+use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
+use bonebeam::{Complex, Error};
+
+use crate::counter::Counter;
+use crate::report;
+
+const ELEMENTS: usize = 64;
+const PITCH: f64 = 0.308e-3;
+const OUTPUTS: usize = 128;
+const RATE: f64 = 10e6;
+const RECORD: usize = OUTPUTS + 32;
+/// m/s, and the two-way time of the first sample, 10 mm deep, s.
+const SOUND_SPEED: f64 = 1540.0;
+const START: f64 = 2.0 * 10e-3 / SOUND_SPEED;
+
+/// The taps of a reading, and the bound on the instructions per output sample of an element (see
+/// `beamform.rs`).
+const CASES: [(IqReading, usize, u32); 3] = [
+    (IqReading::Linear, 2, 255),
+    (IqReading::Cubic, 4, 340),
+    (IqReading::Sinc, 12, 700),
+];
+
+const PARAMETERS: IqParameters = IqParameters {
+    sound_speed: SOUND_SPEED,
+    sampling_rate: RATE,
+    demodulation_frequency: 5e6,
+    output_rate: RATE,
+    output_start: START,
+    output_samples: OUTPUTS,
+    elements: ELEMENTS,
+    record_samples: RECORD,
+    reading: IqReading::Linear,
+};
+const SCRATCH: usize = PARAMETERS.scratch_len(1);
+
+/// The memory of the cases.
+pub struct Workspaces {
+    counts: [[i16; 2]; ELEMENTS * RECORD],
+    scratch: [f32; SCRATCH],
+    out: [Complex<f32>; ELEMENTS * OUTPUTS],
+}
+
+impl Workspaces {
+    /// All zero.
+    pub const fn new() -> Self {
+        Workspaces {
+            counts: [[0; 2]; ELEMENTS * RECORD],
+            scratch: [0.0; SCRATCH],
+            out: [Complex::new(0.0, 0.0); ELEMENTS * OUTPUTS],
+        }
+    }
+}
+
+/// Counts every case, the check of the record included; whether all stay within their bounds.
+pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+    let Workspaces {
+        counts,
+        scratch,
+        out,
+    } = workspaces;
+    for (n, count) in counts.iter_mut().enumerate() {
+        let n = n as i32;
+        *count = [
+            (n * 7919 % 2001 - 1000) as i16,
+            (n * 104_729 % 2001 - 1000) as i16,
+        ];
+    }
+    let line = ScanLine {
+        transmit: Transmit::new(TransmitLaw::Focused, START - 4.0 / RATE),
+        ray: Ray::down(0.0),
+        array: Array::linear(ELEMENTS, PITCH),
+        active: Active {
+            first: 0,
+            count: ELEMENTS,
+        },
+        compounding: Compounding::Replace,
+    };
+    let mut within = true;
+    for (reading, taps, bound) in CASES {
+        let delay = IqDelay::new(IqParameters {
+            reading,
+            ..PARAMETERS
+        })?;
+        let mut outcome = Ok(());
+        let cost = counter.count(|| {
+            let samples = IqSamples::Counts(counts, 1e-3);
+            outcome = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)
+                .and_then(|record| delay.line(0.0f32, &line, &record, scratch, out));
+        });
+        outcome?;
+        let bytes = IqDelay::BYTES + size_of_val(scratch);
+        within &= report("iq", taps, ELEMENTS * OUTPUTS, &cost, bytes, bound);
+    }
+    Ok(within)
+}
