@@ -120,14 +120,18 @@ fn directivity_is_that_of_a_strip_at_every_angle_and_frequency() {
 /// middle frequency is 0.886·λF/h each way's −3 dB.
 #[test]
 fn the_elevation_beam_is_narrow_at_the_focus_and_wide_off_it() {
-    let settings = with_lens();
-    let x = settings.array().x(8.0);
+    let settings = Settings {
+        elements: 2,
+        beams: 2,
+        ..with_lens()
+    };
+    let x = settings.array().x(0.0);
     let width = |z: f64| {
         let level = |y: f64| {
             strength(
-                &simulate(&settings, &point(x, y, z), Summation::Direct),
-                8,
-                8,
+                &simulate(&settings, &point(x, y, z), Summation::Cells),
+                0,
+                0,
             )
         };
         let whole = level(0.0);
@@ -243,7 +247,8 @@ fn a_surface_from_a_function_is_closed_and_has_its_volume() {
     );
     for v in surface.vertices() {
         let r = sphere(*v).abs();
-        assert!(r < 1e-6, "{r}");
+        // A corner lies on an edge of up to 0.17 mm, from which the sphere bends by l²/8r.
+        assert!(r < 1.3e-6, "{r}");
     }
     let mut edges = std::collections::BTreeMap::new();
     for t in surface.triangles() {
