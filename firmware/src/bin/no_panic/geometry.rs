@@ -2,15 +2,28 @@
 
 use crate::{opaque, take};
 use bonebeam::geometry::{
-    Aperture, ApertureParameters, Array, Axis, Depth, Lines, Scan, ScanParameters, Widths,
+    Aperture, ApertureParameters, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Widths,
 };
 
 /// Calls all of it.
 pub fn all() {
-    for array in arrays(&[0.0; 5]) {
+    let elements = [Element::convex(opaque(5), opaque(1.0), opaque(1.0), opaque(1)); 5];
+    let rays = [Ray::new(opaque(0.0), opaque(0.0), opaque(0.1)); 5];
+    let curved = Array::At {
+        elements: opaque(&elements),
+        pitch: opaque(1.0),
+    };
+    for array in arrays(&[0.0; 5]).into_iter().chain([curved]) {
         take((array.elements(), array.x(opaque(1)), array.pitch()));
-        for lines in [Lines::Even(axis()), Lines::At(opaque(&[0.0; 5]))] {
-            take((lines.count(), lines.x(opaque(1))));
+        take((array.element(opaque(1)), array.normal(opaque(1.0))));
+        take(array.foot(&opaque(Ray::down(1.0))));
+        let lines = [
+            Lines::Even(axis()),
+            Lines::At(opaque(&[0.0; 5])),
+            Lines::Rays(opaque(&rays)),
+        ];
+        for lines in lines {
+            take((lines.count(), lines.x(opaque(1)), lines.ray(opaque(1))));
             scan(array, lines);
         }
     }

@@ -8,7 +8,10 @@ use std::hash::Hasher;
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
-use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, hilbert_taps};
+use bonebeam::focus::{
+    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
+    IqSamples, Record, ScanLine, hilbert_taps,
+};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::InstructionSet;
 use fnv::FnvHasher;
@@ -78,6 +81,7 @@ impl Verdict {
 pub fn verify(mut progress: impl FnMut(usize)) -> Result<Vec<Verdict>> {
     let data = recording();
     let mut verdicts = delay_laws(&data)?;
+    verdicts.extend(iq_readings(&data)?);
     progress(verdicts.len());
     let scene = Scene::new(&data)?;
     for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
@@ -157,6 +161,62 @@ fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
         let bits = Bits::complex(&core, &expected);
         Ok(Verdict::bits(
             format!("delay, {name}: f32"),
+            &parts(&core),
+            &bits,
+        ))
+    });
+    verdicts.into_iter().collect()
+}
+
+/// Every reading of I/Q against the f32 reference, along a ray of a sector, from a diverging wave: the
+/// recording's numbers, not its scene.
+fn iq_readings(data: &ChannelData) -> Result<Vec<Verdict>> {
+    let (_, _, elements, record_samples) = data.samples.dim();
+    let rf = data.samples.rf(0).expect("a recording of RF");
+    let iq = rf
+        .index_axis(Axis(0), 5)
+        .mapv(|v| Complex::new(v, -0.5 * v));
+    let iq = iq.as_slice().expect("made in row-major order");
+    let record = IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, elements)?;
+    let line = ScanLine {
+        transmit: Transmit {
+            law: TransmitLaw::VirtualSource { x: 2e-3, z: -10e-3 },
+            t0: data.t0[5],
+        },
+        ray: Ray::new(0.0, 0.0, 0.3),
+        array: Array::LinearAt(&data.element_x),
+        active: Active {
+            first: 0,
+            count: elements,
+        },
+        compounding: Compounding::Replace,
+    };
+    let readings = [
+        ("linear", IqReading::Linear),
+        ("cubic", IqReading::Cubic),
+        ("sinc", IqReading::Sinc),
+    ];
+    let verdicts = readings.map(|(name, reading)| {
+        let parameters = IqParameters {
+            sound_speed: data.c,
+            sampling_rate: data.fs,
+            demodulation_frequency: data.f0,
+            output_rate: 12e6,
+            output_start: 2.0 * 5e-3 / data.c,
+            output_samples: 240,
+            elements,
+            record_samples,
+            reading,
+        };
+        let delay = IqDelay::new(parameters)?;
+        let mut core = vec![Complex::ZERO; parameters.output_samples * elements];
+        let mut expected = core.clone();
+        let mut scratch = vec![0.0; parameters.scratch_len(1)];
+        delay.line(0.0f32, &line, &record, &mut scratch, &mut core)?;
+        reference::f32::iq::line(&parameters, &line, (iq, 1.0, 0.0), &mut expected);
+        let bits = Bits::complex(&core, &expected);
+        Ok(Verdict::bits(
+            format!("delay, I/Q, {name}: f32"),
             &parts(&core),
             &bits,
         ))
