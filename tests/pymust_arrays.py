@@ -111,7 +111,7 @@ def check(host_sim, name, points, sources, kind, folder):
     failed = False
     for law, keys in laws.items():
         flags = ["--lines", kind, "--line-count", "201", "--sector", "1.2"]
-        flags += ["--depth-start", "0.03", "--depth-end", "0.065", "--method"]
+        flags += ["--depth-start", "0.02", "--depth-end", "0.065", "--method"]
         flags_das = [*flags, "das"]
         of_rf = beamform(host_sim, folder, {**common, **keys, "rf": rf}, flags_das)
         # The record's times count from its own law's origin.
