@@ -2,7 +2,9 @@
 
 use bonebeam::Error;
 use bonebeam::geometry::Axis;
-use bonebeam::image::{envelope, largest, log_compression, median, resample};
+use bonebeam::image::{
+    Logarithm, envelope, largest, log_compression, log_compression_with, median, resample,
+};
 
 use crate::hash;
 use crate::snapshots::{ELEMENTS, LENGTH, SAMPLES, SNAPSHOTS};
@@ -74,6 +76,12 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     report("envelope", hash::real(magnitudes));
     log_compression(magnitudes, largest(magnitudes), DYNAMIC_RANGE, levels)?;
     report("log-compression", hash::real(levels));
+    let reference = largest(magnitudes);
+    let by = Logarithm::Polynomial;
+    // In the image's place, so that what follows has the levels of before.
+    let polynomial = &mut image[..LENGTH];
+    log_compression_with(by, magnitudes, reference, DYNAMIC_RANGE, polynomial)?;
+    report("log-compression-polynomial", hash::real(polynomial));
     resample(levels, BEAMS, DEPTHS, ROWS, COLUMNS, image)?;
     report("resample", hash::real(image));
     median(0.0f32, image, SIDE, smooth)?;

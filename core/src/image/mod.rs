@@ -16,7 +16,7 @@ mod scan_conversion;
 pub use b_mode::{BMode, BModeParameters};
 pub use envelope::envelope;
 pub use grid::PixelGrid;
-pub use log_compression::{largest, log_compression};
+pub use log_compression::{Logarithm, largest, log_compression, log_compression_with};
 pub use median::median;
 pub use resample::resample;
 pub use scan_conversion::{Fan, scan_convert};
