@@ -2,7 +2,8 @@
 
 use crate::{opaque, take};
 use bonebeam::geometry::{
-    Aperture, ApertureParameters, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Widths,
+    Aperture, ApertureParameters, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters,
+    Widths,
 };
 
 /// Calls all of it.
