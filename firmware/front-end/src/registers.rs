@@ -8,7 +8,7 @@
 //! be had in extracts only. Three sources were found besides the author's own notes on them:
 //!
 //! - **A**: the extracts: features, contents with some register numbers, the part's description.
-//! - **B**: public drivers of the AFE5808A, by Fermilab's DAPHNE board among others, for names and numbers
+//! - **B**: public drivers of the AFE5808A, for names and numbers
 //!   of fields.
 //! - **C**: questions to the manufacturer's public forum that cite SLOS738E.
 //!
