@@ -76,7 +76,7 @@ fn parameters(fs: f64, samples: usize) -> DelayParameters {
         output_rate: 20e6,
         output_start: -0.5e-6,
         // The record reaches a little further than what is read.
-        output_samples: (samples as f64 * 20e6 / fs) as usize - 80,
+        output_samples: (samples as f64 * 20e6 / fs) as usize,
         elements: ELEMENTS,
         record_samples: samples,
         hilbert_taps: 8,

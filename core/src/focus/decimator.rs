@@ -59,8 +59,8 @@ pub(super) const fn halved_len(halvings: usize, samples: usize) -> usize {
     let mut length = samples;
     let mut halving = 0;
     while halving < halvings {
-        // Up to the last one that the filter reaches: ⌊(length − 1 + 2P − 1)/2⌋.
-        length = length.saturating_sub(1) / 2 + pairs(halvings, halving);
+        // Up to the last one that the filter reaches: ⌊(length − 1 + 2P − 1)/2⌋ = ⌊length/2⌋ + P − 1.
+        length = length / 2 + pairs(halvings, halving);
         halving += 1;
     }
     (MARGIN + length).next_multiple_of(OLD)
@@ -378,6 +378,24 @@ mod tests {
                 "{ratio}: {halvings}"
             );
             assert!(halvings <= MAX_HALVINGS);
+        }
+    }
+
+    #[test]
+    fn behind_the_halved_record_there_is_nothing() {
+        let record = [1.0; 512];
+        for ratio in [2.5, 4.9, 5.0, 16.0] {
+            let decimator = Decimator::new(ratio);
+            for samples in 1..=400 {
+                let mut padded = [0.0; 512];
+                padded[..samples].copy_from_slice(&record[..samples]);
+                let (halved, all) = decimated(&decimator, &padded);
+                let end = halved_len(decimator.halvings(), samples) - MARGIN;
+                assert!(
+                    halved[end..all - MARGIN].iter().all(|&y| y == 0.0),
+                    "{ratio}: {samples} samples"
+                );
+            }
         }
     }
 
