@@ -5,6 +5,7 @@
 
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
+use bonebeam::simd::Vector;
 use bonebeam::{Complex, Error};
 
 use crate::hash;
@@ -81,28 +82,29 @@ impl Memory {
 }
 
 impl Memory {
-    /// One line.
-    pub(crate) fn line(
-        &mut self,
-        delay: &Delay,
-        line: &ScanLine,
-        record: &Record,
-    ) -> Result<(), Error> {
-        delay.line(0.0f32, line, record, &mut self.scratch, &mut self.x)
-    }
-
-    /// The hash of what stands there.
-    pub(crate) fn hash(&self) -> u64 {
-        hash::complex(&self.x)
+    /// Scratch and output.
+    pub(crate) fn slices(&mut self) -> (&mut [f32], &mut [Complex<f32>]) {
+        (&mut self.scratch, &mut self.x)
     }
 }
 
 pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
+    let (scratch, x) = memory.slices();
+    lines(0.0f32, scratch, x, report)
+}
+
+/// All lines. `scratch` is as long as the vector's lanes ask for.
+pub(crate) fn lines<V: Vector>(
+    zero: V,
+    scratch: &mut [f32],
+    x: &mut [Complex<f32>],
+    report: &mut dyn FnMut(&str, u64),
+) -> Result<(), Error> {
     let delay = Delay::new(PARAMETERS)?;
     let record = Record::new(&REAL_PARTS, ELEMENTS)?;
     for (name, line) in LINES {
-        memory.line(&delay, &line, &record)?;
-        report(name, memory.hash());
+        delay.line(zero, &line, &record, scratch, x)?;
+        report(name, hash::complex(x));
     }
     Ok(())
 }

@@ -8,6 +8,7 @@ use bonebeam::focus::{
     ScanLine,
 };
 use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
+use bonebeam::simd::Vector;
 use bonebeam::{Complex, Error};
 
 use crate::delay;
@@ -89,7 +90,18 @@ pub(crate) fn run(
     of_rf: &mut delay::Memory,
     report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
-    let Memory { scratch, x } = memory;
+    lines(0.0f32, &mut memory.scratch, &mut memory.x, report)?;
+    let (scratch, x) = of_rf.slices();
+    rays(0.0f32, scratch, x, report)
+}
+
+/// I/Q by each reading, and counts. `scratch` is as long as the vector's lanes ask for.
+pub(crate) fn lines<V: Vector>(
+    zero: V,
+    scratch: &mut [f32],
+    x: &mut [Complex<f32>],
+    report: &mut dyn FnMut(&str, u64),
+) -> Result<(), Error> {
     let floats = IqRecord::new(
         IqSamples::Float(&SNAPSHOTS),
         IqLayout::Interleaved,
@@ -102,17 +114,22 @@ pub(crate) fn run(
             reading,
             ..PARAMETERS
         })?;
-        delay.line(0.0f32, &line(), &floats, scratch, x)?;
+        delay.line(zero, &line(), &floats, scratch, x)?;
         report(name, hash::complex(x));
     }
     let delay = IqDelay::new(PARAMETERS)?;
-    delay.line(0.0f32, &line(), &counts, scratch, x)?;
+    delay.line(zero, &line(), &counts, scratch, x)?;
     report("iq-counts", hash::complex(x));
-    rays(of_rf, report)
+    Ok(())
 }
 
 /// RF along a ray of a convex array, from a wave that converges and from the first of some waves.
-fn rays(memory: &mut delay::Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
+pub(crate) fn rays<V: Vector>(
+    zero: V,
+    scratch: &mut [f32],
+    x: &mut [Complex<f32>],
+    report: &mut dyn FnMut(&str, u64),
+) -> Result<(), Error> {
     let delay = Delay::new(delay::PARAMETERS)?;
     let elements = convex();
     let array = Array::At {
@@ -141,8 +158,8 @@ fn rays(memory: &mut delay::Memory, report: &mut impl FnMut(&str, u64)) -> Resul
             active: Active { first: 1, count: 6 },
             compounding,
         };
-        memory.line(&delay, &line, &record)?;
-        report(name, memory.hash());
+        delay.line(zero, &line, &record, scratch, x)?;
+        report(name, hash::complex(x));
     }
     Ok(())
 }

@@ -7,7 +7,6 @@ use std::vec::Vec;
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Run, Slices, WorkspaceView};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
-use bonebeam::focus::{Delay, Record};
 use bonebeam::image::median;
 use bonebeam::phase_symmetry::{
     External, GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, StripSlices,
@@ -15,8 +14,8 @@ use bonebeam::phase_symmetry::{
 use bonebeam::simd::{ComplexVector, InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};
 
-use crate::snapshots::{ELEMENTS, REAL_PARTS, SAMPLES, SNAPSHOTS};
-use crate::{beamform, delay, hash, image, phase_symmetry};
+use crate::snapshots::{ELEMENTS, SAMPLES, SNAPSHOTS};
+use crate::{beamform, delay, hash, image, iq, phase_symmetry};
 
 /// Runs every case that is computed over lanes with `set`, and reports its name and its hash: the
 /// beamformers once in the first lane, once in the middle and once in the last.
@@ -49,15 +48,13 @@ impl Task for Cases<'_> {
 }
 
 fn delay_lines<V: Vector>(zero: V, report: &mut dyn FnMut(&str, u64)) -> Result<(), Error> {
-    let stage = Delay::new(delay::PARAMETERS)?;
-    let record = Record::new(&REAL_PARTS, delay::ELEMENTS)?;
     let mut scratch = vec![0.0; delay::PARAMETERS.scratch_len(V::LANES)];
     let mut x = vec![Complex::new(0.0, 0.0); delay::SAMPLES * delay::ELEMENTS];
-    for (name, line) in delay::LINES {
-        stage.line(zero, &line, &record, &mut scratch, &mut x)?;
-        report(name, hash::complex(&x));
-    }
-    Ok(())
+    delay::lines(zero, &mut scratch, &mut x, report)?;
+    iq::rays(zero, &mut scratch, &mut x, report)?;
+    let mut scratch = vec![0.0; iq::PARAMETERS.scratch_len(V::LANES)];
+    let mut x = vec![Complex::new(0.0, 0.0); iq::OUTPUTS * ELEMENTS];
+    iq::lines(zero, &mut scratch, &mut x, report)
 }
 
 /// The other lanes start elsewhere in the sequence, so that no lane does what another does.

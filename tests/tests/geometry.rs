@@ -75,7 +75,7 @@ fn parameters(fs: f64, samples: usize) -> DelayParameters {
         centre_frequency: F0,
         output_rate: 20e6,
         output_start: -0.5e-6,
-        // The record reaches a little further than what is read.
+        // Down to the record's end.
         output_samples: (samples as f64 * 20e6 / fs) as usize,
         elements: ELEMENTS,
         record_samples: samples,

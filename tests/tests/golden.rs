@@ -198,11 +198,12 @@ fn phase_symmetry_of_the_whole_has_the_hash_of_every_strip() {
 }
 
 /// Cases that are never computed over lanes, or only over those of a beam each.
-const ONE_LANE: [&str; 5] = [
+const ONE_LANE: [&str; 6] = [
     "sqrt",
     "mv-growing-aperture",
     "envelope",
     "log-compression",
+    "log-compression-polynomial",
     "resample",
 ];
 
