@@ -345,7 +345,7 @@ pub fn working_memory(
             let first = parameters.depth_start.unwrap_or(first);
             let last = parameters.depth_end.unwrap_or(last);
             // The cast saturates.
-            let rate = parameters.rate(data.f0, data.fs);
+            let rate = parameters.rate_of(data);
             let samples = (2.0 * (last - first) / c * rate).ceil() as usize;
             let (_, transmits, elements, _) = data.samples.dim();
             let lines = parameters.line_count.unwrap_or(transmits.max(2 * elements));

@@ -180,7 +180,7 @@ fn to_be_done(data: &ChannelData, config: &Config) -> Vec<Fact> {
     let mut facts = Vec::new();
     match DelayStage::new(data, parameters) {
         Ok(stage) => {
-            let rate = parameters.rate(data.f0, data.fs);
+            let rate = parameters.rate_of(data);
             let (beams, samples, c) = (stage.beam_x().len(), stage.samples(), stage.sound_speed());
             let [first, last] =
                 [0, samples - 1].map(|n| c * (stage.start() + n as f64 / rate) / 2.0);

@@ -12,6 +12,7 @@ use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
 use super::{LENGTHS, check_count, check_positive, out_of_range};
+use crate::files::{ChannelData, Samples};
 use crate::methods::{CHOICES, Choice, DEFAULT_BETA, Options};
 use crate::{Error, Result};
 
@@ -345,6 +346,15 @@ impl Beamform {
         let slowest = fs / MAX_DECIMATION as f64;
         self.output_rate
             .unwrap_or_else(|| (PERIOD_SAMPLES * f0).min(fs).max(slowest))
+    }
+
+    /// [`Beamform::rate`] of a recording. I/Q tells as much as RF at twice its rate, and gives the same
+    /// lines.
+    pub fn rate_of(&self, data: &ChannelData) -> f64 {
+        match data.samples {
+            Samples::Rf(_) => self.rate(data.f0, data.fs),
+            Samples::Iq { .. } => self.rate(data.f0, 2.0 * data.fs),
+        }
     }
 
     /// What a rate that was asked for, or that of the record, leaves out of a pulse's band: sentences for

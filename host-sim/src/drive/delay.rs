@@ -63,7 +63,7 @@ impl<'a> DelayStage<'a> {
     /// [`Error::Usage`] for an output rate, a depth or lines that do not fit the record.
     pub fn new(data: &'a ChannelData, parameters: &Beamform) -> Result<Self> {
         let c = parameters.sound_speed.unwrap_or(data.c);
-        let rate = parameters.rate(data.f0, data.fs);
+        let rate = parameters.rate_of(data);
         if let Samples::Rf(_) = data.samples {
             check_rate(rate, data)?;
         }

@@ -73,7 +73,7 @@ pub fn beamform_frames(
         .map(|z| {
             Ok(Lines {
                 z: z?,
-                fs: parameters.rate(data.f0, data.fs),
+                fs: parameters.rate_of(data),
                 t0: stage.start(),
                 beam_x: stage.beam_x().to_vec(),
                 rays: rays.clone(),

@@ -45,7 +45,7 @@ pub fn beamform_all(
         let z = beamform(x.view(), active, core, receive.0.covariance, count)?;
         all.push(Lines {
             z,
-            fs: receive.0.rate(data.f0, data.fs),
+            fs: receive.0.rate_of(data),
             t0: stage.start(),
             beam_x: stage.beam_x().to_vec(),
             rays: None,
@@ -60,7 +60,7 @@ pub fn beamform_all(
                 bits: validate::delay::check(
                     data,
                     &stage,
-                    receive.0.rate(data.f0, data.fs),
+                    receive.0.rate_of(data),
                     &x,
                     extent.every_f32,
                 ),
