@@ -61,7 +61,7 @@ where
 /// Reads a `.npy` file of element type `T`.
 ///
 /// # Errors
-/// [`Error::File`]: it cannot be opened, is damaged, or has another element type.
+/// [`crate::Error::File`]: it cannot be opened, is damaged, or has another element type.
 pub fn read_array<T>(path: &Path) -> Result<ArrayD<T>>
 where
     T: ReadableElement + ViewElement + Clone,
