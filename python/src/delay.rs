@@ -177,7 +177,7 @@ pub fn delay<'py>(
     Ok(Aligned {
         x: x.unbind(),
         active: active.into_pyarray(py).unbind(),
-        fs: parameters.rate_of(data),
+        fs: parameters.rate_of(&data),
         t0: stage.start(),
         beam_x: PyArray1::from_slice(py, stage.beam_x()).unbind(),
         beam_z,
