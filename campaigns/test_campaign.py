@@ -45,7 +45,9 @@ def snakemake(folder, *arguments):
 
 
 def outputs(folder):
-    return {path: path.stat().st_mtime_ns for path in folder.glob("out/**/*.np[yz]")}
+    # The truth beside a recording is no step's.
+    paths = (path for path in folder.glob("out/**/*.np[yz]") if not path.name.endswith(".truth.npz"))
+    return {path: path.stat().st_mtime_ns for path in paths}
 
 
 def test_a_campaign_runs_goes_on_and_then_has_nothing_to_do(tmp_path):
