@@ -162,7 +162,6 @@ static unsigned ridge(int at, int top) {
 /* Two bright ridges that cross, on speckle. */
 static void phase_symmetry(void) {
     enum { FAST = 2 * 2 * SIDE * SIDE + 3 * SIDE, SLOW = 2 * SIDE * (SIDE / 2 + 1) + 3 * PIXELS };
-    static alignas(BONEBEAM_FILTERS_ALIGN) unsigned char storage[BONEBEAM_FILTERS_SIZE];
     static float pixels[PIXELS], fast[FAST], slow[SLOW], map[PIXELS];
     static const double scales[] = {1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0};
     static const size_t strips[] = {1, 5, 16, SIDE};
@@ -171,8 +170,6 @@ static void phase_symmetry(void) {
         unsigned speckle = (uint32_t)(n * UINT32_C(2654435761)) >> 26;
         pixels[n] = 10 + speckle + ridge(row, 38 + column / 5) + ridge(column, 45 - row / 2);
     }
-    bonebeam_filters *filters;
-    check(bonebeam_filters_init(storage, sizeof storage, &filters), "filters");
     for (int i = 0; i < 4; i++) {
         const bonebeam_phase_symmetry_parameters parameters = {
             .rows = SIDE,
@@ -186,7 +183,7 @@ static void phase_symmetry(void) {
         if (lengths.fast > FAST || lengths.slow > SLOW || lengths.map > PIXELS) exit(2);
         char name[32];
         snprintf(name, sizeof name, "phase-symmetry-strip-%u", (unsigned)strips[i]);
-        check(bonebeam_phase_symmetry(filters, &parameters, pixels, fast, slow, map), name);
+        check(bonebeam_phase_symmetry(&parameters, pixels, fast, slow, map), name);
         print(name, map, PIXELS);
     }
 }

@@ -44,12 +44,6 @@
 // Alignment of its storage, bytes.
 #define BONEBEAM_DELAY_ALIGN 64
 
-// Bytes of their storage.
-#define BONEBEAM_FILTERS_SIZE 17920
-
-// Alignment of their storage, bytes.
-#define BONEBEAM_FILTERS_ALIGN 8
-
 // What a call came to. Only 0 leaves something in the outputs.
 enum bonebeam_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -148,9 +142,6 @@ typedef struct bonebeam_forward_32_16 bonebeam_forward_32_16;
 
 // A delay stage.
 typedef struct bonebeam_delay bonebeam_delay;
-
-// The filters' tables, for all sizes and scales.
-typedef struct bonebeam_filters bonebeam_filters;
 
 // An aperture that grows with depth.
 typedef struct bonebeam_aperture {
@@ -497,14 +488,6 @@ bonebeam_status bonebeam_resample(const float *levels,
 // `image` and `out` lead to rows · columns numbers.
 bonebeam_status bonebeam_median(const float *image, size_t rows, size_t columns, float *out);
 
-// Makes room for the filters' tables in storage of the caller's. `*filters` becomes the pointer to use.
-//
-// # Safety
-// `storage` leads to so many `bytes`, and `filters` to a pointer.
-bonebeam_status bonebeam_filters_init(void *storage,
-                                      size_t bytes,
-                                      struct bonebeam_filters **filters);
-
 // The memory that phase symmetry takes; all 0 where the parameters are null.
 //
 // # Safety
@@ -513,14 +496,13 @@ struct bonebeam_lengths bonebeam_phase_symmetry_lengths(const struct bonebeam_ph
 
 // The map of an image 0 to 255, `[row][column]`: at least 0 and below 1.
 //
-// `filters` are filled anew at each call. `fast` and `slow` have the lengths of
+// `fast` and `slow` have the lengths of
 // `bonebeam_phase_symmetry_lengths`; their contents are irrelevant.
 //
 // # Safety
-// `filters` is from its init; `parameters->scales` leads to `scale_count` numbers; `image` and `map` to
+// `parameters->scales` leads to `scale_count` numbers; `image` and `map` to
 // rows · columns; `fast` and `slow` to their lengths.
-bonebeam_status bonebeam_phase_symmetry(struct bonebeam_filters *filters,
-                                        const struct bonebeam_phase_symmetry_parameters *parameters,
+bonebeam_status bonebeam_phase_symmetry(const struct bonebeam_phase_symmetry_parameters *parameters,
                                         const float *image,
                                         float *fast,
                                         float *slow,

@@ -1,13 +1,11 @@
 //! Phase symmetry of an image, in strips.
 
-use crate::memory::{array, array_mut, one, one_mut, place};
+use crate::memory::{array, array_mut, one};
 use crate::status::{Status, status};
 use bonebeam::Complex;
 use bonebeam::phase_symmetry::{
-    External, Kernels, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, Sizes,
-    StripSlices,
+    External, Kernels, LogGabor, Microfft, Parameters, PhaseSymmetry, Sizes, StripSlices,
 };
-use core::ffi::c_void;
 
 /// What phase symmetry is asked for.
 #[repr(C)]
@@ -37,40 +35,6 @@ pub struct PhaseSymmetryLengths {
     pub slow: usize,
     /// The map, as large as the image.
     pub map: usize,
-}
-
-/// The filters' tables, for all sizes and scales.
-pub struct Filters(LogGaborTables);
-
-/// Bytes of their storage.
-pub const BONEBEAM_FILTERS_SIZE: usize = 17920;
-/// Alignment of their storage, bytes.
-pub const BONEBEAM_FILTERS_ALIGN: usize = 8;
-
-const _: () = assert!(
-    size_of::<Filters>() <= BONEBEAM_FILTERS_SIZE
-        && align_of::<Filters>() <= BONEBEAM_FILTERS_ALIGN
-);
-
-/// Makes room for the filters' tables in storage of the caller's. `*filters` becomes the pointer to use.
-///
-/// # Safety
-/// `storage` leads to so many `bytes`, and `filters` to a pointer.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn bonebeam_filters_init(
-    storage: *mut c_void,
-    bytes: usize,
-    filters: *mut *mut Filters,
-) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let out = unsafe { one_mut(filters)? };
-        let place: *mut Filters = place(storage, bytes)?;
-        // SAFETY: the place is large enough and aligned; the tables are floats, for which zeros will do.
-        unsafe { place.write_bytes(0, 1) };
-        *out = place;
-        Ok(())
-    })
 }
 
 fn sizes(parameters: &PhaseSymmetryParameters) -> Sizes {
@@ -120,15 +84,14 @@ fn lengths(sizes: &Sizes) -> PhaseSymmetryLengths {
 
 /// The map of an image 0 to 255, `[row][column]`: at least 0 and below 1.
 ///
-/// `filters` are filled anew at each call. `fast` and `slow` have the lengths of
+/// `fast` and `slow` have the lengths of
 /// `bonebeam_phase_symmetry_lengths`; their contents are irrelevant.
 ///
 /// # Safety
-/// `filters` is from its init; `parameters->scales` leads to `scale_count` numbers; `image` and `map` to
+/// `parameters->scales` leads to `scale_count` numbers; `image` and `map` to
 /// rows · columns; `fast` and `slow` to their lengths.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_phase_symmetry(
-    filters: *mut Filters,
     parameters: *const PhaseSymmetryParameters,
     image: *const f32,
     fast: *mut f32,
@@ -137,7 +100,7 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry(
 ) -> Status {
     status(|| {
         // SAFETY: by the caller's promise.
-        let (Filters(tables), parameters) = unsafe { (one_mut(filters)?, one(parameters)?) };
+        let parameters = unsafe { one(parameters)? };
         // SAFETY: by the caller's promise.
         let scales = unsafe { array(parameters.scales, parameters.scale_count)? };
         let sizes = sizes(parameters);
@@ -166,7 +129,7 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry(
         let (mut filtered, mut amplitude) = slow.split_at_mut(sizes.filtered_len());
         let kernels = Kernels {
             fft: &Microfft,
-            gains: &LogGabor::new(tables),
+            gains: &LogGabor::fixed(),
         };
         let mut external = External {
             image: &mut image,

@@ -20,7 +20,37 @@ pub use interpolate::MAX_DECIMATION;
 pub use iq::{IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples};
 pub use record::{MAX_MAGNITUDE, Record};
 
+use crate::Error;
 use crate::error::{at_least_one, finite, positive};
 
 /// Positions on the axis beyond ± this many samples read 0.
 const FAR: f64 = (1 << 23) as f64;
+
+/// Refuses a stage's shapes where there is nothing, where an index would not be exact in f32, or where
+/// a product of theirs would overflow.
+fn check_shapes(
+    output_samples: usize,
+    record_samples: usize,
+    elements: usize,
+) -> Result<(), Error> {
+    let within = |name, actual, capacity| {
+        if actual <= capacity {
+            return Ok(());
+        }
+        Err(Error::Capacity {
+            name,
+            actual,
+            capacity,
+        })
+    };
+    at_least_one("output_samples", output_samples)?;
+    within("output_samples", output_samples, MAX_SAMPLES)?;
+    at_least_one("record_samples", record_samples)?;
+    within("record_samples", record_samples, MAX_SAMPLES)?;
+    at_least_one("elements", elements)?;
+    within(
+        "elements",
+        elements,
+        usize::MAX / output_samples.max(record_samples),
+    )
+}

@@ -13,7 +13,7 @@ use crate::files::ChannelData;
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::{Truth, stage_surface};
 use crate::simulate::{
-    Checkpoint, DynamicRange, Phantom, Summation, channel_data, demodulate, resumed_channel_data,
+    Checkpoint, DynamicRange, Phantom, Settings, Summation, demodulate, resumed_channel_data,
 };
 use crate::terminal::warn;
 
@@ -76,23 +76,16 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let built = config.simulate.build(&scanner)?;
     built.doubts.iter().for_each(|doubt| warn(doubt));
     let phantom = built.phantom;
-    let summation = summation(config.simulate.phantom);
     let mut checkpoint = Checkpoint::new(&partial, &scanner, &phantom)?;
     let bar = progress_bar("simulating", 1000);
     let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
-    let set = InstructionSet::detect();
-    let data = resumed_channel_data(
+    let data = channel_data_of(
+        &config.simulate,
         &scanner,
         &phantom,
-        summation,
-        set,
         &progress,
         &mut checkpoint,
     )?;
-    let data = match config.simulate.iq {
-        true => demodulate(data),
-        false => data,
-    };
     bar.finish_and_clear();
 
     let mut outputs = Outputs::new();
@@ -127,14 +120,6 @@ fn truth_of(phantom: &Phantom, known_levels: bool) -> Truth {
     }
 }
 
-/// One point can be summed exactly at every frequency; for the thousands of a bone that would take hours.
-fn summation(phantom: Kind) -> Summation {
-    match phantom {
-        Kind::Point => Summation::Direct,
-        _ => Summation::Cells,
-    }
-}
-
 /// The channel data of the section. `progress` hears the fraction done, from any thread.
 ///
 /// # Errors
@@ -142,7 +127,31 @@ fn summation(phantom: Kind) -> Summation {
 pub fn recorded(section: &mut Simulate, progress: &(dyn Fn(f64) + Sync)) -> Result<ChannelData> {
     let scanner = section.scanner().clone();
     let phantom = section.build(&scanner)?.phantom;
-    let data = channel_data(&scanner, &phantom, summation(section.phantom), progress)?;
+    channel_data_of(
+        section,
+        &scanner,
+        &phantom,
+        progress,
+        &mut Checkpoint::none(),
+    )
+}
+
+/// What `scanner` records of `phantom`, which are the section's.
+fn channel_data_of(
+    section: &Simulate,
+    scanner: &Settings,
+    phantom: &Phantom,
+    progress: &(dyn Fn(f64) + Sync),
+    checkpoint: &mut Checkpoint,
+) -> Result<ChannelData> {
+    // One point can be summed exactly at every frequency; for the thousands of a bone that would take
+    // hours.
+    let summation = match section.phantom {
+        Kind::Point => Summation::Direct,
+        _ => Summation::Cells,
+    };
+    let set = InstructionSet::detect();
+    let data = resumed_channel_data(scanner, phantom, summation, set, progress, checkpoint)?;
     Ok(match section.iq {
         true => demodulate(data),
         false => data,

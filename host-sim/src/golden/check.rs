@@ -165,8 +165,9 @@ fn words(path: &Path, name: &str, text: &str) -> Result<Verdict> {
         .lines()
         .filter(|line| !line.starts_with("//"))
         .collect();
-    let differs = (0..expected.len().max(found.len()))
-        .find(|&i| expected.get(i).copied() != found.get(i).map(String::as_str));
+    let differing: Vec<usize> = (0..expected.len().max(found.len()))
+        .filter(|&i| expected.get(i).copied() != found.get(i).map(String::as_str))
+        .collect();
     let word = |word: Option<&str>| match word {
         // What another program wrote may be anything.
         Some(word) => word
@@ -178,16 +179,14 @@ fn words(path: &Path, name: &str, text: &str) -> Result<Verdict> {
     };
     Ok(Verdict {
         file: name.to_owned(),
-        same: differs.is_none(),
-        detail: match differs {
+        same: differing.is_empty(),
+        detail: match differing.first() {
             None => format!("{} words are the same", expected.len()),
-            Some(i) => format!(
+            Some(&i) => format!(
                 "word {i} is {}; expected {}; {} of {} words differ",
                 word(found.get(i).map(String::as_str)),
                 word(expected.get(i).copied()),
-                (0..expected.len().max(found.len()))
-                    .filter(|&i| expected.get(i).copied() != found.get(i).map(String::as_str))
-                    .count(),
+                differing.len(),
                 expected.len()
             ),
         },

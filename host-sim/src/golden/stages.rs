@@ -114,6 +114,8 @@ pub fn stages() -> Result<Vec<Stage>> {
         Values::Complex(focused.clone()),
     );
 
+    // The image is made of them.
+    let mut of_rank1 = Vec::new();
     let traced = |line: usize| &focused[line * SAMPLES * ELEMENTS..][..SAMPLES * ELEMENTS];
     for (covariance, folder) in [
         (Covariance::Forward, "forward"),
@@ -209,6 +211,9 @@ pub fn stages() -> Result<Vec<Stage>> {
                     }
                 }
             }
+            if (method, covariance) == (Method::EsmvRank1, Covariance::ForwardBackward) {
+                of_rank1.clone_from(&z);
+            }
             let name = match method {
                 Method::Das => "line-das".to_owned(),
                 _ => format!("{folder}-line-{name}"),
@@ -223,10 +228,7 @@ pub fn stages() -> Result<Vec<Stage>> {
         }
     }
 
-    let mut z = vec![Complex::ZERO; LINES * SAMPLES];
-    for (line, z) in z.chunks_mut(SAMPLES).enumerate() {
-        beamform::<ForwardBackward>(traced(line), Method::EsmvRank1, z)?;
-    }
+    let z = of_rank1;
     let (mut envelopes, mut levels) = (vec![0.0; z.len()], vec![0.0; z.len()]);
     envelope(&z, &mut envelopes)?;
     log_compression(&envelopes, largest(&envelopes), DYNAMIC_RANGE, &mut levels)?;

@@ -19,7 +19,7 @@ use super::decimator::{halved_len, halvings, streams_len};
 use super::delay_law::TransmitDelay;
 use super::interpolate::Interpolator;
 use super::record::Record;
-use super::{FAR, at_least_one, finite, positive};
+use super::{FAR, check_shapes, finite, positive};
 use crate::error::check_length;
 use crate::geometry::{Active, Array, Ray, Scan, Transmit};
 use crate::simd::{PARTIAL_SUMS, Vector};
@@ -258,29 +258,7 @@ impl Delay {
         let p = &parameters;
         positive("sound_speed", p.sound_speed)?;
         finite("output_start", p.output_start)?;
-        for (name, samples) in [
-            ("output_samples", p.output_samples),
-            ("record_samples", p.record_samples),
-        ] {
-            at_least_one(name, samples)?;
-            if samples > MAX_SAMPLES {
-                return Err(Error::Capacity {
-                    name,
-                    actual: samples,
-                    capacity: MAX_SAMPLES,
-                });
-            }
-        }
-        at_least_one("elements", p.elements)?;
-        let longest = p.output_samples.max(p.record_samples);
-        let capacity = usize::MAX / longest;
-        if p.elements > capacity {
-            return Err(Error::Capacity {
-                name: "elements",
-                actual: p.elements,
-                capacity,
-            });
-        }
+        check_shapes(p.output_samples, p.record_samples, p.elements)?;
         Ok(Delay {
             interpolator: Interpolator::new(p.sampling_rate, p.output_rate, p.centre_frequency)?,
             hilbert: HilbertTransformer::new(p.hilbert_taps)?,

@@ -14,9 +14,9 @@ mod turn;
 pub use reading::IqReading;
 pub use record::{IqLayout, IqRecord, IqSamples};
 
-use super::delay::{MAX_SAMPLES, ScanLine, check_line};
+use super::delay::{ScanLine, check_line};
 use super::delay_law::{ReceiveLag, TransmitDelay};
-use super::{FAR, at_least_one, finite, positive};
+use super::{FAR, check_shapes, finite, positive};
 use crate::error::check_length;
 use crate::focus::Compounding;
 use crate::geometry::Scan;
@@ -176,29 +176,7 @@ impl IqDelay {
             });
         }
         finite("output_start", p.output_start)?;
-        for (name, samples) in [
-            ("output_samples", p.output_samples),
-            ("record_samples", p.record_samples),
-        ] {
-            at_least_one(name, samples)?;
-            if samples > MAX_SAMPLES {
-                return Err(Error::Capacity {
-                    name,
-                    actual: samples,
-                    capacity: MAX_SAMPLES,
-                });
-            }
-        }
-        at_least_one("elements", p.elements)?;
-        let longest = p.output_samples.max(p.record_samples);
-        let capacity = usize::MAX / longest;
-        if p.elements > capacity {
-            return Err(Error::Capacity {
-                name: "elements",
-                actual: p.elements,
-                capacity,
-            });
-        }
+        check_shapes(p.output_samples, p.record_samples, p.elements)?;
         Ok(IqDelay {
             sinc: Sinc::new(),
             parameters,
