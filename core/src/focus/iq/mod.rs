@@ -39,11 +39,11 @@ pub struct IqParameters {
     pub output_rate: f64,
     /// Two-way time of output sample 0, s.
     pub output_start: f64,
-    /// Output samples, 1..=[`MAX_SAMPLES`].
+    /// Output samples, 1..=[`MAX_SAMPLES`](crate::focus::MAX_SAMPLES).
     pub output_samples: usize,
     /// Elements of the array.
     pub elements: usize,
-    /// Samples of each element's record, 1..=[`MAX_SAMPLES`].
+    /// Samples of each element's record, 1..=[`MAX_SAMPLES`](crate::focus::MAX_SAMPLES).
     pub record_samples: usize,
     /// How the record is read between its samples.
     pub reading: IqReading,
