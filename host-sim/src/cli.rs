@@ -11,7 +11,7 @@ use crate::commands::bench;
 #[cfg(not(feature = "bench"))]
 use crate::commands::bench_left_out as bench;
 use crate::commands::{
-    beamform, completions, convert, golden, info, main_job, phase_symmetry, simulate, verify,
+    beamform, completions, convert, golden, info, main_job, paper, phase_symmetry, simulate, verify,
 };
 use crate::drive::threads;
 use crate::files::leftovers::remove_at_signals;
@@ -48,6 +48,7 @@ enum Command {
     Convert(convert::Arguments),
     Verify(verify::Arguments),
     Golden(golden::Arguments),
+    Paper(paper::Arguments),
     Completions(completions::Arguments),
     Bench(bench::Arguments),
 }
@@ -59,6 +60,7 @@ Examples:
   host-sim --mesh vertebra.ply --slice -0.002 --out mesh
   host-sim verify
   host-sim golden -o vectors
+  host-sim paper --figure 2
   host-sim bench --quick
   host-sim simulate vertebra -o channels.npz
   host-sim beamform channels.npz --method esmv-rank1 -o lines.npz --image lines.png
@@ -107,6 +109,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         Some(Command::Convert(arguments)) => convert::run(arguments),
         Some(Command::Verify(arguments)) => verify::run(arguments),
         Some(Command::Golden(arguments)) => golden::run(&arguments),
+        Some(Command::Paper(arguments)) => paper::run(&arguments),
         Some(Command::Completions(arguments)) => completions::run(&arguments, Cli::command()),
         Some(Command::Bench(arguments)) => bench::run(&arguments),
     }

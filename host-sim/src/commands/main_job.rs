@@ -7,10 +7,10 @@ use std::sync::Mutex;
 use clap::Args;
 
 use super::progress_bar;
-use crate::experiments::{Job, Overrides};
+use crate::experiments::{Job, MAIN_JOB, Overrides};
 use crate::files::atomic::{Outputs, check_writable};
 use crate::files::leftovers;
-use crate::report::{self, Report};
+use crate::report::{self, Page, Report};
 use crate::terminal::print;
 use crate::{Error, Result};
 
@@ -60,15 +60,23 @@ impl Arguments {
 /// A parameter out of range, a folder that cannot be written, or a check that fails.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut job = match &arguments.config {
-        Some(path) => Job::read(path)?,
-        None if arguments.quick => Job::quick(),
-        None => Job::full(),
+        Some(path) => Job::read(MAIN_JOB, path)?,
+        None if arguments.quick => Job::quick(MAIN_JOB),
+        None => Job::full(MAIN_JOB),
     };
     job.apply(&arguments.overrides);
     job.validate()?;
     let folder = arguments.out.as_deref().unwrap_or(Path::new("out"));
+    run_in(&job, folder, Page::MainJob)
+}
+
+/// Runs a job, prints its tables and writes its folder.
+///
+/// # Errors
+/// A folder that cannot be written, or a check that fails.
+pub(super) fn run_in(job: &Job, folder: &Path, page: Page) -> Result<()> {
     let created = prepare(folder)?;
-    let result = compute_and_write(&job, folder);
+    let result = compute_and_write(job, folder, page);
     if result.is_err() {
         // Nothing partial stays; a folder that is not empty is somebody else's.
         for folder in created {
@@ -96,7 +104,7 @@ fn prepare(folder: &Path) -> Result<Vec<&Path>> {
     Ok(created)
 }
 
-fn compute_and_write(job: &Job, folder: &Path) -> Result<()> {
+fn compute_and_write(job: &Job, folder: &Path, page: Page) -> Result<()> {
     let bar = progress_bar("", 1000);
     let step = Mutex::new(String::new());
     let outcomes = job.run(&|what, done| {
@@ -111,7 +119,7 @@ fn compute_and_write(job: &Job, folder: &Path) -> Result<()> {
     })?;
     bar.finish_and_clear();
 
-    let report = Report::new(job, &outcomes)?;
+    let report = Report::new(job, &outcomes, page)?;
     let mut outputs = Outputs::new();
     let names = report.stage(folder, &mut outputs)?;
     outputs.commit()?;

@@ -11,6 +11,7 @@ pub mod golden;
 pub mod info;
 pub mod main_job;
 mod measures;
+pub mod paper;
 pub mod phase_symmetry;
 pub mod simulate;
 pub mod verify;

@@ -1,6 +1,6 @@
-//! The main job's parameters: a section an experiment, and what they have in common.
+//! The parameters of a list of experiments: a section an experiment, and what they have in common.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use serde::de::Error as _;
@@ -10,16 +10,68 @@ use toml::de::{DeTable, ValueDeserializer};
 use crate::config::read_toml_with;
 use crate::{Error, Result};
 
-use super::{Common, EXPERIMENTS, Experiment, Outcome, Overrides, Progress};
+use super::{Common, Context, Experiment, Outcome, Overrides, Progress, Shows};
 
-/// All parameters of the main job.
+/// All parameters of the main job, or of the paper.
 pub struct Job {
+    list: Vec<&'static Kind>,
     experiments: Vec<Box<dyn AnyExperiment>>,
     common: Common,
+    kept: Option<PathBuf>,
+    merged: Vec<serde_json::Value>,
+}
+
+/// Which experiments of the paper are wanted; all of them where nothing is named.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct Wanted {
+    /// Only what shows this figure of the paper, such as 2; may be repeated
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    pub figure: Vec<u32>,
+
+    /// Only what shows this table of the paper; may be repeated
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    pub table: Vec<u32>,
+
+    /// Only what judges the paper's claims
+    #[arg(long)]
+    pub claims: bool,
+}
+
+impl Wanted {
+    fn takes(&self, shows: &Shows) -> bool {
+        let all = self.figure.is_empty() && self.table.is_empty() && !self.claims;
+        all || self.figure.iter().any(|n| shows.figures.contains(n))
+            || self.table.iter().any(|n| shows.tables.contains(n))
+            || (self.claims && shows.claims)
+    }
+
+    /// What is asked for that no experiment shows is a mistake.
+    fn check(&self, list: &[Kind]) -> Result<()> {
+        let kinds: [(&str, &[u32], fn(&Shows) -> &'static [u32]); 2] = [
+            ("figure", &self.figure, |shows| shows.figures),
+            ("table", &self.table, |shows| shows.tables),
+        ];
+        for (name, wanted, shown) in kinds {
+            let known: Vec<u32> = list
+                .iter()
+                .flat_map(|kind| shown(&kind.shows))
+                .copied()
+                .collect();
+            if let Some(number) = wanted.iter().find(|n| !known.contains(n)) {
+                let known: Vec<String> = known.iter().map(u32::to_string).collect();
+                return Err(Error::Usage(format!(
+                    "--{name} {number} is none that can be reproduced; expected one of {}",
+                    known.join(", ")
+                )));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// An experiment of the list: how its parameters are made.
-pub(super) struct Kind {
+pub struct Kind {
+    shows: Shows,
     full: fn() -> Box<dyn AnyExperiment>,
     quick: fn() -> Box<dyn AnyExperiment>,
 }
@@ -27,6 +79,7 @@ pub(super) struct Kind {
 impl Kind {
     pub(super) const fn of<E: Experiment>() -> Self {
         Kind {
+            shows: E::SHOWS,
             full: || resolved(E::default()),
             quick: || resolved(E::quick()),
         }
@@ -50,7 +103,7 @@ trait AnyExperiment {
     fn json(&self) -> Result<serde_json::Value>;
     fn apply(&mut self, overrides: &Overrides);
     fn validate(&self) -> Result<()>;
-    fn run(&self, common: &Common, progress: Progress<'_>) -> Result<Outcome>;
+    fn run(&self, context: &Context<'_>) -> Result<Outcome>;
 }
 
 impl<E: Experiment> AnyExperiment for E {
@@ -81,35 +134,46 @@ impl<E: Experiment> AnyExperiment for E {
         Experiment::validate(self)
     }
 
-    fn run(&self, common: &Common, progress: Progress<'_>) -> Result<Outcome> {
-        Experiment::run(self, common, progress)
+    fn run(&self, context: &Context<'_>) -> Result<Outcome> {
+        Experiment::run(self, context)
     }
 }
 
 impl Job {
-    /// The full job: the paper's settings.
-    pub fn full() -> Self {
+    fn new(list: Vec<&'static Kind>, quick: bool) -> Self {
+        let make = |kind: &&Kind| match quick {
+            true => (kind.quick)(),
+            false => (kind.full)(),
+        };
         Job {
-            experiments: EXPERIMENTS.iter().map(|kind| (kind.full)()).collect(),
-            common: Common::default(),
+            experiments: list.iter().map(make).collect(),
+            list,
+            common: match quick {
+                true => Common::quick(),
+                false => Common::default(),
+            },
+            kept: None,
+            merged: Vec::new(),
         }
     }
 
+    /// The full job: the paper's settings.
+    pub fn full(list: &'static [Kind]) -> Self {
+        Job::new(list.iter().collect(), false)
+    }
+
     /// A coarser job for a first look.
-    pub fn quick() -> Self {
-        Job {
-            experiments: EXPERIMENTS.iter().map(|kind| (kind.quick)()).collect(),
-            common: Common::quick(),
-        }
+    pub fn quick(list: &'static [Kind]) -> Self {
+        Job::new(list.iter().collect(), true)
     }
 
     /// Reads a TOML file; what it does not mention keeps its default.
     ///
     /// # Errors
     /// As [`crate::config::Config::read`].
-    pub fn read(path: &Path) -> Result<Self> {
+    pub fn read(list: &'static [Kind], path: &Path) -> Result<Self> {
         read_toml_with(path, |text| {
-            let mut job = Job::full();
+            let mut job = Job::full(list);
             for (key, section) in DeTable::parse(text)?.into_inner() {
                 job.read_section(key.get_ref(), section.into())?;
             }
@@ -134,6 +198,30 @@ impl Job {
             )));
         }
         Ok(())
+    }
+
+    /// Keeps what is wanted of the paper, and leaves out the rest.
+    ///
+    /// # Errors
+    /// A figure or a table that no experiment shows.
+    pub fn select(&mut self, wanted: &Wanted, list: &[Kind]) -> Result<()> {
+        wanted.check(list)?;
+        let keep: Vec<bool> = self.list.iter().map(|k| wanted.takes(&k.shows)).collect();
+        let mut places = keep.iter();
+        self.experiments
+            .retain(|_| places.next().copied().unwrap_or(true));
+        self.list.retain(|kind| wanted.takes(&kind.shows));
+        Ok(())
+    }
+
+    /// The folder in which recordings and results that took long are kept, and looked for.
+    pub fn keep_in(&mut self, folder: &Path) {
+        self.kept = Some(folder.to_path_buf());
+    }
+
+    /// Takes in another run's `report.json`, parsed.
+    pub fn merge(&mut self, report: serde_json::Value) {
+        self.merged.push(report);
     }
 
     /// Takes what the command line says in place of parameters.
@@ -164,8 +252,8 @@ impl Job {
     pub fn kind(&self) -> Result<&'static str> {
         let own = self.toml()?;
         Ok(match own {
-            own if own == Job::full().toml()? => "full",
-            own if own == Job::quick().toml()? => "quick",
+            own if own == Job::new(self.list.clone(), false).toml()? => "full",
+            own if own == Job::new(self.list.clone(), true).toml()? => "quick",
             _ => "own",
         })
     }
@@ -206,7 +294,15 @@ impl Job {
     /// Parameters that do not fit together.
     pub fn run(&self, progress: Progress<'_>) -> Result<Vec<(&'static str, Outcome)>> {
         let run = |experiment: &dyn AnyExperiment| {
-            Ok((experiment.name(), experiment.run(&self.common, progress)?))
+            let name = experiment.name();
+            let merged = self.merged.iter().filter_map(|report| report.get(name));
+            let context = Context {
+                common: &self.common,
+                kept: self.kept.as_deref(),
+                merged: &merged.cloned().collect::<Vec<_>>(),
+                progress,
+            };
+            Ok((name, experiment.run(&context)?))
         };
         self.experiments
             .iter()

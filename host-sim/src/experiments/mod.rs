@@ -1,8 +1,9 @@
-//! The main job: experiments, a folder each, behind one trait.
+//! The main job and the paper: experiments, a folder each, behind one trait.
 //!
 //! An [`Experiment`] is its parameters, which are a section of the configuration, and what it makes of
-//! them: an [`Outcome`] of pictures, plots, tables, comparisons with the paper, checks and data. The
-//! configuration, the command line and the report know these parts, and no experiment by name.
+//! them: an [`Outcome`] of pictures, plots, tables, comparisons with the paper, verdicts, checks and data.
+//! The configuration, the command line and the report know these parts, and no experiment by name.
+//! [`MAIN_JOB`] and [`PAPER`] are the two lists of them.
 
 pub mod common;
 mod job;
@@ -11,19 +12,21 @@ mod point;
 mod vertebra;
 
 pub use common::Common;
-pub use job::Job;
+pub use job::{Job, Kind, Wanted};
 pub use outcome::Outcome;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::Result;
-use job::Kind;
 
-/// Every experiment, in the order in which they run and are shown: the only list of them.
-const EXPERIMENTS: [Kind; 2] = [Kind::of::<point::Point>(), Kind::of::<vertebra::Vertebra>()];
+/// The main job's experiments, in the order in which they run and are shown.
+pub const MAIN_JOB: &[Kind] = &[Kind::of::<point::Point>(), Kind::of::<vertebra::Vertebra>()];
+
+/// The experiments of `host-sim paper`, likewise.
+pub const PAPER: &[Kind] = &[Kind::of::<point::Point>()];
 
 /// Hears, from any thread, what is being done and the fraction of it that is done.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
@@ -33,6 +36,9 @@ pub trait Experiment: Serialize + DeserializeOwned + Default + Sync + 'static {
     /// The name of its section of the configuration and of its data in `report.json`; the names of its
     /// pictures and checks begin with it.
     const NAME: &'static str;
+
+    /// What of the paper it shows; nothing, where it belongs to the main job alone.
+    const SHOWS: Shows = Shows::NOTHING;
 
     /// Coarser parameters, for a first look.
     fn quick() -> Self;
@@ -54,7 +60,40 @@ pub trait Experiment: Serialize + DeserializeOwned + Default + Sync + 'static {
     ///
     /// # Errors
     /// Parameters that do not fit together.
-    fn run(&self, common: &Common, progress: Progress<'_>) -> Result<Outcome>;
+    fn run(&self, context: &Context<'_>) -> Result<Outcome>;
+}
+
+/// What an experiment shows of the paper.
+#[derive(Clone, Copy, Debug)]
+pub struct Shows {
+    /// The numbers of its figures.
+    pub figures: &'static [u32],
+    /// The numbers of its tables.
+    pub tables: &'static [u32],
+    /// Whether it judges the paper's claims.
+    pub claims: bool,
+}
+
+impl Shows {
+    /// Nothing of it.
+    pub const NOTHING: Shows = Shows {
+        figures: &[],
+        tables: &[],
+        claims: false,
+    };
+}
+
+/// What an experiment runs with beside its own parameters.
+pub struct Context<'a> {
+    /// The parameters that are the same for every experiment.
+    pub common: &'a Common,
+    /// The folder in which recordings, and results that took long, are kept for the next run; none where
+    /// nothing is kept.
+    pub kept: Option<&'a Path>,
+    /// The data of the same experiment in other runs' `report.json`.
+    pub merged: &'a [serde_json::Value],
+    /// Hears how far it is.
+    pub progress: Progress<'a>,
 }
 
 /// What the main job's command line can say in place of parameters.
@@ -68,6 +107,14 @@ pub struct Overrides {
     /// Height of the main job's slice through the vertebra, m [default: -0.004]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub slice: Option<f64>,
+
+    /// The first of the seeds; not a flag of the main job, which has its seeds in the configuration.
+    #[arg(skip)]
+    pub seed: Option<u64>,
+
+    /// Which parts of an experiment are wanted, by words in their names; all without any.
+    #[arg(skip)]
+    pub only: Vec<String>,
 }
 
 impl Overrides {

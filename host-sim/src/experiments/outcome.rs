@@ -1,5 +1,7 @@
 //! What an experiment leaves behind, in parts that the report can show without knowing it.
 
+use std::borrow::Cow;
+
 use ndarray::Array2;
 use serde::Serialize;
 
@@ -7,7 +9,7 @@ use crate::validate::Check;
 use crate::{Error, Result};
 
 /// What came out of an experiment.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// The heading of its part of the page.
     pub title: &'static str,
@@ -21,6 +23,10 @@ pub struct Outcome {
     pub comparisons: Vec<Comparison>,
     /// The core against its references.
     pub checks: Vec<Check>,
+    /// What became of the paper's claims.
+    pub verdicts: Vec<Verdict>,
+    /// Other files, to be written beside the page.
+    pub files: Vec<Attachment>,
     /// Every number, for programs.
     pub data: serde_json::Value,
 }
@@ -34,6 +40,10 @@ pub enum Part {
     Text(String),
     /// Pictures.
     Gallery(Gallery),
+    /// Pictures of one method beside those of another, which the reader chooses.
+    Beside(Beside),
+    /// A table at this place of the page.
+    Table(Table),
     /// Plots of the same curves, with one legend.
     Plots(Vec<Plot>),
 }
@@ -49,6 +59,81 @@ pub struct Gallery {
     pub outline_on_request: bool,
     /// What black and white stand for.
     pub scales: Vec<Scale>,
+}
+
+/// The pictures of one method beside those of another.
+#[derive(Clone, Debug)]
+pub struct Beside {
+    /// Its name in the page, of letters, digits and hyphens.
+    pub id: String,
+    /// The method that stays.
+    pub reference: View,
+    /// The others, of which one is shown.
+    pub others: Vec<View>,
+    /// The one that is shown first.
+    pub first: usize,
+    /// Lines (x, depth) in mm over every picture. They stand beside the echo, so that they do not hide it.
+    pub outline: Vec<Vec<(f64, f64)>>,
+    /// What black and white stand for.
+    pub scales: Vec<Scale>,
+}
+
+/// The pictures of a method.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// The method's name.
+    pub name: String,
+    /// Its pictures, which stay together.
+    pub pictures: Vec<Picture>,
+}
+
+/// A file beside the page: a volume, a surface, a table.
+#[derive(Clone, Debug)]
+pub struct Attachment {
+    /// Its name in the folder of the outputs.
+    pub file: String,
+    /// What it holds, for people.
+    pub description: String,
+    /// Its contents.
+    pub bytes: Vec<u8>,
+}
+
+/// What became of a claim of the paper.
+#[derive(Clone, Debug, Serialize)]
+pub struct Verdict {
+    /// The claim, in own words.
+    pub claim: String,
+    /// Where the paper makes it.
+    pub place: String,
+    /// The verdict.
+    pub ruling: Ruling,
+    /// The figures that it rests on.
+    pub evidence: String,
+}
+
+/// A verdict.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ruling {
+    /// In every condition that was tried.
+    Holds,
+    /// In none.
+    DoesNotHold,
+    /// In some, which are told.
+    DependsOn(String),
+    /// The figures do not decide it.
+    Open(String),
+}
+
+impl std::fmt::Display for Ruling {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Ruling::Holds => f.write_str("holds"),
+            Ruling::DoesNotHold => f.write_str("does not hold"),
+            Ruling::DependsOn(what) => write!(f, "depends on {what}"),
+            Ruling::Open(why) => write!(f, "open: {why}"),
+        }
+    }
 }
 
 /// A grey bar: its name, and what black, the middle grey and white stand for.
@@ -104,7 +189,7 @@ pub struct Plot {
 #[derive(Clone, Debug)]
 pub struct Curve {
     /// Its name in the legend.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Whether it is drawn wide and over the others.
     pub featured: bool,
     /// Its points; it is broken where the ordinate is none.

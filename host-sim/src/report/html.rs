@@ -7,9 +7,10 @@ use crate::experiments::Outcome;
 use crate::experiments::outcome::{Comparison, Part, Table};
 use crate::methods::COMPARED;
 
+use super::pictures::Source;
 use super::{Report, pictures, plot, tables};
 
-const STYLE: &str = include_str!("style.css");
+pub(super) const STYLE: &str = include_str!("style.css");
 
 /// The page of a report.
 ///
@@ -129,15 +130,7 @@ pub fn page(report: &Report<'_>) -> Result<String> {
 
 /// An experiment's part of the page.
 fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
-    let part = |part: &Part| {
-        Ok(match part {
-            Part::Heading(heading) => html! { h3 { (heading) } },
-            Part::Text(text) => html! { p { (text) } },
-            Part::Gallery(gallery) => pictures::gallery(gallery)?,
-            Part::Plots(plots) => plot::plots(plots)?,
-        })
-    };
-    let parts = outcome.parts.iter().map(part).collect::<Result<Vec<_>>>()?;
+    let parts = parts(outcome, Source::Beside)?;
     Ok(html! {
         section id=(name) {
             h2 { (outcome.title) }
@@ -146,7 +139,25 @@ fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
     })
 }
 
-fn table(table: &Table) -> Markup {
+/// The parts of an experiment.
+///
+/// # Errors
+/// A plot cannot be drawn, or a picture not encoded.
+pub(super) fn parts(outcome: &Outcome, source: Source) -> Result<Vec<Markup>> {
+    let part = |part: &Part| {
+        Ok(match part {
+            Part::Heading(heading) => html! { h3 { (heading) } },
+            Part::Text(text) => html! { p { (text) } },
+            Part::Gallery(gallery) => pictures::gallery(gallery, source)?,
+            Part::Beside(beside) => pictures::beside(beside, source)?,
+            Part::Table(table) => self::table(table),
+            Part::Plots(plots) => plot::plots(plots)?,
+        })
+    };
+    outcome.parts.iter().map(part).collect()
+}
+
+pub(super) fn table(table: &Table) -> Markup {
     html! {
         div .table {
             table {
@@ -167,7 +178,7 @@ fn table(table: &Table) -> Markup {
 }
 
 /// Every note once, after the quantities that it is about.
-fn notes(comparisons: &[&Comparison]) -> Markup {
+pub(super) fn notes(comparisons: &[&Comparison]) -> Markup {
     let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
     for c in comparisons {
         match notes.iter_mut().find(|(note, _)| *note == c.note) {

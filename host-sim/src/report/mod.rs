@@ -1,9 +1,11 @@
-//! The main job's report: a page for people, the numbers for programs, the pictures, the
-//! configuration, and the tables for the terminal. It knows the parts of an outcome, not the
-//! experiments.
+//! The report of the main job and of the paper: a page for people, the numbers for programs, the
+//! pictures, the configuration, and the tables for the terminal. It knows the parts of an outcome, not
+//! the experiments.
 
 mod figure;
 mod html;
+mod numbers;
+mod paper;
 mod pictures;
 mod plot;
 mod tables;
@@ -17,7 +19,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::Result;
-use crate::experiments::outcome::{Comparison, Table};
+use crate::experiments::outcome::{Comparison, Part, Table, Verdict};
 use crate::experiments::{Job, Outcome};
 use crate::files::atomic::Outputs;
 use crate::files::image;
@@ -30,6 +32,18 @@ pub const DATA: &str = "report.json";
 /// The configuration, which can be given back to the main job.
 const CONFIGURATION: &str = "config.toml";
 
+/// Every number of the paper's experiments, a line each.
+const NUMBERS: &str = "numbers.csv";
+
+/// Which page a report has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Page {
+    /// The main job's, with its pictures beside it.
+    MainJob,
+    /// The paper's: one file that holds its pictures, and a CSV of every table and number.
+    Paper,
+}
+
 /// Everything in `report.json`.
 #[derive(Serialize)]
 struct Data<'a, P: Serialize> {
@@ -40,15 +54,18 @@ struct Data<'a, P: Serialize> {
     parameters: P,
     comparisons: Vec<&'a Comparison>,
     checks: Vec<&'a Check>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    verdicts: Vec<&'a Verdict>,
     #[serde(flatten)]
     experiments: BTreeMap<&'static str, &'a serde_json::Value>,
 }
 
-/// What a run of the main job leaves behind.
+/// What a run leaves behind.
 pub struct Report<'a> {
     job: &'a Job,
     kind: &'static str,
     outcomes: &'a [(&'static str, Outcome)],
+    page: Page,
 }
 
 impl<'a> Report<'a> {
@@ -56,11 +73,12 @@ impl<'a> Report<'a> {
     ///
     /// # Errors
     /// Parameters that cannot be written.
-    pub fn new(job: &'a Job, outcomes: &'a [(&'static str, Outcome)]) -> Result<Self> {
+    pub fn new(job: &'a Job, outcomes: &'a [(&'static str, Outcome)], page: Page) -> Result<Self> {
         Ok(Report {
             job,
             kind: job.kind()?,
             outcomes,
+            page,
         })
     }
 
@@ -74,6 +92,10 @@ impl<'a> Report<'a> {
 
     fn comparisons(&self) -> Vec<&'a Comparison> {
         self.outcomes().flat_map(|o| &o.comparisons).collect()
+    }
+
+    fn verdicts(&self) -> Vec<&'a Verdict> {
+        self.outcomes().flat_map(|o| &o.verdicts).collect()
     }
 
     /// The tables of every experiment.
@@ -94,7 +116,12 @@ impl<'a> Report<'a> {
             .collect();
         let shown = self.tables().filter(|table| !table.page_only);
         texts.extend(shown.map(tables::text));
-        texts.push(tables::text(&tables::checks(&self.checks())));
+        if !self.checks().is_empty() {
+            texts.push(tables::text(&tables::checks(&self.checks())));
+        }
+        if !self.verdicts().is_empty() {
+            texts.push(tables::text(&tables::verdicts(&self.verdicts())));
+        }
         texts.join("\n")
     }
 
@@ -116,9 +143,27 @@ impl<'a> Report<'a> {
             parameters: self.job.json()?,
             comparisons: self.comparisons(),
             checks: self.checks(),
+            verdicts: self.verdicts(),
             experiments: self.outcomes.iter().map(|(n, o)| (*n, &o.data)).collect(),
         };
-        let page = html::page(self)?;
+        for attachment in self.outcomes().flat_map(|o| &o.files) {
+            outputs.stage(&folder.join(&attachment.file), |sink| {
+                Ok(sink.write_all(&attachment.bytes)?)
+            })?;
+            names.push(attachment.file.clone());
+        }
+        let page = match self.page {
+            Page::MainJob => html::page(self)?,
+            Page::Paper => paper::page(self)?,
+        };
+        if self.page == Page::Paper {
+            for (name, contents) in self.spreadsheets(&data.experiments)? {
+                outputs.stage(&folder.join(&name), |sink| {
+                    Ok(sink.write_all(contents.as_bytes())?)
+                })?;
+                names.push(name);
+            }
+        }
         outputs.stage(&folder.join(DATA), |sink| {
             serde_json::to_writer_pretty(&mut *sink, &data)?;
             Ok(writeln!(sink)?)
@@ -131,10 +176,36 @@ impl<'a> Report<'a> {
             let toml = self.job.toml()?;
             Ok(write!(
                 sink,
-                "# host-sim {version}: the main job\n\n{toml}"
+                "# host-sim {version}: {}\n\n{toml}",
+                match self.page {
+                    Page::MainJob => "the main job",
+                    Page::Paper => "the paper",
+                }
             )?)
         })?;
         names.extend([DATA, PAGE, CONFIGURATION].map(String::from));
         Ok(names)
+    }
+
+    /// Every table and every number as CSV, with their files' names.
+    fn spreadsheets(
+        &self,
+        data: &BTreeMap<&'static str, &serde_json::Value>,
+    ) -> Result<Vec<(String, String)>> {
+        let mut sheets = vec![(NUMBERS.to_owned(), numbers::every(data)?)];
+        for (name, outcome) in self.outcomes {
+            let comparisons: Vec<&Comparison> = outcome.comparisons.iter().collect();
+            let beside = tables::comparisons(&comparisons);
+            let shown = outcome.parts.iter().filter_map(|part| match part {
+                Part::Table(table) => Some(table),
+                _ => None,
+            });
+            let all = beside.iter().chain(&outcome.tables).chain(shown);
+            for (k, table) in all.enumerate() {
+                let file = format!("{name}-table-{}.csv", k + 1);
+                sheets.push((file, numbers::table(table)?));
+            }
+        }
+        Ok(sheets)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::experiments::outcome::{BesidePaper, Comparison, Table, number};
+use crate::experiments::outcome::{BesidePaper, Comparison, Table, Verdict, number};
 use crate::validate::Check;
 
 /// The paper's figures, one or two.
@@ -69,6 +69,19 @@ pub fn checks(checks: &[&Check]) -> Table {
             "their error",
             "passed",
         ],
+        rows: rows.collect(),
+        page_only: false,
+    }
+}
+
+/// What became of the claims.
+pub fn verdicts(verdicts: &[&Verdict]) -> Table {
+    let rows = verdicts
+        .iter()
+        .map(|v| vec![v.claim.clone(), v.place.clone(), v.ruling.to_string()]);
+    Table {
+        title: "The paper's claims".into(),
+        head: vec!["", "where", "verdict"],
         rows: rows.collect(),
         page_only: false,
     }

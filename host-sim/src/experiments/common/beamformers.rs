@@ -6,7 +6,7 @@ use crate::methods::{COMPARED, Compared};
 /// A curve a beamformer: `points` by its place in [`COMPARED`].
 pub fn curves(points: impl Fn(usize) -> Vec<(f64, Option<f64>)>) -> Vec<Curve> {
     let curve = |(k, row): (usize, &Compared)| Curve {
-        name: row.name,
+        name: row.name.into(),
         featured: row.featured,
         points: points(k),
     };

@@ -53,6 +53,7 @@ pub fn outcome(result: &PointResult, range: f64, checks: Vec<Check>) -> Result<O
         comparisons: comparisons(result),
         checks,
         data: data(result)?,
+        ..Outcome::default()
     })
 }
 

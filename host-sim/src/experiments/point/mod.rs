@@ -15,7 +15,7 @@ use crate::{Error, Result};
 use super::common::lines::beamform_all;
 use super::common::pictures::{Pair, Studio};
 use super::common::{Common, Receive};
-use super::{Experiment, Outcome, Progress};
+use super::{Context, Experiment, Outcome, Shows};
 use measure::{PointResult, measure};
 
 /// The part of the image that is shown, m either side of the point's depth.
@@ -81,6 +81,12 @@ impl Default for Point {
 impl Experiment for Point {
     const NAME: &'static str = "point";
 
+    const SHOWS: Shows = Shows {
+        figures: &[2],
+        tables: &[],
+        claims: false,
+    };
+
     fn quick() -> Self {
         let mut point = Point::default();
         (point.image.rows, point.image.columns) = (Some(256), Some(256));
@@ -112,7 +118,10 @@ impl Experiment for Point {
         Ok(())
     }
 
-    fn run(&self, common: &Common, progress: Progress<'_>) -> Result<Outcome> {
+    fn run(&self, context: &Context<'_>) -> Result<Outcome> {
+        let Context {
+            common, progress, ..
+        } = *context;
         let mut samplings = Vec::new();
         let mut checks = Vec::new();
         let mut lines = Vec::new();

@@ -52,6 +52,7 @@ pub fn outcome(
         comparisons: [surface_comparisons(result), line_comparisons(result)].concat(),
         checks,
         data: data(result)?,
+        ..Outcome::default()
     })
 }
 

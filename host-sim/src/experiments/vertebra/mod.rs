@@ -12,10 +12,10 @@ use crate::config::{Image, LENGTHS, check_positive, out_of_range};
 use crate::drive::image::{extent_of_lines, grid_of_lines};
 use crate::simulate::{Outline, Phantom, Settings, Summation, channel_data};
 
+use super::common::Receive;
 use super::common::lines::beamform_all;
 use super::common::pictures::Studio;
-use super::common::{Common, Receive};
-use super::{Experiment, Outcome, Overrides, Progress};
+use super::{Context, Experiment, Outcome, Overrides};
 use measure::View;
 
 /// Section `[vertebra]`.
@@ -112,7 +112,10 @@ impl Experiment for Vertebra {
         self.phantom().map(drop)
     }
 
-    fn run(&self, common: &Common, progress: Progress<'_>) -> Result<Outcome> {
+    fn run(&self, context: &Context<'_>) -> Result<Outcome> {
+        let Context {
+            common, progress, ..
+        } = *context;
         let phantom = self.phantom()?;
         let data = channel_data(&self.simulation, &phantom, Summation::Cells, &|done| {
             progress("vertebra: simulate", done);

@@ -1,0 +1,112 @@
+//! `host-sim paper`: the paper's figures, tables and claims.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::main_job;
+use crate::experiments::{Job, Overrides, PAPER, Wanted};
+use crate::files::cannot_be_opened;
+use crate::report::Page;
+use crate::{Error, Result};
+
+/// Reproduce the paper: its figures, its tables, and what becomes of its claims.
+///
+/// Everything is simulated, so that the truth is known; nothing is adjusted to look like the paper.
+/// The folder holds report.html, which is one file that can be sent, report.json with every number and
+/// the configuration with its seeds, a CSV of every table and of every number, and the pictures as PNG.
+///
+/// More seeds than one machine has time for: several runs with --claims and other seeds, and one with
+/// --merge, which takes their report.json.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    #[command(flatten)]
+    wanted: Wanted,
+
+    /// A coarser look at all of it
+    #[arg(long)]
+    quick: bool,
+
+    /// The first seed of noise, tissue and clutter, in place of the configuration's
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+
+    /// Only the parts of an experiment whose name has this word, such as tissue or mesh; may be repeated
+    #[arg(long, value_name = "WORD", value_delimiter = ',')]
+    only: Vec<String>,
+
+    /// The folder for report, pictures, tables and configuration [default: out/paper]
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+
+    /// Keep recordings and long results in this folder, and take them from it where they are of the same
+    /// parameters
+    #[arg(long, value_name = "DIR")]
+    keep: Option<PathBuf>,
+
+    /// The report.json of another run, whose scenes are judged with those of this one; may be repeated
+    #[arg(long, value_name = "FILE.json")]
+    merge: Vec<PathBuf>,
+
+    /// A closed surface in mm, +x towards the front and +z towards the head, as the second geometry
+    #[arg(long, value_name = "FILE.ply")]
+    mesh: Option<PathBuf>,
+
+    /// TOML file with the parameters, such as the one in the folder of an earlier run
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "quick")]
+    config: Option<PathBuf>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim paper
+  host-sim paper --quick --threads 1 -o look
+  host-sim paper --figure 2 --figure 3
+  host-sim paper --table 1
+  host-sim paper --claims --seed 9 --only tissue -o seeds-9
+  host-sim paper --claims --merge seeds-9/report.json --merge seeds-17/report.json -o all-seeds
+  host-sim paper --keep recordings --config out/paper/config.toml";
+
+/// Runs the command.
+///
+/// # Errors
+/// A figure that there is not, a parameter out of range, or a folder that cannot be written.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let mut job = match &arguments.config {
+        Some(path) => Job::read(PAPER, path)?,
+        None if arguments.quick => Job::quick(PAPER),
+        None => Job::full(PAPER),
+    };
+    job.select(&arguments.wanted, PAPER)?;
+    job.apply(&Overrides {
+        mesh: arguments.mesh.clone(),
+        slice: None,
+        seed: arguments.seed,
+        only: arguments.only.clone(),
+    });
+    for path in &arguments.merge {
+        job.merge(read_report(path)?);
+    }
+    job.validate()?;
+    if let Some(folder) = &arguments.keep {
+        fs::create_dir_all(folder).map_err(|e| Error::File {
+            path: folder.clone(),
+            message: format!("the folder cannot be made: {}", e.kind()),
+        })?;
+        job.keep_in(folder);
+    }
+    let folder = arguments.output.as_deref();
+    main_job::run_in(&job, folder.unwrap_or(Path::new("out/paper")), Page::Paper)
+}
+
+/// Another run's report.
+fn read_report(path: &Path) -> Result<serde_json::Value> {
+    let error = |message: String| Error::File {
+        path: path.to_path_buf(),
+        message,
+    };
+    let text = fs::read(path).map_err(|e| error(cannot_be_opened(&e).to_string()))?;
+    serde_json::from_slice(&text).map_err(|e| error(format!("is no report.json of a run: {e}")))
+}

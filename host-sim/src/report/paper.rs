@@ -1,0 +1,161 @@
+//! The page of the paper's experiments: one file that holds its pictures. No scripts, no outside
+//! resources.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use crate::Result;
+use crate::experiments::Outcome;
+use crate::experiments::outcome::{Comparison, Ruling, Verdict};
+
+use super::html::{STYLE, notes, parts, table};
+use super::pictures::Source;
+use super::{Report, tables};
+
+/// The page of a report.
+///
+/// # Errors
+/// A plot cannot be drawn, or a picture not encoded.
+pub fn page(report: &Report<'_>) -> Result<String> {
+    let parameters = report.job.toml()?;
+    let verdicts = report.verdicts();
+    let outcomes = report.outcomes.iter();
+    let experiments = outcomes.map(|(name, outcome)| experiment(name, outcome));
+    let experiments = experiments.collect::<Result<Vec<_>>>()?;
+    let checks = report.checks();
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "Bonebeam: the paper's experiments" }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                header {
+                    h1 { "The paper's experiments" }
+                    p .lead {
+                        "Mehdizadeh et al., "
+                        i { "Joint beamforming and feature detection for enhanced visualization of spinal "
+                            "bone surfaces in ultrasound images" }
+                        ", done again on simulated data, whose truth is known. Nothing is adjusted to look "
+                        "like the paper."
+                    }
+                    @match report.kind {
+                        "full" => {}
+                        "quick" => p {
+                            "This is the coarse look of " code { "--quick" } ": its figures are not those of "
+                            "the full run."
+                        }
+                        _ => p {
+                            "The " a href="#parameters" { "parameters" } " are the reader's own."
+                        }
+                    }
+                    @if !report.checks_passed() {
+                        p { span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "." }
+                    }
+                    nav {
+                        @if !verdicts.is_empty() { a href="#verdicts" { "Verdicts" } }
+                        @for (name, outcome) in report.outcomes {
+                            a href=(format!("#{name}")) { (outcome.title) }
+                        }
+                        @if !checks.is_empty() { a href="#checks" { "Checks" } }
+                        a href="#parameters" { "Parameters" }
+                    }
+                }
+                main {
+                    @if !verdicts.is_empty() { (rulings(&verdicts)) }
+                    @for experiment in experiments { (experiment) }
+                    @if !checks.is_empty() {
+                        section #checks {
+                            h2 { "Checks" }
+                            p {
+                                "Some beams of every recording computed again by the plain f32 reference, to "
+                                "the bit, and by the f64 reference."
+                            }
+                            (table(&tables::checks(&checks)))
+                        }
+                    }
+                    section #parameters {
+                        h2 { "Parameters" }
+                        p {
+                            "As in " code { "config.toml" } ", which "
+                            code { "host-sim paper --config config.toml" } " takes again. SI units."
+                        }
+                        details { summary { "All of them" } pre { (parameters) } }
+                    }
+                }
+                footer {
+                    p {
+                        "host-sim " (env!("CARGO_PKG_VERSION")) ". Every number is in " code { "report.json" }
+                        " and " code { "numbers.csv" } "."
+                    }
+                }
+            }
+        }
+    };
+    Ok(page.into_string())
+}
+
+/// An experiment's part of the page: its figures, then its numbers.
+fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
+    let parts = parts(outcome, Source::Within)?;
+    let comparisons: Vec<&Comparison> = outcome.comparisons.iter().collect();
+    Ok(html! {
+        section id=(name) {
+            h2 { (outcome.title) }
+            @for part in parts { (part) }
+            @if !comparisons.is_empty() {
+                h3 { "Beside the paper" }
+                div .tables {
+                    @for beside in tables::comparisons(&comparisons) { (table(&beside)) }
+                }
+                (notes(&comparisons))
+            }
+            @if !outcome.tables.is_empty() {
+                h3 { "All beamformers" }
+                div .tables { @for shown in &outcome.tables { (table(shown)) } }
+            }
+            @if !outcome.files.is_empty() {
+                h3 { "Files" }
+                ul {
+                    @for file in &outcome.files {
+                        li { code { (file.file) } ": " (file.description) }
+                    }
+                }
+            }
+        }
+    })
+}
+
+/// The verdicts, each with what it rests on.
+fn rulings(verdicts: &[&Verdict]) -> Markup {
+    html! {
+        section #verdicts {
+            h2 { "Do the claims hold?" }
+            div .table {
+                table .words {
+                    thead { tr { th { "claim" } th { "where" } th { "verdict" } th { "figures" } } }
+                    tbody {
+                        @for verdict in verdicts {
+                            tr {
+                                th scope="row" { (verdict.claim) }
+                                td { (verdict.place) }
+                                td class=(class(&verdict.ruling)) { (verdict.ruling) }
+                                td { (verdict.evidence) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn class(ruling: &Ruling) -> &'static str {
+    match ruling {
+        Ruling::Holds => "good",
+        Ruling::DoesNotHold => "bad",
+        Ruling::DependsOn(_) | Ruling::Open(_) => "mixed",
+    }
+}

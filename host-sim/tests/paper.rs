@@ -1,0 +1,76 @@
+//! `host-sim paper` from the command to its folder.
+
+use std::fs;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::tempdir;
+
+fn run(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .arg("paper")
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn fail(arguments: &[&str], status: i32) -> String {
+    let output = run(arguments);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(status), "{message}");
+    assert_eq!(message.trim_end().lines().count(), 1, "{message}");
+    message
+}
+
+#[test]
+fn a_quick_figure_leaves_one_page_that_holds_its_pictures() {
+    let folder = tempdir().unwrap();
+    let out = folder.path().join("paper");
+    let output = run(&["--quick", "--figure", "2", "-o", out.to_str().unwrap()]);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
+
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    // Nothing is outside of the page: it can be sent by itself.
+    let sources = page.matches("src=\"").count();
+    assert!(sources > 4, "{sources} pictures");
+    assert_eq!(
+        sources,
+        page.matches("src=\"data:image/png;base64,").count()
+    );
+    assert!(!page.contains("<script") && !page.contains("http"));
+    // Every picture has a text for those who do not see it.
+    assert_eq!(
+        page.matches("<img").count(),
+        page.matches(" alt=\"").count()
+    );
+
+    let text = fs::read_to_string(out.join("report.json")).unwrap();
+    let report: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(report["job"], "quick");
+    assert!(
+        report.get("vertebra").is_none(),
+        "only Fig. 2 was asked for"
+    );
+    let numbers = fs::read_to_string(out.join("numbers.csv")).unwrap();
+    assert!(numbers.lines().count() > 100);
+    for file in ["config.toml", "point-table-1.csv"] {
+        assert!(out.join(file).exists(), "{file}");
+    }
+    // The configuration gives the same job again.
+    let config = fs::read_to_string(out.join("config.toml")).unwrap();
+    assert!(config.starts_with("# host-sim") && config.contains("[point]"));
+}
+
+#[test]
+fn what_cannot_be_reproduced_is_refused_with_what_can() {
+    let message = fail(&["--figure", "99"], 2);
+    assert!(
+        message.contains("--figure 99") && message.contains("one of 2"),
+        "{message}"
+    );
+    let message = fail(&["--table", "2"], 2);
+    assert!(message.contains("--table 2"), "{message}");
+    let message = fail(&["--merge", "no-such-report.json"], 1);
+    assert!(message.contains("no-such-report.json"), "{message}");
+}
