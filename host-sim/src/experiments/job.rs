@@ -47,21 +47,20 @@ impl Wanted {
 
     /// What is asked for that no experiment shows is a mistake.
     fn check(&self, list: &[Kind]) -> Result<()> {
-        let kinds: [(&str, &[u32], fn(&Shows) -> &'static [u32]); 2] = [
-            ("figure", &self.figure, |shows| shows.figures),
-            ("table", &self.table, |shows| shows.tables),
-        ];
-        for (name, wanted, shown) in kinds {
-            let known: Vec<u32> = list
-                .iter()
-                .flat_map(|kind| shown(&kind.shows))
-                .copied()
-                .collect();
+        let figures: Vec<u32> = list.iter().flat_map(|k| k.shows.figures).copied().collect();
+        let tables: Vec<u32> = list.iter().flat_map(|k| k.shows.tables).copied().collect();
+        for (name, wanted, known) in [
+            ("figure", &self.figure, figures),
+            ("table", &self.table, tables),
+        ] {
             if let Some(number) = wanted.iter().find(|n| !known.contains(n)) {
                 let known: Vec<String> = known.iter().map(u32::to_string).collect();
+                let known = match known.is_empty() {
+                    true => "none".to_owned(),
+                    false => known.join(", "),
+                };
                 return Err(Error::Usage(format!(
-                    "--{name} {number} is none that can be reproduced; expected one of {}",
-                    known.join(", ")
+                    "--{name} {number} cannot be reproduced; those that can: {known}"
                 )));
             }
         }
