@@ -100,6 +100,17 @@ impl fmt::Display for Error {
 
 impl core::error::Error for Error {}
 
+/// `?` where it cannot be written, in a `const fn`.
+macro_rules! attempt {
+    ($result:expr) => {
+        match $result {
+            Ok(value) => value,
+            Err(error) => return Err(error),
+        }
+    };
+}
+pub(crate) use attempt;
+
 /// Refuses a slice that is not as long as the shapes ask for.
 pub(crate) const fn check_length(
     name: &'static str,

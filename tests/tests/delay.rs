@@ -81,7 +81,17 @@ fn line_into<V: Vector>(
     rf: &[f32],
     out: &mut [Complex<f32>],
 ) {
-    let delay = Delay::new(*p).unwrap();
+    line_by(&Delay::new(*p).unwrap(), zero, line, rf, out);
+}
+
+fn line_by<V: Vector>(
+    delay: &Delay,
+    zero: V,
+    line: &ScanLine,
+    rf: &[f32],
+    out: &mut [Complex<f32>],
+) {
+    let p = delay.parameters();
     let record = Record::new(rf, p.elements).unwrap();
     let mut scratch = vec![f32::NAN; p.scratch_len(V::LANES)];
     delay.line(zero, line, &record, &mut scratch, out).unwrap();
@@ -93,6 +103,93 @@ fn assert_same_bits(left: &[Complex<f32>], right: &[Complex<f32>], what: &str) {
         let same = a.re.to_bits() == b.re.to_bits() && a.im.to_bits() == b.im.to_bits();
         assert!(same, "{what}: {a} and {b} at {index}");
     }
+}
+
+#[test]
+fn a_stage_that_is_set_is_a_new_one() {
+    let element_x = line_up(5);
+    let line = line_of(TransmitLaw::Focused, &element_x);
+    let rf = noise(5 * 400, 3);
+    let first = parameters(40e6, 20e6, 5, 400);
+    // Each from the one before: what keeps the filters, what changes one of them, and both.
+    let all = [
+        DelayParameters {
+            sound_speed: 1580.0,
+            ..first
+        },
+        DelayParameters {
+            output_start: 1e-6,
+            output_samples: 31,
+            ..first
+        },
+        DelayParameters {
+            hilbert_taps: 3,
+            ..first
+        },
+        DelayParameters {
+            centre_frequency: 3e6,
+            ..first
+        },
+        parameters(100e6, 20e6, 5, 400),
+        parameters(20e6, 20e6, 5, 400),
+        DelayParameters {
+            hilbert_taps: 31,
+            output_rate: 30e6,
+            ..first
+        },
+    ];
+    let mut delay = Delay::new(first).unwrap();
+    for p in all {
+        delay.set(p).unwrap();
+        assert_eq!(delay.parameters(), &p);
+        // A refusal leaves everything, whichever parameter is wrong.
+        for wrong in [
+            DelayParameters {
+                sound_speed: 0.0,
+                ..parameters(60e6, 20e6, 5, 400)
+            },
+            DelayParameters {
+                hilbert_taps: 0,
+                ..parameters(60e6, 20e6, 5, 400)
+            },
+            DelayParameters {
+                hilbert_taps: 4,
+                ..parameters(600e6, 20e6, 5, 400)
+            },
+        ] {
+            delay.set(wrong).unwrap_err();
+        }
+        let mut out = vec![ZERO; p.output_samples * 5];
+        line_by(&delay, 0.0f32, &line, &rf, &mut out);
+        assert_same_bits(&out, &core_line(&p, &line, &rf), &format!("{p:?}"));
+    }
+}
+
+/// The compiler computes it by other means than the processor.
+#[test]
+fn a_constant_stage_is_one_made_when_the_program_runs() {
+    const PARAMETERS: DelayParameters = DelayParameters {
+        sound_speed: C,
+        sampling_rate: 100e6,
+        centre_frequency: F0,
+        output_rate: 20e6,
+        output_start: 0.0,
+        output_samples: 87,
+        elements: 5,
+        record_samples: 400,
+        hilbert_taps: HILBERT_TAPS,
+    };
+    static DELAY: Delay = match Delay::new(PARAMETERS) {
+        Ok(delay) => delay,
+        Err(_) => panic!("the parameters are not valid"),
+    };
+    let element_x = line_up(5);
+    let line = line_of(TransmitLaw::Focused, &element_x);
+    let rf = noise(5 * 400, 3);
+    let mut out = vec![ZERO; 87 * 5];
+    line_by(&DELAY, 0.0f32, &line, &rf, &mut out);
+    let p = std::hint::black_box(PARAMETERS);
+    assert_same_bits(&out, &core_line(&p, &line, &rf), "constant");
 }
 
 #[test]

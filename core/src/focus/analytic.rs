@@ -13,7 +13,7 @@
 //! | 40 MHz | 63 | 2.6·10⁻⁴ | 1.8·10⁻⁴ | 6·10⁻⁴ |
 //! | 100 MHz | 159 | 2.6·10⁻⁴ | 1.8·10⁻⁴ | 6·10⁻⁴ |
 
-use super::kaiser;
+use super::kaiser::Kaiser;
 use crate::Error;
 use crate::simd::{Vector, load};
 
@@ -55,7 +55,7 @@ impl HilbertTransformer {
     ///
     /// # Errors
     /// [`Error::Parameter`] if `count` is 0, [`Error::Capacity`] if it exceeds [`MAX_HILBERT_TAPS`].
-    pub(super) fn new(count: usize) -> Result<Self, Error> {
+    pub(super) const fn new(count: usize) -> Result<Self, Error> {
         if count == 0 {
             let expected = "at least 1";
             return Err(Error::Parameter {
@@ -73,10 +73,13 @@ impl HilbertTransformer {
             });
         }
         let mut taps = [0.0; MAX_HILBERT_TAPS];
-        for (j, tap) in taps.iter_mut().enumerate().take(count) {
+        let window = Kaiser::new(BETA);
+        let mut j = 0;
+        while j < count {
             let k = (2 * j + 1) as f64;
-            let window = kaiser::window(k / (2 * count) as f64, BETA);
-            *tap = (2.0 / (core::f64::consts::PI * k) * window) as f32;
+            let window = window.at(k / (2 * count) as f64);
+            taps[j] = (2.0 / (core::f64::consts::PI * k) * window) as f32;
+            j += 1;
         }
         Ok(HilbertTransformer { taps, count })
     }

@@ -15,7 +15,7 @@
 //! consecutive ones. A record streams through, some samples at a time; what a filter reaches back for
 //! stays in front of the new ones.
 
-use super::kaiser;
+use super::kaiser::Kaiser;
 use crate::simd::{Vector, load};
 use core::ops::Range;
 
@@ -87,21 +87,21 @@ const fn stream_len(halvings: usize, halving: usize) -> usize {
     OLD + (CHUNK << (halvings - 1 - halving))
 }
 
+/// The taps of the filters.
+static BEFORE_TAPS: [f32; BEFORE] = half_band(BEFORE_BETA);
+static LAST_TAPS: [f32; LAST] = half_band(LAST_BETA);
+
 /// The filters of all halvings.
 #[derive(Clone, Debug)]
 pub(super) struct Decimator {
     halvings: usize,
-    before: [f32; BEFORE],
-    last: [f32; LAST],
 }
 
 impl Decimator {
     /// The decimator of records sampled at `ratio` times the output rate, 16 at most.
-    pub(super) fn new(ratio: f64) -> Self {
+    pub(super) const fn new(ratio: f64) -> Self {
         Decimator {
             halvings: halvings(ratio),
-            before: half_band(BEFORE_BETA),
-            last: half_band(LAST_BETA),
         }
     }
 
@@ -110,7 +110,7 @@ impl Decimator {
     pub(super) fn gain(&self) -> f64 {
         let of =
             |taps: &[f32]| 0.5 + 2.0 * taps.iter().map(|&tap| f64::from(tap.abs())).sum::<f64>();
-        let [before, last] = [of(&self.before), of(&self.last)];
+        let [before, last] = [of(&BEFORE_TAPS), of(&LAST_TAPS)];
         match self.halvings {
             0 => 1.0,
             1 => last,
@@ -120,7 +120,7 @@ impl Decimator {
     }
 
     /// How often the rate is halved.
-    pub(super) fn halvings(&self) -> usize {
+    pub(super) const fn halvings(&self) -> usize {
         self.halvings
     }
 
@@ -176,13 +176,13 @@ impl Decimator {
             for halving in 1..self.halvings {
                 if let [from, to] = &mut streams[halving - 1..=halving] {
                     let outputs = outputs.len() << (self.halvings - halving);
-                    to.take_halved(zero, from, &self.before, outputs);
+                    to.take_halved(zero, from, &BEFORE_TAPS, outputs);
                     from.advance(outputs);
                 }
             }
             let last = &mut streams[self.halvings - 1];
             for (at, outputs) in outputs.chunks_exact_mut(V::LANES).enumerate() {
-                let y = last.filter(zero, &self.last, at * V::LANES);
+                let y = last.filter(zero, &LAST_TAPS, at * V::LANES);
                 outputs.copy_from_slice(y.lanes());
             }
             last.advance(outputs.len());
@@ -279,17 +279,24 @@ fn from_place<V: Vector>(zero: V, samples: &[f32], place: usize) -> V {
 }
 
 /// The taps of a half-band filter for k = 1, 3, ….
-fn half_band<const PAIRS: usize>(beta: f64) -> [f32; PAIRS] {
+const fn half_band<const PAIRS: usize>(beta: f64) -> [f32; PAIRS] {
+    let window = Kaiser::new(beta);
     let mut taps = [0.0; PAIRS];
     let mut sum = 0.0;
-    for (pair, tap) in taps.iter_mut().enumerate() {
+    let mut pair = 0;
+    while pair < PAIRS {
         let k = (2 * pair + 1) as f64;
         let sign = if pair % 2 == 0 { 1.0 } else { -1.0 };
-        let window = kaiser::window(k / (2 * PAIRS) as f64, beta);
-        *tap = sign / (core::f64::consts::PI * k) * window;
-        sum += *tap;
+        taps[pair] = sign / (core::f64::consts::PI * k) * window.at(k / (2 * PAIRS) as f64);
+        sum += taps[pair];
+        pair += 1;
     }
-    taps.map(|tap| (0.25 * tap / sum) as f32)
+    let mut rounded = [0.0; PAIRS];
+    while pair > 0 {
+        pair -= 1;
+        rounded[pair] = (0.25 * taps[pair] / sum) as f32;
+    }
+    rounded
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ mod interpolate;
 mod iq;
 mod kaiser;
 mod record;
+mod sine;
 
 pub use analytic::{MAX_HILBERT_TAPS, hilbert_taps};
 pub use delay::{Compounding, Delay, DelayParameters, MAX_SAMPLES, ScanLine};
@@ -21,36 +22,41 @@ pub use iq::{IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples};
 pub use record::{MAX_MAGNITUDE, Record};
 
 use crate::Error;
-use crate::error::{at_least_one, finite, positive};
+use crate::error::{at_least_one, attempt, finite, positive};
 
 /// Positions on the axis beyond ± this many samples read 0.
 const FAR: f64 = (1 << 23) as f64;
 
 /// Refuses a stage's shapes where there is nothing, where an index would not be exact in f32, or where
 /// a product of theirs would overflow.
-fn check_shapes(
+const fn check_shapes(
     output_samples: usize,
     record_samples: usize,
     elements: usize,
 ) -> Result<(), Error> {
-    let within = |name, actual, capacity| {
-        if actual <= capacity {
-            return Ok(());
-        }
-        Err(Error::Capacity {
-            name,
-            actual,
-            capacity,
-        })
+    let longer = if output_samples > record_samples {
+        output_samples
+    } else {
+        record_samples
     };
-    at_least_one("output_samples", output_samples)?;
-    within("output_samples", output_samples, MAX_SAMPLES)?;
-    at_least_one("record_samples", record_samples)?;
-    within("record_samples", record_samples, MAX_SAMPLES)?;
-    at_least_one("elements", elements)?;
-    within(
-        "elements",
-        elements,
-        usize::MAX / output_samples.max(record_samples),
-    )
+    let most = usize::MAX / if longer == 0 { 1 } else { longer };
+    let sizes = [
+        ("output_samples", output_samples, MAX_SAMPLES),
+        ("record_samples", record_samples, MAX_SAMPLES),
+        ("elements", elements, most),
+    ];
+    let mut k = 0;
+    while k < sizes.len() {
+        let (name, actual, capacity) = sizes[k];
+        attempt!(at_least_one(name, actual));
+        if actual > capacity {
+            return Err(Error::Capacity {
+                name,
+                actual,
+                capacity,
+            });
+        }
+        k += 1;
+    }
+    Ok(())
 }

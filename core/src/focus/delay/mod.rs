@@ -20,7 +20,7 @@ use super::delay_law::TransmitDelay;
 use super::interpolate::Interpolator;
 use super::record::Record;
 use super::{FAR, check_shapes, finite, positive};
-use crate::error::check_length;
+use crate::error::{attempt, check_length};
 use crate::geometry::{Active, Array, Ray, Scan, Transmit};
 use crate::simd::{PARTIAL_SUMS, Vector};
 use crate::{Complex, Error};
@@ -108,6 +108,13 @@ impl DelayParameters {
         let halved = records * self.halved_len() + streams_len(self.halvings());
         let lines = lanes.saturating_mul(self.line_len() + self.rows());
         lines.saturating_add(PARTIAL_SUMS - 1 + halved + 3 * self.line_len())
+    }
+
+    /// What the filters do not depend on.
+    const fn check(&self) -> Result<(), Error> {
+        attempt!(positive("sound_speed", self.sound_speed));
+        attempt!(finite("output_start", self.output_start));
+        check_shapes(self.output_samples, self.record_samples, self.elements)
     }
 
     /// Output samples with the margins, up to full sixteens.
@@ -247,27 +254,100 @@ pub struct Delay {
 }
 
 impl Delay {
-    /// RAM of the stage, bytes (about 10 KiB, nearly all of it the interpolation table).
+    /// Bytes of the stage (about 10 KiB, nearly all of it the interpolation table): of flash as a constant,
+    /// else of RAM.
     pub const BYTES: usize = size_of::<Self>();
 
     /// A stage for `parameters`.
     ///
+    /// Where they are known when the program is compiled, it is a constant, in flash, and setting up takes
+    /// nothing. Elsewhere the filters take 11 million instructions where f64 is computed in software, and
+    /// a quarter of a million where it is in hardware.
+    ///
+    /// ```
+    /// use bonebeam::focus::{Delay, DelayParameters};
+    ///
+    /// static DELAY: Delay = match Delay::new(DelayParameters {
+    ///     sound_speed: 1540.0,
+    ///     sampling_rate: 40e6,
+    ///     centre_frequency: 5e6,
+    ///     output_rate: 20e6,
+    ///     output_start: 0.0,
+    ///     output_samples: 64,
+    ///     elements: 8,
+    ///     record_samples: 192,
+    ///     hilbert_taps: 8,
+    /// }) {
+    ///     Ok(delay) => delay,
+    ///     Err(_) => panic!("the parameters are not valid"),
+    /// };
+    /// # assert_eq!(DELAY.parameters().elements, 8);
+    /// ```
+    ///
     /// # Errors
     /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range.
-    pub fn new(parameters: DelayParameters) -> Result<Self, Error> {
-        let p = &parameters;
-        positive("sound_speed", p.sound_speed)?;
-        finite("output_start", p.output_start)?;
-        check_shapes(p.output_samples, p.record_samples, p.elements)?;
-        Ok(Delay {
-            interpolator: Interpolator::new(p.sampling_rate, p.output_rate, p.centre_frequency)?,
-            hilbert: HilbertTransformer::new(p.hilbert_taps)?,
+    pub const fn new(parameters: DelayParameters) -> Result<Self, Error> {
+        attempt!(parameters.check());
+        let mut delay = Delay {
+            interpolator: Interpolator::NONE,
+            hilbert: attempt!(HilbertTransformer::new(parameters.hilbert_taps)),
             parameters,
-        })
+        };
+        attempt!(delay.interpolator.set(
+            parameters.sampling_rate,
+            parameters.output_rate,
+            parameters.centre_frequency,
+        ));
+        Ok(delay)
+    }
+
+    /// The stage for other parameters, where it lies: the same as a new one, without its way over the
+    /// stack. Filters are kept where rates, centre frequency and taps stay, so that another sound speed,
+    /// range of depths or number of elements costs next to nothing.
+    ///
+    /// ```
+    /// use bonebeam::focus::{Delay, DelayParameters};
+    ///
+    /// # const PARAMETERS: DelayParameters = DelayParameters {
+    /// #     sound_speed: 1540.0,
+    /// #     sampling_rate: 40e6,
+    /// #     centre_frequency: 5e6,
+    /// #     output_rate: 20e6,
+    /// #     output_start: 0.0,
+    /// #     output_samples: 64,
+    /// #     elements: 8,
+    /// #     record_samples: 192,
+    /// #     hilbert_taps: 8,
+    /// # };
+    /// let mut delay = Delay::new(PARAMETERS)?;
+    /// delay.set(DelayParameters { sound_speed: 1580.0, ..PARAMETERS })?;
+    /// assert_eq!(delay.parameters().sound_speed, 1580.0);
+    /// # Ok::<(), bonebeam::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Delay::new`]; the stage is then as it was.
+    pub fn set(&mut self, parameters: DelayParameters) -> Result<(), Error> {
+        parameters.check()?;
+        let (old, new) = (&self.parameters, &parameters);
+        let hilbert = match new.hilbert_taps == old.hilbert_taps {
+            true => None,
+            false => Some(HilbertTransformer::new(new.hilbert_taps)?),
+        };
+        let rates = |p: &DelayParameters| [p.sampling_rate, p.output_rate, p.centre_frequency];
+        if rates(new) != rates(old) {
+            let [sampling, output, centre] = rates(new);
+            self.interpolator.set(sampling, output, centre)?;
+        }
+        if let Some(hilbert) = hilbert {
+            self.hilbert = hilbert;
+        }
+        self.parameters = parameters;
+        Ok(())
     }
 
     /// The parameters.
-    pub fn parameters(&self) -> &DelayParameters {
+    pub const fn parameters(&self) -> &DelayParameters {
         &self.parameters
     }
 

@@ -27,8 +27,11 @@ mod read;
 pub(super) use read::Places;
 
 use super::decimator::Decimator;
-use super::{kaiser, positive};
+use super::kaiser::Kaiser;
+use super::positive;
+use super::sine::sin;
 use crate::Error;
+use crate::error::attempt;
 use crate::simd::PARTIAL_SUMS;
 
 /// The largest ratio of recorded to output rate.
@@ -61,7 +64,15 @@ pub(super) struct Interpolator {
 struct Table([[f32; PARTIAL_SUMS]; TABLE]);
 
 impl Interpolator {
-    /// The filter from `sampling_rate` to `output_rate` for a pulse around `centre_frequency`, Hz.
+    /// No filter yet.
+    pub(super) const NONE: Interpolator = Interpolator {
+        table: Table([[0.0; PARTIAL_SUMS]; TABLE]),
+        blocks: 1,
+        phases: ROWS,
+        decimator: Decimator::new(1.0),
+    };
+
+    /// Becomes the filter from `sampling_rate` to `output_rate` for a pulse around `centre_frequency`, Hz.
     ///
     /// With the rate fs of the record, halved while it is at least 2.5·fout: 16 taps and 150 phases where
     /// fs ≤ 1.25·fout, else 32 and 75; cut-off κ = min(1, q·fout/fs) of fs/2 with q = 1.08, or 1.02 with 32
@@ -73,15 +84,16 @@ impl Interpolator {
     ///
     /// # Errors
     /// [`Error::Parameter`] unless all three are positive and finite and fs/fout at most
-    /// [`MAX_DECIMATION`].
-    pub(super) fn new(
+    /// [`MAX_DECIMATION`]; the filter is then as it was.
+    pub(super) const fn set(
+        &mut self,
         sampling_rate: f64,
         output_rate: f64,
         centre_frequency: f64,
-    ) -> Result<Self, Error> {
-        positive("sampling_rate", sampling_rate)?;
-        positive("output_rate", output_rate)?;
-        positive("centre_frequency", centre_frequency)?;
+    ) -> Result<(), Error> {
+        attempt!(positive("sampling_rate", sampling_rate));
+        attempt!(positive("output_rate", output_rate));
+        attempt!(positive("centre_frequency", centre_frequency));
         let ratio = sampling_rate / output_rate;
         if ratio > MAX_DECIMATION as f64 {
             let expected = "at least a sixteenth of the sampling rate";
@@ -91,39 +103,44 @@ impl Interpolator {
                 expected,
             });
         }
-        let decimator = Decimator::new(ratio);
-        let rate = sampling_rate / (1 << decimator.halvings()) as f64;
+        self.decimator = Decimator::new(ratio);
+        let rate = sampling_rate / (1 << self.decimator.halvings()) as f64;
         let after = rate / output_rate;
-        let blocks = if after > ONE_BLOCK { 2 } else { 1 };
+        self.blocks = if after > ONE_BLOCK { 2 } else { 1 };
         let (cutoff, clear) = if after > 1.0 {
-            let cutoff = CUT_OFF[blocks - 1] / after;
+            let cutoff = CUT_OFF[self.blocks - 1] / after;
             let clear = cutoff - 2.85 * centre_frequency / rate;
             (if cutoff < 1.0 { cutoff } else { 1.0 }, clear)
         } else {
             (1.0, 1.0 - 3.0 * centre_frequency / rate)
         };
-        let taps = blocks * PARTIAL_SUMS;
-        let beta = shape((taps - 1) as f64 * clear);
-        let phases = ROWS / blocks;
+        self.phases = ROWS / self.blocks;
+        let taps = self.taps();
         let half = (taps / 2) as f64;
-        let mut table = [[0.0; PARTIAL_SUMS]; TABLE];
-        let rows = table.as_flattened_mut().chunks_exact_mut(taps);
-        for (row, values) in rows.take(phases + 1).enumerate() {
-            for (tap, value) in values.iter_mut().enumerate() {
-                let u = tap as f64 - (half - 1.0) - row as f64 / phases as f64;
-                *value = (cutoff * sinc(cutoff * u) * kaiser::window(u / half, beta)) as f32;
+        let window = Kaiser::new(shape((taps - 1) as f64 * clear));
+        let mut row = 0;
+        while 2 * row <= self.phases {
+            let fraction = row as f64 / self.phases as f64;
+            let mut tap = 0;
+            while tap < taps {
+                let u = tap as f64 - (half - 1.0) - fraction;
+                let value = (cutoff * sinc(cutoff * u) * window.at(u / half)) as f32;
+                // h is even: h(u) and h(−u).
+                self.put(row * taps + tap, value);
+                self.put((self.phases - row + 1) * taps - 1 - tap, value);
+                tap += 1;
             }
+            row += 1;
         }
-        Ok(Interpolator {
-            table: Table(table),
-            blocks,
-            phases,
-            decimator,
-        })
+        Ok(())
+    }
+
+    const fn put(&mut self, at: usize, value: f32) {
+        self.table.0[at / PARTIAL_SUMS][at % PARTIAL_SUMS] = value;
     }
 
     /// Taps of the filter: a value needs `taps()/2` samples on either side.
-    pub(super) fn taps(&self) -> usize {
+    pub(super) const fn taps(&self) -> usize {
         self.blocks * PARTIAL_SUMS
     }
 
@@ -137,7 +154,7 @@ impl Interpolator {
     }
 
     /// How often the record is halved before this filter.
-    pub(super) fn halvings(&self) -> usize {
+    pub(super) const fn halvings(&self) -> usize {
         self.decimator.halvings()
     }
 
@@ -148,27 +165,39 @@ impl Interpolator {
 }
 
 /// β of the Kaiser window for a transition of `transition` sampling rates times intervals.
-fn shape(transition: f64) -> f64 {
+const fn shape(transition: f64) -> f64 {
     let attenuation = 8.0 + 2.285 * 2.0 * core::f64::consts::PI * transition;
     let beta = 0.1102 * (attenuation - 8.7);
-    beta.clamp(4.0, 10.0)
+    if beta < 4.0 {
+        4.0
+    } else if beta > 10.0 {
+        10.0
+    } else {
+        beta
+    }
 }
 
-fn sinc(x: f64) -> f64 {
+const fn sinc(x: f64) -> f64 {
     if x == 0.0 {
         return 1.0;
     }
     let angle = core::f64::consts::PI * x;
-    libm::sin(angle) / angle
+    sin(angle) / angle
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::decimator::{halved_len, streams_len};
+    use super::super::kaiser;
     use super::*;
     use core::f64::consts::PI;
 
     const F0: f64 = 5e6;
+
+    fn filter(fs: f64, fout: f64, f0: f64) -> Result<Interpolator, Error> {
+        let mut filter = Interpolator::NONE;
+        filter.set(fs, fout, f0).map(|()| filter)
+    }
 
     /// The value at `position` of a record, halved as it is to be.
     fn at(filter: &Interpolator, record: &[f32], position: f64) -> f32 {
@@ -196,7 +225,7 @@ mod tests {
     /// Worst error of the filter, half the spread of its values over the sub-sample phases, and
     /// worst error of linear interpolation, over 100 times × 211 sub-sample phases. The peak is 1.
     fn errors(fs: f64, fout: f64) -> (f64, f64, f64) {
-        let filter = Interpolator::new(fs, fout, F0).unwrap();
+        let filter = filter(fs, fout, F0).unwrap();
         let mut record = [0.0f32; 512];
         let (mut total, mut spread, mut linear) = (0.0f64, 0.0f64, 0.0f64);
         for step in 0..100 {
@@ -255,7 +284,7 @@ mod tests {
         });
         let full = weights[0] * OUTPUTS as f64 / 2.0;
         for fs in [40e6, 48e6, 62.5e6, 100e6] {
-            let filter = Interpolator::new(fs, 20e6, F0).unwrap();
+            let filter = filter(fs, 20e6, F0).unwrap();
             let tones = (28..100).map(|half| f64::from(half) * 0.5e6);
             for tone in tones.filter(|&tone| tone < fs / 2.0) {
                 let wave = |k| libm::cos(2.0 * PI * tone * k as f64 / fs) as f32;
@@ -282,7 +311,7 @@ mod tests {
     fn white_noise_falls_by_the_ratio_of_the_rates() {
         // The mean power of the filter over the phases: the response to an impulse, in steps of 1/97.
         for (fs, tolerance) in [(25e6, 0.05), (40e6, 0.05), (48e6, 0.05), (100e6, 0.05)] {
-            let filter = Interpolator::new(fs, 20e6, F0).unwrap();
+            let filter = filter(fs, 20e6, F0).unwrap();
             let every = 1 << filter.halvings();
             let mut power = 0.0;
             for first in 0..every {
@@ -301,7 +330,7 @@ mod tests {
 
     #[test]
     fn a_whole_position_returns_the_sample() {
-        let filter = Interpolator::new(40e6, 40e6, F0).unwrap();
+        let filter = filter(40e6, 40e6, F0).unwrap();
         let record: [f32; 40] = core::array::from_fn(|k| ((k * 37) % 11) as f32 - 5.0);
         for k in 0..40 {
             // The sinc's zeros are zero to the rounding of π in f64.
@@ -309,9 +338,75 @@ mod tests {
         }
     }
 
+    /// The table as it stands in the documentation of [`Interpolator::set`], by libm's functions.
+    fn differences(fs: f64, fout: f64, f0: f64) -> usize {
+        let filter = filter(fs, fout, f0).unwrap();
+        let rate = fs / (1 << filter.halvings()) as f64;
+        let (taps, q) = if rate > 1.25 * fout {
+            (32, 1.02)
+        } else {
+            (16, 1.08)
+        };
+        let (cutoff, transition) = if rate > fout {
+            let cutoff = q * fout / rate;
+            (cutoff.min(1.0), cutoff - 2.85 * f0 / rate)
+        } else {
+            (1.0, 1.0 - 3.0 * f0 / rate)
+        };
+        let attenuation = 8.0 + 2.285 * 2.0 * PI * (f64::from(taps - 1) * transition);
+        let beta = (0.1102 * (attenuation - 8.7)).clamp(4.0, 10.0);
+        let half = f64::from(taps / 2);
+        let table = filter.table.0.as_flattened().iter().enumerate();
+        let differs = |(at, value): (usize, &f32)| {
+            let (row, tap) = (at as u32 / taps, at as u32 % taps);
+            let u = f64::from(tap) - (half - 1.0) - f64::from(row) / filter.phases as f64;
+            let angle = PI * (cutoff * u);
+            let sinc = if angle == 0.0 {
+                1.0
+            } else {
+                libm::sin(angle) / angle
+            };
+            let exact = (cutoff * sinc * kaiser::tests::plain(u / half, beta)) as f32;
+            value.to_bits() != exact.to_bits()
+        };
+        table
+            .take((filter.phases + 1) * taps as usize)
+            .filter(|&entry| differs(entry))
+            .count()
+    }
+
+    #[test]
+    fn the_usual_filters_are_those_of_libms_functions() {
+        for fs in [
+            20e6, 25e6, 30e6, 31.25e6, 40e6, 50e6, 60e6, 62.5e6, 65e6, 80e6, 100e6,
+        ] {
+            for fout in [fs, fs / 2.0, fs / 4.0, 20e6] {
+                for f0 in [
+                    2.5e6, 3e6, 3.5e6, 5e6, 5.2e6, 6.25e6, 7.5e6, 7.6e6, 8e6, 10e6,
+                ] {
+                    assert_eq!(differences(fs, fout, f0), 0, "{fs} {fout} {f0}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn filters_of_any_rates_are_those_of_libms_functions() {
+        let (mut state, mut found) = (1u32, 0);
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / 16_777_216.0
+        };
+        for _ in 0..500 {
+            let (fout, ratio) = (4e6 + 96e6 * random(), 0.3 + 15.0 * random() * random());
+            found += differences(ratio * fout, fout, fout * random());
+        }
+        assert_eq!(found, 0);
+    }
+
     #[test]
     fn outside_the_record_is_zero() {
-        let filter = Interpolator::new(40e6, 20e6, F0).unwrap();
+        let filter = filter(40e6, 20e6, F0).unwrap();
         for whole in [-8e6, -1000.0, 1000.0, 8e6] {
             assert_eq!(at(&filter, &[1.0; 20], whole + 0.5), 0.0);
         }
@@ -329,7 +424,7 @@ mod tests {
     fn every_ratio_fits_the_table() {
         for tenth in 1..=160 {
             let ratio = f64::from(tenth) / 10.0;
-            let filter = Interpolator::new(ratio * 20e6, 20e6, F0).unwrap();
+            let filter = filter(ratio * 20e6, 20e6, F0).unwrap();
             // A constant is returned to the ripple of the filter, well under 1 %.
             let value = at(&filter, &[1.0; 512], 256.999_999_94);
             assert!(libm::fabsf(value - 1.0) < 0.01, "{ratio}: {value}");
@@ -338,7 +433,7 @@ mod tests {
 
     #[test]
     fn bad_rates_are_named() {
-        let name = |fs, fout, f0| match Interpolator::new(fs, fout, f0) {
+        let name = |fs, fout, f0| match filter(fs, fout, f0) {
             Err(Error::Parameter { name, .. }) => name,
             other => panic!("{other:?}"),
         };

@@ -17,12 +17,12 @@ pub use record::{IqLayout, IqRecord, IqSamples};
 use super::delay::{ScanLine, check_line};
 use super::delay_law::{ReceiveLag, TransmitDelay};
 use super::{FAR, check_shapes, finite, positive};
-use crate::error::check_length;
+use crate::error::{attempt, check_length};
 use crate::focus::Compounding;
 use crate::geometry::Scan;
 use crate::simd::{MOST_LANES, Vector, load};
 use crate::{Complex, Error};
-use reading::{Cubic, Linear, Read, Sinc};
+use reading::{Cubic, Linear, Read, SINC};
 use record::{Sample, Window};
 
 /// Shapes and rates of a delay stage for I/Q. SI units.
@@ -85,7 +85,7 @@ const MOST_TURNS: f32 = (1 << 22) as f32;
 /// The largest f_demod/fs: what a record can be read at is then within [`MOST_TURNS`].
 const MAX_TURNS_A_SAMPLE: f64 = 1e6;
 
-/// A delay stage for I/Q: validated parameters, and the table of a sinc.
+/// A delay stage for I/Q: validated parameters. The table of its sinc is a constant, 3 KiB.
 ///
 /// ```
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
@@ -139,9 +139,9 @@ const MAX_TURNS_A_SAMPLE: f64 = 1e6;
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct IqDelay {
     parameters: IqParameters,
-    sinc: Sinc,
 }
 
 /// Where an element straight above the line is read at an output sample, and the turns there.
@@ -154,37 +154,36 @@ struct Centre {
 }
 
 impl IqDelay {
-    /// RAM of the stage, bytes (about 3 KiB, nearly all of it the table).
+    /// RAM of the stage, bytes.
     pub const BYTES: usize = size_of::<Self>();
 
-    /// A stage for `parameters`.
+    /// A stage for `parameters`. There is nothing to be worked out, and it may be a constant.
     ///
     /// # Errors
     /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range.
-    pub fn new(parameters: IqParameters) -> Result<Self, Error> {
+    pub const fn new(parameters: IqParameters) -> Result<Self, Error> {
         let p = &parameters;
-        positive("sound_speed", p.sound_speed)?;
-        positive("sampling_rate", p.sampling_rate)?;
-        positive("output_rate", p.output_rate)?;
-        finite("demodulation_frequency", p.demodulation_frequency)?;
+        attempt!(positive("sound_speed", p.sound_speed));
+        attempt!(positive("sampling_rate", p.sampling_rate));
+        attempt!(positive("output_rate", p.output_rate));
+        attempt!(finite("demodulation_frequency", p.demodulation_frequency));
         let turns = p.demodulation_frequency / p.sampling_rate;
-        if !(-MAX_TURNS_A_SAMPLE..=MAX_TURNS_A_SAMPLE).contains(&turns) {
+        // Not by `contains`, which is no `const fn`; false for a NaN.
+        let possible = turns >= -MAX_TURNS_A_SAMPLE && turns <= MAX_TURNS_A_SAMPLE;
+        if !possible {
             return Err(Error::Parameter {
                 name: "demodulation_frequency",
                 value: p.demodulation_frequency,
                 expected: "at most a million times the sampling rate",
             });
         }
-        finite("output_start", p.output_start)?;
-        check_shapes(p.output_samples, p.record_samples, p.elements)?;
-        Ok(IqDelay {
-            sinc: Sinc::new(),
-            parameters,
-        })
+        attempt!(finite("output_start", p.output_start));
+        attempt!(check_shapes(p.output_samples, p.record_samples, p.elements));
+        Ok(IqDelay { parameters })
     }
 
     /// The parameters.
-    pub fn parameters(&self) -> &IqParameters {
+    pub const fn parameters(&self) -> &IqParameters {
         &self.parameters
     }
 
@@ -227,7 +226,7 @@ impl IqDelay {
         match p.reading {
             IqReading::Linear => self.read(zero, &Linear, line, &transmit, record, scratch, out),
             IqReading::Cubic => self.read(zero, &Cubic, line, &transmit, record, scratch, out),
-            IqReading::Sinc => self.read(zero, &self.sinc, line, &transmit, record, scratch, out),
+            IqReading::Sinc => self.read(zero, &SINC, line, &transmit, record, scratch, out),
         }
         Ok(())
     }
@@ -410,13 +409,5 @@ fn put<V: Vector>(compounding: Compounding, (re, im): (V, V), row: &mut [Complex
             Compounding::Replace => *y = Complex::new(re, im),
             Compounding::Add => *y += Complex::new(re, im),
         }
-    }
-}
-
-/// Its parameters; not its tables.
-#[cfg(feature = "defmt")]
-impl defmt::Format for IqDelay {
-    fn format(&self, f: defmt::Formatter<'_>) {
-        self.parameters.format(f);
     }
 }

@@ -18,7 +18,7 @@ const SOUND_SPEED: f64 = 1540.0;
 const START: f64 = 2.0 * 10e-3 / SOUND_SPEED;
 /// What a record goes beyond the first and the last sample on the axis, outputs.
 const BEYOND: usize = 32;
-const FASTEST: usize = 5;
+pub const FASTEST: usize = 5;
 const SCRATCH: usize = parameters(FASTEST).scratch_len(1);
 
 /// Sampling rate over output rate, and the bound on the instructions per output sample of an element
@@ -26,7 +26,7 @@ const SCRATCH: usize = parameters(FASTEST).scratch_len(1);
 const CASES: [(usize, u32); 3] = [(1, 595), (2, 765), (FASTEST, 910)];
 
 /// Recorded at so many times the output rate.
-const fn parameters(ratio: usize) -> DelayParameters {
+pub const fn parameters(ratio: usize) -> DelayParameters {
     DelayParameters {
         sound_speed: SOUND_SPEED,
         sampling_rate: ratio as f64 * OUTPUT_RATE,

@@ -26,7 +26,7 @@ const CASES: [(IqReading, usize, u32); 3] = [
     (IqReading::Sinc, 12, 700),
 ];
 
-const PARAMETERS: IqParameters = IqParameters {
+pub const PARAMETERS: IqParameters = IqParameters {
     sound_speed: SOUND_SPEED,
     sampling_rate: RATE,
     demodulation_frequency: 5e6,

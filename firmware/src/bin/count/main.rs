@@ -13,6 +13,7 @@ mod delay;
 mod input;
 mod iq;
 mod phase_symmetry;
+mod set_up;
 
 use bonebeam::Error;
 use cortex_m_rt::entry;
@@ -45,11 +46,12 @@ fn main() -> ! {
 }
 
 fn count(counter: &mut Counter) -> Result<bool, Error> {
+    let set_ups = set_up::run(counter)?;
     let delays = delay::run(counter, DELAY.take())?;
     let iq = iq::run(counter, IQ.take())?;
     let beamformers = beamform::run(counter, BEAMFORM.take())?;
     let filters = phase_symmetry::run(counter, PHASE_SYMMETRY.take())?;
-    Ok(delays && iq && beamformers && filters)
+    Ok(set_ups && delays && iq && beamformers && filters)
 }
 
 /// Prints a case; whether its instructions per output stay within `bound`.

@@ -1,0 +1,62 @@
+//! What setting up takes, once: the delay stages, for parameters that are not known before. As a constant
+//! a stage takes nothing.
+
+use core::hint::black_box;
+
+use bonebeam::Error;
+use bonebeam::focus::{Delay, DelayParameters, IqDelay};
+use static_cell::ConstStaticCell;
+
+use crate::counter::Counter;
+use crate::{delay, iq, report};
+
+/// Recorded at so many times the output rate, and the bound on the instructions (see `beamform.rs`).
+const CASES: [(usize, u32); 3] = [
+    (1, 12_000_000),
+    (2, 12_000_000),
+    (delay::FASTEST, 12_000_000),
+];
+/// The bounds for a change that keeps the filters, and for I/Q.
+const KEPT_BOUND: u32 = 2_000;
+const IQ_BOUND: u32 = 2_000;
+
+static DELAY: ConstStaticCell<Delay> =
+    ConstStaticCell::new(match Delay::new(delay::parameters(2)) {
+        Ok(delay) => delay,
+        Err(_) => panic!("the parameters are not valid"),
+    });
+
+/// Counts every case; whether all stay within their bounds.
+pub fn run(counter: &mut Counter) -> Result<bool, Error> {
+    let delay = DELAY.take();
+    let mut within = true;
+    let mut outcome = Ok(());
+    let faster = DelayParameters {
+        sound_speed: 1580.0,
+        output_start: 0.0,
+        ..*delay.parameters()
+    };
+    let cost = counter.count(|| outcome = delay.set(black_box(faster)));
+    outcome?;
+    within &= report("set-up-kept", 40, 1, &cost, Delay::BYTES, KEPT_BOUND);
+    // Each has other filters than the one before it.
+    for (ratio, bound) in CASES {
+        let parameters = black_box(delay::parameters(ratio));
+        let mut outcome = Ok(());
+        let cost = counter.count(|| outcome = delay.set(parameters));
+        outcome?;
+        within &= report("set-up", 20 * ratio, 1, &cost, Delay::BYTES, bound);
+        let mut outcome = Ok(());
+        let cost =
+            counter.count(|| outcome = Delay::new(parameters).map(|delay| drop(black_box(delay))));
+        outcome?;
+        within &= report("set-up-new", 20 * ratio, 1, &cost, Delay::BYTES, bound);
+    }
+    let parameters = black_box(iq::PARAMETERS);
+    let mut outcome = Ok(());
+    let cost =
+        counter.count(|| outcome = IqDelay::new(parameters).map(|delay| drop(black_box(delay))));
+    outcome?;
+    within &= report("set-up-iq", 10, 1, &cost, IqDelay::BYTES, IQ_BOUND);
+    Ok(within)
+}
