@@ -80,6 +80,61 @@ static void delay(void) {
     }
 }
 
+/* The delay stage from I/Q: the snapshots as 32 elements of 48 samples, interleaved as they are; and the
+ * same as counts of a thousandth. */
+static void iq(void) {
+    enum { OUT = 40, SCRATCH = 7 * ELEMENTS };
+    static alignas(BONEBEAM_IQ_ALIGN) unsigned char storage[BONEBEAM_IQ_SIZE];
+    static double element_x[ELEMENTS];
+    static int16_t counts[LENGTH][2];
+    static float scratch[SCRATCH];
+    static bonebeam_complex out[OUT * ELEMENTS];
+    static const char *const names[] = {"iq-linear", "iq-cubic", "iq-sinc"};
+    bonebeam_iq_parameters parameters = {
+        .sound_speed = 1540.0,
+        .sampling_rate = 10e6,
+        .demodulation_frequency = 5.1e6,
+        .output_rate = 12e6,
+        .output_start = 0.4e-6,
+        .output_samples = OUT,
+        .elements = ELEMENTS,
+        .record_samples = SAMPLES,
+    };
+    const bonebeam_scan_line line = {
+        .law = BONEBEAM_LAW_SOURCE,
+        .transmit_x = 1e-3,
+        .transmit_z = -4e-3,
+        .t0 = 0.1e-6,
+        .x = 0.2e-3,
+        .steering = 0.4,
+        .element_x = element_x,
+        .active = {3, 27},
+    };
+    for (int m = 0; m < ELEMENTS; m++) element_x[m] = (m - 15.5) * 0.2e-3;
+    for (int i = 0; i < LENGTH; i++) {
+        counts[i][0] = (int16_t)(1000.0f * snapshots[i].re);
+        counts[i][1] = (int16_t)(1000.0f * snapshots[i].im);
+    }
+    bonebeam_iq *stage;
+    /* Linear, which the counts are read by, comes first and last. */
+    for (int i = 0; i < 4; i++) {
+        parameters.reading = i % 3;
+        if (bonebeam_iq_scratch(&parameters) > SCRATCH) exit(2);
+        check(bonebeam_iq_init(storage, sizeof storage, &parameters, &stage), "iq");
+        if (i < 3) {
+            check(bonebeam_iq_line(stage, &line, snapshots, BONEBEAM_LAYOUT_INTERLEAVED, scratch,
+                                   SCRATCH, out),
+                  names[i]);
+            print(names[i], out, 2 * OUT * ELEMENTS);
+        } else {
+            check(bonebeam_iq_line_counts(stage, &line, counts[0], 1e-3f,
+                                          BONEBEAM_LAYOUT_INTERLEAVED, scratch, SCRATCH, out),
+                  "iq-counts");
+            print("iq-counts", out, 2 * OUT * ELEMENTS);
+        }
+    }
+}
+
 /* The beamformers at 32/16 with K = 2. */
 static void beamform(void) {
     static alignas(8) unsigned char storage[BONEBEAM_FORWARD_32_16_SIZE];
@@ -221,6 +276,7 @@ int main(void) {
     beamform();
     image();
     phase_symmetry();
+    iq();
     refusals();
     return 0;
 }

@@ -55,8 +55,11 @@ pub enum Law {
     Focused = 0,
     /// A plane wave at the angle `angle`.
     Plane = 1,
-    /// One element, at `element_x`.
+    /// One element, at `transmit_x`, `transmit_z`.
     Element = 2,
+    /// A wave that goes to the point at `transmit_x`, `transmit_z`, or comes from it where that lies behind
+    /// the array, `transmit_z` ≤ 0.
+    Source = 3,
 }
 
 /// One scan line of one transmit.
@@ -67,12 +70,18 @@ pub struct ScanLine {
     pub law: i32,
     /// Of a plane wave, rad; positive towards positive x.
     pub angle: f64,
-    /// Of the transmitting element, m.
+    /// Of the transmitting element, or of the source, m.
     pub transmit_x: f64,
+    /// The same, depth, m.
+    pub transmit_z: f64,
     /// Time of record sample 0 from the moment the wave would pass the law's origin, s.
     pub t0: f64,
-    /// Lateral position of the line, m.
+    /// Where the line leaves, m.
     pub x: f64,
+    /// The same, depth, m.
+    pub z: f64,
+    /// Its angle from straight down, rad; positive towards positive x.
+    pub steering: f64,
     /// Lateral positions of the elements, m, ascending and evenly spaced; as many as the stage has.
     pub element_x: *const f64,
     /// The elements to compute.
@@ -81,8 +90,59 @@ pub struct ScanLine {
     pub add: i32,
 }
 
+impl ScanLine {
+    /// The core's line.
+    ///
+    /// # Safety
+    /// `element_x` leads to so many numbers, which nobody writes meanwhile.
+    pub(crate) unsafe fn core<'a>(&self, elements: usize) -> Result<CoreLine<'a>, Status> {
+        // SAFETY: by the caller's promise.
+        let element_x = unsafe { array(self.element_x, elements)? };
+        let (x, z) = (self.transmit_x, self.transmit_z);
+        let law = match self.law {
+            law if law == Law::Focused as i32 => TransmitLaw::Focused,
+            law if law == Law::Plane as i32 => TransmitLaw::Plane { angle: self.angle },
+            law if law == Law::Element as i32 => TransmitLaw::Element { x, z },
+            law if law == Law::Source as i32 => TransmitLaw::VirtualSource { x, z },
+            _ => return Err(Status::Parameter),
+        };
+        Ok(CoreLine {
+            transmit: Transmit::new(law, self.t0),
+            ray: Ray::new(self.x, self.z, self.steering),
+            array: Array::LinearAt(element_x),
+            active: geometry::Active {
+                first: self.active.first,
+                count: self.active.count,
+            },
+            compounding: if self.add == 0 {
+                Compounding::Replace
+            } else {
+                Compounding::Add
+            },
+        })
+    }
+}
+
 /// A delay stage.
 pub struct DelayStage(Delay);
+
+/// Copied to where a stage is set up: one that is made elsewhere would go over the stack. Any valid one.
+static ANY: DelayStage = DelayStage(
+    match Delay::new(Core {
+        sound_speed: 1540.0,
+        sampling_rate: 20e6,
+        centre_frequency: 5e6,
+        output_rate: 20e6,
+        output_start: 0.0,
+        output_samples: 1,
+        elements: 1,
+        record_samples: 1,
+        hilbert_taps: 8,
+    }) {
+        Ok(delay) => delay,
+        Err(_) => panic!("the parameters are not valid"),
+    },
+);
 
 /// Bytes of its storage.
 pub const BONEBEAM_DELAY_SIZE: usize = 10240;
@@ -109,9 +169,12 @@ pub unsafe extern "C" fn bonebeam_delay_init(
         // SAFETY: by the caller's promise.
         let (parameters, out) = unsafe { (one(parameters)?, one_mut(delay)?) };
         let place: *mut DelayStage = place(storage, bytes)?;
-        let stage = DelayStage(Delay::new(parameters.core())?);
-        // SAFETY: the place is large enough and aligned.
-        unsafe { place.write(stage) };
+        // SAFETY: the place is large enough and aligned, and is filled before it is referred to.
+        let DelayStage(stage) = unsafe {
+            place.copy_from_nonoverlapping(&raw const ANY, 1);
+            &mut *place
+        };
+        stage.set(parameters.core())?;
         *out = place;
         Ok(())
     })
@@ -154,36 +217,13 @@ pub unsafe extern "C" fn bonebeam_delay_line(
         // The stage has checked that these products are possible.
         let (recorded, aligned) = (p.elements * p.record_samples, p.elements * p.output_samples);
         // SAFETY: by the caller's promise. The core's complex number is two floats as well.
-        let (rf, element_x, scratch, out): (_, _, _, &mut [bonebeam::Complex<f32>]) = unsafe {
+        let (rf, line, scratch, out): (_, _, _, &mut [bonebeam::Complex<f32>]) = unsafe {
             (
                 array(rf, recorded)?,
-                array(line.element_x, p.elements)?,
+                line.core(p.elements)?,
                 array_mut(scratch, scratch_length)?,
                 array_mut(out.cast(), aligned)?,
             )
-        };
-        let law = match line.law {
-            law if law == Law::Focused as i32 => TransmitLaw::Focused,
-            law if law == Law::Plane as i32 => TransmitLaw::Plane { angle: line.angle },
-            law if law == Law::Element as i32 => TransmitLaw::Element {
-                x: line.transmit_x,
-                z: 0.0,
-            },
-            _ => return Err(Status::Parameter),
-        };
-        let line = CoreLine {
-            transmit: Transmit::new(law, line.t0),
-            ray: Ray::down(line.x),
-            array: Array::LinearAt(element_x),
-            active: geometry::Active {
-                first: line.active.first,
-                count: line.active.count,
-            },
-            compounding: if line.add == 0 {
-                Compounding::Replace
-            } else {
-                Compounding::Add
-            },
         };
         let record = Record::new(rf, p.elements)?;
         // As long as asked for, whatever more there is.

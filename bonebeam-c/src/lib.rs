@@ -10,6 +10,7 @@
 mod beamformer;
 mod delay;
 mod image;
+mod iq;
 mod memory;
 mod phase_symmetry;
 mod status;
@@ -17,6 +18,7 @@ mod status;
 pub use beamformer::*;
 pub use delay::*;
 pub use image::*;
+pub use iq::*;
 pub use phase_symmetry::*;
 pub use status::*;
 

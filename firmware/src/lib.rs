@@ -2,6 +2,10 @@
 
 #![no_std]
 
+mod fault;
+
+pub use fault::guard_stack;
+
 use core::panic::PanicInfo;
 
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, ExitStatus};

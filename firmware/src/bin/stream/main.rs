@@ -20,7 +20,7 @@ use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
 use defmt::{error, info, warn};
 use defmt_semihosting as _;
-use firmware::exit;
+use firmware::{exit, guard_stack};
 use static_cell::{ConstStaticCell, StaticCell};
 use stream::scan::{self, BEAMS, ScanBlock};
 use stream::{Chain, ChainMemory, Plan, Pool, Sequence, Sink};
@@ -48,9 +48,10 @@ static PLAN: StaticCell<Plan> = StaticCell::new();
 #[entry]
 fn main() -> ! {
     cortex_m_stack::repaint_stack();
-    let Some(peripherals) = cortex_m::Peripherals::take() else {
+    let Some(mut peripherals) = cortex_m::Peripherals::take() else {
         exit(EXIT_FAILURE)
     };
+    guard_stack(&mut peripherals.MPU);
     let clock = Clock::start(peripherals.SYST, PERIOD);
     match run(&clock) {
         Ok(true) => exit(EXIT_SUCCESS),
