@@ -80,6 +80,11 @@ static void delay(void) {
     }
 }
 
+static int16_t thousandths(float x) {
+    x *= 1000.0f;
+    return x > 32767.0f ? 32767 : x < -32768.0f ? -32768 : (int16_t)x;
+}
+
 /* The delay stage from I/Q: the snapshots as 32 elements of 48 samples, interleaved as they are; and the
  * same as counts of a thousandth. */
 static void iq(void) {
@@ -112,8 +117,8 @@ static void iq(void) {
     };
     for (int m = 0; m < ELEMENTS; m++) element_x[m] = (m - 15.5) * 0.2e-3;
     for (int i = 0; i < LENGTH; i++) {
-        counts[i][0] = (int16_t)(1000.0f * snapshots[i].re);
-        counts[i][1] = (int16_t)(1000.0f * snapshots[i].im);
+        counts[i][0] = thousandths(snapshots[i].re);
+        counts[i][1] = thousandths(snapshots[i].im);
     }
     bonebeam_iq *stage;
     /* Linear, which the counts are read by, comes first and last. */

@@ -44,6 +44,12 @@
 // Alignment of its storage, bytes.
 #define BONEBEAM_DELAY_ALIGN 64
 
+// Bytes of its storage.
+#define BONEBEAM_IQ_SIZE 128
+
+// Alignment of its storage, bytes.
+#define BONEBEAM_IQ_ALIGN 8
+
 // What a call came to. Only 0 leaves something in the outputs.
 enum bonebeam_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -87,14 +93,36 @@ enum bonebeam_law
   BONEBEAM_LAW_FOCUSED = 0,
   // A plane wave at the angle `angle`.
   BONEBEAM_LAW_PLANE = 1,
-  // One element, at `element_x`.
+  // One element, at `transmit_x`, `transmit_z`.
   BONEBEAM_LAW_ELEMENT = 2,
+  // A wave that goes to the point at `transmit_x`, `transmit_z`, or comes from it where that lies behind
+  // the array, `transmit_z` ≤ 0.
+  BONEBEAM_LAW_SOURCE = 3,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
 typedef enum bonebeam_law bonebeam_law;
 #else
 typedef int32_t bonebeam_law;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// In which order samples of I/Q lie.
+enum bonebeam_layout
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // `[element][sample]`, as recordings are.
+  BONEBEAM_LAYOUT_PLANAR = 0,
+  // `[sample][element]`, as a front end sends them.
+  BONEBEAM_LAYOUT_INTERLEAVED = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum bonebeam_layout bonebeam_layout;
+#else
+typedef int32_t bonebeam_layout;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -125,6 +153,28 @@ typedef int32_t bonebeam_method;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
+// How I/Q is read between two samples. `IqReading::for_band` in the core's documentation says which is
+// enough.
+enum bonebeam_reading
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Along the line between the two.
+  BONEBEAM_READING_LINEAR = 0,
+  // Along the cubic through the two and their neighbours.
+  BONEBEAM_READING_CUBIC = 1,
+  // By a windowed sinc of 12 taps.
+  BONEBEAM_READING_SINC = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum bonebeam_reading bonebeam_reading;
+#else
+typedef int32_t bonebeam_reading;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
 // A beamformer for up to 128 active elements, subapertures of up to 64 and time windows of up to 2·2 + 1 samples.
 typedef struct bonebeam_128_64 bonebeam_128_64;
 
@@ -142,6 +192,9 @@ typedef struct bonebeam_forward_32_16 bonebeam_forward_32_16;
 
 // A delay stage.
 typedef struct bonebeam_delay bonebeam_delay;
+
+// A delay stage for I/Q.
+typedef struct bonebeam_iq bonebeam_iq;
 
 // An aperture that grows with depth.
 typedef struct bonebeam_aperture {
@@ -215,12 +268,18 @@ typedef struct bonebeam_scan_line {
   int32_t law;
   // Of a plane wave, rad; positive towards positive x.
   double angle;
-  // Of the transmitting element, m.
+  // Of the transmitting element, or of the source, m.
   double transmit_x;
+  // The same, depth, m.
+  double transmit_z;
   // Time of record sample 0 from the moment the wave would pass the law's origin, s.
   double t0;
-  // Lateral position of the line, m.
+  // Where the line leaves, m.
   double x;
+  // The same, depth, m.
+  double z;
+  // Its angle from straight down, rad; positive towards positive x.
+  double steering;
   // Lateral positions of the elements, m, ascending and evenly spaced; as many as the stage has.
   const double *element_x;
   // The elements to compute.
@@ -238,6 +297,28 @@ typedef struct bonebeam_axis {
   // How many positions there are.
   size_t count;
 } bonebeam_axis;
+
+// Shapes and rates of a delay stage for I/Q. SI units.
+typedef struct bonebeam_iq_parameters {
+  // Speed of sound, m/s.
+  double sound_speed;
+  // Sampling rate of the record, complex samples a second.
+  double sampling_rate;
+  // The frequency that the record was demodulated with, Hz.
+  double demodulation_frequency;
+  // Output rate, Hz.
+  double output_rate;
+  // Two-way time of output sample 0, s.
+  double output_start;
+  // Output samples.
+  size_t output_samples;
+  // Elements of the array.
+  size_t elements;
+  // Samples of each element's record.
+  size_t record_samples;
+  // One of `bonebeam_reading`, as a number: any other is refused.
+  int32_t reading;
+} bonebeam_iq_parameters;
 
 // How many floats of each kind of memory it takes.
 typedef struct bonebeam_lengths {
@@ -487,6 +568,50 @@ bonebeam_status bonebeam_resample(const float *levels,
 // # Safety
 // `image` and `out` lead to rows · columns numbers.
 bonebeam_status bonebeam_median(const float *image, size_t rows, size_t columns, float *out);
+
+// Sets a delay stage for I/Q up in storage of the caller's. `*iq` becomes the pointer to use.
+//
+// # Safety
+// `storage` leads to so many `bytes`; `parameters` and `iq` lead to what they say.
+bonebeam_status bonebeam_iq_init(void *storage,
+                                 size_t bytes,
+                                 const struct bonebeam_iq_parameters *parameters,
+                                 struct bonebeam_iq **iq);
+
+// How many floats `bonebeam_iq_line` and `bonebeam_iq_line_counts` need as scratch.
+//
+// # Safety
+// `parameters` leads to what it says; null gives 0.
+size_t bonebeam_iq_scratch(const struct bonebeam_iq_parameters *parameters);
+
+// One scan line: `out[n · elements + m]`, the analytic sample of element `m` at output sample `n`.
+//
+// `iq` lies as `layout` says, one of `bonebeam_layout`. Refuses samples that are not finite, and shapes
+// that are not the stage's.
+//
+// # Safety
+// `stage` is from its init. `iq` leads to elements · record samples, `scratch` to `scratch_length` floats,
+// `out` to output samples · elements, `line->element_x` to as many as there are elements.
+bonebeam_status bonebeam_iq_line(const struct bonebeam_iq *stage,
+                                 const struct bonebeam_scan_line *line,
+                                 const struct bonebeam_complex *iq,
+                                 int32_t layout,
+                                 float *scratch,
+                                 size_t scratch_length,
+                                 struct bonebeam_complex *out);
+
+// The same of counts of 16 bits as a front end sends them, I before Q; a count is `scale`.
+//
+// # Safety
+// As [`bonebeam_iq_line`]; `counts` leads to twice as many numbers as there are samples.
+bonebeam_status bonebeam_iq_line_counts(const struct bonebeam_iq *stage,
+                                        const struct bonebeam_scan_line *line,
+                                        const int16_t *counts,
+                                        float scale,
+                                        int32_t layout,
+                                        float *scratch,
+                                        size_t scratch_length,
+                                        struct bonebeam_complex *out);
 
 // The memory that phase symmetry takes; all 0 where the parameters are null.
 //
