@@ -156,10 +156,12 @@ static void beamform(void) {
         {"esmv-beta", BONEBEAM_METHOD_ESMV_BETA, 0, 0},
         {"esmv-rank3", BONEBEAM_METHOD_ESMV_RANK, 0, 0},
         {"esmv-exclude-first", BONEBEAM_METHOD_ESMV_EXCLUDE_FIRST, 0, 0},
+        {"esmv-rank1-steps", BONEBEAM_METHOD_ESMV_RANK1_STEPS, 0, 0},
         {"mv-forward", BONEBEAM_METHOD_MV, 1, 0},
         {"esmv-rank1-forward", BONEBEAM_METHOD_ESMV_RANK1, 1, 0},
         {"esmv-beta-forward", BONEBEAM_METHOD_ESMV_BETA, 1, 0},
         {"esmv-exclude-first-forward", BONEBEAM_METHOD_ESMV_EXCLUDE_FIRST, 1, 0},
+        {"esmv-rank1-steps-forward", BONEBEAM_METHOD_ESMV_RANK1_STEPS, 1, 0},
         {"mv-growing-aperture", BONEBEAM_METHOD_MV, 0, 1},
     };
     const bonebeam_aperture aperture = {
@@ -175,6 +177,7 @@ static void beamform(void) {
             .method = cases[i].method,
             .beta = 0.1f,
             .rank = 3,
+            .steps = 8,
             .temporal_half_window = 2,
             .diagonal_loading = 0.05f,
             .subaperture_ratio = 0.5,

@@ -144,6 +144,8 @@ enum bonebeam_method
   BONEBEAM_METHOD_ESMV_RANK1 = 4,
   // Eigenspace MV with all eigenvectors but the first.
   BONEBEAM_METHOD_ESMV_EXCLUDE_FIRST = 5,
+  // Eigenspace MV of rank 1, its eigenvector by `steps` of power iteration, in constant time.
+  BONEBEAM_METHOD_ESMV_RANK1_STEPS = 6,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -224,6 +226,8 @@ typedef struct bonebeam_beamform_parameters {
   float beta;
   // Of `ESMV_RANK`, at least 1.
   size_t rank;
+  // Of `ESMV_RANK1_STEPS`, 1 to 64.
+  size_t steps;
   // `K`: the covariance is averaged over `2K + 1` samples.
   size_t temporal_half_window;
   // `Δ`, 0.05 for instance.

@@ -24,6 +24,8 @@ pub enum Method {
     EsmvRank1 = 4,
     /// Eigenspace MV with all eigenvectors but the first.
     EsmvExcludeFirst = 5,
+    /// Eigenspace MV of rank 1, its eigenvector by `steps` of power iteration, in constant time.
+    EsmvRank1Steps = 6,
 }
 
 /// What a beamformer is asked for.
@@ -36,6 +38,8 @@ pub struct BeamformParameters {
     pub beta: f32,
     /// Of `ESMV_RANK`, at least 1.
     pub rank: usize,
+    /// Of `ESMV_RANK1_STEPS`, 1 to 64.
+    pub steps: usize,
     /// `K`: the covariance is averaged over `2K + 1` samples.
     pub temporal_half_window: usize,
     /// `Δ`, 0.05 for instance.
@@ -46,13 +50,14 @@ pub struct BeamformParameters {
 
 impl BeamformParameters {
     fn core(&self) -> Result<beamform::Parameters, Status> {
-        const METHODS: [Method; 6] = [
+        const METHODS: [Method; 7] = [
             Method::Das,
             Method::Mv,
             Method::EsmvBeta,
             Method::EsmvRank,
             Method::EsmvRank1,
             Method::EsmvExcludeFirst,
+            Method::EsmvRank1Steps,
         ];
         let known = METHODS.iter().find(|&&method| method as i32 == self.method);
         let method = match known.ok_or(Status::Parameter)? {
@@ -62,6 +67,7 @@ impl BeamformParameters {
             Method::EsmvRank => beamform::Method::EsmvRank(self.rank),
             Method::EsmvRank1 => beamform::Method::EsmvRank1,
             Method::EsmvExcludeFirst => beamform::Method::EsmvExcludeFirst,
+            Method::EsmvRank1Steps => beamform::Method::EsmvRank1Steps(self.steps),
         };
         Ok(beamform::Parameters {
             method,

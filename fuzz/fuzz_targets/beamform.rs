@@ -39,12 +39,13 @@ fuzz_target!(|input: Input| {
     let samples = 1 + usize::from(input.samples) % 12;
     let count = usize::from(input.count) % (elements + 1);
     let parameters = Parameters {
-        method: match input.method % 6 {
+        method: match input.method % 7 {
             0 => Method::Das,
             1 => Method::Mv,
             2 => Method::EsmvRank1,
             3 => Method::EsmvBeta(input.beta),
             4 => Method::EsmvRank(usize::from(input.rank)),
+            5 => Method::EsmvRank1Steps(usize::from(input.rank)),
             _ => Method::EsmvExcludeFirst,
         },
         temporal_half_window: usize::from(input.temporal) % 6,

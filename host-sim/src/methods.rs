@@ -22,6 +22,8 @@ pub struct Options {
     pub rank: Option<usize>,
     /// All eigenvectors but the first (Fig. 2c).
     pub exclude_first: bool,
+    /// Steps of power iteration in place of the eigenvector to f32's accuracy.
+    pub power_steps: Option<usize>,
 }
 
 /// A beamformer that can be asked for by name.
@@ -63,10 +65,11 @@ pub const CHOICES: [Choice; 4] = [
     Choice {
         name: "esmv-rank1",
         help: "Eigenspace minimum variance with a signal subspace of rank 1",
-        takes: &["exclude_first"],
-        method: |options| match options.exclude_first {
-            true => Method::EsmvExcludeFirst,
-            false => Method::EsmvRank1,
+        takes: &["exclude_first", "power_steps"],
+        method: |options| match (options.exclude_first, options.power_steps) {
+            (true, _) => Method::EsmvExcludeFirst,
+            (false, Some(steps)) => Method::EsmvRank1Steps(steps),
+            (false, None) => Method::EsmvRank1,
         },
     },
 ];

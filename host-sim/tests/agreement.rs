@@ -15,13 +15,17 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// The flags of each method, and what the core calls it.
-const METHODS: [(&[&str], Method); 7] = [
+const METHODS: [(&[&str], Method); 8] = [
     (&["das"], Method::Das),
     (&["mv"], Method::Mv),
     (&["esmv", "--beta", "0.1"], Method::EsmvBeta(0.1)),
     (&["esmv", "--beta", "0.00001"], Method::EsmvBeta(1e-5)),
     (&["esmv", "--rank", "3"], Method::EsmvRank(3)),
     (&["esmv-rank1"], Method::EsmvRank1),
+    (
+        &["esmv-rank1", "--power-steps", "8"],
+        Method::EsmvRank1Steps(8),
+    ),
     (&["esmv-rank1", "--exclude-first"], Method::EsmvExcludeFirst),
 ];
 

@@ -201,6 +201,13 @@ fn values_outside_their_range_are_named_with_flag_key_value_and_range() {
         message.contains("--beta") && message.contains("at most 1"),
         "{message}"
     );
+    for steps in [0, 65] {
+        let message = refused(&format!("[beamform]\npower_steps = {steps}\n"));
+        assert!(
+            message.contains("--power-steps") && message.contains("1 to 64"),
+            "{message}"
+        );
+    }
     let message = refused("[beamform]\nmethod = \"esmv\"\nrank = 0\n");
     assert!(
         message.contains("--rank") && message.contains("at least 1"),
@@ -224,6 +231,11 @@ fn parameters_that_contradict_each_other_are_refused() {
             "method = \"mv\"\nexclude_first = true",
             "--exclude-first needs --method esmv-rank1",
         ),
+        (
+            "method = \"mv\"\npower_steps = 8",
+            "--power-steps needs --method esmv-rank1",
+        ),
+        ("exclude_first = true\npower_steps = 8", "give one of them"),
     ];
     for (lines, expected) in cases {
         let message = refused(&format!("[beamform]\n{lines}\n"));

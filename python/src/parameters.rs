@@ -16,15 +16,17 @@ pub struct BeamformParameters(pub Beamform);
 impl BeamformParameters {
     #[new]
     #[pyo3(signature = (
-        *, method, beta, rank, exclude_first, subaperture_ratio, temporal_half_window, covariance,
-        diagonal_loading, f_number=None, min_elements=None, output_rate=None, depth_start=None,
-        depth_end=None, sound_speed=None, beam_spacing=None
+        *, method, beta, rank, exclude_first, power_steps, subaperture_ratio, temporal_half_window,
+        covariance, diagonal_loading, f_number=None, min_elements=None, output_rate=None,
+        depth_start=None, depth_end=None, sound_speed=None, beam_spacing=None,
+        adaptive_depth_start=None, adaptive_depth_end=None
     ))]
     fn new(
         method: &str,
         beta: Option<f64>,
         rank: Option<usize>,
         exclude_first: bool,
+        power_steps: Option<usize>,
         subaperture_ratio: f64,
         temporal_half_window: usize,
         covariance: &str,
@@ -36,12 +38,15 @@ impl BeamformParameters {
         depth_end: Option<f64>,
         sound_speed: Option<f64>,
         beam_spacing: Option<f64>,
+        adaptive_depth_start: Option<f64>,
+        adaptive_depth_end: Option<f64>,
     ) -> PyResult<Self> {
         let mut section = Beamform {
             method: named(method)?,
             beta,
             rank,
             exclude_first,
+            power_steps,
             subaperture_ratio,
             temporal_half_window,
             covariance: named::<Covariance>(covariance)?,
@@ -50,6 +55,8 @@ impl BeamformParameters {
             depth_end,
             output_rate,
             sound_speed,
+            adaptive_depth_start,
+            adaptive_depth_end,
             ..Beamform::default()
         };
         section.f_number = f_number.unwrap_or(section.f_number);

@@ -17,6 +17,7 @@ METHODS = [
     {"method": "esmv", "rank": 3},
     {"method": "esmv-rank1", "temporal_half_window": 2},
     {"method": "esmv-rank1", "exclude_first": True},
+    {"method": "esmv-rank1", "power_steps": 8},
 ]
 
 

@@ -12,6 +12,8 @@ use crate::snapshots::{ELEMENTS, SAMPLES, SNAPSHOTS};
 pub const SUBAPERTURE: usize = ELEMENTS / 2;
 /// `K`.
 pub const TEMPORAL: usize = 2;
+/// Steps of the power iteration.
+pub const STEPS: usize = 8;
 /// A beamformer and what its hash is called.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
@@ -26,25 +28,33 @@ const fn case(name: &'static str, method: Method) -> Case {
 }
 
 /// The cases with forward-backward averaging, all elements active. (DAS has no covariance.)
-pub const FORWARD_BACKWARD: [Case; 6] = [
+pub const FORWARD_BACKWARD: [Case; 7] = [
     case("das", Method::Das),
     case("mv", Method::Mv),
     case("esmv-rank1", Method::EsmvRank1),
     case("esmv-beta", Method::EsmvBeta(0.1)),
     case("esmv-rank3", Method::EsmvRank(3)),
     case("esmv-exclude-first", Method::EsmvExcludeFirst),
+    case("esmv-rank1-steps", Method::EsmvRank1Steps(STEPS)),
 ];
 
 /// The cases with the forward covariance, all elements active.
-pub const FORWARD: [Case; 4] = [
+pub const FORWARD: [Case; 5] = [
     case("mv-forward", Method::Mv),
     case("esmv-rank1-forward", Method::EsmvRank1),
     case("esmv-beta-forward", Method::EsmvBeta(0.1)),
     case("esmv-exclude-first-forward", Method::EsmvExcludeFirst),
+    case("esmv-rank1-steps-forward", Method::EsmvRank1Steps(STEPS)),
 ];
 
 /// The case whose aperture grows with depth ([`growing`]), forward-backward.
 pub const GROWING: Case = case("mv-growing-aperture", Method::Mv);
+
+/// The case of the same aperture, adaptive within [`GATE`] and DAS elsewhere.
+pub const GATED: Case = case("mv-depth-gate", Method::Mv);
+
+/// The samples of [`GATED`] that are adaptive: the first is amid a block of the time window.
+pub const GATE: core::ops::Range<usize> = 13..38;
 
 /// A case's parameters.
 pub fn parameters(method: Method) -> Parameters {
@@ -103,7 +113,12 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     for case in FORWARD {
         beamform(case, forward, all, z, report)?;
     }
-    beamform(GROWING, forward_backward, growing()?, z, report)
+    beamform(GROWING, forward_backward, growing()?, z, report)?;
+    let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS)?;
+    let beamformer = Beamformer::new(parameters(GATED.method))?;
+    beamformer.line_within(forward_backward, line, growing()?, GATE, z)?;
+    report(GATED.name, hash::complex(z));
+    Ok(())
 }
 
 fn beamform<A: Averaging<f32>>(

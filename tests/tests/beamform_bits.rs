@@ -3,13 +3,13 @@
 
 mod common;
 
-use bonebeam::beamform::{Method, Parameters};
+use bonebeam::beamform::{Beamformer, Method, Parameters};
 use bonebeam::geometry::Active;
 use bonebeam::simd::InstructionSet;
 use common::lines::{
-    COVARIANCES, Gaussian, Line, METHODS, core, core_lanes, frame, scalar, stacked,
+    COVARIANCES, Gaussian, Line, METHODS, core, core_lanes, core_within, frame, scalar, stacked,
 };
-use host_sim::drive::beamform::Plan;
+use host_sim::drive::beamform::{Plan, beamform_within};
 use ndarray::Array2;
 use num_complex::Complex;
 
@@ -326,4 +326,79 @@ fn a_frame_on_all_threads() {
             }
         }
     }
+}
+
+/// Within a range of samples a line has the bits of its method, elsewhere those of DAS: wherever the range
+/// cuts a run or a time window's block, in the core and over the host's threads and lanes.
+#[test]
+fn adaptive_within_and_das_elsewhere() {
+    let lines = growing_frame(70);
+    let x = stacked(&lines);
+    for covariance in COVARIANCES {
+        for method in METHODS {
+            for temporal_half_window in [0, 1, 4] {
+                let of = |method| Parameters {
+                    method,
+                    temporal_half_window,
+                    ..Parameters::default()
+                };
+                let adaptive = |line| scalar(line, of(method), covariance);
+                let das = |line| scalar(line, of(Method::Das), covariance);
+                let whole: Vec<_> = lines.iter().map(|l| (adaptive(l), das(l))).collect();
+                for within in [0..30, 0..1, 7..8, 5..30, 11..23, 29..30, 17..17, 40..50] {
+                    let name = format!("{covariance:?}, {:?}, {within:?}", of(method));
+                    let active = |beam: usize, sample: usize| lines[beam].active[sample];
+                    let parameters = of(method);
+                    let range = within.clone();
+                    let frame =
+                        beamform_within(x.view(), active, range, parameters, covariance, |_| {})
+                            .expect("a frame that fits");
+                    for ((line, (adaptive, das)), z) in lines.iter().zip(&whole).zip(frame.rows()) {
+                        let expected: Vec<_> = (0..30)
+                            .map(|n| {
+                                if within.contains(&n) {
+                                    adaptive[n]
+                                } else {
+                                    das[n]
+                                }
+                            })
+                            .collect();
+                        assert_eq!(bits(&z.to_vec()), bits(&expected), "host: {name}");
+                        let z = core_within(line, within.clone(), parameters, covariance);
+                        assert_eq!(bits(&z), bits(&expected), "{name}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The memory need only fit what is adaptive; a set that does not fit is refused, also beside others.
+#[test]
+fn memory_for_what_is_adaptive() {
+    let line = &growing_frame(80)[4];
+    let within = 0..10;
+    let largest =
+        |range: std::ops::Range<usize>| line.active[range].iter().map(|set| set.count).max();
+    assert!(largest(0..10) < largest(0..30));
+    let beamformer = Beamformer::new(Parameters::default()).expect("valid parameters");
+    let sizes = beamformer.sizes(largest(within.clone()).unwrap_or(0));
+    let mut memory =
+        host_sim::drive::beamform::Memory::<bonebeam::covariance::ForwardBackward, f32>::new(
+            0.0, sizes,
+        )
+        .expect("memory");
+    let x = line.x.as_slice().expect("standard layout");
+    let x = bonebeam::beamform::AlignedLine::new(x, line.x.ncols()).expect("finite samples");
+    let mut z = vec![Complex::ZERO; 30];
+    let active = |n: usize| line.active[n];
+    let mut run = |within| beamformer.line_within(&mut memory.view(), x, active, within, &mut z);
+    assert_eq!(run(within), Ok(()));
+    assert!(matches!(
+        run(0..30),
+        Err(bonebeam::Error::Capacity {
+            name: "active elements",
+            ..
+        })
+    ));
 }

@@ -37,6 +37,13 @@ fn parameters_out_of_range() {
         ..Parameters::default()
     });
     assert_eq!(message, "rank is 0, expected at least 1");
+    for steps in [0, Method::MOST_STEPS + 1] {
+        let message = refusal(Parameters {
+            method: Method::EsmvRank1Steps(steps),
+            ..Parameters::default()
+        });
+        assert_eq!(message, format!("steps is {steps}, expected 1 to 64"));
+    }
     for diagonal_loading in [-0.05, f32::NAN, f32::INFINITY] {
         let message = refusal(Parameters {
             diagonal_loading,

@@ -6,6 +6,7 @@ mod common;
 use std::collections::BTreeSet;
 
 use bonebeam::Complex;
+use bonebeam::beamform::Method;
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Axis};
 use bonebeam::simd::InstructionSet;
@@ -148,6 +149,13 @@ fn the_scalar_beamformers_have_the_hashes() {
     }
     let growing = snapshot_line(beamform::growing().expect("a valid aperture"));
     check(beamform::GROWING, &growing, Covariance::ForwardBackward);
+    let of = |method| {
+        let parameters = beamform::parameters(method);
+        scalar(&growing, parameters, Covariance::ForwardBackward)
+    };
+    let (mut z, adaptive) = (of(Method::Das), of(beamform::GATED.method));
+    z[beamform::GATE].copy_from_slice(&adaptive[beamform::GATE]);
+    assert_eq!(hash::complex(&z), recorded(beamform::GATED.name));
 }
 
 #[test]
@@ -198,9 +206,10 @@ fn phase_symmetry_of_the_whole_has_the_hash_of_every_strip() {
 }
 
 /// Cases that are never computed over lanes, or only over those of a beam each.
-const ONE_LANE: [&str; 6] = [
+const ONE_LANE: [&str; 7] = [
     "sqrt",
     "mv-growing-aperture",
+    "mv-depth-gate",
     "envelope",
     "log-compression",
     "log-compression-polynomial",

@@ -7,7 +7,9 @@ use bonebeam::geometry::{
     Array, Axis as Positions, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw,
 };
 use bonebeam::phase_symmetry::LogGaborTables;
-use bonebeam::pipeline::{Frame, LinePipeline, Memory, MemoryView, Parameters, Pipeline, Sizes};
+use bonebeam::pipeline::{
+    DepthGate, Frame, LinePipeline, Memory, MemoryView, Parameters, Pipeline, Sizes,
+};
 use bonebeam::{Complex, Error};
 use host_sim::config;
 use host_sim::drive::beamform::beamform;
@@ -88,9 +90,12 @@ fn focused() -> Transmit<'static> {
 
 /// The lines, the image and the map of a frame.
 fn frame(parameters: Parameters) -> (Vec<Complex<f32>>, Vec<f32>, Vec<f32>) {
-    let pipeline = Pipeline::new(parameters).unwrap();
+    frame_of(&Pipeline::new(parameters).unwrap())
+}
+
+fn frame_of(pipeline: &Pipeline) -> (Vec<Complex<f32>>, Vec<f32>, Vec<f32>) {
     let mut memory = Box::new(Memory::<{ SIZES.real }, { SIZES.complex }>::new());
-    let mut frame = Frame::new(&pipeline, memory.view()).unwrap();
+    let mut frame = Frame::new(pipeline, memory.view()).unwrap();
     let mut workspace = LineMemory::new();
     let mut z = Vec::new();
     for line in 0..LINES {
@@ -211,6 +216,78 @@ fn the_bone_is_where_it_is() {
     }
     // And nowhere else: above it the map is dark.
     assert!(map[..20 * 64].iter().all(|&ps| ps < 0.05));
+}
+
+/// Inside the gate are the bits of the method, outside those of DAS, line by line and through the host's
+/// drive.
+#[test]
+fn a_depth_gate_parts_the_method_from_das() {
+    let by = |method| {
+        let beamformer = beamform::Parameters {
+            method,
+            ..PARAMETERS.beamformer
+        };
+        frame(Parameters {
+            beamformer,
+            ..PARAMETERS
+        })
+        .0
+    };
+    let (adaptive, das) = (by(PARAMETERS.beamformer.method), by(Method::Das));
+    let scan = Scan::new(PARAMETERS.scan).unwrap();
+    let records: Vec<Vec<f32>> = (0..LINES).map(record).collect();
+    let records: Vec<Record> = records
+        .iter()
+        .map(|rf| Record::new(rf, ELEMENTS).unwrap())
+        .collect();
+    for (from, to) in [(0.0, 7.02e-3), (6.31e-3, 9e-3), (9.5e-3, 1.0)] {
+        let gate = DepthGate { from, to };
+        let pipeline = Pipeline::new(PARAMETERS).unwrap().with_gate(gate).unwrap();
+        let inside = |n: usize| (from..=to).contains(&scan.depth(n));
+        let samples = (0..scan.samples()).filter(|&n| inside(n)).count();
+        assert_eq!(pipeline.lines().adaptive().len(), samples);
+        let (z, image, _) = frame_of(&pipeline);
+        for (k, z) in z.iter().enumerate() {
+            let expected = match inside(k % scan.samples()) {
+                true => adaptive[k],
+                false => das[k],
+            };
+            assert_eq!(*z, expected, "{gate:?}: line {}", k / scan.samples());
+        }
+        let mut frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
+        let source = Source {
+            transmits: &[focused(); LINES],
+            records: &records,
+            of_line: &|line| line..line + 1,
+        };
+        let x = frames.align(source).unwrap().to_owned();
+        let lines = frames.lines(x.view()).unwrap();
+        assert_eq!(lines.as_slice().unwrap(), z);
+        let pixels = frames.image(lines.view()).unwrap();
+        assert_eq!(pixels.as_slice().unwrap(), image);
+    }
+}
+
+#[test]
+fn a_gate_that_is_none_is_refused() {
+    let refused = |from, to| {
+        let gate = DepthGate { from, to };
+        match Pipeline::new(PARAMETERS).unwrap().with_gate(gate) {
+            Err(Error::Parameter { name, .. }) => name,
+            other => panic!("{other:?}"),
+        }
+    };
+    let (start, end) = ("depth gate's start", "depth gate's end");
+    assert_eq!(refused(f64::NAN, 8e-3), start);
+    assert_eq!(refused(f64::NEG_INFINITY, 8e-3), start);
+    assert_eq!(refused(8e-3, f64::NAN), end);
+    assert_eq!(refused(8e-3, f64::INFINITY), end);
+    assert_eq!(refused(8e-3, 8e-3), end);
+    // Above the line, below it, and between two samples.
+    assert_eq!(refused(1e-3, 2e-3), end);
+    assert_eq!(refused(13e-3, 14e-3), start);
+    let between = Scan::new(PARAMETERS.scan).unwrap().depth(20) + 1e-6;
+    assert_eq!(refused(between, between + 1e-6), start);
 }
 
 #[test]

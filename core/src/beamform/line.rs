@@ -1,13 +1,15 @@
 //! One beam, depth by depth, with an aperture that grows.
 
 use super::aligned_line::AlignedLine;
+use super::methods::Method;
 use super::parameters::Beamformer;
-use super::run::{Run, constant_runs};
+use super::run::{Run, constant_runs, runs_within};
 use super::view::WorkspaceView;
 use crate::Error;
 use crate::covariance::Averaging;
 use crate::error::check_length;
 use crate::geometry::Active;
+use core::ops::Range;
 use num_complex::Complex;
 
 impl Beamformer {
@@ -45,6 +47,64 @@ impl Beamformer {
             let out = z.get_mut(first_sample..first_sample + samples);
             let out = out.unwrap_or_default();
             self.runs_within(workspace, sizes, &[run], set.count, &mut [out])?;
+        }
+        Ok(())
+    }
+
+    /// [`Beamformer::line`] for the samples `adaptive`; the others are DAS of their active elements.
+    ///
+    /// The bits of both are those of the whole line. A time window reaches beyond `adaptive`. The memory
+    /// need only fit the active sets within. `active` is asked three times for each sample.
+    ///
+    /// # Errors
+    /// As [`Beamformer::line`].
+    #[inline]
+    pub fn line_within<A: Averaging<f32>>(
+        &self,
+        workspace: &mut WorkspaceView<'_, A>,
+        line: AlignedLine<'_>,
+        active: impl Fn(usize) -> Active,
+        adaptive: Range<usize>,
+        z: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
+        let samples = line.samples();
+        check_length("z", z.len(), samples)?;
+        let (method, sizes) = (self.parameters().method, workspace.sizes);
+        let run = |first_sample, set: Active| Run {
+            line,
+            first_element: set.first,
+            first_sample,
+        };
+        let within = || {
+            let temporal_half_window = self.parameters().temporal_half_window;
+            runs_within(samples, &active, adaptive.clone(), temporal_half_window)
+        };
+        for (first, length, set) in constant_runs(samples, &active) {
+            self.check_run(&run(first, set), set.count, length)?;
+        }
+        if method.direct().is_none() {
+            for (.., set) in within().filter(|(.., set)| set.count > 0) {
+                self.check_sizes(set.count, sizes)?;
+            }
+        }
+        for (first, length, set) in within() {
+            let out = z.get_mut(first..first + length).unwrap_or_default();
+            self.runs_within(workspace, sizes, &[run(first, set)], set.count, &mut [out])?;
+        }
+        // Over what came with a run above the samples wanted, too.
+        let Some(das) = Method::Das.direct() else {
+            return Ok(());
+        };
+        let start = adaptive.start.min(samples);
+        for rest in [0..start, adaptive.end.clamp(start, samples)..samples] {
+            for (first, length, set) in constant_runs(rest.len(), |n| active(rest.start + n)) {
+                let first = rest.start + first;
+                let out = z.get_mut(first..first + length).unwrap_or_default();
+                match set.count {
+                    0 => out.fill(Complex::new(0.0, 0.0)),
+                    count => (das.output)(&run(first, set), count, out),
+                }
+            }
         }
         Ok(())
     }

@@ -19,7 +19,7 @@ mod workspace;
 pub use aligned_line::AlignedLine;
 pub use methods::Method;
 pub use parameters::{Beamformer, Parameters};
-pub use run::{Run, constant_runs};
+pub use run::{Run, constant_runs, runs_within};
 pub use sizes::{Lengths, Sizes};
 pub use view::{Slices, WorkspaceView};
 pub use workspace::{Storage, Workspace};

@@ -50,7 +50,7 @@ impl Beamformer {
     /// Validates the parameters.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for `β` outside `(0, 1]`, a rank of 0, `Δ` that is negative, not finite
+    /// [`Error::Parameter`] for `β` outside `(0, 1]`, a rank of 0, steps outside `1..=64`, `Δ` that is negative, not finite
     /// or above 1e6, a subaperture ratio outside `(0, 1]`.
     pub fn new(parameters: Parameters) -> Result<Self, Error> {
         parameters.method.check()?;

@@ -2,6 +2,7 @@
 
 use super::aligned_line::AlignedLine;
 use crate::geometry::Active;
+use core::ops::Range;
 
 /// Consecutive samples of one beam that have one active set: what a lane works on.
 #[derive(Clone, Copy, Debug)]
@@ -33,5 +34,25 @@ pub fn constant_runs(
         let run = (start, end - start, set);
         start = end;
         Some(run)
+    })
+}
+
+/// The runs of [`constant_runs`] that the samples `wanted` lie in, each cut to what these take.
+///
+/// A time window of `2K+1` samples is summed in blocks counted from a run's first sample, so a run is cut
+/// above `wanted` at a whole number of blocks: up to `2K` samples come with it that are not wanted.
+pub fn runs_within(
+    samples: usize,
+    active: impl Fn(usize) -> Active,
+    wanted: Range<usize>,
+    temporal_half_window: usize,
+) -> impl Iterator<Item = (usize, usize, Active)> {
+    let block = temporal_half_window.saturating_mul(2).saturating_add(1);
+    constant_runs(samples, active).filter_map(move |(first, samples, set)| {
+        let end = (first + samples).min(wanted.end);
+        let above = wanted.start.saturating_sub(first);
+        let first = first + above - above.checked_rem(block).unwrap_or(0);
+        let within = wanted.start < end && first < end;
+        within.then(|| (first, end - first, set))
     })
 }

@@ -1,7 +1,7 @@
 //! One sample's weights, for inspection.
 
 use super::aligned_line::AlignedLine;
-use super::methods::{Subspace, at_least_floor, rank_order};
+use super::methods::{Method, Subspace, at_least_floor, rank_order, weighted_sum};
 use super::parameters::Beamformer;
 use super::run::Run;
 use super::view::{Solver, WorkspaceView};
@@ -14,7 +14,8 @@ use crate::simd::{ComplexVector, Scalar};
 use num_complex::Complex;
 
 impl Beamformer {
-    /// The weights of one sample: `w` (Eq. 1) or `w_p` (Eq. 7), by the full eigensolver, into the
+    /// The weights of one sample: `w` (Eq. 1) or `w_p` (Eq. 7), by the full eigensolver (of
+    /// [`Method::EsmvRank1Steps`] by its own kernel), into the
     /// first `L` entries of `weights` (for DAS `1/count`, into the first `count`). Returns how many.
     ///
     /// For inspection and tests: [`Beamformer::line`] never forms weights. `z` is `wᴴ` times the
@@ -70,9 +71,48 @@ impl Beamformer {
         if silent {
             weights.fill(Complex::new(0.0, 0.0));
         } else {
-            eigenspace_weights(method.subspace(), workspace, weights);
+            match method {
+                Method::EsmvRank1Steps(_) => kernel_weights(method, workspace, weights),
+                _ => eigenspace_weights(method.subspace(), workspace, weights),
+            }
         }
         Ok(length)
+    }
+}
+
+/// Entry `i` is `(w_pᴴu_i)*`, what the method's kernel makes of the unit vector `u_i`, for the loaded
+/// covariance in the solver's panels.
+fn kernel_weights<A: Averaging<f32>>(
+    method: Method,
+    workspace: &mut WorkspaceView<'_, A>,
+    weights: &mut [Complex<f32>],
+) {
+    let n = weights.len();
+    let WorkspaceView { ring, solver, .. } = workspace;
+    let Some(unit) = ring.get_mut(..n) else {
+        return;
+    };
+    for (i, weight) in weights.iter_mut().enumerate() {
+        unit.fill(ComplexVector { re: 0.0, im: 0.0 });
+        if let Some(entry) = unit.get_mut(i) {
+            entry.re = 1.0;
+        }
+        let sum = weighted_sum::<A, f32>(0.0, method, solver, n, unit, false);
+        *weight = Complex::new(sum.re, -sum.im);
+    }
+    let (result, scratch) = solver.work.split_at_mut(solver.work.len() / 2);
+    let Some(result) = result.get_mut(..n) else {
+        return;
+    };
+    for (result, weight) in result.iter_mut().zip(&*weights) {
+        *result = ComplexVector {
+            re: weight.re,
+            im: weight.im,
+        };
+    }
+    A::weights(result, scratch);
+    for (weight, value) in weights.iter_mut().zip(&*result) {
+        *weight = value.lane(0);
     }
 }
 

@@ -4,6 +4,7 @@
 //! - [`cholesky`]: the factorisation, and what it divides.
 //! - [`lanczos`]: the dominant eigenpair in few steps, where they prove it; by [`matrix_vector`],
 //!   [`inner_product`] and [`gap`].
+//! - [`power_iteration`]: nearly the same, in a fixed number of steps.
 //! - [`dominant_eigenpair`]: the same directly, for the lanes that are left. [`householder`] reduces the
 //!   matrix to a [`tridiagonal`] one, whose dominant eigenpair is taken back.
 //! - [`eigen`]: all eigenvalues, by the same reduction and [`implicit_ql`].
@@ -18,6 +19,7 @@ pub(crate) mod inner_product;
 pub(crate) mod lanczos;
 pub(crate) mod matrix_vector;
 pub(crate) mod panels;
+pub(crate) mod power_iteration;
 #[cfg(test)]
 mod tests;
 pub(crate) mod tridiagonal;

@@ -1,5 +1,6 @@
 //! From the RF of transmits to a beamformed line.
 
+use super::DepthGate;
 use crate::beamform::{AlignedLine, Beamformer, Parameters, WorkspaceView};
 use crate::covariance::Averaging;
 use crate::error::check_length;
@@ -7,6 +8,7 @@ use crate::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
 use crate::geometry::{Active, Scan, Transmit};
 use crate::simd::Vector;
 use crate::{Complex, Error};
+use core::ops::Range;
 
 /// The lines of a scan: its delay stage, its apertures and its beamformer, all validated.
 ///
@@ -51,6 +53,8 @@ pub struct LinePipeline<'a> {
     scan: Scan<'a>,
     delay: Delay,
     beamformer: Beamformer,
+    /// The samples that the beamformer makes; the others are DAS.
+    adaptive: Range<usize>,
 }
 
 /// What a line is worked out in.
@@ -70,8 +74,25 @@ impl<'a> LinePipeline<'a> {
         Ok(LinePipeline {
             delay: Delay::new(DelayParameters::of(&scan))?,
             beamformer: Beamformer::new(beamformer)?,
+            adaptive: 0..scan.samples(),
             scan,
         })
+    }
+
+    /// The same lines, by the beamformer within `gate` only, and by DAS elsewhere.
+    ///
+    /// # Errors
+    /// As [`DepthGate::samples`].
+    pub fn with_gate(self, gate: DepthGate) -> Result<Self, Error> {
+        Ok(LinePipeline {
+            adaptive: gate.samples(&self.scan.depths())?,
+            ..self
+        })
+    }
+
+    /// The samples of a line that the beamformer makes: all without a gate.
+    pub fn adaptive(&self) -> Range<usize> {
+        self.adaptive.clone()
     }
 
     /// The scan.
@@ -140,7 +161,8 @@ impl<'a> LinePipeline<'a> {
         }
     }
 
-    /// A beamformed line: [`LinePipeline::align`], then [`Beamformer::line`].
+    /// A beamformed line: [`LinePipeline::align`], then [`Beamformer::line`], or
+    /// [`Beamformer::line_within`] the gate.
     ///
     /// # Errors
     /// As those two; [`Error::Length`] where `z` is not as long as the line.
@@ -170,6 +192,11 @@ impl<'a> LinePipeline<'a> {
         let LineMemory { scratch, aligned } = memory;
         self.align(0.0f32, line, transmits, scratch, aligned)?;
         let x = AlignedLine::new(aligned, self.scan.elements())?;
-        self.beamformer.line(workspace, x, active, z)
+        if self.adaptive == (0..self.scan.samples()) {
+            return self.beamformer.line(workspace, x, active, z);
+        }
+        let adaptive = self.adaptive.clone();
+        self.beamformer
+            .line_within(workspace, x, active, adaptive, z)
     }
 }

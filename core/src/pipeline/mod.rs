@@ -6,13 +6,17 @@
 //! compiled ([`Parameters::sizes`]), for a `static` [`Memory`]; or they follow at run time, for slices
 //! ([`MemoryView`]).
 //!
+//! A [`DepthGate`] bounds the depths in which the beamformer works: elsewhere is DAS.
+//!
 //! Each stage can be used by itself: [`LinePipeline`] delays and beamforms lines,
 //! [`BMode`] makes images of them, [`PhaseSymmetry`] bone maps of images.
 
+mod depth_gate;
 mod frame;
 mod line;
 mod memory;
 
+pub use depth_gate::DepthGate;
 pub use frame::Frame;
 pub use line::{LineMemory, LinePipeline};
 pub use memory::{Memory, MemoryView, Sizes};
@@ -119,6 +123,17 @@ impl<'a> Pipeline<'a> {
                 threshold: parameters.threshold,
             })?,
             sizes: parameters.sizes()?,
+        })
+    }
+
+    /// The same plan with adaptive beamforming within `gate` only, and DAS elsewhere.
+    ///
+    /// # Errors
+    /// As [`DepthGate::samples`].
+    pub fn with_gate(self, gate: DepthGate) -> Result<Self, Error> {
+        Ok(Pipeline {
+            lines: self.lines.with_gate(gate)?,
+            ..self
         })
     }
 

@@ -73,6 +73,8 @@ Examples:
   host-sim beamform channels.npz --method esmv --beta 0.00001 --temporal-half-window 10 -o lines.npz
   host-sim beamform channels.npz --method esmv-rank1 --depth-start 0.005 --depth-end 0.04 \\
       -o lines.npz --image bone.png --dynamic-range 60
+  host-sim beamform channels.npz --power-steps 8 --adaptive-depth-start 0.015 --adaptive-depth-end 0.03 \\
+      -o lines.npz
   host-sim beamform frames.npz --frames 0..10 -o lines.npz
   host-sim beamform phased.npz --lines sector --sector 1.2 -o lines.npz --image sector.png
   host-sim beamform channels.npz -o lines.npz --image figure.svg --dynamic-range 60

@@ -4,9 +4,13 @@
 //! [`Beamform::validate`], its flag in [`BeamformFlags`] and, if it is the core's, a line in
 //! [`Beamform::parameters`].
 
-use bonebeam::beamform::Parameters;
+use std::ops::Range;
+
+use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
 use bonebeam::focus::{IqReading, MAX_DECIMATION};
+use bonebeam::geometry::Axis;
+use bonebeam::pipeline::DepthGate;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
@@ -83,6 +87,10 @@ pub struct Beamform {
     pub rank: Option<usize>,
     /// Rank-1 ESMV: all eigenvectors but the first instead of only the first (Fig. 2c).
     pub exclude_first: bool,
+    /// Rank-1 ESMV: the eigenvector by so many steps of power iteration, 1 to 64, in place of one that is
+    /// right to f32's accuracy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power_steps: Option<usize>,
     /// The subaperture's length over the number of active elements, above 0 and at most 1.
     #[serde(alias = "subarray_ratio")]
     pub subaperture_ratio: f64,
@@ -94,6 +102,12 @@ pub struct Beamform {
     /// Δ: Δ/L·tr(R) is added to the covariance's diagonal.
     #[serde(alias = "loading")]
     pub diagonal_loading: f64,
+    /// The shallowest depth at which the beamformer is used, m; DAS above. Without it, where the lines begin.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adaptive_depth_start: Option<f64>,
+    /// The greatest depth at which the beamformer is used, m; DAS below. Without it, where the lines end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adaptive_depth_end: Option<f64>,
     /// The receive f-number: depth over aperture.
     pub f_number: f64,
     /// The fewest active elements at any depth.
@@ -145,6 +159,11 @@ pub struct BeamformFlags {
     #[arg(long, help_heading = "Beamformer")]
     exclude_first: bool,
 
+    /// With esmv-rank1: the eigenvector by N steps of power iteration, 1 to 64, which take the same time
+    /// whatever the data are [default: as many Lanczos steps as it takes]
+    #[arg(long, value_name = "N", help_heading = "Beamformer")]
+    power_steps: Option<usize>,
+
     /// Length of the subapertures over the number of active elements, above 0 and at most 1
     /// [default: 0.5]
     #[arg(
@@ -176,6 +195,14 @@ pub struct BeamformFlags {
         help_heading = "Beamformer"
     )]
     diagonal_loading: Option<f64>,
+
+    /// Delay and sum above this depth, m [default: the beamformer from the first sample on]
+    #[arg(long, value_name = "M", help_heading = "Beamformer")]
+    adaptive_depth_start: Option<f64>,
+
+    /// Delay and sum below this depth, m [default: the beamformer to the last sample]
+    #[arg(long, value_name = "M", help_heading = "Beamformer")]
+    adaptive_depth_end: Option<f64>,
 
     /// Receive f-number, depth over aperture [default: 1.5]
     #[arg(long, help_heading = "Delay (channel data only)")]
@@ -273,10 +300,13 @@ impl Default for Beamform {
             beta: None,
             rank: None,
             exclude_first: false,
+            power_steps: None,
             subaperture_ratio: 0.5,
             temporal_half_window: 0,
             covariance: Covariance::ForwardBackward,
             diagonal_loading: 0.05,
+            adaptive_depth_start: None,
+            adaptive_depth_end: None,
             f_number: 1.5,
             min_elements: 8,
             output_rate: None,
@@ -302,6 +332,8 @@ impl Beamform {
             .unwrap_or(self.temporal_half_window);
         self.covariance = flags.covariance.unwrap_or(self.covariance);
         self.diagonal_loading = flags.diagonal_loading.unwrap_or(self.diagonal_loading);
+        self.adaptive_depth_start = flags.adaptive_depth_start.or(self.adaptive_depth_start);
+        self.adaptive_depth_end = flags.adaptive_depth_end.or(self.adaptive_depth_end);
         self.f_number = flags.f_number.unwrap_or(self.f_number);
         self.min_elements = flags.min_elements.unwrap_or(self.min_elements);
         self.output_rate = flags.output_rate.or(self.output_rate);
@@ -320,14 +352,18 @@ impl Beamform {
     fn apply_method(&mut self, flags: &BeamformFlags) {
         if let Some(method) = flags.method {
             if method != self.method {
-                (self.beta, self.rank, self.exclude_first) = (None, None, false);
+                (self.beta, self.rank) = (None, None);
+                (self.exclude_first, self.power_steps) = (false, None);
             }
             self.method = method;
         }
         if flags.beta.is_some() || flags.rank.is_some() {
             (self.beta, self.rank) = (flags.beta, flags.rank);
         }
-        self.exclude_first |= flags.exclude_first;
+        match (flags.exclude_first, flags.power_steps) {
+            (false, None) => {}
+            given => (self.exclude_first, self.power_steps) = given,
+        }
     }
 
     /// Fills in β where the method needs it and has neither β nor a rank, so that the written
@@ -337,6 +373,34 @@ impl Beamform {
         if by_beta && self.rank.is_none() && self.beta.is_none() {
             self.beta = Some(DEFAULT_BETA);
         }
+    }
+
+    /// The samples that the beamformer makes, of lines of these depths; the others are DAS.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for depths between which there is no sample.
+    pub fn adaptive_samples(&self, depths: &Axis) -> Result<Range<usize>> {
+        let (start, end) = (self.adaptive_depth_start, self.adaptive_depth_end);
+        if start.is_none() && end.is_none() {
+            return Ok(0..depths.count);
+        }
+        let from = start.unwrap_or(f64::MIN);
+        let to = end.unwrap_or(f64::MAX);
+        DepthGate { from, to }.samples(depths).map_err(|_| {
+            let edge = |name: &str, edge: Option<f64>| {
+                edge.map(|depth| format!("--adaptive-depth-{name} {depth}"))
+            };
+            let told: Vec<String> = edge("start", start)
+                .into_iter()
+                .chain(edge("end", end))
+                .collect();
+            Error::Usage(format!(
+                "no sample lies within {}; the lines reach from {:.6} m to {:.6} m",
+                told.join(" and "),
+                depths.first,
+                depths.last()
+            ))
+        })
     }
 
     /// The sampling rate of the lines of a record of centre frequency `f0` and sampling rate `fs`, Hz:
@@ -395,6 +459,7 @@ impl Beamform {
                 beta: self.beta,
                 rank: self.rank,
                 exclude_first: self.exclude_first,
+                power_steps: self.power_steps,
             }),
             temporal_half_window: self.temporal_half_window,
             diagonal_loading: self.diagonal_loading as f32,
@@ -441,6 +506,7 @@ impl Beamform {
             check_positive(SECTION, "sound_speed", c, SOUND_SPEEDS, " (m/s)")?;
         }
         let deepest = LENGTHS[1];
+        self.validate_gate(deepest)?;
         let start = self.depth_start.unwrap_or(0.0);
         if !(0.0..=deepest).contains(&start) {
             let expected = format!("at least 0 and at most {deepest} (m)");
@@ -455,11 +521,29 @@ impl Beamform {
         }
     }
 
+    fn validate_gate(&self, deepest: f64) -> Result<()> {
+        let start = self.adaptive_depth_start.unwrap_or(0.0);
+        if !(0.0..=deepest).contains(&start) {
+            let expected = format!("at least 0 and at most {deepest} (m)");
+            let key = "adaptive_depth_start";
+            return Err(out_of_range(SECTION, key, start, &expected));
+        }
+        match self.adaptive_depth_end {
+            Some(end) if !(end > start && end <= deepest) => {
+                let expected = format!("more than the start of {start}, at most {deepest} (m)");
+                let key = "adaptive_depth_end";
+                Err(out_of_range(SECTION, key, end, &expected))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn validate_method(&self) -> Result<()> {
         let given = [
             ("beta", self.beta.is_some()),
             ("rank", self.rank.is_some()),
             ("exclude_first", self.exclude_first),
+            ("power_steps", self.power_steps.is_some()),
         ];
         for (key, given) in given {
             if given && !self.method.takes.contains(&key) {
@@ -475,6 +559,16 @@ impl Beamform {
         if self.beta.is_some() && self.rank.is_some() {
             let message = "--beta and --rank both decide the rank; give one of them";
             return Err(Error::Usage(message.into()));
+        }
+        if self.exclude_first && self.power_steps.is_some() {
+            let message = "--exclude-first takes all eigenvectors but one, --power-steps finds that one only; \
+                           give one of them";
+            return Err(Error::Usage(message.into()));
+        }
+        let most = Method::MOST_STEPS;
+        if let Some(steps) = self.power_steps.filter(|steps| !(1..=most).contains(steps)) {
+            let expected = format!("1 to {most}");
+            return Err(out_of_range(SECTION, "power_steps", steps, &expected));
         }
         match self.beta {
             // The core computes with f32, in which the smallest numbers of f64 are 0.

@@ -7,7 +7,7 @@ use bonebeam::focus::{
     IqSamples, MAX_DECIMATION, MAX_SAMPLES, Record, ScanLine,
 };
 use bonebeam::geometry::{
-    Active, Aperture, Array, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit,
+    Active, Aperture, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit,
     TransmitLaw,
 };
 use bonebeam::pipeline::LinePipeline;
@@ -155,6 +155,15 @@ impl<'a> DelayStage<'a> {
     /// The two-way time of output sample 0, s.
     pub fn start(&self) -> f64 {
         self.start
+    }
+
+    /// The depths of the output samples, m.
+    pub fn depths(&self) -> Axis {
+        Axis {
+            first: self.sound_speed * self.start / 2.0,
+            step: self.sound_speed / self.output_rate / 2.0,
+            count: self.samples,
+        }
     }
 
     /// The speed of sound in use, m/s.

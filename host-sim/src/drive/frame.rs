@@ -3,12 +3,12 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use bonebeam::geometry::{Active, Ray};
+use bonebeam::geometry::{Active, Axis as Depths, Ray};
 use ndarray::{Array2, Axis};
 use num_complex::Complex;
 
 use crate::config::Beamform;
-use crate::drive::beamform::beamform;
+use crate::drive::beamform::beamform_within;
 use crate::drive::delay::DelayStage;
 use crate::files::{AlignedData, BeamRays, ChannelData, Lines};
 use crate::{Error, Result};
@@ -50,6 +50,7 @@ pub fn beamform_frames(
     let all = frames.len() * beams * samples;
     let count = |n: usize| report(progress, &done, n, all);
     let core = parameters.parameters();
+    let adaptive = parameters.adaptive_samples(&stage.depths())?;
     let frames = frames.map(|index| -> Result<Array2<Complex<f32>>> {
         let frame = data.samples.frame(index).ok_or_else(|| {
             let frames = data.samples.frames();
@@ -63,7 +64,9 @@ pub fn beamform_frames(
             let chunk = first..beams.min(first + BEAMS_AT_A_TIME);
             let x = stage.delay_frame(frame, chunk.clone())?;
             let active = |beam: usize, sample: usize| stage.active(first + beam, sample);
-            let part = beamform(x.view(), active, core, parameters.covariance, count)?;
+            let within = adaptive.clone();
+            let part =
+                beamform_within(x.view(), active, within, core, parameters.covariance, count)?;
             z.slice_axis_mut(Axis(0), chunk.into()).assign(&part);
         }
         Ok(z)
@@ -111,9 +114,16 @@ pub fn beamform_aligned_data(
     let done = AtomicUsize::new(0);
     let count = |n: usize| report(progress, &done, n, beams * samples);
     let core = parameters.parameters();
-    let z = beamform(
+    let c = parameters.sound_speed.unwrap_or(DEFAULT_SOUND_SPEED);
+    let depths = Depths {
+        first: c * data.t0 / 2.0,
+        step: c / data.fs / 2.0,
+        count: samples,
+    };
+    let z = beamform_within(
         data.x.view(),
         |_, _| all,
+        parameters.adaptive_samples(&depths)?,
         core,
         parameters.covariance,
         count,
@@ -127,7 +137,7 @@ pub fn beamform_aligned_data(
             .clone()
             .unwrap_or_else(|| even_beams(beams, parameters.beam_spacing)),
         rays: None,
-        c: parameters.sound_speed.unwrap_or(DEFAULT_SOUND_SPEED),
+        c,
     })
 }
 

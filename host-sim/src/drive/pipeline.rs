@@ -31,9 +31,13 @@ impl<'p> Frames<'p> {
         let shape = (scan.lines(), scan.samples(), scan.elements());
         let beamformer = *lines.beamformer().parameters();
         let set = InstructionSet::detect();
+        let plan = beamform::Plan::new(set, beamformer, covariance, scan.elements())?;
         Ok(Frames {
             pipeline,
-            beamformer: beamform::Plan::new(set, beamformer, covariance, scan.elements())?,
+            beamformer: match lines.adaptive() {
+                all if all == (0..scan.samples()) => plan,
+                adaptive => plan.within(adaptive)?,
+            },
             bone_map: phase_symmetry::Plan::of(*pipeline.phase_symmetry())?,
             aligned: Array3::zeros(shape),
         })

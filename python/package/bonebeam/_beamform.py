@@ -32,6 +32,8 @@ class Beamformer:
             1; 0.01 where neither it nor a rank is given.
         rank: With ``esmv``: a fixed rank of the signal subspace instead.
         exclude_first: With ``esmv-rank1``: all eigenvectors but the first.
+        power_steps: With ``esmv-rank1``: the eigenvector by so many steps of power iteration, 1 to 64,
+            which take the same time whatever the data are, in place of as many Lanczos steps as it takes.
         subaperture_ratio: Length L of the subapertures over the active elements, above 0 and at most 1.
         temporal_half_window: K: the covariance is averaged over the samples n-K to n+K.
         covariance: ``forward`` (Eq. 2 of the paper) or ``forward-backward`` (Eq. 3).
@@ -58,6 +60,7 @@ class Beamformer:
         beta: float | None = None,
         rank: int | None = None,
         exclude_first: bool = False,
+        power_steps: int | None = None,
         subaperture_ratio: float = 0.5,
         temporal_half_window: int = 0,
         covariance: Covariance = "forward-backward",
@@ -69,6 +72,7 @@ class Beamformer:
             beta=beta,
             rank=rank,
             exclude_first=exclude_first,
+            power_steps=power_steps,
             subaperture_ratio=subaperture_ratio,
             temporal_half_window=temporal_half_window,
             covariance=covariance,
@@ -120,6 +124,7 @@ def beamform(
     beta: float | None = ...,
     rank: int | None = ...,
     exclude_first: bool = ...,
+    power_steps: int | None = ...,
     subaperture_ratio: float = ...,
     temporal_half_window: int = ...,
     covariance: Covariance = ...,
@@ -129,6 +134,8 @@ def beamform(
     output_rate: float | None = ...,
     depth_start: float | None = ...,
     depth_end: float | None = ...,
+    adaptive_depth_start: float | None = ...,
+    adaptive_depth_end: float | None = ...,
     sound_speed: float | None = ...,
     threads: int | None = ...,
 ) -> Lines: ...
@@ -142,6 +149,7 @@ def beamform(
     beta: float | None = ...,
     rank: int | None = ...,
     exclude_first: bool = ...,
+    power_steps: int | None = ...,
     subaperture_ratio: float = ...,
     temporal_half_window: int = ...,
     covariance: Covariance = ...,
@@ -161,6 +169,7 @@ def beamform(
     beta: float | None = ...,
     rank: int | None = ...,
     exclude_first: bool = ...,
+    power_steps: int | None = ...,
     subaperture_ratio: float = ...,
     temporal_half_window: int = ...,
     covariance: Covariance = ...,
@@ -178,6 +187,7 @@ def beamform(
     beta: float | None = None,
     rank: int | None = None,
     exclude_first: bool = False,
+    power_steps: int | None = None,
     subaperture_ratio: float = 0.5,
     temporal_half_window: int = 0,
     covariance: Covariance = "forward-backward",
@@ -187,6 +197,8 @@ def beamform(
     output_rate: float | None = None,
     depth_start: float | None = None,
     depth_end: float | None = None,
+    adaptive_depth_start: float | None = None,
+    adaptive_depth_end: float | None = None,
     sound_speed: float | None = None,
     beam_spacing: float | None = None,
     threads: int | None = None,
@@ -199,9 +211,11 @@ def beamform(
         x: Aligned samples, complex64 [beam, sample, element], or with frames before the beams: see
             :class:`Beamformer`. Or a recording: channel data, which are delayed first, some beams at a
             time and frame by frame, or aligned data.
-        method, beta, rank, exclude_first, subaperture_ratio, temporal_half_window, covariance,
-            diagonal_loading, threads: See :class:`Beamformer`.
+        method, beta, rank, exclude_first, power_steps, subaperture_ratio, temporal_half_window,
+            covariance, diagonal_loading, threads: See :class:`Beamformer`.
         f_number, min_elements, output_rate, depth_start, depth_end: Channel data only: see :func:`delay`.
+        adaptive_depth_start, adaptive_depth_end: Channel data only: the depths between which ``method`` is
+            used, m; above and below them is ``das``. The bits on both sides are those of either alone.
         sound_speed: Recordings only: m/s, in place of theirs; aligned data tell none, 1540 is assumed.
         beam_spacing: Aligned data that do not tell where their beams are: the distance between them, m.
         active: Arrays only: see :class:`Beamformer`.
@@ -228,6 +242,7 @@ def beamform(
         "beta": beta,
         "rank": rank,
         "exclude_first": exclude_first,
+        "power_steps": power_steps,
         "subaperture_ratio": subaperture_ratio,
         "temporal_half_window": temporal_half_window,
         "covariance": covariance,
@@ -239,6 +254,8 @@ def beamform(
         "output_rate": output_rate,
         "depth_start": depth_start,
         "depth_end": depth_end,
+        "adaptive_depth_start": adaptive_depth_start,
+        "adaptive_depth_end": adaptive_depth_end,
     }
     if isinstance(x, ChannelData):
         _refuse("channel data", beam_spacing=beam_spacing, active=active, out=out)
@@ -334,6 +351,7 @@ def _parameters(
     beta: float | None = None,
     rank: int | None = None,
     exclude_first: bool = False,
+    power_steps: int | None = None,
     subaperture_ratio: float = 0.5,
     temporal_half_window: int = 0,
     covariance: str = "forward-backward",
@@ -347,6 +365,7 @@ def _parameters(
             beta=beta,
             rank=rank,
             exclude_first=exclude_first,
+            power_steps=power_steps,
             subaperture_ratio=subaperture_ratio,
             temporal_half_window=temporal_half_window,
             covariance=covariance,

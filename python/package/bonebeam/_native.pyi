@@ -12,6 +12,7 @@ class BeamformParameters:
         beta: float | None,
         rank: int | None,
         exclude_first: bool,
+        power_steps: int | None,
         subaperture_ratio: float,
         temporal_half_window: int,
         covariance: str,
@@ -23,6 +24,8 @@ class BeamformParameters:
         depth_end: float | None = None,
         sound_speed: float | None = None,
         beam_spacing: float | None = None,
+        adaptive_depth_start: float | None = None,
+        adaptive_depth_end: float | None = None,
     ) -> BeamformParameters: ...
 
 class Beamformer:

@@ -16,13 +16,14 @@ use rand_chacha::ChaCha8Rng;
 
 pub const COVARIANCES: [Covariance; 2] = [Covariance::Forward, Covariance::ForwardBackward];
 
-pub const METHODS: [Method; 7] = [
+pub const METHODS: [Method; 8] = [
     Method::Das,
     Method::Mv,
     Method::EsmvBeta(0.1),
     Method::EsmvBeta(1e-5),
     Method::EsmvRank(3),
     Method::EsmvRank1,
+    Method::EsmvRank1Steps(8),
     Method::EsmvExcludeFirst,
 ];
 
@@ -125,6 +126,36 @@ fn core_line<A: Averaging<f32>>(line: &Line, parameters: Parameters) -> Vec<Comp
             |n| line.active[n],
             &mut z,
         )
+        .expect("a line that fits");
+    z
+}
+
+/// The core within some samples, DAS elsewhere.
+pub fn core_within(
+    line: &Line,
+    within: std::ops::Range<usize>,
+    parameters: Parameters,
+    covariance: Covariance,
+) -> Vec<Complex<f32>> {
+    match covariance {
+        Covariance::Forward => core_line_within::<Forward>(line, within, parameters),
+        Covariance::ForwardBackward => {
+            core_line_within::<ForwardBackward>(line, within, parameters)
+        }
+    }
+}
+
+fn core_line_within<A: Averaging<f32>>(
+    line: &Line,
+    within: std::ops::Range<usize>,
+    parameters: Parameters,
+) -> Vec<Complex<f32>> {
+    let beamformer = Beamformer::new(parameters).expect("valid parameters");
+    let mut memory = line_memory::<A, f32>(0.0, &beamformer, line);
+    let mut z = vec![Complex::new(f32::NAN, 0.0); line.active.len()];
+    let (mut view, active) = (memory.view(), |n: usize| line.active[n]);
+    beamformer
+        .line_within(&mut view, line.delayed(), active, within, &mut z)
         .expect("a line that fits");
     z
 }

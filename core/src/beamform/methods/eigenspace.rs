@@ -11,6 +11,7 @@ use crate::linalg::inner_product::inner_product;
 use crate::linalg::lanczos::{self, lanczos};
 use crate::linalg::matrix_vector::times_vector;
 use crate::linalg::panels::TILE;
+use crate::linalg::power_iteration::power_iteration;
 use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 
 /// `w_pᴴs` with a signal subspace of rank 1, for the loaded covariance in the solver's panels.
@@ -69,6 +70,51 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
             *e = A::Scalar::select(left, direct, *e);
         }
     }
+    by_eigenpair::<A, V>(zero, solver, subaperture, s, eigenvalue)
+}
+
+/// [`esmv_rank1`] with the eigenpair of a fixed number of `steps` of power iteration.
+///
+/// Every sample takes the same operations. Where `R` is singular in f32, `w_pᴴs` is 0: the eigensolver
+/// that serves the other methods there takes as long as it takes.
+#[inline(always)]
+pub(in crate::beamform) fn esmv_rank1_steps<A: Averaging<V>, V: Vector>(
+    zero: V,
+    steps: usize,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    subaperture: usize,
+    s: &[ComplexVector<V>],
+) -> ComplexVector<V> {
+    let zero = zero.zero();
+    let nothing = ComplexVector::from_real(zero);
+    let padded = subaperture.next_multiple_of(TILE);
+    let (Some(vector), Some(product)) = (
+        solver.vector.get_mut(..padded),
+        solver.factor.get_mut(..padded / TILE),
+    ) else {
+        return nothing;
+    };
+    let (vector, _) = vector.as_chunks_mut();
+    let eigenvalue = power_iteration(zero, solver.matrix, subaperture, steps, vector, product);
+    let (sum, solved) = by_eigenpair::<A, V>(zero, solver, subaperture, s, eigenvalue);
+    ComplexVector::select(solved, sum, nothing)
+}
+
+/// `w_pᴴs` of the eigenvector in the solver's `vector`, and the lanes in which `R` is not singular in f32.
+#[inline(always)]
+fn by_eigenpair<A: Averaging<V>, V: Vector>(
+    zero: V,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    subaperture: usize,
+    s: &[ComplexVector<V>],
+    eigenvalue: V,
+) -> (ComplexVector<V>, V::Mask) {
+    let padded = subaperture.next_multiple_of(TILE);
+    let nothing = ComplexVector::from_real(zero);
+    let none = zero.mask(|_| false);
+    let Some(vector) = solver.vector.get(..padded) else {
+        return (nothing, none);
+    };
     let mut product = nothing;
     for (&e, &s) in vector.iter().zip(s) {
         product = product + e.conj_mul_complex(s);
@@ -76,10 +122,10 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     let steering = solver.rows.as_flattened_mut().get_mut(..padded);
     let (vector, _) = vector.as_chunks();
     let (Some(steering), Some(turned)) = (steering, solver.factor.get_mut(..vector.len())) else {
-        return (nothing, silent & !silent);
+        return (nothing, none);
     };
     let Some((entries, beyond)) = steering.split_at_mut_checked(subaperture) else {
-        return (nothing, silent & !silent);
+        return (nothing, none);
     };
     for (i, entry) in entries.iter_mut().enumerate() {
         *entry = A::Scalar::from_real(zero.splat(A::steering(i, subaperture)));

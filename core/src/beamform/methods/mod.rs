@@ -14,7 +14,7 @@ use super::view::Solver;
 use crate::Error;
 use crate::covariance::Averaging;
 use crate::simd::{ComplexVector, Mask, Scalar, Vector};
-use eigenspace::{esmv, esmv_rank1};
+use eigenspace::{esmv, esmv_rank1, esmv_rank1_steps};
 use mv::mv;
 use num_complex::Complex;
 
@@ -36,6 +36,11 @@ pub enum Method {
     /// Eigenspace MV with a signal subspace of rank 1: the dominant eigenpair alone, by Lanczos steps,
     /// or by reduction to tridiagonal form where no eigenvalue stands out.
     EsmvRank1,
+    /// [`Method::EsmvRank1`] in constant time: the eigenpair is that of so many steps of power iteration,
+    /// 1 to [`Method::MOST_STEPS`], whatever the data are. What is left of the other eigenvectors falls by
+    /// `λ₂/λ₁` a step: docs/numerics.md has a table. A sample whose covariance is singular in f32 is 0,
+    /// which takes a diagonal loading below about 10⁻³.
+    EsmvRank1Steps(usize),
     /// Eigenspace MV with all eigenvectors but the first (Fig. 2c): `w − e₁e₁ᴴw`.
     EsmvExcludeFirst,
 }
@@ -50,6 +55,9 @@ pub(super) struct Direct {
 }
 
 impl Method {
+    /// The most steps of [`Method::EsmvRank1Steps`]: more take longer than the whole eigensolver.
+    pub const MOST_STEPS: usize = 64;
+
     /// Refuses what the method cannot be asked for.
     pub(super) fn check(self) -> Result<(), Error> {
         match self {
@@ -63,6 +71,13 @@ impl Method {
                 value: 0.0,
                 expected: "at least 1",
             }),
+            Method::EsmvRank1Steps(steps) if !(1..=Method::MOST_STEPS).contains(&steps) => {
+                Err(Error::Parameter {
+                    name: "steps",
+                    value: steps as f64,
+                    expected: "1 to 64",
+                })
+            }
             _ => Ok(()),
         }
     }
@@ -83,7 +98,7 @@ impl Method {
         match self {
             Method::EsmvBeta(beta) => Subspace::Share(beta),
             Method::EsmvRank(rank) => Subspace::Largest(rank),
-            Method::EsmvRank1 => Subspace::Largest(1),
+            Method::EsmvRank1 | Method::EsmvRank1Steps(_) => Subspace::Largest(1),
             Method::EsmvExcludeFirst => Subspace::AllButLargest,
             Method::Mv | Method::Das => Subspace::All,
         }
@@ -117,6 +132,15 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
             #[inline(always)]
             move |solver, s| esmv_rank1::<A, V>(zero, solver, subaperture, s, silent),
         ),
+        Method::EsmvRank1Steps(steps) => {
+            return solve(
+                zero,
+                solver,
+                s,
+                #[inline(always)]
+                move |solver, s| esmv_rank1_steps::<A, V>(zero, steps, solver, subaperture, s),
+            );
+        }
         _ => (nothing, silent & !silent),
     };
     if (solved | silent).all() {

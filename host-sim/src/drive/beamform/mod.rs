@@ -5,7 +5,7 @@ mod memory;
 mod pieces;
 
 use crate::{Error, Result};
-use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Run};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run};
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use bonebeam::simd::InstructionSet;
@@ -13,12 +13,13 @@ use ndarray::{Array2, ArrayView3, ArrayViewMut2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use memory::AnyMemory;
 pub use memory::Memory;
 pub(crate) use memory::Needs;
-use pieces::{Piece, runs, stretches};
+use pieces::{Piece, adaptive_runs, other_runs, runs, stretches};
 
 /// Beamforms every beam of `x` (`[beam, sample, element]`) with the active set `active(beam,
 /// sample)`; returns `z` as `[beam, sample]`, in the input's scale.
@@ -40,6 +41,27 @@ pub fn beamform(
     beamform_with(set, x, active, parameters, covariance, progress)
 }
 
+/// As [`beamform`] for the samples `adaptive` of every beam; the others are DAS of their active elements.
+///
+/// # Errors
+/// As [`beamform`].
+pub fn beamform_within(
+    x: ArrayView3<'_, Complex<f32>>,
+    active: impl Fn(usize, usize) -> Active + Sync,
+    adaptive: Range<usize>,
+    parameters: Parameters,
+    covariance: Covariance,
+    progress: impl Fn(usize) + Sync,
+) -> Result<Array2<Complex<f32>>> {
+    let (_, samples, elements) = x.dim();
+    if adaptive == (0..samples) {
+        return beamform(x, active, parameters, covariance, progress);
+    }
+    let set = InstructionSet::detect();
+    let plan = Plan::new(set, parameters, covariance, elements)?;
+    plan.within(adaptive)?.run(x, active, progress)
+}
+
 /// As [`beamform`], with an instruction set of choice: the result does not depend on it.
 ///
 /// # Errors
@@ -58,13 +80,15 @@ pub fn beamform_with(
     let largest = runs.first().map_or(0, |run| run.active.count);
     let plan = Plan::new(set, parameters, covariance, largest)?;
     let mut z = Array2::zeros((beams, samples));
-    plan.beamform(x, &runs, &progress, z.view_mut())?;
+    plan.beamform(&plan.beamformer, x, &runs, &progress, z.view_mut())?;
     Ok(z)
 }
 
 /// Beamforming of many frames: threads and their memory, made once.
 pub struct Plan {
     beamformer: Beamformer,
+    /// The samples that it makes, and DAS for the others; none where it makes all.
+    gate: Option<(Range<usize>, Beamformer)>,
     pool: ThreadPool,
     /// One a thread.
     memory: Vec<Mutex<Box<dyn AnyMemory>>>,
@@ -95,12 +119,27 @@ impl Plan {
         let memory = pool.broadcast(|_| needs.memory(set).map(Mutex::new));
         Ok(Plan {
             beamformer,
+            gate: None,
             pool,
             memory: memory.into_iter().collect::<Result<_>>()?,
         })
     }
 
-    /// Beamforms a frame: see [`beamform()`].
+    /// The same plan, whose beamformer makes the samples `adaptive` of every beam; the others are DAS of their
+    /// active elements.
+    ///
+    /// # Errors
+    /// None: DAS has no parameter out of range.
+    pub fn within(mut self, adaptive: Range<usize>) -> Result<Self> {
+        let das = Beamformer::new(Parameters {
+            method: Method::Das,
+            ..*self.beamformer.parameters()
+        })?;
+        self.gate = Some((adaptive, das));
+        Ok(self)
+    }
+
+    /// Beamforms a frame: see [`beamform()`]. Behind a gate `progress` may hear of a few samples twice.
     ///
     /// # Errors
     /// [`Error::Data`] naming beam, sample and element of a sample that is not finite;
@@ -129,13 +168,24 @@ impl Plan {
         progress: impl Fn(usize) + Sync,
         z: ArrayViewMut2<'_, Complex<f32>>,
     ) -> Result<()> {
-        check_window(self.beamformer.parameters(), x.dim().1)?;
+        let parameters = self.beamformer.parameters();
+        check_window(parameters, x.dim().1)?;
         let (beams, samples, _) = x.dim();
-        self.beamform(x, &runs((beams, samples), active), &progress, z)
+        let Some((within, das)) = &self.gate else {
+            let runs = runs((beams, samples), active);
+            return self.beamform(&self.beamformer, x, &runs, &progress, z);
+        };
+        let mut z = z;
+        let window = parameters.temporal_half_window;
+        let runs = adaptive_runs((beams, samples), &active, within, window);
+        self.beamform(&self.beamformer, x, &runs, &progress, z.view_mut())?;
+        let runs = other_runs((beams, samples), &active, within);
+        self.beamform(das, x, &runs, &progress, z)
     }
 
     fn beamform(
         &self,
+        beamformer: &Beamformer,
         x: ArrayView3<'_, Complex<f32>>,
         runs: &[Piece],
         progress: &(dyn Fn(usize) + Sync),
@@ -163,12 +213,9 @@ impl Plan {
         // The first bad beam is named, whichever thread found one first.
         let lines = lines.into_iter().collect::<Result<Vec<_>>>()?;
         let lanes = self.memory(0).lanes();
-        let pieces = stretches(
-            runs,
-            lanes,
-            self.beamformer.parameters().temporal_half_window,
-        );
-        self.threads(&lines, &pieces, progress, of_pieces(z, &pieces, samples))
+        let pieces = stretches(runs, lanes, beamformer.parameters().temporal_half_window);
+        let z = of_pieces(z, &pieces, samples);
+        self.threads(beamformer, &lines, &pieces, progress, z)
     }
 
     fn memory(&self, thread: usize) -> MutexGuard<'_, Box<dyn AnyMemory>> {
@@ -179,6 +226,7 @@ impl Plan {
     /// each piece.
     fn threads(
         &self,
+        beamformer: &Beamformer,
         lines: &[AlignedLine<'_>],
         pieces: &[Piece],
         progress: &(dyn Fn(usize) + Sync),
@@ -197,7 +245,7 @@ impl Plan {
             loop {
                 let next = groups.lock().unwrap_or_else(PoisonError::into_inner).next();
                 let (index, (group, mut z)) = next?;
-                let done = beamform_group(&self.beamformer, &mut **memory, lines, group, &mut z);
+                let done = beamform_group(beamformer, &mut **memory, lines, group, &mut z);
                 if let Err(error) = done {
                     return Some((index, error));
                 }
@@ -225,7 +273,7 @@ fn check_window(parameters: &Parameters, samples: usize) -> Result<()> {
 /// Pieces of one number of active elements, at most one a lane, and where their outputs go.
 type Group<'p, 'z> = (&'p [Piece], Vec<&'z mut [Complex<f32>]>);
 
-/// The memory of each piece's outputs, of lines `z` [beam][sample] in which every sample is in one piece.
+/// The memory of each piece's outputs, of lines `z` [beam][sample] in which no sample is in two pieces.
 fn of_pieces<'z>(
     mut z: &'z mut [Complex<f32>],
     pieces: &[Piece],
@@ -237,11 +285,11 @@ fn of_pieces<'z>(
     let mut first = 0;
     for k in order {
         let piece = pieces[k];
-        debug_assert_eq!(first, piece.beam * samples + piece.first_sample);
-        let (own, rest) = z.split_at_mut(piece.samples);
+        let begin = piece.beam * samples + piece.first_sample;
+        let (own, rest) = z[begin - first..].split_at_mut(piece.samples);
         memory[k] = own;
         z = rest;
-        first += piece.samples;
+        first = begin + piece.samples;
     }
     memory
 }

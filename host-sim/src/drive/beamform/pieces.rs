@@ -1,7 +1,9 @@
 //! How a frame is cut for the lanes: runs of one active set, and stretches of long runs.
 
 use std::cmp::Reverse;
+use std::ops::Range;
 
+use bonebeam::beamform::{constant_runs, runs_within};
 use bonebeam::geometry::Active;
 use rayon::prelude::*;
 
@@ -26,19 +28,61 @@ pub fn runs(
     (beams, samples): (usize, usize),
     active: impl Fn(usize, usize) -> Active + Sync,
 ) -> Vec<Piece> {
-    let of_beam = |beam: usize| {
-        let runs = bonebeam::beamform::constant_runs(samples, |sample| active(beam, sample));
-        let piece = |(first_sample, samples, active)| Piece {
-            beam,
-            first_sample,
-            samples,
-            active,
-        };
-        runs.map(piece).collect::<Vec<_>>()
-    };
+    in_order(beams, |beam| {
+        let runs = constant_runs(samples, |sample| active(beam, sample));
+        runs.map(|run| piece(beam, run)).collect()
+    })
+}
+
+/// What makes the samples `within` of each beam, in the same order. Some above come with them.
+pub fn adaptive_runs(
+    (beams, samples): (usize, usize),
+    active: impl Fn(usize, usize) -> Active + Sync,
+    within: &Range<usize>,
+    temporal_half_window: usize,
+) -> Vec<Piece> {
+    in_order(beams, |beam| {
+        let active = |sample| active(beam, sample);
+        let runs = runs_within(samples, active, within.clone(), temporal_half_window);
+        runs.map(|run| piece(beam, run)).collect()
+    })
+}
+
+/// The runs of all samples but those `within`, for DAS, which has no time window.
+pub fn other_runs(
+    (beams, samples): (usize, usize),
+    active: impl Fn(usize, usize) -> Active + Sync,
+    within: &Range<usize>,
+) -> Vec<Piece> {
+    let [start, end] = [within.start, within.end].map(|edge| edge.min(samples));
+    in_order(beams, |beam| {
+        let rest = [0..start, end.max(start)..samples].into_iter();
+        let runs = rest.flat_map(|rest| {
+            let runs = constant_runs(rest.len(), {
+                let active = &active;
+                let start = rest.start;
+                move |sample| active(beam, start + sample)
+            });
+            runs.map(move |(first, samples, set)| piece(beam, (rest.start + first, samples, set)))
+        });
+        runs.collect()
+    })
+}
+
+fn in_order(beams: usize, of_beam: impl Fn(usize) -> Vec<Piece> + Sync) -> Vec<Piece> {
+    let of_beam = |beam| of_beam(beam);
     let mut runs: Vec<Piece> = (0..beams).into_par_iter().flat_map_iter(of_beam).collect();
     runs.par_sort_by_key(order);
     runs
+}
+
+fn piece(beam: usize, (first_sample, samples, active): (usize, usize, Active)) -> Piece {
+    Piece {
+        beam,
+        first_sample,
+        samples,
+        active,
+    }
 }
 
 /// Cuts long runs into stretches where that fills lanes. Below the depth of full aperture every beam near

@@ -15,7 +15,16 @@ pub struct Receive(pub Beamform);
 
 /// Keys of `[beamform]` that an experiment does not take: it compares all beamformers, and its data tell
 /// where the beams are.
-const NOT_TAKEN: [&str; 5] = ["method", "beta", "rank", "exclude_first", "beam_spacing"];
+const NOT_TAKEN: [&str; 8] = [
+    "method",
+    "beta",
+    "rank",
+    "exclude_first",
+    "power_steps",
+    "adaptive_depth_start",
+    "adaptive_depth_end",
+    "beam_spacing",
+];
 
 /// Depths of the lines' ends where nothing else is said, m.
 const DEPTHS: [f64; 2] = [5e-3, 40e-3];

@@ -9,7 +9,7 @@ use super::covariance::{
     forward, forward_trace, loading, mirrored, real_form, real_form_of_data, real_form_of_steering,
     real_form_trace, scaled, subaperture_sum, window_sum,
 };
-use super::dominant_eigenpair::dominant_eigenpair;
+use super::dominant_eigenpair::{dominant_eigenpair, power_iteration};
 use super::linalg::{FLOOR, Number, cholesky, eigen, factor, partial_sums, row_times};
 
 /// z of every sample of a line. `x[n]` holds the elements of sample `n`; `active[n]` its first
@@ -234,7 +234,11 @@ fn response<T: Number>(
 ) -> Complex<f32> {
     let solved = match method {
         Method::Mv => minimum_variance(a, steering, s),
-        Method::EsmvRank1 => rank1(a, steering, s),
+        Method::EsmvRank1 => rank1(a, steering, s, dominant_eigenpair(a)),
+        Method::EsmvRank1Steps(steps) => {
+            let sum = rank1(a, steering, s, power_iteration(a, steps));
+            return sum.filter(|z| z.is_finite()).unwrap_or(Complex::ZERO);
+        }
         _ => None,
     };
     solved
@@ -270,9 +274,13 @@ fn minimum_variance<T: Number>(
     Some(product / power)
 }
 
-/// `w_pᴴs` for rank 1, where `a` is not singular.
-fn rank1<T: Number>(a: &[Vec<T>], steering: &[T], s: &[Complex<f32>]) -> Option<Complex<f32>> {
-    let (eigenvalue, e) = dominant_eigenpair(a);
+/// `w_pᴴs` of one eigenpair, where `a` is not singular.
+fn rank1<T: Number>(
+    a: &[Vec<T>],
+    steering: &[T],
+    s: &[Complex<f32>],
+    (eigenvalue, e): (f32, Vec<T>),
+) -> Option<Complex<f32>> {
     // λ₁·e₁ᴴa, as e₁ᴴ(R·a).
     let projection = partial_sums((0..e.len()).map(|i| {
         let entry = row_times(T::zero(), a, 0, i, steering);
@@ -326,7 +334,7 @@ fn eigenspace<T: Number>(
                 + 1
         }
         Method::EsmvRank(rank) => 0..rank.min(n),
-        Method::EsmvRank1 => 0..1,
+        Method::EsmvRank1 | Method::EsmvRank1Steps(_) => 0..1,
         Method::EsmvExcludeFirst => 1..n,
         Method::Mv | Method::Das => 0..n,
     };

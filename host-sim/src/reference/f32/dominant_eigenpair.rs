@@ -1,11 +1,36 @@
 //! The largest eigenvalue and its eigenvector in plain loops, in the order of operations of
-//! `bonebeam::linalg`: by Lanczos steps, or directly.
+//! `bonebeam::linalg`: by Lanczos steps, or directly; and what steps of power iteration make of it.
 
 use super::linalg::{FLOOR, Number, Reflection, partial_sums, power, reduce, row_times, trace};
 
 /// The largest eigenvalue and its eigenvector.
 pub(super) fn dominant_eigenpair<T: Number>(a: &[Vec<T>]) -> (f32, Vec<T>) {
     lanczos(a).unwrap_or_else(|| direct(a))
+}
+
+/// So many steps of power iteration: the last product's length, and its direction.
+pub(super) fn power_iteration<T: Number>(a: &[Vec<T>], steps: usize) -> (f32, Vec<T>) {
+    let n = a.len();
+    let start = usize::from(n > 1 && a[0][0].re() < a[1][1].re());
+    // The matrix times a unit vector is a column.
+    let mut product: Vec<T> = (0..n)
+        .map(|i| match i >= start {
+            true => a[i][start],
+            false => a[start][i].conj(),
+        })
+        .collect();
+    for step in 1.. {
+        let length = partial_sums(product.iter().map(|&x| power(x))).sqrt();
+        let reciprocal = 1.0 / length;
+        let v: Vec<T> = product.iter().map(|&entry| entry * reciprocal).collect();
+        if step == steps {
+            return (length, v);
+        }
+        product = (0..n)
+            .map(|i| row_times(v[i] * -0.0, a, 0, i, &v))
+            .collect();
+    }
+    unreachable!("there is a last step")
 }
 
 /// The Lanczos iteration, or `None` where it does not arrive.

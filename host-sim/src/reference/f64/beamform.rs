@@ -55,6 +55,8 @@ pub struct Sample {
     pub covariance: Matrix,
     /// w of Eq. 1.
     pub minimum_variance: Vector,
+    /// What the covariance is averaged by.
+    pub averaging: Covariance,
 }
 
 impl Sample {
@@ -92,17 +94,24 @@ impl Sample {
         covariance += Matrix::from_diagonal_element(subaperture, subaperture, diagonal_loading);
 
         let elements = snapshots(x, n, active, active.1).column(0).into_owned();
-        Sample::of(elements, snapshots(x, n, active, subaperture), covariance)
+        let snapshots = snapshots(x, n, active, subaperture);
+        Sample::of(elements, snapshots, covariance, averaging)
             .ok_or_else(|| Error::Data(format!("the covariance of sample {n} is singular")))
             .map(Some)
     }
 
     /// The same data with another loaded covariance; `None` where it is not positive definite.
     pub fn with_covariance(&self, covariance: Matrix) -> Option<Self> {
-        Sample::of(self.elements.clone(), self.snapshots.clone(), covariance)
+        let (elements, snapshots) = (self.elements.clone(), self.snapshots.clone());
+        Sample::of(elements, snapshots, covariance, self.averaging)
     }
 
-    fn of(elements: Vector, snapshots: Matrix, covariance: Matrix) -> Option<Self> {
+    fn of(
+        elements: Vector,
+        snapshots: Matrix,
+        covariance: Matrix,
+        averaging: Covariance,
+    ) -> Option<Self> {
         let steering = Vector::from_element(covariance.nrows(), Complex::ONE);
         let solved = Cholesky::new(covariance.clone())?.solve(&steering);
         Some(Sample {
@@ -110,6 +119,7 @@ impl Sample {
             snapshots,
             covariance,
             minimum_variance: &solved / steering.dotc(&solved),
+            averaging,
         })
     }
 
@@ -133,7 +143,8 @@ impl Sample {
     }
 
     /// What a method gives for this sample, whose `eigenspace` it is: one value, or one for each rank
-    /// that Eq. 8 may choose where c_j lies within `tolerance` of β·c_L.
+    /// that Eq. 8 may choose where c_j lies within `tolerance` of β·c_L, or for each start of a power
+    /// iteration where their diagonal entries lie within `tolerance` of each other.
     pub fn answers(&self, eigenspace: &Eigenspace, method: Method, tolerance: f64) -> Vec<Answer> {
         let w = &self.minimum_variance;
         let subaperture = w.len();
@@ -150,9 +161,64 @@ impl Sample {
             }
             Method::EsmvRank(rank) => 0..rank.min(subaperture),
             Method::EsmvRank1 => 0..1,
+            Method::EsmvRank1Steps(steps) => {
+                let starts = self.starts(tolerance).into_iter();
+                return starts
+                    .map(|start| Answer::new(self.output(&self.power_iteration(start, steps))))
+                    .collect();
+            }
             Method::EsmvExcludeFirst => 1..subaperture,
         };
         vec![answer(kept)]
+    }
+
+    /// Where a power iteration begins: the unit vector of element 0 or 1, whichever has the larger
+    /// diagonal entry; after forward-backward averaging of the sum or the difference of the first and the
+    /// last element, as docs/numerics.md has them. The other one, too, where the two entries lie within
+    /// `tolerance` of each other.
+    fn starts(&self, tolerance: f64) -> Vec<Vector> {
+        let size = self.covariance.nrows();
+        let mut first = Vector::zeros(size);
+        first[0] = Complex::ONE;
+        if size == 1 {
+            return vec![first];
+        }
+        let mut second = Vector::zeros(size);
+        match self.averaging {
+            Covariance::Forward => second[1] = Complex::ONE,
+            Covariance::ForwardBackward => {
+                let root = std::f64::consts::FRAC_1_SQRT_2;
+                first[0] = Complex::from(root);
+                first[size - 1] = Complex::from(root);
+                second[0] = Complex::new(0.0, root);
+                second[size - 1] = Complex::new(0.0, -root);
+            }
+        }
+        let power = |u: &Vector| u.dotc(&(&self.covariance * u)).re;
+        let (one, other) = (power(&first), power(&second));
+        let order = match one < other {
+            true => vec![second, first],
+            false => vec![first, second],
+        };
+        let both = (one - other).abs() < tolerance * (one + other);
+        order.into_iter().take(if both { 2 } else { 1 }).collect()
+    }
+
+    /// w_p of the eigenpair that so many steps of power iteration make of `start`:
+    /// e·(eᴴRa)/(θ²·aᴴR⁻¹a) with θ, the last product's length, for λ₁.
+    fn power_iteration(&self, start: Vector, steps: usize) -> Vector {
+        let (mut e, mut theta) = (start, 0.0);
+        for _ in 0..steps {
+            e = &self.covariance * e;
+            theta = e.norm();
+            e /= Complex::from(theta);
+        }
+        let steering = Vector::from_element(e.len(), Complex::ONE);
+        let projection = e.dotc(&(&self.covariance * steering));
+        // wᴴRw = 1/(aᴴR⁻¹a).
+        let w = &self.minimum_variance;
+        let power = w.dotc(&(&self.covariance * w));
+        e * (projection * power / (theta * theta))
     }
 }
 /// A right value of z.

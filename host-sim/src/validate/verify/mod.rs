@@ -30,8 +30,11 @@ use crate::methods::COMPARED;
 use crate::reference;
 use crate::validate::{self, Bits, Bound};
 
-/// Of the methods that are not compared elsewhere: a rank that is fixed and not 1.
-const RANK_3: (&str, Method) = ("ESMV rank 3", Method::EsmvRank(3));
+/// The methods that are not compared elsewhere: a rank that is fixed and not 1, and rank 1 in constant time.
+const OTHERS: [(&str, Method); 2] = [
+    ("ESMV rank 3", Method::EsmvRank(3)),
+    ("ESMV rank 1, 8 steps", Method::EsmvRank1Steps(8)),
+];
 
 /// One thing that was verified.
 #[derive(Clone, Debug)]
@@ -87,7 +90,7 @@ pub fn verify(mut progress: impl FnMut(usize)) -> Result<Vec<Verdict>> {
     for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
         for temporal_half_window in [0, 2, 10] {
             let compared = COMPARED.iter().map(|row| (row.name, row.method));
-            for (name, method) in compared.chain([RANK_3]) {
+            for (name, method) in compared.chain(OTHERS) {
                 let parameters = Parameters {
                     method,
                     temporal_half_window,

@@ -1,0 +1,82 @@
+//! Power iteration with a fixed number of steps: an approximate dominant eigenpair in constant time.
+//!
+//! What is done does not depend on the matrix: no step is left out, no lane waits for another. It is for
+//! hard real time, and for hardware without branches. The error falls by `λ₂/λ₁` a step;
+//! docs/numerics.md has it over gaps and steps.
+//!
+//! - **Start**: the unit vector `u` of coordinate 0 or 1, whichever has the larger diagonal entry (as
+//!   [`lanczos`](super::lanczos)), so that the first step's product is a column of the matrix.
+//! - **Step**: `v ← A·v/‖A·v‖`. There is no shift.
+//! - **Result**: after `N` steps `v` is along `Aᴺu`, and the eigenvalue is the last `‖A·v‖`.
+//!
+//! A loaded matrix maps no unit vector to less than its loading, so that no length is 0; a caller with a
+//! loading of 0 looks whether what comes of it is finite. Neither can overflow: the trace is below 2, and
+//! the loading at most 10⁶ times that.
+
+use super::inner_product::inner_product;
+use super::matrix_vector::times_vector;
+use super::panels::{PanelColumn, TILE, panel};
+use crate::simd::{Scalar, Vector};
+
+/// Takes `steps` of the matrix `a` of `n` rows (one where 0 are asked for).
+///
+/// Leaves the unit vector in `vector`, with zeros in the rows that fill up the last panel, and returns the
+/// eigenvalue. `product`: as long as `vector`, to work in.
+///
+/// Cost: `n` times 2 flops real (4 complex) for the length and 1 (2) for the division a step; `2n²`
+/// (`8n²`) for the product of each but the first.
+#[inline(always)]
+pub fn power_iteration<S: Scalar<V>, V: Vector>(
+    zero: V,
+    a: &[PanelColumn<S>],
+    n: usize,
+    steps: usize,
+    vector: &mut [PanelColumn<S>],
+    product: &mut [PanelColumn<S>],
+) -> V {
+    start(zero, a, n, product);
+    let mut eigenvalue = normalise(zero, product, vector);
+    for _ in 1..steps {
+        times_vector(a, zero, vector, product);
+        eigenvalue = normalise(zero, product, vector);
+    }
+    eigenvalue
+}
+
+/// `A·u`: the first column, or the second where its diagonal entry is larger.
+#[inline(always)]
+fn start<S: Scalar<V>, V: Vector>(
+    zero: V,
+    a: &[PanelColumn<S>],
+    n: usize,
+    product: &mut [PanelColumn<S>],
+) {
+    let second = match a {
+        [first, next, ..] if n > 1 => first[0].real().less(next[1].real()),
+        _ => zero.mask(|_| false),
+    };
+    for (i, product) in product.iter_mut().enumerate() {
+        if let Some([first, next, ..]) = a.get(panel(i)..) {
+            for r in 0..TILE {
+                product[r] = S::select(second, next[r], first[r]);
+            }
+        }
+    }
+}
+
+/// The product as a unit vector; returns its length.
+#[inline(always)]
+fn normalise<S: Scalar<V>, V: Vector>(
+    zero: V,
+    product: &[PanelColumn<S>],
+    vector: &mut [PanelColumn<S>],
+) -> V {
+    let length = inner_product(zero, product, product).real().sqrt();
+    let reciprocal = zero.splat(1.0) / length;
+    for (v, p) in vector.iter_mut().zip(product) {
+        for r in 0..TILE {
+            v[r] = p[r].scale(reciprocal);
+        }
+    }
+    length
+}
