@@ -21,6 +21,8 @@ pub mod beamform;
 pub mod covariance;
 mod error;
 pub mod focus;
+#[cfg(feature = "defmt")]
+mod formats;
 pub mod geometry;
 pub mod image;
 mod instructions;

@@ -5,7 +5,7 @@
 use arbitrary::Arbitrary;
 use bonebeam::Error;
 use bonebeam::geometry::Axis;
-use bonebeam::image::{BMode, BModeParameters, PixelGrid, envelope};
+use bonebeam::image::{BMode, BModeParameters, Logarithm, PixelGrid, envelope};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam_fuzz::{complex, finite_bits};
 use libfuzzer_sys::fuzz_target;
@@ -71,6 +71,11 @@ fuzz_target!(|input: Input| {
         samples,
         grid,
         dynamic_range: input.dynamic_range,
+        // Not of a field of its own, which would move what the seeds hold.
+        logarithm: match input.exponent % 2 == 0 {
+            true => Logarithm::Exact,
+            false => Logarithm::Polynomial,
+        },
         median: input.median,
     };
     let Ok(b_mode) = BMode::new(parameters) else {

@@ -1,6 +1,8 @@
 //! The whole way from envelopes of lines to a B-mode image.
 
-use super::{Fan, PixelGrid, largest, log_compression, median, resample, scan_conversion};
+use super::{
+    Fan, Logarithm, PixelGrid, largest, log_compression, median, resample, scan_conversion,
+};
 use crate::Error;
 use crate::error::check_length;
 use crate::geometry::Axis;
@@ -18,6 +20,8 @@ pub struct BModeParameters {
     pub grid: PixelGrid,
     /// How far below the largest envelope black is, dB.
     pub dynamic_range: f32,
+    /// By which logarithm grey levels are made.
+    pub logarithm: Logarithm,
     /// Whether the pixels go through the 3×3 median.
     pub median: bool,
 }
@@ -27,7 +31,7 @@ pub struct BModeParameters {
 ///
 /// ```
 /// use bonebeam::geometry::Axis;
-/// use bonebeam::image::{BMode, BModeParameters, PixelGrid};
+/// use bonebeam::image::{BMode, BModeParameters, Logarithm, PixelGrid};
 ///
 /// let (lines, samples) = (Axis::centred(2, 1e-3), Axis { first: 0.0, step: 0.5e-3, count: 3 });
 /// let b_mode = BMode::new(BModeParameters {
@@ -35,6 +39,7 @@ pub struct BModeParameters {
 ///     samples,
 ///     grid: PixelGrid::of_lines(&lines, &samples, 3, 3),
 ///     dynamic_range: 40.0,
+///     logarithm: Logarithm::Exact,
 ///     median: false,
 /// })?;
 /// let envelopes = [1.0, 0.1, 0.0, 1.0, 0.1, 0.0];
@@ -133,10 +138,14 @@ impl BMode {
     /// Grey levels of envelopes, of any number of lines, relative to the frame's `reference`.
     ///
     /// # Errors
-    /// As [`log_compression()`](super::log_compression()).
+    /// As [`log_compression_with()`](super::log_compression_with()).
     pub fn levels(&self, envelopes: &[f32], reference: f32, out: &mut [f32]) -> Result<(), Error> {
-        let range = self.parameters.dynamic_range;
-        log_compression::log_compression(envelopes, reference, range, out)
+        let BModeParameters {
+            logarithm,
+            dynamic_range,
+            ..
+        } = self.parameters;
+        log_compression::log_compression_with(logarithm, envelopes, reference, dynamic_range, out)
     }
 
     /// The image of all lines' grey levels, `[line][sample]`. `scratch`: [`BMode::scratch_len`] values.

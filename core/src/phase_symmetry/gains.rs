@@ -101,7 +101,7 @@ pub struct GainTables<M> {
     /// For each scale a quarter of radial factors, rows 0..=R/2 and columns 0..=C/2; then for each
     /// of [`TURNS`] a half of angular factors, all rows and columns 0..=C/2. Each in the bank's
     /// strips of columns, row after row.
-    memory: M,
+    pub(crate) memory: M,
 }
 
 impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {

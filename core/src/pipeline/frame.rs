@@ -65,7 +65,7 @@ use crate::{Complex, Error};
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
 pub struct Frame<'p, 'm> {
-    pipeline: &'p Pipeline<'p>,
+    pub(crate) pipeline: &'p Pipeline<'p>,
     filters: LogGabor<'m>,
     widths: Widths<'m>,
     envelopes: &'m mut [f32],

@@ -24,7 +24,7 @@ pub use memory::{Memory, MemoryView, Sizes};
 use crate::Error;
 use crate::beamform;
 use crate::geometry::{Axis, Lines, Scan, ScanParameters};
-use crate::image::{BMode, BModeParameters, PixelGrid};
+use crate::image::{BMode, BModeParameters, Logarithm, PixelGrid};
 use crate::phase_symmetry::{self, PhaseSymmetry};
 
 /// What a [`Pipeline`] is made of.
@@ -115,6 +115,7 @@ impl<'a> Pipeline<'a> {
                 samples,
                 grid: PixelGrid::of_lines(&lines, &samples, rows, columns),
                 dynamic_range: parameters.dynamic_range,
+                logarithm: Logarithm::Exact,
                 median: parameters.median,
             })?,
             phase_symmetry: PhaseSymmetry::new(&phase_symmetry::Parameters {

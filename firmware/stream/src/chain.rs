@@ -5,7 +5,7 @@ use bonebeam::focus::{
     Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine,
 };
 use bonebeam::geometry::{Lines, Widths};
-use bonebeam::image::{BMode, BModeParameters, PixelGrid, envelope};
+use bonebeam::image::{BMode, BModeParameters, Logarithm, PixelGrid, envelope};
 use bonebeam::phase_symmetry::{
     External, Kernels, LogGabor, Microfft, Parameters, PhaseSymmetry, StripMemory,
 };
@@ -52,6 +52,7 @@ impl Plan {
                 samples: down,
                 grid: PixelGrid::of_lines(&across, &down, ROWS, COLUMNS),
                 dynamic_range: DYNAMIC_RANGE,
+                logarithm: Logarithm::Exact,
                 median: true,
             })?,
             phase_symmetry: PhaseSymmetry::new(&Parameters {

@@ -1,7 +1,7 @@
 //! Lines → image, through the core.
 
 use bonebeam::geometry::Axis;
-use bonebeam::image::{self as core, BMode, BModeParameters, Fan};
+use bonebeam::image::{self as core, BMode, BModeParameters, Fan, Logarithm};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
@@ -61,6 +61,7 @@ pub fn b_mode(lines: &Lines, dynamic_range: f32, grid: &PixelGrid, median: bool)
         samples: sample_axis(lines),
         grid: *grid,
         dynamic_range,
+        logarithm: Logarithm::Exact,
         median,
     };
     let b_mode = match layout(lines)? {

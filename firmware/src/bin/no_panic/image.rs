@@ -3,7 +3,8 @@
 use crate::geometry::axis;
 use crate::{opaque, take};
 use bonebeam::image::{
-    BMode, BModeParameters, PixelGrid, envelope, largest, log_compression, median, resample,
+    BMode, BModeParameters, Logarithm, PixelGrid, envelope, largest, log_compression, median,
+    resample,
 };
 use bonebeam::{Complex, Error};
 
@@ -31,6 +32,7 @@ fn b_mode(from: &[f32], to: &mut [f32]) -> Result<(), Error> {
         samples,
         grid: PixelGrid::of_lines(&lines, &samples, rows, columns),
         dynamic_range: opaque(1.0),
+        logarithm: opaque(Logarithm::Exact),
         median: opaque(true),
     }))?;
     take(b_mode.parameters());

@@ -5,7 +5,7 @@ use bonebeam::focus::{
     Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine,
 };
 use bonebeam::geometry::Axis;
-use bonebeam::image::{BMode, BModeParameters, PixelGrid, envelope};
+use bonebeam::image::{BMode, BModeParameters, Logarithm, PixelGrid, envelope};
 use bonebeam::phase_symmetry::{
     External, Kernels, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, StripMemory,
 };
@@ -47,6 +47,7 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
         samples,
         grid: PixelGrid::of_lines(&lines, &samples, ROWS, COLUMNS),
         dynamic_range: scan::DYNAMIC_RANGE,
+        logarithm: Logarithm::Exact,
         median: true,
     })?;
     let (mut work, mut image) = (vec![0.0; b_mode.work_len()], vec![0.0; PIXELS]);
