@@ -5,7 +5,7 @@ use bonebeam::focus::Record;
 use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::pipeline::{Frame, Memory, Parameters, Pipeline, Sizes};
 
-const PARAMETERS: Parameters = Parameters {
+pub const PARAMETERS: Parameters = Parameters {
     scan: ScanParameters {
         array: Array::linear(16, 0.3e-3),
         lines: Lines::Even(Axis::centred(64, 0.15e-3)),

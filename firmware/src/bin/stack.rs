@@ -1,0 +1,459 @@
+//! The stack that each public entry of the core takes, at most: bytes below the caller's frame.
+//!
+//! The stack is painted, the entry runs, and what is no longer painted is counted. Prints a line an entry,
+//! `stack NAME BYTES`. The stages work on noise, which takes the adaptive methods' slow ways too, and on
+//! records that end before the line does. Sizes hardly matter, since all arrays are the caller's.
+
+#![no_std]
+#![no_main]
+
+// The whole way is the example's.
+#[allow(
+    dead_code,
+    reason = "its parameters and its memory are used, not the example itself"
+)]
+#[path = "../../../core/examples/bone_map.rs"]
+mod example;
+
+use core::hint::black_box;
+
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Storage, Workspace};
+use bonebeam::covariance::{Averaging, Forward};
+use bonebeam::focus::{
+    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
+    IqSamples, Record, ScanLine,
+};
+use bonebeam::geometry::{Active, Array, Axis, Ray, Scan, Transmit, TransmitLaw, Widths};
+use bonebeam::image::{
+    BMode, BModeParameters, Fan, Logarithm, PixelGrid, envelope, largest, log_compression,
+    log_compression_with, median, resample, scan_convert,
+};
+use bonebeam::phase_symmetry::{
+    self, External, GainTables, Gains, Kernels, LaneFft, LogGabor, LogGaborTables, Microfft,
+    PhaseSymmetry, StripMemory, scale_for_display,
+};
+use bonebeam::pipeline::{Frame, Pipeline};
+use bonebeam::{Complex, Error};
+use cortex_m_rt::entry;
+use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
+use cortex_m_semihosting::hprintln;
+use firmware::exit;
+use static_cell::{ConstStaticCell, StaticCell};
+
+const ELEMENTS: usize = 16;
+const SAMPLES: usize = 96;
+const RECORD: usize = 2 * SAMPLES;
+const SIDE: usize = 64;
+const PIXELS: usize = SIDE * SIDE;
+const STRIPS: phase_symmetry::Sizes = phase_symmetry::Sizes {
+    rows: SIDE,
+    columns: SIDE,
+    strip: 8,
+};
+const SCALES: [f64; 3] = [1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0];
+
+/// The line goes beyond the record at both ends.
+const RF: DelayParameters = DelayParameters {
+    sound_speed: 1540.0,
+    sampling_rate: 40e6,
+    centre_frequency: 5e6,
+    output_rate: 20e6,
+    output_start: 0.0,
+    output_samples: SAMPLES,
+    elements: ELEMENTS,
+    record_samples: RECORD - 40,
+    hilbert_taps: 8,
+};
+const FASTER: DelayParameters = DelayParameters {
+    sampling_rate: 100e6,
+    ..RF
+};
+const IQ: IqParameters = IqParameters {
+    sound_speed: 1540.0,
+    sampling_rate: 10e6,
+    demodulation_frequency: 5e6,
+    output_rate: 10e6,
+    output_start: 0.0,
+    output_samples: SAMPLES,
+    elements: ELEMENTS,
+    record_samples: SAMPLES - 10,
+    reading: IqReading::Linear,
+};
+const SCRATCH: usize = {
+    let [a, b] = [RF.scratch_len(1), FASTER.scratch_len(1)];
+    if a > b { a } else { b }
+};
+
+struct Arrays {
+    noise: [f32; PIXELS],
+    rf: [f32; ELEMENTS * example::PARAMETERS.scan.record_samples],
+    counts: [[i16; 2]; ELEMENTS * SAMPLES],
+    scratch: [f32; SCRATCH],
+    aligned: [Complex<f32>; ELEMENTS * SAMPLES],
+    z: [Complex<f32>; SAMPLES],
+    image: [f32; PIXELS],
+    out: [f32; PIXELS],
+    work: [f32; 2 * PIXELS],
+    spectrum: [f32; STRIPS.spectrum_len()],
+    filtered: [f32; STRIPS.filtered_len()],
+    gains: [f32; STRIPS.gain_tables_len(SCALES.len())],
+    strip: StripMemory<SIDE, 8>,
+    tables: LogGaborTables,
+    both: Workspace<ELEMENTS, 8, 2>,
+    forward: Workspace<ELEMENTS, 8, 2, Forward>,
+    frame: example::FrameMemory,
+    line: example::LineMemory,
+}
+
+static ARRAYS: ConstStaticCell<Arrays> = ConstStaticCell::new(Arrays {
+    noise: [0.0; PIXELS],
+    rf: [0.0; ELEMENTS * example::PARAMETERS.scan.record_samples],
+    counts: [[0; 2]; ELEMENTS * SAMPLES],
+    scratch: [0.0; SCRATCH],
+    aligned: [Complex::new(0.0, 0.0); ELEMENTS * SAMPLES],
+    z: [Complex::new(0.0, 0.0); SAMPLES],
+    image: [0.0; PIXELS],
+    out: [0.0; PIXELS],
+    work: [0.0; 2 * PIXELS],
+    spectrum: [0.0; STRIPS.spectrum_len()],
+    filtered: [0.0; STRIPS.filtered_len()],
+    gains: [0.0; STRIPS.gain_tables_len(SCALES.len())],
+    strip: StripMemory::new(),
+    tables: LogGaborTables::new(),
+    both: Workspace::new(),
+    forward: Workspace::new(),
+    frame: example::FrameMemory::new(),
+    line: example::LineMemory::new(),
+});
+
+#[entry]
+fn main() -> ! {
+    match all(ARRAYS.take()) {
+        Ok(()) => exit(EXIT_SUCCESS),
+        Err(error) => hprintln!("error: {error}"),
+    }
+    exit(EXIT_FAILURE)
+}
+
+/// Runs an entry and prints the stack that it took.
+#[inline(never)]
+fn of<R>(name: &str, entry: impl FnOnce() -> Result<R, Error>) -> Result<(), Error> {
+    cortex_m_stack::repaint_stack();
+    let free = cortex_m_stack::current_stack_free();
+    let outcome = call(entry);
+    let taken = free - cortex_m_stack::stack_painted();
+    outcome?;
+    hprintln!("stack {name} {taken}");
+    Ok(())
+}
+
+/// Keeps the entry's frame apart from the counter's; what it returns lies in its own.
+#[inline(never)]
+fn call<R>(entry: impl FnOnce() -> Result<R, Error>) -> Result<(), Error> {
+    match entry() {
+        Ok(value) => {
+            black_box(&value);
+            Ok(())
+        }
+        Err(error) => Err(error),
+    }
+}
+
+fn all(arrays: &mut Arrays) -> Result<(), Error> {
+    let mut state = 1u32;
+    arrays.noise.fill_with(|| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / 16_777_216.0 - 0.5
+    });
+    for (count, x) in arrays.counts.iter_mut().zip(&arrays.noise) {
+        *count = [(1000.0 * x) as i16, (-700.0 * x) as i16];
+    }
+    for (y, x) in arrays.rf.iter_mut().zip(arrays.noise.iter().cycle()) {
+        *y = *x;
+    }
+    delay(arrays)?;
+    beamform(arrays)?;
+    image(arrays)?;
+    phase_symmetry(arrays)?;
+    pipeline(arrays)
+}
+
+fn line() -> ScanLine<'static> {
+    ScanLine {
+        transmit: Transmit::new(
+            TransmitLaw::VirtualSource { x: 1e-3, z: -4e-3 },
+            20.0 / 40e6,
+        ),
+        ray: Ray::new(0.0, 0.0, 0.1),
+        array: Array::linear(ELEMENTS, 0.3e-3),
+        active: Active {
+            first: 0,
+            count: ELEMENTS,
+        },
+        compounding: Compounding::Replace,
+    }
+}
+
+#[inline(never)]
+fn delay(arrays: &mut Arrays) -> Result<(), Error> {
+    static DELAY: ConstStaticCell<Delay> = ConstStaticCell::new(match Delay::new(RF) {
+        Ok(delay) => delay,
+        Err(_) => panic!("the parameters are not valid"),
+    });
+    let delay = DELAY.take();
+    let (scratch, out) = (&mut arrays.scratch, &mut arrays.aligned);
+    of("Scan::new", || {
+        Scan::new(black_box(example::PARAMETERS.scan))
+    })?;
+    of("Delay::new", || Delay::new(black_box(RF)))?;
+    let rf = &arrays.noise[..ELEMENTS * RF.record_samples];
+    of("Record::new", || Record::new(rf, ELEMENTS))?;
+    let record = Record::new(rf, ELEMENTS)?;
+    for (name, parameters) in [("40 to 20 MHz", RF), ("100 to 20 MHz", FASTER)] {
+        hprintln!("{name}:");
+        of("Delay::set", || delay.set(black_box(parameters)))?;
+        let scratch = &mut scratch[..parameters.scratch_len(1)];
+        of("Delay::line", || {
+            delay.line(0.0f32, &line(), &record, scratch, out)
+        })?;
+    }
+    let samples = IqSamples::Counts(&arrays.counts[..ELEMENTS * IQ.record_samples], 1e-3);
+    let layout = IqLayout::Interleaved;
+    of("IqRecord::new", || IqRecord::new(samples, layout, ELEMENTS))?;
+    let record = IqRecord::new(samples, layout, ELEMENTS)?;
+    of("IqDelay::new", || IqDelay::new(black_box(IQ)))?;
+    for (name, reading) in [
+        ("IqDelay::line, linear", IqReading::Linear),
+        ("IqDelay::line, cubic", IqReading::Cubic),
+        ("IqDelay::line, sinc", IqReading::Sinc),
+    ] {
+        let delay = IqDelay::new(IqParameters { reading, ..IQ })?;
+        let scratch = &mut scratch[..IQ.scratch_len(1)];
+        of(name, || delay.line(0.0f32, &line(), &record, scratch, out))?;
+    }
+    Ok(())
+}
+
+#[inline(never)]
+fn beamform(arrays: &mut Arrays) -> Result<(), Error> {
+    for (y, x) in arrays.aligned.iter_mut().zip(arrays.noise.chunks_exact(2)) {
+        *y = Complex::new(x[0], x[1]);
+    }
+    let (x, z) = (&arrays.aligned[..], &mut arrays.z[..]);
+    of("AlignedLine::new", || AlignedLine::new(x, ELEMENTS))?;
+    of("Beamformer::new", || {
+        Beamformer::new(black_box(Parameters::DEFAULT))
+    })?;
+    for (name, method) in [
+        ("DAS", Method::Das),
+        ("MV", Method::Mv),
+        ("rank-1 ESMV", Method::EsmvRank1),
+        ("ESMV by beta", Method::EsmvBeta(0.1)),
+        ("ESMV of rank 3", Method::EsmvRank(3)),
+        ("ESMV without the first", Method::EsmvExcludeFirst),
+    ] {
+        hprintln!("{name}, forward-backward, then forward:");
+        beamformed(&mut arrays.both, method, x, z)?;
+        beamformed(&mut arrays.forward, method, x, z)?;
+    }
+    Ok(())
+}
+
+fn beamformed<A: Averaging<f32> + Storage<8, 2>>(
+    workspace: &mut Workspace<ELEMENTS, 8, 2, A>,
+    method: Method,
+    x: &[Complex<f32>],
+    z: &mut [Complex<f32>],
+) -> Result<(), Error> {
+    let beamformer = Beamformer::new(Parameters {
+        method,
+        temporal_half_window: 2,
+        ..Parameters::DEFAULT
+    })?;
+    let x = AlignedLine::new(x, ELEMENTS)?;
+    // Grows.
+    let active = |n: usize| Active {
+        first: 0,
+        count: (8 + n / 8).min(ELEMENTS),
+    };
+    of("Beamformer::line", || {
+        beamformer.line(&mut workspace.view(), x, active, z)
+    })
+}
+
+#[inline(never)]
+fn image(arrays: &mut Arrays) -> Result<(), Error> {
+    let Arrays {
+        aligned,
+        image,
+        out,
+        work,
+        ..
+    } = arrays;
+    // 16 lines of 96 samples.
+    let image = &mut image[..ELEMENTS * SAMPLES];
+    of("envelope", || envelope(aligned, image))?;
+    of("largest", || Ok(largest(image)))?;
+    let (reference, levels) = (largest(image), &mut out[..ELEMENTS * SAMPLES]);
+    of("log_compression", || {
+        log_compression(image, reference, 50.0, levels)
+    })?;
+    let polynomial = Logarithm::Polynomial;
+    of("log_compression_with", || {
+        log_compression_with(polynomial, image, reference, 50.0, levels)
+    })?;
+    let (lines, samples) = (
+        Axis::centred(ELEMENTS, 0.3e-3),
+        Axis::centred(SAMPLES, 0.04e-3),
+    );
+    let (rows, columns) = (Axis::centred(SIDE, 0.1e-3), Axis::centred(SIDE, 0.1e-3));
+    let (pixels, rest) = work.split_at_mut(PIXELS);
+    of("resample", || {
+        resample(levels, lines, samples, rows, columns, pixels)
+    })?;
+    let fan = Fan {
+        x: 0.0,
+        z: -20e-3,
+        radius: 20e-3,
+    };
+    let (angles, depths) = (
+        Axis::centred(ELEMENTS, 0.02),
+        Axis {
+            first: 0.0,
+            step: 0.1e-3,
+            count: SAMPLES,
+        },
+    );
+    of("scan_convert", || {
+        scan_convert(levels, fan, angles, depths, rows, columns, pixels)
+    })?;
+    of("median", || {
+        median(0.0f32, pixels, SIDE, &mut rest[..PIXELS])
+    })?;
+    let parameters = BModeParameters {
+        lines,
+        samples,
+        grid: PixelGrid::of_lines(&lines, &samples, SIDE, SIDE),
+        dynamic_range: 50.0,
+        logarithm: Logarithm::Exact,
+        median: true,
+    };
+    of("BMode::new", || BMode::new(black_box(parameters)))?;
+    let b_mode = BMode::new(parameters)?;
+    let work = &mut work[..b_mode.work_len()];
+    of("BMode::image", || b_mode.image(0.0f32, image, work, out))
+}
+
+#[inline(never)]
+fn phase_symmetry(arrays: &mut Arrays) -> Result<(), Error> {
+    let Arrays {
+        noise,
+        image,
+        out,
+        work,
+        spectrum,
+        filtered,
+        gains,
+        strip,
+        tables,
+        ..
+    } = arrays;
+    for (pixel, x) in image.iter_mut().zip(&*noise) {
+        *pixel = 127.5 + 255.0 * x;
+    }
+    let parameters = phase_symmetry::Parameters {
+        sizes: STRIPS,
+        scales: &SCALES,
+        threshold: 3.0,
+    };
+    of("PhaseSymmetry::new", || {
+        PhaseSymmetry::new(black_box(&parameters))
+    })?;
+    let bank = PhaseSymmetry::new(&parameters)?;
+    of("LogGabor::new", || {
+        LogGabor::new(tables);
+        Ok(())
+    })?;
+    let filters = LogGabor::fixed();
+    of("GainTables::new", || {
+        GainTables::new(&filters, &bank, &mut gains[..])
+    })?;
+    let tables = GainTables::new(&filters, &bank, &mut gains[..])?;
+    let mut external = External {
+        image: &mut &image[..],
+        spectrum: &mut &mut spectrum[..],
+        filtered: &mut &mut filtered[..],
+        amplitude: &mut &mut work[..PIXELS],
+        symmetry: &mut &mut out[..],
+    };
+    map(
+        "PhaseSymmetry::run, gains on the fly",
+        &bank,
+        &filters,
+        strip,
+        &mut external,
+    )?;
+    map(
+        "PhaseSymmetry::run, gains from tables",
+        &bank,
+        &tables,
+        strip,
+        &mut external,
+    )?;
+    of("LaneFft::new", || Ok(LaneFft::new()))?;
+    of("scale_for_display", || scale_for_display(out))
+}
+
+fn map(
+    name: &str,
+    bank: &PhaseSymmetry,
+    gains: &impl Gains<f32>,
+    strip: &mut StripMemory<SIDE, 8>,
+    external: &mut External<'_>,
+) -> Result<(), Error> {
+    let kernels = Kernels {
+        fft: &Microfft,
+        gains,
+    };
+    of(name, || {
+        bank.run(&kernels, external, &mut strip.slices(), &mut |_| {})
+    })
+}
+
+#[inline(never)]
+fn pipeline(arrays: &mut Arrays) -> Result<(), Error> {
+    let (memory, workspace) = (&mut arrays.frame, &mut arrays.line);
+    of("Pipeline::new", || {
+        Pipeline::new(black_box(example::PARAMETERS))
+    })?;
+    let pipeline = plan()?;
+    let scan = pipeline.lines().scan();
+    let widths = &mut arrays.work[..scan.samples()];
+    of("Widths::new", || Widths::new(scan, widths).map(drop))?;
+    of("Frame::new", || {
+        Frame::new(pipeline, memory.view()).map(drop)
+    })?;
+    let mut frame = Frame::new(pipeline, memory.view())?;
+    let record = Record::new(&arrays.rf, ELEMENTS)?;
+    let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
+    for line in 0..example::PARAMETERS.scan.lines.count() {
+        let entry = || {
+            let transmits = [(transmit, &record)];
+            frame.line(line, transmits, &mut workspace.view()).map(drop)
+        };
+        if line == 0 {
+            of("Frame::line", entry)?;
+        } else {
+            call(entry)?;
+        }
+    }
+    of("Frame::image", || frame.image().map(drop))?;
+    of("Frame::bone_map", || frame.bone_map().map(drop))
+}
+
+/// A pipeline's plan, in a static.
+#[inline(never)]
+fn plan() -> Result<&'static Pipeline<'static>, Error> {
+    static PLAN: StaticCell<Pipeline<'static>> = StaticCell::new();
+    Ok(PLAN.init(Pipeline::new(example::PARAMETERS)?))
+}
