@@ -5,6 +5,7 @@ use bonebeam::focus::Record;
 use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::pipeline::{Frame, Memory, Parameters, Pipeline, Sizes};
 
+/// A scan of 16 elements, and what becomes of it.
 pub const PARAMETERS: Parameters = Parameters {
     scan: ScanParameters {
         array: Array::linear(16, 0.3e-3),
