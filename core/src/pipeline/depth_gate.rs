@@ -10,10 +10,10 @@ use core::ops::Range;
 /// - **Inside**, a sample has the bits that it has without a gate: its time window reaches over the edge,
 ///   and is cut as that of the whole line.
 /// - **Outside**, it has the bits of DAS over the same active elements.
-/// - **At the edge** there is no transition: one sample is the one, the next the other. Both pass an echo
-///   from straight ahead at its own level. What is not such an echo, speckle, side lobes and noise, is
-///   weaker inside, so that an image is darker there. That step is no bone: leave a margin around what is
-///   looked for.
+/// - **At the edge** there is no transition: one sample is the one, the next the other. DAS and MV pass an
+///   echo from straight ahead at its own level. The background has the level of the method: that of
+///   rank 1 is some decibels below that of DAS. That step is no bone: leave a margin around what is looked
+///   for.
 ///
 /// ```
 /// use bonebeam::geometry::Axis;

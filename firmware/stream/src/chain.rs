@@ -2,24 +2,39 @@
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Workspace};
 use bonebeam::focus::{
-    Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine,
+    Compounding, IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples, ScanLine,
 };
 use bonebeam::geometry::{Lines, Widths};
 use bonebeam::image::{BMode, BModeParameters, Logarithm, PixelGrid, envelope};
 use bonebeam::phase_symmetry::{
     External, Kernels, LogGabor, Microfft, Parameters, PhaseSymmetry, StripMemory,
 };
-use bonebeam::{Complex, Error};
+use bonebeam::pipeline::DepthGate;
+use bonebeam::{Complex, Error, beamform};
+use core::ops::Range;
 
 use crate::scan::{
     BEAMFORMER, BEAMS, COLUMNS, DEMODULATION, DYNAMIC_RANGE, ELEMENTS, LENGTH, PIXELS, READING,
     ROWS, SCALES, SCAN, STRIP, STRIPS, SUBAPERTURE, ScanBlock, THRESHOLD, TRANSMIT,
 };
 
+/// What can be chosen for the scan without other memory.
+#[derive(Clone, Copy)]
+pub struct Choice {
+    /// The beamformer, of no more than the scan's subaperture and without a time window.
+    pub beamformer: beamform::Parameters,
+    /// The depths in which it works, with DAS elsewhere; all without it.
+    pub gate: Option<DepthGate>,
+    /// How I/Q is read between its samples.
+    pub reading: IqReading,
+}
+
 /// The plan: what follows from the parameters once and for all.
 pub struct Plan {
     delay: IqDelay,
     beamformer: Beamformer,
+    /// The samples that it makes; the others are DAS.
+    adaptive: Range<usize>,
     b_mode: BMode,
     phase_symmetry: PhaseSymmetry,
 }
@@ -30,6 +45,18 @@ impl Plan {
     /// # Errors
     /// None: the parameters of [`scan`](crate::scan) are valid.
     pub fn new() -> Result<Self, Error> {
+        Self::of(Choice {
+            beamformer: BEAMFORMER,
+            gate: None,
+            reading: READING,
+        })
+    }
+
+    /// Works out another one.
+    ///
+    /// # Errors
+    /// What the core refuses of the choice.
+    pub fn of(choice: Choice) -> Result<Self, Error> {
         let lines = SCAN.parameters().lines;
         let (across, down) = match lines {
             Lines::Even(axis) => (axis, SCAN.depths()),
@@ -43,10 +70,14 @@ impl Plan {
         };
         Ok(Plan {
             delay: IqDelay::new(IqParameters {
-                reading: READING,
+                reading: choice.reading,
                 ..IqParameters::of(&SCAN, DEMODULATION)
             })?,
-            beamformer: Beamformer::new(BEAMFORMER)?,
+            beamformer: Beamformer::new(choice.beamformer)?,
+            adaptive: match choice.gate {
+                Some(gate) => gate.samples(&SCAN.depths())?,
+                None => 0..LENGTH,
+            },
             b_mode: BMode::new(BModeParameters {
                 lines: across,
                 samples: down,
@@ -178,7 +209,12 @@ impl<'m> Chain<'m> {
         let x = AlignedLine::new(self.aligned, ELEMENTS)?;
         let mut workspace = self.beamformer.view();
         let beamformer = &self.plan.beamformer;
-        beamformer.line(&mut workspace, x, active, self.line)?;
+        match self.plan.adaptive.clone() {
+            all if all == (0..LENGTH) => beamformer.line(&mut workspace, x, active, self.line)?,
+            adaptive => {
+                beamformer.line_within(&mut workspace, x, active, adaptive, self.line)?;
+            }
+        }
         envelope(self.line, envelopes)
     }
 

@@ -28,6 +28,6 @@ pub mod scan;
 mod sequence;
 
 pub use block::{Block, Overflow};
-pub use chain::{Chain, ChainMemory, Plan};
+pub use chain::{Chain, ChainMemory, Choice, Plan};
 pub use pool::{Counters, Pool, Received, Sink, Source};
 pub use sequence::{Fault, Sequence, Verdict};

@@ -7,7 +7,7 @@ use bonebeam::{Complex, Error};
 use cortex_m_semihosting::hprintln;
 
 use crate::counter::Counter;
-use crate::input::{ECHO, SAMPLES, snapshots};
+use crate::input::{ECHO, KINDS, SAMPLES, of_kind, snapshots};
 use crate::report;
 
 const LARGEST: usize = 64;
@@ -22,7 +22,10 @@ struct Case {
     bounds: [u32; 3],
 }
 
-const CASES: [Case; 5] = [
+/// Steps of the power iteration.
+const STEPS: usize = 8;
+
+const CASES: [Case; 7] = [
     case("das", Method::Das, ECHO, [280, 510, 980]),
     case("mv", Method::Mv, ECHO, [5200, 16_300, 63_900]),
     case(
@@ -37,6 +40,18 @@ const CASES: [Case; 5] = [
         Method::EsmvRank1,
         0.0,
         [17_700, 52_300, 202_000],
+    ),
+    case(
+        "esmv-rank1-steps",
+        Method::EsmvRank1Steps(STEPS),
+        ECHO,
+        [9_000, 30_000, 120_000],
+    ),
+    case(
+        "esmv-rank1-steps-noise",
+        Method::EsmvRank1Steps(STEPS),
+        0.0,
+        [9_000, 30_000, 120_000],
     ),
     case(
         "esmv-beta",
@@ -93,7 +108,58 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
         within &= line(counter, m32, case, case.bounds[1], x, z)?;
         within &= line(counter, m64, case, case.bounds[2], x, z)?;
     }
+    for case in CASES.iter().filter(|case| case.echo > 0.0) {
+        within &= spread(counter, m16, case, x)?;
+        within &= spread(counter, m32, case, x)?;
+        within &= spread(counter, m64, case, x)?;
+    }
     Ok(within)
+}
+
+/// Counts one sample of every kind of data, and prints `spread NAME SIZE MEAN LEAST MOST`; whether what takes
+/// constant time does.
+fn spread<const M: usize, const L: usize>(
+    counter: &mut Counter,
+    workspace: &mut Workspace<M, L, 0>,
+    case: &Case,
+    x: &mut [Complex<f32>],
+) -> Result<bool, Error>
+where
+    ForwardBackward: Storage<L, 0>,
+{
+    let x = &mut x[..M];
+    let beamformer = Beamformer::new(Parameters {
+        method: case.method,
+        ..Parameters::default()
+    })?;
+    let all = |_| Active { first: 0, count: M };
+    let mut z = [Complex::new(0.0, 0.0)];
+    let (mut sum, mut least, mut most) = (0, u32::MAX, 0);
+    for kind in 0..KINDS {
+        of_kind(x, kind);
+        let line = AlignedLine::new(x, M)?;
+        let mut outcome = Ok(());
+        let cost = counter.count(|| {
+            outcome = beamformer.line(&mut workspace.view(), line, all, &mut z);
+        });
+        outcome?;
+        sum += cost.instructions;
+        least = least.min(cost.instructions);
+        most = most.max(cost.instructions);
+    }
+    let mean = sum / KINDS as u32;
+    hprintln!("spread {} {M} {mean} {least} {most}", case.name);
+    // The timer ticks every 40 instructions. A comparison around the kernel, as in its scale, may take one
+    // more or less.
+    let varies = !matches!(
+        case.method,
+        Method::Das | Method::Mv | Method::EsmvRank1Steps(_)
+    );
+    let constant = varies || most - least <= 40 + most / 500;
+    if !constant {
+        hprintln!("error: {} takes {least} to {most} instructions", case.name);
+    }
+    Ok(constant)
 }
 
 fn line<const M: usize, const L: usize>(

@@ -23,6 +23,40 @@ pub fn snapshots(x: &mut [Complex<f32>], elements: usize, echo: f32) {
     }
 }
 
+/// How many kinds of snapshots [`of_kind`] makes.
+pub const KINDS: usize = LEVELS.len() * RATIOS.len() * TURNS.len();
+/// Levels of an echo: from nothing to 70 dB above the noise.
+const LEVELS: [f32; 12] = [
+    0.0, 0.125, 0.25, 0.375, 0.5, 0.75, 1.0, 1.5, 2.0, 4.0, 32.0, 1024.0,
+];
+/// A second echo over the first.
+const RATIOS: [f32; 6] = [0.0, 0.3125, 0.625, 0.875, 0.96875, 1.0];
+/// The second echo's turn from one element to the next: 0.01, 0.05, 0.11 and 0.25 of a whole one.
+const TURNS: [(f32, f32); 4] = [
+    (0.998_026_7, 0.062_790_52),
+    (0.951_056_5, 0.309_017),
+    (0.770_513_24, 0.637_424),
+    (0.0, 1.0),
+];
+
+/// A snapshot of one or two echoes in noise.
+pub fn of_kind(x: &mut [Complex<f32>], kind: usize) {
+    let level = LEVELS[kind % LEVELS.len()];
+    let ratio = RATIOS[kind / LEVELS.len() % RATIOS.len()];
+    let (cos, sin) = TURNS[kind / (LEVELS.len() * RATIOS.len()) % TURNS.len()];
+    let mut noise = noise();
+    // Noise of its own for each.
+    for _ in 0..2 * kind * x.len() {
+        noise();
+    }
+    let mut side = Complex::new(ratio, 0.0);
+    for x in x {
+        x.re = level * (1.0 + side.re) + noise();
+        x.im = level * side.im + noise();
+        side = Complex::new(side.re * cos - side.im * sin, side.re * sin + side.im * cos);
+    }
+}
+
 /// An image of `side` × `side` pixels: two bright ridges that cross, on speckle.
 pub fn image(pixels: &mut [f32], side: usize) {
     for (n, pixel) in pixels.iter_mut().enumerate() {

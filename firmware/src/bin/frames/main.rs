@@ -1,0 +1,194 @@
+//! Counts a frame of the scan of `stream` by several methods, with and without a depth gate, and by every
+//! reading of I/Q: which configuration is real time. docs/integration.md has the figures.
+//!
+//! Prints `focus READING INSTRUCTIONS` and `beamform NAME MEAN MOST STACK` of a line, `picture IMAGE MAP`, and
+//! `frame NAME READING INSTRUCTIONS` with a map's share; ends with a failure where a frame takes more than
+//! its bound.
+
+#![no_std]
+#![no_main]
+
+#[path = "../count/counter.rs"]
+mod counter;
+
+use bonebeam::Error;
+use bonebeam::beamform::{self, Method};
+use bonebeam::focus::IqReading;
+use bonebeam::pipeline::DepthGate;
+use cortex_m_rt::entry;
+use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
+use cortex_m_semihosting::hprintln;
+use counter::Counter;
+use firmware::exit;
+use static_cell::ConstStaticCell;
+use stream::scan::{BEAMS, ELEMENTS, SAMPLES, SCAN, ScanBlock};
+use stream::{Chain, ChainMemory, Choice, Plan};
+
+static MEMORY: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
+
+/// `[beam][sample][element][I, Q]`, i16 from the lower byte on.
+static RECORDING: &[u8; BEAMS * BLOCK] = include_bytes!(concat!(env!("OUT_DIR"), "/recording.bin"));
+
+/// Bytes of a block's samples.
+const BLOCK: usize = SAMPLES * ELEMENTS * 4;
+
+/// Half of the scan's depth, 4.6 to 24.3 mm: the middle, where the surface lies.
+const GATE: DepthGate = DepthGate {
+    from: 10e-3,
+    to: 19.82e-3,
+};
+
+/// A bone map for every third frame.
+const MAP_EVERY: u32 = 3;
+
+/// A method, its gate, and the most that a line may take on average: 5 % above what Rust 1.95 gives.
+struct Case {
+    name: &'static str,
+    method: Method,
+    gate: Option<DepthGate>,
+    bound: u32,
+}
+
+const fn case(name: &'static str, method: Method, gate: Option<DepthGate>, bound: u32) -> Case {
+    Case {
+        name,
+        method,
+        gate,
+        bound,
+    }
+}
+
+const CASES: [Case; 6] = [
+    case("das", Method::Das, None, 118_000),
+    case("mv", Method::Mv, None, 770_000),
+    case("mv-gate", Method::Mv, Some(GATE), 500_000),
+    case("esmv-rank1", Method::EsmvRank1, None, 1_750_000),
+    case("esmv-rank1-gate", Method::EsmvRank1, Some(GATE), 1_050_000),
+    case(
+        "esmv-rank1-steps-gate",
+        Method::EsmvRank1Steps(8),
+        Some(GATE),
+        745_000,
+    ),
+];
+const READINGS: [(&str, IqReading); 3] = [
+    ("linear", IqReading::Linear),
+    ("cubic", IqReading::Cubic),
+    ("sinc", IqReading::Sinc),
+];
+
+/// The memory of the chain, and a block.
+struct Workspaces {
+    chain: ChainMemory,
+    block: ScanBlock,
+}
+
+impl Workspaces {
+    /// All zero.
+    const fn new() -> Self {
+        Workspaces {
+            chain: ChainMemory::new(),
+            block: ScanBlock::filled([0; 2]),
+        }
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    let counter = cortex_m::Peripherals::take().and_then(|p| Counter::new(p.SYST));
+    let Some(mut counter) = counter else {
+        hprintln!("error: SysTick does not follow the instructions: run QEMU with -icount shift=0");
+        exit(EXIT_FAILURE)
+    };
+    match run(&mut counter, MEMORY.take()) {
+        Ok(true) => exit(EXIT_SUCCESS),
+        Ok(false) => hprintln!("error: more instructions than the bounds in src/bin/frames allow"),
+        Err(error) => hprintln!("error: {error}"),
+    }
+    exit(EXIT_FAILURE)
+}
+
+/// Counts; whether every frame stays within its bound.
+fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+    let Workspaces {
+        chain: memory,
+        block,
+    } = workspaces;
+    let mut focus = [0; READINGS.len()];
+    for ((name, reading), focus) in READINGS.into_iter().zip(&mut focus) {
+        let plan = Plan::of(Choice {
+            reading,
+            ..choice(Method::Das, None)
+        })?;
+        let mut chain = Chain::new(&plan, memory)?;
+        for beam in 0..BEAMS {
+            load(block, beam);
+            let mut outcome = Ok(());
+            let cost = counter.count(|| outcome = chain.focus(beam, block));
+            outcome?;
+            *focus += cost.instructions;
+        }
+        hprintln!("focus {name} {}", *focus / BEAMS as u32);
+    }
+    let (mut picture, mut within) = (None, true);
+    for case in CASES {
+        let Case {
+            name,
+            method,
+            gate,
+            bound,
+        } = case;
+        let plan = Plan::of(choice(method, gate))?;
+        let mut chain = Chain::new(&plan, memory)?;
+        let (mut sum, mut most, mut stack) = (0, 0, 0);
+        for beam in 0..BEAMS {
+            load(block, beam);
+            chain.focus(beam, block)?;
+            let mut outcome = Ok(());
+            let cost = counter.count(|| outcome = chain.beamform(beam));
+            outcome?;
+            sum += cost.instructions;
+            most = most.max(cost.instructions);
+            stack = stack.max(cost.stack);
+        }
+        hprintln!("beamform {name} {} {most} {stack}", sum / BEAMS as u32);
+        within &= sum <= bound * BEAMS as u32;
+        let (image, map) = match picture {
+            Some(picture) => picture,
+            None => {
+                let image = counter.count(|| chain.image().is_ok()).instructions;
+                let map = counter.count(|| chain.map().is_ok()).instructions;
+                hprintln!("picture {image} {map}");
+                (image, map)
+            }
+        };
+        picture = Some((image, map));
+        for ((reading, _), focus) in READINGS.iter().zip(&focus) {
+            let frame = focus + sum + image + map / MAP_EVERY;
+            hprintln!("frame {name} {reading} {frame}");
+        }
+    }
+    let inside = GATE.samples(&SCAN.depths())?;
+    hprintln!("gate {} {} of {}", inside.start, inside.end, SCAN.samples());
+    Ok(within)
+}
+
+fn choice(method: Method, gate: Option<DepthGate>) -> Choice {
+    Choice {
+        beamformer: beamform::Parameters {
+            method,
+            ..beamform::Parameters::DEFAULT
+        },
+        gate,
+        reading: IqReading::Linear,
+    }
+}
+
+/// The recording of a beam, as DMA would leave it.
+fn load(block: &mut ScanBlock, beam: usize) {
+    let bytes = RECORDING.chunks_exact(BLOCK).nth(beam).unwrap_or_default();
+    let pairs = bytes.as_chunks::<4>().0.iter();
+    for (sample, &[a, b, c, d]) in block.samples.as_flattened_mut().iter_mut().zip(pairs) {
+        *sample = [i16::from_le_bytes([a, b]), i16::from_le_bytes([c, d])];
+    }
+}
