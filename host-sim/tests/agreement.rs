@@ -9,7 +9,7 @@ use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::Active;
 use host_sim::files::{AlignedData, Lines};
 use host_sim::validate::beamform::Frame;
-use ndarray::{Array2, Array3};
+use ndarray::{Axis, Array2, Array3};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -74,7 +74,7 @@ fn assert_agrees(elements: usize) {
         Complex::new(noise(), noise())
     });
     let data = AlignedData {
-        x: x.clone(),
+        x: x.clone().insert_axis(Axis(0)),
         fs: 20e6,
         t0: 0.0,
         beam_x: None,

@@ -13,7 +13,7 @@ use common::{Npz, scalar, vector};
 use host_sim::config::{Beamform, Config, Image};
 use host_sim::files::{AlignedData, ChannelData, Lines, Transmits, image};
 use host_sim::methods::Choice;
-use ndarray::{Array2, Array3};
+use ndarray::{Axis, Array2, Array3};
 use num_complex::Complex;
 use tempfile::{TempDir, tempdir};
 
@@ -281,7 +281,7 @@ fn aligned_data_are_not_delayed_again() {
     });
     let beam_x = Some(vec![-1e-3, 0.0, 1e-3]);
     let data = AlignedData {
-        x: x.clone(),
+        x: x.clone().insert_axis(Axis(0)),
         fs: 20e6,
         t0: 1e-6,
         beam_x: beam_x.clone(),

@@ -292,7 +292,7 @@ fn aligned_data_and_lines_return_as_written() {
     });
     for beam_x in [Some(vec![0.0, 1e-3]), None] {
         let delayed = AlignedData {
-            x: x.clone(),
+            x: x.clone().insert_axis(Axis(0)),
             fs: 20e6,
             t0: -1e-6,
             beam_x,
@@ -449,7 +449,7 @@ fn what_numpy_users_write_is_accepted() {
         .with("t0", scalar(0.0))
         .finish();
     assert_eq!(
-        AlignedData::read(&path).unwrap().x[(0, 1, 2)],
+        AlignedData::read(&path).unwrap().x[(0, 0, 1, 2)],
         Complex::new(0.5f32, -2.0)
     );
 }

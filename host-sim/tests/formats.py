@@ -31,6 +31,9 @@ ANGLES = np.array([-0.125, 0.0, 0.125])
 POINT = (1.25e-3, 12.5e-3)
 # The memory that a refusal may take, bytes.
 LIMIT = 4 << 30
+METHODS = ("das", "mv", "esmv", "esmv-rank1")
+# Frames of files that are larger than the memory they are beamformed in, bytes: 500 frames of 0.7 MB.
+MANY, LITTLE = 500, 200 << 20
 
 program = None
 folder = None
@@ -77,8 +80,15 @@ def run(*arguments, limit=None):
         if limit:
             resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 
+    # Each thread has address space of its own.
+    threads = {"RAYON_NUM_THREADS": "1"} if limit == LITTLE else {}
     return subprocess.run(
-        [program, *map(str, arguments)], capture_output=True, text=True, cwd=folder, preexec_fn=bounded
+        [program, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        preexec_fn=bounded,
+        env={**os.environ, **threads},
     )
 
 
@@ -255,10 +265,10 @@ def converted(path, *flags):
     return dict(np.load(out)) if outcome.returncode == 0 else None
 
 
-def lines(path, *flags):
+def lines(path, *flags, limit=None):
     out = folder / "lines.npz"
     out.unlink(missing_ok=True)
-    outcome = run("beamform", path, "-o", out, *flags)
+    outcome = run("beamform", path, "-o", out, *flags, limit=limit)
     if outcome.returncode != 0:
         return None, told(outcome)
     return dict(np.load(out)), None
@@ -287,13 +297,14 @@ def read_alike(path, kind, samples, *flags, exact=True, **expected):
         check(ours is None, f"{path.name}: not beamformed, and numpy's archive is: {failed}")
         later.add(failed.split(": ", 2)[-1])
         return
-    same = all(np.array_equal(by_itself[key], again[key]) for key in again)
-    check(same, f"{path.name}: lines differ from those of its archive")
+    alike = lambda a, b: all(np.array_equal(a[key], b[key]) for key in b)
+    check(alike(by_itself, again), f"{path.name}: lines differ from those of its archive")
     if exact:
         write_npz(reference, kind, samples, **expected)
-        ours, _ = lines(reference, "--method", "mv")
-        same = all(np.array_equal(by_itself[key], ours[key]) for key in ours)
-        check(same, f"{path.name}: lines have other bits than numpy's archive")
+    for method in METHODS:
+        own, _ = lines(path, "--method", method, *flags)
+        theirs, _ = lines(reference, "--method", method)
+        check(alike(own, theirs), f"{path.name}: {method}: lines have other bits than numpy's archive")
 
 
 def formats():
@@ -368,6 +379,47 @@ def frames():
             read_alike(folder / f"{kind}_{name}", kind, samples)
     write_zea(folder / "frames.hdf5", "rf", scene("rf"))
     read_alike(folder / "frames.hdf5", "rf", scene("rf"), exact=False)
+
+
+def many_frames():
+    """Files larger than memory, frame by frame: the lines of a frame are those of its own file."""
+    one = scene("rf")[:1]
+    places = np.arange(MANY)
+    # Whole numbers, of which no two frames are alike.
+    rf = np.concatenate([np.roll(one, 3 * (k % 100), -1) * np.float32(1 + k // 100) for k in places])
+    iq = np.concatenate([scene("iq")[:1] * np.complex64(1 + k) for k in places[: MANY // 2]])
+    chunks = dict(chunks=(1, 3, ELEMENTS, SAMPLES), compression="gzip", compression_opts=1)
+    writers = {
+        "many.hdf5": (write_zea, "rf", rf, {}),
+        "many.uff": (write_uff, "rf", rf, {}),
+        "many_iq.uff": (write_uff, "iq", iq, {}),
+        "many.h5": (write_h5, "rf", rf, chunks),
+        "many_iq.h5": (write_h5, "iq", iq, {}),
+        "many.mat": (write_mat73, "rf", rf.astype(np.int16), {}),
+        "many.npz": (write_npz, "rf", rf.astype(np.int16), {}),
+        "many_iq.npz": (write_npz, "iq", iq, {}),
+    }
+    flags = ("--method", "das", "--depth-start", 0.011, "--depth-end", 0.014, "--line-count", 5)
+    for name, (write, kind, samples, more) in writers.items():
+        path = folder / name
+        write(path, kind, samples, **more)
+        held, failed = lines(path, *flags, limit=LITTLE)
+        check(held is not None and len(held["z"]) == len(samples), f"{name}: {failed}")
+        if held is None:
+            continue
+        for k in (0, 1, 117, len(samples) - 1):
+            write(folder / f"one{path.suffix}", kind, samples[k : k + 1], **more)
+            alone, _ = lines(folder / f"one{path.suffix}", *flags)
+            check(np.array_equal(alone["z"], held["z"][k]), f"{name}: frame {k} has other lines")
+        part, _ = lines(path, *flags, "--frames", "100..103", limit=LITTLE)
+        check(np.array_equal(part["z"], held["z"][100:103]), f"{name}: --frames 100..103")
+        path.unlink()
+    # What is read whole says what it lacks.
+    path = folder / "many.mat"
+    write_mat5(path, "rf", rf.astype(np.float64))
+    outcome = run("beamform", path, "-o", "lines.npz", *flags, limit=LITTLE)
+    check(outcome.returncode == 1 and "memory" in outcome.stderr, f"many, version 5: {told(outcome)}")
+    path.unlink()
 
 
 def mapped():
@@ -609,7 +661,7 @@ program = str(Path(sys.argv[1]).resolve())
 with tempfile.TemporaryDirectory() as temporary:
     folder = Path(sys.argv[2] if len(sys.argv) > 2 else temporary).resolve()
     folder.mkdir(exist_ok=True)
-    for part in (formats, types, frames, mapped, sonix, geometries, information, messages, hostile):
+    for part in (formats, types, frames, many_frames, mapped, sonix, geometries, information, messages, hostile):
         part()
 print("zea's own files" if zea_file else "zea is not here: its files were written by h5py in its layout")
 for reason in sorted(later):

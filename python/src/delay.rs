@@ -2,8 +2,7 @@
 
 use std::num::NonZeroUsize;
 
-use host_sim::commands::beamform::{check_depths, working_memory};
-use host_sim::config::Beamform;
+use host_sim::commands::beamform::{doubts, working_memory};
 use host_sim::drive::delay::DelayStage;
 use host_sim::drive::frame;
 use host_sim::files::{BeamRays, ChannelData, Lines, Recording, Samples, Transmits};
@@ -100,13 +99,6 @@ impl Record<'_> {
             )),
         }
     }
-}
-
-/// What may be meant and probably is not, for a warning each.
-fn doubts(data: &ChannelData, parameters: &Beamform) -> host_sim::Result<Vec<String>> {
-    let told = data.doubts().into_iter();
-    let told = told.chain(parameters.doubts(data.f0, data.fs));
-    Ok(told.chain(check_depths(data, parameters)?).collect())
 }
 
 /// A value a beam; none where the beams go straight down from z = 0.

@@ -2,26 +2,55 @@
 
 use std::path::PathBuf;
 
-use host_sim::files::{ChannelData, Recording, Samples, Transmits};
+use host_sim::files::{self, ChannelData, Recording, Samples, Transmits, Variables};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error::refused;
 
-/// What a file holds, by the keys of the `.npz` contract.
-#[pyfunction]
-pub fn read(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
-    let recording = py.detach(|| Recording::read(&path)).map_err(refused)?;
-    match recording {
-        Recording::Channel(data) => channel_data(py, data),
-        Recording::Aligned(data) => {
-            let keys = PyDict::new(py);
-            keys.set_item("x", data.x.into_pyarray(py))?;
-            keys.set_item("fs", data.fs)?;
-            keys.set_item("t0", data.t0)?;
-            keys.set_item("beam_x", data.beam_x.map(|x| x.into_pyarray(py)))?;
-            Ok(keys)
+/// A recording's file.
+#[pyclass(frozen, module = "bonebeam._native")]
+pub struct RecordingFile(files::RecordingFile);
+
+#[pymethods]
+impl RecordingFile {
+    /// The file at `path`, with the section `[variables]` as JSON.
+    #[new]
+    fn new(py: Python<'_>, path: PathBuf, variables: &str) -> PyResult<Self> {
+        let variables: Variables = serde_json::from_str(variables).map_err(refused)?;
+        let file = py.detach(|| files::RecordingFile::open(&path, &variables));
+        Ok(Self(file.map_err(refused)?))
+    }
+
+    /// How many frames it holds.
+    #[getter]
+    fn frames(&self) -> usize {
+        self.0.frames()
+    }
+
+    /// The frames from `start` to before `end`, by the keys of the `.npz` contract, samples with an axis
+    /// of frames.
+    fn read<'py>(
+        &self,
+        py: Python<'py>,
+        start: usize,
+        end: usize,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let read = || {
+            let (recording, own) = self.0.read(start..end)?;
+            Ok(recording.into_owned().into_frames(own))
+        };
+        match py.detach(read).map_err(|e: host_sim::Error| refused(e))? {
+            Recording::Channel(data) => channel_data(py, data),
+            Recording::Aligned(data) => {
+                let keys = PyDict::new(py);
+                keys.set_item("x", data.x.into_pyarray(py))?;
+                keys.set_item("fs", data.fs)?;
+                keys.set_item("t0", data.t0)?;
+                keys.set_item("beam_x", data.beam_x.map(|x| x.into_pyarray(py)))?;
+                Ok(keys)
+            }
         }
     }
 }

@@ -20,7 +20,7 @@ mod _native {
     #[pymodule_export]
     use crate::delay::{beamform_channel_data, delay, even_beams};
     #[pymodule_export]
-    use crate::files::read;
+    use crate::files::RecordingFile;
     #[pymodule_export]
     use crate::images::{bmode, phase_symmetry};
     #[pymodule_export]

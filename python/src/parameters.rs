@@ -1,7 +1,7 @@
 //! The command's sections, from Python's arguments.
 
 use bonebeam::covariance::Covariance;
-use host_sim::config::{Beamform, Config, Image, PhaseSymmetry};
+use host_sim::config::{Beamform, Config, Image, LineKind, PhaseSymmetry, Reading};
 use pyo3::prelude::*;
 use serde::Deserialize;
 use serde::de::value::{Error as TextError, StrDeserializer};
@@ -17,9 +17,9 @@ impl BeamformParameters {
     #[new]
     #[pyo3(signature = (
         *, method, beta, rank, exclude_first, power_steps, subaperture_ratio, temporal_half_window,
-        covariance, diagonal_loading, f_number=None, min_elements=None, output_rate=None,
-        depth_start=None, depth_end=None, sound_speed=None, beam_spacing=None,
-        adaptive_depth_start=None, adaptive_depth_end=None
+        covariance, diagonal_loading, f_number=None, min_elements=None, output_rate=None, lines=None,
+        line_count=None, sector=None, iq_reading=None, depth_start=None, depth_end=None,
+        sound_speed=None, beam_spacing=None, adaptive_depth_start=None, adaptive_depth_end=None
     ))]
     fn new(
         method: &str,
@@ -34,6 +34,10 @@ impl BeamformParameters {
         f_number: Option<f64>,
         min_elements: Option<usize>,
         output_rate: Option<f64>,
+        lines: Option<&str>,
+        line_count: Option<usize>,
+        sector: Option<f64>,
+        iq_reading: Option<&str>,
         depth_start: Option<f64>,
         depth_end: Option<f64>,
         sound_speed: Option<f64>,
@@ -54,6 +58,9 @@ impl BeamformParameters {
             depth_start,
             depth_end,
             output_rate,
+            lines: lines.map(named::<LineKind>).transpose()?,
+            line_count,
+            iq_reading: iq_reading.map(named::<Reading>).transpose()?,
             sound_speed,
             adaptive_depth_start,
             adaptive_depth_end,
@@ -61,6 +68,7 @@ impl BeamformParameters {
         };
         section.f_number = f_number.unwrap_or(section.f_number);
         section.min_elements = min_elements.unwrap_or(section.min_elements);
+        section.sector = sector.unwrap_or(section.sector);
         section.beam_spacing = beam_spacing.unwrap_or(section.beam_spacing);
         section.validate().map_err(refused)?;
         section.resolve();

@@ -11,11 +11,11 @@ use num_complex::Complex;
 use super::measures::Measures;
 use super::{ConfigArgument, VariableArguments, about, command_line, load_config, progress_bar};
 use crate::config::{Beamform, BeamformFlags, Config, Image, ImageFlags, LONGER_SIDE};
-use crate::drive::frame::{BEAMS_AT_A_TIME, beamform_aligned_data, beamform_frames};
+use crate::drive::frame::{BEAMS_AT_A_TIME, beamform_aligned_frames, beamform_frames};
 use crate::drive::image::{PixelGrid, b_mode, check_beams, extent};
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
-use crate::files::{ChannelData, Lines, Recording, Samples, Transmits};
+use crate::files::{ChannelData, Lines, Recording, RecordingFile, Samples, Transmits};
 use crate::memory::{self, product};
 use crate::report::figure;
 use crate::terminal::{print, warn};
@@ -133,8 +133,7 @@ const FAR_BEYOND: f64 = 2.0;
 impl Arguments {
     /// A flag that would have no effect is a mistake.
     fn refuse_flags_without_effect(&self, recording: &Recording) -> Result<()> {
-        let mut delay = self.beamform.of_delay().to_vec();
-        delay.push(("--frames", self.frames.is_some()));
+        let delay = self.beamform.of_delay().to_vec();
         let spacing = self.beamform.of_aligned_data();
         let (flags, holds) = match recording {
             Recording::Channel(_) => (vec![spacing], "channel data"),
@@ -175,55 +174,61 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     check_outputs(&[&arguments.recording], &outputs)?;
 
-    let (recording, format) = Recording::read_with(&arguments.recording, &config.variables)?;
-    arguments.refuse_flags_without_effect(&recording)?;
+    let file = RecordingFile::open(&arguments.recording, &config.variables)?;
+    let first = file.first();
+    arguments.refuse_flags_without_effect(first)?;
     if arguments.image.is_some()
-        && let Some(beam_x) = told_beams(&recording)
+        && let Some(beam_x) = told_beams(first)
     {
         check_beams(beam_x).map_err(|e| about(&arguments.recording, e))?;
     }
-    if let Recording::Channel(data) = &recording {
+    if let Recording::Channel(data) = first {
         for doubt in doubts(data, &config.beamform)? {
             warn(&format!("{}: {doubt}", arguments.recording.display()));
         }
     }
     let image = arguments.image.is_some().then_some(&config.image);
-    let frames = match (&recording, &arguments.frames) {
-        (Recording::Channel(data), Some(frames)) => frames.of(data.samples.frames())?,
-        (Recording::Channel(data), None) => 0..data.samples.frames(),
-        (Recording::Aligned(_), _) => 0..1,
+    let frames = match &arguments.frames {
+        Some(frames) => frames.of(file.frames())?,
+        None => 0..file.frames(),
     };
-    let bytes = working_memory(&recording, &config.beamform, image, frames.len());
+    let at_a_time = file.frames_at_a_time().min(frames.len());
+    let bytes = working_memory(first, &config.beamform, image, at_a_time);
     memory::check(bytes, "beamforming").map_err(|e| about(&arguments.recording, e))?;
-    let begin = Instant::now();
     let bar = progress_bar("beamforming", 1000);
-    let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
-    let lines = match &recording {
-        Recording::Channel(data) => {
-            beamform_frames(data, &config.beamform, frames.clone(), &progress)
-        }
-        Recording::Aligned(data) => {
-            beamform_aligned_data(data, &config.beamform, &progress).map(|lines| vec![lines])
-        }
-    }
-    .map_err(|e| about(&arguments.recording, e))?;
-    bar.finish_and_clear();
-    let seconds = begin.elapsed().as_secs_f64();
+    let mut seconds = 0.0;
+    // The lines of the next frames after so many.
+    let mut next = |done: usize| -> Result<Vec<Lines>> {
+        let start = frames.start + done;
+        let block = start..frames.end.min(start + at_a_time);
+        let share = |part: f64| (done as f64 + part * block.len() as f64) / frames.len() as f64;
+        let progress = |part: f64| bar.set_position((1000.0 * share(part)) as u64);
+        let (recording, own) = file.read(block.clone())?;
+        let begin = Instant::now();
+        let lines = match recording.as_ref() {
+            Recording::Channel(data) => beamform_frames(data, &config.beamform, own, &progress),
+            Recording::Aligned(data) => {
+                beamform_aligned_frames(data, &config.beamform, own, &progress)
+            }
+        };
+        seconds += begin.elapsed().as_secs_f64();
+        lines.map_err(|e| about(&arguments.recording, e))
+    };
 
     let mut outputs = Outputs::new();
-    let mut measures = Measures::new(&arguments.recording, format, seconds, &lines[0]);
-    match (lines.as_slice(), &recording) {
-        ([lines], Recording::Aligned(_)) => lines.stage(&arguments.output, &mut outputs)?,
-        // One frame of one.
-        ([lines], Recording::Channel(data)) if data.samples.frames() == 1 => {
+    let lines = match file.frames() {
+        1 => {
+            let lines = next(0)?.remove(0);
             lines.stage(&arguments.output, &mut outputs)?;
+            lines
         }
-        (frames, _) => Lines::stage_frames(frames, &arguments.output, &mut outputs)?,
-    }
-    let mut said = said_of_lines(&recording, &config.beamform, &lines);
+        _ => Lines::stage_frames(frames.len(), &arguments.output, &mut outputs, next)?,
+    };
+    bar.finish_and_clear();
+    let mut measures = Measures::new(&arguments.recording, file.format(), seconds, &lines);
+    let mut said = said_of_lines(first, &config.beamform, frames.len(), &lines);
     if let Some(path) = &arguments.image {
-        let image =
-            image_of(&lines[0], &config.image).map_err(|e| about(&arguments.recording, e))?;
+        let image = image_of(&lines, &config.image).map_err(|e| about(&arguments.recording, e))?;
         match is_figure(path) {
             true => {
                 let figure = figure(&image, config.image.dynamic_range)?;
@@ -240,8 +245,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
         (config.image.rows, config.image.columns) = (Some(rows), Some(columns));
         measures.add_image(&image);
     }
-    if let Recording::Channel(_) = &recording {
-        config.beamform.output_rate = Some(lines[0].fs);
+    if let Recording::Channel(_) = first {
+        config.beamform.output_rate = Some(lines.fs);
     }
     config.stage(&command_line(), &config_path, &mut outputs)?;
     outputs.commit()?;
@@ -258,10 +263,14 @@ fn is_figure(path: &Path) -> bool {
 }
 
 /// What was made, with what was chosen where nothing was asked for.
-fn said_of_lines(recording: &Recording, parameters: &Beamform, frames: &[Lines]) -> String {
-    let lines = &frames[0];
+fn said_of_lines(
+    recording: &Recording,
+    parameters: &Beamform,
+    frames: usize,
+    lines: &Lines,
+) -> String {
     let (beams, samples) = lines.z.dim();
-    let of_frames = match frames.len() {
+    let of_frames = match frames {
         1 => String::new(),
         count => format!("{count} frames of "),
     };
@@ -278,7 +287,10 @@ fn said_of_lines(recording: &Recording, parameters: &Beamform, frames: &[Lines])
 }
 
 /// What is probably not meant: sentences for a person.
-pub(super) fn doubts(data: &ChannelData, parameters: &Beamform) -> Result<Vec<String>> {
+///
+/// # Errors
+/// As [`check_depths`].
+pub fn doubts(data: &ChannelData, parameters: &Beamform) -> Result<Vec<String>> {
     let band = match data.samples {
         Samples::Rf(_) => parameters.doubts(data.f0, data.fs),
         Samples::Iq { .. } => None,
@@ -330,8 +342,8 @@ pub fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<
     )))
 }
 
-/// The memory that beamforming takes beside the recording, bytes: its samples in order, the aligned
-/// samples of some beams, the lines, and an image before and after its median.
+/// The memory that beamforming takes beside a recording, bytes, for so many frames at a time: the samples
+/// in order, the aligned samples of some beams, the lines, and an image before and after its median.
 pub fn working_memory(
     recording: &Recording,
     parameters: &Beamform,

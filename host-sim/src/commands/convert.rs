@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{ConfigArgument, VariableArguments, load_config};
 use crate::Result;
-use crate::files::Recording;
+use crate::files::{Recording, RecordingFile};
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::terminal::{print, warn};
 
@@ -49,17 +49,15 @@ pub fn run(arguments: Arguments) -> Result<()> {
     arguments.variables.apply(&mut config.variables)?;
     config.validate()?;
     check_outputs(&[&arguments.recording], &[&arguments.output])?;
-    let (recording, format) = Recording::read_with(&arguments.recording, &config.variables)?;
-    let mut outputs = Outputs::new();
-    match &recording {
-        Recording::Channel(data) => {
-            for doubt in data.doubts() {
-                warn(&format!("{}: {doubt}", arguments.recording.display()));
-            }
-            data.stage(&arguments.output, &mut outputs)?;
+    let file = RecordingFile::open(&arguments.recording, &config.variables)?;
+    if let Recording::Channel(data) = file.first() {
+        for doubt in data.doubts() {
+            warn(&format!("{}: {doubt}", arguments.recording.display()));
         }
-        Recording::Aligned(data) => data.stage(&arguments.output, &mut outputs)?,
     }
+    let mut outputs = Outputs::new();
+    file.stage_npz(&arguments.output, &mut outputs)?;
     outputs.commit()?;
-    print(&format!("{} read, .npz archive written\n", format.name()))
+    let format = file.format().name();
+    print(&format!("{format} read, .npz archive written\n"))
 }

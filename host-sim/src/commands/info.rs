@@ -9,12 +9,13 @@ use super::{ConfigArgument, VariableArguments, load_config};
 use crate::Result;
 use crate::config::{Beamform, BeamformFlags, Config, Image};
 use crate::drive::delay::DelayStage;
-use crate::files::{AlignedData, ChannelData, Recording, Samples, Transmits};
+use crate::files::{AlignedData, ChannelData, Recording, RecordingFile, Samples, Transmits};
 use crate::terminal::print;
 
 /// Tell what a recording holds, and what would be done with it.
 ///
-/// It takes the flags of beamform, and tells the lines that they would make.
+/// It takes the flags of beamform, and tells the lines that they would make. Of many frames it looks at the
+/// first.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
@@ -48,15 +49,19 @@ pub fn run(arguments: Arguments) -> Result<()> {
     config.beamform.resolve();
     arguments.variables.apply(&mut config.variables)?;
     config.validate()?;
-    let (recording, format) = Recording::read_with(&arguments.recording, &config.variables)?;
+    let file = RecordingFile::open(&arguments.recording, &config.variables)?;
     let mut facts = vec![("file", arguments.recording.display().to_string())];
-    facts.push(("format", format.name().to_owned()));
-    match &recording {
+    facts.push(("format", file.format().name().to_owned()));
+    match file.first() {
         Recording::Channel(data) => {
-            facts.extend(of_channel_data(data));
+            facts.extend(of_channel_data(data, file.frames()));
             facts.extend(to_be_done(data, &config));
         }
-        Recording::Aligned(data) => facts.extend(of_aligned_data(data, &config.beamform)),
+        Recording::Aligned(data) => facts.extend(of_aligned_data(
+            data,
+            file.frames(),
+            &config.beamform,
+        )),
     }
     let mut text = String::new();
     for (what, fact) in facts {
@@ -95,8 +100,8 @@ fn range(values: &[f64], scale: f64, unit: &str) -> String {
     }
 }
 
-fn of_channel_data(data: &ChannelData) -> Vec<Fact> {
-    let (frames, transmits, elements, samples) = data.samples.dim();
+fn of_channel_data(data: &ChannelData, frames: usize) -> Vec<Fact> {
+    let (_, transmits, elements, samples) = data.samples.dim();
     let kind = match data.samples {
         Samples::Rf(_) => "RF".to_owned(),
         Samples::Iq { f_demod, .. } => format!("I/Q demodulated by {}", mhz(f_demod)),
@@ -211,8 +216,8 @@ fn to_be_done(data: &ChannelData, config: &Config) -> Vec<Fact> {
     facts
 }
 
-fn of_aligned_data(data: &AlignedData, parameters: &Beamform) -> Vec<Fact> {
-    let (beams, samples, elements) = data.x.dim();
+fn of_aligned_data(data: &AlignedData, frames: usize, parameters: &Beamform) -> Vec<Fact> {
+    let (_, beams, samples, elements) = data.x.dim();
     let positions = match &data.beam_x {
         Some(x) => format!("at {}", range(x, 1e3, "mm")),
         None => format!("{} mm apart, as nothing tells", mm(parameters.beam_spacing)),
@@ -220,7 +225,13 @@ fn of_aligned_data(data: &AlignedData, parameters: &Beamform) -> Vec<Fact> {
     vec![
         (
             "holds",
-            format!("aligned data: {beams} beams, {samples} samples, {elements} elements"),
+            format!(
+                "aligned data: {}, {}, {}, {}",
+                count(frames, "frame"),
+                count(beams, "beam"),
+                count(samples, "sample"),
+                count(elements, "element")
+            ),
         ),
         (
             "sampled",

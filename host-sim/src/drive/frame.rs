@@ -52,13 +52,8 @@ pub fn beamform_frames(
     let core = parameters.parameters();
     let adaptive = parameters.adaptive_samples(&stage.depths())?;
     let frames = frames.map(|index| -> Result<Array2<Complex<f32>>> {
-        let frame = data.samples.frame(index).ok_or_else(|| {
-            let frames = data.samples.frames();
-            Error::Usage(format!(
-                "there is no frame {index}; expected 0 to {}",
-                frames.saturating_sub(1)
-            ))
-        })?;
+        let frame = data.samples.frame(index);
+        let frame = frame.ok_or_else(|| no_frame(index, data.samples.frames()))?;
         let mut z = Array2::zeros((beams, samples));
         for first in (0..beams).step_by(BEAMS_AT_A_TIME) {
             let chunk = first..beams.min(first + BEAMS_AT_A_TIME);
@@ -96,23 +91,26 @@ pub fn beam_rays(stage: &DelayStage<'_>) -> Option<BeamRays> {
     })
 }
 
-/// Beamforms aligned data with all elements active. Beams without positions are taken to lie
-/// `beam_spacing` apart, centred on 0.
+/// Beamforms some frames of aligned data with all elements active, as lines each. Beams without positions
+/// are taken to lie `beam_spacing` apart, centred on 0.
 ///
 /// # Errors
-/// Parameters that do not fit the record; see [`beamform`].
-pub fn beamform_aligned_data(
+/// [`Error::Usage`] for frames that there are not, and parameters that do not fit the record; see
+/// [`beamform`].
+pub fn beamform_aligned_frames(
     data: &AlignedData,
     parameters: &Beamform,
+    frames: Range<usize>,
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Lines> {
-    let (beams, samples, elements) = data.x.dim();
+) -> Result<Vec<Lines>> {
+    let (held, beams, samples, elements) = data.x.dim();
     let all = Active {
         first: 0,
         count: elements,
     };
     let done = AtomicUsize::new(0);
-    let count = |n: usize| report(progress, &done, n, beams * samples);
+    let of = frames.len() * beams * samples;
+    let count = |n: usize| report(progress, &done, n, of);
     let core = parameters.parameters();
     let c = parameters.sound_speed.unwrap_or(DEFAULT_SOUND_SPEED);
     let depths = Depths {
@@ -120,25 +118,34 @@ pub fn beamform_aligned_data(
         step: c / data.fs / 2.0,
         count: samples,
     };
-    let z = beamform_within(
-        data.x.view(),
-        |_, _| all,
-        parameters.adaptive_samples(&depths)?,
-        core,
-        parameters.covariance,
-        count,
-    )?;
-    Ok(Lines {
-        z,
-        fs: data.fs,
-        t0: data.t0,
-        beam_x: data
-            .beam_x
-            .clone()
-            .unwrap_or_else(|| even_beams(beams, parameters.beam_spacing)),
-        rays: None,
-        c,
-    })
+    let adaptive = parameters.adaptive_samples(&depths)?;
+    let beam_x = data
+        .beam_x
+        .clone()
+        .unwrap_or_else(|| even_beams(beams, parameters.beam_spacing));
+    let lines = frames.map(|index| {
+        if index >= held {
+            return Err(no_frame(index, held));
+        }
+        let x = data.x.index_axis(Axis(0), index);
+        let covariance = parameters.covariance;
+        Ok(Lines {
+            z: beamform_within(x, |_, _| all, adaptive.clone(), core, covariance, count)?,
+            fs: data.fs,
+            t0: data.t0,
+            beam_x: beam_x.clone(),
+            rays: None,
+            c,
+        })
+    });
+    lines.collect()
+}
+
+fn no_frame(index: usize, frames: usize) -> Error {
+    Error::Usage(format!(
+        "there is no frame {index}; expected 0 to {}",
+        frames.saturating_sub(1)
+    ))
 }
 
 /// The positions of beams that lie `spacing` apart, centred on 0, m.

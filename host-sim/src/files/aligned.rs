@@ -1,10 +1,10 @@
 //! Aligned data: every element's samples already aligned on the beam.
 
 use std::io::{Seek, Write};
+use std::ops::Range;
 use std::path::Path;
 
-use ndarray::{Array3, arr0, aview1};
-use ndarray_npy::{NpzWriter, WriteNpzError};
+use ndarray::{Array4, Axis, arr0, aview1};
 use num_complex::Complex;
 
 use super::atomic::Outputs;
@@ -14,8 +14,8 @@ use crate::Result;
 /// Aligned analytic samples. All elements are active at every depth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlignedData {
-    /// The samples, [beam, sample, element].
-    pub x: Array3<Complex<f32>>,
+    /// The samples, [frame, beam, sample, element].
+    pub x: Array4<Complex<f32>>,
     /// The sampling rate, Hz.
     pub fs: f64,
     /// The two-way time of sample 0, s.
@@ -24,26 +24,30 @@ pub struct AlignedData {
     pub beam_x: Option<Vec<f64>>,
 }
 
+const AXES: [&str; 4] = ["frame", "beam", "sample", "element"];
+
 impl AlignedData {
     /// Reads the keys `x`, `fs`, `t0` and, if there, `beam_x` of a `.npz` file.
     ///
     /// # Errors
     /// A key is missing or has the wrong type, rank, length or value.
     pub fn read(path: &Path) -> Result<Self> {
-        Self::from_npz(&mut npz::Reader::open(path)?)
+        let all = 0..usize::MAX;
+        Self::from_npz(&mut npz::Reader::open(path)?, all).map(|(data, _)| data)
     }
 
-    pub(super) fn from_npz(file: &mut npz::Reader) -> Result<Self> {
-        let x: Array3<Complex<f32>> = file.complex("x", "[beam, sample, element]")?;
+    /// Some frames, or all where they are read whole, and how many there are.
+    pub(super) fn from_npz(file: &mut npz::Reader, frames: Range<usize>) -> Result<(Self, usize)> {
+        let (x, held) = file.complex_frames("x", &AXES[1..].join(", "), frames)?;
         let fs = file.scalar("fs")?;
         let t0 = file.scalar("t0")?;
         let beam_x = match file.has("beam_x") {
-            true => Some(file.vector("beam_x", x.shape()[0], "beam")?),
+            true => Some(file.vector("beam_x", x.dim().1, "beam")?),
             false => None,
         };
         let data = Self { x, fs, t0, beam_x };
         data.check().map_err(|message| file.error(message))?;
-        Ok(data)
+        Ok((data, held))
     }
 
     /// Writes the file whole or not at all.
@@ -62,28 +66,56 @@ impl AlignedData {
     /// As [`AlignedData::write`].
     pub fn stage(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         self.check().map_err(|message| file_error(path, message))?;
-        outputs.stage(path, |sink| Ok(self.write_npz(sink)?))
+        let frames = self.x.dim().0;
+        outputs.stage(path, |sink| {
+            let mut npz = npz::Writer::new(sink, self.x.len() * size_of::<Complex<f32>>());
+            self.begin_npz(frames, &mut npz)?;
+            self.append_npz(0..frames, &mut npz)?;
+            Ok(self.finish_npz(npz)?)
+        })
     }
 
-    fn write_npz<W: Write + Seek>(&self, sink: W) -> std::result::Result<(), WriteNpzError> {
-        let mut npz = NpzWriter::new_with_options(sink, npz::options(self.x.len() * 8));
-        npz.add_array("x", &self.x)?;
-        npz.add_array("fs", &arr0(self.fs))?;
-        npz.add_array("t0", &arr0(self.t0))?;
+    /// Begins the array of so many such frames in an archive, without a frame axis where there is one.
+    pub(super) fn begin_npz<W: Write + Seek>(
+        &self,
+        frames: usize,
+        npz: &mut npz::Writer<W>,
+    ) -> npz::Written {
+        let (_, beams, samples, elements) = self.x.dim();
+        let shape = [frames, beams, samples, elements];
+        let shape = if frames == 1 { &shape[1..] } else { &shape };
+        npz.begin::<Complex<f32>>("x", shape)
+    }
+
+    /// The samples of some frames, after those before.
+    pub(super) fn append_npz<W: Write + Seek>(
+        &self,
+        frames: Range<usize>,
+        npz: &mut npz::Writer<W>,
+    ) -> npz::Written {
+        npz.append(&self.x.slice_axis(Axis(0), frames.into()))
+    }
+
+    /// Adds what is common to all frames to an archive that has their samples, and ends it.
+    pub(super) fn finish_npz<W: Write + Seek>(&self, mut npz: npz::Writer<W>) -> npz::Written {
+        npz.add("fs", &arr0(self.fs))?;
+        npz.add("t0", &arr0(self.t0))?;
         if let Some(beam_x) = &self.beam_x {
-            npz.add_array("beam_x", &aview1(beam_x))?;
+            npz.add("beam_x", &aview1(beam_x))?;
         }
-        npz.finish()?;
-        Ok(())
+        npz.finish()
     }
 
     fn check(&self) -> std::result::Result<(), String> {
-        validate::samples("x", &self.x, &["beam", "sample", "element"])?;
+        match self.x.dim().0 {
+            1 => validate::samples("x", &self.x.index_axis(Axis(0), 0), &AXES[1..])?,
+            _ => validate::samples("x", &self.x, &AXES)?,
+        }
         validate::positive("fs", self.fs, "Hz")?;
         units::RATE.check("`fs`", self.fs)?;
         validate::times("t0", &[self.t0], "sample")?;
         if let Some(beam_x) = &self.beam_x {
-            validate::count("beam_x", beam_x.len(), self.x.shape()[0], "beam")?;
+            validate::count("beam_x", beam_x.len(), self.x.dim().1, "beam")?;
             validate::all_finite("beam_x", beam_x, "beam")?;
             for (beam, &x) in beam_x.iter().enumerate() {
                 units::LENGTH.check(&format!("`beam_x` at beam {beam}"), x)?;

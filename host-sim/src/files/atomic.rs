@@ -123,7 +123,11 @@ impl Outputs {
         let mut sink = Sink::new(staged.file.as_file_mut());
         contents(&mut sink)
             .and_then(|()| Ok(sink.finish()?))
-            .map_err(|e| file_error(path, format!("cannot be written: {e}")))?;
+            .map_err(|e| match e.downcast::<Error>() {
+                // What went wrong was not the writing.
+                Ok(error) => *error,
+                Err(e) => file_error(path, format!("cannot be written: {e}")),
+            })?;
         drop(sink);
         // Some file systems tell of a full disk only here; after the rename it would be too late.
         staged

@@ -1,10 +1,10 @@
 //! Channel data as recorded, with the delay law of their transmits.
 
 use std::io::{Seek, Write};
+use std::ops::Range;
 use std::path::Path;
 
 use ndarray::{Array1, Array2, arr0, aview1};
-use ndarray_npy::{NpzWriter, WriteNpzError};
 
 use super::atomic::Outputs;
 use super::samples::Samples;
@@ -100,11 +100,13 @@ impl ChannelData {
     /// A key is missing or has the wrong type, rank, length or value, a sample is NaN or
     /// infinite, or the file tells no delay law or several.
     pub fn read(path: &Path) -> Result<Self> {
-        Self::from_npz(&mut npz::Reader::open(path)?)
+        let all = 0..usize::MAX;
+        Self::from_npz(&mut npz::Reader::open(path)?, all).map(|(data, _)| data)
     }
 
-    pub(super) fn from_npz(file: &mut npz::Reader) -> Result<Self> {
-        let samples = Samples::from_npz(file)?;
+    /// Some frames, or all where they are read whole, and how many there are.
+    pub(super) fn from_npz(file: &mut npz::Reader, frames: Range<usize>) -> Result<(Self, usize)> {
+        let (samples, held) = Samples::from_npz(file, frames)?;
         let (_, transmits, elements, _) = samples.dim();
         let element_x = file.vector_of_any_length("element_x", "element")?;
         samples
@@ -123,7 +125,7 @@ impl ChannelData {
             lens_delay: file.optional_scalar("lens_delay")?.unwrap_or(0.0),
         };
         data.check().map_err(|message| file.error(message))?;
-        Ok(data)
+        Ok((data, held))
     }
 
     /// Writes the file whole or not at all.
@@ -142,7 +144,13 @@ impl ChannelData {
     /// As [`ChannelData::write`].
     pub fn stage(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         self.check().map_err(|message| file_error(path, message))?;
-        outputs.stage(path, |sink| Ok(self.write_npz(sink)?))
+        let frames = self.samples.frames();
+        outputs.stage(path, |sink| {
+            let mut npz = npz::Writer::new(sink, self.samples.bytes());
+            self.samples.begin_npz(frames, &mut npz)?;
+            self.samples.append_npz(0..frames, &mut npz)?;
+            Ok(self.finish_npz(npz)?)
+        })
     }
 
     /// The distance between neighbouring elements, m.
@@ -172,44 +180,42 @@ impl ChannelData {
         (bx - ax).hypot(bz - az)
     }
 
-    fn write_npz<W: Write + Seek>(&self, sink: W) -> std::result::Result<(), WriteNpzError> {
-        let mut npz = NpzWriter::new_with_options(sink, npz::options(self.samples.bytes()));
-        self.samples.write_npz(&mut npz)?;
-        npz.add_array("fs", &arr0(self.fs))?;
-        npz.add_array("t0", &aview1(&self.t0))?;
-        npz.add_array("element_x", &aview1(&self.element_x))?;
+    /// Adds what is common to all frames to an archive that has their samples, and ends it.
+    pub(super) fn finish_npz<W: Write + Seek>(&self, mut npz: npz::Writer<W>) -> npz::Written {
+        npz.add("fs", &arr0(self.fs))?;
+        npz.add("t0", &aview1(&self.t0))?;
+        npz.add("element_x", &aview1(&self.element_x))?;
         if let Some(z) = &self.element_z {
-            npz.add_array("element_z", &aview1(z))?;
+            npz.add("element_z", &aview1(z))?;
         }
         if let Some(angle) = &self.element_angle {
-            npz.add_array("element_angle", &aview1(angle))?;
+            npz.add("element_angle", &aview1(angle))?;
         }
-        npz.add_array("c", &arr0(self.c))?;
-        npz.add_array("f0", &arr0(self.f0))?;
+        npz.add("c", &arr0(self.c))?;
+        npz.add("f0", &arr0(self.f0))?;
         if self.lens_delay != 0.0 {
-            npz.add_array("lens_delay", &arr0(self.lens_delay))?;
+            npz.add("lens_delay", &arr0(self.lens_delay))?;
         }
         match &self.transmits {
             Transmits::Focused { x, focus, f_number } => {
-                npz.add_array("tx_x", &aview1(x))?;
-                npz.add_array("tx_focus", &aview1(focus))?;
+                npz.add("tx_x", &aview1(x))?;
+                npz.add("tx_focus", &aview1(focus))?;
                 if let Some(f_number) = f_number {
-                    npz.add_array("tx_fnumber", &arr0(*f_number))?;
+                    npz.add("tx_fnumber", &arr0(*f_number))?;
                 }
             }
-            Transmits::Plane { angle } => npz.add_array("tx_angle", &aview1(angle))?,
+            Transmits::Plane { angle } => npz.add("tx_angle", &aview1(angle))?,
             Transmits::Element { index } => {
                 let index: Array1<i64> = index.iter().map(|&i| i as i64).collect();
-                npz.add_array("tx_element", &index)?;
+                npz.add("tx_element", &index)?;
             }
             Transmits::VirtualSource { x, z } => {
-                npz.add_array("tx_source_x", &aview1(x))?;
-                npz.add_array("tx_source_z", &aview1(z))?;
+                npz.add("tx_source_x", &aview1(x))?;
+                npz.add("tx_source_z", &aview1(z))?;
             }
-            Transmits::Delays { delay } => npz.add_array("tx_delay", delay)?,
+            Transmits::Delays { delay } => npz.add("tx_delay", delay)?,
         }
-        npz.finish()?;
-        Ok(())
+        npz.finish()
     }
 
     /// What is wrong with the data, if anything: a sentence that names the key, the place and what

@@ -4,11 +4,11 @@ use std::io::{Seek, Write};
 use std::path::Path;
 
 use ndarray::{Array2, arr0, aview1};
-use ndarray_npy::{NpzWriter, WriteNpzError};
 use num_complex::Complex;
 
 use super::atomic::Outputs;
 use super::{file_error, npz, validate};
+use crate::memory::product;
 use crate::{Error, Result};
 
 /// Beamformed lines. Sample n lies at the depth c·(t0 + n/fs)/2.
@@ -91,51 +91,69 @@ impl Lines {
     /// As [`Lines::write`].
     pub fn stage(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         self.check().map_err(|message| file_error(path, message))?;
-        outputs.stage(path, |sink| Ok(self.write_npz(sink)?))
+        outputs.stage(path, |sink| {
+            let mut npz = npz::Writer::new(sink, self.z.len() * size_of::<Complex<f32>>());
+            npz.add("z", &self.z)?;
+            Ok(self.finish_npz(npz)?)
+        })
     }
 
-    fn write_npz<W: Write + Seek>(&self, sink: W) -> std::result::Result<(), WriteNpzError> {
-        let mut npz = NpzWriter::new_with_options(sink, npz::options(self.z.len() * 8));
-        npz.add_array("z", &self.z)?;
-        self.write_axes(npz)
-    }
-
-    fn write_axes<W: Write + Seek>(
-        &self,
-        mut npz: NpzWriter<W>,
-    ) -> std::result::Result<(), WriteNpzError> {
-        npz.add_array("fs", &arr0(self.fs))?;
-        npz.add_array("t0", &arr0(self.t0))?;
-        npz.add_array("beam_x", &aview1(&self.beam_x))?;
+    fn finish_npz<W: Write + Seek>(&self, mut npz: npz::Writer<W>) -> npz::Written {
+        npz.add("fs", &arr0(self.fs))?;
+        npz.add("t0", &arr0(self.t0))?;
+        npz.add("beam_x", &aview1(&self.beam_x))?;
         if let Some(rays) = &self.rays {
-            npz.add_array("beam_z", &aview1(&rays.z))?;
-            npz.add_array("beam_angle", &aview1(&rays.angle))?;
+            npz.add("beam_z", &aview1(&rays.z))?;
+            npz.add("beam_angle", &aview1(&rays.angle))?;
         }
-        npz.add_array("c", &arr0(self.c))?;
-        npz.finish()?;
-        Ok(())
+        npz.add("c", &arr0(self.c))?;
+        npz.finish()
     }
 
-    /// Stages a file of several frames, whose `z` is [frame, beam, sample]; all else is that of the
-    /// first.
+    /// Stages a file of so many frames, whose `z` is [frame, beam, sample]: those that `next` makes of
+    /// the number of frames before, some at a time, so that memory holds no more. All else is that of the
+    /// first, which is returned.
     ///
     /// # Errors
-    /// No frames, or frames of other shapes than the first; as [`Lines::write`].
-    pub fn stage_frames(frames: &[Self], path: &Path, outputs: &mut Outputs) -> Result<()> {
-        let Some(first) = frames.first() else {
-            return Err(file_error(path, "has no frames to be written"));
-        };
-        for lines in frames {
-            lines.check().map_err(|message| file_error(path, message))?;
-        }
-        let views: Vec<_> = frames.iter().map(|lines| lines.z.view()).collect();
-        let z = ndarray::stack(ndarray::Axis(0), &views)
-            .map_err(|_| file_error(path, "has frames of several shapes"))?;
+    /// Those of `next`, other frames than there should be, or of other shapes than the first; as
+    /// [`Lines::write`].
+    pub fn stage_frames(
+        count: usize,
+        path: &Path,
+        outputs: &mut Outputs,
+        mut next: impl FnMut(usize) -> Result<Vec<Self>>,
+    ) -> Result<Self> {
+        let wrong = |message: &str| file_error(path, message);
+        let mut frames = next(0)?;
+        let first = frames.first().ok_or_else(|| wrong("has no frames"))?;
+        let first = first.clone();
+        let (beams, samples) = first.z.dim();
         outputs.stage(path, |sink| {
-            let mut npz = NpzWriter::new_with_options(sink, npz::options(z.len() * 8));
-            npz.add_array("z", &z)?;
-            Ok(first.write_axes(npz)?)
-        })
+            let bytes = product(&[count, beams, samples, size_of::<Complex<f32>>()]);
+            let mut npz = npz::Writer::new(sink, bytes);
+            npz.begin::<Complex<f32>>("z", &[count, beams, samples])?;
+            let mut done = 0;
+            while !frames.is_empty() {
+                for lines in &frames {
+                    lines.check().map_err(|message| wrong(&message))?;
+                    if lines.z.dim() != first.z.dim() {
+                        Err(wrong("has frames of several shapes"))?;
+                    }
+                    npz.append(&lines.z)?;
+                }
+                done += frames.len();
+                // Before the next are made, these are given back.
+                frames.clear();
+                if done < count {
+                    frames = next(done)?;
+                }
+            }
+            if done != count {
+                Err(wrong(&format!("has {done} frames; expected {count}")))?;
+            }
+            Ok(first.finish_npz(npz)?)
+        })?;
+        Ok(first)
     }
 
     fn check(&self) -> std::result::Result<(), String> {

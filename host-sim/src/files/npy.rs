@@ -11,7 +11,7 @@ use super::{cannot_be_opened, file_error};
 use crate::{Result, memory};
 
 /// How many times its own size an array may take while it is read and converted.
-const CONVERSIONS: usize = 4;
+pub const CONVERSIONS: usize = 4;
 
 /// Why an array could not be read.
 pub enum NpyError {

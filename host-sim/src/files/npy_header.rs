@@ -9,8 +9,11 @@ use py_literal::Value;
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
 /// The longest header, bytes: numpy's own limit.
 const MAX_HEADER: usize = 10_000;
+/// How many bytes of an array hold its header, at the most.
+pub const MAX_LENGTH: usize = MAX_HEADER + 12;
 /// Brackets within brackets: a dictionary holds a tuple.
 const MAX_NESTING: usize = 3;
+
 /// How many bytes the array has in all, header and numbers, as its header tells.
 ///
 /// # Errors

@@ -1,17 +1,21 @@
 //! The keyed arrays of a `.npz` file, with errors that name file, key and what would be right.
 
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use ndarray::{Array, Array2, Array4, ArrayD, Axis, Dimension};
+use ndarray::{Array, Array2, Array4, ArrayD, ArrayRef, Axis, Dimension};
+use ndarray_npy::npy::header::{Header, Layout};
+use ndarray_npy::{WritableElement, WriteNpyError, WriteNpyExt, WriteNpzError};
 use num_complex::Complex;
-use zip::result::ZipError;
+use zip::result::{ZipError, ZipResult};
 use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, ZipArchive};
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use super::npy::{self, NpyError, or_type};
-use crate::{Error, Result};
+use super::npy_header::{MAX_LENGTH, claimed_length};
+use crate::{Error, Result, memory};
 
 /// How many times its compressed size a member may become: recordings shrink to a half or a tenth.
 /// Memory is bounded so: by what the file holds times this, and three times for the conversions.
@@ -105,23 +109,50 @@ impl Reader {
         Err(self.rank_error(key, array.shape(), &expected))
     }
 
-    /// Recorded samples, read by `read`, [frame, transmit, element, sample]; the file may leave the
-    /// frame axis out.
-    pub fn frames<T>(
+    /// Real samples of some frames, of the types that [`Reader::samples_of_any_rank`] takes, as [frame,
+    /// …]; and how many frames there are. The file may leave the axis of frames out, which is then one.
+    /// `axes` names the others. Samples in columns are read whole.
+    pub fn real_frames(
         &mut self,
         key: &str,
-        read: fn(&mut Self, &str) -> Result<ArrayD<T>>,
-    ) -> Result<Array4<T>> {
-        let array = read(self, key)?;
-        let axes = match array.ndim() {
-            4 => "[frame, transmit, element, sample]",
-            _ => "[transmit, element, sample], or with a frame axis before them",
+        axes: &str,
+        frames: Range<usize>,
+    ) -> Result<(Array4<f32>, usize)> {
+        let (bytes, held) = self.bytes_of_frames(key, frames)?;
+        let array = self.real_samples(key, &bytes)?;
+        self.framed(key, axes, array, held)
+    }
+
+    /// Complex samples of some frames, complex64 or complex128: as [`Reader::real_frames`].
+    pub fn complex_frames(
+        &mut self,
+        key: &str,
+        axes: &str,
+        frames: Range<usize>,
+    ) -> Result<(Array4<Complex<f32>>, usize)> {
+        let (bytes, held) = self.bytes_of_frames(key, frames)?;
+        let array = self.complex_samples(key, &bytes)?;
+        self.framed(key, axes, array, held)
+    }
+
+    fn framed<T>(
+        &self,
+        key: &str,
+        axes: &str,
+        array: ArrayD<T>,
+        held: Option<usize>,
+    ) -> Result<(Array4<T>, usize)> {
+        let expected = match array.ndim() {
+            4 => format!("[frame, {axes}]"),
+            _ => format!("[{axes}], or with a frame axis before them"),
         };
         let array = match array.ndim() {
             3 => array.insert_axis(Axis(0)),
             _ => array,
         };
-        self.ranked(key, array, axes)
+        let array: Array4<T> = self.ranked(key, array, &expected)?;
+        let held = held.unwrap_or(array.dim().0);
+        Ok((array, held))
     }
 
     /// Real numbers (f64, f32 or integers), `count` of them: one for each `of`.
@@ -183,17 +214,21 @@ impl Reader {
     /// 128.
     pub fn samples_of_any_rank(&mut self, key: &str) -> Result<ArrayD<f32>> {
         let bytes = self.bytes(key)?;
-        let array = or_type(npy::read::<f32>(&bytes), || {
-            npy::read::<i16>(&bytes).map(|a| a.mapv(f32::from))
+        self.real_samples(key, &bytes)
+    }
+
+    fn real_samples(&self, key: &str, bytes: &[u8]) -> Result<ArrayD<f32>> {
+        let array = or_type(npy::read::<f32>(bytes), || {
+            npy::read::<i16>(bytes).map(|a| a.mapv(f32::from))
         });
         let array = or_type(array, || {
-            npy::read::<f64>(&bytes).map(|a| a.mapv(|v| v as f32))
+            npy::read::<f64>(bytes).map(|a| a.mapv(|v| v as f32))
         });
         let array = or_type(array, || {
-            npy::read::<i32>(&bytes).map(|a| a.mapv(|v| v as f32))
+            npy::read::<i32>(bytes).map(|a| a.mapv(|v| v as f32))
         });
         let array = or_type(array, || {
-            npy::read::<u8>(&bytes).map(|a| a.mapv(|v| f32::from(v) - 128.0))
+            npy::read::<u8>(bytes).map(|a| a.mapv(|v| f32::from(v) - 128.0))
         });
         self.typed(key, array, "float32, float64, int16, int32 or uint8")
     }
@@ -204,15 +239,14 @@ impl Reader {
         key: &str,
         axes: &str,
     ) -> Result<Array<Complex<f32>, D>> {
-        let array = self.complex_of_any_rank(key)?;
+        let bytes = self.bytes(key)?;
+        let array = self.complex_samples(key, &bytes)?;
         self.ranked(key, array, axes)
     }
 
-    /// As [`Reader::complex`].
-    pub fn complex_of_any_rank(&mut self, key: &str) -> Result<ArrayD<Complex<f32>>> {
-        let bytes = self.bytes(key)?;
-        let array = or_type(npy::read::<Complex<f32>>(&bytes), || {
-            let wide = npy::read::<Complex<f64>>(&bytes)?;
+    fn complex_samples(&self, key: &str, bytes: &[u8]) -> Result<ArrayD<Complex<f32>>> {
+        let array = or_type(npy::read::<Complex<f32>>(bytes), || {
+            let wide = npy::read::<Complex<f64>>(bytes)?;
             Ok(wide.mapv(|z| Complex::new(z.re as f32, z.im as f32)))
         });
         self.typed(key, array, "complex64 or complex128")
@@ -249,13 +283,106 @@ impl Reader {
             Err(e) => Err(e),
         };
         match outcome {
-            Ok(read) if read as u64 > limit => Err(self.error(format!(
-                "`{key}` inflates to more than {MAX_INFLATION} times its compressed size; \
-                 recordings do not"
-            ))),
+            Ok(read) if read as u64 > limit => Err(self.inflated(key)),
             Ok(_) => Ok(bytes),
-            Err(ZipError::FileNotFound) => Err(self.error(format!("has no key `{key}`"))),
-            Err(e) => Err(self.error(format!("`{key}` is truncated or damaged ({e})"))),
+            Err(e) => Err(self.damaged(key, &e)),
+        }
+    }
+
+    fn inflated(&self, key: &str) -> Error {
+        self.error(format!(
+            "`{key}` inflates to more than {MAX_INFLATION} times its compressed size; \
+             recordings do not"
+        ))
+    }
+
+    fn damaged(&self, key: &str, error: &ZipError) -> Error {
+        match error {
+            ZipError::FileNotFound => self.error(format!("has no key `{key}`")),
+            e => self.error(format!("`{key}` is truncated or damaged ({e})")),
+        }
+    }
+
+    /// The bytes of an array of four axes with only some places along the first, and how many places that
+    /// has; all bytes, and nothing, where it has other axes, is stored in columns, or has no more places.
+    /// The archive's checksum is not compared for a part.
+    fn bytes_of_frames(
+        &mut self,
+        key: &str,
+        frames: Range<usize>,
+    ) -> Result<(Vec<u8>, Option<usize>)> {
+        let head = self.head(key)?;
+        let mut numbers = head.as_slice();
+        // What is wrong with a header is told where all of it is read.
+        let whole = claimed_length(&head).ok().and_then(|claimed| {
+            let header = Header::from_reader(&mut numbers).ok()?;
+            let in_parts = header.layout == Layout::Standard && header.shape.len() == 4;
+            in_parts.then_some((header, claimed))
+        });
+        let Some((mut header, claimed)) = whole else {
+            return Ok((self.bytes(key)?, None));
+        };
+        let held = header.shape[0];
+        let end = frames.end.min(held);
+        let start = frames.start.min(end);
+        let begin = head.len() - numbers.len();
+        if (start, end) == (0, held) || claimed <= begin {
+            return Ok((self.bytes(key)?, None));
+        }
+        let frame = (claimed - begin) / held;
+        header.shape[0] = end - start;
+        let too_large = |e: Error| self.error(format!("`{key}` is too large: {e}"));
+        let length = (end - start) * frame;
+        memory::check(length.saturating_mul(npy::CONVERSIONS), "the array").map_err(too_large)?;
+        let mut bytes = header
+            .to_bytes()
+            .map_err(|e| self.error(format!("`{key}` has a damaged header ({e})")))?;
+        let own = bytes.len();
+        bytes.resize(own + length, 0);
+        self.read_at(key, begin + start * frame, &mut bytes[own..])?;
+        Ok((bytes, Some(held)))
+    }
+
+    /// The beginning of a member, with the header of its array.
+    fn head(&mut self, key: &str) -> Result<Vec<u8>> {
+        let mut head = Vec::new();
+        let outcome = self
+            .archive
+            .by_name(&format!("{key}.npy"))
+            .and_then(|member| {
+                let mut member = member.take(MAX_LENGTH as u64);
+                member.read_to_end(&mut head).map_err(ZipError::from)
+            });
+        outcome.map_err(|e| self.damaged(key, &e))?;
+        Ok(head)
+    }
+
+    /// Fills `bytes` with those of a member from a place on: at once where it is stored as it is, else by
+    /// inflating what is before.
+    fn read_at(&mut self, key: &str, from: usize, bytes: &mut [u8]) -> Result<()> {
+        let name = format!("{key}.npy");
+        let mut read = || -> ZipResult<bool> {
+            let member = self.archive.by_name(&name)?;
+            let limit = member.compressed_size().saturating_mul(MAX_INFLATION);
+            if (from + bytes.len()) as u64 > limit.max(SMALL) {
+                return Ok(false);
+            }
+            if member.compression() == CompressionMethod::Stored {
+                drop(member);
+                let mut member = self.archive.by_name_seek(&name)?;
+                member.seek(SeekFrom::Start(from as u64))?;
+                member.read_exact(bytes)?;
+                return Ok(true);
+            }
+            let mut member = member;
+            io::copy(&mut member.by_ref().take(from as u64), &mut io::sink())?;
+            member.read_exact(bytes)?;
+            Ok(true)
+        };
+        match read() {
+            Ok(true) => Ok(()),
+            Ok(false) => Err(self.inflated(key)),
+            Err(e) => Err(self.damaged(key, &e)),
         }
     }
 
@@ -317,6 +444,63 @@ fn integers(bytes: &[u8]) -> std::result::Result<ArrayD<i64>, NpyError> {
     or_type(all, || {
         npy::read::<u64>(bytes).map(|a| a.mapv(|v| i64::try_from(v).unwrap_or(i64::MAX)))
     })
+}
+
+/// An archive that is being written, an array after the other.
+pub struct Writer<W: Write + Seek> {
+    zip: ZipWriter<W>,
+    options: SimpleFileOptions,
+}
+
+/// What became of writing.
+pub type Written<T = ()> = std::result::Result<T, WriteNpzError>;
+
+impl<W: Write + Seek> Writer<W> {
+    /// An archive whose largest array has so many bytes.
+    pub fn new(sink: W, bytes: usize) -> Self {
+        Self {
+            zip: ZipWriter::new(sink),
+            options: options(bytes),
+        }
+    }
+
+    /// Adds an array.
+    pub fn add<T: WriteNpyExt + ?Sized>(&mut self, key: &str, array: &T) -> Written {
+        self.zip.start_file(format!("{key}.npy"), self.options)?;
+        array.write_npy(BufWriter::new(&mut self.zip))?;
+        Ok(())
+    }
+
+    /// Begins an array of this shape, whose numbers follow by [`Writer::append`].
+    pub fn begin<T: WritableElement>(&mut self, key: &str, shape: &[usize]) -> Written {
+        self.zip.start_file(format!("{key}.npy"), self.options)?;
+        let header = Header {
+            type_descriptor: T::type_descriptor(),
+            layout: Layout::Standard,
+            shape: shape.to_vec(),
+        };
+        header.write(&mut self.zip).map_err(WriteNpyError::from)?;
+        Ok(())
+    }
+
+    /// The next numbers of the array that was begun.
+    pub fn append<T, D>(&mut self, array: &ArrayRef<T, D>) -> Written
+    where
+        T: WritableElement + Clone,
+        D: Dimension,
+    {
+        let array = array.as_standard_layout();
+        let numbers = array.as_slice().unwrap_or_default();
+        let write = T::write_slice(numbers, BufWriter::new(&mut self.zip));
+        write.map_err(WriteNpyError::from)?;
+        Ok(())
+    }
+
+    /// Ends the archive.
+    pub fn finish(self) -> Written {
+        self.zip.finish()?.flush().map_err(ZipError::from)?;
+        Ok(())
+    }
 }
 
 /// How arrays are stored: uncompressed, and with 64-bit sizes where `bytes` of data ask for them.

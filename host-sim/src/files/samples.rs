@@ -1,9 +1,9 @@
 //! Recorded samples, RF or I/Q, of one frame or many.
 
 use std::io::{Seek, Write};
+use std::ops::Range;
 
 use ndarray::{Array3, Array4, ArrayView3, Axis};
-use ndarray_npy::{NpzWriter, WriteNpzError};
 use num_complex::Complex;
 
 use super::{npz, units, validate};
@@ -88,6 +88,17 @@ impl Samples {
         }
     }
 
+    /// Leaves out all but some frames.
+    ///
+    /// # Panics
+    /// Frames that there are not.
+    pub fn keep(&mut self, frames: Range<usize>) {
+        match self {
+            Samples::Rf(rf) => *rf = rf.slice_axis(Axis(0), frames.into()).to_owned(),
+            Samples::Iq { iq, .. } => *iq = iq.slice_axis(Axis(0), frames.into()).to_owned(),
+        }
+    }
+
     /// Their size, bytes.
     pub fn bytes(&self) -> usize {
         match self {
@@ -163,36 +174,52 @@ impl Samples {
         }
     }
 
-    pub(super) fn from_npz(file: &mut npz::Reader) -> Result<Self> {
+    /// Some frames, or all where they are read whole, and how many there are.
+    pub(super) fn from_npz(file: &mut npz::Reader, frames: Range<usize>) -> Result<(Self, usize)> {
+        let axes = AXES[1..].join(", ");
         match (file.has("rf"), file.has("iq")) {
             (true, true) => {
                 Err(file.error("holds both `rf` and `iq`; expected the samples of one kind"))
             }
-            (false, true) => Ok(Samples::Iq {
-                iq: file.frames("iq", npz::Reader::complex_of_any_rank)?,
-                f_demod: file.scalar("f_demod")?,
-            }),
-            _ => Ok(Samples::Rf(
-                file.frames("rf", npz::Reader::samples_of_any_rank)?,
-            )),
+            (false, true) => {
+                let (iq, held) = file.complex_frames("iq", &axes, frames)?;
+                let f_demod = file.scalar("f_demod")?;
+                Ok((Samples::Iq { iq, f_demod }, held))
+            }
+            _ => {
+                let (rf, held) = file.real_frames("rf", &axes, frames)?;
+                Ok((Samples::Rf(rf), held))
+            }
         }
     }
 
-    /// Adds the arrays to an archive, without a frame axis where there is one frame.
-    pub(super) fn write_npz<W: Write + Seek>(
+    /// Begins the array of so many such frames in an archive, without a frame axis where there is one.
+    pub(super) fn begin_npz<W: Write + Seek>(
         &self,
-        npz: &mut NpzWriter<W>,
-    ) -> std::result::Result<(), WriteNpzError> {
+        frames: usize,
+        npz: &mut npz::Writer<W>,
+    ) -> npz::Written {
+        let (_, transmits, elements, samples) = self.dim();
+        let shape = [frames, transmits, elements, samples];
+        let shape = if frames == 1 { &shape[1..] } else { &shape };
         match self {
-            Samples::Rf(rf) if rf.dim().0 == 1 => npz.add_array("rf", &rf.index_axis(Axis(0), 0)),
-            Samples::Rf(rf) => npz.add_array("rf", rf),
-            Samples::Iq { iq, f_demod } => {
-                npz.add_array("f_demod", &ndarray::arr0(*f_demod))?;
-                match iq.dim().0 {
-                    1 => npz.add_array("iq", &iq.index_axis(Axis(0), 0)),
-                    _ => npz.add_array("iq", iq),
-                }
+            Samples::Rf(_) => npz.begin::<f32>("rf", shape),
+            Samples::Iq { f_demod, .. } => {
+                npz.add("f_demod", &ndarray::arr0(*f_demod))?;
+                npz.begin::<Complex<f32>>("iq", shape)
             }
+        }
+    }
+
+    /// The samples of some frames, after those before.
+    pub(super) fn append_npz<W: Write + Seek>(
+        &self,
+        frames: Range<usize>,
+        npz: &mut npz::Writer<W>,
+    ) -> npz::Written {
+        match self {
+            Samples::Rf(rf) => npz.append(&rf.slice_axis(Axis(0), frames.into())),
+            Samples::Iq { iq, .. } => npz.append(&iq.slice_axis(Axis(0), frames.into())),
         }
     }
 }

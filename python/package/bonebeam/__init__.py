@@ -15,7 +15,7 @@ copy where it has the type and order that are asked for.
 
 from ._beamform import Beamformer, beamform, delay
 from ._data import AlignedData, ChannelData, Image, Lines
-from ._files import read
+from ._files import frames, read
 from ._images import bmode, phase_symmetry
 from ._simulate import simulate
 
@@ -28,6 +28,7 @@ __all__ = [
     "beamform",
     "bmode",
     "delay",
+    "frames",
     "phase_symmetry",
     "read",
     "simulate",

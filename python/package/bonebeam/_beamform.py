@@ -16,6 +16,8 @@ from ._data import AlignedData, ChannelData, Lines
 
 Method = Literal["das", "mv", "esmv", "esmv-rank1"]
 Covariance = Literal["forward", "forward-backward"]
+LineKind = Literal["down", "normals", "sector"]
+Reading = Literal["linear", "cubic", "sinc"]
 
 COMPLEX = ("complex64", "complex128")
 REAL = ("float32", "float64", "int16", "int32", "uint8")
@@ -132,6 +134,10 @@ def beamform(
     f_number: float | None = ...,
     min_elements: int | None = ...,
     output_rate: float | None = ...,
+    lines: LineKind | None = ...,
+    line_count: int | None = ...,
+    sector: float | None = ...,
+    iq_reading: Reading | None = ...,
     depth_start: float | None = ...,
     depth_end: float | None = ...,
     adaptive_depth_start: float | None = ...,
@@ -195,6 +201,10 @@ def beamform(
     f_number: float | None = None,
     min_elements: int | None = None,
     output_rate: float | None = None,
+    lines: LineKind | None = None,
+    line_count: int | None = None,
+    sector: float | None = None,
+    iq_reading: Reading | None = None,
     depth_start: float | None = None,
     depth_end: float | None = None,
     adaptive_depth_start: float | None = None,
@@ -213,7 +223,8 @@ def beamform(
             time and frame by frame, or aligned data.
         method, beta, rank, exclude_first, power_steps, subaperture_ratio, temporal_half_window,
             covariance, diagonal_loading, threads: See :class:`Beamformer`.
-        f_number, min_elements, output_rate, depth_start, depth_end: Channel data only: see :func:`delay`.
+        f_number, min_elements, output_rate, lines, line_count, sector, iq_reading, depth_start,
+            depth_end: Channel data only: see :func:`delay`.
         adaptive_depth_start, adaptive_depth_end: Channel data only: the depths between which ``method`` is
             used, m; above and below them is ``das``. The bits on both sides are those of either alone.
         sound_speed: Recordings only: m/s, in place of theirs; aligned data tell none, 1540 is assumed.
@@ -252,6 +263,10 @@ def beamform(
         "f_number": f_number,
         "min_elements": min_elements,
         "output_rate": output_rate,
+        "lines": lines,
+        "line_count": line_count,
+        "sector": sector,
+        "iq_reading": iq_reading,
         "depth_start": depth_start,
         "depth_end": depth_end,
         "adaptive_depth_start": adaptive_depth_start,
@@ -290,6 +305,10 @@ def delay(
     f_number: float | None = None,
     min_elements: int | None = None,
     output_rate: float | None = None,
+    lines: LineKind | None = None,
+    line_count: int | None = None,
+    sector: float | None = None,
+    iq_reading: Reading | None = None,
     depth_start: float | None = None,
     depth_end: float | None = None,
     sound_speed: float | None = None,
@@ -307,6 +326,12 @@ def delay(
         min_elements: Active elements at the least; 8 without it.
         output_rate: Sampling rate of the aligned samples, Hz; four times the centre frequency without
             it, at most the data's.
+        lines: Which way the lines of compounded transmits go: ``down``, along the array's ``normals``, or in a
+            ``sector``; what fits the array without it.
+        line_count: How many these are; two an element without it.
+        sector: Angle from the first to the last line of a sector, rad; pi/2 without it.
+        iq_reading: How I/Q is read between its samples: ``linear``, ``cubic`` or ``sinc``; the cheapest
+            within 1e-3 without it.
         depth_start: Shallowest depth, m; where the record begins without it.
         depth_end: Greatest depth, m; where the record ends without it.
         sound_speed: m/s, in place of the data's.
@@ -325,6 +350,10 @@ def delay(
         f_number=f_number,
         min_elements=min_elements,
         output_rate=output_rate,
+        lines=lines,
+        line_count=line_count,
+        sector=sector,
+        iq_reading=iq_reading,
         depth_start=depth_start,
         depth_end=depth_end,
         sound_speed=sound_speed,
@@ -411,8 +440,10 @@ def _frames(data: ChannelData) -> Iterator[ChannelData]:
             yield replace(data, iq=iq, **others)
             continue
         rf = taken("rf", frame, np.float32, axes, REAL)
-        # Bytes of a scanner have their zero in the middle.
-        yield replace(data, rf=rf - 128 if frame.dtype == np.uint8 else rf, **others)
+        if frame.dtype == np.uint8:
+            # Bytes of a scanner have their zero in the middle; this array is a copy already.
+            rf -= 128
+        yield replace(data, rf=rf, **others)
 
 
 def _refuse(what: str, **given: Any) -> None:

@@ -2,33 +2,94 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterator, Mapping
 from os import PathLike
 from typing import Any
+
+import numpy as np
 
 from . import _native
 from ._data import AlignedData, ChannelData
 
+Variables = Mapping[str, Any]
 
-def read(path: str | PathLike[str]) -> ChannelData | AlignedData:
+
+def read(
+    path: str | PathLike[str],
+    *,
+    frames: int | range | None = None,
+    variables: Variables | None = None,
+) -> ChannelData | AlignedData:
     """Reads a recording: channel data (``rf`` or ``iq`` …) or aligned data (``x`` …).
 
     The formats are those of ``host-sim beamform``: docs/file-formats.md.
 
+    Args:
+        path: The file, or the folder of a SonixDAQ.
+        frames: Of many frames one, which then has no axis of frames, or some in a row; all without it.
+            Others are not read, where the format lets them be left out.
+        variables: What a MATLAB or HDF5 file calls its arrays, or what they would hold: a name, a number or
+            numbers for each key, as in the section ``[variables]`` of the command's configuration.
+
     >>> import numpy as np, tempfile, pathlib
     >>> path = pathlib.Path(tempfile.mkdtemp()) / "delayed.npz"
-    >>> np.savez(path, x=np.ones((2, 50, 16), np.complex64), fs=20e6, t0=0.0)
-    >>> read(path).x.shape
-    (2, 50, 16)
+    >>> np.savez(path, x=np.ones((3, 2, 50, 16), np.complex64), fs=20e6, t0=0.0)
+    >>> read(path).x.shape, read(path, frames=range(1, 3)).x.shape, read(path, frames=2).x.shape
+    ((3, 2, 50, 16), (2, 2, 50, 16), (2, 50, 16))
 
     Raises ValueError where the file cannot be read or holds something else.
     """
-    keys = _native.read(path)
-    return AlignedData(**keys) if "x" in keys else channel_data(keys)
+    file = _file(path, variables)
+    if frames is None:
+        return _recording(file.read(0, file.frames))
+    wanted = range(frames, frames + 1) if isinstance(frames, int) else frames
+    if wanted.step != 1 or not 0 <= wanted.start < wanted.stop <= file.frames:
+        raise ValueError(f"frames is {frames}; expected some in a row of 0 to {file.frames - 1}")
+    one = isinstance(frames, int)
+    return _recording(file.read(wanted.start, wanted.stop), one)
+
+
+def frames(
+    path: str | PathLike[str], *, variables: Variables | None = None
+) -> Iterator[ChannelData | AlignedData]:
+    """A recording's frames one after the other, from a file that may be larger than memory.
+
+    Args:
+        path, variables: See :func:`read`.
+
+    >>> import bonebeam, numpy as np, tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "delayed.npz"
+    >>> np.savez(path, x=np.ones((3, 2, 50, 16), np.complex64), fs=20e6, t0=0.0)
+    >>> for frame in frames(path):
+    ...     bonebeam.beamform(frame, method="das").z.shape
+    (2, 50)
+    (2, 50)
+    (2, 50)
+    """
+    file = _file(path, variables)
+    for frame in range(file.frames):
+        yield _recording(file.read(frame, frame + 1), one=True)
+
+
+def _file(path: str | PathLike[str], variables: Variables | None) -> _native.RecordingFile:
+    told = {
+        key: value if isinstance(value, str) else np.asarray(value).tolist()
+        for key, value in (variables or {}).items()
+    }
+    return _native.RecordingFile(path, json.dumps(told))
+
+
+def _recording(keys: dict[str, Any], one: bool = True) -> ChannelData | AlignedData:
+    """Data by their keys; one frame has no axis of frames, unless it was asked for."""
+    for key in ("rf", "iq", "x"):
+        if one and len(keys.get(key, ())) == 1:
+            keys[key] = keys[key][0]
+    return AlignedData(**keys) if "x" in keys else ChannelData(**keys)
 
 
 def channel_data(keys: dict[str, Any]) -> ChannelData:
-    """Channel data by their keys, one frame without the axis of frames."""
-    for key in ("rf", "iq"):
-        if len(keys.get(key, ())) == 1:
-            keys[key] = keys[key][0]
-    return ChannelData(**keys)
+    """Channel data of one frame by their keys."""
+    data = _recording(keys)
+    assert isinstance(data, ChannelData)
+    return data

@@ -20,6 +20,10 @@ class BeamformParameters:
         f_number: float | None = None,
         min_elements: int | None = None,
         output_rate: float | None = None,
+        lines: str | None = None,
+        line_count: int | None = None,
+        sector: float | None = None,
+        iq_reading: str | None = None,
         depth_start: float | None = None,
         depth_end: float | None = None,
         sound_speed: float | None = None,
@@ -38,6 +42,11 @@ class Beamformer:
         active: npt.NDArray[np.int64] | None,
         out: npt.NDArray[np.complex64],
     ) -> None: ...
+
+class RecordingFile:
+    frames: int
+    def __new__(cls, path: str | PathLike[str], variables: str) -> RecordingFile: ...
+    def read(self, start: int, end: int) -> dict[str, Any]: ...
 
 class Aligned:
     x: npt.NDArray[np.complex64]
@@ -61,7 +70,6 @@ class BeamformedLines:
     doubts: list[str]
 
 def defaults() -> str: ...
-def read(path: str | PathLike[str]) -> dict[str, Any]: ...
 def simulate(section: str, threads: int | None) -> dict[str, Any]: ...
 def delay(
     data: Any,

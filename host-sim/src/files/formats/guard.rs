@@ -41,11 +41,11 @@ pub fn guarded<T>(read: impl FnOnce() -> Told<T>) -> Told<T> {
     outcome.unwrap_or_else(|_| Err("is damaged: its reader gave up".into()))
 }
 
-/// The size of an array in bytes, where a file of `length` bytes may hold it and memory has room for it.
+/// The size of an array in bytes, where a file of `length` bytes may hold it.
 ///
 /// # Errors
-/// A shape that no file of that length has, or that no memory holds.
-pub fn room(shape: &[usize], element: usize, length: u64) -> Told<usize> {
+/// A shape that no file of that length has.
+pub fn claim(shape: &[usize], element: usize, length: u64) -> Told<usize> {
     let too_large = || format!("claims a shape of {shape:?}, more than its file can hold");
     let sides = shape.iter().copied().chain([element]);
     let bytes = sides
@@ -55,6 +55,15 @@ pub fn room(shape: &[usize], element: usize, length: u64) -> Told<usize> {
     if bytes as u64 > length.saturating_mul(MAX_INFLATION).max(SMALL) {
         return Err(too_large());
     }
+    Ok(bytes)
+}
+
+/// The same, where memory has room for it, too.
+///
+/// # Errors
+/// As [`claim`], or a shape that no memory holds.
+pub fn room(shape: &[usize], element: usize, length: u64) -> Told<usize> {
+    let bytes = claim(shape, element, length)?;
     memory::check(bytes.saturating_mul(CONVERSIONS), "the array")
         .map_err(|e| format!("is too large: {e}"))?;
     Ok(bytes)

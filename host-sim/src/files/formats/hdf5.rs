@@ -9,12 +9,13 @@ use std::path::{Path, PathBuf};
 use ndarray::ArrayD;
 use num_complex::Complex;
 use rust_hdf5::{
-    ByteOrder, DatatypeMessage, H5Dataset, H5File, Hdf5Error, LinkClass, StorageLayout,
+    ByteOrder, Complex32, Complex64, DatatypeMessage, H5Dataset, H5File, Hdf5Error, LinkClass,
+    ReadNumeric, StorageLayout,
 };
 
 use super::super::{cannot_be_opened, file_error};
-use super::guard::{Told, guarded, room};
-use super::values::{Source, Values, array};
+use super::guard::{Told, claim, guarded, room};
+use super::values::{Part, Source, Values, array};
 use crate::{Error, Result};
 
 /// Where an HDF5 file may begin in one of MATLAB's.
@@ -148,19 +149,37 @@ impl Store {
         outcome.map_err(|message| self.error(format!("`{name}` {message}")))
     }
 
-    /// The shape that numbers are handed on in, and their kind; memory has room for them.
-    fn plan(&self, dataset: &H5Dataset) -> Told<(Vec<usize>, Kind)> {
+    /// What is read of a dataset, in the file's order of axes, and what its numbers are; memory has room
+    /// for them.
+    fn plan(&self, dataset: &H5Dataset, part: Option<Part>) -> Told<(Slice, Kind)> {
         if dataset.is_null() {
             return Err("is empty".into());
         }
-        let shape = dataset.shape();
+        let whole = dataset.shape();
         let element = dataset.element_size();
-        room(&shape, element, self.length)?;
+        claim(&whole, element, self.length)?;
+        let mut slice = Slice {
+            start: vec![0; whole.len()],
+            shape: whole.clone(),
+            is_whole: true,
+        };
+        if let Some((axis, range)) = part {
+            let axis = if self.matlab {
+                whole.len() - 1 - axis
+            } else {
+                axis
+            };
+            let end = range.end.min(whole[axis]);
+            slice.start[axis] = range.start.min(end);
+            slice.shape[axis] = end - slice.start[axis];
+            slice.is_whole = slice.shape == whole;
+        }
+        room(&slice.shape, element, self.length)?;
         if let Some(chunk) = dataset.chunk_dims() {
             room(&chunk, element, self.length)?;
         }
         let kind = kind(&dataset.datatype().map_err(|e| damaged(&e))?)?;
-        Ok((shape, kind))
+        Ok((slice, kind))
     }
 
     /// In the order of axes that the file's users see.
@@ -174,7 +193,7 @@ impl Store {
 
     fn read_numbers(&self, name: &str) -> Told<ArrayD<f64>> {
         let dataset = self.dataset(name)?;
-        let (shape, kind) = self.plan(&dataset)?;
+        let (slice, kind) = self.plan(&dataset, None)?;
         let values = match kind {
             Kind::Single | Kind::Double => dataset.read_numeric_as::<f64>(),
             Kind::Unsigned8 | Kind::Short | Kind::Long => dataset
@@ -182,17 +201,23 @@ impl Store {
                 .map(|values| values.into_iter().map(|v| v as f64).collect()),
             Kind::Complex { .. } => return Err("is complex; expected real numbers".into()),
         };
-        self.ordered(&shape, values.map_err(|e| damaged(&e))?)
+        self.ordered(&slice.shape, values.map_err(|e| damaged(&e))?)
     }
 
-    fn read_samples(&self, name: &str) -> Told<Values> {
-        // MATLAB's UFF and PICMUS keep complex numbers as two arrays.
-        if !self.has(name) && self.has_group(name) {
-            let part = |part: &str| match self.read_samples(&format!("{name}/{part}"))? {
+    /// Whether complex numbers are kept as two arrays, as MATLAB's UFF and PICMUS do.
+    fn is_in_two(&self, name: &str) -> bool {
+        !self.has(name) && self.has_group(name)
+    }
+
+    fn read_samples(&self, name: &str, part: Option<Part>) -> Told<Values> {
+        if self.is_in_two(name) {
+            let half = |half: &str| match self
+                .read_samples(&format!("{name}/{half}"), part.clone())?
+            {
                 Values::Real(values) => Ok(values),
-                Values::Complex(_) => Err(format!("has a complex part `{part}`")),
+                Values::Complex(_) => Err(format!("has a complex part `{half}`")),
             };
-            let (real, imaginary) = (part("real")?, part("imag")?);
+            let (real, imaginary) = (half("real")?, half("imag")?);
             if real.shape() != imaginary.shape() {
                 return Err("has a real and an imaginary part of different shapes".into());
             }
@@ -201,25 +226,38 @@ impl Store {
             return Ok(Values::Complex(array(real.shape(), values)?));
         }
         let dataset = self.dataset(name)?;
-        let (shape, kind) = self.plan(&dataset)?;
+        let (slice, kind) = self.plan(&dataset, part)?;
+        let shape = &slice.shape;
         let failed = |e: Hdf5Error| damaged(&e);
         let real = match kind {
-            Kind::Single => dataset.read_numeric_as::<f32>().map_err(failed)?,
+            Kind::Single => slice.read::<f32>(&dataset).map_err(failed)?,
             Kind::Double => {
-                let wide = dataset.read_numeric_as::<f64>().map_err(failed)?;
+                let wide = slice.read::<f64>(&dataset).map_err(failed)?;
                 wide.into_iter().map(|v| v as f32).collect()
             }
             Kind::Unsigned8 => {
-                let bytes = dataset.read_numeric_as::<u8>().map_err(failed)?;
+                let bytes = slice.read::<u8>(&dataset).map_err(failed)?;
                 bytes.into_iter().map(|v| f32::from(v) - 128.0).collect()
             }
             Kind::Short => {
-                let short = dataset.read_numeric_as::<i32>().map_err(failed)?;
+                let short = slice.read::<i32>(&dataset).map_err(failed)?;
                 short.into_iter().map(|v| v as f32).collect()
             }
             Kind::Long => {
-                let long = dataset.read_numeric_as::<i64>().map_err(failed)?;
+                let long = slice.read::<i64>(&dataset).map_err(failed)?;
                 long.into_iter().map(|v| v as f32).collect()
+            }
+            Kind::Complex { bytes: 4, .. } if !slice.is_whole => {
+                let read = dataset.read_slice::<Complex32>(&slice.start, shape);
+                let values = read.map_err(failed)?.into_iter();
+                let values = values.map(|z| Complex::new(z.re, z.im)).collect();
+                return Ok(Values::Complex(self.ordered(shape, values)?));
+            }
+            Kind::Complex { .. } if !slice.is_whole => {
+                let read = dataset.read_slice::<Complex64>(&slice.start, shape);
+                let values = read.map_err(failed)?.into_iter();
+                let values = values.map(|z| Complex::new(z.re as f32, z.im as f32));
+                return Ok(Values::Complex(self.ordered(shape, values.collect())?));
             }
             Kind::Complex {
                 bytes,
@@ -232,10 +270,50 @@ impl Store {
                 let values = raw
                     .chunks_exact(size)
                     .map(|e| Complex::new(part(e, real), part(e, imaginary)));
-                return Ok(Values::Complex(self.ordered(&shape, values.collect())?));
+                return Ok(Values::Complex(self.ordered(shape, values.collect())?));
             }
         };
-        Ok(Values::Real(self.ordered(&shape, real)?))
+        Ok(Values::Real(self.ordered(shape, real)?))
+    }
+
+    /// The shape for [`Source::shape_for_parts`].
+    fn shape_of_parts(&self, name: &str) -> Told<Option<Vec<usize>>> {
+        if self.is_in_two(name) {
+            return self.shape_of_parts(&format!("{name}/real"));
+        }
+        let dataset = self.dataset(name)?;
+        let kind = kind(&dataset.datatype().map_err(|e| damaged(&e))?)?;
+        let mut shape = dataset.shape();
+        if self.matlab {
+            shape.reverse();
+        }
+        // rust-hdf5 reads parts of pairs of numbers, and of no other compounds.
+        let is_pair = match kind {
+            Kind::Complex {
+                bytes,
+                real,
+                imaginary,
+                size,
+            } => (real, imaginary, size) == (0, bytes, 2 * bytes),
+            _ => true,
+        };
+        Ok((is_pair && !dataset.is_null()).then_some(shape))
+    }
+}
+
+/// A part of a dataset, or all of it.
+struct Slice {
+    start: Vec<usize>,
+    shape: Vec<usize>,
+    is_whole: bool,
+}
+
+impl Slice {
+    fn read<T: ReadNumeric>(&self, dataset: &H5Dataset) -> rust_hdf5::Result<Vec<T>> {
+        match self.is_whole {
+            true => dataset.read_numeric_as(),
+            false => dataset.read_numeric_slice_as(&self.start, &self.shape),
+        }
     }
 }
 
@@ -258,8 +336,12 @@ impl Source for Store {
         self.about(name, guarded(|| self.read_numbers(name)))
     }
 
-    fn samples(&self, name: &str) -> Result<Values> {
-        self.about(name, guarded(|| self.read_samples(name)))
+    fn shape_for_parts(&self, name: &str) -> Result<Option<Vec<usize>>> {
+        self.about(name, guarded(|| self.shape_of_parts(name)))
+    }
+
+    fn samples(&self, name: &str, part: Option<Part>) -> Result<Values> {
+        self.about(name, guarded(|| self.read_samples(name, part)))
     }
 }
 

@@ -2,6 +2,8 @@
 //!
 //! The names and meanings are those of the `.npz` files, where `[variables]` says nothing else.
 
+use std::ops::Range;
+
 use ndarray::{ArrayD, Axis, IxDyn};
 
 use super::super::{ChannelData, Samples, Transmits};
@@ -21,15 +23,16 @@ pub struct Keyed<'a> {
 }
 
 impl Keyed<'_> {
-    /// The channel data.
+    /// The channel data of some frames, and how many the file holds. Of samples that are read whole it
+    /// is all frames.
     ///
     /// # Errors
     /// A key that neither the file nor the variables tell, an array of another shape or type, or data
     /// that are not valid.
-    pub fn channel_data(&self) -> Result<ChannelData> {
-        let samples = self.samples()?;
+    pub fn channel_data(&self, frames: Range<usize>) -> Result<(ChannelData, usize)> {
+        let (samples, held) = self.samples(frames)?;
         let (_, transmits, elements, _) = samples.dim();
-        self.with_samples(samples, transmits, elements)
+        Ok((self.with_samples(samples, transmits, elements)?, held))
     }
 
     /// The channel data of samples that were found otherwise.
@@ -186,7 +189,7 @@ impl Keyed<'_> {
         }
     }
 
-    fn samples(&self) -> Result<Samples> {
+    fn samples(&self, frames: Range<usize>) -> Result<(Samples, usize)> {
         let (key, name) = match (self.name("rf"), self.name("iq")) {
             (Some(rf), None) => ("rf", rf),
             (None, Some(iq)) => ("iq", iq),
@@ -197,21 +200,31 @@ impl Keyed<'_> {
             (None, None) => return Err(self.missing("rf")),
         };
         let axes = self.axes()?;
-        match (key, self.source.samples(name)?) {
-            ("rf", Values::Real(rf)) => {
-                Ok(Samples::Rf(self.arranged(name, rf, axes.as_deref())?))
-            }
-            ("iq", Values::Complex(iq)) => Ok(Samples::Iq {
+        let shape = self.source.shape_for_parts(name)?;
+        let along = shape.and_then(|shape| {
+            let axis = frame_axis(axes.as_deref(), shape.len())?;
+            Some((axis, shape[axis]))
+        });
+        let part = along.map(|(axis, _)| (axis, frames));
+        let samples = match (key, self.source.samples(name, part)?) {
+            ("rf", Values::Real(rf)) => Samples::Rf(self.arranged(name, rf, axes.as_deref())?),
+            ("iq", Values::Complex(iq)) => Samples::Iq {
                 iq: self.arranged(name, iq, axes.as_deref())?,
                 f_demod: self.scalar("f_demod")?,
-            }),
-            ("rf", Values::Complex(_)) => Err(self.source.error(format!(
-                "`{name}` is complex; if it is I/Q, tell it as --variable iq={name}, with `f_demod`"
-            ))),
-            _ => Err(self
-                .source
-                .error(format!("`{name}` is real; expected complex I/Q"))),
-        }
+            },
+            ("rf", Values::Complex(_)) => {
+                return Err(self.source.error(format!(
+                    "`{name}` is complex; if it is I/Q, tell it as --variable iq={name}, with `f_demod`"
+                )));
+            }
+            _ => {
+                return Err(self
+                    .source
+                    .error(format!("`{name}` is real; expected complex I/Q")));
+            }
+        };
+        let held = along.map_or_else(|| samples.frames(), |(_, held)| held);
+        Ok((samples, held))
     }
 
     /// The places in [`ORDER`] of the file's axes.
@@ -360,4 +373,15 @@ impl Keyed<'_> {
         }
         Ok(Transmits::Delays { delay })
     }
+}
+
+/// Which axis of an array is that of the frames, of those that [`ORDER`] has at `axes` or of its own; none
+/// where there is one frame.
+fn frame_axis(axes: Option<&[usize]>, rank: usize) -> Option<usize> {
+    let axis = match axes {
+        Some(axes) => axes.iter().position(|&place| place == 0)?,
+        None if rank < ORDER.len() => return None,
+        None => 0,
+    };
+    (axis < rank).then_some(axis)
 }

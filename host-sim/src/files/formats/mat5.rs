@@ -15,7 +15,7 @@ use num_complex::Complex;
 
 use super::super::{cannot_be_opened, file_error};
 use super::guard::{Told, guarded, room};
-use super::values::{Source, Values};
+use super::values::{Part, Source, Values};
 use crate::{Error, Result, memory};
 
 /// The header that every file begins with, bytes.
@@ -227,7 +227,12 @@ impl Source for Mat5 {
         self.about(name, guarded(read))
     }
 
-    fn samples(&self, name: &str) -> Result<Values> {
+    /// Its arrays are deflated and in columns: whole.
+    fn shape_for_parts(&self, _: &str) -> Result<Option<Vec<usize>>> {
+        Ok(None)
+    }
+
+    fn samples(&self, name: &str, _: Option<Part>) -> Result<Values> {
         let read = || {
             let (sides, data) = self.array(name)?;
             let offset = match data {

@@ -16,9 +16,10 @@ pub use variables::{Given, Variables};
 
 use std::fs::File;
 use std::io::Read;
+use std::ops::Range;
 use std::path::Path;
 
-use super::{ChannelData, Recording, cannot_be_opened, file_error, npz, read_npz};
+use super::{AlignedData, ChannelData, Recording, cannot_be_opened, file_error, npz};
 use crate::{Error, Result};
 use hdf5::Store;
 use keyed::Keyed;
@@ -83,15 +84,26 @@ impl Format {
     }
 }
 
-/// Reads channel data or aligned data, in the format that the file turns out to be of.
+/// What was read of a file.
+pub struct Found {
+    /// The frames that were asked for, or all where the samples can only be read whole.
+    pub recording: Recording,
+    /// What the file is.
+    pub format: Format,
+    /// How many frames it holds.
+    pub frames: usize,
+}
+
+/// Reads some frames of channel data or aligned data, in the format that the file turns out to be of.
+/// Frames that it does not hold are left out.
 ///
 /// # Errors
 /// The file cannot be opened, is of a format that is not read, or what it holds is not valid.
-pub fn read(path: &Path, variables: &Variables) -> Result<(Recording, Format)> {
+pub fn read(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
     variables.check().map_err(Error::Usage)?;
     if path.is_dir() {
         return match sonix::is(path) {
-            true => channel(sonix::read(path, variables), Format::Sonix),
+            true => channel(sonix::read(path, variables, frames), Format::Sonix),
             false => Err(file_error(
                 path,
                 "is a folder without CH000.daq, as a SonixDAQ makes; expected a file",
@@ -103,7 +115,7 @@ pub fn read(path: &Path, variables: &Variables) -> Result<(Recording, Format)> {
     begin.map_err(|e| file_error(path, cannot_be_opened(&e)))?;
     let matlab = head.get(USER_BLOCK..).is_some_and(|b| b.starts_with(HDF5));
     if head.starts_with(HDF5) || matlab {
-        return read_hdf5(path, matlab, variables);
+        return read_hdf5(path, matlab, variables, frames);
     }
     let version = head.get(124..128);
     if version == Some(&[0, 1, b'I', b'M']) || version == Some(&[1, 0, b'M', b'I']) {
@@ -112,19 +124,19 @@ pub fn read(path: &Path, variables: &Variables) -> Result<(Recording, Format)> {
             source: &source,
             variables,
         };
-        return channel(keyed.channel_data(), Format::Mat5);
+        return channel(keyed.channel_data(frames), Format::Mat5);
     }
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     if head.starts_with(b"PK") {
         refuse_without_effect(variables, path)?;
-        return Ok((read_npz(&mut npz::Reader::open(path)?)?, Format::Npz));
+        return npz_archive(path, frames);
     }
     if let Some((_, what)) = FOREIGN.iter().find(|(magic, _)| head.starts_with(magic)) {
         return Err(file_error(path, format!("is {what}; {EXPECTED}")));
     }
     // One that is cut short or damaged says so itself.
     if extension.eq_ignore_ascii_case("npz") {
-        return Ok((read_npz(&mut npz::Reader::open(path)?)?, Format::Npz));
+        return npz_archive(path, frames);
     }
     let named = |extensions: &[&str]| extensions.iter().any(|e| extension.eq_ignore_ascii_case(e));
     let what = if named(&["h5", "hdf5", "uff"]) {
@@ -139,7 +151,35 @@ pub fn read(path: &Path, variables: &Variables) -> Result<(Recording, Format)> {
     Err(file_error(path, format!("{what}; {EXPECTED}")))
 }
 
-fn read_hdf5(path: &Path, matlab: bool, variables: &Variables) -> Result<(Recording, Format)> {
+/// What an archive holds, told by its keys.
+fn npz_archive(path: &Path, frames: Range<usize>) -> Result<Found> {
+    let file = &mut npz::Reader::open(path)?;
+    let channel_data = file.has("rf") || file.has("iq");
+    match (channel_data, file.has("x")) {
+        (true, false) => channel(ChannelData::from_npz(file, frames), Format::Npz),
+        (false, true) => {
+            let (data, frames) = AlignedData::from_npz(file, frames)?;
+            Ok(Found {
+                recording: Recording::Aligned(data),
+                format: Format::Npz,
+                frames,
+            })
+        }
+        (true, true) => Err(file.error(
+            "holds both `rf` or `iq` (channel data) and `x` (aligned data); expected one of them",
+        )),
+        (false, false) => Err(file.error(
+            "holds neither `rf` or `iq` (channel data) nor `x` (aligned data); expected one of them",
+        )),
+    }
+}
+
+fn read_hdf5(
+    path: &Path,
+    matlab: bool,
+    variables: &Variables,
+    frames: Range<usize>,
+) -> Result<Found> {
     let store = Store::open(path, matlab)?;
     let told = |keys: &[&str]| {
         let only = variables.only_numbers(keys);
@@ -147,26 +187,32 @@ fn read_hdf5(path: &Path, matlab: bool, variables: &Variables) -> Result<(Record
     };
     if !matlab && picmus::is(&store) {
         told(&["fs", "c", "f0", "lens_delay"])?;
-        return channel(picmus::read(&store, variables), Format::Picmus);
+        let data = picmus::read(&store, variables);
+        return channel(data.map(|data| (data, 1)), Format::Picmus);
     }
     if !matlab && uff::is(&store) {
         told(&["fs", "c", "f0", "f_demod", "lens_delay"])?;
-        return channel(uff::read(&store, variables), Format::Uff);
+        return channel(uff::read(&store, variables, frames), Format::Uff);
     }
     if !matlab && zea::is(&store) {
         told(&["fs", "c", "f0", "lens_delay"])?;
-        return channel(zea::read(&store, variables), Format::Zea);
+        return channel(zea::read(&store, variables, frames), Format::Zea);
     }
     let keyed = Keyed {
         source: &store,
         variables,
     };
     let format = if matlab { Format::Mat73 } else { Format::Hdf5 };
-    channel(keyed.channel_data(), format)
+    channel(keyed.channel_data(frames), format)
 }
 
-fn channel(data: Result<ChannelData>, format: Format) -> Result<(Recording, Format)> {
-    Ok((Recording::Channel(data?), format))
+fn channel(data: Result<(ChannelData, usize)>, format: Format) -> Result<Found> {
+    let (data, frames) = data?;
+    Ok(Found {
+        recording: Recording::Channel(data),
+        format,
+        frames,
+    })
 }
 
 fn refuse_without_effect(variables: &Variables, path: &Path) -> Result<()> {

@@ -37,7 +37,7 @@ pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
     }
     let place = |axis: usize| geometry.index_axis(Axis(0), axis).iter().copied().collect();
     let modulation = one("modulation_frequency")?;
-    let samples = match store.samples(&at("data"))? {
+    let samples = match store.samples(&at("data"), None)? {
         Values::Complex(samples) if samples.ndim() == 3 => samples,
         other => {
             return Err(store.error(format!(

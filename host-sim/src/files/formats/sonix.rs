@@ -3,14 +3,15 @@
 //! The files tell nothing of the scan: `[variables]` does.
 
 use std::fs::{self, File};
-use std::io::Read;
+use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array4, ArrayD};
 
 use super::super::{ChannelData, Samples, cannot_be_opened, file_error};
 use super::keyed::Keyed;
-use super::values::{Source, Values};
+use super::values::{Part, Source, Values};
 use super::variables::{CHANNELS, Given, Variables};
 use crate::{Error, Result, memory};
 
@@ -40,7 +41,11 @@ impl Source for Folder {
         Err(self.error(format!("has no array `{name}`; a folder has none")))
     }
 
-    fn samples(&self, name: &str) -> Result<Values> {
+    fn shape_for_parts(&self, _: &str) -> Result<Option<Vec<usize>>> {
+        Ok(None)
+    }
+
+    fn samples(&self, name: &str, _: Option<Part>) -> Result<Values> {
         Err(self.error(format!("has no array `{name}`; a folder has none")))
     }
 }
@@ -54,12 +59,17 @@ fn name(channel: usize) -> String {
     format!("CH{channel:03}.daq")
 }
 
-/// The channel data: the records of the files are transmits, and after the last of them the next frame.
+/// The channel data of some frames, and how many the files hold: their records are transmits, and after
+/// the last of them comes the next frame.
 ///
 /// # Errors
 /// A file that is missing or damaged, records of different lengths, or variables that do not tell the
 /// scan.
-pub fn read(path: &Path, variables: &Variables) -> Result<ChannelData> {
+pub fn read(
+    path: &Path,
+    variables: &Variables,
+    frames: Range<usize>,
+) -> Result<(ChannelData, usize)> {
     let folder = Folder {
         path: path.to_path_buf(),
     };
@@ -77,8 +87,17 @@ pub fn read(path: &Path, variables: &Variables) -> Result<ChannelData> {
              delay law tells"
         )));
     }
-    let shape = (records / transmits, transmits, channels, samples);
-    let size = memory::product(&[records, channels, samples, size_of::<f32>()]);
+    let held = records / transmits;
+    let end = frames.end.min(held);
+    let frames = frames.start.min(end)..end;
+    let shape = (frames.len(), transmits, channels, samples);
+    let size = memory::product(&[
+        frames.len(),
+        transmits,
+        channels,
+        samples,
+        size_of::<f32>(),
+    ]);
     memory::check(size, "the recording").map_err(|e| folder.error(e.to_string()))?;
     let mut rf = Array4::zeros(shape);
     for (channel, &element) in element.iter().enumerate() {
@@ -92,16 +111,29 @@ pub fn read(path: &Path, variables: &Variables) -> Result<ChannelData> {
                 ),
             ));
         }
-        let bytes = fs::read(&path).map_err(|e| file_error(&path, cannot_be_opened(&e)))?;
-        let (pairs, _) = bytes[HEADER..].as_chunks::<2>();
-        for (record, pairs) in pairs.chunks_exact(samples).take(records).enumerate() {
+        let record = 2 * samples;
+        let from = HEADER + frames.start * transmits * record;
+        let bytes = bytes_at(&path, from, frames.len() * transmits * record)
+            .map_err(|e| file_error(&path, cannot_be_opened(&e)))?;
+        let (pairs, _) = bytes.as_chunks::<2>();
+        for (record, pairs) in pairs.chunks_exact(samples).enumerate() {
             let place = (record / transmits, record % transmits, element);
             for (n, pair) in pairs.iter().enumerate() {
                 rf[(place.0, place.1, place.2, n)] = f32::from(i16::from_le_bytes(*pair));
             }
         }
     }
-    keyed.with_samples(Samples::Rf(rf), transmits, channels)
+    let data = keyed.with_samples(Samples::Rf(rf), transmits, channels)?;
+    Ok((data, held))
+}
+
+/// So many bytes of a file, from a place on.
+fn bytes_at(path: &Path, from: usize, count: usize) -> std::io::Result<Vec<u8>> {
+    let mut file = File::open(path)?;
+    file.seek(SeekFrom::Start(from as u64))?;
+    let mut bytes = vec![0; count];
+    file.read_exact(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// How many channels there are, one file each from the first on.

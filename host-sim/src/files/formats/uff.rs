@@ -1,5 +1,7 @@
 //! `channel_data` of USTB's Ultrasound File Format: HDF5 with a group an object.
 
+use std::ops::Range;
+
 use num_complex::Complex;
 
 use super::super::{ChannelData, Samples, Transmits};
@@ -44,11 +46,15 @@ pub fn is(store: &Store) -> bool {
         .any(|class| class.starts_with("uff."))
 }
 
-/// The channel data.
+/// The channel data of some frames, and how many the file holds.
 ///
 /// # Errors
 /// No channel data, or an array of them is missing, of another type or shape, or not valid.
-pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
+pub fn read(
+    store: &Store,
+    variables: &Variables,
+    frames: Range<usize>,
+) -> Result<(ChannelData, usize)> {
     let group = group(store).ok_or_else(|| {
         store.error("holds no `channel_data`; beamformed data are not read".into())
     })?;
@@ -73,8 +79,9 @@ pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
     let start = optional("initial_time")?.unwrap_or(0.0);
     let (transmits, t0) = law(&waves, start, c)
         .ok_or_else(|| store.error("mixes plane waves with others; expected one kind".into()))?;
+    let (samples, held) = samples(store, &at("data"), frames, modulation, &waves)?;
     let data = ChannelData {
-        samples: samples(store, &at("data"), modulation, &waves)?,
+        samples,
         fs: match variables.number("fs") {
             Some(fs) => fs,
             None => store.scalar(&at("sampling_frequency"))?,
@@ -89,7 +96,7 @@ pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
         lens_delay: variables.number("lens_delay").unwrap_or(0.0),
     };
     data.check().map_err(|message| store.error(message))?;
-    Ok(data)
+    Ok((data, held))
 }
 
 /// The elements' x, z and angles: as the probe lists them, or of a linear or curved array.
@@ -243,12 +250,22 @@ fn law(waves: &[Wave], start: f64, c: f64) -> Option<(Transmits, Vec<f64>)> {
 
 /// The samples, from [frame, wave, channel, sample], where axes of length 1 may be left out in front.
 /// USTB's I/Q turns on the clock of the samples, ours from the origin of each wave.
-fn samples(store: &Store, name: &str, modulation: f64, waves: &[Wave]) -> Result<Samples> {
-    let values = store.samples(name)?;
+fn samples(
+    store: &Store,
+    name: &str,
+    frames: Range<usize>,
+    modulation: f64,
+    waves: &[Wave],
+) -> Result<(Samples, usize)> {
+    let whole = store.shape_for_parts(name)?;
+    let along = whole.as_ref().filter(|shape| shape.len() == 4);
+    let along = along.map(|shape| shape[0]);
+    let values = store.samples(name, along.map(|_| (0, frames)))?;
     let shape = values.shape().to_vec();
     let wrong = || {
         store.error(format!(
-            "`{name}` has shape {shape:?}; expected [frame, {} waves, channel, sample]",
+            "`{name}` has shape {:?}; expected [frame, {} waves, channel, sample]",
+            whole.as_ref().unwrap_or(&shape),
             waves.len()
         ))
     };
@@ -261,10 +278,12 @@ fn samples(store: &Store, name: &str, modulation: f64, waves: &[Wave]) -> Result
         return Err(wrong());
     }
     let full = (full[0], full[1], full[2], full[3]);
+    let held = along.unwrap_or(full.0);
     match values {
-        Values::Real(rf) => Ok(Samples::Rf(
-            rf.into_shape_with_order(full).map_err(|_| wrong())?,
-        )),
+        Values::Real(rf) => {
+            let rf = rf.into_shape_with_order(full).map_err(|_| wrong())?;
+            Ok((Samples::Rf(rf), held))
+        }
         Values::Complex(iq) => {
             if modulation <= 0.0 {
                 return Err(store.error(
@@ -284,10 +303,8 @@ fn samples(store: &Store, name: &str, modulation: f64, waves: &[Wave]) -> Result
                     });
                 }
             }
-            Ok(Samples::Iq {
-                iq,
-                f_demod: modulation,
-            })
+            let f_demod = modulation;
+            Ok((Samples::Iq { iq, f_demod }, held))
         }
     }
 }

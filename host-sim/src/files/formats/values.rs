@@ -1,5 +1,7 @@
 //! Arrays of a foreign file, as its format's reader hands them on.
 
+use std::ops::Range;
+
 use ndarray::{ArrayD, IxDyn};
 use num_complex::Complex;
 
@@ -25,6 +27,9 @@ impl Values {
     }
 }
 
+/// A part of an array: an axis, and which places along it. What lies beyond the array is left out.
+pub type Part = (usize, Range<usize>);
+
 /// Named arrays: what the file's format is made of, whatever it calls them.
 pub trait Source {
     /// An error about this file.
@@ -39,11 +44,17 @@ pub trait Source {
     /// None of that name, of another type, or damaged.
     fn numbers(&self, name: &str) -> Result<ArrayD<f64>>;
 
-    /// Samples, rounded to f32. Unsigned bytes have their zero at 128.
+    /// The shape of samples of which parts can be read; none where they are read whole.
+    ///
+    /// # Errors
+    /// None of that name, or damaged.
+    fn shape_for_parts(&self, name: &str) -> Result<Option<Vec<usize>>>;
+
+    /// Samples, rounded to f32, or a part of them. Unsigned bytes have their zero at 128.
     ///
     /// # Errors
     /// None of that name, of another type, or damaged.
-    fn samples(&self, name: &str) -> Result<Values>;
+    fn samples(&self, name: &str, part: Option<Part>) -> Result<Values>;
 
     /// Whether there is an array of that name.
     fn has(&self, name: &str) -> bool {

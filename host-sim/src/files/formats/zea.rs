@@ -2,6 +2,8 @@
 //!
 //! zea counts time from the first element that fires, and its pulse has its peak some time after that.
 
+use std::ops::Range;
+
 use ndarray::{Array2, Array4, Axis, Ix5};
 use num_complex::Complex;
 
@@ -38,11 +40,15 @@ pub fn is(store: &Store) -> bool {
     folder(store).is_some() && (marked || store.has_group("scan"))
 }
 
-/// The channel data of the first track.
+/// The channel data of some frames of the first track, and how many it holds.
 ///
 /// # Errors
 /// An array is missing, of another type or shape, or not valid.
-pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
+pub fn read(
+    store: &Store,
+    variables: &Variables,
+    frames: Range<usize>,
+) -> Result<(ChannelData, usize)> {
     let Some(folder) = folder(store) else {
         return Err(store.error("has no `data/raw_data`".into()));
     };
@@ -96,7 +102,8 @@ pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
         true => number("demodulation_frequency"),
         false => Ok(f0),
     };
-    let samples = samples(store, &format!("{folder}data/raw_data"), f_demod, &t0)?;
+    let name = format!("{folder}data/raw_data");
+    let (samples, held) = samples(store, &name, frames, f_demod, &t0)?;
     let data = ChannelData {
         samples,
         fs,
@@ -113,7 +120,7 @@ pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
         lens_delay: variables.number("lens_delay").unwrap_or(0.0),
     };
     data.check().map_err(|message| store.error(message))?;
-    Ok(data)
+    Ok((data, held))
 }
 
 /// The places (x, z) of the elements.
@@ -276,11 +283,13 @@ fn waves(store: &Store, scan: &dyn Fn(&str) -> String, transmits: usize) -> Resu
 fn samples(
     store: &Store,
     name: &str,
+    frames: Range<usize>,
     f_demod: impl Fn() -> Result<f64>,
     t0: &[f64],
-) -> Result<Samples> {
+) -> Result<(Samples, usize)> {
     let shape = store.shape(name)?;
-    let values = match store.samples(name)? {
+    let part = (shape.len() == 5).then_some((0, frames));
+    let values = match store.samples(name, part)? {
         Values::Real(values) => values.into_dimensionality::<Ix5>().ok(),
         Values::Complex(_) => None,
     };
@@ -299,7 +308,7 @@ fn samples(
     let order = (frames, transmits, elements, samples);
     if parts == 1 {
         let rf = Array4::from_shape_fn(order, |(f, t, e, n)| values[(f, t, n, e, 0)]);
-        return Ok(Samples::Rf(rf));
+        return Ok((Samples::Rf(rf), shape[0]));
     }
     let f_demod = f_demod()?;
     let turns: Vec<Complex<f64>> = t0
@@ -311,5 +320,5 @@ fn samples(
         let turned = Complex::new(re, im) * turns[t];
         Complex::new(turned.re as f32, turned.im as f32)
     });
-    Ok(Samples::Iq { iq, f_demod })
+    Ok((Samples::Iq { iq, f_demod }, shape[0]))
 }

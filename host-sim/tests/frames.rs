@@ -1,0 +1,234 @@
+//! Frames of a file are read some at a time: as if it were read whole, and from a file larger than memory.
+
+mod common;
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use std::process::Command;
+
+use common::{Npz, channel_data_without, scalar};
+use host_sim::config::Beamform;
+use host_sim::drive::frame::beamform_channel_data;
+use host_sim::files::{ChannelData, Recording, RecordingFile, Variables};
+use ndarray::{Array, Array3, Array4, ArrayD, Axis, ShapeBuilder};
+use ndarray_npy::{NpzReader, WritableElement, WriteNpyExt};
+use num_complex::Complex;
+use tempfile::{TempDir, tempdir};
+use zip::CompressionMethod;
+use zip::write::{SimpleFileOptions, ZipWriter};
+
+/// Frames of the large file, of 4 MiB each, and 8 MiB as they are computed with.
+const FRAMES: usize = 50;
+const SHAPE: [usize; 3] = [2, 4, 262_144];
+/// The address space that it is beamformed in, kB: its samples are 400 000.
+const LIMIT: usize = 160_000;
+
+/// The program on one thread, in so many kB of address space; what it printed.
+fn run(folder: &TempDir, arguments: &str, limit: Option<usize>) -> Result<String, String> {
+    let limit = limit.map_or_else(|| "unlimited".to_owned(), |kilobytes| kilobytes.to_string());
+    let output = Command::new("sh")
+        .arg("-c")
+        .arg(format!("ulimit -v {limit}; exec \"$0\" {arguments}"))
+        .arg(env!("CARGO_BIN_EXE_host-sim"))
+        .env("RAYON_NUM_THREADS", "1")
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    match output.status.success() {
+        true => Ok(String::from_utf8(output.stdout).unwrap()),
+        false => Err(String::from_utf8(output.stderr).unwrap()),
+    }
+}
+
+fn lines(folder: &TempDir) -> ArrayD<Complex<f32>> {
+    let file = File::open(folder.path().join("lines.npz")).unwrap();
+    NpzReader::new(file).unwrap().by_name("z").unwrap()
+}
+
+/// Numbers without a pattern that a frame repeats.
+fn samples(frame: usize, shape: [usize; 3]) -> Array3<i16> {
+    Array::from_shape_fn(shape, |(t, m, n)| {
+        (((n + 7 * m + 3 * t) * (2 * frame + 3)) % 1999) as i16 - 999
+    })
+}
+
+/// Plane-wave channel data whose `rf` is stored so; frame by frame, since it may be large.
+fn write(path: &Path, frames: usize, shape: [usize; 3], how: CompressionMethod) {
+    channel_data_without(path, &["rf"]).finish();
+    let file = File::options().read(true).write(true).open(path).unwrap();
+    let mut archive = ZipWriter::new_append(file).unwrap();
+    let options = SimpleFileOptions::default().compression_method(how);
+    archive.start_file("rf.npy", options).unwrap();
+    let mut sink = BufWriter::new(archive);
+    let header = format!(
+        "{{'descr': '<i2', 'fortran_order': False, 'shape': ({frames}, {}, {}, {}), }}\n",
+        shape[0], shape[1], shape[2]
+    );
+    sink.write_all(b"\x93NUMPY\x01\x00").unwrap();
+    sink.write_all(&(header.len() as u16).to_le_bytes())
+        .unwrap();
+    sink.write_all(header.as_bytes()).unwrap();
+    for frame in 0..frames {
+        let samples = samples(frame, shape);
+        i16::write_slice(samples.as_slice().unwrap(), &mut sink).unwrap();
+    }
+    let archive = sink.into_inner().unwrap_or_else(|e| panic!("{e}"));
+    archive.finish().unwrap();
+}
+
+/// What a frame's lines are, by the library, of samples in memory.
+fn expected(path: &Path, frame: usize, parameters: &Beamform) -> ArrayD<Complex<f32>> {
+    let file = RecordingFile::open(path, &Variables::default()).unwrap();
+    let Recording::Channel(first) = file.first() else {
+        panic!("channel data were written");
+    };
+    let rf = samples(frame, SHAPE).mapv(f32::from);
+    let data = ChannelData {
+        samples: rf.into(),
+        ..first.clone()
+    };
+    let lines = beamform_channel_data(&data, parameters, &|_| {}).unwrap();
+    lines.z.into_dyn()
+}
+
+#[test]
+fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("large.npz");
+    write(&path, FRAMES, SHAPE, CompressionMethod::Stored);
+    let command = "beamform large.npz -o lines.npz --method das --depth-start 0.01 --depth-end 0.011";
+    let parameters = Beamform {
+        method: host_sim::methods::Choice::named("das").unwrap(),
+        depth_start: Some(0.01),
+        depth_end: Some(0.011),
+        ..Beamform::default()
+    };
+
+    run(&folder, command, Some(LIMIT)).unwrap();
+    let z = lines(&folder);
+    assert_eq!(z.shape()[0], FRAMES);
+    for frame in [0, 1, 37, FRAMES - 1] {
+        let own = z.index_axis(Axis(0), frame).into_owned();
+        assert_eq!(own, expected(&path, frame, &parameters), "frame {frame}");
+    }
+    // It is told and converted in the same memory.
+    let told = run(&folder, "info large.npz", Some(LIMIT)).unwrap();
+    assert!(told.contains("50 frames, 2 transmits, 4 elements"), "{told}");
+    run(&folder, "convert large.npz -o converted.npz", Some(LIMIT)).unwrap();
+    let copy = folder.path().join("converted.npz");
+    let copy = RecordingFile::open(&copy, &Variables::default()).unwrap();
+    assert_eq!(copy.frames(), FRAMES);
+    for frame in [0, 63, FRAMES - 1] {
+        let (recording, own) = copy.read(frame..frame + 1).unwrap();
+        let Recording::Channel(data) = recording.as_ref() else {
+            panic!("channel data were written");
+        };
+        let rf = samples(frame, SHAPE).mapv(f32::from);
+        assert_eq!(data.samples.rf(own.start).unwrap(), rf, "frame {frame}");
+    }
+    // The limit does limit: one that a frame has no room in is told.
+    let refused = run(&folder, command, Some(50_000)).unwrap_err();
+    assert!(refused.contains("cannot be had"), "{refused}");
+}
+
+/// Stored, compressed, and in columns, which is read whole: the same numbers.
+#[test]
+fn some_frames_are_those_of_the_whole() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    let shape = [2, 4, 64];
+    let all: Vec<_> = (0..5).map(|frame| samples(frame, shape)).collect();
+    let views: Vec<_> = all.iter().map(|frame| frame.view()).collect();
+    let all = ndarray::stack(Axis(0), &views).unwrap();
+    for how in ["stored", "compressed", "in columns"] {
+        match how {
+            "stored" => write(&path, 5, shape, CompressionMethod::Stored),
+            "compressed" => write(&path, 5, shape, CompressionMethod::Deflated),
+            _ => {
+                let mut columns = Array::zeros(all.dim().f());
+                columns.assign(&all);
+                let columns = columns.into_dyn();
+                channel_data_without(&path, &["rf"])
+                    .with("rf", columns)
+                    .finish();
+            }
+        }
+        let file = RecordingFile::open(&path, &Variables::default()).unwrap();
+        assert_eq!(file.frames(), 5, "{how}");
+        let held = file.first().frames();
+        assert_eq!(held, if how == "in columns" { 5 } else { 1 }, "{how}");
+        for frames in [0..1, 1..3, 4..5, 0..5] {
+            let (recording, own) = file.read(frames.clone()).unwrap();
+            let Recording::Channel(data) = recording.as_ref() else {
+                panic!("channel data were written");
+            };
+            assert_eq!(own.len(), frames.len());
+            for (own, frame) in own.zip(frames) {
+                let rf = all.index_axis(Axis(0), frame).mapv(f32::from);
+                assert_eq!(data.samples.rf(own).unwrap(), rf, "{how}, frame {frame}");
+            }
+        }
+    }
+}
+
+/// A frame that lacks numbers is told, whichever others are there.
+#[test]
+fn a_frame_cut_off_is_told() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.npz");
+    let mut npy = Vec::new();
+    Array4::<f32>::zeros((5, 2, 4, 64)).write_npy(&mut npy).unwrap();
+    npy.truncate(npy.len() - 4);
+    for how in [CompressionMethod::Stored, CompressionMethod::Deflated] {
+        channel_data_without(&path, &["rf"]).finish();
+        let file = File::options().read(true).write(true).open(&path).unwrap();
+        let mut archive = ZipWriter::new_append(file).unwrap();
+        let options = SimpleFileOptions::default().compression_method(how);
+        archive.start_file("rf.npy", options).unwrap();
+        archive.write_all(&npy).unwrap();
+        archive.finish().unwrap();
+        let file = RecordingFile::open(&path, &Variables::default()).unwrap();
+        file.read(3..4).unwrap();
+        let error = file.read(4..5).unwrap_err().to_string();
+        assert!(error.contains("`rf` is truncated"), "{error}");
+        let refused = run(&folder, "beamform data.npz -o lines.npz", None).unwrap_err();
+        assert!(refused.contains("`rf` is truncated"), "{refused}");
+        assert!(!folder.path().join("lines.npz").exists());
+    }
+}
+
+#[test]
+fn aligned_data_have_frames() {
+    let folder = tempdir().unwrap();
+    let x = Array4::from_shape_fn((3, 2, 20, 8), |(f, b, n, m)| {
+        Complex::new((7 * b + 3 * n + m * m * (f + 1)) as f32 % 11.0, (n * m) as f32 % 5.0)
+    });
+    let archive = |x: ArrayD<Complex<f32>>| {
+        Npz::create(&folder.path().join("data.npz"))
+            .with("x", x)
+            .with("fs", scalar(20e6))
+            .with("t0", scalar(1e-6))
+            .finish();
+    };
+    let command = "beamform data.npz -o lines.npz --method mv";
+    let one = |frame: usize| {
+        archive(x.index_axis(Axis(0), frame).to_owned().into_dyn());
+        run(&folder, command, None).unwrap();
+        lines(&folder)
+    };
+    let single = [one(0), one(1), one(2)];
+    assert_eq!(single[0].shape(), [2, 20]);
+    archive(x.clone().into_dyn());
+    let said = run(&folder, command, None).unwrap();
+    assert!(said.starts_with("3 frames of 2 lines"), "{said}");
+    let z = lines(&folder);
+    assert_eq!(z.shape(), [3, 2, 20]);
+    for (frame, single) in single.iter().enumerate() {
+        assert_eq!(&z.index_axis(Axis(0), frame), single);
+    }
+    run(&folder, &format!("{command} --frames 1.."), None).unwrap();
+    assert_eq!(lines(&folder), z.slice_axis(Axis(0), (1..).into()));
+    let refused = run(&folder, &format!("{command} --frames 3"), None).unwrap_err();
+    assert!(refused.contains("frames 0 to 2"), "{refused}");
+}
