@@ -9,7 +9,7 @@ use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::Active;
 use host_sim::files::{AlignedData, Lines};
 use host_sim::validate::beamform::Frame;
-use ndarray::{Axis, Array2, Array3};
+use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -13,7 +13,7 @@ use common::{Npz, scalar, vector};
 use host_sim::config::{Beamform, Config, Image};
 use host_sim::files::{AlignedData, ChannelData, Lines, Transmits, image};
 use host_sim::methods::Choice;
-use ndarray::{Axis, Array2, Array3};
+use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 use tempfile::{TempDir, tempdir};
 

@@ -11,6 +11,7 @@ import json
 import os
 import random
 import resource
+import shlex
 import shutil
 import subprocess
 import sys
@@ -32,8 +33,8 @@ POINT = (1.25e-3, 12.5e-3)
 # The memory that a refusal may take, bytes.
 LIMIT = 4 << 30
 METHODS = ("das", "mv", "esmv", "esmv-rank1")
-# Frames of files that are larger than the memory they are beamformed in, bytes: 500 frames of 0.7 MB.
-MANY, LITTLE = 500, 200 << 20
+# Frames of 0.35 MB, of files that are larger than the memory that they are beamformed in, bytes.
+MANY, LITTLE = 700, 200 << 20
 
 program = None
 folder = None
@@ -80,15 +81,15 @@ def run(*arguments, limit=None):
         if limit:
             resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 
-    # Each thread has address space of its own.
-    threads = {"RAYON_NUM_THREADS": "1"} if limit == LITTLE else {}
+    # Address space that is only set aside for threads is no memory.
+    threads = {"RAYON_NUM_THREADS": "1", "RUST_HDF5_IO_THREADS": "1", "MALLOC_ARENA_MAX": "1"}
     return subprocess.run(
         [program, *map(str, arguments)],
         capture_output=True,
         text=True,
         cwd=folder,
         preexec_fn=bounded,
-        env={**os.environ, **threads},
+        env={**os.environ, **(threads if limit == LITTLE else {})},
     )
 
 
@@ -384,6 +385,7 @@ def frames():
 def many_frames():
     """Files larger than memory, frame by frame: the lines of a frame are those of its own file."""
     one = scene("rf")[:1]
+    one += np.random.default_rng(1).integers(-3, 4, one.shape).astype(np.float32)
     places = np.arange(MANY)
     # Whole numbers, of which no two frames are alike.
     rf = np.concatenate([np.roll(one, 3 * (k % 100), -1) * np.float32(1 + k // 100) for k in places])
@@ -627,6 +629,20 @@ def virtual(path):
     return layout
 
 
+def readme():
+    """The README's commands for a file of zea's, as a newcomer would paste them."""
+    text = (Path(__file__).parents[2] / "README.md").read_text()
+    write_zea(folder / "recording.hdf5", "rf", scene("rf")[:1])
+    cargo = "cargo run --release -- "
+    commands = [line.removeprefix(cargo) for line in text.splitlines() if line.startswith(cargo)]
+    check(any("recording.hdf5" in command for command in commands), "README: no example of a zea file")
+    for command in commands:
+        outcome = run(*shlex.split(command, comments=True))
+        check(outcome.returncode == 0, f"README: {command}: {told(outcome)}")
+    for name in ("lines.npz", "lines.png", "map.npy", "map.png"):
+        check((folder / name).exists(), f"README: no {name} came of it")
+
+
 def messages():
     """A file that is not what it should be gets the message that fits."""
     (folder / "text.mat").write_text("x = 3;\n")
@@ -661,7 +677,7 @@ program = str(Path(sys.argv[1]).resolve())
 with tempfile.TemporaryDirectory() as temporary:
     folder = Path(sys.argv[2] if len(sys.argv) > 2 else temporary).resolve()
     folder.mkdir(exist_ok=True)
-    for part in (formats, types, frames, many_frames, mapped, sonix, geometries, information, messages, hostile):
+    for part in (formats, types, frames, many_frames, mapped, sonix, geometries, information, readme, messages, hostile):
         part()
 print("zea's own files" if zea_file else "zea is not here: its files were written by h5py in its layout")
 for reason in sorted(later):

@@ -97,7 +97,8 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("large.npz");
     write(&path, FRAMES, SHAPE, CompressionMethod::Stored);
-    let command = "beamform large.npz -o lines.npz --method das --depth-start 0.01 --depth-end 0.011";
+    let command =
+        "beamform large.npz -o lines.npz --method das --depth-start 0.01 --depth-end 0.011";
     let parameters = Beamform {
         method: host_sim::methods::Choice::named("das").unwrap(),
         depth_start: Some(0.01),
@@ -114,12 +115,15 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
     }
     // It is told and converted in the same memory.
     let told = run(&folder, "info large.npz", Some(LIMIT)).unwrap();
-    assert!(told.contains("50 frames, 2 transmits, 4 elements"), "{told}");
+    assert!(
+        told.contains("50 frames, 2 transmits, 4 elements"),
+        "{told}"
+    );
     run(&folder, "convert large.npz -o converted.npz", Some(LIMIT)).unwrap();
     let copy = folder.path().join("converted.npz");
     let copy = RecordingFile::open(&copy, &Variables::default()).unwrap();
     assert_eq!(copy.frames(), FRAMES);
-    for frame in [0, 63, FRAMES - 1] {
+    for frame in [0, 33, FRAMES - 1] {
         let (recording, own) = copy.read(frame..frame + 1).unwrap();
         let Recording::Channel(data) = recording.as_ref() else {
             panic!("channel data were written");
@@ -178,7 +182,9 @@ fn a_frame_cut_off_is_told() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("data.npz");
     let mut npy = Vec::new();
-    Array4::<f32>::zeros((5, 2, 4, 64)).write_npy(&mut npy).unwrap();
+    Array4::<f32>::zeros((5, 2, 4, 64))
+        .write_npy(&mut npy)
+        .unwrap();
     npy.truncate(npy.len() - 4);
     for how in [CompressionMethod::Stored, CompressionMethod::Deflated] {
         channel_data_without(&path, &["rf"]).finish();
@@ -202,7 +208,10 @@ fn a_frame_cut_off_is_told() {
 fn aligned_data_have_frames() {
     let folder = tempdir().unwrap();
     let x = Array4::from_shape_fn((3, 2, 20, 8), |(f, b, n, m)| {
-        Complex::new((7 * b + 3 * n + m * m * (f + 1)) as f32 % 11.0, (n * m) as f32 % 5.0)
+        Complex::new(
+            (7 * b + 3 * n + m * m * (f + 1)) as f32 % 11.0,
+            (n * m) as f32 % 5.0,
+        )
     });
     let archive = |x: ArrayD<Complex<f32>>| {
         Npz::create(&folder.path().join("data.npz"))

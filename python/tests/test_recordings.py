@@ -1,5 +1,8 @@
 """What a recording may hold comes through, and frames are one after another."""
 
+import subprocess
+import sys
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -51,6 +54,101 @@ def test_frames_are_beamformed_one_after_another(plane):
     assert not same_bits(z[0], z[1])
     with pytest.raises(ValueError, match="hold 2 frames; expected one"):
         bonebeam.delay(frames)
+
+
+def test_some_frames_are_read(folder, plane):
+    rf = np.stack([plane.rf, np.roll(plane.rf, 40, axis=-1), -plane.rf])
+    path = folder / "recording.npz"
+    np.savez(path, **replace(plane, rf=rf).keys())
+    assert same_bits(bonebeam.read(path).rf, rf)
+    assert same_bits(bonebeam.read(path, frames=1).rf, rf[1])
+    assert same_bits(bonebeam.read(path, frames=range(1, 3)).rf, rf[1:])
+    assert same_bits(bonebeam.read(path, frames=range(2, 3)).rf, rf[2:])
+    assert same_bits(np.stack([frame.rf for frame in bonebeam.frames(path)]), rf)
+    # Stored in columns, a file is read whole: the same frames come of it.
+    np.savez(path, **replace(plane, rf=np.asfortranarray(rf)).keys())
+    assert same_bits(bonebeam.read(path, frames=1).rf, rf[1])
+    assert same_bits(np.stack([frame.rf for frame in bonebeam.frames(path)]), rf)
+    for wrong in (3, -1, range(2, 4), range(1, 1), range(0, 3, 2)):
+        with pytest.raises(ValueError, match="in a row of 0 to 2"):
+            bonebeam.read(path, frames=wrong)
+
+
+def test_aligned_frames_are_read(folder, aligned):
+    path = folder / "delayed.npz"
+    x = np.stack([aligned, 2 * aligned])
+    np.savez(path, x=x, fs=20e6, t0=0.0)
+    data = bonebeam.read(path)
+    assert same_bits(data.x, x)
+    z = bonebeam.beamform(data, method="mv").z
+    assert same_bits(z, bonebeam.beamform(x, method="mv"))
+    one = bonebeam.beamform(bonebeam.read(path, frames=1), method="mv").z
+    assert same_bits(one, z[1])
+
+
+def test_variables_name_the_arrays_of_a_file(folder, plane):
+    io = pytest.importorskip("scipy.io")
+    path = folder / "recording.mat"
+    io.savemat(path, {"RcvData": plane.rf.T, "pos": plane.element_x, "Fs": plane.fs})
+    variables = {
+        "rf": "RcvData",
+        "axes": ["sample", "element", "transmit"],
+        "element_x": "pos",
+        "fs": "Fs",
+        "f0": plane.f0,
+        "c": plane.c,
+        "t0": plane.t0,
+        "tx_angle": plane.tx_angle,
+    }
+    data = bonebeam.read(path, variables=variables)
+    for key, value in plane.keys().items():
+        assert same_bits(np.asarray(getattr(data, key)), np.asarray(value)), key
+    with pytest.raises(ValueError, match="`depth` in .variables.*is unknown"):
+        bonebeam.read(path, variables={"depth": 3})
+
+
+def test_the_way_of_the_lines_is_as_asked(folder, command, plane):
+    path = folder / "recording.npz"
+    np.savez(path, **plane.keys())
+    asked = {"lines": "sector", "line_count": 9, "sector": 0.5, "depth_start": 0.012}
+    ours = bonebeam.beamform(plane, method="das", **asked)
+    flags = [word for key, value in asked.items() for word in ("--" + key.replace("_", "-"), value)]
+    assert command("beamform", path, "-o", folder / "lines.npz", "--method", "das", *flags) == ""
+    theirs = np.load(folder / "lines.npz")
+    assert same_bits(ours.z, theirs["z"]) and ours.z.shape[0] == 9
+    assert same_bits(ours.beam_angle, theirs["beam_angle"])
+    aligned = bonebeam.delay(plane, **asked)
+    assert same_bits(bonebeam.beamform(aligned, method="das").z, ours.z)
+    with pytest.raises(ValueError, match="unknown variant"):
+        bonebeam.beamform(plane, lines="up")
+
+
+def test_iq_at_a_low_rate_is_no_doubt(plane):
+    """The band of I/Q lies about f_demod: what would fold RF does not fold it."""
+    iq = np.zeros((3, 32, 400), np.complex64)
+    data = replace(plane, rf=None, iq=iq, f_demod=plane.f0, fs=1.2 * plane.f0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        bonebeam.beamform(data, method="das")
+
+
+def test_a_record_is_copied_once(plane):
+    """Beside what is there, a frame takes memory for one copy of its samples, and for its lines."""
+    pytest.importorskip("resource")
+    samples = 2_000_000
+    code = (
+        "import numpy as np, resource, bonebeam\n"
+        f"rf = np.ones((1, 32, {samples}), np.float32)\n"
+        "x = (np.arange(32) - 15.5) * 3e-4\n"
+        "data = bonebeam.ChannelData(fs=40e6, f0=5e6, c=1540.0, t0=0.0, element_x=x, rf=rf,"
+        " tx_angle=np.zeros(1))\n"
+        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "bonebeam.beamform(data, method='das', depth_start=0.01, depth_end=0.011, threads=1)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    taken, record = 1024 * int(done.stdout), 32 * samples * 4
+    assert taken < 1.2 * record, f"{taken / record:.2f} times the record"
 
 
 @pytest.mark.parametrize("dtype", ["float64", "int16", "int32", "uint8"])

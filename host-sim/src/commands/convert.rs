@@ -6,8 +6,8 @@ use clap::Args;
 
 use super::{ConfigArgument, VariableArguments, load_config};
 use crate::Result;
-use crate::files::{Recording, RecordingFile};
 use crate::files::atomic::{Outputs, check_outputs};
+use crate::files::{Recording, RecordingFile};
 use crate::terminal::{print, warn};
 
 /// Write a recording of any format as an .npz archive.

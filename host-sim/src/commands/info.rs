@@ -57,11 +57,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
             facts.extend(of_channel_data(data, file.frames()));
             facts.extend(to_be_done(data, &config));
         }
-        Recording::Aligned(data) => facts.extend(of_aligned_data(
-            data,
-            file.frames(),
-            &config.beamform,
-        )),
+        Recording::Aligned(data) => {
+            facts.extend(of_aligned_data(data, file.frames(), &config.beamform))
+        }
     }
     let mut text = String::new();
     for (what, fact) in facts {

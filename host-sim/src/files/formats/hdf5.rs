@@ -211,12 +211,11 @@ impl Store {
 
     fn read_samples(&self, name: &str, part: Option<Part>) -> Told<Values> {
         if self.is_in_two(name) {
-            let half = |half: &str| match self
-                .read_samples(&format!("{name}/{half}"), part.clone())?
-            {
-                Values::Real(values) => Ok(values),
-                Values::Complex(_) => Err(format!("has a complex part `{half}`")),
-            };
+            let half =
+                |half: &str| match self.read_samples(&format!("{name}/{half}"), part.clone())? {
+                    Values::Real(values) => Ok(values),
+                    Values::Complex(_) => Err(format!("has a complex part `{half}`")),
+                };
             let (real, imaginary) = (half("real")?, half("imag")?);
             if real.shape() != imaginary.shape() {
                 return Err("has a real and an imaginary part of different shapes".into());

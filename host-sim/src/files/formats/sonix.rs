@@ -91,13 +91,7 @@ pub fn read(
     let end = frames.end.min(held);
     let frames = frames.start.min(end)..end;
     let shape = (frames.len(), transmits, channels, samples);
-    let size = memory::product(&[
-        frames.len(),
-        transmits,
-        channels,
-        samples,
-        size_of::<f32>(),
-    ]);
+    let size = memory::product(&[frames.len(), transmits, channels, samples, size_of::<f32>()]);
     memory::check(size, "the recording").map_err(|e| folder.error(e.to_string()))?;
     let mut rf = Array4::zeros(shape);
     for (channel, &element) in element.iter().enumerate() {
