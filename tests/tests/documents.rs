@@ -1,5 +1,6 @@
 //! The documents: their links lead somewhere, the files that they name exist, their examples hold.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -110,6 +111,70 @@ fn every_file_that_is_named_exists() {
         }
     }
     assert!(count >= 40, "{count} names");
+}
+
+#[test]
+fn every_requirement_is_implemented_and_verified() {
+    let document = read(&root().join("docs/traceability.md"));
+    let steps = read(&root().join("tests/run"));
+    let listed = |name: &str| {
+        let lists = steps.lines().filter(|line| line.contains("_steps='"));
+        let mut names = lists.flat_map(|list| list.split(['\'', ' ']));
+        names.any(|listed| listed == name)
+    };
+    let mut ids = BTreeSet::new();
+    for row in document.lines().filter(|line| line.starts_with("| ")) {
+        // A bar within a cell is escaped.
+        let row = row.replace("\\|", "");
+        let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
+        let [id, _, code, verified] = &cells[..] else {
+            panic!("{row}");
+        };
+        if *id == "id" {
+            continue;
+        }
+        assert!(ids.insert(id.to_string()), "{id} twice");
+        let spans = |cell: &str| -> Vec<String> {
+            cell.split('`')
+                .skip(1)
+                .step_by(2)
+                .map(String::from)
+                .collect()
+        };
+        assert!(!spans(code).is_empty(), "{id}: no code");
+        for file in spans(code) {
+            let from = ["", "core/src"].map(|folder| root().join(folder).join(&file));
+            assert!(from.iter().any(|path| path.is_file()), "{id}: {file}");
+        }
+        assert!(!spans(verified).is_empty(), "{id}: not verified");
+        for span in spans(verified) {
+            let Some((file, name)) = span.split_once("::") else {
+                assert!(listed(&span), "{id}: no step {span}");
+                continue;
+            };
+            let text = read(&root().join(file));
+            let before = text.split(&format!("fn {name}(")).next().unwrap();
+            assert!(before.len() < text.len(), "{id}: no test {span}");
+            // Its attribute stands above it, perhaps with its documentation between.
+            let attribute = before
+                .rfind("#[test]")
+                .unwrap_or_else(|| panic!("{id}: {span}"));
+            assert!(
+                !before[attribute..].contains("\nfn "),
+                "{id}: {span} is no test"
+            );
+        }
+    }
+    for equation in 1..=10 {
+        let named = |words: &str| document.contains(words);
+        let after = [
+            format!("Eq. {equation}:"),
+            format!("and {equation}:"),
+            format!("Eq. {equation} and"),
+        ];
+        assert!(after.iter().any(|words| named(words)), "Eq. {equation}");
+    }
+    assert!(ids.len() >= 50, "{}", ids.len());
 }
 
 #[test]

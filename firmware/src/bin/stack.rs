@@ -248,6 +248,7 @@ fn beamform(arrays: &mut Arrays) -> Result<(), Error> {
         ("DAS", Method::Das),
         ("MV", Method::Mv),
         ("rank-1 ESMV", Method::EsmvRank1),
+        ("rank-1 ESMV, 8 steps", Method::EsmvRank1Steps(8)),
         ("ESMV by beta", Method::EsmvBeta(0.1)),
         ("ESMV of rank 3", Method::EsmvRank(3)),
         ("ESMV without the first", Method::EsmvExcludeFirst),
