@@ -49,24 +49,24 @@ fn a_quick_figure_leaves_one_page_that_holds_its_pictures() {
     let report: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(report["job"], "quick");
     assert!(
-        report.get("vertebra").is_none(),
+        report.get("vertebra_in_tissue").is_none(),
         "only Fig. 2 was asked for"
     );
     let numbers = fs::read_to_string(out.join("numbers.csv")).unwrap();
     assert!(numbers.lines().count() > 100);
-    for file in ["config.toml", "point-table-1.csv"] {
+    for file in ["config.toml", "point_spread-table-1.csv"] {
         assert!(out.join(file).exists(), "{file}");
     }
     // The configuration gives the same job again.
     let config = fs::read_to_string(out.join("config.toml")).unwrap();
-    assert!(config.starts_with("# host-sim") && config.contains("[point]"));
+    assert!(config.starts_with("# host-sim") && config.contains("[point_spread]"));
 }
 
 #[test]
 fn what_cannot_be_reproduced_is_refused_with_what_can() {
     let message = fail(&["--figure", "99"], 2);
     assert!(
-        message.contains("--figure 99") && message.contains("can: 2"),
+        message.contains("--figure 99") && message.contains("can: 2, 3"),
         "{message}"
     );
     let message = fail(&["--table", "2"], 2);

@@ -5,11 +5,14 @@
 //! The configuration, the command line and the report know these parts, and no experiment by name.
 //! [`MAIN_JOB`] and [`PAPER`] are the two lists of them.
 
+mod claims;
 pub mod common;
 mod job;
 pub mod outcome;
 mod point;
+mod point_spread;
 mod vertebra;
+mod vertebra_in_tissue;
 
 pub use common::Common;
 pub use job::{Job, Kind, Wanted};
@@ -26,7 +29,11 @@ use crate::Result;
 pub const MAIN_JOB: &[Kind] = &[Kind::of::<point::Point>(), Kind::of::<vertebra::Vertebra>()];
 
 /// The experiments of `host-sim paper`, likewise.
-pub const PAPER: &[Kind] = &[Kind::of::<point::Point>()];
+pub const PAPER: &[Kind] = &[
+    Kind::of::<point_spread::PointSpread>(),
+    Kind::of::<vertebra_in_tissue::VertebraInTissue>(),
+    Kind::of::<claims::Claims>(),
+];
 
 /// Hears, from any thread, what is being done and the fraction of it that is done.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);

@@ -16,7 +16,7 @@ use ndarray::Array3;
 use num_complex::Complex;
 use rayon::prelude::*;
 
-use crate::files::{ChannelData, Transmits};
+use crate::files::{ChannelData, Samples, Transmits};
 use crate::memory::{self, product};
 use crate::{Error, Result};
 
@@ -123,13 +123,7 @@ pub fn resumed_channel_data(
         )));
     }
     let record = settings.record();
-    if let Some(level) = settings.noise {
-        let rms = f64::from(peak) * libm::pow(10.0, level / 20.0);
-        Noise::new(settings, record.samples, rms).add_to(&mut rf);
-    }
-    if let Some(bits) = settings.adc_bits {
-        quantise(&mut rf, bits);
-    }
+    receive(settings, &mut rf);
     let shape = (beams.len(), settings.elements, record.samples);
     Ok(ChannelData {
         samples: Array3::from_shape_vec(shape, rf)
@@ -149,6 +143,42 @@ pub fn resumed_channel_data(
         },
         lens_delay: 0.0,
     })
+}
+
+/// Adds what the receiver does to a record that was simulated without: the settings' noise, then the
+/// rounding of their converter. Echoes add up, so that the same ones need to be summed only once.
+///
+/// # Errors
+/// Samples of another record than that of the settings.
+pub fn add_noise(settings: &Settings, data: &mut ChannelData) -> Result<()> {
+    let expected = [settings.beams, settings.elements, settings.record().samples];
+    let refused = |found: &[usize]| {
+        Error::Data(format!(
+            "the record has shape {found:?}; expected RF of one frame, {expected:?}"
+        ))
+    };
+    let Samples::Rf(rf) = &mut data.samples else {
+        return Err(refused(&[]));
+    };
+    if rf.shape()[1..] != expected || rf.shape()[0] != 1 {
+        return Err(refused(rf.shape()));
+    }
+    let shape = rf.shape().to_vec();
+    let rf = rf.as_slice_mut().ok_or_else(|| refused(&shape))?;
+    receive(settings, rf);
+    Ok(())
+}
+
+/// Noise and converter of the settings.
+fn receive(settings: &Settings, rf: &mut [f32]) {
+    if let Some(level) = settings.noise {
+        let peak = rf.par_iter().map(|v| v.abs()).reduce(|| 0.0, f32::max);
+        let rms = f64::from(peak) * libm::pow(10.0, level / 20.0);
+        Noise::new(settings, settings.record().samples, rms).add_to(rf);
+    }
+    if let Some(bits) = settings.adc_bits {
+        quantise(rf, bits);
+    }
 }
 
 /// What is heard, and by whom.

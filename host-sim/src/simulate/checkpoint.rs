@@ -42,6 +42,15 @@ impl Checkpoint {
     /// # Errors
     /// Settings that cannot be written.
     pub fn new(path: &Path, settings: &Settings, phantom: &Phantom) -> Result<Self> {
+        Ok(Checkpoint {
+            path: Some(path.to_path_buf()),
+            key: Checkpoint::key(settings, phantom),
+            ..Checkpoint::none()
+        })
+    }
+
+    /// A hash that tells simulations apart.
+    pub fn key(settings: &Settings, phantom: &Phantom) -> u64 {
         let mut hasher = FnvHasher::default();
         hasher.write(env!("CARGO_PKG_VERSION").as_bytes());
         hasher.write(format!("{settings:?}").as_bytes());
@@ -55,11 +64,7 @@ impl Checkpoint {
             hasher.write_u8(u8::from(source.unhidden));
         }
         phantom.hash_bone(&mut hasher);
-        Ok(Checkpoint {
-            path: Some(path.to_path_buf()),
-            key: hasher.finish(),
-            ..Checkpoint::none()
-        })
+        hasher.finish()
     }
 
     /// Written after every cell, for tests.

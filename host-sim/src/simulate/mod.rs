@@ -34,7 +34,7 @@ mod vertebra;
 mod volume;
 
 pub use array::Array;
-pub use channel_data::{Summation, channel_data, resumed_channel_data};
+pub use channel_data::{Summation, add_noise, channel_data, resumed_channel_data};
 pub use checkpoint::Checkpoint;
 pub use demodulate::demodulate;
 pub use marching_tetrahedra::{Grid, surface as zero_surface};

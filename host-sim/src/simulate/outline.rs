@@ -125,6 +125,17 @@ impl Outline {
         if crossed % 2 == 1 { nearest } else { -nearest }
     }
 
+    /// The depth at which a line straight down at `x` meets the outline first, m; none where it does not.
+    pub fn first_hit(&self, x: f64) -> Option<f64> {
+        let near = |chunk: &&Chunk| (x - chunk.centre[0]).abs() <= chunk.radius;
+        let segments = self.chunks.iter().filter(near).flat_map(|c| &c.segments);
+        let depths = segments.filter_map(|[a, b]| {
+            let crosses = (a[0] <= x) != (b[0] <= x);
+            crosses.then(|| a[1] + (x - a[0]) / (b[0] - a[0]) * (b[1] - a[1]))
+        });
+        depths.min_by(f64::total_cmp)
+    }
+
     /// The signed distance at the pixels of an image, `[row, column]`, m.
     pub fn distance_map(&self, grid: &PixelGrid) -> Array2<f64> {
         let PixelGrid {

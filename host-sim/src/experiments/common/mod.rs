@@ -1,9 +1,13 @@
 //! What the experiments share: parameters, lines by every beamformer, their pictures.
 
 pub mod beamformers;
+pub mod bone;
 pub mod lines;
 pub mod pictures;
 mod receive;
+pub mod recording;
+pub mod truth;
+pub mod variants;
 
 pub use receive::Receive;
 

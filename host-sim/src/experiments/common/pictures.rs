@@ -131,19 +131,44 @@ impl Studio<'_> {
 
     fn picture(&self, file: String, caption: String, pixels: &Array2<f32>) -> Picture {
         let rows = ndarray::Slice::from(self.rows.clone());
+        let shown = PixelGrid {
+            x0: self.grid.x0 - self.centre,
+            z0: self.grid.z0 + self.rows.start as f64 * self.grid.pixel,
+            ..self.grid
+        };
         let pixels = pixels.slice_axis(Axis(0), rows).to_owned();
-        let mut hasher = FnvHasher::default();
-        for pixel in &pixels {
-            hasher.write(&pixel.to_le_bytes());
-        }
-        Picture {
-            file,
-            caption,
-            fnv1a_64: format!("{:016x}", hasher.finish()),
-            left_mm: 1e3 * (self.grid.x0 - self.centre),
-            top_mm: 1e3 * (self.grid.z0 + self.rows.start as f64 * self.grid.pixel),
-            pixel_mm: 1e3 * self.grid.pixel,
-            pixels,
-        }
+        picture(file, caption, pixels, &shown)
     }
+}
+
+/// A picture whose pixels lie at the grid's corner and as far apart as the grid's.
+pub fn picture(file: String, caption: String, pixels: Array2<f32>, grid: &PixelGrid) -> Picture {
+    let mut hasher = FnvHasher::default();
+    for pixel in &pixels {
+        hasher.write(&pixel.to_le_bytes());
+    }
+    Picture {
+        file,
+        caption,
+        fnv1a_64: format!("{:016x}", hasher.finish()),
+        left_mm: 1e3 * grid.x0,
+        top_mm: 1e3 * grid.z0,
+        pixel_mm: 1e3 * grid.pixel,
+        pixels,
+    }
+}
+
+/// The map of an image, 255·PS/max PS.
+///
+/// # Errors
+/// An image of sides that the transform does not take.
+pub fn ridges(pixels: &Array2<f32>, section: &config::PhaseSymmetry) -> Result<Array2<f32>> {
+    let parameters = Parameters {
+        scales: section.scales.clone(),
+        threshold: section.threshold as f32,
+        strip: section.strip,
+    };
+    let mut map = phase_symmetry(pixels.view(), &parameters, |_, _| {})?;
+    scale_for_display(map.as_slice_memory_order_mut().unwrap_or_default())?;
+    Ok(map)
 }

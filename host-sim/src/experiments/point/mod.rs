@@ -15,7 +15,7 @@ use crate::{Error, Result};
 use super::common::lines::beamform_all;
 use super::common::pictures::{Pair, Studio};
 use super::common::{Common, Receive};
-use super::{Context, Experiment, Outcome, Shows};
+use super::{Context, Experiment, Outcome};
 use measure::{PointResult, measure};
 
 /// The part of the image that is shown, m either side of the point's depth.
@@ -80,12 +80,6 @@ impl Default for Point {
 
 impl Experiment for Point {
     const NAME: &'static str = "point";
-
-    const SHOWS: Shows = Shows {
-        figures: &[2],
-        tables: &[],
-        claims: false,
-    };
 
     fn quick() -> Self {
         let mut point = Point::default();

@@ -1,0 +1,560 @@
+//! What the scenes say of each claim.
+
+use std::collections::BTreeMap;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+
+use crate::experiments::outcome::{Ruling, Verdict, number};
+
+use super::Claims;
+use super::scene::{Medium, SceneMeasure, SceneResult, Tuned, disturbance};
+
+/// Draws of the bootstrap.
+const DRAWS: usize = 2000;
+/// Factor between figures of one order of magnitude: half of one either way.
+const SAME_ORDER: f64 = 3.162_277_660_168_379_5;
+
+/// All that is told of the claims.
+#[derive(Clone, Debug, Serialize)]
+pub struct ClaimsResult {
+    /// Every scene.
+    pub scenes: Vec<SceneResult>,
+    /// Every claim's differences.
+    pub claims: Vec<Claim>,
+    /// The filters that were found on other seeds.
+    pub tuned: Vec<Tuned>,
+    /// The names of the beamformers by their keys, DAS first.
+    pub beamformers: Vec<(String, String)>,
+    /// Means over the scenes in tissue of the mixed images' average precision.
+    pub zones: Vec<(String, Option<Interval>)>,
+}
+
+/// A claim and what was found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Claim {
+    /// The measure's name.
+    pub measure: &'static str,
+    /// ESMV − DAS in every condition.
+    pub cells: Vec<Cell>,
+    /// The verdict.
+    pub verdict: Verdict,
+}
+
+/// ESMV − DAS in one condition.
+#[derive(Clone, Debug, Serialize)]
+pub struct Cell {
+    /// What surrounds the bone.
+    pub medium: Medium,
+    /// With noise, clutter and reverberation.
+    pub disturbed: bool,
+    /// Which bone.
+    pub geometry: String,
+    /// The beamformer's key.
+    pub beamformer: String,
+    /// Mean of DAS, and of ESMV.
+    pub means: [f64; 2],
+    /// Mean difference, and its interval.
+    pub difference: Interval,
+    /// Whether the claim is shown here: true, or false where the opposite is; none where it is open.
+    pub shown: Option<bool>,
+}
+
+/// A mean and the interval that holds it with 95 %.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Interval {
+    /// The mean over scenes.
+    pub mean: f64,
+    /// The interval's ends: percentiles of a bootstrap over scenes.
+    pub ends: [f64; 2],
+    /// How many scenes.
+    pub scenes: usize,
+}
+
+impl Interval {
+    /// The mean of values with a bootstrap over them; none without values.
+    pub fn of(values: &[f64]) -> Option<Self> {
+        if values.is_empty() {
+            return None;
+        }
+        let n = values.len();
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let mut means: Vec<f64> = (0..DRAWS)
+            .map(|_| {
+                let sum: f64 = (0..n)
+                    .map(|_| values[((random.random::<f64>() * n as f64) as usize).min(n - 1)])
+                    .sum();
+                sum / n as f64
+            })
+            .collect();
+        means.sort_by(f64::total_cmp);
+        let at = |share: f64| means[((share * DRAWS as f64) as usize).min(DRAWS - 1)];
+        Some(Interval {
+            mean: values.iter().sum::<f64>() / n as f64,
+            ends: [at(0.025), at(0.975)],
+            scenes: n,
+        })
+    }
+
+    /// For people.
+    pub fn text(&self) -> String {
+        let [low, high] = self.ends.map(|v| number(Some(v)));
+        format!("{} ({low} to {high})", number(Some(self.mean)))
+    }
+}
+
+/// What a claim says of ESMV's measure beside that of DAS.
+#[derive(Clone, Copy, PartialEq)]
+enum Says {
+    Less,
+    More,
+    SameOrder,
+}
+
+struct Statement {
+    claim: &'static str,
+    place: &'static str,
+    measure: &'static str,
+    says: Says,
+    tissue_only: bool,
+    pick: fn(&SceneMeasure) -> Option<f64>,
+    paper: &'static str,
+}
+
+const fn statement(
+    claim: &'static str,
+    place: &'static str,
+    measure: &'static str,
+    says: Says,
+    pick: fn(&SceneMeasure) -> Option<f64>,
+    paper: &'static str,
+) -> Statement {
+    Statement {
+        claim,
+        place,
+        measure,
+        says,
+        tissue_only: false,
+        pick,
+        paper,
+    }
+}
+
+const ABSTRACT: &str = "abstract";
+const DISCUSSION: &str = "discussion";
+
+const STATEMENTS: [Statement; 12] = [
+    statement(
+        "The bone is localized as well as with DAS (PS)",
+        ABSTRACT,
+        "PS: mean localization error, mm",
+        Says::SameOrder,
+        |m| m.phase_symmetry.mean_mm,
+        "0.94, 0.97 → 0.84, 0.95",
+    ),
+    statement(
+        "The intensity around the surface has a smaller STD, by some 20 % (PS)",
+        ABSTRACT,
+        "PS: STD in region A, mm",
+        Says::Less,
+        |m| m.phase_symmetry.std_mm,
+        "0.53, 0.57 → 0.42, 0.45",
+    ),
+    statement(
+        "The same within 1 mm on both sides of the known surface",
+        "beside the abstract",
+        "PS: STD in ±1 mm, mm",
+        Says::Less,
+        |m| m.phase_symmetry.near_std_mm,
+        "–",
+    ),
+    statement(
+        "The noise inside the shadow is lower, by some 60 % (PS)",
+        ABSTRACT,
+        "PS: intensity C",
+        Says::Less,
+        |m| m.phase_symmetry.intensity_c,
+        "3.06, 5.16 → 1.24, 1.88",
+    ),
+    statement(
+        "The B-mode image localizes as well as that of DAS",
+        DISCUSSION,
+        "US: mean localization error, mm",
+        Says::SameOrder,
+        |m| m.b_mode.mean_mm,
+        "0.70, 0.90 → 0.66, 0.79",
+    ),
+    statement(
+        "The distribution in region A is narrower (B-mode)",
+        DISCUSSION,
+        "US: STD in region A, mm",
+        Says::Less,
+        |m| m.b_mode.std_mm,
+        "0.72, 0.85 → 0.65, 0.77",
+    ),
+    statement(
+        "The noise inside the bone is much lower (B-mode)",
+        DISCUSSION,
+        "US: intensity C",
+        Says::Less,
+        |m| m.b_mode.intensity_c,
+        "92.4, 125.5 → 16.8, 15.8",
+    ),
+    statement(
+        "The noise outside the bone is much lower (PS)",
+        DISCUSSION,
+        "PS: intensity B",
+        Says::Less,
+        |m| m.phase_symmetry.intensity_b,
+        "32.2, 32.2 → 6.60, 3.93",
+    ),
+    statement(
+        "The boundaries are thinner (PS)",
+        DISCUSSION,
+        "PS: thickness of ridges, mm",
+        Says::Less,
+        |m| m.phase_symmetry.thickness_mm,
+        "0.51 → 0.34",
+    ),
+    statement(
+        "More of the surface is detected (PS)",
+        "results, Fig. 3",
+        "PS: share of the surface found",
+        Says::More,
+        |m| m.phase_symmetry.found,
+        "–",
+    ),
+    statement(
+        "The surface is better told from what surrounds it (PS, paper's filter)",
+        ABSTRACT,
+        "PS: average precision",
+        Says::More,
+        |m| m.phase_symmetry.average_precision,
+        "–",
+    ),
+    statement(
+        "The same with the best filter for each beamformer",
+        ABSTRACT,
+        "PS, tuned: average precision",
+        Says::More,
+        |m| m.tuned.average_precision,
+        "–",
+    ),
+];
+
+/// The speckle around the bone is reduced; it takes tissue.
+const SPECKLE: Statement = Statement {
+    claim: "Speckle around the bone is reduced (B-mode)",
+    place: DISCUSSION,
+    measure: "US: intensity B",
+    says: Says::Less,
+    tissue_only: true,
+    pick: |m: &SceneMeasure| m.b_mode.intensity_b,
+    paper: "27.2, 63.1 → 4.71, 10.2 (water)",
+};
+
+/// Judges every claim on the scenes.
+pub fn judge(scenes: Vec<SceneResult>, tuned: Vec<Tuned>, claims: &Claims) -> ClaimsResult {
+    let beamformers: Vec<(String, String)> = claims
+        .variants()
+        .into_iter()
+        .map(|v| (v.key, v.name))
+        .collect();
+    let judged = STATEMENTS.iter().chain([&SPECKLE]).filter_map(|statement| {
+        let cells = cells(&scenes, statement, &beamformers);
+        (!cells.is_empty()).then(|| Claim {
+            measure: statement.measure,
+            verdict: verdict(statement, &cells),
+            cells,
+        })
+    });
+    let claims = judged.collect();
+    ClaimsResult {
+        claims,
+        tuned,
+        zones: zones(&scenes),
+        beamformers,
+        scenes,
+    }
+}
+
+/// Mean of a column of the mixed images.
+fn zones(scenes: &[SceneResult]) -> Vec<(String, Option<Interval>)> {
+    type Pick = fn(&super::mechanism::Zones) -> Option<f64>;
+    let rows: [(&str, Pick); 9] = [
+        ("DAS", |z| z.das),
+        ("DAS with the echo of rank 1", |z| z.echo),
+        ("DAS with the halo of rank 1", |z| z.halo),
+        ("DAS with the rest of rank 1", |z| z.rest),
+        ("ESMV rank 1", |z| z.all),
+        ("level beside echoes re tissue, DAS, dB", |z| z.halo_db[0]),
+        ("level beside echoes re tissue, rank 1, dB", |z| {
+            z.halo_db[1]
+        }),
+        ("spread of the tissue's level, DAS, dB", |z| z.spread_db[0]),
+        ("spread of the tissue's level, rank 1, dB", |z| {
+            z.spread_db[1]
+        }),
+    ];
+    rows.map(|(name, pick)| {
+        let values: Vec<f64> = scenes
+            .iter()
+            .filter_map(|s| pick(s.zones.as_ref()?))
+            .collect();
+        (name.to_owned(), Interval::of(&values))
+    })
+    .into()
+}
+
+/// The differences of a claim's measure, by condition and beamformer.
+fn cells(
+    scenes: &[SceneResult],
+    statement: &Statement,
+    beamformers: &[(String, String)],
+) -> Vec<Cell> {
+    let mut conditions: BTreeMap<(Medium, bool, &str), Vec<&SceneResult>> = BTreeMap::new();
+    for scene in scenes {
+        if statement.tissue_only && scene.medium != Medium::Tissue {
+            continue;
+        }
+        let condition = (scene.medium, scene.disturbed, &scene.geometry[..]);
+        conditions.entry(condition).or_default().push(scene);
+    }
+    let mut cells = Vec::new();
+    for ((medium, disturbed, geometry), scenes) in conditions {
+        for (key, _) in beamformers.iter().skip(1) {
+            let pairs: Vec<[f64; 2]> = scenes
+                .iter()
+                .filter_map(|scene| {
+                    let of = |key: &str| {
+                        let m = scene.beamformers.iter().find(|m| m.beamformer == key)?;
+                        (statement.pick)(m)
+                    };
+                    Some([of("das")?, of(key)?])
+                })
+                .collect();
+            let differences: Vec<f64> = pairs.iter().map(|[das, esmv]| esmv - das).collect();
+            let Some(difference) = Interval::of(&differences) else {
+                continue;
+            };
+            let mean = |k: usize| pairs.iter().map(|p| p[k]).sum::<f64>() / pairs.len() as f64;
+            let means = [mean(0), mean(1)];
+            let [low, high] = difference.ends;
+            cells.push(Cell {
+                medium,
+                disturbed,
+                geometry: geometry.to_owned(),
+                beamformer: key.clone(),
+                means,
+                difference,
+                shown: match statement.says {
+                    Says::Less => decided(high < 0.0, low > 0.0),
+                    Says::More => decided(low > 0.0, high < 0.0),
+                    Says::SameOrder => {
+                        let [a, b] = means.map(f64::abs);
+                        Some(a.max(b) <= SAME_ORDER * a.min(b))
+                    }
+                },
+            });
+        }
+    }
+    cells
+}
+
+fn decided(shown: bool, opposite: bool) -> Option<bool> {
+    match (shown, opposite) {
+        (true, _) => Some(true),
+        (_, true) => Some(false),
+        _ => None,
+    }
+}
+
+fn verdict(statement: &Statement, cells: &[Cell]) -> Verdict {
+    let shown = |cells: &[&Cell]| cells.iter().filter(|c| c.shown == Some(true)).count();
+    let all: Vec<&Cell> = cells.iter().collect();
+    let count = shown(&all);
+    let opposite = cells.iter().filter(|c| c.shown == Some(false)).count();
+    let ruling = if count == cells.len() {
+        Ruling::Holds
+    } else if count == 0 && opposite > 0 {
+        Ruling::DoesNotHold
+    } else if count == 0 {
+        Ruling::Open("every interval holds 0".into())
+    } else {
+        Ruling::DependsOn(factor(cells))
+    };
+    let mut evidence = format!(
+        "shown in {count} of {} conditions, the opposite in {opposite}.",
+        cells.len()
+    );
+    // Where the paper has it: forward, the shortest time window in water and the longest in tissue.
+    for medium in [Medium::Water, Medium::Tissue] {
+        let forward = cells
+            .iter()
+            .filter(|c| c.medium == medium && !c.beamformer.contains("-fb"));
+        let keys: Vec<&str> = forward.map(|c| &c.beamformer[..]).collect();
+        let key = match medium {
+            Medium::Water => keys.first(),
+            Medium::Tissue => keys.last(),
+        };
+        let Some(key) = key else { continue };
+        let window = key.rsplit("-k").next().unwrap_or_default();
+        let of = |k: usize| {
+            let chosen = cells
+                .iter()
+                .filter(|c| c.medium == medium && c.beamformer == *key);
+            let values: Vec<f64> = chosen.map(|c| c.means[k]).collect();
+            values.iter().sum::<f64>() / values.len() as f64
+        };
+        evidence += &format!(
+            " {}, K = {window}: {} → {}.",
+            medium.name(),
+            number(Some(of(0))),
+            number(Some(of(1)))
+        );
+    }
+    if statement.paper != "–" {
+        evidence += &format!(" Paper: {}.", statement.paper);
+    }
+    Verdict {
+        claim: statement.claim.into(),
+        place: statement.place.into(),
+        ruling,
+        evidence: format!("{}: {evidence}", statement.measure),
+    }
+}
+
+/// The factor that tells best where the claim is shown, with its counts.
+fn factor(cells: &[Cell]) -> String {
+    type Level = fn(&Cell) -> String;
+    let factors: [(&str, Level); 5] = [
+        ("the medium", |c| c.medium.name().into()),
+        ("disturbance", |c| disturbance(c.disturbed).into()),
+        ("the geometry", |c| c.geometry.clone()),
+        ("K", |c| {
+            format!(
+                "K = {}",
+                c.beamformer.rsplit("-k").next().unwrap_or_default()
+            )
+        }),
+        ("the covariance", |c| {
+            let backward = c.beamformer.contains("-fb");
+            if backward { "FB" } else { "forward" }.into()
+        }),
+    ];
+    let mut best: Option<(f64, String)> = None;
+    for (name, level) in factors {
+        let mut counts: BTreeMap<String, [usize; 2]> = BTreeMap::new();
+        for cell in cells {
+            let entry = counts.entry(level(cell)).or_default();
+            entry[0] += usize::from(cell.shown == Some(true));
+            entry[1] += 1;
+        }
+        let shares = counts
+            .values()
+            .map(|[shown, of]| *shown as f64 / *of as f64);
+        let [low, high] = shares.fold([1.0f64, 0.0f64], |[l, h], s| [l.min(s), h.max(s)]);
+        if best.as_ref().is_none_or(|(range, _)| high - low > *range) {
+            let told = counts
+                .iter()
+                .map(|(level, [shown, of])| format!("{level} {shown} of {of}"));
+            let told: Vec<String> = told.collect();
+            best = Some((high - low, format!("{name}: {}", told.join(", "))));
+        }
+    }
+    best.map_or(String::new(), |(_, text)| text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::common::bone::BoneMeasure;
+
+    fn measure(value: f64) -> BoneMeasure {
+        BoneMeasure {
+            mean_mm: Some(value),
+            std_mm: Some(value),
+            near_std_mm: Some(value),
+            intensity_b: Some(value),
+            intensity_c: Some(value),
+            average_precision: Some(value),
+            found: Some(value),
+            thickness_mm: Some(value),
+        }
+    }
+
+    /// Scenes whose ESMV is `factor(medium)` times DAS, which differs from seed to seed.
+    fn scenes(factor: impl Fn(Medium) -> f64) -> Vec<SceneResult> {
+        let mut all = Vec::new();
+        for medium in [Medium::Water, Medium::Tissue] {
+            for seed in 1..=8 {
+                let das = 1.0 + 0.1 * seed as f64;
+                let of = |key: &str, value: f64| SceneMeasure {
+                    beamformer: key.into(),
+                    b_mode: measure(value),
+                    phase_symmetry: measure(value),
+                    tuned: measure(value),
+                };
+                all.push(SceneResult {
+                    geometry: "built-in".into(),
+                    medium,
+                    disturbed: false,
+                    seed,
+                    beamformers: vec![of("das", das), of("esmv-rank1-k0", das * factor(medium))],
+                    uniform: [measure(1.0), measure(1.0)],
+                    zones: None,
+                });
+            }
+        }
+        all
+    }
+
+    fn ruling(scenes: Vec<SceneResult>, measure: &str) -> Ruling {
+        let claims = Claims {
+            half_windows: vec![0],
+            ..Claims::default()
+        };
+        let result = judge(scenes, Vec::new(), &claims);
+        let found = result.claims.into_iter().find(|c| c.measure == measure);
+        found.unwrap().verdict.ruling
+    }
+
+    #[test]
+    fn verdicts_follow_the_differences() {
+        let std = "PS: STD in region A, mm";
+        assert_eq!(ruling(scenes(|_| 0.8), std), Ruling::Holds);
+        assert_eq!(ruling(scenes(|_| 1.2), std), Ruling::DoesNotHold);
+        assert!(matches!(ruling(scenes(|_| 1.0), std), Ruling::Open(_)));
+        let depends = ruling(
+            scenes(|medium| if medium == Medium::Water { 0.8 } else { 1.2 }),
+            std,
+        );
+        let expected = "the medium: tissue 0 of 1, water 1 of 1";
+        assert_eq!(depends, Ruling::DependsOn(expected.into()));
+        // More is claimed of average precision.
+        let precision = "PS: average precision";
+        assert_eq!(ruling(scenes(|_| 1.2), precision), Ruling::Holds);
+        assert_eq!(ruling(scenes(|_| 0.8), precision), Ruling::DoesNotHold);
+        // The same order of magnitude: less than a factor of √10.
+        let error = "PS: mean localization error, mm";
+        assert_eq!(ruling(scenes(|_| 3.0), error), Ruling::Holds);
+        assert_eq!(ruling(scenes(|_| 4.0), error), Ruling::DoesNotHold);
+    }
+
+    #[test]
+    fn an_interval_has_the_width_of_theory() {
+        // 400 values of a uniform distribution over ±√3, whose deviation is 1: ±1.96/20.
+        let n = 400;
+        let values: Vec<f64> = (0..n)
+            .map(|k| 3f64.sqrt() * (2.0 * (f64::from(k) + 0.5) / f64::from(n) - 1.0))
+            .collect();
+        let found = Interval::of(&values).unwrap();
+        assert!(found.mean.abs() < 1e-12);
+        for end in found.ends {
+            // 2000 draws put the percentiles within some 3 % of their place.
+            assert!((end.abs() - 0.098).abs() < 0.006, "{end}");
+        }
+        assert_eq!(Interval::of(&[]), None);
+    }
+}
