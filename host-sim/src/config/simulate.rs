@@ -71,9 +71,9 @@ pub enum Kind {
     #[value(name = "vertebra-3d")]
     #[serde(rename = "vertebra-3d")]
     Vertebra3d,
-    /// Spinous processes along the spine, under skin, fat, fascia and muscle (for the paper's Fig. 10)
+    /// Spinous processes along the spine, under skin, fat, fascia and muscle (for the paper's Fig. 11)
     SpinousProcesses,
-    /// Laminae along the spine, in the same layers (Fig. 11)
+    /// Laminae along the spine, in the same layers (Fig. 10)
     Laminae,
     /// Laminae and a facet joint across the spine, in the same layers (Fig. 12)
     FacetJoint,

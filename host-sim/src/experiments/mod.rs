@@ -7,10 +7,12 @@
 
 mod claims;
 pub mod common;
+mod dynamic_range;
 mod job;
 pub mod outcome;
 mod point;
 mod point_spread;
+mod spine;
 mod vertebra;
 mod vertebra_in_tissue;
 
@@ -32,6 +34,8 @@ pub const MAIN_JOB: &[Kind] = &[Kind::of::<point::Point>(), Kind::of::<vertebra:
 pub const PAPER: &[Kind] = &[
     Kind::of::<point_spread::PointSpread>(),
     Kind::of::<vertebra_in_tissue::VertebraInTissue>(),
+    Kind::of::<spine::Spine>(),
+    Kind::of::<dynamic_range::DynamicRange>(),
     Kind::of::<claims::Claims>(),
 ];
 

@@ -44,9 +44,9 @@ pub enum Bone<'a> {
         /// Height of the image plane, m.
         slice: f64,
     },
-    /// The spine's spinous processes along it (the paper's Fig. 10).
+    /// The spine's spinous processes along it (the paper's Fig. 11).
     SpinousProcesses,
-    /// The spine's laminae along it (Fig. 11).
+    /// The spine's laminae along it (Fig. 10).
     Laminae,
     /// Laminae and a facet joint across it (Fig. 12).
     FacetJoint,

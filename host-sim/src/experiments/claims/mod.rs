@@ -77,8 +77,8 @@ impl Default for Claims {
             tuning_seeds: 2,
             half_windows: vec![0, 2, 10],
             noise: -40.0,
-            clutter: -30.0,
-            reverberation: -25.0,
+            clutter: -8.0,
+            reverberation: -20.0,
             only: Vec::new(),
             simulation: Settings {
                 fs: 40e6,

@@ -68,8 +68,8 @@ impl Default for VertebraInTissue {
             depth: 15e-3,
             thickness: 6e-3,
             tissue_density: 1e-9 * PAPER_DENSITY,
-            reverberation: Some(-25.0),
-            clutter: Some(-30.0),
+            reverberation: Some(-20.0),
+            clutter: Some(0.0),
             simulation: Settings {
                 depth_end: 44.2e-3,
                 ..Settings::volume()
