@@ -8,8 +8,8 @@ use std::f64::consts::PI;
 use common::tolerances;
 use host_sim::files::{ChannelData, Transmits};
 use host_sim::simulate::{
-    Baffle, NoiseSpectrum, Outline, Phantom, Pulse, Scatterer, Settings, Summation, channel_data,
-    visible,
+    Baffle, NoiseSpectrum, Outline, Phantom, Pulse, Scatterer, Settings, Summation, add_noise,
+    channel_data, visible,
 };
 use ndarray::{Array3, Axis};
 use num_complex::Complex;
@@ -449,6 +449,34 @@ fn a_silent_record_is_an_error() {
             assert!(message.contains("silent"), "{message}");
         }
     }
+}
+
+/// Noise and converter come to a record of their own as they do within a simulation: to the bit.
+#[test]
+fn noise_can_be_added_afterwards() {
+    let noisy = Settings {
+        noise: Some(-30.0),
+        adc_bits: Some(10),
+        seed: 7,
+        ..small()
+    };
+    let phantom = points(&[(0.0, 11e-3, 1.0)]);
+    let expected = simulate(&noisy, &phantom, Summation::Direct);
+    let quiet = Settings {
+        noise: None,
+        adc_bits: None,
+        ..noisy.clone()
+    };
+    let mut found = simulate(&quiet, &phantom, Summation::Direct);
+    assert_ne!(found, expected);
+    add_noise(&noisy, &mut found).unwrap();
+    assert_eq!(found, expected);
+    let other = Settings {
+        beams: noisy.beams + 1,
+        ..noisy
+    };
+    let error = add_noise(&other, &mut found).unwrap_err().to_string();
+    assert!(error.contains("expected RF of one frame"), "{error}");
 }
 
 /// An amplifier's noise reaches to three times the centre frequency, a transducer's does not.

@@ -108,7 +108,7 @@ fn picture(picture: &Picture, outline: &[Vec<(f64, f64)>], source: Source) -> Re
         figure {
             div .frame {
                 img src=(address) alt=(picture.caption) style=(place);
-                (PreEscaped(frame.svg))
+                div .axes aria-hidden="true" { (PreEscaped(frame.svg)) }
             }
             figcaption { (picture.caption) }
         }

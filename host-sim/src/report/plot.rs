@@ -31,6 +31,10 @@ const PALETTE: [RGBColor; 10] = [
     RGBColor(0, 160, 190),
     RGBColor(150, 100, 60),
 ];
+/// Size of a plot, what the names at the curves' ends take beside it, and one of them in height, pixels.
+const PLOT: [u32; 2] = [680, 340];
+const NAMES: u32 = 130;
+const NAME: i32 = 15;
 /// The width of a curve, and of a featured one, in pixels.
 const WIDTHS: [u32; 2] = [1, 3];
 
@@ -120,10 +124,33 @@ pub fn plots(plots: &[Plot]) -> Result<Markup> {
         }
         div .plots {
             @for (plot, svg) in plots.iter().zip(drawn) {
-                figure .plot { (PreEscaped(svg)) figcaption { (plot.caption) } }
+                figure .plot role="img" aria-label=(in_words(plot)) {
+                    div aria-hidden="true" { (PreEscaped(svg)) }
+                    figcaption { (plot.caption) }
+                }
             }
         }
     })
+}
+
+/// The plot for those who do not see it: where each curve begins, is largest and ends.
+fn in_words(plot: &Plot) -> String {
+    let mut text = format!("{}. {} over {}.", plot.caption, plot.y, plot.x);
+    for curve in &plot.curves {
+        let points = || curve.points.iter().filter_map(|&(x, y)| Some((x, y?)));
+        let told = |point: Option<(f64, f64)>| {
+            point.map_or("nothing".into(), |(x, y)| format!("{y:.1} at {x:.1}"))
+        };
+        let largest = points().max_by(|a, b| a.1.total_cmp(&b.1));
+        text += &format!(
+            " {}: from {} to {}, at the most {}.",
+            curve.name,
+            told(points().next()),
+            told(points().next_back()),
+            told(largest)
+        );
+    }
+    text
 }
 
 fn colour(place: usize) -> RGBColor {
@@ -133,9 +160,10 @@ fn colour(place: usize) -> RGBColor {
 /// The curves with their axes, as SVG.
 fn curves_of(plot: &Plot) -> Result<String> {
     let ([x0, x1], [y0, y1]) = (plot.x_range, plot.y_range);
-    draw((640, 340), |root| {
+    draw((PLOT[0], PLOT[1]), |root| {
         let mut chart = ChartBuilder::on(root)
             .margin(MARGIN)
+            .margin_right(NAMES)
             .x_label_area_size(40)
             .y_label_area_size(52)
             .build_cartesian_2d(x0..x1, y0..y1)?;
@@ -171,6 +199,29 @@ fn curves_of(plot: &Plot) -> Result<String> {
                     .filter_map(|&(x, y)| Some((x, y?.clamp(y0, y1))));
                 chart.draw_series(LineSeries::new(part, style))?;
             }
+        }
+        // Their names at their ends, moved apart where they would lie over each other.
+        let mut ends: Vec<(usize, i32)> = Vec::new();
+        for (k, curve) in plot.curves.iter().enumerate() {
+            let inside =
+                |(x, y): &(f64, Option<f64>)| Some(((x0..=x1).contains(x).then_some(*x)?, (*y)?));
+            if let Some((x, y)) = curve.points.iter().filter_map(inside).next_back() {
+                ends.push((k, chart.backend_coord(&(x, y.clamp(y0, y1))).1));
+            }
+        }
+        ends.sort_by_key(|&(k, y)| (y, k));
+        let lowest = PLOT[1] as i32 - NAME * ends.len() as i32;
+        let mut next = 0;
+        for (rank, (k, y)) in ends.into_iter().enumerate() {
+            next = next.max(y - NAME / 2).min(lowest + NAME * rank as i32);
+            let place = (chart.backend_coord(&(x1, y0)).0 + 6, next);
+            let name = plot.curves[k].name.to_string();
+            root.draw(&Text::new(
+                name,
+                place,
+                ("sans-serif", 13).into_font().color(&colour(k)),
+            ))?;
+            next += NAME;
         }
         Ok(())
     })

@@ -146,3 +146,62 @@ impl View {
         [tissue, shadow]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A slab of bone from 20 mm on, and pixels of 0.1 mm from 10 mm on.
+    fn view() -> View {
+        let (x, top, bottom) = (10e-3, 20e-3, 60e-3);
+        let corners = vec![[-x, top], [x, top], [x, bottom], [-x, bottom]];
+        let slab = Outline::new(vec![corners]).unwrap();
+        let grid = PixelGrid {
+            x0: -5e-3,
+            z0: 10e-3,
+            pixel: 0.1e-3,
+            rows: 201,
+            columns: 101,
+        };
+        View::new(Some(&slab), grid).unwrap()
+    }
+
+    #[test]
+    fn a_ridge_on_the_surface_is_found_with_its_thickness() {
+        let view = view();
+        let mut image = Array2::zeros((201, 101));
+        // Left of the middle a ridge of 0.5 mm on the surface, right of it one too deep.
+        for column in 0..101 {
+            let first = if column <= 50 { 98 } else { 110 };
+            for row in first..first + 5 {
+                image[[row, column]] = 200.0;
+            }
+        }
+        let (share, thickness) = view.found(&image, |_, _| true);
+        assert_eq!(share, Some(51.0 / 101.0));
+        assert!((thickness.unwrap() - 0.5).abs() < 1e-9);
+        assert_eq!(view.found(&image, |x, _| x > 0.01e-3), (Some(0.0), None));
+        assert_eq!(view.found(&image, |_, _| false), (None, None));
+
+        let measured = view.measure(&image, Region::B_MODE);
+        assert!((measured.average_precision.unwrap() - 51.0 / 101.0 * 51.0 / 101.0).abs() < 1e-9);
+        // Half the ridges are centred on the surface, half 1.2 mm behind it.
+        assert!((measured.mean_mm.unwrap() - 1.2 * 50.0 / 101.0).abs() < 1e-6);
+        // A uniform image over a flat surface.
+        let even = view.uniform(Region::B_MODE);
+        assert!((even.mean_mm.unwrap() - 0.8).abs() < 0.01);
+        assert!((even.std_mm.unwrap() - 0.75).abs() < 0.03);
+    }
+
+    #[test]
+    fn tissue_and_shadow_are_told_apart() {
+        let view = view();
+        let levels = |(row, _): (usize, usize)| if row < 100 { 100.0 } else { 10.0 };
+        let image = Array2::from_shape_fn((201, 101), levels);
+        let [tissue, shadow] = view.tissue_and_shadow(&image, [12e-3, 40e-3]);
+        // 12 to 18 mm in front, and 22.1 to 30 mm behind.
+        assert!(tissue.iter().all(|v| *v == 100.0) && shadow.iter().all(|v| *v == 10.0));
+        assert!(tissue.len().abs_diff(60 * 101) <= 101, "{}", tissue.len());
+        assert!(shadow.len().abs_diff(79 * 101) <= 202, "{}", shadow.len());
+    }
+}

@@ -69,7 +69,7 @@ impl Default for VertebraInTissue {
             thickness: 6e-3,
             tissue_density: 1e-9 * PAPER_DENSITY,
             reverberation: Some(-20.0),
-            clutter: Some(0.0),
+            clutter: Some(5.0),
             simulation: Settings {
                 depth_end: 44.2e-3,
                 ..Settings::volume()
