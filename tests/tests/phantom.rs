@@ -253,8 +253,8 @@ fn a_beam_meets_a_circle_where_geometry_puts_it() {
         [5e-3 * angle.sin(), 20e-3 + 5e-3 * angle.cos()]
     };
     let circle = Outline::new(vec![(0..n).map(point).collect()]).unwrap();
-    for x in [-4.2e-3, -1e-3, 0.0, 3.3e-3] {
-        let expected = 20e-3 - (25e-6 - x * x as f64).sqrt();
+    for x in [-4.2e-3f64, -1e-3, 0.0, 3.3e-3] {
+        let expected = 20e-3 - (25e-6 - x * x).sqrt();
         // The chords of 2000 corners lie within 6 nm of the circle; steeper there, twice as much in depth.
         let found = circle.first_hit(x).unwrap();
         assert!((found - expected).abs() < 15e-9, "{x}: {found} {expected}");

@@ -119,11 +119,6 @@ impl Experiment for Claims {
     /// Two seeds, one to tune on, half the beams, one time window.
     fn quick() -> Self {
         let full = Claims::default();
-        let small = |image: Image| Image {
-            rows: Some(256),
-            columns: Some(256),
-            ..image
-        };
         Claims {
             seeds: 2,
             tuning_seeds: 1,
@@ -133,8 +128,6 @@ impl Experiment for Claims {
                 beam_step: 2.0,
                 ..full.simulation
             },
-            water: small(full.water),
-            tissue: small(full.tissue),
             ..full
         }
     }

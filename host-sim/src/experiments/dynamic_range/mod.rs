@@ -116,11 +116,6 @@ impl Experiment for DynamicRange {
                 beam_step: 2.0,
                 ..full.simulation
             },
-            image: Image {
-                rows: Some(256),
-                columns: Some(256),
-                ..full.image
-            },
             ..full
         }
     }

@@ -151,11 +151,6 @@ impl Experiment for Spine {
                 beam_step: 2.0,
                 ..full.simulation
             },
-            image: Image {
-                rows: Some(256),
-                columns: Some(256),
-                ..full.image
-            },
             ..full
         }
     }

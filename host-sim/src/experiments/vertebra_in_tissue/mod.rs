@@ -143,11 +143,6 @@ impl Experiment for VertebraInTissue {
                 fs: 40e6,
                 ..full.simulation
             },
-            image: Image {
-                rows: Some(256),
-                columns: Some(256),
-                ..full.image
-            },
             ..full
         }
     }
