@@ -64,7 +64,7 @@ Examples:
   host-sim paper
   host-sim paper --quick --threads 1 -o look
   host-sim paper --figure 2 --figure 3
-  host-sim paper --table 1
+  host-sim paper --experiment dynamic_range
   host-sim paper --claims --seed 9 --only tissue -o seeds-9
   host-sim paper --claims --merge seeds-9/report.json --merge seeds-17/report.json -o all-seeds
   host-sim paper --keep recordings --config out/paper/config.toml";

@@ -35,18 +35,32 @@ pub struct Wanted {
     /// Only what judges the paper's claims
     #[arg(long)]
     pub claims: bool,
+
+    /// Only the experiment of this name, as the sections of config.toml have it; may be repeated
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub experiment: Vec<String>,
 }
 
 impl Wanted {
-    fn takes(&self, shows: &Shows) -> bool {
-        let all = self.figure.is_empty() && self.table.is_empty() && !self.claims;
-        all || self.figure.iter().any(|n| shows.figures.contains(n))
+    fn takes(&self, kind: &Kind) -> bool {
+        let shows = &kind.shows;
+        let none = self.figure.is_empty() && self.table.is_empty() && self.experiment.is_empty();
+        (none && !self.claims)
+            || self.experiment.iter().any(|name| name == kind.name)
+            || self.figure.iter().any(|n| shows.figures.contains(n))
             || self.table.iter().any(|n| shows.tables.contains(n))
             || (self.claims && shows.claims)
     }
 
     /// What is asked for that no experiment shows is a mistake.
     fn check(&self, list: &[Kind]) -> Result<()> {
+        let names: Vec<&str> = list.iter().map(|kind| kind.name).collect();
+        if let Some(name) = self.experiment.iter().find(|n| !names.contains(&&n[..])) {
+            return Err(Error::Usage(format!(
+                "--experiment {name} is not one of {}",
+                names.join(", ")
+            )));
+        }
         let figures: Vec<u32> = list.iter().flat_map(|k| k.shows.figures).copied().collect();
         let tables: Vec<u32> = list.iter().flat_map(|k| k.shows.tables).copied().collect();
         for (name, wanted, known) in [
@@ -70,6 +84,7 @@ impl Wanted {
 
 /// An experiment of the list: how its parameters are made.
 pub struct Kind {
+    name: &'static str,
     shows: Shows,
     full: fn() -> Box<dyn AnyExperiment>,
     quick: fn() -> Box<dyn AnyExperiment>,
@@ -78,6 +93,7 @@ pub struct Kind {
 impl Kind {
     pub(super) const fn of<E: Experiment>() -> Self {
         Kind {
+            name: E::NAME,
             shows: E::SHOWS,
             full: || resolved(E::default()),
             quick: || resolved(E::quick()),
@@ -205,11 +221,11 @@ impl Job {
     /// A figure or a table that no experiment shows.
     pub fn select(&mut self, wanted: &Wanted, list: &[Kind]) -> Result<()> {
         wanted.check(list)?;
-        let keep: Vec<bool> = self.list.iter().map(|k| wanted.takes(&k.shows)).collect();
+        let keep: Vec<bool> = self.list.iter().map(|k| wanted.takes(k)).collect();
         let mut places = keep.iter();
         self.experiments
             .retain(|_| places.next().copied().unwrap_or(true));
-        self.list.retain(|kind| wanted.takes(&kind.shows));
+        self.list.retain(|kind| wanted.takes(kind));
         Ok(())
     }
 

@@ -113,7 +113,7 @@ fn levels(image: &Array2<f32>, view: &View, map: &Array2<Zone>, zone: Zone) -> V
     found
 }
 
-/// The scores of the mixed images of a scene.
+/// The scores of the mixed images of a scene; grey levels span `range` dB.
 ///
 /// # Errors
 /// An image that phase symmetry does not take.
@@ -121,6 +121,7 @@ pub fn zones(
     view: &View,
     images: &[(Variant, Array2<f32>)],
     filter: &PhaseSymmetry,
+    range: f64,
 ) -> Result<Option<Zones>> {
     let Some([das, esmv]) = pair(images) else {
         return Ok(None);
@@ -131,8 +132,7 @@ pub fn zones(
         Ok::<_, crate::Error>(precision(&ridges, &view.hits, &view.grid))
     };
     let with = |zone: Zone| score(&mixed(das, esmv, &map, zone));
-    // Both media's images here span 60 dB unless the configuration has it otherwise; levels are relative.
-    let decibels = |grey: f64| 60.0 * grey / 255.0;
+    let decibels = |grey: f64| range * grey / 255.0;
     let halo = |image: &Array2<f32>| {
         let beside = moments(&levels(image, view, &map, Zone::Halo))?.0;
         let rest = moments(&levels(image, view, &map, Zone::Rest))?.0;

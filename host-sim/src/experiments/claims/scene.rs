@@ -456,7 +456,7 @@ pub fn scenes(
             uniform: [Region::B_MODE, Region::PHASE_SYMMETRY].map(|region| view.uniform(region)),
             zones: match medium {
                 Medium::Water => None,
-                Medium::Tissue => zones(&view, &images, paper)?,
+                Medium::Tissue => zones(&view, &images, paper, claims.tissue.dynamic_range)?,
             },
         });
     }

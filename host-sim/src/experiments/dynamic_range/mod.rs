@@ -15,7 +15,7 @@ use super::common::pictures::{picture, scales};
 use super::common::recording::recording;
 use super::common::variants::{Aligned, Variant};
 use super::outcome::{Beside, Curve, Part, Picture, Plot, Table, View, number};
-use super::{Context, Experiment, Outcome, Overrides, Shows};
+use super::{Context, Experiment, Outcome, Overrides};
 
 /// The dynamic range in which levels are measured, dB: below it nothing is told apart.
 const MEASURED: f64 = 120.0;
@@ -99,12 +99,6 @@ struct CystMeasure {
 
 impl Experiment for DynamicRange {
     const NAME: &'static str = "dynamic_range";
-
-    const SHOWS: Shows = Shows {
-        figures: &[],
-        tables: &[],
-        claims: true,
-    };
 
     fn quick() -> Self {
         let full = DynamicRange::default();
