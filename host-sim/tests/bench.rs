@@ -56,6 +56,33 @@ fn the_core_agrees_with_faer_and_rustfft_in_every_comparison() {
     assert!(phase_symmetry.rows[0].difference.unwrap() < 1e-4);
 }
 
+/// Every frame by both methods, and beams below the full aperture; with the instruction set of choice.
+#[test]
+fn simulated_frames_are_timed_beside_echo_and_full_lanes() {
+    let folder = tempdir().unwrap();
+    let baseline = vector_sets().pop().unwrap();
+    let report = report(
+        &folder,
+        &format!(
+            "--quick --only simulated --instruction-set {}",
+            baseline.name().to_lowercase()
+        ),
+    );
+    assert_eq!(report.instruction_set, baseline.name());
+    let [simulated] = &report.tables[..] else {
+        panic!("{} tables", report.tables.len());
+    };
+    // Three frames by each method, and two methods below the full aperture.
+    assert_eq!(simulated.rows.len(), 2 * 3 + 2);
+    let targets = simulated.rows.iter().filter(|row| row.target.is_some());
+    assert_eq!(targets.count(), 3);
+    for row in &simulated.rows {
+        let ratio = row.here.value / row.yardstick.as_ref().unwrap().value;
+        let result = row.result.as_ref().unwrap();
+        assert!((result.value / ratio - 1.0).abs() < 1e-9, "{row:?}");
+    }
+}
+
 /// Each is measured, or the table says why not: most machines have none of them.
 #[test]
 fn packages_for_python_are_compared_where_they_are_installed() {
@@ -88,6 +115,8 @@ fn one_instruction_set_can_be_forced() {
     let rows: Vec<&str> = all.tables[0].rows.iter().map(|r| &r.work[..]).collect();
     assert_eq!(rows, all.machine.instruction_sets);
     assert!(all.quick);
+    let units = all.machine.unit_bits.unwrap();
+    assert!([128, 256, 512].contains(&units), "{units}");
     let baseline = vector_sets().pop().unwrap();
     let name = baseline.name().to_lowercase();
     let forced = report(

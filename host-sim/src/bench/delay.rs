@@ -75,7 +75,7 @@ fn delay(settings: &Settings, sampling_rate: f64, beam_x: f64) -> Result<f64> {
         depth_end: Some(InVivo::DEPTH),
         ..config::Beamform::default()
     };
-    let stage = DelayStage::new(&data, &parameters)?;
+    let stage = DelayStage::new(&data, &parameters)?.with_instruction_set(settings.instruction_set);
     pool(1)?.install(|| {
         let mut x = stage.delay(0..1)?;
         let x = x.as_slice_mut().expect("a standard layout");

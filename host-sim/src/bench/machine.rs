@@ -1,9 +1,13 @@
 //! The machine that is measured.
 
 use std::thread::available_parallelism;
+use std::time::Duration;
+
+use bonebeam::simd::{InstructionSet, Task, Vector};
 
 use serde::{Deserialize, Serialize};
 
+use super::peak::peak;
 use super::vector_sets;
 
 /// What a speed depends on, but for who else is using it.
@@ -15,11 +19,14 @@ pub struct Machine {
     pub threads: usize,
     /// The instruction sets that the core can use here, widest first.
     pub instruction_sets: Vec<String>,
+    /// How wide its arithmetic units are, bits, as their speed tells: a wider register is worked on in parts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit_bits: Option<usize>,
 }
 
 impl Machine {
     /// This machine.
-    pub fn here() -> Self {
+    pub fn here(unit_bits: Option<usize>) -> Self {
         Machine {
             processor: processor(),
             threads: available_parallelism().map_or(1, usize::from),
@@ -27,7 +34,41 @@ impl Machine {
                 .into_iter()
                 .map(|set| set.name().to_owned())
                 .collect(),
+            unit_bits,
         }
+    }
+}
+
+/// A set whose peak is this many times that of the next narrower one has units as wide as its registers.
+/// Where they are not, both are equally fast.
+const WIDER: f64 = 1.5;
+/// For the peak of a set: a few calls of it.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// The width of the widest registers that are worked on as a whole.
+pub fn unit_bits() -> Option<usize> {
+    let peaks: Vec<(InstructionSet, f64)> = vector_sets()
+        .into_iter()
+        .map(|set| (set, peak(set, LOOK)))
+        .collect();
+    let whole = |pair: &[(InstructionSet, f64)]| pair[0].1 >= WIDER * pair[1].1;
+    let widest = peaks.windows(2).find(|pair| whole(pair));
+    let (set, _) = widest.map_or_else(|| peaks.last(), |pair| pair.first())?;
+    Some(32 * lanes(*set))
+}
+
+/// How many lanes the registers of an instruction set have.
+pub fn lanes(set: InstructionSet) -> usize {
+    set.dispatch(Lanes)
+}
+
+struct Lanes;
+
+impl Task for Lanes {
+    type Output = usize;
+
+    fn run<V: Vector>(self, _: V) -> usize {
+        V::LANES
     }
 }
 

@@ -19,6 +19,7 @@ mod phase_symmetry;
 mod report;
 mod scipy;
 mod shares;
+mod simulated;
 mod snapshots;
 mod text;
 mod timing;
@@ -47,6 +48,8 @@ pub enum Section {
     Fraction,
     /// A time window of 21 samples against none
     TimeWindow,
+    /// Simulated frames, and depths beyond the full aperture
+    Simulated,
     /// Whole frames
     Frames,
     /// The delay stage against the beamformer
@@ -80,6 +83,8 @@ pub struct Settings {
     pub budget: Duration,
     /// Of a line beside faer.
     pub samples: usize,
+    /// How wide the processor's arithmetic units are, bits.
+    pub unit_bits: Option<usize>,
 }
 
 impl Settings {
@@ -107,7 +112,15 @@ impl Settings {
             instruction_sets,
             budget: Duration::from_millis(if quick { 20 } else { 800 }),
             samples: if quick { 32 } else { 128 },
+            unit_bits: machine::unit_bits(),
         })
+    }
+}
+
+impl Settings {
+    /// Whether the core's lanes are worked on 512 bits at a time.
+    fn is_wide(&self) -> bool {
+        self.unit_bits == Some(512) && machine::lanes(self.instruction_set) == 16
     }
 }
 
@@ -133,7 +146,7 @@ pub fn run(
     });
     let tables = tables.collect::<Result<Vec<Table>>>()?;
     Ok(Report {
-        machine: Machine::here(),
+        machine: Machine::here(settings.unit_bits),
         instruction_set: settings.instruction_set.name().to_owned(),
         quick: settings.quick,
         tables,
@@ -150,6 +163,7 @@ fn measure(
         Section::Beamformers => beamformers::against_faer(settings, step),
         Section::Fraction => shares::share_of_peak(settings, step),
         Section::TimeWindow => shares::time_window(settings, step),
+        Section::Simulated => simulated::simulated(settings, step),
         Section::Frames => frames::frames(settings, step),
         Section::Delay => delay::against_beamforming(settings, step),
         Section::PhaseSymmetry => phase_symmetry::phase_symmetry(settings, step),

@@ -54,8 +54,12 @@ pub(super) fn machine(report: &Report) -> String {
         1 => "1 thread".to_owned(),
         n => format!("{n} threads"),
     };
+    let units = match machine.unit_bits {
+        Some(bits) => format!(", arithmetic units of {bits} bits"),
+        None => String::new(),
+    };
     format!(
-        "{}, {threads}; {} (the core's lanes: {})",
+        "{}, {threads}{units}; {} (the core's lanes: {})",
         machine.processor,
         machine.instruction_sets.join(", "),
         report.instruction_set

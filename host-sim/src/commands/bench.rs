@@ -32,7 +32,7 @@ pub struct Arguments {
     #[arg(long, value_name = "SECTION,…", value_delimiter = ',')]
     only: Vec<Section>,
 
-    /// Force one instruction set, but for whole frames and delays; the widest without it
+    /// Force one instruction set; the widest without it
     #[arg(long, value_name = "NAME", value_parser = instruction_sets())]
     instruction_set: Option<InstructionSet>,
 

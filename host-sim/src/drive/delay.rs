@@ -41,6 +41,7 @@ pub struct DelayStage<'a> {
     output_rate: f64,
     stage: Stage,
     transmits: Vec<Transmit<'a>>,
+    set: InstructionSet,
 }
 
 /// The core's stage for the kind of samples.
@@ -134,7 +135,13 @@ impl<'a> DelayStage<'a> {
             data,
             elements,
             beams,
+            set: InstructionSet::detect(),
         })
+    }
+
+    /// The same with an instruction set of choice: the result does not depend on it.
+    pub fn with_instruction_set(self, set: InstructionSet) -> Self {
+        DelayStage { set, ..self }
     }
 
     /// The lateral positions of the beams, m: where they begin.
@@ -246,7 +253,7 @@ impl<'a> DelayStage<'a> {
                 })?)
             }
         };
-        InstructionSet::detect().dispatch(AlignBeams {
+        self.set.dispatch(AlignBeams {
             stage: self,
             records: &records,
             first: range.start,
@@ -378,17 +385,18 @@ pub struct Source<'a> {
 }
 
 /// The aligned analytic samples of some lines of a pipeline, `x` as [line, sample, element], on all
-/// threads.
+/// threads, with the vectors of `set`.
 ///
 /// # Errors
 /// What the core refuses.
 pub fn align(
+    set: InstructionSet,
     pipeline: &LinePipeline<'_>,
     lines: Range<usize>,
     source: Source<'_>,
     x: &mut [Complex<f32>],
 ) -> Result<()> {
-    InstructionSet::detect().dispatch(Align {
+    set.dispatch(Align {
         pipeline,
         lines,
         source,

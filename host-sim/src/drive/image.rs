@@ -69,18 +69,22 @@ pub fn b_mode(lines: &Lines, dynamic_range: f32, grid: &PixelGrid, median: bool)
         Layout::Fan { fan, angles } => BMode::of_fan(parameters(angles), fan)?,
     };
     Ok(Image {
-        pixels: pixels(&b_mode, lines.z.view())?,
+        pixels: pixels(InstructionSet::detect(), &b_mode, lines.z.view())?,
         x0: grid.x0,
         z0: grid.z0,
         pixel: grid.pixel,
     })
 }
 
-/// The pixels of lines `z` [line, sample], by a plan of the core.
+/// The pixels of lines `z` [line, sample], by a plan of the core, with the vectors of `set`.
 ///
 /// # Errors
 /// What the core refuses: a NaN or infinite sample, another number of lines or samples.
-pub fn pixels(b_mode: &BMode, z: ArrayView2<Complex<f32>>) -> Result<Array2<f32>> {
+pub fn pixels(
+    set: InstructionSet,
+    b_mode: &BMode,
+    z: ArrayView2<Complex<f32>>,
+) -> Result<Array2<f32>> {
     let samples = z.ncols().max(1);
     let z = z.as_standard_layout();
     let z = z.as_slice().unwrap_or_default();
@@ -96,7 +100,7 @@ pub fn pixels(b_mode: &BMode, z: ArrayView2<Complex<f32>>) -> Result<Array2<f32>
         .zip(levels.par_chunks_mut(samples))
         .try_for_each(|(envelope, levels)| b_mode.levels(envelope, reference, levels))?;
     let levels = levels.as_slice();
-    InstructionSet::detect().dispatch(Pixels { b_mode, levels })
+    set.dispatch(Pixels { b_mode, levels })
 }
 
 /// The pixels of all lines' grey levels.

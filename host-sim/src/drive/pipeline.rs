@@ -14,6 +14,7 @@ use crate::Result;
 /// threads as the rayon pool has in which it is made. The bits are the same.
 pub struct Frames<'p> {
     pipeline: &'p Pipeline<'p>,
+    set: InstructionSet,
     beamformer: beamform::Plan,
     bone_map: phase_symmetry::Plan,
     /// [line, sample, element].
@@ -26,14 +27,26 @@ impl<'p> Frames<'p> {
     /// # Errors
     /// [`Error::Usage`](crate::Error::Usage) where the sizes take more memory than is allowed.
     pub fn new(pipeline: &'p Pipeline<'p>, covariance: Covariance) -> Result<Self> {
+        Self::with_instruction_set(InstructionSet::detect(), pipeline, covariance)
+    }
+
+    /// As [`Frames::new`], with an instruction set of choice: the result does not depend on it.
+    ///
+    /// # Errors
+    /// As [`Frames::new`].
+    pub fn with_instruction_set(
+        set: InstructionSet,
+        pipeline: &'p Pipeline<'p>,
+        covariance: Covariance,
+    ) -> Result<Self> {
         let lines = pipeline.lines();
         let scan = lines.scan();
         let shape = (scan.lines(), scan.samples(), scan.elements());
         let beamformer = *lines.beamformer().parameters();
-        let set = InstructionSet::detect();
         let plan = beamform::Plan::new(set, beamformer, covariance, scan.elements())?;
         Ok(Frames {
             pipeline,
+            set,
             beamformer: match lines.adaptive() {
                 all if all == (0..scan.samples()) => plan,
                 adaptive => plan.within(adaptive)?,
@@ -50,7 +63,7 @@ impl<'p> Frames<'p> {
     pub fn align(&mut self, source: Source<'_>) -> Result<ArrayView3<'_, Complex<f32>>> {
         let lines = 0..self.aligned.dim().0;
         let x = self.aligned.as_slice_mut().unwrap_or_default();
-        align(self.pipeline.lines(), lines, source, x)?;
+        align(self.set, self.pipeline.lines(), lines, source, x)?;
         Ok(self.aligned.view())
     }
 
@@ -69,7 +82,7 @@ impl<'p> Frames<'p> {
     /// # Errors
     /// A sample that is NaN or infinite.
     pub fn image(&self, z: ArrayView2<'_, Complex<f32>>) -> Result<Array2<f32>> {
-        image::pixels(self.pipeline.b_mode(), z)
+        image::pixels(self.set, self.pipeline.b_mode(), z)
     }
 
     /// The phase symmetry of an image, in `[0, 1)`, [row, column].
@@ -77,8 +90,7 @@ impl<'p> Frames<'p> {
     /// # Errors
     /// A pixel that is NaN, infinite or beyond 1e12.
     pub fn bone_map(&mut self, image: ArrayView2<'_, f32>) -> Result<Array2<f32>> {
-        let set = InstructionSet::detect();
-        self.bone_map.run(image, set, |_, _| {})
+        self.bone_map.run(image, self.set, |_, _| {})
     }
 
     /// All of it, from RF to the bone map.
