@@ -3,7 +3,9 @@
 //! The record is the real parts of the golden snapshots read as 8 elements of 192 samples: numbers
 //! for the arithmetic, not a scene.
 
-use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
+use bonebeam::focus::{
+    Compounding, Contribution, Delay, DelayParameters, Record, ScanLine, UPSAMPLING, Upsampled,
+};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::Vector;
 use bonebeam::{Complex, Error};
@@ -66,10 +68,44 @@ const fn line(law: TransmitLaw<'static>, compounding: Compounding) -> ScanLine<'
     }
 }
 
+/// From 20 MHz to 20 MHz, the record's first 64 samples an element: upsampled.
+pub const UPSAMPLED: DelayParameters = DelayParameters {
+    sampling_rate: 20e6,
+    record_samples: 64,
+    ..PARAMETERS
+};
+/// Values of a line: its samples and 15 at either end, up to full sixteens.
+const VALUES: usize = 96;
+/// The record with the filter's 16 taps and two more, and what it is made in.
+const RECORD: usize = (64 + 16 + 2) * UPSAMPLING;
+const PADDED: usize = 64 + 2 * 16 + 2 + 4;
+
 /// The memory of the cases.
 pub struct Memory {
     scratch: [f32; SCRATCH],
     x: [Complex<f32>; SAMPLES * ELEMENTS],
+    upsampled: UpsampledMemory,
+}
+
+/// The memory of the case of upsampled records.
+pub struct UpsampledMemory {
+    record: [f32; RECORD],
+    padded: [f32; PADDED],
+    centre: [i32; VALUES],
+    lags: [i32; VALUES],
+    values: [f32; 6 * VALUES],
+}
+
+impl UpsampledMemory {
+    pub(crate) const fn new() -> Self {
+        UpsampledMemory {
+            record: [0.0; RECORD],
+            padded: [0.0; PADDED],
+            centre: [0; VALUES],
+            lags: [0; VALUES],
+            values: [0.0; 6 * VALUES],
+        }
+    }
 }
 
 impl Memory {
@@ -77,6 +113,7 @@ impl Memory {
         Memory {
             scratch: [0.0; SCRATCH],
             x: [Complex::new(0.0, 0.0); SAMPLES * ELEMENTS],
+            upsampled: UpsampledMemory::new(),
         }
     }
 }
@@ -90,7 +127,45 @@ impl Memory {
 
 pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
     let (scratch, x) = memory.slices();
-    lines(0.0f32, scratch, x, report)
+    lines(0.0f32, scratch, x, report)?;
+    let Memory {
+        scratch,
+        x,
+        upsampled,
+    } = memory;
+    let scratch = &mut scratch[..UPSAMPLED.scratch_len(1)];
+    upsampled_lines(0.0f32, upsampled, scratch, x, report)
+}
+
+/// The focused and the plane wave, compounded of upsampled records.
+pub(crate) fn upsampled_lines<V: Vector>(
+    zero: V,
+    memory: &mut UpsampledMemory,
+    scratch: &mut [f32],
+    x: &mut [Complex<f32>],
+    report: &mut dyn FnMut(&str, u64),
+) -> Result<(), Error> {
+    let delay = Delay::new(UPSAMPLED)?;
+    let upsampled = Upsampled::new(&delay)?;
+    memory.values.fill(0.0);
+    for (_, line) in &LINES[..2] {
+        upsampled.centre(line, &mut memory.centre)?;
+        for (k, values) in memory.values.chunks_exact_mut(VALUES).enumerate() {
+            let element = line.active.first + k;
+            let samples = &REAL_PARTS[element * 64..][..64];
+            upsampled.lags(zero, line, element, &mut memory.lags)?;
+            upsampled.record(zero, samples, &mut memory.padded, &mut memory.record)?;
+            let contribution = Contribution {
+                record: &memory.record,
+                centre: &memory.centre,
+                lags: &memory.lags,
+            };
+            upsampled.add(zero, &contribution, 0, values)?;
+        }
+    }
+    upsampled.analytic(zero, &LINES[0].1, &memory.values, scratch, x)?;
+    report("delay-upsampled", hash::complex(x));
+    Ok(())
 }
 
 /// All lines. `scratch` is as long as the vector's lanes ask for.

@@ -51,6 +51,8 @@ fn delay_lines<V: Vector>(zero: V, report: &mut dyn FnMut(&str, u64)) -> Result<
     let mut scratch = vec![0.0; delay::PARAMETERS.scratch_len(V::LANES)];
     let mut x = vec![Complex::new(0.0, 0.0); delay::SAMPLES * delay::ELEMENTS];
     delay::lines(zero, &mut scratch, &mut x, report)?;
+    let mut memory = delay::UpsampledMemory::new();
+    delay::upsampled_lines(zero, &mut memory, &mut scratch, &mut x, report)?;
     iq::rays(zero, &mut scratch, &mut x, report)?;
     let mut scratch = vec![0.0; iq::PARAMETERS.scratch_len(V::LANES)];
     let mut x = vec![Complex::new(0.0, 0.0); iq::OUTPUTS * ELEMENTS];

@@ -16,7 +16,9 @@ mod record;
 mod sine;
 
 pub use analytic::{MAX_HILBERT_TAPS, hilbert_taps};
-pub use delay::{Compounding, Delay, DelayParameters, MAX_SAMPLES, ScanLine};
+pub use delay::{
+    Compounding, Contribution, Delay, DelayParameters, MAX_SAMPLES, ScanLine, UPSAMPLING, Upsampled,
+};
 pub use interpolate::MAX_DECIMATION;
 pub use iq::{IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples};
 pub use record::{MAX_MAGNITUDE, Record};

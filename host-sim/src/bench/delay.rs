@@ -13,13 +13,15 @@ use super::core::with_core;
 use super::frames::InVivo;
 use super::report::{Quantity, Row, Table, Target};
 use super::snapshots::{Scene, snapshots};
-use super::timing::fastest;
+use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
 use crate::Result;
-use crate::config;
+use crate::config::{self, RfReading};
 use crate::drive::delay::DelayStage;
+use crate::drive::frame::beamform_channel_data;
 use crate::drive::threads::pool;
 use crate::files::{ChannelData, Transmits};
+use crate::methods::Choice;
 
 /// As many as the widest registers have lanes.
 const BEAMS: usize = 16;
@@ -89,6 +91,85 @@ fn delay(settings: &Settings, sampling_rate: f64, beam_x: f64) -> Result<f64> {
     })
 }
 
+/// Plane waves and lines as PICMUS has them.
+const PLANE_WAVES: usize = 75;
+const STEEPEST: f64 = 0.28;
+const PLANE_RATE: f64 = 20.832e6;
+const LINES: usize = 255;
+const LINE_SAMPLES: usize = 1169;
+/// One line of so many is read by the filter.
+const EVERY: usize = 8;
+/// Fewer in a short look.
+const QUICK: (usize, usize) = (3, 16);
+
+/// A frame of compounded plane waves by delay and sum, each record upsampled once, beside the same by the
+/// filter, with one thread.
+fn compounded(settings: &Settings) -> Result<Row> {
+    let (waves, lines) = if settings.quick {
+        QUICK
+    } else {
+        (PLANE_WAVES, LINES)
+    };
+    let start = 5e-3;
+    let end = start + InVivo::SOUND_SPEED * (LINE_SAMPLES as f64 - 0.5) / PLANE_RATE / 2.0;
+    let seconds = 2.0 * end / InVivo::SOUND_SPEED + MARGIN;
+    let samples = (seconds * PLANE_RATE) as usize;
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let angle = |wave: usize| STEEPEST * (2.0 * wave as f64 / (waves - 1) as f64 - 1.0);
+    let data = ChannelData {
+        samples: Array3::from_shape_simple_fn((waves, InVivo::ELEMENTS, samples), || {
+            random.random_range(-1.0f32..1.0)
+        })
+        .into(),
+        fs: PLANE_RATE,
+        f0: PLANE_RATE / 4.0,
+        t0: vec![0.0; waves],
+        transmits: Transmits::Plane {
+            angle: (0..waves).map(angle).collect(),
+        },
+        element_x: (0..InVivo::ELEMENTS)
+            .map(|m| (m as f64 - (InVivo::ELEMENTS - 1) as f64 / 2.0) * 0.3e-3)
+            .collect(),
+        element_z: None,
+        element_angle: None,
+        c: InVivo::SOUND_SPEED,
+        lens_delay: 0.0,
+    };
+    let parameters = |reading: RfReading, lines: usize| config::Beamform {
+        method: Choice::named("das").expect("a row of the table"),
+        rf_reading: Some(reading),
+        line_count: Some(lines),
+        depth_start: Some(start),
+        depth_end: Some(end),
+        ..config::Beamform::default()
+    };
+    let few = lines.div_ceil(EVERY);
+    let upsampled = parameters(RfReading::Upsampled, lines);
+    let filtered = parameters(RfReading::Filtered, few);
+    let frame = |parameters| beamform_channel_data(&data, parameters, &|_| {});
+    pool(1)?.install(|| {
+        frame(&upsampled)?;
+        let [here, beside] = side_by_side(
+            settings.budget,
+            [&mut || drop(black_box(frame(&upsampled))), &mut || {
+                drop(black_box(frame(&filtered)))
+            }],
+        );
+        let beside = beside * lines as f64 / few as f64;
+        let row = Row::new(
+            format!("{waves} plane waves compounded, delay and sum, a frame"),
+            Quantity::milliseconds(here),
+        )
+        .beside(Quantity::milliseconds(beside))
+        .result(beside / here, "×");
+        // Of a few transmits and lines, upsampling is most of the work.
+        Ok(match settings.quick {
+            true => row,
+            false => row.target(Target::AtLeast(5.0)),
+        })
+    })
+}
+
 /// Seconds an output sample of a beamformer of `x`.
 fn beamforming(
     settings: &Settings,
@@ -144,6 +225,8 @@ pub fn against_beamforming(
             .beside(Quantity::microseconds(beside))
             .result(seconds / beside, "×")
     };
+    step("plane waves compounded");
+    let compounded = compounded(settings)?;
     let target = Target::AtMost(0.2);
     Ok(Table {
         section: Section::Delay.to_string(),
@@ -154,7 +237,10 @@ pub fn against_beamforming(
              depth, into memory used before; beams halfway between two elements, or a third of their \
              distance beside that, where no two elements are read alike. MV at 128/64/0, rank-1 ESMV \
              and ESMV by β = 10 % at 128/64/10 of the beamformers' echo, forward-backward. The last row \
-             is the stage without decimation, of recordings at 20 MHz, beside the whole."
+             but one is the stage without decimation, of recordings at 20 MHz, beside the whole. The last is a \
+             frame by delay and sum, from a recording of {PLANE_WAVES} plane waves by 128 elements at 20.8 MHz: \
+             {LINES} lines of {LINE_SAMPLES} samples, F# 1.5, each record upsampled once; beside the same read by \
+             the delay stage's filter, of which an eighth of the lines is timed."
         ),
         yardstick: "beside".into(),
         rows: vec![
@@ -163,6 +249,7 @@ pub fn against_beamforming(
             row("beside rank-1 ESMV, K = 10, no two alike", beside, rank1).target(target),
             row("beside ESMV by β, K = 10", here, beta).target(target),
             row("reading and analytic signal alone", slow, here),
+            compounded,
         ],
     })
 }

@@ -10,8 +10,8 @@ use num_complex::Complex;
 
 use super::measures::Measures;
 use super::{ConfigArgument, VariableArguments, about, command_line, load_config, progress_bar};
-use crate::config::{Beamform, BeamformFlags, Config, Image, ImageFlags, LONGER_SIDE};
-use crate::drive::frame::{BEAMS_AT_A_TIME, beamform_aligned_frames, beamform_frames};
+use crate::config::{Beamform, BeamformFlags, Config, Image, ImageFlags, LONGER_SIDE, RfReading};
+use crate::drive::frame::{beamform_aligned_frames, beamform_frames, beams_at_a_time};
 use crate::drive::image::{PixelGrid, b_mode, check_beams, extent};
 use crate::files::atomic::{Outputs, check_outputs};
 use crate::files::image::{self, Format};
@@ -363,9 +363,19 @@ pub fn working_memory(
             let samples = (2.0 * (last - first) / c * rate).ceil() as usize;
             let (_, transmits, elements, _) = data.samples.dim();
             let lines = parameters.line_count.unwrap_or(transmits.max(2 * elements));
+            let at_a_time = lines.min(beams_at_a_time(parameters));
+            // The real parts of every element, and where every transmit is read.
+            let upsampled = match parameters.rf_reading {
+                Some(RfReading::Upsampled) => {
+                    let rows = elements.saturating_add(transmits);
+                    product(&[rows, at_a_time, samples, size_of::<f32>()])
+                }
+                _ => 0,
+            };
             vec![
                 data.samples.bytes(),
-                product(&[lines.min(BEAMS_AT_A_TIME), samples, elements, COMPLEX]),
+                upsampled,
+                product(&[at_a_time, samples, elements, COMPLEX]),
                 product(&[3, frames, lines, samples, COMPLEX]),
             ]
         }

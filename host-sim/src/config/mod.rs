@@ -9,7 +9,7 @@ mod image;
 mod phase_symmetry;
 mod simulate;
 
-pub use beamform::{Beamform, BeamformFlags, LineKind, Reading};
+pub use beamform::{Beamform, BeamformFlags, LineKind, Reading, RfReading};
 pub use image::{Image, ImageFlags, LONGER_SIDE};
 pub use phase_symmetry::{PhaseSymmetry, PhaseSymmetryFlags, Size, parse_scale};
 pub use simulate::{Kind, Simulate, SimulateFlags};

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use bonebeam::focus::{
     Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
-    IqSamples, MAX_DECIMATION, MAX_SAMPLES, Record, ScanLine,
+    IqSamples, MAX_DECIMATION, MAX_SAMPLES, Record, ScanLine, Upsampled,
 };
 use bonebeam::geometry::{
     Active, Aperture, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit,
@@ -17,7 +17,8 @@ use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::beams::{self, Beams};
-use crate::config::Beamform;
+use super::compound::Compound;
+use crate::config::{Beamform, RfReading};
 use crate::files::{ChannelData, Frame, Samples, Transmits};
 use crate::{Error, Result};
 
@@ -42,6 +43,8 @@ pub struct DelayStage<'a> {
     stage: Stage,
     transmits: Vec<Transmit<'a>>,
     set: InstructionSet,
+    /// Whether each record is upsampled once for all lines.
+    upsampled: bool,
 }
 
 /// The core's stage for the kind of samples.
@@ -117,6 +120,10 @@ impl<'a> DelayStage<'a> {
                 Stage::Iq(Box::new(IqDelay::new(IqParameters { reading, ..of_scan })?))
             }
         };
+        let upsampled = parameters.rf_reading == Some(RfReading::Upsampled);
+        if upsampled {
+            check_upsampling(&stage, &beams)?;
+        }
         let transmits = (0..transmits).map(|t| Transmit {
             law: law(data, t),
             // A lens delays what is heard, there and back.
@@ -136,6 +143,7 @@ impl<'a> DelayStage<'a> {
             elements,
             beams,
             set: InstructionSet::detect(),
+            upsampled,
         })
     }
 
@@ -235,9 +243,22 @@ impl<'a> DelayStage<'a> {
         let records = match &frame {
             Frame::Rf(samples) => {
                 rf = samples.as_standard_layout();
-                Records::Rf(records(rf.view(), range.clone(), |rf, elements| {
+                let checked = records(rf.view(), range.clone(), |rf, elements| {
                     Record::new(rf, elements)
-                })?)
+                })?;
+                if let (true, Stage::Rf(delay)) = (self.upsampled, &self.stage) {
+                    let first = beams.start;
+                    return self.set.dispatch(Compound {
+                        delay,
+                        transmits: &self.transmits,
+                        rf: rf.as_slice().expect("a standard layout is contiguous"),
+                        array: self.array(),
+                        rays: &self.beams.rays[beams],
+                        active: &|line, sample| self.active(first + line, sample),
+                        x,
+                    });
+                }
+                Records::Rf(checked)
             }
             Frame::Iq {
                 iq: samples,
@@ -446,6 +467,26 @@ fn check_rate(rate: f64, data: &ChannelData) -> Result<()> {
          Hz and at least 1/{MAX_DECIMATION} of the sampling rate of {} Hz",
         data.f0, data.fs
     )))
+}
+
+/// Records can be upsampled where lines are compounded of them.
+fn check_upsampling(stage: &Stage, beams: &Beams) -> Result<()> {
+    let Stage::Rf(delay) = stage else {
+        return Err(Error::Usage(
+            "--rf-reading upsampled has no effect on I/Q; give --iq-reading".into(),
+        ));
+    };
+    if beams.own {
+        return Err(Error::Usage(
+            "--rf-reading upsampled is for transmits that are compounded; these make a line each"
+                .into(),
+        ));
+    }
+    Upsampled::new(delay).map(drop).map_err(|error| {
+        Error::Usage(format!(
+            "--rf-reading upsampled cannot read this record: {error}"
+        ))
+    })
 }
 
 /// The array of a recording, whose elements are told where it is not straight.

@@ -7,7 +7,7 @@ use bonebeam::geometry::{Active, Axis as Depths, Ray};
 use ndarray::{Array2, Axis};
 use num_complex::Complex;
 
-use crate::config::Beamform;
+use crate::config::{Beamform, RfReading};
 use crate::drive::beamform::beamform_within;
 use crate::drive::delay::DelayStage;
 use crate::files::{AlignedData, BeamRays, ChannelData, Lines};
@@ -15,7 +15,17 @@ use crate::{Error, Result};
 
 /// How many beams are delayed at a time: a multiple of the lanes, and enough for all threads,
 /// while the aligned samples of a large set stay within some hundred megabytes.
-pub(crate) const BEAMS_AT_A_TIME: usize = 64;
+const BEAMS_AT_A_TIME: usize = 64;
+/// Where records are upsampled for so many beams at a time: rarely.
+const BEAMS_UPSAMPLED: usize = 128;
+
+/// How many beams are delayed at a time.
+pub(crate) fn beams_at_a_time(parameters: &Beamform) -> usize {
+    match parameters.rf_reading {
+        Some(RfReading::Upsampled) => BEAMS_UPSAMPLED,
+        _ => BEAMS_AT_A_TIME,
+    }
+}
 
 /// The speed of sound that lines tell where neither the file nor the configuration does, m/s.
 pub const DEFAULT_SOUND_SPEED: f64 = 1540.0;
@@ -55,8 +65,9 @@ pub fn beamform_frames(
         let frame = data.samples.frame(index);
         let frame = frame.ok_or_else(|| no_frame(index, data.samples.frames()))?;
         let mut z = Array2::zeros((beams, samples));
-        for first in (0..beams).step_by(BEAMS_AT_A_TIME) {
-            let chunk = first..beams.min(first + BEAMS_AT_A_TIME);
+        let at_a_time = beams_at_a_time(parameters);
+        for first in (0..beams).step_by(at_a_time) {
+            let chunk = first..beams.min(first + at_a_time);
             let x = stage.delay_frame(frame, chunk.clone())?;
             let active = |beam: usize, sample: usize| stage.active(first + beam, sample);
             let within = adaptive.clone();

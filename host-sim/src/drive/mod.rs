@@ -2,6 +2,7 @@
 
 pub mod beamform;
 mod beams;
+mod compound;
 pub mod delay;
 pub mod frame;
 pub mod image;

@@ -50,9 +50,9 @@ struct Buffers<'a> {
 }
 
 /// Where the analytic signals of a group go.
-struct Destination<'a> {
-    group: &'a Group,
-    compounding: Compounding,
+pub(super) struct Destination<'a> {
+    pub group: &'a Group,
+    pub compounding: Compounding,
 }
 
 impl Delay {
@@ -189,7 +189,7 @@ impl Delay {
 
     /// The lag of an element.
     #[inline(always)]
-    fn lag(&self, line: &ScanLine, element: usize) -> ReceiveLag {
+    pub(super) fn lag(&self, line: &ScanLine, element: usize) -> ReceiveLag {
         let place = line.array.place(element);
         ReceiveLag::new(place, &line.ray, self.parameters.sound_speed, self.rate())
     }
@@ -347,7 +347,7 @@ impl Delay {
 
     /// Puts the analytic signals of `lines` into `out`.
     #[inline(never)]
-    fn put<V: Vector>(
+    pub(super) fn put<V: Vector>(
         &self,
         zero: V,
         lines: &[f32],

@@ -13,6 +13,9 @@
 
 mod focus;
 mod groups;
+mod upsampled;
+
+pub use upsampled::{Contribution, UPSAMPLING, Upsampled};
 
 use super::analytic::{HilbertTransformer, hilbert_taps, reach};
 use super::decimator::{halved_len, halvings, streams_len};

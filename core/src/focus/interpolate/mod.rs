@@ -40,6 +40,8 @@ pub const MAX_DECIMATION: usize = 16;
 /// [`ONE_BLOCK`] times as fast as the output.
 const MAX_BLOCKS: usize = 2;
 const ONE_BLOCK: f64 = 1.25;
+/// The most taps.
+pub(super) const MOST_TAPS: usize = MAX_BLOCKS * PARTIAL_SUMS;
 /// Rows of the table a block of taps; between rows the value is interpolated linearly.
 const ROWS: usize = 150;
 const TABLE: usize = ROWS + MAX_BLOCKS;
@@ -142,6 +144,18 @@ impl Interpolator {
     /// Taps of the filter: a value needs `taps()/2` samples on either side.
     pub(super) const fn taps(&self) -> usize {
         self.blocks * PARTIAL_SUMS
+    }
+
+    /// The taps at a fraction (0..1) between two samples, blended of two rows as where a record is read.
+    pub(super) fn taps_at(&self, fraction: f32) -> impl Iterator<Item = f32> {
+        let scaled = fraction * self.phases as f32;
+        let row = (scaled as usize).min(self.phases - 1);
+        let weight = scaled - row as f32;
+        let mut rows = self.table.0.as_flattened().chunks_exact(self.taps());
+        let here = rows.nth(row).unwrap_or_default();
+        let next = rows.next().unwrap_or_default();
+        let pairs = here.iter().zip(next);
+        pairs.map(move |(here, next)| here + weight * (next - here))
     }
 
     /// The most that it makes of samples of magnitude 1: the largest of its rows, since what lies between

@@ -175,6 +175,73 @@ impl Path {
     }
 }
 
+/// The line of `bonebeam::focus::Upsampled`, of one scan line and record a transmit. `rf` and `out` as in
+/// [`line`].
+pub fn upsampled(
+    parameters: &DelayParameters,
+    transmits: &[(ScanLine, &[f32])],
+    out: &mut [Complex<f32>],
+) {
+    const UNITS: i32 = 2048;
+    const A_SAMPLE: f64 = 32_768.0;
+    const FARTHEST: i32 = (1 << 30) - 1;
+    let p = parameters;
+    let filter = Filter::new(p, p.sampling_rate);
+    let taps = filter.taps as i64;
+    let hilbert = hilbert(p.hilbert_taps);
+    let reach = 2 * p.hilbert_taps - 1;
+    let last = ((p.record_samples + filter.taps + 2) * 16 - 2) as i32 * UNITS;
+    out.fill(Complex::new(0.0, 0.0));
+    let active = transmits[0].0.active;
+    for m in active.first..active.first + active.count {
+        let mut line = vec![0.0f32; p.output_samples + 2 * reach];
+        for (scan_line, rf) in transmits {
+            let record = Record {
+                values: rf[m * p.record_samples..][..p.record_samples].to_vec(),
+                zero: 0,
+            };
+            // Sample `index` of the upsampled record.
+            let fine = |index: i32| {
+                let whole = i64::from(index / 16) - (taps / 2 + 1);
+                filter.sum(&record, whole, (index % 16) as f32 / 16.0)
+            };
+            let place = place(&scan_line.array, m);
+            let path = Path::new(&scan_line.ray, place, p.sound_speed, p.sampling_rate);
+            for n in 0..line.len() {
+                let t = p.output_start + (n as f64 - reach as f64) / p.output_rate;
+                let z = p.sound_speed * t / 2.0;
+                let flight = transmit(scan_line, p.sound_speed, z) + z / p.sound_speed;
+                let axis = (flight - scan_line.transmit.t0) * p.sampling_rate;
+                let before = (taps / 2 + 1) as f64;
+                let units = libm::floor((axis + before) * A_SAMPLE + 0.5);
+                let z = z as f32;
+                let near = z > 0.0 && units.abs() < f64::from(FARTHEST);
+                let centre = if near { units as i32 } else { -FARTHEST };
+                let lag = path.lag(z);
+                let late = (lag - path.ahead) * A_SAMPLE as f32;
+                let most = FARTHEST as f32 / 2.0;
+                let late = if z > 0.0 && lag < 8_388_608.0 && late.abs() < most {
+                    late
+                } else {
+                    most
+                };
+                let place = (centre + late as i32).clamp(0, last);
+                let weight = (place % UNITS) as f32 / UNITS as f32;
+                let (here, next) = (fine(place / UNITS), fine(place / UNITS + 1));
+                line[n] += here + weight * (next - here);
+            }
+        }
+        for n in 0..p.output_samples {
+            let mut imaginary = 0.0f32;
+            for j in 0..p.hilbert_taps {
+                let k = 2 * j + 1;
+                imaginary += hilbert[j] * (line[n + reach - k] - line[n + reach + k]);
+            }
+            out[n * p.elements + m] = Complex::new(line[n + reach], imaginary);
+        }
+    }
+}
+
 /// An element's record: sample 0 is `values[zero]`, what is not there is 0.
 struct Record {
     values: Vec<f32>,
@@ -302,6 +369,21 @@ impl Filter {
             rows.push(values);
         }
         Filter { rows, taps }
+    }
+
+    /// The value at a place, added up tap by tap.
+    fn sum(&self, record: &Record, whole: i64, fraction: f32) -> f32 {
+        let phases = self.rows.len() - 1;
+        let scaled = fraction * phases as f32;
+        let phase = (libm::floorf(scaled) as usize).min(phases - 1);
+        let weight = scaled - phase as f32;
+        let first = whole - (self.taps as i64 / 2 - 1);
+        let mut sum = 0.0f32;
+        for k in 0..self.taps {
+            let (row, next) = (self.rows[phase][k], self.rows[phase + 1][k]);
+            sum += record.at(first + k as i64) * (row + weight * (next - row));
+        }
+        sum
     }
 
     fn at(&self, record: &Record, whole: i64, fraction: f32) -> f32 {

@@ -9,8 +9,8 @@ use std::hash::Hasher;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::focus::{
-    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
-    IqSamples, Record, ScanLine, hilbert_taps,
+    Compounding, Contribution, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading,
+    IqRecord, IqSamples, Record, ScanLine, Upsampled, hilbert_taps,
 };
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::InstructionSet;
@@ -85,6 +85,7 @@ pub fn verify(mut progress: impl FnMut(usize)) -> Result<Vec<Verdict>> {
     let data = recording();
     let mut verdicts = delay_laws(&data)?;
     verdicts.extend(iq_readings(&data)?);
+    verdicts.push(upsampled(&data)?);
     progress(verdicts.len());
     let scene = Scene::new(&data)?;
     for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
@@ -169,6 +170,80 @@ fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
         ))
     });
     verdicts.into_iter().collect()
+}
+
+/// Records upsampled and compounded, against the f32 reference: the recording's numbers at another rate,
+/// as two plane waves.
+fn upsampled(data: &ChannelData) -> Result<Verdict> {
+    const RATE: f64 = 20e6;
+    let (_, _, elements, record_samples) = data.samples.dim();
+    let parameters = DelayParameters {
+        sound_speed: data.c,
+        sampling_rate: RATE,
+        centre_frequency: data.f0,
+        output_rate: RATE,
+        output_start: 2.0 * 5e-3 / data.c,
+        output_samples: 240,
+        elements,
+        record_samples,
+        hilbert_taps: hilbert_taps(RATE, data.f0),
+    };
+    let rf = data.samples.rf(0).expect("a recording of RF");
+    let rf = rf.as_standard_layout();
+    let record = |transmit: usize| {
+        let own = rf.index_axis(Axis(0), transmit);
+        own.to_slice().expect("made in row-major order").to_vec()
+    };
+    let waves = [(0.1, 4), (-0.2, 5)].map(|(angle, transmit)| {
+        let line = ScanLine {
+            transmit: Transmit {
+                law: TransmitLaw::Plane { angle },
+                t0: data.t0[transmit],
+            },
+            ray: Ray::new(1e-3, 0.0, 0.1),
+            array: Array::LinearAt(&data.element_x),
+            active: Active {
+                first: 1,
+                count: elements - 2,
+            },
+            compounding: Compounding::Replace,
+        };
+        (line, record(transmit))
+    });
+    let delay = Delay::new(parameters)?;
+    let upsampled = Upsampled::new(&delay)?;
+    let length = upsampled.line_len();
+    let mut values = vec![0.0; (elements - 2) * length];
+    let (mut centre, mut lags) = (vec![0; length], vec![0; length]);
+    let mut fine = vec![0.0; upsampled.record_len()];
+    let mut padded = vec![0.0; upsampled.scratch_len()];
+    for (line, rf) in &waves {
+        upsampled.centre(line, &mut centre)?;
+        for (k, values) in values.chunks_exact_mut(length).enumerate() {
+            let element = line.active.first + k;
+            let samples = &rf[element * record_samples..][..record_samples];
+            upsampled.record(0.0f32, samples, &mut padded, &mut fine)?;
+            upsampled.lags(0.0f32, line, element, &mut lags)?;
+            let contribution = Contribution {
+                record: &fine,
+                centre: &centre,
+                lags: &lags,
+            };
+            upsampled.add(0.0f32, &contribution, 0, values)?;
+        }
+    }
+    let mut core = vec![Complex::ZERO; parameters.output_samples * elements];
+    let mut expected = core.clone();
+    let mut scratch = vec![0.0; parameters.scratch_len(1)];
+    upsampled.analytic(0.0f32, &waves[0].0, &values, &mut scratch, &mut core)?;
+    let waves: Vec<(ScanLine<'_>, &[f32])> =
+        waves.iter().map(|(line, rf)| (*line, &rf[..])).collect();
+    reference::f32::delay::upsampled(&parameters, &waves, &mut expected);
+    Ok(Verdict::bits(
+        "delay, upsampled: f32".into(),
+        &parts(&core),
+        &Bits::complex(&core, &expected),
+    ))
 }
 
 /// Every reading of I/Q against the f32 reference, along a ray of a sector, from a diverging wave: the

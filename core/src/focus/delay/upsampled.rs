@@ -1,0 +1,346 @@
+//! Many transmits compounded: each element's record is upsampled once, and every line reads it along
+//! straight lines. Real parts are added, and the analytic signal is formed of their sum.
+//!
+//! [`Delay::line`] reads a record through its filter once a line, and forms an analytic signal once a
+//! transmit: with n transmits into as many lines that is nearly all of the work. Here the filter is applied
+//! once a record, at [`UPSAMPLING`] places between two samples, and a value is one product.
+//!
+//! Places are integers in units of 2⁻¹⁵ of a sample, so that the transmit's part, which all elements share,
+//! and the element's, which all transmits share, are each worked out once and added.
+
+use super::focus::Destination;
+use super::groups::Group;
+use super::{Compounding, Delay, FAR, ScanLine, check_line};
+use crate::error::check_length;
+use crate::focus::interpolate::MOST_TAPS;
+use crate::simd::{PARTIAL_SUMS, Vector, load};
+use crate::{Complex, Error};
+
+/// Samples that are made of each recorded one.
+pub const UPSAMPLING: usize = 16;
+/// Units of a place between two of those.
+const UNITS: i32 = 1 << 11;
+/// Units of a place between two recorded samples.
+const UNITS_A_SAMPLE: f64 = (UPSAMPLING as i32 * UNITS) as f64;
+/// Places are at most this far from the record's beginning, either way, and so are lags: their sum fits.
+const FARTHEST: i32 = (1 << 30) - 1;
+/// The longest record: all of it is nearer.
+const MOST_SAMPLES: usize = 1 << 14;
+/// Recorded samples whose upsampled ones are worked out together.
+const BLOCKS: usize = 4;
+
+/// The upsampling of records for a delay stage, and the way from there to lines.
+#[derive(Clone, Debug)]
+pub struct Upsampled<'a> {
+    delay: &'a Delay,
+    /// h(k − (taps/2 − 1) − p/16) at tap k and phase p.
+    filter: [[f32; UPSAMPLING]; MOST_TAPS],
+}
+
+/// What one element adds to one line.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Contribution<'a> {
+    /// The element's record: [`Upsampled::record`].
+    pub record: &'a [f32],
+    /// The transmit's part of the places: [`Upsampled::centre`].
+    pub centre: &'a [i32],
+    /// The element's part: [`Upsampled::lags`].
+    pub lags: &'a [i32],
+}
+
+impl<'a> Upsampled<'a> {
+    /// For the lines of `delay`.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a record sampled at 2.5 times the output rate or more, which is to be
+    /// halved first, [`Error::Capacity`] for one of more than 16,384 samples.
+    pub fn new(delay: &'a Delay) -> Result<Self, Error> {
+        let p = &delay.parameters;
+        if delay.interpolator.halvings() > 0 {
+            return Err(Error::Parameter {
+                name: "sampling_rate",
+                value: p.sampling_rate,
+                expected: "less than 2.5 times the output rate",
+            });
+        }
+        if p.record_samples > MOST_SAMPLES {
+            return Err(Error::Capacity {
+                name: "record_samples",
+                actual: p.record_samples,
+                capacity: MOST_SAMPLES,
+            });
+        }
+        let mut filter = [[0.0; UPSAMPLING]; MOST_TAPS];
+        for phase in 0..UPSAMPLING {
+            let fraction = phase as f32 / UPSAMPLING as f32;
+            for (taps, tap) in filter.iter_mut().zip(delay.interpolator.taps_at(fraction)) {
+                taps[phase] = tap;
+            }
+        }
+        Ok(Upsampled { delay, filter })
+    }
+
+    /// Taps of the filter.
+    fn taps(&self) -> usize {
+        self.delay.interpolator.taps()
+    }
+
+    /// Length of an upsampled record: 16 a sample, with as many samples again as the filter has taps, and
+    /// two.
+    pub fn record_len(&self) -> usize {
+        (self.delay.parameters.record_samples + self.taps() + 2) * UPSAMPLING
+    }
+
+    /// Length of the memory that [`Upsampled::record`] works in.
+    pub fn scratch_len(&self) -> usize {
+        self.delay.parameters.record_samples + 2 * self.taps() + 2 + BLOCKS
+    }
+
+    /// Values of a line: its samples, and what the Hilbert transformer reaches for at either end.
+    pub fn line_len(&self) -> usize {
+        self.delay.parameters.line_len()
+    }
+
+    /// Upsamples what one element recorded, `samples`, into `record`.
+    ///
+    /// Order, f32: for a recorded sample and a phase, from 0, in ascending tap k, `+ sample_k · h_k`.
+    /// Cost: 16·taps products and additions a sample.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a slice of another length.
+    pub fn record<V: Vector>(
+        &self,
+        zero: V,
+        samples: &[f32],
+        scratch: &mut [f32],
+        record: &mut [f32],
+    ) -> Result<(), Error> {
+        check_length("rf", samples.len(), self.delay.parameters.record_samples)?;
+        check_length("scratch", scratch.len(), self.scratch_len())?;
+        check_length("record", record.len(), self.record_len())?;
+        zero.vectorize(
+            #[inline(always)]
+            || {
+                // Zeros before and behind, as far as the filter reaches.
+                let taps = self.taps();
+                scratch.fill(0.0);
+                scratch[taps..taps + samples.len()].copy_from_slice(samples);
+                for (block, record) in record.chunks_mut(BLOCKS * UPSAMPLING).enumerate() {
+                    let under = &scratch[block * BLOCKS..][..taps + BLOCKS - 1];
+                    for at in (0..UPSAMPLING).step_by(V::LANES) {
+                        let mut sums = [zero; BLOCKS];
+                        for (k, filter) in self.filter[..taps].iter().enumerate() {
+                            let h = load(zero, &filter[at..]);
+                            let samples = under.get(k..).and_then(<[f32]>::first_chunk::<BLOCKS>);
+                            let samples = samples.unwrap_or(&[0.0; BLOCKS]);
+                            for j in 0..BLOCKS {
+                                sums[j] = sums[j] + zero.splat(samples[j]) * h;
+                            }
+                        }
+                        let rows = record.chunks_exact_mut(UPSAMPLING);
+                        for (row, sum) in rows.zip(&sums) {
+                            row[at..at + V::LANES].copy_from_slice(sum.lanes());
+                        }
+                    }
+                }
+            },
+        );
+        Ok(())
+    }
+
+    /// Where a line reads an element straight above it, in units of 2⁻¹⁵ samples from the upsampled
+    /// record's beginning; far in front of it where nothing can be read.
+    ///
+    /// f64: `p = ((τ_tx(z) + z/c) − t0)·fs` as in [`Delay::line`], then ⌊(p + taps/2 + 1)·2¹⁵ + ½⌋.
+    ///
+    /// # Errors
+    /// As [`Delay::line`], and [`Error::Length`] for `places` of another length.
+    pub fn centre(&self, line: &ScanLine, places: &mut [i32]) -> Result<(), Error> {
+        let p = &self.delay.parameters;
+        check_length("places", places.len(), self.line_len())?;
+        let transmit = check_line(line, p.elements, p.sound_speed, &[])?;
+        let reach = self.delay.hilbert.reach() as f64;
+        let before = (self.taps() / 2 + 1) as f64;
+        for (n, place) in places.iter_mut().enumerate() {
+            let t = p.output_start + (n as f64 - reach) / p.output_rate;
+            let z = p.sound_speed * t / 2.0;
+            let position =
+                ((transmit.time(z) + z / p.sound_speed) - line.transmit.t0) * p.sampling_rate;
+            let units = libm::floor((position + before) * UNITS_A_SAMPLE + 0.5);
+            let farthest = f64::from(FARTHEST);
+            // False for a NaN.
+            let near = z as f32 > 0.0 && units > -farthest && units < farthest;
+            *place = if near { units as i32 } else { -FARTHEST };
+        }
+        Ok(())
+    }
+
+    /// How much later an element is read than one straight above the line, in the same units.
+    ///
+    /// f32: the lag of [`Delay::line`], less `ahead`, times 2¹⁵, cut to an integer.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for `lags` of another length.
+    pub fn lags<V: Vector>(
+        &self,
+        zero: V,
+        line: &ScanLine,
+        element: usize,
+        lags: &mut [i32],
+    ) -> Result<(), Error> {
+        let p = &self.delay.parameters;
+        check_length("lags", lags.len(), self.line_len())?;
+        let lag = self.delay.lag(line, element);
+        let reach = self.delay.hilbert.reach() as f64;
+        let mut depths = [0.0f32; PARTIAL_SUMS];
+        zero.vectorize(
+            #[inline(always)]
+            || {
+                let units = zero.splat(UNITS_A_SAMPLE as f32);
+                let (far, ahead) = (zero.splat(FAR as f32), zero.splat(lag.ahead()));
+                let most = zero.splat(FARTHEST as f32 / 2.0);
+                for (block, lags) in lags.chunks_exact_mut(PARTIAL_SUMS).enumerate() {
+                    for (k, depth) in depths.iter_mut().enumerate() {
+                        let n = (block * PARTIAL_SUMS + k) as f64;
+                        let t = p.output_start + (n - reach) / p.output_rate;
+                        *depth = (p.sound_speed * t / 2.0) as f32;
+                    }
+                    for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
+                        let z = load(zero, &depths[at..]);
+                        let samples = lag.samples(z);
+                        let valid = zero.less(z) & samples.less(far);
+                        let late = (samples - ahead) * units;
+                        let late = V::select(valid & late.abs().less(most), late, most);
+                        late.truncate(&mut lags[at..at + V::LANES]);
+                    }
+                }
+            },
+        );
+        Ok(())
+    }
+
+    /// Adds an element's values to a line, from value `first` on; those before stay as they are.
+    ///
+    /// With the place in units, `i` whole upsampled samples and the rest `u`, f32:
+    /// `value + (record_i + (u/2¹¹)·(record_{i+1} − record_i))`. Cost: two products, three additions a
+    /// value.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a slice of another length.
+    pub fn add<V: Vector>(
+        &self,
+        zero: V,
+        contribution: &Contribution,
+        first: usize,
+        line: &mut [f32],
+    ) -> Result<(), Error> {
+        let Contribution {
+            record,
+            centre,
+            lags,
+        } = *contribution;
+        check_length("record", record.len(), self.record_len())?;
+        check_length("centre", centre.len(), self.line_len())?;
+        check_length("lags", lags.len(), self.line_len())?;
+        check_length("line", line.len(), self.line_len())?;
+        zero.vectorize(
+            #[inline(always)]
+            || {
+                let last = (record.len() - 2) as i32 * UNITS;
+                let first = first / PARTIAL_SUMS * PARTIAL_SUMS;
+                let line = line.get_mut(first..).unwrap_or_default();
+                let blocks = line.as_chunks_mut::<PARTIAL_SUMS>().0.iter_mut();
+                let centre = centre.get(first..).unwrap_or_default().as_chunks().0;
+                let lags = lags.get(first..).unwrap_or_default().as_chunks().0;
+                for ((line, centre), lags) in blocks.zip(centre).zip(lags) {
+                    add_block(record, last, centre, lags, line);
+                }
+            },
+        );
+        Ok(())
+    }
+
+    /// The analytic samples of a line, of the values `lines` of its active elements, each of
+    /// [`Upsampled::line_len`]; other elements become 0. `scratch`:
+    /// [`DelayParameters::scratch_len`](super::DelayParameters::scratch_len) values, contents irrelevant.
+    /// Order and cost as the analytic signal of [`Delay::line`].
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a slice of another length, [`Error::Parameter`] for an impossible line.
+    pub fn analytic<V: Vector>(
+        &self,
+        zero: V,
+        line: &ScanLine,
+        lines: &[f32],
+        scratch: &mut [f32],
+        out: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
+        let p = &self.delay.parameters;
+        check_length("scratch", scratch.len(), p.scratch_len(V::LANES))?;
+        check_length("out", out.len(), p.elements * p.output_samples)?;
+        check_line(line, p.elements, p.sound_speed, &[])?;
+        let line_len = self.line_len();
+        check_length("lines", lines.len(), line.active.count * line_len)?;
+        let (rows, _) = scratch.split_at_mut(V::LANES * p.rows());
+        let half = V::LANES.div_ceil(2);
+        for (k, lines) in lines.chunks(V::LANES * line_len).enumerate() {
+            let start = line.active.first + k * V::LANES;
+            let end = start + lines.len() / line_len;
+            let middle = (start + half).min(end);
+            let group = Group {
+                left: start..middle,
+                right: middle..end,
+                mirrored: false,
+            };
+            let destination = Destination {
+                group: &group,
+                compounding: Compounding::Replace,
+            };
+            self.delay.put(zero, lines, &destination, rows, out);
+        }
+        let end = line.active.first + line.active.count;
+        for row in out.chunks_exact_mut(p.elements) {
+            row[..line.active.first].fill(Complex::new(0.0, 0.0));
+            row[end..].fill(Complex::new(0.0, 0.0));
+        }
+        Ok(())
+    }
+}
+
+/// Its parameters; not its filter.
+#[cfg(feature = "defmt")]
+impl defmt::Format for Upsampled<'_> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        self.delay.format(f);
+    }
+}
+
+/// Sixteen values.
+#[inline(always)]
+fn add_block(
+    record: &[f32],
+    last: i32,
+    centre: &[i32; PARTIAL_SUMS],
+    lags: &[i32; PARTIAL_SUMS],
+    line: &mut [f32; PARTIAL_SUMS],
+) {
+    let mut at = [0i32; PARTIAL_SUMS];
+    let mut weight = [0.0f32; PARTIAL_SUMS];
+    for k in 0..PARTIAL_SUMS {
+        let place = (centre[k] + lags[k]).max(0).min(last);
+        at[k] = place / UNITS;
+        weight[k] = (place % UNITS) as f32 * (1.0 / UNITS as f32);
+    }
+    let mut here = [0.0f32; PARTIAL_SUMS];
+    let mut next = [0.0f32; PARTIAL_SUMS];
+    for k in 0..PARTIAL_SUMS {
+        let at = at[k] as usize;
+        if let Some(&[a, b]) = record.get(at..at + 2) {
+            (here[k], next[k]) = (a, b);
+        }
+    }
+    for k in 0..PARTIAL_SUMS {
+        line[k] += here[k] + weight[k] * (next[k] - here[k]);
+    }
+}

@@ -1,0 +1,246 @@
+//! Compounding of upsampled records: against the f32 reference, against the delay stage's own way, and what
+//! it does not depend on.
+
+use bonebeam::Complex;
+use bonebeam::focus::{
+    Compounding, Contribution, Delay, DelayParameters, ScanLine, Upsampled, hilbert_taps,
+};
+use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
+use bonebeam::simd::{InstructionSet, Task, Vector};
+use host_sim::config::{Beamform, RfReading};
+use host_sim::drive::delay::DelayStage;
+use host_sim::files::{ChannelData, Transmits};
+use host_sim::reference;
+use ndarray::{Array3, Axis};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::f64::consts::PI;
+
+const C: f64 = 1540.0;
+const F0: f64 = 5e6;
+const PITCH: f64 = 0.3e-3;
+/// Along straight lines between 16 samples a recorded one, a tone of 1.3·f0 at 4·f0 errs by
+/// (2π·1.3/64)²/8 = 2.0e-3; what else differs is below 1e-4.
+const STRAIGHT: f32 = 2.2e-3;
+
+fn element_x(elements: usize) -> Vec<f64> {
+    (0..elements)
+        .map(|m| (m as f64 - (elements as f64 - 1.0) / 2.0) * PITCH)
+        .collect()
+}
+
+fn noise(length: usize) -> Vec<f32> {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    (0..length).map(|_| rng.random_range(-1.0..1.0)).collect()
+}
+
+/// The waves of a test, compounded by the core.
+struct Compound<'a> {
+    p: &'a DelayParameters,
+    waves: &'a [(ScanLine<'a>, &'a [f32])],
+}
+
+impl Task for Compound<'_> {
+    type Output = Vec<Complex<f32>>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        let p = self.p;
+        let delay = Delay::new(*p).unwrap();
+        let upsampled = Upsampled::new(&delay).unwrap();
+        let length = upsampled.line_len();
+        let active = self.waves[0].0.active;
+        let mut values = vec![0.0; active.count * length];
+        let (mut centre, mut lags) = (vec![0; length], vec![0; length]);
+        // Whatever is not overwritten shows.
+        let mut record = vec![f32::NAN; upsampled.record_len()];
+        let mut padded = vec![f32::NAN; upsampled.scratch_len()];
+        for (line, rf) in self.waves {
+            upsampled.centre(line, &mut centre).unwrap();
+            for (k, values) in values.chunks_exact_mut(length).enumerate() {
+                let element = active.first + k;
+                let samples = &rf[element * p.record_samples..][..p.record_samples];
+                upsampled
+                    .record(zero, samples, &mut padded, &mut record)
+                    .unwrap();
+                upsampled.lags(zero, line, element, &mut lags).unwrap();
+                let contribution = Contribution {
+                    record: &record,
+                    centre: &centre,
+                    lags: &lags,
+                };
+                upsampled.add(zero, &contribution, 0, values).unwrap();
+            }
+        }
+        let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
+        let mut scratch = vec![f32::NAN; p.scratch_len(V::LANES)];
+        let line = &self.waves[0].0;
+        upsampled
+            .analytic(zero, line, &values, &mut scratch, &mut out)
+            .unwrap();
+        out
+    }
+}
+
+#[test]
+fn every_instruction_set_has_the_bits_of_the_reference() {
+    for (fs, fout) in [(20e6, 20e6), (40e6, 20e6), (20e6, 40e6)] {
+        for (elements, record_samples, start) in [(5, 211, 0.0), (37, 700, 3e-6), (3, 90, 1.0)] {
+            let p = DelayParameters {
+                sound_speed: C,
+                sampling_rate: fs,
+                centre_frequency: F0,
+                output_rate: fout,
+                output_start: start,
+                output_samples: 203,
+                elements,
+                record_samples,
+                hilbert_taps: hilbert_taps(fout, F0),
+            };
+            let (x, rf) = (element_x(elements), noise(elements * record_samples));
+            for ray in [
+                Ray::down(0.3e-3),
+                Ray::down(9.0),
+                Ray::new(1e-3, -2e-3, 0.4),
+            ] {
+                let laws = [
+                    TransmitLaw::Plane { angle: 0.2 },
+                    TransmitLaw::VirtualSource { x: 1e-3, z: -8e-3 },
+                ];
+                let waves = laws.map(|law| {
+                    let line = ScanLine {
+                        transmit: Transmit::new(law, -1e-7),
+                        ray,
+                        array: Array::LinearAt(&x),
+                        active: Active {
+                            first: 1,
+                            count: elements - 1,
+                        },
+                        compounding: Compounding::Replace,
+                    };
+                    (line, &rf[..])
+                });
+                let mut expected = vec![Complex::new(7.0, 7.0); p.output_samples * elements];
+                reference::f32::delay::upsampled(&p, &waves, &mut expected);
+                for set in InstructionSet::available() {
+                    let ours = set.dispatch(Compound {
+                        p: &p,
+                        waves: &waves,
+                    });
+                    let same = ours.iter().zip(&expected).all(|(a, b)| {
+                        a.re.to_bits() == b.re.to_bits() && a.im.to_bits() == b.im.to_bits()
+                    });
+                    assert!(same, "{fs} {fout} {elements} {ray:?} {}", set.name());
+                }
+            }
+        }
+    }
+}
+
+/// A Gaussian pulse of 5 MHz and 60 % bandwidth at −6 dB.
+fn pulse(t: f64) -> f64 {
+    let a = (PI * F0 * 0.6).powi(2) / (4.0 * 10f64.powf(6.0 / 20.0).ln());
+    (-a * t * t).exp() * (2.0 * PI * F0 * t).cos()
+}
+
+/// Echoes of points, of seven plane waves, by 32 elements at 20 MHz.
+fn recording() -> ChannelData {
+    let (waves, elements, samples, fs) = (7, 32, 560, 20e6);
+    let angle: Vec<f64> = (0..waves).map(|k| (k as f64 - 3.0) * 0.08).collect();
+    let x = element_x(elements);
+    let points = [[-2e-3, 8e-3], [0.4e-3, 11e-3], [3e-3, 15e-3]];
+    let rf = Array3::from_shape_fn((waves, elements, samples), |(wave, m, n)| {
+        let echo = |[px, pz]: [f64; 2]| {
+            let there = px * angle[wave].sin() + pz * angle[wave].cos();
+            pulse(n as f64 / fs - (there + (px - x[m]).hypot(pz)) / C)
+        };
+        points.into_iter().map(echo).sum::<f64>() as f32
+    });
+    ChannelData {
+        samples: rf.into(),
+        fs,
+        t0: vec![0.0; waves],
+        element_x: x,
+        element_z: None,
+        element_angle: None,
+        c: C,
+        f0: F0,
+        transmits: Transmits::Plane { angle },
+        lens_delay: 0.0,
+    }
+}
+
+fn parameters(reading: RfReading) -> Beamform {
+    Beamform {
+        rf_reading: Some(reading),
+        depth_start: Some(3e-3),
+        depth_end: Some(19e-3),
+        ..Beamform::default()
+    }
+}
+
+#[test]
+fn is_the_delay_stages_own_way_to_what_straight_lines_leave() {
+    let data = recording();
+    let [filtered, upsampled] = [RfReading::Filtered, RfReading::Upsampled].map(|reading| {
+        let stage = DelayStage::new(&data, &parameters(reading)).unwrap();
+        let x = stage.delay(0..stage.beam_x().len()).unwrap();
+        (stage, x)
+    });
+    let (stage, filtered) = filtered;
+    let (_, upsampled) = upsampled;
+    let largest = filtered.iter().map(|y| y.norm()).fold(0.0, f32::max);
+    let mut difference = 0.0f32;
+    for ((beam, sample, element), ours) in upsampled.indexed_iter() {
+        let active = stage.active(beam, sample);
+        if (active.first..active.first + active.count).contains(&element) {
+            difference = difference.max((ours - filtered[[beam, sample, element]]).norm());
+        } else {
+            assert_eq!(*ours, Complex::ZERO, "{beam} {sample} {element}");
+        }
+    }
+    println!("{:.2e} of the largest", difference / largest);
+    assert!(difference <= STRAIGHT * largest, "{}", difference / largest);
+    // It is another way.
+    assert!(difference > 1e-5 * largest);
+}
+
+#[test]
+fn frames_do_not_depend_on_the_threads_the_instruction_set_or_the_range_of_beams() {
+    let data = recording();
+    let parameters = parameters(RfReading::Upsampled);
+    let stage = DelayStage::new(&data, &parameters).unwrap();
+    let beams = stage.beam_x().len();
+    let frames = [1, 2, 7].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let frame = pool.build().unwrap().install(|| stage.delay(0..beams));
+        frame.unwrap()
+    });
+    assert_eq!(frames[0], frames[1]);
+    assert_eq!(frames[0], frames[2]);
+    assert!(frames[0].iter().any(|y| y.im != 0.0));
+    let part = stage.delay(5..beams - 1).unwrap();
+    let own = frames[0].slice_axis(Axis(0), (5..beams as isize - 1).into());
+    assert_eq!(part, own);
+    assert_eq!(stage.delay(3..3).unwrap().len(), 0);
+    let one = stage.with_instruction_set(InstructionSet::Scalar);
+    assert_eq!(one.delay(0..beams).unwrap(), frames[0]);
+}
+
+#[test]
+fn what_cannot_be_upsampled_is_refused() {
+    let refused = |data: &ChannelData, parameters: &Beamform| {
+        let error = DelayStage::new(data, parameters).err().unwrap();
+        error.to_string()
+    };
+    let parameters = parameters(RfReading::Upsampled);
+    let mut fast = recording();
+    fast.fs = 60e6;
+    assert!(refused(&fast, &parameters).contains("2.5 times"));
+    let mut focused = recording();
+    focused.transmits = Transmits::Focused {
+        x: focused.element_x[..7].to_vec(),
+        focus: vec![10e-3; 7],
+        f_number: None,
+    };
+    assert!(refused(&focused, &parameters).contains("compounded"));
+}
