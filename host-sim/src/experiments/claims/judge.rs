@@ -13,6 +13,8 @@ use super::scene::{Medium, SceneMeasure, SceneResult, Tuned, disturbance};
 
 /// Draws of the bootstrap.
 const DRAWS: usize = 2000;
+/// Fewer scenes decide nothing.
+const FEWEST: usize = 3;
 /// Factor between figures of one order of magnitude: half of one either way.
 const SAME_ORDER: f64 = 3.162_277_660_168_379_5;
 
@@ -349,6 +351,7 @@ fn cells(
                 means,
                 difference,
                 shown: match statement.says {
+                    _ if pairs.len() < FEWEST => None,
                     Says::Less => decided(high < 0.0, low > 0.0),
                     Says::More => decided(low > 0.0, high < 0.0),
                     Says::SameOrder => {
@@ -380,7 +383,11 @@ fn verdict(statement: &Statement, cells: &[Cell]) -> Verdict {
     } else if count == 0 && opposite > 0 {
         Ruling::DoesNotHold
     } else if count == 0 {
-        Ruling::Open("every interval holds 0".into())
+        let few = cells.iter().any(|c| c.difference.scenes < FEWEST);
+        Ruling::Open(match few {
+            true => format!("fewer than {FEWEST} scenes a condition"),
+            false => "every interval holds 0".into(),
+        })
     } else {
         Ruling::DependsOn(factor(cells))
     };
@@ -540,6 +547,10 @@ mod tests {
         let error = "PS: mean localization error, mm";
         assert_eq!(ruling(scenes(|_| 3.0), error), Ruling::Holds);
         assert_eq!(ruling(scenes(|_| 4.0), error), Ruling::DoesNotHold);
+        // Two scenes decide nothing.
+        let mut few = scenes(|_| 0.8);
+        few.retain(|scene| scene.seed <= 2);
+        assert!(matches!(ruling(few, std), Ruling::Open(_)));
     }
 
     #[test]

@@ -43,7 +43,7 @@ pub struct Claims {
     half_windows: Vec<usize>,
     /// The disturbance: noise, dB of the largest sample.
     noise: f64,
-    /// Clutter that no bone hides, dB of a scatterer of bone.
+    /// Clutter that no bone hides, from the bone's depth on, dB of a scatterer of bone.
     clutter: f64,
     /// The bone's image at twice its depth, dB.
     reverberation: f64,
@@ -77,7 +77,7 @@ impl Default for Claims {
             tuning_seeds: 2,
             half_windows: vec![0, 2, 10],
             noise: -40.0,
-            clutter: -8.0,
+            clutter: -2.0,
             reverberation: -20.0,
             only: Vec::new(),
             simulation: Settings {

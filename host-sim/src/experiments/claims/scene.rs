@@ -289,7 +289,8 @@ impl<'a> Pose<'a> {
                 density: CLUTTER_DENSITY,
                 amplitude: amplitude(claims.clutter),
                 x: [-20e-3, 20e-3],
-                z: [quiet.depth_start, quiet.depth_end],
+                // What echoes several times comes later than the bone's first echo.
+                z: [claims.depth, quiet.depth_end],
                 seed: self.seed.wrapping_add(1 << 32),
             };
             let phantom = Phantom {

@@ -21,8 +21,8 @@ pub fn outcome(
     let seeds: std::collections::BTreeSet<u64> = seeds.collect();
     let mut parts = vec![Part::Text(format!(
         "DAS and rank-1 ESMV on {} scenes of {} seeds: two bones (the built-in vertebra and a mesh) in water and \
-         in tissue, each once quiet (noise at −60 dB) and once disturbed (noise at −40 dB, clutter that no bone \
-         hides, a reverberation of the bone). A seed moves the bone by up to 1 mm each way and has tissue, clutter \
+         in tissue, each once quiet (noise at −60 dB) and once disturbed (noise at −40 dB, clutter behind its tip \
+         that no bone hides, a reverberation of the bone). A seed moves the bone by up to 1 mm each way and has tissue, clutter \
          and noise of its own. The scenes lie in the image plane alone. Rank 1 has K = 0, 2 and 10, forward (Eq. 5) \
          and forward-backward (FB). Each table has the mean of ESMV − DAS with the 95 % interval of a paired \
          bootstrap over scenes. A claim is shown in a condition where the whole interval is on its side.",

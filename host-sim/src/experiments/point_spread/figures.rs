@@ -32,7 +32,8 @@ pub fn outcome(
         "One point at the transmit focus of 15 mm, as in the paper's Fig. 2: (a) DAS, (b) ESMV with the largest \
          eigenvalue alone, (c) ESMV without it, (d) the two-way beam profiles. L = M/2, K = 0, forward \
          covariance (Eq. 5); forward-backward (FB) stands beside it. The point lies on a beam. Beams are {:.4} mm \
-         apart, pixels are read bilinearly, widths linearly in dB between beams. The pictures show 3 mm × 5 mm.",
+         apart, pixels are read bilinearly, widths linearly in dB between beams. The pictures show 3 mm × 5 mm, each relative \
+         to its own peak.",
         result.beam_spacing_mm
     ))];
     if let Some(reference) = views.next() {

@@ -53,7 +53,7 @@ pub struct ProfileMeasure {
     pub beyond_2mm_db: Option<f64>,
     /// The peak relative to that of DAS.
     pub peak_re_das_db: f64,
-    /// The level of the middle beam relative to the peak of DAS.
+    /// The level of the beam nearest to the point relative to the peak of DAS.
     pub on_axis_re_das_db: f64,
     /// Beams, to the right of the point.
     pub x_mm: Vec<f64>,
@@ -84,13 +84,15 @@ pub struct SnrMeasure {
 }
 
 impl ProfileMeasure {
-    /// Measures the lines of a beamformer beside those of DAS.
-    pub fn new(variant: &Variant, lines: &Lines, das: &Lines) -> Result<Self> {
+    /// Measures the lines of a beamformer beside those of DAS; the point lies at `point`, m.
+    pub fn new(variant: &Variant, lines: &Lines, das: &Lines, point: f64) -> Result<Self> {
         let profile = LateralProfile::new(lines)?;
         let reference = maxima(das).into_iter().fold(0.0, f64::max);
         let decibels = |v: f64| (20.0 * (v / reference).log10()).max(FLOOR_DB);
         let found = maxima(lines);
-        let middle = lines.beam_x.len() / 2;
+        let beams = 0..lines.beam_x.len();
+        let beside = |k: &usize| (lines.beam_x[*k] - point).abs();
+        let nearest = beams.min_by(|a, b| beside(a).total_cmp(&beside(b)));
         let millimetres = |level| profile.width(level).map(|width| 1e3 * width);
         Ok(ProfileMeasure {
             beamformer: variant.key.clone(),
@@ -100,12 +102,8 @@ impl ProfileMeasure {
             side_lobe_db: profile.side_lobe(),
             beyond_2mm_db: profile.level_beyond(FAR),
             peak_re_das_db: decibels(found[profile.peak]),
-            on_axis_re_das_db: decibels(found[middle]),
-            x_mm: lines
-                .beam_x
-                .iter()
-                .map(|x| 1e3 * (x - lines.beam_x[middle]))
-                .collect(),
+            on_axis_re_das_db: decibels(nearest.map_or(0.0, |k| found[k])),
+            x_mm: lines.beam_x.iter().map(|x| 1e3 * (x - point)).collect(),
             profile_re_das_db: found.into_iter().map(decibels).collect(),
         })
     }

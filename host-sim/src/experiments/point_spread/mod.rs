@@ -128,15 +128,16 @@ impl Experiment for PointSpread {
             all.push(lines);
         }
         drop(aligned);
+        let point = phantom.scatterers.first().map_or(0.0, |s| s.x);
         for (variant, lines) in shown.iter().zip(&all) {
-            profiles.push(ProfileMeasure::new(variant, lines, &all[0])?);
+            profiles.push(ProfileMeasure::new(variant, lines, &all[0], point)?);
         }
         let (views, pictures) = self.pictures(&shown, &all)?;
         let phases = (0..=self.phases / 2).map(|phase| {
             let thinned: Vec<Lines> = all.iter().map(|l| self.one_an_element(l, phase)).collect();
             let measures = shown.iter().zip(&thinned);
-            let measures =
-                measures.map(|(variant, lines)| ProfileMeasure::new(variant, lines, &thinned[0]));
+            let measures = measures
+                .map(|(variant, lines)| ProfileMeasure::new(variant, lines, &thinned[0], point));
             Ok(PhaseResult {
                 offset_pitches: phase as f64 / self.phases as f64,
                 beamformers: measures.collect::<Result<_>>()?,
@@ -159,7 +160,7 @@ impl Experiment for PointSpread {
                     .map(|v| aligned.lines(v, &self.receive, &what, progress))
                     .collect::<Result<Vec<_>>>()?;
                 let found = noisy.iter().zip(&lines);
-                let found = found.map(|(v, l)| ProfileMeasure::new(v, l, &lines[0]));
+                let found = found.map(|(v, l)| ProfileMeasure::new(v, l, &lines[0], point));
                 measures.push(found.collect::<Result<Vec<_>>>()?);
             }
             snrs.push(SnrResult::new(snr, &noisy, &measures));
