@@ -33,6 +33,8 @@ POINT = (1.25e-3, 12.5e-3)
 # The memory that a refusal may take, bytes.
 LIMIT = 4 << 30
 METHODS = ("das", "mv", "esmv", "esmv-rank1")
+# How far lines of places in float32 are off, of the largest: a phase of 2 pi 1e-8 m / (C / F0), three ways.
+NEAR = 1e-3
 # Frames of 0.35 MB, of files that are larger than the memory that they are beamformed in, bytes.
 MANY, LITTLE = 700, 200 << 20
 
@@ -482,6 +484,25 @@ def sonix():
     check(outcome.returncode == 1 and "channels=board" in outcome.stderr, f"128 channels: {outcome.stderr}")
 
 
+def beamformed_alike(path, kind, samples, **told):
+    """By every method the lines of the same scene in numpy's archive, whose places and times are float64:
+    zea's are float32, to 1e-8 m and 1e-13 s, and UFF's are computed in another order."""
+    reference = folder / "reference.npz"
+    common = dict(fs=FS, f0=F0, c=C, t0=0.0, **({} if kind == "rf" else {"f_demod": F0}))
+    np.savez(reference, **{kind: samples[0]}, **common, **told)
+    for method in METHODS:
+        ours, failed = lines(path, "--method", method)
+        theirs, refused = lines(reference, "--method", method)
+        if ours is None or theirs is None:
+            check(False, f"{path.name}: {method}: {failed} {refused}")
+            continue
+        same = ours["z"].shape == theirs["z"].shape
+        check(same, f"{path.name}: {method}: {ours['z'].shape}, expected {theirs['z'].shape}")
+        if same:
+            off = np.abs(ours["z"] - theirs["z"]).max() / np.abs(theirs["z"]).max()
+            check(off < NEAR, f"{path.name}: {method}: lines are off by {off:.1e} of the largest")
+
+
 def geometries():
     """Curved and phased arrays, virtual sources: as zea and UFF tell them."""
     radius = 0.06
@@ -501,6 +522,12 @@ def geometries():
     held = converted(path)
     check(held is not None and np.allclose(held["element_z"], z, atol=1e-8) and np.allclose(held["t0"], 0, atol=1e-12), "curved.hdf5: places")
     check(held is not None and np.array_equal(held["rf"], curved[0]), "curved.hdf5: samples")
+    places = dict(element_x=x, element_z=z, element_angle=angle, tx_angle=ANGLES)
+    beamformed_alike(folder / "curved.hdf5", "rf", curved, **{k: v for k, v in places.items() if k != "element_angle"})
+    beamformed_alike(folder / "curved.uff", "rf", curved, **places)
+    curved_iq = scene("iq", x, z)[:1]
+    write_uff(folder / "curved_iq.uff", "iq", curved_iq, uff.CurvilinearArray(N=ELEMENTS, pitch=PITCH, radius=radius, element_width=PITCH, element_height=5e-3))
+    beamformed_alike(folder / "curved_iq.uff", "iq", curved_iq, **places)
     # Diverging waves from behind the array, of a phased array.
     sources = [(-1e-3, -6e-3), (0.0, -6e-3), (1e-3, -6e-3)]
     diverging = scene("rf", source=sources)[:1]
@@ -520,6 +547,14 @@ def geometries():
     write_zea(path, "rf", diverging, t0_delays=delays, focus=distances, angles=angles)
     held = converted(path)
     check(held is not None and "tx_source_x" in held and np.allclose(held["tx_source_x"], [s[0] for s in sources], atol=1e-9) and np.allclose(held["t0"], 0, atol=1e-12), "diverging.hdf5: sources")
+    # A pitch of two thirds of a wavelength is a phased array's: a sector.
+    told = dict(element_x=X, tx_source_x=[s[0] for s in sources], tx_source_z=[s[1] for s in sources])
+    diverging_iq = scene("iq", source=sources)[:1]
+    write_uff(folder / "diverging_iq.uff", "iq", diverging_iq, waves=waves)
+    for name, kind, samples in (("diverging.hdf5", "rf", diverging), ("diverging.uff", "rf", diverging), ("diverging_iq.uff", "iq", diverging_iq)):
+        beamformed_alike(folder / name, kind, samples, **told)
+    sector, _ = lines(folder / "diverging.uff")
+    check(sector is not None and np.ptp(sector["beam_angle"]) > 1.5, "diverging.uff: no sector")
     # zea's I/Q turns from sample 0, a quarter of a period after the wave passes its origin.
     path = folder / "quarter.hdf5"
     write_zea(path, "iq", scene("iq")[:1] * np.complex64(1j), start=2.0**-24)
