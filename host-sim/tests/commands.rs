@@ -149,6 +149,74 @@ fn depths_and_rate_are_those_asked_for() {
     assert_eq!(lines.t0, 2.0 * 0.005 / C);
 }
 
+/// Between two depths are the bits of the method, above and below those of DAS; a window reaches over the
+/// edges. Of channel data and of aligned data.
+#[test]
+fn the_method_works_between_the_depths_asked_for() {
+    let folder = tempdir().unwrap();
+    let [_, plane, _] = laws();
+    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    let x = Array3::from_shape_fn((3, 120, 16), |(b, n, m)| {
+        Complex::cis((b + 1) as f32 * 0.1 * n as f32 + 0.3 * m as f32) + 0.1 * (n % 7) as f32
+    });
+    let aligned = AlignedData {
+        x: x.insert_axis(Axis(0)),
+        fs: 20e6,
+        t0: 13e-6,
+        beam_x: None,
+    };
+    aligned.write(&folder.path().join("delayed.npz")).unwrap();
+    let depths = "--depth-start 0.009 --depth-end 0.0135";
+    for recording in [format!("data.npz {depths}"), "delayed.npz".into()] {
+        let lines = |flags: &str| {
+            run(
+                &folder,
+                &format!("beamform {recording} -o lines.npz {flags}"),
+            );
+            Lines::read(&folder.path().join("lines.npz")).unwrap()
+        };
+        let (method, das) = (
+            "--power-steps 4 --temporal-half-window 2",
+            lines("--method das"),
+        );
+        let adaptive = lines(method);
+        for (flags, from, to) in [
+            ("--adaptive-depth-start 0.0107", 0.0107, 1.0),
+            ("--adaptive-depth-end 0.0121", 0.0, 0.0121),
+            (
+                "--adaptive-depth-start 0.0107 --adaptive-depth-end 0.0121",
+                0.0107,
+                0.0121,
+            ),
+        ] {
+            let gated = lines(&format!("{method} {flags}"));
+            let mut inside = 0;
+            for ((line, n), z) in gated.z.indexed_iter() {
+                let depth = gated.c * (gated.t0 + n as f64 / gated.fs) / 2.0;
+                let within = (from..=to).contains(&depth);
+                inside += usize::from(within);
+                let expected = if within { &adaptive } else { &das };
+                assert_eq!(*z, expected.z[[line, n]], "{flags}: line {line}, {depth} m");
+            }
+            assert!(inside > 0 && inside < gated.z.len());
+        }
+    }
+    // A gate beside the lines.
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args("beamform delayed.npz -o lines.npz --adaptive-depth-start 0.5".split(' '))
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    for part in [
+        "--adaptive-depth-start 0.5",
+        "the lines reach from 0.010010 m to 0.01459",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+}
+
 #[test]
 fn the_written_configuration_repeats_the_run() {
     let folder = tempdir().unwrap();

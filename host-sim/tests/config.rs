@@ -172,6 +172,12 @@ fn values_outside_their_range_are_named_with_flag_key_value_and_range() {
         ("beamform", "sound_speed = 0.0", "m/s"),
         ("beamform", "depth_start = -1.0", "at least 0"),
         ("beamform", "depth_end = 0.0", "more than the start"),
+        ("beamform", "adaptive_depth_start = -1.0", "at least 0"),
+        (
+            "beamform",
+            "adaptive_depth_end = 0.0",
+            "more than the start",
+        ),
         ("image", "dynamic_range = 0.0", "dB"),
         ("image", "rows = 1", "2 to"),
         ("image", "columns = 0", "2 to"),
