@@ -47,15 +47,21 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
         outcome?;
         within &= report("set-up", 20 * ratio, 1, &cost, Delay::BYTES, bound);
         let mut outcome = Ok(());
-        let cost =
-            counter.count(|| outcome = Delay::new(parameters).map(|delay| drop(black_box(delay))));
+        let cost = counter.count(|| {
+            outcome = Delay::new(parameters).map(|delay| {
+                black_box(delay);
+            })
+        });
         outcome?;
         within &= report("set-up-new", 20 * ratio, 1, &cost, Delay::BYTES, bound);
     }
     let parameters = black_box(iq::PARAMETERS);
     let mut outcome = Ok(());
-    let cost =
-        counter.count(|| outcome = IqDelay::new(parameters).map(|delay| drop(black_box(delay))));
+    let cost = counter.count(|| {
+        outcome = IqDelay::new(parameters).map(|delay| {
+            black_box(delay);
+        })
+    });
     outcome?;
     within &= report("set-up-iq", 10, 1, &cost, IqDelay::BYTES, IQ_BOUND);
     Ok(within)
