@@ -10,8 +10,9 @@ use bonebeam::simd::InstructionSet;
 use common::tolerances;
 use host_sim::files::ChannelData;
 use host_sim::simulate::{
-    Baffle, Block, Bone, Checkpoint, DynamicRange, Grid, Layers, Phantom, Scatterer, Settings,
-    Summation, Surface, channel_data, read_mesh, resumed_channel_data, zero_surface,
+    Baffle, Block, Bone, Checkpoint, CtScanner, CtVolume, DynamicRange, Grid, Layers, Phantom,
+    Scatterer, Settings, Summation, Surface, channel_data, read_mesh, resumed_channel_data,
+    zero_surface,
 };
 use ndarray::Axis;
 
@@ -191,7 +192,7 @@ fn plate() -> Surface {
     };
     let grid = Grid {
         corner: [-1.52e-3, -4.51e-3, 9.63e-3],
-        step: 0.05e-3,
+        step: [0.05e-3; 3],
         nodes: [62, 112, 16],
     };
     zero_surface(&grid, box_distance)
@@ -234,7 +235,7 @@ fn a_surface_from_a_function_is_closed_and_has_its_volume() {
     let sphere = |[x, y, z]: [f64; 3]| (x * x + y * y + (z - 10e-3).powi(2)).sqrt() - 3e-3;
     let grid = Grid {
         corner: [-3.5e-3, -3.5e-3, 6.5e-3],
-        step: 0.1e-3,
+        step: [0.1e-3; 3],
         nodes: [71, 71, 71],
     };
     let surface = zero_surface(&grid, sphere);
@@ -592,4 +593,126 @@ fn reverberation_shows_the_bone_at_twice_its_depth_and_clutter_in_its_shadow() {
     // A quarter, and a quarter again by the distance.
     let ratio = f64::from(peak(19.8e-3) / peak(9.9e-3));
     assert!((ratio * 16.0 - 1.0).abs() < 0.02, "{ratio}");
+}
+
+/// The paper's CT, with a point spread of 0.8 mm.
+const CT: CtScanner = CtScanner {
+    voxel: [0.19e-3, 0.19e-3, 0.3e-3],
+    blur: 0.8e-3,
+    air: -1000.0,
+};
+
+/// Standard deviation of the point spread along an axis, with the mean over a voxel, mm.
+fn blurred(axis: usize) -> f64 {
+    let voxel = 1e3 * CT.voxel[axis];
+    let sigma = 1e3 * CT.sigma();
+    (sigma * sigma + voxel * voxel / 12.0).sqrt()
+}
+
+#[test]
+fn a_threshold_below_the_middle_of_a_blurred_step_lies_outside_it() {
+    let distance = |p: [f64; 3]| p.map(|v| v.abs() - 4e-3).into_iter().fold(-1.0, f64::max);
+    let grid = Grid {
+        corner: [-4.51e-3; 3],
+        step: [0.22e-3; 3],
+        nodes: [42; 3],
+    };
+    let cube = zero_surface(&grid, distance);
+    let scan = CtVolume::scan(&[(&cube, 1200.0)], &CT).unwrap();
+    // −524 HU is 0.2164 of the step: 0.7846 standard deviations outside. 100 HU is its middle.
+    for (level, sigmas) in [(-524.0, 0.7846), (100.0, 0.0)] {
+        let surface = scan.surface(level);
+        for axis in 0..3 {
+            let near =
+                |v: &&[f64; 3]| (0..3).all(|k| k == axis || v[k].abs() < 2e-3) && v[axis] > 2e-3;
+            let face: Vec<f64> = (surface.vertices().iter().filter(near))
+                .map(|v| 1e3 * v[axis])
+                .collect();
+            assert!(face.len() > 100);
+            let expected = 4.0 + sigmas * blurred(axis);
+            for found in face {
+                // Between voxels the step's slope bends: h²/8 times sigmas/σ, 0.026 mm along z; by symmetry
+                // nothing at its middle, but for the rounding to 1 HU and to f32.
+                let bend = (1e3 * CT.voxel[axis]).powi(2) / 8.0 * sigmas / blurred(axis);
+                assert!(
+                    (found - expected).abs() < 1.1 * bend + 2e-3,
+                    "{level} HU, axis {axis}: {found}, not {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_scanned_ball_has_the_radius_that_its_blur_leaves() {
+    // Of a ball in a Gaussian blur, by radius: ½(erf((R−r)/√2σ) + erf((R+r)/√2σ)) − (σ/r√2π)·(e^… − e^…).
+    let (radius, sigma) = (1.0, 1e3 * CT.sigma());
+    let phi = |x: f64| 0.5 * libm::erf(x / 2f64.sqrt());
+    let bell = |x: f64| (-0.5 * x * x).exp() / (2.0 * std::f64::consts::PI).sqrt();
+    let share = |r: f64| {
+        let (near, far) = ((radius - r) / sigma, (radius + r) / sigma);
+        phi(near) + phi(far) - sigma / r * (bell(near) - bell(far))
+    };
+    let (mut low, mut high) = (0.1, 2.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        match share(middle) > 476.0 / 1100.0 {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    let scanner = CtScanner {
+        voxel: [0.1e-3; 3],
+        ..CT
+    };
+    let centre = [3.017e-3, -1.01e-3, 20.04e-3];
+    let ball = Surface::ball(centre, 1e-3);
+    let scan = CtVolume::scan(&[(&ball, 100.0)], &scanner).unwrap();
+    let surface = scan.surface(-524.0);
+    let radii = surface.vertices().iter().map(|v| {
+        let d: f64 = (0..3).map(|k| (v[k] - centre[k]).powi(2)).sum();
+        1e3 * d.sqrt()
+    });
+    let (mut sum, mut count) = (0.0, 0.0);
+    for r in radii {
+        // The ball's chords and the voxels' means: a hundredth of the radius.
+        assert!((r - low).abs() < 0.01, "{r}, not {low}");
+        (sum, count) = (sum + r, count + 1.0);
+    }
+    assert!(
+        (sum / count - low).abs() < 0.005,
+        "{}, not {low}",
+        sum / count
+    );
+}
+
+#[test]
+fn parts_that_overlap_in_one_surface_are_one_solid() {
+    let joined = Surface::ball([0.0; 3], 1e-3).joined(&Surface::ball([0.8e-3, 0.0, 0.0], 1e-3));
+    let sharp = CtScanner { blur: 0.0, ..CT };
+    let scan = CtVolume::scan(&[(&joined, 1200.0)], &sharp).unwrap();
+    let most = scan.hu.iter().max().unwrap();
+    assert_eq!(*most, 1200);
+    // Two balls of 1 mm at 0.8 mm, less the lens: 2·4π/3 − π(4 + 0.8)(2 − 0.8)²/12, mm³. The surfaces' chords
+    // and the lines through the voxels each take a hundredth at the most.
+    let lens = std::f64::consts::PI * 4.8 * 1.2f64.powi(2) / 12.0;
+    let exact = 8.0 / 3.0 * std::f64::consts::PI - lens;
+    let voxel: f64 = CT.voxel.iter().map(|v| 1e3 * v).product();
+    let sum: f64 = scan
+        .hu
+        .iter()
+        .map(|&hu| (f64::from(hu) + 1000.0) / 2200.0)
+        .sum();
+    assert!((sum * voxel / exact - 1.0).abs() < 0.02, "{}", sum * voxel);
+}
+
+#[test]
+fn the_shallowest_point_of_a_ball_has_its_normal() {
+    let ball = Surface::ball([1e-3, 2e-3, 20e-3], 5e-3);
+    let (point, normal) = ball.shallowest(4e-3, 2e-3).unwrap();
+    assert!((point[2] - 16e-3).abs() < 0.05e-3, "{point:?}");
+    for (found, expected) in normal.into_iter().zip([0.6, 0.0, -0.8]) {
+        assert!((found - expected).abs() < 0.1, "{normal:?}");
+    }
+    assert!(ball.shallowest(6.5e-3, 2e-3).is_none());
 }

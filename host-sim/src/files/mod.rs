@@ -19,6 +19,7 @@ mod samples;
 mod truth;
 mod units;
 mod validate;
+mod volume;
 
 pub use aligned::AlignedData;
 pub use channel_data::{ChannelData, Transmits};
@@ -29,6 +30,7 @@ pub use partial::Partial;
 pub use recording::{Recording, RecordingFile};
 pub use samples::{Frame, Samples};
 pub use truth::{Truth, stage_surface};
+pub use volume::stage_volume;
 
 use std::io;
 use std::path::Path;

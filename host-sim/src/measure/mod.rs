@@ -5,4 +5,5 @@ pub mod contrast;
 pub mod linearity;
 pub mod point;
 pub mod profile;
+pub mod registration;
 pub mod signed_distance;

@@ -13,12 +13,12 @@ use rayon::prelude::*;
 use super::surface::Surface;
 
 /// A grid of nodes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     /// The first node, m.
     pub corner: [f64; 3],
-    /// Distance of the nodes, m.
-    pub step: f64,
+    /// Distance of the nodes along each axis, m.
+    pub step: [f64; 3],
     /// Nodes along each axis, at least 2.
     pub nodes: [usize; 3],
 }
@@ -33,21 +33,42 @@ const TETRAHEDRA: [[usize; 4]; 6] = [
     [0, 5, 1, 7],
 ];
 
+impl Grid {
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.nodes.iter().product()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Where a node lies; x grows fastest with its number, then y.
+    pub fn place(&self, node: usize) -> [f64; 3] {
+        let [nx, ny, _] = self.nodes;
+        let index = [node % nx, node / nx % ny, node / nx / ny];
+        [0, 1, 2].map(|k| self.corner[k] + index[k] as f64 * self.step[k])
+    }
+}
+
 /// The surface on which `f` is zero, its triangles anticlockwise as seen from where `f` is positive.
 pub fn surface(grid: &Grid, f: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
-    let [nx, ny, nz] = grid.nodes;
-    let place = |node: usize| {
-        let index = [node % nx, node / nx % ny, node / nx / ny];
-        [0, 1, 2].map(|k| grid.corner[k] + index[k] as f64 * grid.step)
-    };
-    let values: Vec<f64> = (0..nx * ny * nz)
+    let values: Vec<f64> = (0..grid.len())
         .into_par_iter()
-        .map(|node| f(place(node)))
+        .map(|node| f(grid.place(node)))
         .collect();
+    surface_of_values(grid, |node| values[node])
+}
+
+/// The same of a function that is known at the nodes, by their number.
+pub fn surface_of_values(grid: &Grid, value: impl Fn(usize) -> f64) -> Surface {
+    let [nx, ny, nz] = grid.nodes;
+    let place = |node: usize| grid.place(node);
     let mut vertices = Vec::new();
     let mut triangles = Vec::new();
     let mut known: HashMap<(usize, usize), u32, BuildHasherDefault<FnvHasher>> = HashMap::default();
-    for cube in 0..nx * ny * nz {
+    for cube in 0..grid.len() {
         let [x, y, z] = [cube % nx, cube / nx % ny, cube / nx / ny];
         if x + 1 == nx || y + 1 == ny || z + 1 == nz {
             continue;
@@ -55,14 +76,14 @@ pub fn surface(grid: &Grid, f: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
         let node = |corner: usize| {
             cube + (corner & 1) + (corner >> 1 & 1) * nx + (corner >> 2 & 1) * nx * ny
         };
-        let inside = (0..8).filter(|&corner| values[node(corner)] < 0.0).count();
+        let inside = (0..8).filter(|&corner| value(node(corner)) < 0.0).count();
         if inside == 0 || inside == 8 {
             continue;
         }
         let mut on_edge = |a: usize, b: usize| {
             let (a, b) = (a.min(b), a.max(b));
             *known.entry((a, b)).or_insert_with(|| {
-                let w = values[a] / (values[a] - values[b]);
+                let w = value(a) / (value(a) - value(b));
                 let (p, q) = (place(a), place(b));
                 vertices.push([0, 1, 2].map(|k| p[k] + w * (q[k] - p[k])));
                 (vertices.len() - 1) as u32
@@ -70,7 +91,7 @@ pub fn surface(grid: &Grid, f: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
         };
         for corners in TETRAHEDRA {
             let nodes = corners.map(node);
-            let within = nodes.map(|node| values[node] < 0.0);
+            let within = nodes.map(|node| value(node) < 0.0);
             let (inner, outer): (Vec<usize>, Vec<usize>) = (0..4).partition(|&k| within[k]);
             // The tetrahedron's own winding, turned by each exchange of corners.
             match (&inner[..], &outer[..]) {

@@ -62,9 +62,17 @@ impl Shadow {
                 let slope = y / z;
                 // Depth stands for the distance from the axis, which is longer by √(1 + slope²).
                 let tolerance = TOLERANCE / (1.0 + slope * slope).sqrt();
+                // The shallowest first: what lies below the point hides nothing, nor does anything once no
+                // element is left.
                 for triangle in sectors.at(slope) {
+                    if top(triangle) >= z {
+                        break;
+                    }
                     if let Some(segment) = cut(triangle, slope) {
                         hide(segment, [x, z], tolerance, element_x, seen);
+                        if seen.iter().all(|&word| word == 0) {
+                            break;
+                        }
                     }
                 }
             }
@@ -91,13 +99,15 @@ pub fn visible(outline: &Outline, element_x: &[f64], points: &[Point]) -> Vec<Ve
 pub struct Sectors {
     lowest: f64,
     width: f64,
+    /// The shallowest first.
     triangles: Vec<[[f64; 3]; 3]>,
     sectors: Vec<Vec<u32>>,
 }
 
 impl Sectors {
     fn new(surface: &Surface) -> Self {
-        let triangles: Vec<[[f64; 3]; 3]> = surface.corners().collect();
+        let mut triangles: Vec<[[f64; 3]; 3]> = surface.corners().collect();
+        triangles.sort_by(|a, b| top(a).total_cmp(&top(b)));
         let slopes = |t: &[[f64; 3]; 3]| {
             let s = t.map(|[_, y, z]| y / z);
             [s[0].min(s[1]).min(s[2]), s[0].max(s[1]).max(s[2])]
@@ -131,6 +141,11 @@ impl Sectors {
         let found = &self.sectors[self.sector(slope)];
         found.iter().map(|&index| &self.triangles[index as usize])
     }
+}
+
+/// The least depth of a triangle.
+fn top([a, b, c]: &[[f64; 3]; 3]) -> f64 {
+    a[2].min(b[2]).min(c[2])
 }
 
 /// Where the plane y = slope·z cuts a triangle: x and z of both ends.

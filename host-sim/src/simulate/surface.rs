@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::Result;
 
 use super::chain::{Segment, closed_loops};
+use super::marching_tetrahedra::{self, Grid};
 use super::outline::Outline;
 use super::phantom::Scatterer;
 
@@ -54,6 +55,49 @@ impl Surface {
             *vertex = [0, 1, 2].map(|k| vertex[k] + by[k]);
         }
         self
+    }
+
+    /// The surface with each corner where `place` puts it.
+    pub fn mapped(mut self, place: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
+        for vertex in &mut self.vertices {
+            *vertex = place(*vertex);
+        }
+        self
+    }
+
+    /// Both surfaces as one.
+    pub fn joined(mut self, other: &Surface) -> Self {
+        let first = self.vertices.len() as u32;
+        self.vertices.extend(&other.vertices);
+        let shifted = other.triangles.iter().map(|t| t.map(|k| k + first));
+        self.triangles.extend(shifted);
+        self
+    }
+
+    /// A ball, its corners on the sphere to a hundredth of the radius.
+    pub fn ball(centre: [f64; 3], radius: f64) -> Self {
+        let step = radius / 10.0;
+        let grid = Grid {
+            corner: centre.map(|c| c - radius - 2.03 * step),
+            step: [step; 3],
+            nodes: [25; 3],
+        };
+        let distance = |p: [f64; 3]| {
+            let d = sub(p, centre);
+            dot(d, d).sqrt() - radius
+        };
+        marching_tetrahedra::surface(&grid, distance)
+    }
+
+    /// The shallowest point of the surface at the place (x, y), and the unit normal there, outwards.
+    pub fn shallowest(&self, x: f64, y: f64) -> Option<([f64; 3], [f64; 3])> {
+        let hits = self.corners().filter_map(|triangle| {
+            let (z, _) = crossing(&triangle, [x, y], [0, 1, 2])?;
+            let normal = cross(sub(triangle[1], triangle[0]), sub(triangle[2], triangle[0]));
+            let length = dot(normal, normal).sqrt();
+            Some(([x, y, z], normal.map(|n| n / length)))
+        });
+        hits.min_by(|a, b| a.0[2].total_cmp(&b.0[2]))
     }
 
     /// The surface with every triangle the other way round.
@@ -106,7 +150,10 @@ impl Surface {
 
     /// Where the image plane y = 0 cuts the surface; none where it does not. The error tells that the surface
     /// is open there.
-    pub(super) fn outline(&self) -> std::result::Result<Option<Outline>, String> {
+    ///
+    /// # Errors
+    /// That, in words.
+    pub fn outline(&self) -> std::result::Result<Option<Outline>, String> {
         let mut segments = Vec::new();
         for triangle in &self.triangles {
             let mut cut = Vec::with_capacity(2);
@@ -146,7 +193,7 @@ impl Surface {
     ///
     /// # Errors
     /// More than any machine holds.
-    pub(super) fn scatterers(
+    pub fn scatterers(
         &self,
         density: f64,
         wanted: impl Fn([f64; 3]) -> bool,
@@ -257,23 +304,35 @@ impl Inside {
 
 /// Whether the triangle crosses the half-line from `p` towards the array.
 fn lies_above(triangle: &[[f64; 3]; 3], p: [f64; 3]) -> bool {
-    // Twice the signed areas that p makes with the edges, in the plane of x and y. An edge has the same
-    // value for both its triangles, whichever way they pass it.
+    crossing(triangle, [p[0], p[1]], [0, 1, 2]).is_some_and(|(at, _)| at < p[2])
+}
+
+/// Where a line along the last of the `axes` crosses a triangle, and whether the triangle turns left there
+/// in the plane of the first two. `p` is the line's place in that plane. Of the triangles that share an edge
+/// or a corner one takes the line.
+pub(super) fn crossing(
+    triangle: &[[f64; 3]; 3],
+    p: [f64; 2],
+    [u, v, along]: [usize; 3],
+) -> Option<(f64, bool)> {
+    // Twice the signed areas that p makes with the edges. An edge has the same value for both its triangles,
+    // whichever way they pass it.
     let area = |a: [f64; 3], b: [f64; 3]| {
-        let (a, b, sign) = match (a[0], a[1]) <= (b[0], b[1]) {
+        let (a, b, sign) = match (a[u], a[v]) <= (b[u], b[v]) {
             true => (a, b, 1.0),
             false => (b, a, -1.0),
         };
-        sign * ((a[0] - p[0]) * (b[1] - p[1]) - (a[1] - p[1]) * (b[0] - p[0]))
+        sign * ((a[u] - p[0]) * (b[v] - p[1]) - (a[v] - p[1]) * (b[u] - p[0]))
     };
     let [a, b, c] = *triangle;
     let w = [area(b, c), area(c, a), area(a, b)];
     let turns = w.map(|w| w > 0.0);
     if turns[0] != turns[1] || turns[1] != turns[2] {
-        return false;
+        return None;
     }
     let total = w[0] + w[1] + w[2];
-    total != 0.0 && (w[0] * a[2] + w[1] * b[2] + w[2] * c[2]) / total < p[2]
+    let at = (w[0] * a[along] + w[1] * b[along] + w[2] * c[along]) / total;
+    (total != 0.0).then_some((at, turns[0]))
 }
 
 fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

@@ -145,7 +145,7 @@ fn cut(thickness: f64, distance: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
     let nodes = half.map(|h| (2.0 * h / STEP).ceil() as usize + 5);
     let grid = Grid {
         corner: [0, 1, 2].map(|k| 1e-3 * (centre[k] - half[k] - 2.0 * STEP)),
-        step: 1e-3 * STEP,
+        step: [1e-3 * STEP; 3],
         nodes,
     };
     marching_tetrahedra::surface(&grid, |p| bone(p.map(|v| 1e3 * v)))
