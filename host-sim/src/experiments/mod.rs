@@ -15,6 +15,7 @@ mod point_spread;
 mod spine;
 mod vertebra;
 mod vertebra_in_tissue;
+mod water_bath;
 
 pub use common::Common;
 pub use job::{Job, Kind, Wanted};
@@ -34,6 +35,7 @@ pub const MAIN_JOB: &[Kind] = &[Kind::of::<point::Point>(), Kind::of::<vertebra:
 pub const PAPER: &[Kind] = &[
     Kind::of::<point_spread::PointSpread>(),
     Kind::of::<vertebra_in_tissue::VertebraInTissue>(),
+    Kind::of::<water_bath::WaterBath>(),
     Kind::of::<spine::Spine>(),
     Kind::of::<dynamic_range::DynamicRange>(),
     Kind::of::<claims::Claims>(),

@@ -29,8 +29,8 @@ pub use npy::read_array;
 pub use partial::Partial;
 pub use recording::{Recording, RecordingFile};
 pub use samples::{Frame, Samples};
-pub use truth::{Truth, stage_surface};
-pub use volume::stage_volume;
+pub use truth::{Truth, ply, stage_surface};
+pub use volume::nifti;
 
 use std::io;
 use std::path::Path;

@@ -7,14 +7,13 @@ use std::path::Path;
 use ndarray::{Array2, Array3, arr0};
 use ndarray_npy::NpzWriter;
 use ply_rs_bw::ply::{
-    Addable, DefaultElement, ElementDef, Encoding, Ply, Property, PropertyDef, PropertyType,
-    ScalarType,
+    Addable, ElementDef, Encoding, Ply, PropertyAccess, PropertyDef, PropertyType, ScalarType,
 };
 use ply_rs_bw::writer::Writer;
 
 use super::atomic::Outputs;
 use super::npz;
-use crate::Result;
+use crate::{Error, Result};
 
 /// The truth of a recording, lengths in m along the array's axes.
 pub struct Truth {
@@ -66,12 +65,50 @@ pub fn stage_surface(
     outputs.stage(path, |sink| write_ply(sink, vertices, triangles))
 }
 
+/// The bytes of the same.
+///
+/// # Errors
+/// It cannot be written.
+pub fn ply(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    write_ply(&mut bytes, vertices, triangles)
+        .map_err(|e| Error::Data(format!("the surface cannot be written: {e}")))?;
+    Ok(bytes)
+}
+
+/// A line of the file: a surface may have millions, too many for the library's own maps.
+enum Entry {
+    Corner([f32; 3]),
+    Face([i32; 3]),
+}
+
+impl PropertyAccess for Entry {
+    fn new() -> Self {
+        Entry::Corner([0.0; 3])
+    }
+
+    fn get_float(&self, name: &str) -> Option<f32> {
+        let axis = ["x", "y", "z"].iter().position(|axis| *axis == name)?;
+        match self {
+            Entry::Corner(corner) => Some(corner[axis]),
+            Entry::Face(_) => None,
+        }
+    }
+
+    fn get_list_int(&self, _: &str) -> Option<&[i32]> {
+        match self {
+            Entry::Corner(_) => None,
+            Entry::Face(corners) => Some(corners),
+        }
+    }
+}
+
 fn write_ply<W: Write>(
     sink: &mut W,
     vertices: &[[f64; 3]],
     triangles: &[[u32; 3]],
 ) -> std::result::Result<(), Box<dyn StdError>> {
-    let mut ply = Ply::<DefaultElement>::new();
+    let mut ply = Ply::<Entry>::new();
     ply.header.encoding = Encoding::BinaryLittleEndian;
     let mut vertex = ElementDef::new("vertex".into());
     for axis in ["x", "y", "z"] {
@@ -87,18 +124,9 @@ fn write_ply<W: Write>(
     ));
     ply.header.elements.add(vertex);
     ply.header.elements.add(face);
-    let millimetres = |v: f64| Property::Float((1e3 * v) as f32);
-    let vertices = vertices.iter().map(|v| {
-        let axes = ["x", "y", "z"].into_iter().zip(v);
-        axes.map(|(axis, &v)| (axis.to_owned(), millimetres(v)))
-            .collect()
-    });
-    let faces = triangles.iter().map(|t| {
-        let corners = Property::ListInt(t.iter().map(|&k| k as i32).collect());
-        [("vertex_indices".to_owned(), corners)]
-            .into_iter()
-            .collect()
-    });
+    let millimetres = |v: f64| (1e3 * v) as f32;
+    let vertices = vertices.iter().map(|v| Entry::Corner(v.map(millimetres)));
+    let faces = triangles.iter().map(|t| Entry::Face(t.map(|k| k as i32)));
     ply.payload.insert("vertex".into(), vertices.collect());
     ply.payload.insert("face".into(), faces.collect());
     ply.make_consistent()?;

@@ -1,40 +1,30 @@
 //! Volumes as NIfTI files, for 3D Slicer, ParaView and the like.
 
 use std::error::Error as StdError;
-use std::fs::File;
-use std::io;
-use std::path::Path;
+use std::fs;
 
 use ndarray::ArrayView3;
 use nifti::NiftiHeader;
 use nifti::writer::WriterOptions;
 
-use super::atomic::{Outputs, Sink};
-use crate::Result;
+use crate::{Error, Result};
 
-/// Stages voxels of 16 bits, `[x, y, z]`, as a gzipped NIfTI-1 file. `corner` is the first voxel's centre and
-/// `step` the distance between voxels, both in m along the array's axes. The file is in mm along the same
-/// axes, as the surfaces beside it are. NIfTI's own names for its axes (right, anterior, superior) do not
-/// apply.
+/// The bytes of a gzipped NIfTI-1 file of voxels of 16 bits, `[x, y, z]`. `corner` is the first voxel's centre
+/// and `step` the distance between voxels, both in m. The file is in mm along the same axes, as the surfaces
+/// beside it are. NIfTI's own names for its axes (right, anterior, superior) do not apply.
 ///
 /// # Errors
 /// It cannot be written.
-pub fn stage_volume(
-    path: &Path,
-    voxels: ArrayView3<i16>,
-    corner: [f64; 3],
-    step: [f64; 3],
-    outputs: &mut Outputs,
-) -> Result<()> {
-    outputs.stage(path, |sink| write(sink, voxels, corner, step))
+pub fn nifti(voxels: ArrayView3<i16>, corner: [f64; 3], step: [f64; 3]) -> Result<Vec<u8>> {
+    write(voxels, corner, step)
+        .map_err(|e| Error::Data(format!("the volume cannot be written: {e}")))
 }
 
 fn write(
-    sink: &mut Sink<'_>,
     voxels: ArrayView3<i16>,
     corner: [f64; 3],
     step: [f64; 3],
-) -> std::result::Result<(), Box<dyn StdError>> {
+) -> std::result::Result<Vec<u8>, Box<dyn StdError>> {
     let row = |axis: usize| {
         let mut row = [0.0f32; 4];
         row[axis] = (1e3 * step[axis]) as f32;
@@ -61,8 +51,7 @@ fn write(
     WriterOptions::new(&file)
         .reference_header(&header)
         .write_nifti(&voxels)?;
-    io::copy(&mut File::open(&file)?, sink)?;
-    Ok(())
+    Ok(fs::read(&file)?)
 }
 
 #[cfg(test)]
@@ -77,10 +66,8 @@ mod tests {
             Array3::from_shape_fn((3, 4, 5), |(x, y, z)| (100 * x + 10 * y + z) as i16 - 50);
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("us.nii.gz");
-        let mut outputs = Outputs::new();
         let (corner, step) = ([-19.7e-3, -15e-3, 5e-3], [0.077e-3, 0.5e-3, 0.077e-3]);
-        stage_volume(&path, voxels.view(), corner, step, &mut outputs).unwrap();
-        outputs.commit().unwrap();
+        fs::write(&path, nifti(voxels.view(), corner, step).unwrap()).unwrap();
         let object = ReaderOptions::new().read_file(&path).unwrap();
         let header = object.header();
         assert_eq!(header.dim[..4], [3, 3, 4, 5]);

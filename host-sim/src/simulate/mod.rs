@@ -42,6 +42,7 @@ pub use demodulate::demodulate;
 pub use marching_tetrahedra::{Grid, surface as zero_surface};
 pub use mesh::{read_mesh, slice_mesh};
 pub use noise::NoiseSpectrum;
+pub(crate) use noise::complex_gaussian;
 pub use outline::Outline;
 pub use phantom::{Phantom, Scatterer, Tissue};
 pub use pulse::{DIRECT_FLOOR, Pulse};

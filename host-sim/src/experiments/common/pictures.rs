@@ -86,7 +86,11 @@ impl Studio<'_> {
         Ok((pairs, checks.concat()))
     }
 
-    fn pair(&self, key: &'static str, name: &str, lines: &Lines) -> Result<(Pair, Vec<Check>)> {
+    /// The pictures of one beamformer's lines, and their checks where they are wanted.
+    ///
+    /// # Errors
+    /// Lines that do not make an image.
+    pub fn pair(&self, key: &'static str, name: &str, lines: &Lines) -> Result<(Pair, Vec<Check>)> {
         let range = self.image.dynamic_range;
         let median = self.image.median;
         let image = b_mode(lines, range as f32, &self.grid, median)?;

@@ -1,0 +1,654 @@
+//! What is shown of the water bath: images with the contour, colour maps and curves by distance, Table I, the
+//! sources of its error, image lines, and the volumes for other programs.
+
+use std::io::Cursor;
+
+use image::{ImageFormat, Rgb, RgbImage};
+use ndarray::{Array2, Array3, ShapeBuilder};
+use serde::Serialize;
+
+use crate::experiments::Outcome;
+use crate::experiments::common::beamformers::{Paper, comparison};
+use crate::experiments::common::pictures::{Pair, scales};
+use crate::experiments::outcome::{
+    Attachment, Beside, Comparison, Curve, Part, Plot, Table, View, data, number,
+};
+use crate::files::{nifti, ply};
+use crate::measure::registration::expected_fiducial_error;
+use crate::methods::COMPARED;
+use crate::{Error, Result};
+
+use super::contour::{Registration, Row, Sources};
+use super::profiles::{Line, Profile};
+use super::sweep::{Tip, Volume};
+use super::{Ct, Draws, FEATURED, Images, METHODS, Measured, Registrations, WaterBath};
+
+/// All that was found.
+pub struct Found<'a> {
+    pub bath: &'a WaterBath,
+    pub ct: &'a Ct,
+    pub volume: &'a Volume,
+    pub registrations: &'a Registrations,
+    pub slices: &'a [Images; 2],
+    pub measured: &'a [Measured],
+    pub draws: &'a Draws,
+}
+
+/// The numbers, for programs.
+#[derive(Serialize)]
+struct Numbers<'a> {
+    methods: [&'static str; 3],
+    registrations: Vec<NumbersOfRegistration<'a>>,
+    slices: &'a [Measured],
+    draws: &'a Draws,
+    ct_voxels: [usize; 3],
+    expected_fre_mm: f64,
+}
+
+#[derive(Serialize)]
+struct NumbersOfRegistration<'a> {
+    sources: String,
+    #[serde(flatten)]
+    found: &'a super::Registered,
+}
+
+const KINDS: [&str; 2] = ["US", "PS"];
+/// How far the colour maps and curves reach from the contour, mm.
+const REACH: f64 = 10.0;
+
+const BATH: &str = "With all sources of error on, the fiducials picked at their brightest voxel. Another \
+     bone, with another array of the same kind, in a bath whose noise is assumed.";
+const LINES: &str = "Another bone. A dash: the peak does not reach the level, or merges with what is above \
+     it. The paper's text on Fig. 9 repeats two figures of Fig. 8.";
+
+/// The outcome.
+///
+/// # Errors
+/// A picture or a volume that cannot be written.
+pub fn outcome(found: Found<'_>) -> Result<Outcome> {
+    let every = Sources::every();
+    let registrations = every.iter().filter(|s| !s.threshold);
+    let numbers = Numbers {
+        methods: METHODS,
+        registrations: registrations
+            .map(|s| NumbersOfRegistration {
+                sources: s.name(),
+                found: found.registrations.of(*s),
+            })
+            .collect(),
+        slices: found.measured,
+        draws: found.draws,
+        ct_voxels: found.ct.volume.grid.nodes,
+        expected_fre_mm: expected_fre(found.bath),
+    };
+    let pictures = found.slices.iter().flat_map(|slice| &slice.pairs);
+    Ok(Outcome {
+        title: "CT registration in a water bath (Figs. 4 to 9, Table I)",
+        parts: parts(&found),
+        pictures: pictures.flat_map(Pair::card).collect(),
+        tables: Vec::new(),
+        comparisons: [table_one(found.measured), line_comparisons(found.measured)].concat(),
+        files: files(&found)?,
+        data: data(&numbers)?,
+        ..Outcome::default()
+    })
+}
+
+/// The FRE that picking to whole voxels alone would leave, mm: each axis is off by its voxel over √12, in
+/// either volume.
+fn expected_fre(bath: &WaterBath) -> f64 {
+    let us = [0.077e-3, bath.sweep_step, 0.077e-3];
+    let all = us.iter().chain(&bath.ct_voxel);
+    let square: f64 = all.map(|v| v * v / 12.0).sum();
+    1e3 * expected_fiducial_error(4, square).sqrt()
+}
+
+fn parts(found: &Found<'_>) -> Vec<Part> {
+    let bath = found.bath;
+    let all = found.registrations.of(Sources::ALL);
+    let mut parts = vec![Part::Text(format!(
+        "A vertebra with four balls of 2 mm, in water of {:.0} m/s that the scanner takes for {:.0} m/s. The CT \
+         volume has {} × {} × {} voxels of {:.2} × {:.2} × {:.2} mm; its surface at −524 HU is brought to the \
+         ultrasound volume by the balls' tips. The ultrasound volume has {} slices of {:.1} mm, each from one \
+         plane wave; the two slices that are measured have {} focused beams. FRE {:.2} mm here, 0.13 mm in \
+         the paper; whole voxels alone make {:.2} mm. At the bone in the two slices the contour is off by {:.2} \
+         mm (RMS), {:.2} mm of it towards the array.",
+        bath.simulation.c,
+        bath.assumed_sound_speed,
+        found.ct.volume.grid.nodes[0],
+        found.ct.volume.grid.nodes[1],
+        found.ct.volume.grid.nodes[2],
+        1e3 * bath.ct_voxel[0],
+        1e3 * bath.ct_voxel[1],
+        1e3 * bath.ct_voxel[2],
+        bath.sweep,
+        1e3 * bath.sweep_step,
+        bath.simulation.beams,
+        all.fre_mm,
+        expected_fre(bath),
+        all.tre_mm,
+        all.towards_array_mm
+    ))];
+    for (k, (slice, measured)) in found.slices.iter().zip(found.measured).enumerate() {
+        parts.push(Part::Heading(["Slice 1 (Fig. 4)", "Slice 2 (Fig. 5)"][k]));
+        parts.push(Part::Beside(beside(k, slice, measured, bath)));
+    }
+    parts.push(Part::Heading(
+        "Intensity by signed distance (Figs. 6 and 7)",
+    ));
+    parts.push(Part::Text(
+        "Mean grey level of all pixels at a distance from the contour, inside positive. Region A reaches from \
+         −0.5 mm (PS: 0.1 mm) to 2.1 mm; B is outside of it, C inside. Every pixel's distance and grey level \
+         are in the colour maps beside this page: blue outside, red inside."
+            .into(),
+    ));
+    for measured in found.measured {
+        parts.push(Part::Plots(distance_plots(measured)));
+    }
+    parts.push(Part::Heading("Table I"));
+    parts.push(Part::Table(table(found.measured)));
+    parts.push(Part::Heading("Which source makes the bias"));
+    parts.push(Part::Text(format!(
+        "Localisation error of Table I under every combination of sources. Registration: the balls picked at \
+         their brightest voxel, or where their echo begins to be seen (half its grey level). A shift that all \
+         balls have in common does not show in the FRE. Over {} registrations with a further picking error of \
+         {:.2} mm along each axis the FRE is {}, and the errors of slice 1 are {} (DAS, US) and {} (rank 1, PS).",
+        found.draws.fre_mm.len(),
+        1e3 * bath.picking_error,
+        spread(&found.draws.fre_mm),
+        spread(&drawn(found.draws, 0, 0, 0)),
+        spread(&drawn(found.draws, 0, 1, 1)),
+    )));
+    parts.push(Part::Table(sources_table(found)));
+    parts.push(Part::Table(registrations_table(found.registrations)));
+    parts.push(Part::Heading("Image lines (Figs. 8 and 9)"));
+    parts.push(Part::Text(
+        "Down through the spinous process, and across its sidewalls. Dashed: the contour.".into(),
+    ));
+    for measured in found.measured {
+        parts.push(Part::Plots(line_plots(measured)));
+    }
+    parts
+}
+
+/// The drawn errors of a slice, a beamformer of [`FEATURED`], and a kind of image.
+fn drawn(draws: &Draws, slice: usize, featured: usize, image: usize) -> Vec<f64> {
+    let errors = draws.error_mm.iter();
+    errors.map(|e| e[slice][featured][image]).collect()
+}
+
+/// Mean and standard deviation.
+fn spread(values: &[f64]) -> String {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let square: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
+    format!("{mean:.2} ± {:.2} mm", (square / n).sqrt())
+}
+
+fn name(key: &str) -> &'static str {
+    let row = COMPARED.iter().find(|row| row.key == key);
+    row.map_or("", |row| row.name)
+}
+
+fn beside(k: usize, slice: &Images, measured: &Measured, bath: &WaterBath) -> Beside {
+    let view = |pair: &Pair| View {
+        name: name(pair.beamformer).into(),
+        pictures: pair.card(),
+    };
+    let mut views = slice.pairs.iter().map(view).collect::<Vec<_>>();
+    let reference = views.remove(0);
+    Beside {
+        id: format!("water-bath-{}", k + 1),
+        reference,
+        first: views.len() - 1,
+        others: views,
+        outline: measured.contour_mm.clone(),
+        scales: scales(bath.image.dynamic_range),
+    }
+}
+
+fn distance_plots(measured: &Measured) -> Vec<Plot> {
+    let plot = |image: usize| {
+        let curves = METHODS.iter().zip(&measured.by_distance);
+        Plot {
+            caption: format!("Mean grey level by distance, {}", KINDS[image]),
+            x: "signed distance, mm",
+            y: "grey level",
+            x_range: [-REACH, REACH],
+            y_range: [0.0, 255.0],
+            marks: vec![0.0],
+            curves: curves
+                .map(|(key, levels)| Curve {
+                    name: name(key).into(),
+                    featured: FEATURED.contains(key),
+                    points: (measured.distance_mm.iter().copied())
+                        .zip(levels[image].iter().copied())
+                        .collect(),
+                })
+                .collect(),
+        }
+    };
+    vec![plot(0), plot(1)]
+}
+
+fn line_plots(measured: &Measured) -> Vec<Plot> {
+    let mut plots = Vec::new();
+    for (way, line) in [&measured.down, &measured.across].into_iter().enumerate() {
+        for image in 0..2 {
+            let curves = METHODS.iter().zip(&measured.profiles);
+            plots.push(Plot {
+                caption: match way {
+                    0 => format!("{}, down at x = {:.1} mm", KINDS[image], line.place_mm),
+                    _ => format!(
+                        "{}, across at a depth of {:.1} mm",
+                        KINDS[image], line.place_mm
+                    ),
+                },
+                x: if way == 0 { "depth, mm" } else { "lateral, mm" },
+                y: "grey level",
+                x_range: [line.at_mm[0], line.at_mm[line.at_mm.len() - 1]],
+                y_range: [0.0, 255.0],
+                marks: line.contour_mm.clone(),
+                curves: curves
+                    .map(|(key, profiles)| Curve {
+                        name: name(key).into(),
+                        featured: FEATURED.contains(key),
+                        points: (line.at_mm.iter().copied())
+                            .zip(
+                                profiles[image][way]
+                                    .grey
+                                    .iter()
+                                    .map(|&v| Some(f64::from(v))),
+                            )
+                            .collect(),
+                    })
+                    .collect(),
+            });
+        }
+    }
+    plots
+}
+
+fn cells(row: &Row) -> [String; 4] {
+    [row.error_mm, row.std_mm, row.b, row.c].map(number)
+}
+
+fn table(measured: &[Measured]) -> Table {
+    let mut rows = Vec::new();
+    for (image, kind) in KINDS.iter().enumerate() {
+        for (k, slice) in measured.iter().enumerate() {
+            let mut add = |who: &str, row: &Row| {
+                let mut cells = cells(row).to_vec();
+                cells.insert(0, format!("{kind}, slice {}, {who}", k + 1));
+                rows.push(cells);
+            };
+            for (key, row) in METHODS.iter().zip(&slice.table) {
+                add(name(key), &row[image]);
+            }
+            add("an image of one grey level", &slice.uniform[image]);
+        }
+    }
+    Table {
+        title: "Table I, with all sources of error on".into(),
+        head: vec!["", "error, mm", "STD, mm", "B", "C"],
+        rows,
+        page_only: false,
+    }
+}
+
+fn sources_table(found: &Found<'_>) -> Table {
+    let every = Sources::every();
+    let rows = every.iter().enumerate().map(|(index, sources)| {
+        let mut row = vec![sources.name()];
+        for image in 0..2 {
+            for slice in found.measured {
+                let of = &slice.sources[index];
+                row.extend(of.featured.iter().map(|rows| number(rows[image].error_mm)));
+                row.push(number(of.uniform[image].error_mm));
+            }
+        }
+        row
+    });
+    Table {
+        title: "Localisation error by source, mm; the paper: US 0.70 and 0.66, 0.90 and 0.79; PS 0.94 and \
+                0.84, 0.97 and 0.95"
+            .into(),
+        head: vec![
+            "sources on",
+            "US 1, DAS",
+            "rank 1",
+            "uniform",
+            "US 2, DAS",
+            "rank 1",
+            "uniform",
+            "PS 1, DAS",
+            "rank 1",
+            "uniform",
+            "PS 2, DAS",
+            "rank 1",
+            "uniform",
+        ],
+        rows: rows.collect(),
+        page_only: false,
+    }
+}
+
+fn registrations_table(registrations: &Registrations) -> Table {
+    let mut rows = Vec::new();
+    for sound_speed in [false, true] {
+        for registration in [
+            Registration::Exact,
+            Registration::Picked(Tip::Brightest),
+            Registration::Picked(Tip::Front),
+        ] {
+            let sources = Sources {
+                registration,
+                sound_speed,
+                threshold: false,
+            };
+            let of = registrations.of(sources);
+            let fre = (registration != Registration::Exact).then_some(of.fre_mm);
+            rows.push(vec![
+                sources.name(),
+                number(fre),
+                number(Some(of.tre_mm)),
+                number(Some(of.towards_array_mm)),
+            ]);
+        }
+    }
+    Table {
+        title: "Registration (the paper's FRE: 0.13 mm)".into(),
+        head: vec![
+            "sources on",
+            "FRE, mm",
+            "error at the bone, RMS, mm",
+            "of it towards the array, mm",
+        ],
+        rows,
+        page_only: false,
+    }
+}
+
+/// Table I of the paper: of a kind of image and a slice DAS and ESMV, each with error, STD, B and C.
+const PAPER: [[[[f64; 4]; 2]; 2]; 2] = [
+    [
+        [[0.70, 0.72, 27.18, 92.41], [0.66, 0.65, 4.71, 16.81]],
+        [[0.90, 0.85, 63.06, 125.52], [0.79, 0.77, 10.17, 15.80]],
+    ],
+    [
+        [[0.94, 0.53, 32.20, 3.06], [0.84, 0.42, 6.60, 1.24]],
+        [[0.97, 0.57, 32.24, 5.16], [0.95, 0.45, 3.93, 1.88]],
+    ],
+];
+
+fn table_one(measured: &[Measured]) -> Vec<Comparison> {
+    let quantities = [
+        "localisation error, mm",
+        "STD, mm",
+        "mean grey in B",
+        "mean grey in C",
+    ];
+    let mut all = Vec::new();
+    for (image, kind) in KINDS.iter().enumerate() {
+        for (k, slice) in measured.iter().enumerate() {
+            for (q, quantity) in quantities.iter().enumerate() {
+                let here = |index: usize| {
+                    let row = row_of(slice, index)?[image];
+                    [row.error_mm, row.std_mm, row.b, row.c][q]
+                };
+                let [das, esmv] = &PAPER[image][k];
+                all.push(comparison(
+                    "Table I",
+                    &format!("{kind}, slice {}: {quantity}", k + 1),
+                    here,
+                    [&das[q..=q], &esmv[q..=q]],
+                    BATH,
+                ));
+            }
+        }
+    }
+    all
+}
+
+/// The row of a beamformer by its place in [`COMPARED`].
+fn row_of(slice: &Measured, index: usize) -> Option<&[Row; 2]> {
+    let place = METHODS.iter().position(|key| *key == COMPARED[index].key)?;
+    slice.table.get(place)
+}
+
+/// A figure of one profile.
+type Pick = fn(&Line, &Profile) -> Option<f64>;
+
+fn line_comparisons(measured: &[Measured]) -> Vec<Comparison> {
+    let down: Pick = |line, p| line.noise(p);
+    let bias: Pick = |line, p| Some(line.peak(p, line.first())?.at_mm - line.first()?);
+    let fall: Pick = |line, p| line.drop_below(p, line.peak(p, line.first()));
+    let right: fn(&Line, &Profile, f64) -> Option<f64> =
+        |line, p, level| line.width(p, line.peak(p, line.sidewalls()[1]), level);
+    let left: fn(&Line, &Profile, f64) -> Option<f64> =
+        |line, p, level| line.width(p, line.peak(p, line.sidewalls()[0]), level);
+    let tip: fn(&Line, &Profile, f64) -> Option<f64> =
+        |line, p, level| line.width(p, line.peak(p, line.first()), level);
+    // Slice, kind of image, way of the line (0 down), quantity, how, the paper's two.
+    type Entry = (
+        usize,
+        usize,
+        usize,
+        &'static str,
+        Box<dyn Fn(&Line, &Profile) -> Option<f64>>,
+        Paper,
+    );
+    let entries: Vec<Entry> = vec![
+        (
+            0,
+            0,
+            0,
+            "Fig. 8a: peak below the contour, mm",
+            Box::new(bias),
+            [&[1.12], &[1.12]],
+        ),
+        (
+            0,
+            0,
+            0,
+            "Fig. 8a: grey from 30 to 40 mm",
+            Box::new(down),
+            [&[69.01], &[14.33]],
+        ),
+        (
+            0,
+            0,
+            0,
+            "Fig. 8a: width at 200, mm",
+            Box::new(move |l, p| tip(l, p, 200.0)),
+            [&[1.03], &[0.73]],
+        ),
+        (
+            0,
+            0,
+            1,
+            "Fig. 8b: right sidewall's width at 150, mm",
+            Box::new(move |l, p| right(l, p, 150.0)),
+            [&[1.39], &[0.75]],
+        ),
+        (
+            0,
+            1,
+            0,
+            "Fig. 8c: width at 200, mm",
+            Box::new(move |l, p| tip(l, p, 200.0)),
+            [&[0.44], &[0.30]],
+        ),
+        (
+            0,
+            1,
+            0,
+            "Fig. 8c: fall within 0.55 mm below the peak",
+            Box::new(fall),
+            [&[129.0], &[218.0]],
+        ),
+        (
+            0,
+            1,
+            0,
+            "Fig. 8c: grey from 30 to 40 mm",
+            Box::new(down),
+            [&[24.50], &[4.67]],
+        ),
+        (
+            0,
+            1,
+            1,
+            "Fig. 8d: right sidewall's width at 100, mm",
+            Box::new(move |l, p| right(l, p, 100.0)),
+            [&[0.51], &[0.34]],
+        ),
+        (
+            1,
+            0,
+            0,
+            "Fig. 9a: grey from 30 to 40 mm",
+            Box::new(down),
+            [&[69.01], &[14.33]],
+        ),
+        (
+            1,
+            0,
+            1,
+            "Fig. 9b: grey of the left sidewall",
+            Box::new(|l, p| Some(l.peak(p, l.sidewalls()[0])?.grey)),
+            [&[81.0], &[136.0]],
+        ),
+        (
+            1,
+            0,
+            1,
+            "Fig. 9b: grey of the right sidewall",
+            Box::new(|l, p| Some(l.peak(p, l.sidewalls()[1])?.grey)),
+            [&[55.0], &[126.0]],
+        ),
+        (
+            1,
+            1,
+            0,
+            "Fig. 9c: width at 150, mm",
+            Box::new(move |l, p| tip(l, p, 150.0)),
+            [&[0.59], &[0.29]],
+        ),
+        (
+            1,
+            1,
+            0,
+            "Fig. 9c: grey from 30 to 40 mm",
+            Box::new(down),
+            [&[20.35], &[4.62]],
+        ),
+        (
+            1,
+            1,
+            1,
+            "Fig. 9d: left sidewall's width at 50, mm",
+            Box::new(move |l, p| left(l, p, 50.0)),
+            [&[0.71], &[0.45]],
+        ),
+    ];
+    let compared = entries
+        .into_iter()
+        .map(|(slice, image, way, quantity, pick, paper)| {
+            let slice = &measured[slice];
+            let line = [&slice.down, &slice.across][way];
+            let here = |index: usize| {
+                let place = METHODS.iter().position(|key| *key == COMPARED[index].key)?;
+                pick(line, &slice.profiles[place][image][way])
+            };
+            comparison("Image lines (Figs. 8 and 9)", quantity, here, paper, LINES)
+        });
+    compared.collect()
+}
+
+/// The volumes, the surfaces and the colour maps.
+fn files(found: &Found<'_>) -> Result<Vec<Attachment>> {
+    let volume = found.volume;
+    let grid = &volume.grid;
+    let step = [grid.pixel, found.bath.sweep_step, grid.pixel];
+    let ct = &found.ct.volume;
+    let [nx, ny, nz] = ct.grid.nodes;
+    let voxels = Array3::from_shape_vec((nx, ny, nz).f(), ct.hu.clone());
+    let voxels = voxels.map_err(|e| Error::Data(format!("the CT volume has no shape: {e}")))?;
+    let way = found.registrations.of(Sources::ALL).transform;
+    let surface = found.ct.thresholded.clone().mapped(|p| way.apply(p));
+    let mut files = vec![
+        Attachment {
+            file: "water-bath-us.nii.gz".into(),
+            description: "the ultrasound volume, grey levels; mm along the array's axes".into(),
+            bytes: nifti(
+                volume.voxels().view(),
+                [grid.x0, volume.elevations[0], grid.z0],
+                step,
+            )?,
+        },
+        Attachment {
+            file: "water-bath-ct.nii.gz".into(),
+            description: "the CT volume, HU; mm in the CT scanner's coordinates".into(),
+            bytes: nifti(voxels.view(), ct.grid.corner, ct.grid.step)?,
+        },
+        Attachment {
+            file: "water-bath-ct-registered.ply".into(),
+            description: "the CT surface at −524 HU, registered: lies in the ultrasound volume"
+                .into(),
+            bytes: ply(surface.vertices(), surface.triangles())?,
+        },
+    ];
+    for (k, (slice, measured)) in found.slices.iter().zip(found.measured).enumerate() {
+        for pair in slice
+            .pairs
+            .iter()
+            .filter(|p| FEATURED.contains(&p.beamformer))
+        {
+            for (kind, picture) in [("us", &pair.b_mode), ("ps", &pair.phase_symmetry)] {
+                files.push(Attachment {
+                    file: format!(
+                        "water-bath-{}-{}-{kind}-distance.png",
+                        k + 1,
+                        pair.beamformer
+                    ),
+                    description: format!(
+                        "Fig. {}: {}, {}, coloured by signed distance",
+                        6 + k,
+                        name(pair.beamformer),
+                        kind.to_uppercase()
+                    ),
+                    bytes: colour_map(&picture.pixels, &measured.distance)?,
+                });
+            }
+        }
+    }
+    Ok(files)
+}
+
+/// Grey levels in the colour of their distance: blue outside, white at the contour, red inside.
+fn colour_map(pixels: &Array2<f32>, distance: &Array2<f64>) -> Result<Vec<u8>> {
+    let (rows, columns) = pixels.dim();
+    let mut picture = RgbImage::new(columns as u32, rows as u32);
+    for ((row, column), &grey) in pixels.indexed_iter() {
+        let share = (1e3 * distance[[row, column]] / REACH).clamp(-1.0, 1.0);
+        // The square root keeps the near ones apart.
+        let pale = 1.0 - share.abs().sqrt();
+        let [r, b] = match share > 0.0 {
+            true => [1.0, pale],
+            false => [pale, 1.0],
+        };
+        let level = |v: f64| (v * f64::from(grey)).round().clamp(0.0, 255.0) as u8;
+        picture.put_pixel(
+            column as u32,
+            row as u32,
+            Rgb([level(r), level(pale), level(b)]),
+        );
+    }
+    let mut bytes = Cursor::new(Vec::new());
+    let cannot = |e| Error::Data(format!("the colour map cannot be encoded: {e}"));
+    picture
+        .write_to(&mut bytes, ImageFormat::Png)
+        .map_err(cannot)?;
+    Ok(bytes.into_inner())
+}
