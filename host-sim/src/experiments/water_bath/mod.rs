@@ -118,10 +118,10 @@ impl Default for WaterBath {
             height: -4e-3,
             depth: 15e-3,
             slices: [0.0, -4.5e-3],
-            lines: [25.5e-3, 25.5e-3],
+            lines: [17.5e-3, 17.5e-3],
             sweep: 61,
             sweep_step: 0.5e-3,
-            sweep_density: 25.0,
+            sweep_density: 10.0,
             thickness: 6e-3,
             assumed_sound_speed: 1540.0,
             ct_voxel: [0.19e-3, 0.19e-3, 0.3e-3],
@@ -130,7 +130,7 @@ impl Default for WaterBath {
             ct_ball: 100.0,
             picking_error: 0.1e-3,
             reverberation: -25.0,
-            clutter: -50.0,
+            clutter: -25.0,
             // Two beams an element as the paper's 256, at the rate of its receiver; water of 20 °C.
             simulation: Settings {
                 beams: 255,
@@ -166,7 +166,7 @@ impl Experiment for WaterBath {
         (quick.image.rows, quick.image.columns) = (Some(256), Some(256));
         (quick.simulation.beams, quick.simulation.beam_step) = (64, 2.0);
         (quick.sweep, quick.sweep_step) = (31, 1e-3);
-        quick.sweep_density = 5.0;
+        quick.sweep_density = 4.0;
         quick.thickness = 1e-3;
         quick.ct_voxel = quick.ct_voxel.map(|v| 2.0 * v);
         quick
