@@ -7,8 +7,6 @@ use crate::drive::image::PixelGrid;
 use crate::measure::registration::Point;
 use crate::{Error, Result};
 
-use super::specimen::RADIUS;
-
 /// Where in a ball's echo its tip is taken to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tip {
@@ -110,7 +108,6 @@ impl Volume {
 
 /// Where the tips would be seen by a scanner that takes the speed of sound for `ratio` times what it is.
 pub fn seen(tips: &[Point], ratio: f64) -> Vec<Point> {
-    debug_assert!(RADIUS > SEARCH[1]);
     tips.iter().map(|[x, y, z]| [*x, *y, z * ratio]).collect()
 }
 
