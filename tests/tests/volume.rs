@@ -635,8 +635,10 @@ fn a_threshold_below_the_middle_of_a_blurred_step_lies_outside_it() {
                 // sigmas/σ, and about h³/σ²/30 where the bend changes. A micrometre is rounding to 1 HU.
                 let (h, sigma) = (1e3 * CT.voxel[axis], blurred(axis));
                 let bend = h * h / 8.0 * sigmas / sigma + h.powi(3) / (sigma * sigma) / 25.0;
+                // Across x a face along the voxels is known to half the distance of five lines.
+                let lines = if axis == 0 { 0.0 } else { h / 10.0 };
                 assert!(
-                    (found - expected).abs() < 1.1 * bend + 1e-3,
+                    (found - expected).abs() < 1.1 * bend + lines + 1e-3,
                     "{level} HU, axis {axis}: {found}, not {expected}"
                 );
             }
