@@ -177,7 +177,7 @@ mod tests {
             grey: grey.collect(),
         };
         let peak = down.peak(&profile, down.first());
-        assert_eq!(peak.unwrap().at_mm, 13.0);
+        assert!((peak.unwrap().at_mm - 13.0).abs() < 1e-9);
         assert!((down.width(&profile, peak, 100.0).unwrap() - 1.0).abs() < 1e-9);
         assert_eq!(down.width(&profile, peak, 201.0), None);
         assert_eq!(down.drop_below(&profile, peak), Some(200.0));
