@@ -28,6 +28,7 @@ pub const PARAMETERS: Parameters = Parameters {
     scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
     threshold: 10.0,
     strip: 8,
+    stretch: 64,
 };
 const SIZES: Sizes = match PARAMETERS.sizes() {
     Ok(sizes) => sizes,

@@ -27,6 +27,7 @@ pub mod geometry;
 pub mod image;
 mod instructions;
 mod linalg;
+mod magnitude;
 pub mod phase_symmetry;
 pub mod pipeline;
 pub mod simd;

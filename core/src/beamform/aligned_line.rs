@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::error::none;
+use crate::magnitude::largest_part;
 use core::num::NonZeroUsize;
 use num_complex::Complex;
 
@@ -11,7 +12,11 @@ const MODERATE: u32 = 64;
 /// Aligned analytic samples of one beam, row-major `[sample][element]`, checked once.
 #[derive(Clone, Copy, Debug)]
 pub struct AlignedLine<'a> {
+    /// From sample `first` on.
     x: &'a [Complex<f32>],
+    first: usize,
+    /// Of the whole line.
+    samples: usize,
     elements: NonZeroUsize,
     /// The exponent bits of the largest component, within what a normal reciprocal allows.
     exponent: u32,
@@ -35,20 +40,38 @@ impl<'a> AlignedLine<'a> {
                 expected: samples * elements.get(),
             });
         }
-        let largest = largest_magnitude(x);
-        if largest >= f32::INFINITY.to_bits() as i32 {
+        let largest = largest_part(x);
+        if largest >= f32::INFINITY.to_bits() {
             let index = x.iter().position(|value| !value.is_finite()).unwrap_or(0);
             return Err(Error::NonFinite {
                 name: "aligned samples",
                 index,
             });
         }
-        let exponent = (largest >> 23).clamp(1, 253) as u32;
         Ok(AlignedLine {
             x,
+            first: 0,
+            samples: x.len() / elements,
             elements,
-            exponent,
+            exponent: exponent(largest),
         })
+    }
+
+    /// A stretch of a line of `samples`: whole snapshots from sample `first` on, of magnitudes up to
+    /// `largest`. The working scale is that magnitude's, so that it is the same for all stretches.
+    pub(crate) fn stretch(
+        x: &'a [Complex<f32>],
+        elements: NonZeroUsize,
+        (first, samples): (usize, usize),
+        largest: f32,
+    ) -> Self {
+        AlignedLine {
+            x,
+            first,
+            samples,
+            elements,
+            exponent: exponent(largest.to_bits()),
+        }
     }
 
     /// The number of elements.
@@ -58,12 +81,14 @@ impl<'a> AlignedLine<'a> {
 
     /// The number of samples.
     pub fn samples(&self) -> usize {
-        self.x.len() / self.elements
+        self.samples
     }
 
     /// The snapshot of one sample, and those after it.
     pub(super) fn samples_from(&self, sample: usize) -> &'a [Complex<f32>] {
-        let first = sample * self.elements.get();
+        let first = sample
+            .wrapping_sub(self.first)
+            .wrapping_mul(self.elements.get());
         self.x.get(first..).unwrap_or_default()
     }
 
@@ -87,6 +112,11 @@ impl<'a> AlignedLine<'a> {
     }
 }
 
+/// The exponent bits of a magnitude, within what a normal reciprocal allows.
+fn exponent(magnitude: u32) -> u32 {
+    (magnitude >> 23).clamp(1, 253)
+}
+
 fn saturate(x: f32) -> f32 {
     if x > f32::MAX {
         f32::MAX
@@ -95,47 +125,6 @@ fn saturate(x: f32) -> f32 {
     } else {
         x
     }
-}
-
-/// The bits of the largest magnitude of all parts: they order as the magnitudes do, and what is not
-/// finite comes last.
-fn largest_magnitude(x: &[Complex<f32>]) -> i32 {
-    if cfg!(target_pointer_width = "32") {
-        // Without vectors one chain is best, and a shift is part of Arm's comparison.
-        let mut largest = 0;
-        for value in x {
-            for part in [value.re, value.im] {
-                let doubled = part.to_bits() << 1;
-                largest = if largest < doubled { doubled } else { largest };
-            }
-        }
-        return (largest >> 1) as i32;
-    }
-    // Side by side for registers of any size, and signed, since SSE2 compares no others.
-    const SIDE_BY_SIDE: usize = 8;
-    let mut largest = [0; 2 * SIDE_BY_SIDE];
-    let (blocks, rest) = x.as_chunks::<SIDE_BY_SIDE>();
-    for block in blocks {
-        let mut parts = [0; 2 * SIDE_BY_SIDE];
-        for (parts, value) in parts.as_chunks_mut::<2>().0.iter_mut().zip(block) {
-            *parts = [magnitude(value.re), magnitude(value.im)];
-        }
-        for (largest, part) in largest.iter_mut().zip(parts) {
-            *largest = if *largest < part { part } else { *largest };
-        }
-    }
-    let mut all = 0;
-    let rest = rest
-        .iter()
-        .flat_map(|value| [magnitude(value.re), magnitude(value.im)]);
-    for part in largest.into_iter().chain(rest) {
-        all = if all < part { part } else { all };
-    }
-    all
-}
-
-fn magnitude(part: f32) -> i32 {
-    (part.to_bits() & 0x7fff_ffff) as i32
 }
 
 /// Its shape; not its samples.

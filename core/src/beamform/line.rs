@@ -30,19 +30,34 @@ impl Beamformer {
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         check_length("z", z.len(), line.samples())?;
+        self.stretch(workspace, line, 0, active, z)
+    }
+
+    /// The samples of a line from `first` on, as many as `z` holds. `first` begins a run or a block of a
+    /// run's time windows.
+    #[inline]
+    pub(crate) fn stretch<A: Averaging<f32>>(
+        &self,
+        workspace: &mut WorkspaceView<'_, A>,
+        line: AlignedLine<'_>,
+        first: usize,
+        active: impl Fn(usize) -> Active,
+        z: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
         let sizes = workspace.sizes;
-        let run = |first_sample, set: Active| Run {
+        let active = |sample| active(first + sample);
+        let run = |sample, set: Active| Run {
             line,
             first_element: set.first,
-            first_sample,
+            first_sample: first + sample,
         };
-        for (first_sample, samples, set) in constant_runs(line.samples(), &active) {
+        for (first_sample, samples, set) in constant_runs(z.len(), &active) {
             self.check_run(&run(first_sample, set), set.count, samples)?;
             if set.count > 0 && self.parameters().method.direct().is_none() {
                 self.check_sizes(set.count, sizes)?;
             }
         }
-        for (first_sample, samples, set) in constant_runs(line.samples(), &active) {
+        for (first_sample, samples, set) in constant_runs(z.len(), &active) {
             let run = run(first_sample, set);
             let out = z.get_mut(first_sample..first_sample + samples);
             let out = out.unwrap_or_default();
@@ -67,13 +82,27 @@ impl Beamformer {
         adaptive: Range<usize>,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        let samples = line.samples();
-        check_length("z", z.len(), samples)?;
+        check_length("z", z.len(), line.samples())?;
+        self.stretch_within(workspace, line, (0, adaptive), active, z)
+    }
+
+    /// As [`Beamformer::stretch`], with what is `adaptive` counted from `first`.
+    #[inline(always)]
+    pub(crate) fn stretch_within<A: Averaging<f32>>(
+        &self,
+        workspace: &mut WorkspaceView<'_, A>,
+        line: AlignedLine<'_>,
+        (first, adaptive): (usize, Range<usize>),
+        active: impl Fn(usize) -> Active,
+        z: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
+        let samples = z.len();
+        let active = |sample| active(first + sample);
         let (method, sizes) = (self.parameters().method, workspace.sizes);
-        let run = |first_sample, set: Active| Run {
+        let run = |sample, set: Active| Run {
             line,
             first_element: set.first,
-            first_sample,
+            first_sample: first + sample,
         };
         let within = || {
             let temporal_half_window = self.parameters().temporal_half_window;

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::error::{check_length, none};
+use crate::magnitude::largest;
 use core::num::NonZeroUsize;
 
 /// The largest magnitude accepted in the RF, so that no sum can overflow, nor one that is added to what
@@ -25,6 +26,8 @@ const LARGEST_GAIN: f64 = 1.42 * 1.25 * 1.25 * 2.2 * 3.4;
 pub struct Record<'a> {
     rf: &'a [f32],
     elements: NonZeroUsize,
+    /// The largest magnitude.
+    largest: f32,
 }
 
 impl<'a> Record<'a> {
@@ -49,12 +52,16 @@ impl<'a> Record<'a> {
         };
         let samples = (rf.len() / elements).max(1);
         check_length("rf", rf.len(), elements.get().saturating_mul(samples))?;
-        // A whole piece at a time, since that needs no branch a sample; true for a NaN, too.
-        let beyond = |value: &f32| !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(value);
-        let all_within = |piece: &[f32]| !piece.iter().fold(false, |any, x| any | beyond(x));
-        if rf.chunks(256).all(all_within) {
-            return Ok(Record { rf, elements });
+        let largest = f32::from_bits(largest(rf));
+        if largest <= MAX_MAGNITUDE {
+            return Ok(Record {
+                rf,
+                elements,
+                largest,
+            });
         }
+        // True for a NaN, too.
+        let beyond = |value: &f32| !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(value);
         let index = rf.iter().position(beyond).unwrap_or(0);
         match rf.get(index) {
             Some(value) if value.is_finite() => Err(Error::Parameter {
@@ -74,6 +81,12 @@ impl<'a> Record<'a> {
     /// The samples of each element.
     pub fn samples(&self) -> usize {
         self.rf.len() / self.elements
+    }
+
+    /// What neither part of an aligned sample exceeds.
+    pub(super) fn largest_aligned(&self) -> f32 {
+        // Above the filters' gains and their roundings.
+        32.0 * self.largest
     }
 
     /// The samples of one element.
@@ -127,6 +140,7 @@ mod tests {
             gain > 10.0 && gain <= LARGEST_GAIN,
             "{largest} {of_hilbert}"
         );
+        assert!(gain < 0.6 * 32.0);
         // The roundings of the sums, too, are lost in the rest.
         assert!(f64::from(MAX_MAGNITUDE) * LARGEST_GAIN * 5.0 < libm::exp2(103.0));
         assert_eq!(

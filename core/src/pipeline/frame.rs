@@ -1,17 +1,17 @@
 //! A pipeline at work.
 
 use super::memory::{MemoryView, Parts};
-use super::{LineMemory, Pipeline};
+use super::{LineLengths, LineMemory, Pipeline};
 use crate::beamform::WorkspaceView;
 use crate::covariance::Averaging;
 use crate::error::check_length;
-use crate::focus::Record;
+use crate::focus::{Delay, Stage};
 use crate::geometry::{Transmit, Widths};
 use crate::image::envelope;
 use crate::phase_symmetry::{External, Kernels, LogGabor, Microfft, StripSlices};
 use crate::{Complex, Error};
 
-/// A [`Pipeline`] with memory to work in: one frame after another, a line at a time, one output at a
+/// A [`Pipeline`] of RF or I/Q with memory to work in: one frame after another, a line at a time, one output at a
 /// time, as on a microcontroller.
 ///
 /// ```
@@ -46,6 +46,7 @@ use crate::{Complex, Error};
 /// #     scales: &[0.125],
 /// #     threshold: 10.0,
 /// #     strip: 8,
+/// #     stretch: 32,
 /// # };
 /// let pipeline = Pipeline::new(parameters)?;
 /// let sizes = pipeline.sizes();
@@ -64,8 +65,8 @@ use crate::{Complex, Error};
 /// assert_eq!(frame.bone_map()?.len(), 64 * 64);
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
-pub struct Frame<'p, 'm> {
-    pub(crate) pipeline: &'p Pipeline<'p>,
+pub struct Frame<'p, 'm, D = Delay> {
+    pub(crate) pipeline: &'p Pipeline<'p, D>,
     filters: LogGabor<'m>,
     widths: Widths<'m>,
     envelopes: &'m mut [f32],
@@ -75,13 +76,13 @@ pub struct Frame<'p, 'm> {
     complex: &'m mut [Complex<f32>],
 }
 
-impl<'p, 'm> Frame<'p, 'm> {
+impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     /// Frames of `pipeline` in `memory`. Fills the tables of apertures and of phase symmetry's filters: once
     /// serves all frames.
     ///
     /// # Errors
     /// [`Error::Length`] where the memory has other sizes than [`Pipeline::sizes`]; as [`Widths::new`].
-    pub fn new(pipeline: &'p Pipeline<'p>, memory: MemoryView<'m>) -> Result<Self, Error> {
+    pub fn new(pipeline: &'p Pipeline<'p, D>, memory: MemoryView<'m>) -> Result<Self, Error> {
         let sizes = pipeline.sizes();
         let Parts {
             envelopes,
@@ -119,12 +120,14 @@ impl<'p, 'm> Frame<'p, 'm> {
     pub fn line<'r, A: Averaging<f32>>(
         &mut self,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>)>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
         workspace: &mut WorkspaceView<'_, A>,
-    ) -> Result<&[Complex<f32>], Error> {
+    ) -> Result<&[Complex<f32>], Error>
+    where
+        D::Record<'r>: 'r,
+    {
         let Parts {
-            scratch,
-            aligned,
+            line: LineLengths { scratch, aligned },
             samples,
             ..
         } = self.pipeline.sizes().parts;

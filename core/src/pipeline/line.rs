@@ -1,16 +1,20 @@
-//! From the RF of transmits to a beamformed line.
+//! From the records of transmits to a beamformed line, a stretch after the other.
 
 use super::DepthGate;
 use crate::beamform::{AlignedLine, Beamformer, Parameters, WorkspaceView};
 use crate::covariance::Averaging;
 use crate::error::check_length;
-use crate::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
+use crate::focus::{
+    Compounding, Delay, DelayParameters, IqDelay, IqParameters, IqReading, ScanLine, Stage,
+};
 use crate::geometry::{Active, Scan, Transmit};
 use crate::simd::Vector;
 use crate::{Complex, Error};
+use core::num::NonZeroUsize;
 use core::ops::Range;
 
-/// The lines of a scan: its delay stage, its apertures and its beamformer, all validated.
+/// The lines of a scan: its delay stage, its apertures and its beamformer, all validated. From RF
+/// ([`LinePipeline::new`]) or from I/Q ([`LinePipeline::of_iq`]).
 ///
 /// Holds no memory to work in, so that threads can share it. [`LinePipeline::line`] is the whole way;
 /// [`LinePipeline::align`] is the first half, for who beamforms many lines at once.
@@ -49,24 +53,45 @@ use core::ops::Range;
 /// ```
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct LinePipeline<'a> {
+pub struct LinePipeline<'a, D = Delay> {
     scan: Scan<'a>,
-    delay: Delay,
+    delay: D,
     beamformer: Beamformer,
     /// The samples that the beamformer makes; the others are DAS.
     adaptive: Range<usize>,
 }
 
-/// What a line is worked out in.
+/// What is to be known of I/Q. SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct IqInput {
+    /// The frequency that the records were demodulated with, Hz.
+    pub demodulation_frequency: f64,
+    /// How they are read between their samples; without it as [`IqParameters::of`].
+    pub reading: Option<IqReading>,
+}
+
+/// What a line is worked out in: the lengths are those of [`LinePipeline::lengths`] for any stretch, and the
+/// bits the same.
 pub struct LineMemory<'m> {
-    /// For the delay stage: [`LinePipeline::scratch_len`] of one lane.
+    /// For the delay stage.
     pub scratch: &'m mut [f32],
-    /// For the aligned samples: [`LinePipeline::aligned_len`].
+    /// For the aligned samples.
     pub aligned: &'m mut [Complex<f32>],
 }
 
+/// How long the slices of a [`LineMemory`] are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct LineLengths {
+    /// [`LineMemory::scratch`].
+    pub scratch: usize,
+    /// [`LineMemory::aligned`].
+    pub aligned: usize,
+}
+
 impl<'a> LinePipeline<'a> {
-    /// The lines of `scan`, by a beamformer.
+    /// The lines of `scan` from RF, by a beamformer.
     ///
     /// # Errors
     /// As [`Delay::new`] and [`Beamformer::new`].
@@ -78,7 +103,29 @@ impl<'a> LinePipeline<'a> {
             scan,
         })
     }
+}
 
+impl<'a> LinePipeline<'a, IqDelay> {
+    /// The lines of `scan` from I/Q, by a beamformer.
+    ///
+    /// # Errors
+    /// As [`IqDelay::new`] and [`Beamformer::new`].
+    pub fn of_iq(scan: Scan<'a>, iq: IqInput, beamformer: Parameters) -> Result<Self, Error> {
+        let parameters = IqParameters::of(&scan, iq.demodulation_frequency);
+        let reading = iq.reading.unwrap_or(parameters.reading);
+        Ok(LinePipeline {
+            delay: IqDelay::new(IqParameters {
+                reading,
+                ..parameters
+            })?,
+            beamformer: Beamformer::new(beamformer)?,
+            adaptive: 0..scan.samples(),
+            scan,
+        })
+    }
+}
+
+impl<'a, D: Stage> LinePipeline<'a, D> {
     /// The same lines, by the beamformer within `gate` only, and by DAS elsewhere.
     ///
     /// # Errors
@@ -101,7 +148,7 @@ impl<'a> LinePipeline<'a> {
     }
 
     /// The delay stage.
-    pub fn delay(&self) -> &Delay {
+    pub fn delay(&self) -> &D {
         &self.delay
     }
 
@@ -110,14 +157,25 @@ impl<'a> LinePipeline<'a> {
         &self.beamformer
     }
 
-    /// Length of the delay stage's scratch slice for vectors of so many lanes.
+    /// Length of the delay stage's scratch slice for whole lines and vectors of so many lanes.
     pub fn scratch_len(&self, lanes: usize) -> usize {
-        self.delay.parameters().scratch_len(lanes)
+        self.delay.scratch_len(lanes, self.scan.samples())
     }
 
     /// Length of a line's aligned samples, `[sample][element]`.
     pub fn aligned_len(&self) -> usize {
         self.scan.samples() * self.scan.elements()
+    }
+
+    /// The lengths of the memory for lines that are worked out `stretch` samples at a time, or as many as
+    /// the time window takes.
+    pub fn lengths(&self, stretch: usize) -> LineLengths {
+        let half_window = self.beamformer.parameters().temporal_half_window;
+        let held = held(self.scan.samples(), half_window, stretch);
+        LineLengths {
+            scratch: self.delay.scratch_len(1, held),
+            aligned: held * self.scan.elements(),
+        }
     }
 
     /// The aligned analytic samples of a line, `[sample][element]`: the mean over its transmits, added
@@ -132,15 +190,46 @@ impl<'a> LinePipeline<'a> {
         &self,
         zero: V,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>)>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>)>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
-    ) -> Result<(), Error> {
+    ) -> Result<(), Error>
+    where
+        D::Record<'r>: 'r,
+    {
+        check_length("out", out.len(), self.aligned_len())?;
+        let place = Place {
+            line,
+            first: 0,
+            active: self.scan.widest(line),
+        };
+        self.align_stretch(zero, place, transmits, scratch, out)
+    }
+
+    /// The aligned samples of a stretch.
+    fn align_stretch<'r, V: Vector>(
+        &self,
+        zero: V,
+        place: Place,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>)>,
+        scratch: &mut [f32],
+        out: &mut [Complex<f32>],
+    ) -> Result<(), Error>
+    where
+        D::Record<'r>: 'r,
+    {
         let mut count = 0;
         let mut compounding = Compounding::Replace;
         for (transmit, record) in transmits {
-            let scan_line = ScanLine::of(&self.scan, line, transmit, compounding);
-            self.delay.line(zero, &scan_line, record, scratch, out)?;
+            let line = ScanLine {
+                transmit,
+                ray: self.scan.ray(place.line),
+                array: self.scan.parameters().array,
+                active: place.active,
+                compounding,
+            };
+            self.delay
+                .stretch(zero, &line, record, place.first, scratch, out)?;
             compounding = Compounding::Add;
             count += 1;
         }
@@ -161,19 +250,27 @@ impl<'a> LinePipeline<'a> {
         }
     }
 
-    /// A beamformed line: [`LinePipeline::align`], then [`Beamformer::line`], or
-    /// [`Beamformer::line_within`] the gate.
+    /// A beamformed line: [`LinePipeline::align`], then [`Beamformer::line`], or [`Beamformer::line_within`] the
+    /// gate, for a stretch of the line after the other, as long as the memory allows. The transmits are gone
+    /// through once for each.
+    ///
+    /// The beamformer's working scale is that of the records, so that it is the same for all stretches:
+    /// samples 300 dB below what the records hold are at the end of the floats' range.
     ///
     /// # Errors
-    /// As those two; [`Error::Length`] where `z` is not as long as the line.
+    /// As those two; [`Error::Length`] where `z` is not as long as the line, or the memory not one of
+    /// [`LinePipeline::lengths`]. `z` may be changed in part.
     pub fn line<'r, A: Averaging<f32>>(
         &self,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>)>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
         memory: LineMemory<'_>,
         workspace: &mut WorkspaceView<'_, A>,
         z: &mut [Complex<f32>],
-    ) -> Result<(), Error> {
+    ) -> Result<(), Error>
+    where
+        D::Record<'r>: 'r,
+    {
         let active = |sample| self.scan.active(line, sample);
         self.line_with(line, transmits, memory, workspace, active, z)
     }
@@ -182,21 +279,199 @@ impl<'a> LinePipeline<'a> {
     pub(super) fn line_with<'r, A: Averaging<f32>>(
         &self,
         line: usize,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r Record<'r>)>,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
         memory: LineMemory<'_>,
         workspace: &mut WorkspaceView<'_, A>,
         active: impl Fn(usize) -> Active,
         z: &mut [Complex<f32>],
-    ) -> Result<(), Error> {
-        check_length("z", z.len(), self.scan.samples())?;
+    ) -> Result<(), Error>
+    where
+        D::Record<'r>: 'r,
+    {
+        let samples = self.scan.samples();
+        check_length("z", z.len(), samples)?;
+        let Some(elements) = NonZeroUsize::new(self.scan.elements()) else {
+            return Ok(());
+        };
         let LineMemory { scratch, aligned } = memory;
-        self.align(0.0f32, line, transmits, scratch, aligned)?;
-        let x = AlignedLine::new(aligned, self.scan.elements())?;
-        if self.adaptive == (0..self.scan.samples()) {
-            return self.beamformer.line(workspace, x, active, z);
+        let half_window = self.beamformer.parameters().temporal_half_window;
+        let stretch = self.stretch(aligned.len(), elements)?;
+        let transmits = transmits.into_iter();
+        let largest = transmits.clone().fold(0.0, |largest, (_, record)| {
+            let of_record = D::largest(record);
+            if of_record > largest {
+                of_record
+            } else {
+                largest
+            }
+        });
+        let mut cuts = Cuts::new(samples, half_window, stretch, &active);
+        let mut held = 0..0;
+        while let Some(own) = cuts.next() {
+            let needed = own.start.saturating_sub(half_window)
+                ..own.end.saturating_add(half_window).min(samples);
+            // What the stretch before read, too, goes to the front.
+            let kept = (held.end - needed.start) * elements.get();
+            let from = (needed.start - held.start) * elements.get();
+            aligned.copy_within(from..from + kept, 0);
+            let (Some(x), Some(scratch)) = (
+                aligned.get_mut(..needed.len() * elements.get()),
+                scratch.get_mut(..self.delay.scratch_len(1, needed.end - held.end)),
+            ) else {
+                return Err(self.memory_error(scratch.len(), stretch));
+            };
+            let new = x.get_mut(kept..).unwrap_or_default();
+            // Deeper sets contain shallower ones: that of the last sample whose time window reads these.
+            let deepest = needed.end.saturating_add(half_window).min(samples) - 1;
+            let place = Place {
+                line,
+                first: held.end,
+                active: active(deepest),
+            };
+            self.align_stretch(0.0f32, place, transmits.clone(), scratch, new)?;
+            let x = AlignedLine::stretch(x, elements, (needed.start, samples), largest);
+            let out = z.get_mut(own.clone()).unwrap_or_default();
+            let within = |sample: usize| sample.clamp(own.start, own.end) - own.start;
+            let adaptive = within(self.adaptive.start)..within(self.adaptive.end);
+            if adaptive.len() == own.len() {
+                self.beamformer
+                    .stretch(workspace, x, own.start, &active, out)?;
+            } else {
+                let at = (own.start, adaptive);
+                self.beamformer
+                    .stretch_within(workspace, x, at, &active, out)?;
+            }
+            held = needed;
         }
-        let adaptive = self.adaptive.clone();
-        self.beamformer
-            .line_within(workspace, x, active, adaptive, z)
+        Ok(())
+    }
+
+    /// How many samples are put out at a time with so many aligned samples.
+    fn stretch(&self, aligned: usize, elements: NonZeroUsize) -> Result<usize, Error> {
+        let samples = self.scan.samples();
+        let half_window = self.beamformer.parameters().temporal_half_window;
+        let room = aligned / elements;
+        if room >= samples {
+            return Ok(samples);
+        }
+        let fewest = held(samples, half_window, 0);
+        if room < fewest {
+            return Err(Error::Length {
+                name: "memory for aligned samples",
+                actual: aligned,
+                expected: fewest * elements.get(),
+            });
+        }
+        Ok(room - 2 * half_window)
+    }
+
+    #[cold]
+    fn memory_error(&self, scratch: usize, stretch: usize) -> Error {
+        Error::Length {
+            name: "scratch",
+            actual: scratch,
+            expected: self.lengths(stretch).scratch,
+        }
+    }
+}
+
+/// A stretch of a line: which line, its first sample, and the elements that are read.
+struct Place {
+    line: usize,
+    first: usize,
+    active: Active,
+}
+
+/// How many aligned samples lie in memory where `stretch` samples of a line are put out at a time: a block of
+/// the time window at least.
+pub(super) const fn held(samples: usize, half_window: usize, stretch: usize) -> usize {
+    let margins = half_window.saturating_mul(2);
+    let block = margins.saturating_add(1);
+    let outputs = if stretch < block { block } else { stretch };
+    let held = outputs.saturating_add(margins);
+    if held < samples { held } else { samples }
+}
+
+/// Where a line is cut: where the active set changes, and at multiples of the time window's block from
+/// there.
+struct Cuts<F> {
+    samples: usize,
+    block: usize,
+    stretch: usize,
+    active: F,
+    /// The first sample that is not put out yet.
+    first: usize,
+    /// Where the active set changed last before that, and the set.
+    run: (usize, Active),
+}
+
+impl<F: Fn(usize) -> Active> Cuts<F> {
+    /// Stretches of at most so many samples; a block at least.
+    fn new(samples: usize, half_window: usize, stretch: usize, active: F) -> Self {
+        Cuts {
+            samples,
+            block: half_window.saturating_mul(2).saturating_add(1),
+            stretch,
+            run: (0, active(0)),
+            active,
+            first: 0,
+        }
+    }
+}
+
+impl<F: Fn(usize) -> Active> Iterator for Cuts<F> {
+    type Item = Range<usize>;
+
+    fn next(&mut self) -> Option<Range<usize>> {
+        let first = self.first;
+        if first >= self.samples {
+            return None;
+        }
+        let last = first.saturating_add(self.stretch).min(self.samples);
+        let mut end = last;
+        if last < self.samples {
+            end = first + 1;
+            for sample in first + 1..=last {
+                let set = (self.active)(sample);
+                if set != self.run.1 {
+                    self.run = (sample, set);
+                    end = sample;
+                } else if (sample - self.run.0) % self.block == 0 {
+                    end = sample;
+                }
+            }
+        }
+        self.first = end;
+        Some(first..end)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every sample once, no more than asked for at a time, and cut where no bit changes.
+    #[test]
+    fn lines_are_cut_at_blocks_from_where_the_active_set_changed() {
+        let samples = 100;
+        let active = |sample: usize| Active {
+            first: 0,
+            count: [3, 4, 9, 9][sample / 30],
+        };
+        for half_window in [0, 1, 5, 10] {
+            let block = 2 * half_window + 1;
+            for stretch in block..=2 * samples {
+                let mut next = 0;
+                for own in Cuts::new(samples, half_window, stretch, active) {
+                    assert!(own.start == next && !own.is_empty() && own.len() <= stretch);
+                    let changed = (0..=own.start)
+                        .rfind(|&n| n == 0 || active(n) != active(n - 1))
+                        .unwrap_or(0);
+                    assert_eq!((own.start - changed) % block, 0, "{half_window} {stretch}");
+                    next = own.end;
+                }
+                assert_eq!(next, samples);
+            }
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! The memory of a frame.
 
-use super::Parameters;
-use crate::focus::DelayParameters;
+use super::line::held;
+use super::{LineLengths, Parameters};
+use crate::focus::{DelayParameters, IqParameters};
 use crate::geometry::Scan;
 use crate::phase_symmetry::{self, LogGaborTables};
 use crate::{Complex, Error};
@@ -32,16 +33,14 @@ pub(super) struct Parts {
     /// The aperture's width at each sample.
     pub(super) widths: usize,
     pub(super) pixels: usize,
-    /// The delay stage's scratch.
-    pub(super) scratch: usize,
+    /// What a line is worked out in.
+    pub(super) line: LineLengths,
     /// Grey levels of all lines, and the pixels before the median.
     pub(super) b_mode: usize,
     pub(super) spectrum: usize,
     pub(super) strip: usize,
     /// The longer side of the image.
     pub(super) side: usize,
-    /// The aligned samples of a line.
-    pub(super) aligned: usize,
     pub(super) samples: usize,
 }
 
@@ -81,6 +80,7 @@ impl Parameters<'_> {
     /// #   scales: &[0.125],
     /// #   threshold: 10.0,
     /// #   strip: 8,
+    /// #   stretch: usize::MAX,
     /// };
     /// const SIZES: Sizes = match PARAMETERS.sizes() {
     ///     Ok(sizes) => sizes,
@@ -93,10 +93,38 @@ impl Parameters<'_> {
     /// # Errors
     /// As [`Scan::new`].
     pub const fn sizes(&self) -> Result<Sizes, Error> {
-        let scan = match Scan::new(self.scan) {
-            Ok(scan) => scan,
-            Err(error) => return Err(error),
-        };
+        match Scan::new(self.scan) {
+            Ok(scan) => {
+                let delay = DelayParameters::of(&scan);
+                let scratch = delay.stretch_scratch_len(1, self.held(&scan));
+                Ok(self.sizes_of(&scan, scratch))
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The sizes of a frame's memory where the records are I/Q.
+    ///
+    /// # Errors
+    /// As [`Scan::of_iq`].
+    pub const fn sizes_of_iq(&self) -> Result<Sizes, Error> {
+        match Scan::of_iq(self.scan) {
+            Ok(scan) => {
+                // The same for every frequency.
+                let scratch = IqParameters::of(&scan, 0.0).scratch_len(1);
+                Ok(self.sizes_of(&scan, scratch))
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Aligned samples in memory at a time.
+    const fn held(&self, scan: &Scan<'_>) -> usize {
+        let half_window = self.beamformer.temporal_half_window;
+        held(scan.samples(), half_window, self.stretch)
+    }
+
+    const fn sizes_of(&self, scan: &Scan<'_>, scratch: usize) -> Sizes {
         let elements = scan.elements();
         let strips = self.strips();
         let pixels = self.rows.saturating_mul(self.columns);
@@ -106,26 +134,28 @@ impl Parameters<'_> {
             envelopes,
             widths: scan.samples(),
             pixels,
-            scratch: DelayParameters::of(&scan).scratch_len(1),
+            line: LineLengths {
+                scratch,
+                aligned: elements.saturating_mul(self.held(scan)),
+            },
             b_mode: envelopes.saturating_add(before_median),
             spectrum: strips.spectrum_len(),
             strip: strips.strip_len(),
             side: strips.line_len(),
-            aligned: elements.saturating_mul(scan.samples()),
             samples: scan.samples(),
         };
         // The cast rounds down.
         let subaperture = (self.beamformer.subaperture_ratio * elements as f64) as usize;
         let fours = larger(subaperture, 1).div_ceil(4);
-        let line = parts.aligned.saturating_add(parts.samples);
-        Ok(Sizes {
+        let line = parts.line.aligned.saturating_add(parts.samples);
+        Sizes {
             elements,
             subaperture: fours.saturating_mul(4),
             temporal_half_window: self.beamformer.temporal_half_window,
             real: parts.kept().saturating_add(parts.work()),
             complex: larger(line, strips.line_len()),
             parts,
-        })
+        }
     }
 }
 
@@ -150,7 +180,7 @@ impl Parts {
 
     /// What the stages work in, one after the other.
     const fn work(&self) -> usize {
-        larger(larger(self.scratch, self.b_mode), self.bone_map())
+        larger(larger(self.line.scratch, self.b_mode), self.bone_map())
     }
 
     /// Phase symmetry's spectrum, filtered image, denominator, two strips and gains.
@@ -167,7 +197,7 @@ const fn larger(a: usize, b: usize) -> usize {
 }
 
 /// The memory of a [`Frame`](super::Frame), for a `static`: `REAL` and `COMPLEX` are those of
-/// [`Parameters::sizes`].
+/// [`Parameters::sizes`] or [`Parameters::sizes_of_iq`].
 pub struct Memory<const REAL: usize, const COMPLEX: usize> {
     real: [f32; REAL],
     complex: [Complex<f32>; COMPLEX],

@@ -1,12 +1,15 @@
-//! From the RF of transmits to lines, an image and a bone map, in fixed memory.
+//! From the RF or the I/Q of transmits to lines, an image and a bone map, in fixed memory.
 //!
 //! A [`Pipeline`] is a plan: validated parameters and the tables that follow from them. It works in no
-//! memory of its own, so that it can be shared between threads. A [`Frame`] is a plan with memory: RF
-//! goes in line by line, an image and a bone map come out. Its sizes are known when the program is
+//! memory of its own, so that it can be shared between threads. A [`Frame`] is a plan with memory: RF or
+//! I/Q goes in line by line, an image and a bone map come out. Its sizes are known when the program is
 //! compiled ([`Parameters::sizes`]), for a `static` [`Memory`]; or they follow at run time, for slices
 //! ([`MemoryView`]).
 //!
 //! A [`DepthGate`] bounds the depths in which the beamformer works: elsewhere is DAS.
+//!
+//! A line is worked out in stretches ([`Parameters::stretch`]), so that the memory for it does not grow with
+//! it. The bits are the same for all stretches.
 //!
 //! Each stage can be used by itself: [`LinePipeline`] delays and beamforms lines,
 //! [`BMode`] makes images of them, [`PhaseSymmetry`] bone maps of images.
@@ -18,11 +21,12 @@ mod memory;
 
 pub use depth_gate::DepthGate;
 pub use frame::Frame;
-pub use line::{LineMemory, LinePipeline};
+pub use line::{IqInput, LineLengths, LineMemory, LinePipeline};
 pub use memory::{Memory, MemoryView, Sizes};
 
 use crate::Error;
 use crate::beamform;
+use crate::focus::{Delay, IqDelay, Stage};
 use crate::geometry::{Axis, Lines, Scan, ScanParameters};
 use crate::image::{BMode, BModeParameters, Logarithm, PixelGrid};
 use crate::phase_symmetry::{self, PhaseSymmetry};
@@ -51,6 +55,9 @@ pub struct Parameters<'a> {
     /// Phase symmetry: how many rows or columns are worked on at a time. It changes memory and time,
     /// never the map.
     pub strip: usize,
+    /// How many samples of a line are focused and beamformed at a time: as many as the time window at least, the
+    /// whole line at most. It changes memory and time, never the line.
+    pub stretch: usize,
 }
 
 /// The plan of all stages.
@@ -83,6 +90,7 @@ pub struct Parameters<'a> {
 ///     scales: &[0.125, 0.0625],
 ///     threshold: 10.0,
 ///     strip: 8,
+///     stretch: 64,
 /// })?;
 /// assert_eq!(pipeline.lines().scan().samples(), 208);
 /// assert_eq!(pipeline.b_mode().parameters().grid.z0, 4e-3);
@@ -90,15 +98,15 @@ pub struct Parameters<'a> {
 /// ```
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Pipeline<'a> {
-    lines: LinePipeline<'a>,
+pub struct Pipeline<'a, D = Delay> {
+    lines: LinePipeline<'a, D>,
     b_mode: BMode,
     phase_symmetry: PhaseSymmetry,
     sizes: Sizes,
 }
 
 impl<'a> Pipeline<'a> {
-    /// Validates the parameters and works out the tables.
+    /// A pipeline of RF: validates the parameters and works out the tables.
     ///
     /// # Errors
     /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range: as
@@ -106,10 +114,72 @@ impl<'a> Pipeline<'a> {
     /// are not evenly spaced.
     pub fn new(parameters: Parameters<'a>) -> Result<Self, Error> {
         let scan = Scan::new(parameters.scan)?;
-        let (lines, samples) = (even(&parameters.scan.lines)?, scan.depths());
+        even(&parameters.scan.lines)?;
+        let lines = LinePipeline::new(scan, parameters.beamformer)?;
+        Self::of_lines(lines, parameters, parameters.sizes()?)
+    }
+}
+
+impl<'a> Pipeline<'a, IqDelay> {
+    /// A pipeline of I/Q.
+    ///
+    /// ```
+    /// # use bonebeam::Error;
+    /// use bonebeam::beamform;
+    /// use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+    /// use bonebeam::pipeline::{IqInput, Parameters, Pipeline};
+    ///
+    /// let parameters = Parameters {
+    ///     scan: ScanParameters {
+    ///         array: Array::Linear { elements: 16, pitch: 0.3e-3 },
+    ///         lines: Lines::Even(Axis::centred(64, 0.1e-3)),
+    ///         sound_speed: 1540.0,
+    ///         centre_frequency: 5e6,
+    ///         sampling_rate: 10e6,
+    ///         record_samples: 256,
+    ///         output_rate: 10e6,
+    ///         start: Depth::Metres(4e-3),
+    ///         end: Depth::Metres(12e-3),
+    ///         f_number: 1.5,
+    ///         min_elements: 8,
+    ///     },
+    ///     beamformer: beamform::Parameters::default(),
+    ///     rows: 64,
+    ///     columns: 64,
+    ///     dynamic_range: 50.0,
+    ///     median: true,
+    ///     scales: &[0.125, 0.0625],
+    ///     threshold: 10.0,
+    ///     strip: 8,
+    ///     stretch: 32,
+    /// };
+    /// let iq = IqInput { demodulation_frequency: 5e6, reading: None };
+    /// let pipeline = Pipeline::of_iq(parameters, iq)?;
+    /// assert_eq!(pipeline.lines().scan().samples(), 104);
+    /// assert_eq!(*pipeline.sizes(), parameters.sizes_of_iq()?);
+    /// # Ok::<(), Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Pipeline::new`], with [`Scan::of_iq`] and [`LinePipeline::of_iq`].
+    pub fn of_iq(parameters: Parameters<'a>, iq: IqInput) -> Result<Self, Error> {
+        let scan = Scan::of_iq(parameters.scan)?;
+        even(&parameters.scan.lines)?;
+        let lines = LinePipeline::of_iq(scan, iq, parameters.beamformer)?;
+        Self::of_lines(lines, parameters, parameters.sizes_of_iq()?)
+    }
+}
+
+impl<'a, D: Stage> Pipeline<'a, D> {
+    fn of_lines(
+        of_scan: LinePipeline<'a, D>,
+        parameters: Parameters<'a>,
+        sizes: Sizes,
+    ) -> Result<Self, Error> {
+        let (lines, samples) = (even(&parameters.scan.lines)?, of_scan.scan().depths());
         let (rows, columns) = (parameters.rows, parameters.columns);
         Ok(Pipeline {
-            lines: LinePipeline::new(scan, parameters.beamformer)?,
+            lines: of_scan,
             b_mode: BMode::new(BModeParameters {
                 lines,
                 samples,
@@ -123,7 +193,7 @@ impl<'a> Pipeline<'a> {
                 scales: parameters.scales,
                 threshold: parameters.threshold,
             })?,
-            sizes: parameters.sizes()?,
+            sizes,
         })
     }
 
@@ -138,8 +208,8 @@ impl<'a> Pipeline<'a> {
         })
     }
 
-    /// RF → lines.
-    pub fn lines(&self) -> &LinePipeline<'a> {
+    /// RF or I/Q → lines.
+    pub fn lines(&self) -> &LinePipeline<'a, D> {
         &self.lines
     }
 

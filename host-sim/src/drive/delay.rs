@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use bonebeam::focus::{
     Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
-    IqSamples, MAX_DECIMATION, MAX_SAMPLES, Record, ScanLine, Upsampled,
+    IqSamples, MAX_DECIMATION, MAX_SAMPLES, Record, ScanLine, Stage as CoreStage, Upsampled,
 };
 use bonebeam::geometry::{
     Active, Aperture, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit,
@@ -396,11 +396,11 @@ impl Task for AlignBeams<'_> {
 
 /// What lines are delayed from.
 #[derive(Clone, Copy)]
-pub struct Source<'a> {
+pub struct Source<'a, R = Record<'a>> {
     /// The transmits.
     pub transmits: &'a [Transmit<'a>],
     /// The record of each.
-    pub records: &'a [Record<'a>],
+    pub records: &'a [R],
     /// Which of them make a line.
     pub of_line: &'a (dyn Fn(usize) -> Range<usize> + Sync),
 }
@@ -410,11 +410,11 @@ pub struct Source<'a> {
 ///
 /// # Errors
 /// What the core refuses.
-pub fn align(
+pub fn align<'r, D: CoreStage + Sync>(
     set: InstructionSet,
-    pipeline: &LinePipeline<'_>,
+    pipeline: &LinePipeline<'_, D>,
     lines: Range<usize>,
-    source: Source<'_>,
+    source: Source<'r, D::Record<'r>>,
     x: &mut [Complex<f32>],
 ) -> Result<()> {
     set.dispatch(Align {
@@ -425,14 +425,14 @@ pub fn align(
     })
 }
 
-struct Align<'a> {
-    pipeline: &'a LinePipeline<'a>,
+struct Align<'a, 'r, D: CoreStage> {
+    pipeline: &'a LinePipeline<'a, D>,
     lines: Range<usize>,
-    source: Source<'a>,
+    source: Source<'r, D::Record<'r>>,
     x: &'a mut [Complex<f32>],
 }
 
-impl Task for Align<'_> {
+impl<D: CoreStage + Sync> Task for Align<'_, '_, D> {
     type Output = Result<()>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {

@@ -1,6 +1,7 @@
-//! The core's pipeline over threads and the widest vectors: RF → lines → image → bone map.
+//! The core's pipeline over threads and the widest vectors: RF or I/Q → lines → image → bone map.
 
 use bonebeam::covariance::Covariance;
+use bonebeam::focus::{Delay, Stage};
 use bonebeam::pipeline::Pipeline;
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, Array3, ArrayView2, ArrayView3};
@@ -12,8 +13,8 @@ use crate::Result;
 
 /// Frames of a [`Pipeline`]: what the core's `Frame` does line by line in fixed memory, on as many
 /// threads as the rayon pool has in which it is made. The bits are the same.
-pub struct Frames<'p> {
-    pipeline: &'p Pipeline<'p>,
+pub struct Frames<'p, D = Delay> {
+    pipeline: &'p Pipeline<'p, D>,
     set: InstructionSet,
     beamformer: beamform::Plan,
     bone_map: phase_symmetry::Plan,
@@ -21,12 +22,12 @@ pub struct Frames<'p> {
     aligned: Array3<Complex<f32>>,
 }
 
-impl<'p> Frames<'p> {
+impl<'p, D: Stage + Sync> Frames<'p, D> {
     /// Makes threads and memory, once for all frames.
     ///
     /// # Errors
     /// [`Error::Usage`](crate::Error::Usage) where the sizes take more memory than is allowed.
-    pub fn new(pipeline: &'p Pipeline<'p>, covariance: Covariance) -> Result<Self> {
+    pub fn new(pipeline: &'p Pipeline<'p, D>, covariance: Covariance) -> Result<Self> {
         Self::with_instruction_set(InstructionSet::detect(), pipeline, covariance)
     }
 
@@ -36,7 +37,7 @@ impl<'p> Frames<'p> {
     /// As [`Frames::new`].
     pub fn with_instruction_set(
         set: InstructionSet,
-        pipeline: &'p Pipeline<'p>,
+        pipeline: &'p Pipeline<'p, D>,
         covariance: Covariance,
     ) -> Result<Self> {
         let lines = pipeline.lines();
@@ -60,7 +61,10 @@ impl<'p> Frames<'p> {
     ///
     /// # Errors
     /// What the core refuses.
-    pub fn align(&mut self, source: Source<'_>) -> Result<ArrayView3<'_, Complex<f32>>> {
+    pub fn align<'r>(
+        &mut self,
+        source: Source<'r, D::Record<'r>>,
+    ) -> Result<ArrayView3<'_, Complex<f32>>> {
         let lines = 0..self.aligned.dim().0;
         let x = self.aligned.as_slice_mut().unwrap_or_default();
         align(self.set, self.pipeline.lines(), lines, source, x)?;
@@ -93,11 +97,11 @@ impl<'p> Frames<'p> {
         self.bone_map.run(image, self.set, |_, _| {})
     }
 
-    /// All of it, from RF to the bone map.
+    /// All of it, from RF or I/Q to the bone map.
     ///
     /// # Errors
     /// As the steps.
-    pub fn run(&mut self, source: Source<'_>) -> Result<Array2<f32>> {
+    pub fn run<'r>(&mut self, source: Source<'r, D::Record<'r>>) -> Result<Array2<f32>> {
         self.align(source)?;
         let z = self.lines(self.aligned.view())?;
         let image = self.image(z.view())?;

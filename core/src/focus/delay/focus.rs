@@ -8,7 +8,7 @@ use super::{CHUNK, Compounding, Delay, FAR, STEP, ScanLine, Source};
 use crate::Complex;
 use crate::focus::analytic::GROUP;
 use crate::focus::decimator::streams_len;
-use crate::focus::delay_law::{ReceiveLag, TransmitDelay};
+use crate::focus::delay_law::ReceiveLag;
 use crate::focus::interpolate::Places;
 use crate::geometry::{Array, Ray};
 use crate::simd::{MOST_LANES, PARTIAL_SUMS, Vector, load, transpose};
@@ -66,8 +66,8 @@ impl Delay {
         out: &mut [Complex<f32>],
     ) {
         let line = source.line;
-        let mut scratch = self.split_scratch::<V>(scratch);
-        self.trace_centre(&source.transmit, line.transmit.t0, &mut scratch.centre);
+        let mut scratch = self.split_scratch::<V>(scratch, source.samples);
+        self.trace_centre(source, &mut scratch.centre);
         for group in self.groups(line, V::LANES) {
             self.read_group(zero, source, &group, &mut scratch);
             let destination = Destination {
@@ -86,9 +86,9 @@ impl Delay {
     }
 
     #[inline(always)]
-    fn split_scratch<'a, V: Vector>(&self, scratch: &'a mut [f32]) -> Scratch<'a> {
+    fn split_scratch<'a, V: Vector>(&self, scratch: &'a mut [f32], samples: usize) -> Scratch<'a> {
         let p = &self.parameters;
-        let line_len = p.line_len();
+        let line_len = p.line_len(samples);
         let aligned = scratch.as_ptr().align_offset(CACHE_LINE);
         let scratch = &mut scratch[aligned.min(CACHE_LINE / size_of::<f32>() - 1)..];
         let (rows, rest) = scratch.split_at_mut(V::LANES * p.rows());
@@ -171,12 +171,13 @@ impl Delay {
     /// Depth, whole sample and fraction at which an element straight above the line is read; depth 0
     /// where nothing can be read.
     #[inline(always)]
-    fn trace_centre(&self, transmit: &TransmitDelay, t0: f64, centre: &mut CentrePath) {
+    fn trace_centre(&self, source: &Source, centre: &mut CentrePath) {
         let p = &self.parameters;
+        let (transmit, t0) = (&source.transmit, source.line.transmit.t0);
         let reach = self.hilbert.reach() as f64;
         let rate = self.rate();
         for n in 0..centre.depth.len() {
-            let t = p.output_start + (n as f64 - reach) / p.output_rate;
+            let t = p.output_start + ((source.first + n) as f64 - reach) / p.output_rate;
             let z = p.sound_speed * t / 2.0;
             let position = ((transmit.time(z) + z / p.sound_speed) - t0) * rate;
             let near = position > -FAR && position < FAR;
@@ -359,7 +360,7 @@ impl Delay {
             #[inline(always)]
             || {
                 let elements = self.parameters.elements;
-                let line_len = self.parameters.line_len();
+                let line_len = lines.len() / V::LANES;
                 // A row holds a sample of each element. What the transformer reaches back for stays in front.
                 let behind = 2 * self.hilbert.reach() * V::LANES;
                 let rows = &mut rows[..behind + CHUNK * V::LANES];

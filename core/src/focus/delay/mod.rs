@@ -22,7 +22,7 @@ use super::decimator::{halved_len, halvings, streams_len};
 use super::delay_law::TransmitDelay;
 use super::interpolate::Interpolator;
 use super::record::Record;
-use super::{FAR, check_shapes, finite, positive};
+use super::{FAR, check_shapes, finite, positive, stretch_samples};
 use crate::error::{attempt, check_length};
 use crate::geometry::{Active, Array, Ray, Scan, Transmit};
 use crate::simd::{PARTIAL_SUMS, Vector};
@@ -107,10 +107,7 @@ impl DelayParameters {
     /// assert_eq!(SCRATCH.len(), 4 * 96 + 62 + 15);
     /// ```
     pub const fn scratch_len(&self, lanes: usize) -> usize {
-        let records = if lanes < 2 { lanes } else { 2 };
-        let halved = records * self.halved_len() + streams_len(self.halvings());
-        let lines = lanes.saturating_mul(self.line_len() + self.rows());
-        lines.saturating_add(PARTIAL_SUMS - 1 + halved + 3 * self.line_len())
+        self.stretch_scratch_len(lanes, self.output_samples)
     }
 
     /// What the filters do not depend on.
@@ -120,9 +117,19 @@ impl DelayParameters {
         check_shapes(self.output_samples, self.record_samples, self.elements)
     }
 
-    /// Output samples with the margins, up to full sixteens.
-    const fn line_len(&self) -> usize {
-        let outputs = within_limits(self.output_samples).next_multiple_of(CHUNK);
+    /// Length of the scratch slice of [`Delay::stretch`] for stretches of so many samples, f32. Room for
+    /// halved records is that of whole ones.
+    pub const fn stretch_scratch_len(&self, lanes: usize, samples: usize) -> usize {
+        let records = if lanes < 2 { lanes } else { 2 };
+        let halved = records * self.halved_len() + streams_len(self.halvings());
+        let line_len = self.line_len(samples);
+        let lines = lanes.saturating_mul(line_len + self.rows());
+        lines.saturating_add(PARTIAL_SUMS - 1 + halved + 3 * line_len)
+    }
+
+    /// So many output samples with the margins, up to full sixteens.
+    const fn line_len(&self, samples: usize) -> usize {
+        let outputs = within_limits(samples).next_multiple_of(CHUNK);
         (outputs + 2 * self.reach()).next_multiple_of(PARTIAL_SUMS)
     }
 
@@ -204,6 +211,9 @@ struct Source<'a> {
     line: &'a ScanLine<'a>,
     transmit: TransmitDelay<'a>,
     record: &'a Record<'a>,
+    /// The first output sample that is asked for, and how many.
+    first: usize,
+    samples: usize,
 }
 
 /// A delay stage: validated parameters and their filters.
@@ -396,13 +406,39 @@ impl Delay {
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        let scratch_len = self.parameters.scratch_len(V::LANES);
+        let p = &self.parameters;
+        check_length("out", out.len(), p.elements * p.output_samples)?;
+        self.stretch(zero, line, record, 0, scratch, out)
+    }
+
+    /// The samples of a line from output sample `first` on, as many as `out` holds, to the bit as
+    /// [`Delay::line`] has them. `scratch`: [`DelayParameters::stretch_scratch_len`] values.
+    ///
+    /// Cost: that of as many samples of a line, and of the margins: up to a Hilbert reach beyond both ends
+    /// is read, and up to full thirty-twos.
+    ///
+    /// # Errors
+    /// As [`Delay::line`]; [`Error::Capacity`] for a stretch that ends behind the line.
+    pub fn stretch<V: Vector>(
+        &self,
+        zero: V,
+        line: &ScanLine,
+        record: &Record,
+        first: usize,
+        scratch: &mut [f32],
+        out: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
+        let p = &self.parameters;
+        let samples = stretch_samples((p.elements, p.output_samples), first, out)?;
+        let scratch_len = p.stretch_scratch_len(V::LANES, samples);
         check_length("scratch", scratch.len(), scratch_len)?;
         let transmit = self.check(line, record, out)?;
         let source = Source {
             line,
             transmit,
             record,
+            first,
+            samples,
         };
         zero.vectorize(
             #[inline(always)]
@@ -422,7 +458,6 @@ impl Delay {
         check_length("element_x", line.array.elements(), p.elements)?;
         check_length("record elements", record.elements(), p.elements)?;
         check_length("record samples", record.samples(), p.record_samples)?;
-        check_length("out", out.len(), p.elements * p.output_samples)?;
         check_line(line, p.elements, p.sound_speed, out)
     }
 }

@@ -99,7 +99,8 @@ impl<'a> Upsampled<'a> {
 
     /// Values of a line: its samples, and what the Hilbert transformer reaches for at either end.
     pub fn line_len(&self) -> usize {
-        self.delay.parameters.line_len()
+        let p = &self.delay.parameters;
+        p.line_len(p.output_samples)
     }
 
     /// Upsamples what one element recorded, `samples`, into `record`.

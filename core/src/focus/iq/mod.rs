@@ -16,7 +16,7 @@ pub use record::{IqLayout, IqRecord, IqSamples};
 
 use super::delay::{ScanLine, check_line};
 use super::delay_law::{ReceiveLag, TransmitDelay};
-use super::{FAR, check_shapes, finite, positive};
+use super::{FAR, check_shapes, finite, positive, stretch_samples};
 use crate::error::{attempt, check_length};
 use crate::focus::Compounding;
 use crate::geometry::Scan;
@@ -153,6 +153,14 @@ struct Centre {
     turns: f32,
 }
 
+/// What a line is focused from, and the first output sample that is asked for.
+struct Source<'a> {
+    line: &'a ScanLine<'a>,
+    transmit: TransmitDelay<'a>,
+    record: &'a IqRecord<'a>,
+    first: usize,
+}
+
 impl IqDelay {
     /// RAM of the stage, bytes.
     pub const BYTES: usize = size_of::<Self>();
@@ -218,56 +226,82 @@ impl IqDelay {
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         let p = &self.parameters;
+        check_length("out", out.len(), p.elements * p.output_samples)?;
+        self.stretch(zero, line, record, 0, scratch, out)
+    }
+
+    /// The samples of a line from output sample `first` on, as many as `out` holds, to the bit as
+    /// [`IqDelay::line`] has them.
+    ///
+    /// # Errors
+    /// As [`IqDelay::line`]; [`Error::Capacity`] for a stretch that ends behind the line.
+    pub fn stretch<V: Vector>(
+        &self,
+        zero: V,
+        line: &ScanLine,
+        record: &IqRecord,
+        first: usize,
+        scratch: &mut [f32],
+        out: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
+        let p = &self.parameters;
         check_length("scratch", scratch.len(), p.scratch_len(V::LANES))?;
         check_length("record elements", record.elements(), p.elements)?;
         check_length("record samples", record.samples(), p.record_samples)?;
-        check_length("out", out.len(), p.elements * p.output_samples)?;
+        stretch_samples((p.elements, p.output_samples), first, out)?;
         let transmit = check_line(line, p.elements, p.sound_speed, out)?;
+        let source = Source {
+            line,
+            transmit,
+            record,
+            first,
+        };
         match p.reading {
-            IqReading::Linear => self.read(zero, &Linear, line, &transmit, record, scratch, out),
-            IqReading::Cubic => self.read(zero, &Cubic, line, &transmit, record, scratch, out),
-            IqReading::Sinc => self.read(zero, &SINC, line, &transmit, record, scratch, out),
+            IqReading::Linear => self.read(zero, &Linear, &source, scratch, out),
+            IqReading::Cubic => self.read(zero, &Cubic, &source, scratch, out),
+            IqReading::Sinc => self.read(zero, &SINC, &source, scratch, out),
         }
         Ok(())
     }
 
     /// The line by a reading, whatever the samples are.
-    #[allow(clippy::too_many_arguments, reason = "one call a reading")]
     fn read<V: Vector, const TAPS: usize>(
         &self,
         zero: V,
         read: &impl Read<TAPS>,
-        line: &ScanLine,
-        transmit: &TransmitDelay,
-        record: &IqRecord,
+        source: &Source,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
-        let lags = self.lags::<V>(line, scratch);
-        match record.kind() {
+        let lags = self.lags::<V>(source.line, scratch);
+        match source.record.kind() {
             IqSamples::Float(samples) => {
-                let window = record.window(samples);
-                self.compute(zero, read, line, transmit, (record, window), lags, out);
+                let window = source.record.window(samples);
+                self.compute(zero, read, source, &window, lags, out);
             }
             IqSamples::Counts(samples, _) => {
-                let window = record.window(samples);
-                self.compute(zero, read, line, transmit, (record, window), lags, out);
+                let window = source.record.window(samples);
+                self.compute(zero, read, source, &window, lags, out);
             }
         }
     }
 
-    #[allow(clippy::too_many_arguments, reason = "one call a reading")]
     #[inline(never)]
     fn compute<V: Vector, T: Sample, const TAPS: usize>(
         &self,
         zero: V,
         read: &impl Read<TAPS>,
-        line: &ScanLine,
-        transmit: &TransmitDelay,
-        (record, window): (&IqRecord, Window<'_, T>),
+        source: &Source,
+        window: &Window<'_, T>,
         lags: &[f32],
         out: &mut [Complex<f32>],
     ) {
+        let Source {
+            line,
+            transmit,
+            record,
+            first,
+        } = source;
         zero.vectorize(
             #[inline(always)]
             || {
@@ -277,6 +311,7 @@ impl IqDelay {
                     if line.compounding == Compounding::Replace {
                         row.fill(Complex::new(0.0, 0.0));
                     }
+                    let n = first + n;
                     let centre = self.centre(transmit, record.turns(), line.transmit.t0, n);
                     let Some(row) = row.get_mut(active.clone()) else {
                         return;
@@ -287,7 +322,7 @@ impl IqDelay {
                             .zip(lags.chunks_exact(LAG * V::LANES));
                         for (group, (row, lag)) in groups.enumerate() {
                             let first = active.start + group * V::LANES;
-                            let source = (&window, record.scale());
+                            let source = (window, record.scale());
                             let values =
                                 self.values(zero, read, &centre, lag, source, (first, row.len()));
                             put(line.compounding, values, row);

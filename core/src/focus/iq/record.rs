@@ -4,6 +4,7 @@ use core::num::NonZeroUsize;
 
 use crate::error::{check_length, finite, none};
 use crate::focus::MAX_MAGNITUDE;
+use crate::magnitude::largest_part;
 use crate::{Complex, Error};
 
 /// Samples in the base band, as a front end delivers them.
@@ -35,6 +36,8 @@ pub struct IqRecord<'a> {
     length: usize,
     /// Of the demodulator's phase.
     turns: f64,
+    /// The largest magnitude.
+    largest: f32,
 }
 
 impl<'a> IqRecord<'a> {
@@ -65,8 +68,8 @@ impl<'a> IqRecord<'a> {
         };
         let length = (count / elements).max(1);
         check_length("iq", count, elements.get().saturating_mul(length))?;
-        match samples {
-            IqSamples::Float(samples) => check_magnitudes(samples)?,
+        let largest = match samples {
+            IqSamples::Float(samples) => checked_magnitude(samples)?,
             IqSamples::Counts(_, scale) => {
                 finite("iq scale", f64::from(scale))?;
                 const LARGEST: f32 = MAX_MAGNITUDE / 32768.0;
@@ -77,14 +80,16 @@ impl<'a> IqRecord<'a> {
                         expected: "a magnitude of at most 1e29 over 32768",
                     });
                 }
+                32768.0 * if scale < 0.0 { -scale } else { scale }
             }
-        }
+        };
         Ok(IqRecord {
             samples,
             layout,
             elements,
             length,
             turns: 0.0,
+            largest,
         })
     }
 
@@ -109,6 +114,11 @@ impl<'a> IqRecord<'a> {
     /// The samples of each element.
     pub fn samples(&self) -> usize {
         self.length
+    }
+
+    /// What neither part of an aligned sample exceeds: a reading makes at most 2.3 of 1, and a turn √2.
+    pub(in crate::focus) fn largest_aligned(&self) -> f32 {
+        4.0 * self.largest
     }
 
     pub(super) fn turns(&self) -> f64 {
@@ -212,14 +222,15 @@ impl<T: Sample> Window<'_, T> {
     }
 }
 
-fn check_magnitudes(samples: &[Complex<f32>]) -> Result<(), Error> {
-    // A whole piece at a time, since that needs no branch a sample; true for a NaN, too.
+/// The largest magnitude of a part, within the limit.
+fn checked_magnitude(samples: &[Complex<f32>]) -> Result<f32, Error> {
+    let largest = f32::from_bits(largest_part(samples));
+    if largest <= MAX_MAGNITUDE {
+        return Ok(largest);
+    }
+    // True for a NaN, too.
     let beyond = |value: f32| !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(&value);
     let either = |y: &Complex<f32>| beyond(y.re) | beyond(y.im);
-    let all_within = |piece: &[Complex<f32>]| !piece.iter().fold(false, |any, y| any | either(y));
-    if samples.chunks(256).all(all_within) {
-        return Ok(());
-    }
     let index = samples.iter().position(either).unwrap_or(0);
     match samples.get(index) {
         Some(y) if y.re.is_finite() && y.im.is_finite() => Err(Error::Parameter {
