@@ -40,7 +40,7 @@ pub const READINGS: [(&str, IqReading); 3] = [
 ];
 
 /// The snapshots as counts, `[sample][element]` as they are.
-static COUNTS: [[i16; 2]; LENGTH] = {
+pub(crate) static COUNTS: [[i16; 2]; LENGTH] = {
     let mut counts = [[0; 2]; LENGTH];
     let mut n = 0;
     while n < LENGTH {

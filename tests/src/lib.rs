@@ -16,6 +16,7 @@ pub mod iq;
 #[cfg(feature = "lanes")]
 pub mod lanes;
 pub mod phase_symmetry;
+pub mod pipeline;
 pub mod snapshots;
 pub mod sqrt;
 
@@ -37,6 +38,7 @@ pub struct Workspaces {
     image: image::Memory,
     iq: iq::Memory,
     phase_symmetry: phase_symmetry::Memory,
+    pipeline: pipeline::Memory,
 }
 
 impl Workspaces {
@@ -51,6 +53,7 @@ impl Workspaces {
             image: image::Memory::new(),
             iq: iq::Memory::new(),
             phase_symmetry: phase_symmetry::Memory::new(),
+            pipeline: pipeline::Memory::new(),
         }
     }
 }
@@ -71,5 +74,6 @@ pub fn run(workspaces: &mut Workspaces, report: &mut impl FnMut(&str, u64)) -> R
     beamform::run(&mut workspaces.beamform, report)?;
     image::run(&mut workspaces.image, report)?;
     phase_symmetry::run(&mut workspaces.phase_symmetry, report)?;
-    iq::run(&mut workspaces.iq, &mut workspaces.delay, report)
+    iq::run(&mut workspaces.iq, &mut workspaces.delay, report)?;
+    pipeline::run(&mut workspaces.pipeline, report)
 }

@@ -1,0 +1,86 @@
+//! I/Q to bone map in fixed memory: 16-bit counts as a front end sends them, read where they lie. As
+//! `bone_map.rs`, which starts from RF.
+use bonebeam::Error;
+use bonebeam::beamform::{self, Workspace};
+use bonebeam::focus::{IqLayout, IqRecord, IqSamples};
+use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
+use bonebeam::pipeline::{Frame, IqInput, Memory, Parameters, Pipeline, Sizes};
+
+const ELEMENTS: usize = 16;
+const SAMPLES: usize = 208;
+const PARAMETERS: Parameters = Parameters {
+    scan: ScanParameters {
+        array: Array::linear(ELEMENTS, 0.3e-3),
+        lines: Lines::Even(Axis::centred(64, 0.15e-3)),
+        sound_speed: 1540.0,
+        centre_frequency: 5e6,
+        sampling_rate: 10e6,
+        record_samples: SAMPLES,
+        output_rate: 10e6,
+        start: Depth::Metres(4e-3),
+        end: Depth::Metres(12e-3),
+        f_number: 1.5,
+        min_elements: 8,
+    },
+    beamformer: beamform::Parameters::DEFAULT,
+    rows: 64,
+    columns: 64,
+    dynamic_range: 50.0,
+    median: true,
+    scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
+    threshold: 10.0,
+    strip: 8,
+    stretch: 32,
+};
+const INPUT: IqInput = IqInput {
+    demodulation_frequency: 5e6,
+    reading: None,
+};
+const SIZES: Sizes = match PARAMETERS.sizes_of_iq() {
+    Ok(sizes) => sizes,
+    Err(_) => panic!("the scan is not valid"),
+};
+type FrameMemory = Memory<{ SIZES.real }, { SIZES.complex }>;
+type LineMemory =
+    Workspace<{ SIZES.elements }, { SIZES.subaperture }, { SIZES.temporal_half_window }>;
+
+fn main() -> Result<(), Error> {
+    let (mut memory, mut line) = (Box::new(FrameMemory::new()), LineMemory::new());
+    let pipeline = Pipeline::of_iq(PARAMETERS, INPUT)?;
+    let mut frame = Frame::new(&pipeline, memory.view())?;
+    let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
+    for k in 0..PARAMETERS.scan.lines.count() {
+        let counts = echoes(PARAMETERS.scan.lines.x(k));
+        let samples = IqSamples::Counts(counts.as_flattened(), 1.0);
+        let record = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)?;
+        frame.line(k, [(transmit, &record)], &mut line.view())?;
+    }
+    frame.image()?;
+    let map = frame.bone_map()?;
+    let brightest = (0..map.len()).max_by(|&a, &b| map[a].total_cmp(&map[b]));
+    let row = brightest.unwrap_or(0) / PARAMETERS.columns;
+    println!("brightest in row {row} of {}", PARAMETERS.rows);
+    println!("memory: {} bytes", FrameMemory::BYTES + LineMemory::BYTES);
+    Ok(())
+}
+
+/// In place of a scanner: to each element a pulse from every point of a bent surface near the line,
+/// demodulated, `[sample][element]`.
+fn echoes(line_x: f64) -> [[[i16; 2]; ELEMENTS]; SAMPLES] {
+    let scan = &PARAMETERS.scan;
+    let mut sums = [[[0.0f64; 2]; ELEMENTS]; SAMPLES];
+    for x in (-3..=3).map(|k| line_x + f64::from(k) * 0.1e-3) {
+        let z = 8e-3 + 60.0 * x * x;
+        for m in 0..ELEMENTS {
+            let arrival = (z + f64::hypot(scan.array.x(m) - x, z)) / scan.sound_speed;
+            let angle = -std::f64::consts::TAU * INPUT.demodulation_frequency * arrival;
+            for (n, row) in sums.iter_mut().enumerate() {
+                let late = (n as f64 / scan.sampling_rate - arrival) / 0.25e-6;
+                let envelope = 1000.0 * (-late * late).exp();
+                row[m][0] += envelope * angle.cos();
+                row[m][1] += envelope * angle.sin();
+            }
+        }
+    }
+    sums.map(|row| row.map(|iq| iq.map(|sum| sum.round() as i16)))
+}

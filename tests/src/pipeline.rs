@@ -1,0 +1,79 @@
+//! Lines of a pipeline from I/Q counts, in stretches shorter than the aperture's growth.
+
+use bonebeam::beamform::{self, Method, Workspace};
+use bonebeam::focus::{IqLayout, IqRecord, IqSamples};
+use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
+use bonebeam::pipeline::{IqInput, LineMemory, LinePipeline};
+use bonebeam::{Complex, Error};
+
+use crate::hash;
+use crate::iq::COUNTS;
+use crate::snapshots::{ELEMENTS, SAMPLES};
+
+const SCAN: ScanParameters = ScanParameters {
+    array: Array::linear(ELEMENTS, 0.2e-3),
+    lines: Lines::Even(Axis::centred(3, 1.1e-3)),
+    sound_speed: 1540.0,
+    centre_frequency: 5e6,
+    sampling_rate: 10e6,
+    record_samples: SAMPLES,
+    output_rate: 12e6,
+    start: Depth::Seconds(0.4e-6),
+    end: Depth::Seconds(4.0e-6),
+    f_number: 0.7,
+    min_elements: 8,
+};
+const BEAMFORMER: beamform::Parameters = beamform::Parameters {
+    method: Method::Mv,
+    temporal_half_window: 1,
+    ..beamform::Parameters::DEFAULT
+};
+const LENGTH: usize = 44;
+/// Samples at a time, and those that its time windows read.
+const STRETCH: usize = 7;
+const HELD: usize = STRETCH + 2;
+
+/// The memory of the case.
+pub struct Memory {
+    scratch: [f32; 7 * ELEMENTS],
+    aligned: [Complex<f32>; HELD * ELEMENTS],
+    workspace: Workspace<ELEMENTS, { ELEMENTS / 2 }, 1>,
+    z: [Complex<f32>; LENGTH],
+}
+
+impl Memory {
+    pub(crate) const fn new() -> Self {
+        Memory {
+            scratch: [0.0; 7 * ELEMENTS],
+            aligned: [Complex::new(0.0, 0.0); HELD * ELEMENTS],
+            workspace: Workspace::new(),
+            z: [Complex::new(0.0, 0.0); LENGTH],
+        }
+    }
+}
+
+pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
+    let input = IqInput {
+        demodulation_frequency: 5.1e6,
+        reading: None,
+    };
+    let lines = LinePipeline::of_iq(Scan::of_iq(SCAN)?, input, BEAMFORMER)?;
+    let samples = IqSamples::Counts(&COUNTS, 1e-3);
+    let record = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)?;
+    for (line, name) in ["pipeline-iq-left", "pipeline-iq-middle"]
+        .into_iter()
+        .enumerate()
+    {
+        // Two waves, compounded.
+        let wave = |angle| (Transmit::new(TransmitLaw::Plane { angle }, 0.1e-6), &record);
+        let place = LineMemory {
+            scratch: &mut memory.scratch,
+            aligned: &mut memory.aligned,
+        };
+        let mut workspace = memory.workspace.view();
+        let waves = [wave(-0.1), wave(0.15)];
+        lines.line(line, waves, place, &mut workspace, &mut memory.z)?;
+        report(name, hash::complex(&memory.z));
+    }
+    Ok(())
+}
