@@ -206,7 +206,7 @@ fn phase_symmetry_of_the_whole_has_the_hash_of_every_strip() {
 }
 
 /// Cases that are never computed over lanes, or only over those of a beam each.
-const ONE_LANE: [&str; 7] = [
+const ONE_LANE: [&str; 9] = [
     "sqrt",
     "mv-growing-aperture",
     "mv-depth-gate",
@@ -214,6 +214,8 @@ const ONE_LANE: [&str; 7] = [
     "log-compression",
     "log-compression-polynomial",
     "resample",
+    "pipeline-iq-left",
+    "pipeline-iq-middle",
 ];
 
 #[test]
