@@ -1,8 +1,9 @@
 //! What RAM the core takes in typical configurations.
 
+use bonebeam::Complex;
 use bonebeam::beamform::{Storage, Workspace};
 use bonebeam::covariance::{Forward, ForwardBackward};
-use bonebeam::focus::Delay;
+use bonebeam::focus::{Delay, DelayParameters, IqDelay};
 use bonebeam::phase_symmetry::{LogGaborTables, StripMemory};
 use bonebeam_tests::Workspaces;
 use cortex_m_semihosting::hprintln;
@@ -17,6 +18,39 @@ where
         Workspace::<M, L, K>::BYTES,
         Workspace::<M, L, K, Forward>::BYTES,
     ]
+}
+
+/// Bytes of a line of 64 elements, focused and beamformed so many samples at a time with K = 2: from RF of
+/// 20 MHz, from RF of 100 MHz, and from I/Q.
+const fn line(stretch: usize) -> [usize; 3] {
+    const ELEMENTS: usize = 64;
+    const LENGTH: usize = 1024;
+    let held = if stretch + 4 < LENGTH {
+        stretch + 4
+    } else {
+        LENGTH
+    };
+    let aligned = held * ELEMENTS * size_of::<Complex<f32>>();
+    [
+        aligned + size_of::<f32>() * rf(1, LENGTH).stretch_scratch_len(1, held),
+        aligned + size_of::<f32>() * rf(5, LENGTH).stretch_scratch_len(1, held),
+        aligned + size_of::<f32>() * 7 * ELEMENTS,
+    ]
+}
+
+/// A delay stage from so many times 20 MHz.
+const fn rf(ratio: usize, samples: usize) -> DelayParameters {
+    DelayParameters {
+        sound_speed: 1540.0,
+        sampling_rate: ratio as f64 * 20e6,
+        centre_frequency: 5e6,
+        output_rate: 20e6,
+        output_start: 0.0,
+        output_samples: samples,
+        elements: 64,
+        record_samples: ratio * (samples + 64),
+        hilbert_taps: 8,
+    }
 }
 
 /// Prints one line a configuration: `RAM`, its name, bytes.
@@ -48,5 +82,12 @@ pub fn print() {
     }
     hprintln!("RAM phase symmetry filter tables {}", LogGaborTables::BYTES);
     hprintln!("RAM delay stage {}", Delay::BYTES);
+    hprintln!("RAM delay stage, I/Q {}", IqDelay::BYTES);
+    for stretch in [1024, 128, 64, 32] {
+        let [slow, fast, iq] = line(stretch);
+        hprintln!(
+            "RAM line of 1024, 64 elements, stretches of {stretch}: RF 20 MHz {slow}, RF 100 MHz {fast}, I/Q {iq}"
+        );
+    }
     hprintln!("RAM golden cases, all workspaces {}", Workspaces::BYTES);
 }

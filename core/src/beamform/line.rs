@@ -34,8 +34,8 @@ impl Beamformer {
     }
 
     /// The samples of a line from `first` on, as many as `z` holds. `first` begins a run or a block of a
-    /// run's time windows.
-    #[inline]
+    /// run's time windows. Inlined, so that the compiler knows the sizes where they are constants.
+    #[inline(always)]
     pub(crate) fn stretch<A: Averaging<f32>>(
         &self,
         workspace: &mut WorkspaceView<'_, A>,
