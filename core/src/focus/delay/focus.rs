@@ -53,6 +53,8 @@ struct Buffers<'a> {
 pub(super) struct Destination<'a> {
     pub group: &'a Group,
     pub compounding: Compounding,
+    /// Values of a line, of which there may be fewer than lanes.
+    pub line_len: usize,
 }
 
 impl Delay {
@@ -73,6 +75,7 @@ impl Delay {
             let destination = Destination {
                 group: &group,
                 compounding: line.compounding,
+                line_len: scratch.centre.depth.len(),
             };
             self.put(zero, scratch.lines, &destination, scratch.rows, out);
         }
@@ -360,7 +363,7 @@ impl Delay {
             #[inline(always)]
             || {
                 let elements = self.parameters.elements;
-                let line_len = lines.len() / V::LANES;
+                let line_len = destination.line_len;
                 // A row holds a sample of each element. What the transformer reaches back for stays in front.
                 let behind = 2 * self.hilbert.reach() * V::LANES;
                 let rows = &mut rows[..behind + CHUNK * V::LANES];
@@ -431,7 +434,9 @@ fn put_row<V: Vector>(
     (real, imaginary): (V, V),
     out: &mut [Complex<f32>],
 ) {
-    let Destination { group, compounding } = *destination;
+    let Destination {
+        group, compounding, ..
+    } = *destination;
     let left = &mut out[group.left.clone()];
     if V::LANES == 1 {
         put_parts(compounding, &[real.lanes()[0], imaginary.lanes()[0]], left);

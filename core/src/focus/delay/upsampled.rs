@@ -297,6 +297,7 @@ impl<'a> Upsampled<'a> {
             let destination = Destination {
                 group: &group,
                 compounding: Compounding::Replace,
+                line_len,
             };
             self.delay.put(zero, lines, &destination, rows, out);
         }
