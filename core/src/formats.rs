@@ -55,7 +55,7 @@ impl<A: Averaging<V>, V: Vector> Format for WorkspaceView<'_, A, V> {
     }
 }
 
-impl Format for Frame<'_, '_> {
+impl<D: crate::focus::Stage> Format for Frame<'_, '_, D> {
     fn format(&self, f: Formatter<'_>) {
         defmt::write!(f, "Frame({})", self.pipeline.sizes());
     }
