@@ -305,9 +305,8 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 largest
             }
         });
-        let mut cuts = Cuts::new(samples, half_window, stretch, &active);
         let mut held = 0..0;
-        while let Some(own) = cuts.next() {
+        for own in Cuts::new(samples, half_window, stretch, &active) {
             let needed = own.start.saturating_sub(half_window)
                 ..own.end.saturating_add(half_window).min(samples);
             // What the stretch before read, too, goes to the front.
@@ -436,7 +435,7 @@ impl<F: Fn(usize) -> Active> Iterator for Cuts<F> {
                 if set != self.run.1 {
                     self.run = (sample, set);
                     end = sample;
-                } else if (sample - self.run.0) % self.block == 0 {
+                } else if (sample - self.run.0).is_multiple_of(self.block) {
                     end = sample;
                 }
             }
