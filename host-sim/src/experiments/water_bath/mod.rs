@@ -98,8 +98,8 @@ pub struct WaterBath {
     picking_error: f64,
     /// Amplitude of the bone's echo that the array throws back, dB (assumed).
     reverberation: f64,
-    /// Amplitude of clutter's scatterers relative to bone's, dB: with DAS region C has then the level of
-    /// the paper's Table I.
+    /// Amplitude of clutter's scatterers relative to bone's, dB (assumed: a quiet bath). About 3 dB give region
+    /// C of DAS the level of the paper's Table I.
     clutter: f64,
     /// Array, pulse, transmit, noise.
     simulation: Settings,
