@@ -34,7 +34,7 @@ pub const DEFAULT_SOUND_SPEED: f64 = 1540.0;
 /// thread.
 ///
 /// # Errors
-/// Parameters that do not fit the record; see [`DelayStage::new`] and [`beamform`].
+/// Parameters that do not fit the record; see [`DelayStage::new`] and [`beamform_within`].
 pub fn beamform_channel_data(
     data: &ChannelData,
     parameters: &Beamform,
@@ -107,7 +107,7 @@ pub fn beam_rays(stage: &DelayStage<'_>) -> Option<BeamRays> {
 ///
 /// # Errors
 /// [`Error::Usage`] for frames that there are not, and parameters that do not fit the record; see
-/// [`beamform`].
+/// [`beamform_within`].
 pub fn beamform_aligned_frames(
     data: &AlignedData,
     parameters: &Beamform,

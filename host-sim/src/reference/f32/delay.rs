@@ -176,7 +176,7 @@ impl Path {
 }
 
 /// The line of `bonebeam::focus::Upsampled`, of one scan line and record a transmit. `rf` and `out` as in
-/// [`line`].
+/// [`line()`].
 pub fn upsampled(
     parameters: &DelayParameters,
     transmits: &[(ScanLine, &[f32])],
