@@ -616,13 +616,14 @@ fn help_has_examples_that_name_real_flags() {
         &["simulate", "--help"],
         &["beamform", "--help"],
         &["phase-symmetry", "--help"],
+        &["paper", "--help"],
     ] {
         let text = help(command);
         let (flags, examples) = text.split_once("Examples:").expect("examples");
         let mut known = flags.to_owned();
         if command == ["--help"] {
             // The examples of the whole program also belong to its commands.
-            for name in ["simulate", "beamform", "phase-symmetry"] {
+            for name in ["simulate", "beamform", "phase-symmetry", "paper"] {
                 known += &help(&[name, "--help"]);
             }
         }
