@@ -5,6 +5,7 @@ use std::error::Error as StdError;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::process;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -292,7 +293,7 @@ fn open(path: &Path) -> Result<Staged> {
         ));
     }
     let mut turn = leftovers::turn();
-    let file = builder().tempfile_in(folder).map_err(|e| {
+    let file = temporary(folder).map_err(|e| {
         let reason = e.kind();
         file_error(
             path,
@@ -306,20 +307,17 @@ fn open(path: &Path) -> Result<Staged> {
     Ok(Staged { file, place })
 }
 
-/// Temporary files with the permissions of any new file, not the private ones of the default.
-#[cfg(unix)]
-fn builder() -> tempfile::Builder<'static, 'static> {
-    use std::os::unix::fs::PermissionsExt;
+/// A temporary file in the folder, with the permissions of any new file and not the private ones of the
+/// default. Its name has the process in it: random names are drawn from the clock, and two runs that begin
+/// at the same tick would draw the same. One of them would remove what the other has just made.
+fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+    let prefix = format!(".host-sim-{}-", process::id());
     let mut builder = tempfile::Builder::new();
-    builder
-        .prefix(".host-sim-")
-        .permissions(fs::Permissions::from_mode(0o666));
-    builder
-}
-
-#[cfg(not(unix))]
-fn builder() -> tempfile::Builder<'static, 'static> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".host-sim-");
-    builder
+    builder.prefix(&prefix);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
 }
