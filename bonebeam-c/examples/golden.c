@@ -255,7 +255,12 @@ static void phase_symmetry(void) {
 static void refusals(void) {
     static alignas(8) unsigned char storage[BONEBEAM_16_8_SIZE];
     bonebeam_16_8 *own = NULL;
-    bonebeam_beamform_parameters parameters = {BONEBEAM_METHOD_MV, 0.0f, 0, 2, 0.05f, 0.5};
+    bonebeam_beamform_parameters parameters = {
+        .method = BONEBEAM_METHOD_MV,
+        .temporal_half_window = 2,
+        .diagonal_loading = 0.05f,
+        .subaperture_ratio = 0.5,
+    };
     bonebeam_complex z[1] = {{7.0f, 7.0f}};
     const bonebeam_active all = {0, 16};
     int faults = 0;
