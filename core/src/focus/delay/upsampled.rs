@@ -20,6 +20,8 @@ use crate::{Complex, Error};
 pub const UPSAMPLING: usize = 16;
 /// Units of a place between two of those.
 const UNITS: i32 = 1 << 11;
+/// The range of an f32's fraction bits.
+const FRACTION: u32 = 1 << 23;
 /// Units of a place between two recorded samples.
 const UNITS_A_SAMPLE: f64 = (UPSAMPLING as i32 * UNITS) as f64;
 /// Places are at most this far from the record's beginning, either way, and so are lags: their sum fits.
@@ -332,7 +334,11 @@ fn add_block(
     for k in 0..PARTIAL_SUMS {
         let place = (centre[k] + lags[k]).max(0).min(last);
         at[k] = place / UNITS;
-        weight[k] = (place % UNITS) as f32 * (1.0 / UNITS as f32);
+        // (place mod 2¹¹)/2¹¹, exactly, as the fraction of a number from 1 to below 2. A conversion and a
+        // product would do as well, but LLVM joins them for a Cortex-M55's vectors to one instruction of
+        // the wrong power of two.
+        let fraction = (place % UNITS) as u32 * (FRACTION / UNITS as u32);
+        weight[k] = f32::from_bits(1f32.to_bits() + fraction) - 1.0;
     }
     let mut here = [0.0f32; PARTIAL_SUMS];
     let mut next = [0.0f32; PARTIAL_SUMS];
