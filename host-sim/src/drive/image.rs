@@ -7,6 +7,7 @@ use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 use rayon::prelude::*;
 
+use crate::config;
 use crate::files::{BeamRays, Lines};
 use crate::{Error, Result};
 
@@ -40,8 +41,18 @@ pub fn grid_of_lines(lines: &Lines, rows: usize, columns: usize) -> Result<Pixel
     }
 }
 
+/// The grid of an experiment's picture of lines, of as many pixels as `image` asks for.
+///
+/// # Errors
+/// As [`grid_of_lines`].
+pub fn grid_of_picture(lines: &Lines, image: &config::Image) -> Result<PixelGrid> {
+    let [width, height] = extent_of_lines(lines);
+    let [rows, columns] = image.sides(width, height);
+    grid_of_lines(lines, rows, columns)
+}
+
 /// How far lines reach across and down, m.
-pub fn extent_of_lines(lines: &Lines) -> [f64; 2] {
+fn extent_of_lines(lines: &Lines) -> [f64; 2] {
     let across = lines.beam_x[lines.beam_x.len() - 1] - lines.beam_x[0];
     let samples = sample_axis(lines);
     [across, samples.last() - samples.first]

@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Image, PhaseSymmetry};
-use crate::drive::image::{b_mode, extent_of_lines, grid_of_lines};
+use crate::drive::image::{b_mode, grid_of_picture};
 use crate::experiments::Context;
 use crate::experiments::common::bone::{BoneMeasure, View};
 use crate::experiments::common::pictures::ridges;
@@ -365,9 +365,7 @@ fn images(
         let grid = match &view {
             Some(View { grid, .. }) => *grid,
             None => {
-                let [width, height] = extent_of_lines(&lines);
-                let [rows, columns] = image.sides(width, height);
-                let grid = grid_of_lines(&lines, rows, columns)?;
+                let grid = grid_of_picture(&lines, image)?;
                 view = Some(View::new(Some(&pose.bone), grid)?);
                 grid
             }

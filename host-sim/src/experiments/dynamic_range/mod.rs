@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Result;
 use crate::config::Image;
-use crate::drive::image::{PixelGrid, b_mode, extent_of_lines, grid_of_lines};
+use crate::drive::image::{PixelGrid, b_mode, grid_of_picture};
 use crate::measure::contrast::{cnr, contrast_ratio, gcnr, speckle_snr};
 use crate::measure::linearity::{Linearity, linearity};
 use crate::simulate::{Block, DynamicRange as Levels, Settings};
@@ -150,9 +150,7 @@ impl Experiment for DynamicRange {
         ] {
             let progress = context.progress;
             let lines = aligned.lines(&variant, &self.receive, "dynamic range", progress)?;
-            let [width, height] = extent_of_lines(&lines);
-            let [rows, columns] = self.image.sides(width, height);
-            let grid = grid_of_lines(&lines, rows, columns)?;
+            let grid = grid_of_picture(&lines, &self.image)?;
             let range = self.image.dynamic_range;
             let shown = b_mode(&lines, range as f32, &grid, self.image.median)?;
             let levels = b_mode(&lines, MEASURED as f32, &grid, false)?.pixels;

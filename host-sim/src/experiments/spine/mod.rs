@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Result;
 use crate::config::{Image, PhaseSymmetry};
-use crate::drive::image::{b_mode, extent_of_lines, grid_of_lines};
+use crate::drive::image::{b_mode, grid_of_picture};
 use crate::measure::signed_distance::Region;
 use crate::simulate::{Block, Bone, Layers, NoiseSpectrum, Phantom, Settings};
 
@@ -265,9 +265,7 @@ impl Spine {
             let view = match &view {
                 Some(view) => view,
                 None => {
-                    let [width, height] = extent_of_lines(&lines);
-                    let [rows, columns] = self.image.sides(width, height);
-                    let grid = grid_of_lines(&lines, rows, columns)?;
+                    let grid = grid_of_picture(&lines, &self.image)?;
                     &*view.insert(View::new(phantom.bone.as_ref(), grid)?)
                 }
             };

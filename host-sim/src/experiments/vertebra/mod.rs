@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Result;
 use crate::config::{Image, LENGTHS, check_positive, out_of_range};
-use crate::drive::image::{extent_of_lines, grid_of_lines};
+use crate::drive::image::grid_of_picture;
 use crate::simulate::{Outline, Phantom, Settings, Summation, channel_data};
 
 use super::common::Receive;
@@ -130,9 +130,7 @@ impl Experiment for Vertebra {
         drop(data);
 
         progress("vertebra: pictures", 0.0);
-        let [width, height] = extent_of_lines(&lines[0]);
-        let [rows, columns] = self.image.sides(width, height);
-        let grid = grid_of_lines(&lines[0], rows, columns)?;
+        let grid = grid_of_picture(&lines[0], &self.image)?;
         let studio = Studio {
             what: "vertebra",
             grid,

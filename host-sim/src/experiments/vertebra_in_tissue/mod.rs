@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Image, LENGTHS, PhaseSymmetry, check_positive, out_of_range};
-use crate::drive::image::{b_mode, extent_of_lines, grid_of_lines};
+use crate::drive::image::{b_mode, grid_of_picture};
 use crate::measure::contrast::{cnr, gcnr, speckle_snr};
 use crate::measure::signed_distance::Region;
 use crate::simulate::{Block, Bone, Layers, PAPER_DENSITY, Phantom, Settings};
@@ -193,12 +193,10 @@ impl Experiment for VertebraInTissue {
         let mut view = None;
         for variant in variants(self.half_window) {
             let lines = aligned.lines(&variant, &self.receive, "fig3", context.progress)?;
-            let [width, height] = extent_of_lines(&lines);
-            let [rows, columns] = self.image.sides(width, height);
             let view = match &view {
                 Some(view) => view,
                 None => {
-                    let grid = grid_of_lines(&lines, rows, columns)?;
+                    let grid = grid_of_picture(&lines, &self.image)?;
                     &*view.insert(View::new(phantom.bone.as_ref(), grid)?)
                 }
             };
