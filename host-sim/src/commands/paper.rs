@@ -33,7 +33,8 @@ pub struct Arguments {
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
 
-    /// Only the parts of an experiment whose name has this word, such as tissue or mesh; may be repeated
+    /// Only the claims' scenes whose name has this word: built-in, mesh, water, tissue, quiet, disturbed; may be
+    /// repeated
     #[arg(long, value_name = "WORD", value_delimiter = ',')]
     only: Vec<String>,
 
@@ -50,7 +51,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE.json")]
     merge: Vec<PathBuf>,
 
-    /// A closed surface in mm, +x towards the front and +z towards the head, as the second geometry
+    /// A closed surface in mm, +x towards the front and +z towards the head: the bone of Fig. 3 and of the water
+    /// bath, the second geometry of the claims
     #[arg(long, value_name = "FILE.ply")]
     mesh: Option<PathBuf>,
 
@@ -80,6 +82,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         None => Job::full(PAPER),
     };
     job.select(&arguments.wanted, PAPER)?;
+    let flags = [
+        ("--mesh", arguments.mesh.is_some()),
+        ("--only", !arguments.only.is_empty()),
+        ("--keep", arguments.keep.is_some()),
+        ("--merge", !arguments.merge.is_empty()),
+    ];
+    job.check_flags(PAPER, &flags)?;
     job.apply(&Overrides {
         mesh: arguments.mesh.clone(),
         slice: None,

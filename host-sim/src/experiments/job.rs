@@ -86,6 +86,7 @@ impl Wanted {
 pub struct Kind {
     name: &'static str,
     shows: Shows,
+    flags: &'static [&'static str],
     full: fn() -> Box<dyn AnyExperiment>,
     quick: fn() -> Box<dyn AnyExperiment>,
 }
@@ -95,6 +96,7 @@ impl Kind {
         Kind {
             name: E::NAME,
             shows: E::SHOWS,
+            flags: E::FLAGS,
             full: || resolved(E::default()),
             quick: || resolved(E::quick()),
         }
@@ -226,6 +228,28 @@ impl Job {
         self.experiments
             .retain(|_| places.next().copied().unwrap_or(true));
         self.list.retain(|kind| wanted.takes(kind));
+        Ok(())
+    }
+
+    /// Refuses flags that were given and that concern no experiment of the job.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] naming the flag and what it concerns.
+    pub fn check_flags(&self, list: &[Kind], given: &[(&str, bool)]) -> Result<()> {
+        for (flag, _) in given.iter().filter(|(_, given)| *given) {
+            let concerns = |kind: &Kind| kind.flags.contains(flag);
+            if self.list.iter().any(|kind| concerns(kind)) {
+                continue;
+            }
+            let wanted: Vec<&str> = self.list.iter().map(|kind| kind.name).collect();
+            let others = list.iter().filter(|kind| concerns(kind));
+            let others: Vec<&str> = others.map(|kind| kind.name).collect();
+            return Err(Error::Usage(format!(
+                "{flag} has no effect on {}; it has on {}",
+                wanted.join(", "),
+                others.join(", ")
+            )));
+        }
         Ok(())
     }
 

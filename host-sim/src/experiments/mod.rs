@@ -53,6 +53,9 @@ pub trait Experiment: Serialize + DeserializeOwned + Default + Sync + 'static {
     /// What of the paper it shows; nothing, where it belongs to the main job alone.
     const SHOWS: Shows = Shows::NOTHING;
 
+    /// Which of `--mesh`, `--only`, `--keep` and `--merge` of `host-sim paper` concern it.
+    const FLAGS: &'static [&'static str] = &[];
+
     /// Coarser parameters, for a first look.
     fn quick() -> Self;
 

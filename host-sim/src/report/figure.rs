@@ -11,7 +11,7 @@ use crate::drive::image::Image;
 use crate::files::image::png;
 use crate::{Error, Result};
 
-use super::plot::tick;
+use super::plot::{register_font, tick};
 
 /// The longer side of the picture within its axes, and what stands around it, in pixels.
 const LONGER_SIDE: f64 = 560.0;
@@ -33,6 +33,7 @@ const STEPS: u32 = 64;
 /// # Errors
 /// The picture cannot be encoded, or the drawing library fails.
 pub fn figure(image: &Image, dynamic_range: f64) -> Result<String> {
+    register_font()?;
     let (rows, columns) = image.pixels.dim();
     let scale = LONGER_SIDE / rows.max(columns) as f64;
     let side = |count: usize| ((count as f64 * scale).round() as u32).max(LEAST);

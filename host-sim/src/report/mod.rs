@@ -8,6 +8,7 @@ mod numbers;
 mod paper;
 mod pictures;
 mod plot;
+mod print;
 mod tables;
 
 pub use figure::figure;
@@ -132,7 +133,14 @@ impl<'a> Report<'a> {
     pub fn stage(&self, folder: &Path, outputs: &mut Outputs) -> Result<Vec<String>> {
         let mut names = Vec::new();
         for picture in self.outcomes().flat_map(|o| &o.pictures) {
-            image::stage(&picture.pixels, &folder.join(&picture.file), outputs)?;
+            let path = folder.join(&picture.file);
+            match self.page {
+                Page::MainJob => image::stage(&picture.pixels, &path, outputs)?,
+                Page::Paper => {
+                    let bytes = print::print(picture)?;
+                    outputs.stage(&path, |sink| Ok(sink.write_all(&bytes)?))?;
+                }
+            }
             names.push(picture.file.clone());
         }
         let data = Data {

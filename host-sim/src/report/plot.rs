@@ -54,44 +54,9 @@ pub fn frame(picture: &Picture, outline: &[Vec<(f64, f64)>]) -> Result<Frame> {
     let (rows, columns) = picture.pixels.dim();
     let height = (PICTURE_WIDTH as f64 * rows as f64 / columns as f64).round() as u32;
     let (width_all, height_all) = (LEFT + PICTURE_WIDTH + MARGIN, MARGIN + height + BOTTOM);
-    // Pixels are as wide around their centres as they are apart.
-    let edge = |first: f64, count: usize| {
-        let start = first - 0.5 * picture.pixel_mm;
-        (start, start + count as f64 * picture.pixel_mm)
-    };
-    let (left, right) = edge(picture.left_mm, columns);
-    let (top, bottom) = edge(picture.top_mm, rows);
 
     let svg = draw((width_all, height_all), |root| {
-        let mut chart = ChartBuilder::on(root)
-            .margin_top(MARGIN)
-            .margin_right(MARGIN)
-            .x_label_area_size(BOTTOM)
-            .y_label_area_size(LEFT)
-            .build_cartesian_2d(left..right, bottom..top)?;
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .x_desc("lateral, mm")
-            .y_desc("depth, mm")
-            .x_labels(6)
-            .y_labels(6)
-            .x_label_formatter(&tick)
-            .y_label_formatter(&tick)
-            .axis_desc_style(("sans-serif", 15))
-            .label_style(("sans-serif", 14))
-            .draw()?;
-        let inside =
-            |p: &(f64, f64)| (left..=right).contains(&p.0) && (top..=bottom).contains(&p.1);
-        for points in outline {
-            for part in points.split(|p| !inside(p)).filter(|part| part.len() > 1) {
-                chart.draw_series(LineSeries::new(
-                    part.iter().copied(),
-                    SURFACE.stroke_width(1),
-                ))?;
-            }
-        }
-        Ok(())
+        axes(root, picture, outline, &PAGE)
     })?;
     let percent = |a: u32, of: u32| 100.0 * f64::from(a) / f64::from(of);
     Ok(Frame {
@@ -103,6 +68,75 @@ pub fn frame(picture: &Picture, outline: &[Vec<(f64, f64)>]) -> Result<Frame> {
             percent(height, height_all),
         ],
     })
+}
+
+/// What stands around a picture, in pixels.
+pub(super) struct Around {
+    /// Left of it, for depths.
+    pub left: u32,
+    /// Below it, for lateral positions.
+    pub bottom: u32,
+    /// Above it and to the right.
+    pub margin: u32,
+    /// Heights of the axes' names and of their labels.
+    pub text: [u32; 2],
+    /// Width of lines.
+    pub line: u32,
+}
+
+const PAGE: Around = Around {
+    left: LEFT,
+    bottom: BOTTOM,
+    margin: MARGIN,
+    text: [15, 14],
+    line: 1,
+};
+
+/// Draws the axes of a picture in mm, with the lines of `outline` over it.
+pub(super) fn axes<DB: DrawingBackend>(
+    root: &DrawingArea<DB, Shift>,
+    picture: &Picture,
+    outline: &[Vec<(f64, f64)>],
+    around: &Around,
+) -> DrawResult
+where
+    DB::ErrorType: 'static,
+{
+    let (rows, columns) = picture.pixels.dim();
+    // Pixels are as wide around their centres as they are apart.
+    let edge = |first: f64, count: usize| {
+        let start = first - 0.5 * picture.pixel_mm;
+        (start, start + count as f64 * picture.pixel_mm)
+    };
+    let (left, right) = edge(picture.left_mm, columns);
+    let (top, bottom) = edge(picture.top_mm, rows);
+    let mut chart = ChartBuilder::on(root)
+        .margin_top(around.margin)
+        .margin_right(around.margin)
+        .x_label_area_size(around.bottom)
+        .y_label_area_size(around.left)
+        .build_cartesian_2d(left..right, bottom..top)?;
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .x_desc("lateral, mm")
+        .y_desc("depth, mm")
+        .x_labels(6)
+        .y_labels(6)
+        .x_label_formatter(&tick)
+        .y_label_formatter(&tick)
+        .axis_style(BLACK.stroke_width(around.line))
+        .axis_desc_style(("sans-serif", around.text[0]))
+        .label_style(("sans-serif", around.text[1]))
+        .draw()?;
+    let inside = |p: &(f64, f64)| (left..=right).contains(&p.0) && (top..=bottom).contains(&p.1);
+    for points in outline {
+        for part in points.split(|p| !inside(p)).filter(|part| part.len() > 1) {
+            let style = SURFACE.stroke_width(around.line);
+            chart.draw_series(LineSeries::new(part.iter().copied(), style))?;
+        }
+    }
+    Ok(())
 }
 
 /// Plots of the same curves, under their legend.
@@ -232,17 +266,25 @@ pub(super) fn tick(value: &f64) -> String {
     format!("{}", (10.0 * value).round() / 10.0 + 0.0)
 }
 
-type DrawResult = std::result::Result<(), Box<dyn std::error::Error>>;
+pub(super) type DrawResult = std::result::Result<(), Box<dyn std::error::Error>>;
 
 fn draw<F>(size: (u32, u32), contents: F) -> Result<String>
 where
     F: FnOnce(&DrawingArea<SVGBackend<'_>, Shift>) -> DrawResult,
 {
     let failed = |e: &dyn Display| Error::Data(format!("the report's plot cannot be drawn: {e}"));
+    register_font()?;
     let mut svg = String::new();
     let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
     contents(&root).map_err(|e| failed(&e))?;
     root.present().map_err(|e| failed(&e))?;
     drop(root);
     Ok(svg)
+}
+
+/// Makes the font known that text is measured and drawn with. The page's own fonts are the reader's.
+pub(super) fn register_font() -> Result<()> {
+    let bytes = dejavu::sans::regular();
+    plotters::style::register_font("sans-serif", FontStyle::Normal, bytes)
+        .map_err(|_| Error::Data("the font of the axes cannot be read".into()))
 }

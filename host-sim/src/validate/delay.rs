@@ -12,13 +12,14 @@ use crate::reference;
 
 use super::Bits;
 
-/// Compares the aligned samples `x` `[beam, sample, element]` of every `step`-th beam. The
-/// transmits must be focused: one a beam.
+/// Compares the aligned samples `x` `[beam, sample, element]` of every `step`-th beam; the first of them is
+/// the stage's beam `first`. The transmits must be focused: one a beam.
 pub fn check(
     data: &ChannelData,
     stage: &DelayStage<'_>,
     output_rate: f64,
     x: &Array3<Complex<f32>>,
+    first: usize,
     step: usize,
 ) -> Bits {
     let parameters = DelayParameters {
@@ -33,7 +34,8 @@ pub fn check(
         hilbert_taps: hilbert_taps(output_rate, data.f0),
     };
     let beams: Vec<usize> = (0..x.dim().0).step_by(step).collect();
-    let compared = beams.par_iter().map(|&beam| {
+    let compared = beams.par_iter().map(|&place| {
+        let beam = first + place;
         let line = ScanLine {
             transmit: Transmit {
                 law: TransmitLaw::Focused,
@@ -55,7 +57,7 @@ pub fn check(
             rf.as_slice().unwrap_or_default(),
             &mut expected,
         );
-        let line = x.index_axis(Axis(0), beam);
+        let line = x.index_axis(Axis(0), place);
         Bits::complex(line.as_slice().unwrap_or_default(), &expected)
     });
     compared.reduce(Bits::default, Bits::add)

@@ -77,7 +77,7 @@ impl Default for Claims {
             tuning_seeds: 2,
             half_windows: vec![0, 2, 10],
             noise: -40.0,
-            clutter: -2.0,
+            clutter: 3.0,
             reverberation: -20.0,
             only: Vec::new(),
             simulation: Settings {
@@ -115,6 +115,8 @@ impl Experiment for Claims {
         tables: &[],
         claims: true,
     };
+
+    const FLAGS: &'static [&'static str] = &["--mesh", "--only", "--keep", "--merge"];
 
     /// Two seeds, one to tune on, half the beams, one time window.
     fn quick() -> Self {
@@ -252,21 +254,15 @@ impl Claims {
     fn tune(&self, context: &Context<'_>, geometries: &scene::Geometries) -> Result<Vec<Tuned>> {
         // Seeds far from those that are judged, here or in another run.
         let first = 1 << 40;
-        let mut scores: Vec<Tuned> = Vec::new();
+        let mut scores = Vec::new();
         for seed in first..first + self.tuning_seeds {
             for geometry in self.poses() {
                 let what = format!("claims: tune {}", seed - first + 1);
-                scene::tune(
-                    self,
-                    context,
-                    geometries,
-                    geometry,
-                    seed,
-                    &what,
-                    &mut scores,
-                )?;
+                scores.extend(scene::scores(
+                    self, context, geometries, geometry, seed, &what,
+                )?);
             }
         }
-        Ok(scene::best(scores))
+        Ok(scene::best(scene::means(scores)))
     }
 }

@@ -8,6 +8,7 @@ use fnv::FnvHasher;
 use ndarray::Array2;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Image, PhaseSymmetry};
@@ -407,17 +408,48 @@ pub fn scenes(
     what: &str,
     tuned: &[Tuned],
 ) -> Result<Vec<SceneResult>> {
-    let place = context.kept.map(|folder| {
-        let mut hasher = FnvHasher::default();
-        hasher.write(format!("{claims:?} {tuned:?} {geometry} {seed}").as_bytes());
-        hasher.write(env!("CARGO_PKG_VERSION").as_bytes());
-        folder.join(format!("claims-{:016x}.json", hasher.finish()))
-    });
-    if let Some(text) = place.as_deref().and_then(|path| fs::read(path).ok())
+    let key = format!("{claims:?} {tuned:?} {geometry} {seed}");
+    kept(context, "claims", &key, || {
+        measured(claims, context, geometries, geometry, seed, what, tuned)
+    })
+}
+
+/// A result from the folder of kept ones, or computed and put there. `what` begins its file's name, `key` has
+/// all that it depends on.
+fn kept<T: Serialize + DeserializeOwned>(
+    context: &Context<'_>,
+    what: &str,
+    key: &str,
+    compute: impl FnOnce() -> Result<T>,
+) -> Result<T> {
+    let Some(folder) = context.kept else {
+        return compute();
+    };
+    let mut hasher = FnvHasher::default();
+    hasher.write(key.as_bytes());
+    hasher.write(env!("CARGO_PKG_VERSION").as_bytes());
+    let path = folder.join(format!("{what}-{:016x}.json", hasher.finish()));
+    if let Ok(text) = fs::read(&path)
         && let Ok(found) = serde_json::from_slice(&text)
     {
         return Ok(found);
     }
+    let found = compute()?;
+    let mut outputs = Outputs::new();
+    outputs.stage(&path, |sink| Ok(serde_json::to_writer(sink, &found)?))?;
+    outputs.commit()?;
+    Ok(found)
+}
+
+fn measured(
+    claims: &Claims,
+    context: &Context<'_>,
+    geometries: &Geometries,
+    geometry: &str,
+    seed: u64,
+    what: &str,
+    tuned: &[Tuned],
+) -> Result<Vec<SceneResult>> {
     let pose = Pose::new(claims, geometries, geometry, seed)?;
     let parts = pose.recordings(context, what)?;
     let mut found = Vec::new();
@@ -459,11 +491,6 @@ pub fn scenes(
             },
         });
     }
-    if let Some(path) = place {
-        let mut outputs = Outputs::new();
-        outputs.stage(&path, |sink| Ok(serde_json::to_writer(sink, &found)?))?;
-        outputs.commit()?;
-    }
     Ok(found)
 }
 
@@ -471,65 +498,94 @@ pub fn scenes(
 const SCALES: [[i32; 2]; 5] = [[5, 9], [5, 7], [6, 8], [7, 9], [5, 6]];
 const THRESHOLDS: [f64; 4] = [5.0, 10.0, 15.0, 30.0];
 
-/// Adds the scores of every filter on the scenes of a pose.
-pub fn tune(
+/// The score of a filter on a scene.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Score {
+    medium: Medium,
+    beamformer: String,
+    scales: Vec<f64>,
+    threshold: f64,
+    average_precision: f64,
+}
+
+/// The scores of every filter on the scenes of a pose; from the folder of kept results where they are there.
+pub fn scores(
     claims: &Claims,
     context: &Context<'_>,
     geometries: &Geometries,
     geometry: &str,
     seed: u64,
     what: &str,
-    scores: &mut Vec<Tuned>,
-) -> Result<()> {
-    let pose = Pose::new(claims, geometries, geometry, seed)?;
-    let parts = pose.recordings(context, what)?;
-    for (medium, disturbed) in pose.wanted() {
-        let data = pose.mixed(&parts, medium, disturbed)?;
-        let Images { view, images } = images(&pose, context, &data, medium, what)?;
-        let (_, paper) = claims.display(medium);
-        for (variant, image) in &images {
-            for [from, to] in SCALES {
-                for threshold in THRESHOLDS {
-                    let scales: Vec<f64> = (from..=to).map(|k| f64::from(-k).exp2()).collect();
-                    let section = PhaseSymmetry {
-                        scales: scales.clone(),
-                        threshold,
-                        ..paper.clone()
-                    };
-                    let map = ridges(image, &section)?;
-                    let score = precision(&map, &view.hits, &view.grid).unwrap_or(0.0);
-                    let same = |t: &&mut Tuned| {
-                        t.medium == medium
-                            && t.beamformer == variant.key
-                            && t.scales == scales
-                            && t.threshold == threshold
-                    };
-                    match scores.iter_mut().find(same) {
-                        Some(found) => {
-                            found.scenes += 1;
-                            let weight = 1.0 / found.scenes as f64;
-                            found.average_precision += weight * (score - found.average_precision);
-                        }
-                        None => scores.push(Tuned {
+) -> Result<Vec<Score>> {
+    let key = format!("{claims:?} {geometry} {seed}");
+    kept(context, "claims-tune", &key, || {
+        let pose = Pose::new(claims, geometries, geometry, seed)?;
+        let parts = pose.recordings(context, what)?;
+        let mut scores = Vec::new();
+        for (medium, disturbed) in pose.wanted() {
+            let data = pose.mixed(&parts, medium, disturbed)?;
+            let Images { view, images } = images(&pose, context, &data, medium, what)?;
+            let (_, paper) = claims.display(medium);
+            for (variant, image) in &images {
+                for [from, to] in SCALES {
+                    for threshold in THRESHOLDS {
+                        let scales: Vec<f64> = (from..=to).map(|k| f64::from(-k).exp2()).collect();
+                        let section = PhaseSymmetry {
+                            scales: scales.clone(),
+                            threshold,
+                            ..paper.clone()
+                        };
+                        let map = ridges(image, &section)?;
+                        let score = precision(&map, &view.hits, &view.grid);
+                        scores.push(Score {
                             medium,
                             beamformer: variant.key.clone(),
                             scales,
                             threshold,
-                            average_precision: score,
-                            scenes: 1,
-                        }),
+                            average_precision: score.unwrap_or(0.0),
+                        });
                     }
                 }
             }
         }
+        Ok(scores)
+    })
+}
+
+/// The mean score of every filter.
+pub fn means(scores: Vec<Score>) -> Vec<Tuned> {
+    let mut means: Vec<Tuned> = Vec::new();
+    for score in scores {
+        let same = |t: &&mut Tuned| {
+            t.medium == score.medium
+                && t.beamformer == score.beamformer
+                && t.scales == score.scales
+                && t.threshold == score.threshold
+        };
+        match means.iter_mut().find(same) {
+            Some(found) => {
+                found.scenes += 1;
+                let weight = 1.0 / found.scenes as f64;
+                found.average_precision +=
+                    weight * (score.average_precision - found.average_precision);
+            }
+            None => means.push(Tuned {
+                medium: score.medium,
+                beamformer: score.beamformer,
+                scales: score.scales,
+                threshold: score.threshold,
+                average_precision: score.average_precision,
+                scenes: 1,
+            }),
+        }
     }
-    Ok(())
+    means
 }
 
 /// The best filter of every beamformer and medium.
-pub fn best(scores: Vec<Tuned>) -> Vec<Tuned> {
+pub fn best(means: Vec<Tuned>) -> Vec<Tuned> {
     let mut best: Vec<Tuned> = Vec::new();
-    for score in scores {
+    for score in means {
         let same = |t: &&mut Tuned| t.medium == score.medium && t.beamformer == score.beamformer;
         match best.iter_mut().find(same) {
             Some(found) if found.average_precision < score.average_precision => *found = score,

@@ -1,7 +1,6 @@
 //! Channel data delayed once and beamformed by every method.
 
-use bonebeam::geometry::Active;
-use ndarray::Array3;
+use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -9,7 +8,7 @@ use crate::Result;
 use crate::drive::beamform::beamform;
 use crate::drive::delay::DelayStage;
 use crate::files::{ChannelData, Lines};
-use crate::methods::COMPARED;
+use crate::methods::{COMPARED, Compared};
 use crate::validate::{self, Check};
 
 use super::{Checks, Receive};
@@ -55,50 +54,79 @@ pub fn beamform_all(
     let checks = match checks {
         Some(extent) => {
             progress(&format!("{what}: references"), 0.0);
-            let mut checks = vec![Check {
-                what: format!("{what}: aligned samples"),
-                bits: validate::delay::check(
-                    data,
-                    &stage,
-                    receive.0.rate_of(data),
-                    &x,
-                    extent.every_f32,
-                ),
-                error: None,
-            }];
-            checks.extend(check_lines(what, &x, active, &all, receive, extent)?);
-            checks
+            let frame = Checked {
+                what,
+                data,
+                stage: &stage,
+                first: 0,
+                x: &x,
+                receive,
+            };
+            let results: Vec<_> = COMPARED.iter().zip(all.iter().map(|l| &l.z)).collect();
+            frame.checks(&results, extent)?
         }
         None => Vec::new(),
     };
     Ok((all, checks))
 }
 
-fn check_lines(
-    what: &str,
-    x: &Array3<Complex<f32>>,
-    active: impl Fn(usize, usize) -> Active + Sync,
-    lines: &[Lines],
-    receive: &Receive,
-    extent: &Checks,
-) -> Result<Vec<Check>> {
-    let frame = validate::beamform::Frame {
-        x,
-        active,
-        covariance: receive.0.covariance,
-    };
-    let results: Vec<_> = COMPARED
-        .iter()
-        .zip(lines)
-        .map(|(beamformer, lines)| (&lines.z, receive.parameters(beamformer.method)))
-        .collect();
-    let errors = frame.errors(&results, extent.every_f64)?;
-    let checks = COMPARED.iter().zip(results).zip(errors);
-    Ok(checks
-        .map(|((beamformer, (z, parameters)), error)| Check {
-            what: format!("{what}: lines, {}", beamformer.name),
+/// Aligned samples whose lines are compared with the references.
+pub struct Checked<'a> {
+    /// The checks are named after it.
+    pub what: &'a str,
+    /// The recording, with focused transmits.
+    pub data: &'a ChannelData,
+    /// What has delayed it.
+    pub stage: &'a DelayStage<'a>,
+    /// The first beam of `x`.
+    pub first: usize,
+    /// The aligned samples, `[beam, sample, element]`.
+    pub x: &'a Array3<Complex<f32>>,
+    /// How they are received.
+    pub receive: &'a Receive,
+}
+
+impl Checked<'_> {
+    /// Compares the aligned samples, and the lines `[beam, sample]` of each beamformer.
+    ///
+    /// # Errors
+    /// Parameters that the core refuses.
+    pub fn checks(
+        &self,
+        results: &[(&Compared, &Array2<Complex<f32>>)],
+        extent: &Checks,
+    ) -> Result<Vec<Check>> {
+        let receive = self.receive;
+        let rate = receive.0.rate_of(self.data);
+        let delayed = validate::delay::check(
+            self.data,
+            self.stage,
+            rate,
+            self.x,
+            self.first,
+            extent.every_f32,
+        );
+        let aligned = Check {
+            what: format!("{}: aligned samples", self.what),
+            bits: delayed,
+            error: None,
+        };
+        let frame = validate::beamform::Frame {
+            x: self.x,
+            active: |beam: usize, sample: usize| self.stage.active(self.first + beam, sample),
+            covariance: receive.0.covariance,
+        };
+        let lines: Vec<_> = results
+            .iter()
+            .map(|(beamformer, z)| (*z, receive.parameters(beamformer.method)))
+            .collect();
+        let errors = frame.errors(&lines, extent.every_f64)?;
+        let lines = results.iter().zip(lines).zip(errors);
+        let lines = lines.map(|(((beamformer, _), (z, parameters)), error)| Check {
+            what: format!("{}: lines, {}", self.what, beamformer.name),
             bits: frame.bits(z, parameters, extent.every_f32),
             error: Some(error),
-        })
-        .collect())
+        });
+        Ok(std::iter::once(aligned).chain(lines).collect())
+    }
 }

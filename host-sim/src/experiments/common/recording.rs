@@ -8,7 +8,8 @@ use crate::files::ChannelData;
 use crate::simulate::{Checkpoint, Phantom, Settings, Summation, resumed_channel_data};
 
 /// The recording of a phantom: from the folder of kept ones, or simulated and put there. `what` begins
-/// its file's name and is what the progress tells. An interrupted simulation goes on from where it was.
+/// its file's name, `progress` hears the fraction that is done. An interrupted simulation goes on from where
+/// it was.
 ///
 /// # Errors
 /// A phantom that cannot be simulated, a kept file that is damaged.
@@ -17,9 +18,8 @@ pub fn recording(
     what: &str,
     settings: &Settings,
     phantom: &Phantom,
+    progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ChannelData> {
-    let step = format!("{what}: simulate");
-    let progress = |done: f64| (context.progress)(&step, done);
     progress(0.0);
     let place = context.kept.map(|folder| {
         let key = Checkpoint::key(settings, phantom);
@@ -38,7 +38,7 @@ pub fn recording(
         phantom,
         Summation::Cells,
         set,
-        &progress,
+        progress,
         &mut checkpoint,
     )?;
     if let Some(path) = place {

@@ -100,6 +100,8 @@ struct CystMeasure {
 impl Experiment for DynamicRange {
     const NAME: &'static str = "dynamic_range";
 
+    const FLAGS: &'static [&'static str] = &["--keep"];
+
     fn quick() -> Self {
         let full = DynamicRange::default();
         DynamicRange {
@@ -138,7 +140,9 @@ impl Experiment for DynamicRange {
             density: self.density,
             seed: settings.seed,
         })?;
-        let data = recording(context, "dynamic-range", settings, &phantom)?;
+        let data = recording(context, "dynamic-range", settings, &phantom, &|done| {
+            (context.progress)("dynamic range: simulate", done);
+        })?;
         let aligned = Aligned::new(&data, &self.receive)?;
         let mut all = Vec::new();
         for variant in [

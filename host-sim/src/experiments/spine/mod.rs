@@ -141,6 +141,8 @@ impl Experiment for Spine {
         claims: false,
     };
 
+    const FLAGS: &'static [&'static str] = &["--keep"];
+
     fn quick() -> Self {
         let full = Spine::default();
         Spine {
@@ -243,14 +245,21 @@ impl Spine {
         for scatterer in &mut phantom.scatterers[phantom.on_bone..] {
             scatterer.amplitude *= brighter;
         }
-        block.fill_with_clutter(&mut phantom, libm::pow(10.0, self.clutter / 20.0))?;
+        // What echoes several times comes later than the bone's first echo.
+        let behind = Block {
+            z: [scene.depth, settings.depth_end],
+            ..block
+        };
+        behind.fill_with_clutter(&mut phantom, libm::pow(10.0, self.clutter / 20.0))?;
         Ok(phantom)
     }
 
     fn scene(&self, context: &Context<'_>, scene: &Scene) -> Result<SceneResult> {
         let what = format!("fig{}", scene.figure);
         let phantom = self.phantom(scene)?;
-        let data = recording(context, &what, &self.simulation, &phantom)?;
+        let data = recording(context, &what, &self.simulation, &phantom, &|done| {
+            (context.progress)(&format!("{what}: simulate"), done);
+        })?;
         let aligned = Aligned::new(&data, &self.receive)?;
         let filter = self.filter(scene);
         let mut view: Option<View> = None;

@@ -131,6 +131,8 @@ impl Experiment for VertebraInTissue {
         claims: false,
     };
 
+    const FLAGS: &'static [&'static str] = &["--mesh", "--keep"];
+
     /// Half the beams at 40 MHz, a slab of fewer scatterers.
     fn quick() -> Self {
         let full = VertebraInTissue::default();
@@ -153,6 +155,7 @@ impl Experiment for VertebraInTissue {
     }
 
     fn apply(&mut self, overrides: &Overrides) {
+        self.mesh = overrides.mesh.clone().or(self.mesh.take());
         self.simulation.seed = overrides.seed.unwrap_or(self.simulation.seed);
     }
 
@@ -187,7 +190,9 @@ impl Experiment for VertebraInTissue {
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
         let phantom = self.phantom()?;
-        let data = recording(context, "fig3", &self.simulation, &phantom)?;
+        let data = recording(context, "fig3", &self.simulation, &phantom, &|done| {
+            (context.progress)("fig3: simulate", done);
+        })?;
         let aligned = Aligned::new(&data, &self.receive)?;
         let mut measures = Vec::new();
         let mut view = None;
@@ -255,7 +260,8 @@ impl VertebraInTissue {
         if let Some(level) = self.clutter {
             let everywhere = Block {
                 x: [-20e-3, 20e-3],
-                z: [self.simulation.depth_start, self.simulation.depth_end],
+                // What echoes several times comes later than the bone's first echo.
+                z: [self.depth, self.simulation.depth_end],
                 ..block
             };
             everywhere.fill_with_clutter(&mut phantom, amplitude(level))?;

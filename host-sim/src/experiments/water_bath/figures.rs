@@ -88,6 +88,7 @@ pub fn outcome(found: Found<'_>) -> Result<Outcome> {
         pictures: pictures.flat_map(Pair::card).collect(),
         tables: Vec::new(),
         comparisons: [table_one(found.measured), line_comparisons(found.measured)].concat(),
+        checks: found.slices.iter().flat_map(|s| s.checks.clone()).collect(),
         files: files(&found)?,
         data: data(&numbers)?,
         ..Outcome::default()

@@ -28,14 +28,16 @@ use crate::measure::registration::{Point, Rigid};
 use crate::measure::signed_distance::{Region, distribution, measure};
 use crate::methods::{COMPARED, Compared};
 use crate::simulate::{
-    Block, CtScanner, CtVolume, Outline, Phantom, Scatterer, Settings, Summation, Surface,
-    channel_data, complex_gaussian,
+    Block, CtScanner, CtVolume, Outline, Phantom, Scatterer, Settings, Surface, complex_gaussian,
 };
 use crate::terminal::warn;
+use crate::validate::Check;
 
+use super::common::lines::Checked;
 use super::common::pictures::{Pair, Studio};
-use super::common::{Common, Receive};
-use super::{Context, Experiment, Outcome, Overrides, Progress, Shows};
+use super::common::recording::recording;
+use super::common::{Checks, Receive};
+use super::{Context, Experiment, Outcome, Overrides, Shows};
 use contour::{Registered, Registration, Row, Sources};
 use profiles::{Line, Profile};
 use specimen::Specimen;
@@ -98,8 +100,8 @@ pub struct WaterBath {
     picking_error: f64,
     /// Amplitude of the bone's echo that the array throws back, dB (assumed).
     reverberation: f64,
-    /// Amplitude of clutter's scatterers relative to bone's, dB (assumed: a quiet bath). About 3 dB give region
-    /// C of DAS the level of the paper's Table I.
+    /// Amplitude of clutter's scatterers relative to bone's, dB. They lie from the bone's depth on, and give
+    /// region C of DAS the level of the paper's Table I.
     clutter: f64,
     /// Array, pulse, transmit, noise.
     simulation: Settings,
@@ -130,7 +132,7 @@ impl Default for WaterBath {
             ct_ball: 100.0,
             picking_error: 0.1e-3,
             reverberation: -25.0,
-            clutter: -25.0,
+            clutter: 3.0,
             // Two beams an element as the paper's 256, at the rate of its receiver; water of 20 °C.
             simulation: Settings {
                 beams: 255,
@@ -160,6 +162,8 @@ impl Experiment for WaterBath {
         claims: false,
     };
 
+    const FLAGS: &'static [&'static str] = &["--mesh", "--keep"];
+
     /// Every fourth beam, half the volume's slices, pixels and voxels of twice the size, a thin slab.
     fn quick() -> Self {
         let mut quick = WaterBath::default();
@@ -178,6 +182,7 @@ impl Experiment for WaterBath {
     }
 
     fn apply(&mut self, overrides: &Overrides) {
+        self.mesh = overrides.mesh.clone().or(self.mesh.take());
         self.simulation.seed = overrides.seed.unwrap_or(self.simulation.seed);
     }
 
@@ -238,12 +243,13 @@ impl Experiment for WaterBath {
         doubts.iter().for_each(|doubt| warn(doubt));
         let ct = Ct::new(self, &specimen)?;
 
-        let volumes = self.volumes(&specimen, progress)?;
+        let volumes = self.volumes(&specimen, context)?;
         let targets = self.targets(&specimen, &ct.pose)?;
         let registrations = Registrations::new(self, &specimen, &ct, &volumes, &targets)?;
-        let slices = [0, 1].map(|k| self.slice(k, &specimen, context.common, progress));
-        let [first, second] = slices;
-        let slices = [first?, second?];
+        let slices = [
+            self.slice(0, &specimen, context)?,
+            self.slice(1, &specimen, context)?,
+        ];
         progress("water bath: measures", 0.0);
         let mut measured = Vec::new();
         for (k, slice) in slices.iter().enumerate() {
@@ -337,6 +343,8 @@ struct Images {
     pairs: Vec<Pair>,
     /// With the water's.
     true_speed: Vec<Pair>,
+    /// The core against its references, where it was compared.
+    checks: Vec<Check>,
 }
 
 /// A slice's figures.
@@ -442,7 +450,7 @@ impl WaterBath {
     ///
     /// One plane wave a slice: of the volume the places of the balls and a look at the whole are wanted, and a
     /// focused sweep would take as long as everything else together.
-    fn volumes(&self, specimen: &Specimen, progress: Progress<'_>) -> Result<[Volume; 2]> {
+    fn volumes(&self, specimen: &Specimen, context: &Context<'_>) -> Result<[Volume; 2]> {
         let all = specimen.scatterers(self.sweep_density * 1e6)?;
         let plane = Settings {
             beams: 1,
@@ -460,14 +468,16 @@ impl WaterBath {
         let mut peaks = [Vec::new(), Vec::new()];
         let mut there = [Vec::new(), Vec::new()];
         for (k, &elevation) in elevations.iter().enumerate() {
-            let step = k as f64 / self.sweep as f64;
-            progress("water bath: sweep", step);
+            let share = |done: f64| (k as f64 + done) / self.sweep as f64;
             let phantom = self.phantom(specimen, &all, elevation);
             let settings = Settings {
                 seed: self.simulation.seed.wrapping_add(1000 + k as u64),
                 ..plane.clone()
             };
-            let mut data = channel_data(&settings, &phantom, Summation::Cells, &|_| ())?;
+            let name = format!("water-bath-sweep-{}", k + 1);
+            let mut data = recording(context, &name, &settings, &phantom, &|done| {
+                (context.progress)("water bath: sweep", share(done));
+            })?;
             data.transmits = Transmits::Plane { angle: vec![0.0] };
             let tips = specimen.tips();
             let near = tips.iter().any(|t| (t[1] - elevation).abs() <= 1.1e-3);
@@ -477,7 +487,8 @@ impl WaterBath {
                 }
                 let mut receive = self.receive.clone();
                 receive.0.line_count = Some(self.simulation.elements);
-                let lines = self.lines_of(&data, &receive, &das, sound_speed)?.remove(0);
+                let (mut lines, _) = self.lines_of(&data, &receive, &das, sound_speed, None)?;
+                let lines = lines.remove(0);
                 let largest = lines.z.iter().map(|z| z.norm()).fold(0.0, f32::max);
                 let range = self.image.dynamic_range as f32;
                 images[which].push(b_mode(&lines, range, &self.grid(), false)?.pixels);
@@ -494,14 +505,16 @@ impl WaterBath {
         ])
     }
 
-    /// The lines of some beamformers.
+    /// The lines of some beamformers, and how the beams in the middle compare with the references where that
+    /// is asked for by the checks' name and extent.
     fn lines_of(
         &self,
         data: &ChannelData,
         receive: &Receive,
         methods: &[&Compared],
         sound_speed: bool,
-    ) -> Result<Vec<Lines>> {
+        checks: Option<(&str, &Checks)>,
+    ) -> Result<(Vec<Lines>, Vec<Check>)> {
         let mut section = receive.0.clone();
         section.sound_speed = Some(self.simulation.c * self.ratio(sound_speed));
         let stage = DelayStage::new(data, &section)?;
@@ -516,28 +529,39 @@ impl WaterBath {
             c: stage.sound_speed(),
         };
         let mut all: Vec<Lines> = methods.iter().map(|_| empty()).collect();
+        let mut found = Vec::new();
         for first in (0..beams).step_by(BEAMS) {
             let range = first..(first + BEAMS).min(beams);
             let x = stage.delay(range.clone())?;
             let active = |beam: usize, sample: usize| stage.active(first + beam, sample);
-            for (method, lines) in methods.iter().zip(&mut all) {
+            let lines = methods.iter().map(|method| {
                 let parameters = receive.parameters(method.method);
-                let z = beamform(x.view(), active, parameters, section.covariance, |_| ())?;
-                let rows = Slice::from(range.clone());
-                lines.z.slice_axis_mut(Axis(0), rows).assign(&z);
+                beamform(x.view(), active, parameters, section.covariance, |_| ())
+            });
+            let lines = lines.collect::<Result<Vec<_>>>()?;
+            if let Some((what, extent)) = checks.filter(|_| range.contains(&(beams / 2))) {
+                let checked = Checked {
+                    what,
+                    data,
+                    stage: &stage,
+                    first,
+                    x: &x,
+                    receive,
+                };
+                let results: Vec<_> = methods.iter().copied().zip(&lines).collect();
+                found = checked.checks(&results, extent)?;
+            }
+            let rows = Slice::from(range);
+            for (z, all) in lines.iter().zip(&mut all) {
+                all.z.slice_axis_mut(Axis(0), rows).assign(z);
             }
         }
-        Ok(all)
+        Ok((all, found))
     }
 
     /// A slice's recording and its images.
-    fn slice(
-        &self,
-        k: usize,
-        specimen: &Specimen,
-        common: &Common,
-        progress: Progress<'_>,
-    ) -> Result<Images> {
+    fn slice(&self, k: usize, specimen: &Specimen, context: &Context<'_>) -> Result<Images> {
+        let (common, progress) = (context.common, context.progress);
         let what = format!("water bath: slice {}", k + 1);
         let all = specimen.scatterers(ON_BONE)?;
         let mut phantom = self.phantom(specimen, &all, self.slices[k]);
@@ -546,7 +570,8 @@ impl WaterBath {
         let block = Block {
             x: [-20e-3, 20e-3],
             thickness: self.thickness,
-            z: [self.simulation.depth_start, self.simulation.depth_end],
+            // What echoes several times comes later than the bone's first echo.
+            z: [self.depth, self.simulation.depth_end],
             density: 0.0,
             seed: self.simulation.seed.wrapping_add(k as u64),
         };
@@ -556,16 +581,20 @@ impl WaterBath {
             seed: self.simulation.seed.wrapping_add(k as u64),
             ..self.scanner()
         };
-        let data = channel_data(&scanner, &phantom, Summation::Cells, &|done| {
+        let name = format!("water-bath-{}", k + 1);
+        let data = recording(context, &name, &scanner, &phantom, &|done| {
             progress(&format!("{what}: simulate"), done);
         })?;
         drop(phantom);
         progress(&format!("{what}: beamform"), 0.0);
         let grid = self.grid();
-        let name = format!("water-bath-{}", k + 1);
-        let images = |keys: &[&str], sound_speed: bool| -> Result<Vec<Pair>> {
+        // One slice is enough to check.
+        let extent = (k == 0).then_some((&name[..], &common.checks));
+        let images = |keys: &[&str], sound_speed: bool| -> Result<(Vec<Pair>, Vec<Check>)> {
             let methods = methods(keys);
-            let lines = self.lines_of(&data, &self.receive, &methods, sound_speed)?;
+            let extent = extent.filter(|_| sound_speed);
+            let (lines, mut checks) =
+                self.lines_of(&data, &self.receive, &methods, sound_speed, extent)?;
             let studio = Studio {
                 what: &name,
                 grid,
@@ -573,17 +602,21 @@ impl WaterBath {
                 phase_symmetry: &common.phase_symmetry,
                 rows: 0..grid.rows,
                 centre: 0.0,
-                check: false,
+                check: extent.is_some(),
             };
             let pairs = methods.par_iter().zip(&lines);
-            pairs
-                .map(|(method, lines)| Ok(studio.pair(method.key, method.name, lines)?.0))
-                .collect()
+            let pairs = pairs.map(|(method, lines)| studio.pair(method.key, method.name, lines));
+            let (pairs, found): (Vec<_>, Vec<_>) =
+                pairs.collect::<Result<Vec<_>>>()?.into_iter().unzip();
+            checks.extend(found.concat());
+            Ok((pairs, checks))
         };
+        let (pairs, checks) = images(&METHODS, true)?;
         Ok(Images {
             grid,
-            pairs: images(&METHODS, true)?,
-            true_speed: images(&FEATURED, false)?,
+            pairs,
+            true_speed: images(&FEATURED, false)?.0,
+            checks,
         })
     }
 
