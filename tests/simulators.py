@@ -98,12 +98,9 @@ def errors(program, folder, lens):
 
 
 def speed(program, folder):
-    """One transmit, 10,000 scatterers, one thread each, by turns; processor seconds."""
+    """One transmit, the same 10,000 scatterers, one thread each, by turns; processor seconds."""
     import pymust
 
-    rng = np.random.default_rng(1)
-    n = 10_000
-    x, y, z = rng.uniform(-15e-3, 15e-3, n), rng.uniform(-3e-3, 3e-3, n), rng.uniform(12e-3, 37e-3, n)
     param = pymust.utils.Param()
     param.fc, param.fs, param.c, param.bandwidth = F0, 4 * F0, C, 60
     param.Nelements, param.pitch, param.kerf, param.radius = 128, PITCH, KERF, np.inf
@@ -114,23 +111,23 @@ def speed(program, folder):
     delays[np.abs(np.arange(128) - BEAM) > 8] = np.nan
     ratios = {}
     for name in ("2-D", "3-D"):
-        begin = time.process_time()
-        if name == "2-D":
-            pymust.simus(x, z, np.ones(n), delays[None], param)
-        else:
-            pymust.simus(x, y, z, np.ones(n), delays[None], param)
-        peer = time.process_time() - begin
         flags = "" if name == "2-D" else f"--elevation-focus {LENS}"
         height = 0 if name == "2-D" else HEIGHT
-        # 750 mm² or 4500 mm³ hold the ten thousand.
-        command = f"--threads 1 simulate dynamic-range --tissue-density 1.5 --beams 1 --first-beam {BEAM} " \
+        # About ten thousand.
+        command = f"--threads 1 simulate dynamic-range --tissue-density 1.9 --beams 1 --first-beam {BEAM} " \
                   f"--noise-free --depth-start 0.012 --depth-end 0.037 --element-height {height} {flags}"
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run([program, *command.split(), "-o", folder / "speed.npz"], check=True)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         here = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-        count = len(np.load(folder / "speed.npz.truth.npz")["scatterers"])
-        ratios[name] = (peer, here, count, peer / here * count / n)
+        x, y, z, amplitude = np.load(folder / "speed.npz.truth.npz")["scatterers"].astype(float).T
+        begin = time.process_time()
+        if name == "2-D":
+            pymust.simus(x, z, amplitude, delays[None], param)
+        else:
+            pymust.simus(x, y, z, amplitude, delays[None], param)
+        peer = time.process_time() - begin
+        ratios[name] = (peer, here, len(x), peer / here)
     return ratios
 
 

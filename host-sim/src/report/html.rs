@@ -10,7 +10,7 @@ use crate::methods::COMPARED;
 use super::pictures::Source;
 use super::{Report, pictures, plot, tables};
 
-pub(super) const STYLE: &str = include_str!("style.css");
+const STYLE: &str = include_str!("style.css");
 
 /// The page of a report.
 ///
@@ -26,106 +26,115 @@ pub fn page(report: &Report<'_>) -> Result<String> {
         .iter()
         .map(|(name, outcome)| experiment(name, outcome));
     let experiments = experiments.collect::<Result<Vec<_>>>()?;
+    let body = html! {
+        header {
+            h1 { "From channel data to bone surfaces" }
+            p .lead {
+                "Simulated channel data, beamformed in " (COMPARED.len()) " ways, and the phase "
+                "symmetry of each image. The figures stand beside those of the paper that the "
+                "methods come from; nothing is adjusted to look like it."
+            }
+            p {
+                @if passed {
+                    span .good { "All checks passed." }
+                    " The core agrees bit for bit with its plain f32 reference and within the "
+                    "stated bounds with the f64 one, ill-conditioned samples aside, which are "
+                    a href="#checks" { "counted" } "."
+                } @else {
+                    span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "."
+                }
+            }
+            @match report.kind {
+                "full" => {}
+                "quick" => p {
+                    "This is not the full main job, but the coarser one of " code { "--quick" } "."
+                }
+                _ => p {
+                    "This is not the full main job: " a href="#parameters" { "parameters" }
+                    " are the reader's own."
+                }
+            }
+            nav {
+                @for (name, outcome) in report.outcomes {
+                    a href=(format!("#{name}")) { (outcome.title) }
+                }
+                a href="#paper" { "Beside the paper" }
+                a href="#tables" { "All beamformers" }
+                a href="#checks" { "Checks" }
+                a href="#parameters" { "Parameters" }
+            }
+        }
+        main {
+            @for experiment in experiments { (experiment) }
+            section #paper {
+                h2 { "Beside the paper" }
+                p {
+                    "Where the paper has two figures they are its two slices. Its bones are real, "
+                    "in a real water bath, registered to CT; these are simulated, so only the "
+                    "direction of a difference compares."
+                }
+                div .tables {
+                    @for table in tables::comparisons(&comparisons) { (self::table(&table)) }
+                }
+                h3 { "Why the figures differ" }
+                (notes(&comparisons))
+            }
+            section #tables {
+                h2 { "All beamformers" }
+                p {
+                    "A uniform image says nothing and yet scores well in mean error and STD: read "
+                    "every figure against that row."
+                }
+                div .tables { @for table in report.tables() { (self::table(table)) } }
+            }
+            section #checks {
+                h2 { "Checks" }
+                p {
+                    "The core's results against a plain f32 reference, to the bit, and against an "
+                    "f64 reference written from the equations: errors of lines relative to the "
+                    "line's largest value, of B-mode images in grey levels, of phase symmetry "
+                    "absolute. One beam in " (checks.every_f32) " goes through the f32 reference "
+                    "and one in " (checks.every_f64) " through the f64 one. Left out of the f64 "
+                    "comparison, and counted: results of the first eigenvector where λ₂ > 0.99 λ₁, "
+                    "whose eigenvector is held to its bound instead, and samples beyond the bound "
+                    "whose value already moves as far when the covariance is rounded to f32."
+                }
+                (table(&tables::checks(&report.checks())))
+            }
+            section #parameters {
+                h2 { "Parameters" }
+                p {
+                    "As in " code { "config.toml" } ", which "
+                    code { "host-sim --config config.toml" } " takes again. SI units."
+                }
+                pre { (parameters) }
+            }
+        }
+        footer {
+            p { "host-sim " (env!("CARGO_PKG_VERSION")) ". All numbers are in " code { "report.json" } "." }
+        }
+    };
+    Ok(document(
+        "Bonebeam: from channel data to bone surfaces",
+        &body,
+    ))
+}
+
+/// The page of a title and a body.
+pub(super) fn document(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "Bonebeam: from channel data to bone surfaces" }
+                title { (title) }
                 style { (PreEscaped(STYLE)) }
             }
-            body {
-                header {
-                    h1 { "From channel data to bone surfaces" }
-                    p .lead {
-                        "Simulated channel data, beamformed in " (COMPARED.len()) " ways, and the phase "
-                        "symmetry of each image. The figures stand beside those of the paper that the "
-                        "methods come from; nothing is adjusted to look like it."
-                    }
-                    p {
-                        @if passed {
-                            span .good { "All checks passed." }
-                            " The core agrees bit for bit with its plain f32 reference and within the "
-                            "stated bounds with the f64 one, ill-conditioned samples aside, which are "
-                            a href="#checks" { "counted" } "."
-                        } @else {
-                            span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "."
-                        }
-                    }
-                    @match report.kind {
-                        "full" => {}
-                        "quick" => p {
-                            "This is not the full main job, but the coarser one of " code { "--quick" } "."
-                        }
-                        _ => p {
-                            "This is not the full main job: " a href="#parameters" { "parameters" }
-                            " are the reader's own."
-                        }
-                    }
-                    nav {
-                        @for (name, outcome) in report.outcomes {
-                            a href=(format!("#{name}")) { (outcome.title) }
-                        }
-                        a href="#paper" { "Beside the paper" }
-                        a href="#tables" { "All beamformers" }
-                        a href="#checks" { "Checks" }
-                        a href="#parameters" { "Parameters" }
-                    }
-                }
-                main {
-                    @for experiment in experiments { (experiment) }
-                    section #paper {
-                        h2 { "Beside the paper" }
-                        p {
-                            "Where the paper has two figures they are its two slices. Its bones are real, "
-                            "in a real water bath, registered to CT; these are simulated, so only the "
-                            "direction of a difference compares."
-                        }
-                        div .tables {
-                            @for table in tables::comparisons(&comparisons) { (self::table(&table)) }
-                        }
-                        h3 { "Why the figures differ" }
-                        (notes(&comparisons))
-                    }
-                    section #tables {
-                        h2 { "All beamformers" }
-                        p {
-                            "A uniform image says nothing and yet scores well in mean error and STD: read "
-                            "every figure against that row."
-                        }
-                        div .tables { @for table in report.tables() { (self::table(table)) } }
-                    }
-                    section #checks {
-                        h2 { "Checks" }
-                        p {
-                            "The core's results against a plain f32 reference, to the bit, and against an "
-                            "f64 reference written from the equations: errors of lines relative to the "
-                            "line's largest value, of B-mode images in grey levels, of phase symmetry "
-                            "absolute. One beam in " (checks.every_f32) " goes through the f32 reference "
-                            "and one in " (checks.every_f64) " through the f64 one. Left out of the f64 "
-                            "comparison, and counted: results of the first eigenvector where λ₂ > 0.99 λ₁, "
-                            "whose eigenvector is held to its bound instead, and samples beyond the bound "
-                            "whose value already moves as far when the covariance is rounded to f32."
-                        }
-                        (table(&tables::checks(&report.checks())))
-                    }
-                    section #parameters {
-                        h2 { "Parameters" }
-                        p {
-                            "As in " code { "config.toml" } ", which "
-                            code { "host-sim --config config.toml" } " takes again. SI units."
-                        }
-                        pre { (parameters) }
-                    }
-                }
-                footer {
-                    p { "host-sim " (env!("CARGO_PKG_VERSION")) ". All numbers are in " code { "report.json" } "." }
-                }
-            }
+            body { (body) }
         }
     };
-    Ok(page.into_string())
+    page.into_string()
 }
 
 /// An experiment's part of the page.

@@ -1,13 +1,13 @@
 //! The page of the paper's experiments: one file that holds its pictures. No scripts, no outside
 //! resources.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use crate::Result;
 use crate::experiments::Outcome;
 use crate::experiments::outcome::{Comparison, Ruling, Verdict};
 
-use super::html::{STYLE, notes, parts, table};
+use super::html::{document, notes, parts, table};
 use super::pictures::Source;
 use super::{Report, tables};
 
@@ -22,79 +22,68 @@ pub fn page(report: &Report<'_>) -> Result<String> {
     let experiments = outcomes.map(|(name, outcome)| experiment(name, outcome));
     let experiments = experiments.collect::<Result<Vec<_>>>()?;
     let checks = report.checks();
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "Bonebeam: the paper's experiments" }
-                style { (PreEscaped(STYLE)) }
+    let body = html! {
+        header {
+            h1 { "The paper's experiments" }
+            p .lead {
+                "Mehdizadeh et al., "
+                i { "Joint beamforming and feature detection for enhanced visualization of spinal "
+                    "bone surfaces in ultrasound images" }
+                ", done again on simulated data, whose truth is known. Nothing is adjusted to look "
+                "like the paper."
             }
-            body {
-                header {
-                    h1 { "The paper's experiments" }
-                    p .lead {
-                        "Mehdizadeh et al., "
-                        i { "Joint beamforming and feature detection for enhanced visualization of spinal "
-                            "bone surfaces in ultrasound images" }
-                        ", done again on simulated data, whose truth is known. Nothing is adjusted to look "
-                        "like the paper."
-                    }
-                    @match report.kind {
-                        "full" => {}
-                        "quick" => p {
-                            "This is the coarse look of " code { "--quick" } ": its figures are not those of "
-                            "the full run."
-                        }
-                        _ => p {
-                            "The " a href="#parameters" { "parameters" } " are the reader's own."
-                        }
-                    }
-                    @if !report.checks_passed() {
-                        p { span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "." }
-                    }
-                    nav {
-                        @if !verdicts.is_empty() { a href="#verdicts" { "Verdicts" } }
-                        @for (name, outcome) in report.outcomes {
-                            a href=(format!("#{name}")) { (outcome.title) }
-                        }
-                        @if !checks.is_empty() { a href="#checks" { "Checks" } }
-                        a href="#parameters" { "Parameters" }
-                    }
+            @match report.kind {
+                "full" => {}
+                "quick" => p {
+                    "This is the coarse look of " code { "--quick" } ": its figures are not those of "
+                    "the full run."
                 }
-                main {
-                    @if !verdicts.is_empty() { (rulings(&verdicts)) }
-                    @for experiment in experiments { (experiment) }
-                    @if !checks.is_empty() {
-                        section #checks {
-                            h2 { "Checks" }
-                            p {
-                                "Some beams of every recording computed again by the plain f32 reference, to "
-                                "the bit, and by the f64 reference."
-                            }
-                            (table(&tables::checks(&checks)))
-                        }
-                    }
-                    section #parameters {
-                        h2 { "Parameters" }
-                        p {
-                            "As in " code { "config.toml" } ", which "
-                            code { "host-sim paper --config config.toml" } " takes again. SI units."
-                        }
-                        details { summary { "All of them" } pre { (parameters) } }
-                    }
+                _ => p {
+                    "The " a href="#parameters" { "parameters" } " are the reader's own."
                 }
-                footer {
+            }
+            @if !report.checks_passed() {
+                p { span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "." }
+            }
+            nav {
+                @if !verdicts.is_empty() { a href="#verdicts" { "Verdicts" } }
+                @for (name, outcome) in report.outcomes {
+                    a href=(format!("#{name}")) { (outcome.title) }
+                }
+                @if !checks.is_empty() { a href="#checks" { "Checks" } }
+                a href="#parameters" { "Parameters" }
+            }
+        }
+        main {
+            @if !verdicts.is_empty() { (rulings(&verdicts)) }
+            @for experiment in experiments { (experiment) }
+            @if !checks.is_empty() {
+                section #checks {
+                    h2 { "Checks" }
                     p {
-                        "host-sim " (env!("CARGO_PKG_VERSION")) ". Every number is in " code { "report.json" }
-                        " and " code { "numbers.csv" } "."
+                        "Some beams of every recording computed again by the plain f32 reference, to "
+                        "the bit, and by the f64 reference."
                     }
+                    (table(&tables::checks(&checks)))
                 }
+            }
+            section #parameters {
+                h2 { "Parameters" }
+                p {
+                    "As in " code { "config.toml" } ", which "
+                    code { "host-sim paper --config config.toml" } " takes again. SI units."
+                }
+                details { summary { "All of them" } pre { (parameters) } }
+            }
+        }
+        footer {
+            p {
+                "host-sim " (env!("CARGO_PKG_VERSION")) ". Every number is in " code { "report.json" }
+                " and " code { "numbers.csv" } "."
             }
         }
     };
-    Ok(page.into_string())
+    Ok(document("Bonebeam: the paper's experiments", &body))
 }
 
 /// An experiment's part of the page: its figures, then its numbers.

@@ -32,9 +32,9 @@ const PALETTE: [RGBColor; 10] = [
     RGBColor(150, 100, 60),
 ];
 /// Size of a plot, what the names at the curves' ends take beside it, and one of them in height, pixels.
-const PLOT: [u32; 2] = [680, 340];
-const NAMES: u32 = 130;
-const NAME: i32 = 15;
+const PLOT: [u32; 2] = [680, 360];
+const NAMES: u32 = 160;
+const NAME: i32 = 18;
 /// The width of a curve, and of a featured one, in pixels.
 const WIDTHS: [u32; 2] = [1, 3];
 
@@ -198,8 +198,8 @@ fn curves_of(plot: &Plot) -> Result<String> {
         let mut chart = ChartBuilder::on(root)
             .margin(MARGIN)
             .margin_right(NAMES)
-            .x_label_area_size(40)
-            .y_label_area_size(52)
+            .x_label_area_size(48)
+            .y_label_area_size(64)
             .build_cartesian_2d(x0..x1, y0..y1)?;
         chart
             .configure_mesh()
@@ -211,8 +211,8 @@ fn curves_of(plot: &Plot) -> Result<String> {
             .y_labels(8)
             .x_label_formatter(&tick)
             .y_label_formatter(&tick)
-            .axis_desc_style(("sans-serif", 15))
-            .label_style(("sans-serif", 14))
+            .axis_desc_style(("sans-serif", 18))
+            .label_style(("sans-serif", 17))
             .draw()?;
         for &x in &plot.marks {
             let line = [(x, y0), (x, y1)];
@@ -239,7 +239,9 @@ fn curves_of(plot: &Plot) -> Result<String> {
         for (k, curve) in plot.curves.iter().enumerate() {
             let inside =
                 |(x, y): &(f64, Option<f64>)| Some(((x0..=x1).contains(x).then_some(*x)?, (*y)?));
-            if let Some((x, y)) = curve.points.iter().filter_map(inside).next_back() {
+            // Points may run either way.
+            let shown = curve.points.iter().filter_map(inside);
+            if let Some((x, y)) = shown.max_by(|a, b| a.0.total_cmp(&b.0)) {
                 ends.push((k, chart.backend_coord(&(x, y.clamp(y0, y1))).1));
             }
         }
@@ -253,7 +255,7 @@ fn curves_of(plot: &Plot) -> Result<String> {
             root.draw(&Text::new(
                 name,
                 place,
-                ("sans-serif", 13).into_font().color(&colour(k)),
+                ("sans-serif", 17).into_font().color(&colour(k)),
             ))?;
             next += NAME;
         }
@@ -261,9 +263,9 @@ fn curves_of(plot: &Plot) -> Result<String> {
     })
 }
 
-/// A tick's label: at most one decimal, and no negative zero.
+/// A tick's label: at most two decimals, and no negative zero.
 pub(super) fn tick(value: &f64) -> String {
-    format!("{}", (10.0 * value).round() / 10.0 + 0.0)
+    format!("{}", (100.0 * value).round() / 100.0 + 0.0)
 }
 
 pub(super) type DrawResult = std::result::Result<(), Box<dyn std::error::Error>>;

@@ -175,7 +175,9 @@ pub fn shown(
         return Ok(None);
     }
     let scene = (geometry, Medium::Tissue, false);
-    let made = one(claims, context, geometries, scene, claims.simulation.seed)?;
+    let longest = claims.half_windows.iter().copied().max().unwrap_or(0);
+    let what = "claims: mechanism";
+    let made = one(claims, context, geometries, scene, longest, what)?;
     let Some([das, esmv]) = pair(&made.images) else {
         return Ok(None);
     };

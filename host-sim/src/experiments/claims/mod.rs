@@ -3,6 +3,7 @@
 //! A scene is one pose of one bone in water or in tissue, quiet or disturbed. Echoes add up, so that bone,
 //! tissue and clutter are simulated once a pose and summed for its four scenes.
 
+mod bones;
 mod judge;
 mod mechanism;
 mod scene;
@@ -77,7 +78,7 @@ impl Default for Claims {
             tuning_seeds: 2,
             half_windows: vec![0, 2, 10],
             noise: -40.0,
-            clutter: 3.0,
+            clutter: -2.0,
             reverberation: -20.0,
             only: Vec::new(),
             simulation: Settings {
@@ -209,9 +210,10 @@ impl Experiment for Claims {
             }
         }
         scenes.sort_by_key(SceneResult::order);
-        let shown = mechanism::shown(self, context, &geometries)?;
+        let bones = bones::shown(self, context, &geometries)?;
+        let mechanism = mechanism::shown(self, context, &geometries)?;
         let result: ClaimsResult = judge(scenes, tuned, self);
-        show::outcome(&result, shown, geometries.attachment())
+        show::outcome(&result, bones, mechanism, geometries.attachment())
     }
 }
 

@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Image, PhaseSymmetry};
-use crate::drive::image::{b_mode, grid_of_picture};
+use crate::drive::image::b_mode;
 use crate::experiments::Context;
 use crate::experiments::common::bone::{BoneMeasure, View};
 use crate::experiments::common::pictures::ridges;
@@ -363,14 +363,7 @@ fn images(
     let mut images = Vec::new();
     for variant in claims.variants() {
         let lines = aligned.lines(&variant, &claims.receive, what, context.progress)?;
-        let grid = match &view {
-            Some(View { grid, .. }) => *grid,
-            None => {
-                let grid = grid_of_picture(&lines, image)?;
-                view = Some(View::new(Some(&pose.bone), grid)?);
-                grid
-            }
-        };
+        let grid = View::once(&mut view, Some(&pose.bone), &lines, image)?.grid;
         let made = b_mode(&lines, image.dynamic_range as f32, &grid, image.median)?;
         images.push((variant, made.pixels));
     }
@@ -378,24 +371,26 @@ fn images(
     Ok(Images { view, images })
 }
 
-/// The images of one scene, for the figure of the mechanism.
+/// The images of one scene with one time window, for a figure; `what` is told to the progress.
 pub(super) fn one(
     claims: &Claims,
     context: &Context<'_>,
     geometries: &Geometries,
     (geometry, medium, disturbed): (&str, Medium, bool),
-    seed: u64,
+    half_window: usize,
+    what: &str,
 ) -> Result<Images> {
     let narrowed = Claims {
         only: [geometry, medium.name(), disturbance(disturbed)]
             .map(String::from)
             .to_vec(),
+        half_windows: vec![half_window],
         ..claims.clone()
     };
-    let pose = Pose::new(&narrowed, geometries, geometry, seed)?;
-    let parts = pose.recordings(context, "claims: mechanism")?;
+    let pose = Pose::new(&narrowed, geometries, geometry, claims.simulation.seed)?;
+    let parts = pose.recordings(context, what)?;
     let data = pose.mixed(&parts, medium, disturbed)?;
-    images(&pose, context, &data, medium, "claims: mechanism")
+    images(&pose, context, &data, medium, what)
 }
 
 /// The measures of the scenes of a pose; from the folder of kept results where they are there.

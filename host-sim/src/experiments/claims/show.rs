@@ -14,7 +14,8 @@ use super::scene::{Medium, disturbance};
 /// Numbers that cannot be written.
 pub fn outcome(
     result: &ClaimsResult,
-    figure: Option<Figure>,
+    bones: Figure,
+    mechanism: Option<Figure>,
     mesh: Option<Attachment>,
 ) -> Result<Outcome> {
     let seeds = result.scenes.iter().map(|s| s.seed);
@@ -34,8 +35,12 @@ pub fn outcome(
         parts.push(Part::Table(differences(claim, result)));
     }
     parts.push(Part::Table(tuned(result)));
-    let mut pictures = Vec::new();
-    if let Some(figure) = figure {
+    let mut pictures = bones.pictures;
+    if !bones.parts.is_empty() {
+        parts.push(Part::Heading("The two bones in disturbed water"));
+        parts.extend(bones.parts);
+    }
+    if let Some(figure) = mechanism {
         parts.push(Part::Heading(
             "Where phase symmetry loses the bone in tissue",
         ));
@@ -48,7 +53,7 @@ pub fn outcome(
         ));
         parts.push(Part::Table(zones(result)));
         parts.extend(figure.parts);
-        pictures = figure.pictures;
+        pictures.extend(figure.pictures);
     }
     Ok(Outcome {
         title: "Do the claims hold?",

@@ -3,7 +3,9 @@
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
-use crate::drive::image::PixelGrid;
+use crate::config::Image;
+use crate::drive::image::{PixelGrid, grid_of_picture};
+use crate::files::Lines;
 use crate::measure::signed_distance::{Region, measure};
 use crate::simulate::Outline;
 use crate::{Error, Result};
@@ -62,6 +64,24 @@ impl View {
             hits: first_hits(&bone, &grid),
             grid,
         })
+    }
+
+    /// The view of a bone on the pixels of a picture of `lines`, made the first time that it is asked for: all
+    /// beamformers of a recording have the same.
+    ///
+    /// # Errors
+    /// A phantom without a bone, or lines that do not make an image.
+    pub fn once<'a>(
+        view: &'a mut Option<Self>,
+        bone: Option<&Outline>,
+        lines: &Lines,
+        image: &Image,
+    ) -> Result<&'a Self> {
+        let made = match view.take() {
+            Some(made) => made,
+            None => View::new(bone, grid_of_picture(lines, image)?)?,
+        };
+        Ok(view.insert(made))
     }
 
     /// Measures an image with the paper's region A of its kind.

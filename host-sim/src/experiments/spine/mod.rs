@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Result;
 use crate::config::{Image, PhaseSymmetry};
-use crate::drive::image::{b_mode, grid_of_picture};
+use crate::drive::image::b_mode;
 use crate::measure::signed_distance::Region;
 use crate::simulate::{Block, Bone, Layers, NoiseSpectrum, Phantom, Settings};
 
@@ -271,13 +271,7 @@ impl Spine {
             Variant::forward("mv", self.half_window),
         ] {
             let lines = aligned.lines(&variant, &self.receive, &what, context.progress)?;
-            let view = match &view {
-                Some(view) => view,
-                None => {
-                    let grid = grid_of_picture(&lines, &self.image)?;
-                    &*view.insert(View::new(phantom.bone.as_ref(), grid)?)
-                }
-            };
+            let view = View::once(&mut view, phantom.bone.as_ref(), &lines, &self.image)?;
             let image = b_mode(&lines, scene.range as f32, &view.grid, self.image.median)?;
             let map = ridges(&image.pixels, &filter)?;
             let (key, name) = (&variant.key, &variant.name);

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Image, LENGTHS, PhaseSymmetry, check_positive, out_of_range};
-use crate::drive::image::{b_mode, grid_of_picture};
+use crate::drive::image::b_mode;
 use crate::measure::contrast::{cnr, gcnr, speckle_snr};
 use crate::measure::signed_distance::Region;
 use crate::simulate::{Block, Bone, Layers, PAPER_DENSITY, Phantom, Settings};
@@ -198,13 +198,7 @@ impl Experiment for VertebraInTissue {
         let mut view = None;
         for variant in variants(self.half_window) {
             let lines = aligned.lines(&variant, &self.receive, "fig3", context.progress)?;
-            let view = match &view {
-                Some(view) => view,
-                None => {
-                    let grid = grid_of_picture(&lines, &self.image)?;
-                    &*view.insert(View::new(phantom.bone.as_ref(), grid)?)
-                }
-            };
+            let view = View::once(&mut view, phantom.bone.as_ref(), &lines, &self.image)?;
             measures.push(self.measure(&variant, &lines, view)?);
         }
         let view = view.ok_or_else(|| Error::Data("no beamformer was asked for".into()))?;

@@ -18,10 +18,13 @@ use crate::measure::registration::expected_fiducial_error;
 use crate::methods::COMPARED;
 use crate::{Error, Result};
 
-use super::contour::{Registration, Row, Sources};
+use super::contour::{Registered, Registration, Row, Sources};
+use super::images::Images;
+use super::measures::{Draws, Measured};
 use super::profiles::{Line, Profile};
+use super::registration::{Ct, Registrations};
 use super::sweep::{Tip, Volume};
-use super::{Ct, Draws, FEATURED, Images, METHODS, Measured, Registrations, WaterBath};
+use super::{FEATURED, METHODS, WaterBath};
 
 /// All that was found.
 pub struct Found<'a> {
@@ -49,7 +52,7 @@ struct Numbers<'a> {
 struct NumbersOfRegistration<'a> {
     sources: String,
     #[serde(flatten)]
-    found: &'a super::Registered,
+    found: &'a Registered,
 }
 
 const KINDS: [&str; 2] = ["US", "PS"];
