@@ -120,6 +120,23 @@ pub(crate) fn lines<V: Vector>(
     let delay = IqDelay::new(PARAMETERS)?;
     delay.line(zero, &line(), &counts, scratch, x)?;
     report("iq-counts", hash::complex(x));
+    let delay = IqDelay::new(IqParameters {
+        reading: IqReading::LinearFixed,
+        ..PARAMETERS
+    })?;
+    // Along a ray; then straight down, where places grow evenly.
+    for (name, ray, law) in [
+        ("iq-fixed", line().ray, line().transmit.law),
+        ("iq-fixed-down", Ray::down(0.3e-3), TransmitLaw::Focused),
+    ] {
+        let line = ScanLine {
+            ray,
+            transmit: Transmit::new(law, 0.1e-6),
+            ..line()
+        };
+        delay.line(zero, &line, &counts, scratch, x)?;
+        report(name, hash::complex(x));
+    }
     Ok(())
 }
 

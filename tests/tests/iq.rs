@@ -522,3 +522,154 @@ fn what_is_wrong_is_named() {
     };
     assert!(refused(&nowhere, scratch, out).starts_with("line depth"));
 }
+
+/// Noise as counts, and the same numbers as f32.
+fn counted(samples: usize, seed: u64) -> (Vec<[i16; 2]>, Vec<Complex<f32>>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let counts: Vec<[i16; 2]> = (0..ELEMENTS * samples).map(|_| rng.random()).collect();
+    let floats = counts.iter();
+    let floats = floats.map(|&[i, q]| Complex::new(f32::from(i), f32::from(q)));
+    let floats = floats.collect();
+    (counts, floats)
+}
+
+#[test]
+fn fixed_point_equals_the_reference_to_the_bit() {
+    let convex = convex();
+    for (fs, samples) in [(10e6, 300), (4.7e6, 170), (40e6, 900)] {
+        let p = parameters(fs, samples, IqReading::LinearFixed);
+        for (seed, line) in lines(&convex).into_iter().enumerate() {
+            let (counts, floats) = counted(samples, seed as u64);
+            let interleaved: Vec<[i16; 2]> = (0..ELEMENTS * samples)
+                .map(|i| counts[(i % ELEMENTS) * samples + i / ELEMENTS])
+                .collect();
+            let mut expected = vec![Complex::new(7.0, 7.0); p.output_samples * ELEMENTS];
+            reference::f32::iq::line(&p, &line, (&floats, 0.3, 0.7), &mut expected);
+            assert!(expected.iter().any(|y| *y != ZERO), "{line:?}: empty");
+            let mut twice = expected.clone();
+            let add = ScanLine {
+                compounding: Compounding::Add,
+                ..line
+            };
+            reference::f32::iq::line(&p, &add, (&floats, 0.3, 0.7), &mut twice);
+            for (counts, layout) in [
+                (&counts, IqLayout::Planar),
+                (&interleaved, IqLayout::Interleaved),
+            ] {
+                let record = IqRecord::new(IqSamples::Counts(counts, 0.3), layout, ELEMENTS);
+                let record = record.unwrap().with_phase(0.7).unwrap();
+                let what = format!("{fs}, {layout:?}, {line:?}");
+                assert_same_bits(&core_line(0.0f32, &p, &line, &record), &expected, &what);
+                for set in InstructionSet::available() {
+                    let ours = set.dispatch(Twice(&p, &line, &record));
+                    assert_same_bits(&ours, &twice, &format!("{what}: {set:?}"));
+                }
+            }
+        }
+    }
+}
+
+/// The table of docs/numerics.md, its last column: the pulse's peak has 16 000 counts.
+#[test]
+fn the_documented_errors_of_fixed_point_hold() {
+    let convex = convex();
+    let bounds = [8.1e-2, 3.8e-2, 1.5e-2, 1.8e-3, 2.4e-2, 6.5e-2];
+    for ((bandwidth, fs, _), bound) in ERRORS.into_iter().zip(bounds) {
+        for line in lines(&convex) {
+            let mut p = parameters(fs, (30e-6 * fs) as usize, IqReading::LinearFixed);
+            p.output_rate = 40e6;
+            p.output_start = 5e-6;
+            p.output_samples = 800;
+            let [x, z] = line.ray.point(17e-3);
+            let (iq, _) = echoes(&p, &line, &[[x, z]], (bandwidth * F0, 1e6, 1));
+            let counts: Vec<[i16; 2]> = iq
+                .iter()
+                .map(|y| [y.re, y.im].map(|part| (16_000.0 * part).round() as i16))
+                .collect();
+            let samples = IqSamples::Counts(&counts, 1.0 / 16_000.0);
+            let record = IqRecord::new(samples, IqLayout::Planar, ELEMENTS).unwrap();
+            let ours = core_line(0.0f32, &p, &line, &record);
+            let exact = reference::f64::iq::line(&p, &line, &iq);
+            let error = worst(&ours, exact.iter().copied());
+            println!("{bandwidth}, {fs}: {error:.2e}");
+            assert!(error < bound, "{bandwidth}, {fs}: {error}");
+            assert!(
+                ours.iter().any(|y| y.norm() > 0.9),
+                "{bandwidth}, {fs}: empty"
+            );
+        }
+    }
+}
+
+#[test]
+fn fixed_point_takes_extreme_geometry_and_refuses_what_it_cannot_read() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let mut extreme = || {
+        let magnitude = 10f64.powf(rng.random_range(-40.0..40.0));
+        [magnitude, -magnitude, 0.0, 1e-2][rng.random_range(0..4)]
+    };
+    let counts = [[i16::MIN, i16::MAX]; 30];
+    let record = IqRecord::new(IqSamples::Counts(&counts, 1e24), IqLayout::Planar, 3).unwrap();
+    for round in 0..3000 {
+        let x = [extreme(), extreme(), extreme()];
+        let fs = extreme().abs() + 1e-40;
+        let p = IqParameters {
+            sound_speed: extreme().abs() + 1e-40,
+            sampling_rate: fs,
+            demodulation_frequency: fs * [0.3, 1.9, -1.9, 0.0][round % 4],
+            output_rate: extreme().abs() + 1e-40,
+            output_start: extreme(),
+            output_samples: 20,
+            elements: 3,
+            record_samples: 10,
+            reading: IqReading::LinearFixed,
+        };
+        let ray = if round % 2 == 0 {
+            Ray::down(extreme())
+        } else {
+            Ray::new(extreme(), extreme(), extreme())
+        };
+        let line = ScanLine {
+            transmit: Transmit::new(TransmitLaw::Plane { angle: 0.3 }, extreme()),
+            ray,
+            array: Array::LinearAt(&x),
+            active: Active { first: 0, count: 3 },
+            compounding: Compounding::Replace,
+        };
+        for y in core_line(0.0f32, &p, &line, &record) {
+            assert!(y.re.is_finite() && y.im.is_finite(), "{p:?} {line:?}");
+        }
+    }
+    let good = parameters(10e6, 100, IqReading::LinearFixed);
+    let name = |p: IqParameters| match IqDelay::new(p) {
+        Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
+        other => panic!("{other:?}"),
+    };
+    let demodulation_frequency = 20e6;
+    assert_eq!(
+        name(IqParameters {
+            demodulation_frequency,
+            ..good
+        }),
+        "demodulation_frequency"
+    );
+    let record_samples = 65_537;
+    assert_eq!(
+        name(IqParameters {
+            record_samples,
+            ..good
+        }),
+        "record_samples"
+    );
+    let floats = noise(ELEMENTS * 100, 1);
+    let mut scratch = vec![0.0; good.scratch_len(1)];
+    let mut out = vec![ZERO; good.output_samples * ELEMENTS];
+    let refused = IqDelay::new(good).unwrap().line(
+        0.0f32,
+        &lines(&convex())[0],
+        &planar(&floats),
+        &mut scratch,
+        &mut out,
+    );
+    assert!(matches!(refused, Err(Error::Parameter { name: "iq", .. })));
+}

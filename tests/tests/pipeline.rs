@@ -543,7 +543,12 @@ fn a_stretch_of_a_line_has_the_bits_of_the_whole() {
 }
 
 const DEMODULATION: f64 = 5.2e6;
-const READINGS: [IqReading; 3] = [IqReading::Linear, IqReading::Cubic, IqReading::Sinc];
+const READINGS: [IqReading; 4] = [
+    IqReading::Linear,
+    IqReading::Cubic,
+    IqReading::Sinc,
+    IqReading::LinearFixed,
+];
 
 /// The scan of `PARAMETERS` by a front end that demodulates.
 fn iq_parameters(stretch: usize) -> Parameters<'static> {

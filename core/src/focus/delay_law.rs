@@ -130,6 +130,14 @@ impl<'a> TransmitDelay<'a> {
         Ok(TransmitDelay { shape, c })
     }
 
+    /// How much the wave's path grows a metre of the line, where it grows evenly.
+    pub(super) fn slope(&self) -> Option<f64> {
+        match self.shape {
+            Shape::Straight { slope, .. } => Some(slope),
+            _ => None,
+        }
+    }
+
     /// When the wave reaches the distance `r` m along the line, s: a path over c, with the path
     /// `offset + slope·r`, `s = √((r − along)·(r − along) + d·d)`, `s − range` or `range ∓ s`; or the least of
     /// `delay + √((r − along)·(r − along) + d·d)/c`.

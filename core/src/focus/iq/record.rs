@@ -156,10 +156,10 @@ impl<'a> IqRecord<'a> {
 /// Samples of either order: how far it is to the next element, and to the next sample.
 #[derive(Clone, Copy)]
 pub(super) struct Window<'a, T> {
-    samples: &'a [T],
-    element: usize,
-    sample: usize,
-    length: usize,
+    pub(super) samples: &'a [T],
+    pub(super) element: usize,
+    pub(super) sample: usize,
+    pub(super) length: usize,
 }
 
 /// A sample as it lies in a record.
@@ -203,6 +203,22 @@ impl<T: Sample> Window<'_, T> {
             self.at_the_edge(element, first, &mut taps);
         }
         taps
+    }
+
+    /// The samples `index` and after it of the element that begins at `first`; 0 outside the record. In front
+    /// of it, indices wrap around.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn edge(&self, first: usize, index: usize) -> [T; 2]
+    where
+        T: Default,
+    {
+        [0, 1].map(|k| {
+            let index = (index as u32).wrapping_add(k) as usize;
+            let sample = (index < self.length).then(|| first + index * self.sample);
+            let sample = sample.and_then(|sample| self.samples.get(sample));
+            sample.copied().unwrap_or_default()
+        })
     }
 
     #[cold]

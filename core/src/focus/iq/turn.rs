@@ -35,6 +35,20 @@ pub(super) fn turn<V: Vector>(turns: V) -> (V, V) {
     (turns.splat(1.0) + cosine * y, sine * x)
 }
 
+/// The same of 0 to 1 turn in a constant, by the same operations.
+pub(super) const fn whole_turn(turns: f32) -> (f32, f32) {
+    let x = turns - ((turns + INTEGERS) - INTEGERS);
+    let y = x * x;
+    let (mut cosine, mut sine) = (COSINE[4], SINE[4]);
+    let mut k = 4;
+    while k > 0 {
+        k -= 1;
+        cosine = cosine * y + COSINE[k];
+        sine = sine * y + SINE[k];
+    }
+    (1.0 + cosine * y, sine * x)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

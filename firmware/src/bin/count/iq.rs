@@ -18,12 +18,13 @@ const RECORD: usize = OUTPUTS + 32;
 const SOUND_SPEED: f64 = 1540.0;
 const START: f64 = 2.0 * 10e-3 / SOUND_SPEED;
 
-/// The taps of a reading, and the bound on the instructions per output sample of an element (see
+/// A reading, its name and its taps, and the bound on the instructions per output sample of an element (see
 /// `beamform.rs`).
-const CASES: [(IqReading, usize, u32); 3] = [
-    (IqReading::Linear, 2, 255),
-    (IqReading::Cubic, 4, 340),
-    (IqReading::Sinc, 12, 700),
+const CASES: [(IqReading, &str, usize, u32); 4] = [
+    (IqReading::LinearFixed, "iq-fixed", 2, 75),
+    (IqReading::Linear, "iq", 2, 255),
+    (IqReading::Cubic, "iq", 4, 340),
+    (IqReading::Sinc, "iq", 12, 700),
 ];
 
 pub const PARAMETERS: IqParameters = IqParameters {
@@ -82,7 +83,7 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
         compounding: Compounding::Replace,
     };
     let mut within = true;
-    for (reading, taps, bound) in CASES {
+    for (reading, name, taps, bound) in CASES {
         let delay = IqDelay::new(IqParameters {
             reading,
             ..PARAMETERS
@@ -95,7 +96,7 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
         });
         outcome?;
         let bytes = IqDelay::BYTES + size_of_val(scratch);
-        within &= report("iq", taps, ELEMENTS * OUTPUTS, &cost, bytes, bound);
+        within &= report(name, taps, ELEMENTS * OUTPUTS, &cost, bytes, bound);
     }
     Ok(within)
 }

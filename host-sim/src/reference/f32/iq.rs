@@ -2,6 +2,7 @@
 //! plain loops.
 
 use bonebeam::focus::{Compounding, IqParameters, IqReading, ScanLine};
+use bonebeam::geometry::{Array, TransmitLaw};
 use num_complex::Complex;
 use std::f64::consts::PI;
 
@@ -30,7 +31,11 @@ pub fn line(
             p.sampling_rate,
         );
         for n in 0..p.output_samples {
-            let y = delayed(p, scan_line, (record, scale, phase), &path, &sinc, n);
+            let y = if p.reading == IqReading::LinearFixed {
+                fixed(p, scan_line, (record, scale, phase), m, n)
+            } else {
+                delayed(p, scan_line, (record, scale, phase), &path, &sinc, n)
+            };
             let Some(y) = y else {
                 continue;
             };
@@ -82,6 +87,112 @@ fn delayed(
     ))
 }
 
+/// Depth, place in 2⁻³² samples and turns in 2⁻⁴⁴ of an element straight above the line at output sample `n`,
+/// from f64.
+fn fixed_place(
+    p: &IqParameters,
+    scan_line: &ScanLine,
+    phase: f64,
+    n: usize,
+) -> Option<(f32, i64, i64)> {
+    let r = p.sound_speed * (p.output_start + n as f64 / p.output_rate) / 2.0;
+    let flight = transmit(scan_line, p.sound_speed, r) + r / p.sound_speed;
+    let axis = (flight - scan_line.transmit.t0) * p.sampling_rate;
+    let turns = flight * p.demodulation_frequency + phase / (2.0 * PI);
+    if axis.is_nan() || axis.abs() >= 8_388_608.0 || !turns.is_finite() {
+        return None;
+    }
+    Some((
+        r as f32,
+        scaled_down(axis, 32),
+        scaled_down(fraction(turns), 44),
+    ))
+}
+
+fn fraction(x: f64) -> f64 {
+    x - libm::floor(x)
+}
+
+fn scaled_down(x: f64, bits: i32) -> i64 {
+    libm::floor(x * 2f64.powi(bits)) as i64
+}
+
+/// `IqReading::LinearFixed`: `record` holds counts, which are whole numbers.
+fn fixed(
+    p: &IqParameters,
+    scan_line: &ScanLine,
+    (record, scale, phase): (&[Complex<f32>], f32, f64),
+    m: usize,
+    n: usize,
+) -> Option<Complex<f32>> {
+    let ray = &scan_line.ray;
+    let slope = match scan_line.transmit.law {
+        TransmitLaw::Focused => Some(1.0),
+        TransmitLaw::Plane { angle } => Some(
+            libm::sin(ray.angle()) * libm::sin(angle) + libm::cos(ray.angle()) * libm::cos(angle),
+        ),
+        _ => None,
+    };
+    let first = fixed_place(p, scan_line, phase, 0);
+    let last = fixed_place(p, scan_line, phase, p.output_samples - 1);
+    let place = match (slope, first, last) {
+        (Some(slope), Some((depth, position, turns)), Some(_)) => {
+            let step = (1.0 + slope) / (2.0 * p.output_rate);
+            let depth_step = (p.sound_speed / (2.0 * p.output_rate)) as f32;
+            let turn_step = scaled_down(fraction(step * p.demodulation_frequency), 44);
+            let n = n as i64;
+            (
+                depth + n as f32 * depth_step,
+                position + n * scaled_down(step * p.sampling_rate, 32),
+                turns.wrapping_add(turn_step.wrapping_mul(n)),
+            )
+        }
+        _ => fixed_place(p, scan_line, phase, n)?,
+    };
+    let (depth, position, turns) = place;
+    if !(depth > 0.0 && depth < f32::MAX) {
+        return None;
+    }
+    let level =
+        !matches!(scan_line.array, Array::At { .. }) && ray.angle() == 0.0 && ray.z() == 0.0;
+    let lag = if level {
+        let across = scan_line.array.x(m) - ray.x();
+        let square = across * across;
+        let scaled = (square * (p.sampling_rate / p.sound_speed) * 16384.0) as f32;
+        (scaled / (depth + libm::sqrtf(depth * depth + square as f32))) as i32
+    } else {
+        let element = place_of(scan_line, m);
+        let path = Path::new(ray, element, p.sound_speed, p.sampling_rate);
+        let lag = (path.lag(depth) * 16384.0) as i32;
+        lag.saturating_sub((path.ahead * 16384.0) as i32)
+    };
+    let lag = i64::from(lag);
+    let at = (position >> 18) + lag;
+    let count = |index: i64| match usize::try_from(index) {
+        Ok(index) if index < record.len() => [record[index].re as i64, record[index].im as i64],
+        _ => [0, 0],
+    };
+    let (a, b, weight) = (count(at >> 14), count((at >> 14) + 1), at.rem_euclid(16384));
+    let between = |part: usize| a[part] * (16384 - weight) + b[part] * weight;
+    let rate = libm::round(p.demodulation_frequency / p.sampling_rate * 2f64.powi(30)) as i64;
+    let turns = turns.wrapping_add(lag * rate).wrapping_add(1 << 31);
+    let place = (turns >> 32).rem_euclid(4096);
+    let (cosine, sine) = turn(place as f32 / 4096.0);
+    let number = |x: f32| libm::roundf(x * 16384.0) as i64;
+    let product = |value: i64, number: i64| (value * (number << 16)) >> 32;
+    let (re, im) = (between(0), between(1));
+    let (cosine, sine) = (number(cosine), number(sine));
+    let scale = scale * (1.0 / 4096.0);
+    Some(Complex::new(
+        (product(re, cosine) - product(im, sine)) as f32 * scale,
+        (product(re, sine) + product(im, cosine)) as f32 * scale,
+    ))
+}
+
+fn place_of(scan_line: &ScanLine, m: usize) -> [f64; 2] {
+    place(&scan_line.array, m)
+}
+
 /// The record between its samples `middle` and the next one.
 fn read(
     reading: IqReading,
@@ -113,6 +224,7 @@ fn read(
                 (term(0) + term(1)) + (term(2) + term(3))
             })
         }
+        IqReading::LinearFixed => unreachable!("it has a function of its own"),
         IqReading::Sinc => {
             let phase = ((weight * 64.0) as usize).min(63);
             let between = weight * 64.0 - phase as f32;
