@@ -138,6 +138,21 @@ static void iq(void) {
             print("iq-counts", out, 2 * OUT * ELEMENTS);
         }
     }
+    /* In fixed point: along the ray, then straight down. */
+    bonebeam_scan_line down = line;
+    down.law = BONEBEAM_LAW_FOCUSED;
+    down.x = 0.3e-3;
+    down.steering = 0.0;
+    parameters.reading = BONEBEAM_READING_LINEAR_FIXED;
+    check(bonebeam_iq_init(storage, sizeof storage, &parameters, &stage), "iq-fixed");
+    check(bonebeam_iq_line_counts(stage, &line, counts[0], 1e-3f, BONEBEAM_LAYOUT_INTERLEAVED, scratch,
+                                  SCRATCH, out),
+          "iq-fixed");
+    print("iq-fixed", out, 2 * OUT * ELEMENTS);
+    check(bonebeam_iq_line_counts(stage, &down, counts[0], 1e-3f, BONEBEAM_LAYOUT_INTERLEAVED, scratch,
+                                  SCRATCH, out),
+          "iq-fixed-down");
+    print("iq-fixed-down", out, 2 * OUT * ELEMENTS);
 }
 
 /* The beamformers at 32/16 with K = 2. */

@@ -168,6 +168,9 @@ enum bonebeam_reading
   BONEBEAM_READING_CUBIC = 1,
   // By a windowed sinc of 12 taps.
   BONEBEAM_READING_SINC = 2,
+  // Along the line, in fixed point: of counts only. `IqReading::LinearFixed` in the core's documentation has
+  // its limits.
+  BONEBEAM_READING_LINEAR_FIXED = 3,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

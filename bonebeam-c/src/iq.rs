@@ -43,6 +43,9 @@ pub enum Reading {
     Cubic = 1,
     /// By a windowed sinc of 12 taps.
     Sinc = 2,
+    /// Along the line, in fixed point: of counts only. `IqReading::LinearFixed` in the core's documentation has
+    /// its limits.
+    LinearFixed = 3,
 }
 
 /// In which order samples of I/Q lie.
@@ -70,6 +73,7 @@ impl IqParameters {
                 reading if reading == Reading::Linear as i32 => IqReading::Linear,
                 reading if reading == Reading::Cubic as i32 => IqReading::Cubic,
                 reading if reading == Reading::Sinc as i32 => IqReading::Sinc,
+                reading if reading == Reading::LinearFixed as i32 => IqReading::LinearFixed,
                 _ => return Err(Status::Parameter),
             },
         })

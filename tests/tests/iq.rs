@@ -610,6 +610,7 @@ fn fixed_point_takes_extreme_geometry_and_refuses_what_it_cannot_read() {
     };
     let counts = [[i16::MIN, i16::MAX]; 30];
     let record = IqRecord::new(IqSamples::Counts(&counts, 1e24), IqLayout::Planar, 3).unwrap();
+    let (mut read, mut refused) = (0, 0);
     for round in 0..3000 {
         let x = [extreme(), extreme(), extreme()];
         let fs = extreme().abs() + 1e-40;
@@ -636,10 +637,24 @@ fn fixed_point_takes_extreme_geometry_and_refuses_what_it_cannot_read() {
             active: Active { first: 0, count: 3 },
             compounding: Compounding::Replace,
         };
-        for y in core_line(0.0f32, &p, &line, &record) {
+        let mut out = vec![Complex::new(f32::NAN, 0.0); p.output_samples * p.elements];
+        let mut scratch = vec![0.0; p.scratch_len(1)];
+        let delay = IqDelay::new(p).unwrap();
+        match delay.line(0.0f32, &line, &record, &mut scratch, &mut out) {
+            Ok(()) => read += 1,
+            Err(Error::Parameter { name, .. }) => {
+                assert_eq!(name, "element's way to the line");
+                assert!(out.iter().all(|y| y.re.is_nan()), "written, then refused");
+                refused += 1;
+                continue;
+            }
+            Err(error) => panic!("{error}"),
+        }
+        for y in out {
             assert!(y.re.is_finite() && y.im.is_finite(), "{p:?} {line:?}");
         }
     }
+    assert!(read > 300 && refused > 300, "{read} {refused}");
     let good = parameters(10e6, 100, IqReading::LinearFixed);
     let name = |p: IqParameters| match IqDelay::new(p) {
         Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
@@ -661,6 +676,8 @@ fn fixed_point_takes_extreme_geometry_and_refuses_what_it_cannot_read() {
         }),
         "record_samples"
     );
+    let elements = 4097;
+    assert_eq!(name(IqParameters { elements, ..good }), "elements");
     let floats = noise(ELEMENTS * 100, 1);
     let mut scratch = vec![0.0; good.scratch_len(1)];
     let mut out = vec![ZERO; good.output_samples * ELEMENTS];

@@ -7,38 +7,46 @@
 //!   path grows evenly with depth (focused and plane waves), both grow by the same whole number from sample to
 //!   sample. f64 is needed once a line then, else once a sample.
 //! - An element's lag is worked out in f32 at every sample ([`delay_law`](crate::focus::delay_law)), and cut
-//!   to 2⁻¹⁴ samples: l. It is read at ⌊p·2¹⁴⌋ + l, and turned by v + l·⌊f_demod/fs·2³⁰ + ½⌋.
-//! - Between the samples a and b: a·(2¹⁴ − w) + b·w, with the weight w of 14 bits.
+//!   to 2⁻¹⁸ samples: l. Straight down from a linear array, how far it lies aside is an f32, too: that of element
+//!   0 and its pitches.
+//! - It is read at ⌊p·2¹³⌋ + ⌊l/2⁵⌋, and turned by v + l·⌊f_demod/fs·2²⁶ + ½⌋.
+//! - Between the samples a and b: a·(2¹³ − w) + b·w, with the weight w of 13 bits.
 //! - Cosine and sine stand in a table of 4096 places a turn, of 14 bits; the nearest place serves.
-//! - `⌊re·cos/2³²⌋ − ⌊im·sin/2³²⌋` and `⌊re·sin/2³²⌋ + ⌊im·cos/2³²⌋`, in 2⁻¹² of a count, times the scale in f32.
+//! - `⌊re·cos/2¹⁶⌋ − ⌊im·sin/2¹⁶⌋` and `⌊re·sin/2¹⁶⌋ + ⌊im·cos/2¹⁶⌋`, in 2⁻¹¹ of a count, times the scale in f32.
 //!
-//! Beside the line's own error the turn errs by half a place of the table and by 2⁻¹⁴ samples: at most
-//! 7.7·10⁻⁴ + 3.9·10⁻⁴·f_demod/fs rad. Records have up to 2¹⁶ samples, so that a place fits a word.
+//! Beside the line's own error the place errs by up to 2⁻¹² samples, and the turn by half a place of the table,
+//! 7.7·10⁻⁴ rad, and 10⁻⁴·f_demod/fs rad. Records have up to 2¹⁶ samples and elements lie within 8191 samples' way of the
+//! line, so that places and lags fit a word.
 
 use super::record::Window;
 use super::{IqDelay, LAG, Source, turn};
-use crate::Complex;
 use crate::focus::delay_law::ReceiveLag;
 use crate::focus::{Compounding, FAR};
-use crate::simd::Vector;
+use crate::instructions::sqrt;
+use crate::{Complex, Error};
 
 /// Bits of a sample's fraction: of places, and of weights.
-const PLACE_BITS: u32 = 14;
-const PLACES: f32 = (1 << PLACE_BITS) as f32;
+const PLACE_BITS: u32 = 13;
+/// Bits of a lag's fraction of a sample.
+const LAG_BITS: u32 = 18;
+const LAGS: f32 = (1 << LAG_BITS) as f32;
 /// Bits of the turns that a sample makes.
-const RATE_BITS: u32 = 30;
+const RATE_BITS: u32 = 26;
 /// The largest f_demod/fs, of which so many bits are left.
 pub(super) const MAX_TURNS_A_SAMPLE: f64 = 2.0;
 /// Places of the table a turn, as bits, and those of its numbers.
 const TABLE_BITS: u32 = 12;
 const TABLE: usize = 1 << TABLE_BITS;
 const NUMBERS: f32 = 16384.0;
-/// The longest record: with twice as many samples, places in 2⁻¹⁴ samples are whole numbers of 32 bits.
+/// The longest record, and the most elements: a place in 2⁻¹³ samples and the index of a sample fit 32 bits.
 pub(super) const MAX_SAMPLES: usize = 1 << 16;
+pub(super) const MAX_ELEMENTS: usize = 1 << 12;
+/// How far an element may lie from the line, in samples: its lag fits 32 bits.
+const REACH: f32 = 8191.0;
 /// A place that is outside of it on either side, with a sample to spare.
 const FARTHEST: i64 = (MAX_SAMPLES as i64 + 1) << PLACE_BITS;
 /// What a count is in the numbers that come out.
-const COUNT: f32 = (1 << (PLACE_BITS + 30 - 32)) as f32;
+const COUNT: f32 = (1 << PLACE_BITS) as f32 * NUMBERS / 65536.0;
 
 /// Cosine in the lower and sine in the upper half of a word.
 static TURNS: [u32; TABLE] = {
@@ -86,6 +94,7 @@ struct Row<'a> {
     first_element: usize,
     /// f_demod/fs, and the scale of what comes out.
     rate: i32,
+    table: &'static [u32; TABLE],
     scale: f32,
     add: bool,
 }
@@ -99,10 +108,10 @@ impl IqDelay {
         window: &Window<'_, [i16; 2]>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
-    ) {
+    ) -> Result<(), Error> {
         let line = source.line;
         let active = line.active.first..line.active.first + line.active.count;
-        let level = self.fixed_lags(source, scratch);
+        let level = self.fixed_lags(source, scratch)?;
         let centres = self.centres(source);
         let a_sample = self.parameters.demodulation_frequency / self.parameters.sampling_rate;
         let row = Row {
@@ -110,9 +119,11 @@ impl IqDelay {
             lags: scratch,
             first_element: active.start,
             rate: libm::round(a_sample * (1u32 << RATE_BITS) as f64) as i32,
+            table: &TURNS,
             scale: source.record.scale() * (1.0 / COUNT),
             add: line.compounding == Compounding::Add,
         };
+        let dense = window.element == 1;
         let zero = Complex::new(0.0, 0.0);
         for (n, out) in out.chunks_exact_mut(self.parameters.elements).enumerate() {
             let place = self.place(source, &centres, source.first + n);
@@ -123,56 +134,71 @@ impl IqDelay {
                 behind.fill(zero);
             }
             match place {
-                Some(place) if level && row.add => row.put::<true, true>(&place, own),
-                Some(place) if level => row.put::<true, false>(&place, own),
+                Some(place) if level && dense && !row.add => {
+                    row.put::<true, true, false>(&place, own)
+                }
                 Some(place) => {
                     if !row.add {
                         own.fill(zero);
                     }
-                    row.put::<false, true>(&place, own);
+                    match (level, dense) {
+                        (true, true) => row.put::<true, true, true>(&place, own),
+                        (true, false) => row.put::<true, false, true>(&place, own),
+                        _ => row.put::<false, false, true>(&place, own),
+                    }
                 }
                 None if row.add => {}
                 None => own.fill(zero),
             }
         }
+        Ok(())
     }
 
     /// The lags of the active elements, one after the other; whether all lie as far along the line as its
     /// beginning.
-    fn fixed_lags(&self, source: &Source, scratch: &mut [f32]) -> bool {
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for an element that is out of reach.
+    fn fixed_lags(&self, source: &Source, scratch: &mut [f32]) -> Result<bool, Error> {
         let p = &self.parameters;
-        let line = source.line;
+        let Source { line, .. } = source;
         let level = line.array.is_linear() && line.ray.is_down();
-        // One division a line.
-        let rate = p.sampling_rate / p.sound_speed;
+        // f64 once a line: the elements follow from their pitch.
+        let rate = (p.sampling_rate / p.sound_speed) as f32;
+        let first = (line.array.x(0) - line.ray.x()) as f32;
+        let pitch = match line.array.elements() {
+            0 | 1 => 0.0,
+            _ => line.array.pitch() as f32,
+        };
         for (k, lag) in scratch
             .chunks_exact_mut(LAG)
             .take(line.active.count)
             .enumerate()
         {
             let element = line.active.first + k;
-            let numbers = if level {
-                let across = line.array.x(element) - line.ray.x();
+            let (distance, numbers) = if level {
+                let across = first + element as f32 * pitch;
                 let square = across * across;
-                // In places at once.
-                let scaled = square * rate * f64::from(PLACES);
-                [square as f32, scaled as f32, 0.0, 0.0, 0.0, 0.0]
+                // In 2⁻¹⁸ samples at once.
+                let scaled = square * (rate * LAGS);
+                (across.abs(), [square, scaled, 0.0, 0.0, 0.0, 0.0])
             } else {
                 let place = line.array.place(element);
-                ReceiveLag::new(place, &line.ray, p.sound_speed, p.sampling_rate).numbers()
+                let lag = ReceiveLag::new(place, &line.ray, p.sound_speed, p.sampling_rate);
+                let numbers = lag.numbers();
+                let [square, _, along, ..] = numbers;
+                (sqrt(square) + 2.0 * along.abs(), numbers)
             };
-            let finite = numbers.iter().all(|number| number.is_finite());
-            // Else too far to be read.
-            let numbers = if finite {
-                numbers
-            } else {
-                [0.0, f32::MAX, 0.0, 0.0, 0.0, 0.0]
-            };
+            // False for a NaN.
+            let near = distance * rate < REACH && numbers.iter().all(|number| number.is_finite());
+            if !near {
+                return Err(out_of_reach(distance));
+            }
             for (lag, number) in lag.iter_mut().zip(numbers) {
                 *lag = number;
             }
         }
-        level
+        Ok(level)
     }
 
     fn centres(&self, source: &Source) -> Centres {
@@ -241,6 +267,15 @@ impl IqDelay {
     }
 }
 
+#[cold]
+fn out_of_reach(distance: f32) -> Error {
+    Error::Parameter {
+        name: "element's way to the line",
+        value: f64::from(distance),
+        expected: "below 8191 samples, for a reading in fixed point",
+    }
+}
+
 /// `x·2^bits`, rounded down.
 fn whole(x: f64, bits: u32) -> i64 {
     libm::floor(x * (1u64 << bits) as f64) as i64
@@ -248,80 +283,86 @@ fn whole(x: f64, bits: u32) -> i64 {
 
 /// The part of a turn, in 2⁻⁴⁴.
 fn fraction(turns: f64) -> i64 {
-    whole(turns - libm::floor(turns), PLACE_BITS + RATE_BITS)
+    whole(turns - libm::floor(turns), LAG_BITS + RATE_BITS)
 }
 
 impl Row<'_> {
-    /// A row of active elements.
+    /// A row of active elements. `DENSE`: a sample's elements lie side by side.
     #[inline(never)]
-    fn put<const LEVEL: bool, const ADD: bool>(&self, place: &Place, out: &mut [Complex<f32>]) {
+    fn put<const LEVEL: bool, const DENSE: bool, const ADD: bool>(
+        &self,
+        place: &Place,
+        out: &mut [Complex<f32>],
+    ) {
         // Far outside a record counts as less far outside, so that it fits.
         let middle = (place.position >> (32 - PLACE_BITS)).clamp(-FARTHEST, FARTHEST) as i32;
         // So that cutting rounds.
         let turns = place
             .turns
-            .wrapping_add(1 << (PLACE_BITS + RATE_BITS - TABLE_BITS - 1));
+            .wrapping_add(1 << (LAG_BITS + RATE_BITS - TABLE_BITS - 1));
+        let (depth, square) = (place.depth, place.depth * place.depth);
         let Window {
             samples,
             element,
             sample,
             length,
         } = *self.window;
+        let (element, sample) = if DENSE {
+            (1, sample)
+        } else {
+            (element, sample)
+        };
         let last = length.saturating_sub(1);
         let next = samples.get(sample..).unwrap_or_default();
-        let mut first = self.first_element * element;
+        let first = self.first_element * element;
         let lags = self.lags.chunks_exact(LAG);
-        for (out, lag) in out.iter_mut().zip(lags) {
-            let lag = fixed_lag::<LEVEL>(place.depth, lag);
-            // What does not fit lies behind every record.
-            let at = middle.saturating_add(lag);
-            // What is negative becomes large.
-            let index = (at >> PLACE_BITS) as u32 as usize;
-            let pair = if index < last {
-                let start = first + index * sample;
-                next.get(start).zip(samples.get(start))
-            } else {
-                None
-            };
+        for (k, (out, lag)) in out.iter_mut().zip(lags).enumerate() {
+            let first = first + k * element;
+            let lag = lag_at::<LEVEL>([depth, square], lag);
+            let at = middle + (lag >> (LAG_BITS - PLACE_BITS));
+            // What is negative becomes large: at most 2¹⁹, times 2¹² elements.
+            let index = (at as u32 >> PLACE_BITS) as usize;
+            let start = first + index * sample;
+            // Where elements lie side by side, the last sample's have no next.
+            let within = DENSE || index < last;
+            let pair = next.get(start).zip(samples.get(start));
             let [a, b] = match pair {
-                Some((&b, &a)) => [a, b],
-                None => self.window.edge(first, index),
+                Some((&b, &a)) if within => [a, b],
+                _ => self.window.edge(first, (at >> PLACE_BITS) as u32),
             };
-            first += element;
-
-            let ([a_re, a_im], [b_re, b_im]) = (a.map(i32::from), b.map(i32::from));
+            let [a_re, a_im] = a.map(i32::from);
+            let [b_re, b_im] = b.map(i32::from);
             let weight = at & ((1 << PLACE_BITS) - 1);
             let before = (1 << PLACE_BITS) - weight;
             let re = a_re * before + b_re * weight;
             let im = a_im * before + b_im * weight;
-            let turns = turns.wrapping_add(i64::from(lag).wrapping_mul(i64::from(self.rate)));
-            let turn = (turns >> (PLACE_BITS + RATE_BITS - TABLE_BITS)) as usize % TABLE;
-            let turn = TURNS[turn];
-            let (cosine, sine) = ((turn << 16) as i32, (turn & 0xffff_0000) as i32);
+            let turn = turns.wrapping_add(i64::from(lag).wrapping_mul(i64::from(self.rate)));
+            let turn = self.table[(turn >> (LAG_BITS + RATE_BITS - TABLE_BITS)) as usize % TABLE];
+            let (cosine, sine) = (turn as i16, (turn >> 16) as i16);
             let value = Complex::new(
-                (upper(re, cosine) - upper(im, sine)) as f32 * self.scale,
-                (upper(re, sine) + upper(im, cosine)) as f32 * self.scale,
+                (part(re, cosine) - part(im, sine)) as f32 * self.scale,
+                (part(re, sine) + part(im, cosine)) as f32 * self.scale,
             );
             *out = if ADD { *out + value } else { value };
         }
     }
 }
 
-/// The lag of an element at `depth`, in 2⁻¹⁴ samples, cut.
+/// The lag of an element at `depth`, in 2⁻¹⁸ samples, cut.
 #[inline(always)]
-fn fixed_lag<const LEVEL: bool>(depth: f32, lag: &[f32]) -> i32 {
+fn lag_at<const LEVEL: bool>([depth, depth_square]: [f32; 2], lag: &[f32]) -> i32 {
     let &[square, scaled, along, rate, part, ahead, ..] = lag else {
         return i32::MAX;
     };
     if LEVEL {
-        return (scaled / (depth + (depth * depth + square).sqrt())) as i32;
+        return (scaled / (depth + sqrt(depth_square + square))) as i32;
     }
     let lag = ReceiveLag::samples_of(depth, [square, scaled, along, rate, part]);
-    ((lag * PLACES) as i32).saturating_sub((ahead * PLACES) as i32)
+    ((lag * LAGS) as i32).saturating_sub((ahead * LAGS) as i32)
 }
 
-/// `⌊a·b/2³²⌋`.
+/// `⌊a·b/2¹⁶⌋`.
 #[inline(always)]
-fn upper(a: i32, b: i32) -> i32 {
-    ((i64::from(a) * i64::from(b)) >> 32) as i32
+fn part(a: i32, b: i16) -> i32 {
+    ((i64::from(a) * i64::from(b)) >> 16) as i32
 }

@@ -195,12 +195,21 @@ impl IqDelay {
                 expected: "less than twice the sampling rate, for a reading in fixed point",
             });
         }
-        if fixed && p.record_samples > fixed::MAX_SAMPLES {
-            return Err(Error::Capacity {
-                name: "record_samples",
-                actual: p.record_samples,
-                capacity: fixed::MAX_SAMPLES,
-            });
+        let sizes = [
+            ("record_samples", p.record_samples, fixed::MAX_SAMPLES),
+            ("elements", p.elements, fixed::MAX_ELEMENTS),
+        ];
+        let mut k = 0;
+        while fixed && k < sizes.len() {
+            let (name, actual, capacity) = sizes[k];
+            if actual > capacity {
+                return Err(Error::Capacity {
+                    name,
+                    actual,
+                    capacity,
+                });
+            }
+            k += 1;
         }
         attempt!(finite("output_start", p.output_start));
         attempt!(check_shapes(p.output_samples, p.record_samples, p.elements));
@@ -234,7 +243,8 @@ impl IqDelay {
     /// # Errors
     /// Before anything is written: [`Error::Length`] for a slice of the wrong length or a record of
     /// another shape; [`Error::Parameter`] for a law, t0, position or active range that is not
-    /// possible; [`Error::NonFinite`] with the flat index into `out`, when adding.
+    /// possible, and for [`IqReading::LinearFixed`] for samples that are not counts and elements more than 8191
+    /// samples' way from the line; [`Error::NonFinite`] with the flat index into `out`, when adding.
     pub fn line<V: Vector>(
         &self,
         zero: V,
@@ -288,7 +298,7 @@ impl IqDelay {
             IqReading::Sinc => self.read(zero, &SINC, &source, scratch, out),
             IqReading::LinearFixed => {
                 if let IqSamples::Counts(samples, _) = record.kind() {
-                    self.fixed(&source, &record.window(samples), scratch, out);
+                    self.fixed(&source, &record.window(samples), scratch, out)?;
                 }
             }
         }

@@ -209,12 +209,12 @@ impl<T: Sample> Window<'_, T> {
     /// of it, indices wrap around.
     #[cold]
     #[inline(never)]
-    pub(super) fn edge(&self, first: usize, index: usize) -> [T; 2]
+    pub(super) fn edge(&self, first: usize, index: u32) -> [T; 2]
     where
         T: Default,
     {
         [0, 1].map(|k| {
-            let index = (index as u32).wrapping_add(k) as usize;
+            let index = index.wrapping_add(k) as usize;
             let sample = (index < self.length).then(|| first + index * self.sample);
             let sample = sample.and_then(|sample| self.samples.get(sample));
             sample.copied().unwrap_or_default()

@@ -21,7 +21,7 @@ const START: f64 = 2.0 * 10e-3 / SOUND_SPEED;
 /// A reading, its name and its taps, and the bound on the instructions per output sample of an element (see
 /// `beamform.rs`).
 const CASES: [(IqReading, &str, usize, u32); 4] = [
-    (IqReading::LinearFixed, "iq-fixed", 2, 75),
+    (IqReading::LinearFixed, "iq-fixed", 2, 63),
     (IqReading::Linear, "iq", 2, 255),
     (IqReading::Cubic, "iq", 4, 340),
     (IqReading::Sinc, "iq", 12, 700),

@@ -71,7 +71,8 @@ const CASES: [Case; 6] = [
         745_000,
     ),
 ];
-const READINGS: [(&str, IqReading); 3] = [
+const READINGS: [(&str, IqReading); 4] = [
+    ("fixed", IqReading::LinearFixed),
     ("linear", IqReading::Linear),
     ("cubic", IqReading::Cubic),
     ("sinc", IqReading::Sinc),

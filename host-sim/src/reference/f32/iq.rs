@@ -156,33 +156,35 @@ fn fixed(
     let level =
         !matches!(scan_line.array, Array::At { .. }) && ray.angle() == 0.0 && ray.z() == 0.0;
     let lag = if level {
-        let across = scan_line.array.x(m) - ray.x();
+        let rate = (p.sampling_rate / p.sound_speed) as f32;
+        let first = (scan_line.array.x(0) - ray.x()) as f32;
+        let across = first + m as f32 * scan_line.array.pitch() as f32;
         let square = across * across;
-        let scaled = (square * (p.sampling_rate / p.sound_speed) * 16384.0) as f32;
-        (scaled / (depth + libm::sqrtf(depth * depth + square as f32))) as i32
+        let scaled = square * (rate * 262_144.0);
+        (scaled / (depth + libm::sqrtf(depth * depth + square))) as i32
     } else {
         let element = place_of(scan_line, m);
         let path = Path::new(ray, element, p.sound_speed, p.sampling_rate);
-        let lag = (path.lag(depth) * 16384.0) as i32;
-        lag.saturating_sub((path.ahead * 16384.0) as i32)
+        let lag = (path.lag(depth) * 262_144.0) as i32;
+        lag - (path.ahead * 262_144.0) as i32
     };
     let lag = i64::from(lag);
-    let at = (position >> 18) + lag;
+    let at = (position >> 19) + (lag >> 5);
     let count = |index: i64| match usize::try_from(index) {
         Ok(index) if index < record.len() => [record[index].re as i64, record[index].im as i64],
         _ => [0, 0],
     };
-    let (a, b, weight) = (count(at >> 14), count((at >> 14) + 1), at.rem_euclid(16384));
-    let between = |part: usize| a[part] * (16384 - weight) + b[part] * weight;
-    let rate = libm::round(p.demodulation_frequency / p.sampling_rate * 2f64.powi(30)) as i64;
+    let (a, b, weight) = (count(at >> 13), count((at >> 13) + 1), at.rem_euclid(8192));
+    let between = |part: usize| a[part] * (8192 - weight) + b[part] * weight;
+    let rate = libm::round(p.demodulation_frequency / p.sampling_rate * 2f64.powi(26)) as i64;
     let turns = turns.wrapping_add(lag * rate).wrapping_add(1 << 31);
     let place = (turns >> 32).rem_euclid(4096);
     let (cosine, sine) = turn(place as f32 / 4096.0);
     let number = |x: f32| libm::roundf(x * 16384.0) as i64;
-    let product = |value: i64, number: i64| (value * (number << 16)) >> 32;
+    let product = |value: i64, number: i64| (value * number) >> 16;
     let (re, im) = (between(0), between(1));
     let (cosine, sine) = (number(cosine), number(sine));
-    let scale = scale * (1.0 / 4096.0);
+    let scale = scale * (1.0 / 2048.0);
     Some(Complex::new(
         (product(re, cosine) - product(im, sine)) as f32 * scale,
         (product(re, sine) + product(im, cosine)) as f32 * scale,
