@@ -378,6 +378,76 @@ fn sizes_follow_from_the_parameters_and_others_are_refused() {
 }
 
 #[test]
+fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
+    const SCAN: Scan = match Scan::new(PARAMETERS.scan) {
+        Ok(scan) => scan,
+        Err(_) => panic!("the scan is not valid"),
+    };
+    static DELAY: Delay = match Delay::new(DelayParameters::of(&SCAN)) {
+        Ok(delay) => delay,
+        Err(_) => panic!("the scan is not valid"),
+    };
+    let (own, by) = (
+        Pipeline::new(PARAMETERS).unwrap(),
+        Pipeline::by(&DELAY, PARAMETERS).unwrap(),
+    );
+    assert_eq!(own.sizes(), by.sizes());
+    let lines = own.lines();
+    let elements = SCAN.elements();
+    let rf: Vec<f32> = (0..elements * PARAMETERS.scan.record_samples)
+        .map(|n| ((n * 7919 % 2001) as f32 - 1000.0) * 1e-3)
+        .collect();
+    let record = Record::new(&rf, elements).unwrap();
+    let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
+    let mut scratch = vec![0.0; lines.scratch_len(1)];
+    let mut aligned = [(); 2].map(|()| vec![Complex::new(0.0, 0.0); lines.aligned_len()]);
+    let [of_own, of_by] = &mut aligned;
+    let transmits = [(transmit, &record)];
+    lines
+        .align(0.0f32, 3, transmits, &mut scratch, of_own)
+        .unwrap();
+    by.lines()
+        .align(0.0f32, 3, transmits, &mut scratch, of_by)
+        .unwrap();
+    assert!(of_own.iter().any(|y| y.im != 0.0));
+    assert_eq!(of_own, of_by);
+
+    // A stage of another scan is refused, by what differs.
+    let mut other = DELAY.clone();
+    let of = DelayParameters::of(&SCAN);
+    let changes = [
+        (
+            "delay stage's sound_speed",
+            DelayParameters {
+                sound_speed: 1580.0,
+                ..of
+            },
+        ),
+        (
+            "delay stage's hilbert_taps",
+            DelayParameters {
+                hilbert_taps: 3,
+                ..of
+            },
+        ),
+        (
+            "delay stage's output_samples",
+            DelayParameters {
+                output_samples: 7,
+                ..of
+            },
+        ),
+    ];
+    for (expected, parameters) in changes {
+        other.set(parameters).unwrap();
+        match Pipeline::by(&other, PARAMETERS) {
+            Err(Error::Parameter { name, .. }) => assert_eq!(name, expected),
+            refused => panic!("{expected}: {refused:?}"),
+        }
+    }
+}
+
+#[test]
 fn bad_parameters_are_named() {
     let name = |change: fn(&mut Parameters)| {
         let mut p = PARAMETERS;

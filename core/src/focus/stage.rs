@@ -40,6 +40,32 @@ pub trait Sealed {}
 
 impl Sealed for Delay {}
 impl Sealed for IqDelay {}
+impl<S: Sealed> Sealed for &S {}
+
+/// A stage that lies elsewhere: in a static, say.
+impl<S: Stage> Stage for &S {
+    type Record<'r> = S::Record<'r>;
+
+    fn scratch_len(&self, lanes: usize, samples: usize) -> usize {
+        S::scratch_len(self, lanes, samples)
+    }
+
+    fn stretch<V: Vector>(
+        &self,
+        zero: V,
+        line: &ScanLine,
+        record: &Self::Record<'_>,
+        first: usize,
+        scratch: &mut [f32],
+        out: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
+        S::stretch(self, zero, line, record, first, scratch, out)
+    }
+
+    fn largest(record: &Self::Record<'_>) -> f32 {
+        S::largest(record)
+    }
+}
 
 impl Stage for Delay {
     type Record<'r> = Record<'r>;

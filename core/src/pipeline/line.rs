@@ -105,6 +105,48 @@ impl<'a> LinePipeline<'a> {
     }
 }
 
+impl<'a> LinePipeline<'a, &'a Delay> {
+    /// The lines of `scan` from RF, by a delay stage that lies elsewhere: see [`Pipeline::by`].
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] where the stage is not the scan's; as [`Beamformer::new`].
+    ///
+    /// [`Pipeline::by`]: super::Pipeline::by
+    pub fn by(delay: &'a Delay, scan: Scan<'a>, beamformer: Parameters) -> Result<Self, Error> {
+        let expected = DelayParameters::of(&scan);
+        let p = delay.parameters();
+        let numbers = |p: &DelayParameters| {
+            [
+                ("delay stage's sound_speed", p.sound_speed),
+                ("delay stage's sampling_rate", p.sampling_rate),
+                ("delay stage's centre_frequency", p.centre_frequency),
+                ("delay stage's output_rate", p.output_rate),
+                ("delay stage's output_start", p.output_start),
+                ("delay stage's output_samples", p.output_samples as f64),
+                ("delay stage's elements", p.elements as f64),
+                ("delay stage's record_samples", p.record_samples as f64),
+                ("delay stage's hilbert_taps", p.hilbert_taps as f64),
+            ]
+        };
+        for ((name, value), (_, expected)) in numbers(p).into_iter().zip(numbers(&expected)) {
+            if value != expected {
+                let expected = "that of the scan";
+                return Err(Error::Parameter {
+                    name,
+                    value,
+                    expected,
+                });
+            }
+        }
+        Ok(LinePipeline {
+            delay,
+            beamformer: Beamformer::new(beamformer)?,
+            adaptive: 0..scan.samples(),
+            scan,
+        })
+    }
+}
+
 impl<'a> LinePipeline<'a, IqDelay> {
     /// The lines of `scan` from I/Q, by a beamformer.
     ///

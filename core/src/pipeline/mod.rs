@@ -120,6 +120,65 @@ impl<'a> Pipeline<'a> {
     }
 }
 
+impl<'a> Pipeline<'a, &'a Delay> {
+    /// A pipeline of RF by a delay stage that lies elsewhere, as a constant does in flash: nothing is left to be
+    /// worked out, and the plan is small.
+    ///
+    /// ```
+    /// # use bonebeam::beamform;
+    /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+    /// use bonebeam::focus::{Delay, DelayParameters};
+    /// use bonebeam::geometry::Scan;
+    /// use bonebeam::pipeline::{Parameters, Pipeline};
+    ///
+    /// const PARAMETERS: Parameters = Parameters {
+    ///     // …
+    /// #   scan: ScanParameters {
+    /// #       array: Array::Linear { elements: 16, pitch: 0.3e-3 },
+    /// #       lines: Lines::Even(Axis::centred(64, 0.1e-3)),
+    /// #       sound_speed: 1540.0,
+    /// #       centre_frequency: 5e6,
+    /// #       sampling_rate: 20e6,
+    /// #       record_samples: 512,
+    /// #       output_rate: 20e6,
+    /// #       start: Depth::Metres(4e-3),
+    /// #       end: Depth::Metres(12e-3),
+    /// #       f_number: 1.5,
+    /// #       min_elements: 8,
+    /// #   },
+    /// #   beamformer: beamform::Parameters::DEFAULT,
+    /// #   rows: 64,
+    /// #   columns: 64,
+    /// #   dynamic_range: 50.0,
+    /// #   median: true,
+    /// #   scales: &[0.125],
+    /// #   threshold: 10.0,
+    /// #   strip: 8,
+    /// #   stretch: 64,
+    /// };
+    /// const SCAN: Scan = match Scan::new(PARAMETERS.scan) {
+    ///     Ok(scan) => scan,
+    ///     Err(_) => panic!("the scan is not valid"),
+    /// };
+    /// static DELAY: Delay = match Delay::new(DelayParameters::of(&SCAN)) {
+    ///     Ok(delay) => delay,
+    ///     Err(_) => panic!("the scan is not valid"),
+    /// };
+    /// let pipeline = Pipeline::by(&DELAY, PARAMETERS)?;
+    /// assert!(size_of_val(&pipeline) < 2000 && size_of_val(&DELAY) > 10_000);
+    /// # Ok::<(), bonebeam::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Pipeline::new`]; [`Error::Parameter`] where the stage is not the scan's.
+    pub fn by(delay: &'a Delay, parameters: Parameters<'a>) -> Result<Self, Error> {
+        let scan = Scan::new(parameters.scan)?;
+        even(&parameters.scan.lines)?;
+        let lines = LinePipeline::by(delay, scan, parameters.beamformer)?;
+        Self::of_lines(lines, parameters, parameters.sizes()?)
+    }
+}
+
 impl<'a> Pipeline<'a, IqDelay> {
     /// A pipeline of I/Q.
     ///

@@ -38,7 +38,7 @@ use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hprintln;
 use firmware::exit;
-use static_cell::{ConstStaticCell, StaticCell};
+use static_cell::ConstStaticCell;
 
 const ELEMENTS: usize = 16;
 const SAMPLES: usize = 96;
@@ -226,6 +226,7 @@ fn delay(arrays: &mut Arrays) -> Result<(), Error> {
         ("IqDelay::line, linear", IqReading::Linear),
         ("IqDelay::line, cubic", IqReading::Cubic),
         ("IqDelay::line, sinc", IqReading::Sinc),
+        ("IqDelay::line, fixed point", IqReading::LinearFixed),
     ] {
         let delay = IqDelay::new(IqParameters { reading, ..IQ })?;
         let scratch = &mut scratch[..IQ.scratch_len(1)];
@@ -421,20 +422,33 @@ fn map(
     })
 }
 
+const SCAN: Scan = match Scan::new(example::PARAMETERS.scan) {
+    Ok(scan) => scan,
+    Err(_) => panic!("the scan is not valid"),
+};
+/// The delay stage of the pipeline's scan: a constant.
+static DELAY: Delay = match Delay::new(DelayParameters::of(&SCAN)) {
+    Ok(delay) => delay,
+    Err(_) => panic!("the scan is not valid"),
+};
+
 #[inline(never)]
 fn pipeline(arrays: &mut Arrays) -> Result<(), Error> {
     let (memory, workspace) = (&mut arrays.frame, &mut arrays.line);
     of("Pipeline::new", || {
         Pipeline::new(black_box(example::PARAMETERS))
     })?;
-    let pipeline = plan()?;
+    of("Pipeline::by", || {
+        Pipeline::by(&DELAY, black_box(example::PARAMETERS))
+    })?;
+    let pipeline = Pipeline::by(&DELAY, example::PARAMETERS)?;
     let scan = pipeline.lines().scan();
     let widths = &mut arrays.work[..scan.samples()];
     of("Widths::new", || Widths::new(scan, widths).map(drop))?;
     of("Frame::new", || {
-        Frame::new(pipeline, memory.view()).map(drop)
+        Frame::new(&pipeline, memory.view()).map(drop)
     })?;
-    let mut frame = Frame::new(pipeline, memory.view())?;
+    let mut frame = Frame::new(&pipeline, memory.view())?;
     let record = Record::new(&arrays.rf, ELEMENTS)?;
     let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
     for line in 0..example::PARAMETERS.scan.lines.count() {
@@ -450,11 +464,4 @@ fn pipeline(arrays: &mut Arrays) -> Result<(), Error> {
     }
     of("Frame::image", || frame.image().map(drop))?;
     of("Frame::bone_map", || frame.bone_map().map(drop))
-}
-
-/// A pipeline's plan, in a static.
-#[inline(never)]
-fn plan() -> Result<&'static Pipeline<'static>, Error> {
-    static PLAN: StaticCell<Pipeline<'static>> = StaticCell::new();
-    Ok(PLAN.init(Pipeline::new(example::PARAMETERS)?))
 }
