@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
-use ndarray::{Array2, Array3};
+use ndarray::{Array2, Array3, Array4, Axis};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -16,11 +16,11 @@ use super::snapshots::{Scene, snapshots};
 use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
 use crate::Result;
-use crate::config::{self, RfReading};
+use crate::config::{self, Reading, RfReading};
 use crate::drive::delay::DelayStage;
 use crate::drive::frame::beamform_channel_data;
 use crate::drive::threads::pool;
-use crate::files::{ChannelData, Transmits};
+use crate::files::{ChannelData, Samples, Transmits};
 use crate::methods::Choice;
 
 /// As many as the widest registers have lanes.
@@ -67,17 +67,35 @@ fn recording(sampling_rate: f64, beam_x: f64) -> ChannelData {
     }
 }
 
+/// The same recording with its numbers as I/Q.
+fn in_the_base_band(data: ChannelData) -> ChannelData {
+    let f_demod = data.f0;
+    let Samples::Rf(rf) = data.samples else {
+        return data;
+    };
+    // Each sample and the one after it; the last one twice.
+    let last = rf.len_of(Axis(3)) - 1;
+    let iq = Array4::from_shape_fn(rf.raw_dim(), |(frame, transmit, element, sample)| {
+        let at = |sample| rf[[frame, transmit, element, sample]];
+        Complex::new(at(sample), at((sample + 1).min(last)))
+    });
+    ChannelData {
+        samples: Samples::Iq { iq, f_demod },
+        ..data
+    }
+}
+
 /// Seconds an output sample of the delay stage: a recording a call, another one each time.
-fn delay(settings: &Settings, sampling_rate: f64, beam_x: f64) -> Result<f64> {
-    let data = recording(sampling_rate, beam_x);
+fn delay(settings: &Settings, data: &ChannelData, iq_reading: Option<Reading>) -> Result<f64> {
     let parameters = config::Beamform {
+        iq_reading,
         // Every element is active at every depth.
         f_number: 0.1,
         depth_start: Some(5e-3),
         depth_end: Some(InVivo::DEPTH),
         ..config::Beamform::default()
     };
-    let stage = DelayStage::new(&data, &parameters)?.with_instruction_set(settings.instruction_set);
+    let stage = DelayStage::new(data, &parameters)?.with_instruction_set(settings.instruction_set);
     pool(1)?.install(|| {
         let mut x = stage.delay(0..1)?;
         let x = x.as_slice_mut().expect("a standard layout");
@@ -202,11 +220,21 @@ pub fn against_beamforming(
     step: &mut (dyn FnMut(&str) + Send),
 ) -> Result<Table> {
     step("delay");
-    let here = delay(settings, SAMPLING_RATE, HALFWAY)?;
+    let here = delay(settings, &recording(SAMPLING_RATE, HALFWAY), None)?;
     step("delay, beams beside the elements' grid");
-    let beside = delay(settings, SAMPLING_RATE, BESIDE)?;
+    let beside = delay(settings, &recording(SAMPLING_RATE, BESIDE), None)?;
     step("delay, recorded at the output rate");
-    let slow = delay(settings, SLOW_RATE, HALFWAY)?;
+    let slow = delay(settings, &recording(SLOW_RATE, HALFWAY), None)?;
+    let iq = in_the_base_band(recording(SLOW_RATE, HALFWAY));
+    let mut iq_rows = Vec::new();
+    for (label, reading) in [
+        ("I/Q, linear", Reading::Linear),
+        ("I/Q, cubic", Reading::Cubic),
+        ("I/Q, windowed sinc", Reading::Sinc),
+    ] {
+        step(label);
+        iq_rows.push((label, delay(settings, &iq, Some(reading))?));
+    }
     let echo = snapshots(Scene::Echo, (BEAMS, SAMPLES, InVivo::ELEMENTS));
     let mut beside_method = |label: &str, method: Method, temporal_half_window: usize| {
         step(label);
@@ -228,6 +256,19 @@ pub fn against_beamforming(
     step("plane waves compounded");
     let compounded = compounded(settings)?;
     let target = Target::AtMost(0.2);
+    let mut rows = vec![
+        row("beside MV, K = 0", here, mv).target(target),
+        row("beside rank-1 ESMV, K = 10", here, rank1).target(target),
+        row("beside rank-1 ESMV, K = 10, no two alike", beside, rank1).target(target),
+        row("beside ESMV by β, K = 10", here, beta).target(target),
+        row("reading and analytic signal alone", slow, here),
+    ];
+    rows.extend(
+        iq_rows
+            .iter()
+            .map(|&(label, seconds)| row(label, seconds, slow)),
+    );
+    rows.push(compounded);
     Ok(Table {
         section: Section::Delay.to_string(),
         title: "The delay stage against beamforming, time of one output sample".into(),
@@ -236,20 +277,14 @@ pub fn against_beamforming(
              other, delayed to analytic samples at 20 MHz from 5 to 40 mm, all elements at every \
              depth, into memory used before; beams halfway between two elements, or a third of their \
              distance beside that, where no two elements are read alike. MV at 128/64/0, rank-1 ESMV \
-             and ESMV by β = 10 % at 128/64/10 of the beamformers' echo, forward-backward. The last row \
-             but one is the stage without decimation, of recordings at 20 MHz, beside the whole. The last is a \
+             and ESMV by β = 10 % at 128/64/10 of the beamformers' echo, forward-backward. Then the \
+             stage without decimation, of recordings at 20 MHz, beside the whole; and I/Q at 20 MHz by each \
+             reading, beside RF at that rate. The last is a \
              frame by delay and sum, from a recording of {PLANE_WAVES} plane waves by 128 elements at 20.8 MHz: \
              {LINES} lines of {LINE_SAMPLES} samples, F# 1.5, each record upsampled once; beside the same read by \
              the delay stage's filter, of which an eighth of the lines is timed."
         ),
         yardstick: "beside".into(),
-        rows: vec![
-            row("beside MV, K = 0", here, mv).target(target),
-            row("beside rank-1 ESMV, K = 10", here, rank1).target(target),
-            row("beside rank-1 ESMV, K = 10, no two alike", beside, rank1).target(target),
-            row("beside ESMV by β, K = 10", here, beta).target(target),
-            row("reading and analytic signal alone", slow, here),
-            compounded,
-        ],
+        rows,
     })
 }
