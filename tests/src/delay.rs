@@ -134,7 +134,19 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
         upsampled,
     } = memory;
     let scratch = &mut scratch[..UPSAMPLED.scratch_len(1)];
-    upsampled_lines(0.0f32, upsampled, scratch, x, report)
+    upsampled_lines(0.0f32, upsampled, scratch, x, report)?;
+    filter_in_f32(memory, report)
+}
+
+/// The focused wave through a filter that was worked out in f32.
+fn filter_in_f32(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
+    let mut delay = Delay::new(PARAMETERS)?;
+    delay.set_in_f32(PARAMETERS)?;
+    let record = Record::new(&REAL_PARTS, ELEMENTS)?;
+    let (scratch, x) = memory.slices();
+    delay.line(0.0f32, &LINES[0].1, &record, scratch, x)?;
+    report("delay-filter-f32", hash::complex(x));
+    Ok(())
 }
 
 /// The focused and the plane wave, compounded of upsampled records.

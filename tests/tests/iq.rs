@@ -573,7 +573,7 @@ fn fixed_point_equals_the_reference_to_the_bit() {
 #[test]
 fn the_documented_errors_of_fixed_point_hold() {
     let convex = convex();
-    let bounds = [8.1e-2, 3.8e-2, 1.5e-2, 1.8e-3, 2.4e-2, 6.5e-2];
+    let bounds = [8.0e-2, 3.7e-2, 1.4e-2, 1.2e-3, 2.3e-2, 6.4e-2];
     for ((bandwidth, fs, _), bound) in ERRORS.into_iter().zip(bounds) {
         for line in lines(&convex) {
             let mut p = parameters(fs, (30e-6 * fs) as usize, IqReading::LinearFixed);

@@ -16,8 +16,9 @@ const CASES: [(usize, u32); 3] = [
     (2, 12_000_000),
     (delay::FASTEST, 12_000_000),
 ];
-/// The bounds for a change that keeps the filters, and for I/Q.
+/// The bounds for a change that keeps the filters, for a filter in f32, and for I/Q.
 const KEPT_BOUND: u32 = 2_000;
+const F32_BOUND: u32 = 700_000;
 const IQ_BOUND: u32 = 2_000;
 
 static DELAY: ConstStaticCell<Delay> =
@@ -46,6 +47,10 @@ pub fn run(counter: &mut Counter) -> Result<bool, Error> {
         let cost = counter.count(|| outcome = delay.set(parameters));
         outcome?;
         within &= report("set-up", 20 * ratio, 1, &cost, Delay::BYTES, bound);
+        let mut outcome = Ok(());
+        let cost = counter.count(|| outcome = delay.set_in_f32(parameters));
+        outcome?;
+        within &= report("set-up-f32", 20 * ratio, 1, &cost, Delay::BYTES, F32_BOUND);
         let mut outcome = Ok(());
         let cost = counter.count(|| {
             outcome = Delay::new(parameters).map(|delay| {
