@@ -39,6 +39,12 @@ pub fn warn(message: &str) {
     let _ = io::stderr().lock().write_all(line.as_bytes());
 }
 
+/// A measured value in as many digits as a person reads: six, and none that are only rounding.
+pub fn digits(value: f64) -> String {
+    let rounded = format!("{value:.5e}").parse().unwrap_or(value);
+    f64::to_string(&rounded)
+}
+
 /// Names and texts of files may hold line breaks and escape sequences, which a terminal would obey.
 fn one_line(message: &str) -> String {
     let mut line = String::new();

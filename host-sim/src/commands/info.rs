@@ -10,7 +10,7 @@ use crate::Result;
 use crate::config::{Beamform, BeamformFlags, Config, Image};
 use crate::drive::delay::DelayStage;
 use crate::files::{AlignedData, ChannelData, Recording, RecordingFile, Samples, Transmits};
-use crate::terminal::print;
+use crate::terminal::{digits, print};
 
 /// Tell what a recording holds, and what would be done with it.
 ///
@@ -85,7 +85,7 @@ fn count(number: usize, of: &str) -> String {
 }
 
 fn mhz(hertz: f64) -> String {
-    format!("{} MHz", hertz / 1e6)
+    format!("{} MHz", digits(hertz / 1e6))
 }
 
 /// The least and the greatest, in a person's unit.
@@ -126,7 +126,7 @@ fn of_channel_data(data: &ChannelData, frames: usize) -> Vec<Fact> {
     let [first, last] = data.depths(data.c);
     facts.push((
         "depths",
-        format!("{} to {} mm at {} m/s", mm(first), mm(last), data.c),
+        format!("{} to {} mm at {} m/s", mm(first), mm(last), digits(data.c)),
     ));
     facts.push(("begins", format!("at {}", range(&data.t0, 1e6, "us"))));
     let shape = if data.is_straight() {
@@ -145,7 +145,10 @@ fn of_channel_data(data: &ChannelData, frames: usize) -> Vec<Fact> {
         ),
     ));
     if data.lens_delay != 0.0 {
-        facts.push(("lens", format!("{} us one way", 1e6 * data.lens_delay)));
+        facts.push((
+            "lens",
+            format!("{} us one way", digits(1e6 * data.lens_delay)),
+        ));
     }
     facts.push(("transmits", told(&data.transmits)));
     facts
@@ -233,7 +236,7 @@ fn of_aligned_data(data: &AlignedData, frames: usize, parameters: &Beamform) -> 
         ),
         (
             "sampled",
-            format!("at {}, from {} us on", mhz(data.fs), 1e6 * data.t0),
+            format!("at {}, from {} us on", mhz(data.fs), digits(1e6 * data.t0)),
         ),
         ("beams", positions),
         (

@@ -1,6 +1,8 @@
 //! Values that are in another unit than they should be: refused where they cannot be meant, and with
 //! the unit that they are probably in.
 
+use crate::terminal::digits;
+
 /// A quantity: its unit, what is accepted, what is usual, and the units that it is often given in
 /// instead.
 pub struct Quantity {
@@ -55,7 +57,8 @@ impl Quantity {
         let unit = self.unit;
         let hint = self.hint(value);
         Err(format!(
-            "{what} is {value} {unit}; expected {least} to {most} {unit}{hint}"
+            "{what} is {} {unit}; expected {least} to {most} {unit}{hint}",
+            digits(value)
         ))
     }
 
