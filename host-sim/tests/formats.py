@@ -418,12 +418,31 @@ def many_frames():
         part, _ = lines(path, *flags, "--frames", "100..103", limit=LITTLE)
         check(np.array_equal(part["z"], held["z"][100:103]), f"{name}: --frames 100..103")
         path.unlink()
-    # What is read whole says what it lacks.
-    path = folder / "many.mat"
-    write_mat5(path, "rf", rf.astype(np.float64))
-    outcome = run("beamform", path, "-o", "lines.npz", *flags, limit=LITTLE)
-    check(outcome.returncode == 1 and "memory" in outcome.stderr, f"many, version 5: {told(outcome)}")
-    path.unlink()
+    # A folder of a SonixDAQ, twice as many frames: 121 MB of samples, read as float32.
+    many = np.concatenate([rf, rf])
+    write_sonix(folder / "many", "rf", many)
+    held, failed = lines(folder / "many", *flags, *sonix_variables(), limit=LITTLE)
+    check(held is not None and len(held["z"]) == len(many), f"SonixDAQ: {failed}")
+    for k in (0, 117, len(many) - 1):
+        write_sonix(folder / "one", "rf", many[k : k + 1])
+        alone, _ = lines(folder / "one", *flags, *sonix_variables())
+        check(held and np.array_equal(alone["z"], held["z"][k]), f"SonixDAQ: frame {k} has other lines")
+    part, failed = lines(folder / "many", *flags, *sonix_variables(), "--frames", "100..103", limit=LITTLE)
+    check(part and held and np.array_equal(part["z"], held["z"][100:103]), f"SonixDAQ: --frames 100..103 {failed}")
+    shutil.rmtree(folder / "many")
+    # What is read whole says what it lacks, and what to do.
+    write_mat5(folder / "whole.mat", "rf", rf.astype(np.float64))
+    write_mat5(folder / "plain_whole.mat", "rf", rf.astype(np.float64), compressed=False)
+    write_npz(folder / "whole.npz", "rf", np.asfortranarray(rf))
+    for name, words in {
+        "whole.mat": "GiB of memory, which cannot be had; MATLAB 5 files are read whole: save(",
+        "plain_whole.mat": "GiB of memory, which cannot be had; MATLAB 5 files are read whole: save(",
+        "whole.npz": "GiB of memory, which cannot be had; it is stored in columns",
+    }.items():
+        outcome = run("beamform", folder / name, "-o", "lines.npz", *flags, limit=LITTLE)
+        alone = outcome.stderr.count("\n") == 1
+        check(outcome.returncode == 1 and words in outcome.stderr and alone, f"{name}: {told(outcome)}")
+        (folder / name).unlink()
 
 
 def mapped():
@@ -466,12 +485,17 @@ def mapped():
     read_alike(path, "rf", rf, *variables)
 
 
+def sonix_variables():
+    """What a folder of a SonixDAQ does not tell."""
+    told = dict(fs=FS, f0=F0, c=C, t0=0, pitch=PITCH, tx_angle=",".join(map(str, ANGLES)))
+    return [word for key, value in told.items() for word in ("--variable", f"{key}={value}")]
+
+
 def sonix():
     rf = scene("rf")
     path = folder / "daq"
     write_sonix(path, "rf", rf)
-    told = dict(fs=FS, f0=F0, c=C, t0=0, pitch=PITCH, tx_angle=",".join(map(str, ANGLES)))
-    variables = [word for key, value in told.items() for word in ("--variable", f"{key}={value}")]
+    variables = sonix_variables()
     read_alike(path, "rf", rf, *variables)
     # 128 files in the order of the vendor's board.
     wide = np.tile(rf[:1], (1, 1, 4, 1)) * (1 + np.arange(128))[:, None] / 128

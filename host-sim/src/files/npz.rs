@@ -320,6 +320,7 @@ impl Reader {
             in_parts.then_some((header, claimed))
         });
         let Some((mut header, claimed)) = whole else {
+            self.check_whole(key, &head)?;
             return Ok((self.bytes(key)?, None));
         };
         let held = header.shape[0];
@@ -341,6 +342,30 @@ impl Reader {
         bytes.resize(own + length, 0);
         self.read_at(key, begin + start * frame, &mut bytes[own..])?;
         Ok((bytes, Some(held)))
+    }
+
+    /// An array in columns is read whole, whatever frames are asked for: there must be memory for it.
+    fn check_whole(&mut self, key: &str, head: &[u8]) -> Result<()> {
+        let mut numbers = head;
+        let in_columns = Header::from_reader(&mut numbers)
+            .is_ok_and(|header| header.layout == Layout::Fortran && header.shape.len() == 4);
+        if !in_columns {
+            return Ok(());
+        }
+        // What it claims may not be there.
+        let member = self.archive.by_name(&format!("{key}.npy"));
+        let size = member.map(|member| member.size());
+        let size = size.map_err(|e| self.damaged(key, &e))?;
+        let claimed = claimed_length(head).unwrap_or_default().min(size as usize);
+        // Its bytes, too.
+        let bytes = claimed.saturating_mul(1 + npy::CONVERSIONS);
+        memory::check(bytes, "the array").map_err(|e| {
+            self.error(format!(
+                "`{key}` is too large: {e}; it is stored in columns (Fortran order) and read whole: in \
+                 C order, as numpy.ascontiguousarray or host-sim convert on a larger machine make it, it \
+                 is read frame by frame"
+            ))
+        })
     }
 
     /// The beginning of a member, with the header of its array.

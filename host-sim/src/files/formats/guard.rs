@@ -12,7 +12,7 @@ const MAX_INFLATION: u64 = 100;
 /// An array of up to so many bytes may have been compressed as far as can be.
 const SMALL: u64 = 16 << 20;
 /// How many times its own size an array may take while it is read and converted.
-const CONVERSIONS: usize = 4;
+pub const CONVERSIONS: usize = 4;
 
 /// What came of reading a part of a file, or what is wrong with it: a sentence without its subject.
 pub type Told<T> = Result<T, String>;

@@ -14,7 +14,7 @@ use ndarray::{ArrayD, IxDyn, ShapeBuilder};
 use num_complex::Complex;
 
 use super::super::{cannot_be_opened, file_error};
-use super::guard::{Told, guarded, room};
+use super::guard::{CONVERSIONS, Told, claim, guarded};
 use super::values::{Part, Source, Values};
 use crate::{Error, Result, memory};
 
@@ -34,6 +34,10 @@ const UINT32: u8 = 13;
 const NUMBERS: std::ops::RangeInclusive<u8> = 6..=15;
 /// What is inflated to find an array's name.
 const NAME_WITHIN: u64 = 1024;
+
+/// What to do where there is no memory for all of it.
+const READ_WHOLE: &str = "MATLAB 5 files are read whole: save('FILE.mat', '-v7.3') writes one that is read \
+    frame by frame, and so does host-sim convert on a larger machine";
 
 /// An open file.
 pub struct Mat5 {
@@ -58,7 +62,11 @@ impl Mat5 {
     /// # Errors
     /// A file that cannot be opened, or is damaged.
     pub fn open(path: &Path) -> Result<Self> {
-        let bytes = fs::read(path).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
+        let unreadable = |e: std::io::Error| file_error(path, cannot_be_opened(&e));
+        let length = fs::metadata(path).map_err(unreadable)?.len();
+        memory::check(length as usize, "the file")
+            .map_err(|e| file_error(path, format!("is too large: {e}; {READ_WHOLE}")))?;
+        let bytes = fs::read(path).map_err(unreadable)?;
         let big_endian = bytes.get(126..128) == Some(b"MI");
         let mut file = Self {
             path: path.to_path_buf(),
@@ -153,7 +161,9 @@ impl Mat5 {
         let damaged = |e| format!("is truncated or damaged ({e})");
         inflated.read_exact(&mut tag).map_err(damaged)?;
         let length = self.number(&tag, 4).unwrap_or_default();
-        room(&[length as usize], 1, self.bytes.len() as u64)?;
+        let bytes = claim(&[length as usize], 1, self.bytes.len() as u64)?;
+        memory::check(bytes.saturating_mul(CONVERSIONS), "the array")
+            .map_err(|e| format!("is too large: {e}; {READ_WHOLE}"))?;
         file.extend(tag);
         let mut inflated = inflated.take(u64::from(length));
         inflated.read_to_end(&mut file).map_err(damaged)?;
@@ -175,7 +185,7 @@ impl Mat5 {
             );
         }
         memory::check(element.at.len().saturating_mul(8), "the array")
-            .map_err(|e| format!("is too large: {e}"))?;
+            .map_err(|e| format!("is too large: {e}; {READ_WHOLE}"))?;
         let mut file = self.alone(element)?;
         let class_at = HEADER + CLASS_AT + if self.big_endian { 3 } else { 0 };
         let own = *file.get(class_at).ok_or("is truncated")?;
