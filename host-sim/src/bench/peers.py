@@ -2,7 +2,10 @@
 
 Arguments: a folder with x.npy (aligned samples [beam, sample, element]) and delay.npz (a recording of
 single-element transmits and the pixels wanted of it), seconds to measure. Writes NAME.npy beside them,
-the lines [beam, sample] of each, and prints JSON: for each name its seconds, or why it was left out."""
+the lines [beam, sample] of each, and prints JSON: for each name its seconds, or why it was left out.
+
+Each function returns what makes a frame, and what makes lines [beam, sample] of that. The tests of the
+Python package call them, too."""
 
 import json
 import os
@@ -10,28 +13,29 @@ import sys
 import time
 from types import SimpleNamespace
 
-if hasattr(os, "sched_setaffinity"):
-    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
-os.environ["NUMBA_NUM_THREADS"] = "1"
-os.environ.setdefault("KERAS_BACKEND", "jax")
+if __name__ == "__main__":
+    # NumPy and the others look at these when they are imported.
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    os.environ["NUMBA_NUM_THREADS"] = "1"
+    os.environ.setdefault("KERAS_BACKEND", "jax")
 
 import numpy as np
 
-folder, budget = sys.argv[1], float(sys.argv[2])
 LOADING = 0.05
 
 
-def ustb():
-    """MV, forward-backward, L = M/2, K = 1. It returns the conjugate, and M times the value."""
+def ustb(x, forward_backward=True, loading=LOADING):
+    """MV, L = M/2, K = 1. It returns the conjugate, and M times the value."""
     import pyuff_ustb as uff
     from ustb.beamformed_data import BeamformedData
     from ustb.enums import Dimension
     from ustb.postprocess.capon_minimum_variance import CaponMinimumVariance
 
-    x = np.load(f"{folder}/x.npy")
     beams, samples, elements = x.shape
     scan = uff.LinearScan(x_axis=np.arange(beams) * 1e-4, z_axis=np.arange(samples) * 1e-5)
     capon = CaponMinimumVariance()
+    # pyuff's pixels: x is the slower of the two in memory, as beams are here, or the faster.
     beam_first = scan.x[0] == scan.x[1]
     pixels = x if beam_first else x.swapaxes(0, 1)
     capon.input = BeamformedData(scan=scan, data=pixels.reshape(beams * samples, elements))
@@ -41,8 +45,8 @@ def ustb():
     )
     capon.dimension = Dimension.receive
     capon.L_elements = elements // 2
-    capon.regCoef = LOADING
-    capon.doForwardBackward = True
+    capon.regCoef = loading
+    capon.doForwardBackward = forward_backward
     # The fewest wavelengths are one sample.
     capon.K_in_lambda = 0
 
@@ -54,12 +58,11 @@ def ustb():
     return (lambda: capon.go().data), lines
 
 
-def zea():
-    """MV, forward, L = M/2, K = 1, compiled."""
+def zea(x):
+    """MV, forward, L = M/2, K = 1, compiled. zea has no forward-backward averaging."""
     import jax
     from zea.ops import MinimumVariance
 
-    x = np.load(f"{folder}/x.npy")
     beams, samples, elements = x.shape
     capon = MinimumVariance(
         diagonal_loading=LOADING, axial_averaging=1, with_batch_dim=False, jit_compile=False
@@ -75,11 +78,11 @@ def zea():
     return (lambda: compiled(data).block_until_ready()), lines
 
 
-def ultraspy():
-    """Delay and sum of analytic samples, by linear interpolation."""
+def ultraspy(given):
+    """Delay and sum of analytic samples [transmit, element, sample] of single-element transmits, by linear
+    interpolation."""
     from ultraspy.cpu.kernels.numba_cores.das import delay_and_sum
 
-    given = dict(np.load(f"{folder}/delay.npz"))
     element_x, transmitting = given["element_x"], given["tx_element"]
     depth = given["depth"]
 
@@ -129,16 +132,22 @@ def fastest(work, seconds):
     return best
 
 
-told = {}
-for peer in (ustb, zea, ultraspy):
-    name = peer.__name__
-    try:
-        work, lines = peer()
-        # What it compiles is not counted.
-        np.save(f"{folder}/{name}.npy", lines(work()).astype(np.complex64))
-        told[name] = {"seconds": fastest(work, budget)}
-    except ImportError as error:
-        told[name] = {"left_out": str(error)}
-    except Exception as error:  # Another version's interface, say: the others are measured all the same.
-        told[name] = {"left_out": f"{type(error).__name__}: {error}".splitlines()[0]}
-print(json.dumps(told))
+def main(folder, budget):
+    x, given = np.load(f"{folder}/x.npy"), dict(np.load(f"{folder}/delay.npz"))
+    told = {}
+    for peer, data in ((ustb, x), (zea, x), (ultraspy, given)):
+        name = peer.__name__
+        try:
+            work, lines = peer(data)
+            # What it compiles is not counted.
+            np.save(f"{folder}/{name}.npy", lines(work()).astype(np.complex64))
+            told[name] = {"seconds": fastest(work, budget)}
+        except ImportError as error:
+            told[name] = {"left_out": str(error)}
+        except Exception as error:  # Another version's interface, say: the others are measured all the same.
+            told[name] = {"left_out": f"{type(error).__name__}: {error}".splitlines()[0]}
+    print(json.dumps(told))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], float(sys.argv[2]))
