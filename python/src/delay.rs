@@ -5,13 +5,12 @@ use std::num::NonZeroUsize;
 use host_sim::commands::beamform::{doubts, working_memory};
 use host_sim::drive::delay::DelayStage;
 use host_sim::drive::frame;
-use host_sim::files::{BeamRays, ChannelData, Lines, Recording, Samples, Transmits};
+use host_sim::files::{BeamRays, ChannelData, Frame, Recording, Transmits};
 use host_sim::memory;
-use ndarray::{Array3, ArrayViewMut3};
-use num_complex::Complex;
+use ndarray::{Array, Array3, Dimension, IntoDimension};
 use numpy::{
-    Complex32, IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2,
-    PyReadonlyArray3, PyReadwriteArray3,
+    Complex32, IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods,
+    PyReadonlyArray2, PyReadonlyArray3, PyReadwriteArray, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 
@@ -44,27 +43,33 @@ pub struct Record<'py> {
 }
 
 impl Record<'_> {
-    /// Checked as one that is read from a file. The samples are copied.
-    fn channel_data(self) -> PyResult<ChannelData> {
-        let transmits = self.transmits()?;
-        let samples = match (self.rf, self.iq, self.f_demod) {
-            (Some(rf), None, None) => rf.as_array().to_owned().into(),
-            (None, Some(iq), Some(f_demod)) => Samples::iq(iq.as_array().to_owned(), f_demod),
-            _ => return Err(refused("expected either `rf`, or `iq` and `f_demod`")),
-        };
+    /// The samples, where they lie.
+    fn frame(&self) -> PyResult<Frame<'_>> {
+        match (&self.rf, &self.iq, self.f_demod) {
+            (Some(rf), None, None) => Ok(Frame::Rf(rf.as_array())),
+            (None, Some(iq), Some(f_demod)) => Ok(Frame::Iq {
+                iq: iq.as_array(),
+                f_demod,
+            }),
+            _ => Err(refused("expected either `rf`, or `iq` and `f_demod`")),
+        }
+    }
+
+    /// All but the samples, checked with them as what is read from a file.
+    fn channel_data(&self, py: Python<'_>, frame: &Frame<'_>) -> PyResult<ChannelData> {
         let data = ChannelData {
-            samples,
+            samples: frame.none(),
             fs: self.fs,
-            t0: self.t0,
-            element_x: self.element_x,
-            element_z: self.element_z,
-            element_angle: self.element_angle,
+            t0: self.t0.clone(),
+            element_x: self.element_x.clone(),
+            element_z: self.element_z.clone(),
+            element_angle: self.element_angle.clone(),
             c: self.c,
             f0: self.f0,
-            transmits,
+            transmits: self.transmits()?,
             lens_delay: self.lens_delay.unwrap_or(0.0),
         };
-        data.check().map_err(refused)?;
+        py.detach(|| data.check_with(frame)).map_err(refused)?;
         Ok(data)
     }
 
@@ -125,6 +130,29 @@ pub struct Aligned {
     doubts: Vec<String>,
 }
 
+/// Memory for a result of that shape: the caller's, where there is any.
+fn written<'py, D: Dimension>(
+    py: Python<'py>,
+    out: Option<Bound<'py, PyArray<Complex32, D>>>,
+    shape: impl IntoDimension<Dim = D>,
+    what: &str,
+) -> PyResult<Bound<'py, PyArray<Complex32, D>>> {
+    let shape = shape.into_dimension();
+    let Some(out) = out else {
+        let bytes = memory::product(&[shape.size(), size_of::<Complex32>()]);
+        memory::check(bytes, what).map_err(refused)?;
+        return Ok(py.detach(|| Array::zeros(shape)).into_pyarray(py));
+    };
+    let given = out.dims();
+    if given != shape || !out.is_c_contiguous() {
+        let [given, shape] = [given, shape].map(|shape| shape.slice().to_vec());
+        return Err(refused(format!(
+            "`out` has shape {given:?}; expected {shape:?}, C-contiguous"
+        )));
+    }
+    Ok(out)
+}
+
 /// Delays channel data, into `out` where it is given.
 #[pyfunction]
 pub fn delay<'py>(
@@ -135,32 +163,18 @@ pub fn delay<'py>(
     threads: Option<NonZeroUsize>,
 ) -> PyResult<Aligned> {
     let pool = self::threads(threads)?;
-    let data = data.channel_data()?;
+    let frame = data.frame()?;
+    let data = data.channel_data(py, &frame)?;
     let parameters = &parameters.0;
     let doubts = doubts(&data, parameters).map_err(refused)?;
     let stage = DelayStage::new(&data, parameters).map_err(refused)?;
     let (beams, samples, elements) = (stage.beam_x().len(), stage.samples(), data.samples.dim().2);
-    let shape = (beams, samples, elements);
-    let x = match out {
-        Some(out) => out,
-        None => {
-            let bytes = memory::product(&[beams, samples, elements, size_of::<Complex32>()]);
-            memory::check(bytes, "aligned data").map_err(refused)?;
-            py.detach(|| Array3::zeros(shape)).into_pyarray(py)
-        }
-    };
-    let mut written: PyReadwriteArray3<'py, Complex32> = x.try_readwrite()?;
-    let view: ArrayViewMut3<'_, Complex<f32>> = written.as_array_mut();
-    let given = view.dim();
-    let samples_of_x = view.into_slice().filter(|_| given == shape);
-    let samples_of_x = samples_of_x.ok_or_else(|| {
-        refused(format!(
-            "`out` has shape {given:?}; expected {shape:?}, C-contiguous"
-        ))
-    })?;
-    py.detach(|| pool.install(|| stage.delay_into(0..beams, samples_of_x)))
+    let x = written(py, out, (beams, samples, elements), "aligned data")?;
+    let mut memory: PyReadwriteArray<'py, _, _> = x.try_readwrite()?;
+    let view = memory.as_slice_mut()?;
+    py.detach(|| pool.install(|| stage.delay_frame_into(frame, 0..beams, view)))
         .map_err(refused)?;
-    drop(written);
+    drop(memory);
     let active = Array3::from_shape_fn((beams, samples, 2), |(beam, sample, k)| {
         let active = stage.active(beam, sample);
         [active.first, active.count][k] as i64
@@ -192,32 +206,18 @@ pub struct BeamformedLines {
     doubts: Vec<String>,
 }
 
-impl BeamformedLines {
-    fn new(py: Python<'_>, lines: Lines, doubts: Vec<String>) -> Self {
-        let [beam_z, beam_angle] = places(py, lines.rays);
-        Self {
-            z: lines.z.into_pyarray(py).unbind(),
-            fs: lines.fs,
-            t0: lines.t0,
-            beam_x: lines.beam_x.into_pyarray(py).unbind(),
-            beam_z,
-            beam_angle,
-            c: lines.c,
-            doubts,
-        }
-    }
-}
-
-/// Delays and beamforms channel data, some beams at a time.
+/// Delays and beamforms channel data, some beams at a time, into `out` where it is given.
 #[pyfunction]
-pub fn beamform_channel_data(
-    py: Python<'_>,
-    data: Record<'_>,
+pub fn beamform_channel_data<'py>(
+    py: Python<'py>,
+    data: Record<'py>,
     parameters: &BeamformParameters,
+    out: Option<Bound<'py, PyArray2<Complex32>>>,
     threads: Option<NonZeroUsize>,
 ) -> PyResult<BeamformedLines> {
     let pool = self::threads(threads)?;
-    let data = data.channel_data()?;
+    let frame = data.frame()?;
+    let data = data.channel_data(py, &frame)?;
     let parameters = &parameters.0;
     let doubts = doubts(&data, parameters).map_err(refused)?;
     let recording = Recording::Channel(data);
@@ -229,9 +229,25 @@ pub fn beamform_channel_data(
     let Recording::Channel(data) = &recording else {
         unreachable!("it was made above");
     };
-    let lines =
-        py.detach(|| pool.install(|| frame::beamform_channel_data(data, parameters, &|_| {})));
-    Ok(BeamformedLines::new(py, lines.map_err(refused)?, doubts))
+    let stage = DelayStage::new(data, parameters).map_err(refused)?;
+    let shape = (stage.beam_x().len(), stage.samples());
+    let z = written(py, out, shape, "lines")?;
+    let mut memory: PyReadwriteArray<'py, _, _> = z.try_readwrite()?;
+    let view = memory.as_array_mut();
+    py.detach(|| pool.install(|| frame::beamform_frame(&stage, frame, parameters, &|_| {}, view)))
+        .map_err(refused)?;
+    drop(memory);
+    let [beam_z, beam_angle] = places(py, frame::beam_rays(&stage));
+    Ok(BeamformedLines {
+        z: z.unbind(),
+        fs: parameters.rate_of(data),
+        t0: stage.start(),
+        beam_x: PyArray1::from_slice(py, stage.beam_x()).unbind(),
+        beam_z,
+        beam_angle,
+        c: stage.sound_speed(),
+        doubts,
+    })
 }
 
 /// Where the beams of aligned data are that do not tell it, and the speed of sound of theirs.

@@ -31,12 +31,7 @@ impl RecordingFile {
 
     /// The frames from `start` to before `end`, by the keys of the `.npz` contract, samples with an axis
     /// of frames.
-    fn read<'py>(
-        &self,
-        py: Python<'py>,
-        start: usize,
-        end: usize,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    fn read<'py>(&self, py: Python<'py>, start: usize, end: usize) -> PyResult<Bound<'py, PyDict>> {
         let read = || {
             let (recording, own) = self.0.read(start..end)?;
             Ok(recording.into_owned().into_frames(own))

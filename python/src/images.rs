@@ -38,16 +38,15 @@ pub fn bmode<'py>(
     let section = parameters::image(dynamic_range, rows, columns, depth, width, median)?;
     let pool = self::threads(threads)?;
     let lines = Lines {
-        z: z.as_array().to_owned(),
+        z: z.as_array(),
         fs,
         t0,
         beam_x,
         rays: rays.map(|(z, angle)| BeamRays { z, angle }),
         c,
     };
-    let lines = lines.checked().map_err(refused)?;
     let image = py
-        .detach(|| pool.install(|| image_of(&lines, &section)))
+        .detach(|| pool.install(|| image_of(&lines.checked()?, &section)))
         .map_err(refused)?;
     let pixels = image.pixels.into_pyarray(py);
     Ok((pixels, image.x0, image.z0, image.pixel))

@@ -1,7 +1,7 @@
 //! The command's sections, from Python's arguments.
 
 use bonebeam::covariance::Covariance;
-use host_sim::config::{Beamform, Config, Image, LineKind, PhaseSymmetry, Reading};
+use host_sim::config::{Beamform, Config, Image, LineKind, PhaseSymmetry, Reading, RfReading};
 use pyo3::prelude::*;
 use serde::Deserialize;
 use serde::de::value::{Error as TextError, StrDeserializer};
@@ -18,7 +18,7 @@ impl BeamformParameters {
     #[pyo3(signature = (
         *, method, beta, rank, exclude_first, power_steps, subaperture_ratio, temporal_half_window,
         covariance, diagonal_loading, f_number=None, min_elements=None, output_rate=None, lines=None,
-        line_count=None, sector=None, iq_reading=None, depth_start=None, depth_end=None,
+        line_count=None, sector=None, rf_reading=None, iq_reading=None, depth_start=None, depth_end=None,
         sound_speed=None, beam_spacing=None, adaptive_depth_start=None, adaptive_depth_end=None
     ))]
     fn new(
@@ -37,6 +37,7 @@ impl BeamformParameters {
         lines: Option<&str>,
         line_count: Option<usize>,
         sector: Option<f64>,
+        rf_reading: Option<&str>,
         iq_reading: Option<&str>,
         depth_start: Option<f64>,
         depth_end: Option<f64>,
@@ -60,6 +61,7 @@ impl BeamformParameters {
             output_rate,
             lines: lines.map(named::<LineKind>).transpose()?,
             line_count,
+            rf_reading: rf_reading.map(named::<RfReading>).transpose()?,
             iq_reading: iq_reading.map(named::<Reading>).transpose()?,
             sound_speed,
             adaptive_depth_start,

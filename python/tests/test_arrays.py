@@ -5,6 +5,7 @@ import threading
 import time
 import tracemalloc
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -62,6 +63,19 @@ def test_a_result_is_written_in_place(aligned, point):
     memory = np.full(delayed.x.shape, np.nan, np.complex64)
     assert bonebeam.delay(point, out=memory).x is memory
     assert same_bits(memory, delayed.x)
+
+    lines = bonebeam.beamform(point, method="das").z
+    memory = np.full(lines.shape, np.nan, np.complex64)
+    assert bonebeam.beamform(point, method="das", out=memory).z is memory
+    assert same_bits(memory, lines)
+    two = replace(point, rf=np.stack([point.rf, -point.rf]))
+    memory = np.full((2, *lines.shape), np.nan, np.complex64)
+    assert bonebeam.beamform(two, method="das", out=memory).z is memory
+    assert same_bits(memory, bonebeam.beamform(two, method="das").z)
+    assert same_bits(memory, np.stack([lines, -lines]))
+    for wrong in (memory[:1], memory[:, :-1].copy(), memory[..., ::2], memory[0]):
+        with pytest.raises(ValueError, match="`out` (has|is)"):
+            bonebeam.beamform(two, method="das", out=wrong)
 
     image = np.abs(echoes((64, 64, 1))[..., 0])
     bones = np.full((64, 64), np.nan, np.float32)
@@ -172,7 +186,7 @@ def test_arguments_without_effect_are_refused(aligned, point):
         (aligned, {"f_number": 1.0}, "f_number has no effect on an array"),
         (given, {"depth_end": 1.0}, "depth_end has no effect on aligned data"),
         (given, {"beam_spacing": 1.0}, "beam_spacing has no effect"),
-        (point, {"out": aligned}, "out has no effect on channel data"),
+        (point, {"active": aligned}, "active has no effect on channel data"),
     ]:
         with pytest.raises(ValueError, match=words):
             bonebeam.beamform(x, **arguments)

@@ -66,6 +66,38 @@ def test_channel_data_have_the_bits_of_the_command(command, folder, request, kin
             assert same_bits(lines[key], expected[key]), key
 
 
+@pytest.mark.parametrize("rf_reading", ["filtered", "upsampled"])
+def test_rf_is_read_as_by_the_command(command, folder, plane, rf_reading):
+    recording = folder / "recording.npz"
+    np.savez(recording, **plane.keys())
+    asked = {"rf_reading": rf_reading, "depth_start": 0.012, "depth_end": 0.018}
+    words = flags({"method": "mv", **asked})
+    assert command("beamform", recording, *words, "-o", folder / "lines.npz") == ""
+    expected = np.load(folder / "lines.npz")
+    told = bonebeam.beamform(plane, method="mv", **asked)
+    steps = bonebeam.beamform(bonebeam.delay(plane, **asked), method="mv")
+    for lines in map(saved, (told, steps)):
+        for key in expected.files:
+            assert same_bits(lines[key], expected[key]), key
+    # It is another way to nearly the same.
+    usual = bonebeam.beamform(plane, method="mv", depth_start=0.012, depth_end=0.018).z
+    assert same_bits(told.z, usual) == (rf_reading == "filtered")
+
+
+def test_a_reading_that_there_is_not_is_refused_in_the_words_of_the_command(command, folder, point):
+    recording = folder / "recording.npz"
+    np.savez(recording, **point.keys())
+    asked = {"rf_reading": "upsampled"}
+    told = command("beamform", recording, *flags(asked), "-o", folder / "lines.npz")
+    assert "these make a line each" in told
+    for function in (bonebeam.beamform, bonebeam.delay):
+        with pytest.raises(ValueError) as refused:
+            function(point, **asked)
+        assert told.endswith(str(refused.value))
+    with pytest.raises(ValueError, match="unknown variant `cubic`"):
+        bonebeam.delay(point, rf_reading="cubic")
+
+
 def test_images_and_maps_have_the_bits_of_the_command(command, folder, point):
     np.savez(folder / "recording.npz", **point.keys())
     image, bones = folder / "image.npy", folder / "map.npy"

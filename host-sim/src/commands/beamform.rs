@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use ndarray::{ArrayBase, Data, Ix2};
 use num_complex::Complex;
 
 use super::measures::Measures;
@@ -18,7 +19,7 @@ use crate::files::image::{self, Format};
 use crate::files::{ChannelData, Lines, Recording, RecordingFile, Samples, Transmits};
 use crate::memory::{self, product};
 use crate::report::figure;
-use crate::terminal::{print, warn};
+use crate::terminal::{digits, print, warn};
 use crate::{Error, Result};
 
 /// Beamform channel data: one complex value a beam and depth.
@@ -276,7 +277,7 @@ fn said_of_lines(
     };
     let depth = |sample: f64| 1e3 * lines.c * (lines.t0 + sample / lines.fs) / 2.0;
     let (first, last) = (depth(0.0), depth((samples - 1) as f64));
-    let rate = lines.fs / 1e6;
+    let rate = digits(lines.fs / 1e6);
     let chosen = match recording {
         Recording::Channel(data) if parameters.output_rate.is_none() => {
             format!(" ({:.3} f0)", lines.fs / data.f0)
@@ -406,7 +407,10 @@ fn told_beams(recording: &Recording) -> Option<&[f64]> {
 ///
 /// # Errors
 /// A depth above the lines, beams that are not evenly spaced.
-pub fn image_of(lines: &Lines, parameters: &Image) -> Result<crate::drive::image::Image> {
+pub fn image_of<S: Data<Elem = Complex<f32>>>(
+    lines: &Lines<ArrayBase<S, Ix2>>,
+    parameters: &Image,
+) -> Result<crate::drive::image::Image> {
     let depth = |sample: usize| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
     let [beams, [first, last]] = match lines.rays {
         None => [

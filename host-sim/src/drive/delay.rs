@@ -20,6 +20,7 @@ use super::beams::{self, Beams};
 use super::compound::Compound;
 use crate::config::{Beamform, RfReading};
 use crate::files::{ChannelData, Frame, Samples, Transmits};
+use crate::terminal::digits;
 use crate::{Error, Result};
 
 /// The delay stage of one set of channel data: which beams, which depths, which elements.
@@ -230,7 +231,11 @@ impl<'a> DelayStage<'a> {
         first.ok_or_else(|| Error::Data("the recording has no frame".into()))
     }
 
-    fn delay_frame_into(
+    /// [`DelayStage::delay_frame`] into memory of that size.
+    ///
+    /// # Errors
+    /// What the core refuses.
+    pub fn delay_frame_into(
         &self,
         frame: Frame<'_>,
         beams: Range<usize>,
@@ -530,13 +535,15 @@ fn check_depths(start: Depth, end: Depth, c: f64) -> Result<()> {
     }
     match (start, end) {
         (Depth::Seconds(_), Depth::Seconds(_)) => Err(Error::Data(format!(
-            "the record leaves no depth: it ends {last} s after the transmit, and begins at {first} s"
+            "the record leaves no depth: it ends {} s after the transmit, and begins at {} s",
+            digits(last),
+            digits(first)
         ))),
         _ => Err(Error::Usage(format!(
             "no depth is left between {} m and {} m (--depth-start, --depth-end, or the ends \
              of the record)",
-            c * first / 2.0,
-            c * last / 2.0
+            digits(c * first / 2.0),
+            digits(c * last / 2.0)
         ))),
     }
 }

@@ -4,13 +4,13 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bonebeam::geometry::{Active, Axis as Depths, Ray};
-use ndarray::{Array2, Axis};
+use ndarray::{Array2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use crate::config::{Beamform, RfReading};
 use crate::drive::beamform::beamform_within;
 use crate::drive::delay::DelayStage;
-use crate::files::{AlignedData, BeamRays, ChannelData, Lines};
+use crate::files::{AlignedData, BeamRays, ChannelData, Frame, Lines};
 use crate::{Error, Result};
 
 /// How many beams are delayed at a time: a multiple of the lanes, and enough for all threads,
@@ -55,41 +55,53 @@ pub fn beamform_frames(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Vec<Lines>> {
     let stage = DelayStage::new(data, parameters)?;
-    let (beams, samples) = (stage.beam_x().len(), stage.samples());
-    let done = AtomicUsize::new(0);
-    let all = frames.len() * beams * samples;
-    let count = |n: usize| report(progress, &done, n, all);
-    let core = parameters.parameters();
-    let adaptive = parameters.adaptive_samples(&stage.depths())?;
-    let frames = frames.map(|index| -> Result<Array2<Complex<f32>>> {
+    let shape = (stage.beam_x().len(), stage.samples());
+    let rays = beam_rays(&stage);
+    let (start, count) = (frames.start, frames.len() as f64);
+    let lines = frames.map(|index| {
         let frame = data.samples.frame(index);
         let frame = frame.ok_or_else(|| no_frame(index, data.samples.frames()))?;
-        let mut z = Array2::zeros((beams, samples));
-        let at_a_time = beams_at_a_time(parameters);
-        for first in (0..beams).step_by(at_a_time) {
-            let chunk = first..beams.min(first + at_a_time);
-            let x = stage.delay_frame(frame, chunk.clone())?;
-            let active = |beam: usize, sample: usize| stage.active(first + beam, sample);
-            let within = adaptive.clone();
-            let part =
-                beamform_within(x.view(), active, within, core, parameters.covariance, count)?;
-            z.slice_axis_mut(Axis(0), chunk.into()).assign(&part);
-        }
-        Ok(z)
-    });
-    let rays = beam_rays(&stage);
-    frames
-        .map(|z| {
-            Ok(Lines {
-                z: z?,
-                fs: parameters.rate_of(data),
-                t0: stage.start(),
-                beam_x: stage.beam_x().to_vec(),
-                rays: rays.clone(),
-                c: stage.sound_speed(),
-            })
+        let share = |part: f64| progress(((index - start) as f64 + part) / count);
+        let mut z = Array2::zeros(shape);
+        beamform_frame(&stage, frame, parameters, &share, z.view_mut())?;
+        Ok(Lines {
+            z,
+            fs: parameters.rate_of(data),
+            t0: stage.start(),
+            beam_x: stage.beam_x().to_vec(),
+            rays: rays.clone(),
+            c: stage.sound_speed(),
         })
-        .collect()
+    });
+    lines.collect()
+}
+
+/// Delays and beamforms one frame of the stage's data, which may lie elsewhere, into `z` [beam, sample].
+///
+/// # Errors
+/// What the core refuses; see [`beamform_within`].
+pub fn beamform_frame(
+    stage: &DelayStage<'_>,
+    frame: Frame<'_>,
+    parameters: &Beamform,
+    progress: &(dyn Fn(f64) + Sync),
+    mut z: ArrayViewMut2<'_, Complex<f32>>,
+) -> Result<()> {
+    let (beams, samples) = z.dim();
+    let done = AtomicUsize::new(0);
+    let count = |n: usize| report(progress, &done, n, beams * samples);
+    let core = parameters.parameters();
+    let adaptive = parameters.adaptive_samples(&stage.depths())?;
+    let at_a_time = beams_at_a_time(parameters);
+    for first in (0..beams).step_by(at_a_time) {
+        let chunk = first..beams.min(first + at_a_time);
+        let x = stage.delay_frame(frame, chunk.clone())?;
+        let active = |beam: usize, sample: usize| stage.active(first + beam, sample);
+        let within = adaptive.clone();
+        let part = beamform_within(x.view(), active, within, core, parameters.covariance, count)?;
+        z.slice_axis_mut(Axis(0), chunk.into()).assign(&part);
+    }
+    Ok(())
 }
 
 /// Where the beams of a delay stage begin and go, where that is not straight down from z = 0.

@@ -3,7 +3,7 @@
 use bonebeam::geometry::Axis;
 use bonebeam::image::{self as core, BMode, BModeParameters, Fan, Logarithm};
 use bonebeam::simd::{InstructionSet, Task, Vector};
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayBase, ArrayView2, Data, Ix2};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -66,7 +66,12 @@ fn extent_of_lines(lines: &Lines) -> [f64; 2] {
 /// # Errors
 /// Beams that are neither evenly spaced nor an even fan, and what the core refuses: a NaN or infinite sample, a
 /// dynamic range or pixel size that is not positive, fewer than two beams or samples.
-pub fn b_mode(lines: &Lines, dynamic_range: f32, grid: &PixelGrid, median: bool) -> Result<Image> {
+pub fn b_mode<S: Data<Elem = Complex<f32>>>(
+    lines: &Lines<ArrayBase<S, Ix2>>,
+    dynamic_range: f32,
+    grid: &PixelGrid,
+    median: bool,
+) -> Result<Image> {
     let parameters = |axis: Axis| BModeParameters {
         lines: axis,
         samples: sample_axis(lines),
@@ -187,7 +192,7 @@ enum Layout {
     Fan { fan: Fan, angles: Axis },
 }
 
-fn layout(lines: &Lines) -> Result<Layout> {
+fn layout<S: Data<Elem = Complex<f32>>>(lines: &Lines<ArrayBase<S, Ix2>>) -> Result<Layout> {
     match &lines.rays {
         None => beam_axis(&lines.beam_x).map(Layout::Even),
         Some(rays) => fan(lines, rays),
@@ -195,7 +200,7 @@ fn layout(lines: &Lines) -> Result<Layout> {
 }
 
 /// From where to where lines reach, across and down, m.
-pub fn extent(lines: &Lines) -> [[f64; 2]; 2] {
+pub fn extent<S: Data<Elem = Complex<f32>>>(lines: &Lines<ArrayBase<S, Ix2>>) -> [[f64; 2]; 2] {
     let samples = sample_axis(lines);
     let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for (beam, &x) in lines.beam_x.iter().enumerate() {
@@ -218,7 +223,10 @@ pub fn extent(lines: &Lines) -> [[f64; 2]; 2] {
 /// # Errors
 /// Angles that do not ascend evenly, to a hundredth of a step; a beam that begins off the arc through
 /// the first and the last by more than a hundredth of what lies between two; an array that is concave.
-fn fan(lines: &Lines, rays: &BeamRays) -> Result<Layout> {
+fn fan<S: Data<Elem = Complex<f32>>>(
+    lines: &Lines<ArrayBase<S, Ix2>>,
+    rays: &BeamRays,
+) -> Result<Layout> {
     let needs = |what: String| {
         Err(Error::Data(format!(
             "an image needs beams straight down, or beams that fan out evenly from one place: {what}"
@@ -302,7 +310,7 @@ fn beam_axis(beam_x: &[f64]) -> Result<Axis> {
 }
 
 /// The depths of the samples: half the two-way time times the speed of sound.
-fn sample_axis(lines: &Lines) -> Axis {
+fn sample_axis<S: Data<Elem = Complex<f32>>>(lines: &Lines<ArrayBase<S, Ix2>>) -> Axis {
     Axis {
         first: lines.c * lines.t0 / 2.0,
         step: lines.c / lines.fs / 2.0,

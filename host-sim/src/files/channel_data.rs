@@ -7,9 +7,10 @@ use std::path::Path;
 use ndarray::{Array1, Array2, arr0, aview1};
 
 use super::atomic::Outputs;
-use super::samples::Samples;
+use super::samples::{Frame, Samples};
 use super::{file_error, npz, units, validate};
 use crate::Result;
+use crate::terminal::digits;
 
 /// Channel data: what every element recorded after every transmit.
 #[derive(Clone, Debug, PartialEq)]
@@ -225,6 +226,20 @@ impl ChannelData {
     /// That sentence.
     pub fn check(&self) -> std::result::Result<(), String> {
         self.samples.check()?;
+        self.check_keys()
+    }
+
+    /// The same of data without a frame ([`Frame::none`]), with one that lies elsewhere.
+    ///
+    /// # Errors
+    /// That sentence.
+    pub fn check_with(&self, frame: &Frame<'_>) -> std::result::Result<(), String> {
+        frame.check()?;
+        self.check_keys()
+    }
+
+    /// All but the samples' values.
+    fn check_keys(&self) -> std::result::Result<(), String> {
         let (_, transmits, elements, _) = self.samples.dim();
         validate::positive("fs", self.fs, "Hz")?;
         units::RATE.check("`fs`", self.fs)?;
@@ -337,8 +352,10 @@ impl ChannelData {
             let even = self.element_x[0] + m as f64 * pitch;
             if (x - even).abs() > SPACING_TOLERANCE * pitch {
                 return Err(format!(
-                    "`element_x` is {x} m at element {m}; expected {even} m, for the elements to \
-                     be evenly spaced"
+                    "`element_x` is {} m at element {m}; expected {} m, for the elements to be \
+                     evenly spaced",
+                    digits(x),
+                    digits(even)
                 ));
             }
         }
@@ -360,8 +377,10 @@ impl ChannelData {
             let distance = self.distance(m - 1, m);
             if (distance - pitch).abs() > 2.0 * SPACING_TOLERANCE * pitch {
                 return Err(format!(
-                    "`element_x` and `element_z` put element {m} {distance} m from the one before; \
-                     expected {pitch} m, for the elements to be evenly spaced"
+                    "`element_x` and `element_z` put element {m} {} m from the one before; expected \
+                     {} m, for the elements to be evenly spaced",
+                    digits(distance),
+                    digits(pitch)
                 ));
             }
         }

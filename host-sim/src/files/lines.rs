@@ -3,7 +3,7 @@
 use std::io::{Seek, Write};
 use std::path::Path;
 
-use ndarray::{Array2, arr0, aview1};
+use ndarray::{Array2, ArrayBase, Data, Ix2, arr0, aview1};
 use num_complex::Complex;
 
 use super::atomic::Outputs;
@@ -13,9 +13,9 @@ use crate::{Error, Result};
 
 /// Beamformed lines. Sample n lies at the depth c·(t0 + n/fs)/2.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lines {
-    /// The beamformer's output, [beam, sample].
-    pub z: Array2<Complex<f32>>,
+pub struct Lines<Z = Array2<Complex<f32>>> {
+    /// The beamformer's output, [beam, sample]: its own, or a view of somebody else's.
+    pub z: Z,
     /// The sampling rate, Hz.
     pub fs: f64,
     /// The two-way time of sample 0, s.
@@ -64,15 +64,6 @@ impl Lines {
         };
         lines.check().map_err(|message| file.error(message))?;
         Ok(lines)
-    }
-
-    /// The same, where every value is one that a file may hold.
-    ///
-    /// # Errors
-    /// [`Error::Data`] naming the key, the index and what would be right.
-    pub fn checked(self) -> Result<Self> {
-        self.check().map_err(Error::Data)?;
-        Ok(self)
     }
 
     /// Writes the file whole or not at all.
@@ -154,6 +145,17 @@ impl Lines {
             Ok(first.finish_npz(npz)?)
         })?;
         Ok(first)
+    }
+}
+
+impl<S: Data<Elem = Complex<f32>>> Lines<ArrayBase<S, Ix2>> {
+    /// The same, where every value is one that a file may hold.
+    ///
+    /// # Errors
+    /// [`Error::Data`] naming the key, the index and what would be right.
+    pub fn checked(self) -> Result<Self> {
+        self.check().map_err(Error::Data)?;
+        Ok(self)
     }
 
     fn check(&self) -> std::result::Result<(), String> {

@@ -47,6 +47,37 @@ impl From<Array3<f32>> for Samples {
     }
 }
 
+impl Frame<'_> {
+    /// How many transmits, elements and samples there are.
+    pub fn dim(&self) -> (usize, usize, usize) {
+        match self {
+            Frame::Rf(rf) => rf.dim(),
+            Frame::Iq { iq, .. } => iq.dim(),
+        }
+    }
+
+    /// No frame of such samples, for a recording whose frames stay where they lie.
+    pub fn none(&self) -> Samples {
+        let (transmits, elements, samples) = self.dim();
+        let shape = (0, transmits, elements, samples);
+        match *self {
+            Frame::Rf(_) => Samples::Rf(Array4::default(shape)),
+            Frame::Iq { f_demod, .. } => Samples::Iq {
+                iq: Array4::default(shape),
+                f_demod,
+            },
+        }
+    }
+
+    /// At least one sample, and all of them finite.
+    pub(super) fn check(&self) -> std::result::Result<(), String> {
+        match self {
+            Frame::Rf(rf) => validate::samples("rf", rf, &AXES[1..]),
+            Frame::Iq { iq, .. } => validate::samples("iq", iq, &AXES[1..]),
+        }
+    }
+}
+
 impl Samples {
     /// One frame of I/Q.
     pub fn iq(iq: Array3<Complex<f32>>, f_demod: f64) -> Self {
@@ -140,16 +171,10 @@ impl Samples {
 
     /// At least one sample, and all of them finite.
     pub(super) fn check(&self) -> std::result::Result<(), String> {
-        let (_, axes) = self.shape();
-        match self {
-            Samples::Rf(rf) if axes.len() == 3 => {
-                validate::samples("rf", &rf.index_axis(Axis(0), 0), axes)
-            }
-            Samples::Rf(rf) => validate::samples("rf", rf, axes),
-            Samples::Iq { iq, .. } if axes.len() == 3 => {
-                validate::samples("iq", &iq.index_axis(Axis(0), 0), axes)
-            }
-            Samples::Iq { iq, .. } => validate::samples("iq", iq, axes),
+        match (self, self.frame(0)) {
+            (_, Some(frame)) if self.frames() == 1 => frame.check(),
+            (Samples::Rf(rf), _) => validate::samples("rf", rf, &AXES),
+            (Samples::Iq { iq, .. }, _) => validate::samples("iq", iq, &AXES),
         }
     }
 

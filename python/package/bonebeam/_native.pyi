@@ -23,6 +23,7 @@ class BeamformParameters:
         lines: str | None = None,
         line_count: int | None = None,
         sector: float | None = None,
+        rf_reading: str | None = None,
         iq_reading: str | None = None,
         depth_start: float | None = None,
         depth_end: float | None = None,
@@ -78,7 +79,10 @@ def delay(
     threads: int | None,
 ) -> Aligned: ...
 def beamform_channel_data(
-    data: Any, parameters: BeamformParameters, threads: int | None
+    data: Any,
+    parameters: BeamformParameters,
+    out: npt.NDArray[np.complex64] | None,
+    threads: int | None,
 ) -> BeamformedLines: ...
 def even_beams(
     beams: int, parameters: BeamformParameters
