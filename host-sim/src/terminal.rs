@@ -67,6 +67,23 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_measured_value_has_six_digits() {
+        for (value, told) in [
+            (6.6000000000000005, "6.6"),
+            (0.019_049_999_862_909_317, "0.01905"),
+            (1540.0, "1540"),
+            (-3.87e-6, "-0.00000387"),
+            (20e6, "20000000"),
+            (16.777_216, "16.7772"),
+            (0.0, "0"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(digits(value), told);
+        }
+        assert_eq!(digits(f64::NAN), "NaN");
+    }
+
+    #[test]
     fn a_message_is_one_short_line_without_escape_sequences() {
         assert_eq!(one_line("β = 1 %: no"), "β = 1 %: no");
         assert_eq!(

@@ -698,7 +698,7 @@ fn values_in_another_unit_and_swapped_axes() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("data.npz");
     let pitches = |pitch: f64| vector(&[-1.5, -0.5, 0.5, 1.5].map(|m| m * pitch));
-    let cases: [(&str, ArrayD<f64>, &[&str]); 14] = [
+    let cases: [(&str, ArrayD<f64>, &[&str]); 15] = [
         (
             "element_x",
             pitches(0.3),
@@ -714,6 +714,12 @@ fn values_in_another_unit_and_swapped_axes() {
         ("fs", scalar(0.0), &["`fs` is 0"]),
         ("f0", scalar(5.0), &["`f0` is 5 Hz", "in MHz"]),
         ("f0", scalar(-5e6), &["`f0` is -5000000"]),
+        // As of a record at 4/3 of f0.
+        (
+            "fs",
+            scalar(20e6 / 3.0),
+            &["`fs` of 6666670 Hz", "band-sampled", "make I/Q"],
+        ),
         (
             "t0",
             vector(&[1.0, 2.0]),

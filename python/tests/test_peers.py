@@ -61,6 +61,7 @@ def test_forward_minimum_variance_is_that_of_zea(peers, monkeypatch):
     assert difference(ours, peers.zea(x)) <= 1e-4
 
 
+@pytest.mark.filterwarnings("ignore:the elements are")
 def test_delay_and_sum_is_that_of_ultraspy(peers):
     """Three single-element transmits onto a few points, compounded."""
     pytest.importorskip("ultraspy")

@@ -299,14 +299,15 @@ impl ChannelData {
                 let far = |focus: &&f64| **focus > FAR_FOCUS;
                 if let Some(focus) = focus.iter().find(far) {
                     let hint = units::LENGTH.hint(*focus);
-                    doubts.push(format!("`tx_focus` is {focus} m{hint}"));
+                    doubts.push(format!("`tx_focus` is {} m{hint}", digits(*focus)));
                 }
             }
             Transmits::Plane { angle } => {
                 let steep = |angle: &&f64| angle.abs() > STEEP;
                 if let Some(angle) = angle.iter().find(steep) {
                     doubts.push(format!(
-                        "`tx_angle` is {angle} rad, which is {:.0} degrees; perhaps it is in degrees",
+                        "`tx_angle` is {} rad, which is {:.0} degrees; perhaps it is in degrees",
+                        digits(*angle),
                         angle.to_degrees()
                     ));
                 }
@@ -314,7 +315,7 @@ impl ChannelData {
             Transmits::VirtualSource { z, .. } => {
                 if let Some(z) = z.iter().find(|z| z.abs() > FAR_FOCUS) {
                     let hint = units::LENGTH.hint(*z);
-                    doubts.push(format!("`tx_source_z` is {z} m{hint}"));
+                    doubts.push(format!("`tx_source_z` is {} m{hint}", digits(*z)));
                 }
             }
             Transmits::Element { .. } | Transmits::Delays { .. } => {}

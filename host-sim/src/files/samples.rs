@@ -8,6 +8,7 @@ use num_complex::Complex;
 
 use super::{npz, units, validate};
 use crate::Result;
+use crate::terminal::digits;
 
 /// Recorded samples, [frame, transmit, element, sample].
 #[derive(Clone, Debug, PartialEq)]
@@ -182,7 +183,10 @@ impl Samples {
     pub(super) fn check_band(&self, fs: f64, f0: f64) -> std::result::Result<(), String> {
         match *self {
             Samples::Rf(_) if 2.0 * f0 >= fs => Err(format!(
-                "`f0` is {f0} Hz; expected less than half the sampling rate `fs` of {fs} Hz"
+                "`f0` is {} Hz; expected less than half the sampling rate `fs` of {} Hz; of a band-sampled \
+                 record make I/Q (`iq`, `f_demod`)",
+                digits(f0),
+                digits(fs)
             )),
             Samples::Rf(_) => Ok(()),
             Samples::Iq { f_demod, .. } => {
@@ -192,8 +196,11 @@ impl Samples {
                     return Ok(());
                 }
                 Err(format!(
-                    "`f0` is {f0} Hz; expected less than half the sampling rate `fs` of {fs} Hz away \
-                     from `f_demod` of {f_demod} Hz"
+                    "`f0` is {} Hz; expected less than half the sampling rate `fs` of {} Hz away from \
+                     `f_demod` of {} Hz",
+                    digits(f0),
+                    digits(fs),
+                    digits(f_demod)
                 ))
             }
         }

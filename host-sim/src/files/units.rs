@@ -83,7 +83,7 @@ pub fn check_starts(t0: &[f64], c: f64) -> Result<(), String> {
         Some(transmit) => Err(format!(
             "`t0` is {} at transmit {transmit}, the time of a depth of {:.0} m; expected seconds, at \
              most {deepest} m either way; it is probably in µs or counted in samples",
-            t0[transmit],
+            digits(t0[transmit]),
             depth(t0[transmit])
         )),
     }

@@ -5,6 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 use ndarray::{ArrayBase, Data, Dimension};
 use num_complex::Complex;
 
+use crate::terminal::digits;
+
 /// Half a kilometre of depth, s: a time beyond it is in another unit, and would not leave a sample's
 /// position its precision.
 const MAX_TIME: f64 = 1.0;
@@ -59,7 +61,7 @@ pub fn angles(key: &str, values: &[f64], of: &str) -> Result<(), String> {
         Some(i) => Err(format!(
             "`{key}` is {} at {of} {i}; expected radians between -pi/2 and pi/2; it is probably in \
              degrees",
-            values[i]
+            digits(values[i])
         )),
     }
 }
