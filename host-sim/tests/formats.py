@@ -606,9 +606,8 @@ def information():
         outcome = run("info", folder / name)
         expected = [kind, "RF: 1 frame, 3 transmits, 32 elements, 900 samples" if name.startswith("rf") else "I/Q", "plane waves of -7.1620 to 7.1620 degrees"]
         check(outcome.returncode == 0 and all(part in outcome.stdout for part in expected), f"info {name}: {outcome.stdout}{outcome.stderr}")
-        # 2^25 Hz and 4 x 2^22 Hz have more digits than a person reads.
-        told_digits = "at 33.5544 MHz" in outcome.stdout and "at 16.7772 MHz" in outcome.stdout
-        check(told_digits, f"info {name}: {outcome.stdout}")
+        # 2^25 Hz has more digits than a person reads.
+        check("at 33.5544 MHz" in outcome.stdout, f"info {name}: {outcome.stdout}")
     outcome = run("beamform", folder / "rf_zea.hdf5", "--method", "das", "--json", "-o", "lines.npz", "--image", "lines.png")
     measures = json.loads(outcome.stdout)
     point = measures["point"]
