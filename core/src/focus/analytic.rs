@@ -104,11 +104,18 @@ impl HilbertTransformer {
     #[inline(always)]
     pub(super) fn quadrature<V: Vector>(&self, zero: V, rows: &[f32]) -> [V; GROUP] {
         let mut sums = [zero; GROUP];
-        for (j, &tap) in self.taps[..self.count].iter().enumerate() {
+        let Some(taps) = self.taps.get(..self.count) else {
+            return sums;
+        };
+        for (j, &tap) in taps.iter().enumerate() {
             let k = 2 * j + 1;
-            let from_row = |row: usize| rows[row * V::LANES..][..GROUP * V::LANES].chunks(V::LANES);
-            let (earlier, later) = (from_row(self.reach() - k), from_row(self.reach() + k));
-            for ((sum, earlier), later) in sums.iter_mut().zip(earlier).zip(later) {
+            let group = |row: usize| rows.get(row * V::LANES..)?.get(..GROUP * V::LANES);
+            let (earlier, later) = (group(self.reach() - k), group(self.reach() + k));
+            let (Some(earlier), Some(later)) = (earlier, later) else {
+                break;
+            };
+            let pairs = earlier.chunks(V::LANES).zip(later.chunks(V::LANES));
+            for (sum, (earlier, later)) in sums.iter_mut().zip(pairs) {
                 let pair = load(zero, earlier) - load(zero, later);
                 *sum = *sum + zero.splat(tap) * pair;
             }

@@ -16,8 +16,9 @@
 //! stays in front of the new ones.
 
 use super::kaiser::Kaiser;
-use crate::simd::{Vector, load};
+use crate::simd::{Vector, copy, first as take_first, load};
 use core::ops::Range;
+use core::slice::ChunksExactMut;
 
 /// Records this many times as fast as the output, or more, are halved.
 const HALVED_FROM: f64 = 2.5;
@@ -154,10 +155,10 @@ impl Decimator {
             } else {
                 0
             };
-            let (even, odd);
-            (even, rest) = core::mem::take(&mut rest).split_at_mut(length);
-            (odd, rest) = core::mem::take(&mut rest).split_at_mut(length);
-            Stream { even, odd }
+            Stream {
+                even: take_first(&mut rest, length),
+                odd: take_first(&mut rest, length),
+            }
         });
         // In front of the record everything is 0, so filters may begin there on nothing.
         let start = needed.start.min(halved.len());
@@ -174,16 +175,18 @@ impl Decimator {
             streams[0].take_record(zero, record, first, inputs);
             first += inputs as isize;
             for halving in 1..self.halvings {
-                if let [from, to] = &mut streams[halving - 1..=halving] {
+                if let Some([from, to]) = streams.get_mut(halving - 1..=halving) {
                     let outputs = outputs.len() << (self.halvings - halving);
                     to.take_halved(zero, from, &BEFORE_TAPS, outputs);
                     from.advance(outputs);
                 }
             }
-            let last = &mut streams[self.halvings - 1];
-            for (at, outputs) in outputs.chunks_exact_mut(V::LANES).enumerate() {
-                let y = last.filter(zero, &LAST_TAPS, at * V::LANES);
-                outputs.copy_from_slice(y.lanes());
+            let Some(last) = streams.get_mut(self.halvings - 1) else {
+                break;
+            };
+            let places = outputs.chunks_exact_mut(V::LANES);
+            for (inputs, place) in last.inputs(V::LANES).zip(places) {
+                copy(filter(zero, &LAST_TAPS, inputs).lanes(), place);
             }
             last.advance(outputs.len());
         }
@@ -207,12 +210,11 @@ impl Stream<'_> {
             self.take_edge(record, first, length);
             return;
         };
-        let even = self.even[OLD..].chunks_exact_mut(V::LANES);
-        let odd = self.odd[OLD..].chunks_exact_mut(V::LANES);
+        let [even, odd] = self.new_ones::<V>();
         for ((even, odd), x) in even.zip(odd).zip(samples.chunks_exact(2 * V::LANES)) {
             let (x_even, x_odd) = load(zero, x).deinterleave(load(zero, &x[V::LANES..]));
-            even.copy_from_slice(x_even.lanes());
-            odd.copy_from_slice(x_odd.lanes());
+            copy(x_even.lanes(), even);
+            copy(x_odd.lanes(), odd);
         }
     }
 
@@ -220,9 +222,10 @@ impl Stream<'_> {
     #[inline(never)]
     fn take_edge(&mut self, record: &[f32], first: usize, length: usize) {
         let sample = |k| record.get(first.wrapping_add(k)).copied().unwrap_or(0.0);
-        for pair in 0..length / 2 {
-            self.even[OLD + pair] = sample(2 * pair);
-            self.odd[OLD + pair] = sample(2 * pair + 1);
+        let new = self.even.iter_mut().zip(&mut *self.odd).skip(OLD);
+        for (pair, (even, odd)) in new.take(length / 2).enumerate() {
+            *even = sample(2 * pair);
+            *odd = sample(2 * pair + 1);
         }
     }
 
@@ -235,37 +238,70 @@ impl Stream<'_> {
         taps: &[f32; BEFORE],
         length: usize,
     ) {
-        let even = self.even[OLD..].chunks_exact_mut(V::LANES);
-        let odd = self.odd[OLD..].chunks_exact_mut(V::LANES);
-        for ((even, odd), at) in even.zip(odd).zip((0..length).step_by(2 * V::LANES)) {
-            let y = from.filter(zero, taps, at);
-            let (y_even, y_odd) = y.deinterleave(from.filter(zero, taps, at + V::LANES));
-            even.copy_from_slice(y_even.lanes());
-            odd.copy_from_slice(y_odd.lanes());
+        let [even, odd] = self.new_ones::<V>();
+        let inputs = from.inputs(2 * V::LANES).take(length / (2 * V::LANES));
+        for ((even, odd), inputs) in even.zip(odd).zip(inputs) {
+            let next = inputs.map(
+                #[inline(always)]
+                |samples| samples.get(V::LANES..).unwrap_or_default(),
+            );
+            let y = filter(zero, taps, inputs);
+            let (y_even, y_odd) = y.deinterleave(filter(zero, taps, next));
+            copy(y_even.lanes(), even);
+            copy(y_odd.lanes(), odd);
         }
     }
 
-    /// The outputs of a filter from `at` on.
+    /// The places of new samples of even and of odd place, a vector each.
     #[inline(always)]
-    fn filter<V: Vector, const PAIRS: usize>(&self, zero: V, taps: &[f32; PAIRS], at: usize) -> V {
-        let even = &self.even[at..][..OLD + V::LANES];
-        let odd = &self.odd[at..][..OLD + V::LANES];
-        let middle = OLD + 1 - PAIRS;
-        let mut y = zero.splat(0.5) * from_place(zero, even, middle);
-        for (k, &tap) in taps.iter().enumerate() {
-            let earlier = from_place(zero, odd, middle - 1 - k);
-            let later = from_place(zero, odd, middle + k);
-            y = y + zero.splat(tap) * (earlier + later);
-        }
-        y
+    fn new_ones<V: Vector>(&mut self) -> [ChunksExactMut<'_, f32>; 2] {
+        [&mut *self.even, &mut *self.odd].map(
+            #[inline(always)]
+            |samples| {
+                let new = samples.get_mut(OLD..).unwrap_or_default();
+                new.chunks_exact_mut(V::LANES)
+            },
+        )
+    }
+
+    /// What so many outputs are made of, and then the next ones: samples of even and of odd place.
+    #[inline(always)]
+    fn inputs<'s>(&'s self, outputs: usize) -> impl Iterator<Item = [&'s [f32]; 2]> {
+        let windows = |samples: &'s [f32]| samples.windows(OLD + outputs).step_by(outputs);
+        windows(self.even).zip(windows(self.odd)).map(
+            #[inline(always)]
+            |(even, odd)| [even, odd],
+        )
     }
 
     /// The last ones, after `new` new ones, become old ones.
     #[inline(always)]
     fn advance(&mut self, new: usize) {
-        self.even.copy_within(new..new + OLD, 0);
-        self.odd.copy_within(new..new + OLD, 0);
+        for samples in [&mut *self.even, &mut *self.odd] {
+            if let Some(&last) = samples.get(new..).and_then(<[_]>::first_chunk::<OLD>)
+                && let Some(old) = samples.first_chunk_mut()
+            {
+                *old = last;
+            }
+        }
     }
+}
+
+/// As many outputs of a filter as there are lanes, from samples of even and of odd place.
+#[inline(always)]
+fn filter<V: Vector, const PAIRS: usize>(
+    zero: V,
+    taps: &[f32; PAIRS],
+    [even, odd]: [&[f32]; 2],
+) -> V {
+    let middle = OLD + 1 - PAIRS;
+    let mut y = zero.splat(0.5) * from_place(zero, even, middle);
+    for (k, &tap) in taps.iter().enumerate() {
+        let earlier = from_place(zero, odd, middle - 1 - k);
+        let later = from_place(zero, odd, middle + k);
+        y = y + zero.splat(tap) * (earlier + later);
+    }
+    y
 }
 
 /// The samples from `place` on, 0..=[`OLD`]. With the widest registers, from two that lie on a cache
@@ -273,9 +309,10 @@ impl Stream<'_> {
 #[inline(always)]
 fn from_place<V: Vector>(zero: V, samples: &[f32], place: usize) -> V {
     if V::LANES == OLD {
-        return load(zero, samples).slide(load(zero, &samples[OLD..]), place);
+        let next = samples.get(OLD..).unwrap_or_default();
+        return load(zero, samples).slide(load(zero, next), place);
     }
-    load(zero, &samples[place..])
+    load(zero, samples.get(place..).unwrap_or_default())
 }
 
 /// The taps of a half-band filter for k = 1, 3, ….

@@ -24,7 +24,7 @@ use super::inner_product::inner_product;
 use super::matrix_vector::times_vector;
 use super::panels::{PanelColumn, TILE, panel, trace};
 use super::tridiagonal::Tridiagonal;
-use crate::simd::{Mask, Scalar, Vector};
+use crate::simd::{Mask, Scalar, Vector, at, at_mut};
 
 /// The error of `e₁` at which a lane is done.
 pub const ACCURACY: f32 = 2e-6;
@@ -95,21 +95,27 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     let one = zero.splat(1.0);
     let tiles = vector.len();
     let steps = step_limit(n);
-    let kept = &mut kept[..steps];
-    kept.fill(zero);
     let never = ignored & !ignored;
+    let (Some(kept), Some(first), Some(next)) = (
+        at_mut::<V, _, _>(kept, ..steps),
+        at::<V, _, _>(a, 0),
+        at::<V, _, _>(a, 1),
+    ) else {
+        return (zero, never);
+    };
+    kept.fill(zero);
     let trace = trace(zero, a, n);
     let mut gap_bound = GapBound::new(trace, n);
     let second = if n == 1 {
         never
     } else {
-        a[0][0].real().less(a[1][1].real())
+        first[0].real().less(next[1].real())
     };
     let mut done = never;
     // The lanes in which the iteration goes on.
     let mut open = !ignored;
     let mut eigenvalue = zero;
-    let mut bound = V::select(second, a[1][1].real(), a[0][0].real());
+    let mut bound = V::select(second, next[1].real(), first[0].real());
     let mut shift = zero;
     // The last entry of y over the first, at least.
     let mut last = one;
@@ -119,23 +125,30 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     let mut stored = 0;
     for k in 0..steps {
         if k == 0 {
-            tridiagonal.diagonal[0] = bound;
+            put::<V, _>(tridiagonal.diagonal, 0, bound);
             first_column(a, second, vector);
         } else {
-            let basis = &basis[..k * tiles];
-            let components = &mut components[..k];
+            let (Some(basis), Some(components)) = (
+                at::<V, _, _>(basis, ..k * tiles),
+                at_mut::<V, _, _>(&mut components, ..k),
+            ) else {
+                break;
+            };
             let along = if V::LANES == 1 {
                 step_apart(a, shift, basis, second, vector, components)
             } else {
                 step(a, shift, basis, second, vector, components)
             };
-            tridiagonal.diagonal[k] = along + shift;
+            put::<V, _>(tridiagonal.diagonal, k, along + shift);
             bound = tridiagonal.upper_bound(k + 1, bound);
+            let Some((entry, coupling)) = row(tridiagonal, k) else {
+                break;
+            };
             // The ratio to the entry before is at least that.
-            last = last * (tridiagonal.off_diagonal[k - 1] / (bound - tridiagonal.diagonal[k]));
+            last = last * (coupling / (bound - entry));
         }
         let beta = inner_product(zero, vector, vector).real().sqrt();
-        tridiagonal.off_diagonal[k] = beta;
+        put::<V, _>(tridiagonal.off_diagonal, k, beta);
         let longer = (zero.splat(EXHAUSTED) * bound).less(beta);
         let end = k + 1 == steps;
         // A basis ends where it ends.
@@ -154,10 +167,19 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
             }
             if due.any() {
                 bound = tridiagonal.largest(k + 1, bound, zero.splat(LAST_STEP) * gap, due);
-                let residual = residual(tridiagonal, bound, &reciprocals[..k], &errors[..k]);
+                let (Some(known), Some(errors)) = (
+                    at::<V, _, _>(&reciprocals, ..k),
+                    at::<V, _, _>(&errors, ..k),
+                ) else {
+                    break;
+                };
+                let residual = residual(tridiagonal, bound, known, errors);
                 // A NaN is not below it.
                 let arrived = due & residual.less(zero.splat(ACCURACY) * gap);
-                for (kept, &y) in kept.iter_mut().zip(&tridiagonal.eigenvector[..=k]) {
+                let Some(y) = at::<V, _, _>(tridiagonal.eigenvector, ..=k) else {
+                    break;
+                };
+                for (kept, &y) in kept.iter_mut().zip(y) {
                     *kept = V::select(arrived, y, *kept);
                 }
                 eigenvalue = V::select(arrived, bound, eigenvalue);
@@ -171,21 +193,48 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
         }
         if !end {
             let reciprocal = V::select(longer, one / V::select(longer, beta, one), zero);
-            scale(vector, reciprocal, &mut basis[k * tiles..][..tiles]);
+            let Some(next) = at_mut::<V, _, _>(basis, k * tiles..) else {
+                break;
+            };
+            let Some(next) = at_mut::<V, _, _>(next, ..tiles) else {
+                break;
+            };
+            scale(vector, reciprocal, next);
             stored = k + 1;
             if k > 0 {
-                let lost =
-                    (tridiagonal.diagonal[k] - shift).abs() + tridiagonal.off_diagonal[k - 1];
-                errors[k] = (zero.splat(ROUNDING) * trace) * (lost * reciprocal);
+                let Some((entry, coupling)) = row(tridiagonal, k) else {
+                    break;
+                };
+                let lost = (entry - shift).abs() + coupling;
+                let error = (zero.splat(ROUNDING) * trace) * (lost * reciprocal);
+                put::<V, _>(&mut errors, k, error);
             }
-            reciprocals[k] = reciprocal;
+            put::<V, _>(&mut reciprocals, k, reciprocal);
             shift = (trace - bound) / zero.splat((n - 1) as f32);
         }
     }
-    if done.any() {
-        combine(&basis[..stored * tiles], kept, second, vector);
+    if done.any()
+        && let Some(basis) = at::<V, _, _>(basis, ..stored * tiles)
+    {
+        combine(basis, kept, second, vector);
     }
     (eigenvalue, done)
+}
+
+/// Puts a value into its place, which is there: a basis has no more vectors than there is room for.
+#[inline(always)]
+fn put<V: Vector, T>(places: &mut [T], place: usize, value: T) {
+    if let Some(place) = at_mut::<V, _, _>(places, place) {
+        *place = value;
+    }
+}
+
+/// The entry of row `k` on the diagonal, and what couples it to the row before.
+#[inline(always)]
+fn row<V: Vector>(tridiagonal: &Tridiagonal<'_, V>, k: usize) -> Option<(V, V)> {
+    let coupling = at::<V, _, _>(tridiagonal.off_diagonal, k.wrapping_sub(1))?;
+    let entry = at::<V, _, _>(tridiagonal.diagonal, k)?;
+    Some((*entry, *coupling))
 }
 
 /// How far the largest eigenvalue is from the others at least: see the module's documentation.
@@ -240,9 +289,15 @@ fn residual<V: Vector>(
 ) -> V {
     let k = reciprocals.len();
     let open_row = tridiagonal.eigenvector_upwards(k + 1, theta, reciprocals);
-    let y = &tridiagonal.eigenvector[..=k];
-    let mut residual = tridiagonal.off_diagonal[k] * y[k] + open_row;
-    for (&error, &y) in errors.iter().zip(&y[1..]) {
+    let (Some(&next), Some(&last), Some(behind)) = (
+        at::<V, _, _>(tridiagonal.off_diagonal, k),
+        at::<V, _, _>(tridiagonal.eigenvector, k),
+        at::<V, _, _>(tridiagonal.eigenvector, 1..=k),
+    ) else {
+        return open_row;
+    };
+    let mut residual = next * last + open_row;
+    for (&error, &y) in errors.iter().zip(behind) {
         residual = residual + error * y;
     }
     residual
@@ -270,9 +325,11 @@ fn first_column<S: Scalar<V>, V: Vector>(
     w: &mut [PanelColumn<S>],
 ) {
     for (i, w) in w.iter_mut().enumerate() {
-        let columns = &a[panel(i)..panel(i) + 2];
+        let Some([first, next]) = at::<V, _, _>(a, panel(i)..panel(i) + 2) else {
+            break;
+        };
         for r in 0..TILE {
-            w[r] = S::select(second, columns[1][r], columns[0][r]);
+            w[r] = S::select(second, next[r], first[r]);
         }
     }
     clear(w, second);
@@ -281,9 +338,11 @@ fn first_column<S: Scalar<V>, V: Vector>(
 /// Clears the entry that the start vector has.
 #[inline(always)]
 fn clear<S: Scalar<V>, V: Vector>(w: &mut [PanelColumn<S>], second: V::Mask) {
-    let zero = S::from_real(w[0][0].real().zero());
-    w[0][0] = S::select(second, w[0][0], zero);
-    w[0][1] = S::select(second, zero, w[0][1]);
+    if let Some([first, next, ..]) = at_mut::<V, _, _>(w, 0) {
+        let zero = S::from_real(first.real().zero());
+        *first = S::select(second, *first, zero);
+        *next = S::select(second, zero, *next);
+    }
 }
 
 /// `(A − shift)·v` of the last basis vector without its components along all of them and the start
@@ -297,10 +356,15 @@ fn step<S: Scalar<V>, V: Vector>(
     w: &mut [PanelColumn<S>],
     components: &mut [S],
 ) -> V {
-    times_vector(a, shift, &basis[basis.len() - w.len()..], w);
+    let newest = basis.len().wrapping_sub(w.len());
+    let Some(newest) = at::<V, _, _>(basis, newest..) else {
+        return shift.zero();
+    };
+    times_vector(a, shift, newest, w);
     clear(w, second);
     orthogonalise(shift.zero(), basis, w, components);
-    components[components.len() - 1].real()
+    let last = components.len().wrapping_sub(1);
+    at::<V, _, _>(components, last).map_or(shift.zero(), |along| along.real())
 }
 
 /// [`step`] as a function of its own, with a microcontroller's few registers to itself. Its arguments
@@ -327,14 +391,20 @@ fn orthogonalise<S: Scalar<V>, V: Vector>(
     components: &mut [S],
 ) {
     let tiles = w.len();
+    if V::LANES == 1 && tiles == 0 {
+        return;
+    }
     for (component, v) in components.iter_mut().zip(basis.chunks_exact(tiles)) {
         *component = inner_product(zero, v, w);
     }
     for (i, w) in w.iter_mut().enumerate() {
         let mut rest = *w;
         for (&component, v) in components.iter().zip(basis.chunks_exact(tiles)) {
+            let Some(v) = at::<V, _, _>(v, i) else {
+                break;
+            };
             for r in 0..TILE {
-                rest[r] = rest[r] - v[i][r].mul(component);
+                rest[r] = rest[r] - v[r].mul(component);
             }
         }
         *w = rest;
@@ -349,18 +419,29 @@ fn combine<S: Scalar<V>, V: Vector>(
     second: V::Mask,
     vector: &mut [PanelColumn<S>],
 ) {
-    let zero = kept[0].zero();
+    let Some((&start, kept)) = kept.split_first() else {
+        return;
+    };
+    let zero = start.zero();
     let tiles = vector.len();
+    if V::LANES == 1 && tiles == 0 {
+        return;
+    }
     for (i, vector) in vector.iter_mut().enumerate() {
         let mut sums = [S::from_real(zero); TILE];
-        for (&y, v) in kept[1..].iter().zip(basis.chunks_exact(tiles)) {
+        for (&y, v) in kept.iter().zip(basis.chunks_exact(tiles)) {
+            let Some(v) = at::<V, _, _>(v, i) else {
+                break;
+            };
             for r in 0..TILE {
-                sums[r] = sums[r] + v[i][r].scale(y);
+                sums[r] = sums[r] + v[r].scale(y);
             }
         }
         *vector = sums;
     }
-    let first = S::from_real(kept[0]);
-    vector[0][0] = S::select(second, vector[0][0], first);
-    vector[0][1] = S::select(second, first, vector[0][1]);
+    if let Some([first, next, ..]) = at_mut::<V, _, _>(vector, 0) {
+        let start = S::from_real(start);
+        *first = S::select(second, *first, start);
+        *next = S::select(second, start, *next);
+    }
 }

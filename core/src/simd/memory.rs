@@ -1,6 +1,7 @@
 //! From memory into lanes.
 
 use super::Vector;
+use core::slice::SliceIndex;
 
 /// The lanes of the widest vector.
 pub(crate) const MOST_LANES: usize = 16;
@@ -9,8 +10,42 @@ pub(crate) const MOST_LANES: usize = 16;
 #[inline(always)]
 pub(crate) fn load<V: Vector>(zero: V, from: &[f32]) -> V {
     let mut vector = zero;
-    vector.lanes_mut().copy_from_slice(&from[..V::LANES]);
+    if let Some(from) = from.get(..V::LANES) {
+        copy(from, vector.lanes_mut());
+    }
     vector
+}
+
+/// As many numbers as there are lanes from place `at` on, if there are.
+#[inline(always)]
+pub(crate) fn load_at<V: Vector>(zero: V, from: &[f32], at: usize) -> Option<V> {
+    let mut vector = zero;
+    copy(from.get(at..)?.get(..V::LANES)?, vector.lanes_mut());
+    Some(vector)
+}
+
+/// The item or items of `values` at `index`, which is within. With several lanes by an index, which leaves
+/// more registers to what is computed; with one lane there is then no call of a panic.
+#[inline(always)]
+pub(crate) fn at<V: Vector, T, I: SliceIndex<[T]>>(values: &[T], index: I) -> Option<&I::Output> {
+    if V::LANES > 1 {
+        Some(&values[index])
+    } else {
+        values.get(index)
+    }
+}
+
+/// [`at`], to be written.
+#[inline(always)]
+pub(crate) fn at_mut<V: Vector, T, I: SliceIndex<[T]>>(
+    values: &mut [T],
+    index: I,
+) -> Option<&mut I::Output> {
+    if V::LANES > 1 {
+        Some(&mut values[index])
+    } else {
+        values.get_mut(index)
+    }
 }
 
 /// Takes the first `length` numbers off `from`, which is as long at least.

@@ -47,7 +47,7 @@ pub use dispatch::{InstructionSet, Task, UnknownInstructionSet};
 pub(crate) use dot::{Dot, PARTIAL_SUMS, Term};
 #[cfg(feature = "simd")]
 pub use lanes::Lanes;
-pub(crate) use memory::{MOST_LANES, copy, first, load, transpose};
+pub(crate) use memory::{MOST_LANES, at, at_mut, copy, first, load, load_at, transpose};
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 

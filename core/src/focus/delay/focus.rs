@@ -2,6 +2,7 @@
 //! out and read, over lanes of elements where the analytic signal is formed.
 
 use core::ops::Range;
+use core::slice;
 
 use super::groups::{Group, Groups};
 use super::{CHUNK, Compounding, Delay, FAR, STEP, ScanLine, Source};
@@ -11,7 +12,7 @@ use crate::focus::decimator::streams_len;
 use crate::focus::delay_law::ReceiveLag;
 use crate::focus::interpolate::Places;
 use crate::geometry::{Array, Ray};
-use crate::simd::{MOST_LANES, PARTIAL_SUMS, Vector, load, transpose};
+use crate::simd::{MOST_LANES, PARTIAL_SUMS, Vector, copy, first, load, load_at, transpose};
 
 /// The bytes of a cache line: rows that lie across two of them take longer.
 const CACHE_LINE: usize = 64;
@@ -81,9 +82,11 @@ impl Delay {
         }
         if line.compounding == Compounding::Replace {
             let end = line.active.first + line.active.count;
-            for row in out.chunks_exact_mut(self.parameters.elements) {
-                row[..line.active.first].fill(Complex::new(0.0, 0.0));
-                row[end..].fill(Complex::new(0.0, 0.0));
+            for row in out.chunks_exact_mut(self.parameters.elements.max(1)) {
+                for outside in [0..line.active.first, end..row.len()] {
+                    let outside = row.get_mut(outside).unwrap_or_default();
+                    outside.fill(Complex::new(0.0, 0.0));
+                }
             }
         }
     }
@@ -93,14 +96,13 @@ impl Delay {
         let p = &self.parameters;
         let line_len = p.line_len(samples);
         let aligned = scratch.as_ptr().align_offset(CACHE_LINE);
-        let scratch = &mut scratch[aligned.min(CACHE_LINE / size_of::<f32>() - 1)..];
-        let (rows, rest) = scratch.split_at_mut(V::LANES * p.rows());
-        let (halved, rest) = rest.split_at_mut(V::LANES.min(2) * p.halved_len());
-        let (streams, rest) = rest.split_at_mut(streams_len(p.halvings()));
-        let (lines, rest) = rest.split_at_mut(V::LANES * line_len);
-        let (depth, rest) = rest.split_at_mut(line_len);
-        let (whole, rest) = rest.split_at_mut(line_len);
-        let (fraction, _) = rest.split_at_mut(line_len);
+        let aligned = aligned.min(CACHE_LINE / size_of::<f32>() - 1);
+        let mut rest = scratch.get_mut(aligned..).unwrap_or_default();
+        let rows = first(&mut rest, V::LANES * p.rows());
+        let halved = first(&mut rest, V::LANES.min(2) * p.halved_len());
+        let streams = first(&mut rest, streams_len(p.halvings()));
+        let lines = first(&mut rest, V::LANES * line_len);
+        let [depth, whole, fraction] = [(); 3].map(|()| first(&mut rest, line_len));
         Scratch {
             rows,
             lines,
@@ -142,14 +144,15 @@ impl Delay {
             buffers,
             ..
         } = scratch;
-        let (line, record, line_len) = (source.line, source.record, centre.depth.len());
+        let (line, record, line_len) = (source.line, source.record, centre.depth.len().max(1));
         let path = |element: usize| ElementPath {
             centre: &*centre,
             lag: self.lag(line, element),
         };
         if group.mirrored {
             let half = V::LANES.div_ceil(2);
-            let (left, right) = lines.split_at_mut(half * line_len);
+            let halves = lines.split_at_mut_checked(half * line_len);
+            let (left, right) = halves.unwrap_or_default();
             let right = right.chunks_exact_mut(line_len).take(group.right.len());
             let pairs = left.chunks_exact_mut(line_len).zip(right.rev());
             let elements = group.left.clone().zip(group.right.clone().rev());
@@ -179,15 +182,21 @@ impl Delay {
         let (transmit, t0) = (&source.transmit, source.line.transmit.t0);
         let reach = self.hilbert.reach() as f64;
         let rate = self.rate();
-        for n in 0..centre.depth.len() {
+        let CentrePath {
+            depth,
+            whole,
+            fraction,
+        } = centre;
+        let places = depth.iter_mut().zip(&mut **whole).zip(&mut **fraction);
+        for (n, ((depth, whole), fraction)) in places.enumerate() {
             let t = p.output_start + ((source.first + n) as f64 - reach) / p.output_rate;
             let z = p.sound_speed * t / 2.0;
             let position = ((transmit.time(z) + z / p.sound_speed) - t0) * rate;
             let near = position > -FAR && position < FAR;
             let floor = if near { libm::floor(position) } else { 0.0 };
-            centre.depth[n] = if near { z as f32 } else { 0.0 };
-            centre.whole[n] = floor as f32;
-            centre.fraction[n] = if near { (position - floor) as f32 } else { 0.0 };
+            *depth = if near { z as f32 } else { 0.0 };
+            *whole = floor as f32;
+            *fraction = if near { (position - floor) as f32 } else { 0.0 };
         }
     }
 
@@ -206,15 +215,16 @@ impl Delay {
         if !lag.is_level() {
             return self.widest_span(path);
         }
-        let readable = |&n: &usize| centre.depth[n] > 0.0;
-        let first = (0..centre.depth.len()).find(readable);
-        let last = (0..centre.depth.len()).rfind(readable);
-        let (Some(first), Some(last)) = (first, last) else {
+        let depths = centre.depth.iter().zip(&*centre.whole);
+        let mut readable = depths
+            .zip(&*centre.fraction)
+            .filter(|((depth, _), _)| **depth > 0.0);
+        let Some(first) = readable.next() else {
             return 0..0;
         };
-        let position = |n: usize| {
-            let lag = lag.level(centre.depth[n]);
-            f64::from(centre.whole[n]) + f64::from(centre.fraction[n] + lag)
+        let last = readable.next_back().unwrap_or(first);
+        let position = |((&depth, &whole), &fraction): ((&f32, &f32), &f32)| {
+            f64::from(whole) + f64::from(fraction + lag.level(depth))
         };
         self.around(position(first), position(last))
     }
@@ -279,15 +289,17 @@ impl Delay {
                 let line_len = path.centre.depth.len();
                 for start in (0..line_len).step_by(STEP * PARTIAL_SUMS) {
                     let end = (start + STEP * PARTIAL_SUMS).min(line_len);
-                    let places = &mut places[..(end - start) / PARTIAL_SUMS];
+                    let sixteens = (end - start) / PARTIAL_SUMS;
+                    let places = places.get_mut(..sixteens).unwrap_or_default();
+                    let length = records.first().map_or(0, |record| record.len());
                     if path.lag.is_level() {
-                        self.locate::<V, true>(zero, path, start, records[0].len(), places);
+                        self.locate::<V, true>(zero, path, start, length, places);
                     } else {
-                        self.locate::<V, false>(zero, path, start, records[0].len(), places);
+                        self.locate::<V, false>(zero, path, start, length, places);
                     }
                     let values = lines.each_mut().map(
                         #[inline(always)]
-                        |line| &mut line[start..end],
+                        |line| line.get_mut(start..end).unwrap_or_default(),
                     );
                     self.interpolator.read(zero, records, places, values);
                 }
@@ -308,7 +320,7 @@ impl Delay {
         let decimator = self.interpolator.decimator();
         if decimator.halvings() > 0 {
             let needed = self.span(path);
-            let halved = halved.chunks_exact_mut(self.parameters.halved_len());
+            let halved = halved.chunks_exact_mut(self.parameters.halved_len().max(1));
             for (record, halved) in records.iter_mut().zip(halved) {
                 *record = decimator.decimate(zero, record, needed.clone(), streams, halved);
             }
@@ -331,12 +343,12 @@ impl Delay {
         let locator = self.interpolator.locator(zero, (origin, length));
         let far = zero.splat(FAR as f32);
         let ahead = zero.splat(lag.ahead());
-        for (sixteen, places) in places.iter_mut().enumerate() {
+        let depth = sixteens(centre.depth, start).zip(sixteens(centre.whole, start));
+        let centre = depth.zip(sixteens(centre.fraction, start));
+        for (places, ((depth, whole), fraction)) in places.iter_mut().zip(centre) {
             for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
-                let n = start + sixteen * PARTIAL_SUMS + at;
-                let z = load(zero, &centre.depth[n..]);
-                let whole = load(zero, &centre.whole[n..]);
-                let fraction = load(zero, &centre.fraction[n..]);
+                let z = load(zero, &depth[at..]);
+                let (whole, fraction) = (load(zero, &whole[at..]), load(zero, &fraction[at..]));
                 let (whole, position) = if LEVEL {
                     (whole, fraction + lag.level(z))
                 } else {
@@ -364,15 +376,26 @@ impl Delay {
             || {
                 let elements = self.parameters.elements;
                 let line_len = destination.line_len;
+                let kept = CHUNK * V::LANES;
                 // A row holds a sample of each element. What the transformer reaches back for stays in front.
                 let behind = 2 * self.hilbert.reach() * V::LANES;
-                let rows = &mut rows[..behind + CHUNK * V::LANES];
-                turn(zero, lines, line_len, 0, &mut rows[..behind]);
-                for (chunk, out) in out.chunks_mut(CHUNK * elements).enumerate() {
+                let Some(rows) = rows.get_mut(..behind + kept) else {
+                    return;
+                };
+                let Some((before, _)) = rows.split_at_mut_checked(behind) else {
+                    return;
+                };
+                turn(zero, lines, line_len, 0, before);
+                for (chunk, out) in out.chunks_mut((CHUNK * elements).max(1)).enumerate() {
                     let n = chunk * CHUNK + 2 * self.hilbert.reach();
-                    turn(zero, lines, line_len, n, &mut rows[behind..]);
+                    let Some(new) = rows.get_mut(behind..) else {
+                        return;
+                    };
+                    turn(zero, lines, line_len, n, new);
                     self.put_chunk(zero, rows, destination, out);
-                    rows.copy_within(CHUNK * V::LANES.., 0);
+                    if kept <= rows.len() {
+                        rows.copy_within(kept.., 0);
+                    }
                 }
             },
         );
@@ -388,12 +411,16 @@ impl Delay {
         out: &mut [Complex<f32>],
     ) {
         let (elements, reach) = (self.parameters.elements, self.hilbert.reach());
-        for (octet, out) in out.chunks_mut(GROUP * elements).enumerate() {
-            let rows = &rows[octet * GROUP * V::LANES..];
+        for (octet, out) in out.chunks_mut((GROUP * elements).max(1)).enumerate() {
+            let Some(rows) = rows.get(octet * GROUP * V::LANES..) else {
+                return;
+            };
+            let Some(real) = rows.get(reach * V::LANES..) else {
+                return;
+            };
             let imaginary = self.hilbert.quadrature(zero, rows);
-            let real = rows[reach * V::LANES..].chunks_exact(V::LANES);
-            let out = out.chunks_exact_mut(elements);
-            for ((real, imaginary), out) in real.zip(imaginary).zip(out) {
+            let out = out.chunks_exact_mut(elements.max(1));
+            for ((real, imaginary), out) in real.chunks_exact(V::LANES).zip(imaginary).zip(out) {
                 put_row(destination, (load(zero, real), imaginary), out);
             }
         }
@@ -422,6 +449,13 @@ fn mirror(array: &Array, range: Range<usize>, ray: &Ray) -> usize {
     }
 }
 
+/// Sixteens of values, from value `start` on.
+#[inline(always)]
+fn sixteens(values: &[f32], start: usize) -> slice::Iter<'_, [f32; PARTIAL_SUMS]> {
+    let values = values.get(start..).unwrap_or_default();
+    values.as_chunks().0.iter()
+}
+
 /// Where the line lies, if the elements all lie as far along it: straight down from a linear array.
 fn level(array: &Array, ray: &Ray) -> Option<f64> {
     (array.is_linear() && ray.is_down()).then(|| ray.x())
@@ -437,7 +471,9 @@ fn put_row<V: Vector>(
     let Destination {
         group, compounding, ..
     } = *destination;
-    let left = &mut out[group.left.clone()];
+    let Some(left) = out.get_mut(group.left.clone()) else {
+        return;
+    };
     if V::LANES == 1 {
         put_parts(compounding, &[real.lanes()[0], imaginary.lanes()[0]], left);
         return;
@@ -445,7 +481,9 @@ fn put_row<V: Vector>(
     // Both parts of half the elements a register, as they lie in memory.
     let (first, second) = real.interleave(imaginary);
     put_parts(compounding, first.lanes(), left);
-    let right = &mut out[group.right.clone()];
+    let Some(right) = out.get_mut(group.right.clone()) else {
+        return;
+    };
     // The element on the line is one of the left.
     let twice = group.left.end.saturating_sub(group.right.start);
     if twice == 0 {
@@ -486,12 +524,15 @@ fn put_values(compounding: Compounding, values: &[[f32; 2]], out: &mut [Complex<
 fn turn<V: Vector>(zero: V, lines: &[f32], line_len: usize, first: usize, rows: &mut [f32]) {
     for (block, rows) in rows.chunks_mut(V::LANES * V::LANES).enumerate() {
         let mut square = [zero; MOST_LANES];
-        for (samples, line) in square.iter_mut().zip(lines.chunks_exact(line_len)) {
-            *samples = load(zero, &line[first + block * V::LANES..]);
+        for (samples, line) in square.iter_mut().zip(lines.chunks_exact(line_len.max(1))) {
+            let Some(values) = load_at(zero, line, first + block * V::LANES) else {
+                break;
+            };
+            *samples = values;
         }
         transpose(&mut square);
         for (row, samples) in rows.chunks_exact_mut(V::LANES).zip(&square) {
-            row.copy_from_slice(samples.lanes());
+            copy(samples.lanes(), row);
         }
     }
 }

@@ -198,7 +198,10 @@ impl Interpolator {
     }
 
     const fn write(&mut self, at: usize, value: f32) {
-        self.table.0[at / PARTIAL_SUMS][at % PARTIAL_SUMS] = value;
+        // `get_mut` is not for constants.
+        if let Some((_, [place, ..])) = self.table.0.as_flattened_mut().split_at_mut_checked(at) {
+            *place = value;
+        }
     }
 
     /// Taps of the filter: a value needs `taps()/2` samples on either side.

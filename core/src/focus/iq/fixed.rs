@@ -125,7 +125,10 @@ impl IqDelay {
         };
         let dense = window.element == 1;
         let zero = Complex::new(0.0, 0.0);
-        for (n, out) in out.chunks_exact_mut(self.parameters.elements).enumerate() {
+        for (n, out) in out
+            .chunks_exact_mut(self.parameters.elements.max(1))
+            .enumerate()
+        {
             let place = self.place(source, &centres, source.first + n);
             let (before, rest) = out.split_at_mut_checked(active.start).unwrap_or_default();
             let (own, behind) = rest.split_at_mut_checked(active.len()).unwrap_or_default();

@@ -348,7 +348,7 @@ impl IqDelay {
             || {
                 let elements = self.parameters.elements;
                 let active = line.active.first..line.active.first + line.active.count;
-                for (n, row) in out.chunks_exact_mut(elements).enumerate() {
+                for (n, row) in out.chunks_exact_mut(elements.max(1)).enumerate() {
                     if line.compounding == Compounding::Replace {
                         row.fill(Complex::new(0.0, 0.0));
                     }

@@ -3,7 +3,7 @@
 use crate::{opaque, take};
 use bonebeam::geometry::{
     Aperture, ApertureParameters, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters,
-    Widths,
+    Transmit, TransmitLaw, Widths,
 };
 
 /// Calls all of it.
@@ -92,4 +92,9 @@ pub fn arrays(x: &[f64]) -> [Array<'_>; 2] {
 /// Any axis.
 pub fn axis() -> Axis {
     opaque(Axis::centred(opaque(1), opaque(1.0)))
+}
+
+/// Any transmit.
+pub fn transmit() -> Transmit<'static> {
+    opaque(Transmit::new(opaque(TransmitLaw::Focused), opaque(0.0)))
 }

@@ -1,0 +1,80 @@
+//! The delay stages.
+
+use crate::geometry::{arrays, axis, parameters, transmit};
+use crate::{opaque, take};
+use bonebeam::focus::{
+    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
+    IqSamples, Record, ScanLine, hilbert_taps,
+};
+use bonebeam::geometry::{Lines, Scan};
+use bonebeam::{Complex, Error};
+
+/// Calls all of it.
+pub fn all() {
+    take(hilbert_taps(opaque(1.0), opaque(1.0)));
+    let x = [0.0; 5];
+    for array in arrays(&x) {
+        if let Ok(scan) = Scan::new(parameters(array, Lines::Even(axis()))) {
+            take(rf(&scan));
+            take(iq(&scan));
+        }
+    }
+}
+
+fn rf(scan: &Scan) -> Result<(), Error> {
+    let mut parameters = DelayParameters::of(scan);
+    take(opaque(parameters).scratch_len(opaque(1)));
+    take(opaque(parameters).stretch_scratch_len(opaque(1), opaque(1)));
+    parameters.hilbert_taps = opaque(1);
+    let mut delay = Delay::new(opaque(parameters))?;
+    take(delay.set(opaque(parameters)));
+    take(delay.parameters());
+    let rf = [0.0; 100];
+    let record = Record::new(opaque(&rf[..]), opaque(1))?;
+    take((record.elements(), record.samples()));
+    let (scratch, out) = (&mut [0.0; 100][..], &mut [Complex::ZERO; 100][..]);
+    let (scratch, out) = (opaque(scratch), opaque(out));
+    take(delay.line(0.0f32, &opaque(line(scan)), &record, scratch, out));
+    delay.stretch(
+        0.0f32,
+        &opaque(line(scan)),
+        &record,
+        opaque(1),
+        scratch,
+        out,
+    )
+}
+
+fn iq(scan: &Scan) -> Result<(), Error> {
+    let mut parameters = IqParameters::of(scan, opaque(1.0));
+    take(opaque(parameters).scratch_len(opaque(1)));
+    parameters.reading = opaque(IqReading::Cubic);
+    let delay = IqDelay::new(opaque(parameters))?;
+    take(delay.parameters());
+    let samples = [Complex::ZERO; 100];
+    let counts = [[0; 2]; 100];
+    for samples in [
+        IqSamples::Float(opaque(&samples[..])),
+        IqSamples::Counts(opaque(&counts[..]), opaque(1.0)),
+    ] {
+        let record = IqRecord::new(opaque(samples), opaque(IqLayout::Planar), opaque(1))?;
+        let record = record.with_phase(opaque(0.0))?;
+        take((record.elements(), record.samples()));
+        let (scratch, out) = (&mut [0.0; 100][..], &mut [Complex::ZERO; 100][..]);
+        let (scratch, out) = (opaque(scratch), opaque(out));
+        take(delay.line(0.0f32, &opaque(line(scan)), &record, scratch, out));
+        take(delay.stretch(
+            0.0f32,
+            &opaque(line(scan)),
+            &record,
+            opaque(1),
+            scratch,
+            out,
+        ));
+    }
+    Ok(())
+}
+
+fn line<'a>(scan: &Scan<'a>) -> ScanLine<'a> {
+    ScanLine::of(scan, opaque(1), transmit(), opaque(Compounding::Add))
+}
