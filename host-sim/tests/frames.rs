@@ -32,6 +32,8 @@ fn run(folder: &TempDir, arguments: &str, limit: Option<usize>) -> Result<String
         .arg(format!("ulimit -v {limit}; exec \"$0\" {arguments}"))
         .arg(env!("CARGO_BIN_EXE_host-sim"))
         .env("RAYON_NUM_THREADS", "1")
+        // Address space that is only set aside for another thread is no memory.
+        .env("MALLOC_ARENA_MAX", "1")
         .current_dir(folder.path())
         .output()
         .unwrap();
