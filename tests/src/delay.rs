@@ -172,7 +172,7 @@ pub(crate) fn upsampled_lines<V: Vector>(
                 centre: &memory.centre,
                 lags: &memory.lags,
             };
-            upsampled.add(zero, &contribution, 0, values)?;
+            upsampled.add(zero, &contribution, values)?;
         }
     }
     upsampled.analytic(zero, &LINES[0].1, &memory.values, scratch, x)?;

@@ -10,6 +10,10 @@ use rayon::prelude::*;
 
 use crate::Result;
 
+/// Elements that a thread adds together: they read the transmits' parts of the places, which are too many for
+/// any cache, once, and their records fit in the second one.
+const TOGETHER: usize = 2;
+
 /// What is compounded, into some lines.
 pub(super) struct Compound<'a> {
     pub delay: &'a Delay,
@@ -70,37 +74,50 @@ impl Compound<'_> {
         })?;
         let mut values = vec![0.0; p.elements * lines * length];
         let scale = 1.0 / self.transmits.len() as f32;
-        let of_elements = values.par_chunks_exact_mut(lines * length).enumerate();
+        let of_elements = values.par_chunks_mut(TOGETHER * lines * length);
+        let record_len = upsampled.record_len();
         let memory = || {
             (
-                vec![0; lines * length],
+                vec![0; TOGETHER * lines * length],
                 vec![0.0; upsampled.scratch_len()],
-                vec![0.0; upsampled.record_len()],
+                vec![0.0; TOGETHER * record_len],
             )
         };
-        of_elements.try_for_each_init(memory, |(lags, scratch, record), (element, values)| {
-            let first: Vec<Option<usize>> =
-                (0..lines).map(|line| self.first(line, element)).collect();
-            for (line, lags) in lags.chunks_exact_mut(length).enumerate() {
-                if first[line].is_some() {
+        let of_elements = of_elements.enumerate();
+        of_elements.try_for_each_init(memory, |(lags, scratch, records), (group, values)| {
+            let elements = group * TOGETHER..p.elements.min((group + 1) * TOGETHER);
+            // [element, line], as the lags and the values.
+            let mut first = Vec::with_capacity(elements.len() * lines);
+            for element in elements.clone() {
+                first.extend((0..lines).map(|line| self.first(line, element)));
+            }
+            for (k, lags) in lags.chunks_exact_mut(length).enumerate() {
+                if first.get(k).is_some_and(Option::is_some) {
+                    let (line, element) = (k % lines, elements.start + k / lines);
                     upsampled.lags(zero, &self.line(0, line), element, lags)?;
                 }
             }
             for (transmit, centres) in centres.chunks_exact(lines * length).enumerate() {
-                let row = (transmit * p.elements + element) * p.record_samples;
-                let samples = &self.rf[row..row + p.record_samples];
-                upsampled.record(zero, samples, scratch, record)?;
-                for (line, values) in values.chunks_exact_mut(length).enumerate() {
-                    let Some(first) = first[line] else {
-                        continue;
-                    };
-                    let own = line * length..(line + 1) * length;
-                    let contribution = Contribution {
-                        record,
-                        centre: &centres[own.clone()],
-                        lags: &lags[own],
-                    };
-                    upsampled.add(zero, &contribution, first, values)?;
+                for (element, record) in elements.clone().zip(records.chunks_exact_mut(record_len))
+                {
+                    let row = (transmit * p.elements + element) * p.record_samples;
+                    let samples = &self.rf[row..row + p.record_samples];
+                    upsampled.record(zero, samples, scratch, record)?;
+                }
+                for (line, centre) in centres.chunks_exact(length).enumerate() {
+                    for (element, record) in records.chunks_exact(record_len).enumerate() {
+                        let own = element * lines + line;
+                        let Some(&Some(first)) = first.get(own) else {
+                            continue;
+                        };
+                        let contribution = Contribution {
+                            record,
+                            centre: &centre[first..],
+                            lags: &lags[own * length..][first..length],
+                        };
+                        let values = &mut values[own * length..][first..length];
+                        upsampled.add(zero, &contribution, values)?;
+                    }
                 }
             }
             for value in values {

@@ -19,17 +19,19 @@ use crate::{Complex, Error};
 /// Samples that are made of each recorded one.
 pub const UPSAMPLING: usize = 16;
 /// Units of a place between two of those.
-const UNITS: i32 = 1 << 11;
+const UNITS: u32 = 1 << 11;
 /// The range of an f32's fraction bits.
 const FRACTION: u32 = 1 << 23;
 /// Units of a place between two recorded samples.
-const UNITS_A_SAMPLE: f64 = (UPSAMPLING as i32 * UNITS) as f64;
+const UNITS_A_SAMPLE: f64 = (UPSAMPLING as u32 * UNITS) as f64;
 /// Places are at most this far from the record's beginning, either way, and so are lags: their sum fits.
 const FARTHEST: i32 = (1 << 30) - 1;
 /// The longest record: all of it is nearer.
 const MOST_SAMPLES: usize = 1 << 14;
 /// Recorded samples whose upsampled ones are worked out together.
 const BLOCKS: usize = 4;
+/// Values of a line that are read together.
+const READINGS: usize = 128;
 
 /// The upsampling of records for a delay stage, and the way from there to lines.
 #[derive(Clone, Debug)]
@@ -133,10 +135,9 @@ impl<'a> Upsampled<'a> {
                     let under = &scratch[block * BLOCKS..][..taps + BLOCKS - 1];
                     for at in (0..UPSAMPLING).step_by(V::LANES) {
                         let mut sums = [zero; BLOCKS];
-                        for (k, filter) in self.filter[..taps].iter().enumerate() {
+                        let samples = under.array_windows::<BLOCKS>();
+                        for (filter, samples) in self.filter[..taps].iter().zip(samples) {
                             let h = load(zero, &filter[at..]);
-                            let samples = under.get(k..).and_then(<[f32]>::first_chunk::<BLOCKS>);
-                            let samples = samples.unwrap_or(&[0.0; BLOCKS]);
                             for j in 0..BLOCKS {
                                 sums[j] = sums[j] + zero.splat(samples[j]) * h;
                             }
@@ -170,11 +171,17 @@ impl<'a> Upsampled<'a> {
             let z = p.sound_speed * t / 2.0;
             let position =
                 ((transmit.time(z) + z / p.sound_speed) - line.transmit.t0) * p.sampling_rate;
-            let units = libm::floor((position + before) * UNITS_A_SAMPLE + 0.5);
+            let units = (position + before) * UNITS_A_SAMPLE + 0.5;
             let farthest = f64::from(FARTHEST);
             // False for a NaN.
-            let near = z as f32 > 0.0 && units > -farthest && units < farthest;
-            *place = if near { units as i32 } else { -FARTHEST };
+            let near = z as f32 > 0.0 && units >= 1.0 - farthest && units < farthest;
+            *place = if near {
+                // Cut towards 0, and from there down to the whole number below.
+                let cut = units as i32;
+                cut - i32::from(f64::from(cut) > units)
+            } else {
+                -FARTHEST
+            };
         }
         Ok(())
     }
@@ -223,7 +230,8 @@ impl<'a> Upsampled<'a> {
         Ok(())
     }
 
-    /// Adds an element's values to a line, from value `first` on; those before stay as they are.
+    /// Adds an element's values to a line, or to a stretch of one: as many as `line` has, whose places are
+    /// `centre` and `lags`.
     ///
     /// With the place in units, `i` whole upsampled samples and the rest `u`, f32:
     /// `value + (record_i + (u/2¹¹)·(record_{i+1} − record_i))`. Cost: two products, three additions a
@@ -235,7 +243,6 @@ impl<'a> Upsampled<'a> {
         &self,
         zero: V,
         contribution: &Contribution,
-        first: usize,
         line: &mut [f32],
     ) -> Result<(), Error> {
         let Contribution {
@@ -244,20 +251,15 @@ impl<'a> Upsampled<'a> {
             lags,
         } = *contribution;
         check_length("record", record.len(), self.record_len())?;
-        check_length("centre", centre.len(), self.line_len())?;
-        check_length("lags", lags.len(), self.line_len())?;
-        check_length("line", line.len(), self.line_len())?;
+        check_length("centre", centre.len(), line.len())?;
+        check_length("lags", lags.len(), line.len())?;
         zero.vectorize(
             #[inline(always)]
             || {
-                let last = (record.len() - 2) as i32 * UNITS;
-                let first = first / PARTIAL_SUMS * PARTIAL_SUMS;
-                let line = line.get_mut(first..).unwrap_or_default();
-                let blocks = line.as_chunks_mut::<PARTIAL_SUMS>().0.iter_mut();
-                let centre = centre.get(first..).unwrap_or_default().as_chunks().0;
-                let lags = lags.get(first..).unwrap_or_default().as_chunks().0;
-                for ((line, centre), lags) in blocks.zip(centre).zip(lags) {
-                    add_block(record, last, centre, lags, line);
+                let mut readings = Readings::NONE;
+                let places = centre.chunks(READINGS).zip(lags.chunks(READINGS));
+                for (line, (centre, lags)) in line.chunks_mut(READINGS).zip(places) {
+                    readings.add(record, centre, lags, line);
                 }
             },
         );
@@ -320,35 +322,47 @@ impl defmt::Format for Upsampled<'_> {
     }
 }
 
-/// Sixteen values.
-#[inline(always)]
-fn add_block(
-    record: &[f32],
-    last: i32,
-    centre: &[i32; PARTIAL_SUMS],
-    lags: &[i32; PARTIAL_SUMS],
-    line: &mut [f32; PARTIAL_SUMS],
-) {
-    let mut at = [0i32; PARTIAL_SUMS];
-    let mut weight = [0.0f32; PARTIAL_SUMS];
-    for k in 0..PARTIAL_SUMS {
-        let place = (centre[k] + lags[k]).max(0).min(last);
-        at[k] = place / UNITS;
-        // (place mod 2¹¹)/2¹¹, exactly, as the fraction of a number from 1 to below 2. A conversion and a
-        // product would do as well, but LLVM joins them for a Cortex-M55's vectors to one instruction of
-        // the wrong power of two.
-        let fraction = (place % UNITS) as u32 * (FRACTION / UNITS as u32);
-        weight[k] = f32::from_bits(1f32.to_bits() + fraction) - 1.0;
-    }
-    let mut here = [0.0f32; PARTIAL_SUMS];
-    let mut next = [0.0f32; PARTIAL_SUMS];
-    for k in 0..PARTIAL_SUMS {
-        let at = at[k] as usize;
-        if let Some(&[a, b]) = record.get(at..at + 2) {
-            (here[k], next[k]) = (a, b);
+/// Values of a line that are worked on together: how they are read, and what is read.
+struct Readings {
+    at: [u32; READINGS],
+    weight: [f32; READINGS],
+    pairs: [[f32; 2]; READINGS],
+}
+
+impl Readings {
+    const NONE: Self = Readings {
+        at: [0; READINGS],
+        weight: [0.0; READINGS],
+        pairs: [[0.0; 2]; READINGS],
+    };
+
+    /// Adds to as many values, or fewer. Places, then what is read there, then values: neither waits for the
+    /// other.
+    #[inline(always)]
+    fn add(&mut self, record: &[f32], centre: &[i32], lags: &[i32], line: &mut [f32]) {
+        let last = (record.len() - 2) as i32 * UNITS as i32;
+        let count = line.len().min(READINGS);
+        let at = &mut self.at[..count];
+        let weight = &mut self.weight[..count];
+        let pairs = &mut self.pairs[..count];
+        let places = at.iter_mut().zip(&mut *weight);
+        for ((at, weight), (centre, lag)) in places.zip(centre.iter().zip(lags)) {
+            let place = (centre + lag).max(0).min(last) as u32;
+            *at = place / UNITS;
+            // (place mod 2¹¹)/2¹¹, exactly, as the fraction of a number from 1 to below 2. A conversion and
+            // a product would do as well, but LLVM joins them for a Cortex-M55's vectors to one
+            // instruction of the wrong power of two.
+            let fraction = (place % UNITS) * (FRACTION / UNITS);
+            *weight = f32::from_bits(1f32.to_bits() + fraction) - 1.0;
         }
-    }
-    for k in 0..PARTIAL_SUMS {
-        line[k] += here[k] + weight[k] * (next[k] - here[k]);
+        for (pair, &at) in pairs.iter_mut().zip(&*at) {
+            let at = at as usize;
+            if let Some(&[here, next]) = record.get(at..at + 2) {
+                *pair = [here, next];
+            }
+        }
+        for ((value, weight), &[here, next]) in line.iter_mut().zip(&*weight).zip(&*pairs) {
+            *value += here + weight * (next - here);
+        }
     }
 }

@@ -229,7 +229,7 @@ fn upsampled(data: &ChannelData) -> Result<Verdict> {
                 centre: &centre,
                 lags: &lags,
             };
-            upsampled.add(0.0f32, &contribution, 0, values)?;
+            upsampled.add(0.0f32, &contribution, values)?;
         }
     }
     let mut core = vec![Complex::ZERO; parameters.output_samples * elements];
