@@ -74,6 +74,8 @@ pub fn frame(picture: &Picture, outline: &[Vec<(f64, f64)>]) -> Result<Frame> {
 pub(super) struct Around {
     /// Left of it, for depths.
     pub left: u32,
+    /// What of that is left free at the edge.
+    pub edge: u32,
     /// Below it, for lateral positions.
     pub bottom: u32,
     /// Above it and to the right.
@@ -86,6 +88,7 @@ pub(super) struct Around {
 
 const PAGE: Around = Around {
     left: LEFT,
+    edge: 0,
     bottom: BOTTOM,
     margin: MARGIN,
     text: [15, 14],
@@ -113,8 +116,9 @@ where
     let mut chart = ChartBuilder::on(root)
         .margin_top(around.margin)
         .margin_right(around.margin)
+        .margin_left(around.edge)
         .x_label_area_size(around.bottom)
-        .y_label_area_size(around.left)
+        .y_label_area_size(around.left - around.edge)
         .build_cartesian_2d(left..right, bottom..top)?;
     chart
         .configure_mesh()

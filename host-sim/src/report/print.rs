@@ -14,6 +14,7 @@ const DOTS: u32 = 11_811;
 /// Letters of 7 points.
 const AROUND: Around = Around {
     left: 120,
+    edge: 16,
     bottom: 100,
     margin: 24,
     text: [32, 29],
@@ -103,6 +104,8 @@ mod tests {
             let all = y.flat_map(|y| x.clone().map(move |x| (x, y)));
             all.filter(|&(x, y)| dot(x, y) < 128.0).count()
         };
+        // None is cut off at the edge.
+        assert_eq!(dark(0..4, 24..774), 0);
         assert!(dark(0..100, 24..774) > 500);
         assert!(dark(120..1120, 790..874) > 500);
         assert_eq!(dark(0..1144, 0..10), 0);
