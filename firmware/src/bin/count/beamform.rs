@@ -149,8 +149,8 @@ where
     }
     let mean = sum / KINDS as u32;
     hprintln!("spread {} {M} {mean} {least} {most}", case.name);
-    // The timer ticks every 40 instructions. A comparison around the kernel, as in its scale, may take one
-    // more or less.
+    // A comparison around the kernel, as in its scale, may take some instructions more or less, and so a tick,
+    // which is 40.
     let varies = !matches!(
         case.method,
         Method::Das | Method::Mv | Method::EsmvRank1Steps(_)

@@ -15,7 +15,7 @@ const LAST_TICK: u32 = (1 << 24) - 1;
 
 /// What a piece of work took.
 pub struct Cost {
-    /// Instructions executed, to within 40 and the call's own dozen; modulo 2²⁴ ticks, which is 671
+    /// Instructions executed with the call's own dozen, in whole ticks; modulo 2²⁴ ticks, which is 671
     /// million.
     pub instructions: u32,
     /// Bytes of stack below the caller's.
@@ -43,12 +43,23 @@ impl Counter {
     pub fn count<R>(&mut self, work: impl FnOnce() -> R) -> Cost {
         cortex_m_stack::repaint_stack();
         let free = cortex_m_stack::current_stack_free();
-        let begin = SYST::get_current();
+        let begin = next_tick();
         black_box(call(work));
         let end = SYST::get_current();
         Cost {
             instructions: (begin.wrapping_sub(end) & LAST_TICK) * INSTRUCTIONS_PER_TICK,
             stack: free - cortex_m_stack::stack_painted(),
+        }
+    }
+}
+
+/// The timer's value when it has just ticked, so that the same work reads the same.
+fn next_tick() -> u32 {
+    let before = SYST::get_current();
+    loop {
+        let now = SYST::get_current();
+        if now != before {
+            return now;
         }
     }
 }
