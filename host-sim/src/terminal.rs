@@ -1,5 +1,6 @@
 //! What is said on the standard output and the standard error.
 
+use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
 
 use crate::{Error, Result};
@@ -45,6 +46,15 @@ pub fn digits(value: f64) -> String {
     f64::to_string(&rounded)
 }
 
+/// A value as it was given; one of very many digits, as 10³⁰⁰, by its exponent.
+pub fn short(value: impl Display) -> String {
+    let text = value.to_string();
+    match text.parse::<f64>() {
+        Ok(number) if text.len() > 24 => format!("{number:e}"),
+        _ => text,
+    }
+}
+
 /// Names and texts of files may hold line breaks and escape sequences, which a terminal would obey.
 fn one_line(message: &str) -> String {
     let mut line = String::new();
@@ -81,6 +91,19 @@ mod tests {
             assert_eq!(digits(value), told);
         }
         assert_eq!(digits(f64::NAN), "NaN");
+    }
+
+    #[test]
+    fn a_value_of_many_digits_is_told_by_its_exponent() {
+        for (value, told) in [
+            (1e300, "1e300"),
+            (-1e-300, "-1e-300"),
+            (0.1, "0.1"),
+            (3.0, "3"),
+        ] {
+            assert_eq!(short(value), told);
+        }
+        assert_eq!(short(u64::MAX), "18446744073709551615");
     }
 
     #[test]

@@ -686,6 +686,7 @@ fn absurd_numbers_are_told_by_their_parameter() {
                     "{arguments}: {message}"
                 );
                 assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
+                assert!(message.len() < 300, "{arguments}: {message}");
                 assert_eq!(names(folder.path()), before, "{arguments}");
             }
         }

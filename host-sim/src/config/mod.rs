@@ -22,6 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::files::atomic::Outputs;
 use crate::files::{Variables, cannot_be_opened};
+use crate::terminal::short;
 use crate::{Error, Result};
 
 /// All parameters, one section a stage.
@@ -126,6 +127,7 @@ pub(crate) fn out_of_range(
     expected: &str,
 ) -> Error {
     let flag = key.replace('_', "-");
+    let value = short(value);
     Error::Usage(format!(
         "--{flag} (`{key}` in [{section}]) is {value}; expected {expected}"
     ))

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::memory::product;
+use crate::terminal::short;
 use crate::{Error, Result};
 
 use super::array::Array;
@@ -182,7 +183,8 @@ impl Settings {
         for (name, value, [least, most], unit) in self.ranges() {
             if !(least..=most).contains(&value) {
                 return usage(format!(
-                    "{name} must be positive, {least} to {most}{unit}, is {value}"
+                    "{name} must be positive, {least} to {most}{unit}, is {}",
+                    short(value)
                 ));
             }
         }
@@ -192,11 +194,15 @@ impl Settings {
         if !(self.kerf >= 0.0 && self.kerf < self.pitch) {
             return usage(format!(
                 "kerf must be at least 0 and below the pitch of {} m, is {}",
-                self.pitch, self.kerf
+                self.pitch,
+                short(self.kerf)
             ));
         }
         if !(self.bandwidth >= 0.1 && self.bandwidth <= 1.0) {
-            return usage(format!("bandwidth must be 0.1 to 1, is {}", self.bandwidth));
+            return usage(format!(
+                "bandwidth must be 0.1 to 1, is {}",
+                short(self.bandwidth)
+            ));
         }
         if self.fs < 4.0 * self.f0 {
             return usage(format!(
@@ -223,7 +229,7 @@ impl Settings {
         if let Some(noise) = self.noise
             && !(-400.0..=40.0).contains(&noise)
         {
-            return usage(format!("noise must be -400 to 40 dB, is {noise}"));
+            return usage(format!("noise must be -400 to 40 dB, is {}", short(noise)));
         }
         if let Some(bits) = self.adc_bits
             && !(2..=24).contains(&bits)
@@ -233,18 +239,21 @@ impl Settings {
         if !(0.0..=100e-3).contains(&self.element_height) {
             return usage(format!(
                 "element_height must be 0 to 0.1 m, is {}",
-                self.element_height
+                short(self.element_height)
             ));
         }
         if let Some(focus) = self.elevation_focus
             && !(1e-3..=10.0).contains(&focus)
         {
-            return usage(format!("elevation_focus must be 0.001 to 10 m, is {focus}"));
+            return usage(format!(
+                "elevation_focus must be 0.001 to 10 m, is {}",
+                short(focus)
+            ));
         }
         if !(0.0..=10.0).contains(&self.attenuation) {
             return usage(format!(
                 "attenuation must be 0 to 10 dB/(cm MHz), is {}",
-                self.attenuation
+                short(self.attenuation)
             ));
         }
         self.check_bytes()
