@@ -206,8 +206,9 @@ fn phase_symmetry_of_the_whole_has_the_hash_of_every_strip() {
 }
 
 /// Cases that are never computed over lanes, or only over those of a beam each.
-const ONE_LANE: [&str; 9] = [
+const ONE_LANE: [&str; 10] = [
     "sqrt",
+    "delay-filter-f32",
     "mv-growing-aperture",
     "mv-depth-gate",
     "envelope",
