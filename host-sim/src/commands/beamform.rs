@@ -19,7 +19,7 @@ use crate::files::image::{self, Format};
 use crate::files::{ChannelData, Lines, Recording, RecordingFile, Samples, Transmits};
 use crate::memory::{self, product};
 use crate::report::figure;
-use crate::terminal::{digits, print, warn};
+use crate::terminal::{digits, print, short, warn};
 use crate::{Error, Result};
 
 /// Beamform channel data: one complex value a beam and depth.
@@ -332,14 +332,17 @@ pub fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<
         (_, Some(end)) if end <= first || end > FAR_BEYOND * last => ("end", end),
         _ if start < first || end > last => {
             return Ok(Some(format!(
-                "{start} m to {end} m are asked for, {holds}; what lies outside is zero"
+                "{} m to {} m are asked for, {holds}; what lies outside is zero",
+                short(start),
+                short(end)
             )));
         }
         _ => return Ok(None),
     };
     let (flag, depth) = flag;
     Err(Error::Usage(format!(
-        "--depth-{flag} is {depth} m; {holds}"
+        "--depth-{flag} is {} m; {holds}",
+        short(depth)
     )))
 }
 
@@ -421,7 +424,8 @@ pub fn image_of<S: Data<Elem = Complex<f32>>>(
     };
     if let Some(depth) = parameters.depth.filter(|&depth| depth <= first) {
         return Err(Error::Usage(format!(
-            "--depth is {depth} m; expected more than {first} m, where the lines begin"
+            "--depth is {} m; expected more than {first} m, where the lines begin",
+            short(depth)
         )));
     }
     let bottom = parameters.depth.unwrap_or(last);

@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::{LENGTHS, check_count, check_positive, out_of_range};
 use crate::files::{ChannelData, Samples};
 use crate::methods::{CHOICES, Choice, DEFAULT_BETA, Options};
+use crate::terminal::short;
 use crate::{Error, Result};
 
 const SECTION: &str = "beamform";
@@ -409,7 +410,7 @@ impl Beamform {
         let to = end.unwrap_or(f64::MAX);
         DepthGate { from, to }.samples(depths).map_err(|_| {
             let edge = |name: &str, edge: Option<f64>| {
-                edge.map(|depth| format!("--adaptive-depth-{name} {depth}"))
+                edge.map(|depth| format!("--adaptive-depth-{name} {}", short(depth)))
             };
             let told: Vec<String> = edge("start", start)
                 .into_iter()
@@ -535,7 +536,10 @@ impl Beamform {
         }
         match self.depth_end {
             Some(end) if !(end > start && end <= deepest) => {
-                let expected = format!("more than the start of {start}, at most {deepest} (m)");
+                let expected = format!(
+                    "more than the start of {}, at most {deepest} (m)",
+                    short(start)
+                );
                 Err(out_of_range(SECTION, "depth_end", end, &expected))
             }
             _ => Ok(()),
@@ -551,7 +555,10 @@ impl Beamform {
         }
         match self.adaptive_depth_end {
             Some(end) if !(end > start && end <= deepest) => {
-                let expected = format!("more than the start of {start}, at most {deepest} (m)");
+                let expected = format!(
+                    "more than the start of {}, at most {deepest} (m)",
+                    short(start)
+                );
                 let key = "adaptive_depth_end";
                 Err(out_of_range(SECTION, key, end, &expected))
             }

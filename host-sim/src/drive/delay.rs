@@ -20,7 +20,7 @@ use super::beams::{self, Beams};
 use super::compound::Compound;
 use crate::config::{Beamform, RfReading};
 use crate::files::{ChannelData, Frame, Samples, Transmits};
-use crate::terminal::digits;
+use crate::terminal::{digits, short};
 use crate::{Error, Result};
 
 /// The delay stage of one set of channel data: which beams, which depths, which elements.
@@ -468,9 +468,11 @@ fn check_rate(rate: f64, data: &ChannelData) -> Result<()> {
         return Ok(());
     }
     Err(Error::Usage(format!(
-        "--output-rate is {rate} Hz; expected more than twice the centre frequency of {} \
+        "--output-rate is {} Hz; expected more than twice the centre frequency of {} \
          Hz and at least 1/{MAX_DECIMATION} of the sampling rate of {} Hz",
-        data.f0, data.fs
+        short(rate),
+        data.f0,
+        data.fs
     )))
 }
 

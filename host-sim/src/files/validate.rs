@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use ndarray::{ArrayBase, Data, Dimension};
 use num_complex::Complex;
 
-use crate::terminal::digits;
+use crate::terminal::{digits, short};
 
 /// Half a kilometre of depth, s: a time beyond it is in another unit, and would not leave a sample's
 /// position its precision.
@@ -17,7 +17,8 @@ pub fn positive(key: &str, value: f64, unit: &str) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "`{key}` is {value}; expected a finite number above 0 ({unit})"
+        "`{key}` is {}; expected a finite number above 0 ({unit})",
+        short(value)
     ))
 }
 
