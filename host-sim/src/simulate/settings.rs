@@ -208,7 +208,7 @@ impl Settings {
             return usage(format!(
                 "fs must be at least 4·f0 = {} Hz, is {}",
                 4.0 * self.f0,
-                self.fs
+                short(self.fs)
             ));
         }
         let last = self.first_beam + (self.beams.max(1) - 1) as f64 * self.beam_step;
@@ -223,7 +223,8 @@ impl Settings {
         if !(self.depth_start > 0.0 && self.depth_end > self.depth_start && self.depth_end <= 0.2) {
             return usage(format!(
                 "depths must satisfy 0 < depth_start < depth_end ≤ 0.2 m, are {} and {}",
-                self.depth_start, self.depth_end
+                short(self.depth_start),
+                short(self.depth_end)
             ));
         }
         if let Some(noise) = self.noise
