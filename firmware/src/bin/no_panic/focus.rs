@@ -28,6 +28,7 @@ fn rf(scan: &Scan) -> Result<(), Error> {
     parameters.hilbert_taps = opaque(1);
     let mut delay = Delay::new(opaque(parameters))?;
     take(delay.set(opaque(parameters)));
+    take(delay.set_in_f32(opaque(parameters)));
     take(delay.parameters());
     let rf = [0.0; 100];
     let record = Record::new(opaque(&rf[..]), opaque(1))?;
