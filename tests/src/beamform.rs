@@ -6,7 +6,7 @@ use bonebeam::geometry::{Active, Aperture, ApertureParameters};
 use bonebeam::{Complex, Error};
 
 use crate::hash;
-use crate::snapshots::{ELEMENTS, SAMPLES, SNAPSHOTS};
+use crate::snapshots::{ELEMENTS, PERIODIC, SAMPLES, SNAPSHOTS};
 
 /// The subaperture's length.
 pub const SUBAPERTURE: usize = ELEMENTS / 2;
@@ -56,12 +56,24 @@ pub const GATED: Case = case("mv-depth-gate", Method::Mv);
 /// The samples of [`GATED`] that are adaptive: the first is amid a block of the time window.
 pub const GATE: core::ops::Range<usize> = 13..38;
 
+/// The case without diagonal loading on [`PERIODIC`], whose covariance no sample's Cholesky factorisation comes
+/// through: MV by the eigenvectors.
+pub const SINGULAR: Case = case("mv-singular", Method::Mv);
+
 /// A case's parameters.
 pub fn parameters(method: Method) -> Parameters {
     Parameters {
         method,
         temporal_half_window: TEMPORAL,
         ..Parameters::default()
+    }
+}
+
+/// The parameters of [`SINGULAR`].
+pub fn unloaded(method: Method) -> Parameters {
+    Parameters {
+        diagonal_loading: 0.0,
+        ..parameters(method)
     }
 }
 
@@ -118,6 +130,10 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     let beamformer = Beamformer::new(parameters(GATED.method))?;
     beamformer.line_within(forward_backward, line, growing()?, GATE, z)?;
     report(GATED.name, hash::complex(z));
+    let line = AlignedLine::new(&PERIODIC, ELEMENTS)?;
+    let beamformer = Beamformer::new(unloaded(SINGULAR.method))?;
+    beamformer.line(forward_backward, line, all, z)?;
+    report(SINGULAR.name, hash::complex(z));
     Ok(())
 }
 

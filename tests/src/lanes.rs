@@ -5,7 +5,7 @@ use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Run, Slices, WorkspaceView};
+use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Run, Slices, WorkspaceView};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::image::median;
 use bonebeam::phase_symmetry::{
@@ -14,7 +14,7 @@ use bonebeam::phase_symmetry::{
 use bonebeam::simd::{ComplexVector, InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};
 
-use crate::snapshots::{ELEMENTS, SAMPLES, SNAPSHOTS};
+use crate::snapshots::{ELEMENTS, PERIODIC, SAMPLES, SNAPSHOTS};
 use crate::{beamform, delay, hash, image, iq, phase_symmetry};
 
 /// Runs every case that is computed over lanes with `set`, and reports its name and its hash: the
@@ -37,11 +37,16 @@ impl Task for Cases<'_> {
         let report = self.report;
         delay_lines(zero, report)?;
         for case in beamform::FORWARD_BACKWARD {
-            beamformer::<ForwardBackward, V>(zero, case, report)?;
+            let parameters = beamform::parameters(case.method);
+            beamformer::<ForwardBackward, V>(zero, case.name, parameters, &SNAPSHOTS, report)?;
         }
         for case in beamform::FORWARD {
-            beamformer::<Forward, V>(zero, case, report)?;
+            let parameters = beamform::parameters(case.method);
+            beamformer::<Forward, V>(zero, case.name, parameters, &SNAPSHOTS, report)?;
         }
+        let beamform::Case { name, method } = beamform::SINGULAR;
+        let parameters = beamform::unloaded(method);
+        beamformer::<ForwardBackward, V>(zero, name, parameters, &PERIODIC, report)?;
         smooth(zero, report)?;
         strips(zero, report)
     }
@@ -62,10 +67,12 @@ fn delay_lines<V: Vector>(zero: V, report: &mut dyn FnMut(&str, u64)) -> Result<
 /// The other lanes start elsewhere in the sequence, so that no lane does what another does.
 fn beamformer<A: Averaging<V>, V: Vector>(
     zero: V,
-    case: beamform::Case,
+    name: &str,
+    parameters: Parameters,
+    x: &[Complex<f32>],
     report: &mut dyn FnMut(&str, u64),
 ) -> Result<(), Error> {
-    let beamformer = Beamformer::new(beamform::parameters(case.method))?;
+    let beamformer = Beamformer::new(parameters)?;
     let sizes = beamformer.sizes(ELEMENTS);
     let lengths = sizes.lengths(A::COVARIANCE);
     let slices = Slices {
@@ -74,7 +81,7 @@ fn beamformer<A: Averaging<V>, V: Vector>(
         reals: &mut vec![zero; lengths.reals],
     };
     let mut workspace = WorkspaceView::<A, V>::new(zero, sizes, slices)?;
-    let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS)?;
+    let line = AlignedLine::new(x, ELEMENTS)?;
     for place in [0, (V::LANES - 1) / 2, V::LANES - 1] {
         let runs: Vec<Run<'_>> = (0..V::LANES)
             .map(|lane| Run {
@@ -89,7 +96,7 @@ fn beamformer<A: Averaging<V>, V: Vector>(
             .collect();
         let mut out: Vec<_> = z.iter_mut().map(Vec::as_mut_slice).collect();
         beamformer.runs(&mut workspace, &runs, ELEMENTS, &mut out)?;
-        report(case.name, hash::complex(&z[place]));
+        report(name, hash::complex(&z[place]));
     }
     Ok(())
 }

@@ -19,6 +19,18 @@ pub const BYTES: &[u8; 8 * LENGTH] = include_bytes!("../golden/snapshots_m32.bin
 /// The sequence, row-major `[sample][element]`.
 pub static SNAPSHOTS: [Complex<f32>; LENGTH] = decode();
 
+/// The first four elements' samples over and over again along the array: covariances of rank 4 at most.
+pub static PERIODIC: [Complex<f32>; LENGTH] = {
+    let mut x = decode();
+    let mut n = 0;
+    while n < LENGTH {
+        let element = n % ELEMENTS;
+        x[n] = x[n - element + element % 4];
+        n += 1;
+    }
+    x
+};
+
 /// Its real parts: numbers for the stages that take real ones.
 pub static REAL_PARTS: [f32; LENGTH] = {
     let x = decode();

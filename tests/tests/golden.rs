@@ -10,7 +10,7 @@ use bonebeam::beamform::Method;
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Axis};
 use bonebeam::simd::InstructionSet;
-use bonebeam_tests::snapshots::{self, ELEMENTS, REAL_PARTS, SAMPLES, SNAPSHOTS};
+use bonebeam_tests::snapshots::{self, ELEMENTS, PERIODIC, REAL_PARTS, SAMPLES, SNAPSHOTS};
 use bonebeam_tests::{Workspaces, beamform, delay, hash, image, lanes, phase_symmetry, sqrt};
 use common::lines::{Line, scalar};
 use host_sim::reference::f32 as reference;
@@ -119,8 +119,8 @@ fn write_snapshots() {
         .expect("a file that can be written");
 }
 
-fn snapshot_line(active: impl Fn(usize) -> Active) -> Line {
-    let x = Array2::from_shape_vec((SAMPLES, ELEMENTS), SNAPSHOTS.to_vec());
+fn line_of(x: &[Complex<f32>], active: impl Fn(usize) -> Active) -> Line {
+    let x = Array2::from_shape_vec((SAMPLES, ELEMENTS), x.to_vec());
     Line {
         x: x.expect("the sequence's shape"),
         active: (0..SAMPLES).map(active).collect(),
@@ -140,14 +140,15 @@ fn the_scalar_beamformers_have_the_hashes() {
         let z = scalar(line, beamform::parameters(case.method), covariance);
         assert_eq!(hash::complex(&z), recorded(case.name), "{}", case.name);
     };
-    let line = snapshot_line(all);
+    let line = line_of(&SNAPSHOTS, all);
     for case in beamform::FORWARD_BACKWARD {
         check(case, &line, Covariance::ForwardBackward);
     }
     for case in beamform::FORWARD {
         check(case, &line, Covariance::Forward);
     }
-    let growing = snapshot_line(beamform::growing().expect("a valid aperture"));
+    let growing = beamform::growing().expect("a valid aperture");
+    let growing = line_of(&SNAPSHOTS, growing);
     check(beamform::GROWING, &growing, Covariance::ForwardBackward);
     let of = |method| {
         let parameters = beamform::parameters(method);
@@ -156,6 +157,10 @@ fn the_scalar_beamformers_have_the_hashes() {
     let (mut z, adaptive) = (of(Method::Das), of(beamform::GATED.method));
     z[beamform::GATE].copy_from_slice(&adaptive[beamform::GATE]);
     assert_eq!(hash::complex(&z), recorded(beamform::GATED.name));
+    let singular = line_of(&PERIODIC, all);
+    let parameters = beamform::unloaded(beamform::SINGULAR.method);
+    let z = scalar(&singular, parameters, Covariance::ForwardBackward);
+    assert_eq!(hash::complex(&z), recorded(beamform::SINGULAR.name));
 }
 
 #[test]

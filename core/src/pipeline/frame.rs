@@ -9,6 +9,7 @@ use crate::focus::{Delay, Stage};
 use crate::geometry::{Transmit, Widths};
 use crate::image::envelope;
 use crate::phase_symmetry::{External, Kernels, LogGabor, Microfft, StripSlices};
+use crate::simd::first;
 use crate::{Complex, Error};
 
 /// A [`Pipeline`] of RF or I/Q with memory to work in: one frame after another, a line at a time, one output at a
@@ -92,10 +93,10 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
         } = sizes.parts;
         check_length("real memory", memory.real.len(), sizes.real)?;
         check_length("complex memory", memory.complex.len(), sizes.complex)?;
-        let (envelopes, rest) = memory.real.split_at_mut(envelopes);
-        let (widths, rest) = rest.split_at_mut(widths);
-        let (image, rest) = rest.split_at_mut(pixels);
-        let (map, work) = rest.split_at_mut(pixels);
+        let mut work = memory.real;
+        let envelopes = first(&mut work, envelopes);
+        let widths = first(&mut work, widths);
+        let [image, map] = [(); 2].map(|()| first(&mut work, pixels));
         envelopes.fill(0.0);
         image.fill(0.0);
         Ok(Frame {
@@ -132,19 +133,19 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
             ..
         } = self.pipeline.sizes().parts;
         let lines = self.pipeline.lines().scan().lines();
-        let Some(envelopes) = self.envelopes.chunks_exact_mut(samples).nth(line) else {
+        let Some(envelopes) = self.envelopes.chunks_exact_mut(samples.max(1)).nth(line) else {
             return Err(Error::Capacity {
                 name: "line",
                 actual: line,
                 capacity: lines.saturating_sub(1),
             });
         };
-        let (aligned, rest) = self.complex.split_at_mut(aligned);
-        let (z, _) = rest.split_at_mut(samples);
+        let (mut work, mut complex) = (&mut *self.work, &mut *self.complex);
         let memory = LineMemory {
-            scratch: &mut self.work[..scratch],
-            aligned,
+            scratch: first(&mut work, scratch),
+            aligned: first(&mut complex, aligned),
         };
+        let z = first(&mut complex, samples);
         let pipeline = self.pipeline.lines();
         let foot = Widths::foot(pipeline.scan(), line);
         let active = |sample| self.widths.active(foot, sample);
@@ -158,7 +159,8 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     /// # Errors
     /// None: lines are finite.
     pub fn image(&mut self) -> Result<&[f32], Error> {
-        let work = &mut self.work[..self.pipeline.sizes().parts.b_mode];
+        let mut work = &mut *self.work;
+        let work = first(&mut work, self.pipeline.sizes().parts.b_mode);
         let b_mode = self.pipeline.b_mode();
         b_mode.image(0.0f32, self.envelopes, work, self.image)?;
         Ok(self.image)
@@ -177,16 +179,15 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
             side,
             ..
         } = self.pipeline.sizes().parts;
-        let (mut spectrum, rest) = self.work.split_at_mut(spectrum);
-        let (mut filtered, rest) = rest.split_at_mut(2 * pixels);
-        let (mut amplitude, rest) = rest.split_at_mut(pixels);
-        let (strip, rest) = rest.split_at_mut(strip);
-        let (sums, rest) = rest.split_at_mut(strip.len());
+        let (mut work, mut complex) = (&mut *self.work, &mut *self.complex);
+        let mut spectrum = first(&mut work, spectrum);
+        let mut filtered = first(&mut work, 2 * pixels);
+        let mut amplitude = first(&mut work, pixels);
         let mut buffers = StripSlices {
-            strip,
-            sums,
-            line: &mut self.complex[..side],
-            gains: &mut rest[..side],
+            strip: first(&mut work, strip),
+            sums: first(&mut work, strip),
+            line: first(&mut complex, side),
+            gains: first(&mut work, side),
         };
         let mut external = External {
             image: &mut &*self.image,

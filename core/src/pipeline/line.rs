@@ -354,7 +354,11 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             // What the stretch before read, too, goes to the front.
             let kept = (held.end - needed.start) * elements.get();
             let from = (needed.start - held.start) * elements.get();
-            aligned.copy_within(from..from + kept, 0);
+            if let Some(before) = aligned.get_mut(..from + kept)
+                && from <= before.len()
+            {
+                before.copy_within(from.., 0);
+            }
             let (Some(x), Some(scratch)) = (
                 aligned.get_mut(..needed.len() * elements.get()),
                 scratch.get_mut(..self.delay.scratch_len(1, needed.end - held.end)),
@@ -372,7 +376,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             self.align_stretch(0.0f32, place, transmits.clone(), scratch, new)?;
             let x = AlignedLine::stretch(x, elements, (needed.start, samples), largest);
             let out = z.get_mut(own.clone()).unwrap_or_default();
-            let within = |sample: usize| sample.clamp(own.start, own.end) - own.start;
+            let within = |sample: usize| sample.max(own.start).min(own.end) - own.start;
             let adaptive = within(self.adaptive.start)..within(self.adaptive.end);
             if adaptive.len() == own.len() {
                 self.beamformer

@@ -81,12 +81,18 @@ impl Delay {
             self.put(zero, scratch.lines, &destination, scratch.rows, out);
         }
         if line.compounding == Compounding::Replace {
-            let end = line.active.first + line.active.count;
-            for row in out.chunks_exact_mut(self.parameters.elements.max(1)) {
-                for outside in [0..line.active.first, end..row.len()] {
-                    let outside = row.get_mut(outside).unwrap_or_default();
-                    outside.fill(Complex::new(0.0, 0.0));
-                }
+            self.clear_outside(line, out);
+        }
+    }
+
+    /// Zeros for the elements that are not active.
+    #[inline(always)]
+    pub(super) fn clear_outside(&self, line: &ScanLine, out: &mut [Complex<f32>]) {
+        let end = line.active.first + line.active.count;
+        for row in out.chunks_exact_mut(self.parameters.elements.max(1)) {
+            for outside in [0..line.active.first, end..row.len()] {
+                let outside = row.get_mut(outside).unwrap_or_default();
+                outside.fill(Complex::new(0.0, 0.0));
             }
         }
     }

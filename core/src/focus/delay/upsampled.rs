@@ -13,7 +13,7 @@ use super::groups::Group;
 use super::{Compounding, Delay, FAR, ScanLine, check_line};
 use crate::error::check_length;
 use crate::focus::interpolate::MOST_TAPS;
-use crate::simd::{PARTIAL_SUMS, Vector, load};
+use crate::simd::{PARTIAL_SUMS, Vector, copy, first, load};
 use crate::{Complex, Error};
 
 /// Samples that are made of each recorded one.
@@ -130,21 +130,29 @@ impl<'a> Upsampled<'a> {
                 // Zeros before and behind, as far as the filter reaches.
                 let taps = self.taps();
                 scratch.fill(0.0);
-                scratch[taps..taps + samples.len()].copy_from_slice(samples);
+                let (Some(filter), Some(within)) = (
+                    self.filter.get(..taps),
+                    scratch.get_mut(taps..taps + samples.len()),
+                ) else {
+                    return;
+                };
+                copy(samples, within);
                 for (block, record) in record.chunks_mut(BLOCKS * UPSAMPLING).enumerate() {
-                    let under = &scratch[block * BLOCKS..][..taps + BLOCKS - 1];
+                    let Some(under) = scratch.get(block * BLOCKS..) else {
+                        return;
+                    };
+                    let (rows, _) = record.as_chunks_mut::<UPSAMPLING>();
                     for at in (0..UPSAMPLING).step_by(V::LANES) {
                         let mut sums = [zero; BLOCKS];
                         let samples = under.array_windows::<BLOCKS>();
-                        for (filter, samples) in self.filter[..taps].iter().zip(samples) {
+                        for (filter, samples) in filter.iter().zip(samples) {
                             let h = load(zero, &filter[at..]);
                             for j in 0..BLOCKS {
                                 sums[j] = sums[j] + zero.splat(samples[j]) * h;
                             }
                         }
-                        let rows = record.chunks_exact_mut(UPSAMPLING);
-                        for (row, sum) in rows.zip(&sums) {
-                            row[at..at + V::LANES].copy_from_slice(sum.lanes());
+                        for (row, sum) in rows.iter_mut().zip(&sums) {
+                            copy(sum.lanes(), &mut row[at..at + V::LANES]);
                         }
                     }
                 }
@@ -210,7 +218,8 @@ impl<'a> Upsampled<'a> {
                 let units = zero.splat(UNITS_A_SAMPLE as f32);
                 let (far, ahead) = (zero.splat(FAR as f32), zero.splat(lag.ahead()));
                 let most = zero.splat(FARTHEST as f32 / 2.0);
-                for (block, lags) in lags.chunks_exact_mut(PARTIAL_SUMS).enumerate() {
+                let (blocks, _) = lags.as_chunks_mut::<PARTIAL_SUMS>();
+                for (block, lags) in blocks.iter_mut().enumerate() {
                     for (k, depth) in depths.iter_mut().enumerate() {
                         let n = (block * PARTIAL_SUMS + k) as f64;
                         let t = p.output_start + (n - reach) / p.output_rate;
@@ -287,11 +296,12 @@ impl<'a> Upsampled<'a> {
         check_line(line, p.elements, p.sound_speed, &[])?;
         let line_len = self.line_len();
         check_length("lines", lines.len(), line.active.count * line_len)?;
-        let (rows, _) = scratch.split_at_mut(V::LANES * p.rows());
+        let mut scratch = scratch;
+        let rows = first(&mut scratch, V::LANES * p.rows());
         let half = V::LANES.div_ceil(2);
-        for (k, lines) in lines.chunks(V::LANES * line_len).enumerate() {
+        for (k, lines) in lines.chunks((V::LANES * line_len).max(1)).enumerate() {
             let start = line.active.first + k * V::LANES;
-            let end = start + lines.len() / line_len;
+            let end = start + lines.len() / line_len.max(1);
             let middle = (start + half).min(end);
             let group = Group {
                 left: start..middle,
@@ -305,11 +315,7 @@ impl<'a> Upsampled<'a> {
             };
             self.delay.put(zero, lines, &destination, rows, out);
         }
-        let end = line.active.first + line.active.count;
-        for row in out.chunks_exact_mut(p.elements) {
-            row[..line.active.first].fill(Complex::new(0.0, 0.0));
-            row[end..].fill(Complex::new(0.0, 0.0));
-        }
+        self.delay.clear_outside(line, out);
         Ok(())
     }
 }

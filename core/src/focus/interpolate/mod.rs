@@ -214,7 +214,7 @@ impl Interpolator {
         let scaled = fraction * self.phases as f32;
         let row = (scaled as usize).min(self.phases - 1);
         let weight = scaled - row as f32;
-        let mut rows = self.table.0.as_flattened().chunks_exact(self.taps());
+        let mut rows = self.table.0.as_flattened().chunks_exact(self.taps().max(1));
         let here = rows.nth(row).unwrap_or_default();
         let next = rows.next().unwrap_or_default();
         let pairs = here.iter().zip(next);

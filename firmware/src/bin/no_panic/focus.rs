@@ -3,8 +3,8 @@
 use crate::geometry::{arrays, axis, parameters, transmit};
 use crate::{opaque, take};
 use bonebeam::focus::{
-    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
-    IqSamples, Record, ScanLine, hilbert_taps,
+    Compounding, Contribution, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading,
+    IqRecord, IqSamples, Record, ScanLine, Upsampled, hilbert_taps,
 };
 use bonebeam::geometry::{Lines, Scan};
 use bonebeam::{Complex, Error};
@@ -16,6 +16,7 @@ pub fn all() {
     for array in arrays(&x) {
         if let Ok(scan) = Scan::new(parameters(array, Lines::Even(axis()))) {
             take(rf(&scan));
+            take(upsampled(&scan));
             take(iq(&scan));
         }
     }
@@ -44,6 +45,28 @@ fn rf(scan: &Scan) -> Result<(), Error> {
         scratch,
         out,
     )
+}
+
+fn upsampled(scan: &Scan) -> Result<(), Error> {
+    let delay = Delay::new(opaque(DelayParameters::of(scan)))?;
+    let upsampled = Upsampled::new(&delay)?;
+    take((upsampled.record_len(), upsampled.scratch_len()));
+    take(upsampled.line_len());
+    let (mut reals, mut places) = ([[0.0; 100]; 4], [[0; 100]; 2]);
+    let [samples, scratch, record, values] = opaque(reals.each_mut().map(|x| &mut x[..]));
+    let [centre, lags] = opaque(places.each_mut().map(|x| &mut x[..]));
+    let line = line(scan);
+    take(upsampled.record(0.0f32, samples, scratch, record));
+    take(upsampled.centre(&line, centre));
+    take(upsampled.lags(0.0f32, &line, opaque(1), lags));
+    let contribution = Contribution {
+        record,
+        centre,
+        lags,
+    };
+    take(upsampled.add(0.0f32, &contribution, values));
+    let mut out = [Complex::ZERO; 100];
+    upsampled.analytic(0.0f32, &line, values, scratch, opaque(&mut out[..]))
 }
 
 fn iq(scan: &Scan) -> Result<(), Error> {

@@ -24,6 +24,7 @@ mod focus;
 mod geometry;
 mod image;
 mod phase_symmetry;
+mod pipeline;
 
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
@@ -35,6 +36,7 @@ fn main() -> ! {
     beamform::all();
     image::all();
     phase_symmetry::all();
+    pipeline::all();
     loop {
         cortex_m::asm::wfi();
     }

@@ -1,0 +1,120 @@
+//! The pipelines.
+
+use crate::geometry::{arrays, axis, parameters as scan_parameters, transmit};
+use crate::{opaque, take};
+use bonebeam::beamform::{self, Method, Workspace, WorkspaceView};
+use bonebeam::focus::{Delay, DelayParameters, IqLayout, IqRecord, IqSamples, Record, Stage};
+use bonebeam::geometry::{Lines, Scan};
+use bonebeam::phase_symmetry::LogGaborTables;
+use bonebeam::pipeline::{
+    DepthGate, Frame, IqInput, LineMemory, LinePipeline, Memory, MemoryView, Parameters, Pipeline,
+};
+use bonebeam::{Complex, Error};
+
+/// Calls all of it.
+pub fn all() {
+    take(opaque(Memory::<64, 64>::new()).view().real);
+    let (x, scales) = ([0.0; 5], [0.1; 5]);
+    for array in arrays(&x) {
+        let parameters = Parameters {
+            scan: scan_parameters(array, Lines::Even(axis())),
+            beamformer: opaque(beamform::Parameters {
+                method: Method::EsmvBeta(0.5),
+                ..beamform::Parameters::DEFAULT
+            }),
+            rows: opaque(64),
+            columns: opaque(64),
+            dynamic_range: opaque(50.0),
+            median: opaque(true),
+            scales: opaque(&scales[..]),
+            threshold: opaque(1.0),
+            strip: opaque(1),
+            stretch: opaque(1),
+        };
+        take((parameters.sizes(), parameters.sizes_of_iq()));
+        take(rf(parameters));
+        take(iq(parameters));
+    }
+}
+
+fn rf(parameters: Parameters) -> Result<(), Error> {
+    let samples = [0.0; 100];
+    let record = Record::new(opaque(&samples[..]), opaque(1))?;
+    take(frames(
+        &Pipeline::new(parameters)?.with_gate(gate())?,
+        &record,
+    ));
+    let scan = Scan::new(parameters.scan)?;
+    let delay = Delay::new(opaque(DelayParameters::of(&scan)))?;
+    take(frames(&Pipeline::by(&delay, parameters)?, &record));
+    take(lines(
+        &LinePipeline::by(&delay, scan, parameters.beamformer)?,
+        &record,
+    ));
+    lines(&LinePipeline::new(scan, parameters.beamformer)?, &record)
+}
+
+fn iq(parameters: Parameters) -> Result<(), Error> {
+    let input = IqInput {
+        demodulation_frequency: opaque(1.0),
+        reading: opaque(None),
+    };
+    let samples = [Complex::ZERO; 100];
+    let samples = IqSamples::Float(opaque(&samples[..]));
+    let record = IqRecord::new(samples, opaque(IqLayout::Planar), opaque(1))?;
+    take(frames(&Pipeline::of_iq(parameters, input)?, &record));
+    let scan = Scan::of_iq(parameters.scan)?;
+    lines(
+        &LinePipeline::of_iq(scan, input, parameters.beamformer)?,
+        &record,
+    )
+}
+
+fn gate() -> DepthGate {
+    let [from, to] = opaque([1.0, 2.0]);
+    DepthGate { from, to }
+}
+
+fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Result<(), Error> {
+    take((
+        pipeline.lines(),
+        pipeline.b_mode(),
+        pipeline.phase_symmetry(),
+        pipeline.sizes(),
+    ));
+    let (mut real, mut complex) = ([0.0; 100], [Complex::ZERO; 100]);
+    let mut tables = LogGaborTables::new();
+    let memory = MemoryView {
+        real: opaque(&mut real[..]),
+        complex: opaque(&mut complex[..]),
+        tables: opaque(&mut tables),
+    };
+    let mut frame = Frame::new(pipeline, memory)?;
+    let mut workspace = Workspace::<16, 8, 1>::new();
+    let transmits = [(transmit(), record)];
+    take(frame.line(opaque(1), opaque(transmits), &mut workspace.view())?);
+    take(frame.image()?);
+    Ok(())
+}
+
+fn lines<'r, D: Stage>(pipeline: &LinePipeline<D>, record: &'r D::Record<'r>) -> Result<(), Error> {
+    take((
+        pipeline.adaptive(),
+        pipeline.scan(),
+        pipeline.delay(),
+        pipeline.beamformer(),
+    ));
+    take((
+        pipeline.scratch_len(opaque(1)),
+        pipeline.aligned_len(),
+        pipeline.lengths(opaque(1)),
+    ));
+    let (mut scratch, mut aligned, mut z) =
+        ([0.0; 100], [Complex::ZERO; 100], [Complex::ZERO; 100]);
+    let (scratch, aligned) = (opaque(&mut scratch[..]), opaque(&mut aligned[..]));
+    let transmits = opaque([(transmit(), record)]);
+    take(pipeline.align(0.0f32, opaque(1), transmits, scratch, aligned));
+    let memory = LineMemory { scratch, aligned };
+    let mut view = WorkspaceView::empty(0.0f32);
+    pipeline.line(opaque(1), transmits, memory, &mut view, opaque(&mut z[..]))
+}
