@@ -8,9 +8,8 @@
 //! allocates nothing, never panics and returns the same bits on every target: `+ − × ÷ √` in a fixed
 //! order, `libm` by path for everything else.
 //!
-//! That they never panic, the linker shows of [`geometry`], [`focus`] (but for [`focus::Upsampled`]),
-//! [`beamform`], [`image`] and the Fourier transforms, for one lane, optimised: no call of a panic is left.
-//! The filters of [`phase_symmetry`], [`pipeline`], and vectors of several lanes are tested.
+//! That they never panic, the linker shows of all but the filters of [`phase_symmetry`], for one lane,
+//! optimised: no call of a panic is left. Those filters, and vectors of several lanes, are tested.
 //! An overflow that the debug profile would tell of is tested, too.
 
 #![no_std]

@@ -4,10 +4,9 @@
 //! time. What ends in a panic calls a function that is nowhere, so the linker refuses the image where the
 //! optimiser has not shown that it is never reached. The image is linked, never run.
 //!
-//! Not in it, since panic call sites are left there that are never reached: upsampled records, the filters
-//! of phase symmetry (`PhaseSymmetry` and its steps, `GainTables`), which took more than 3 % longer without
-//! them, and the pipeline, which joins the stages. Nor the wording of an error, which is the standard
-//! library's.
+//! Not in it, since panic call sites are left there that are never reached: the filters of phase symmetry
+//! (`PhaseSymmetry` and its steps, `GainTables`), which took more than 3 % longer without them, and with
+//! them the pipeline's bone map. Nor the wording of an error, which is the standard library's.
 //!
 //! What is left is found by giving the function an address, and looking for the calls:
 //!
