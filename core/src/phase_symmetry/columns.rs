@@ -4,7 +4,7 @@ use super::bank::PhaseSymmetry;
 use super::external::{ReadAt, WriteAt};
 use super::fft::{Fft, inverse, opposite};
 use super::gains::{Gains, LaneColumns};
-use super::lines::{groups, load_partial, store_partial};
+use super::lines::{in_groups, load_partial, store_partial};
 use super::log_gabor::ORIENTATIONS;
 use super::memory::StripSlices;
 use super::strip::Kernels;
@@ -117,28 +117,32 @@ impl<'a> Half<'a> {
         let line = &mut memory.line[..rows];
         let gains = &mut memory.gains[..rows];
         let out = &mut *memory.sums;
-        for (first, lanes) in groups::<V>(self.columns.len()) {
-            let group = LaneColumns {
-                first: self.columns.start + first,
-                lanes,
-                mirrored: self.mirrored,
-            };
-            if (0..lanes).all(|k| self.column(group, k).is_none()) {
-                continue;
-            }
-            if lanes < V::LANES {
-                gains.fill(zero);
-            }
-            let (scale, orientation) = (filter / ORIENTATIONS.len(), filter % ORIENTATIONS.len());
-            let bank = self.bank;
-            kernels.gains.fill(bank, scale, orientation, group, gains);
-            self.invert(zero, kernels.fft, strip, group, gains, line);
-            if V::LANES > 1 && bank.strip.is_multiple_of(V::LANES) {
-                self.store_squares(zero, group, line, out);
-            } else {
-                self.store_lanes(zero, group, line, out);
-            }
-        }
+        let (scale, orientation) = (filter / ORIENTATIONS.len(), filter % ORIENTATIONS.len());
+        in_groups::<V>(
+            self.columns.len(),
+            #[inline(always)]
+            |first, lanes| {
+                let group = LaneColumns {
+                    first: self.columns.start + first,
+                    lanes,
+                    mirrored: self.mirrored,
+                };
+                if (0..lanes).all(|k| self.column(group, k).is_none()) {
+                    return;
+                }
+                if lanes < V::LANES {
+                    gains.fill(zero);
+                }
+                let bank = self.bank;
+                kernels.gains.fill(bank, scale, orientation, group, gains);
+                self.invert(zero, kernels.fft, strip, group, gains, line);
+                if V::LANES > 1 && bank.strip.is_multiple_of(V::LANES) {
+                    self.store_squares(zero, group, line, out);
+                } else {
+                    self.store_lanes(zero, group, line, out);
+                }
+            },
+        );
     }
 
     /// The column in a lane, if it is wanted.

@@ -2,12 +2,18 @@
 
 use crate::simd::Vector;
 
-/// How `lines` lines go into the lanes of vectors: the first of each vector, and how many.
+/// Puts `lines` lines into the lanes of vectors: `work` is told the first line of each vector, and how
+/// many there are in it. It is compiled twice, for whole vectors and for the rest, so that the former are
+/// read and written by single instructions.
 #[inline(always)]
-pub(super) fn groups<V: Vector>(lines: usize) -> impl Iterator<Item = (usize, usize)> {
-    (0..lines)
-        .step_by(V::LANES)
-        .map(move |first| (first, (lines - first).min(V::LANES)))
+pub(super) fn in_groups<V: Vector>(lines: usize, mut work: impl FnMut(usize, usize)) {
+    let whole = lines / V::LANES * V::LANES;
+    for first in (0..whole).step_by(V::LANES) {
+        work(first, V::LANES);
+    }
+    if whole < lines {
+        work(whole, lines - whole);
+    }
 }
 
 /// The first `lanes` numbers from place `at` on, in the lanes of a vector that is otherwise `rest`.

@@ -4,7 +4,7 @@ use super::bank::PhaseSymmetry;
 use super::external::{ReadAt, WriteAt};
 use super::fft::{Fft, inverse};
 use super::gains::Gains;
-use super::lines::{groups, load_partial, store_partial};
+use super::lines::{in_groups, load_partial, store_partial};
 use super::memory::StripSlices;
 use super::strip::Kernels;
 use crate::Error;
@@ -76,34 +76,38 @@ impl PhaseSymmetry {
         let line = &mut memory.line[..columns];
         let scale = zero.splat(1.0 / columns as f32);
         let threshold = zero.splat(self.threshold);
-        for (first, lanes) in groups::<V>(height) {
-            let (re, im) = (&strip[first..], &strip[height + first..]);
-            inverse(
-                kernels.fft,
-                #[inline(always)]
-                |column| {
-                    let at = 2 * self.filtered_place(column) * height;
-                    Complex {
-                        re: load_partial(zero, re, at, lanes),
-                        im: load_partial(zero, im, at, lanes),
-                    }
-                },
-                line,
-            );
-            let sums = above
-                .chunks_exact_mut(height)
-                .zip(below.chunks_exact_mut(height));
-            for (c, (above, below)) in line.iter().zip(sums) {
-                let (e, o) = (c.re * scale, c.im * scale);
-                let excess = e - o.abs() - threshold;
-                let excess = V::select(zero.less(excess), excess, zero);
-                let numerator = load_partial(zero, above, first, lanes) + excess;
-                store_partial(numerator, above, first, lanes);
-                let modulus = (e * e + o * o).sqrt();
-                let denominator = load_partial(zero, below, first, lanes) + modulus;
-                store_partial(denominator, below, first, lanes);
-            }
-        }
+        in_groups::<V>(
+            height,
+            #[inline(always)]
+            |first, lanes| {
+                let (re, im) = (&strip[first..], &strip[height + first..]);
+                inverse(
+                    kernels.fft,
+                    #[inline(always)]
+                    |column| {
+                        let at = 2 * self.filtered_place(column) * height;
+                        Complex {
+                            re: load_partial(zero, re, at, lanes),
+                            im: load_partial(zero, im, at, lanes),
+                        }
+                    },
+                    line,
+                );
+                let sums = above
+                    .chunks_exact_mut(height)
+                    .zip(below.chunks_exact_mut(height));
+                for (c, (above, below)) in line.iter().zip(sums) {
+                    let (e, o) = (c.re * scale, c.im * scale);
+                    let excess = e - o.abs() - threshold;
+                    let excess = V::select(zero.less(excess), excess, zero);
+                    let numerator = load_partial(zero, above, first, lanes) + excess;
+                    store_partial(numerator, above, first, lanes);
+                    let modulus = (e * e + o * o).sqrt();
+                    let denominator = load_partial(zero, below, first, lanes) + modulus;
+                    store_partial(denominator, below, first, lanes);
+                }
+            },
+        );
     }
 }
 

@@ -4,7 +4,7 @@ use super::bank::PhaseSymmetry;
 use super::external::{ReadAt, WriteAt};
 use super::fft::Fft;
 use super::gains::Gains;
-use super::lines::{groups, load_partial, store_partial};
+use super::lines::{in_groups, load_partial, store_partial};
 use super::memory::StripSlices;
 use super::strip::Kernels;
 use crate::Error;
@@ -76,32 +76,36 @@ impl PhaseSymmetry {
     ) {
         let length = line.len();
         let height = pixels.len() / length;
-        for (first, lanes) in groups::<V>(height) {
-            fft.transform(
-                #[inline(always)]
-                |n| {
-                    let mut re = zero;
-                    for (k, pixel) in re.lanes_mut().iter_mut().enumerate().take(lanes) {
-                        *pixel = pixels[(first + k) * length + n];
-                    }
-                    Complex { re, im: zero }
-                },
-                line,
-            );
-            for columns in self.column_strips() {
-                let width = columns.len();
-                let piece = &mut strip[2 * height * columns.start..];
-                let rows = piece.chunks_exact_mut(2 * width).skip(first);
-                for (k, row) in rows.enumerate().take(lanes) {
-                    let (re, im) = row.split_at_mut(width);
-                    let bins = &line[columns.clone()];
-                    for ((re, im), bin) in re.iter_mut().zip(im).zip(bins) {
-                        *re = bin.re.lanes()[k];
-                        *im = bin.im.lanes()[k];
+        in_groups::<V>(
+            height,
+            #[inline(always)]
+            |first, lanes| {
+                fft.transform(
+                    #[inline(always)]
+                    |n| {
+                        let mut re = zero;
+                        for (k, pixel) in re.lanes_mut().iter_mut().enumerate().take(lanes) {
+                            *pixel = pixels[(first + k) * length + n];
+                        }
+                        Complex { re, im: zero }
+                    },
+                    line,
+                );
+                for columns in self.column_strips() {
+                    let width = columns.len();
+                    let piece = &mut strip[2 * height * columns.start..];
+                    let rows = piece.chunks_exact_mut(2 * width).skip(first);
+                    for (k, row) in rows.enumerate().take(lanes) {
+                        let (re, im) = row.split_at_mut(width);
+                        let bins = &line[columns.clone()];
+                        for ((re, im), bin) in re.iter_mut().zip(im).zip(bins) {
+                            *re = bin.re.lanes()[k];
+                            *im = bin.im.lanes()[k];
+                        }
                     }
                 }
-            }
-        }
+            },
+        );
     }
 
     /// Transforms the columns of the half spectrum, in place.
@@ -136,20 +140,24 @@ fn transform_strip_of_columns<V: Vector, F: Fft<V>>(
     width: usize,
     line: &mut [Complex<V>],
 ) {
-    for (first, lanes) in groups::<V>(width) {
-        fft.transform(
-            #[inline(always)]
-            |row| Complex {
-                re: load_partial(zero, strip, 2 * row * width + first, lanes),
-                im: load_partial(zero, strip, (2 * row + 1) * width + first, lanes),
-            },
-            line,
-        );
-        for (rows, bin) in strip.chunks_exact_mut(2 * width).zip(&*line) {
-            store_partial(bin.re, rows, first, lanes);
-            store_partial(bin.im, rows, width + first, lanes);
-        }
-    }
+    in_groups::<V>(
+        width,
+        #[inline(always)]
+        |first, lanes| {
+            fft.transform(
+                #[inline(always)]
+                |row| Complex {
+                    re: load_partial(zero, strip, 2 * row * width + first, lanes),
+                    im: load_partial(zero, strip, (2 * row + 1) * width + first, lanes),
+                },
+                line,
+            );
+            for (rows, bin) in strip.chunks_exact_mut(2 * width).zip(&*line) {
+                store_partial(bin.re, rows, first, lanes);
+                store_partial(bin.im, rows, width + first, lanes);
+            }
+        },
+    );
 }
 
 fn check_pixels(pixels: &[f32], offset: usize) -> Result<(), Error> {
