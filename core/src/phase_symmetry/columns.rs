@@ -127,7 +127,7 @@ impl<'a> Half<'a> {
                     lanes,
                     mirrored: self.mirrored,
                 };
-                if (0..lanes).all(|k| self.column(group, k).is_none()) {
+                if self.lanes(group).is_empty() {
                     return;
                 }
                 if lanes < V::LANES {
@@ -143,13 +143,6 @@ impl<'a> Half<'a> {
                 }
             },
         );
-    }
-
-    /// The column in a lane, if it is wanted.
-    #[inline(always)]
-    fn column(&self, group: LaneColumns, lane: usize) -> Option<usize> {
-        let column = group.first + lane;
-        (lane < group.lanes && self.wanted.contains(&column)).then_some(column)
     }
 
     /// The inverse transform of a group's columns times their gains, without the factor 1/rows.
@@ -186,6 +179,14 @@ impl<'a> Half<'a> {
         );
     }
 
+    /// The lanes of a group whose columns are wanted.
+    #[inline(always)]
+    fn lanes(&self, group: LaneColumns) -> Range<usize> {
+        let Range { start, end } = self.wanted;
+        let first = start.saturating_sub(group.first);
+        first..end.saturating_sub(group.first).min(group.lanes)
+    }
+
     /// A group's columns into their pieces, by squares of as many rows as a vector has lanes: lanes become
     /// rows. The strips are made of whole squares.
     #[inline(always)]
@@ -197,18 +198,22 @@ impl<'a> Half<'a> {
         out: &mut [f32],
     ) {
         let scale = zero.splat(1.0 / self.bank.rows as f32);
-        for row in (0..self.bank.rows).step_by(V::LANES) {
-            let (mut re, mut im): ([V; MOST_LANES], [V; MOST_LANES]) = ([zero; _], [zero; _]);
-            for (k, bin) in line[row..row + V::LANES].iter().enumerate() {
-                (re[k], im[k]) = (bin.re * scale, bin.im * scale);
-            }
-            transpose(&mut re);
-            transpose(&mut im);
-            for k in 0..V::LANES {
-                if let Some(column) = self.column(group, k) {
-                    let [re_at, im_at] = self.piece(row, column);
-                    store_partial(re[k], out, re_at, V::LANES);
-                    store_partial(im[k], out, im_at, V::LANES);
+        let lanes = self.lanes(group);
+        for strip in self.bank.row_strips() {
+            let height = strip.len();
+            let piece = self.piece(&strip, group.first + lanes.start, out);
+            for (place, bins) in line[strip].chunks_exact(V::LANES).enumerate() {
+                let (mut re, mut im): ([V; MOST_LANES], [V; MOST_LANES]) = ([zero; _], [zero; _]);
+                for (k, bin) in bins.iter().enumerate() {
+                    (re[k], im[k]) = (bin.re * scale, bin.im * scale);
+                }
+                transpose(&mut re);
+                transpose(&mut im);
+                let columns = piece.chunks_exact_mut(2 * height);
+                for (k, column) in lanes.clone().zip(columns) {
+                    let (above, below) = column.split_at_mut(height);
+                    store_partial(re[k], above, place * V::LANES, V::LANES);
+                    store_partial(im[k], below, place * V::LANES, V::LANES);
                 }
             }
         }
@@ -224,15 +229,13 @@ impl<'a> Half<'a> {
         out: &mut [f32],
     ) {
         let scale = zero.splat(1.0 / self.bank.rows as f32);
+        let lanes = self.lanes(group);
         for strip in self.bank.row_strips() {
             let height = strip.len();
-            let bins = &line[strip.clone()];
-            for k in 0..group.lanes {
-                let Some(column) = self.column(group, k) else {
-                    continue;
-                };
-                let [at, _] = self.piece(strip.start, column);
-                let (re, im) = out[at..at + 2 * height].split_at_mut(height);
+            let piece = self.piece(&strip, group.first + lanes.start, out);
+            let bins = &line[strip];
+            for (k, column) in lanes.clone().zip(piece.chunks_exact_mut(2 * height)) {
+                let (re, im) = column.split_at_mut(height);
                 for ((re, im), bin) in re.iter_mut().zip(im).zip(bins) {
                     *re = (bin.re * scale).lanes()[k];
                     *im = (bin.im * scale).lanes()[k];
@@ -241,15 +244,12 @@ impl<'a> Half<'a> {
         }
     }
 
-    /// Where the real and imaginary part at a row of a column go in the sums buffer, which holds
-    /// the wanted columns in pieces for the strips of rows.
+    /// The columns from one on at a strip of rows, in the sums buffer, which holds the wanted columns in
+    /// pieces for the strips of rows.
     #[inline(always)]
-    fn piece(&self, row: usize, column: usize) -> [usize; 2] {
-        let PhaseSymmetry { rows, strip, .. } = *self.bank;
-        let start = row / strip * strip;
-        let height = strip.min(rows - start);
-        let line = 2 * (column - self.wanted.start) * height;
-        let at = 2 * self.wanted.len() * start + line + row - start;
-        [at, at + height]
+    fn piece<'b>(&self, rows: &Range<usize>, column: usize, out: &'b mut [f32]) -> &'b mut [f32] {
+        let columns = self.wanted.len();
+        let before = 2 * (column - self.wanted.start) * rows.len();
+        &mut out[2 * columns * rows.start..2 * columns * rows.end][before..]
     }
 }
