@@ -216,13 +216,14 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
             orientation
         };
         let (radial, angular) = memory.split_at(bank.scale_count * half * edges);
-        let first = columns.first - strip.start;
-        let radial = &radial[(scale * half + strip.start) * edges + first..];
-        let angular = &angular[(table * half + strip.start) * bank.rows + first..];
-        for (row, gain) in gains.iter_mut().enumerate() {
+        let radial = &radial[(scale * half + strip.start) * edges..][..edges * width];
+        let angular = &angular[(table * half + strip.start) * bank.rows..][..bank.rows * width];
+        let (first, lanes) = (columns.first - strip.start, columns.lanes);
+        let rows = angular.chunks_exact(width).enumerate();
+        for (gain, (row, angular)) in gains.iter_mut().zip(rows) {
             let nearer = row.min(bank.rows - row);
-            let radial = load_partial(*gain, radial, nearer * width, columns.lanes);
-            *gain = radial * load_partial(*gain, angular, row * width, columns.lanes);
+            let radial = load_partial(*gain, radial, nearer * width + first, lanes);
+            *gain = radial * load_partial(*gain, angular, first, lanes);
         }
     }
 }
