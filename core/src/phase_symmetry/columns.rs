@@ -1,7 +1,7 @@
 //! The columns of a filtered image: spectrum × gain, inversely transformed.
 
 use super::bank::PhaseSymmetry;
-use super::external::{ReadAt, WriteAt};
+use super::external::{ReadAt, WriteAt, view_or_read};
 use super::fft::{Fft, inverse, opposite};
 use super::gains::{Gains, LaneColumns};
 use super::lines::{in_groups, load_partial, store_partial};
@@ -36,8 +36,15 @@ impl PhaseSymmetry {
     ) -> Result<(), Error> {
         let zero = self.check(kernels, memory)?;
         self.check_step(filter, &columns, self.column_strips())?;
-        let strip = &mut memory.strip[..2 * self.rows * columns.len()];
-        spectrum.read_at(2 * self.rows * columns.start, strip)?;
+        let StripSlices {
+            strip,
+            sums,
+            line,
+            gains,
+        } = memory;
+        let place = 2 * self.rows * columns.start;
+        let strip = &mut strip[..2 * self.rows * columns.len()];
+        let strip = view_or_read(spectrum, place, strip)?;
         for mirrored in [false, true] {
             let half = Half::new(self, &columns, mirrored);
             if half.wanted.is_empty() {
@@ -45,13 +52,13 @@ impl PhaseSymmetry {
             }
             zero.vectorize(
                 #[inline(always)]
-                || half.filter(zero, kernels, filter, memory),
+                || half.filter(zero, kernels, filter, strip, line, gains, sums),
             );
             for rows in self.row_strips() {
                 let [from, to] = [rows.start, rows.end].map(|row| 2 * row * half.wanted.len());
                 let first = self.place(half.wanted.start, mirrored);
                 let place = self.columns * rows.start + first * rows.len();
-                filtered.write_at(2 * place, &memory.sums[from..to])?;
+                filtered.write_at(2 * place, &sums[from..to])?;
             }
         }
         Ok(())
@@ -110,13 +117,13 @@ impl<'a> Half<'a> {
         zero: V,
         kernels: &Kernels<'_, F, G>,
         filter: usize,
-        memory: &mut StripSlices<'_, V>,
+        strip: &[f32],
+        line: &mut [Complex<V>],
+        gains: &mut [V],
+        out: &mut [f32],
     ) {
         let rows = self.bank.rows;
-        let strip = &memory.strip[..2 * rows * self.columns.len()];
-        let line = &mut memory.line[..rows];
-        let gains = &mut memory.gains[..rows];
-        let out = &mut *memory.sums;
+        let (line, gains) = (&mut line[..rows], &mut gains[..rows]);
         let (scale, orientation) = (filter / ORIENTATIONS.len(), filter % ORIENTATIONS.len());
         in_groups::<V>(
             self.columns.len(),

@@ -24,6 +24,13 @@ pub trait ReadAt {
     /// # Errors
     /// [`Error::Memory`] where the memory fails or ends too early.
     fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error>;
+
+    /// The `length` numbers from `first` on where they lie, which are then not copied. For memory that is as
+    /// fast as [`super::StripSlices`]; slices count as slow, and none is the default.
+    fn view(&self, first: usize, length: usize) -> Option<&[f32]> {
+        let _ = (first, length);
+        None
+    }
 }
 
 /// Numbers that can be read and written at any place.
@@ -33,6 +40,25 @@ pub trait WriteAt: ReadAt {
     /// # Errors
     /// [`Error::Memory`] where the memory fails or ends too early.
     fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), Error>;
+
+    /// As [`ReadAt::view`], to be changed where they lie.
+    fn view_mut(&mut self, first: usize, length: usize) -> Option<&mut [f32]> {
+        let _ = (first, length);
+        None
+    }
+}
+
+/// The numbers from `first` on, as many as `buffer` holds: where they lie, or copied to it.
+pub(super) fn view_or_read<'a>(
+    memory: &'a mut dyn ReadAt,
+    first: usize,
+    buffer: &'a mut [f32],
+) -> Result<&'a [f32], Error> {
+    if memory.view(first, buffer.len()).is_none() {
+        memory.read_at(first, buffer)?;
+        return Ok(buffer);
+    }
+    memory.view(first, buffer.len()).ok_or(Error::Memory)
 }
 
 fn read(data: &[f32], first: usize, into: &mut [f32]) -> Result<(), Error> {

@@ -1,7 +1,7 @@
 //! The rows of a filtered image: inversely transformed, and added to Eq. 10's two sums.
 
 use super::bank::PhaseSymmetry;
-use super::external::{ReadAt, WriteAt};
+use super::external::{ReadAt, WriteAt, view_or_read};
 use super::fft::{Fft, inverse};
 use super::gains::Gains;
 use super::lines::{in_groups, load_partial, store_partial};
@@ -39,8 +39,27 @@ impl PhaseSymmetry {
         self.check_step(filter, &rows, self.row_strips())?;
         let (height, place) = (rows.len(), rows.start * self.columns);
         let area = height * self.columns;
-        filtered.read_at(2 * place, &mut memory.strip[..2 * area])?;
-        let (above, below) = memory.sums[..2 * area].split_at_mut(area);
+        let StripSlices {
+            strip, sums, line, ..
+        } = memory;
+        let strip = view_or_read(filtered, 2 * place, &mut strip[..2 * area])?;
+        let line = &mut line[..self.columns];
+        let last = filter + 1 == self.filters();
+        if !last
+            && let Some(above) = symmetry.view_mut(place, area)
+            && let Some(below) = amplitude.view_mut(place, area)
+        {
+            if filter == 0 {
+                above.fill(0.0);
+                below.fill(0.0);
+            }
+            zero.vectorize(
+                #[inline(always)]
+                || self.add(zero, kernels.fft, height, strip, line, [above, below]),
+            );
+            return Ok(());
+        }
+        let (above, below) = sums[..2 * area].split_at_mut(area);
         if filter == 0 {
             above.fill(0.0);
             below.fill(0.0);
@@ -50,10 +69,9 @@ impl PhaseSymmetry {
         }
         zero.vectorize(
             #[inline(always)]
-            || self.add(zero, kernels, height, memory),
+            || self.add(zero, kernels.fft, height, strip, line, [above, below]),
         );
-        let (above, below) = memory.sums[..2 * area].split_at_mut(area);
-        if filter + 1 < self.filters() {
+        if !last {
             amplitude.write_at(place, below)?;
             return symmetry.write_at(place, above);
         }
@@ -61,19 +79,18 @@ impl PhaseSymmetry {
         symmetry.write_at(place, below)
     }
 
-    /// From the strip buffer to the sums buffer.
+    /// From a strip to the sums.
     #[inline(always)]
-    fn add<V: Vector, F: Fft<V>, G: Gains<V>>(
+    fn add<V: Vector, F: Fft<V>>(
         &self,
         zero: V,
-        kernels: &Kernels<'_, F, G>,
+        fft: &F,
         height: usize,
-        memory: &mut StripSlices<'_, V>,
+        strip: &[f32],
+        line: &mut [Complex<V>],
+        [above, below]: [&mut [f32]; 2],
     ) {
         let columns = self.columns;
-        let strip = &memory.strip[..2 * columns * height];
-        let (above, below) = memory.sums[..2 * columns * height].split_at_mut(columns * height);
-        let line = &mut memory.line[..columns];
         let scale = zero.splat(1.0 / columns as f32);
         let threshold = zero.splat(self.threshold);
         in_groups::<V>(
@@ -82,7 +99,7 @@ impl PhaseSymmetry {
             |first, lanes| {
                 let (re, im) = (&strip[first..], &strip[height + first..]);
                 inverse(
-                    kernels.fft,
+                    fft,
                     #[inline(always)]
                     |column| {
                         let at = 2 * self.filtered_place(column) * height;

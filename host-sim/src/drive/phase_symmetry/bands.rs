@@ -27,12 +27,37 @@ impl ReadAt for Part<'_> {
         let first = first.checked_sub(self.first).ok_or(Error::Memory)?;
         (&*self.data).read_at(first, into)
     }
+
+    fn view(&self, first: usize, length: usize) -> Option<&[f32]> {
+        self.data
+            .get(first.checked_sub(self.first)?..)?
+            .get(..length)
+    }
 }
 
 impl WriteAt for Part<'_> {
     fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), Error> {
         let first = first.checked_sub(self.first).ok_or(Error::Memory)?;
         (&mut *self.data).write_at(first, from)
+    }
+
+    fn view_mut(&mut self, first: usize, length: usize) -> Option<&mut [f32]> {
+        self.data
+            .get_mut(first.checked_sub(self.first)?..)?
+            .get_mut(..length)
+    }
+}
+
+/// A matrix that several threads read.
+pub struct Whole<'a>(pub &'a [f32]);
+
+impl ReadAt for Whole<'_> {
+    fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error> {
+        self.0.read_at(first, into)
+    }
+
+    fn view(&self, first: usize, length: usize) -> Option<&[f32]> {
+        self.0.get(first..)?.get(..length)
     }
 }
 

@@ -15,7 +15,7 @@ use num_complex::Complex;
 use rayon::prelude::*;
 
 use crate::{Error, Result};
-use bands::{Band, Part};
+use bands::{Band, Part, Whole};
 
 /// What phase symmetry can be told.
 #[derive(Clone, Debug, PartialEq)]
@@ -213,7 +213,7 @@ impl Plan {
                             &kernels,
                             filter,
                             strip.clone(),
-                            &mut &*spectrum,
+                            &mut Whole(spectrum),
                             &mut filtered,
                             &mut memory.slices(),
                         )
@@ -230,7 +230,7 @@ impl Plan {
                     let mut symmetry = Part::new(symmetry, k * band);
                     let mut amplitude = Part::new(amplitude, k * band);
                     strips.iter().try_for_each(|strip| {
-                        let filtered = &mut &*filtered;
+                        let filtered = &mut Whole(filtered);
                         let sums: [&mut dyn WriteAt; 2] = [&mut symmetry, &mut amplitude];
                         let (rows, memory) = (strip.clone(), &mut memory.slices());
                         bank.add_rows(&kernels, filter, rows, filtered, sums, memory)
