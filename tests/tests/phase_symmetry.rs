@@ -634,6 +634,74 @@ impl core::WriteAt for Counting {
     }
 }
 
+/// Memory as fast as the buffers, and how many numbers are copied from it nevertheless.
+struct Fast {
+    data: Vec<f32>,
+    copied: usize,
+}
+
+impl Fast {
+    fn new(length: usize) -> Self {
+        Fast {
+            data: vec![f32::NAN; length],
+            copied: 0,
+        }
+    }
+}
+
+impl core::ReadAt for Fast {
+    fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), bonebeam::Error> {
+        self.copied += into.len();
+        self.data.as_slice().read_at(first, into)
+    }
+
+    fn view(&self, first: usize, length: usize) -> Option<&[f32]> {
+        self.data.get(first..)?.get(..length)
+    }
+}
+
+impl core::WriteAt for Fast {
+    fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), bonebeam::Error> {
+        self.data.as_mut_slice().write_at(first, from)
+    }
+
+    fn view_mut(&mut self, first: usize, length: usize) -> Option<&mut [f32]> {
+        self.data.get_mut(first..)?.get_mut(..length)
+    }
+}
+
+#[test]
+fn fast_memory_is_worked_on_where_it_lies_and_gives_the_same_bits() {
+    let image = test_image(128, 64, 7);
+    let bank = bank(128, 64, &THREE, 3.0, 5).unwrap();
+    let mut memory = core::StripMemory::<128, 5>::new();
+    let mut tables = core::LogGaborTables::new();
+    let kernels = core::Kernels {
+        fft: &core::Microfft,
+        gains: &core::LogGabor::new(&mut tables),
+    };
+    let sizes = bank.sizes();
+    let mut spectrum = Fast::new(sizes.spectrum_len());
+    let mut filtered = Fast::new(sizes.filtered_len());
+    let mut amplitude = Fast::new(sizes.amplitude_len());
+    let mut symmetry = Fast::new(sizes.symmetry_len());
+    let mut external = core::External {
+        image: &mut image.as_slice().expect("row-major"),
+        spectrum: &mut spectrum,
+        filtered: &mut filtered,
+        amplitude: &mut amplitude,
+        symmetry: &mut symmetry,
+    };
+    bank.run(&kernels, &mut external, &mut memory.slices(), &mut |_| {})
+        .unwrap();
+    let map = Array2::from_shape_vec((128, 64), symmetry.data).expect("the image's size");
+    assert!(bits(&map) == bits(&in_core(&image, &THREE, 3.0)));
+    // Copied are the columns that are transformed in place, and the sums before they are divided.
+    assert_eq!(spectrum.copied, sizes.spectrum_len());
+    assert_eq!(filtered.copied, 0);
+    assert_eq!([amplitude.copied, symmetry.copied], [128 * 64; 2]);
+}
+
 /// A microcontroller's way: workspace and tables of fixed size, memory of the caller's own.
 /// Gives the map and the most rows or columns of 128 complex numbers that were moved at once.
 fn on_target(

@@ -46,13 +46,13 @@ impl PhaseSymmetry {
         let strip = &mut strip[..2 * self.rows * columns.len()];
         let strip = view_or_read(spectrum, place, strip)?;
         for mirrored in [false, true] {
-            let half = Half::new(self, &columns, mirrored);
+            let half = Half::new(self, &columns, mirrored, strip);
             if half.wanted.is_empty() {
                 continue;
             }
             zero.vectorize(
                 #[inline(always)]
-                || half.filter(zero, kernels, filter, strip, line, gains, sums),
+                || half.filter(zero, kernels, filter, line, gains, sums),
             );
             for rows in self.row_strips() {
                 let [from, to] = [rows.start, rows.end].map(|row| 2 * row * half.wanted.len());
@@ -93,10 +93,17 @@ struct Half<'a> {
     /// Those of them that the image has: the zero and the Nyquist frequency are their own mirror images.
     wanted: Range<usize>,
     mirrored: bool,
+    /// The strip's part of the half spectrum.
+    spectrum: &'a [f32],
 }
 
 impl<'a> Half<'a> {
-    fn new(bank: &'a PhaseSymmetry, columns: &'a Range<usize>, mirrored: bool) -> Self {
+    fn new(
+        bank: &'a PhaseSymmetry,
+        columns: &'a Range<usize>,
+        mirrored: bool,
+        spectrum: &'a [f32],
+    ) -> Self {
         let wanted = if mirrored {
             columns.start.max(1)..columns.end.min(bank.columns / 2)
         } else {
@@ -107,17 +114,17 @@ impl<'a> Half<'a> {
             columns,
             wanted,
             mirrored,
+            spectrum,
         }
     }
 
-    /// From the strip buffer into the sums buffer, in pieces for the strips of rows.
+    /// From the spectrum into the sums buffer, in pieces for the strips of rows.
     #[inline(always)]
     fn filter<V: Vector, F: Fft<V>, G: Gains<V>>(
         &self,
         zero: V,
         kernels: &Kernels<'_, F, G>,
         filter: usize,
-        strip: &[f32],
         line: &mut [Complex<V>],
         gains: &mut [V],
         out: &mut [f32],
@@ -142,7 +149,7 @@ impl<'a> Half<'a> {
                 }
                 let bank = self.bank;
                 kernels.gains.fill(bank, scale, orientation, group, gains);
-                self.invert(zero, kernels.fft, strip, group, gains, line);
+                self.invert(zero, kernels.fft, group, gains, line);
                 if V::LANES > 1 && bank.strip.is_multiple_of(V::LANES) {
                     self.store_squares(zero, group, line, out);
                 } else {
@@ -158,14 +165,13 @@ impl<'a> Half<'a> {
         &self,
         zero: V,
         fft: &F,
-        strip: &[f32],
         group: LaneColumns,
         gains: &[V],
         line: &mut [Complex<V>],
     ) {
         let (rows, width) = (self.bank.rows, self.columns.len());
         let first = group.first - self.columns.start;
-        let (re, im) = (&strip[first..], &strip[width + first..]);
+        let (re, im) = (&self.spectrum[first..], &self.spectrum[width + first..]);
         let LaneColumns {
             lanes, mirrored, ..
         } = group;

@@ -25,8 +25,8 @@ pub trait ReadAt {
     /// [`Error::Memory`] where the memory fails or ends too early.
     fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error>;
 
-    /// The `length` numbers from `first` on where they lie, which are then not copied. For memory that is as
-    /// fast as [`super::StripSlices`]; slices count as slow, and none is the default.
+    /// The `length` numbers from `first` on where they lie, so that they need not be copied: for memory that
+    /// is as fast as [`super::StripSlices`], behind a cache. None by default and for slices, which may be slow.
     fn view(&self, first: usize, length: usize) -> Option<&[f32]> {
         let _ = (first, length);
         None
@@ -41,7 +41,7 @@ pub trait WriteAt: ReadAt {
     /// [`Error::Memory`] where the memory fails or ends too early.
     fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), Error>;
 
-    /// As [`ReadAt::view`], to be changed where they lie.
+    /// The same, to be changed where they lie.
     fn view_mut(&mut self, first: usize, length: usize) -> Option<&mut [f32]> {
         let _ = (first, length);
         None

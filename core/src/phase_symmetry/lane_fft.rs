@@ -96,7 +96,8 @@ impl<V: Vector> Fft<V> for LaneFft {
         // Two levels without products. The input is taken from four places on, one after the other, as
         // memory is read fastest; what comes of it lies in bit-reversed order.
         for at in 0..length / 4 {
-            let k = at.reverse_bits() >> (usize::BITS + 2 - bits);
+            // A quarter of the longest line is counted by eight bits.
+            let k = usize::from((at as u8).reverse_bits() >> (u8::BITS + 2 - bits));
             let block = &mut line[4 * k..4 * k + 4];
             let (a, b) = (input(at), input(at + length / 2));
             let (c, d) = (input(at + length / 4), input(at + 3 * length / 4));

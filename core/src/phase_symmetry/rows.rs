@@ -49,28 +49,15 @@ impl PhaseSymmetry {
             && let Some(above) = symmetry.view_mut(place, area)
             && let Some(below) = amplitude.view_mut(place, area)
         {
-            if filter == 0 {
-                above.fill(0.0);
-                below.fill(0.0);
-            }
-            zero.vectorize(
-                #[inline(always)]
-                || self.add(zero, kernels.fft, height, strip, line, [above, below]),
-            );
+            self.add(zero, kernels.fft, filter, strip, line, [above, below]);
             return Ok(());
         }
         let (above, below) = sums[..2 * area].split_at_mut(area);
-        if filter == 0 {
-            above.fill(0.0);
-            below.fill(0.0);
-        } else {
+        if filter > 0 {
             symmetry.read_at(place, above)?;
             amplitude.read_at(place, below)?;
         }
-        zero.vectorize(
-            #[inline(always)]
-            || self.add(zero, kernels.fft, height, strip, line, [above, below]),
-        );
+        self.add(zero, kernels.fft, filter, strip, line, [above, below]);
         if !last {
             amplitude.write_at(place, below)?;
             return symmetry.write_at(place, above);
@@ -79,18 +66,37 @@ impl PhaseSymmetry {
         symmetry.write_at(place, below)
     }
 
-    /// From a strip to the sums.
-    #[inline(always)]
+    /// Adds a strip to the sums, which the first filter begins.
     fn add<V: Vector, F: Fft<V>>(
         &self,
         zero: V,
         fft: &F,
-        height: usize,
+        filter: usize,
+        strip: &[f32],
+        line: &mut [Complex<V>],
+        [above, below]: [&mut [f32]; 2],
+    ) {
+        if filter == 0 {
+            above.fill(0.0);
+            below.fill(0.0);
+        }
+        zero.vectorize(
+            #[inline(always)]
+            || self.add_strip(zero, fft, strip, line, [above, below]),
+        );
+    }
+
+    #[inline(always)]
+    fn add_strip<V: Vector, F: Fft<V>>(
+        &self,
+        zero: V,
+        fft: &F,
         strip: &[f32],
         line: &mut [Complex<V>],
         [above, below]: [&mut [f32]; 2],
     ) {
         let columns = self.columns;
+        let height = above.len() / columns;
         let scale = zero.splat(1.0 / columns as f32);
         let threshold = zero.splat(self.threshold);
         in_groups::<V>(
@@ -102,7 +108,7 @@ impl PhaseSymmetry {
                     fft,
                     #[inline(always)]
                     |column| {
-                        let at = 2 * self.filtered_place(column) * height;
+                        let at = 2 * height * self.filtered_place(column);
                         Complex {
                             re: load_partial(zero, re, at, lanes),
                             im: load_partial(zero, im, at, lanes),
