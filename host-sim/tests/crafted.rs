@@ -339,7 +339,8 @@ fn a_picture_too_large() {
     let path = folder.path().join("image.png");
     image::GrayImage::new(20_000, 2).save(&path).unwrap();
     let filter = "phase-symmetry image.png -o ps.npy";
-    refused(&folder, filter, DATA, &["image.png"]);
+    let expected = &["image.png: is too large an image", "16384 × 16384"];
+    refused(&folder, filter, DATA, expected);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
-use image::{GrayImage, ImageFormat, ImageReader, Limits};
+use image::{GrayImage, ImageError, ImageFormat, ImageReader, Limits};
 use ndarray::{Array2, ArrayD, Ix2};
 use ndarray_npy::WriteNpyExt;
 
@@ -109,7 +109,12 @@ fn decode_png(bytes: &[u8]) -> std::result::Result<Array2<f32>, String> {
     reader.limits(limits);
     let grey = reader
         .decode()
-        .map_err(|e| format!("is truncated or not a PNG image ({e})"))?
+        .map_err(|e| match e {
+            ImageError::Limits(_) => {
+                format!("is too large an image; expected at most {MAX_SIDE} × {MAX_SIDE} pixels and 512 MiB")
+            }
+            e => format!("is truncated or not a PNG image ({e})"),
+        })?
         .into_luma8();
     let shape = (grey.height() as usize, grey.width() as usize);
     let levels = grey.into_raw().into_iter().map(f32::from).collect();

@@ -8,6 +8,7 @@ use std::path::Path;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, Header, Property};
 
+use crate::terminal::short;
 use crate::{Error, Result};
 
 use super::outline::Outline;
@@ -130,7 +131,8 @@ fn weld(raw: Raw) -> std::result::Result<Mesh, String> {
             }
             if value.abs() > MAX_EXTENT {
                 return Err(format!(
-                    "vertex {index}: {key} is {value} mm; expected at most {MAX_EXTENT} mm either way"
+                    "vertex {index}: {key} is {} mm; expected at most {MAX_EXTENT} mm either way",
+                    short(value)
                 ));
             }
             low[axis] = low[axis].min(value);
