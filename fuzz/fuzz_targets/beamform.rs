@@ -1,56 +1,63 @@
-//! Every beamformer and covariance: the lanes of every instruction set have the bits of one lane, a
-//! workspace that was used has those of a new one, and finite samples give finite lines.
+//! Every beamformer and covariance: the lanes of every instruction set, in memory that was used, have the
+//! bits of one lane in new memory, and finite samples give finite lines.
 
 #![no_main]
 
 use arbitrary::Arbitrary;
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run, Sizes, constant_runs};
+use bonebeam::beamform::{
+    AlignedLine, Beamformer, Method, Parameters, Run, Sizes, Slices, WorkspaceView, constant_runs,
+};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::simd::{ComplexVector, InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};
-use bonebeam_fuzz::{complex, finite_complex_bits};
-use host_sim::drive::beamform::Memory;
+use bonebeam_fuzz::{complex, finite_complex_bits, instruction_set, size, within};
 use libfuzzer_sys::fuzz_target;
-
-/// The most lanes of any instruction set.
-const RUNS: usize = 16;
 
 #[derive(Arbitrary, Debug)]
 struct Input {
+    /// Whether the numbers that follow are taken as they are, or as parts of what is usual.
+    wild: bool,
+    beta: f32,
+    loading: f32,
+    ratio: f64,
     elements: u8,
     samples: u8,
     count: u8,
     first_samples: [u8; 4],
     temporal: u8,
     method: u8,
-    beta: f32,
     rank: u8,
-    loading: f32,
-    ratio: f32,
     forward: bool,
+    set: u8,
+    other_runs_before: bool,
     any_bits: bool,
     exponent: i8,
     data: Vec<u8>,
 }
 
 fuzz_target!(|input: Input| {
-    let elements = 1 + usize::from(input.elements) % 20;
-    let samples = 1 + usize::from(input.samples) % 12;
+    let number = |number: f64, usual: [f64; 2]| match input.wild {
+        true => number,
+        false => within(number, usual),
+    };
+    let elements = size(input.elements, 8, 20);
+    let samples = size(input.samples, 4, 12);
     let count = usize::from(input.count) % (elements + 1);
+    let rank = usize::from(input.rank);
     let parameters = Parameters {
         method: match input.method % 7 {
             0 => Method::Das,
             1 => Method::Mv,
             2 => Method::EsmvRank1,
-            3 => Method::EsmvBeta(input.beta),
-            4 => Method::EsmvRank(usize::from(input.rank)),
-            5 => Method::EsmvRank1Steps(usize::from(input.rank)),
+            3 => Method::EsmvBeta(number(input.beta.into(), [1e-3, 1.0]) as f32),
+            4 => Method::EsmvRank(rank),
+            5 => Method::EsmvRank1Steps(rank),
             _ => Method::EsmvExcludeFirst,
         },
-        temporal_half_window: usize::from(input.temporal) % 6,
-        diagonal_loading: input.loading,
-        subaperture_ratio: f64::from(input.ratio),
+        temporal_half_window: usize::from(input.temporal) % (samples + 1),
+        diagonal_loading: number(input.loading.into(), [0.0, 1.0]) as f32,
+        subaperture_ratio: number(input.ratio, [0.2, 1.0]),
     };
     let Ok(beamformer) = Beamformer::new(parameters) else {
         return;
@@ -62,121 +69,82 @@ fuzz_target!(|input: Input| {
         input.exponent,
     );
     let line = AlignedLine::new(&x, elements).expect("finite samples of whole rows");
-    let runs: Vec<Run> = (0..RUNS)
+    let set = instruction_set(input.set);
+    let runs: Vec<Run> = (0..set.dispatch(Width))
         .map(|k| Run {
             line,
             first_element: k % (elements - count + 1),
             first_sample: usize::from(input.first_samples[k % 4]) % samples,
         })
         .collect();
-    let case = Case {
+    let lines = Lines {
         beamformer,
         runs: &runs,
         count,
         samples,
+        forward: input.forward,
+        memory: Content::New,
     };
-    match input.forward {
-        true => check::<Forwards>(case),
-        false => check::<Both>(case),
+    let expected = InstructionSet::Scalar.dispatch(lines);
+    let memory = match input.other_runs_before {
+        true => Content::OfOtherRuns,
+        false => Content::NaN,
+    };
+    let found = set.dispatch(Lines { memory, ..lines });
+    assert_eq!(bits(&expected), bits(&found), "{}", set.name());
+    if expected.is_ok() {
+        match input.forward {
+            true => line_is_runs::<Forward>(lines),
+            false => line_is_runs::<ForwardBackward>(lines),
+        }
     }
 });
 
-#[derive(Clone, Copy)]
-struct Case<'a> {
-    beamformer: Beamformer,
-    runs: &'a [Run<'a>],
-    count: usize,
-    samples: usize,
-}
+/// How many lanes there are.
+struct Width;
 
-/// An averaging for every vector.
-trait Kind: Copy {
-    type Of<V: Vector>: Averaging<V>;
-}
+impl Task for Width {
+    type Output = usize;
 
-#[derive(Clone, Copy)]
-struct Forwards;
-#[derive(Clone, Copy)]
-struct Both;
-
-impl Kind for Forwards {
-    type Of<V: Vector> = Forward;
-}
-
-impl Kind for Both {
-    type Of<V: Vector> = ForwardBackward;
-}
-
-fn check<K: Kind>(case: Case<'_>) {
-    let fresh = |set: InstructionSet| {
-        set.dispatch(Lines::<K> {
-            case,
-            used: false,
-            kind: core::marker::PhantomData,
-        })
-    };
-    let used = |set: InstructionSet| {
-        set.dispatch(Lines::<K> {
-            case,
-            used: true,
-            kind: core::marker::PhantomData,
-        })
-    };
-    let expected = fresh(InstructionSet::Scalar);
-    assert_eq!(
-        bits(&expected),
-        bits(&used(InstructionSet::Scalar)),
-        "a used workspace, one lane"
-    );
-    for set in InstructionSet::available() {
-        assert_eq!(bits(&expected), bits(&fresh(set)), "{}", set.name());
-        assert_eq!(
-            bits(&expected),
-            bits(&used(set)),
-            "a used workspace, {}",
-            set.name()
-        );
+    fn run<V: Vector>(self, _: V) -> usize {
+        V::LANES
     }
-    line_is_runs::<K>(case, &expected);
 }
 
 /// A whole line, whose elements change half-way, has the bits of its runs.
-fn line_is_runs<K: Kind>(case: Case<'_>, expected: &Result<Lined, Error>) {
-    let first = case.runs[0];
-    if first.first_sample != 0 || expected.is_err() {
-        return;
-    }
-    let elements = first.line.elements();
-    let active = |sample: usize| match sample < case.samples / 2 {
-        true => Active {
-            first: 0,
-            count: case.count,
+fn line_is_runs<A: Averaging<f32>>(lines: Lines<'_>) {
+    let Lines {
+        beamformer,
+        runs,
+        count,
+        samples,
+        ..
+    } = lines;
+    let line = runs[0].line;
+    let active = |sample: usize| Active {
+        first: match sample < samples / 2 {
+            true => 0,
+            false => line.elements() - count,
         },
-        false => Active {
-            first: elements - case.count,
-            count: case.count,
-        },
+        count,
     };
-    let sizes = case.beamformer.sizes(case.count);
-    let mut memory = Memory::<K::Of<f32>, f32>::new(0.0, sizes).expect("small sizes");
-    let mut z = vec![Complex::ZERO; case.samples];
-    let lined = case
-        .beamformer
-        .line(&mut memory.view(), first.line, active, &mut z);
-    if lined.is_err() {
+    let mut memory = Memory::<A, f32>::new(0.0, beamformer.sizes(count), f32::NAN);
+    let mut z = vec![Complex::ZERO; samples];
+    if beamformer
+        .line(&mut memory.view(), line, active, &mut z)
+        .is_err()
+    {
         return;
     }
-    let mut by_runs = vec![Complex::ZERO; case.samples];
-    for (first_sample, samples, active) in constant_runs(case.samples, active) {
+    let mut by_runs = vec![Complex::ZERO; samples];
+    for (first_sample, samples, active) in constant_runs(samples, active) {
         let run = Run {
-            line: first.line,
+            line,
             first_element: active.first,
             first_sample,
         };
         let z = &mut by_runs[first_sample..first_sample + samples];
-        let runs = case
-            .beamformer
-            .runs(&mut memory.view(), &[run], active.count, &mut [z]);
+        let runs = beamformer.runs(&mut memory.view(), &[run], active.count, &mut [z]);
         runs.expect("what a line takes");
     }
     assert_eq!(
@@ -186,60 +154,111 @@ fn line_is_runs<K: Kind>(case: Case<'_>, expected: &Result<Lined, Error>) {
     );
 }
 
-type Lined = Vec<Complex<f32>>;
-
 /// An error may hold a NaN, which differs from itself.
-fn bits(lines: &Result<Lined, Error>) -> Result<Vec<u32>, String> {
+fn bits(lines: &Result<Vec<Complex<f32>>, Error>) -> Result<Vec<u32>, String> {
     let bits = lines.as_ref().map(|lines| finite_complex_bits(lines));
     bits.map_err(|error| format!("{error:?}"))
 }
 
-struct Lines<'a, K> {
-    case: Case<'a>,
-    used: bool,
-    kind: core::marker::PhantomData<K>,
+/// What memory holds before it is worked in. It does not matter.
+#[derive(Clone, Copy)]
+enum Content {
+    New,
+    NaN,
+    OfOtherRuns,
 }
 
-impl<K: Kind> Task for Lines<'_, K> {
-    type Output = Result<Lined, Error>;
+/// As many runs at a time as there are lanes.
+#[derive(Clone, Copy)]
+struct Lines<'a> {
+    beamformer: Beamformer,
+    runs: &'a [Run<'a>],
+    count: usize,
+    samples: usize,
+    forward: bool,
+    memory: Content,
+}
+
+impl Task for Lines<'_> {
+    type Output = Result<Vec<Complex<f32>>, Error>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let Case {
-            beamformer,
-            runs,
-            count,
-            samples,
-        } = self.case;
-        let mut sizes = beamformer.sizes(count);
-        if self.used {
-            sizes = Sizes {
-                elements: sizes.elements + 3,
-                subaperture: sizes.subaperture + 2,
-                temporal_half_window: sizes.temporal_half_window + 1,
-            };
+        match self.forward {
+            true => self.beamform::<Forward, V>(zero),
+            false => self.beamform::<ForwardBackward, V>(zero),
         }
-        let mut memory = Memory::<K::Of<V>, V>::new(zero, sizes).expect("small sizes");
-        let pass = |memory: &mut Memory<K::Of<V>, V>, runs: &[Run]| {
-            let mut lines = Vec::new();
-            for runs in runs.chunks(V::LANES) {
-                let mut z: Vec<Lined> = runs
-                    .iter()
-                    .map(|run| vec![Complex::ZERO; samples - run.first_sample])
-                    .collect();
-                let mut slices: Vec<&mut [Complex<f32>]> =
-                    z.iter_mut().map(|z| z.as_mut_slice()).collect();
-                beamformer.runs(&mut memory.view(), runs, count, &mut slices)?;
-                lines.extend(z.into_iter().flatten());
-            }
-            Ok(lines)
+    }
+}
+
+impl Lines<'_> {
+    fn beamform<A: Averaging<V>, V: Vector>(self, zero: V) -> Result<Vec<Complex<f32>>, Error> {
+        let sizes = self.beamformer.sizes(self.count);
+        let larger = Sizes {
+            elements: sizes.elements + 3,
+            subaperture: sizes.subaperture + 2,
+            temporal_half_window: sizes.temporal_half_window + 1,
         };
-        if self.used {
+        let mut memory = match self.memory {
+            Content::New => Memory::<A, V>::new(zero, sizes, 0.0),
+            Content::NaN | Content::OfOtherRuns => Memory::new(zero, larger, f32::NAN),
+        };
+        if let Content::OfOtherRuns = self.memory {
             // In another order, so that every lane had other data.
-            let mut others = runs.to_vec();
+            let mut others = self.runs.to_vec();
             others.reverse();
-            others.rotate_left(3);
-            pass(&mut memory, &others)?;
+            self.pass(&mut memory, &others)?;
         }
-        pass(&mut memory, runs)
+        self.pass(&mut memory, self.runs)
+    }
+
+    fn pass<A: Averaging<V>, V: Vector>(
+        self,
+        memory: &mut Memory<A, V>,
+        runs: &[Run],
+    ) -> Result<Vec<Complex<f32>>, Error> {
+        let mut lines = Vec::new();
+        for runs in runs.chunks(V::LANES) {
+            let mut z: Vec<Vec<_>> = runs
+                .iter()
+                .map(|run| vec![Complex::ZERO; self.samples - run.first_sample])
+                .collect();
+            let mut slices: Vec<_> = z.iter_mut().map(|z| z.as_mut_slice()).collect();
+            self.beamformer
+                .runs(&mut memory.view(), runs, self.count, &mut slices)?;
+            lines.extend(z.into_iter().flatten());
+        }
+        Ok(lines)
+    }
+}
+
+/// A beamformer's memory, full of one number.
+struct Memory<A: Averaging<V>, V: Vector> {
+    zero: V,
+    sizes: Sizes,
+    complex: Vec<ComplexVector<V>>,
+    scalars: Vec<A::Scalar>,
+    reals: Vec<V>,
+}
+
+impl<A: Averaging<V>, V: Vector> Memory<A, V> {
+    fn new(zero: V, sizes: Sizes, content: f32) -> Self {
+        let lengths = sizes.lengths(A::COVARIANCE);
+        let content = zero.splat(content);
+        Memory {
+            zero,
+            sizes,
+            complex: vec![ComplexVector::from_real(content); lengths.complex],
+            scalars: vec![A::scalar(content); lengths.scalars],
+            reals: vec![content; lengths.reals],
+        }
+    }
+
+    fn view(&mut self) -> WorkspaceView<'_, A, V> {
+        let slices = Slices {
+            complex: &mut self.complex,
+            scalars: &mut self.scalars,
+            reals: &mut self.reals,
+        };
+        WorkspaceView::new(self.zero, self.sizes, slices).expect("slices of these lengths")
     }
 }

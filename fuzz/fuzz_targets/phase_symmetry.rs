@@ -1,78 +1,245 @@
-//! Phase symmetry with its gain tables: a map from 0 to below 1 whose bits depend neither on the strip,
-//! nor on the instruction set, nor on whether the memory was used before.
+//! Phase symmetry, a strip at a time and as whole maps: finite results, maps from 0 to below 1, and bits
+//! that depend neither on the instruction set nor on what memory held, nor a map's on the strip.
 
 #![no_main]
 
-use std::sync::Once;
+use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
-use bonebeam::simd::InstructionSet;
-use bonebeam_fuzz::{finite_bits, samples};
-use host_sim::drive::phase_symmetry::{Parameters, Plan};
+use bonebeam::phase_symmetry::{
+    External, GainTables, Kernels, LaneFft, LogGabor, Parameters, PhaseSymmetry, ReadAt, Sizes,
+    StripSlices, WriteAt,
+};
+use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::{Complex, Error};
+use bonebeam_fuzz::{finite_bits, instruction_set, samples};
 use libfuzzer_sys::fuzz_target;
-use ndarray::Array2;
 
 #[derive(Arbitrary, Debug)]
 struct Input {
+    whole: u8,
     tall: bool,
-    scales: Vec<u8>,
+    scales: [u8; 2],
     wild_scale: Option<f64>,
     threshold: f32,
     strips: [u8; 2],
+    filter: u8,
+    places: [u8; 2],
+    set: u8,
     any_bits: bool,
     exponent: i8,
     data: Vec<u8>,
 }
 
+static FFT: LazyLock<LaneFft> = LazyLock::new(LaneFft::new);
+
 fuzz_target!(|input: Input| {
-    static THREADS: Once = Once::new();
-    THREADS.call_once(|| {
-        let _ = rayon_of_one();
+    let scales = input.scales.map(|scale| f64::from(scale) / 500.0);
+    let scales: Vec<f64> = scales.into_iter().chain(input.wild_scale).collect();
+    let bank = |strip: u8| {
+        PhaseSymmetry::new(&Parameters {
+            sizes: Sizes {
+                rows: if input.tall { 128 } else { 64 },
+                columns: 64,
+                strip: usize::from(strip),
+            },
+            scales: &scales,
+            threshold: input.threshold,
+        })
+    };
+    let set = instruction_set(input.set);
+    // A map takes as long as a hundred strips.
+    if input.whole < 254 {
+        let Ok(bank) = bank(input.strips[0] % 9) else {
+            return;
+        };
+        let numbers = numbers(&input, 61);
+        let strip = Strip {
+            bank: &bank,
+            filter: usize::from(input.filter) % bank.filters(),
+            places: input.places.map(usize::from),
+            numbers: &numbers,
+        };
+        let expected = InstructionSet::Scalar.dispatch(strip);
+        assert_eq!(expected, set.dispatch(strip), "{}", set.name());
+        return;
+    }
+    let [Ok(one), Ok(other)] = input.strips.map(bank) else {
+        return;
+    };
+    let image = numbers(&input, one.sizes().image_len());
+    let expected = InstructionSet::Scalar.dispatch(Map {
+        bank: &one,
+        image: &image,
     });
-    let size = if input.tall { (128, 64) } else { (64, 64) };
-    let scales = input
-        .scales
-        .iter()
-        .take(2)
-        .map(|&scale| f64::from(scale) / 500.0);
-    let scales: Vec<f64> = scales.chain(input.wild_scale).collect();
-    let with = |strip: u8| Parameters {
-        scales: scales.clone(),
-        threshold: input.threshold,
-        strip: usize::from(strip),
-    };
-    let Ok(mut plan) = Plan::new(size, &with(input.strips[0])) else {
-        return;
-    };
-    let pixels = samples(&input.data, size.0 * size.1, input.any_bits, input.exponent);
-    let image = Array2::from_shape_vec(size, pixels).expect("a pixel each");
-    let Ok(expected) = plan.run(image.view(), InstructionSet::Scalar, |_, _| {}) else {
-        return;
-    };
-    assert!(
-        expected.iter().all(|value| (0.0..1.0).contains(value)),
-        "beyond 0 to 1"
-    );
-    let bits = |map: &Array2<f32>| finite_bits(map.as_slice().expect("as it was made"));
-    for set in InstructionSet::available() {
-        let map = plan
-            .run(image.view(), set, |_, _| {})
-            .expect("what one lane takes");
-        assert_eq!(bits(&expected), bits(&map), "{}", set.name());
-    }
-    if let Ok(mut other) = Plan::new(size, &with(input.strips[1])) {
-        let map = other.run(image.view(), InstructionSet::detect(), |_, _| {});
-        assert_eq!(
-            bits(&expected),
-            bits(&map.expect("what one strip takes")),
-            "another strip"
-        );
-    }
+    let found = set.dispatch(Map {
+        bank: &other,
+        image: &image,
+    });
+    assert_eq!(expected, found, "{}", set.name());
 });
 
-/// One thread: a target is run on several processes instead.
-fn rayon_of_one() -> Result<(), rayon::ThreadPoolBuildError> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build_global()
+/// Numbers that an image may have.
+fn numbers(input: &Input, count: usize) -> Vec<f32> {
+    let mut numbers = samples(&input.data, count, input.any_bits, input.exponent);
+    for number in &mut numbers {
+        if number.abs() > bonebeam::phase_symmetry::MAX_PIXEL {
+            *number = 0.0;
+        }
+    }
+    numbers
+}
+
+fn check_range(map: &[f32]) {
+    assert!(
+        map.iter().all(|value| (0.0..1.0).contains(value)),
+        "beyond 0 to 1"
+    );
+}
+
+/// The steps of a filter for one strip of columns and one of rows, of any spectrum and sums: the bits that
+/// are written.
+#[derive(Clone, Copy)]
+struct Strip<'a> {
+    bank: &'a PhaseSymmetry,
+    filter: usize,
+    places: [usize; 2],
+    numbers: &'a [f32],
+}
+
+impl Task for Strip<'_> {
+    type Output = Vec<u32>;
+
+    fn run<V: Vector>(self, zero: V) -> Vec<u32> {
+        let Strip {
+            bank,
+            filter,
+            places,
+            numbers,
+        } = self;
+        let kernels = Kernels {
+            fft: &*FFT,
+            gains: &LogGabor::fixed(),
+        };
+        let mut memory = Memory::new(zero, bank.sizes());
+        let memory = &mut memory.slices();
+        let columns = bank
+            .column_strips()
+            .nth(places[0] % bank.column_strips().count());
+        let rows = bank.row_strips().nth(places[1] % bank.row_strips().count());
+        let (Some(columns), Some(rows)) = (columns, rows) else {
+            panic!("a bank without strips");
+        };
+        let mut filtered = Repeated::of(numbers);
+        let spectrum = &mut Repeated::of(numbers);
+        bank.filter_columns(&kernels, filter, columns, spectrum, &mut filtered, memory)
+            .expect("a strip of the bank");
+        // Sums that may be: the numerator grows by less than the denominator.
+        let sums: Vec<f32> = numbers.iter().map(|number| number.abs()).collect();
+        let (mut above, mut below) = (Repeated::of(&sums), Repeated::of(&sums));
+        let both: [&mut dyn WriteAt; 2] = [&mut above, &mut below];
+        bank.add_rows(&kernels, filter, rows, &mut filtered, both, memory)
+            .expect("a strip of the bank");
+        if filter + 1 == bank.filters() {
+            check_range(&above.written);
+        }
+        let written = [filtered.written, above.written, below.written];
+        finite_bits(&written.concat())
+    }
+}
+
+/// External memory of any size that repeats some numbers. What is written is kept apart, in the order of
+/// its writing.
+struct Repeated<'a> {
+    numbers: &'a [f32],
+    written: Vec<f32>,
+}
+
+impl<'a> Repeated<'a> {
+    fn of(numbers: &'a [f32]) -> Self {
+        Repeated {
+            numbers,
+            written: Vec::new(),
+        }
+    }
+}
+
+impl ReadAt for Repeated<'_> {
+    fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error> {
+        for (k, into) in into.iter_mut().enumerate() {
+            *into = self.numbers[(first + k) % self.numbers.len()];
+        }
+        Ok(())
+    }
+}
+
+impl WriteAt for Repeated<'_> {
+    fn write_at(&mut self, _: usize, from: &[f32]) -> Result<(), Error> {
+        self.written.extend_from_slice(from);
+        Ok(())
+    }
+}
+
+/// The bits of a whole map, by gain tables.
+struct Map<'a> {
+    bank: &'a PhaseSymmetry,
+    image: &'a [f32],
+}
+
+impl Task for Map<'_> {
+    type Output = Vec<u32>;
+
+    fn run<V: Vector>(self, zero: V) -> Vec<u32> {
+        let sizes = self.bank.sizes();
+        let full = |length| vec![f32::NAN; length];
+        let tables = full(self.bank.gain_tables_len());
+        let gains = GainTables::new(&LogGabor::fixed(), self.bank, tables);
+        let kernels = Kernels {
+            fft: &*FFT,
+            gains: &gains.expect("memory of this length"),
+        };
+        let mut symmetry = full(sizes.symmetry_len());
+        let mut external = External {
+            image: &mut &*self.image,
+            spectrum: &mut &mut *full(sizes.spectrum_len()),
+            filtered: &mut &mut *full(sizes.filtered_len()),
+            amplitude: &mut &mut *full(sizes.amplitude_len()),
+            symmetry: &mut &mut *symmetry,
+        };
+        let mut memory = Memory::new(zero, sizes);
+        self.bank
+            .run(&kernels, &mut external, &mut memory.slices(), &mut |_| {})
+            .expect("an image of the bank's size");
+        check_range(&symmetry);
+        finite_bits(&symmetry)
+    }
+}
+
+/// Fast memory, full of NaN.
+struct Memory<V> {
+    strip: Vec<f32>,
+    sums: Vec<f32>,
+    line: Vec<Complex<V>>,
+    gains: Vec<V>,
+}
+
+impl<V: Vector> Memory<V> {
+    fn new(zero: V, sizes: Sizes) -> Self {
+        let nan = zero.splat(f32::NAN);
+        Memory {
+            strip: vec![f32::NAN; sizes.strip_len()],
+            sums: vec![f32::NAN; sizes.sums_len()],
+            line: vec![Complex { re: nan, im: nan }; sizes.line_len()],
+            gains: vec![nan; sizes.gains_len()],
+        }
+    }
+
+    fn slices(&mut self) -> StripSlices<'_, V> {
+        StripSlices {
+            strip: &mut self.strip,
+            sums: &mut self.sums,
+            line: &mut self.line,
+            gains: &mut self.gains,
+        }
+    }
 }

@@ -1,6 +1,30 @@
 //! What the fuzz targets share: numbers from bytes, and bits.
 
 use bonebeam::Complex;
+use bonebeam::simd::InstructionSet;
+
+/// One of those that this processor has.
+pub fn instruction_set(choice: u8) -> InstructionSet {
+    let count = InstructionSet::available().count();
+    let mut sets = InstructionSet::available();
+    let set = sets.nth(usize::from(choice) % count);
+    set.unwrap_or(InstructionSet::Scalar)
+}
+
+/// A size of 1 to a few, and of up to about `most` for one choice in 16: small ones take little time, and
+/// have the same branches.
+pub fn size(choice: u8, few: usize, most: usize) -> usize {
+    match usize::from(choice) {
+        choice @ ..240 => 1 + choice % few,
+        choice => 1 + (choice - 240) * most / 16,
+    }
+}
+
+/// A number between the two: where the input's lies in its range.
+pub fn within(number: f64, [least, most]: [f64; 2]) -> f64 {
+    let share = number.to_bits() as f64 / u64::MAX as f64;
+    least + share * (most - least)
+}
 
 /// A finite number of any size made of bits; what is not finite becomes 0.
 pub fn finite(bits: u32) -> f32 {
