@@ -40,7 +40,7 @@ bytes! {
     [const REAL: usize, const COMPLEX: usize] Memory<REAL, COMPLEX>: "Memory", memory =>
         size_of_val(memory);
     [] MemoryView<'_>: "MemoryView", memory =>
-        size_of_val(memory.real) + size_of_val(memory.complex) + size_of_val(memory.tables);
+        size_of_val(memory.real) + size_of_val(memory.complex);
     [] LineMemory<'_>: "LineMemory", memory =>
         size_of_val(memory.scratch) + size_of_val(memory.aligned);
     [] IqSamples<'_>: "IqSamples", memory => match memory {

@@ -1,13 +1,18 @@
 //! The largest magnitude of many numbers.
+//!
+//! On processors of 32 bits a function of its own: within another the compiler counts the loop by an index beside
+//! the address, for want of registers (64 elements of DAS: 796 instructions a sample for 700).
 
 use crate::Complex;
 
 /// The bits of the largest magnitude: they order as the magnitudes do, and what is not finite comes last.
+#[cfg_attr(target_pointer_width = "32", inline(never))]
 pub(crate) fn largest(x: &[f32]) -> u32 {
     largest_of(x, |&value| [value])
 }
 
 /// The same of all parts.
+#[cfg_attr(target_pointer_width = "32", inline(never))]
 pub(crate) fn largest_part(x: &[Complex<f32>]) -> u32 {
     largest_of(x, |value| [value.re, value.im])
 }

@@ -10,7 +10,7 @@ use bonebeam::focus::{
 use bonebeam::geometry::{
     Array, Axis as Positions, Depth, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
 };
-use bonebeam::phase_symmetry::LogGaborTables;
+use bonebeam::phase_symmetry::LogGabor;
 use bonebeam::pipeline::{
     DepthGate, Frame, IqInput, LineLengths, LineMemory as LineSlices, LinePipeline, Memory,
     MemoryView, Parameters, Pipeline, Sizes,
@@ -349,12 +349,11 @@ fn sizes_follow_from_the_parameters_and_others_are_refused() {
     assert_eq!((SIZES.elements, SIZES.subaperture), (ELEMENTS, 8));
     assert_eq!(SIZES.temporal_half_window, 1);
     let (mut real, mut complex) = (vec![0.0; SIZES.real], vec![Complex::ZERO; SIZES.complex]);
-    let mut tables = LogGaborTables::new();
     for (shorter, name) in [(0, "real memory"), (1, "complex memory")] {
         let memory = MemoryView {
             real: &mut real[1 - shorter..],
             complex: &mut complex[shorter..],
-            tables: &mut tables,
+            filters: LogGabor::fixed(),
         };
         match Frame::new(&pipeline, memory).map(drop) {
             Err(Error::Length { name: n, .. }) => assert_eq!(n, name),
@@ -364,7 +363,7 @@ fn sizes_follow_from_the_parameters_and_others_are_refused() {
     let memory = MemoryView {
         real: &mut real,
         complex: &mut complex,
-        tables: &mut tables,
+        filters: LogGabor::fixed(),
     };
     let mut frame = Frame::new(&pipeline, memory).unwrap();
     let mut workspace = LineMemory::new();

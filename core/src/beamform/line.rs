@@ -4,6 +4,7 @@ use super::aligned_line::AlignedLine;
 use super::methods::Method;
 use super::parameters::Beamformer;
 use super::run::{Run, constant_runs, runs_within};
+use super::sizes::Sizes;
 use super::view::WorkspaceView;
 use crate::Error;
 use crate::covariance::Averaging;
@@ -30,21 +31,23 @@ impl Beamformer {
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         check_length("z", z.len(), line.samples())?;
-        self.stretch(workspace, line, 0, active, z)
+        let sizes = workspace.sizes;
+        self.stretch(workspace, sizes, line, 0, active, z)
     }
 
     /// The samples of a line from `first` on, as many as `z` holds. `first` begins a run or a block of a
-    /// run's time windows. Inlined, so that the compiler knows the sizes where they are constants.
+    /// run's time windows. Inlined, so that the compiler knows the workspace's `sizes` where they are constants; read
+    /// once a line, since a kernel might change them for all that the compiler knows.
     #[inline(always)]
     pub(crate) fn stretch<A: Averaging<f32>>(
         &self,
         workspace: &mut WorkspaceView<'_, A>,
+        sizes: Sizes,
         line: AlignedLine<'_>,
         first: usize,
         active: impl Fn(usize) -> Active,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        let sizes = workspace.sizes;
         let active = |sample| active(first + sample);
         let run = |sample, set: Active| Run {
             line,
@@ -83,7 +86,8 @@ impl Beamformer {
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         check_length("z", z.len(), line.samples())?;
-        self.stretch_within(workspace, line, (0, adaptive), active, z)
+        let sizes = workspace.sizes;
+        self.stretch_within(workspace, sizes, line, (0, adaptive), active, z)
     }
 
     /// As [`Beamformer::stretch`], with what is `adaptive` counted from `first`.
@@ -91,6 +95,7 @@ impl Beamformer {
     pub(crate) fn stretch_within<A: Averaging<f32>>(
         &self,
         workspace: &mut WorkspaceView<'_, A>,
+        sizes: Sizes,
         line: AlignedLine<'_>,
         (first, adaptive): (usize, Range<usize>),
         active: impl Fn(usize) -> Active,
@@ -98,7 +103,7 @@ impl Beamformer {
     ) -> Result<(), Error> {
         let samples = z.len();
         let active = |sample| active(first + sample);
-        let (method, sizes) = (self.parameters().method, workspace.sizes);
+        let method = self.parameters().method;
         let run = |sample, set: Active| Run {
             line,
             first_element: set.first,

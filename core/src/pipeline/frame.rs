@@ -22,7 +22,7 @@ use crate::{Complex, Error};
 /// use bonebeam::beamform::Workspace;
 /// use bonebeam::focus::Record;
 /// use bonebeam::geometry::{Transmit, TransmitLaw};
-/// use bonebeam::phase_symmetry::LogGaborTables;
+/// use bonebeam::phase_symmetry::LogGabor;
 /// use bonebeam::pipeline::{Frame, MemoryView, Parameters, Pipeline};
 ///
 /// # let parameters = Parameters {
@@ -52,8 +52,7 @@ use crate::{Complex, Error};
 /// let pipeline = Pipeline::new(parameters)?;
 /// let sizes = pipeline.sizes();
 /// let (mut real, mut complex) = (vec![0.0; sizes.real], vec![Complex::new(0.0, 0.0); sizes.complex]);
-/// let mut tables = LogGaborTables::new();
-/// let memory = MemoryView { real: &mut real, complex: &mut complex, tables: &mut tables };
+/// let memory = MemoryView { real: &mut real, complex: &mut complex, filters: LogGabor::fixed() };
 /// let mut frame = Frame::new(&pipeline, memory)?;
 /// let mut workspace = Workspace::<16, 8, 0>::new();
 ///
@@ -78,8 +77,7 @@ pub struct Frame<'p, 'm, D = Delay> {
 }
 
 impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
-    /// Frames of `pipeline` in `memory`. Fills the tables of apertures and of phase symmetry's filters: once
-    /// serves all frames.
+    /// Frames of `pipeline` in `memory`. Fills the table of apertures: once serves all frames.
     ///
     /// # Errors
     /// [`Error::Length`] where the memory has other sizes than [`Pipeline::sizes`]; as [`Widths::new`].
@@ -101,7 +99,7 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
         image.fill(0.0);
         Ok(Frame {
             pipeline,
-            filters: LogGabor::new(memory.tables),
+            filters: memory.filters,
             widths: Widths::new(pipeline.lines().scan(), widths)?,
             envelopes,
             image,
@@ -118,6 +116,7 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     /// [`Error::Capacity`] for a line that the scan does not have; as [`LinePipeline::line`].
     ///
     /// [`LinePipeline::line`]: super::LinePipeline::line
+    #[inline]
     pub fn line<'r, A: Averaging<f32>>(
         &mut self,
         line: usize,

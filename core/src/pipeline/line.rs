@@ -336,6 +336,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             return Ok(());
         };
         let LineMemory { scratch, aligned } = memory;
+        let sizes = workspace.sizes();
         let half_window = self.beamformer.parameters().temporal_half_window;
         let stretch = self.stretch(aligned.len(), elements)?;
         let transmits = transmits.into_iter();
@@ -380,11 +381,11 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             let adaptive = within(self.adaptive.start)..within(self.adaptive.end);
             if adaptive.len() == own.len() {
                 self.beamformer
-                    .stretch(workspace, x, own.start, &active, out)?;
+                    .stretch(workspace, sizes, x, own.start, &active, out)?;
             } else {
                 let at = (own.start, adaptive);
                 self.beamformer
-                    .stretch_within(workspace, x, at, &active, out)?;
+                    .stretch_within(workspace, sizes, x, at, &active, out)?;
             }
             held = needed;
         }

@@ -4,7 +4,7 @@ use super::line::held;
 use super::{LineLengths, Parameters};
 use crate::focus::{DelayParameters, IqParameters};
 use crate::geometry::Scan;
-use crate::phase_symmetry::{self, LogGaborTables};
+use crate::phase_symmetry::{self, LogGabor};
 use crate::{Complex, Error};
 
 /// The sizes that follow from [`Parameters`].
@@ -201,7 +201,6 @@ const fn larger(a: usize, b: usize) -> usize {
 pub struct Memory<const REAL: usize, const COMPLEX: usize> {
     real: [f32; REAL],
     complex: [Complex<f32>; COMPLEX],
-    tables: LogGaborTables,
 }
 
 /// The memory of a [`Frame`](super::Frame), borrowed: from a [`Memory`], or from slices of sizes that
@@ -211,8 +210,8 @@ pub struct MemoryView<'m> {
     pub real: &'m mut [f32],
     /// [`Sizes::complex`] numbers.
     pub complex: &'m mut [Complex<f32>],
-    /// The filter tables of phase symmetry.
-    pub tables: &'m mut LogGaborTables,
+    /// The filters of phase symmetry: [`LogGabor::fixed`], or [`LogGabor::new`] where flash is slow.
+    pub filters: LogGabor<'m>,
 }
 
 impl<const REAL: usize, const COMPLEX: usize> Memory<REAL, COMPLEX> {
@@ -224,16 +223,15 @@ impl<const REAL: usize, const COMPLEX: usize> Memory<REAL, COMPLEX> {
         Memory {
             real: [0.0; REAL],
             complex: [Complex::new(0.0, 0.0); COMPLEX],
-            tables: LogGaborTables::new(),
         }
     }
 
-    /// The slices for [`Frame::new`](super::Frame::new).
+    /// The slices for [`Frame::new`](super::Frame::new), with the filters' constants where they are.
     pub fn view(&mut self) -> MemoryView<'_> {
         MemoryView {
             real: &mut self.real,
             complex: &mut self.complex,
-            tables: &mut self.tables,
+            filters: LogGabor::fixed(),
         }
     }
 }

@@ -2,14 +2,15 @@
 //!
 //! ```text
 //! interrupt                            main loop
-//! Source::begin ── DMA ── complete ──► Sink::receive → Sequence::check → Chain::focus … Chain::map
+//! Source::begin ── DMA ── complete ──► Sink::receive → Sequence::check → Chain::line … Chain::map
 //!       ▲                                   │
 //!       └────────── free blocks ◄───────────┘ when the main loop lets go of a block
 //! ```
 //!
 //! A [`Block`] is what the elements recorded of one transmit. A [`Pool`] owns all of them: [`Source`] is
 //! the interrupt's end, [`Sink`] the main loop's. No block is ever copied, and none is in two hands.
-//! [`Sequence`] finds lost, repeated and overflowed blocks. [`Chain`] makes lines, images and maps.
+//! [`Sequence`] finds lost, repeated and overflowed blocks. [`Chain`] makes lines, images and maps, by the
+//! core's pipeline.
 //!
 //! # Latency
 //! A pool of B blocks holds B acquisitions. A block that is not dropped has been taken by the main loop at
@@ -28,6 +29,6 @@ pub mod scan;
 mod sequence;
 
 pub use block::{Block, Overflow};
-pub use chain::{Chain, ChainMemory, Choice, Plan};
+pub use chain::{Chain, ChainMemory, Plan, plan};
 pub use pool::{Counters, Pool, Received, Sink, Source};
 pub use sequence::{Fault, Sequence, Verdict};

@@ -6,7 +6,7 @@
 use bonebeam::beamform::{self, Method};
 use bonebeam::focus::IqReading;
 use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::phase_symmetry::Sizes;
+use bonebeam::pipeline::{IqInput, Parameters};
 
 use crate::Block;
 
@@ -18,65 +18,54 @@ pub const SAMPLES: usize = 280;
 pub const BEAMS: usize = 24;
 /// Samples of a line.
 pub const LENGTH: usize = 256;
-/// What the front end demodulates with, Hz.
-pub const DEMODULATION: f64 = 5e6;
-
-/// How I/Q is read between its samples: to 10⁻³ of the pulse's peak. docs/integration.md has what the others
-/// cost, and how far they err.
-pub const READING: IqReading = IqReading::for_band(RATE, 3e6);
 
 const RATE: f64 = 10e6;
 const SOUND_SPEED: f64 = 1540.0;
 const START: f64 = 6e-6;
 
+/// The scan and what becomes of it.
+pub const PARAMETERS: Parameters<'static> = Parameters {
+    scan: ScanParameters {
+        array: Array::linear(ELEMENTS, 0.5e-3),
+        lines: Lines::Even(Axis::centred(BEAMS, 0.5e-3)),
+        sound_speed: SOUND_SPEED,
+        centre_frequency: 5e6,
+        sampling_rate: RATE,
+        record_samples: SAMPLES,
+        output_rate: RATE,
+        start: Depth::Seconds(START),
+        end: Depth::Seconds(START + (LENGTH - 1) as f64 / RATE),
+        f_number: 1.5,
+        min_elements: 8,
+    },
+    beamformer: beamform::Parameters {
+        method: Method::Mv,
+        temporal_half_window: 0,
+        ..beamform::Parameters::DEFAULT
+    },
+    rows: 64,
+    columns: 64,
+    dynamic_range: 50.0,
+    median: true,
+    scales: &[1.0 / 4.0, 1.0 / 8.0, 1.0 / 16.0],
+    threshold: 10.0,
+    strip: 8,
+    stretch: LENGTH,
+};
+
+/// What the front end demodulates with; read to 10⁻³ of the pulse's peak. docs/integration.md has what the other
+/// readings cost, and how far they err.
+pub const INPUT: IqInput = IqInput {
+    demodulation_frequency: 5e6,
+    reading: Some(IqReading::for_band(RATE, 3e6)),
+};
+
 /// The geometry.
-pub const SCAN: Scan<'static> = match Scan::of_iq(ScanParameters {
-    array: Array::linear(ELEMENTS, 0.5e-3),
-    lines: Lines::Even(Axis::centred(BEAMS, 0.5e-3)),
-    sound_speed: SOUND_SPEED,
-    centre_frequency: 5e6,
-    sampling_rate: RATE,
-    record_samples: SAMPLES,
-    output_rate: RATE,
-    start: Depth::Seconds(START),
-    end: Depth::Seconds(START + (LENGTH - 1) as f64 / RATE),
-    f_number: 1.5,
-    min_elements: 8,
-}) {
+pub const SCAN: Scan<'static> = match Scan::of_iq(PARAMETERS.scan) {
     Ok(scan) => scan,
     Err(_) => panic!("the scan is not valid"),
 };
 const _: () = assert!(SCAN.samples() == LENGTH);
-
-/// The beamformer.
-pub const BEAMFORMER: beamform::Parameters = beamform::Parameters {
-    method: Method::Mv,
-    temporal_half_window: 0,
-    ..beamform::Parameters::DEFAULT
-};
-/// The longest subaperture.
-pub const SUBAPERTURE: usize = ELEMENTS / 2;
-
-/// Rows of the image.
-pub const ROWS: usize = 64;
-/// Columns of the image.
-pub const COLUMNS: usize = 64;
-/// Pixels of the image.
-pub const PIXELS: usize = ROWS * COLUMNS;
-/// How far below the largest envelope black is, dB.
-pub const DYNAMIC_RANGE: f32 = 50.0;
-/// Rows or columns that phase symmetry works on at a time.
-pub const STRIP: usize = 8;
-/// Image and strips.
-pub const STRIPS: Sizes = Sizes {
-    rows: ROWS,
-    columns: COLUMNS,
-    strip: STRIP,
-};
-/// Phase symmetry's scales, cycles a pixel.
-pub const SCALES: [f64; 3] = [1.0 / 4.0, 1.0 / 8.0, 1.0 / 16.0];
-/// Phase symmetry's noise threshold, grey levels.
-pub const THRESHOLD: f32 = 10.0;
 
 /// A beam's transmit: focused on its axis. The record begins 5 µs after it.
 pub const TRANSMIT: Transmit<'static> = Transmit::new(TransmitLaw::Focused, 5e-6);
@@ -85,7 +74,7 @@ pub const TRANSMIT: Transmit<'static> = Transmit::new(TransmitLaw::Focused, 5e-6
 pub type ScanBlock = Block<[i16; 2], ELEMENTS, SAMPLES>;
 
 /// What the elements record of a beam: pulses from a bent surface, weaker ones from within tissue above
-/// it, and noise; 14 bits, demodulated with [`DEMODULATION`].
+/// it, and noise; 14 bits, demodulated as [`INPUT`] says.
 pub fn echoes(beam: usize) -> [[[i16; 2]; ELEMENTS]; SAMPLES] {
     let scan = SCAN.parameters();
     let beam_x = scan.lines.x(beam);
@@ -93,7 +82,7 @@ pub fn echoes(beam: usize) -> [[[i16; 2]; ELEMENTS]; SAMPLES] {
     let mut add = |x: f64, z: f64, amplitude: f64| {
         for m in 0..ELEMENTS {
             let time = (z + libm::hypot(scan.array.x(m) - x, z)) / SOUND_SPEED;
-            let angle = -core::f64::consts::TAU * DEMODULATION * time;
+            let angle = -core::f64::consts::TAU * INPUT.demodulation_frequency * time;
             for (sample, row) in sums.iter_mut().enumerate() {
                 let late = (TRANSMIT.t0 + sample as f64 / RATE - time) / 0.2e-6;
                 if libm::fabs(late) < 4.0 {

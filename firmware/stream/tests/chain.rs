@@ -5,7 +5,7 @@ mod common;
 
 use common::by_the_core;
 use stream::scan::{self, BEAMS, ELEMENTS, ScanBlock};
-use stream::{Chain, ChainMemory, Fault, Overflow, Plan, Pool, Sequence};
+use stream::{Chain, ChainMemory, Fault, Overflow, Pool, Sequence};
 
 /// What happens to one acquisition.
 #[derive(Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ type Whole = (usize, Vec<f32>, Vec<f32>);
 /// Runs frames; the event happens to beam 7 of the frame that it is given for. Returns the faults and the
 /// whole frames.
 fn run(events: &[Event]) -> (Vec<Fault>, Vec<Whole>) {
-    let (plan, mut memory) = (Plan::new().unwrap(), Box::new(ChainMemory::new()));
+    let (plan, mut memory) = (stream::plan().unwrap(), Box::new(ChainMemory::new()));
     let mut chain = Chain::new(&plan, &mut memory).unwrap();
     let pool = Pool::<_, 2, 3>::new([const { ScanBlock::filled([0; 2]) }; 2]);
     let (mut source, mut sink) = Box::leak(Box::new(pool)).split();
@@ -53,8 +53,7 @@ fn run(events: &[Event]) -> (Vec<Fault>, Vec<Whole>) {
                 let verdict = sequence.check(block.sequence, block.beam, block.overflow);
                 faults.extend(verdict.faults.into_iter().flatten());
                 if let Some(line) = verdict.line {
-                    chain.focus(line.into(), &block).unwrap();
-                    chain.beamform(line.into()).unwrap();
+                    chain.line(line.into(), &block).unwrap();
                 }
                 if verdict.whole {
                     let image = chain.image().unwrap().to_vec();

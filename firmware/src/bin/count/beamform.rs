@@ -26,7 +26,7 @@ struct Case {
 const STEPS: usize = 8;
 
 const CASES: [Case; 7] = [
-    case("das", Method::Das, ECHO, [280, 510, 980]),
+    case("das", Method::Das, ECHO, [230, 445, 875]),
     case("mv", Method::Mv, ECHO, [5200, 16_300, 63_900]),
     case(
         "esmv-rank1",

@@ -1,4 +1,4 @@
-//! The scan of the image `stream` without blocks, pool, sequence and chain.
+//! The scan of the image `stream` without blocks, pool, sequence and pipeline.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Workspace};
 use bonebeam::focus::{
@@ -7,10 +7,19 @@ use bonebeam::focus::{
 use bonebeam::geometry::Axis;
 use bonebeam::image::{BMode, BModeParameters, Logarithm, PixelGrid, envelope};
 use bonebeam::phase_symmetry::{
-    External, Kernels, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, StripMemory,
+    External, Kernels, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, Sizes,
+    StripMemory,
 };
 use bonebeam::{Complex, Error};
-use stream::scan::{self, BEAMS, COLUMNS, ELEMENTS, LENGTH, PIXELS, ROWS, SCAN, STRIPS, TRANSMIT};
+use stream::scan::{self, BEAMS, ELEMENTS, INPUT, LENGTH, PARAMETERS, SCAN, TRANSMIT};
+
+const SIDE: usize = 64;
+const PIXELS: usize = SIDE * SIDE;
+const STRIPS: Sizes = Sizes {
+    rows: SIDE,
+    columns: SIDE,
+    strip: SIDE,
+};
 
 /// Image and map by the core alone: numbers instead of counts, `[element][sample]`, no table of apertures.
 ///
@@ -18,11 +27,11 @@ use stream::scan::{self, BEAMS, COLUMNS, ELEMENTS, LENGTH, PIXELS, ROWS, SCAN, S
 /// None: the scan is valid.
 pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
     let delay = IqDelay::new(IqParameters {
-        reading: scan::READING,
-        ..IqParameters::of(&SCAN, scan::DEMODULATION)
+        reading: INPUT.reading.unwrap(),
+        ..IqParameters::of(&SCAN, INPUT.demodulation_frequency)
     })?;
-    let beamformer = Beamformer::new(scan::BEAMFORMER)?;
-    let mut workspace = Box::new(Workspace::<ELEMENTS, { scan::SUBAPERTURE }, 0>::new());
+    let beamformer = Beamformer::new(PARAMETERS.beamformer)?;
+    let mut workspace = Box::new(Workspace::<ELEMENTS, { ELEMENTS / 2 }, 0>::new());
     let mut scratch = vec![0.0; delay.parameters().scratch_len(1)];
     let mut aligned = vec![Complex::new(0.0, 0.0); ELEMENTS * LENGTH];
     let mut z = vec![Complex::new(0.0, 0.0); LENGTH];
@@ -45,8 +54,8 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
     let b_mode = BMode::new(BModeParameters {
         lines,
         samples,
-        grid: PixelGrid::of_lines(&lines, &samples, ROWS, COLUMNS),
-        dynamic_range: scan::DYNAMIC_RANGE,
+        grid: PixelGrid::of_lines(&lines, &samples, SIDE, SIDE),
+        dynamic_range: PARAMETERS.dynamic_range,
         logarithm: Logarithm::Exact,
         median: true,
     })?;
@@ -54,8 +63,8 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
     b_mode.image(0.0f32, &envelopes, &mut work, &mut image)?;
     let bank = PhaseSymmetry::new(&Parameters {
         sizes: STRIPS,
-        scales: &scan::SCALES,
-        threshold: scan::THRESHOLD,
+        scales: PARAMETERS.scales,
+        threshold: PARAMETERS.threshold,
     })?;
     let mut tables = LogGaborTables::new();
     let mut spectrum = vec![0.0; STRIPS.spectrum_len()];
@@ -74,7 +83,7 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
             amplitude: &mut &mut amplitude[..],
             symmetry: &mut &mut map[..],
         },
-        &mut StripMemory::<ROWS, 64>::new().slices(),
+        &mut StripMemory::<SIDE, SIDE>::new().slices(),
         &mut |_| {},
     )?;
     Ok((image, map))
