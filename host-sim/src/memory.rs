@@ -15,9 +15,18 @@ pub fn check(bytes: usize, what: &str) -> Result<()> {
         return Ok(());
     }
     Err(Error::Data(format!(
-        "{what} needs {:.1} GiB of memory, which cannot be had",
-        bytes as f64 / (1u64 << 30) as f64
+        "{what} needs {} of memory, which cannot be had",
+        size(bytes)
     )))
+}
+
+/// So many bytes in the largest unit that they fill.
+fn size(bytes: usize) -> String {
+    let units = [(30, "GiB"), (20, "MiB"), (10, "KiB")];
+    match units.iter().find(|(power, _)| bytes >> power > 0) {
+        Some((power, unit)) => format!("{:.1} {unit}", bytes as f64 / (1u64 << power) as f64),
+        None => format!("{bytes} bytes"),
+    }
 }
 
 /// The product of some sides, as many as there are numbers at the most.
@@ -38,5 +47,19 @@ mod tests {
             message.contains("a frame needs") && message.contains("GiB"),
             "{message}"
         );
+    }
+
+    #[test]
+    fn sizes_are_told_in_a_unit_that_fits() {
+        for (bytes, told) in [
+            (0, "0 bytes"),
+            (1023, "1023 bytes"),
+            (1024, "1.0 KiB"),
+            (40 << 20, "40.0 MiB"),
+            ((1 << 30) - 1, "1024.0 MiB"),
+            (3 << 29, "1.5 GiB"),
+        ] {
+            assert_eq!(size(bytes), told);
+        }
     }
 }

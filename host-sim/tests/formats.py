@@ -435,9 +435,9 @@ def many_frames():
     write_mat5(folder / "plain_whole.mat", "rf", rf.astype(np.float64), compressed=False)
     write_npz(folder / "whole.npz", "rf", np.asfortranarray(rf))
     for name, words in {
-        "whole.mat": "GiB of memory, which cannot be had; MATLAB 5 files are read whole: save(",
-        "plain_whole.mat": "GiB of memory, which cannot be had; MATLAB 5 files are read whole: save(",
-        "whole.npz": "GiB of memory, which cannot be had; it is stored in columns",
+        "whole.mat": " of memory, which cannot be had; MATLAB 5 files are read whole: save(",
+        "plain_whole.mat": " of memory, which cannot be had; MATLAB 5 files are read whole: save(",
+        "whole.npz": " of memory, which cannot be had; it is stored in columns",
     }.items():
         outcome = run("beamform", folder / name, "-o", "lines.npz", *flags, limit=LITTLE)
         alone = outcome.stderr.count("\n") == 1
