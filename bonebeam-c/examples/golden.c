@@ -3,10 +3,12 @@
  * The numbers are tests/golden/snapshots_m32.bin, which the assembler includes. */
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdalign.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "bonebeam.h"
 
@@ -35,13 +37,25 @@ static void check(bonebeam_status status, const char *what) {
 }
 
 /* The delay stage: the snapshots' real parts as 8 elements of 192 samples. */
+enum { OUT = 64, M = 8, RECORD = LENGTH / M, SCRATCH = 1024 };
+static const bonebeam_delay_parameters delay_parameters = {
+    .sound_speed = 1540.0,
+    .sampling_rate = 40e6,
+    .centre_frequency = 5e6,
+    .output_rate = 20e6,
+    .output_start = 0.5e-6,
+    .output_samples = OUT,
+    .elements = M,
+    .record_samples = RECORD,
+    .hilbert_taps = 8,
+};
+static alignas(BONEBEAM_DELAY_ALIGN) unsigned char delay_storage[BONEBEAM_DELAY_SIZE];
+static const double linear[M] = {-1.05e-3, -0.75e-3, -0.45e-3, -0.15e-3,
+                                 0.15e-3,  0.45e-3,  0.75e-3,  1.05e-3};
+static float rf[LENGTH], scratch[SCRATCH];
+static bonebeam_complex out[OUT * M];
+
 static void delay(void) {
-    enum { OUT = 64, M = 8, RECORD = LENGTH / M, SCRATCH = 1024 };
-    static alignas(BONEBEAM_DELAY_ALIGN) unsigned char storage[BONEBEAM_DELAY_SIZE];
-    static const double element_x[M] = {-1.05e-3, -0.75e-3, -0.45e-3, -0.15e-3,
-                                        0.15e-3,  0.45e-3,  0.75e-3,  1.05e-3};
-    static float rf[LENGTH], scratch[SCRATCH];
-    static bonebeam_complex out[OUT * M];
     static const struct {
         const char *name;
         bonebeam_law law;
@@ -49,35 +63,86 @@ static void delay(void) {
     } lines[] = {{"delay-focused", BONEBEAM_LAW_FOCUSED, 0.0, 0.0},
                  {"delay-focused-plane", BONEBEAM_LAW_PLANE, 0.1, 0.0},
                  {"delay-focused-plane-element", BONEBEAM_LAW_ELEMENT, 0.0, 0.45e-3}};
-    const bonebeam_delay_parameters parameters = {
-        .sound_speed = 1540.0,
-        .sampling_rate = 40e6,
-        .centre_frequency = 5e6,
-        .output_rate = 20e6,
-        .output_start = 0.5e-6,
-        .output_samples = OUT,
-        .elements = M,
-        .record_samples = RECORD,
-        .hilbert_taps = 8,
-    };
     for (int i = 0; i < LENGTH; i++) rf[i] = snapshots[i].re;
     bonebeam_delay *stage;
-    check(bonebeam_delay_init(storage, sizeof storage, &parameters, &stage), "delay");
+    check(bonebeam_delay_init(delay_storage, sizeof delay_storage, &delay_parameters, &stage), "delay");
     for (int i = 0; i < 3; i++) {
         const bonebeam_scan_line line = {
-            .law = lines[i].law,
-            .angle = lines[i].angle,
-            .transmit_x = lines[i].x,
-            .t0 = 0.1e-6,
+            .wave.law = lines[i].law,
+            .wave.angle = lines[i].angle,
+            .wave.x = lines[i].x,
+            .wave.t0 = 0.1e-6,
             .x = 0.2e-3,
-            .element_x = element_x,
+            .element_x = linear,
             .active = {1, 6},
             .add = i > 0,
         };
-        if (bonebeam_delay_scratch(&parameters) > SCRATCH) exit(2);
+        if (bonebeam_delay_scratch(&delay_parameters) > SCRATCH) exit(2);
         check(bonebeam_delay_line(stage, &line, rf, scratch, SCRATCH, out), lines[i].name);
         print(lines[i].name, out, 2 * OUT * M);
     }
+}
+
+/* The focused wave through a filter in single precision; then a stage that is changed in place. */
+static void delay_in_f32(void) {
+    static bonebeam_complex again[OUT * M];
+    const bonebeam_scan_line focused = {
+        .wave.law = BONEBEAM_LAW_FOCUSED,
+        .wave.t0 = 0.1e-6,
+        .x = 0.2e-3,
+        .element_x = linear,
+        .active = {1, 6},
+    };
+    bonebeam_delay *stage;
+    check(bonebeam_delay_init_in_f32(delay_storage, sizeof delay_storage, &delay_parameters, &stage),
+          "delay in f32");
+    check(bonebeam_delay_line(stage, &focused, rf, scratch, SCRATCH, out), "delay-filter-f32");
+    print("delay-filter-f32", out, 2 * OUT * M);
+
+    /* There and back. */
+    bonebeam_delay_parameters faster = delay_parameters;
+    faster.sound_speed = 1600.0;
+    check(bonebeam_delay_set_in_f32(stage, &faster), "delay set");
+    check(bonebeam_delay_line(stage, &focused, rf, scratch, SCRATCH, again), "delay set");
+    int faults = memcmp(out, again, sizeof out) == 0;
+    faster.record_samples = 0;
+    faults += bonebeam_delay_set(stage, &faster) != BONEBEAM_STATUS_PARAMETER;
+    check(bonebeam_delay_set_in_f32(stage, &delay_parameters), "delay set");
+    check(bonebeam_delay_line(stage, &focused, rf, scratch, SCRATCH, again), "delay set");
+    faults += memcmp(out, again, sizeof out) != 0;
+    check(bonebeam_delay_set(stage, &delay_parameters), "delay set");
+    check(bonebeam_delay_line(stage, &focused, rf, scratch, SCRATCH, again), "delay set");
+    faults += memcmp(out, again, sizeof out) == 0;
+    if (faults) {
+        printf("%d of the changed stages are not as they should be\n", faults);
+        exit(1);
+    }
+}
+
+/* RF along a ray of a convex array, from a wave that converges and from the first of some waves. */
+static void rays(void) {
+    static bonebeam_element elements[M];
+    static const double delays[M] = {0.0, 0.1e-6, 0.2e-6, NAN, 0.2e-6, 0.3e-6, 0.1e-6, 0.0};
+    bonebeam_delay *stage;
+    check(bonebeam_delay_init(delay_storage, sizeof delay_storage, &delay_parameters, &stage), "delay");
+    check(bonebeam_convex_array(0.3e-3, 20e-3, elements, M), "convex array");
+    bonebeam_scan_line line = {
+        .wave.law = BONEBEAM_LAW_SOURCE,
+        .wave.x = 0.1e-3,
+        .wave.z = 1.1e-3,
+        .wave.t0 = 0.1e-6,
+        .elements = elements,
+        .pitch = 0.3e-3,
+        .active = {1, 6},
+    };
+    check(bonebeam_normal(&line, M, 5.3), "normal");
+    check(bonebeam_delay_line(stage, &line, rf, scratch, SCRATCH, out), "delay-ray-source");
+    print("delay-ray-source", out, 2 * OUT * M);
+    line.wave.law = BONEBEAM_LAW_DELAYS;
+    line.wave.delays = delays;
+    line.add = 1;
+    check(bonebeam_delay_line(stage, &line, rf, scratch, SCRATCH, out), "delay-ray-source-delays");
+    print("delay-ray-source-delays", out, 2 * OUT * M);
 }
 
 static int16_t thousandths(float x) {
@@ -85,15 +150,16 @@ static int16_t thousandths(float x) {
     return x > 32767.0f ? 32767 : x < -32768.0f ? -32768 : (int16_t)x;
 }
 
+static int16_t counts[LENGTH][2];
+
 /* The delay stage from I/Q: the snapshots as 32 elements of 48 samples, interleaved as they are; and the
  * same as counts of a thousandth. */
 static void iq(void) {
-    enum { OUT = 40, SCRATCH = 7 * ELEMENTS };
+    enum { LINE = 40, LAGS = 7 * ELEMENTS };
     static alignas(BONEBEAM_IQ_ALIGN) unsigned char storage[BONEBEAM_IQ_SIZE];
     static double element_x[ELEMENTS];
-    static int16_t counts[LENGTH][2];
-    static float scratch[SCRATCH];
-    static bonebeam_complex out[OUT * ELEMENTS];
+    static float lags[LAGS];
+    static bonebeam_complex aligned[LINE * ELEMENTS];
     static const char *const names[] = {"iq-linear", "iq-cubic", "iq-sinc"};
     bonebeam_iq_parameters parameters = {
         .sound_speed = 1540.0,
@@ -101,15 +167,15 @@ static void iq(void) {
         .demodulation_frequency = 5.1e6,
         .output_rate = 12e6,
         .output_start = 0.4e-6,
-        .output_samples = OUT,
+        .output_samples = LINE,
         .elements = ELEMENTS,
         .record_samples = SAMPLES,
     };
     const bonebeam_scan_line line = {
-        .law = BONEBEAM_LAW_SOURCE,
-        .transmit_x = 1e-3,
-        .transmit_z = -4e-3,
-        .t0 = 0.1e-6,
+        .wave.law = BONEBEAM_LAW_SOURCE,
+        .wave.x = 1e-3,
+        .wave.z = -4e-3,
+        .wave.t0 = 0.1e-6,
         .x = 0.2e-3,
         .steering = 0.4,
         .element_x = element_x,
@@ -124,35 +190,102 @@ static void iq(void) {
     /* Linear, which the counts are read by, comes first and last. */
     for (int i = 0; i < 4; i++) {
         parameters.reading = i % 3;
-        if (bonebeam_iq_scratch(&parameters) > SCRATCH) exit(2);
+        if (bonebeam_iq_scratch(&parameters) > LAGS) exit(2);
         check(bonebeam_iq_init(storage, sizeof storage, &parameters, &stage), "iq");
         if (i < 3) {
-            check(bonebeam_iq_line(stage, &line, snapshots, BONEBEAM_LAYOUT_INTERLEAVED, scratch,
-                                   SCRATCH, out),
+            check(bonebeam_iq_line(stage, &line, snapshots, BONEBEAM_LAYOUT_INTERLEAVED, lags,
+                                   LAGS, aligned),
                   names[i]);
-            print(names[i], out, 2 * OUT * ELEMENTS);
+            print(names[i], aligned, 2 * LINE * ELEMENTS);
         } else {
             check(bonebeam_iq_line_counts(stage, &line, counts[0], 1e-3f,
-                                          BONEBEAM_LAYOUT_INTERLEAVED, scratch, SCRATCH, out),
+                                          BONEBEAM_LAYOUT_INTERLEAVED, lags, LAGS, aligned),
                   "iq-counts");
-            print("iq-counts", out, 2 * OUT * ELEMENTS);
+            print("iq-counts", aligned, 2 * LINE * ELEMENTS);
         }
     }
     /* In fixed point: along the ray, then straight down. */
     bonebeam_scan_line down = line;
-    down.law = BONEBEAM_LAW_FOCUSED;
+    down.wave.law = BONEBEAM_LAW_FOCUSED;
     down.x = 0.3e-3;
     down.steering = 0.0;
     parameters.reading = BONEBEAM_READING_LINEAR_FIXED;
     check(bonebeam_iq_init(storage, sizeof storage, &parameters, &stage), "iq-fixed");
-    check(bonebeam_iq_line_counts(stage, &line, counts[0], 1e-3f, BONEBEAM_LAYOUT_INTERLEAVED, scratch,
-                                  SCRATCH, out),
+    check(bonebeam_iq_line_counts(stage, &line, counts[0], 1e-3f, BONEBEAM_LAYOUT_INTERLEAVED, lags,
+                                  LAGS, aligned),
           "iq-fixed");
-    print("iq-fixed", out, 2 * OUT * ELEMENTS);
-    check(bonebeam_iq_line_counts(stage, &down, counts[0], 1e-3f, BONEBEAM_LAYOUT_INTERLEAVED, scratch,
-                                  SCRATCH, out),
+    print("iq-fixed", aligned, 2 * LINE * ELEMENTS);
+    check(bonebeam_iq_line_counts(stage, &down, counts[0], 1e-3f, BONEBEAM_LAYOUT_INTERLEAVED, lags,
+                                  LAGS, aligned),
           "iq-fixed-down");
-    print("iq-fixed-down", out, 2 * OUT * ELEMENTS);
+    print("iq-fixed-down", aligned, 2 * LINE * ELEMENTS);
+}
+
+/* Lines of I/Q in stretches shorter than the aperture's growth, each of two waves. */
+static void iq_lines(void) {
+    enum { OUTPUTS = 44, STRETCH = 7, HELD = STRETCH + 2, LAGS = 7 * ELEMENTS };
+    static alignas(BONEBEAM_IQ_LINES_ALIGN) unsigned char storage[BONEBEAM_IQ_LINES_SIZE];
+    static alignas(BONEBEAM_32_16_ALIGN) unsigned char work[BONEBEAM_32_16_SIZE];
+    static float lags[LAGS];
+    static bonebeam_complex aligned[HELD * ELEMENTS], z[OUTPUTS];
+    bonebeam_iq_scan scan = {
+        .elements = ELEMENTS,
+        .pitch = 0.2e-3,
+        .lines = {-1.1e-3, 1.1e-3, 3},
+        .sound_speed = 1540.0,
+        .centre_frequency = 5e6,
+        .sampling_rate = 10e6,
+        .record_samples = SAMPLES,
+        .demodulation_frequency = 5.1e6,
+        .reading = BONEBEAM_READING_SINC,
+        .output_rate = 12e6,
+        .start = 0.4e-6,
+        .end = 4.0e-6,
+        .f_number = 0.7,
+        .min_elements = 8,
+    };
+    const bonebeam_beamform_parameters parameters = {
+        .method = BONEBEAM_METHOD_MV,
+        .temporal_half_window = 1,
+        .diagonal_loading = 0.05f,
+        .subaperture_ratio = 0.5,
+    };
+    const bonebeam_iq_wave waves[2] = {
+        {{.law = BONEBEAM_LAW_PLANE, .angle = -0.1, .t0 = 0.1e-6}, counts[0], 1e-3f, BONEBEAM_LAYOUT_INTERLEAVED},
+        {{.law = BONEBEAM_LAW_PLANE, .angle = 0.15, .t0 = 0.1e-6}, counts[0], 1e-3f, BONEBEAM_LAYOUT_INTERLEAVED},
+    };
+    const bonebeam_line_memory memory = {STRETCH, lags, aligned};
+    static const char *const names[] = {"pipeline-iq-left", "pipeline-iq-middle"};
+    bonebeam_iq_lines *lines;
+    bonebeam_32_16 *own;
+    check(bonebeam_iq_lines_init(storage, sizeof storage, &scan, &parameters, &lines), "iq lines");
+    check(bonebeam_32_16_init(work, sizeof work, &parameters, &own), "init");
+    bonebeam_line_lengths lengths = bonebeam_iq_lines_lengths(lines, STRETCH);
+    if (lengths.samples != OUTPUTS || lengths.scratch != LAGS || lengths.aligned != HELD * ELEMENTS) exit(2);
+    for (int i = 0; i < 2; i++) {
+        check(bonebeam_32_16_iq_line(own, lines, i, waves, 2, &memory, z), names[i]);
+        print(names[i], z, 2 * OUTPUTS);
+    }
+
+    /* Within a depth gate samples are as without it. */
+    static bonebeam_complex gated[OUTPUTS];
+    scan.gate_from = 1e-3;
+    scan.gate_to = 2e-3;
+    check(bonebeam_iq_lines_init(storage, sizeof storage, &scan, &parameters, &lines), "gate");
+    check(bonebeam_32_16_iq_line(own, lines, 1, waves, 2, &memory, gated), "gate");
+    int faults = 0;
+    for (int n = 0; n < OUTPUTS; n++) {
+        double depth = 1540.0 * (scan.start + n / scan.output_rate) / 2.0;
+        int inside = depth >= scan.gate_from && depth <= scan.gate_to;
+        faults += (memcmp(&gated[n], &z[n], sizeof z[n]) == 0) != inside;
+    }
+    faults += bonebeam_32_16_iq_line(own, lines, 3, waves, 2, &memory, z) == BONEBEAM_STATUS_OK;
+    faults += bonebeam_32_16_iq_line(own, lines, 0, waves, 17, &memory, z) != BONEBEAM_STATUS_CAPACITY;
+    faults += bonebeam_32_16_iq_line(own, lines, 0, waves, 0, &memory, z) != BONEBEAM_STATUS_PARAMETER;
+    if (faults) {
+        printf("%d of the lines of I/Q are not as they should be\n", faults);
+        exit(1);
+    }
 }
 
 /* The beamformers at 32/16 with K = 2. */
@@ -210,6 +343,20 @@ static void beamform(void) {
         }
         print(cases[i].name, z, 2 * SAMPLES);
     }
+
+    /* The growing aperture, adaptive within a depth gate and DAS elsewhere. */
+    const bonebeam_beamform_parameters parameters = {
+        .method = BONEBEAM_METHOD_MV,
+        .temporal_half_window = 2,
+        .diagonal_loading = 0.05f,
+        .subaperture_ratio = 0.5,
+    };
+    const bonebeam_samples gate = {13, 38};
+    bonebeam_32_16 *own;
+    check(bonebeam_32_16_init(storage, sizeof storage, &parameters, &own), "init");
+    check(bonebeam_32_16_line_within(own, snapshots, SAMPLES, ELEMENTS, growing, &gate, z),
+          "mv-depth-gate");
+    print("mv-depth-gate", z, 2 * SAMPLES);
 }
 
 /* The snapshots as 32 beams of 48 samples. */
@@ -220,8 +367,13 @@ static void image(void) {
     check(bonebeam_envelope(snapshots, LENGTH, envelopes), "envelope");
     print("envelope", envelopes, LENGTH);
     float largest = bonebeam_largest(envelopes, LENGTH);
-    check(bonebeam_log_compression(envelopes, LENGTH, largest, 50.0f, levels), "log-compression");
+    check(bonebeam_log_compression(BONEBEAM_LOGARITHM_POLYNOMIAL, envelopes, LENGTH, largest, 50.0f,
+                                   pixels),
+          "log-compression-polynomial");
+    check(bonebeam_log_compression(BONEBEAM_LOGARITHM_EXACT, envelopes, LENGTH, largest, 50.0f, levels),
+          "log-compression");
     print("log-compression", levels, LENGTH);
+    print("log-compression-polynomial", pixels, LENGTH);
     check(bonebeam_resample(levels, &beams, &samples, &rows, &columns, pixels), "resample");
     print("resample", pixels, PIXELS);
     check(bonebeam_median(pixels, SIDE, SIDE, smooth), "median");
@@ -301,10 +453,13 @@ static void refusals(void) {
 
 int main(void) {
     delay();
+    delay_in_f32();
     beamform();
     image();
     phase_symmetry();
     iq();
+    rays();
+    iq_lines();
     refusals();
     return 0;
 }

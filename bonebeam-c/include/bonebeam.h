@@ -50,6 +50,15 @@
 // Alignment of its storage, bytes.
 #define BONEBEAM_IQ_ALIGN 8
 
+// The most transmits that one line is compounded of.
+#define BONEBEAM_IQ_WAVES 16
+
+// Bytes of its storage.
+#define BONEBEAM_IQ_LINES_SIZE 512
+
+// Alignment of its storage, bytes.
+#define BONEBEAM_IQ_LINES_ALIGN 8
+
 // What a call came to. Only 0 leaves something in the outputs.
 enum bonebeam_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -93,11 +102,12 @@ enum bonebeam_law
   BONEBEAM_LAW_FOCUSED = 0,
   // A plane wave at the angle `angle`.
   BONEBEAM_LAW_PLANE = 1,
-  // One element, at `transmit_x`, `transmit_z`.
+  // One element, at `x`, `z`.
   BONEBEAM_LAW_ELEMENT = 2,
-  // A wave that goes to the point at `transmit_x`, `transmit_z`, or comes from it where that lies behind
-  // the array, `transmit_z` ≤ 0.
+  // A wave that goes to the point at `x`, `z`, or comes from it where that lies behind the array, `z` ≤ 0.
   BONEBEAM_LAW_SOURCE = 3,
+  // The first wave that arrives of elements that fire at `delays`.
+  BONEBEAM_LAW_DELAYS = 4,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -123,6 +133,26 @@ enum bonebeam_layout
 typedef enum bonebeam_layout bonebeam_layout;
 #else
 typedef int32_t bonebeam_layout;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// How decibels are worked out.
+enum bonebeam_logarithm
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // By libm's logarithm.
+  BONEBEAM_LOGARITHM_EXACT = 0,
+  // By a polynomial: a third of the instructions, within the error that `Logarithm::Polynomial` in the core's
+  // documentation states.
+  BONEBEAM_LOGARITHM_POLYNOMIAL = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum bonebeam_logarithm bonebeam_logarithm;
+#else
+typedef int32_t bonebeam_logarithm;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -198,6 +228,9 @@ typedef struct bonebeam_forward_32_16 bonebeam_forward_32_16;
 // A delay stage.
 typedef struct bonebeam_delay bonebeam_delay;
 
+// The lines of a scan: its delay stage, its apertures and its beamformer.
+typedef struct bonebeam_iq_lines bonebeam_iq_lines;
+
 // A delay stage for I/Q.
 typedef struct bonebeam_iq bonebeam_iq;
 
@@ -247,6 +280,52 @@ typedef struct bonebeam_complex {
   float im;
 } bonebeam_complex;
 
+// Samples of a line: from `first` on, up to `end`, which is not one of them.
+typedef struct bonebeam_samples {
+  // The first.
+  size_t first;
+  // The one after the last.
+  size_t end;
+} bonebeam_samples;
+
+// One transmit.
+typedef struct bonebeam_wave {
+  // One of `bonebeam_law`, as a number: any other is refused.
+  int32_t law;
+  // Of a plane wave, rad; positive towards positive x.
+  double angle;
+  // Of the transmitting element, or of the source, m.
+  double x;
+  // The same, depth, m.
+  double z;
+  // Of `DELAYS`: when each element fires, s, as many as the stage has elements; NaN for one that does not.
+  const double *delays;
+  // Time of record sample 0 from the moment the wave would pass the law's origin, s.
+  double t0;
+} bonebeam_wave;
+
+// What the elements recorded of one transmit: counts of I and Q in turn, times `scale`.
+typedef struct bonebeam_iq_wave {
+  // How the wave travels.
+  struct bonebeam_wave wave;
+  // Elements · record samples pairs.
+  const int16_t *counts;
+  // What a count stands for.
+  float scale;
+  // One of `bonebeam_layout`, as a number: any other is refused.
+  int32_t layout;
+} bonebeam_iq_wave;
+
+// The memory that a line is worked out in: of the lengths that `bonebeam_iq_lines_lengths` gives.
+typedef struct bonebeam_line_memory {
+  // How many samples are focused and beamformed at a time.
+  size_t stretch;
+  // Scratch memory.
+  float *scratch;
+  // Aligned samples.
+  struct bonebeam_complex *aligned;
+} bonebeam_line_memory;
+
 // Shapes and rates of a delay stage. SI units.
 typedef struct bonebeam_delay_parameters {
   // Speed of sound, m/s.
@@ -269,26 +348,33 @@ typedef struct bonebeam_delay_parameters {
   size_t hilbert_taps;
 } bonebeam_delay_parameters;
 
+// An element: where it is, and where it looks.
+typedef struct bonebeam_element {
+  // Its lateral position, m.
+  double x;
+  // Its depth, m.
+  double z;
+  // The angle of its normal from straight down, rad; positive looks towards positive x.
+  double angle;
+} bonebeam_element;
+
 // One scan line of one transmit.
 typedef struct bonebeam_scan_line {
-  // One of `bonebeam_law`, as a number: any other is refused.
-  int32_t law;
-  // Of a plane wave, rad; positive towards positive x.
-  double angle;
-  // Of the transmitting element, or of the source, m.
-  double transmit_x;
-  // The same, depth, m.
-  double transmit_z;
-  // Time of record sample 0 from the moment the wave would pass the law's origin, s.
-  double t0;
+  // The transmit.
+  struct bonebeam_wave wave;
   // Where the line leaves, m.
   double x;
   // The same, depth, m.
   double z;
   // Its angle from straight down, rad; positive towards positive x.
   double steering;
-  // Lateral positions of the elements, m, ascending and evenly spaced; as many as the stage has.
+  // Of a linear array: lateral positions of the elements, m, ascending and evenly spaced; as many as the stage
+  // has. Null for an array of another kind.
   const double *element_x;
+  // Of another array: its elements along a line or an arc, from left to right; as many as the stage has.
+  const struct bonebeam_element *elements;
+  // From one of those to the next along the array, m.
+  double pitch;
   // The elements to compute.
   struct bonebeam_active active;
   // Not 0: add to what the output holds, as the next of several transmits.
@@ -326,6 +412,52 @@ typedef struct bonebeam_iq_parameters {
   // One of `bonebeam_reading`, as a number: any other is refused.
   int32_t reading;
 } bonebeam_iq_parameters;
+
+// A scan of I/Q by a linear array that is centred on 0. SI units.
+typedef struct bonebeam_iq_scan {
+  // Elements of the array.
+  size_t elements;
+  // From one element to the next, m.
+  double pitch;
+  // Where the lines leave, straight down.
+  struct bonebeam_axis lines;
+  // Speed of sound, m/s.
+  double sound_speed;
+  // Centre frequency of the pulse, Hz.
+  double centre_frequency;
+  // Sampling rate of the record, complex samples a second.
+  double sampling_rate;
+  // Samples of each element's record.
+  size_t record_samples;
+  // The frequency that the record was demodulated with, Hz.
+  double demodulation_frequency;
+  // One of `bonebeam_reading`, as a number: any other is refused.
+  int32_t reading;
+  // Output rate, Hz.
+  double output_rate;
+  // Two-way time of a line's first sample, s.
+  double start;
+  // Two-way time that a line's last sample does not exceed, s.
+  double end;
+  // Depth over width of the aperture.
+  double f_number;
+  // Active elements at the least.
+  size_t min_elements;
+  // The least depth at which the beamformer works, m; 0 for both where it works everywhere.
+  double gate_from;
+  // The greatest: elsewhere is DAS.
+  double gate_to;
+} bonebeam_iq_scan;
+
+// How long a line is, and the memory that it is worked out in.
+typedef struct bonebeam_line_lengths {
+  // Samples of a line.
+  size_t samples;
+  // Floats of scratch memory.
+  size_t scratch;
+  // Complex numbers of aligned samples.
+  size_t aligned;
+} bonebeam_line_lengths;
 
 // How many floats of each kind of memory it takes.
 typedef struct bonebeam_lengths {
@@ -395,6 +527,35 @@ bonebeam_status bonebeam_16_8_line(struct bonebeam_16_8 *beamformer,
                                    const struct bonebeam_active *active,
                                    struct bonebeam_complex *z);
 
+// The same within a depth gate: the samples `adaptive` by the beamformer's method, with the bits of the
+// whole line, and the others by DAS. Only the active elements within need be as few as the
+// beamformer's size.
+//
+// # Safety
+// As for a whole line; `adaptive` leads to what it says.
+bonebeam_status bonebeam_16_8_line_within(struct bonebeam_16_8 *beamformer,
+                                          const struct bonebeam_complex *x,
+                                          size_t samples,
+                                          size_t elements,
+                                          const struct bonebeam_active *active,
+                                          const struct bonebeam_samples *adaptive,
+                                          struct bonebeam_complex *z);
+
+// Line `index` of a scan of I/Q, the mean over `count` transmits, by the beamformer that `lines` was set up
+// with: of this one it takes the memory only. `z` gets as many samples as `bonebeam_iq_lines_lengths`
+// says, and may be changed in part where something is refused.
+//
+// # Safety
+// `beamformer` and `lines` are from their inits; `waves` leads to `count`, their counts to as many as the
+// scan has; `memory` to its lengths, `z` to the line's samples.
+bonebeam_status bonebeam_16_8_iq_line(struct bonebeam_16_8 *beamformer,
+                                      const struct bonebeam_iq_lines *lines,
+                                      size_t index,
+                                      const struct bonebeam_iq_wave *waves,
+                                      size_t count,
+                                      const struct bonebeam_line_memory *memory,
+                                      struct bonebeam_complex *z);
+
 // Sets a beamformer up in storage of the caller's, which it lives in from then on.
 //
 // `*beamformer` becomes the pointer to use. Refuses parameters outside their ranges, and
@@ -422,6 +583,35 @@ bonebeam_status bonebeam_32_16_line(struct bonebeam_32_16 *beamformer,
                                     size_t elements,
                                     const struct bonebeam_active *active,
                                     struct bonebeam_complex *z);
+
+// The same within a depth gate: the samples `adaptive` by the beamformer's method, with the bits of the
+// whole line, and the others by DAS. Only the active elements within need be as few as the
+// beamformer's size.
+//
+// # Safety
+// As for a whole line; `adaptive` leads to what it says.
+bonebeam_status bonebeam_32_16_line_within(struct bonebeam_32_16 *beamformer,
+                                           const struct bonebeam_complex *x,
+                                           size_t samples,
+                                           size_t elements,
+                                           const struct bonebeam_active *active,
+                                           const struct bonebeam_samples *adaptive,
+                                           struct bonebeam_complex *z);
+
+// Line `index` of a scan of I/Q, the mean over `count` transmits, by the beamformer that `lines` was set up
+// with: of this one it takes the memory only. `z` gets as many samples as `bonebeam_iq_lines_lengths`
+// says, and may be changed in part where something is refused.
+//
+// # Safety
+// `beamformer` and `lines` are from their inits; `waves` leads to `count`, their counts to as many as the
+// scan has; `memory` to its lengths, `z` to the line's samples.
+bonebeam_status bonebeam_32_16_iq_line(struct bonebeam_32_16 *beamformer,
+                                       const struct bonebeam_iq_lines *lines,
+                                       size_t index,
+                                       const struct bonebeam_iq_wave *waves,
+                                       size_t count,
+                                       const struct bonebeam_line_memory *memory,
+                                       struct bonebeam_complex *z);
 
 // Sets a beamformer up in storage of the caller's, which it lives in from then on.
 //
@@ -451,6 +641,35 @@ bonebeam_status bonebeam_64_32_line(struct bonebeam_64_32 *beamformer,
                                     const struct bonebeam_active *active,
                                     struct bonebeam_complex *z);
 
+// The same within a depth gate: the samples `adaptive` by the beamformer's method, with the bits of the
+// whole line, and the others by DAS. Only the active elements within need be as few as the
+// beamformer's size.
+//
+// # Safety
+// As for a whole line; `adaptive` leads to what it says.
+bonebeam_status bonebeam_64_32_line_within(struct bonebeam_64_32 *beamformer,
+                                           const struct bonebeam_complex *x,
+                                           size_t samples,
+                                           size_t elements,
+                                           const struct bonebeam_active *active,
+                                           const struct bonebeam_samples *adaptive,
+                                           struct bonebeam_complex *z);
+
+// Line `index` of a scan of I/Q, the mean over `count` transmits, by the beamformer that `lines` was set up
+// with: of this one it takes the memory only. `z` gets as many samples as `bonebeam_iq_lines_lengths`
+// says, and may be changed in part where something is refused.
+//
+// # Safety
+// `beamformer` and `lines` are from their inits; `waves` leads to `count`, their counts to as many as the
+// scan has; `memory` to its lengths, `z` to the line's samples.
+bonebeam_status bonebeam_64_32_iq_line(struct bonebeam_64_32 *beamformer,
+                                       const struct bonebeam_iq_lines *lines,
+                                       size_t index,
+                                       const struct bonebeam_iq_wave *waves,
+                                       size_t count,
+                                       const struct bonebeam_line_memory *memory,
+                                       struct bonebeam_complex *z);
+
 // Sets a beamformer up in storage of the caller's, which it lives in from then on.
 //
 // `*beamformer` becomes the pointer to use. Refuses parameters outside their ranges, and
@@ -478,6 +697,35 @@ bonebeam_status bonebeam_128_64_line(struct bonebeam_128_64 *beamformer,
                                      size_t elements,
                                      const struct bonebeam_active *active,
                                      struct bonebeam_complex *z);
+
+// The same within a depth gate: the samples `adaptive` by the beamformer's method, with the bits of the
+// whole line, and the others by DAS. Only the active elements within need be as few as the
+// beamformer's size.
+//
+// # Safety
+// As for a whole line; `adaptive` leads to what it says.
+bonebeam_status bonebeam_128_64_line_within(struct bonebeam_128_64 *beamformer,
+                                            const struct bonebeam_complex *x,
+                                            size_t samples,
+                                            size_t elements,
+                                            const struct bonebeam_active *active,
+                                            const struct bonebeam_samples *adaptive,
+                                            struct bonebeam_complex *z);
+
+// Line `index` of a scan of I/Q, the mean over `count` transmits, by the beamformer that `lines` was set up
+// with: of this one it takes the memory only. `z` gets as many samples as `bonebeam_iq_lines_lengths`
+// says, and may be changed in part where something is refused.
+//
+// # Safety
+// `beamformer` and `lines` are from their inits; `waves` leads to `count`, their counts to as many as the
+// scan has; `memory` to its lengths, `z` to the line's samples.
+bonebeam_status bonebeam_128_64_iq_line(struct bonebeam_128_64 *beamformer,
+                                        const struct bonebeam_iq_lines *lines,
+                                        size_t index,
+                                        const struct bonebeam_iq_wave *waves,
+                                        size_t count,
+                                        const struct bonebeam_line_memory *memory,
+                                        struct bonebeam_complex *z);
 
 // Sets a beamformer up in storage of the caller's, which it lives in from then on.
 //
@@ -507,6 +755,35 @@ bonebeam_status bonebeam_forward_32_16_line(struct bonebeam_forward_32_16 *beamf
                                             const struct bonebeam_active *active,
                                             struct bonebeam_complex *z);
 
+// The same within a depth gate: the samples `adaptive` by the beamformer's method, with the bits of the
+// whole line, and the others by DAS. Only the active elements within need be as few as the
+// beamformer's size.
+//
+// # Safety
+// As for a whole line; `adaptive` leads to what it says.
+bonebeam_status bonebeam_forward_32_16_line_within(struct bonebeam_forward_32_16 *beamformer,
+                                                   const struct bonebeam_complex *x,
+                                                   size_t samples,
+                                                   size_t elements,
+                                                   const struct bonebeam_active *active,
+                                                   const struct bonebeam_samples *adaptive,
+                                                   struct bonebeam_complex *z);
+
+// Line `index` of a scan of I/Q, the mean over `count` transmits, by the beamformer that `lines` was set up
+// with: of this one it takes the memory only. `z` gets as many samples as `bonebeam_iq_lines_lengths`
+// says, and may be changed in part where something is refused.
+//
+// # Safety
+// `beamformer` and `lines` are from their inits; `waves` leads to `count`, their counts to as many as the
+// scan has; `memory` to its lengths, `z` to the line's samples.
+bonebeam_status bonebeam_forward_32_16_iq_line(struct bonebeam_forward_32_16 *beamformer,
+                                               const struct bonebeam_iq_lines *lines,
+                                               size_t index,
+                                               const struct bonebeam_iq_wave *waves,
+                                               size_t count,
+                                               const struct bonebeam_line_memory *memory,
+                                               struct bonebeam_complex *z);
+
 // Sets a delay stage up in storage of the caller's. `*delay` becomes the pointer to use.
 //
 // # Safety
@@ -515,6 +792,31 @@ bonebeam_status bonebeam_delay_init(void *storage,
                                     size_t bytes,
                                     const struct bonebeam_delay_parameters *parameters,
                                     struct bonebeam_delay **delay);
+
+// `bonebeam_delay_init` with the filter worked out in single precision: a fiftieth of the instructions where
+// doubles are computed in software. A line has other bits: `Delay::set_in_f32` in the core's documentation.
+//
+// # Safety
+// As `bonebeam_delay_init`.
+bonebeam_status bonebeam_delay_init_in_f32(void *storage,
+                                           size_t bytes,
+                                           const struct bonebeam_delay_parameters *parameters,
+                                           struct bonebeam_delay **delay);
+
+// The stage for other parameters. Filters are kept where rates, centre frequency and taps stay, so that another
+// sound speed, range of depths or number of elements costs next to nothing. What is refused leaves it as it was.
+//
+// # Safety
+// `delay` is from its init; `parameters` leads to what it says.
+bonebeam_status bonebeam_delay_set(struct bonebeam_delay *delay,
+                                   const struct bonebeam_delay_parameters *parameters);
+
+// `bonebeam_delay_set` of a stage from `bonebeam_delay_init_in_f32`: its filter stays one in single precision.
+//
+// # Safety
+// As `bonebeam_delay_set`.
+bonebeam_status bonebeam_delay_set_in_f32(struct bonebeam_delay *delay,
+                                          const struct bonebeam_delay_parameters *parameters);
 
 // How many floats `bonebeam_delay_line` needs as scratch.
 //
@@ -529,7 +831,7 @@ size_t bonebeam_delay_scratch(const struct bonebeam_delay_parameters *parameters
 //
 // # Safety
 // `delay` is from its init. `rf` leads to elements · record samples, `scratch` to `scratch_length`
-// floats, `out` to output samples · elements, `line->element_x` to as many as there are elements.
+// floats, `out` to output samples · elements, the line's arrays to as many numbers as there are elements.
 bonebeam_status bonebeam_delay_line(const struct bonebeam_delay *delay,
                                     const struct bonebeam_scan_line *line,
                                     const float *rf,
@@ -550,10 +852,12 @@ bonebeam_status bonebeam_envelope(const struct bonebeam_complex *z, size_t lengt
 float bonebeam_largest(const float *envelopes, size_t length);
 
 // Grey levels 0 to 255: decibels relative to `reference`, of which `dynamic_range` dB are shown.
+// `logarithm`: one of `bonebeam_logarithm`, as a number; any other is refused.
 //
 // # Safety
 // `envelopes` and `out` lead to `length` numbers.
-bonebeam_status bonebeam_log_compression(const float *envelopes,
+bonebeam_status bonebeam_log_compression(int32_t logarithm,
+                                         const float *envelopes,
                                          size_t length,
                                          float reference,
                                          float dynamic_range,
@@ -620,6 +924,24 @@ bonebeam_status bonebeam_iq_line_counts(const struct bonebeam_iq *stage,
                                         size_t scratch_length,
                                         struct bonebeam_complex *out);
 
+// Sets the lines of a scan up in storage of the caller's. `*lines` becomes the pointer to use.
+//
+// # Safety
+// `storage` leads to so many `bytes`; `scan`, `beamformer` and `lines` lead to what they say.
+bonebeam_status bonebeam_iq_lines_init(void *storage,
+                                       size_t bytes,
+                                       const struct bonebeam_iq_scan *scan,
+                                       const struct bonebeam_beamform_parameters *beamformer,
+                                       struct bonebeam_iq_lines **lines);
+
+// The lengths for lines that are worked out `stretch` samples at a time: it changes memory and time, never a
+// line. All 0 where `lines` is null.
+//
+// # Safety
+// `lines` is from its init.
+struct bonebeam_line_lengths bonebeam_iq_lines_lengths(const struct bonebeam_iq_lines *lines,
+                                                       size_t stretch);
+
 // The memory that phase symmetry takes; all 0 where the parameters are null.
 //
 // # Safety
@@ -639,6 +961,24 @@ bonebeam_status bonebeam_phase_symmetry(const struct bonebeam_phase_symmetry_par
                                         float *fast,
                                         float *slow,
                                         float *map);
+
+// The elements of a convex array, `pitch` m apart along an arc of `radius` m whose middle is at x = 0, z = 0.
+//
+// # Safety
+// `elements` leads to `count` of them.
+bonebeam_status bonebeam_convex_array(double pitch,
+                                      double radius,
+                                      struct bonebeam_element *elements,
+                                      size_t count);
+
+// Lets a line leave along the array's normal at `place`, in elements from element 0: its `x`, `z` and
+// `steering`, from its `elements` and `pitch`.
+//
+// # Safety
+// `line` leads to a line, its `elements` to `count` of them.
+bonebeam_status bonebeam_normal(struct bonebeam_scan_line *line,
+                                size_t count,
+                                double place);
 
 // What a status means, in English; for logs. Any number may be asked for.
 const char *bonebeam_status_text(int32_t status);

@@ -1,5 +1,6 @@
 //! The beamformers, of the usual sizes.
 
+use crate::iq_lines::{self, IqLines, IqWave, LineMemory};
 use crate::memory::{array, array_mut, one, one_mut, place};
 use crate::status::{Status, status};
 use crate::{Active, Complex};
@@ -49,7 +50,7 @@ pub struct BeamformParameters {
 }
 
 impl BeamformParameters {
-    fn core(&self) -> Result<beamform::Parameters, Status> {
+    pub(crate) fn core(&self) -> Result<beamform::Parameters, Status> {
         const METHODS: [Method; 7] = [
             Method::Das,
             Method::Mv,
@@ -126,7 +127,17 @@ pub unsafe extern "C" fn bonebeam_active_elements(
     })
 }
 
-/// What every size's line does.
+/// Samples of a line: from `first` on, up to `end`, which is not one of them.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Samples {
+    /// The first.
+    pub first: usize,
+    /// The one after the last.
+    pub end: usize,
+}
+
+/// What every size's line does, all of it or that within `adaptive`.
 ///
 /// # Safety
 /// `x` leads to `samples × elements` numbers, `active` to `samples`, `z` to `samples`.
@@ -136,6 +147,7 @@ unsafe fn line<A: bonebeam::covariance::Averaging<f32>>(
     x: *const Complex,
     (samples, elements): (usize, usize),
     active: *const Active,
+    adaptive: Option<&Samples>,
     z: *mut Complex,
 ) -> Result<(), Status> {
     let length = samples.checked_mul(elements).ok_or(Status::Length)?;
@@ -154,14 +166,22 @@ unsafe fn line<A: bonebeam::covariance::Averaging<f32>>(
             count: active.count,
         }
     };
-    Ok(beamformer.line(workspace, AlignedLine::new(x, elements)?, active, z)?)
+    let x = AlignedLine::new(x, elements)?;
+    match adaptive {
+        None => beamformer.line(workspace, x, active, z)?,
+        Some(&Samples { first, end }) => {
+            beamformer.line_within(workspace, x, active, first..end, z)?;
+        }
+    }
+    Ok(())
 }
 
 /// A beamformer of a size: its opaque type, the constants of its storage, and its functions.
 macro_rules! beamformer {
     (
         $type:ident, $covariance:ty, $elements:literal, $subaperture:literal, $half_window:literal,
-        $size:ident = $bytes:literal, $align:ident, $init:ident, $line:ident
+        $size:ident = $bytes:literal, $align:ident, $init:ident, $line:ident, $line_within:ident,
+        $iq_line:ident
     ) => {
         #[doc = concat!(
             " A beamformer for up to ", $elements, " active elements, subapertures of up to ", $subaperture,
@@ -232,7 +252,58 @@ macro_rules! beamformer {
                 let own = unsafe { one_mut(beamformer)? };
                 let workspace = &mut own.workspace.view();
                 // SAFETY: by the caller's promise.
-                unsafe { line(&own.beamformer, workspace, x, (samples, elements), active, z) }
+                unsafe { line(&own.beamformer, workspace, x, (samples, elements), active, None, z) }
+            })
+        }
+
+        /// The same within a depth gate: the samples `adaptive` by the beamformer's method, with the bits of the
+        /// whole line, and the others by DAS. Only the active elements within need be as few as the
+        /// beamformer's size.
+        ///
+        /// # Safety
+        /// As for a whole line; `adaptive` leads to what it says.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $line_within(
+            beamformer: *mut $type,
+            x: *const Complex,
+            samples: usize,
+            elements: usize,
+            active: *const Active,
+            adaptive: *const Samples,
+            z: *mut Complex,
+        ) -> Status {
+            status(|| {
+                // SAFETY: by the caller's promise.
+                let (own, gate) = unsafe { (one_mut(beamformer)?, Some(one(adaptive)?)) };
+                let workspace = &mut own.workspace.view();
+                // SAFETY: by the caller's promise.
+                unsafe { line(&own.beamformer, workspace, x, (samples, elements), active, gate, z) }
+            })
+        }
+
+        /// Line `index` of a scan of I/Q, the mean over `count` transmits, by the beamformer that `lines` was set up
+        /// with: of this one it takes the memory only. `z` gets as many samples as `bonebeam_iq_lines_lengths`
+        /// says, and may be changed in part where something is refused.
+        ///
+        /// # Safety
+        /// `beamformer` and `lines` are from their inits; `waves` leads to `count`, their counts to as many as the
+        /// scan has; `memory` to its lengths, `z` to the line's samples.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $iq_line(
+            beamformer: *mut $type,
+            lines: *const IqLines,
+            index: usize,
+            waves: *const IqWave,
+            count: usize,
+            memory: *const LineMemory,
+            z: *mut Complex,
+        ) -> Status {
+            status(|| {
+                // SAFETY: by the caller's promise.
+                let own = unsafe { one_mut(beamformer)? };
+                let workspace = &mut own.workspace.view();
+                // SAFETY: by the caller's promise.
+                unsafe { iq_lines::line(workspace, lines, index, (waves, count), memory, z) }
             })
         }
     };
@@ -247,7 +318,9 @@ beamformer!(
     BONEBEAM_16_8_SIZE = 2432,
     BONEBEAM_16_8_ALIGN,
     bonebeam_16_8_init,
-    bonebeam_16_8_line
+    bonebeam_16_8_line,
+    bonebeam_16_8_line_within,
+    bonebeam_16_8_iq_line
 );
 beamformer!(
     Beamformer32x16,
@@ -258,7 +331,9 @@ beamformer!(
     BONEBEAM_32_16_SIZE = 6720,
     BONEBEAM_32_16_ALIGN,
     bonebeam_32_16_init,
-    bonebeam_32_16_line
+    bonebeam_32_16_line,
+    bonebeam_32_16_line_within,
+    bonebeam_32_16_iq_line
 );
 beamformer!(
     Beamformer64x32,
@@ -269,7 +344,9 @@ beamformer!(
     BONEBEAM_64_32_SIZE = 21504,
     BONEBEAM_64_32_ALIGN,
     bonebeam_64_32_init,
-    bonebeam_64_32_line
+    bonebeam_64_32_line,
+    bonebeam_64_32_line_within,
+    bonebeam_64_32_iq_line
 );
 beamformer!(
     Beamformer128x64,
@@ -280,7 +357,9 @@ beamformer!(
     BONEBEAM_128_64_SIZE = 75648,
     BONEBEAM_128_64_ALIGN,
     bonebeam_128_64_init,
-    bonebeam_128_64_line
+    bonebeam_128_64_line,
+    bonebeam_128_64_line_within,
+    bonebeam_128_64_iq_line
 );
 beamformer!(
     BeamformerForward32x16,
@@ -291,5 +370,7 @@ beamformer!(
     BONEBEAM_FORWARD_32_16_SIZE = 11456,
     BONEBEAM_FORWARD_32_16_ALIGN,
     bonebeam_forward_32_16_init,
-    bonebeam_forward_32_16_line
+    bonebeam_forward_32_16_line,
+    bonebeam_forward_32_16_line_within,
+    bonebeam_forward_32_16_iq_line
 );

@@ -1,10 +1,11 @@
 //! The delay stage: one scan line of one transmit, from RF to aligned analytic samples.
 
+use crate::Complex;
 use crate::memory::{array, array_mut, one, one_mut, place};
+use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
-use crate::{Active, Complex};
-use bonebeam::focus::{Compounding, Delay, DelayParameters as Core, Record, ScanLine as CoreLine};
-use bonebeam::geometry::{self, Array, Ray, Transmit, TransmitLaw};
+use bonebeam::Error;
+use bonebeam::focus::{Delay, DelayParameters as Core, Record};
 use core::ffi::c_void;
 
 /// Shapes and rates of a delay stage. SI units.
@@ -44,82 +45,6 @@ impl DelayParameters {
             record_samples: self.record_samples,
             hilbert_taps: self.hilbert_taps,
         }
-    }
-}
-
-/// How the transmit wave travels.
-#[repr(i32)]
-#[derive(Clone, Copy)]
-pub enum Law {
-    /// A focused beam: the line lies on its axis.
-    Focused = 0,
-    /// A plane wave at the angle `angle`.
-    Plane = 1,
-    /// One element, at `transmit_x`, `transmit_z`.
-    Element = 2,
-    /// A wave that goes to the point at `transmit_x`, `transmit_z`, or comes from it where that lies behind
-    /// the array, `transmit_z` ≤ 0.
-    Source = 3,
-}
-
-/// One scan line of one transmit.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct ScanLine {
-    /// One of `bonebeam_law`, as a number: any other is refused.
-    pub law: i32,
-    /// Of a plane wave, rad; positive towards positive x.
-    pub angle: f64,
-    /// Of the transmitting element, or of the source, m.
-    pub transmit_x: f64,
-    /// The same, depth, m.
-    pub transmit_z: f64,
-    /// Time of record sample 0 from the moment the wave would pass the law's origin, s.
-    pub t0: f64,
-    /// Where the line leaves, m.
-    pub x: f64,
-    /// The same, depth, m.
-    pub z: f64,
-    /// Its angle from straight down, rad; positive towards positive x.
-    pub steering: f64,
-    /// Lateral positions of the elements, m, ascending and evenly spaced; as many as the stage has.
-    pub element_x: *const f64,
-    /// The elements to compute.
-    pub active: Active,
-    /// Not 0: add to what the output holds, as the next of several transmits.
-    pub add: i32,
-}
-
-impl ScanLine {
-    /// The core's line.
-    ///
-    /// # Safety
-    /// `element_x` leads to so many numbers, which nobody writes meanwhile.
-    pub(crate) unsafe fn core<'a>(&self, elements: usize) -> Result<CoreLine<'a>, Status> {
-        // SAFETY: by the caller's promise.
-        let element_x = unsafe { array(self.element_x, elements)? };
-        let (x, z) = (self.transmit_x, self.transmit_z);
-        let law = match self.law {
-            law if law == Law::Focused as i32 => TransmitLaw::Focused,
-            law if law == Law::Plane as i32 => TransmitLaw::Plane { angle: self.angle },
-            law if law == Law::Element as i32 => TransmitLaw::Element { x, z },
-            law if law == Law::Source as i32 => TransmitLaw::VirtualSource { x, z },
-            _ => return Err(Status::Parameter),
-        };
-        Ok(CoreLine {
-            transmit: Transmit::new(law, self.t0),
-            ray: Ray::new(self.x, self.z, self.steering),
-            array: Array::LinearAt(element_x),
-            active: geometry::Active {
-                first: self.active.first,
-                count: self.active.count,
-            },
-            compounding: if self.add == 0 {
-                Compounding::Replace
-            } else {
-                Compounding::Add
-            },
-        })
     }
 }
 
@@ -165,6 +90,62 @@ pub unsafe extern "C" fn bonebeam_delay_init(
     parameters: *const DelayParameters,
     delay: *mut *mut DelayStage,
 ) -> Status {
+    // SAFETY: by the caller's promise.
+    unsafe { init(storage, bytes, parameters, delay, Delay::set) }
+}
+
+/// `bonebeam_delay_init` with the filter worked out in single precision: a fiftieth of the instructions where
+/// doubles are computed in software. A line has other bits: `Delay::set_in_f32` in the core's documentation.
+///
+/// # Safety
+/// As `bonebeam_delay_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bonebeam_delay_init_in_f32(
+    storage: *mut c_void,
+    bytes: usize,
+    parameters: *const DelayParameters,
+    delay: *mut *mut DelayStage,
+) -> Status {
+    // SAFETY: by the caller's promise.
+    unsafe { init(storage, bytes, parameters, delay, Delay::set_in_f32) }
+}
+
+/// The stage for other parameters. Filters are kept where rates, centre frequency and taps stay, so that another
+/// sound speed, range of depths or number of elements costs next to nothing. What is refused leaves it as it was.
+///
+/// # Safety
+/// `delay` is from its init; `parameters` leads to what it says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bonebeam_delay_set(
+    delay: *mut DelayStage,
+    parameters: *const DelayParameters,
+) -> Status {
+    // SAFETY: by the caller's promise.
+    status(|| unsafe { Ok(one_mut(delay)?.0.set(one(parameters)?.core())?) })
+}
+
+/// `bonebeam_delay_set` of a stage from `bonebeam_delay_init_in_f32`: its filter stays one in single precision.
+///
+/// # Safety
+/// As `bonebeam_delay_set`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bonebeam_delay_set_in_f32(
+    delay: *mut DelayStage,
+    parameters: *const DelayParameters,
+) -> Status {
+    // SAFETY: by the caller's promise.
+    status(|| unsafe { Ok(one_mut(delay)?.0.set_in_f32(one(parameters)?.core())?) })
+}
+
+/// # Safety
+/// As [`bonebeam_delay_init`].
+unsafe fn init(
+    storage: *mut c_void,
+    bytes: usize,
+    parameters: *const DelayParameters,
+    delay: *mut *mut DelayStage,
+    set: fn(&mut Delay, Core) -> Result<(), Error>,
+) -> Status {
     status(|| {
         // SAFETY: by the caller's promise.
         let (parameters, out) = unsafe { (one(parameters)?, one_mut(delay)?) };
@@ -174,7 +155,7 @@ pub unsafe extern "C" fn bonebeam_delay_init(
             place.copy_from_nonoverlapping(&raw const ANY, 1);
             &mut *place
         };
-        stage.set(parameters.core())?;
+        set(stage, parameters.core())?;
         *out = place;
         Ok(())
     })
@@ -200,7 +181,7 @@ pub unsafe extern "C" fn bonebeam_delay_scratch(parameters: *const DelayParamete
 ///
 /// # Safety
 /// `delay` is from its init. `rf` leads to elements · record samples, `scratch` to `scratch_length`
-/// floats, `out` to output samples · elements, `line->element_x` to as many as there are elements.
+/// floats, `out` to output samples · elements, the line's arrays to as many numbers as there are elements.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_delay_line(
     delay: *const DelayStage,

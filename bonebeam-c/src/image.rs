@@ -4,10 +4,10 @@ use crate::memory::{array, array_mut, one};
 use crate::status::{Status, status};
 use crate::{Axis, Complex};
 use bonebeam::geometry;
-use bonebeam::image::{envelope, largest, log_compression, median, resample};
+use bonebeam::image::{self, envelope, largest, log_compression_with, median, resample};
 
 impl Axis {
-    fn core(&self) -> geometry::Axis {
+    pub(crate) fn core(&self) -> geometry::Axis {
         geometry::Axis {
             first: self.first,
             step: self.step,
@@ -44,12 +44,25 @@ pub unsafe extern "C" fn bonebeam_largest(envelopes: *const f32, length: usize) 
     unsafe { array(envelopes, length) }.map_or(0.0, largest)
 }
 
+/// How decibels are worked out.
+#[repr(i32)]
+#[derive(Clone, Copy)]
+pub enum Logarithm {
+    /// By libm's logarithm.
+    Exact = 0,
+    /// By a polynomial: a third of the instructions, within the error that `Logarithm::Polynomial` in the core's
+    /// documentation states.
+    Polynomial = 1,
+}
+
 /// Grey levels 0 to 255: decibels relative to `reference`, of which `dynamic_range` dB are shown.
+/// `logarithm`: one of `bonebeam_logarithm`, as a number; any other is refused.
 ///
 /// # Safety
 /// `envelopes` and `out` lead to `length` numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_log_compression(
+    logarithm: i32,
     envelopes: *const f32,
     length: usize,
     reference: f32,
@@ -57,9 +70,20 @@ pub unsafe extern "C" fn bonebeam_log_compression(
     out: *mut f32,
 ) -> Status {
     status(|| {
+        let by = match logarithm {
+            by if by == Logarithm::Exact as i32 => image::Logarithm::Exact,
+            by if by == Logarithm::Polynomial as i32 => image::Logarithm::Polynomial,
+            _ => return Err(Status::Parameter),
+        };
         // SAFETY: by the caller's promise.
         let (envelopes, out) = unsafe { (array(envelopes, length)?, array_mut(out, length)?) };
-        Ok(log_compression(envelopes, reference, dynamic_range, out)?)
+        Ok(log_compression_with(
+            by,
+            envelopes,
+            reference,
+            dynamic_range,
+            out,
+        )?)
     })
 }
 

@@ -2,8 +2,8 @@
 //! samples.
 
 use crate::Complex;
-use crate::delay::ScanLine;
 use crate::memory::{array, array_mut, one, one_mut, place};
+use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
 use bonebeam::focus::{IqDelay, IqLayout, IqParameters as Core, IqReading, IqRecord, IqSamples};
 use core::ffi::c_void;
@@ -69,14 +69,32 @@ impl IqParameters {
             output_samples: self.output_samples,
             elements: self.elements,
             record_samples: self.record_samples,
-            reading: match self.reading {
-                reading if reading == Reading::Linear as i32 => IqReading::Linear,
-                reading if reading == Reading::Cubic as i32 => IqReading::Cubic,
-                reading if reading == Reading::Sinc as i32 => IqReading::Sinc,
-                reading if reading == Reading::LinearFixed as i32 => IqReading::LinearFixed,
-                _ => return Err(Status::Parameter),
-            },
+            reading: Reading::core(self.reading)?,
         })
+    }
+}
+
+impl Reading {
+    /// The core's reading.
+    pub(crate) fn core(number: i32) -> Result<IqReading, Status> {
+        match number {
+            reading if reading == Reading::Linear as i32 => Ok(IqReading::Linear),
+            reading if reading == Reading::Cubic as i32 => Ok(IqReading::Cubic),
+            reading if reading == Reading::Sinc as i32 => Ok(IqReading::Sinc),
+            reading if reading == Reading::LinearFixed as i32 => Ok(IqReading::LinearFixed),
+            _ => Err(Status::Parameter),
+        }
+    }
+}
+
+impl Layout {
+    /// The core's layout.
+    pub(crate) fn core(number: i32) -> Result<IqLayout, Status> {
+        match number {
+            layout if layout == Layout::Planar as i32 => Ok(IqLayout::Planar),
+            layout if layout == Layout::Interleaved as i32 => Ok(IqLayout::Interleaved),
+            _ => Err(Status::Parameter),
+        }
     }
 }
 
@@ -218,12 +236,7 @@ unsafe fn line_of(
             array_mut(out.cast(), p.elements * p.output_samples)?,
         )
     };
-    let layout = match layout {
-        layout if layout == Layout::Planar as i32 => IqLayout::Planar,
-        layout if layout == Layout::Interleaved as i32 => IqLayout::Interleaved,
-        _ => return Err(Status::Parameter),
-    };
-    let record = IqRecord::new(samples, layout, p.elements)?;
+    let record = IqRecord::new(samples, Layout::core(layout)?, p.elements)?;
     // As long as asked for, whatever more there is.
     let scratch = scratch.get_mut(..p.scratch_len(1)).ok_or(Status::Length)?;
     Ok(stage.line(0.0f32, &line, &record, scratch, out)?)

@@ -11,15 +11,19 @@ mod beamformer;
 mod delay;
 mod image;
 mod iq;
+mod iq_lines;
 mod memory;
 mod phase_symmetry;
+mod scan_line;
 mod status;
 
 pub use beamformer::*;
 pub use delay::*;
 pub use image::*;
 pub use iq::*;
+pub use iq_lines::*;
 pub use phase_symmetry::*;
+pub use scan_line::*;
 pub use status::*;
 
 /// A complex number.

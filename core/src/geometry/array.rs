@@ -4,7 +4,8 @@ use super::Ray;
 use crate::Error;
 use crate::error::{at_least_one, finite, positive};
 
-/// An element: where it is, and where it looks.
+/// An element: where it is, and where it looks. Its numbers lie in this order, for callers from C.
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Element {
