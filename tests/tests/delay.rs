@@ -6,7 +6,7 @@ use bonebeam::Complex;
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::{Lanes, Vector};
-use common::tolerances::{DELAY_SHIFT, DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
+use common::tolerances::{DELAY_SHIFT, DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ, FILTER_IN_F32};
 use fearless_simd::Level;
 use host_sim::config::Beamform;
 use host_sim::drive::delay::DelayStage;
@@ -242,6 +242,45 @@ fn equals_the_f32_reference_to_the_bit() {
                 reference::f32::delay::line(&p, &line, &rf, &mut reference);
                 assert_same_bits(&ours, &reference, &what);
             }
+        }
+    }
+}
+
+/// As both references have it: to the bit of the f32 one, and near the line of a filter in f64.
+#[test]
+fn a_filter_in_f32_equals_its_reference_to_the_bit() {
+    let element_x = line_up(5);
+    let mut delay = Delay::new(parameters(20e6, 20e6, 1, 1)).unwrap();
+    for (fs, fout, f0) in [
+        (20e6, 20e6, 5e6),
+        (20e6, 20e6, 6.6e6),
+        (20e6, 40e6, 5e6),
+        (25e6, 20e6, 5e6),
+        (40e6, 20e6, 5e6),
+        (41.66e6, 20.83e6, 4.2e6),
+        (62.5e6, 8e6, 2e6),
+        (100e6, 20e6, 5e6),
+        (80e6, 5e6, 1.5e6),
+    ] {
+        for law in LAWS {
+            let p = DelayParameters {
+                centre_frequency: f0,
+                ..parameters(fs, fout, 5, 911)
+            };
+            let (rf, line) = (noise(5 * 911, 21), line_of(law, &element_x));
+            delay.set_in_f32(p).unwrap();
+            let mut ours = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * 5];
+            line_by(&delay, 0.0f32, &line, &rf, &mut ours);
+            let mut reference = vec![Complex::new(7.0, 7.0); ours.len()];
+            reference::f32::delay::line_in_f32(&p, &line, &rf, &mut reference);
+            let what = format!("{fs} -> {fout}, {f0}, {law:?}");
+            assert_same_bits(&ours, &reference, &what);
+
+            let in_f64 = core_line(&p, &line, &rf);
+            assert!(ours != in_f64, "{what}: no other bits");
+            let errors = ours.iter().zip(&in_f64).map(|(a, b)| (a - b).norm());
+            let worst = errors.fold(0.0, f32::max);
+            assert!(worst < FILTER_IN_F32, "{what}: {worst}");
         }
     }
 }

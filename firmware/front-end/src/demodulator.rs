@@ -4,7 +4,7 @@
 pub(crate) const IN_A_WORD: usize = 8;
 /// Bits of a coefficient.
 const BITS: u32 = 14;
-/// Words that the coefficient memory holds: its address has 8 bits.
+/// Words that the coefficient memory holds, if its address has 8 bits. Not verified.
 pub(crate) const WORDS: usize = 256;
 /// Profiles that the part holds.
 pub(crate) const PROFILES: u8 = 32;
@@ -30,7 +30,8 @@ pub struct Demodulator<'a> {
 /// The step of the demodulator's phase a sample, in units of 1/65536 turn: `f_demod/f_s·2¹⁶`, rounded.
 /// `None` unless 0 ≤ `f_demod` ≤ `f_s`/2; both in Hz.
 ///
-/// That is 992 Hz a step at 65 MHz, which the data sheet gives as "< 1 kHz". The beamformer has to be
+/// That is 992 Hz a step at 65 MHz, which the data sheet gives as "< 1 kHz": the 16 bits follow from that, and are not
+/// verified. The beamformer has to be
 /// told the frequency that the part really uses: the word times `f_s`/65536.
 pub fn frequency_word(f_demod: f64, f_s: f64) -> Option<u16> {
     let turn = f_demod / f_s;
@@ -42,8 +43,8 @@ pub fn frequency_word(f_demod: f64, f_s: f64) -> Option<u16> {
     }
 }
 
-/// 112 bits, highest first: coefficient 0 in the highest 14, or the first coefficient that takes more than
-/// 14 bits.
+/// 112 bits, highest first: coefficient 0 in the highest 14. That order is not verified. Else the first coefficient
+/// that takes more than 14 bits.
 pub(crate) fn pack(coefficients: &[i16; IN_A_WORD]) -> Result<[u8; 14], i16> {
     let mut word = 0u128;
     for &coefficient in coefficients {

@@ -25,8 +25,9 @@
 //! **Not verified**, and to be checked against the data sheet before a board is switched on: the codes of
 //! [`LnaGain`](crate::LnaGain) and [`LowPass`](crate::LowPass), the codes of
 //! [`TestPattern`](crate::TestPattern) but normal operation, the length of the reset pulse, everything of
-//! the demodulator but the line above: [`PROFILE_ADDRESS`], [`PROFILE`], how a profile's fields lie in its
-//! 64 bits, and whether more than 16 bits of a value go in one frame, with the select line low throughout,
+//! the demodulator but the two lines above: [`PROFILE_ADDRESS`], [`PROFILE`], how a profile's fields lie in its
+//! 64 bits, how many bits the frequency and the coefficients' address have, in which order coefficients lie in a word,
+//! and whether more than 16 bits of a value go in one frame, with the select line low throughout,
 //! as the driver sends them.
 
 /// Register 0: reset and read-out.

@@ -14,6 +14,10 @@ pub const DELAYED_PULSE_40_MHZ: f64 = 3.0e-4;
 /// (8e-6 samples); at most π a sample of slope: 3e-5 of the largest sample.
 pub const DELAY_SHIFT: f32 = 3e-5;
 
+/// A filter worked out in f32 beside one in f64, of the largest sample of the record: the errors of 32 taps, up to
+/// 5e-7 of the largest each and either way, add up as their squares do.
+pub const FILTER_IN_F32: f32 = 3e-6;
+
 pub use host_sim::validate::tolerances::{BEAMFORMED, PHASE_SYMMETRY};
 
 /// Two maps that are each within [`PHASE_SYMMETRY`] of the same exact one: moving an image moves

@@ -5,10 +5,32 @@ use bonebeam::geometry::{Array, Ray, TransmitLaw};
 use num_complex::Complex;
 use std::f64::consts::PI;
 
+use super::filter::{Filter, Record, kaiser};
+
 /// The line of `bonebeam::focus::Delay::line`. `rf`: row-major `[element][sample]`. `out`: row-major
 /// `[output sample][element]`. The caller's sizes must fit.
 pub fn line(
     parameters: &DelayParameters,
+    scan_line: &ScanLine,
+    rf: &[f32],
+    out: &mut [Complex<f32>],
+) {
+    line_by(parameters, Filter::new, scan_line, rf, out);
+}
+
+/// [`line()`] of a stage that `bonebeam::focus::Delay::set_in_f32` has set.
+pub fn line_in_f32(
+    parameters: &DelayParameters,
+    scan_line: &ScanLine,
+    rf: &[f32],
+    out: &mut [Complex<f32>],
+) {
+    line_by(parameters, Filter::in_f32, scan_line, rf, out);
+}
+
+fn line_by(
+    parameters: &DelayParameters,
+    filter: fn(&DelayParameters, f64) -> Filter,
     scan_line: &ScanLine,
     rf: &[f32],
     out: &mut [Complex<f32>],
@@ -20,7 +42,7 @@ pub fn line(
         rate /= 2.0;
         halvings += 1;
     }
-    let filter = Filter::new(p, rate);
+    let filter = filter(p, rate);
     let hilbert_taps = p.hilbert_taps;
     let hilbert = hilbert(hilbert_taps);
     let reach = 2 * hilbert_taps - 1;
@@ -242,23 +264,6 @@ pub fn upsampled(
     }
 }
 
-/// An element's record: sample 0 is `values[zero]`, what is not there is 0.
-struct Record {
-    values: Vec<f32>,
-    zero: i64,
-}
-
-impl Record {
-    fn at(&self, index: i64) -> f32 {
-        let index = index + self.zero;
-        if index >= 0 && index < self.values.len() as i64 {
-            self.values[index as usize]
-        } else {
-            0.0
-        }
-    }
-}
-
 /// The taps of a half-band filter at ±1, ±3, …, `count` on a side.
 fn half_band(count: usize, beta: f64) -> Vec<f32> {
     let mut weights = Vec::new();
@@ -328,89 +333,6 @@ fn delayed(
     filter.at(record, whole, position - libm::floorf(position))
 }
 
-/// The windowed sinc, tabulated.
-struct Filter {
-    rows: Vec<Vec<f32>>,
-    taps: usize,
-}
-
-impl Filter {
-    /// The filter for records at `fs`.
-    fn new(p: &DelayParameters, fs: f64) -> Self {
-        let (fout, f0) = (p.output_rate, p.centre_frequency);
-        let ratio = fs / fout;
-        let (taps, phases, higher) = if ratio > 1.25 {
-            (32, 75, 1.02)
-        } else {
-            (16, 150, 1.08)
-        };
-        let (cutoff, transition) = if ratio > 1.0 {
-            let cutoff: f64 = higher / ratio;
-            (cutoff.min(1.0), cutoff - 2.85 * f0 / fs)
-        } else {
-            (1.0, 1.0 - 3.0 * f0 / fs)
-        };
-        let attenuation = 8.0 + 2.285 * 2.0 * PI * ((taps - 1) as f64 * transition);
-        let beta = (0.1102 * (attenuation - 8.7)).clamp(4.0, 10.0);
-        let half = (taps / 2) as f64;
-        let mut rows = Vec::new();
-        for row in 0..=phases {
-            let mut values = Vec::new();
-            for tap in 0..taps {
-                let u = tap as f64 - (half - 1.0) - row as f64 / phases as f64;
-                let angle = PI * (cutoff * u);
-                let sinc = if angle == 0.0 {
-                    1.0
-                } else {
-                    libm::sin(angle) / angle
-                };
-                values.push((cutoff * sinc * kaiser(u / half, beta)) as f32);
-            }
-            rows.push(values);
-        }
-        Filter { rows, taps }
-    }
-
-    /// The value at a place, added up tap by tap.
-    fn sum(&self, record: &Record, whole: i64, fraction: f32) -> f32 {
-        let phases = self.rows.len() - 1;
-        let scaled = fraction * phases as f32;
-        let phase = (libm::floorf(scaled) as usize).min(phases - 1);
-        let weight = scaled - phase as f32;
-        let first = whole - (self.taps as i64 / 2 - 1);
-        let mut sum = 0.0f32;
-        for k in 0..self.taps {
-            let (row, next) = (self.rows[phase][k], self.rows[phase + 1][k]);
-            sum += record.at(first + k as i64) * (row + weight * (next - row));
-        }
-        sum
-    }
-
-    fn at(&self, record: &Record, whole: i64, fraction: f32) -> f32 {
-        let phases = self.rows.len() - 1;
-        let scaled = fraction * phases as f32;
-        let phase = (libm::floorf(scaled) as usize).min(phases - 1);
-        let weight = scaled - phase as f32;
-        let first = whole - (self.taps as i64 / 2 - 1);
-        let mut sums = [0.0f32; 16];
-        for k in 0..self.taps {
-            let (row, next) = (self.rows[phase][k], self.rows[phase + 1][k]);
-            let product = record.at(first + k as i64) * (row + weight * (next - row));
-            if k < 16 {
-                sums[k] = product;
-            } else {
-                sums[k % 16] += product;
-            }
-        }
-        for half in [8, 4] {
-            for j in 0..half {
-                sums[j] += sums[j + half];
-            }
-        }
-        (sums[0] + sums[1]) + (sums[2] + sums[3])
-    }
-}
-
 /// The odd taps of the Hilbert transformer, one side.
 fn hilbert(count: usize) -> Vec<f32> {
     let mut taps = Vec::new();
@@ -419,22 +341,4 @@ fn hilbert(count: usize) -> Vec<f32> {
         taps.push((2.0 / (PI * k) * kaiser(k / (2 * count) as f64, 6.0)) as f32);
     }
     taps
-}
-
-pub(super) fn kaiser(position: f64, beta: f64) -> f64 {
-    let inside = 1.0 - position * position;
-    if inside < 0.0 {
-        return 0.0;
-    }
-    bessel_i0(beta * libm::sqrt(inside)) / bessel_i0(beta)
-}
-
-fn bessel_i0(x: f64) -> f64 {
-    let mut sum = 1.0;
-    let mut term = 1.0;
-    for k in 1..=40 {
-        term = term * ((x / 2.0) * (x / 2.0)) / f64::from(k * k);
-        sum += term;
-    }
-    sum
 }

@@ -6,7 +6,8 @@ use bonebeam::geometry::{Array, TransmitLaw};
 use num_complex::Complex;
 use std::f64::consts::PI;
 
-use super::delay::{Path, kaiser, place, transmit};
+use super::delay::{Path, place, transmit};
+use super::filter::kaiser;
 
 /// The line of `bonebeam::focus::IqDelay::line`. `iq`: row-major `[element][sample]`, to be multiplied by
 /// `scale`; `phase`: of the demodulator, rad. `out`: row-major `[output sample][element]`. The caller's

@@ -4,6 +4,7 @@ pub mod beamform;
 mod covariance;
 pub mod delay;
 mod dominant_eigenpair;
+mod filter;
 pub mod image;
 pub mod iq;
 mod linalg;
