@@ -345,7 +345,7 @@ static void beamform(void) {
     }
 
     /* The growing aperture, adaptive within a depth gate and DAS elsewhere. */
-    const bonebeam_beamform_parameters parameters = {
+    bonebeam_beamform_parameters parameters = {
         .method = BONEBEAM_METHOD_MV,
         .temporal_half_window = 2,
         .diagonal_loading = 0.05f,
@@ -357,6 +357,14 @@ static void beamform(void) {
     check(bonebeam_32_16_line_within(own, snapshots, SAMPLES, ELEMENTS, growing, &gate, z),
           "mv-depth-gate");
     print("mv-depth-gate", z, 2 * SAMPLES);
+
+    /* The first four elements' samples over and over again: covariances of rank 4 at most, without loading. */
+    static bonebeam_complex periodic[LENGTH];
+    for (int n = 0; n < LENGTH; n++) periodic[n] = snapshots[n - n % ELEMENTS + n % ELEMENTS % 4];
+    parameters.diagonal_loading = 0.0f;
+    check(bonebeam_32_16_init(storage, sizeof storage, &parameters, &own), "init");
+    check(bonebeam_32_16_line(own, periodic, SAMPLES, ELEMENTS, all, z), "mv-singular");
+    print("mv-singular", z, 2 * SAMPLES);
 }
 
 /* The snapshots as 32 beams of 48 samples. */

@@ -98,13 +98,15 @@ impl<V: Vector> Fft<V> for LaneFft {
         for at in 0..length / 4 {
             // A quarter of the longest line is counted by eight bits.
             let k = usize::from((at as u8).reverse_bits() >> (u8::BITS + 2 - bits));
-            let block = &mut line[4 * k..4 * k + 4];
+            let Some(block) = line.as_chunks_mut::<4>().0.get_mut(k) else {
+                return;
+            };
             let (a, b) = (input(at), input(at + length / 2));
             let (c, d) = (input(at + length / 4), input(at + 3 * length / 4));
             let (a, b) = (sum(a, b), difference(a, b));
             let (c, d) = (sum(c, d), difference(c, d));
             let (second, fourth) = sum_and_difference_at_minus_i(b, d);
-            block.copy_from_slice(&[sum(a, c), second, difference(a, c), fourth]);
+            *block = [sum(a, c), second, difference(a, c), fourth];
         }
         let Some(zero) = line.first().map(|bin| bin.re.zero()) else {
             return;

@@ -9,6 +9,7 @@
 
 mod beamform;
 mod counter;
+mod decibels;
 mod delay;
 mod input;
 mod iq;
@@ -27,6 +28,8 @@ static DELAY: ConstStaticCell<delay::Workspaces> = ConstStaticCell::new(delay::W
 static IQ: ConstStaticCell<iq::Workspaces> = ConstStaticCell::new(iq::Workspaces::new());
 static BEAMFORM: ConstStaticCell<beamform::Workspaces> =
     ConstStaticCell::new(beamform::Workspaces::new());
+static DECIBELS: ConstStaticCell<decibels::Workspaces> =
+    ConstStaticCell::new(decibels::Workspaces::new());
 static PHASE_SYMMETRY: ConstStaticCell<phase_symmetry::Workspaces> =
     ConstStaticCell::new(phase_symmetry::Workspaces::new());
 
@@ -50,8 +53,9 @@ fn count(counter: &mut Counter) -> Result<bool, Error> {
     let delays = delay::run(counter, DELAY.take())?;
     let iq = iq::run(counter, IQ.take())?;
     let beamformers = beamform::run(counter, BEAMFORM.take())?;
+    let decibels = decibels::run(counter, DECIBELS.take())?;
     let filters = phase_symmetry::run(counter, PHASE_SYMMETRY.take())?;
-    Ok(set_ups && delays && iq && beamformers && filters)
+    Ok(set_ups && delays && iq && beamformers && decibels && filters)
 }
 
 /// Prints a case; whether its instructions per output stay within `bound`.

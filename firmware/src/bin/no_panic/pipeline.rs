@@ -5,7 +5,7 @@ use crate::{opaque, take};
 use bonebeam::beamform::{self, Method, Workspace, WorkspaceView};
 use bonebeam::focus::{Delay, DelayParameters, IqLayout, IqRecord, IqSamples, Record, Stage};
 use bonebeam::geometry::{Lines, Scan};
-use bonebeam::phase_symmetry::LogGaborTables;
+use bonebeam::phase_symmetry::LogGabor;
 use bonebeam::pipeline::{
     DepthGate, Frame, IqInput, LineMemory, LinePipeline, Memory, MemoryView, Parameters, Pipeline,
 };
@@ -83,11 +83,10 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
         pipeline.sizes(),
     ));
     let (mut real, mut complex) = ([0.0; 100], [Complex::ZERO; 100]);
-    let mut tables = LogGaborTables::new();
     let memory = MemoryView {
         real: opaque(&mut real[..]),
         complex: opaque(&mut complex[..]),
-        tables: opaque(&mut tables),
+        filters: opaque(LogGabor::fixed()),
     };
     let mut frame = Frame::new(pipeline, memory)?;
     let mut workspace = Workspace::<16, 8, 1>::new();

@@ -1,0 +1,50 @@
+//! Grey levels of envelopes, by either logarithm.
+
+use bonebeam::Error;
+use bonebeam::image::{Logarithm, log_compression_with};
+
+use crate::counter::Counter;
+use crate::report;
+
+const SAMPLES: usize = 1024;
+const DYNAMIC_RANGE: f32 = 50.0;
+
+/// The logarithms, and the bounds on the instructions per sample (see `beamform.rs`).
+const CASES: [(&str, Logarithm, u32); 2] = [
+    ("decibels", Logarithm::Exact, 140),
+    ("decibels-polynomial", Logarithm::Polynomial, 60),
+];
+
+/// The memory of the cases.
+pub struct Workspaces {
+    envelopes: [f32; SAMPLES],
+    levels: [f32; SAMPLES],
+}
+
+impl Workspaces {
+    /// All zero.
+    pub const fn new() -> Self {
+        Workspaces {
+            envelopes: [0.0; SAMPLES],
+            levels: [0.0; SAMPLES],
+        }
+    }
+}
+
+/// Counts both over envelopes from 60 dB below their largest on; whether they stay within their bounds.
+pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+    let Workspaces { envelopes, levels } = workspaces;
+    for (n, envelope) in envelopes.iter_mut().enumerate() {
+        *envelope = (n + 1) as f32;
+    }
+    let mut within = true;
+    for (name, by, bound) in CASES {
+        let mut outcome = Ok(());
+        let cost = counter.count(|| {
+            outcome = log_compression_with(by, envelopes, SAMPLES as f32, DYNAMIC_RANGE, levels);
+        });
+        outcome?;
+        within &= report(name, SAMPLES, SAMPLES, &cost, 0, bound);
+    }
+    Ok(within)
+}
