@@ -5,11 +5,14 @@ mod common;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::Active;
-use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, stacked, widen};
-use common::tolerances::BEAMFORMED;
-use host_sim::validate::beamform::{Exemption, Frame};
-use ndarray::Array2;
+use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, frame, stacked, widen};
+use common::tolerances::{BEAMFORMED, BEYOND_ROUNDING};
+use host_sim::reference::f64::beamform::Sample;
+use host_sim::validate::beamform::{Exemption, Frame, Judgement};
+use host_sim::validate::tolerances::ROUNDING;
+use ndarray::{Array2, Axis};
 use num_complex::Complex;
+use rayon::prelude::*;
 use std::f32::consts::TAU;
 use std::ops::Range;
 
@@ -256,4 +259,136 @@ fn nearly_equal_eigenvalues() {
         ];
         assert_agrees(&line, 0..12, parameters, &methods);
     }
+}
+
+/// The figures of docs/numerics.md, over 10⁵ samples of each kind by each of the two covariances:
+/// `cargo test --workspace --release --test beamform_f64 -- --ignored --nocapture hundred_thousand`.
+#[test]
+#[ignore = "takes minutes"]
+fn a_hundred_thousand_samples_of_undecided_ranks_and_split_clusters() {
+    const LINES: u64 = 250;
+    const SAMPLES: usize = 400;
+    const ELEMENTS: usize = 16;
+    const CLUSTERED: f32 = 1e-3;
+    // The eigenvalues of noise 60 dB below the wave are a cluster that any rank but the first splits.
+    let kinds = [
+        ("noise alone", None),
+        ("a wave in noise at -20 dB", Some(0.1)),
+        ("a wave in noise at -60 dB", Some(CLUSTERED)),
+    ];
+    let methods = [
+        Method::EsmvBeta(0.1),
+        Method::EsmvBeta(0.01),
+        Method::EsmvBeta(1e-5),
+        Method::EsmvRank(2),
+        Method::EsmvRank(3),
+    ];
+    for (kind, level) in kinds {
+        let lines: Vec<Line> = (0..LINES)
+            .map(|seed| {
+                let noise = Line::noise(1000 + seed, SAMPLES, ELEMENTS);
+                let mut gaussian = Gaussian::new(seed);
+                let waves: Vec<_> = (0..SAMPLES)
+                    .map(|_| (gaussian.next(), gaussian.next().re))
+                    .collect();
+                Line::from_fn(SAMPLES, ELEMENTS, |n, m| match level {
+                    None => noise.x[[n, m]],
+                    Some(level) => waves[n].0 * wave(waves[n].1, m) + noise.x[[n, m]] * level,
+                })
+            })
+            .collect();
+        let x = stacked(&lines);
+        for covariance in COVARIANCES {
+            let z = methods.map(|method| {
+                let parameters = Parameters {
+                    method,
+                    ..Parameters::default()
+                };
+                (frame(&lines, parameters, covariance), parameters)
+            });
+            let judged = Frame {
+                x: &x,
+                active: |beam: usize, n: usize| lines[beam].active[n],
+                covariance,
+            };
+            let z: Vec<_> = z.iter().map(|(z, parameters)| (z, *parameters)).collect();
+            let mut tallies = [Tally::default(); 5];
+            let beams: Vec<_> = (0..lines.len())
+                .into_par_iter()
+                .map(|beam| judged.judge(&z, beam, 0..SAMPLES).expect("Δ > 0"))
+                .collect();
+            for (beam, judgements) in beams.iter().enumerate() {
+                for ((tally, judgements), (z, parameters)) in
+                    tallies.iter_mut().zip(judgements).zip(&z)
+                {
+                    let largest = |most: f64, &z: &_| most.max(widen(z).norm());
+                    let bound = BEAMFORMED * z.row(beam).iter().fold(0.0, largest);
+                    for (n, judgement) in judgements.iter().enumerate() {
+                        let of_rounding = !judgement.holds() && {
+                            let x = x.index_axis(Axis(0), beam);
+                            let sample = Sample::new(x, n, (0, ELEMENTS), parameters, covariance);
+                            let sample = sample.expect("Δ > 0").expect("power");
+                            moved_by_rounding(&sample, parameters.method, bound)
+                        };
+                        tally.add(judgement, of_rounding);
+                    }
+                }
+            }
+            for (tally, (_, parameters)) in tallies.iter().zip(&z) {
+                let name = format!("{kind}, {covariance:?}, {:?}: {tally:?}", parameters.method);
+                println!("{name}");
+                let clusters = level == Some(CLUSTERED);
+                let allowed = if clusters { BEYOND_ROUNDING } else { 0.0 };
+                assert!(tally.beyond.1 <= allowed, "{name}");
+            }
+        }
+    }
+}
+
+/// What came of the samples of a method: how many, and their largest error.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    bounded: (usize, f64),
+    ill_conditioned: (usize, f64),
+    /// Beyond the bound, and no more than rounding may do where it chooses the rank, too.
+    of_rounding: (usize, f64),
+    /// Beyond the bound, and beyond what the trials of rounding do.
+    beyond: (usize, f64),
+}
+
+impl Tally {
+    fn add(&mut self, judgement: &Judgement, of_rounding: bool) {
+        let (count, largest) = match judgement.exemption {
+            _ if of_rounding => &mut self.of_rounding,
+            None if !judgement.holds() => &mut self.beyond,
+            None => &mut self.bounded,
+            Some(_) => &mut self.ill_conditioned,
+        };
+        *count += 1;
+        *largest = largest.max(judgement.error);
+    }
+}
+
+/// Whether some change of R by rounding moves z by more than `bound`, with the rank that the changed R has:
+/// more trials than the oracle's, which keeps the rank of R itself.
+fn moved_by_rounding(sample: &Sample, method: Method, bound: f64) -> bool {
+    const TRIALS: u64 = 256;
+    let exact = sample.answers(&sample.eigenspace(), method, 0.0)[0].z;
+    let size = sample.covariance.nrows();
+    let step = ROUNDING * sample.covariance.trace().re / size as f64;
+    (0..TRIALS).any(|trial| {
+        let mut gaussian = Gaussian::new(trial);
+        let mut off = || gaussian.next().re.signum() as f64 * step;
+        let mut covariance = sample.covariance.clone();
+        for i in 0..size {
+            covariance[(i, i)] += off();
+            for j in 0..i {
+                covariance[(i, j)] += Complex::new(off(), off());
+                covariance[(j, i)] = covariance[(i, j)].conj();
+            }
+        }
+        let moved = sample.with_covariance(covariance).expect("Δ > 0");
+        let z = moved.answers(&moved.eigenspace(), method, 0.0)[0].z;
+        (z - exact).norm() > bound
+    })
 }

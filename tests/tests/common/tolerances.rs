@@ -20,6 +20,10 @@ pub const FILTER_IN_F32: f32 = 3e-6;
 
 pub use host_sim::validate::tolerances::{BEAMFORMED, PHASE_SYMMETRY};
 
+/// z of a rank that splits a cluster of eigenvalues, where changes of R's entries by rounding do not explain
+/// an error beyond [`BEAMFORMED`]: the eigensolver's own, as large again.
+pub const BEYOND_ROUNDING: f64 = 2.0 * BEAMFORMED;
+
 /// Two maps that are each within [`PHASE_SYMMETRY`] of the same exact one: moving an image moves
 /// every pixel to other places in the transforms, which round differently.
 pub const PHASE_SYMMETRY_MOVED: f64 = 2.0 * PHASE_SYMMETRY;
