@@ -1,7 +1,7 @@
 //! Counts a frame of the scan of `stream` by several methods, with and without a depth gate, and by every
 //! reading of I/Q: which configuration is real time. docs/integration.md has the figures.
 //!
-//! Prints `set-up INSTRUCTIONS STACK`, `line NAME READING MEAN MOST STACK`, `picture IMAGE MAP`, and
+//! Prints `set-up INSTRUCTIONS STACK`, `focus READING MEAN` of a line without a beamformer, `line NAME READING MEAN MOST STACK`, `picture IMAGE MAP`, and
 //! `frame NAME READING INSTRUCTIONS` with a map's share; ends with a failure where a line takes more than its bound or
 //! less than all set-up, or a frame is slower than real time.
 
@@ -11,17 +11,19 @@
 #[path = "../count/counter.rs"]
 mod counter;
 
-use bonebeam::Error;
 use bonebeam::beamform::{self, Method};
-use bonebeam::focus::IqReading;
+use bonebeam::focus::{IqLayout, IqParameters, IqReading, IqRecord, IqSamples};
 use bonebeam::pipeline::{DepthGate, IqInput, Parameters, Pipeline};
+use bonebeam::{Complex, Error};
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hprintln;
 use counter::Counter;
 use firmware::exit;
 use static_cell::ConstStaticCell;
-use stream::scan::{BEAMS, ELEMENTS, INPUT, PARAMETERS, SAMPLES, SCAN, ScanBlock};
+use stream::scan::{
+    BEAMS, ELEMENTS, INPUT, LENGTH, PARAMETERS, SAMPLES, SCAN, ScanBlock, TRANSMIT,
+};
 use stream::{Chain, ChainMemory, Plan};
 
 static MEMORY: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
@@ -31,6 +33,8 @@ static RECORDING: &[u8; BEAMS * BLOCK] = include_bytes!(concat!(env!("OUT_DIR"),
 
 /// Bytes of a block's samples.
 const BLOCK: usize = SAMPLES * ELEMENTS * 4;
+/// Numbers of the elements' lags.
+const LAGS: usize = IqParameters::of(&SCAN, INPUT.demodulation_frequency).scratch_len(1);
 
 /// Half of the scan's depth, 4.6 to 24.3 mm: the middle, where the surface lies.
 const GATE: DepthGate = DepthGate {
@@ -83,10 +87,12 @@ const READINGS: [(&str, IqReading); 4] = [
     ("sinc", IqReading::Sinc),
 ];
 
-/// The memory of the chain, and a block.
+/// The memory of the chain, a block, and what a line is focused in.
 struct Workspaces {
     chain: ChainMemory,
     block: ScanBlock,
+    aligned: [Complex<f32>; ELEMENTS * LENGTH],
+    scratch: [f32; LAGS],
 }
 
 impl Workspaces {
@@ -95,6 +101,8 @@ impl Workspaces {
         Workspaces {
             chain: ChainMemory::new(),
             block: ScanBlock::filled([0; 2]),
+            aligned: [Complex::new(0.0, 0.0); ELEMENTS * LENGTH],
+            scratch: [0.0; LAGS],
         }
     }
 }
@@ -119,6 +127,8 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
     let Workspaces {
         chain: memory,
         block,
+        aligned,
+        scratch,
     } = workspaces;
     let mut outcome = Ok(());
     let set_up = counter.count(|| {
@@ -126,6 +136,26 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
     });
     outcome?;
     hprintln!("set-up {} {}", set_up.instructions, set_up.stack);
+    for (name, reading) in READINGS {
+        let plan = plan(&CASES[0], reading)?;
+        let mut sum = 0;
+        for beam in 0..BEAMS {
+            load(block, beam);
+            let mut outcome = Ok(());
+            let cost = counter.count(|| {
+                let samples = IqSamples::Counts(block.samples.as_flattened(), 1.0);
+                outcome =
+                    IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS).and_then(|record| {
+                        let transmits = [(TRANSMIT, &record)];
+                        plan.lines()
+                            .align(0.0f32, beam, transmits, scratch, aligned)
+                    });
+            });
+            outcome?;
+            sum += cost.instructions;
+        }
+        hprintln!("focus {name} {}", sum / BEAMS as u32);
+    }
     let (mut picture, mut within) = (None, true);
     for case in CASES {
         for (reading_name, reading) in READINGS {
