@@ -11,8 +11,8 @@ const DYNAMIC_RANGE: f32 = 50.0;
 
 /// The logarithms, and the bounds on the instructions per sample (see `beamform.rs`).
 const CASES: [(&str, Logarithm, u32); 2] = [
-    ("decibels", Logarithm::Exact, 140),
-    ("decibels-polynomial", Logarithm::Polynomial, 60),
+    ("decibels", Logarithm::Exact, 93),
+    ("decibels-polynomial", Logarithm::Polynomial, 65),
 ];
 
 /// The memory of the cases.
