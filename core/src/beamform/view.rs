@@ -54,12 +54,13 @@ pub(super) struct Solver<'a, S, V> {
     pub(super) factor: &'a mut [PanelColumn<S>],
     /// Steering vector and data below the matrix, or a reduction's vectors.
     pub(super) rows: &'a mut [PanelColumn<S>],
+    /// The eigenvector of the largest eigenvalue, or `Eᴴa`.
     pub(super) vector: &'a mut [S],
     pub(super) tridiagonal: Tridiagonal<'a, V>,
     pub(super) phases: &'a mut [S],
     /// Eigenvalues; later the cross-spectral metric.
     pub(super) values: &'a mut [V],
-    /// The subaperture sum, then the lag sums under way; later `Eᴴa` and `Eᴴx`, one after the other.
+    /// The subaperture sum, then the lag sums under way; later `Eᴴx`.
     pub(super) work: &'a mut [ComplexVector<V>],
 }
 

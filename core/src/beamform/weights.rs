@@ -120,7 +120,7 @@ fn kernel_weights<A: Averaging<f32>>(
 /// `weights`, for the loaded covariance in the solver's panels.
 ///
 /// Entry `i` is `(Eᴴu_i)ᴴ` times the kept `Eᴴa/λ`, with `u_i` the unit vector: the eigensolver is given
-/// two of them at a time.
+/// two of them at a time, the first among the matrix's own numbers.
 fn eigenspace_weights<A: Averaging<f32>>(
     subspace: Subspace,
     workspace: &mut WorkspaceView<'_, A>,
@@ -134,6 +134,7 @@ fn eigenspace_weights<A: Averaging<f32>>(
         phases,
         tridiagonal,
         values,
+        vector,
         work,
         ..
     } = &mut workspace.solver;
@@ -145,14 +146,16 @@ fn eigenspace_weights<A: Averaging<f32>>(
     ) else {
         return;
     };
-    let (Some(unit), Some(next), Some(values)) =
-        (unit.get_mut(..n), next.get_mut(..n), values.get_mut(..n))
-    else {
+    let (Some(vector), Some(unit), Some(next), Some(values)) = (
+        vector.get_mut(..n),
+        unit.get_mut(..n),
+        next.get_mut(..n),
+        values.get_mut(..n),
+    ) else {
         return;
     };
-    for (i, entry) in filtered.iter_mut().enumerate() {
-        entry.re = A::steering(i, n);
-        entry.im = 0.0;
+    for (i, entry) in vector.iter_mut().enumerate() {
+        *entry = A::Scalar::from_real(A::steering(i, n));
     }
     let mut reduction = Reduction {
         panels: factor,
@@ -160,23 +163,29 @@ fn eigenspace_weights<A: Averaging<f32>>(
         phases,
         tridiagonal,
     };
-    let vectors = [&mut *filtered, &mut *next];
-    eigen(0.0, matrix, n, &mut reduction, values, vectors);
-    // Beside each share its eigenvalue, which the ranking moves.
-    for ((share, projection), &value) in result.iter_mut().zip(&*filtered).zip(&*values) {
-        share.im = at_least_floor(value);
-        share.re = projection.norm_sqr() / share.im;
-    }
-    let Some(order) = reduction.tridiagonal.eigenvector.get_mut(..n) else {
+    eigen(0.0, matrix, n, &mut reduction, values, vector, next);
+    // What is left of the matrix gives way.
+    let (Some(shares), Some(order)) = (
+        reduction.tridiagonal.diagonal.get_mut(..n),
+        reduction.tridiagonal.eigenvector.get_mut(..n),
+    ) else {
         return;
     };
-    let total = rank_order(0.0, values, result, order);
+    // The eigenvalues are kept apart, since the ranking moves them.
+    let kept = filtered.iter_mut().zip(result.iter_mut());
+    let found = shares.iter_mut().zip(vector.iter().zip(&*values));
+    for ((entry, eigenvalue), (share, (projection, &value))) in kept.zip(found) {
+        eigenvalue.re = at_least_floor(value);
+        *share = projection.norm_sqr() / eigenvalue.re;
+        *entry = projection.complex();
+    }
+    let total = rank_order(0.0, values, shares, order);
     let mut before = 0.0;
     for (place, (&index, &metric)) in order.iter().zip(&*values).enumerate() {
         let k = index as usize;
-        if let (Some(entry), Some(share)) = (filtered.get_mut(k), result.get(k)) {
+        if let (Some(entry), Some(eigenvalue)) = (filtered.get_mut(k), result.get(k)) {
             *entry = if subspace.has(place, before, total) {
-                entry.divide(share.im * total)
+                entry.divide(eigenvalue.re * total)
             } else {
                 nothing
             };
@@ -184,14 +193,18 @@ fn eigenspace_weights<A: Averaging<f32>>(
         before = metric;
     }
     for (i, results) in result.chunks_mut(2).enumerate() {
-        for (k, unit) in [&mut *unit, &mut *next].into_iter().enumerate() {
-            unit.fill(nothing);
-            if let Some(entry) = unit.get_mut(2 * i + k) {
-                entry.re = 1.0;
-            }
+        vector.fill(A::Scalar::from_real(0.0));
+        next.fill(nothing);
+        if let Some(entry) = vector.get_mut(2 * i) {
+            *entry = A::Scalar::from_real(1.0);
         }
-        let vectors = [&mut *unit, &mut *next];
-        eigen(0.0, matrix, n, &mut reduction, values, vectors);
+        if let Some(entry) = next.get_mut(2 * i + 1) {
+            entry.re = 1.0;
+        }
+        eigen(0.0, matrix, n, &mut reduction, values, vector, next);
+        for (unit, entry) in unit.iter_mut().zip(&*vector) {
+            *unit = entry.complex();
+        }
         let order = reduction.tridiagonal.eigenvector.get(..n);
         for (result, unit) in results.iter_mut().zip([&*unit, &*next]) {
             let mut sum = nothing;

@@ -7,7 +7,8 @@ use super::tridiagonal::Tridiagonal;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// All eigenvalues of the matrix `a` of `n` rows, unordered in `values`, and what the eigenvectors `E`
-/// make of two given vectors of as many entries: each `x ← Eᴴx`.
+/// make of two given vectors of as many entries, one of the matrix's own numbers and a complex one: each
+/// `x ← Eᴴx`.
 ///
 /// A unit vector gives a row of `E` (entry `k` is `E(i,k)*`); a caller who needs only `Eᴴa` and `Eᴴx`
 /// saves `O(n³)` work.
@@ -20,10 +21,11 @@ pub fn eigen<S: Scalar<V>, V: Vector>(
     n: usize,
     reduction: &mut Reduction<'_, '_, S, V>,
     values: &mut [V],
-    [x, y]: [&mut [ComplexVector<V>]; 2],
+    x: &mut [S],
+    y: &mut [ComplexVector<V>],
 ) {
     let mean = reduction.reduce(zero, a, n);
-    reduction.project(zero, n, [&mut *x, &mut *y]);
+    reduction.project(zero, n, x, y);
     let Tridiagonal {
         diagonal,
         off_diagonal,
@@ -32,7 +34,7 @@ pub fn eigen<S: Scalar<V>, V: Vector>(
     let (Some(d), Some(e)) = (diagonal.get_mut(..n), off_diagonal.get_mut(..n)) else {
         return;
     };
-    implicit_ql(zero, d, e, [x, y]);
+    implicit_ql(zero, d, e, x, y);
     for (value, &d) in values.iter_mut().zip(&*d) {
         *value = d + mean;
     }

@@ -9,7 +9,7 @@
 //! [`inner_product`]; those of `Av` ascend one by one.
 
 use super::inner_product::inner_product;
-use super::panels::{PanelColumn, TILE, columns_mut, panel, trace};
+use super::panels::{PanelColumn, TILE, Tile, columns_mut, panel, trace};
 use super::tridiagonal::Tridiagonal;
 use crate::simd::{ComplexVector, Scalar, Vector, copy};
 
@@ -81,7 +81,10 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
         ) else {
             return;
         };
-        vectors.fill(S::from_real(zero));
+        // The first two.
+        if let Some(vectors) = vectors.get_mut(..2 * padded) {
+            vectors.fill(S::from_real(zero));
+        }
         let mut vectors = vectors.chunks_exact_mut(padded.max(1));
         let (Some(mut v), Some(mut q), Some(mut u), Some(mut p)) = (
             vectors.next(),
@@ -101,15 +104,20 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
                 return;
             }
             let (vm, qm) = (v[m], q[m]);
-            for ((column, (&v, &q)), u) in row.iter_mut().zip(v.iter().zip(&*q)).zip(&mut *u) {
-                *u = ((column[m % TILE] - vm.mul_conj(q)) - qm.mul_conj(v)).conj();
+            let (u_tiles, _) = u.as_chunks_mut::<TILE>();
+            let before = v.as_chunks::<TILE>().0.iter().zip(q.as_chunks::<TILE>().0);
+            for (columns, (u, (v, q))) in row.iter().zip(u_tiles.iter_mut().zip(before)) {
+                for k in 0..TILE {
+                    let entry = columns[k][m % TILE] - vm.mul_conj(q[k]);
+                    u[k] = (entry - qm.mul_conj(v[k])).conj();
+                }
             }
             *entry = u[m].real();
             // The row keeps the reflector from here on.
             (v[m], q[m]) = (S::from_real(zero), S::from_real(zero));
             let alpha = u[m - 1];
             // The reflector ends at m − 1; zeros fill up the panel.
-            u[m - 1..].fill(S::from_real(zero));
+            clear_tile(zero, u, m - 1);
             let (length, phase) = polar(alpha);
             let (tiles, _) = u[..end].as_chunks();
             let tail = inner_product(zero, tiles, tiles).real();
@@ -122,22 +130,30 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
             let tau = V::select(reduced, zero, zero.splat(2.0) / power);
             off_diagonal[m - 1] = V::select(reduced, length, reach);
             phases[m] = S::select(reduced, phase, S::from_real(zero) - phase);
-            for (column, &u) in row.iter_mut().zip(&*u) {
-                column[m % TILE] = u;
+            for (columns, u) in row.iter_mut().zip(u.as_chunks::<TILE>().0) {
+                for k in 0..TILE {
+                    columns[k][m % TILE] = u[k];
+                }
             }
-            row[m][m % TILE] = S::from_real(tau);
+            if let Some(columns) = row.last_mut() {
+                columns[m % TILE][m % TILE] = S::from_real(tau);
+            }
 
             update_and_multiply(zero, a, panels, [&*v, &*q, &*u], p);
             // Not the rows that are done.
-            p[m..].fill(S::from_real(zero));
-            for p in &mut p[..m] {
+            if m % TILE > 0 {
+                clear_tile(zero, p, m);
+            }
+            let (u_tiles, _) = u[..end].as_chunks::<TILE>();
+            let (p_tiles, _) = p[..end].as_chunks_mut::<TILE>();
+            for p in p_tiles.as_flattened_mut() {
                 *p = p.scale(tau);
             }
-            let (u_tiles, _) = u[..end].as_chunks();
-            let (p_tiles, _) = p[..end].as_chunks();
             let half = zero.splat(0.5) * tau * inner_product(zero, u_tiles, p_tiles).real();
-            for (p, &u) in p[..m].iter_mut().zip(&*u) {
-                *p = *p - u.scale(half);
+            for (p, u) in p_tiles.iter_mut().zip(u_tiles) {
+                for k in 0..TILE {
+                    p[k] = p[k] - u[k].scale(half);
+                }
             }
             (v, u) = (u, v);
             (q, p) = (p, q);
@@ -182,40 +198,73 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
         }
     }
 
-    /// `x ← Dᴴ·Qᴴ·x` for both vectors, of `n` entries; a reflector is read once for the two.
+    /// `x ← Dᴴ·Qᴴ·x` for both vectors, of `n` entries; a reflector is read once for the two. The first is of
+    /// the matrix's own numbers.
     #[inline(always)]
-    pub fn project(&self, zero: V, n: usize, [x, y]: [&mut [ComplexVector<V>]; 2]) {
+    pub fn project(&self, zero: V, n: usize, x: &mut [S], y: &mut [ComplexVector<V>]) {
         let (Some(x), Some(y), Some(phases)) =
             (x.get_mut(..n), y.get_mut(..n), self.phases.get(..n))
         else {
             return;
         };
         for m in (1..n).rev() {
-            let Some((last, row)) = row(self.panels, m) else {
+            let (Some((last, row)), Some(x), Some(y)) =
+                (tiles(self.panels, m), x.get_mut(..m), y.get_mut(..m))
+            else {
                 return;
             };
-            let mut sums = [[ComplexVector::from_real(zero); TILE]; 2];
-            for (j, (column, (&x, &y))) in row.iter().zip(x.iter().zip(&*y)).enumerate() {
-                let entry = column[m % TILE];
-                sums[0][j % TILE] = sums[0][j % TILE] + entry.conj_mul_complex(x);
-                sums[1][j % TILE] = sums[1][j % TILE] + entry.conj_mul_complex(y);
+            let tau = last[m % TILE][m % TILE].real();
+            let ((x, last_x), (y, last_y)) = (x.as_chunks_mut::<TILE>(), y.as_chunks_mut::<TILE>());
+            let mut x_sums = [S::from_real(zero); TILE];
+            let mut y_sums = [ComplexVector::from_real(zero); TILE];
+            for (tile, (x, y)) in row.iter().zip(x.iter().zip(&*y)) {
+                for k in 0..TILE {
+                    let entry = tile[k][m % TILE];
+                    x_sums[k] = x_sums[k] + x[k].mul_conj(entry);
+                    y_sums[k] = y_sums[k] + entry.conj_mul_complex(y[k]);
+                }
             }
-            let tau = last[m % TILE].real();
-            let along = sums.map(
-                #[inline(always)]
-                |sums| ((sums[0] + sums[1]) + (sums[2] + sums[3])).scale(tau),
-            );
-            for (column, (x, y)) in row.iter().zip(x.iter_mut().zip(&mut *y)) {
-                let entry = column[m % TILE].complex();
-                *x = *x - entry.mul(along[0]);
-                *y = *y - entry.mul(along[1]);
+            for k in 0..TILE {
+                if let (Some(&x), Some(&y)) = (last_x.get(k), last_y.get(k)) {
+                    let entry = last[k][m % TILE];
+                    x_sums[k] = x_sums[k] + x.mul_conj(entry);
+                    y_sums[k] = y_sums[k] + entry.conj_mul_complex(y);
+                }
+            }
+            let along_x = ((x_sums[0] + x_sums[1]) + (x_sums[2] + x_sums[3])).scale(tau);
+            let along_y = ((y_sums[0] + y_sums[1]) + (y_sums[2] + y_sums[3])).scale(tau);
+            for (tile, (x, y)) in row.iter().zip(x.iter_mut().zip(y)) {
+                for k in 0..TILE {
+                    let entry = tile[k][m % TILE];
+                    x[k] = x[k] - entry.mul(along_x);
+                    y[k] = y[k] - entry.mul_complex(along_y);
+                }
+            }
+            for k in 0..TILE {
+                if let (Some(x), Some(y)) = (last_x.get_mut(k), last_y.get_mut(k)) {
+                    let entry = last[k][m % TILE];
+                    *x = *x - entry.mul(along_x);
+                    *y = *y - entry.mul_complex(along_y);
+                }
             }
         }
         let mut phase = S::from_real(zero.splat(1.0));
         for ((x, y), &next) in x.iter_mut().zip(y).zip(phases).skip(1) {
             phase = phase.mul_conj(next);
-            *x = phase.conj_mul_complex(*x);
+            *x = x.mul_conj(phase);
             *y = phase.conj_mul_complex(*y);
+        }
+    }
+}
+
+/// Zeros from entry `first` of a vector to the end of its tile. What is behind it, no later row reads.
+#[inline(always)]
+fn clear_tile<S: Scalar<V>, V: Vector>(zero: V, x: &mut [S], first: usize) {
+    if let Some(tile) = x.as_chunks_mut::<TILE>().0.get_mut(first / TILE) {
+        for (k, entry) in tile.iter_mut().enumerate() {
+            if k >= first % TILE {
+                *entry = S::from_real(zero);
+            }
         }
     }
 }
@@ -226,10 +275,18 @@ fn row<S>(a: &[PanelColumn<S>], m: usize) -> Option<(&PanelColumn<S>, &[PanelCol
     a.get(panel(m / TILE)..)?.get(..=m)?.split_last()
 }
 
-/// The columns of row `m` up to the diagonal's.
+/// The panel that row `m` is in: its diagonal tile, and the tiles before.
 #[inline(always)]
-fn row_mut<S>(a: &mut [PanelColumn<S>], m: usize) -> Option<&mut [PanelColumn<S>]> {
-    a.get_mut(panel(m / TILE)..)?.get_mut(..=m)
+fn tiles<S>(a: &[PanelColumn<S>], m: usize) -> Option<(&Tile<S>, &[Tile<S>])> {
+    let (tiles, _) = a.get(panel(m / TILE)..)?.as_chunks();
+    tiles.get(..=m / TILE)?.split_last()
+}
+
+/// [`tiles`] to be written, all together.
+#[inline(always)]
+fn row_mut<S>(a: &mut [PanelColumn<S>], m: usize) -> Option<&mut [Tile<S>]> {
+    let (tiles, _) = a.get_mut(panel(m / TILE)..)?.as_chunks_mut();
+    tiles.get_mut(..=m / TILE)
 }
 
 /// `|α|` and `α/|α|`.

@@ -20,19 +20,20 @@ const NOTHING: f32 = f32::from_bits((127 - 50) << 23); // 2^-50
 /// Eigenvalues of the tridiagonal matrix with diagonal `d` and off-diagonal `e`, of which the last is
 /// not used, left in `d` unordered; `e` is destroyed.
 ///
-/// Both of `rows` take part as row vectors that the eigenvectors multiply from the right:
-/// `x ← x·S` for `T = S·diag(d)·Sᵀ`.
+/// `x` and `y` take part as row vectors that the eigenvectors multiply from the right: `x ← x·S` for
+/// `T = S·diag(d)·Sᵀ`.
 ///
 /// Order of operations: in each lane the implicit QL step of EISPACK's `tql2` with a Wilkinson shift,
 /// with `√(f·f + g·g)` for the length of a pair.
 ///
-/// Cost: about `1.5·n²` rotations, each 2 divisions, a root and 36 flops.
+/// Cost: about `1.5·n²` rotations, each 2 divisions, a root and 36 flops, 30 where `x` is real.
 #[inline(always)]
-pub(super) fn implicit_ql<V: Vector>(
+pub(super) fn implicit_ql<S: Scalar<V>, V: Vector>(
     zero: V,
     d: &mut [V],
     e: &mut [V],
-    [x, y]: [&mut [ComplexVector<V>]; 2],
+    x: &mut [S],
+    y: &mut [ComplexVector<V>],
 ) {
     // All are as long.
     let n = d.len().min(e.len()).min(x.len()).min(y.len());
@@ -42,8 +43,15 @@ pub(super) fn implicit_ql<V: Vector>(
         steps: zero,
         lowest: 0,
     };
-    while let Some(block) = search.block(d, e) {
-        ql_step(d, e, &block, [&mut *x, &mut *y]);
+    loop {
+        let block = match V::LANES {
+            1 => search.block_of_one(d, e),
+            _ => search.block(d, e),
+        };
+        let Some(block) = block else {
+            return;
+        };
+        ql_step(d, e, &block, x, y);
     }
 }
 
@@ -100,9 +108,8 @@ impl<V: Vector> Search<V> {
             let row = zero.splat(i as f32);
             let inside = open & !row.less(self.first);
             let ends = if i + 1 < n {
-                let bound = zero.splat(NEGLIGIBLE) * (d[i].abs() + d[i + 1].abs());
                 let entry = e[i].abs();
-                inside & (!bound.less(entry) | entry.less(zero.splat(NOTHING)))
+                inside & (!share([d[i], d[i + 1]]).less(entry) | entry.less(zero.splat(NOTHING)))
             } else {
                 inside
             };
@@ -137,6 +144,42 @@ impl<V: Vector> Search<V> {
         block.wanted.any().then_some(block)
     }
 
+    /// [`Search::block`] of one lane: its own row is `lowest`.
+    #[inline(always)]
+    fn block_of_one(&mut self, d: &[V], e: &[V]) -> Option<Block<V>> {
+        let zero = self.first.zero();
+        let (one, nothing) = (zero.splat(1.0), zero.splat(NOTHING));
+        if !self.steps.less(zero.splat(STEP_LIMIT)).all() {
+            (self.lowest, self.steps) = (self.lowest + 1, zero);
+        }
+        loop {
+            let start = self.lowest;
+            let (d, e) = (d.get(start..)?, e.get(start..)?);
+            let mut length = 0;
+            for (&neighbours, entry) in d.array_windows().zip(e) {
+                let entry = entry.abs();
+                if !share(neighbours).less(entry).all() || entry.less(nothing).all() {
+                    break;
+                }
+                length += 1;
+            }
+            if let ([first, second, ..], Some(&last), [coupling, ..], 1..) =
+                (d, d.get(length), e, length)
+            {
+                self.steps = self.steps + one;
+                return Some(Block {
+                    first: zero.splat(start as f32),
+                    last: zero.splat((start + length) as f32),
+                    wanted: zero.less(one),
+                    rows: start..start + length,
+                    ends: [*first, *second, last],
+                    coupling: *coupling,
+                });
+            }
+            (self.lowest, self.steps) = (start + 1, zero);
+        }
+    }
+
     /// The next eigenvalue, in the lanes of `found`.
     #[inline(always)]
     fn next(&mut self, found: V::Mask) {
@@ -146,16 +189,23 @@ impl<V: Vector> Search<V> {
     }
 }
 
+/// What an off-diagonal entry between two of the diagonal is at most where it counts as zero.
+#[inline(always)]
+fn share<V: Vector>([here, below]: [V; 2]) -> V {
+    here.splat(NEGLIGIBLE) * (here.abs() + below.abs())
+}
+
 /// One implicit QL step on each lane's block.
 ///
 /// What a pass has of a row is kept in registers until the next one is turned with it, then written
 /// once: a lane's own part of a value in memory is costly to write on some processors.
 #[inline(always)]
-fn ql_step<V: Vector>(
+fn ql_step<S: Scalar<V>, V: Vector>(
     d: &mut [V],
     e: &mut [V],
     block: &Block<V>,
-    [x, y]: [&mut [ComplexVector<V>]; 2],
+    x: &mut [S],
+    y: &mut [ComplexVector<V>],
 ) {
     let zero = block.first.zero();
     let (one, two) = (zero.splat(1.0), zero.splat(2.0));
@@ -175,16 +225,17 @@ fn ql_step<V: Vector>(
     ) else {
         return;
     };
-    // From the lowest row up; what is `below` the row at hand is still to be written.
-    let mut upwards = d.iter_mut().zip(e).zip(x.iter_mut().zip(y)).rev();
-    let Some(((mut d_slot, mut e_slot), (mut x_slot, mut y_slot))) = upwards.next() else {
+    let last_row = block.rows.len();
+    // Told once more, so that the compiler knows it of every row.
+    if last_row >= d.len() {
         return;
-    };
+    }
+    // From the lowest row up; what is `below` the row at hand is still to be written.
     let mut below = zero.splat(block.rows.end as f32);
-    let (mut d_below, mut e_below) = (*d_slot, *e_slot);
-    let (mut x_below, mut y_below) = (*x_slot, *y_slot);
-    for ((d_next, e_next), (x_next, y_next)) in upwards {
-        let (d_here, e_here, x_here, y_here) = (*d_next, *e_next, *x_next, *y_next);
+    let (mut d_below, mut e_below) = (d[last_row], e[last_row]);
+    let (mut x_below, mut y_below) = (x[last_row], y[last_row]);
+    for i in (0..last_row).rev() {
+        let (d_here, e_here, x_here, y_here) = (d[i], e[i], x[i], y[i]);
         let row = below - one;
         // One lane has no other's rows to pass over.
         let inside = match V::LANES {
@@ -195,7 +246,13 @@ fn ql_step<V: Vector>(
         let b = c * e_here;
         let r = (f * f + g * g).sqrt();
         // Behind the block's last row nothing couples.
-        let coupling = V::select(below.less(block.last), r, zero);
+        let coupling = match V::LANES {
+            1 => r,
+            _ => V::select(below.less(block.last), r, zero),
+        };
+        let Some(e_slot) = e.get_mut(i + 1) else {
+            return;
+        };
         *e_slot = V::select(inside, coupling, e_below);
         let turned = inside & zero.less(r);
         s = V::select(turned, f / r, s);
@@ -208,39 +265,47 @@ fn ql_step<V: Vector>(
             d_below = V::select(split, under, d_below);
             wanted = wanted & !split;
             if !wanted.any() {
-                (*d_slot, *x_slot, *y_slot) = (d_below, x_below, y_below);
+                d[i + 1] = d_below;
+                x[i + 1] = x_below;
+                y[i + 1] = y_below;
+                if V::LANES == 1 {
+                    e[last_row] = zero;
+                }
                 return;
             }
         }
         p = V::select(turned, s * t, p);
-        *d_slot = V::select(turned, under + p, d_below);
+        d[i + 1] = V::select(turned, under + p, d_below);
         g = V::select(turned, c * t - b, g);
-        (*x_slot, x_below) = turn(turned, [x_here, x_below], s, c);
-        (*y_slot, y_below) = turn(turned, [y_here, y_below], s, c);
-        let ends = turned & !block.first.less(row);
+        (x[i + 1], x_below) = turn(turned, [x_here, x_below], s, c);
+        (y[i + 1], y_below) = turn(turned, [y_here, y_below], s, c);
         (d_below, e_below) = (d_here, e_here);
-        if ends.any() {
-            d_below = V::select(ends, d_here - p, d_here);
-            e_below = V::select(ends, g, e_here);
+        if V::LANES > 1 {
+            let ends = turned & !block.first.less(row);
+            if ends.any() {
+                d_below = V::select(ends, d_here - p, d_here);
+                e_below = V::select(ends, g, e_here);
+            }
         }
-        (d_slot, e_slot, x_slot, y_slot) = (d_next, e_next, x_next, y_next);
         below = row;
     }
-    (*d_slot, *e_slot) = (d_below, e_below);
-    (*x_slot, *y_slot) = (x_below, y_below);
+    if V::LANES == 1 {
+        // Its own block's begin and end.
+        (d_below, e_below) = (d_below - p, g);
+        e[last_row] = zero;
+    }
+    d[0] = d_below;
+    e[0] = e_below;
+    x[0] = x_below;
+    y[0] = y_below;
 }
 
 /// The right one of two neighbours, turned, and the left one, in the lanes of `turned`; in the others, as
 /// they are.
 #[inline(always)]
-fn turn<V: Vector>(
-    turned: V::Mask,
-    [left, right]: [ComplexVector<V>; 2],
-    s: V,
-    c: V,
-) -> (ComplexVector<V>, ComplexVector<V>) {
+fn turn<S: Scalar<V>, V: Vector>(turned: V::Mask, [left, right]: [S; 2], s: V, c: V) -> (S, S) {
     (
-        ComplexVector::select(turned, left.scale(s) + right.scale(c), right),
-        ComplexVector::select(turned, left.scale(c) - right.scale(s), left),
+        S::select(turned, left.scale(s) + right.scale(c), right),
+        S::select(turned, left.scale(c) - right.scale(s), left),
     )
 }

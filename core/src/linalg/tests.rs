@@ -174,17 +174,11 @@ fn assert_eigen<S: Entry>(real: bool) {
             let a = with_eigenvalues(&values, &u);
             let mut computed = [0.0_f32; N];
             let mut rows = [[ComplexVector::from_real(0.0_f32); N]; N];
-            for (i, row) in rows.iter_mut().enumerate() {
-                row[i].re = 1.0;
-            }
             let mut memory = Memory::<S>::new();
-            let mut spare = [ComplexVector::from_real(0.0_f32); N];
-            for pair in rows[..n].chunks_mut(2) {
-                let [x, y] = match pair {
-                    [x, y] => [x, y],
-                    [x, ..] => [x, &mut spare],
-                    [] => unreachable!("chunks are not empty"),
-                };
+            for (i, row) in rows[..n].iter_mut().enumerate() {
+                let mut scalars = [S::from_real(0.0); N];
+                scalars[i] = S::from_real(1.0);
+                row[i].re = 1.0;
                 eigen(
                     0.0,
                     &panels::<S>(&a),
@@ -193,8 +187,13 @@ fn assert_eigen<S: Entry>(real: bool) {
                         [[0.0; N]; 4].each_mut().map(|x| &mut x[..]),
                     )),
                     &mut computed,
-                    [&mut x[..], &mut y[..]],
+                    &mut scalars,
+                    &mut row[..],
                 );
+                // The same of a vector of the matrix's own numbers.
+                for (scalar, entry) in scalars.iter().zip(&row[..n]) {
+                    assert_eq!(scalar.complex().lane(0), entry.lane(0));
+                }
             }
             let name = format!("n = {n}, spectrum {kind}");
 

@@ -108,6 +108,9 @@ pub trait Scalar<V: Vector>: Copy + Send + Sync + Add<Output = Self> + Sub<Outpu
     /// `self* · rhs` with a complex right side.
     fn conj_mul_complex(self, rhs: ComplexVector<V>) -> ComplexVector<V>;
 
+    /// `self · rhs` with a complex right side.
+    fn mul_complex(self, rhs: ComplexVector<V>) -> ComplexVector<V>;
+
     /// Each lane times a real number.
     fn scale(self, factor: V) -> Self;
 
@@ -150,6 +153,10 @@ impl<V: Vector> Scalar<V> for V {
             re: self * rhs.re,
             im: self * rhs.im,
         }
+    }
+    #[inline(always)]
+    fn mul_complex(self, rhs: ComplexVector<V>) -> ComplexVector<V> {
+        rhs.scale(self)
     }
     #[inline(always)]
     fn scale(self, factor: V) -> Self {
@@ -204,6 +211,10 @@ impl<V: Vector> Scalar<V> for ComplexVector<V> {
     #[inline(always)]
     fn conj_mul_complex(self, rhs: ComplexVector<V>) -> ComplexVector<V> {
         rhs.mul_conj(self)
+    }
+    #[inline(always)]
+    fn mul_complex(self, rhs: ComplexVector<V>) -> ComplexVector<V> {
+        self.mul(rhs)
     }
     #[inline(always)]
     fn scale(self, factor: V) -> Self {

@@ -168,10 +168,10 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         phases,
         tridiagonal,
         values,
-        work,
+        vector: steering,
+        work: data,
         ..
     } = solver;
-    let (steering, data) = work.split_at_mut(work.len() / 2);
     let (Some(steering), Some(data), Some(values), Some(s)) = (
         steering.get_mut(..subaperture),
         data.get_mut(..subaperture),
@@ -181,7 +181,7 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         return nothing;
     };
     for (i, entry) in steering.iter_mut().enumerate() {
-        *entry = ComplexVector::from_real(zero.splat(A::steering(i, subaperture)));
+        *entry = A::Scalar::from_real(zero.splat(A::steering(i, subaperture)));
     }
     copy(s, data);
     let mut reduction = Reduction {
@@ -190,17 +190,29 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         phases,
         tridiagonal,
     };
-    let vectors = [&mut *steering, &mut *data];
-    eigen(zero, matrix, subaperture, &mut reduction, values, vectors);
-    let (shares, terms) = (steering, data);
-    for ((share, term), &value) in shares.iter_mut().zip(&mut *terms).zip(&*values) {
-        let value = at_least_floor(value);
-        *term = share.conj_mul_complex(*term).divide(value);
-        share.re = share.norm_sqr() / value;
-    }
-    let Some(order) = tridiagonal.eigenvector.get_mut(..subaperture) else {
+    eigen(
+        zero,
+        matrix,
+        subaperture,
+        &mut reduction,
+        values,
+        steering,
+        data,
+    );
+    // What is left of the matrix gives way.
+    let (Some(shares), Some(order)) = (
+        tridiagonal.diagonal.get_mut(..subaperture),
+        tridiagonal.eigenvector.get_mut(..subaperture),
+    ) else {
         return nothing;
     };
+    let terms = data;
+    let projected = steering.iter().zip(&mut *terms);
+    for ((steering, term), (share, &value)) in projected.zip(shares.iter_mut().zip(&*values)) {
+        let value = at_least_floor(value);
+        *term = steering.conj_mul_complex(*term).divide(value);
+        *share = steering.norm_sqr() / value;
+    }
     let total = rank_order(zero, values, shares, order);
     let mut sum = nothing;
     // The metric before each place.
@@ -208,7 +220,10 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
     for (place, (&index, &metric)) in order.iter().zip(&*values).enumerate() {
         let kept = subspace.has(place, before, total);
         if kept.any() {
-            let term = gather(nothing, terms, index);
+            let term = ComplexVector {
+                re: gather(zero, |k| terms.get(k).map(|term| term.re), index),
+                im: gather(zero, |k| terms.get(k).map(|term| term.im), index),
+            };
             sum = ComplexVector::select(kept, sum + term, sum);
         }
         before = metric;
@@ -217,34 +232,65 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
 }
 
 /// Orders each lane's eigenvalues: `order` gets their indices, largest first, equal ones in the order
-/// found. Of `shares`, whose real parts are `|e_kᴴa|²/λ_k`, `values` become the cross-spectral metric
-/// (Eq. 8) `c_j = Σ_{k≤j} |e_kᴴa|²/λ_k`. Returns `c_L`.
+/// found. Of the `shares` `|e_kᴴa|²/λ_k` `values` become the cross-spectral metric (Eq. 8)
+/// `c_j = Σ_{k≤j} |e_kᴴa|²/λ_k`. Returns `c_L`.
 #[inline(always)]
 pub(in crate::beamform) fn rank_order<V: Vector>(
     zero: V,
     values: &mut [V],
-    shares: &[ComplexVector<V>],
+    shares: &[V],
     order: &mut [V],
 ) -> V {
     sort(zero, values, order);
     let mut total = zero;
     for (sum, &index) in values.iter_mut().zip(&*order) {
-        total = total + gather(ComplexVector::from_real(zero), shares, index).re;
+        total = total + gather(zero, |k| shares.get(k).copied(), index);
         *sum = total;
     }
     total
 }
 
 /// Sorts each lane's values, largest first, equal ones as they stood; `order` gets their indices.
-///
-/// By merge exchange (Knuth, Algorithm 5.2.2M), whose comparisons do not depend on the data, so that all
-/// lanes take the same ones. About `n·log²n/4` of them.
 #[inline(always)]
 fn sort<V: Vector>(zero: V, values: &mut [V], order: &mut [V]) {
-    let n = values.len();
     for (i, index) in order.iter_mut().enumerate() {
         *index = zero.splat(i as f32);
     }
+    if V::LANES == 1 {
+        insert(values, order);
+    } else {
+        merge(values, order);
+    }
+}
+
+/// One lane's by insertion: at most `n²/2` comparisons, and one each where they are sorted.
+#[inline(always)]
+fn insert<V: Vector>(values: &mut [V], order: &mut [V]) {
+    for end in 2..=values.len() {
+        let (Some(values), Some(order)) = (values.get_mut(..end), order.get_mut(..end)) else {
+            return;
+        };
+        let mut places = values.iter_mut().zip(order).rev();
+        let Some((mut value_slot, mut index_slot)) = places.next() else {
+            return;
+        };
+        let (value, index) = (*value_slot, *index_slot);
+        for (before, index_before) in places {
+            if !before.less(value).all() {
+                break;
+            }
+            (*value_slot, *index_slot) = (*before, *index_before);
+            (value_slot, index_slot) = (before, index_before);
+        }
+        (*value_slot, *index_slot) = (value, index);
+    }
+}
+
+/// By merge exchange (Knuth, Algorithm 5.2.2M), whose comparisons do not depend on the data, so that all
+/// lanes take the same ones. About `n·log²n/4` of them.
+#[inline(always)]
+fn merge<V: Vector>(values: &mut [V], order: &mut [V]) {
+    let n = values.len();
     let half = n.next_power_of_two() / 2;
     let mut p = half;
     while p > 0 {
@@ -280,15 +326,15 @@ fn exchange<V: Vector>(values: &mut [V], order: &mut [V], i: usize, j: usize) {
 
 /// In each lane the number at its own index.
 #[inline(always)]
-fn gather<V: Vector>(
-    nothing: ComplexVector<V>,
-    from: &[ComplexVector<V>],
-    index: V,
-) -> ComplexVector<V> {
-    let mut number = nothing;
-    for (lane, &index) in index.lanes().iter().enumerate() {
-        if let Some(from) = from.get(index as usize) {
-            number.set_lane(lane, from.lane(lane));
+fn gather<V: Vector>(zero: V, from: impl Fn(usize) -> Option<V>, index: V) -> V {
+    let mut number = zero;
+    let lanes = number.lanes_mut().iter_mut().zip(index.lanes());
+    for (lane, (number, &index)) in lanes.enumerate() {
+        if let Some(&from) = from(index as usize)
+            .as_ref()
+            .and_then(|x| x.lanes().get(lane))
+        {
+            *number = from;
         }
     }
     number
