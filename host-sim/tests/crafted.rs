@@ -9,6 +9,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use common::channel_data_without;
+use common::program::names;
 use tempfile::{TempDir, tempdir};
 use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
@@ -44,15 +45,6 @@ fn refused(folder: &TempDir, arguments: &str, status: i32, parts: &[&str]) {
     }
     assert!(begin.elapsed() < PATIENCE, "{arguments}");
     assert_eq!(names(folder.path()), before, "{arguments}");
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<_> = entries
-        .map(|e| e.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
-    names
 }
 
 /// An `.npy` array of version 1 with this dtype and shape, and these bytes of numbers.

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test binary uses a part of these")]
 
+pub mod program;
+
 use std::fs::File;
 use std::path::Path;
 

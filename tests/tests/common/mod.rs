@@ -1,4 +1,5 @@
 //! What the test files share.
 
+pub mod frames;
 pub mod lines;
 pub mod tolerances;

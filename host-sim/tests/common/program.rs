@@ -1,0 +1,74 @@
+//! The program, run in a folder of its own, and how it refuses what is bad.
+
+#![allow(dead_code, reason = "each test binary uses a part of these")]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use tempfile::{TempDir, tempdir};
+
+use super::channel_data_without;
+
+/// The exit status of a wrong command line or configuration.
+pub const USAGE: i32 = 2;
+/// The exit status of wrong data.
+pub const DATA: i32 = 1;
+
+/// Runs the program in a folder of its own.
+pub fn run(folder: &TempDir, arguments: &str) -> (i32, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(arguments.split(' '))
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    (
+        output.status.code().expect("ended by a signal"),
+        String::from_utf8(output.stderr).unwrap(),
+    )
+}
+
+/// The names of the files in a folder, in order.
+pub fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<_> = entries
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// Runs the program and asserts how it fails: the status, one line on the standard error that
+/// holds all of `parts`, and nothing new in the folder.
+pub fn fails(folder: &TempDir, arguments: &str, status: i32, parts: &[&str]) {
+    let before = names(folder.path());
+    let (code, message) = run(folder, arguments);
+    assert!(message.starts_with("host-sim: "), "{arguments}: {message}");
+    assert_eq!(
+        message.trim_end().lines().count(),
+        1,
+        "{arguments}: {message}"
+    );
+    for part in parts {
+        assert!(
+            message.contains(part),
+            "{arguments}: `{part}` is not in: {message}"
+        );
+    }
+    assert_eq!(code, status, "{arguments}: {message}");
+    assert_eq!(
+        names(folder.path()),
+        before,
+        "{arguments}: outputs were left"
+    );
+}
+
+/// A folder with valid channel data in `data.npz`.
+pub fn folder_with_channel_data() -> TempDir {
+    let folder = tempdir().unwrap();
+    channel_data_without(&folder.path().join("data.npz"), &[]).finish();
+    folder
+}
+
+/// Lines and a picture of that.
+pub const BEAMFORM: &str = "beamform data.npz -o lines.npz --image lines.png";

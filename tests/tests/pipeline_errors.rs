@@ -1,0 +1,91 @@
+//! What the pipeline refuses, and the sizes of its memory.
+
+mod common;
+
+use bonebeam::focus::Record;
+use bonebeam::geometry::{Depth, Lines, Scan};
+use bonebeam::phase_symmetry::LogGabor;
+use bonebeam::pipeline::{DepthGate, Frame, MemoryView, Parameters, Pipeline};
+use bonebeam::{Complex, Error};
+use common::frames::{ELEMENTS, LINES, LineMemory, PARAMETERS, SIZES, focused, record};
+
+#[test]
+fn a_gate_that_is_none_is_refused() {
+    let refused = |from, to| {
+        let gate = DepthGate { from, to };
+        match Pipeline::new(PARAMETERS).unwrap().with_gate(gate) {
+            Err(Error::Parameter { name, .. }) => name,
+            other => panic!("{other:?}"),
+        }
+    };
+    let (start, end) = ("depth gate's start", "depth gate's end");
+    assert_eq!(refused(f64::NAN, 8e-3), start);
+    assert_eq!(refused(f64::NEG_INFINITY, 8e-3), start);
+    assert_eq!(refused(8e-3, f64::NAN), end);
+    assert_eq!(refused(8e-3, f64::INFINITY), end);
+    assert_eq!(refused(8e-3, 8e-3), end);
+    // Above the line, below it, and between two samples.
+    assert_eq!(refused(1e-3, 2e-3), end);
+    assert_eq!(refused(13e-3, 14e-3), start);
+    let between = Scan::new(PARAMETERS.scan).unwrap().depth(20) + 1e-6;
+    assert_eq!(refused(between, between + 1e-6), start);
+}
+
+#[test]
+fn sizes_follow_from_the_parameters_and_others_are_refused() {
+    let pipeline = Pipeline::new(PARAMETERS).unwrap();
+    assert_eq!(*pipeline.sizes(), SIZES);
+    assert_eq!((SIZES.elements, SIZES.subaperture), (ELEMENTS, 8));
+    assert_eq!(SIZES.temporal_half_window, 1);
+    let (mut real, mut complex) = (vec![0.0; SIZES.real], vec![Complex::ZERO; SIZES.complex]);
+    for (shorter, name) in [(0, "real memory"), (1, "complex memory")] {
+        let memory = MemoryView {
+            real: &mut real[1 - shorter..],
+            complex: &mut complex[shorter..],
+            filters: LogGabor::fixed(),
+        };
+        match Frame::new(&pipeline, memory).map(drop) {
+            Err(Error::Length { name: n, .. }) => assert_eq!(n, name),
+            other => panic!("{other:?}"),
+        }
+    }
+    let memory = MemoryView {
+        real: &mut real,
+        complex: &mut complex,
+        filters: LogGabor::fixed(),
+    };
+    let mut frame = Frame::new(&pipeline, memory).unwrap();
+    let mut workspace = LineMemory::new();
+    let rf = record(0);
+    let record = Record::new(&rf, ELEMENTS).unwrap();
+    let error = frame.line(LINES, [(focused(), &record)], &mut workspace.view());
+    assert!(matches!(error, Err(Error::Capacity { name: "line", .. })));
+    // Before the first line everything is black, and symmetric about nothing.
+    assert!(frame.image().unwrap().iter().all(|&pixel| pixel == 0.0));
+    assert!(frame.bone_map().unwrap().iter().all(|&ps| ps == 0.0));
+}
+
+#[test]
+fn bad_parameters_are_named() {
+    let name = |change: fn(&mut Parameters)| {
+        let mut p = PARAMETERS;
+        change(&mut p);
+        match Pipeline::new(p) {
+            Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(name(|p| p.scan.sound_speed = -1.0), "sound_speed");
+    assert_eq!(name(|p| p.scan.lines = Lines::At(&[0.0, 1e-3])), "lines");
+    assert_eq!(name(|p| p.scan.sampling_rate = 400e6), "output_rate");
+    assert_eq!(name(|p| p.scan.end = Depth::Metres(1e9)), "output_samples");
+    assert_eq!(
+        name(|p| p.beamformer.subaperture_ratio = 0.0),
+        "subaperture ratio"
+    );
+    assert_eq!(name(|p| p.dynamic_range = 0.0), "dynamic range in dB");
+    assert_eq!(name(|p| p.rows = 65), "image rows");
+    assert_eq!(name(|p| p.columns = 0), "image columns");
+    assert_eq!(name(|p| p.strip = 0), "strip height");
+    assert_eq!(name(|p| p.scales = &[1.0]), "scale in cycles per pixel");
+}

@@ -1,0 +1,366 @@
+//! Lines in stretches, from RF and from I/Q: the bits of the whole, whatever a line is cut into.
+
+mod common;
+
+use bonebeam::beamform::{self, AlignedLine, Beamformer, Method, Slices, WorkspaceView};
+use bonebeam::covariance::{Averaging, Covariance, ForwardBackward};
+use bonebeam::focus::{
+    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
+    IqSamples, Record, ScanLine, Stage,
+};
+use bonebeam::geometry::{Depth, Ray, Scan, ScanParameters, Transmit, TransmitLaw};
+use bonebeam::pipeline::{DepthGate, LineLengths, LineMemory as LineSlices, LinePipeline};
+use bonebeam::simd::{ComplexVector, InstructionSet, Task, Vector};
+use bonebeam::{Complex, Error};
+use common::frames::{
+    DEMODULATION, ELEMENTS, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,
+};
+use host_sim::methods::COMPARED;
+
+const READINGS: [IqReading; 4] = [
+    IqReading::Linear,
+    IqReading::Cubic,
+    IqReading::Sinc,
+    IqReading::LinearFixed,
+];
+
+/// Every stretch of a line alone, over any lanes.
+struct Stretches<'a, 'r, D: Stage> {
+    delay: &'a D,
+    line: &'a ScanLine<'a>,
+    record: &'a D::Record<'r>,
+    elements: usize,
+    /// Of the whole line.
+    samples: usize,
+    /// Samples at a time.
+    length: usize,
+}
+
+impl<D: Stage> Task for Stretches<'_, '_, D> {
+    type Output = Vec<Complex<f32>>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        let mut out = vec![Complex::new(f32::NAN, f32::NAN); self.samples * self.elements];
+        for (stretch, out) in out.chunks_mut(self.length * self.elements).enumerate() {
+            let length = out.len() / self.elements;
+            let mut scratch = vec![f32::NAN; self.delay.scratch_len(V::LANES, length)];
+            let first = stretch * self.length;
+            self.delay
+                .stretch(zero, self.line, self.record, first, &mut scratch, out)
+                .unwrap();
+        }
+        out
+    }
+}
+
+fn bits(x: &[Complex<f32>]) -> Vec<[u32; 2]> {
+    x.iter().map(|x| [x.re.to_bits(), x.im.to_bits()]).collect()
+}
+
+/// The delay stage's samples do not depend on how a line is cut.
+fn assert_stretches_alike<D: Stage>(
+    delay: &D,
+    line: &ScanLine,
+    record: &D::Record<'_>,
+    (elements, samples): (usize, usize),
+    what: &str,
+) {
+    let cut = |length, set: InstructionSet| {
+        set.dispatch(Stretches {
+            delay,
+            line,
+            record,
+            elements,
+            samples,
+            length,
+        })
+    };
+    let whole = bits(&cut(samples, InstructionSet::Scalar));
+    assert!(whole.iter().any(|x| *x != [0, 0]), "{what}: empty");
+    for set in InstructionSet::available() {
+        for length in [1, 5, 31, 32, 100, samples] {
+            if length > 1 || set == InstructionSet::Scalar {
+                assert!(bits(&cut(length, set)) == whole, "{what}: {length} {set:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_stretch_of_a_line_has_the_bits_of_the_whole() {
+    let laws = [
+        (TransmitLaw::Focused, 0.0),
+        (TransmitLaw::Plane { angle: 0.2 }, 0.3),
+        // The wave's path jumps where it passes its focus.
+        (TransmitLaw::VirtualSource { x: 1e-3, z: 8e-3 }, -0.2),
+    ];
+    for (law, angle) in laws {
+        for rate in [20e6, 40e6, 62.5e6, 200e6] {
+            let scan = Scan::new(ScanParameters {
+                sampling_rate: rate,
+                record_samples: (17.5e-6 * rate) as usize,
+                ..PARAMETERS.scan
+            })
+            .unwrap();
+            let p = DelayParameters::of(&scan);
+            let rf: Vec<f32> = (0..ELEMENTS * p.record_samples)
+                .map(|k| ((k * 7919) % 2003) as f32 / 1000.0 - 1.0)
+                .collect();
+            let line = ScanLine {
+                ray: Ray::new(0.3e-3, 0.0, angle),
+                ..ScanLine::of(&scan, 20, Transmit::new(law, 1e-7), Compounding::Replace)
+            };
+            let record = Record::new(&rf, ELEMENTS).unwrap();
+            let delay = Delay::new(p).unwrap();
+            let shape = (ELEMENTS, scan.samples());
+            assert_stretches_alike(
+                &delay,
+                &line,
+                &record,
+                shape,
+                &format!("RF, {rate}, {law:?}"),
+            );
+        }
+        let scan = Scan::of_iq(iq_parameters(usize::MAX).scan).unwrap();
+        let counts = counts(3);
+        let samples = IqSamples::Counts(&counts, 0.3);
+        let record = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS).unwrap();
+        let line = ScanLine {
+            ray: Ray::new(0.3e-3, 0.0, angle),
+            ..ScanLine::of(&scan, 20, Transmit::new(law, 1e-7), Compounding::Replace)
+        };
+        for reading in READINGS {
+            let p = IqParameters {
+                reading,
+                ..IqParameters::of(&scan, DEMODULATION)
+            };
+            let delay = IqDelay::new(p).unwrap();
+            let shape = (ELEMENTS, scan.samples());
+            assert_stretches_alike(
+                &delay,
+                &line,
+                &record,
+                shape,
+                &format!("{reading:?}, {law:?}"),
+            );
+        }
+    }
+    // Behind the line there is nothing.
+    let scan = Scan::new(PARAMETERS.scan).unwrap();
+    let delay = Delay::new(DelayParameters::of(&scan)).unwrap();
+    let line = ScanLine::of(&scan, 0, focused(), Compounding::Replace);
+    let rf = record(0);
+    let record = Record::new(&rf, ELEMENTS).unwrap();
+    let mut scratch = vec![0.0; Stage::scratch_len(&delay, 1, 2)];
+    let mut out = [Complex::ZERO; 2 * ELEMENTS];
+    let behind = scan.samples() - 1;
+    let refused = delay.stretch(0.0f32, &line, &record, behind, &mut scratch, &mut out);
+    assert!(matches!(
+        refused,
+        Err(Error::Capacity {
+            name: "stretch",
+            ..
+        })
+    ));
+}
+
+/// A line by the pipeline with memory for `stretch` samples at a time.
+fn line_of<'r, D: Stage>(
+    lines: &LinePipeline<'_, D>,
+    record: &'r D::Record<'r>,
+    stretch: usize,
+) -> Vec<Complex<f32>> {
+    let LineLengths { scratch, aligned } = lines.lengths(stretch);
+    let memory = LineSlices {
+        scratch: &mut vec![f32::NAN; scratch],
+        aligned: &mut vec![Complex::new(f32::NAN, f32::NAN); aligned],
+    };
+    let mut z = vec![Complex::ZERO; lines.scan().samples()];
+    with_workspace(lines.beamformer(), |workspace| {
+        lines.line(5, [(focused(), record)], memory, workspace, &mut z)
+    })
+    .unwrap();
+    z
+}
+
+fn with_workspace<T>(
+    beamformer: &Beamformer,
+    work: impl FnOnce(&mut WorkspaceView<'_, ForwardBackward>) -> T,
+) -> T {
+    let sizes = beamformer.sizes(ELEMENTS);
+    let lengths = sizes.lengths(Covariance::ForwardBackward);
+    let slices = Slices {
+        complex: &mut vec![ComplexVector::from_real(0.0f32); lengths.complex],
+        scalars: &mut vec![ForwardBackward::scalar(0.0f32); lengths.scalars],
+        reals: &mut vec![0.0f32; lengths.reals],
+    };
+    work(&mut WorkspaceView::new(0.0f32, sizes, slices).unwrap())
+}
+
+/// The line of whole stages, one after the other.
+fn line_of_stages<D: Stage>(
+    lines: &LinePipeline<'_, D>,
+    record: &D::Record<'_>,
+) -> Vec<Complex<f32>> {
+    let scan = lines.scan();
+    let line = ScanLine::of(scan, 5, focused(), Compounding::Replace);
+    let mut x = vec![Complex::ZERO; lines.aligned_len()];
+    let mut scratch = vec![0.0; lines.scratch_len(1)];
+    lines
+        .delay()
+        .stretch(0.0f32, &line, record, 0, &mut scratch, &mut x)
+        .unwrap();
+    let mut z = vec![Complex::ZERO; scan.samples()];
+    let x = AlignedLine::new(&x, ELEMENTS).unwrap();
+    let active = |sample| scan.active(5, sample);
+    with_workspace(lines.beamformer(), |workspace| {
+        lines.beamformer().line(workspace, x, active, &mut z)
+    })
+    .unwrap();
+    z
+}
+
+/// Every length, all methods, time windows and a growing aperture.
+#[test]
+fn the_bits_do_not_depend_on_the_stretch() {
+    let rf = record(5);
+    let rf = Record::new(&rf, ELEMENTS).unwrap();
+    let counts = counts(5);
+    for choice in COMPARED {
+        for temporal_half_window in [0, 2, 10] {
+            let beamformer = beamform::Parameters {
+                method: choice.method,
+                temporal_half_window,
+                ..beamform::Parameters::DEFAULT
+            };
+            let what = format!("{:?}, K = {temporal_half_window}", choice.method);
+            let scan = Scan::new(PARAMETERS.scan).unwrap();
+            let of_rf = LinePipeline::new(scan, beamformer).unwrap();
+            assert_lines_alike(&of_rf, &rf, &format!("RF, {what}"));
+            let scan = Scan::of_iq(iq_parameters(0).scan).unwrap();
+            assert!(scan.active(5, 0) != scan.widest(5));
+            let of_iq = LinePipeline::of_iq(scan, iq_input(None), beamformer).unwrap();
+            assert_lines_alike(&of_iq, &counted(&counts), &format!("I/Q, {what}"));
+        }
+    }
+}
+
+fn assert_lines_alike<'r, D: Stage>(
+    lines: &LinePipeline<'_, D>,
+    record: &'r D::Record<'r>,
+    what: &str,
+) {
+    let expected = bits(&line_of_stages(lines, record));
+    // What is left without the first eigenvector may be nothing.
+    let silent = expected.iter().filter(|z| **z == [0, 0]).count();
+    assert!(silent < expected.len() / 2, "{what}: {silent}");
+    let mut before = 0;
+    // The first is less than a time window; the last is the whole line.
+    for stretch in [1, 21, 22, 40, 45, 64, 100, usize::MAX] {
+        let lengths = lines.lengths(stretch);
+        assert!(lengths.aligned >= before);
+        before = lengths.aligned;
+        assert!(
+            bits(&line_of(lines, record, stretch)) == expected,
+            "{what}: {stretch}"
+        );
+    }
+}
+
+/// Both ends of a depth gate within stretches, at their ends, and beyond them.
+#[test]
+fn the_bits_of_a_gated_line_do_not_depend_on_the_stretch() {
+    let counts = counts(5);
+    let record = counted(&counts);
+    for (from, to) in [(0.0, 7.02e-3), (6.31e-3, 9e-3), (9.5e-3, 1.0)] {
+        for temporal_half_window in [0, 2, 10] {
+            let beamformer = beamform::Parameters {
+                temporal_half_window,
+                ..PARAMETERS.beamformer
+            };
+            let scan = Scan::of_iq(iq_parameters(0).scan).unwrap();
+            let lines = LinePipeline::of_iq(scan, iq_input(None), beamformer).unwrap();
+            let lines = lines.with_gate(DepthGate { from, to }).unwrap();
+            let whole = bits(&line_of(&lines, &record, usize::MAX));
+            for stretch in [1, 21, 30, 50] {
+                let cut = bits(&line_of(&lines, &record, stretch));
+                assert!(
+                    cut == whole,
+                    "{from} {to}, {temporal_half_window}: {stretch}"
+                );
+            }
+        }
+    }
+}
+
+/// The working scale is that of the record, not that of a stretch: samples so faint that their squares are no
+/// floats any more are 0 in every stretch, or in none.
+#[test]
+fn the_bits_do_not_depend_on_the_stretch_where_most_of_a_line_is_next_to_nothing() {
+    let counts = counts(5);
+    let scan = Scan::of_iq(iq_parameters(0).scan).unwrap();
+    let mut beamformer = PARAMETERS.beamformer;
+    for faint in [1e-18, 1e-21, 1e-24, 1e-30] {
+        let iq: Vec<Complex<f32>> = counts
+            .iter()
+            .enumerate()
+            .map(|(k, &[i, q])| {
+                let scale = if k < 180 * ELEMENTS { faint } else { 1e3 };
+                Complex::new(f32::from(i) * scale, f32::from(q) * scale)
+            })
+            .collect();
+        let record = IqRecord::new(IqSamples::Float(&iq), IqLayout::Interleaved, ELEMENTS).unwrap();
+        for method in [Method::Das, Method::Mv, Method::EsmvRank1] {
+            beamformer.method = method;
+            let lines = LinePipeline::of_iq(scan, iq_input(None), beamformer).unwrap();
+            let whole = bits(&line_of(&lines, &record, usize::MAX));
+            for stretch in [3, 10, 50] {
+                let cut = bits(&line_of(&lines, &record, stretch));
+                assert!(cut == whole, "{faint}, {method:?}, {stretch}");
+            }
+        }
+    }
+}
+
+#[test]
+fn memory_for_a_stretch_does_not_grow_with_the_line_and_less_is_refused() {
+    let long = |end: f64| {
+        let scan = ScanParameters {
+            end: Depth::Metres(end),
+            ..iq_parameters(0).scan
+        };
+        let scan = Scan::of_iq(scan).unwrap();
+        LinePipeline::of_iq(scan, iq_input(None), PARAMETERS.beamformer).unwrap()
+    };
+    let lines = long(12e-3);
+    assert_eq!(lines.lengths(20), long(60e-3).lengths(20));
+    assert_eq!(lines.lengths(20).aligned, (20 + 2) * ELEMENTS);
+    assert_eq!(lines.lengths(usize::MAX).aligned, lines.aligned_len());
+    let rf = |end: f64| {
+        let scan = ScanParameters {
+            end: Depth::Metres(end),
+            ..PARAMETERS.scan
+        };
+        LinePipeline::new(Scan::new(scan).unwrap(), PARAMETERS.beamformer).unwrap()
+    };
+    assert_eq!(rf(12e-3).lengths(20), rf(60e-3).lengths(20));
+
+    let counts = counts(5);
+    let record = counted(&counts);
+    let fewest = lines.lengths(0);
+    assert_eq!(fewest.aligned, (3 + 2) * ELEMENTS);
+    for (shorter, name) in [((1, 0), "scratch"), ((0, 1), "memory for aligned samples")] {
+        let memory = LineSlices {
+            scratch: &mut vec![0.0; fewest.scratch - shorter.0],
+            aligned: &mut vec![Complex::ZERO; fewest.aligned - shorter.1],
+        };
+        let mut z = vec![Complex::ZERO; lines.scan().samples()];
+        let refused = with_workspace(lines.beamformer(), |workspace| {
+            lines.line(5, [(focused(), &record)], memory, workspace, &mut z)
+        });
+        match refused {
+            Err(Error::Length { name: n, .. }) => assert_eq!(n, name),
+            other => panic!("{other:?}"),
+        }
+    }
+}
