@@ -39,7 +39,7 @@ const CASES: [Case; 7] = [
         "esmv-rank1-noise",
         Method::EsmvRank1,
         0.0,
-        [17_700, 52_300, 202_000],
+        [17_200, 50_200, 197_300],
     ),
     case(
         "esmv-rank1-steps",
@@ -57,7 +57,7 @@ const CASES: [Case; 7] = [
         "esmv-beta",
         Method::EsmvBeta(0.01),
         ECHO,
-        [29_300, 98_900, 378_500],
+        [19_900, 65_000, 253_400],
     ),
 ];
 
