@@ -152,3 +152,103 @@ fn runs_of_other_seeds_are_judged_together() {
     let message = fail(&["--claims", "--only", "oil"], 2);
     assert!(message.contains("--only oil"), "{message}");
 }
+
+/// The water bath with few beams, few and thin slices, large pixels and voxels.
+const SMALL_BATH: &str = "\
+[water_bath]
+sweep = 21
+sweep_step = 1.5e-3
+sweep_density = 2.0
+thickness = 0.4e-3
+ct_voxel = [0.38e-3, 0.38e-3, 0.6e-3]
+
+[water_bath.simulation]
+fs = 40e6
+c = 1480.0
+beams = 32
+beam_step = 4.0
+depth_end = 45e-3
+noise = -60.0
+element_height = 4e-3
+elevation_focus = 19e-3
+
+[water_bath.image]
+dynamic_range = 70.0
+rows = 128
+columns = 128
+median = true
+";
+
+#[test]
+fn the_water_bath_goes_from_ct_to_table_one() {
+    let folder = tempdir().unwrap();
+    let config = folder.path().join("bath.toml");
+    fs::write(&config, SMALL_BATH).unwrap();
+    let out = folder.path().join("out");
+    let [config_name, out_name] = [&config, &out].map(|path| path.to_str().unwrap());
+    let output = run(&["--figure", "4", "--config", config_name, "-o", out_name]);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
+
+    let text = fs::read_to_string(out.join("report.json")).unwrap();
+    let report: Value = serde_json::from_str(&text).unwrap();
+    let bath = &report["water_bath"];
+    let registration = |sources: &str, key: &str| -> f64 {
+        let all = bath["registrations"].as_array().unwrap();
+        let found = all.iter().find(|r| r["sources"] == sources);
+        found.unwrap()[key].as_f64().unwrap()
+    };
+    // With no source of error the contour lies where the bone does.
+    assert!(registration("none", "tre_mm") < 1e-9);
+    assert_eq!(registration("none", "fre_mm"), 0.0);
+    // A scanner that takes 1480 m/s for 1540 m/s shows a depth z at 1540/1480·z: the contour lies above the
+    // echo by 4 % of the bone's depths, which begin at 15 mm.
+    let shift = registration("sound speed", "towards_array_mm");
+    let depth = shift / (1540.0 / 1480.0 - 1.0);
+    assert!((15.0..40.0).contains(&depth), "{shift} mm");
+    // Four balls picked to whole voxels cannot be fitted better than to a few tenths.
+    assert!(registration("registration", "fre_mm") > 0.05);
+
+    // Two slices, three beamformers, every combination of sources, and beside them an image of one grey level.
+    let slices = bath["slices"].as_array().unwrap();
+    assert_eq!(slices.len(), 2);
+    for slice in slices {
+        assert_eq!(slice["table"].as_array().unwrap().len(), 3);
+        assert_eq!(slice["sources"].as_array().unwrap().len(), 12);
+        let uniform = &slice["uniform"][0];
+        // Region A of the B-mode image reaches from -0.5 mm to 2.1 mm.
+        let mean = uniform["error_mm"].as_f64().unwrap();
+        assert!((mean - 0.8).abs() < 0.1, "{mean}");
+    }
+    let beside = report["comparisons"].as_array().unwrap();
+    let table_one = beside.iter().filter(|c| c["group"] == "Table I").count();
+    assert_eq!(table_one, 16);
+    assert_eq!(report["checks_passed"], true);
+
+    // The colour maps have axes and a bar beside their pixels: dots on white, not the pixels alone.
+    for (slice, key) in [(1, "das"), (2, "esmv-rank1")] {
+        for kind in ["us", "ps"] {
+            let name = format!("water-bath-{slice}-{key}-{kind}-distance.png");
+            let map = image::open(out.join(&name)).unwrap().into_rgb8();
+            let (across, down) = map.dimensions();
+            assert!(across > down && down > 1000, "{name}: {across} × {down}");
+            assert_eq!(map.get_pixel(0, 0).0, [255; 3]);
+        }
+    }
+    for file in [
+        "water-bath-us.nii.gz",
+        "water-bath-ct.nii.gz",
+        "water-bath-ct-registered.ply",
+    ] {
+        assert!(out.join(file).exists(), "{file}");
+    }
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(
+        page.contains("signed distance, mm")
+            && page.contains("linear-gradient(to right,rgb(0,0,255)")
+    );
+    assert_eq!(
+        page.matches("src=\"").count(),
+        page.matches("src=\"data:image/png;base64,").count()
+    );
+}

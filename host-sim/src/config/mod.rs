@@ -153,6 +153,16 @@ pub(crate) fn check_positive(
     Err(out_of_range(section, key, value, &expected))
 }
 
+/// A level in decibels, where there is one.
+pub(crate) fn check_level(section: &str, key: &str, level: Option<f64>) -> Result<()> {
+    match level {
+        Some(level) if !(-200.0..=40.0).contains(&level) => {
+            Err(out_of_range(section, key, level, "-200 to 40 (dB)"))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// A count from 1 to [`MAX_COUNT`].
 pub(crate) fn check_count(section: &str, key: &str, value: usize) -> Result<()> {
     if (1..=MAX_COUNT).contains(&value) {

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use super::{LENGTHS, check_positive, out_of_range};
+use super::{LENGTHS, check_level, check_positive, out_of_range};
 use crate::simulate::{
-    Baffle, Block, Bone, DynamicRange, Layers, NoiseSpectrum, PAPER_DENSITY, Phantom, Settings,
-    Tissue,
+    Baffle, Block, Bone, Clutter, DynamicRange, Layers, NoiseSpectrum, PAPER_DENSITY, Phantom,
+    Settings, Tissue,
 };
 use crate::{Error, Result};
 
@@ -48,8 +48,8 @@ pub struct Simulate {
     /// Bones: amplitude of the bone's image at twice its depth, dB; none without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reverberation: Option<f64>,
-    /// Volumes: amplitude of scatterers everywhere that no bone hides, 30 per mm³, dB of those on the
-    /// bone; none without it.
+    /// Bones: amplitude of diffuse clutter in the bone's shadow, 30 scatterers per mm³ (in the image plane alone 30
+    /// per mm²), dB of those on the bone; none without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clutter: Option<f64>,
     /// Array, pulse, transmits, record and noise. Without this section they are the paper's for
@@ -171,6 +171,12 @@ pub struct SimulateFlags {
     #[arg(long, value_name = "DB", help_heading = "Bone")]
     reverberation: Option<f64>,
 
+    /// Diffuse clutter in the bone's shadow: behind the surface that a line straight down meets first, and
+    /// nowhere else. 30 scatterers per mm³ (per mm² for the vertebra in the image plane), each so many dB of one
+    /// on the bone
+    #[arg(long, value_name = "DB", help_heading = "Bone")]
+    clutter: Option<f64>,
+
     /// Thickness of the slab of scatterers around the image plane, m [default: 0.006]
     #[arg(long, value_name = "M", help_heading = "Volume")]
     thickness: Option<f64>,
@@ -178,10 +184,6 @@ pub struct SimulateFlags {
     /// Scatterers of tissue per mm³ [default: 222 around a vertebra, else 60]
     #[arg(long, value_name = "N", help_heading = "Volume")]
     tissue_density: Option<f64>,
-
-    /// Scatterers that no bone hides, 30 per mm³, each dB of one on the bone
-    #[arg(long, value_name = "DB", help_heading = "Volume")]
-    clutter: Option<f64>,
 
     /// Electronic noise, dB relative to the largest sample of the record [default: none for the
     /// point, -40 for the vertebra, -60 for volumes]
@@ -374,15 +376,14 @@ impl Simulate {
             }
             _ => {}
         }
-        let amplitude = |level: f64| libm::pow(10.0, level / 20.0);
-        if let Some(level) = self.clutter {
-            let clutter = Block {
-                z: [scanner.depth_start, scanner.depth_end],
-                ..self.block(scanner)
-            };
-            clutter.fill_with_clutter(&mut phantom, amplitude(level))?;
-        }
-        phantom.reverberation = self.reverberation.map_or(0.0, amplitude);
+        let clutter = Clutter {
+            diffuse: self.clutter,
+            reverberation: self.reverberation,
+            thickness: self.thickness,
+            depth_end: scanner.depth_end,
+            seed: scanner.seed,
+        };
+        clutter.add(&mut phantom)?;
         Ok(Built { phantom, doubts })
     }
 
@@ -440,15 +441,8 @@ impl Simulate {
                 " (per mm³)",
             )?;
         }
-        for (key, level) in [
-            ("reverberation", self.reverberation),
-            ("clutter", self.clutter),
-        ] {
-            if level.is_some_and(|level| !(-200.0..=40.0).contains(&level)) {
-                let level = level.unwrap_or_default();
-                return Err(out_of_range(SECTION, key, level, "-200 to 40 (dB)"));
-            }
-        }
+        check_level(SECTION, "reverberation", self.reverberation)?;
+        check_level(SECTION, "clutter", self.clutter)?;
         self.scanner.as_ref().map_or(Ok(()), Settings::validate)
     }
 }
@@ -476,7 +470,7 @@ impl SimulateFlags {
                 self.tissue_density.is_some(),
                 phantom.is_volume(),
             ),
-            ("--clutter", self.clutter.is_some(), phantom.is_volume()),
+            ("--clutter", self.clutter.is_some(), phantom.has_bone()),
         ];
         match flags.iter().find(|(_, given, has)| *given && !has) {
             None => Ok(()),

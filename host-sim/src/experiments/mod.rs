@@ -134,6 +134,14 @@ pub struct Overrides {
 }
 
 impl Overrides {
+    /// Puts what is given in place of a seed and of a mesh.
+    fn replace(&self, seed: &mut u64, mesh: Option<&mut Option<PathBuf>>) {
+        *seed = self.seed.unwrap_or(*seed);
+        if let (Some(mesh), Some(given)) = (mesh, &self.mesh) {
+            *mesh = Some(given.clone());
+        }
+    }
+
     /// The flags, and whether each was given.
     pub fn given(&self) -> [(&'static str, bool); 2] {
         [

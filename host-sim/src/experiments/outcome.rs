@@ -42,6 +42,8 @@ pub enum Part {
     Gallery(Gallery),
     /// Pictures of one method beside those of another, which the reader chooses.
     Beside(Beside),
+    /// Pictures in the colours of the same quantity, side by side.
+    Coloured(Vec<Coloured>),
     /// A table at this place of the page.
     Table(Table),
     /// Plots of the same curves, with one legend.
@@ -76,6 +78,19 @@ pub struct Beside {
     pub outline: Vec<Vec<(f64, f64)>>,
     /// What black and white stand for.
     pub scales: Vec<Scale>,
+}
+
+/// A picture whose grey levels have the colour of another quantity: blue below zero, red above.
+#[derive(Clone, Debug)]
+pub struct Coloured {
+    /// The grey levels.
+    pub picture: Picture,
+    /// The quantity at every pixel, `[row, column]`.
+    pub values: Array2<f64>,
+    /// Where the colours end, on either side of zero.
+    pub reach: f64,
+    /// What the quantity is, with its unit.
+    pub quantity: &'static str,
 }
 
 /// The pictures of a method.

@@ -11,6 +11,7 @@ use crate::drive::image::Image;
 use crate::files::image::png;
 use crate::{Error, Result};
 
+use super::bar::Bar;
 use super::plot::{register_font, tick};
 
 /// The longer side of the picture within its axes, and what stands around it, in pixels.
@@ -24,8 +25,6 @@ const BAR: u32 = 16;
 const LABELS: u32 = 62;
 /// The least that a narrow picture's axes have room in, pixels.
 const LEAST: u32 = 90;
-/// Steps of grey in the bar.
-const STEPS: u32 = 64;
 
 /// The figure of an image whose white is the largest envelope and whose black lies `dynamic_range` dB
 /// below it.
@@ -71,34 +70,19 @@ pub fn figure(image: &Image, dynamic_range: f64) -> Result<String> {
                 .axis_desc_style(("sans-serif", 16))
                 .label_style(("sans-serif", 14))
                 .draw()?;
-            let mut chart = ChartBuilder::on(&bar)
-                .margin_top(MARGIN)
-                .margin_left(GAP)
-                .margin_right(MARGIN)
-                .margin_bottom(BOTTOM)
-                .right_y_label_area_size(LABELS)
-                .build_cartesian_2d(0.0..1.0, -dynamic_range..0.0)?;
-            let step = dynamic_range / f64::from(STEPS);
-            chart.draw_series((0..STEPS).map(|k| {
-                let level = (255 * k / (STEPS - 1)) as u8;
-                let low = -dynamic_range + f64::from(k) * step;
-                Rectangle::new(
-                    [(0.0, low), (1.0, low + step)],
-                    RGBColor(level, level, level).filled(),
-                )
-            }))?;
-            let outline = Rectangle::new([(0.0, -dynamic_range), (1.0, 0.0)], BLACK);
-            chart.draw_series([outline])?;
-            chart
-                .configure_mesh()
-                .disable_mesh()
-                .disable_x_axis()
-                .y_desc("dB")
-                .y_labels(7)
-                .y_label_formatter(&tick)
-                .axis_desc_style(("sans-serif", 16))
-                .label_style(("sans-serif", 14))
-                .draw()?;
+            let bar_beside = Bar {
+                range: [-dynamic_range, 0.0],
+                name: "dB",
+                margins: [MARGIN, GAP, BOTTOM, MARGIN],
+                labels: LABELS,
+                text: [16, 14],
+                line: 1,
+            };
+            let grey = |share: f64| {
+                let level = (255.0 * share) as u8;
+                RGBColor(level, level, level)
+            };
+            bar_beside.draw(&bar, grey)?;
             Ok(())
         };
         draw().map_err(|e| failed(&e))?;

@@ -159,6 +159,7 @@ pub(super) fn parts(outcome: &Outcome, source: Source) -> Result<Vec<Markup>> {
             Part::Text(text) => html! { p { (text) } },
             Part::Gallery(gallery) => pictures::gallery(gallery, source)?,
             Part::Beside(beside) => pictures::beside(beside, source)?,
+            Part::Coloured(all) => pictures::coloured(all)?,
             Part::Table(table) => self::table(table),
             Part::Plots(plots) => plot::plots(plots)?,
         })

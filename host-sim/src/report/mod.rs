@@ -2,6 +2,8 @@
 //! pictures, the configuration, and the tables for the terminal. It knows the parts of an outcome, not
 //! the experiments.
 
+mod bar;
+mod colours;
 mod figure;
 mod html;
 mod numbers;
@@ -20,7 +22,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::Result;
-use crate::experiments::outcome::{Comparison, Part, Table, Verdict};
+use crate::experiments::outcome::{Coloured, Comparison, Part, Table, Verdict};
 use crate::experiments::{Job, Outcome};
 use crate::files::atomic::Outputs;
 use crate::files::image;
@@ -160,6 +162,12 @@ impl<'a> Report<'a> {
             })?;
             names.push(attachment.file.clone());
         }
+        for shown in self.outcomes().flat_map(coloured) {
+            let bytes = print::print_coloured(shown)?;
+            let file = &shown.picture.file;
+            outputs.stage(&folder.join(file), |sink| Ok(sink.write_all(&bytes)?))?;
+            names.push(file.clone());
+        }
         let page = match self.page {
             Page::MainJob => html::page(self)?,
             Page::Paper => paper::page(self)?,
@@ -216,4 +224,13 @@ impl<'a> Report<'a> {
         }
         Ok(sheets)
     }
+}
+
+/// The pictures of an outcome that are in colours.
+fn coloured(outcome: &Outcome) -> impl Iterator<Item = &Coloured> {
+    let parts = outcome.parts.iter().filter_map(|part| match part {
+        Part::Coloured(all) => Some(all),
+        _ => None,
+    });
+    parts.flatten()
 }

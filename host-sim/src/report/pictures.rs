@@ -5,9 +5,10 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, html};
 
 use crate::Result;
-use crate::experiments::outcome::{Beside, Gallery, Picture, Scale, View};
+use crate::experiments::outcome::{Beside, Coloured, Gallery, Picture, Scale, View};
 use crate::files::image::png;
 
+use super::colours::colour;
 use super::plot;
 
 /// Where the page has its pictures.
@@ -85,6 +86,49 @@ pub fn beside(beside: &Beside, source: Source) -> Result<Markup> {
     })
 }
 
+/// Pictures in the colours of the same quantity, over its bar. The page always holds them.
+///
+/// # Errors
+/// As [`gallery`].
+pub fn coloured(all: &[Coloured]) -> Result<Markup> {
+    let figures = all
+        .iter()
+        .map(|shown| framed(&shown.picture, &[], embedded(&shown.png()?)));
+    let figures = figures.collect::<Result<Vec<_>>>()?;
+    Ok(html! {
+        div .pairs {
+            @for pair in figures.chunks(2) {
+                div .pair { @for figure in pair { (figure) } }
+            }
+        }
+        @if let Some(first) = all.first() {
+            div .scales {
+                div .scale {
+                    span { (first.quantity) }
+                    div {
+                        div .bar style=(gradient()) {}
+                        div .ticks {
+                            @for end in [-first.reach, 0.0, first.reach] {
+                                span { (plot::tick(&end)) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    })
+}
+
+/// The bar of the colours, from one end to the other.
+fn gradient() -> String {
+    let stops = (-10..=10).map(|k| {
+        let [r, g, b] = colour(f64::from(k) / 10.0).map(|v| (255.0 * v).round());
+        format!("rgb({r},{g},{b})")
+    });
+    let stops: Vec<String> = stops.collect();
+    format!("background:linear-gradient(to right,{})", stops.join(","))
+}
+
 fn scales(scales: &[Scale]) -> Markup {
     html! {
         @if !scales.is_empty() {
@@ -94,16 +138,23 @@ fn scales(scales: &[Scale]) -> Markup {
 }
 
 fn picture(picture: &Picture, outline: &[Vec<(f64, f64)>], source: Source) -> Result<Markup> {
+    let address = match source {
+        Source::Beside => picture.file.clone(),
+        Source::Within => embedded(&png(&picture.pixels)?),
+    };
+    framed(picture, outline, address)
+}
+
+/// The address of a PNG that the page holds.
+fn embedded(bytes: &[u8]) -> String {
+    format!("data:image/png;base64,{}", STANDARD.encode(bytes))
+}
+
+/// The picture at an address within its axes.
+fn framed(picture: &Picture, outline: &[Vec<(f64, f64)>], address: String) -> Result<Markup> {
     let frame = plot::frame(picture, outline)?;
     let [left, top, width, height] = frame.place;
     let place = format!("left:{left:.3}%;top:{top:.3}%;width:{width:.3}%;height:{height:.3}%");
-    let address = match source {
-        Source::Beside => picture.file.clone(),
-        Source::Within => format!(
-            "data:image/png;base64,{}",
-            STANDARD.encode(png(&picture.pixels)?)
-        ),
-    };
     Ok(html! {
         figure {
             div .frame {

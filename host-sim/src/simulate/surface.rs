@@ -232,8 +232,8 @@ impl Surface {
     }
 }
 
-/// Tells points inside a closed surface from those outside, by the triangles above and below them.
-pub(super) struct Inside {
+/// A closed surface along lines straight down: what lies inside it, and where it is met first.
+pub(super) struct StraightDown {
     corner: [f64; 2],
     columns: usize,
     rows: usize,
@@ -246,7 +246,7 @@ const SQUARE: f64 = 0.25e-3;
 /// The most squares either way.
 const MOST_SQUARES: usize = 4000;
 
-impl Inside {
+impl StraightDown {
     pub fn new(surface: &Surface) -> Self {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for v in &surface.vertices {
@@ -257,54 +257,54 @@ impl Inside {
         }
         let count =
             |axis: usize| (((high[axis] - low[axis]) / SQUARE) as usize + 1).clamp(1, MOST_SQUARES);
-        let mut inside = Inside {
+        let mut lines = StraightDown {
             corner: low,
             columns: count(0),
             rows: count(1),
             squares: Vec::new(),
         };
-        inside
-            .squares
-            .resize(inside.columns * inside.rows, Vec::new());
+        lines.squares.resize(lines.columns * lines.rows, Vec::new());
         for triangle in surface.corners() {
             let range = |axis: usize, most: usize| {
-                let places = triangle.map(|v| inside.place(v[axis], axis));
+                let places = triangle.map(|v| lines.place(v[axis], axis));
                 let first = places.into_iter().fold(f64::INFINITY, f64::min);
                 let last = places.into_iter().fold(0.0, f64::max);
                 (first as usize).min(most - 1)..=(last as usize).min(most - 1)
             };
-            let (columns, rows) = (range(0, inside.columns), range(1, inside.rows));
+            let (columns, rows) = (range(0, lines.columns), range(1, lines.rows));
             for row in rows {
                 for column in columns.clone() {
-                    inside.squares[row * inside.columns + column].push(triangle);
+                    lines.squares[row * lines.columns + column].push(triangle);
                 }
             }
         }
-        inside
+        lines
     }
 
     fn place(&self, value: f64, axis: usize) -> f64 {
         (value - self.corner[axis]) / SQUARE
     }
 
-    /// Whether the point lies inside: an odd number of triangles lie above it.
-    pub fn holds(&self, p: [f64; 3]) -> bool {
-        let (column, row) = (self.place(p[0], 0), self.place(p[1], 1));
-        if column < 0.0 || row < 0.0 {
-            return false;
-        }
+    /// Where the line down at (x, y) crosses the surface, in no order.
+    fn depths(&self, x: f64, y: f64) -> impl Iterator<Item = f64> + '_ {
+        let (column, row) = (self.place(x, 0), self.place(y, 1));
+        let within = column >= 0.0 && row >= 0.0;
         let (column, row) = (column as usize, row as usize);
-        if column >= self.columns || row >= self.rows {
-            return false;
-        }
-        let above = self.squares[row * self.columns + column].iter();
-        above.filter(|t| lies_above(t, p)).count() % 2 == 1
+        let within = within && column < self.columns && row < self.rows;
+        let triangles = within.then(|| &self.squares[row * self.columns + column]);
+        let crossed = move |t: &[[f64; 3]; 3]| Some(crossing(t, [x, y], [0, 1, 2])?.0);
+        triangles.into_iter().flatten().filter_map(crossed)
     }
-}
 
-/// Whether the triangle crosses the half-line from `p` towards the array.
-fn lies_above(triangle: &[[f64; 3]; 3], p: [f64; 3]) -> bool {
-    crossing(triangle, [p[0], p[1]], [0, 1, 2]).is_some_and(|(at, _)| at < p[2])
+    /// Whether the point lies inside: an odd number of triangles lie above it.
+    pub fn holds(&self, [x, y, z]: [f64; 3]) -> bool {
+        self.depths(x, y).filter(|&depth| depth < z).count() % 2 == 1
+    }
+
+    /// The depth at which the line down at (x, y) meets the surface first, m; none where it does not.
+    pub fn first_hit(&self, x: f64, y: f64) -> Option<f64> {
+        self.depths(x, y).min_by(f64::total_cmp)
+    }
 }
 
 /// Where a line along the last of the `axes` crosses a triangle, and whether the triangle turns left there

@@ -16,7 +16,7 @@ use crate::{Error, Result};
 use super::marching_tetrahedra::{self, Grid};
 use super::mesh::read_mesh;
 use super::phantom::{Phantom, Scatterer};
-use super::surface::{Inside, Surface};
+use super::surface::{StraightDown, Surface};
 use super::vertebra;
 
 /// Distance between vertebrae, mm: a lumbar vertebra with its disc.
@@ -31,8 +31,6 @@ const STEP: f64 = 0.35;
 const ON_BONE: f64 = 200e6;
 /// The paper's density of tissue, per m³: 10⁶ in 30 × 6 × 25 mm³.
 pub const PAPER_DENSITY: f64 = 1e6 / (30e-3 * 6e-3 * 25e-3);
-/// Density of diffuse clutter, per m³: speckle needs ten in a resolution cell, and clutter no more.
-const CLUTTER_DENSITY: f64 = 30e9;
 
 /// A bone, as the array sees it.
 #[derive(Clone, Debug, PartialEq)]
@@ -198,35 +196,26 @@ impl Block {
     /// # Errors
     /// More scatterers than memory holds.
     pub fn fill(&self, phantom: &mut Phantom, layers: Layers) -> Result<()> {
-        let bone = phantom.surface.as_ref().map(Inside::new);
-        self.scatter(self.density, &mut phantom.scatterers, |p| {
+        let bone = phantom.surface.as_ref().map(StraightDown::new);
+        self.scatter(&mut phantom.scatterers, |p| {
             let outside = bone.as_ref().is_none_or(|bone| !bone.holds(p));
             outside.then(|| layer(layers, p.map(|v| 1e3 * v)))
         })
     }
 
-    /// Adds scatterers of an amplitude that no bone hides.
+    /// Adds scatterers at random places of the block, where there is an amplitude for the place.
     ///
     /// # Errors
     /// More scatterers than memory holds.
-    pub fn fill_with_clutter(&self, phantom: &mut Phantom, amplitude: f64) -> Result<()> {
-        let block = Block {
-            seed: self.seed.wrapping_add(1 << 32),
-            ..*self
-        };
-        block.scatter(CLUTTER_DENSITY, &mut phantom.clutter, |_| Some(amplitude))
-    }
-
-    fn scatter(
+    pub(super) fn scatter(
         &self,
-        density: f64,
         scatterers: &mut Vec<Scatterer>,
         amplitude: impl Fn([f64; 3]) -> Option<f64>,
     ) -> Result<()> {
         let half = 0.5 * self.thickness;
         let ranges = [self.x, [-half, half], self.z];
         let volume: f64 = ranges.iter().map(|[low, high]| high - low).product();
-        let count = (density * volume).round();
+        let count = (self.density * volume).round();
         if !(0.0..=1e9).contains(&count) {
             return Err(Error::Usage(format!(
                 "{count:.0} scatterers of tissue are asked for; expected at most 1e9"
@@ -306,7 +295,7 @@ impl DynamicRange {
         for (k, x) in POINTS.into_iter().enumerate() {
             add(x, 8.0, -10.0 * k as f64);
         }
-        block.scatter(block.density, &mut phantom.scatterers, |[x, _, z]| {
+        block.scatter(&mut phantom.scatterers, |[x, _, z]| {
             let level = Self::level(x, z);
             level.is_finite().then(|| libm::pow(10.0, level / 20.0))
         })?;

@@ -7,8 +7,9 @@ use crate::experiments::common::truth::beside;
 use crate::experiments::outcome::{Beside, Part, View};
 
 use super::Claims;
+use super::geometry::{GEOMETRIES, Geometries};
 use super::mechanism::Figure;
-use super::scene::{GEOMETRIES, Geometries, Medium, one};
+use super::pose::{Medium, one};
 
 /// The pictures of the first seed with the shortest time window, the paper's in water.
 ///

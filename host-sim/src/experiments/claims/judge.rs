@@ -9,7 +9,9 @@ use serde::Serialize;
 use crate::experiments::outcome::{Ruling, Verdict, number};
 
 use super::Claims;
-use super::scene::{Medium, SceneMeasure, SceneResult, Tuned, disturbance};
+use super::pose::{Medium, disturbance};
+use super::scene::{SceneMeasure, SceneResult};
+use super::tuning::Tuned;
 
 /// Draws of the bootstrap.
 const DRAWS: usize = 2000;

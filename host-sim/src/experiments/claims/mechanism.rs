@@ -15,7 +15,8 @@ use crate::experiments::outcome::{Beside, Curve, Part, Picture, Plot, View as Sh
 use crate::measure::contrast::moments;
 
 use super::Claims;
-use super::scene::{GEOMETRIES, Geometries, Medium, one};
+use super::geometry::{GEOMETRIES, Geometries};
+use super::pose::{Medium, one};
 
 /// The echo of the surface: signed distances, m.
 const ECHO: [f64; 2] = [-0.5e-3, 1.5e-3];

@@ -4,24 +4,31 @@
 //! tissue and clutter are simulated once a pose and summed for its four scenes.
 
 mod bones;
+mod geometry;
 mod judge;
+mod kept;
 mod mechanism;
+mod pose;
 mod scene;
 mod show;
+mod tuning;
 
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::config::{Image, LENGTHS, PhaseSymmetry, check_positive, out_of_range};
+use crate::config::{Image, LENGTHS, PhaseSymmetry, check_level, check_positive, out_of_range};
 use crate::simulate::{NoiseSpectrum, Settings};
 use crate::{Error, Result};
 
 use super::common::Receive;
 use super::common::variants::Variant;
 use super::{Context, Experiment, Outcome, Overrides, Shows};
+use geometry::{GEOMETRIES, Geometries};
 use judge::{ClaimsResult, judge};
-use scene::{Medium, SceneResult, Tuned};
+use pose::{Medium, Pose};
+use scene::SceneResult;
+use tuning::Tuned;
 
 /// Section `[claims]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,7 +51,7 @@ pub struct Claims {
     half_windows: Vec<usize>,
     /// The disturbance: noise, dB of the largest sample.
     noise: f64,
-    /// Clutter that no bone hides, from the bone's depth on, dB of a scatterer of bone.
+    /// Diffuse clutter in the bone's shadow, dB of a scatterer of bone.
     clutter: f64,
     /// The bone's image at twice its depth, dB.
     reverberation: f64,
@@ -142,10 +149,7 @@ impl Experiment for Claims {
     }
 
     fn apply(&mut self, overrides: &Overrides) {
-        if let Some(mesh) = &overrides.mesh {
-            self.mesh = Some(mesh.clone());
-        }
-        self.simulation.seed = overrides.seed.unwrap_or(self.simulation.seed);
+        overrides.replace(&mut self.simulation.seed, Some(&mut self.mesh));
         if !overrides.only.is_empty() {
             self.only = overrides.only.clone();
         }
@@ -174,9 +178,7 @@ impl Experiment for Claims {
             ("clutter", self.clutter),
             ("reverberation", self.reverberation),
         ] {
-            if !(-200.0..=40.0).contains(&level) {
-                return Err(out_of_range(Self::NAME, key, level, "-200 to 40 (dB)"));
-            }
+            check_level(Self::NAME, key, Some(level))?;
         }
         if self.poses().is_empty() {
             return Err(Error::Usage(format!(
@@ -188,7 +190,7 @@ impl Experiment for Claims {
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
-        let geometries = scene::Geometries::new(self)?;
+        let geometries = Geometries::new(self)?;
         let tuned = self.tune(context, &geometries)?;
         let poses = self.poses();
         let mut scenes: Vec<SceneResult> = Vec::new();
@@ -201,9 +203,8 @@ impl Experiment for Claims {
             for (p, &geometry) in poses.iter().enumerate() {
                 let number = k * poses.len() + p + 1;
                 let what = format!("claims: pose {number} of {count}");
-                let found =
-                    scene::scenes(self, context, &geometries, geometry, seed, &what, &tuned)?;
-                for scene in found {
+                let pose = Pose::new(self, context, &geometries, geometry, seed, &what)?;
+                for scene in scene::scenes(&pose, &tuned)? {
                     scenes.retain(|old| !old.is_same(&scene));
                     scenes.push(scene);
                 }
@@ -236,7 +237,7 @@ impl Claims {
 
     /// Whether the scene is wanted.
     fn wants(&self, geometry: &str, medium: Medium, disturbed: bool) -> bool {
-        let name = [geometry, medium.name(), scene::disturbance(disturbed)];
+        let name = [geometry, medium.name(), pose::disturbance(disturbed)];
         self.only.iter().all(|word| name.contains(&&word[..]))
     }
 
@@ -248,23 +249,22 @@ impl Claims {
                 .flat_map(|medium| [(medium, false), (medium, true)])
                 .any(|(medium, disturbed)| self.wants(geometry, medium, disturbed))
         };
-        scene::GEOMETRIES.iter().filter(wanted).copied().collect()
+        GEOMETRIES.iter().filter(wanted).copied().collect()
     }
 
     /// The parameters of phase symmetry that are best for each beamformer and medium, on seeds that are
     /// not judged.
-    fn tune(&self, context: &Context<'_>, geometries: &scene::Geometries) -> Result<Vec<Tuned>> {
+    fn tune(&self, context: &Context<'_>, geometries: &Geometries) -> Result<Vec<Tuned>> {
         // Seeds far from those that are judged, here or in another run.
         let first = 1 << 40;
         let mut scores = Vec::new();
         for seed in first..first + self.tuning_seeds {
             for geometry in self.poses() {
                 let what = format!("claims: tune {}", seed - first + 1);
-                scores.extend(scene::scores(
-                    self, context, geometries, geometry, seed, &what,
-                )?);
+                let pose = Pose::new(self, context, geometries, geometry, seed, &what)?;
+                scores.extend(tuning::scores(&pose)?);
             }
         }
-        Ok(scene::best(scene::means(scores)))
+        Ok(tuning::best(tuning::means(scores)))
     }
 }

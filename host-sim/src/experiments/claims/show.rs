@@ -6,7 +6,7 @@ use crate::experiments::outcome::{Attachment, Part, Table, data, number};
 
 use super::judge::{Claim, ClaimsResult};
 use super::mechanism::Figure;
-use super::scene::{Medium, disturbance};
+use super::pose::{Medium, disturbance};
 
 /// The outcome of a result.
 ///
@@ -22,8 +22,8 @@ pub fn outcome(
     let seeds: std::collections::BTreeSet<u64> = seeds.collect();
     let mut parts = vec![Part::Text(format!(
         "DAS and rank-1 ESMV on {} scenes of {} seeds: two bones (the built-in vertebra and a mesh) in water and \
-         in tissue, each once quiet (noise at −60 dB) and once disturbed (noise at −40 dB, clutter behind its tip \
-         that no bone hides, a reverberation of the bone). A seed moves the bone by up to 1 mm each way and has tissue, clutter \
+         in tissue, each once quiet (noise at −60 dB) and once disturbed (noise at −40 dB, clutter in the bone's \
+         shadow, a reverberation of the bone). A seed moves the bone by up to 1 mm each way and has tissue, clutter \
          and noise of its own. The scenes lie in the image plane alone. Rank 1 has K = 0, 2 and 10, forward (Eq. 5) \
          and forward-backward (FB). Each table has the mean of ESMV − DAS with the 95 % interval of a paired \
          bootstrap over scenes. A claim is shown in a condition where the whole interval is on its side.",
@@ -211,7 +211,7 @@ fn tuned(result: &ClaimsResult) -> Table {
         let found = result.beamformers.iter().find(|(k, _)| k == key);
         found.map_or(key.to_owned(), |(_, name)| name.clone())
     };
-    let row = |t: &super::scene::Tuned| {
+    let row = |t: &super::tuning::Tuned| {
         let scales: Vec<String> = t.scales.iter().map(|s| format!("2^{}", s.log2())).collect();
         vec![
             format!("{}, {}", t.medium.name(), name(&t.beamformer)),

@@ -14,8 +14,25 @@ pub use receive::Receive;
 use serde::{Deserialize, Serialize};
 use toml::de::ValueDeserializer;
 
-use crate::config::PhaseSymmetry;
+use crate::config::{Image, PhaseSymmetry};
+use crate::simulate::Settings;
 use crate::{Error, Result};
+
+/// Fills in what follows from the scanner for receiver and image, where it is not told.
+pub fn resolve(simulation: &Settings, receive: &mut Receive, image: &mut Image) {
+    receive.resolve(simulation);
+    image.resolve_square();
+}
+
+/// Checks scanner, receiver and image of an experiment.
+///
+/// # Errors
+/// [`crate::Error::Usage`] naming the value and what would be right.
+pub fn validate(simulation: &Settings, receive: &Receive, image: &Image) -> Result<()> {
+    simulation.validate()?;
+    receive.0.validate()?;
+    image.validate()
+}
 
 /// The parameters that are the same for every experiment.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -10,10 +10,10 @@ use crate::measure::contrast::{cnr, contrast_ratio, gcnr, speckle_snr};
 use crate::measure::linearity::{Linearity, linearity};
 use crate::simulate::{Block, DynamicRange as Levels, Settings};
 
-use super::common::Receive;
 use super::common::pictures::{picture, scales};
 use super::common::recording::recording;
 use super::common::variants::{Aligned, Variant};
+use super::common::{self, Receive};
 use super::outcome::{Beside, Curve, Part, Picture, Plot, Table, View, number};
 use super::{Context, Experiment, Outcome, Overrides};
 
@@ -117,18 +117,15 @@ impl Experiment for DynamicRange {
     }
 
     fn resolve(&mut self) {
-        self.receive.resolve(&self.simulation);
-        self.image.resolve_square();
+        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
     }
 
     fn apply(&mut self, overrides: &Overrides) {
-        self.simulation.seed = overrides.seed.unwrap_or(self.simulation.seed);
+        overrides.replace(&mut self.simulation.seed, None);
     }
 
     fn validate(&self) -> Result<()> {
-        self.simulation.validate()?;
-        self.receive.0.validate()?;
-        self.image.validate()
+        common::validate(&self.simulation, &self.receive, &self.image)
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {

@@ -14,7 +14,7 @@ use crate::{Error, Result};
 
 use super::common::lines::beamform_all;
 use super::common::pictures::{Pair, Studio};
-use super::common::{Common, Receive};
+use super::common::{self, Common, Receive};
 use super::{Context, Experiment, Outcome};
 use measure::{PointResult, measure};
 
@@ -88,8 +88,7 @@ impl Experiment for Point {
     }
 
     fn resolve(&mut self) {
-        self.receive.resolve(&self.simulation);
-        self.image.resolve_square();
+        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
     }
 
     fn validate(&self) -> Result<()> {

@@ -88,7 +88,7 @@ impl Experiment for PointSpread {
     }
 
     fn apply(&mut self, overrides: &Overrides) {
-        self.simulation.seed = overrides.seed.unwrap_or(self.simulation.seed);
+        overrides.replace(&mut self.simulation.seed, None);
     }
 
     fn validate(&self) -> Result<()> {

@@ -7,14 +7,14 @@ use crate::Result;
 use crate::config::{Image, PhaseSymmetry};
 use crate::drive::image::b_mode;
 use crate::measure::signed_distance::Region;
-use crate::simulate::{Block, Bone, Layers, NoiseSpectrum, Phantom, Settings};
+use crate::simulate::{Block, Bone, Clutter, Layers, NoiseSpectrum, Phantom, Settings};
 
-use super::common::Receive;
 use super::common::bone::{BoneMeasure, View};
 use super::common::pictures::{picture, ridges, scales};
 use super::common::recording::recording;
 use super::common::truth::beside;
 use super::common::variants::{Aligned, Variant};
+use super::common::{self, Receive};
 use super::outcome::{Beside, Part, Picture, Table, View as Shown, data, number};
 use super::{Context, Experiment, Outcome, Overrides, Shows};
 
@@ -29,7 +29,7 @@ pub struct Spine {
     thickness: f64,
     /// Scatterers per m³; together they are as bright as 60 per mm³.
     density: f64,
-    /// Amplitude of clutter that no bone hides, dB of a scatterer of bone.
+    /// Amplitude of diffuse clutter in the bone's shadow, dB of a scatterer of bone.
     clutter: f64,
     /// K: half the time window, samples.
     half_window: usize,
@@ -158,18 +158,15 @@ impl Experiment for Spine {
     }
 
     fn resolve(&mut self) {
-        self.receive.resolve(&self.simulation);
-        self.image.resolve_square();
+        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
     }
 
     fn apply(&mut self, overrides: &Overrides) {
-        self.simulation.seed = overrides.seed.unwrap_or(self.simulation.seed);
+        overrides.replace(&mut self.simulation.seed, None);
     }
 
     fn validate(&self) -> Result<()> {
-        self.simulation.validate()?;
-        self.receive.0.validate()?;
-        self.image.validate()?;
+        common::validate(&self.simulation, &self.receive, &self.image)?;
         SCENES
             .iter()
             .try_for_each(|scene| self.filter(scene).validate())
@@ -245,12 +242,14 @@ impl Spine {
         for scatterer in &mut phantom.scatterers[phantom.on_bone..] {
             scatterer.amplitude *= brighter;
         }
-        // What echoes several times comes later than the bone's first echo.
-        let behind = Block {
-            z: [scene.depth, settings.depth_end],
-            ..block
+        let clutter = Clutter {
+            diffuse: Some(self.clutter),
+            reverberation: None,
+            thickness: self.thickness,
+            depth_end: settings.depth_end,
+            seed: settings.seed,
         };
-        behind.fill_with_clutter(&mut phantom, libm::pow(10.0, self.clutter / 20.0))?;
+        clutter.add(&mut phantom)?;
         Ok(phantom)
     }
 

@@ -12,9 +12,9 @@ use crate::config::{Image, LENGTHS, check_positive, out_of_range};
 use crate::drive::image::grid_of_picture;
 use crate::simulate::{Outline, Phantom, Settings, Summation, channel_data};
 
-use super::common::Receive;
 use super::common::lines::beamform_all;
 use super::common::pictures::Studio;
+use super::common::{self, Receive};
 use super::{Context, Experiment, Outcome, Overrides};
 use measure::View;
 
@@ -81,8 +81,7 @@ impl Experiment for Vertebra {
     }
 
     fn resolve(&mut self) {
-        self.receive.resolve(&self.simulation);
-        self.image.resolve_square();
+        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
     }
 
     fn apply(&mut self, overrides: &Overrides) {
@@ -93,9 +92,7 @@ impl Experiment for Vertebra {
     }
 
     fn validate(&self) -> Result<()> {
-        self.image.validate()?;
-        self.receive.0.validate()?;
-        self.simulation.validate()?;
+        common::validate(&self.simulation, &self.receive, &self.image)?;
         if !self.slice.is_finite() {
             let expected = "a finite number (m)";
             return Err(out_of_range(Self::NAME, "slice", self.slice, expected));

@@ -6,19 +6,19 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::config::{Image, LENGTHS, PhaseSymmetry, check_positive, out_of_range};
+use crate::config::{Image, LENGTHS, PhaseSymmetry, check_level, check_positive};
 use crate::drive::image::b_mode;
 use crate::measure::contrast::{cnr, gcnr, speckle_snr};
 use crate::measure::signed_distance::Region;
-use crate::simulate::{Block, Bone, Layers, PAPER_DENSITY, Phantom, Settings};
+use crate::simulate::{Block, Bone, Clutter, Layers, PAPER_DENSITY, Phantom, Settings};
 use crate::{Error, Result};
 
-use super::common::Receive;
 use super::common::bone::{BoneMeasure, View};
 use super::common::pictures::{picture, ridges};
 use super::common::recording::recording;
 use super::common::truth::beside;
 use super::common::variants::{Aligned, Variant};
+use super::common::{self, Receive};
 use super::outcome::Picture;
 use super::{Context, Experiment, Outcome, Overrides, Shows};
 
@@ -43,7 +43,7 @@ pub struct VertebraInTissue {
     /// Amplitude of the bone's image at twice its depth, dB; none without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     reverberation: Option<f64>,
-    /// Amplitude of clutter that no bone hides, dB of a scatterer of bone; none without it.
+    /// Amplitude of diffuse clutter in the bone's shadow, dB of a scatterer of bone; none without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     clutter: Option<f64>,
     /// Array, pulse, transmit, noise.
@@ -150,19 +150,15 @@ impl Experiment for VertebraInTissue {
     }
 
     fn resolve(&mut self) {
-        self.receive.resolve(&self.simulation);
-        self.image.resolve_square();
+        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
     }
 
     fn apply(&mut self, overrides: &Overrides) {
-        self.mesh = overrides.mesh.clone().or(self.mesh.take());
-        self.simulation.seed = overrides.seed.unwrap_or(self.simulation.seed);
+        overrides.replace(&mut self.simulation.seed, Some(&mut self.mesh));
     }
 
     fn validate(&self) -> Result<()> {
-        self.image.validate()?;
-        self.receive.0.validate()?;
-        self.simulation.validate()?;
+        common::validate(&self.simulation, &self.receive, &self.image)?;
         self.phase_symmetry.validate()?;
         check_positive(Self::NAME, "depth", self.depth, LENGTHS, " (m)")?;
         check_positive(Self::NAME, "thickness", self.thickness, [1e-6, 0.1], " (m)")?;
@@ -174,18 +170,8 @@ impl Experiment for VertebraInTissue {
             [1e-3, 1e4],
             " (per mm³)",
         )?;
-        let levels = [
-            ("reverberation", self.reverberation),
-            ("clutter", self.clutter),
-        ];
-        for (key, level) in levels {
-            if let Some(level) = level
-                && !(-200.0..=40.0).contains(&level)
-            {
-                return Err(out_of_range(Self::NAME, key, level, "-200 to 40 (dB)"));
-            }
-        }
-        Ok(())
+        check_level(Self::NAME, "reverberation", self.reverberation)?;
+        check_level(Self::NAME, "clutter", self.clutter)
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
@@ -250,17 +236,14 @@ impl VertebraInTissue {
         for scatterer in &mut phantom.scatterers[phantom.on_bone..] {
             scatterer.amplitude = amplitude;
         }
-        let amplitude = |level: f64| libm::pow(10.0, level / 20.0);
-        if let Some(level) = self.clutter {
-            let everywhere = Block {
-                x: [-20e-3, 20e-3],
-                // What echoes several times comes later than the bone's first echo.
-                z: [self.depth, self.simulation.depth_end],
-                ..block
-            };
-            everywhere.fill_with_clutter(&mut phantom, amplitude(level))?;
-        }
-        phantom.reverberation = self.reverberation.map_or(0.0, amplitude);
+        let clutter = Clutter {
+            diffuse: self.clutter,
+            reverberation: self.reverberation,
+            thickness: self.thickness,
+            depth_end: self.simulation.depth_end,
+            seed: self.simulation.seed,
+        };
+        clutter.add(&mut phantom)?;
         Ok(phantom)
     }
 

@@ -1,17 +1,14 @@
 //! What is shown of the water bath: images with the contour, colour maps and curves by distance, Table I, the
 //! sources of its error, image lines, and the volumes for other programs.
 
-use std::io::Cursor;
-
-use image::{ImageFormat, Rgb, RgbImage};
-use ndarray::{Array2, Array3, ShapeBuilder};
+use ndarray::{Array3, ShapeBuilder};
 use serde::Serialize;
 
 use crate::experiments::Outcome;
 use crate::experiments::common::beamformers::{Paper, comparison};
 use crate::experiments::common::pictures::{Pair, scales};
 use crate::experiments::outcome::{
-    Attachment, Beside, Comparison, Curve, Part, Plot, Table, View, data, number,
+    Attachment, Beside, Coloured, Comparison, Curve, Part, Picture, Plot, Table, View, data, number,
 };
 use crate::files::{nifti, ply};
 use crate::measure::registration::expected_fiducial_error;
@@ -142,11 +139,12 @@ fn parts(found: &Found<'_>) -> Vec<Part> {
     ));
     parts.push(Part::Text(
         "Mean grey level of all pixels at a distance from the contour, inside positive. Region A reaches from \
-         −0.5 mm (PS: 0.1 mm) to 2.1 mm; B is outside of it, C inside. Every pixel's distance and grey level \
-         are in the colour maps beside this page: blue outside, red inside."
+         −0.5 mm (PS: 0.1 mm) to 2.1 mm; B is outside of it, C inside. The colour maps have every pixel's \
+         grey level in the colour of its distance: blue outside, red inside."
             .into(),
     ));
-    for measured in found.measured {
+    for (k, (slice, measured)) in found.slices.iter().zip(found.measured).enumerate() {
+        parts.push(Part::Coloured(distance_maps(k, slice, measured)));
         parts.push(Part::Plots(distance_plots(measured)));
     }
     parts.push(Part::Heading("Table I"));
@@ -570,7 +568,7 @@ fn line_comparisons(measured: &[Measured]) -> Vec<Comparison> {
     compared.collect()
 }
 
-/// The volumes, the surfaces and the colour maps.
+/// The volumes and the surfaces.
 fn files(found: &Found<'_>) -> Result<Vec<Attachment>> {
     let volume = found.volume;
     let grid = &volume.grid;
@@ -581,7 +579,7 @@ fn files(found: &Found<'_>) -> Result<Vec<Attachment>> {
     let voxels = voxels.map_err(|e| Error::Data(format!("the CT volume has no shape: {e}")))?;
     let way = found.registrations.of(Sources::ALL).transform;
     let surface = found.ct.thresholded.clone().mapped(|p| way.apply(p));
-    let mut files = vec![
+    Ok(vec![
         Attachment {
             file: "water-bath-us.nii.gz".into(),
             description: "the ultrasound volume, grey levels; mm along the array's axes".into(),
@@ -602,57 +600,33 @@ fn files(found: &Found<'_>) -> Result<Vec<Attachment>> {
                 .into(),
             bytes: ply(surface.vertices(), surface.triangles())?,
         },
-    ];
-    for (k, (slice, measured)) in found.slices.iter().zip(found.measured).enumerate() {
-        for pair in slice
-            .pairs
-            .iter()
-            .filter(|p| FEATURED.contains(&p.beamformer))
-        {
-            for (kind, picture) in [("us", &pair.b_mode), ("ps", &pair.phase_symmetry)] {
-                files.push(Attachment {
-                    file: format!(
-                        "water-bath-{}-{}-{kind}-distance.png",
-                        k + 1,
-                        pair.beamformer
-                    ),
-                    description: format!(
-                        "Fig. {}: {}, {}, coloured by signed distance",
-                        6 + k,
-                        name(pair.beamformer),
-                        kind.to_uppercase()
-                    ),
-                    bytes: colour_map(&picture.pixels, &measured.distance)?,
-                });
-            }
-        }
-    }
-    Ok(files)
+    ])
 }
 
-/// Grey levels in the colour of their distance: blue outside, white at the contour, red inside.
-fn colour_map(pixels: &Array2<f32>, distance: &Array2<f64>) -> Result<Vec<u8>> {
-    let (rows, columns) = pixels.dim();
-    let mut picture = RgbImage::new(columns as u32, rows as u32);
-    for ((row, column), &grey) in pixels.indexed_iter() {
-        let share = (1e3 * distance[[row, column]] / REACH).clamp(-1.0, 1.0);
-        // The square root keeps the near ones apart.
-        let pale = 1.0 - share.abs().sqrt();
-        let [r, b] = match share > 0.0 {
-            true => [1.0, pale],
-            false => [pale, 1.0],
-        };
-        let level = |v: f64| (v * f64::from(grey)).round().clamp(0.0, 255.0) as u8;
-        picture.put_pixel(
-            column as u32,
-            row as u32,
-            Rgb([level(r), level(pale), level(b)]),
-        );
+/// Images of a slice in the colours of the signed distance, the B-mode images before phase symmetry.
+fn distance_maps(k: usize, slice: &Images, measured: &Measured) -> Vec<Coloured> {
+    let mut all = Vec::new();
+    for image in 0..2 {
+        let featured = |p: &&Pair| FEATURED.contains(&p.beamformer);
+        for pair in slice.pairs.iter().filter(featured) {
+            let kind = KINDS[image];
+            let of = [&pair.b_mode, &pair.phase_symmetry][image];
+            let key = pair.beamformer;
+            all.push(Coloured {
+                picture: Picture {
+                    file: format!(
+                        "water-bath-{}-{key}-{}-distance.png",
+                        k + 1,
+                        kind.to_lowercase()
+                    ),
+                    caption: format!("{}, {kind}, slice {}, by signed distance", name(key), k + 1),
+                    ..of.clone()
+                },
+                values: measured.distance.mapv(|s| 1e3 * s),
+                reach: REACH,
+                quantity: "signed distance, mm",
+            });
+        }
     }
-    let mut bytes = Cursor::new(Vec::new());
-    let cannot = |e| Error::Data(format!("the colour map cannot be encoded: {e}"));
-    picture
-        .write_to(&mut bytes, ImageFormat::Png)
-        .map_err(cannot)?;
-    Ok(bytes.into_inner())
+    all
 }

@@ -14,7 +14,7 @@ use crate::experiments::common::recording::recording;
 use crate::experiments::common::{Checks, Receive};
 use crate::files::{ChannelData, Lines, Transmits};
 use crate::methods::{COMPARED, Compared};
-use crate::simulate::{Block, Phantom, Scatterer, Settings};
+use crate::simulate::{Clutter, Phantom, Scatterer, Settings};
 use crate::validate::Check;
 
 use super::specimen::Specimen;
@@ -205,19 +205,17 @@ impl WaterBath {
         let all = specimen.scatterers(ON_BONE)?;
         let mut phantom = self.phantom(specimen, &all, self.slices[k]);
         drop(all);
-        let amplitude = |level: f64| libm::pow(10.0, level / 20.0);
-        let block = Block {
-            x: [-20e-3, 20e-3],
+        let seed = self.simulation.seed.wrapping_add(k as u64);
+        let clutter = Clutter {
+            diffuse: Some(self.clutter[k]),
+            reverberation: Some(self.reverberation),
             thickness: self.thickness,
-            // What echoes several times comes later than the bone's first echo.
-            z: [self.depth, self.simulation.depth_end],
-            density: 0.0,
-            seed: self.simulation.seed.wrapping_add(k as u64),
+            depth_end: self.simulation.depth_end,
+            seed,
         };
-        block.fill_with_clutter(&mut phantom, amplitude(self.clutter))?;
-        phantom.reverberation = amplitude(self.reverberation);
+        clutter.add(&mut phantom)?;
         let scanner = Settings {
-            seed: self.simulation.seed.wrapping_add(k as u64),
+            seed,
             ..self.scanner()
         };
         let name = format!("water-bath-{}", k + 1);

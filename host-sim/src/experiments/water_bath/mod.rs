@@ -18,12 +18,12 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
-use crate::config::{Image, LENGTHS, check_positive, out_of_range};
+use crate::config::{Image, LENGTHS, check_level, check_positive, out_of_range};
 use crate::measure::registration::Point;
 use crate::simulate::Settings;
 use crate::terminal::warn;
 
-use super::common::Receive;
+use super::common::{self, Receive};
 use super::{Context, Experiment, Outcome, Overrides, Shows};
 use registration::{Ct, Registrations};
 use specimen::Specimen;
@@ -76,9 +76,9 @@ pub struct WaterBath {
     picking_error: f64,
     /// Amplitude of the bone's echo that the array throws back, dB (assumed).
     reverberation: f64,
-    /// Amplitude of clutter's scatterers relative to bone's, dB. They lie from the bone's depth on, and give
+    /// Amplitude of diffuse clutter in the bone's shadow in either slice, dB of a scatterer of bone. It gives
     /// region C of DAS the level of the paper's Table I.
-    clutter: f64,
+    clutter: [f64; 2],
     /// Array, pulse, transmit, noise.
     simulation: Settings,
     /// Delay and beamformer.
@@ -108,7 +108,7 @@ impl Default for WaterBath {
             ct_ball: 100.0,
             picking_error: 0.1e-3,
             reverberation: -25.0,
-            clutter: 3.0,
+            clutter: [3.0, 13.0],
             // Two beams an element as the paper's 256, at the rate of its receiver; water of 20 °C.
             simulation: Settings {
                 beams: 255,
@@ -153,19 +153,15 @@ impl Experiment for WaterBath {
     }
 
     fn resolve(&mut self) {
-        self.receive.resolve(&self.simulation);
-        self.image.resolve_square();
+        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
     }
 
     fn apply(&mut self, overrides: &Overrides) {
-        self.mesh = overrides.mesh.clone().or(self.mesh.take());
-        self.simulation.seed = overrides.seed.unwrap_or(self.simulation.seed);
+        overrides.replace(&mut self.simulation.seed, Some(&mut self.mesh));
     }
 
     fn validate(&self) -> Result<()> {
-        self.image.validate()?;
-        self.receive.0.validate()?;
-        self.simulation.validate()?;
+        common::validate(&self.simulation, &self.receive, &self.image)?;
         for (key, value) in [
             ("depth", self.depth),
             ("lines[0]", self.lines[0]),
@@ -199,13 +195,19 @@ impl Experiment for WaterBath {
             ("ct_bone", self.ct_bone, [0.0, 5000.0], " (HU)"),
             ("ct_ball", self.ct_ball, [-400.0, 5000.0], " (HU)"),
             ("picking_error", self.picking_error, [0.0, 5e-3], " (m)"),
-            ("reverberation", self.reverberation, [-200.0, 40.0], " (dB)"),
-            ("clutter", self.clutter, [-200.0, 40.0], " (dB)"),
         ] {
             if !(least..=most).contains(&value) {
                 let expected = format!("{least} to {most}{unit}");
                 return Err(out_of_range(Self::NAME, key, value, &expected));
             }
+        }
+        let [first, second] = self.clutter;
+        for (key, level) in [
+            ("reverberation", self.reverberation),
+            ("clutter[0]", first),
+            ("clutter[1]", second),
+        ] {
+            check_level(Self::NAME, key, Some(level))?;
         }
         Ok(())
     }

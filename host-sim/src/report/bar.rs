@@ -1,0 +1,67 @@
+//! A bar of colours beside a picture, with what they stand for.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use super::plot::{DrawResult, tick};
+
+/// Steps of colour in a bar.
+const STEPS: u32 = 64;
+
+/// A bar, its margins and its letters, in pixels.
+pub struct Bar<'a> {
+    /// What its ends stand for, the lower one first.
+    pub range: [f64; 2],
+    /// What it shows, with its unit.
+    pub name: &'a str,
+    /// Above it, left of it, below it, right of its labels.
+    pub margins: [u32; 4],
+    /// Width of its labels.
+    pub labels: u32,
+    /// Heights of its name and of its labels.
+    pub text: [u32; 2],
+    /// Width of lines.
+    pub line: u32,
+}
+
+impl Bar<'_> {
+    /// Draws it all over an area; `colour` has that of a share from 0, the lower end, to 1.
+    pub fn draw<DB: DrawingBackend>(
+        &self,
+        area: &DrawingArea<DB, Shift>,
+        colour: impl Fn(f64) -> RGBColor,
+    ) -> DrawResult
+    where
+        DB::ErrorType: 'static,
+    {
+        let [low, high] = self.range;
+        let [above, left, below, right] = self.margins;
+        let mut chart = ChartBuilder::on(area)
+            .margin_top(above)
+            .margin_left(left)
+            .margin_right(right)
+            .margin_bottom(below)
+            .right_y_label_area_size(self.labels)
+            .build_cartesian_2d(0.0..1.0, low..high)?;
+        let step = (high - low) / f64::from(STEPS);
+        chart.draw_series((0..STEPS).map(|k| {
+            let from = low + f64::from(k) * step;
+            let colour = colour(f64::from(k) / f64::from(STEPS - 1));
+            Rectangle::new([(0.0, from), (1.0, from + step)], colour.filled())
+        }))?;
+        let style = BLACK.stroke_width(self.line);
+        chart.draw_series([Rectangle::new([(0.0, low), (1.0, high)], style)])?;
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .disable_x_axis()
+            .y_desc(self.name)
+            .y_labels(7)
+            .y_label_formatter(&tick)
+            .axis_style(style)
+            .axis_desc_style(("sans-serif", self.text[0]))
+            .label_style(("sans-serif", self.text[1]))
+            .draw()?;
+        Ok(())
+    }
+}

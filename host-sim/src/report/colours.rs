@@ -1,0 +1,59 @@
+//! Pictures in the colours of another quantity: blue below zero, white at it, red above, as bright as the grey
+//! level.
+
+use std::io::Cursor;
+
+use image::{ImageFormat, Rgb, RgbImage};
+
+use crate::experiments::outcome::Coloured;
+use crate::{Error, Result};
+
+/// The colour of a share of the quantity's reach, −1 to 1, at full brightness.
+pub fn colour(share: f64) -> [f64; 3] {
+    // The square root keeps small ones apart.
+    let pale = 1.0 - share.clamp(-1.0, 1.0).abs().sqrt();
+    match share > 0.0 {
+        true => [1.0, pale, pale],
+        false => [pale, pale, 1.0],
+    }
+}
+
+impl Coloured {
+    /// The colour of a pixel.
+    pub(super) fn at(&self, row: usize, column: usize) -> [u8; 3] {
+        let grey = f64::from(self.picture.pixels[[row, column]]);
+        let share = self.values[[row, column]] / self.reach;
+        colour(share).map(|v| (v * grey).round().clamp(0.0, 255.0) as u8)
+    }
+
+    /// The bytes of a PNG of its pixels alone.
+    ///
+    /// # Errors
+    /// A picture that PNG cannot hold.
+    pub(super) fn png(&self) -> Result<Vec<u8>> {
+        let (rows, columns) = self.picture.pixels.dim();
+        let picture = RgbImage::from_fn(columns as u32, rows as u32, |column, row| {
+            Rgb(self.at(row as usize, column as usize))
+        });
+        let mut bytes = Cursor::new(Vec::new());
+        let cannot = |e| Error::Data(format!("the colour map cannot be encoded: {e}"));
+        picture
+            .write_to(&mut bytes, ImageFormat::Png)
+            .map_err(cannot)?;
+        Ok(bytes.into_inner())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zero_is_white_and_the_ends_are_blue_and_red() {
+        assert_eq!(colour(0.0), [1.0, 1.0, 1.0]);
+        assert_eq!(colour(-1.0), [0.0, 0.0, 1.0]);
+        assert_eq!(colour(1.0), [1.0, 0.0, 0.0]);
+        assert_eq!(colour(0.25), [1.0, 0.5, 0.5]);
+        assert_eq!(colour(-7.0), colour(-1.0));
+    }
+}
