@@ -11,17 +11,18 @@ use super::kept::kept;
 use super::pose::{Medium, Pose};
 
 /// The filters that are tried: scales as exponents of 2, from and to, and thresholds.
-const SCALES: [[i32; 2]; 8] = [
+const SCALES: [[i32; 2]; 9] = [
+    [1, 2],
+    [2, 3],
     [3, 4],
     [4, 5],
-    [4, 6],
     [5, 6],
     [5, 7],
     [6, 8],
     [7, 9],
     [5, 9],
 ];
-const THRESHOLDS: [f64; 6] = [5.0, 10.0, 15.0, 30.0, 60.0, 120.0];
+const THRESHOLDS: [f64; 5] = [5.0, 10.0, 15.0, 30.0, 60.0];
 
 /// Parameters of phase symmetry for a beamformer in a medium.
 #[derive(Clone, Debug, PartialEq, Serialize)]
