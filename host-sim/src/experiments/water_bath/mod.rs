@@ -4,6 +4,7 @@
 //! volumes, the CT volume is registered to the ultrasound one, and its surface at −524 HU is what the images
 //! are measured against. Every step is simulated, so that each source of error can be taken out.
 
+mod comparisons;
 mod contour;
 mod figures;
 mod images;
