@@ -286,33 +286,26 @@ fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
     // A stage of another scan is refused, by what differs.
     let mut other = DELAY.clone();
     let of = DelayParameters::of(&SCAN);
-    let changes = [
-        (
-            "delay stage's sound_speed",
-            DelayParameters {
-                sound_speed: 1580.0,
-                ..of
-            },
-        ),
-        (
-            "delay stage's hilbert_taps",
-            DelayParameters {
-                hilbert_taps: 3,
-                ..of
-            },
-        ),
-        (
-            "delay stage's output_samples",
-            DelayParameters {
-                output_samples: 7,
-                ..of
-            },
-        ),
+    type Change = fn(&mut DelayParameters);
+    let changes: [(&str, Change); 9] = [
+        ("sound_speed", |p| p.sound_speed = 1580.0),
+        ("sampling_rate", |p| p.sampling_rate = 41e6),
+        ("centre_frequency", |p| p.centre_frequency = 4e6),
+        ("output_rate", |p| p.output_rate = 19e6),
+        ("output_start", |p| p.output_start += 1e-6),
+        ("output_samples", |p| p.output_samples = 7),
+        ("elements", |p| p.elements = 15),
+        ("record_samples", |p| p.record_samples = 600),
+        ("hilbert_taps", |p| p.hilbert_taps = 3),
     ];
-    for (expected, parameters) in changes {
+    for (expected, change) in changes {
+        let mut parameters = of;
+        change(&mut parameters);
         other.set(parameters).unwrap();
         match Pipeline::by(&other, PARAMETERS) {
-            Err(Error::Parameter { name, .. }) => assert_eq!(name, expected),
+            Err(Error::Parameter { name, .. }) => {
+                assert_eq!(name, format!("delay stage's {expected}"));
+            }
             refused => panic!("{expected}: {refused:?}"),
         }
     }
