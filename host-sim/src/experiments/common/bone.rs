@@ -149,15 +149,23 @@ impl View {
         (share, (found > 0).then(|| extent / found as f64))
     }
 
-    /// The grey levels of the pixels in front of the bone, farther from it than 2 mm, and of those inside
-    /// it, between 2.1 and 10 mm from its surface: tissue and shadow.
-    pub fn tissue_and_shadow(&self, pixels: &Array2<f32>, depths: [f64; 2]) -> [Vec<f64>; 2] {
+    /// The grey levels of the pixels in front of the bone, farther from it than 2 mm and within a lateral range
+    /// and one of depths, m, and of those inside it, between 2.1 and 10 mm from its surface: tissue and shadow.
+    pub fn tissue_and_shadow(
+        &self,
+        pixels: &Array2<f32>,
+        lateral: [f64; 2],
+        depths: [f64; 2],
+    ) -> [Vec<f64>; 2] {
         let [mut tissue, mut shadow] = [Vec::new(), Vec::new()];
         for ((row, column), &s) in self.distance.indexed_iter() {
+            let x = self.grid.x0 + column as f64 * self.grid.pixel;
             let z = self.grid.z0 + row as f64 * self.grid.pixel;
             let in_front = self.hits[column].is_none_or(|hit| (row as f64) < hit);
+            let in_range =
+                (lateral[0]..=lateral[1]).contains(&x) && (depths[0]..=depths[1]).contains(&z);
             let level = f64::from(pixels[[row, column]]);
-            if s < -2e-3 && in_front && (depths[0]..=depths[1]).contains(&z) {
+            if s < -2e-3 && in_front && in_range {
                 tissue.push(level);
             } else if s > 2.1e-3 && s <= 10e-3 {
                 shadow.push(level);
@@ -218,10 +226,10 @@ mod tests {
         let view = view();
         let levels = |(row, _): (usize, usize)| if row < 100 { 100.0 } else { 10.0 };
         let image = Array2::from_shape_fn((201, 101), levels);
-        let [tissue, shadow] = view.tissue_and_shadow(&image, [12e-3, 40e-3]);
-        // 12 to 18 mm in front, and 22.1 to 30 mm behind.
+        let [tissue, shadow] = view.tissue_and_shadow(&image, [-4e-3, 10e-3], [12e-3, 40e-3]);
+        // 12 to 18 mm in front, right of 4 mm left of the middle, and 22.1 to 30 mm behind.
         assert!(tissue.iter().all(|v| *v == 100.0) && shadow.iter().all(|v| *v == 10.0));
-        assert!(tissue.len().abs_diff(60 * 101) <= 101, "{}", tissue.len());
+        assert!(tissue.len().abs_diff(60 * 91) <= 151, "{}", tissue.len());
         assert!(shadow.len().abs_diff(79 * 101) <= 202, "{}", shadow.len());
     }
 }

@@ -25,6 +25,9 @@ use super::{Context, Experiment, Outcome, Overrides, Shows};
 /// The boxes of the paper: their side, left or right of the middle, and their depths, m.
 const BOXES: [(&str, f64, [f64; 2]); 2] = [("A", -1.0, [26e-3, 29e-3]), ("B", 1.0, [23e-3, 26e-3])];
 
+/// The block of tissue: from and to, lateral and in depth, m.
+const TISSUE: [[f64; 2]; 2] = [[-15e-3, 15e-3], [12e-3, 37e-3]];
+
 /// Section `[vertebra_in_tissue]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -224,9 +227,9 @@ impl VertebraInTissue {
         phantom.check_within(&self.simulation)?;
         let density = 1e9 * self.tissue_density;
         let block = Block {
-            x: [-15e-3, 15e-3],
+            x: TISSUE[0],
             thickness: self.thickness,
-            z: [12e-3, 37e-3],
+            z: TISSUE[1],
             density,
             seed: self.simulation.seed,
         };
@@ -256,7 +259,9 @@ impl VertebraInTissue {
         let range = self.image.dynamic_range;
         let image = b_mode(lines, range as f32, &view.grid, self.image.median)?.pixels;
         let map = ridges(&image, &self.phase_symmetry)?;
-        let [tissue, shadow] = view.tissue_and_shadow(&image, [13e-3, 36e-3]);
+        // The tissue's block, less 1 mm at its edges.
+        let [lateral, depths] = TISSUE.map(|[from, to]| [from + 1e-3, to - 1e-3]);
+        let [tissue, shadow] = view.tissue_and_shadow(&image, lateral, depths);
         // What is black lies at the range's end or below it.
         let level = |grey: &f64| range * (grey / 255.0 - 1.0);
         let envelope: Vec<f64> = tissue.iter().map(|g| 10f64.powf(level(g) / 20.0)).collect();
