@@ -47,10 +47,12 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
             copy(a, panels);
         }
         let mean = trace(zero, a, n) / zero.splat(n as f32);
-        for i in 0..n {
-            if let Some(column) = self.panels.get_mut(panel(i / TILE) + i) {
-                let entry = &mut column[i % TILE];
-                *entry = S::from_real(entry.real() - mean);
+        // The rows that fill up the last panel take no part.
+        for i in 0..n.div_ceil(TILE) {
+            if let Some((_, tile)) = columns_mut(self.panels, i) {
+                for r in 0..TILE {
+                    tile[r][r] = S::from_real(tile[r][r].real() - mean);
+                }
             }
         }
         self.reflect(zero, n);

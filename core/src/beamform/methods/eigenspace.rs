@@ -225,6 +225,9 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
                 im: gather(zero, |k| terms.get(k).map(|term| term.im), index),
             };
             sum = ComplexVector::select(kept, sum + term, sum);
+        } else if place > 0 {
+            // No rule takes up again what it has left out: the metric does not fall.
+            break;
         }
         before = metric;
     }
