@@ -140,7 +140,7 @@ fn parts(found: &Found<'_>) -> Vec<Part> {
     ));
     for (k, (slice, measured)) in found.slices.iter().zip(found.measured).enumerate() {
         parts.push(Part::Coloured(distance_maps(k, slice, measured)));
-        parts.push(Part::Plots(distance_plots(measured)));
+        parts.push(Part::Plots(distance_plots(k, measured)));
     }
     parts.push(Part::Heading("Table I"));
     parts.push(Part::Table(table(found.measured)));
@@ -162,8 +162,8 @@ fn parts(found: &Found<'_>) -> Vec<Part> {
     parts.push(Part::Text(
         "Down through the spinous process, and across its sidewalls. Dashed: the contour.".into(),
     ));
-    for measured in found.measured {
-        parts.push(Part::Plots(line_plots(measured)));
+    for (k, measured) in found.measured.iter().enumerate() {
+        parts.push(Part::Plots(line_plots(k, measured)));
     }
     parts
 }
@@ -204,11 +204,15 @@ fn beside(k: usize, slice: &Images, measured: &Measured, bath: &WaterBath) -> Be
     }
 }
 
-fn distance_plots(measured: &Measured) -> Vec<Plot> {
+fn distance_plots(k: usize, measured: &Measured) -> Vec<Plot> {
     let plot = |image: usize| {
         let curves = METHODS.iter().zip(&measured.by_distance);
         Plot {
-            caption: format!("Mean grey level by distance, {}", KINDS[image]),
+            caption: format!(
+                "Mean grey level by distance, {}, slice {}",
+                KINDS[image],
+                k + 1
+            ),
             x: "signed distance, mm",
             y: "grey level",
             x_range: [-REACH, REACH],
@@ -228,19 +232,19 @@ fn distance_plots(measured: &Measured) -> Vec<Plot> {
     vec![plot(0), plot(1)]
 }
 
-fn line_plots(measured: &Measured) -> Vec<Plot> {
+fn line_plots(k: usize, measured: &Measured) -> Vec<Plot> {
     let mut plots = Vec::new();
     for (way, line) in [&measured.down, &measured.across].into_iter().enumerate() {
         for image in 0..2 {
             let curves = METHODS.iter().zip(&measured.profiles);
             plots.push(Plot {
-                caption: match way {
-                    0 => format!("{}, down at x = {:.1} mm", KINDS[image], line.place_mm),
-                    _ => format!(
-                        "{}, across at a depth of {:.1} mm",
-                        KINDS[image], line.place_mm
-                    ),
-                },
+                caption: format!(
+                    "{}, slice {}, {} {:.1} mm",
+                    KINDS[image],
+                    k + 1,
+                    ["down at x =", "across at a depth of"][way],
+                    line.place_mm
+                ),
                 x: if way == 0 { "depth, mm" } else { "lateral, mm" },
                 y: "grey level",
                 x_range: [line.at_mm[0], line.at_mm[line.at_mm.len() - 1]],
