@@ -17,6 +17,13 @@
 #[cfg(test)]
 extern crate std;
 
+/// How far apart the cases are that a test tries: 1, or `sparse` under Miri, which takes thousands of times as
+/// long for each.
+#[cfg(test)]
+const fn step(sparse: usize) -> usize {
+    if cfg!(miri) { sparse } else { 1 }
+}
+
 pub mod beamform;
 pub mod covariance;
 mod error;

@@ -149,6 +149,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "a Fourier integral for each of 6000 samples")]
     fn the_documented_errors_hold() {
         // (rate, imaginary part, envelope, phase): the figures of the module's documentation.
         for (rate, imaginary, envelope, phase) in [

@@ -114,17 +114,22 @@ mod tests {
         let field = |angle: f64, distance: f64| (3.0 * angle + 50.0 * distance + 2.0) as f32;
         let data: [f32; 41 * 60] =
             core::array::from_fn(|k| field(angles.position(k / 60), samples.position(k % 60)));
+        let every = crate::step(2);
         let rows = Axis {
             first: -3e-3,
-            step: 0.7e-3,
-            count: 60,
+            step: 0.7e-3 * every as f64,
+            count: 60 / every,
         };
-        let columns = Axis::centred(80, 0.9e-3);
+        let columns = Axis::centred(80 / every, 0.9e-3 * every as f64);
         let mut out = [f32::NAN; 60 * 80];
-        scan_convert(&data, fan, angles, samples, rows, columns, &mut out).unwrap();
+        let out = &mut out[..rows.count * columns.count];
+        scan_convert(&data, fan, angles, samples, rows, columns, out).unwrap();
         let mut inside = 0;
         for (k, &pixel) in out.iter().enumerate() {
-            let (x, z) = (columns.position(k % 80), rows.position(k / 80));
+            let (x, z) = (
+                columns.position(k % columns.count),
+                rows.position(k / columns.count),
+            );
             // The polar coordinates by another way: asin instead of atan2.
             let from = libm::hypot(x - fan.x, z - fan.z);
             let (angle, distance) = (libm::asin((x - fan.x) / from), from - fan.radius);
@@ -136,7 +141,7 @@ mod tests {
                 assert_eq!(pixel, 0.0, "{x} {z}");
             }
         }
-        assert!(inside > 1000, "{inside}");
+        assert!(inside * every * every > 1000, "{inside}");
     }
 
     #[test]

@@ -17,7 +17,8 @@ use std::format;
 use std::vec;
 use std::vec::Vec;
 
-const N: usize = 16;
+/// The most rows; under Miri half as many, which are an eighth of the work.
+const N: usize = 16 / crate::step(2);
 
 /// Eigenvalues and AE − EΛ of matrices with trace 1 and up to 16 rows: some 3·16 reflections and
 /// rotations, 6e-8 each at most, and the matrix's own rounding.
@@ -168,8 +169,8 @@ fn spectra(n: usize) -> Vec<Vec<f64>> {
 }
 
 fn assert_eigen<S: Entry>(real: bool) {
-    for n in [1, 2, 3, 8, 15, 16] {
-        for (kind, values) in spectra(n).into_iter().enumerate() {
+    for n in [1, 2, 3, 8, 15, 16].into_iter().step_by(crate::step(3)) {
+        for (kind, values) in spectra(n).into_iter().enumerate().step_by(crate::step(3)) {
             let u = unitary(&random_direction(n, 1), 10 + n as u64, real);
             let a = with_eigenvalues(&values, &u);
             let mut computed = [0.0_f32; N];
@@ -270,13 +271,14 @@ fn assert_lanczos<S: Entry>(real: bool) {
     let start = DVector::from_fn(N, |i, _| {
         Complex::from(0.5 + (0.618034 * (i + 1) as f64).fract())
     });
-    for seed in 0..8 {
+    for seed in (0..8).step_by(crate::step(8)) {
         let random = random_direction(N, 20 + seed);
         let along = start.dotc(&random) / start.dotc(&start);
         for first in [random.clone(), &random - &start * along] {
             let u = unitary(&first, 40 + seed, real);
             let e1 = u.column(0).into_owned();
-            for ratio in [0.0, 0.3, 0.6, 0.9, 0.97, 0.99, 0.999, 0.9999, 1.0] {
+            let ratios = [0.0, 0.3, 0.6, 0.9, 0.97, 0.99, 0.999, 0.9999, 1.0];
+            for ratio in ratios.into_iter().step_by(crate::step(8)) {
                 for others in [1e-3, 0.05] {
                     let mut values = vec![others; N];
                     values[0] = 1.0;
@@ -309,7 +311,7 @@ fn lanczos_arrives_or_says_that_it_did_not() {
 /// From few snapshots to many, whose eigenvalues lie close together, and one that stands out.
 fn assert_random_covariances<S: Entry>(real: bool) {
     let mut arrived = 0;
-    for seed in 0..1000 {
+    for seed in (0..1000).step_by(crate::step(504)) {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut number = || {
             let (re, im) = (centred(&mut random), centred(&mut random));
@@ -357,6 +359,7 @@ fn assert_random_covariances<S: Entry>(real: bool) {
         }
     }
     // The weakest sources leave no gap.
+    let arrived = arrived * crate::step(504);
     assert!((400..1000).contains(&arrived), "{arrived} arrived");
 }
 
@@ -369,8 +372,11 @@ fn first_eigenvectors_of_noise_with_and_without_a_source() {
 /// The largest eigenvalue and its vector, directly: `‖Ae − θe‖`, `‖e‖` and `θ` for spectra of every
 /// kind, those without a gap among them.
 fn assert_dominant_eigenpair<S: Entry>(real: bool) {
-    for n in [1, 2, 3, 4, 5, 8, 13, 16] {
-        for (kind, values) in spectra(n).into_iter().enumerate() {
+    for n in [1, 2, 3, 4, 5, 8, 13, 16]
+        .into_iter()
+        .step_by(crate::step(4))
+    {
+        for (kind, values) in spectra(n).into_iter().enumerate().step_by(crate::step(3)) {
             // Random eigenvectors; those of the unit vectors, so that T is diagonal from the start.
             let turned = unitary(&random_direction(n, 7), 80 + n as u64, real);
             for u in [turned, Matrix::identity(n, n)] {
@@ -478,6 +484,7 @@ const LEFT: [(f64, [[f64; 2]; 6]); 5] = [
 
 /// The table to a tenth, down to a few roundings of f32.
 #[test]
+#[cfg_attr(miri, ignore = "percentiles of 2000 matrices")]
 fn what_power_iteration_leaves_is_documented() {
     let measured = LEFT.map(|(ratio, _)| {
         let other = |k: usize| ratio + (0.01 - ratio) * (k - 1) as f64 / (N - 2) as f64;
@@ -545,7 +552,7 @@ fn power_iteration_starts_where_the_diagonal_is_larger() {
 }
 
 fn assert_cholesky<S: Entry>(real: bool) {
-    for n in [1, 2, 7, 16] {
+    for n in [1, 2, 7, 16].into_iter().step_by(crate::step(2)) {
         let u = unitary(&random_direction(n, 2), 60, real);
         let values: Vec<f64> = (0..n)
             .map(|k| 10.0_f64.powf(-3.0 * k as f64 / n as f64))

@@ -434,8 +434,8 @@ mod tests {
             for r0 in [1.0 / 1024.0, 1.0 / 512.0, 0.013, 1.0 / 32.0, 0.5] {
                 for orientation in ORIENTATIONS {
                     let scale = Scale::new(rows, columns, r0).unwrap();
-                    for column in 0..columns {
-                        for row in 0..rows {
+                    for column in (0..columns).step_by(crate::step(29)) {
+                        for row in (0..rows).step_by(crate::step(61)) {
                             let gain = filters.gain(&scale, &orientation, scale.bin(row, column));
                             let exact = equation_9(row, rows, column, columns, r0, &orientation);
                             let error = (f64::from(gain) - exact).abs();

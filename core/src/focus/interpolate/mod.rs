@@ -290,7 +290,10 @@ mod tests {
             (100e6, 40e6, 3e6),
             (62.5e6, 8e6, 2e6),
             (31.25e6, 31.25e6, 2e6),
-        ] {
+        ]
+        .into_iter()
+        .step_by(crate::step(5))
+        {
             let exact = filter(fs, fout, f0).unwrap();
             let mut single = Interpolator::NONE;
             single.set_in_f32(fs, fout, f0).unwrap();
@@ -337,10 +340,10 @@ mod tests {
         let filter = filter(fs, fout, F0).unwrap();
         let mut record = [0.0f32; 512];
         let (mut total, mut spread, mut linear) = (0.0f64, 0.0f64, 0.0f64);
-        for step in 0..100 {
+        for step in (0..100).step_by(crate::step(50)) {
             let t = (f64::from(step) - 49.7) * 12e-9;
             let (mut low, mut high) = (f64::MAX, f64::MIN);
-            for phase in 0..211 {
+            for phase in (0..211).step_by(crate::step(53)) {
                 let fraction = f64::from(phase) / 211.0 * (1 << filter.halvings()) as f64;
                 // The grid is laid so that t falls on sample 256 + fraction.
                 let sample = |k: usize| pulse(t + (k as f64 - 256.0 - fraction) / fs);
@@ -372,7 +375,10 @@ mod tests {
             (100e6, 20e6, 5e-4, 8e-5, 0.013),
             (62.5e6, 20e6, 5e-4, 2e-5, 0.033),
             (50e6, 20e6, 5e-4, 8e-5, 0.05),
-        ] {
+        ]
+        .into_iter()
+        .step_by(crate::step(6))
+        {
             let (e, s, l) = errors(fs, fout);
             assert!(e <= error, "{fs} -> {fout}: error {e}");
             assert!(s <= spread, "{fs} -> {fout}: spread {s}");
@@ -381,6 +387,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "11,000 values of long records")]
     fn what_would_fold_into_the_pulse_is_removed() {
         // Tones of 14 MHz and more, at an output rate of 20 MHz, leave less than −60 dB below 6.5 MHz:
         // 80 outputs under a Blackman-Harris window, whose side lobes are at −92 dB.
@@ -417,6 +424,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "116,000 values of long records")]
     fn white_noise_falls_by_the_ratio_of_the_rates() {
         // The mean power of the filter over the phases: the response to an impulse, in steps of 1/97.
         for (fs, tolerance) in [(25e6, 0.05), (40e6, 0.05), (48e6, 0.05), (100e6, 0.05)] {
@@ -441,7 +449,7 @@ mod tests {
     fn a_whole_position_returns_the_sample() {
         let filter = filter(40e6, 40e6, F0).unwrap();
         let record: [f32; 40] = core::array::from_fn(|k| ((k * 37) % 11) as f32 - 5.0);
-        for k in 0..40 {
+        for k in (0..40).step_by(crate::step(13)) {
             // The sinc's zeros are zero to the rounding of π in f64.
             assert!(libm::fabsf(at(&filter, &record, k as f64) - record[k]) < 1e-6);
         }
@@ -480,6 +488,7 @@ mod tests {
         };
         table
             .take((filter.phases + 1) * taps as usize)
+            .step_by(crate::step(61))
             .filter(|&entry| differs(entry))
             .count()
     }
@@ -488,11 +497,20 @@ mod tests {
     fn the_usual_filters_are_those_of_libms_functions() {
         for fs in [
             20e6, 25e6, 30e6, 31.25e6, 40e6, 50e6, 60e6, 62.5e6, 65e6, 80e6, 100e6,
-        ] {
-            for fout in [fs, fs / 2.0, fs / 4.0, 20e6] {
+        ]
+        .into_iter()
+        .step_by(crate::step(10))
+        {
+            for fout in [fs, fs / 2.0, fs / 4.0, 20e6]
+                .into_iter()
+                .step_by(crate::step(3))
+            {
                 for f0 in [
                     2.5e6, 3e6, 3.5e6, 5e6, 5.2e6, 6.25e6, 7.5e6, 7.6e6, 8e6, 10e6,
-                ] {
+                ]
+                .into_iter()
+                .step_by(crate::step(10))
+                {
                     assert_eq!(differences(fs, fout, f0), 0, "{fs} {fout} {f0}");
                 }
             }
@@ -506,7 +524,7 @@ mod tests {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             f64::from(state >> 8) / 16_777_216.0
         };
-        for _ in 0..500 {
+        for _ in (0..500).step_by(crate::step(250)) {
             let (fout, ratio) = (4e6 + 96e6 * random(), 0.3 + 15.0 * random() * random());
             found += differences(ratio * fout, fout, fout * random());
         }
@@ -522,7 +540,7 @@ mod tests {
         // At the edge: as if zeros surrounded the record.
         let mut wide = [0.0; 120];
         wide[50..70].fill(1.0);
-        for whole in -20..40 {
+        for whole in (-20..40).step_by(crate::step(19)) {
             let position = f64::from(whole) + 0.25;
             let inside = at(&filter, &[1.0; 20], position);
             assert_eq!(inside, at(&filter, &wide, position + 50.0));
@@ -531,7 +549,7 @@ mod tests {
 
     #[test]
     fn every_ratio_fits_the_table() {
-        for tenth in 1..=160 {
+        for tenth in (1..=160).step_by(crate::step(106)) {
             let ratio = f64::from(tenth) / 10.0;
             let filter = filter(ratio * 20e6, 20e6, F0).unwrap();
             // A constant is returned to the ripple of the filter, well under 1 %.

@@ -168,9 +168,9 @@ mod tests {
         let a = (PI / ratio) * (PI / ratio) / (4.0 * libm::log(libm::pow(10.0, 6.0 / 20.0)));
         let pulse = |t: f64| libm::exp(-a * t * t);
         let mut worst = 0.0f64;
-        for phase in 0..40 {
+        for phase in (0..40).step_by(crate::step(10)) {
             let weight = f64::from(phase) / 40.0;
-            for place in -200..200 {
+            for place in (-200..200).step_by(crate::step(20)) {
                 let t = f64::from(place) * 0.05;
                 let sample = |k: usize| {
                     let at = t - weight + k as f64 - (TAPS / 2 - 1) as f64;
