@@ -82,3 +82,26 @@ impl Lines<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beyond_the_last_line_there_is_none() {
+        let rays = [Ray::down(1e-3), Ray::new(2e-3, 0.0, 0.3)];
+        let all = [
+            Lines::Even(Axis::centred(2, 1e-3)),
+            Lines::At(&[1e-3, 2e-3]),
+            Lines::Rays(&rays),
+        ];
+        for lines in all {
+            assert_eq!(lines.count(), 2);
+            assert_eq!(lines.ray(1).x().to_bits(), lines.x(1).to_bits());
+            for beyond in [2, 3, usize::MAX] {
+                assert!(lines.x(beyond).is_nan() && lines.ray(beyond).x().is_nan());
+            }
+        }
+        assert_eq!(Lines::Rays(&rays).ray(1), rays[1]);
+    }
+}

@@ -89,3 +89,14 @@ pub(super) const fn is_supported(length: usize) -> bool {
 
 /// The longest line.
 pub(super) const LONGEST: usize = 1024;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_are_powers_of_two_from_64_to_1024() {
+        let supported = (0..=4096).filter(|&length| is_supported(length));
+        assert!(supported.eq([64, 128, 256, 512, 1024]));
+    }
+}

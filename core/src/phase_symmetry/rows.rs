@@ -148,3 +148,21 @@ fn divide(above: &mut [f32], below: &mut [f32], height: usize) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quotients_are_turned_and_stay_below_one() {
+        // Two rows of three columns. The sums of a bright line without noise may round to the same.
+        let mut above = [1.0, 3.0, 0.0, 1e-3, 2.0, 0.0];
+        let mut below = [2.0, 4.0, 0.0, 1e-3, 2.0, 1.0];
+        divide(&mut above, &mut below, 2);
+        assert_eq!(&below[..2], [0.5, 0.0]);
+        assert!(below[2] < 1.0 && below[2] > 0.999_999_9);
+        assert_eq!(&below[3..5], [0.75, 1e-3 / (1e-3 + EPSILON)]);
+        assert_eq!(below[5], 0.0);
+        assert_eq!(BELOW_ONE.to_bits() + 1, 1f32.to_bits());
+    }
+}
