@@ -102,39 +102,43 @@ impl<V: Vector> Search<V> {
             ends: [zero; 3],
             coupling: one,
         };
-        // The lanes whose block's end is not found yet.
-        let mut open = zero.less(one);
+        // The lanes whose block's first row is further on, and those whose last row is.
+        let mut waiting = self.first.less(zero.splat(n as f32));
+        let mut open = block.wanted;
         for i in self.lowest..n {
             let row = zero.splat(i as f32);
-            let inside = open & !row.less(self.first);
-            let ends = if i + 1 < n {
+            let splits = if i + 1 < n {
                 let entry = e[i].abs();
-                inside & (!share([d[i], d[i + 1]]).less(entry) | entry.less(zero.splat(NOTHING)))
+                !share([d[i], d[i + 1]]).less(entry) | entry.less(zero.splat(NOTHING))
             } else {
-                inside
+                zero.less(one)
             };
-            let begins = inside & !self.first.less(row);
-            let found = ends & begins;
-            if found.any() {
-                self.next(found);
+            if waiting.any() {
+                let begins = waiting & !row.less(self.first);
+                let found = begins & splits;
+                if found.any() {
+                    self.next(found);
+                }
+                let begins = begins & !found;
+                if begins.any() {
+                    block.rows.start = block.rows.start.min(i);
+                    let [first, second, _] = &mut block.ends;
+                    *first = V::select(begins, d[i], *first);
+                    let next = if i + 1 < n { d[i + 1] } else { zero };
+                    *second = V::select(begins, next, *second);
+                    block.coupling = V::select(begins, e[i], block.coupling);
+                    waiting = waiting & !begins;
+                    open = open | begins;
+                }
             }
-            let begins = begins & !found;
-            if begins.any() {
-                block.rows.start = block.rows.start.min(i);
-                let [first, second, _] = &mut block.ends;
-                *first = V::select(begins, d[i], *first);
-                let next = if i + 1 < n { d[i + 1] } else { zero };
-                *second = V::select(begins, next, *second);
-                block.coupling = V::select(begins, e[i], block.coupling);
-            }
-            let ends = ends & !found;
+            let ends = open & splits;
             if ends.any() {
                 block.last = V::select(ends, row, block.last);
                 block.ends[2] = V::select(ends, d[i], block.ends[2]);
                 block.wanted = block.wanted | ends;
                 block.rows.end = i;
                 open = open & !ends;
-                if !open.any() {
+                if !(open | waiting).any() {
                     break;
                 }
             }
@@ -208,9 +212,9 @@ fn ql_step<S: Scalar<V>, V: Vector>(
     y: &mut [ComplexVector<V>],
 ) {
     let zero = block.first.zero();
-    let (one, two) = (zero.splat(1.0), zero.splat(2.0));
+    let one = zero.splat(1.0);
     let [first, second, last] = block.ends;
-    let half_gap = (second - first) / (two * block.coupling);
+    let half_gap = (second - first) / (block.coupling + block.coupling);
     let r = (half_gap * half_gap + one).sqrt();
     let shifted = V::select(half_gap.less(zero), half_gap - r, half_gap + r);
     let mut g = last - first + block.coupling / shifted;
@@ -244,7 +248,8 @@ fn ql_step<S: Scalar<V>, V: Vector>(
         };
         let f = s * e_here;
         let b = c * e_here;
-        let r = (f * f + g * g).sqrt();
+        let power = f * f + g * g;
+        let r = power.sqrt();
         // Behind the block's last row nothing couples.
         let coupling = match V::LANES {
             1 => r,
@@ -254,11 +259,13 @@ fn ql_step<S: Scalar<V>, V: Vector>(
             return;
         };
         *e_slot = V::select(inside, coupling, e_below);
-        let turned = inside & zero.less(r);
-        s = V::select(turned, f / r, s);
+        // The root is above zero where the power is, which is there before it. The cosine comes first,
+        // since the next rotation waits for it.
+        let turned = inside & zero.less(power);
         c = V::select(turned, g / r, c);
+        s = V::select(turned, f / r, s);
         let under = d_below - p;
-        let t = (d_here - under) * s + two * c * b;
+        let t = (d_here - under) * s + c * (b + b);
         let split = inside & !turned;
         if split.any() {
             // The block has split below: what is done so far stands, the next step goes on.
