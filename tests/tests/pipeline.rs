@@ -248,6 +248,68 @@ fn a_line_is_the_mean_of_its_transmits() {
     assert!(AlignedLine::new(&x, ELEMENTS).is_ok());
 }
 
+/// Of a stretch there is what the time windows read that reach into it, and nothing else.
+#[test]
+fn a_stretch_is_aligned_for_the_time_windows_that_reach_it() {
+    const K: usize = 3;
+    let scan = Scan::new(PARAMETERS.scan).unwrap();
+    let lines = LinePipeline::new(
+        scan,
+        beamform::Parameters {
+            temporal_half_window: K,
+            ..PARAMETERS.beamformer
+        },
+    )
+    .unwrap();
+    let (line, samples) = (7, scan.samples());
+    let rf = record(line);
+    let record = Record::new(&rf, ELEMENTS).unwrap();
+    let transmits = || [(focused(), &record)];
+    let mut scratch = vec![0.0; lines.scratch_len(1)];
+    let mut whole = vec![Complex::ZERO; lines.aligned_len()];
+    lines
+        .align(0.0f32, line, transmits(), &mut scratch, &mut whole)
+        .unwrap();
+    let mut zeros = 0;
+    for length in [1, 37, samples] {
+        let mut x = vec![Complex::new(f32::NAN, 0.0); whole.len()];
+        for (k, x) in x.chunks_mut(length * ELEMENTS).enumerate() {
+            let place = (line, k * length);
+            lines
+                .align_stretch(0.0f32, place, transmits(), &mut scratch, x)
+                .unwrap();
+        }
+        for (k, (x, whole)) in x.iter().zip(&whole).enumerate() {
+            let (sample, element) = (k / ELEMENTS, k % ELEMENTS);
+            let end = (sample / length + 1) * length;
+            let read = scan.active(line, (end - 1 + K).min(samples - 1));
+            let expected = match (read.first..read.first + read.count).contains(&element) {
+                true => *whole,
+                false => Complex::ZERO,
+            };
+            assert_eq!(*x, expected, "{length}: sample {sample}, element {element}");
+            zeros += usize::from(expected != *whole);
+        }
+    }
+    assert!(zeros > 0, "the aperture does not grow");
+    let behind = lines.align_stretch(
+        0.0f32,
+        (line, samples),
+        transmits(),
+        &mut scratch,
+        &mut whole[..ELEMENTS],
+    );
+    assert!(matches!(behind, Err(Error::Capacity { .. })), "{behind:?}");
+    let short = lines.align_stretch(0.0f32, (line, 0), transmits(), &mut [], &mut whole);
+    assert!(matches!(
+        short,
+        Err(Error::Length {
+            name: "scratch",
+            ..
+        })
+    ));
+}
+
 #[test]
 fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
     const SCAN: Scan = match Scan::new(PARAMETERS.scan) {

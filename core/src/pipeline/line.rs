@@ -245,11 +245,57 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             first: 0,
             active: self.scan.widest(line),
         };
-        self.align_stretch(zero, place, transmits, scratch, out)
+        self.align_at(zero, place, transmits, scratch, out)
+    }
+
+    /// The aligned samples of a line from sample `first` on, as many as `out` holds: [`LinePipeline::align`]'s
+    /// of those elements that are active at a sample whose time window reaches these, and 0 of the others.
+    /// That is all that a beamformed line depends on, and less work where the aperture grows with depth.
+    ///
+    /// `scratch`: as long as that of the whole line, at least.
+    ///
+    /// # Errors
+    /// As [`LinePipeline::align`]; [`Error::Capacity`] for a stretch that ends behind the line.
+    pub fn align_stretch<'r, V: Vector>(
+        &self,
+        zero: V,
+        (line, first): (usize, usize),
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>)>,
+        scratch: &mut [f32],
+        out: &mut [Complex<f32>],
+    ) -> Result<(), Error>
+    where
+        D::Record<'r>: 'r,
+    {
+        let samples = out.len() / self.scan.elements().max(1);
+        let actual = scratch.len();
+        let expected = self.delay.scratch_len(V::LANES, samples);
+        let Some(scratch) = scratch.get_mut(..expected) else {
+            return Err(Error::Length {
+                name: "scratch",
+                actual,
+                expected,
+            });
+        };
+        let place = Place {
+            line,
+            first,
+            active: self
+                .scan
+                .active(line, self.deepest(first.saturating_add(samples))),
+        };
+        self.align_at(zero, place, transmits, scratch, out)
+    }
+
+    /// The last sample whose time window reads one before `end`.
+    fn deepest(&self, end: usize) -> usize {
+        let half_window = self.beamformer.parameters().temporal_half_window;
+        let behind = end.saturating_add(half_window).min(self.scan.samples());
+        behind.saturating_sub(1)
     }
 
     /// The aligned samples of a stretch.
-    fn align_stretch<'r, V: Vector>(
+    fn align_at<'r, V: Vector>(
         &self,
         zero: V,
         place: Place,
@@ -368,13 +414,12 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             };
             let new = x.get_mut(kept..).unwrap_or_default();
             // Deeper sets contain shallower ones: that of the last sample whose time window reads these.
-            let deepest = needed.end.saturating_add(half_window).min(samples) - 1;
             let place = Place {
                 line,
                 first: held.end,
-                active: active(deepest),
+                active: active(self.deepest(needed.end)),
             };
-            self.align_stretch(0.0f32, place, transmits.clone(), scratch, new)?;
+            self.align_at(0.0f32, place, transmits.clone(), scratch, new)?;
             let x = AlignedLine::stretch(x, elements, (needed.start, samples), largest);
             let out = z.get_mut(own.clone()).unwrap_or_default();
             let within = |sample: usize| sample.max(own.start).min(own.end) - own.start;

@@ -168,6 +168,11 @@ impl<'a> DelayStage<'a> {
         self.samples
     }
 
+    /// Elements of the array.
+    pub fn elements(&self) -> usize {
+        self.data.element_x.len()
+    }
+
     /// The two-way time of output sample 0, s.
     pub fn start(&self) -> f64 {
         self.start
@@ -410,8 +415,13 @@ pub struct Source<'a, R = Record<'a>> {
     pub of_line: &'a (dyn Fn(usize) -> Range<usize> + Sync),
 }
 
+/// Samples of a line that are delayed together, of the elements that any of them needs: fewer take too much
+/// of their margins.
+const STRETCH: usize = 288;
+
 /// The aligned analytic samples of some lines of a pipeline, `x` as [line, sample, element], on all
-/// threads, with the vectors of `set`.
+/// threads, with the vectors of `set`. Elements that no beamformed sample reads are 0:
+/// [`LinePipeline::align_stretch`].
 ///
 /// # Errors
 /// What the core refuses.
@@ -447,6 +457,7 @@ impl<D: CoreStage + Sync> Task for Align<'_, '_, D> {
             source,
             x,
         } = self;
+        let stretch = STRETCH * pipeline.scan().elements();
         x.par_chunks_exact_mut(pipeline.aligned_len())
             .zip(lines)
             .try_for_each_init(
@@ -455,7 +466,11 @@ impl<D: CoreStage + Sync> Task for Align<'_, '_, D> {
                     let own = (source.of_line)(line);
                     let transmits = source.transmits[own.clone()].iter().copied();
                     let transmits = transmits.zip(&source.records[own]);
-                    Ok(pipeline.align(zero, line, transmits, scratch, x)?)
+                    for (k, x) in x.chunks_mut(stretch.max(1)).enumerate() {
+                        let place = (line, k * STRETCH);
+                        pipeline.align_stretch(zero, place, transmits.clone(), scratch, x)?;
+                    }
+                    Ok(())
                 },
             )
     }

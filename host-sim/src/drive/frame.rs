@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bonebeam::geometry::{Active, Axis as Depths, Ray};
-use ndarray::{Array2, ArrayViewMut2, Axis};
+use ndarray::{Array2, Array3, ArrayViewMut2, Axis};
 use num_complex::Complex;
 
 use crate::config::{Beamform, RfReading};
@@ -92,10 +92,14 @@ pub fn beamform_frame(
     let count = |n: usize| report(progress, &done, n, beams * samples);
     let core = parameters.parameters();
     let adaptive = parameters.adaptive_samples(&stage.depths())?;
-    let at_a_time = beams_at_a_time(parameters);
-    for first in (0..beams).step_by(at_a_time) {
+    let at_a_time = beams_at_a_time(parameters).min(beams);
+    // Asked for once: fresh memory takes the system as long as much of the work.
+    let mut x = Array3::zeros((at_a_time, samples, stage.elements()));
+    for first in (0..beams).step_by(at_a_time.max(1)) {
         let chunk = first..beams.min(first + at_a_time);
-        let x = stage.delay_frame(frame, chunk.clone())?;
+        let mut x = x.slice_axis_mut(Axis(0), (..chunk.len()).into());
+        let own = x.as_slice_mut().expect("whole beams of a standard layout");
+        stage.delay_frame_into(frame, chunk.clone(), own)?;
         let active = |beam: usize, sample: usize| stage.active(first + beam, sample);
         let within = adaptive.clone();
         let part = beamform_within(x.view(), active, within, core, parameters.covariance, count)?;
