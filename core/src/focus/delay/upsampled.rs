@@ -29,7 +29,7 @@ const FARTHEST: i32 = (1 << 30) - 1;
 /// The longest record: all of it is nearer.
 const MOST_SAMPLES: usize = 1 << 14;
 /// Recorded samples whose upsampled ones are worked out together.
-const BLOCKS: usize = 8;
+const BLOCKS: usize = 4;
 /// Values of a line that are read together.
 const READINGS: usize = 128;
 
