@@ -7,7 +7,9 @@ use bonebeam::focus::{
     Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
     IqSamples, MAX_SAMPLES, Record, ScanLine, hilbert_taps,
 };
-use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
+use bonebeam::geometry::{
+    Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
+};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};
 use common::tolerances::{DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
@@ -689,4 +691,257 @@ fn fixed_point_takes_extreme_geometry_and_refuses_what_it_cannot_read() {
         &mut out,
     );
     assert!(matches!(refused, Err(Error::Parameter { name: "iq", .. })));
+}
+
+/// The aligned samples of counts by both, onto the same numbers.
+fn assert_reference(
+    p: &IqParameters,
+    line: &ScanLine,
+    (counts, scale, phase): (&[[i16; 2]], f32, f64),
+    before: &[Complex<f32>],
+    what: &str,
+) {
+    let floats: Vec<_> = counts
+        .iter()
+        .map(|&[i, q]| Complex::new(f32::from(i), f32::from(q)))
+        .collect();
+    let mut expected = before.to_vec();
+    reference::f32::iq::line(p, line, (&floats, scale, phase), &mut expected);
+    let samples = p.record_samples;
+    let interleaved: Vec<[i16; 2]> = (0..counts.len())
+        .map(|i| counts[(i % p.elements) * samples + i / p.elements])
+        .collect();
+    for (counts, layout) in [
+        (counts, IqLayout::Planar),
+        (&interleaved[..], IqLayout::Interleaved),
+    ] {
+        let samples = IqSamples::Counts(counts, scale);
+        let record = IqRecord::new(samples, layout, p.elements).unwrap();
+        let record = record.with_phase(phase).unwrap();
+        let mut ours = before.to_vec();
+        line_into(0.0f32, p, line, &record, &mut ours);
+        assert_same_bits(&ours, &expected, &format!("{what}, {layout:?}, {line:?}"));
+    }
+}
+
+/// A scene where a place is a number of samples: a line straight down from the middle one of three elements, a
+/// sample a second of a wave of 2 m/s. The place at t is t − t0, the depth t.
+fn plain(reading: IqReading) -> (IqParameters, ScanLine<'static>) {
+    let p = IqParameters {
+        sound_speed: 2.0,
+        sampling_rate: 1.0,
+        demodulation_frequency: 0.3,
+        output_rate: 1.0,
+        output_start: 0.0,
+        output_samples: 40,
+        elements: 3,
+        record_samples: 200,
+        reading,
+    };
+    let line = ScanLine {
+        transmit: Transmit::new(TransmitLaw::Focused, 0.0),
+        ray: Ray::down(0.0),
+        array: Array::linear(3, 7.0),
+        active: Active { first: 0, count: 3 },
+        compounding: Compounding::Add,
+    };
+    (p, line)
+}
+
+#[test]
+fn fixed_point_reads_to_the_end_of_a_record_and_no_further() {
+    let convex = convex();
+    let mut p = parameters(10e6, 60, IqReading::LinearFixed);
+    p.output_samples = 120;
+    for (seed, line) in lines(&convex).into_iter().enumerate() {
+        let (counts, _) = counted(60, seed as u64);
+        let before = vec![ZERO; p.output_samples * ELEMENTS];
+        assert_reference(&p, &line, (&counts, 0.3, 0.7), &before, "end");
+    }
+}
+
+#[test]
+fn fixed_point_has_the_bits_of_the_reference_where_nothing_is_above_and_far_from_t0() {
+    let (counts, _) = counted(200, 5);
+    let counts = &counts[..600];
+    let before = noise(120, 6);
+    let (p, line) = plain(IqReading::LinearFixed);
+    // The first sample lies at depth 0; what stood there stays.
+    let mut at_five = line;
+    at_five.transmit.t0 = -5.0;
+    assert_reference(&p, &at_five, (counts, 0.3, 0.0), &before, "depth 0");
+    // Whole samples, beyond the 64th too, and more than 2¹⁹ whole turns.
+    let mut at_sixty = line;
+    at_sixty.transmit.t0 = -60.0;
+    for phase in [0.7, -1e7, 1e7] {
+        assert_reference(&p, &at_sixty, (counts, 0.3, phase), &before, "turns");
+    }
+    // A scale below 0: zeros have its sign.
+    let replace = ScanLine {
+        compounding: Compounding::Replace,
+        ..at_five
+    };
+    let zeros = vec![[0; 2]; 600];
+    let samples = IqSamples::Counts(&zeros, -0.3);
+    let record = IqRecord::new(samples, IqLayout::Interleaved, 3).unwrap();
+    let floats = vec![ZERO; 600];
+    let (mut ours, mut expected) = (before.clone(), before.clone());
+    line_into(0.0f32, &p, &replace, &record, &mut ours);
+    reference::f32::iq::line(&p, &replace, (&floats, -0.3, 0.0), &mut expected);
+    assert_same_bits(&ours, &expected, "scale below 0");
+    // A depth that is the largest number.
+    let mut deepest = p;
+    deepest.sound_speed = 2f64.powi(100);
+    deepest.output_start = 2.0 * f64::from(f32::MAX) / deepest.sound_speed;
+    let mut there = line;
+    there.transmit.t0 = deepest.output_start - 50.0;
+    assert_reference(&deepest, &there, (counts, 0.3, 0.0), &before, "deepest");
+}
+
+/// Added to −0, whatever is read gives 0; where nothing is, −0 stays.
+#[test]
+fn places_beyond_two_to_the_23_are_left_alone_as_in_the_reference() {
+    const FAR: f64 = 8_388_608.0;
+    let (counts, _) = counted(200, 5);
+    let counts = &counts[..600];
+    let before = vec![Complex::new(-0.0, -0.0); 120];
+    for reading in READINGS.into_iter().chain([IqReading::LinearFixed]) {
+        for law in [
+            TransmitLaw::Focused,
+            TransmitLaw::Element { x: 0.0, z: 0.0 },
+        ] {
+            let (mut p, mut line) = plain(reading);
+            line.transmit.law = law;
+            // The first place, and the last one: before, at and behind the limit.
+            for aside in [-45.0, -39.0, -38.0, -20.0, -1.0, 0.0, 1.0, 5.0] {
+                p.output_start = 1.0;
+                line.transmit.t0 = 1.0 + FAR - aside;
+                let what = format!("{reading:?} {aside}");
+                assert_reference(&p, &line, (counts, 0.3, 0.7), &before, &what);
+                p.output_start = FAR + aside;
+                line.transmit.t0 = 0.0;
+                assert_reference(&p, &line, (counts, 0.3, 0.7), &before, &what);
+            }
+        }
+    }
+    // As many turns as there are numbers.
+    for reading in READINGS {
+        for demodulation_frequency in [2.0, -2.0] {
+            let (mut p, mut line) = plain(reading);
+            (p.sound_speed, p.sampling_rate, p.output_samples) = (1.0, 2.0, 1);
+            p.demodulation_frequency = demodulation_frequency;
+            p.output_start = f64::MAX / 2.0;
+            line.transmit.t0 = p.output_start;
+            let what = format!("{reading:?} {demodulation_frequency}");
+            assert_reference(&p, &line, (counts, 0.3, 0.0), &before[..3], &what);
+        }
+    }
+}
+
+/// Places grow evenly from the first sample to the last; one behind the last that were too far does not
+/// matter.
+#[test]
+fn fixed_point_of_a_line_that_ends_near_the_limit_is_even() {
+    let (mut p, mut line) = plain(IqReading::LinearFixed);
+    p.record_samples = 65_000;
+    p.output_rate = 1.0 / 1000.37;
+    p.output_start = 1.0;
+    p.output_samples = 8386;
+    line.array = Array::linear(3, 6000.0);
+    let last = p.output_start + 8385.0 / p.output_rate;
+    assert!(last < 8_388_608.0 && last + 1.0 / p.output_rate > 8_388_608.0);
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let counts: Vec<[i16; 2]> = (0..3 * 65_000).map(|_| rng.random()).collect();
+    let before = vec![ZERO; 3 * p.output_samples];
+    assert_reference(&p, &line, (&counts, 0.3, 0.0), &before, "even");
+}
+
+#[test]
+fn fixed_point_reads_elements_below_8191_samples_way() {
+    let (mut p, mut line) = plain(IqReading::LinearFixed);
+    p.elements = 1;
+    // Two samples a metre.
+    (p.sound_speed, p.sampling_rate) = (1.0, 2.0);
+    line.active.count = 1;
+    let counts = vec![[1i16, 2]; 200];
+    let record = IqRecord::new(IqSamples::Counts(&counts, 1.0), IqLayout::Planar, 1).unwrap();
+    let read = |array: Array| {
+        let line = ScanLine { array, ..line };
+        let mut out = vec![ZERO; p.output_samples];
+        let mut scratch = vec![0.0; p.scratch_len(1)];
+        let delay = IqDelay::new(p).unwrap();
+        let result = delay.line(0.0f32, &line, &record, &mut scratch, &mut out);
+        match result {
+            Ok(()) => Ok(out),
+            Err(Error::Parameter { name, value, .. }) => Err((name, value)),
+            Err(error) => panic!("{error}"),
+        }
+    };
+    let beyond = Err(("element's way to the line", 4095.5));
+    for sign in [1.0, -1.0] {
+        assert!(read(Array::LinearAt(&[sign * 4095.25])).is_ok());
+        assert_eq!(read(Array::LinearAt(&[sign * 4095.5])), beyond);
+        // How far it lies along the line counts twice.
+        let along = |z: f64| {
+            let element = Element {
+                x: 0.0,
+                z: sign * z,
+                angle: 0.0,
+            };
+            read(Array::At {
+                elements: &[element],
+                pitch: 1.0,
+            })
+        };
+        assert!(along(2047.5).is_ok());
+        assert_eq!(along(2047.75), beyond);
+    }
+    // One element alone has no pitch.
+    assert_eq!(
+        read(Array::LinearAt(&[0.0])),
+        read(Array::linear(1, 0.3e-3))
+    );
+}
+
+#[test]
+fn memory_and_the_way_of_reading_follow_from_the_parameters() {
+    let p = parameters(10e6, 100, IqReading::Cubic);
+    // Seven numbers an element, up to full vectors.
+    for (lanes, elements) in [(0, 21), (1, 21), (4, 24), (8, 24), (16, 32)] {
+        assert_eq!(p.scratch_len(lanes), 7 * elements, "{lanes}");
+    }
+    // A pulse of 60 % of 5 MHz: 3 MHz, of which 96 MHz are 32 times as much.
+    for (sampling_rate, reading) in [
+        (96e6, IqReading::Linear),
+        (95e6, IqReading::Cubic),
+        (24e6, IqReading::Cubic),
+        (23e6, IqReading::Sinc),
+    ] {
+        let scan = Scan::of_iq(ScanParameters {
+            array: Array::linear(16, PITCH),
+            lines: Lines::Even(Axis::centred(5, 0.1e-3)),
+            sound_speed: C,
+            centre_frequency: F0,
+            sampling_rate,
+            record_samples: 256,
+            output_rate: 15e6,
+            start: Depth::Metres(4e-3),
+            end: Depth::Metres(12e-3),
+            f_number: 1.5,
+            min_elements: 8,
+        });
+        let found = IqParameters::of(&scan.unwrap(), 4.8e6).reading;
+        assert_eq!(found, reading, "{sampling_rate}");
+    }
+}
+
+#[test]
+fn a_sample_of_which_both_parts_are_too_large_is_named() {
+    let mut iq = noise(ELEMENTS * 10, 1);
+    iq[77] = Complex::new(-2e29, 3e29);
+    let refused = IqRecord::new(IqSamples::Float(&iq), IqLayout::Planar, ELEMENTS);
+    let Err(Error::Parameter { name, value, .. }) = refused else {
+        panic!("{refused:?}");
+    };
+    assert_eq!((name, value), ("iq", f64::from(-2e29f32)));
 }

@@ -270,3 +270,28 @@ impl defmt::Format for IqRecord<'_> {
         );
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2.3 of a reading times √2 of a turn, of samples of any size, as numbers and as counts.
+    #[test]
+    fn the_bound_of_aligned_samples_grows_with_the_samples() {
+        for largest in [0.0, 1e-20f32, 1e-3, 1.0, 1000.0, MAX_MAGNITUDE] {
+            let iq = [Complex::new(0.5 * largest, -largest)];
+            let scale = -largest / 32768.0;
+            for samples in [
+                IqSamples::Float(&iq),
+                IqSamples::Counts(&[[0, i16::MIN]], scale),
+            ] {
+                let record = IqRecord::new(samples, IqLayout::Planar, 1).unwrap();
+                let bound = record.largest_aligned();
+                assert!(
+                    bound >= 3.26 * largest && bound <= 4.01 * largest,
+                    "{largest}"
+                );
+            }
+        }
+    }
+}
