@@ -945,3 +945,35 @@ fn a_sample_of_which_both_parts_are_too_large_is_named() {
     };
     assert_eq!((name, value), ("iq", f64::from(-2e29f32)));
 }
+
+/// Places behind the longest record, and an element that hears them thousands of samples earlier: within the record, or
+/// still behind it.
+#[test]
+fn fixed_point_of_an_element_far_ahead_has_the_bits_of_the_reference() {
+    let (mut p, line) = plain(IqReading::LinearFixed);
+    (p.elements, p.record_samples) = (1, 65_536);
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let counts: Vec<[i16; 2]> = (0..65_536).map(|_| rng.random()).collect();
+    for sign in [1.0, -1.0] {
+        let element = Element {
+            x: 0.0,
+            z: sign * 8000.0,
+            angle: 0.0,
+        };
+        let mut line = ScanLine {
+            array: Array::At {
+                elements: &[element],
+                pitch: 1.0,
+            },
+            active: Active { first: 0, count: 1 },
+            ..line
+        };
+        for position in [-100_000.0, -66_000.0, 66_000.0, 100_000.0] {
+            p.output_start = 10_000.0;
+            line.transmit.t0 = p.output_start - position;
+            let before = vec![ZERO; p.output_samples];
+            let what = format!("{sign} {position}");
+            assert_reference(&p, &line, (&counts, 0.3, 0.0), &before, &what);
+        }
+    }
+}

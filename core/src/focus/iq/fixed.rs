@@ -43,8 +43,8 @@ pub(super) const MAX_SAMPLES: usize = 1 << 16;
 pub(super) const MAX_ELEMENTS: usize = 1 << 12;
 /// How far an element may lie from the line, in samples: its lag fits 32 bits.
 const REACH: f32 = 8191.0;
-/// A place that is outside of it on either side, with a sample to spare.
-const FARTHEST: i64 = (MAX_SAMPLES as i64 + 1) << PLACE_BITS;
+/// A place that is outside of it on either side, however far an element lies ahead, with a sample to spare.
+const FARTHEST: i64 = (MAX_SAMPLES as i64 + REACH as i64 + 1) << PLACE_BITS;
 /// What a count is in the numbers that come out.
 const COUNT: f32 = (1 << PLACE_BITS) as f32 * NUMBERS / 65536.0;
 

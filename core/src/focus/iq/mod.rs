@@ -243,7 +243,7 @@ impl IqDelay {
     /// # Errors
     /// Before anything is written: [`Error::Length`] for a slice of the wrong length or a record of
     /// another shape; [`Error::Parameter`] for a law, t0, position or active range that is not
-    /// possible, and for [`IqReading::LinearFixed`] for samples that are not counts and elements more than 8191
+    /// possible, and for [`IqReading::LinearFixed`] for samples that are not counts and elements 8191 or more
     /// samples' way from the line; [`Error::NonFinite`] with the flat index into `out`, when adding.
     pub fn line<V: Vector>(
         &self,
