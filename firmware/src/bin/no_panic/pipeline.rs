@@ -113,6 +113,8 @@ fn lines<'r, D: Stage>(pipeline: &LinePipeline<D>, record: &'r D::Record<'r>) ->
     let (scratch, aligned) = (opaque(&mut scratch[..]), opaque(&mut aligned[..]));
     let transmits = opaque([(transmit(), record)]);
     take(pipeline.align(0.0f32, opaque(1), transmits, scratch, aligned));
+    let place = (opaque(1), opaque(1));
+    take(pipeline.align_stretch(0.0f32, place, transmits, scratch, aligned));
     let memory = LineMemory { scratch, aligned };
     let mut view = WorkspaceView::empty(0.0f32);
     pipeline.line(opaque(1), transmits, memory, &mut view, opaque(&mut z[..]))
