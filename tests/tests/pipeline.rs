@@ -5,7 +5,9 @@ mod common;
 
 use bonebeam::beamform::{self, AlignedLine, Method};
 use bonebeam::covariance::Covariance;
-use bonebeam::focus::{Compounding, Delay, DelayParameters, IqRecord, Record, ScanLine};
+use bonebeam::focus::{
+    Compounding, Delay, DelayParameters, IqParameters, IqReading, IqRecord, Record, ScanLine,
+};
 use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::pipeline::{
     DepthGate, Frame, IqInput, LinePipeline, Memory, Parameters, Pipeline, Sizes,
@@ -442,4 +444,25 @@ fn a_frame_of_iq_has_the_hosts_bits_and_the_bone_where_it_is() {
             ..
         })
     ));
+}
+
+#[test]
+fn iq_is_read_as_told() {
+    let reading = |told| {
+        let scan = Scan::of_iq(PARAMETERS_OF_IQ.scan).unwrap();
+        let beamformer = PARAMETERS_OF_IQ.beamformer;
+        let lines = LinePipeline::of_iq(scan, iq_input(told), beamformer).unwrap();
+        lines.delay().parameters().reading
+    };
+    for told in [
+        IqReading::Linear,
+        IqReading::Cubic,
+        IqReading::Sinc,
+        IqReading::LinearFixed,
+    ] {
+        assert_eq!(reading(Some(told)), told);
+    }
+    let scan = Scan::of_iq(PARAMETERS_OF_IQ.scan).unwrap();
+    let own = IqParameters::of(&scan, iq_input(None).demodulation_frequency);
+    assert_eq!(reading(None), own.reading);
 }

@@ -349,7 +349,10 @@ fn memory_for_a_stretch_does_not_grow_with_the_line_and_less_is_refused() {
     let record = counted(&counts);
     let fewest = lines.lengths(0);
     assert_eq!(fewest.aligned, (3 + 2) * ELEMENTS);
-    for (shorter, name) in [((1, 0), "scratch"), ((0, 1), "memory for aligned samples")] {
+    for (shorter, name, length) in [
+        ((1, 0), "scratch", fewest.scratch),
+        ((0, 1), "memory for aligned samples", fewest.aligned),
+    ] {
         let memory = LineSlices {
             scratch: &mut vec![0.0; fewest.scratch - shorter.0],
             aligned: &mut vec![Complex::ZERO; fewest.aligned - shorter.1],
@@ -359,7 +362,11 @@ fn memory_for_a_stretch_does_not_grow_with_the_line_and_less_is_refused() {
             lines.line(5, [(focused(), &record)], memory, workspace, &mut z)
         });
         match refused {
-            Err(Error::Length { name: n, .. }) => assert_eq!(n, name),
+            Err(Error::Length {
+                name: n,
+                actual,
+                expected,
+            }) => assert_eq!((n, actual, expected), (name, length - 1, length)),
             other => panic!("{other:?}"),
         }
     }

@@ -293,6 +293,7 @@ mod tests {
     #[test]
     fn full_ignores_beam_and_depth() {
         let full = Aperture::full(5).unwrap();
+        assert_eq!((full.elements(), paper().elements()), (5, 128));
         assert_eq!(full.active(-1e9, 0.0), Active { first: 0, count: 5 });
     }
 

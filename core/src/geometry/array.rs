@@ -238,3 +238,83 @@ impl Array<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn arc() -> [Element; 9] {
+        core::array::from_fn(|m| Element::convex(9, 0.5e-3, 40e-3, m))
+    }
+
+    #[test]
+    fn beyond_the_last_element_there_is_none() {
+        let arc = arc();
+        let x = arc.map(|element| element.x);
+        let pitch = 0.5e-3;
+        let elements = &arc;
+        for array in [
+            Array::linear(9, pitch),
+            Array::LinearAt(&x),
+            Array::At { elements, pitch },
+        ] {
+            assert_eq!(array.elements(), 9);
+            for m in 0..9 {
+                assert!((array.x(m) - (m as f64 - 4.0) * pitch).abs() < 1e-6);
+                assert_eq!(array.element(m).x, array.x(m));
+            }
+            for beyond in [9, 10, usize::MAX] {
+                assert!(array.x(beyond).is_nan());
+                assert!(array.element(beyond).x.is_nan());
+                assert!(array.place(beyond)[0].is_nan());
+            }
+        }
+    }
+
+    #[test]
+    fn beyond_the_ends_the_normal_is_that_of_the_end() {
+        let arc = arc();
+        let array = Array::At {
+            elements: &arc,
+            pitch: 0.5e-3,
+        };
+        for (place, end) in [
+            (-3.0, 0),
+            (f64::NEG_INFINITY, 0),
+            (8.0, 8),
+            (8.5, 8),
+            (1e300, 8),
+            (f64::INFINITY, 8),
+        ] {
+            let Element { x, z, angle } = arc[end];
+            assert_eq!(array.normal(place), Ray::new(x, z, angle), "{place}");
+        }
+        // The place −0 is the place 0, to the bit.
+        let array = Array::LinearAt(&[-0.0, 1e-3]);
+        let bits = |place| array.normal(place).x().to_bits();
+        assert_eq!(bits(-0.0), bits(0.0));
+    }
+
+    #[test]
+    fn bad_elements_are_named() {
+        let name = |element: Element, pitch| {
+            let mut elements = arc();
+            elements[8] = element;
+            let elements = &elements;
+            match (Array::At { elements, pitch }).check() {
+                Err(Error::Parameter { name, .. }) => name,
+                Err(other) => panic!("{other:?}"),
+                Ok(()) => "",
+            }
+        };
+        let [.., last] = arc();
+        assert_eq!(name(last, 0.5e-3), "");
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(name(Element { x: bad, ..last }, 0.5e-3), "element_x");
+            assert_eq!(name(Element { z: bad, ..last }, 0.5e-3), "element_z");
+            let element = Element { angle: bad, ..last };
+            assert_eq!(name(element, 0.5e-3), "element_angle");
+        }
+        assert_eq!(name(last, 0.0), "pitch");
+    }
+}

@@ -81,3 +81,46 @@ impl Axis {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axis(count: usize) -> Axis {
+        Axis {
+            first: 0.0,
+            step: 1.0,
+            count,
+        }
+    }
+
+    #[test]
+    fn a_hair_beyond_an_end_is_the_end() {
+        let axis = axis(4);
+        assert_eq!(axis.locate(1.25), Some((1, 0.25)));
+        for (end, found) in [(0.0, (0, 0.0)), (3.0, (2, 1.0))] {
+            for off in [-0.9e-6, 0.0, 0.9e-6] {
+                let (index, fraction) = axis.locate(end + off).unwrap();
+                let at = index as f32 + fraction;
+                assert!((f64::from(at) - end).abs() < 1e-6 && (0.0..=1.0).contains(&fraction));
+                if off == 0.0 || (off < 0.0) == (end == 0.0) {
+                    assert_eq!((index, fraction), found, "{end} {off}");
+                }
+            }
+        }
+        assert_eq!(axis.locate(-1.1e-6), None);
+        assert_eq!(axis.locate(3.0 + 1.1e-6), None);
+        assert_eq!(axis.locate(f64::NAN), None);
+    }
+
+    /// A weight of −0 would turn the sign of a zero.
+    #[test]
+    fn no_fraction_is_minus_zero() {
+        for count in 2..5 {
+            for position in [-0.0, 0.0, -1e-7] {
+                let (index, fraction) = axis(count).locate(position).unwrap();
+                assert_eq!((index, fraction.to_bits()), (0, 0), "{count} {position}");
+            }
+        }
+    }
+}

@@ -104,4 +104,22 @@ mod tests {
         }
         assert_eq!(Lines::Rays(&rays).ray(1), rays[1]);
     }
+
+    #[test]
+    fn bad_rays_are_named() {
+        let name = |bad: Ray| {
+            let rays = [Ray::down(0.0), bad];
+            match Lines::Rays(&rays).check() {
+                Err(Error::Parameter { name, .. }) => name,
+                Err(other) => panic!("{other:?}"),
+                Ok(()) => "",
+            }
+        };
+        assert_eq!(name(Ray::new(1e-3, 2e-3, 0.3)), "");
+        for bad in [f64::NAN, f64::INFINITY] {
+            assert_eq!(name(Ray::new(bad, 0.0, 0.3)), "line position");
+            assert_eq!(name(Ray::new(0.0, bad, 0.3)), "line depth");
+            assert_eq!(name(Ray::new(0.0, 0.0, bad)), "line angle");
+        }
+    }
 }

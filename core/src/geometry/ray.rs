@@ -125,4 +125,13 @@ mod tests {
             [1.1e-3 - 0.3e-3, 0.0]
         );
     }
+
+    #[test]
+    fn only_straight_down_from_0_is_down() {
+        assert!(Ray::down(1e-3).is_down() && Ray::new(1e-3, -0.0, 0.0).is_down());
+        // So slight an angle has the cosine 1.
+        for (z, angle) in [(0.0, 1e-9), (1e-3, 0.0), (-1e-3, 0.0), (0.0, 3.0)] {
+            assert!(!Ray::new(1e-3, z, angle).is_down(), "{z} {angle}");
+        }
+    }
 }

@@ -77,3 +77,31 @@ impl PixelGrid {
 const fn steps(pixels: usize) -> f64 {
     if pixels > 2 { (pixels - 1) as f64 } else { 1.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Powers of two, so that every number is exact.
+    #[test]
+    fn the_tighter_side_makes_the_pixel() {
+        let grid = |x, z| PixelGrid::cover(x, z, 5, 9);
+        let wide = grid([-1.0, 3.0], [2.0, 3.0]);
+        assert_eq!((wide.pixel, wide.x0, wide.z0), (0.5, -1.0, 2.0));
+        // Twice as wide as asked for, half of it on either side.
+        let deep = grid([-1.0, 3.0], [2.0, 6.0]);
+        assert_eq!((deep.pixel, deep.x0, deep.z0), (1.0, -3.0, 2.0));
+        let both = grid([-1.0, 3.0], [2.0, 4.0]);
+        assert_eq!((both.pixel, both.x0, both.z0), (0.5, -1.0, 2.0));
+        assert_eq!((deep.rows, deep.columns, deep.pixels()), (5, 9, 45));
+    }
+
+    #[test]
+    fn a_single_row_or_column_counts_one_step() {
+        for few in [0, 1, 2] {
+            assert_eq!(PixelGrid::cover([0.0, 4.0], [0.0, 1.0], 5, few).pixel, 4.0);
+            assert_eq!(PixelGrid::cover([0.0, 4.0], [0.0, 8.0], few, 5).pixel, 8.0);
+        }
+        assert_eq!(PixelGrid::cover([0.0, 4.0], [0.0, 1.0], 5, 3).pixel, 2.0);
+    }
+}

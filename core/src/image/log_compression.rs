@@ -210,4 +210,38 @@ mod tests {
         }
         assert_eq!(decibels(f32::from_bits(1)), f32::NEG_INFINITY);
     }
+
+    #[test]
+    fn the_largest_of_zeros_is_plus_zero() {
+        for envelope in [&[][..], &[-0.0], &[0.0, -0.0], &[f32::NAN, -0.0]] {
+            assert_eq!(largest(envelope).to_bits(), 0);
+        }
+    }
+
+    /// Also where no sample of them is good.
+    #[test]
+    fn envelopes_of_bad_samples_are_refused() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0] {
+            for length in [1, 2, 255, 256, 257, 300] {
+                let (envelope, mut out) = ([bad; 300], [7.0; 300]);
+                let (envelope, out) = (&envelope[..length], &mut out[..length]);
+                for logarithm in [Logarithm::Exact, Logarithm::Polynomial] {
+                    let refused = log_compression_with(logarithm, envelope, 1.0, 60.0, out);
+                    assert!(refused.is_err(), "{length} times {bad}");
+                    assert!(out.iter().all(|&level| level == 7.0));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_zero_envelope_and_a_zero_reference_give_black() {
+        for logarithm in [Logarithm::Exact, Logarithm::Polynomial] {
+            for (envelope, reference) in [([0.0, -0.0], 1.0), ([1e-30, 1.0], 0.0)] {
+                let mut out = [7.0; 2];
+                log_compression_with(logarithm, &envelope, reference, 60.0, &mut out).unwrap();
+                assert_eq!(out.map(f32::to_bits), [0; 2], "{envelope:?} {reference}");
+            }
+        }
+    }
 }

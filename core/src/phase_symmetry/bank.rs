@@ -182,3 +182,42 @@ fn strips(lines: usize, strip: usize) -> impl Iterator<Item = Range<usize>> {
         .step_by(strip)
         .map(move |start| start..start + strip.min(lines - start))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_that_the_bank_does_not_have_are_refused() {
+        let bank = PhaseSymmetry::new(&Parameters {
+            sizes: Sizes {
+                rows: 64,
+                columns: 128,
+                strip: 48,
+            },
+            scales: &[0.1, 0.2],
+            threshold: 3.0,
+        })
+        .unwrap();
+        let rows = |filter, strip| bank.check_step(filter, &strip, bank.row_strips());
+        let columns = |filter, strip| bank.check_step(filter, &strip, bank.column_strips());
+        for filter in [0, 11] {
+            assert_eq!(rows(filter, 0..48), Ok(()));
+            assert_eq!(rows(filter, 48..64), Ok(()));
+            assert_eq!(columns(filter, 48..65), Ok(()));
+        }
+        for filter in [12, usize::MAX] {
+            let refused = Err(Error::Capacity {
+                name: "number of the filter",
+                actual: filter,
+                capacity: 11,
+            });
+            assert_eq!(rows(filter, 0..48), refused);
+            assert_eq!(columns(filter, 0..48), refused);
+        }
+        for strip in [0..0, 0..47, 1..48, 48..65, 64..112] {
+            assert!(matches!(rows(0, strip), Err(Error::Parameter { .. })));
+        }
+        assert!(matches!(columns(0, 48..64), Err(Error::Parameter { .. })));
+    }
+}

@@ -227,3 +227,80 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::phase_symmetry::{LogGaborTables, Parameters, Sizes};
+    use crate::simd::{InstructionSet, Task};
+    use std::vec;
+
+    /// A lane has the gains of its column by itself, on the fly.
+    fn lanes_are_columns<V: Vector>(zero: V, gains: &impl Gains<V>, bank: &PhaseSymmetry) {
+        let mut tables = LogGaborTables::new();
+        let filters = LogGabor::new(&mut tables);
+        let PhaseSymmetry { rows, columns, .. } = *bank;
+        let mut one = vec![0.0f32; rows];
+        let mut many = vec![zero; rows];
+        for strip in bank.column_strips() {
+            for lanes in 1..=V::LANES.min(strip.len()) {
+                for (orientation, mirrored) in (0..6).flat_map(|k| [(k, false), (k, true)]) {
+                    let first = strip.end - lanes;
+                    // Beyond the image's own columns there are no mirror images.
+                    if mirrored && (first == 0 || strip.end > columns / 2) {
+                        continue;
+                    }
+                    let mut group = LaneColumns {
+                        first,
+                        lanes,
+                        mirrored,
+                    };
+                    many.fill(zero.splat(7.0));
+                    gains.fill(bank, 1, orientation, group, &mut many);
+                    for lane in 0..lanes {
+                        group.first = first + lane;
+                        group.lanes = 1;
+                        filters.fill(bank, 1, orientation, group, &mut one);
+                        let bits = |gain: f32| gain.to_bits();
+                        let of_lane = many.iter().map(|gain| bits(gain.lanes()[lane]));
+                        let same = of_lane.eq(one.iter().copied().map(bits));
+                        assert!(same, "{group:?} of {lanes}, orientation {orientation}");
+                    }
+                }
+            }
+        }
+    }
+
+    struct Lanes;
+
+    impl Task for Lanes {
+        type Output = ();
+
+        fn run<V: Vector>(self, zero: V) {
+            let sizes = Sizes {
+                rows: 64,
+                columns: 64,
+                strip: 11,
+            };
+            let bank = PhaseSymmetry::new(&Parameters {
+                sizes,
+                scales: &[0.1, 0.25],
+                threshold: 0.0,
+            })
+            .unwrap();
+            let mut tables = LogGaborTables::new();
+            let filters = LogGabor::new(&mut tables);
+            lanes_are_columns(zero, &filters, &bank);
+            let memory = vec![0.0; bank.gain_tables_len()];
+            let tables = GainTables::new(&filters, &bank, memory).unwrap();
+            lanes_are_columns(zero, &tables, &bank);
+        }
+    }
+
+    #[test]
+    fn a_lane_has_the_gains_of_its_column() {
+        for set in InstructionSet::available().step_by(crate::step(8)) {
+            set.dispatch(Lanes);
+        }
+    }
+}

@@ -178,3 +178,30 @@ fn check_pixels(pixels: &[f32], offset: usize) -> Result<(), Error> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_are_good_up_to_the_largest() {
+        for sign in [-1.0, 1.0] {
+            assert_eq!(check_pixels(&[0.0, sign * MAX_PIXEL], 0), Ok(()));
+            let beyond = sign * MAX_PIXEL.next_up();
+            let refused = check_pixels(&[0.0, beyond], 0);
+            assert!(
+                matches!(refused, Err(Error::Parameter { value, .. }) if value == beyond.into())
+            );
+        }
+        for (k, bad) in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY]
+            .into_iter()
+            .enumerate()
+        {
+            let refused = Err(Error::NonFinite {
+                name: "image",
+                index: 40 + k,
+            });
+            assert_eq!(check_pixels(&[0.0, 1.0, 2.0, bad][3 - k..], 40), refused);
+        }
+    }
+}

@@ -103,3 +103,71 @@ impl PhaseSymmetry {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::phase_symmetry::external::ReadAt;
+    use crate::phase_symmetry::{LogGabor, Microfft, Parameters, Sizes, StripMemory};
+    use std::vec::Vec;
+
+    /// Memory that fails where a number is read before it is written.
+    struct Unwritten(Vec<Option<f32>>);
+
+    impl ReadAt for Unwritten {
+        fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error> {
+            for (to, from) in into.iter_mut().zip(&self.0[first..]) {
+                *to = from.ok_or(Error::Memory)?;
+            }
+            Ok(())
+        }
+    }
+
+    impl WriteAt for Unwritten {
+        fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), Error> {
+            for (to, &from) in self.0[first..].iter_mut().zip(from) {
+                *to = Some(from);
+            }
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn nothing_is_read_before_it_is_written_and_the_filters_are_counted() {
+        let sizes = Sizes {
+            rows: 64,
+            columns: 64,
+            strip: 24,
+        };
+        let bank = PhaseSymmetry::new(&Parameters {
+            sizes,
+            scales: &[0.1, 0.05],
+            threshold: 1.0,
+        })
+        .unwrap();
+        let image: [f32; 64 * 64] =
+            core::array::from_fn(|k| if k / 64 == 20 { 200.0 } else { 10.0 });
+        let unwritten = |length| Unwritten(std::vec![None; length]);
+        let mut symmetry = unwritten(sizes.symmetry_len());
+        let mut external = External {
+            image: &mut &image[..],
+            spectrum: &mut unwritten(sizes.spectrum_len()),
+            filtered: &mut unwritten(sizes.filtered_len()),
+            amplitude: &mut unwritten(sizes.amplitude_len()),
+            symmetry: &mut symmetry,
+        };
+        let kernels = Kernels {
+            fft: &Microfft,
+            gains: &LogGabor::fixed(),
+        };
+        let mut memory = StripMemory::<64, 24>::new();
+        let mut heard = Vec::new();
+        let mut progress = |done| heard.push(done);
+        bank.run(&kernels, &mut external, &mut memory.slices(), &mut progress)
+            .unwrap();
+        assert!((1..=12).eq(heard));
+        let map: Option<Vec<f32>> = symmetry.0.into_iter().collect();
+        let map = map.unwrap();
+        assert!(map[20 * 64] > 0.3 && map[50 * 64] < 0.1);
+    }
+}

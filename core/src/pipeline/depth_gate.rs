@@ -72,3 +72,62 @@ impl DepthGate {
         Ok(first as usize..end.min(depths.count))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DEPTHS: Axis = Axis {
+        first: 5e-3,
+        step: 38.5e-6,
+        count: 300,
+    };
+
+    fn samples(from: f64, to: f64) -> Result<Range<usize>, Error> {
+        DepthGate { from, to }.samples(&DEPTHS)
+    }
+
+    /// Whatever the depth of a sample is rounded to.
+    #[test]
+    fn a_sample_at_an_end_is_inside() {
+        let depth = |k| DEPTHS.position(k);
+        let hair = 0.5e-6 * DEPTHS.step;
+        for k in 0..DEPTHS.count - 3 {
+            let (from, to) = (depth(k), depth(k + 3));
+            assert_eq!(samples(from, to), Ok(k..k + 4), "{k}");
+            assert_eq!(samples(from + hair, to - hair), Ok(k..k + 4), "{k}");
+            let (from, to) = (from + 4.0 * hair, to - 4.0 * hair);
+            assert_eq!(samples(from, to), Ok(k + 1..k + 3), "{k}");
+        }
+    }
+
+    #[test]
+    fn a_gate_is_cut_at_the_lines_ends() {
+        assert_eq!(samples(0.0, 1.0), Ok(0..300));
+        assert_eq!(samples(-1e300, 1e300), Ok(0..300));
+        let last = DEPTHS.last();
+        assert_eq!(samples(0.0, DEPTHS.first), Ok(0..1));
+        assert_eq!(samples(last, 1.0), Ok(299..300));
+        // Of a line of one sample, all is inside or nothing.
+        let one = Axis { count: 1, ..DEPTHS };
+        let gate = |from, to| DepthGate { from, to }.samples(&one).ok();
+        assert_eq!(gate(0.0, 1.0), Some(0..1));
+        assert_eq!(gate(one.position(1), 1.0), None);
+    }
+
+    #[test]
+    fn a_gate_without_a_sample_is_named_by_its_end_above_the_line_else_by_its_start() {
+        let name = |from, to| match samples(from, to) {
+            Err(Error::Parameter { name, .. }) => name,
+            other => panic!("{other:?}"),
+        };
+        let step = DEPTHS.step;
+        assert_eq!(name(0.0, DEPTHS.first - 0.1 * step), "depth gate's end");
+        for k in [0, 1, 298, 299] {
+            let from = DEPTHS.position(k) + 0.1 * step;
+            assert_eq!(name(from, from + 0.8 * step), "depth gate's start");
+        }
+        // The next sample that there would be.
+        assert_eq!(name(DEPTHS.position(300), 1.0), "depth gate's start");
+    }
+}
