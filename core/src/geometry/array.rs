@@ -296,6 +296,26 @@ mod tests {
     }
 
     #[test]
+    fn an_element_on_the_rays_line_is_its_foot() {
+        let arc = arc();
+        // The neighbours may be as far away as they like.
+        let far = [-1.7e308, 1e308, 1.7e308].map(|x| Element { x, ..arc[4] });
+        for elements in [&arc[..], &far] {
+            let array = Array::At {
+                elements,
+                pitch: 0.5e-3,
+            };
+            for m in 1..elements.len() - 1 {
+                let Element { x, z, .. } = elements[m];
+                for angle in [-0.2, 0.0, 0.3] {
+                    let foot = array.foot(&Ray::new(x, z, angle));
+                    assert_eq!(foot, m as f64, "{angle}");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn bad_elements_are_named() {
         let name = |element: Element, pitch| {
             let mut elements = arc();

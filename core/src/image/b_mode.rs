@@ -181,3 +181,46 @@ impl BMode {
         median::median(zero, scratch, grid.columns, out)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fans_image_is_its_lines_scan_converted() {
+        let lines = Axis::centred(3, 0.3);
+        let samples = Axis {
+            first: 0.0,
+            step: 1e-3,
+            count: 4,
+        };
+        let fan = Fan {
+            x: 0.0,
+            z: -5e-3,
+            radius: 5e-3,
+        };
+        let grid = PixelGrid::cover([-2e-3, 2e-3], [-1e-3, 3e-3], 9, 9);
+        let parameters = BModeParameters {
+            lines,
+            samples,
+            grid,
+            dynamic_range: 40.0,
+            logarithm: Logarithm::Exact,
+            median: false,
+        };
+        let envelopes: [f32; 12] = core::array::from_fn(|k| 1.0 / (1.0 + k as f32));
+        let (mut levels, mut expected) = ([0.0; 12], [0.0; 81]);
+        log_compression::log_compression(&envelopes, 1.0, 40.0, &mut levels).unwrap();
+        let (rows, columns) = (grid.row_axis(), grid.column_axis());
+        scan_conversion::scan_convert(&levels, fan, lines, samples, rows, columns, &mut expected)
+            .unwrap();
+        assert!(expected.iter().filter(|&&pixel| pixel > 0.0).count() > 20);
+
+        let (mut work, mut image) = ([0.0; 12], [0.0; 81]);
+        let b_mode = BMode::of_fan(parameters, fan).unwrap();
+        b_mode
+            .image(0.0f32, &envelopes, &mut work, &mut image)
+            .unwrap();
+        assert_eq!(image, expected);
+    }
+}
