@@ -242,9 +242,11 @@ mod tests {
         let PhaseSymmetry { rows, columns, .. } = *bank;
         let mut one = vec![0.0f32; rows];
         let mut many = vec![zero; rows];
+        let orientations = || (0..ORIENTATIONS.len()).step_by(crate::step(5));
+        let sides = || orientations().flat_map(|k| [(k, false), (k, true)]);
         for strip in bank.column_strips() {
-            for lanes in 1..=V::LANES.min(strip.len()) {
-                for (orientation, mirrored) in (0..6).flat_map(|k| [(k, false), (k, true)]) {
+            for lanes in (1..=V::LANES.min(strip.len())).step_by(crate::step(7)) {
+                for (orientation, mirrored) in sides() {
                     let first = strip.end - lanes;
                     // Beyond the image's own columns there are no mirror images.
                     if mirrored && (first == 0 || strip.end > columns / 2) {

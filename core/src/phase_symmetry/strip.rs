@@ -141,7 +141,7 @@ mod tests {
         };
         let bank = PhaseSymmetry::new(&Parameters {
             sizes,
-            scales: &[0.1, 0.05],
+            scales: &[0.1],
             threshold: 1.0,
         })
         .unwrap();
@@ -165,7 +165,7 @@ mod tests {
         let mut progress = |done| heard.push(done);
         bank.run(&kernels, &mut external, &mut memory.slices(), &mut progress)
             .unwrap();
-        assert!((1..=12).eq(heard));
+        assert!((1..=6).eq(heard));
         let map: Option<Vec<f32>> = symmetry.0.into_iter().collect();
         let map = map.unwrap();
         assert!(map[20 * 64] > 0.3 && map[50 * 64] < 0.1);
