@@ -1,6 +1,6 @@
 //! The delay stage refuses what is wrong, by name, before it writes anything.
 
-use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
+use bonebeam::focus::{Compounding, Delay, DelayParameters, MAX_SAMPLES, Record, ScanLine};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
 
@@ -16,6 +16,8 @@ const GOOD: DelayParameters = DelayParameters {
     hilbert_taps: 2,
 };
 
+/// A size of the parameters: its name, the largest, and where it is.
+type Size = (&'static str, usize, fn(&mut DelayParameters) -> &mut usize);
 /// One field of the parameters changed, and the name that the error must give.
 type Change = (&'static str, fn(&mut DelayParameters));
 
@@ -72,6 +74,78 @@ fn bad_parameters_are_named() {
         let mut p = GOOD;
         change(&mut p);
         refused(name, p);
+    }
+}
+
+/// The largest sizes are taken, and the next is refused with the largest as the capacity.
+#[test]
+fn sizes_are_refused_from_the_first_that_is_too_large() {
+    let [longer, shorter] = [900, 50];
+    let elements = usize::MAX / longer;
+    let samples = |output_samples, record_samples| DelayParameters {
+        output_samples,
+        record_samples,
+        ..GOOD
+    };
+    let changes: [(DelayParameters, Size); 4] = [
+        (
+            samples(longer, shorter),
+            ("elements", elements, |p| &mut p.elements),
+        ),
+        (
+            samples(shorter, longer),
+            ("elements", elements, |p| &mut p.elements),
+        ),
+        (
+            GOOD,
+            ("output_samples", MAX_SAMPLES, |p| &mut p.output_samples),
+        ),
+        (
+            GOOD,
+            ("record_samples", MAX_SAMPLES, |p| &mut p.record_samples),
+        ),
+    ];
+    for (mut p, (name, capacity, size)) in changes {
+        *size(&mut p) = capacity;
+        assert!(Delay::new(p).is_ok(), "{name}");
+        *size(&mut p) = capacity + 1;
+        let refused = Error::Capacity {
+            name,
+            actual: capacity + 1,
+            capacity,
+        };
+        assert_eq!(Delay::new(p).unwrap_err(), refused);
+    }
+}
+
+/// Of lines of the length in `DelayParameters::scratch_len`.
+#[test]
+fn the_scratch_has_the_documented_length() {
+    let of = |sampling_rate: f64, lanes: usize| {
+        let p = DelayParameters {
+            sampling_rate,
+            output_samples: 70,
+            record_samples: 1000,
+            hilbert_taps: 16,
+            ..GOOD
+        };
+        p.scratch_len(lanes)
+    };
+    // 70 up to 96, and 62, up to 160; 32 and 62 a lane.
+    for lanes in [1, 2, 4, 8, 16] {
+        assert_eq!(of(40e6, lanes), (3 + lanes) * 160 + lanes * 94 + 15);
+    }
+    for (sampling_rate, part, streams) in [(50e6, 2, 160), (100e6, 4, 448), (200e6, 8, 992)] {
+        let more = |lanes| of(sampling_rate, lanes) - of(40e6, lanes) - streams;
+        // The margins of both filters, up to full sixteens.
+        let one = more(1);
+        assert!(
+            (1000 / part..1000 / part + 48).contains(&one),
+            "{part} {one}"
+        );
+        for lanes in [2, 4, 8, 16] {
+            assert_eq!(more(lanes), 2 * one, "{part} {lanes}");
+        }
     }
 }
 
@@ -201,19 +275,26 @@ fn bad_calls_are_refused_before_anything_is_written() {
         compounding: Compounding::Add,
         ..line
     };
-    let mut out = vec![Complex::new(0.0, 0.0); 150];
-    out[9].im = f32::NAN;
     let record = Record::new(&rf, 3).unwrap();
-    let error = delay
-        .line(0.0f32, &add, &record, &mut vec![0.0; scratch], &mut out)
-        .unwrap_err();
-    assert_eq!(
-        error,
-        Error::NonFinite {
-            name: "out",
-            index: 9
+    // One part or both of a sample, one sample or two.
+    let nan = Complex::new(0.0, f32::NAN);
+    let infinite = Complex::new(f32::INFINITY, f32::NEG_INFINITY);
+    for bad in [&[(9, nan)][..], &[(9, infinite)], &[(9, nan), (30, nan)]] {
+        let mut out = vec![Complex::new(0.0, 0.0); 150];
+        for &(index, y) in bad {
+            out[index] = y;
         }
-    );
+        let error = delay
+            .line(0.0f32, &add, &record, &mut vec![0.0; scratch], &mut out)
+            .unwrap_err();
+        assert_eq!(
+            error,
+            Error::NonFinite {
+                name: "out",
+                index: 9
+            }
+        );
+    }
 }
 
 #[test]
