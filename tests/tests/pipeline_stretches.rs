@@ -24,6 +24,9 @@ const READINGS: [IqReading; 4] = [
     IqReading::LinearFixed,
 ];
 
+/// 2⁸⁰.
+const LOUD: f32 = (1u128 << 80) as f32;
+
 /// Every stretch of a line alone, over any lanes.
 struct Stretches<'a, 'r, D: Stage> {
     delay: &'a D,
@@ -320,6 +323,88 @@ fn the_bits_do_not_depend_on_the_stretch_where_most_of_a_line_is_next_to_nothing
             }
         }
     }
+}
+
+/// Squares of the loud record are no floats any more, but for the working scale.
+fn assert_loud_lines_are_faint_ones<'r, D: Stage>(
+    lines: &LinePipeline<'_, D>,
+    faint: &'r D::Record<'r>,
+    loud: &'r D::Record<'r>,
+) {
+    let faint = line_of(lines, faint, usize::MAX);
+    let expected: Vec<_> = faint.iter().map(|z| *z * LOUD).collect();
+    assert!(bits(&line_of(lines, loud, usize::MAX)) == bits(&expected));
+}
+
+#[test]
+fn a_record_times_a_power_of_two_makes_the_line_times_it() {
+    let rf = record(5);
+    let loud: Vec<f32> = rf.iter().map(|x| x * LOUD).collect();
+    let faint = Record::new(&rf, ELEMENTS).unwrap();
+    let loud = Record::new(&loud, ELEMENTS).unwrap();
+    let scan = Scan::new(PARAMETERS.scan).unwrap();
+    let lines = LinePipeline::new(scan, PARAMETERS.beamformer).unwrap();
+    assert_loud_lines_are_faint_ones(&lines, &faint, &loud);
+    let delay = Delay::new(DelayParameters::of(&scan)).unwrap();
+    let lines = LinePipeline::by(&delay, scan, PARAMETERS.beamformer).unwrap();
+    assert_loud_lines_are_faint_ones(&lines, &faint, &loud);
+
+    let counts = counts(5);
+    let [faint, loud] = [0.25, 0.25 * LOUD].map(|count| {
+        let samples = IqSamples::Counts(&counts, count);
+        IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS).unwrap()
+    });
+    let scan = Scan::of_iq(iq_parameters(0).scan).unwrap();
+    let lines = LinePipeline::of_iq(scan, iq_input(None), PARAMETERS.beamformer).unwrap();
+    assert_loud_lines_are_faint_ones(&lines, &faint, &loud);
+}
+
+/// Signs without a pattern: the filters make more of such samples than they are.
+fn assert_largest_is_not_exceeded<D: Stage>(
+    delay: &D,
+    line: &ScanLine,
+    record: &D::Record<'_>,
+    samples: usize,
+) {
+    let x = Stretches {
+        delay,
+        line,
+        record,
+        elements: ELEMENTS,
+        samples,
+        length: samples,
+    };
+    let x = x.run(0.0f32);
+    let largest = x.iter().flat_map(|x| [x.re.abs(), x.im.abs()]);
+    let largest = largest.fold(0.0, f32::max);
+    assert!(largest > 1.2 * LOUD && largest <= D::largest(record));
+}
+
+#[test]
+fn no_part_of_an_aligned_sample_exceeds_the_largest_of_its_record() {
+    let mut random = 1u32;
+    let mut sign = || {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        if random >> 31 == 0 { LOUD } else { -LOUD }
+    };
+    let scan = Scan::new(PARAMETERS.scan).unwrap();
+    let line = ScanLine::of(&scan, 20, focused(), Compounding::Replace);
+    let rf: Vec<f32> = (0..ELEMENTS * PARAMETERS.scan.record_samples)
+        .map(|_| sign())
+        .collect();
+    let record = Record::new(&rf, ELEMENTS).unwrap();
+    let delay = Delay::new(DelayParameters::of(&scan)).unwrap();
+    assert_largest_is_not_exceeded(&delay, &line, &record, scan.samples());
+    assert_largest_is_not_exceeded(&&delay, &line, &record, scan.samples());
+
+    let scan = Scan::of_iq(iq_parameters(0).scan).unwrap();
+    let line = ScanLine::of(&scan, 20, focused(), Compounding::Replace);
+    let iq: Vec<Complex<f32>> = (0..ELEMENTS * iq_parameters(0).scan.record_samples)
+        .map(|_| Complex::new(sign(), sign()))
+        .collect();
+    let record = IqRecord::new(IqSamples::Float(&iq), IqLayout::Interleaved, ELEMENTS).unwrap();
+    let delay = IqDelay::new(IqParameters::of(&scan, DEMODULATION)).unwrap();
+    assert_largest_is_not_exceeded(&delay, &line, &record, scan.samples());
 }
 
 #[test]

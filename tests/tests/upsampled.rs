@@ -5,7 +5,7 @@ use bonebeam::Complex;
 use bonebeam::focus::{
     Compounding, Contribution, Delay, DelayParameters, ScanLine, Upsampled, hilbert_taps,
 };
-use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
+use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use host_sim::config::{Beamform, RfReading};
 use host_sim::drive::delay::DelayStage;
@@ -140,6 +140,136 @@ fn every_instruction_set_has_the_bits_of_the_reference() {
                 }
             }
         }
+    }
+}
+
+/// One sample a second, and one a metre of depth: times are places without roundings.
+const EXACT: DelayParameters = DelayParameters {
+    sound_speed: 2.0,
+    sampling_rate: 1.0,
+    centre_frequency: 0.25,
+    output_rate: 1.0,
+    output_start: 0.0,
+    output_samples: 300,
+    elements: 1,
+    record_samples: 300,
+    hilbert_taps: 2,
+};
+/// Units of a place between two recorded samples.
+const A_SAMPLE: f64 = 32_768.0;
+/// No lag is larger, either way.
+const MOST: i32 = 1 << 29;
+
+/// A focused line straight down from an array, recorded from `t0` on.
+fn straight_down(array: Array<'_>, t0: f64) -> ScanLine<'_> {
+    ScanLine {
+        transmit: Transmit::new(TransmitLaw::Focused, t0),
+        ray: Ray::down(0.0),
+        array,
+        active: Active {
+            first: 0,
+            count: array.elements(),
+        },
+        compounding: Compounding::Replace,
+    }
+}
+
+/// Depths are −3, −2, …: an echo from z comes at z.
+#[test]
+fn places_are_those_of_the_law_or_far_in_front_of_the_record() {
+    let farthest = f64::from((1 << 30) - 1);
+    let delay = Delay::new(EXACT).unwrap();
+    let upsampled = Upsampled::new(&delay).unwrap();
+    let taps = upsampled.record_len() / 16 - EXACT.record_samples - 2;
+    let before = (taps / 2 + 1) as f64;
+    let half = 0.5 / A_SAMPLE;
+    // Where depth 100 lies at the farthest place, and one unit nearer.
+    let last = 100.0 - ((farthest - 0.5) / A_SAMPLE - before);
+    for t0 in [
+        0.0,
+        -5.0,
+        123.0,
+        20e3 + half,
+        20e3 + 0.3 * half,
+        last,
+        1e6,
+        -1e6,
+    ] {
+        let mut places = vec![7; upsampled.line_len()];
+        let line = straight_down(Array::LinearAt(&[0.0]), t0);
+        upsampled.centre(&line, &mut places).unwrap();
+        for (n, &place) in places.iter().enumerate() {
+            let z = n as f64 - 3.0;
+            let units = ((z - t0 + before) * A_SAMPLE + 0.5).floor();
+            if z > 0.0 && units.abs() < farthest {
+                assert_eq!(f64::from(place), units, "{t0} {z}");
+            } else {
+                assert!(place < -MOST && place > -2 * MOST, "{t0} {z}: {place}");
+            }
+        }
+    }
+}
+
+#[test]
+fn lags_are_paths_or_behind_any_record() {
+    let delay = Delay::new(EXACT).unwrap();
+    let upsampled = Upsampled::new(&delay).unwrap();
+    let mut lags = vec![7; upsampled.line_len()];
+    for x in [0.0, 9.0, 1e3, 4e4, 1e5, 3e5, 1e9, 1e30] {
+        for depth in [0.0, -40.0] {
+            let elements = [Element {
+                x,
+                z: depth,
+                angle: 0.0,
+            }];
+            let line = straight_down(
+                Array::At {
+                    elements: &elements,
+                    pitch: 1.0,
+                },
+                0.0,
+            );
+            upsampled.lags(0.0f32, &line, 0, &mut lags).unwrap();
+            for (n, &lag) in lags.iter().enumerate() {
+                let z = n as f64 - 3.0;
+                let path = x.hypot(z - depth);
+                let units = (path - z) / EXACT.sound_speed * A_SAMPLE;
+                if z > 0.0 && units < f64::from(MOST) {
+                    // The roundings of f32, and the cut.
+                    let error = (f64::from(lag) - units).abs();
+                    let size = (path + 100.0) * A_SAMPLE;
+                    assert!(error <= 1.0 + size * 2f64.powi(-22), "{x} {z}: {error}");
+                } else {
+                    assert_eq!(lag, MOST, "{x} {z}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_is_added_from_beyond_the_record() {
+    let delay = Delay::new(EXACT).unwrap();
+    let upsampled = Upsampled::new(&delay).unwrap();
+    let mut record = vec![f32::NAN; upsampled.record_len()];
+    let mut scratch = vec![f32::NAN; upsampled.scratch_len()];
+    upsampled
+        .record(0.0f32, &noise(300), &mut scratch, &mut record)
+        .unwrap();
+    // Some values are read within it, the others beyond it.
+    let within: Vec<i32> = (0..300).map(|n| (n + 20) * A_SAMPLE as i32).collect();
+    for beyond in [-2 * MOST + 1, -1, 330 * A_SAMPLE as i32, 2 * MOST - 1] {
+        let mut centre = within.clone();
+        centre[140..].fill(beyond);
+        let contribution = Contribution {
+            record: &record,
+            centre: &centre,
+            lags: &[0; 300],
+        };
+        let mut line = [0.75; 300];
+        upsampled.add(0.0f32, &contribution, &mut line).unwrap();
+        assert!(line[..140].iter().all(|&y| y != 0.75));
+        assert!(line[140..].iter().all(|&y| y == 0.75), "{beyond}");
     }
 }
 

@@ -412,6 +412,44 @@ mod tests {
         }
     }
 
+    /// What is needed has the bits of one lane, over any lanes.
+    #[cfg(feature = "simd")]
+    #[test]
+    fn what_is_needed_does_not_depend_on_the_lanes() {
+        use crate::simd::{InstructionSet, Task};
+
+        struct Halve<'a>(&'a Decimator, &'a [f32], Range<usize>, &'a mut [f32]);
+        impl Task for Halve<'_> {
+            type Output = ();
+            fn run<V: Vector>(self, zero: V) {
+                let Halve(decimator, record, needed, halved) = self;
+                let mut streams = [f32::NAN; 1200];
+                let streams = &mut streams[..streams_len(decimator.halvings())];
+                decimator.decimate(zero, record, needed, streams, halved);
+            }
+        }
+        let record: [f32; 1000] = core::array::from_fn(|k| libm::sinf((k * k) as f32));
+        for ratio in [3.0, 5.0, 11.0].into_iter().step_by(crate::step(2)) {
+            let decimator = Decimator::new(ratio);
+            let length = halved_len(decimator.halvings(), record.len());
+            for start in (0..length).step_by(crate::step(400)) {
+                for end in [start + 1, start + 70, length] {
+                    let needed = start..end.min(length);
+                    let mut one = [f32::NAN; 700];
+                    Halve(&decimator, &record, needed.clone(), &mut one[..length]).run(0.0f32);
+                    for set in InstructionSet::available() {
+                        let mut many = [f32::NAN; 700];
+                        let task = Halve(&decimator, &record, needed.clone(), &mut many[..length]);
+                        set.dispatch(task);
+                        for n in needed.clone() {
+                            assert_eq!(one[n].to_bits(), many[n].to_bits(), "{set:?} {ratio} {n}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     #[test]
     fn halves_down_to_between_1_25_and_2_5_times_the_output_rate() {
         for tenth in 1..=160 {
@@ -424,6 +462,7 @@ mod tests {
             );
             assert!(halvings <= MAX_HALVINGS);
         }
+        assert_eq!(halvings(f64::INFINITY), MAX_HALVINGS);
     }
 
     #[test]

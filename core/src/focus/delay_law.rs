@@ -332,6 +332,10 @@ mod tests {
                 assert!((law.time(r) - expected / C).abs() < 1e-18, "{x} {z} {r}");
             }
         }
+        // At the depth of its focus the wave has passed it, beside it too.
+        let [x, z] = [3e-3, 4e-3];
+        let passed = law(TransmitLaw::VirtualSource { x, z }, 0.0, C).unwrap();
+        assert!((passed.time(z) - (5e-3 + 3e-3) / C).abs() < 1e-18);
     }
 
     /// The delays that make a wave give that wave, where it is the first to arrive.

@@ -115,6 +115,18 @@ mod tests {
         for step in (-200_000..=200_000).step_by(crate::step(3989)) {
             same(f64::from(step) * 3.1e-4);
         }
+        // Over the whole range; where 16 bits cancel, and one more or fewer part would round otherwise;
+        // and where the second part counts.
+        for step in (-200_000..=200_000).step_by(crate::step(3989)) {
+            same(f64::from(step) * 5.24);
+        }
+        for angle in [
+            45_307.370_749_564_61,
+            49_070.760_460_651_83,
+            466_384.567_175_949,
+        ] {
+            same(angle);
+        }
         // Around the multiples of π/2, where bits cancel. Halfway between them either may be taken off.
         for quarter in (-80..=80).step_by(crate::step(16)) {
             let at = f64::from(quarter) * PI / 2.0;

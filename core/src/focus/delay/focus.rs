@@ -542,3 +542,64 @@ fn turn<V: Vector>(zero: V, lines: &[f32], line_len: usize, first: usize, rows: 
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Element;
+
+    const PITCH: f64 = 0.3e-3;
+
+    /// Every pair of a range, from a line that lies halfway, or 0.2 pitches aside.
+    #[test]
+    fn indices_of_a_pair_come_to_the_mirror() {
+        let x: [f64; 24] = core::array::from_fn(|m| (m as f64 - 11.5) * PITCH);
+        for array in [Array::linear(24, PITCH), Array::LinearAt(&x)] {
+            for range in [0..24, 5..24, 3..20, 7..9, 22..24] {
+                for left in range.clone() {
+                    for right in left..range.end {
+                        let middle = (array.x(left) + array.x(right)) / 2.0;
+                        for aside in [0.0, 0.2 * PITCH, -0.2 * PITCH] {
+                            let ray = Ray::down(middle + aside);
+                            let sum = mirror(&array, range.clone(), &ray);
+                            assert_eq!(sum, left + right, "{range:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_two_elements_come_to_the_mirror_where_there_are_no_pairs() {
+        let array = Array::linear(24, PITCH);
+        let range = 5..20;
+        let none = |array: &Array, range: Range<usize>, ray: &Ray| {
+            mirror(array, range.clone(), ray) > 2 * (range.end - 1)
+        };
+        for beside in [0.6, 3.0, 100.0, 1e300] {
+            for x in [array.x(5) - beside * PITCH, array.x(19) + beside * PITCH] {
+                assert!(none(&array, range.clone(), &Ray::down(x)), "{x}");
+            }
+        }
+        // One element, or none.
+        for range in [19..20, 19..19] {
+            assert!(none(&array, range, &Ray::down(array.x(19))));
+        }
+        // All in one place: on the line, and beside it.
+        let together = Array::LinearAt(&[0.0; 24]);
+        for x in [0.0, 1e-3, -1e-3] {
+            assert!(none(&together, range.clone(), &Ray::down(x)), "{x}");
+            assert!(none(&together, 0..20, &Ray::down(x)), "{x}");
+        }
+        // Not as far along the line.
+        let aside = Ray::new(0.0, 0.0, 0.1);
+        assert!(none(&array, range.clone(), &aside));
+        let elements: [Element; 24] =
+            core::array::from_fn(|m| Element::convex(24, PITCH, 40e-3, m));
+        let convex = Array::At {
+            elements: &elements,
+        };
+        assert!(none(&convex, range, &Ray::down(0.0)));
+    }
+}
