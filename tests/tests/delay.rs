@@ -4,7 +4,7 @@ mod common;
 
 use bonebeam::Complex;
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
-use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
+use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::{Lanes, Vector};
 use common::tolerances::{DELAY_SHIFT, DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ, FILTER_IN_F32};
 use fearless_simd::Level;
@@ -626,6 +626,62 @@ fn extreme_geometry_gives_the_bits_of_the_reference_and_never_nan_or_infinity() 
         let mut reference = vec![Complex::new(7.0, 7.0); ours.len()];
         reference::f32::delay::line(&p, &line, &[1e29; 30], &mut reference);
         assert_same_bits(&ours, &reference, &what);
+    }
+}
+
+/// Where a position on the axis is ±2²³ samples, nothing is read, although the element's lag, or its lead,
+/// brings the place near the record; one sample on, or back, it is. Depths and times are exact: c = 2, fs = 1.
+#[test]
+fn nothing_is_read_from_2_to_the_23_samples_on() {
+    let far = 8_388_608.0;
+    let deep = 2.0 * far - 100.0;
+    for (x, z, depth, t0, beside) in [
+        (4.0, deep, deep, deep - far, -1),
+        (2.0 * far, 0.0, 10.0, 10.0 + far, 1),
+    ] {
+        let p = DelayParameters {
+            sound_speed: 2.0,
+            output_start: depth - 9.0,
+            output_samples: 19,
+            ..parameters(1.0, 1.0, 1, 100)
+        };
+        let elements = [Element { x, z, angle: 0.0 }];
+        let line = ScanLine {
+            transmit: Transmit::new(TransmitLaw::Focused, t0),
+            ray: Ray::down(0.0),
+            array: Array::At {
+                elements: &elements,
+                pitch: 1.0,
+            },
+            ..line_of(TransmitLaw::Focused, &[0.0])
+        };
+        let rf = noise(100, 9);
+        let ours = core_line(&p, &line, &rf);
+        let mut reference = vec![ZERO; ours.len()];
+        reference::f32::delay::line(&p, &line, &rf, &mut reference);
+        assert_same_bits(&ours, &reference, &format!("{depth}"));
+        assert!(ours[9].re == 0.0 && ours[(9 + beside) as usize].re != 0.0);
+    }
+}
+
+/// Half of the line lies so deep that the product c·t overflows: the other half is read all the same.
+#[test]
+fn depths_beyond_all_numbers_read_0_and_the_others_what_they_are() {
+    for fs in [50.0, 200.0] {
+        let p = DelayParameters {
+            sound_speed: 1e308,
+            output_start: 1.0,
+            output_samples: 80,
+            ..parameters(fs, 50.0, 2, 600)
+        };
+        let line = line_of(TransmitLaw::Focused, &[0.0, 1.0]);
+        let rf = noise(1200, 10);
+        let ours = core_line(&p, &line, &rf);
+        let mut reference = vec![ZERO; ours.len()];
+        reference::f32::delay::line(&p, &line, &rf, &mut reference);
+        assert_same_bits(&ours, &reference, &format!("{fs}"));
+        assert!(ours[..70].iter().all(|y| y.re != 0.0));
+        assert!(ours[90..].iter().all(|y| y.re == 0.0));
     }
 }
 
