@@ -664,6 +664,54 @@ fn nothing_is_read_from_2_to_the_23_samples_on() {
     }
 }
 
+/// Short lines all over a halved record, in front of it and behind it: only what they read is halved, and the
+/// rest of the memory is no numbers. Elements beside the line and in front of where it begins.
+#[test]
+fn any_part_of_a_halved_record_has_the_bits_of_the_reference() {
+    let samples = 700;
+    let rf = noise(3 * samples, 12);
+    let level = [-9e-3, 0.4e-3, 14e-3];
+    let elements =
+        [(-5e-3, 3e-3), (1e-3, 9e-3), (12e-3, -4e-3)].map(|(x, z)| Element { x, z, angle: 0.0 });
+    let arrays = [
+        Array::LinearAt(&level),
+        Array::At {
+            elements: &elements,
+            pitch: 6e-3,
+        },
+    ];
+    let mut read = 0;
+    for (array, fs) in arrays
+        .into_iter()
+        .flat_map(|a| [50e6, 100e6].map(|fs| (a, fs)))
+    {
+        let mut p = parameters(fs, 20e6, 3, samples);
+        (p.output_samples, p.hilbert_taps) = (4, 2);
+        let mut delay = Delay::new(p).unwrap();
+        // All residues of where they begin and end, and a depth of 0 at any of the line's samples.
+        for (k, late) in (-60..400)
+            .map(|k| (k, 0.0))
+            .chain((-60..60).map(|k| (k, 5.1e-6)))
+            .chain((-60..20).map(|k| (k, -6.3e-6)))
+        {
+            p.output_start = f64::from(k) / 20e6;
+            delay.set(p).unwrap();
+            let line = ScanLine {
+                transmit: Transmit::new(TransmitLaw::Focused, late),
+                array,
+                ..line_of(TransmitLaw::Focused, &level)
+            };
+            let mut ours = vec![ZERO; 12];
+            line_by(&delay, 0.0f32, &line, &rf, &mut ours);
+            let mut reference = vec![ZERO; 12];
+            reference::f32::delay::line(&p, &line, &rf, &mut reference);
+            assert_same_bits(&ours, &reference, &format!("{array:?} {fs} {k} {late}"));
+            read += ours.iter().filter(|y| y.re != 0.0).count();
+        }
+    }
+    assert!(read > 5000, "{read}");
+}
+
 /// Half of the line lies so deep that the product c·t overflows: the other half is read all the same.
 #[test]
 fn depths_beyond_all_numbers_read_0_and_the_others_what_they_are() {

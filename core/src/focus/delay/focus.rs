@@ -599,6 +599,7 @@ mod tests {
             core::array::from_fn(|m| Element::convex(24, PITCH, 40e-3, m));
         let convex = Array::At {
             elements: &elements,
+            pitch: PITCH,
         };
         assert!(none(&convex, range, &Ray::down(0.0)));
     }
