@@ -664,6 +664,37 @@ fn nothing_is_read_from_2_to_the_23_samples_on() {
     }
 }
 
+/// Straight towards an element the way there grows as the way back shrinks: every depth is read at one place.
+/// Depths and times are exact: c = 2, and a halved record's rate is 2.
+#[test]
+fn a_line_towards_an_element_reads_one_place() {
+    let p = DelayParameters {
+        sound_speed: 2.0,
+        output_start: 20.0,
+        output_samples: 32,
+        ..parameters(4.0, 1.0, 1, 2500)
+    };
+    let elements = [Element {
+        x: 0.0,
+        z: 1000.0,
+        angle: 0.0,
+    }];
+    let line = ScanLine {
+        ray: Ray::down(0.0),
+        array: Array::At {
+            elements: &elements,
+            pitch: 1.0,
+        },
+        ..line_of(TransmitLaw::Focused, &[0.0])
+    };
+    let rf = noise(2500, 13);
+    let ours = core_line(&p, &line, &rf);
+    let mut reference = vec![ZERO; 32];
+    reference::f32::delay::line(&p, &line, &rf, &mut reference);
+    assert_same_bits(&ours, &reference, "one place");
+    assert!(ours.iter().all(|y| y.re == ours[0].re && y.re != 0.0));
+}
+
 /// Lines all over a halved record, in front of it and behind it: only what they read is halved, and the
 /// rest of the memory is no numbers. Elements beside the line and in front of where it begins.
 #[test]
