@@ -436,3 +436,80 @@ fn das_needs_no_memory() {
         })
     );
 }
+
+/// Nor do samples without an active element, wherever their empty set is said to begin.
+#[test]
+fn no_active_element_needs_no_memory() {
+    let x = [Complex::ONE; 40];
+    let line = AlignedLine::new(&x, 8).expect("finite");
+    let beamformer = Beamformer::new(Parameters {
+        temporal_half_window: 1,
+        ..Parameters::default()
+    });
+    let beamformer = beamformer.expect("valid");
+    for first in [0, 8] {
+        let none = |_| Active { first, count: 0 };
+        let mut view = WorkspaceView::empty(0.0f32);
+        let mut z = [Complex::I; 5];
+        assert_eq!(beamformer.line(&mut view, line, none, &mut z), Ok(()));
+        assert_eq!(z, [Complex::ZERO; 5]);
+        let mut z = [Complex::I; 5];
+        let done = beamformer.line_within(&mut view, line, none, 1..4, &mut z);
+        assert_eq!(done, Ok(()));
+        assert_eq!(z, [Complex::ZERO; 5]);
+    }
+}
+
+#[test]
+fn memory_fits_what_is_within_or_nothing_is_put_out() {
+    let x = [Complex::ONE; 40];
+    let line = AlignedLine::new(&x, 8).expect("finite");
+    let beamformer = Beamformer::new(Parameters::default()).expect("valid");
+    let mut workspace = Workspace::<6, 4, 0>::new();
+    let active = |n| Active {
+        first: 0,
+        count: if n < 3 { 6 } else { 7 },
+    };
+    let mut z = [Complex::I; 5];
+    let refused = beamformer.line_within(&mut workspace.view(), line, active, 0..4, &mut z);
+    assert!(matches!(refused, Err(Error::Capacity { .. })));
+    assert_eq!(z, [Complex::I; 5]);
+    let done = beamformer.line_within(&mut workspace.view(), line, active, 0..3, &mut z);
+    assert_eq!(done, Ok(()));
+    // The mean of the elements, which are alike.
+    assert_eq!(z[3..], [Complex::ONE; 2]);
+}
+
+#[test]
+fn a_run_of_no_samples_ends_with_its_line() {
+    let x = [Complex::ONE; 40];
+    let run = Run {
+        line: AlignedLine::new(&x, 8).expect("finite"),
+        first_element: 0,
+        first_sample: 5,
+    };
+    let mut workspace = Workspace::<8, 4, 0>::new();
+    let beamformer = Beamformer::new(Parameters::default()).expect("valid");
+    let done = beamformer.runs(&mut workspace.view(), &[run], 8, &mut [&mut []]);
+    assert_eq!(done, Ok(()));
+}
+
+/// With one active set; where it changes, once more on each pass.
+#[test]
+fn each_sample_is_asked_twice_for_its_active_set() {
+    let x = [Complex::ONE; 40];
+    let line = AlignedLine::new(&x, 8).expect("finite");
+    let beamformer = Beamformer::new(Parameters::default()).expect("valid");
+    let mut workspace = Workspace::<8, 4, 0>::new();
+    let asked = [const { std::cell::Cell::new(0) }; 5];
+    let all = |n: usize| {
+        asked[n].set(asked[n].get() + 1);
+        Active { first: 0, count: 8 }
+    };
+    let mut z = [Complex::ZERO; 5];
+    assert_eq!(
+        beamformer.line(&mut workspace.view(), line, all, &mut z),
+        Ok(())
+    );
+    assert_eq!(asked.map(|asked| asked.get()), [2; 5]);
+}

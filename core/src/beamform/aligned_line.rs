@@ -139,3 +139,20 @@ impl defmt::Format for AlignedLine<'_> {
         );
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At the top of the floats' range the working scale is 2⁻¹²⁶.
+    #[test]
+    fn what_leaves_f32_is_the_largest_number() {
+        let x = [Complex::new(f32::MAX, 0.0)];
+        let line = AlignedLine::new(&x, 1).expect("finite");
+        let largest = Complex::new(f32::MAX, f32::MIN);
+        assert_eq!(line.unscale(Complex::new(4.0, -4.0)), largest);
+        let half = 0.5 * f32::MAX;
+        let scaled = Complex::new(half, -half) * line.scale();
+        assert_eq!(line.unscale(scaled), Complex::new(half, -half));
+    }
+}

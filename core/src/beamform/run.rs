@@ -56,3 +56,29 @@ pub fn runs_within(
         within.then(|| (first, end - first, set))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    /// Five samples of one element, five of two.
+    fn active(sample: usize) -> Active {
+        Active {
+            first: 0,
+            count: 1 + sample / 5,
+        }
+    }
+
+    #[test]
+    fn a_run_has_a_wanted_sample() {
+        for (start, end) in (0..=10).flat_map(|start| (start..=10).map(move |end| (start, end))) {
+            let runs: Vec<_> = runs_within(10, active, start..end, 1).collect();
+            let with_wanted = (0..2).filter(|k| (start..end).any(|sample| sample / 5 == *k));
+            assert_eq!(runs.len(), with_wanted.count(), "{start}..{end}");
+            for (first, samples, set) in runs {
+                assert!(samples > 0 && active(first) == set && active(first + samples - 1) == set);
+            }
+        }
+    }
+}

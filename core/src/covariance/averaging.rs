@@ -74,3 +74,80 @@ pub trait Basis<V: Vector> {
     /// `scratch` of the same length.
     fn weights(v: &mut [ComplexVector<V>], scratch: &mut [ComplexVector<V>]);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::covariance::{Forward, ForwardBackward};
+    use crate::linalg::panels::{TILE, panel};
+    use num_complex::Complex;
+    use std::vec;
+    use std::vec::Vec;
+
+    fn number(k: usize) -> ComplexVector<f32> {
+        let part = |k: usize| ((k * 7 + k / 3) % 13) as f32 - 6.0;
+        ComplexVector {
+            re: part(k),
+            im: part(k + 5),
+        }
+    }
+
+    /// The rows that fill up the last panel are those of the identity, whatever the loading is.
+    fn assert_filled<A: Basis<f32>>() {
+        for subaperture in 1..=9_usize {
+            let diagonal_loading = DiagonalLoading {
+                factor: 0.5,
+                added: 0.0,
+                silent: false,
+            };
+            let panels = subaperture.div_ceil(TILE);
+            let mut matrix = vec![[A::Scalar::from_real(9.0); TILE]; panel(panels)];
+            let lag = |index| Some(number(index));
+            assert_eq!(
+                A::matrix(lag, subaperture, &diagonal_loading, &mut matrix),
+                Some(())
+            );
+            let last = &matrix[panel(panels - 1)..];
+            for i in subaperture..TILE * panels {
+                for (k, column) in last.iter().enumerate() {
+                    let expected = Complex::new(if i == k { 1.0 } else { 0.0 }, 0.0);
+                    let entry = column[i % TILE].complex().lane(0);
+                    assert_eq!(entry, expected, "L = {subaperture}, ({i}, {k})");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rows_beyond_the_subaperture_are_those_of_the_identity() {
+        assert_filled::<Forward>();
+        assert_filled::<ForwardBackward>();
+    }
+
+    fn inner(u: &[ComplexVector<f32>], v: &[ComplexVector<f32>]) -> Complex<f32> {
+        let pairs = u.iter().zip(v);
+        pairs.map(|(u, v)| u.lane(0).conj() * v.lane(0)).sum()
+    }
+
+    /// Weights `w` of the elements and `v` in the solver's coordinates give the same of any data but for
+    /// the gain: `g·wᴴs = vᴴd`.
+    fn assert_weights_belong_to_data<A: Basis<f32>>() {
+        for subaperture in 1..=6 {
+            let v: Vec<_> = (0..subaperture).map(number).collect();
+            let s: Vec<_> = (0..subaperture).map(|k| number(3 * k + 20)).collect();
+            let mut data = vec![ComplexVector::from_real(0.0); subaperture];
+            A::data(&s, &mut data);
+            let (mut weights, mut scratch) = (v.clone(), data.clone());
+            A::weights(&mut weights, &mut scratch);
+            let (direct, solver) = (inner(&weights, &s) * A::gain(1), inner(&v, &data));
+            // The middle element's √2: roundings of 1e-7 beside sums of some hundreds.
+            assert!((direct - solver).norm() < 1e-3, "{direct}, not {solver}");
+        }
+    }
+
+    #[test]
+    fn weights_belong_to_data() {
+        assert_weights_belong_to_data::<Forward>();
+        assert_weights_belong_to_data::<ForwardBackward>();
+    }
+}

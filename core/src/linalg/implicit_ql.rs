@@ -316,3 +316,29 @@ fn turn<S: Scalar<V>, V: Vector>(turned: V::Mask, [left, right]: [S; 2], s: V, c
         S::select(turned, left.scale(c) - right.scale(s), left),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One lane alone, and by the path of several.
+    #[test]
+    fn at_the_limit_of_steps_the_search_goes_on_behind() {
+        let (d, e) = ([0.3_f32, 0.2, 0.1, 0.05], [0.1_f32; 4]);
+        let search = || Search {
+            first: 1.0,
+            steps: STEP_LIMIT,
+            lowest: 1,
+        };
+        let (mut alone, mut general) = (search(), search());
+        for (block, steps) in [
+            (alone.block_of_one(&d, &e), alone.steps),
+            (general.block(&d, &e), general.steps),
+        ] {
+            let block = block.expect("rows are left");
+            assert_eq!((block.first, block.last, block.rows), (2.0, 3.0, 2..3));
+            assert_eq!((block.ends, block.coupling), ([0.1, 0.05, 0.05], 0.1));
+            assert_eq!(steps, 1.0);
+        }
+    }
+}

@@ -236,6 +236,13 @@ fn eigenvalues_and_vectors_of_complex_matrices() {
 
 /// How far the iteration's vector is from e₁ (but for phase), where it says that it has arrived.
 fn distance_to_first<S: Entry>(a: &Matrix, e1: &DVector<Complex<f64>>) -> Option<f64> {
+    let (v, done) = lanczos_vector::<S>(a, false);
+    let parallel = e1.dotc(&v);
+    done.then(|| (&v - e1 * parallel).norm())
+}
+
+/// The iteration's vector, and whether it says that it has arrived.
+fn lanczos_vector<S: Entry>(a: &Matrix, ignored: bool) -> (DVector<Complex<f64>>, bool) {
     let n = a.nrows();
     let mut v = vec![[S::from_real(0.0); TILE]; n.div_ceil(TILE)];
     let mut basis = vec![[S::from_real(0.0); TILE]; STEP_LIMIT * v.len()];
@@ -252,17 +259,42 @@ fn distance_to_first<S: Entry>(a: &Matrix, e1: &DVector<Complex<f64>>) -> Option
             tridiagonal: &mut tridiagonal,
             kept: &mut kept,
         },
-        false,
+        ignored,
     );
-    let v = DVector::from_fn(n, |i, _| wide(v.as_flattened()[i]));
-    let parallel = e1.dotc(&v);
-    done.then(|| (&v - e1 * parallel).norm())
+    (DVector::from_fn(n, |i, _| wide(v.as_flattened()[i])), done)
+}
+
+#[test]
+fn lanczos_does_not_arrive_where_it_is_ignored() {
+    let a = Matrix::from_diagonal(&DVector::from_vec(vec![0.9, 0.1]).map(Complex::from));
+    assert!(lanczos_vector::<f32>(&a, false).1);
+    assert!(!lanczos_vector::<f32>(&a, true).1);
 }
 
 /// How far from e₁ the Lanczos iteration may end: the documented accuracy, and the rounding of the
 /// matrix's product over the gap.
 fn documented_distance(values: &[f64]) -> f64 {
     f64::from(ACCURACY) + PRODUCT / (1.0 - values[1] / values[0])
+}
+
+/// The scale of a matrix does not matter: a power of two takes the same steps to the same vector.
+#[test]
+fn lanczos_of_a_matrix_scaled_by_a_power_of_two() {
+    for seed in (0..40).step_by(crate::step(20)) {
+        let mut values: Vec<f64> = (0..N).map(|k| 0.3 / (k * k + 1) as f64).collect();
+        values[0] = 1.0;
+        let u = unitary(&random_direction(N, seed), 100 + seed, true);
+        let e1 = u.column(0).into_owned();
+        let a = with_eigenvalues(&values, &u).map(|z| wide(f32::entry(z)));
+        let distance = distance_to_first::<f32>(&a, &e1);
+        let scaled = &a * Complex::from(1.0 / 1024.0);
+        assert!(distance.is_some());
+        assert_eq!(
+            distance_to_first::<f32>(&scaled, &e1),
+            distance,
+            "seed {seed}"
+        );
+    }
 }
 
 fn assert_lanczos<S: Entry>(real: bool) {
@@ -551,6 +583,21 @@ fn power_iteration_starts_where_the_diagonal_is_larger() {
     }
 }
 
+/// The eigenvalue of a matrix of one row is its entry; the rows that fill up the tile take no part.
+#[test]
+fn power_iteration_on_one_row() {
+    let one = DVector::from_element(1, Complex::ONE);
+    for entry in [0.5, 2.0] {
+        let a = Matrix::from_element(1, 1, Complex::from(entry));
+        for left in [
+            after_steps::<f32>(&a, &one, 2),
+            after_steps::<ComplexVector<f32>>(&a, &one, 2),
+        ] {
+            assert_eq!(left, (0.0, entry));
+        }
+    }
+}
+
 fn assert_cholesky<S: Entry>(real: bool) {
     for n in [1, 2, 7, 16].into_iter().step_by(crate::step(2)) {
         let u = unitary(&random_direction(n, 2), 60, real);
@@ -631,4 +678,15 @@ fn an_eigenvector_whose_squares_leave_f32_is_told() {
     // The squares only, and the entries too.
     assert_eq!(left(7), f32::INFINITY);
     assert_eq!(left(16), f32::INFINITY);
+}
+
+/// Of as many rows as there is memory for: `[[2, 1], [1, 2]]`, whose eigenvalue 3 has equal entries.
+#[test]
+fn an_eigenvector_as_long_as_its_memory() {
+    let mut memory = [[2.0f32, 2.0], [1.0, 0.0], [0.0; 2], [0.0; 2]];
+    let mut tridiagonal = Tridiagonal::new(memory.each_mut().map(|x| &mut x[..]));
+    assert!(tridiagonal.eigenvector_upwards(2, 3.0, &[1.0]) <= PRODUCT as f32);
+    for entry in &*tridiagonal.eigenvector {
+        assert!((f64::from(*entry) - 0.5f64.sqrt()).abs() <= PRODUCT);
+    }
 }

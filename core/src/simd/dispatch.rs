@@ -220,6 +220,19 @@ mod tests {
         assert!(UnknownInstructionSet.to_string().ends_with("scalar"));
     }
 
+    /// A name differs from the key by capitals, a hyphen or a space only; that of one lane is its own.
+    #[test]
+    fn a_name_is_its_key_as_people_write_it() {
+        for &set in InstructionSet::ALL {
+            let name = set.name().to_lowercase().replace('-', "");
+            let key = match set {
+                InstructionSet::Scalar => "one lane",
+                _ => set.key(),
+            };
+            assert_eq!(name, key);
+        }
+    }
+
     struct Lanes;
 
     impl Task for Lanes {

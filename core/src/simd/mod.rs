@@ -261,6 +261,7 @@ impl Mask for bool {
 mod tests {
     use super::*;
     use num_complex::Complex;
+    use std::vec::Vec;
 
     fn lanes_beyond_the_last_are_zero_and_stay_so<V: Vector>(zero: V) {
         let mut vector = ComplexVector::from_real(zero.splat(2.0));
@@ -282,21 +283,182 @@ mod tests {
         }
     }
 
-    #[test]
-    fn lanes_beyond_the_last() {
-        lanes_beyond_the_last_are_zero_and_stay_so(0.0f32);
-        #[cfg(feature = "simd")]
-        {
-            struct All;
-            impl Task for All {
-                type Output = ();
-                fn run<V: Vector>(self, zero: V) {
-                    lanes_beyond_the_last_are_zero_and_stay_so(zero);
+    /// Numbers of both signs, of both zeros, and those at the ends of the range.
+    const NUMBERS: [f32; 16] = [
+        1.5,
+        f32::NAN,
+        -0.0,
+        f32::INFINITY,
+        -3.0,
+        0.0,
+        f32::NEG_INFINITY,
+        f32::MAX,
+        f32::MIN,
+        1e-40,
+        7.25,
+        -0.1,
+        1e20,
+        f32::MIN_POSITIVE,
+        2.0,
+        -9.0,
+    ];
+
+    /// The numbers from the k-th on, in turn.
+    fn from<V: Vector>(zero: V, k: usize) -> V {
+        let mut vector = zero;
+        for (lane, number) in vector.lanes_mut().iter_mut().enumerate() {
+            *number = NUMBERS[(k + lane) % NUMBERS.len()];
+        }
+        vector
+    }
+
+    fn mask_bits<V: Vector>(mask: V::Mask) -> Vec<bool> {
+        (0..V::LANES).map(|k| mask.lane(k)).collect()
+    }
+
+    /// Each operation is that of the numbers by themselves, lane by lane.
+    fn lanes_are_numbers<V: Vector>(zero: V) {
+        for (i, j) in (0..NUMBERS.len()).flat_map(|i| (0..NUMBERS.len()).map(move |j| (i, j))) {
+            let (a, b) = (from(zero, i), from(zero, j));
+            let pairs = || a.lanes().iter().zip(b.lanes()).map(|(&a, &b)| (a, b));
+            let assert_lanes = |found: V, f: &dyn Fn(f32, f32) -> f32| {
+                for (&found, (a, b)) in found.lanes().iter().zip(pairs()) {
+                    let number = f(a, b);
+                    let same = found.to_bits() == number.to_bits();
+                    assert!(
+                        same || found.is_nan() && number.is_nan(),
+                        "{a}, {b}: {found}"
+                    );
                 }
+            };
+            assert_lanes(a + b, &|a, b| a + b);
+            assert_lanes(a - b, &|a, b| a - b);
+            assert_lanes(a * b, &|a, b| a * b);
+            assert_lanes(a / b, &|a, b| a / b);
+            assert_lanes(-a, &|a, _| -a);
+            assert_lanes(a.abs(), &|a, _| a.abs());
+            assert_lanes(a.sqrt(), &|a, _| a.sqrt());
+            assert_lanes(a.splat(2.5), &|_, _| 2.5);
+            assert_lanes(a.zero(), &|_, _| 0.0);
+            let less = a.less(b);
+            assert_lanes(V::select(less, a, b), &|a, b| if a < b { a } else { b });
+            let assert_mask = |found: V::Mask, f: &dyn Fn(f32, f32) -> bool| {
+                let expected: Vec<bool> = pairs().map(|(a, b)| f(a, b)).collect();
+                assert_eq!(mask_bits::<V>(found), expected);
+                assert_eq!(found.all(), expected.iter().all(|&x| x));
+                assert_eq!(found.any(), expected.iter().any(|&x| x));
+            };
+            let positive = zero.less(a);
+            assert_mask(less, &|a, b| a < b);
+            assert_mask(!less, &|a, b| !(a < b));
+            assert_mask(less & positive, &|a, b| a < b && a > 0.0);
+            assert_mask(less | positive, &|a, b| a < b || a > 0.0);
+            assert_mask(a.is_nan(), &|a, _| a.is_nan());
+            assert_mask(a.is_finite(), &|a, _| a.is_finite());
+            let both = ComplexVector { re: a, im: b };
+            assert_mask(both.is_finite(), &|a, b| a.is_finite() && b.is_finite());
+        }
+        for k in 0..V::LANES {
+            let only = zero.mask(|lane| lane == k);
+            assert_eq!(only.all(), V::LANES == 1);
+            assert!(only.any() && (0..V::LANES).all(|lane| only.lane(lane) == (lane == k)));
+        }
+    }
+
+    /// Where numbers move between lanes, they go where the documentation says.
+    fn lanes_move<V: Vector>(zero: V) {
+        let counted = |first: usize| {
+            let mut vector = zero;
+            for (k, number) in vector.lanes_mut().iter_mut().enumerate() {
+                *number = (first + k) as f32;
             }
-            for set in InstructionSet::available() {
-                set.dispatch(All);
+            vector
+        };
+        let (a, b) = (counted(0), counted(V::LANES));
+        let (first, second) = a.interleave(b);
+        let turns: Vec<f32> = (0..V::LANES)
+            .flat_map(|k| [k as f32, (V::LANES + k) as f32])
+            .collect();
+        assert_eq!([first.lanes(), second.lanes()].concat(), turns);
+        let (even, odd) = first.deinterleave(second);
+        assert_eq!((even.lanes(), odd.lanes()), (a.lanes(), b.lanes()));
+        for by in 0..=V::LANES {
+            assert_eq!(a.slide(b, by).lanes(), counted(by).lanes(), "by {by}");
+        }
+        let mut square = [zero; MOST_LANES];
+        for (k, row) in square.iter_mut().enumerate() {
+            *row = counted(100 * k);
+        }
+        transpose(&mut square);
+        for (k, column) in square[..V::LANES].iter().enumerate() {
+            let expected = (0..V::LANES).map(|row| (100 * row + k) as f32);
+            assert_eq!(column.lanes(), expected.collect::<Vec<f32>>());
+        }
+    }
+
+    /// Sixteen products of two lines, whose sums are whole numbers, so that no order rounds.
+    fn dot_products<V: Vector>(zero: V) {
+        let number = |seed: usize| ((seed * 7 + seed / 5 * 3) % 11) as f32 - 5.0;
+        let block = |seed: usize| {
+            [0, 1, 2].map(|block| std::array::from_fn(|j| number(seed + 16 * block + j)))
+        };
+        let samples: Vec<[[[f32; PARTIAL_SUMS]; 3]; 2]> = (0..PARTIAL_SUMS)
+            .map(|k| [block(k), block(3 * k + 50)])
+            .collect();
+        let tables: Vec<[[[f32; PARTIAL_SUMS]; 3]; 2]> = (0..PARTIAL_SUMS)
+            .map(|k| [block(5 * k + 9), block(2 * k + 31)])
+            .collect();
+        let term = |k: usize| Term {
+            samples: samples[k].each_ref(),
+            row: &tables[k][0],
+            next: &tables[k][1],
+            weight: 0.25 * (k % 5) as f32,
+        };
+        let dots = zero.blended_dots(|k| Some(term(k))).expect("all terms");
+        for k in 0..PARTIAL_SUMS {
+            let Term {
+                row, next, weight, ..
+            } = term(k);
+            let coefficients = row.as_flattened().iter().zip(next.as_flattened());
+            let coefficients = coefficients.map(|(row, next)| row + weight * (next - row));
+            for line in 0..2 {
+                let samples = samples[k][line].as_flattened().iter();
+                let dot: f32 = samples.zip(coefficients.clone()).map(|(x, c)| x * c).sum();
+                assert_eq!(dots[line][k], dot, "line {line}, product {k}");
             }
+        }
+        for none in 0..PARTIAL_SUMS {
+            let dots = zero.blended_dots(|k| (k != none).then(|| term(k)));
+            assert!(dots.is_none(), "without term {none}");
+        }
+    }
+
+    /// All of the above.
+    struct All;
+
+    impl All {
+        fn run_all<V: Vector>(zero: V) {
+            lanes_beyond_the_last_are_zero_and_stay_so(zero);
+            lanes_are_numbers(zero);
+            lanes_move(zero);
+            dot_products(zero);
+        }
+    }
+
+    #[cfg(feature = "simd")]
+    impl Task for All {
+        type Output = ();
+        fn run<V: Vector>(self, zero: V) {
+            All::run_all(zero);
+        }
+    }
+
+    #[test]
+    fn lanes_are_numbers_side_by_side() {
+        All::run_all(0.0f32);
+        #[cfg(feature = "simd")]
+        for set in InstructionSet::available() {
+            set.dispatch(All);
         }
     }
 }

@@ -56,3 +56,24 @@ fn mean(active: &[Complex<f32>], scale: impl Fn(Complex<f32>) -> Complex<f32>) -
     }
     sum / active.len() as f32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At the working scale of the first sample, the second has lost its last bits.
+    #[test]
+    fn a_weak_sample_keeps_its_bits_beside_a_strong_one() {
+        let largest = f32::from_bits((127 + 60) << 23);
+        let weak = Complex::new(1.2345678e-24, -7.654321e-24);
+        let x = [Complex::new(largest, 0.0), weak];
+        let run = Run {
+            line: AlignedLine::new(&x, 1).expect("finite"),
+            first_element: 0,
+            first_sample: 0,
+        };
+        let mut z = [Complex::new(0.0, 0.0); 2];
+        das(&run, 1, &mut z);
+        assert_eq!(z, x);
+    }
+}

@@ -380,3 +380,21 @@ impl Subspace {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Even where a share of the metric is too small for f32.
+    #[test]
+    fn a_share_has_the_first_eigenvector() {
+        let least = f32::from_bits(1);
+        for beta in [least, 0.5, 1.0] {
+            for total in [0.0, least, 0.25, 1.0] {
+                assert!(Subspace::Share(beta).has(0, 0.0, total));
+            }
+        }
+        // And no other where it is enough.
+        assert!(!Subspace::Share(least).has(1, 0.25, 0.25));
+    }
+}
