@@ -402,3 +402,30 @@ fn memory_for_what_is_adaptive() {
         })
     ));
 }
+
+/// Two subapertures of seven elements without loading are of rank 2, with those backward of rank 4: f32
+/// leaves nothing that a factorisation could serve.
+#[test]
+fn a_singular_covariance_takes_the_eigensolver() {
+    for turn in [0.3, 0.7, 1.1] {
+        let line = Line::from_fn(6, 8, |n, m| {
+            Complex::from_polar(1.0 + n as f32, turn * (m * m + n * m) as f32)
+        });
+        for covariance in COVARIANCES {
+            let z = |method| {
+                let parameters = Parameters {
+                    method,
+                    diagonal_loading: 0.0,
+                    subaperture_ratio: 0.9,
+                    ..Parameters::default()
+                };
+                bits(&core(&line, parameters, covariance))
+            };
+            assert_eq!(
+                z(Method::EsmvRank1),
+                z(Method::EsmvRank(1)),
+                "{covariance:?}"
+            );
+        }
+    }
+}

@@ -358,6 +358,7 @@ mod tests {
             let both = ComplexVector { re: a, im: b };
             assert_mask(both.is_finite(), &|a, b| a.is_finite() && b.is_finite());
         }
+        assert!(!zero.mask(|_| false).any() && zero.mask(|_| true).all());
         for k in 0..V::LANES {
             let only = zero.mask(|lane| lane == k);
             assert_eq!(only.all(), V::LANES == 1);
