@@ -341,4 +341,28 @@ mod tests {
             assert_eq!(steps, 1.0);
         }
     }
+
+    /// Where the squares of what is to be turned next are 0 in f32, a step ends: the rows below are turned,
+    /// those above are as they were.
+    #[test]
+    fn a_block_that_splits_under_way_is_turned_so_far() {
+        let small = f32::from_bits((127 - 40) << 23); // 2^-40
+        let (mut d, mut e) = ([0.0, 0.0, 1.0], [small, small, 9.0]);
+        let mut x = [1.0, 2.0, 0.25 / small];
+        let mut y = x.map(ComplexVector::from_real);
+        let block = Block {
+            first: 0.0,
+            last: 2.0,
+            wanted: true,
+            rows: 0..2,
+            ends: d,
+            coupling: small,
+        };
+        ql_step(&mut d, &mut e, &block, &mut x, &mut y);
+        // Turned by an angle of 2⁻⁴⁰, of which the diagonal gets the square.
+        assert_eq!(d, [0.0, -small * small, 1.0]);
+        assert_eq!(e, [small, 0.0, 0.0]);
+        assert_eq!(x, [1.0, 1.75, 0.25 / small]);
+        assert_eq!(y.map(|y| y.re), x);
+    }
 }

@@ -318,7 +318,8 @@ mod tests {
 
     /// Each operation is that of the numbers by themselves, lane by lane.
     fn lanes_are_numbers<V: Vector>(zero: V) {
-        for (i, j) in (0..NUMBERS.len()).flat_map(|i| (0..NUMBERS.len()).map(move |j| (i, j))) {
+        let places = (0..NUMBERS.len()).flat_map(|i| (0..NUMBERS.len()).map(move |j| (i, j)));
+        for (i, j) in places.step_by(crate::step(23)) {
             let (a, b) = (from(zero, i), from(zero, j));
             let pairs = || a.lanes().iter().zip(b.lanes()).map(|(&a, &b)| (a, b));
             let assert_lanes = |found: V, f: &dyn Fn(f32, f32) -> f32| {
@@ -350,7 +351,7 @@ mod tests {
             };
             let positive = zero.less(a);
             assert_mask(less, &|a, b| a < b);
-            assert_mask(!less, &|a, b| !(a < b));
+            assert_mask(!less, &|a, b| a >= b || a.is_nan() || b.is_nan());
             assert_mask(less & positive, &|a, b| a < b && a > 0.0);
             assert_mask(less | positive, &|a, b| a < b || a > 0.0);
             assert_mask(a.is_nan(), &|a, _| a.is_nan());
@@ -434,32 +435,28 @@ mod tests {
         }
     }
 
-    /// All of the above.
-    struct All;
-
-    impl All {
-        fn run_all<V: Vector>(zero: V) {
-            lanes_beyond_the_last_are_zero_and_stay_so(zero);
-            lanes_are_numbers(zero);
-            lanes_move(zero);
-            dot_products(zero);
-        }
-    }
-
-    #[cfg(feature = "simd")]
-    impl Task for All {
-        type Output = ();
-        fn run<V: Vector>(self, zero: V) {
-            All::run_all(zero);
-        }
+    fn lanes_side_by_side<V: Vector>(zero: V) {
+        lanes_beyond_the_last_are_zero_and_stay_so(zero);
+        lanes_are_numbers(zero);
+        lanes_move(zero);
+        dot_products(zero);
     }
 
     #[test]
     fn lanes_are_numbers_side_by_side() {
-        All::run_all(0.0f32);
+        lanes_side_by_side(0.0f32);
         #[cfg(feature = "simd")]
-        for set in InstructionSet::available() {
-            set.dispatch(All);
+        {
+            struct All;
+            impl Task for All {
+                type Output = ();
+                fn run<V: Vector>(self, zero: V) {
+                    lanes_side_by_side(zero);
+                }
+            }
+            for set in InstructionSet::available() {
+                set.dispatch(All);
+            }
         }
     }
 }
