@@ -692,3 +692,16 @@ fn an_eigenvector_as_long_as_its_memory() {
         assert!((f64::from(*entry) - 0.5f64.sqrt()).abs() <= PRODUCT);
     }
 }
+
+/// From as many steps as there are rows to the most, by one a row at most.
+#[test]
+fn the_limit_of_steps_grows_with_the_rows() {
+    let limits: Vec<usize> = (0..200).map(lanczos::step_limit).collect();
+    assert_eq!((limits[1], limits[8], limits[199]), (1, 8, STEP_LIMIT));
+    for (n, pair) in limits.windows(2).enumerate() {
+        assert!(
+            pair[0] <= pair[1] && pair[1] <= pair[0] + 1,
+            "{n}: {pair:?}"
+        );
+    }
+}
