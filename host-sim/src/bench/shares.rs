@@ -113,7 +113,7 @@ pub fn time_window(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> 
             )
             .beside(Quantity::microseconds(without))
             .result(with / without, "×")
-            .target(Target::AtMost(1.15)),
+            .target(Target::AtMost(1.25)),
         );
     }
     Ok(Table {

@@ -17,7 +17,7 @@ fn quantity(quantity: &Quantity) -> String {
 }
 
 fn target(target: Target, unit: &str) -> String {
-    // The targets' own digits: 1.15 must not become 1.1.
+    // The targets' own digits: 1.25 must not become 1.3.
     let (sign, value) = match target {
         Target::AtLeast(value) => ("≥", value),
         Target::AtMost(value) => ("≤", value),
