@@ -103,7 +103,7 @@ impl Array<'_> {
     }
 
     /// Where the line of a ray crosses the array, in elements from element 0; beyond the ends, as if
-    /// the array went on. NaN where the array has no two elements apart.
+    /// the array went on. NaN where the two elements that it lies between are at one place.
     ///
     /// Straight down from a linear array that is `(x − x₀)/pitch`. Else it lies between the two
     /// neighbours on either side of the ray's line, by their distances from it.

@@ -39,9 +39,9 @@ pub trait Gains<V: Vector> {
     fn check(&self, bank: &PhaseSymmetry) -> Result<(), Error>;
 
     /// The gains of the filter at a scale and an orientation, by their positions in the order of
-    /// [`PhaseSymmetry::filters`]: `gains[row]` for every row. Lanes not
-    /// in use are left as they are, and so are all where the bank has no such filter, or no strip
-    /// that holds these columns.
+    /// [`PhaseSymmetry::filters`]: `gains[row]` for every row. What lanes not in use hold afterwards means
+    /// nothing. All are left as they are where the bank has no such filter, or no strip that holds these
+    /// columns.
     fn fill(
         &self,
         bank: &PhaseSymmetry,
