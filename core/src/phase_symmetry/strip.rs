@@ -133,6 +133,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg_attr(miri, ignore = "six filters over 64 × 64 pixels")]
     fn nothing_is_read_before_it_is_written_and_the_filters_are_counted() {
         let sizes = Sizes {
             rows: 64,
