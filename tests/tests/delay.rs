@@ -105,6 +105,20 @@ fn assert_same_bits(left: &[Complex<f32>], right: &[Complex<f32>], what: &str) {
     }
 }
 
+/// `ours` has the bits of the reference, which has no lanes, stretches or shared tables.
+fn assert_reference(
+    ours: &[Complex<f32>],
+    p: &DelayParameters,
+    line: &ScanLine,
+    rf: &[f32],
+    what: &str,
+) {
+    // Whatever is not overwritten shows.
+    let mut reference = vec![Complex::new(7.0, 7.0); ours.len()];
+    reference::f32::delay::line(p, line, rf, &mut reference);
+    assert_same_bits(ours, &reference, what);
+}
+
 #[test]
 fn a_stage_that_is_set_is_a_new_one() {
     let element_x = line_up(5);
@@ -623,9 +637,7 @@ fn extreme_geometry_gives_the_bits_of_the_reference_and_never_nan_or_infinity() 
         for y in &ours {
             assert!(y.re.is_finite() && y.im.is_finite(), "{what}");
         }
-        let mut reference = vec![Complex::new(7.0, 7.0); ours.len()];
-        reference::f32::delay::line(&p, &line, &[1e29; 30], &mut reference);
-        assert_same_bits(&ours, &reference, &what);
+        assert_reference(&ours, &p, &line, &[1e29; 30], &what);
     }
 }
 
@@ -657,9 +669,7 @@ fn nothing_is_read_from_2_to_the_23_samples_on() {
         };
         let rf = noise(100, 9);
         let ours = core_line(&p, &line, &rf);
-        let mut reference = vec![ZERO; ours.len()];
-        reference::f32::delay::line(&p, &line, &rf, &mut reference);
-        assert_same_bits(&ours, &reference, &format!("{depth}"));
+        assert_reference(&ours, &p, &line, &rf, &format!("{depth}"));
         assert!(ours[9].re == 0.0 && ours[(9 + beside) as usize].re != 0.0);
     }
 }
@@ -689,9 +699,7 @@ fn a_line_towards_an_element_reads_one_place() {
     };
     let rf = noise(2500, 13);
     let ours = core_line(&p, &line, &rf);
-    let mut reference = vec![ZERO; 32];
-    reference::f32::delay::line(&p, &line, &rf, &mut reference);
-    assert_same_bits(&ours, &reference, "one place");
+    assert_reference(&ours, &p, &line, &rf, "one place");
     assert!(ours.iter().all(|y| y.re == ours[0].re && y.re != 0.0));
 }
 
@@ -732,9 +740,8 @@ fn any_part_of_a_halved_record_has_the_bits_of_the_reference() {
             };
             let mut ours = vec![ZERO; 3 * 32];
             line_by(&delay, 0.0f32, &line, &rf, &mut ours);
-            let mut reference = vec![ZERO; 3 * 32];
-            reference::f32::delay::line(&p, &line, &rf, &mut reference);
-            assert_same_bits(&ours, &reference, &format!("{array:?} {fs} {k} {late}"));
+            let what = format!("{array:?} {fs} {k} {late}");
+            assert_reference(&ours, &p, &line, &rf, &what);
             read += ours.iter().filter(|y| y.re != 0.0).count();
         }
     }
@@ -754,9 +761,7 @@ fn depths_beyond_all_numbers_read_0_and_the_others_what_they_are() {
         let line = line_of(TransmitLaw::Focused, &[0.0, 1.0]);
         let rf = noise(1200, 10);
         let ours = core_line(&p, &line, &rf);
-        let mut reference = vec![ZERO; ours.len()];
-        reference::f32::delay::line(&p, &line, &rf, &mut reference);
-        assert_same_bits(&ours, &reference, &format!("{fs}"));
+        assert_reference(&ours, &p, &line, &rf, &format!("{fs}"));
         assert!(ours[..70].iter().all(|y| y.re != 0.0));
         assert!(ours[90..].iter().all(|y| y.re == 0.0));
     }

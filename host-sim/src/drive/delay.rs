@@ -216,7 +216,7 @@ impl<'a> DelayStage<'a> {
         frame: Frame<'_>,
         beams: Range<usize>,
     ) -> Result<Array3<Complex<f32>>> {
-        let shape = (beams.len(), self.samples, self.data.element_x.len());
+        let shape = (beams.len(), self.samples, self.elements());
         let mut x = vec![Complex::new(0.0, 0.0); shape.0 * shape.1 * shape.2];
         self.delay_frame_into(frame, beams, &mut x)?;
         Ok(Array3::from_shape_vec(shape, x).expect("the length is that of the shape"))
@@ -395,7 +395,7 @@ impl Task for AlignBeams<'_> {
             beams,
             x,
         } = self;
-        x.par_chunks_exact_mut(stage.samples * stage.data.element_x.len())
+        x.par_chunks_exact_mut(stage.samples * stage.elements())
             .zip(beams)
             .try_for_each_init(
                 || vec![0.0; stage.scratch_len(V::LANES)],
