@@ -37,7 +37,7 @@ static void check(bonebeam_status status, const char *what) {
 }
 
 /* The delay stage: the snapshots' real parts as 8 elements of 192 samples. */
-enum { OUT = 64, M = 8, RECORD = LENGTH / M, SCRATCH = 1024 };
+enum { OUT = 64, M = 8, RECORD = LENGTH / M, SCRATCH = 1280 };
 static const bonebeam_delay_parameters delay_parameters = {
     .sound_speed = 1540.0,
     .sampling_rate = 40e6,
@@ -81,6 +81,24 @@ static void delay(void) {
         check(bonebeam_delay_line(stage, &line, rf, scratch, SCRATCH, out), lines[i].name);
         print(lines[i].name, out, 2 * OUT * M);
     }
+}
+
+/* From 100 MHz to 20 MHz: each record is halved twice before it is read. */
+static void delay_halved(void) {
+    const bonebeam_scan_line focused = {
+        .wave.law = BONEBEAM_LAW_FOCUSED,
+        .wave.t0 = 0.1e-6,
+        .x = 0.2e-3,
+        .element_x = linear,
+        .active = {1, 6},
+    };
+    bonebeam_delay_parameters parameters = delay_parameters;
+    parameters.sampling_rate = 100e6;
+    if (bonebeam_delay_scratch(&parameters) > SCRATCH) exit(2);
+    bonebeam_delay *stage;
+    check(bonebeam_delay_init(delay_storage, sizeof delay_storage, &parameters, &stage), "delay");
+    check(bonebeam_delay_line(stage, &focused, rf, scratch, SCRATCH, out), "delay-halved");
+    print("delay-halved", out, 2 * OUT * M);
 }
 
 /* The focused wave through a filter in single precision; then a stage that is changed in place. */
@@ -461,6 +479,7 @@ static void refusals(void) {
 
 int main(void) {
     delay();
+    delay_halved();
     delay_in_f32();
     beamform();
     image();

@@ -20,17 +20,28 @@ pub(crate) fn largest_part(x: &[Complex<f32>]) -> u32 {
 #[inline(always)]
 fn largest_of<T, const PARTS: usize>(x: &[T], parts: impl Fn(&T) -> [f32; PARTS]) -> u32 {
     if cfg!(target_pointer_width = "32") {
-        // Without vectors one chain is best, and a shift is part of Arm's comparison.
-        let mut largest = 0;
-        for value in x {
-            for part in parts(value) {
-                let doubled = part.to_bits() << 1;
-                largest = if largest < doubled { doubled } else { largest };
-            }
-        }
-        return largest >> 1;
+        in_one_chain(x, parts)
+    } else {
+        side_by_side(x, parts)
     }
-    // Side by side for registers of any size, and signed, since SSE2 compares no others.
+}
+
+/// Without vectors one chain is best, and a shift is part of Arm's comparison.
+#[inline(always)]
+fn in_one_chain<T, const PARTS: usize>(x: &[T], parts: impl Fn(&T) -> [f32; PARTS]) -> u32 {
+    let mut largest = 0;
+    for value in x {
+        for part in parts(value) {
+            let doubled = part.to_bits() << 1;
+            largest = if largest < doubled { doubled } else { largest };
+        }
+    }
+    largest >> 1
+}
+
+/// For registers of any size, and signed, since SSE2 compares no others.
+#[inline(always)]
+fn side_by_side<T, const PARTS: usize>(x: &[T], parts: impl Fn(&T) -> [f32; PARTS]) -> u32 {
     const SIDE_BY_SIDE: usize = 8;
     let mut largest = [[0; PARTS]; SIDE_BY_SIDE];
     let (blocks, rest) = x.as_chunks::<SIDE_BY_SIDE>();
@@ -66,6 +77,8 @@ mod tests {
                     .map(|k| if k == place { -7.5 } else { k as f32 / 10.0 })
                     .collect();
                 assert_eq!(largest(&x), 7.5f32.to_bits());
+                assert_eq!(in_one_chain(&x, |&x| [x]), 7.5f32.to_bits());
+                assert_eq!(side_by_side(&x, |&x| [x]), 7.5f32.to_bits());
                 let turned = |&x: &f32| [Complex::new(x, 0.5), Complex::new(-0.25, x)];
                 for part in 0..2 {
                     let y: std::vec::Vec<_> = x.iter().map(|x| turned(x)[part]).collect();

@@ -1,4 +1,5 @@
-//! The delay stage: one line of a small record, by each transmit law, and the three added up.
+//! The delay stage: one line of a small record, by each transmit law, and the three added up; one of records that
+//! are halved; one of records that are upsampled.
 //!
 //! The record is the real parts of the golden snapshots read as 8 elements of 192 samples: numbers
 //! for the arithmetic, not a scene.
@@ -36,7 +37,13 @@ pub const PARAMETERS: DelayParameters = DelayParameters {
     record_samples: LENGTH / ELEMENTS,
     hilbert_taps: HILBERT_TAPS,
 };
-const SCRATCH: usize = PARAMETERS.scratch_len(1);
+/// From 100 MHz to 20 MHz: each record is halved twice before it is read.
+pub const HALVED: DelayParameters = DelayParameters {
+    sampling_rate: 100e6,
+    ..PARAMETERS
+};
+/// No other case takes more.
+const SCRATCH: usize = HALVED.scratch_len(1);
 
 /// The lines and what their hashes are called, in this order into one output: the first
 /// replaces what stands there, the others add to it.
@@ -119,20 +126,19 @@ impl Memory {
 }
 
 impl Memory {
-    /// Scratch and output.
+    /// Scratch and output of [`PARAMETERS`].
     pub(crate) fn slices(&mut self) -> (&mut [f32], &mut [Complex<f32>]) {
-        (&mut self.scratch, &mut self.x)
+        (&mut self.scratch[..PARAMETERS.scratch_len(1)], &mut self.x)
     }
 }
 
 pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
-    let (scratch, x) = memory.slices();
-    lines(0.0f32, scratch, x, report)?;
     let Memory {
         scratch,
         x,
         upsampled,
     } = memory;
+    lines(0.0f32, scratch, x, report)?;
     let scratch = &mut scratch[..UPSAMPLED.scratch_len(1)];
     upsampled_lines(0.0f32, upsampled, scratch, x, report)?;
     filter_in_f32(memory, report)
@@ -180,7 +186,8 @@ pub(crate) fn upsampled_lines<V: Vector>(
     Ok(())
 }
 
-/// All lines. `scratch` is as long as the vector's lanes ask for.
+/// All lines, and the first one of halved records. `scratch` is as long as [`HALVED`] asks for with the
+/// vector's lanes.
 pub(crate) fn lines<V: Vector>(
     zero: V,
     scratch: &mut [f32],
@@ -190,8 +197,12 @@ pub(crate) fn lines<V: Vector>(
     let delay = Delay::new(PARAMETERS)?;
     let record = Record::new(&REAL_PARTS, ELEMENTS)?;
     for (name, line) in LINES {
+        let scratch = &mut scratch[..PARAMETERS.scratch_len(V::LANES)];
         delay.line(zero, &line, &record, scratch, x)?;
         report(name, hash::complex(x));
     }
+    let delay = Delay::new(HALVED)?;
+    delay.line(zero, &LINES[0].1, &record, scratch, x)?;
+    report("delay-halved", hash::complex(x));
     Ok(())
 }

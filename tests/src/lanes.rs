@@ -53,10 +53,11 @@ impl Task for Cases<'_> {
 }
 
 fn delay_lines<V: Vector>(zero: V, report: &mut dyn FnMut(&str, u64)) -> Result<(), Error> {
-    let mut scratch = vec![0.0; delay::PARAMETERS.scratch_len(V::LANES)];
+    let mut scratch = vec![0.0; delay::HALVED.scratch_len(V::LANES)];
     let mut x = vec![Complex::new(0.0, 0.0); delay::SAMPLES * delay::ELEMENTS];
     delay::lines(zero, &mut scratch, &mut x, report)?;
     let mut memory = delay::UpsampledMemory::new();
+    scratch.truncate(delay::UPSAMPLED.scratch_len(V::LANES));
     delay::upsampled_lines(zero, &mut memory, &mut scratch, &mut x, report)?;
     iq::rays(zero, &mut scratch, &mut x, report)?;
     let mut scratch = vec![0.0; iq::PARAMETERS.scratch_len(V::LANES)];

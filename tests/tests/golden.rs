@@ -170,6 +170,8 @@ fn the_scalar_delay_stage_has_the_hashes() {
         reference::delay::line(&delay::PARAMETERS, &line, &REAL_PARTS, &mut x);
         assert_eq!(hash::complex(&x), recorded(name), "{name}");
     }
+    reference::delay::line(&delay::HALVED, &delay::LINES[0].1, &REAL_PARTS, &mut x);
+    assert_eq!(hash::complex(&x), recorded("delay-halved"));
 }
 
 #[test]

@@ -40,3 +40,17 @@ impl<V: Vector> DiagonalLoading<V> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trace_below_300_db_is_silent() {
+        let least = 0.5f32.powi(100);
+        let loading = DiagonalLoading::new(least, 4, 0.05);
+        assert!(!loading.silent && loading.factor * least == 1.0);
+        let loading = DiagonalLoading::new(least.next_down(), 4, 0.05);
+        assert!(loading.silent && loading.factor == 0.0 && loading.added == 1.0);
+    }
+}

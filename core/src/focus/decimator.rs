@@ -465,6 +465,16 @@ mod tests {
         assert_eq!(halvings(f64::INFINITY), MAX_HALVINGS);
     }
 
+    /// Once halved, 5 samples in front and 4 where the filter before begins, those of the record, 6 behind, in
+    /// registers of 16.
+    #[test]
+    fn a_halved_record_takes_what_its_filters_reach() {
+        assert_eq!(Decimator::new(5.0).origin(), 9);
+        assert_eq!([66, 67].map(|samples| halved_len(1, samples)), [48, 48]);
+        assert_eq!([68, 98].map(|samples| halved_len(1, samples)), [64, 64]);
+        assert_eq!(halved_len(0, 66), 0);
+    }
+
     #[test]
     fn behind_the_halved_record_there_is_nothing() {
         let record = [1.0; 512];

@@ -362,3 +362,18 @@ fn update_and_multiply<S: Scalar<V>, V: Vector>(
 fn tile<S>(x: &[S], index: usize) -> Option<&PanelColumn<S>> {
     x.get(TILE * index..)?.first_chunk()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_entry_whose_power_is_below_300_db_has_the_phase_of_one() {
+        let least = 0.5f32.powi(50);
+        let entry = |im: f32| ComplexVector { re: 0.0, im };
+        let (length, phase) = polar(entry(-least));
+        assert_eq!((length, phase.re, phase.im), (least, 0.0, -1.0));
+        let (_, phase) = polar(entry(-least.next_down()));
+        assert_eq!((phase.re, phase.im), (1.0, 0.0));
+    }
+}

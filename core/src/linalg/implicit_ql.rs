@@ -320,6 +320,21 @@ fn turn<S: Scalar<V>, V: Vector>(turned: V::Mask, [left, right]: [S; 2], s: V, c
 #[cfg(test)]
 mod tests {
     use super::*;
+    /// Beside a diagonal of zeros nothing is small by its share.
+    #[test]
+    fn an_entry_counts_from_2_to_the_minus_50() {
+        let least = 0.5f32.powi(50);
+        for (entry, found) in [(least, true), (least.next_down(), false)] {
+            let (d, e) = ([0.0; 2], [-entry, 0.0]);
+            let search = || Search {
+                first: 0.0,
+                steps: 0.0,
+                lowest: 0,
+            };
+            assert_eq!(search().block_of_one(&d, &e).is_some(), found);
+            assert_eq!(search().block(&d, &e).is_some(), found);
+        }
+    }
 
     /// One lane alone, and by the path of several.
     #[test]
@@ -364,5 +379,96 @@ mod tests {
         assert_eq!(e, [small, 0.0, 0.0]);
         assert_eq!(x, [1.0, 1.75, 0.25 / small]);
         assert_eq!(y.map(|y| y.re), x);
+    }
+
+    #[cfg(feature = "simd")]
+    mod over_lanes {
+        use super::*;
+        use crate::simd::{InstructionSet, MOST_LANES, Task};
+        use rand::{RngExt, SeedableRng};
+        use rand_chacha::ChaCha8Rng;
+
+        /// The most rows of the matrices that are searched.
+        const ROWS: usize = 9;
+
+        /// Searches a matrix in each lane, those of fewer rows with nothing that couples behind, and each of them by
+        /// the path of one lane beside it.
+        struct SearchBeside {
+            matrices: [([f32; ROWS], [f32; ROWS]); MOST_LANES],
+            random: ChaCha8Rng,
+        }
+
+        impl Task for SearchBeside {
+            type Output = ();
+
+            fn run<V: Vector>(mut self, zero: V) {
+                let search = || Search {
+                    first: 0.0_f32,
+                    steps: 0.0,
+                    lowest: 0,
+                };
+                let mut alone = [(); MOST_LANES].map(|()| search());
+                let mut all = Search {
+                    first: zero,
+                    steps: zero,
+                    lowest: 0,
+                };
+                // 40 steps for each eigenvalue, and nothing more.
+                for _ in 0..=40 * ROWS {
+                    let (mut d, mut e) = ([zero; ROWS], [zero; ROWS]);
+                    for i in 0..ROWS {
+                        for (lane, (own_d, own_e)) in self.matrices[..V::LANES].iter().enumerate() {
+                            d[i].lanes_mut()[lane] = own_d[i];
+                            e[i].lanes_mut()[lane] = own_e[i];
+                        }
+                    }
+                    let block = all.block(&d, &e);
+                    let mut rows = ROWS..0;
+                    for (lane, search) in alone[..V::LANES].iter_mut().enumerate() {
+                        let (d, e) = &mut self.matrices[lane];
+                        let own = search.block_of_one(d, e);
+                        let wanted = block.as_ref().is_some_and(|all| all.wanted.lane(lane));
+                        assert_eq!(own.is_some(), wanted);
+                        let (Some(own), Some(block)) = (own, &block) else {
+                            continue;
+                        };
+                        let of = |x: V| x.lanes()[lane];
+                        assert_eq!(of(all.steps), search.steps);
+                        assert_eq!([of(block.first), of(block.last)], [own.first, own.last]);
+                        assert_eq!(block.ends.map(of), own.ends);
+                        assert_eq!(of(block.coupling), own.coupling);
+                        rows = rows.start.min(own.rows.start)..rows.end.max(own.rows.end);
+                        // Now and then an entry of the block falls below what counts, or changes its sign.
+                        let k = self.random.random_range(own.rows);
+                        e[k] *= [1.0, -1.0, 1e-9, 0.0][self.random.random_range(0..4)];
+                    }
+                    match block {
+                        Some(block) => assert_eq!(block.rows, rows),
+                        None => return,
+                    }
+                }
+                panic!("the search goes on");
+            }
+        }
+
+        #[test]
+        fn several_lanes_find_the_blocks_of_one() {
+            for set in InstructionSet::available() {
+                for seed in (0..200).step_by(crate::step(100)) {
+                    let mut random = ChaCha8Rng::seed_from_u64(seed);
+                    let matrices = [(); MOST_LANES].map(|()| {
+                        let d = [(); ROWS].map(|()| random.random::<f32>());
+                        // Of every eighth row nothing couples, of another only what counts as nothing.
+                        let e = [(); ROWS].map(|()| match random.random_range(0..8) {
+                            0 => 0.0,
+                            1 => 1e-9,
+                            _ => random.random::<f32>() - 0.5,
+                        });
+                        (d, e)
+                    });
+                    set.dispatch(SearchBeside { matrices, random });
+                }
+            }
+        }
     }
 }

@@ -682,6 +682,21 @@ fn an_eigenvector_whose_squares_leave_f32_is_told() {
     assert_eq!(left(16), f32::INFINITY);
 }
 
+/// Each entry 10⁵ times the one behind, 10²⁵ in all: their squares fit since the last begins at 2⁻⁴⁰.
+#[test]
+fn an_eigenvector_whose_entries_part_by_25_orders() {
+    let mut memory = [[0.0f32; 6]; 4];
+    let mut tridiagonal = Tridiagonal::new(memory.each_mut().map(|x| &mut x[..]));
+    tridiagonal.diagonal[0] = 1.0;
+    tridiagonal.off_diagonal.fill(1e-5);
+    assert!(tridiagonal.eigenvector_upwards(6, 1.0, &[1e5; 5]) < 1e-9);
+    for (k, &entry) in tridiagonal.eigenvector.iter().enumerate() {
+        let expected = 1e-5f64.powi(k as i32);
+        let error = (f64::from(entry) - expected).abs();
+        assert!(error <= PRODUCT * expected, "{k}: {entry:e}");
+    }
+}
+
 /// Of as many rows as there is memory for: `[[2, 1], [1, 2]]`, whose eigenvalue 3 has equal entries.
 #[test]
 fn an_eigenvector_as_long_as_its_memory() {
@@ -703,5 +718,75 @@ fn the_limit_of_steps_grows_with_the_rows() {
             pair[0] <= pair[1] && pair[1] <= pair[0] + 1,
             "{n}: {pair:?}"
         );
+    }
+}
+
+/// Bits of a lane do not depend on the others.
+#[cfg(feature = "simd")]
+mod over_lanes {
+    use super::*;
+    use crate::simd::{InstructionSet, Mask, Task, Vector};
+
+    /// The Lanczos iteration on a matrix in each lane, which take turns: the vectors' bits, and whether they arrived.
+    struct LanczosInLanes<'a>(&'a [Matrix]);
+
+    impl Task for LanczosInLanes<'_> {
+        type Output = Vec<(Vec<u32>, bool)>;
+
+        fn run<V: Vector>(self, zero: V) -> Self::Output {
+            let mut columns: Vec<PanelColumn<V>> = Vec::new();
+            for lane in 0..V::LANES {
+                let own = panels::<f32>(&self.0[lane % self.0.len()]);
+                columns.resize(own.len(), [zero; TILE]);
+                for (column, own) in columns.iter_mut().zip(&own) {
+                    for (entry, own) in column.iter_mut().zip(own) {
+                        entry.lanes_mut()[lane] = *own;
+                    }
+                }
+            }
+            let n = self.0[0].nrows();
+            let mut v = vec![[zero; TILE]; n.div_ceil(TILE)];
+            let mut basis = vec![[zero; TILE]; STEP_LIMIT * v.len()];
+            let mut memory = [[zero; N]; 4];
+            let memory = lanczos::Memory {
+                basis: &mut basis,
+                vector: &mut v,
+                tridiagonal: &mut Tridiagonal::new(memory.each_mut().map(|x| &mut x[..])),
+                kept: &mut [zero; N],
+            };
+            let (_, done) = lanczos(zero, &columns, n, memory, zero.less(zero));
+            let bits = |lane: usize| {
+                let rows = &v.as_flattened()[..n];
+                rows.iter().map(|x| x.lanes()[lane].to_bits()).collect()
+            };
+            let lanes = 0..V::LANES;
+            lanes.map(|lane| (bits(lane), done.lane(lane))).collect()
+        }
+    }
+
+    /// The first basis ends at once, and that lane is looked at. The second seems done then, but is not looked at: alone
+    /// it takes another step. The third has no gap.
+    #[test]
+    fn a_lane_is_looked_at_as_if_it_were_alone() {
+        let matrices = [[0.9, 0.1, 0.0], [0.9, 0.1, 1.3e-6], [0.5, 0.5, 0.3]].map(|[a, b, c]| {
+            let rows = [a, c, c, b].map(Complex::from);
+            Matrix::from_row_slice(2, 2, &rows).resize(8, 8, Complex::ZERO)
+        });
+        let alone: Vec<_> = matrices
+            .each_ref()
+            .map(|a| {
+                LanczosInLanes(std::slice::from_ref(a))
+                    .run(0.0_f32)
+                    .remove(0)
+            })
+            .into();
+        assert!(alone[0].1 && alone[1].1);
+        assert_ne!(alone[0].0, alone[1].0);
+        for set in InstructionSet::available() {
+            let together = set.dispatch(LanczosInLanes(&matrices));
+            for (lane, found) in together.iter().enumerate() {
+                assert_eq!(found, &alone[lane % 3], "{set:?}, lane {lane}");
+            }
+        }
     }
 }

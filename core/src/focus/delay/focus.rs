@@ -546,9 +546,35 @@ fn turn<V: Vector>(zero: V, lines: &[f32], line_len: usize, first: usize, rows: 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::focus::DelayParameters;
     use crate::geometry::Element;
 
     const PITCH: f64 = 0.3e-3;
+
+    /// The taps on either side, 3 samples for roundings, and the 9 in front of sample 0.
+    #[test]
+    fn the_filter_needs_its_taps_around_two_positions() {
+        for (sampling_rate, taps) in [(60e6, 32), (100e6, 16)] {
+            let delay = Delay::new(DelayParameters {
+                sound_speed: 1540.0,
+                sampling_rate,
+                centre_frequency: 5e6,
+                output_rate: 20e6,
+                output_start: 0.0,
+                output_samples: 400,
+                elements: 1,
+                record_samples: 2500,
+                hilbert_taps: 31,
+            })
+            .unwrap();
+            let half = delay.interpolator.taps() / 2;
+            assert_eq!(half, taps / 2);
+            let needed = 9 + 100 - (half - 1) - 3..9 + 200 + half + 1 + 3;
+            assert_eq!(delay.around(100.0, 200.0), needed);
+            assert_eq!(delay.around(100.9, 200.9), needed);
+            assert_eq!(delay.around(-1000.0, -900.0), 0..0);
+        }
+    }
 
     /// Every pair of a range, from a line that lies halfway, or 0.2 pitches aside.
     #[test]

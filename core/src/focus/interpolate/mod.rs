@@ -276,6 +276,18 @@ mod tests {
         filter.set(fs, fout, f0).map(|()| filter)
     }
 
+    /// The longest filter and its table fit exactly: none smaller would do, none larger is needed.
+    #[test]
+    fn the_table_holds_either_filter() {
+        for (fs, taps, phases) in [(20e6, 16, 150), (40e6, 32, 75)] {
+            let filter = filter(fs, 20e6, F0).unwrap();
+            assert_eq!((filter.taps(), filter.phases), (taps, phases));
+            let rows = (phases + 1) * taps / PARTIAL_SUMS;
+            assert!(taps <= MOST_TAPS && rows <= TABLE);
+            assert!(taps < 32 || taps == MOST_TAPS && rows == TABLE);
+        }
+    }
+
     /// Every tap of many filters, with and without halving, of either length.
     #[test]
     fn a_filter_in_f32_has_the_documented_error() {

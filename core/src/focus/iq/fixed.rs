@@ -43,8 +43,8 @@ pub(super) const MAX_SAMPLES: usize = 1 << 16;
 pub(super) const MAX_ELEMENTS: usize = 1 << 12;
 /// How far an element may lie from the line, in samples: its lag fits 32 bits.
 const REACH: f32 = 8191.0;
-/// A place that is outside of it on either side, however far an element lies ahead, with a sample to spare.
-const FARTHEST: i64 = (MAX_SAMPLES as i64 + REACH as i64 + 1) << PLACE_BITS;
+/// A place that is outside of it on either side, however far an element lies ahead.
+const FARTHEST: i64 = (MAX_SAMPLES as i64 + REACH as i64) << PLACE_BITS;
 /// What a count is in the numbers that come out.
 const COUNT: f32 = (1 << PLACE_BITS) as f32 * NUMBERS / 65536.0;
 
@@ -210,13 +210,13 @@ impl IqDelay {
             return Centres::Each;
         };
         let last = (p.output_samples - 1) as f64;
-        let [first_position, _] = self.flight(source, 0.0);
-        let [last_position, _] = self.flight(source, last);
-        let near = |position: f64| position > -FAR && position < FAR;
         let Some(first) = self.exact_place(source, 0) else {
             return Centres::Each;
         };
-        if !near(first_position) || !near(last_position) {
+        // The wave runs along the line: no place is before the first.
+        let [last_position, _] = self.flight(source, last);
+        let near = last_position < FAR;
+        if !near {
             return Centres::Each;
         }
         // Of τ_tx + τ_rx, s.
@@ -261,8 +261,8 @@ impl IqDelay {
         let p = &self.parameters;
         let n = n as f64;
         let [position, turns] = self.flight(source, n);
-        let near = position > -FAR && position < FAR && turns > -f64::MAX && turns < f64::MAX;
-        near.then(|| Place {
+        let near = position > -FAR && position < FAR;
+        (near && turns.is_finite()).then(|| Place {
             depth: (p.sound_speed * (p.output_start + n / p.output_rate) / 2.0) as f32,
             position: whole(position, 32),
             turns: fraction(turns),
