@@ -47,7 +47,8 @@ mod tests {
 
     #[test]
     fn a_trace_below_300_db_is_silent() {
-        let least = 0.5f32.powi(100);
+        let root = 1.0 / (1u64 << 50) as f32;
+        let least = root * root;
         let loading = DiagonalLoading::new(least, 4, 0.05);
         assert!(!loading.silent && loading.factor * least == 1.0);
         let loading = DiagonalLoading::new(least.next_down(), 4, 0.05);

@@ -323,7 +323,7 @@ mod tests {
     /// Beside a diagonal of zeros nothing is small by its share.
     #[test]
     fn an_entry_counts_from_2_to_the_minus_50() {
-        let least = 0.5f32.powi(50);
+        let least = 1.0 / (1u64 << 50) as f32;
         for (entry, found) in [(least, true), (least.next_down(), false)] {
             let (d, e) = ([0.0; 2], [-entry, 0.0]);
             let search = || Search {
