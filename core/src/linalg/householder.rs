@@ -141,7 +141,7 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
                 columns[m % TILE][m % TILE] = S::from_real(tau);
             }
 
-            update_and_multiply(zero, a, panels, [&*v, &*q, &*u], p);
+            update_and_multiply(zero, a, m, [&*v, &*q, &*u], p);
             // Not the rows that are done.
             if m % TILE > 0 {
                 clear_tile(zero, p, m);
@@ -313,54 +313,83 @@ fn polar<S: Scalar<V>, V: Vector>(alpha: S) -> (V, S) {
     }
 }
 
-/// `A ← (A − v·qᴴ) − q·vᴴ`, then `p = A·u`, over the first panels: one pass over the lower triangle.
+/// `A ← (A − v·qᴴ) − q·vᴴ`, then `p = A·u`, over the first `rows`: one pass over the lower triangle.
+///
+/// As many rows go together as keep their entries of `v`, `q` and `u` and their sums in half of the
+/// registers; more of them would be read from memory again in every column.
 #[inline(always)]
 fn update_and_multiply<S: Scalar<V>, V: Vector>(
     zero: V,
     a: &mut [PanelColumn<S>],
-    panels: usize,
+    rows: usize,
+    vectors: [&[S]; 3],
+    p: &mut [S],
+) {
+    match V::REGISTERS / (8 * S::PARTS) {
+        TILE.. => update_and_multiply_rows::<S, V, TILE>(zero, a, rows, vectors, p),
+        2..TILE => update_and_multiply_rows::<S, V, 2>(zero, a, rows, vectors, p),
+        _ => update_and_multiply_rows::<S, V, 1>(zero, a, rows, vectors, p),
+    }
+}
+
+#[inline(always)]
+fn update_and_multiply_rows<S: Scalar<V>, V: Vector, const ROWS: usize>(
+    zero: V,
+    a: &mut [PanelColumn<S>],
+    rows: usize,
     [v, q, u]: [&[S]; 3],
     p: &mut [S],
 ) {
-    for i in 0..panels {
-        let (Some((before, diagonal)), Some(&own_v), Some(&own_q), Some(&own_u)) =
-            (columns_mut(a, i), tile(v, i), tile(q, i), tile(u, i))
-        else {
+    for start in (0..rows).step_by(ROWS) {
+        let first = start % TILE;
+        let (Some(own_v), Some(own_q), Some(own_u)) = (
+            entries::<S, ROWS>(v, start),
+            entries::<S, ROWS>(q, start),
+            entries::<S, ROWS>(u, start),
+        ) else {
             return;
         };
-        let mut sums = [S::from_real(zero); TILE];
+        // The columns before the rows' diagonal block, and those of the block.
+        let Some(columns) = a.get_mut(panel(start / TILE)..) else {
+            return;
+        };
+        let columns = columns.get_mut(..start + ROWS).unwrap_or_default();
+        let Some((before, diagonal)) = columns.split_last_chunk_mut::<ROWS>() else {
+            return;
+        };
+        let mut sums = [S::from_real(zero); ROWS];
         let columns = before.iter_mut().zip(p.iter_mut());
         for ((column, p), (&v, (&q, &u))) in columns.zip(v.iter().zip(q.iter().zip(u))) {
             let mut mirrored = *p;
-            for r in 0..TILE {
-                let entry = (column[r] - own_v[r].mul_conj(q)) - own_q[r].mul_conj(v);
-                column[r] = entry;
+            for r in 0..ROWS {
+                let entry = (column[first + r] - own_v[r].mul_conj(q)) - own_q[r].mul_conj(v);
+                column[first + r] = entry;
                 sums[r] = sums[r] + entry.mul(u);
                 mirrored = mirrored + own_u[r].mul_conj(entry);
             }
             *p = mirrored;
         }
-        for r in 0..TILE {
+        for r in 0..ROWS {
             for c in 0..=r {
-                let entry =
-                    (diagonal[c][r] - own_v[r].mul_conj(own_q[c])) - own_q[r].mul_conj(own_v[c]);
-                diagonal[c][r] = entry;
+                let entry = diagonal[c][first + r] - own_v[r].mul_conj(own_q[c]);
+                let entry = entry - own_q[r].mul_conj(own_v[c]);
+                diagonal[c][first + r] = entry;
                 sums[r] = sums[r] + entry.mul(own_u[c]);
                 if c < r {
                     sums[c] = sums[c] + own_u[r].mul_conj(entry);
                 }
             }
         }
-        if let Some(own) = p.get_mut(TILE * i..TILE * (i + 1)) {
-            copy(&sums, own);
+        if let Some(own) = p.get_mut(start..).and_then(|p| p.first_chunk_mut()) {
+            *own = sums;
         }
     }
 }
 
-/// Tile `index` of a vector.
+/// The entries of a vector from `start` on.
 #[inline(always)]
-fn tile<S>(x: &[S], index: usize) -> Option<&PanelColumn<S>> {
-    x.get(TILE * index..)?.first_chunk()
+fn entries<S: Copy, const ROWS: usize>(x: &[S], start: usize) -> Option<[S; ROWS]> {
+    x.get(start..)?.first_chunk().copied()
 }
 
 #[cfg(test)]
