@@ -423,7 +423,11 @@ mod tests {
                         }
                     }
                     let block = all.block(&d, &e);
-                    let mut rows = ROWS..0;
+                    // Of no lanes.
+                    let mut rows = std::ops::Range {
+                        start: ROWS,
+                        end: 0,
+                    };
                     for (lane, search) in alone[..V::LANES].iter_mut().enumerate() {
                         let (d, e) = &mut self.matrices[lane];
                         let own = search.block_of_one(d, e);
