@@ -100,20 +100,19 @@ fn diagonals<V: Vector, const LAGS: usize>(
         }
     }
     // What enters from here on, at the places that all the lags have: a row's products give way to
-    // its sums. With more places than subapertures, what is lost later enters before.
+    // its sums. With more places than subapertures, what is lost later enters before, at the first of them.
     let (ahead, behind) = (ahead.get(rest..)?, behind.get(rest..)?);
     let whole = last + 1 - LAGS;
-    for (j, (ahead, &behind)) in ahead.array_windows().zip(behind).take(whole).enumerate() {
+    let entering = rows.len().saturating_sub(subapertures);
+    let entering = if entering < whole { entering } else { whole };
+    let mut pairs = ahead.array_windows().zip(behind);
+    for (j, (ahead, &behind)) in pairs.by_ref().take(entering).enumerate() {
         let product = products::<V, LAGS>(ahead, behind);
-        let row = rows.get_mut(j)?;
-        let leaving = *row;
-        *row = sums;
-        if let Some(row) = rows.get_mut(j + subapertures) {
-            *row = product;
-        }
-        for k in 0..LAGS {
-            sums[k] = (sums[k] + product[k]) - leaving[k];
-        }
+        slide(&mut sums, rows.get_mut(j)?, &product);
+        *rows.get_mut(j + subapertures)? = product;
+    }
+    for (row, (ahead, &behind)) in rows.get_mut(entering..whole)?.iter_mut().zip(pairs) {
+        slide(&mut sums, row, &products(ahead, behind));
     }
     // And at those that one lag less has each time.
     let ahead = ahead.get(whole..)?.get(..LAGS - 1)?;
@@ -133,6 +132,20 @@ fn diagonals<V: Vector, const LAGS: usize>(
         rows.get_mut(place)?[LAGS - 1 - j] = sums[LAGS - 1 - j];
     }
     Some(())
+}
+
+/// Puts the sums where the products are that they lose, and moves them on to the next place.
+#[inline(always)]
+fn slide<V: Vector, const LAGS: usize>(
+    sums: &mut [ComplexVector<V>; LAGS],
+    row: &mut [ComplexVector<V>; LAGS],
+    product: &[ComplexVector<V>; LAGS],
+) {
+    let leaving = *row;
+    *row = *sums;
+    for k in 0..LAGS {
+        sums[k] = (sums[k] + product[k]) - leaving[k];
+    }
 }
 
 /// The products of one element with those `lag` and more further on.
