@@ -52,6 +52,13 @@ static const bonebeam_delay_parameters delay_parameters = {
 static alignas(BONEBEAM_DELAY_ALIGN) unsigned char delay_storage[BONEBEAM_DELAY_SIZE];
 static const double linear[M] = {-1.05e-3, -0.75e-3, -0.45e-3, -0.15e-3,
                                  0.15e-3,  0.45e-3,  0.75e-3,  1.05e-3};
+static const bonebeam_scan_line focused = {
+    .wave.law = BONEBEAM_LAW_FOCUSED,
+    .wave.t0 = 0.1e-6,
+    .x = 0.2e-3,
+    .element_x = linear,
+    .active = {1, 6},
+};
 static float rf[LENGTH], scratch[SCRATCH];
 static bonebeam_complex out[OUT * M];
 
@@ -85,13 +92,6 @@ static void delay(void) {
 
 /* From 100 MHz to 20 MHz: each record is halved twice before it is read. */
 static void delay_halved(void) {
-    const bonebeam_scan_line focused = {
-        .wave.law = BONEBEAM_LAW_FOCUSED,
-        .wave.t0 = 0.1e-6,
-        .x = 0.2e-3,
-        .element_x = linear,
-        .active = {1, 6},
-    };
     bonebeam_delay_parameters parameters = delay_parameters;
     parameters.sampling_rate = 100e6;
     if (bonebeam_delay_scratch(&parameters) > SCRATCH) exit(2);
@@ -104,13 +104,6 @@ static void delay_halved(void) {
 /* The focused wave through a filter in single precision; then a stage that is changed in place. */
 static void delay_in_f32(void) {
     static bonebeam_complex again[OUT * M];
-    const bonebeam_scan_line focused = {
-        .wave.law = BONEBEAM_LAW_FOCUSED,
-        .wave.t0 = 0.1e-6,
-        .x = 0.2e-3,
-        .element_x = linear,
-        .active = {1, 6},
-    };
     bonebeam_delay *stage;
     check(bonebeam_delay_init_in_f32(delay_storage, sizeof delay_storage, &delay_parameters, &stage),
           "delay in f32");
