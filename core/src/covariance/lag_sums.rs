@@ -180,3 +180,48 @@ pub fn subaperture_sum<V: Vector>(zero: V, x: &[ComplexVector<V>], s: &mut [Comp
         *s = sum;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The elements that there are at most.
+    const ELEMENTS: usize = 12;
+
+    /// Sums of whole numbers are exact: sliding comes to what the sum by itself comes to.
+    fn assert_direct<const LAGS: usize>() {
+        let x: [ComplexVector<f32>; ELEMENTS] = core::array::from_fn(|i| ComplexVector {
+            re: (7 * i % 11) as f32 - 5.0,
+            im: (5 * i % 13) as f32 - 6.0,
+        });
+        for count in (LAGS..=ELEMENTS).step_by(crate::step(5)) {
+            for subaperture in LAGS..=count {
+                for lag in 0..=subaperture - LAGS {
+                    let mut rows = [[ComplexVector::from_real(f32::NAN); LAGS]; ELEMENTS];
+                    let rows = &mut rows[..subaperture - lag];
+                    assert!(diagonals(0.0, &x[..count], subaperture, lag, rows).is_some());
+                    for (j, row) in rows.iter().enumerate() {
+                        for (k, sum) in row.iter().enumerate().take(subaperture - lag - j) {
+                            let mut direct = ComplexVector::from_real(0.0);
+                            for l in 0..=count - subaperture {
+                                direct = direct + x[l + j + lag + k].mul_conj(x[l + j]);
+                            }
+                            assert_eq!(
+                                (sum.re, sum.im),
+                                (direct.re, direct.im),
+                                "{count} elements, subapertures of {subaperture}, lag {lag} + {k}, place {j}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn sums_that_slide_are_those_of_each_place() {
+        assert_direct::<1>();
+        assert_direct::<2>();
+        assert_direct::<4>();
+    }
+}
