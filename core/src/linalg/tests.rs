@@ -668,13 +668,18 @@ fn cholesky_tells_a_singular_matrix() {
     }
 }
 
+/// With the eigenvalue 1, to which an entry of the eigenvector is `coupling` times the one in front.
+fn falling(memory: &mut [[f32; 16]; 4], coupling: f32) -> Tridiagonal<'_, f32> {
+    let tridiagonal = Tridiagonal::new(memory.each_mut().map(|x| &mut x[..]));
+    tridiagonal.diagonal[0] = 1.0;
+    tridiagonal.off_diagonal.fill(coupling);
+    tridiagonal
+}
+
 #[test]
 fn an_eigenvector_whose_squares_leave_f32_is_told() {
-    // Each entry is a million times the one behind.
-    let mut memory = [[0.0f32; 16]; 4];
-    let mut tridiagonal = Tridiagonal::new(memory.each_mut().map(|x| &mut x[..]));
-    tridiagonal.diagonal[0] = 1.0;
-    tridiagonal.off_diagonal.fill(1e-6);
+    let mut memory = [[0.0; 16]; 4];
+    let mut tridiagonal = falling(&mut memory, 1e-6);
     let mut left = |rows: usize| tridiagonal.eigenvector_upwards(rows, 1.0, &[1e6; 15]);
     assert!(left(3) < 1e-9);
     // The squares only, and the entries too.
@@ -685,15 +690,13 @@ fn an_eigenvector_whose_squares_leave_f32_is_told() {
 /// Each entry 10⁵ times the one behind, 10²⁵ in all: their squares fit since the last begins at 2⁻⁴⁰.
 #[test]
 fn an_eigenvector_whose_entries_part_by_25_orders() {
-    let mut memory = [[0.0f32; 6]; 4];
-    let mut tridiagonal = Tridiagonal::new(memory.each_mut().map(|x| &mut x[..]));
-    tridiagonal.diagonal[0] = 1.0;
-    tridiagonal.off_diagonal.fill(1e-5);
+    let mut memory = [[0.0; 16]; 4];
+    let mut tridiagonal = falling(&mut memory, 1e-5);
     assert!(tridiagonal.eigenvector_upwards(6, 1.0, &[1e5; 5]) < 1e-9);
-    for (k, &entry) in tridiagonal.eigenvector.iter().enumerate() {
-        let expected = [1.0, 1e-5, 1e-10, 1e-15, 1e-20, 1e-25][k];
+    let expected = [1.0, 1e-5, 1e-10, 1e-15, 1e-20, 1e-25];
+    for (&entry, expected) in tridiagonal.eigenvector.iter().zip(expected) {
         let error = (f64::from(entry) - expected).abs();
-        assert!(error <= PRODUCT * expected, "{k}: {entry:e}");
+        assert!(error <= PRODUCT * expected, "{entry:e} for {expected:e}");
     }
 }
 
