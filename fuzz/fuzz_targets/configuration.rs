@@ -12,11 +12,13 @@ use bonebeam::beamform::{AlignedLine, Beamformer};
 use bonebeam::covariance::{Covariance, Forward, ForwardBackward};
 use bonebeam_fuzz::finite_complex_bits;
 use clap::{CommandFactory, FromArgMatches, Parser};
-use host_sim::config::{BeamformFlags, Config, ImageFlags, PhaseSymmetryFlags, SimulateFlags};
-use host_sim::drive::beamform::Memory;
-use host_sim::drive::delay::DelayStage;
-use host_sim::files::{ChannelData, Transmits};
-use host_sim::simulate::Phantom;
+use bonebeam_drive::config::{BeamformFlags, ImageFlags, PhaseSymmetryFlags};
+use host_sim::config::Config;
+use bonebeam_simulate::SimulateFlags;
+use bonebeam_drive::beamform::Memory;
+use bonebeam_drive::delay::DelayStage;
+use bonebeam_files::{ChannelData, Transmits};
+use bonebeam_simulate::Phantom;
 use libfuzzer_sys::fuzz_target;
 use ndarray::Array3;
 

@@ -6,8 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use host_sim::config::Config;
-use host_sim::files::{ChannelData, Recording, Transmits, image};
-use host_sim::simulate::slice_mesh;
+use bonebeam_files::{ChannelData, Recording, Transmits, image};
+use bonebeam_simulate::slice_mesh;
 use libfuzzer_sys::fuzz_target;
 
 /// What a file is called: the first byte of an input chooses.

@@ -13,10 +13,10 @@ use crate::commands::bench_left_out as bench;
 use crate::commands::{
     beamform, completions, convert, golden, info, main_job, paper, phase_symmetry, simulate, verify,
 };
-use crate::drive::threads;
-use crate::files::leftovers::remove_at_signals;
-use crate::terminal::{complain, print};
 use crate::{Error, Result};
+use bonebeam_drive::threads;
+use bonebeam_files::leftovers::remove_at_signals;
+use bonebeam_files::terminal::{complain, print};
 
 /// From ultrasound channel data to bone surfaces: simulates, beamforms and filters with the bonebeam core.
 ///

@@ -1,23 +1,8 @@
-//! The host simulator of bonebeam: synthetic channel data, files, the drive of the core over
-//! threads, two independent references, measures and reports.
+//! The command `host-sim`: its arguments, its configuration, and what each of its commands does.
 
-#[cfg(feature = "bench")]
-pub mod bench;
-pub mod cli;
-pub mod commands;
+mod cli;
+mod commands;
 pub mod config;
-pub mod drive;
-pub mod error;
-pub mod experiments;
-pub mod files;
-pub mod golden;
-pub mod measure;
-pub mod memory;
-pub mod methods;
-pub mod reference;
-pub mod report;
-pub mod simulate;
-mod terminal;
-pub mod validate;
 
-pub use error::{Error, Result};
+pub use bonebeam_files::{Error, Result};
+pub use cli::run;

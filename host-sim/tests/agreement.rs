@@ -7,8 +7,8 @@ use std::process::Command;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::Active;
-use host_sim::files::{AlignedData, Lines};
-use host_sim::validate::beamform::Frame;
+use bonebeam_files::{AlignedData, Lines};
+use bonebeam_oracle::validate::beamform::Frame;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};

@@ -6,11 +6,11 @@ mod common;
 use std::f64::consts::{PI, TAU};
 use std::process::Command;
 
-use host_sim::config::{Beamform, LineKind};
-use host_sim::drive::frame::{beamform_channel_data, beamform_frames};
-use host_sim::drive::image::{b_mode, grid_of_lines};
-use host_sim::files::{ChannelData, Lines, Samples, Transmits};
-use host_sim::methods::Choice;
+use bonebeam_drive::config::{Beamform, LineKind};
+use bonebeam_drive::frame::{beamform_channel_data, beamform_frames};
+use bonebeam_drive::image::{b_mode, grid_of_lines};
+use bonebeam_drive::methods::Choice;
+use bonebeam_files::{ChannelData, Lines, Samples, Transmits};
 use ndarray::{Array2, Array3, Array4, Axis};
 use num_complex::Complex;
 use tempfile::{TempDir, tempdir};

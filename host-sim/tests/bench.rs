@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::{Command, Output};
 
-use host_sim::bench::{Quantity, Report, Row, Table, Target, rewrite, vector_sets};
+use bonebeam_bench::{Quantity, Report, Row, Table, Target, rewrite, vector_sets};
 use tempfile::{TempDir, tempdir};
 
 fn bench(folder: &TempDir, arguments: &str) -> Output {

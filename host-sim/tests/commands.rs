@@ -9,10 +9,11 @@ use std::process::Command;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use bonebeam_drive::config::{Beamform, Image};
+use bonebeam_drive::methods::Choice;
+use bonebeam_files::{AlignedData, ChannelData, Lines, Transmits, image};
 use common::{Npz, scalar, vector};
-use host_sim::config::{Beamform, Config, Image};
-use host_sim::files::{AlignedData, ChannelData, Lines, Transmits, image};
-use host_sim::methods::Choice;
+use host_sim::config::Config;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
 use tempfile::{TempDir, tempdir};

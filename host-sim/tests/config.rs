@@ -3,12 +3,14 @@
 use bonebeam::covariance::Covariance;
 use std::fs;
 
+use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size, parse_scale};
+use bonebeam_drive::methods::Choice;
+use bonebeam_files::Variables;
+use bonebeam_files::atomic::Outputs;
+use bonebeam_simulate::Settings;
+use bonebeam_simulate::{Kind, Simulate};
 use host_sim::Error;
-use host_sim::config::{Beamform, Config, Image, Kind, PhaseSymmetry, Simulate, Size, parse_scale};
-use host_sim::files::Variables;
-use host_sim::files::atomic::Outputs;
-use host_sim::methods::Choice;
-use host_sim::simulate::Settings;
+use host_sim::config::Config;
 use tempfile::tempdir;
 
 fn refused(text: &str) -> String {

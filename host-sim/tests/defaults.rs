@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 use std::process::Command;
 
-use host_sim::files::{ChannelData, Lines, Transmits, image};
+use bonebeam_files::{ChannelData, Lines, Transmits, image};
 use ndarray::{Array3, Axis};
 use tempfile::{TempDir, tempdir};
 

@@ -6,10 +6,10 @@ mod common;
 use std::fs;
 use std::path::Path;
 
-use common::{Npz, channel_data_without, column_major_ramp, ramp, scalar, vector};
-use host_sim::files::{
+use bonebeam_files::{
     AlignedData, BeamRays, ChannelData, Lines, Recording, Samples, Transmits, atomic, image,
 };
+use common::{Npz, channel_data_without, column_major_ramp, ramp, scalar, vector};
 use ndarray::{Array1, Array2, Array3, Array4, ArrayD, Axis, arr0};
 use num_complex::Complex;
 use tempfile::tempdir;

@@ -7,10 +7,10 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::process::Command;
 
+use bonebeam_drive::config::Beamform;
+use bonebeam_drive::frame::beamform_channel_data;
+use bonebeam_files::{ChannelData, Recording, RecordingFile, Variables};
 use common::{Npz, channel_data_without, scalar};
-use host_sim::config::Beamform;
-use host_sim::drive::frame::beamform_channel_data;
-use host_sim::files::{ChannelData, Recording, RecordingFile, Variables};
 use ndarray::{Array, Array3, Array4, ArrayD, Axis, ShapeBuilder};
 use ndarray_npy::{NpzReader, WritableElement, WriteNpyExt};
 use num_complex::Complex;
@@ -102,7 +102,7 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
     let command =
         "beamform large.npz -o lines.npz --method das --depth-start 0.01 --depth-end 0.011";
     let parameters = Beamform {
-        method: host_sim::methods::Choice::named("das").unwrap(),
+        method: bonebeam_drive::methods::Choice::named("das").unwrap(),
         depth_start: Some(0.01),
         depth_end: Some(0.011),
         ..Beamform::default()

@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-use host_sim::golden::{Stage, Values, check, stages, write};
+use bonebeam_oracle::golden::{Stage, Values, check, stages, write};
 use num_complex::Complex;
 
 fn find<'a>(stages: &'a [Stage], name: &str) -> &'a Stage {

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use host_sim::files::image;
-use host_sim::methods::COMPARED;
+use bonebeam_drive::methods::COMPARED;
+use bonebeam_files::image;
 use serde_json::Value;
 use tempfile::tempdir;
 

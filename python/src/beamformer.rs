@@ -5,7 +5,7 @@ use std::process;
 
 use bonebeam::geometry::Active;
 use bonebeam::simd::InstructionSet;
-use host_sim::drive::beamform::Plan;
+use bonebeam_drive::beamform::Plan;
 use ndarray::{ArrayView3, ArrayViewMut2, Axis};
 use num_complex::Complex;
 use numpy::{Complex32, PyReadonlyArray3, PyReadonlyArray4, PyReadwriteArray3};
@@ -84,7 +84,7 @@ impl Beamformer {
         x: ArrayView3<'_, Complex<f32>>,
         active: Option<ArrayView3<'_, i64>>,
         z: ArrayViewMut2<'_, Complex<f32>>,
-    ) -> host_sim::Result<()> {
+    ) -> bonebeam_files::Result<()> {
         let all = Active {
             first: 0,
             count: x.dim().2,

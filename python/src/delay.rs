@@ -2,11 +2,11 @@
 
 use std::num::NonZeroUsize;
 
-use host_sim::commands::beamform::{doubts, working_memory};
-use host_sim::drive::delay::DelayStage;
-use host_sim::drive::frame;
-use host_sim::files::{BeamRays, ChannelData, Frame, Recording, Transmits};
-use host_sim::memory;
+use bonebeam_drive::policy::{doubts, working_memory};
+use bonebeam_drive::delay::DelayStage;
+use bonebeam_drive::frame;
+use bonebeam_files::{BeamRays, ChannelData, Frame, Recording, Transmits};
+use bonebeam_files::memory;
 use ndarray::{Array, Array3, Dimension, IntoDimension};
 use numpy::{
     Complex32, IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use host_sim::files::{self, ChannelData, Recording, Samples, Transmits, Variables};
+use bonebeam_files::{self as files, ChannelData, Recording, Samples, Transmits, Variables};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -36,7 +36,7 @@ impl RecordingFile {
             let (recording, own) = self.0.read(start..end)?;
             Ok(recording.into_owned().into_frames(own))
         };
-        match py.detach(read).map_err(|e: host_sim::Error| refused(e))? {
+        match py.detach(read).map_err(|e: bonebeam_files::Error| refused(e))? {
             Recording::Channel(data) => channel_data(py, data),
             Recording::Aligned(data) => {
                 let keys = PyDict::new(py);

@@ -3,9 +3,9 @@
 use std::num::NonZeroUsize;
 
 use bonebeam::simd::InstructionSet;
-use host_sim::commands::beamform::image_of;
-use host_sim::drive::phase_symmetry::{Parameters, Plan};
-use host_sim::files::{BeamRays, Lines};
+use bonebeam_drive::image::image_of;
+use bonebeam_drive::phase_symmetry::{Parameters, Plan};
+use bonebeam_files::{BeamRays, Lines};
 use ndarray::{Array2, ArrayView2, ArrayViewMut2};
 use numpy::{Complex32, IntoPyArray, PyArray2, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
@@ -84,7 +84,7 @@ fn filter(
     image: ArrayView2<'_, f32>,
     parameters: &Parameters,
     map: ArrayViewMut2<'_, f32>,
-) -> host_sim::Result<()> {
+) -> bonebeam_files::Result<()> {
     let mut plan = Plan::new(image.dim(), parameters)?;
     plan.run_into(image, InstructionSet::detect(), |_, _| {}, map)
 }
@@ -95,7 +95,7 @@ fn filter_padded(
     sides: (usize, usize),
     parameters: &Parameters,
     mut map: ArrayViewMut2<'_, f32>,
-) -> host_sim::Result<()> {
+) -> bonebeam_files::Result<()> {
     let level = |at: (usize, usize)| image.get(at).copied().unwrap_or(0.0);
     let larger = Array2::from_shape_fn(sides, level);
     let mut whole = Array2::zeros(sides);

@@ -1,7 +1,8 @@
 //! The command's sections, from Python's arguments.
 
 use bonebeam::covariance::Covariance;
-use host_sim::config::{Beamform, Config, Image, LineKind, PhaseSymmetry, Reading, RfReading};
+use bonebeam_drive::config::{Beamform, Image, LineKind, PhaseSymmetry, Reading, RfReading};
+use bonebeam_simulate::Simulate;
 use pyo3::prelude::*;
 use serde::Deserialize;
 use serde::de::value::{Error as TextError, StrDeserializer};
@@ -125,5 +126,11 @@ pub fn phase_symmetry(
 /// The command's defaults as JSON, section by section.
 #[pyfunction]
 pub fn defaults() -> PyResult<String> {
-    serde_json::to_string(&Config::default()).map_err(refused)
+    let sections = serde_json::json!({
+        "simulate": Simulate::default(),
+        "beamform": Beamform::default(),
+        "image": Image::default(),
+        "phase_symmetry": PhaseSymmetry::default(),
+    });
+    Ok(sections.to_string())
 }

@@ -2,8 +2,7 @@
 
 use std::num::NonZeroUsize;
 
-use host_sim::commands::simulate::recorded;
-use host_sim::config::Simulate;
+use bonebeam_simulate::Simulate;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -21,6 +20,6 @@ pub fn simulate<'py>(
     let pool = self::threads(threads)?;
     let mut section: Simulate = serde_json::from_str(section).map_err(refused)?;
     section.validate().map_err(refused)?;
-    let data = py.detach(|| pool.install(|| recorded(&mut section, &|_| {})));
+    let data = py.detach(|| pool.install(|| section.recorded(&|_| {})));
     channel_data(py, data.map_err(refused)?)
 }

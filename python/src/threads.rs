@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::thread::available_parallelism;
 
-use host_sim::drive::threads::{check, pool};
+use bonebeam_drive::threads::{check, pool};
 use pyo3::PyResult;
 use rayon::ThreadPool;
 

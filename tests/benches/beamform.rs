@@ -5,8 +5,8 @@ use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam_drive::beamform::Memory;
 use divan::{Bencher, black_box};
-use host_sim::drive::beamform::Memory;
 
 /// Samples a lane and call.
 const SAMPLES: usize = 128;

@@ -6,8 +6,8 @@ use bonebeam::phase_symmetry::{
     self as core, GainTables, LogGabor, LogGaborTables, PhaseSymmetry, Sizes,
 };
 use bonebeam::simd::InstructionSet;
+use bonebeam_drive::phase_symmetry::{Parameters, Plan};
 use divan::{Bencher, black_box};
-use host_sim::drive::phase_symmetry::{Parameters, Plan};
 use ndarray::Array2;
 
 const SIDE: usize = 512;

@@ -6,10 +6,10 @@ mod common;
 use bonebeam::beamform::{Beamformer, Method, Parameters};
 use bonebeam::geometry::Active;
 use bonebeam::simd::InstructionSet;
+use bonebeam_drive::beamform::{Plan, beamform_within};
 use common::lines::{
     COVARIANCES, Gaussian, Line, METHODS, core, core_lanes, core_within, frame, scalar, stacked,
 };
-use host_sim::drive::beamform::{Plan, beamform_within};
 use ndarray::Array2;
 use num_complex::Complex;
 
@@ -384,7 +384,7 @@ fn memory_for_what_is_adaptive() {
     let beamformer = Beamformer::new(Parameters::default()).expect("valid parameters");
     let sizes = beamformer.sizes(largest(within.clone()).unwrap_or(0));
     let mut memory =
-        host_sim::drive::beamform::Memory::<bonebeam::covariance::ForwardBackward, f32>::new(
+        bonebeam_drive::beamform::Memory::<bonebeam::covariance::ForwardBackward, f32>::new(
             0.0, sizes,
         )
         .expect("memory");

@@ -10,8 +10,8 @@ use bonebeam::beamform::{
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
 use bonebeam::simd::ComplexVector;
+use bonebeam_drive::beamform::Memory;
 use common::lines::COVARIANCES;
-use host_sim::drive::beamform::Memory;
 use ndarray::Array3;
 use num_complex::Complex;
 
@@ -228,7 +228,7 @@ fn the_host_names_beam_sample_and_element() {
     x[[1, 2, 3]].im = f32::NAN;
     let all = Active { first: 0, count: 5 };
     for covariance in COVARIANCES {
-        let refused = host_sim::drive::beamform::beamform(
+        let refused = bonebeam_drive::beamform::beamform(
             x.view(),
             |_, _| all,
             Parameters::default(),

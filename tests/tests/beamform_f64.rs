@@ -5,11 +5,11 @@ mod common;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::Active;
+use bonebeam_oracle::reference::f64::beamform::Sample;
+use bonebeam_oracle::validate::beamform::{Exemption, Frame, Judgement};
+use bonebeam_oracle::validate::tolerances::ROUNDING;
 use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, frame, stacked, widen};
 use common::tolerances::{BEAMFORMED, BEYOND_ROUNDING};
-use host_sim::reference::f64::beamform::Sample;
-use host_sim::validate::beamform::{Exemption, Frame, Judgement};
-use host_sim::validate::tolerances::ROUNDING;
 use ndarray::{Array2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;

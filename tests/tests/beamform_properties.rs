@@ -5,11 +5,11 @@ mod common;
 use bonebeam::Error;
 use bonebeam::beamform::{AlignedLine, Method, Parameters};
 use bonebeam::covariance::Covariance;
+use bonebeam_oracle::reference::f64::beamform::Sample;
 use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_weights, widen};
 use common::tolerances::{
     BEAMFORMED, BEAMFORMED_TWICE, HEAVY_LOADING, OUTPUT_POWER, SIGNAL_SUBSPACE, UNIT_RESPONSE,
 };
-use host_sim::reference::f64::beamform::Sample;
 use nalgebra::DVector;
 use num_complex::Complex;
 use proptest::prelude::*;

@@ -9,8 +9,8 @@ use bonebeam::geometry::{
     Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
 };
 use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam_oracle::reference;
 use common::tolerances::DELAYED_PULSE_20_MHZ;
-use host_sim::reference;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;

@@ -10,10 +10,10 @@ use bonebeam::beamform::Method;
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Axis};
 use bonebeam::simd::InstructionSet;
+use bonebeam_oracle::reference::f32 as reference;
 use bonebeam_tests::snapshots::{self, ELEMENTS, PERIODIC, REAL_PARTS, SAMPLES, SNAPSHOTS};
 use bonebeam_tests::{Workspaces, beamform, delay, hash, image, lanes, phase_symmetry, sqrt};
 use common::lines::{Line, scalar};
-use host_sim::reference::f32 as reference;
 use ndarray::Array2;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -53,7 +53,7 @@ fn the_recorded_hashes_are_met() {
 /// bits: this is the hash of one machine's recording.
 #[test]
 fn what_is_verified_with_has_the_same_bits_everywhere() {
-    let recording = host_sim::validate::verify::recording();
+    let recording = bonebeam_oracle::validate::verify::recording();
     let hash = hash::of(recording.samples.rf(0).unwrap().iter().copied());
     assert_eq!(hash, 0x6f3f_d291_48b7_9299, "{hash:016x}");
 }

@@ -12,8 +12,8 @@ use bonebeam::geometry::{
 };
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};
+use bonebeam_oracle::reference;
 use common::tolerances::{DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
-use host_sim::reference;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::{PI, TAU};

@@ -2,13 +2,13 @@
 
 use std::f64::consts::PI;
 
-use host_sim::files::Lines;
-use host_sim::measure::point::LateralProfile;
-use host_sim::measure::profile::{largest, width};
-use host_sim::measure::registration::{
+use bonebeam_files::Lines;
+use bonebeam_paper::measure::point::LateralProfile;
+use bonebeam_paper::measure::profile::{largest, width};
+use bonebeam_paper::measure::registration::{
     Point, Rigid, expected_fiducial_error, expected_target_error,
 };
-use host_sim::measure::signed_distance::{Region, distribution, measure, uniform_baseline};
+use bonebeam_paper::measure::signed_distance::{Region, distribution, measure, uniform_baseline};
 use ndarray::Array2;
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};

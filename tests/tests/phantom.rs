@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use host_sim::drive::image::PixelGrid;
-use host_sim::simulate::{Outline, Phantom, Tissue, slice_mesh, slice_vertebra, visible};
+use bonebeam_drive::image::PixelGrid;
+use bonebeam_simulate::{Outline, Phantom, Tissue, slice_mesh, slice_vertebra, visible};
 
 /// The built-in vertebra as it is imaged: its shallowest point at 15 mm.
 fn vertebra(slice: f64) -> Outline {
@@ -139,7 +139,7 @@ fn box_ply(faces: &str) -> String {
 /// Four walls of quadrilaterals, a floor and a lid.
 const BOX: &str = "4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n4 3 2 1 0\n4 4 5 6 7";
 
-fn slice_text(text: &str, slice: f64) -> host_sim::Result<Outline> {
+fn slice_text(text: &str, slice: f64) -> bonebeam_files::Result<Outline> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("box.ply");
     fs::write(&path, text).unwrap();

@@ -7,10 +7,10 @@ use std::f64::consts::PI;
 
 use bonebeam::phase_symmetry as core;
 use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam_drive::phase_symmetry::{Parameters, Plan, phase_symmetry};
+use bonebeam_oracle::reference;
 use common::tolerances;
 use core::{Fft, Gains};
-use host_sim::drive::phase_symmetry::{Parameters, Plan, phase_symmetry};
-use host_sim::reference;
 use ndarray::Array2;
 use num_complex::Complex;
 use proptest::prelude::*;

@@ -13,17 +13,17 @@ use bonebeam::pipeline::{
     DepthGate, Frame, IqInput, LinePipeline, Memory, Parameters, Pipeline, Sizes,
 };
 use bonebeam::{Complex, Error};
+use bonebeam_drive::beamform::beamform;
+use bonebeam_drive::config;
+use bonebeam_drive::delay::{DelayStage, Source};
+use bonebeam_drive::image::{b_mode, grid_of_lines};
+use bonebeam_drive::phase_symmetry::{self, phase_symmetry};
+use bonebeam_drive::pipeline::Frames;
+use bonebeam_files::{ChannelData, Lines as FileLines, Transmits};
 use common::frames::{
     ELEMENTS, LINES, LineMemory, PARAMETERS, SIZES, counted, counts, focused, iq_input,
     iq_parameters, record, surface,
 };
-use host_sim::config;
-use host_sim::drive::beamform::beamform;
-use host_sim::drive::delay::{DelayStage, Source};
-use host_sim::drive::image::{b_mode, grid_of_lines};
-use host_sim::drive::phase_symmetry::{self, phase_symmetry};
-use host_sim::drive::pipeline::Frames;
-use host_sim::files::{ChannelData, Lines as FileLines, Transmits};
 use ndarray::Array3;
 
 /// The lines, the image and the map of a frame.

@@ -12,10 +12,10 @@ use bonebeam::geometry::{Depth, Ray, Scan, ScanParameters, Transmit, TransmitLaw
 use bonebeam::pipeline::{DepthGate, LineLengths, LineMemory as LineSlices, LinePipeline};
 use bonebeam::simd::{ComplexVector, InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};
+use bonebeam_drive::methods::COMPARED;
 use common::frames::{
     DEMODULATION, ELEMENTS, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,
 };
-use host_sim::methods::COMPARED;
 
 const READINGS: [IqReading; 4] = [
     IqReading::Linear,

@@ -5,12 +5,12 @@ mod common;
 
 use std::f64::consts::PI;
 
-use common::tolerances;
-use host_sim::files::{ChannelData, Transmits};
-use host_sim::simulate::{
+use bonebeam_files::{ChannelData, Transmits};
+use bonebeam_simulate::{
     Baffle, NoiseSpectrum, Outline, Phantom, Pulse, Scatterer, Settings, Summation, add_noise,
     channel_data, visible,
 };
+use common::tolerances;
 use ndarray::{Array3, Axis};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};

@@ -7,10 +7,10 @@ use bonebeam::focus::{
 };
 use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::{InstructionSet, Task, Vector};
-use host_sim::config::{Beamform, RfReading};
-use host_sim::drive::delay::DelayStage;
-use host_sim::files::{ChannelData, Transmits};
-use host_sim::reference;
+use bonebeam_drive::config::{Beamform, RfReading};
+use bonebeam_drive::delay::DelayStage;
+use bonebeam_files::{ChannelData, Transmits};
+use bonebeam_oracle::reference;
 use ndarray::{Array3, Axis};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -7,13 +7,13 @@ use std::fs;
 use std::path::Path;
 
 use bonebeam::simd::InstructionSet;
-use common::tolerances;
-use host_sim::files::ChannelData;
-use host_sim::simulate::{
+use bonebeam_files::ChannelData;
+use bonebeam_simulate::{
     Baffle, Block, Bone, Checkpoint, CtScanner, CtVolume, DynamicRange, Grid, Layers, Phantom,
     Scatterer, Settings, Summation, Surface, channel_data, read_mesh, resumed_channel_data,
     zero_surface,
 };
+use common::tolerances;
 use ndarray::Axis;
 
 /// One element transmits in each beam: the record of beam i and element j is the pair's.
@@ -346,7 +346,7 @@ fn bits_depend_neither_on_instruction_sets_nor_threads_nor_interruptions() {
     assert!(run(set, &mut checkpoint()) == whole);
 }
 
-fn read_text(name: &str, text: &str) -> host_sim::Result<(Surface, Vec<String>)> {
+fn read_text(name: &str, text: &str) -> bonebeam_files::Result<(Surface, Vec<String>)> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     fs::write(&path, text).unwrap();

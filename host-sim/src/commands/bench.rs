@@ -9,10 +9,10 @@ use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 
 use super::about;
-use crate::bench::{Section, Settings, rewrite, run as measure, text};
-use crate::files::atomic::{Outputs, check_outputs};
-use crate::terminal::print;
 use crate::{Error, Result};
+use bonebeam_bench::{Section, Settings, rewrite, run as measure, text};
+use bonebeam_files::atomic::{Outputs, check_outputs};
+use bonebeam_files::terminal::print;
 
 /// Measure the core's speed beside a naive baseline on faer, rustfft and scipy, on this machine.
 ///

@@ -3,8 +3,8 @@
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 
-use crate::terminal::print;
 use crate::{Error, Result};
+use bonebeam_files::terminal::print;
 
 /// Print the completions of a shell.
 ///

@@ -6,9 +6,9 @@ use clap::Args;
 
 use super::{ConfigArgument, VariableArguments, load_config};
 use crate::Result;
-use crate::files::atomic::{Outputs, check_outputs};
-use crate::files::{Recording, RecordingFile};
-use crate::terminal::{print, warn};
+use bonebeam_files::atomic::{Outputs, check_outputs};
+use bonebeam_files::terminal::{print, warn};
+use bonebeam_files::{Recording, RecordingFile};
 
 /// Write a recording of any format as an .npz archive.
 ///

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::golden::{check, stages, write};
-use crate::terminal::print;
 use crate::{Error, Result};
+use bonebeam_files::terminal::print;
+use bonebeam_oracle::golden::{check, stages, write};
 
 /// Write golden vectors, or compare those of another implementation with them.
 ///

@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::beamform::doubts;
 use super::{ConfigArgument, VariableArguments, load_config};
 use crate::Result;
-use crate::config::{Beamform, BeamformFlags, Config, Image};
-use crate::drive::delay::DelayStage;
-use crate::files::{AlignedData, ChannelData, Recording, RecordingFile, Samples, Transmits};
-use crate::terminal::{digits, print};
+use crate::config::Config;
+use bonebeam_drive::config::{Beamform, BeamformFlags, Image};
+use bonebeam_drive::delay::DelayStage;
+use bonebeam_drive::policy::doubts;
+use bonebeam_files::terminal::{digits, print};
+use bonebeam_files::{AlignedData, ChannelData, Recording, RecordingFile, Samples, Transmits};
 
 /// Tell what a recording holds, and what would be done with it.
 ///

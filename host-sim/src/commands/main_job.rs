@@ -7,12 +7,12 @@ use std::sync::Mutex;
 use clap::Args;
 
 use super::progress_bar;
-use crate::experiments::{Job, MAIN_JOB, Overrides};
-use crate::files::atomic::{Outputs, check_writable};
-use crate::files::leftovers;
-use crate::report::{self, Page, Report};
-use crate::terminal::print;
 use crate::{Error, Result};
+use bonebeam_files::atomic::{Outputs, check_writable};
+use bonebeam_files::leftovers;
+use bonebeam_files::terminal::print;
+use bonebeam_paper::experiments::{Job, MAIN_JOB, Overrides};
+use bonebeam_paper::report::{self, Page, Report};
 
 /// Arguments of the main job.
 #[derive(Debug, Args)]

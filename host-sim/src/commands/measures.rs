@@ -4,11 +4,11 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::config::Beamform;
-use crate::drive::image::Image;
-use crate::files::{Format, Lines};
-use crate::measure::point::LateralProfile;
 use crate::{Error, Result};
+use bonebeam_drive::config::Beamform;
+use bonebeam_drive::image::Image;
+use bonebeam_files::{Format, Lines};
+use bonebeam_paper::measure::point::LateralProfile;
 
 /// A beamforming run.
 #[derive(Serialize)]

@@ -22,8 +22,8 @@ use std::path::{Path, PathBuf};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::config::Config;
-use crate::files::Variables;
 use crate::{Error, Result};
+use bonebeam_files::Variables;
 
 /// The file of `--config`, or the defaults.
 fn load_config(path: Option<&Path>) -> Result<Config> {

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::main_job;
-use crate::experiments::{Job, Overrides, PAPER, Wanted};
-use crate::files::cannot_be_opened;
-use crate::report::Page;
 use crate::{Error, Result};
+use bonebeam_files::cannot_be_opened;
+use bonebeam_paper::experiments::{Job, Overrides, PAPER, Wanted};
+use bonebeam_paper::report::Page;
 
 /// Reproduce the paper: its figures, its tables, and what becomes of its claims.
 ///

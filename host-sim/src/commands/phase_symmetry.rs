@@ -7,12 +7,13 @@ use clap::Args;
 use ndarray::Array2;
 
 use super::{ConfigArgument, about, command_line, load_config, progress_bar};
-use crate::config::{Config, PhaseSymmetryFlags};
-use crate::drive::image::resize;
-use crate::drive::phase_symmetry::{Parameters, phase_symmetry};
-use crate::files::atomic::{Outputs, check_outputs};
-use crate::files::image::{self, Format};
+use crate::config::Config;
 use crate::{Error, Result};
+use bonebeam_drive::config::PhaseSymmetryFlags;
+use bonebeam_drive::image::resize;
+use bonebeam_drive::phase_symmetry::{Parameters, phase_symmetry};
+use bonebeam_files::atomic::{Outputs, check_outputs};
+use bonebeam_files::image::{self, Format};
 
 /// Filter an image for ridges: bright lines such as bone surfaces (phase symmetry, Eq. 9 and 10).
 ///

@@ -2,20 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use bonebeam::simd::InstructionSet;
 use clap::Args;
 use ndarray::{Array2, Array3};
 
 use super::{ConfigArgument, command_line, load_config, progress_bar};
 use crate::Result;
-use crate::config::{Config, Kind, Simulate, SimulateFlags};
-use crate::files::ChannelData;
-use crate::files::atomic::{Outputs, check_outputs};
-use crate::files::{Truth, stage_surface};
-use crate::simulate::{
-    Checkpoint, DynamicRange, Phantom, Settings, Summation, demodulate, resumed_channel_data,
-};
-use crate::terminal::warn;
+use crate::config::Config;
+use bonebeam_files::atomic::{Outputs, check_outputs};
+use bonebeam_files::terminal::warn;
+use bonebeam_files::{Truth, stage_surface};
+use bonebeam_simulate::{Checkpoint, DynamicRange, Kind, Phantom, SimulateFlags};
 
 /// Simulate the channel data of a point, of bone in water or in tissue, or of known levels.
 ///
@@ -79,13 +75,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let mut checkpoint = Checkpoint::new(&partial, &scanner, &phantom)?;
     let bar = progress_bar("simulating", 1000);
     let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
-    let data = channel_data_of(
-        &config.simulate,
-        &scanner,
-        &phantom,
-        &progress,
-        &mut checkpoint,
-    )?;
+    let data = config
+        .simulate
+        .record(&scanner, &phantom, &progress, &mut checkpoint)?;
     bar.finish_and_clear();
 
     let mut outputs = Outputs::new();
@@ -118,42 +110,4 @@ fn truth_of(phantom: &Phantom, known_levels: bool) -> Truth {
         outline,
         levels: known_levels.then(|| (DynamicRange::levels(), [-18e-3, 5e-3, 1e-4])),
     }
-}
-
-/// The channel data of the section. `progress` hears the fraction done, from any thread.
-///
-/// # Errors
-/// A mesh that is not valid, a phantom outside the record, or a record that takes too much memory.
-pub fn recorded(section: &mut Simulate, progress: &(dyn Fn(f64) + Sync)) -> Result<ChannelData> {
-    let scanner = section.scanner().clone();
-    let phantom = section.build(&scanner)?.phantom;
-    channel_data_of(
-        section,
-        &scanner,
-        &phantom,
-        progress,
-        &mut Checkpoint::none(),
-    )
-}
-
-/// What `scanner` records of `phantom`, which are the section's.
-fn channel_data_of(
-    section: &Simulate,
-    scanner: &Settings,
-    phantom: &Phantom,
-    progress: &(dyn Fn(f64) + Sync),
-    checkpoint: &mut Checkpoint,
-) -> Result<ChannelData> {
-    // One point can be summed exactly at every frequency; for the thousands of a bone that would take
-    // hours.
-    let summation = match section.phantom {
-        Kind::Point => Summation::Direct,
-        _ => Summation::Cells,
-    };
-    let set = InstructionSet::detect();
-    let data = resumed_channel_data(scanner, phantom, summation, set, progress, checkpoint)?;
-    Ok(match section.iq {
-        true => demodulate(data),
-        false => data,
-    })
 }

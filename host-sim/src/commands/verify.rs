@@ -3,9 +3,9 @@
 use clap::Args;
 
 use super::progress_bar;
-use crate::terminal::print;
-use crate::validate::verify::verify;
 use crate::{Error, Result};
+use bonebeam_files::terminal::print;
+use bonebeam_oracle::validate::verify::verify;
 
 /// Check the core to the bit, on this machine.
 ///

@@ -7,8 +7,8 @@ use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run, const
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
 use bonebeam::simd::{InstructionSet, Task, Vector};
-use host_sim::drive::beamform::Memory;
-use host_sim::reference::f32 as f32_reference;
+use bonebeam_drive::beamform::Memory;
+use bonebeam_oracle::reference::f32 as f32_reference;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
@@ -287,7 +287,7 @@ pub fn frame(
 ) -> Array2<Complex<f32>> {
     let x = stacked(lines);
     let active = |beam: usize, sample: usize| lines[beam].active[sample];
-    host_sim::drive::beamform::beamform(x.view(), active, parameters, covariance, |_| {})
+    bonebeam_drive::beamform::beamform(x.view(), active, parameters, covariance, |_| {})
         .expect("a frame that fits")
 }
 

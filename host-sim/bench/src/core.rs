@@ -1,0 +1,57 @@
+//! The core's beamformer as the sections use it: a beam a lane, whole lines, one thread.
+
+use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Run};
+use bonebeam::covariance::Covariance;
+use bonebeam::simd::InstructionSet;
+use ndarray::{Array2, Array3, Axis};
+use num_complex::Complex;
+
+use crate::Result;
+use bonebeam_drive::beamform::Needs;
+
+/// Beamforms all lines into `z [beam, sample]`.
+pub type Core<'a> = dyn FnMut(&mut Array2<Complex<f32>>) -> Result<()> + 'a;
+
+/// What gets a beamformer with its memory made.
+pub type Then<'a> = dyn FnMut(&mut Core<'_>) -> Result<()> + 'a;
+
+/// Makes a beamformer of `lines [beam, sample, element]`, all elements active, over the lanes of
+/// `set`, and hands it to `then`.
+///
+/// # Errors
+/// What the core refuses, and the errors of `then`.
+pub fn with_core(
+    set: InstructionSet,
+    parameters: Parameters,
+    covariance: Covariance,
+    lines: &Array3<Complex<f32>>,
+    then: &mut Then<'_>,
+) -> Result<()> {
+    let beamformer = Beamformer::new(parameters)?;
+    let elements = lines.dim().2;
+    let needs = Needs {
+        covariance,
+        sizes: beamformer.sizes(elements),
+    };
+    let mut memory = needs.memory(set)?;
+    let mut runs = Vec::new();
+    for line in lines.axis_iter(Axis(0)) {
+        let line = line.to_slice().expect("a standard layout");
+        runs.push(Run {
+            line: AlignedLine::new(line, elements)?,
+            first_element: 0,
+            first_sample: 0,
+        });
+    }
+    then(&mut |z| {
+        let mut rows: Vec<&mut [Complex<f32>]> = z
+            .outer_iter_mut()
+            .map(|row| row.into_slice().expect("a standard layout"))
+            .collect();
+        let lanes = memory.lanes();
+        for (runs, z) in runs.chunks(lanes).zip(rows.chunks_mut(lanes)) {
+            memory.runs(&beamformer, runs, elements, z)?;
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,269 @@
+//! Whole frames, through the host's drive of the core.
+
+use std::hint::black_box;
+
+use bonebeam::beamform::{Method, Parameters};
+use bonebeam::covariance::Covariance;
+use bonebeam::focus::Record;
+use bonebeam::geometry::{
+    Active, Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw,
+};
+use bonebeam::pipeline::{self, Pipeline};
+use rayon::ThreadPool;
+
+use super::report::{Quantity, Row, Table, Target};
+use super::simulated::{Around, recording};
+use super::snapshots::{Scene, snapshots};
+use super::timing::{fastest, side_by_side};
+use super::{Section, Settings};
+use crate::{Error, Result};
+use bonebeam_drive::delay::Source;
+use bonebeam_drive::pipeline::Frames;
+use bonebeam_drive::threads::pool;
+use bonebeam_drive::{beamform, phase_symmetry};
+use bonebeam_files::ChannelData;
+
+/// Frames a second of the published GPU implementation.
+const GPU: f64 = 10.0;
+/// Pixels on each side of the image that the bones are looked for in.
+const PIXELS: usize = 512;
+/// In dB.
+const DYNAMIC_RANGE: f32 = 60.0;
+
+/// The paper's array, and its frame inside a living back.
+pub(super) struct InVivo;
+
+impl InVivo {
+    pub(super) const ELEMENTS: usize = 128;
+    pub(super) const PITCH: f64 = 0.308e-3;
+    pub(super) const SOUND_SPEED: f64 = 1540.0;
+    pub(super) const RATE: f64 = 20e6;
+    pub(super) const DEPTH: f64 = 40e-3;
+    const BEAMS: usize = 256;
+    /// Of the recording, Hz.
+    pub(super) const SAMPLING_RATE: f64 = 40e6;
+
+    pub(super) const PARAMETERS: Parameters = Parameters {
+        method: Method::EsmvRank1,
+        temporal_half_window: 2,
+        diagonal_loading: 0.05,
+        subaperture_ratio: 0.5,
+    };
+
+    fn pipeline(method: Method, record_samples: usize) -> Result<Pipeline<'static>> {
+        let width = (Self::ELEMENTS - 1) as f64 * Self::PITCH;
+        Ok(Pipeline::new(pipeline::Parameters {
+            scan: ScanParameters {
+                array: Array::linear(Self::ELEMENTS, Self::PITCH),
+                lines: Lines::Even(Axis::centred(Self::BEAMS, width / (Self::BEAMS - 1) as f64)),
+                sound_speed: Self::SOUND_SPEED,
+                centre_frequency: 5e6,
+                sampling_rate: Self::SAMPLING_RATE,
+                record_samples,
+                output_rate: Self::RATE,
+                start: Depth::Metres(0.0),
+                end: Depth::Metres(Self::DEPTH),
+                f_number: 1.5,
+                min_elements: 8,
+            },
+            beamformer: Parameters {
+                method,
+                ..Self::PARAMETERS
+            },
+            rows: PIXELS,
+            columns: PIXELS,
+            dynamic_range: DYNAMIC_RANGE,
+            median: true,
+            scales: &[1.0 / 128.0, 1.0 / 256.0, 1.0 / 512.0],
+            threshold: 15.0,
+            strip: phase_symmetry::Parameters::STRIP,
+            stretch: usize::MAX,
+        })?)
+    }
+}
+
+/// The frame of the GPU's paper, then the paper's own.
+///
+/// # Errors
+/// What the core refuses.
+pub fn frames(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
+    let mut rows = gpu_frame(settings, step)?;
+    step("the frame in vivo: its recording");
+    let data = match settings.quick {
+        true => recording(Around::Water, 8, 16.0)?,
+        false => recording(Around::Tissue, 64, 2.0)?,
+    };
+    let pipeline = |method| InVivo::pipeline(method, data.samples.dim().3);
+    let [rank1, beta] = [Method::EsmvRank1, Method::EsmvBeta(0.01)].map(pipeline);
+    let (rank1, beta) = (rank1?, beta?);
+    rows.extend(in_vivo_frame([&rank1, &beta], &data, settings, step)?);
+    Ok(Table {
+        section: Section::Frames.to_string(),
+        title: "Frames a second".into(),
+        method: format!(
+            "Snapshots as above, through the host's drive of the core. The GPU's frame is that of \
+             the best published full Capon beamformer on one processor (Quadro 6000, 2012): 80 \
+             beams of 400 samples, M = 64, L = 32, K = 1, forward-backward MV. The paper's frame in \
+             vivo: {} beams over 128 elements at 0.308 mm, recorded at 40 MHz, {} samples at 20 MHz \
+             from 0 to 40 mm, F# 1.5, L = M/2, K = 2, forward-backward rank-1 ESMV; envelope, 60 dB, \
+             512 × 512 pixels, 3 × 3 median; phase symmetry with 18 filters. Its recording is a simulated \
+             vertebra in tissue, by {} transmits, each of which serves the lines beside it.",
+            InVivo::BEAMS,
+            rank1.lines().scan().samples(),
+            data.t0.len()
+        ),
+        yardstick: "GPU".into(),
+        rows,
+    })
+}
+
+fn gpu_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Vec<Row>> {
+    let (beams, samples, elements) = (80, 400, 64);
+    let x = snapshots(Scene::Echo, (beams, samples, elements));
+    let parameters = Parameters {
+        method: Method::Mv,
+        temporal_half_window: 1,
+        ..InVivo::PARAMETERS
+    };
+    let all = Active {
+        first: 0,
+        count: elements,
+    };
+    step("the GPU's frame");
+    let threads = |threads: usize| -> Result<_> {
+        let pool = pool(threads)?;
+        let covariance = Covariance::ForwardBackward;
+        let set = settings.instruction_set;
+        let plan = || beamform::Plan::new(set, parameters, covariance, elements);
+        let plan = pool.install(plan)?;
+        Ok((pool, plan))
+    };
+    let (one, two) = (threads(1)?, threads(2)?);
+    let frame = |(pool, plan): &(ThreadPool, beamform::Plan)| {
+        drop(black_box(
+            pool.install(|| plan.run(x.view(), |_, _| all, |_| {})),
+        ));
+    };
+    frame(&one);
+    frame(&two);
+    let times = side_by_side(
+        2 * settings.budget,
+        [&mut || frame(&one), &mut || frame(&two)],
+    );
+    let rows = times.iter().zip([("one core", 50.0), ("two cores", 95.0)]);
+    Ok(rows
+        .map(|(&seconds, (cores, target))| {
+            let row = Row::new(
+                format!("the GPU's frame, {cores}"),
+                Quantity::milliseconds(seconds),
+            );
+            row.beside(Quantity::milliseconds(1.0 / GPU))
+                .result(1.0 / seconds, "frames/s")
+                .target(Target::AtLeast(target))
+        })
+        .collect())
+}
+
+/// Seconds of each stage, and of the whole by rank 1 and by β.
+fn in_vivo_frame(
+    [pipeline, by_beta]: [&Pipeline<'_>; 2],
+    data: &ChannelData,
+    settings: &Settings,
+    step: &mut (dyn FnMut(&str) + Send),
+) -> Result<Vec<Row>> {
+    step("the frame in vivo: data");
+    let scan = *pipeline.lines().scan();
+    let size = (scan.lines(), scan.samples(), scan.elements());
+    let x = snapshots(Scene::Echo, size);
+    let rf = data.samples.rf(0);
+    let rf = rf.ok_or_else(|| Error::Data("the simulated recording is not RF".into()))?;
+    let records = rf
+        .outer_iter()
+        .map(|rf| {
+            let rf = rf.to_slice().expect("a standard layout");
+            Ok(Record::new(rf, scan.elements())?)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    let transmits: Vec<Transmit<'_>> = data
+        .t0
+        .iter()
+        .map(|&t0| Transmit::new(TransmitLaw::Focused, t0))
+        .collect();
+    let lines_each = scan.lines() / transmits.len();
+    let source = Source {
+        transmits: &transmits,
+        records: &records,
+        of_line: &|line| line / lines_each..line / lines_each + 1,
+    };
+    step("the frame in vivo");
+    let two = pool(2)?;
+    two.install(|| {
+        let mut frames = Frames::with_instruction_set(
+            settings.instruction_set,
+            pipeline,
+            Covariance::ForwardBackward,
+        )?;
+        frames.align(source)?;
+        let lines = frames.lines(x.view())?;
+        let picture = frames.image(lines.view())?;
+        frames.bone_map(picture.view())?;
+        let budget = settings.budget;
+        let row = |stage: &str, seconds: f64| {
+            Row::new(
+                format!("the frame in vivo, two cores: {stage}"),
+                Quantity::milliseconds(seconds),
+            )
+        };
+        let stages = [
+            row(
+                "delay",
+                fastest(budget, || {
+                    black_box(frames.align(source).is_ok());
+                }),
+            ),
+            row(
+                "lines",
+                fastest(budget, || drop(black_box(frames.lines(x.view())))),
+            ),
+            row(
+                "image",
+                fastest(budget, || drop(black_box(frames.image(lines.view())))),
+            ),
+            row(
+                "phase symmetry",
+                fastest(budget, || drop(black_box(frames.bone_map(picture.view())))),
+            ),
+        ];
+        let mut aligned_to_map = || {
+            let lines = frames.lines(x.view())?;
+            let image = frames.image(lines.view())?;
+            frames.bone_map(image.view())
+        };
+        aligned_to_map()?;
+        let seconds = fastest(2 * budget, || drop(black_box(aligned_to_map())));
+        let aligned = row("aligned samples to bone map", seconds)
+            .result(1.0 / seconds, "frames/s")
+            .target(Target::AtLeast(15.0));
+        let mut by_beta = Frames::with_instruction_set(
+            settings.instruction_set,
+            by_beta,
+            Covariance::ForwardBackward,
+        )?;
+        frames.run(source)?;
+        by_beta.run(source)?;
+        let seconds = side_by_side(
+            2 * budget,
+            [&mut || drop(black_box(frames.run(source))), &mut || {
+                drop(black_box(by_beta.run(source)))
+            }],
+        );
+        let target = Target::AtLeast(if settings.is_wide() { 16.0 } else { 10.0 });
+        let whole = ["rank 1", "β = 1 %"].into_iter().zip(seconds);
+        let whole = whole.map(|(method, seconds)| {
+            row(&format!("RF to bone map, {method}"), seconds)
+                .result(1.0 / seconds, "frames/s")
+                .target(target)
+        });
+        Ok(stages.into_iter().chain([aligned]).chain(whole).collect())
+    })
+}

@@ -1,0 +1,147 @@
+//! A thread's memory for the core's beamformer: as much as the sizes take, which are known at run time.
+
+use bonebeam::beamform::{Beamformer, Run, Sizes, Slices, WorkspaceView};
+use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::simd::{ComplexVector, InstructionSet, Task, Vector};
+use num_complex::Complex;
+
+use crate::{Error, Result};
+
+/// The most memory of a thread, bytes: what takes more was not meant.
+const MOST: usize = 1 << 30;
+
+/// Memory over the lanes of `V`, on the heap.
+pub struct Memory<A: Averaging<V>, V: Vector> {
+    zero: V,
+    sizes: Sizes,
+    complex: Vec<ComplexVector<V>>,
+    scalars: Vec<A::Scalar>,
+    reals: Vec<V>,
+}
+
+impl<A: Averaging<V>, V: Vector> Memory<A, V> {
+    /// For shapes of up to `sizes`, over the lanes of `zero`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where that is more than 1 GiB, or more than there is.
+    pub fn new(zero: V, sizes: Sizes) -> Result<Self> {
+        let lengths = sizes.lengths(A::COVARIANCE);
+        let bytes = [
+            (lengths.complex, size_of::<ComplexVector<V>>()),
+            (lengths.scalars, size_of::<A::Scalar>()),
+            (lengths.reals, size_of::<V>()),
+        ]
+        .into_iter()
+        .fold(0, |sum: usize, (length, size)| {
+            sum.saturating_add(length.saturating_mul(size))
+        });
+        if bytes > MOST {
+            return Err(too_much(sizes, bytes));
+        }
+        let no_room = |_| too_much(sizes, bytes);
+        Ok(Memory {
+            zero,
+            sizes,
+            complex: filled(ComplexVector::from_real(zero), lengths.complex).map_err(no_room)?,
+            scalars: filled(A::scalar(zero), lengths.scalars).map_err(no_room)?,
+            reals: filled(zero, lengths.reals).map_err(no_room)?,
+        })
+    }
+
+    /// The slices, which is what the core takes.
+    pub fn view(&mut self) -> WorkspaceView<'_, A, V> {
+        let slices = Slices {
+            complex: &mut self.complex,
+            scalars: &mut self.scalars,
+            reals: &mut self.reals,
+        };
+        WorkspaceView::new(self.zero, self.sizes, slices).expect("slices of these lengths")
+    }
+}
+
+fn filled<T: Copy>(
+    value: T,
+    length: usize,
+) -> std::result::Result<Vec<T>, std::collections::TryReserveError> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(length)?;
+    values.resize(length, value);
+    Ok(values)
+}
+
+fn too_much(sizes: Sizes, bytes: usize) -> Error {
+    Error::Usage(format!(
+        "temporal_half_window (K) {} and a subaperture of {} elements take {} MB a thread, more than \
+         there is or than the {} MB that are allowed: give a smaller K or subaperture_ratio",
+        sizes.temporal_half_window,
+        sizes.subaperture,
+        bytes >> 20,
+        MOST >> 20
+    ))
+}
+
+/// A [`Memory`] whose lanes and covariance are chosen at run time.
+pub trait AnyMemory: Send {
+    /// How many runs it takes at a time.
+    fn lanes(&self) -> usize;
+
+    /// See [`Beamformer::runs`].
+    ///
+    /// # Errors
+    /// What the core refuses.
+    fn runs(
+        &mut self,
+        beamformer: &Beamformer,
+        runs: &[Run<'_>],
+        count: usize,
+        z: &mut [&mut [Complex<f32>]],
+    ) -> std::result::Result<(), bonebeam::Error>;
+}
+
+impl<A: Averaging<V>, V: Vector> AnyMemory for Memory<A, V> {
+    fn lanes(&self) -> usize {
+        V::LANES
+    }
+
+    fn runs(
+        &mut self,
+        beamformer: &Beamformer,
+        runs: &[Run<'_>],
+        count: usize,
+        z: &mut [&mut [Complex<f32>]],
+    ) -> std::result::Result<(), bonebeam::Error> {
+        beamformer.runs(&mut self.view(), runs, count, z)
+    }
+}
+
+/// What memory is for.
+#[derive(Clone, Copy, Debug)]
+pub struct Needs {
+    /// Forward, or forward and backward.
+    pub covariance: Covariance,
+    /// The largest shapes.
+    pub sizes: Sizes,
+}
+
+impl Needs {
+    /// The memory, over the lanes of `set`.
+    ///
+    /// # Errors
+    /// As [`Memory::new`].
+    pub fn memory(self, set: InstructionSet) -> Result<Box<dyn AnyMemory>> {
+        set.dispatch(self)
+    }
+}
+
+impl Task for Needs {
+    type Output = Result<Box<dyn AnyMemory>>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        Ok(match self.covariance {
+            Covariance::Forward => Box::new(Memory::<Forward, V>::new(zero, self.sizes)?),
+            Covariance::ForwardBackward => {
+                Box::new(Memory::<ForwardBackward, V>::new(zero, self.sizes)?)
+            }
+        })
+    }
+}

@@ -1,0 +1,168 @@
+//! The lines that a recording is beamformed along: those that fit its array, or those asked for.
+
+use bonebeam::geometry::{Array, Element, Ray};
+
+use crate::config::{Beamform, LineKind};
+use crate::{Error, Result};
+use bonebeam_files::{ChannelData, Transmits};
+
+/// A straight array with less than so many wavelengths between its elements is steered, not walked
+/// along: grating lobes stay away from a sector at half a wavelength, a linear array has about one.
+const PHASED: f64 = 0.7;
+/// Halvings of an interval of elements: to a billionth of an element.
+const HALVINGS: usize = 40;
+
+/// The lines of a recording.
+pub struct Beams {
+    /// From left to right.
+    pub rays: Vec<Ray>,
+    /// Whether each has a transmit of its own; else all transmits are compounded into each.
+    pub own: bool,
+}
+
+/// The elements, with the directions in which they look.
+pub fn elements(data: &ChannelData) -> Vec<Element> {
+    let last = data.element_x.len() - 1;
+    // Across the line from one element to another.
+    let across = |left: usize, right: usize| {
+        let ([ax, az], [bx, bz]) = (data.element(left), data.element(right));
+        libm::atan2(az - bz, bx - ax)
+    };
+    let angle = |m: usize| match &data.element_angle {
+        Some(angle) => angle[m],
+        None if last == 1 => across(0, 1),
+        // At the ends as if the curve went on: it turns by as much again.
+        None if m == 0 => 2.0 * across(0, 1) - across(0, 2),
+        None if m == last => 2.0 * across(last - 1, last) - across(last - 2, last),
+        None => across(m - 1, m + 1),
+    };
+    (0..=last)
+        .map(|m| {
+            let [x, z] = data.element(m);
+            let angle = angle(m);
+            Element { x, z, angle }
+        })
+        .collect()
+}
+
+impl Beams {
+    /// The lines of `data` on `array`, as the parameters ask for them.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for flags that do not fit the transmits.
+    pub fn new(data: &ChannelData, array: &Array<'_>, parameters: &Beamform) -> Result<Self> {
+        if let Transmits::Focused { x, .. } = &data.transmits {
+            if parameters.lines.is_some() || parameters.line_count.is_some() {
+                return Err(Error::Usage(
+                    "--lines and --line-count have no effect on focused transmits (`tx_x`), which make \
+                     a line each"
+                        .into(),
+                ));
+            }
+            return Ok(Beams {
+                rays: x.iter().map(|&x| Ray::down(x)).collect(),
+                own: true,
+            });
+        }
+        let c = parameters.sound_speed.unwrap_or(data.c);
+        let fitting = if !data.is_straight() {
+            LineKind::Normals
+        } else if phased(data, c) {
+            LineKind::Sector
+        } else {
+            LineKind::Down
+        };
+        let asked = parameters.lines.is_some() || parameters.line_count.is_some();
+        if !asked && let Some(rays) = through_foci(data, array, fitting) {
+            return Ok(Beams { rays, own: true });
+        }
+        let kind = parameters.lines.unwrap_or(fitting);
+        Ok(Beams {
+            rays: grid(data, array, kind, parameters),
+            own: false,
+        })
+    }
+}
+
+/// Whether a straight array is one that is steered. Plane and single-element transmits are as often
+/// those of a linear array with narrow elements, which is imaged straight down.
+fn phased(data: &ChannelData, c: f64) -> bool {
+    let steered = matches!(
+        data.transmits,
+        Transmits::VirtualSource { .. } | Transmits::Delays { .. }
+    );
+    steered && data.pitch() < PHASED * c / data.f0
+}
+
+/// Evenly spaced lines over the whole array: two an element, since an adaptive beam is narrower than
+/// one, or so many as are asked for.
+fn grid(data: &ChannelData, array: &Array<'_>, kind: LineKind, parameters: &Beamform) -> Vec<Ray> {
+    let elements = data.element_x.len();
+    let usual = 2 * elements - 1;
+    let count = parameters.line_count.unwrap_or(usual);
+    let share = |line: usize| line as f64 / (count - 1) as f64;
+    let [first, last] = [data.element_x[0], data.element_x[elements - 1]];
+    match kind {
+        LineKind::Down => {
+            let step = match count == usual {
+                true if data.is_straight() => data.pitch() / 2.0,
+                _ => (last - first) / (count - 1) as f64,
+            };
+            let at = |line: usize| Ray::down(first + line as f64 * step);
+            (0..count).map(at).collect()
+        }
+        LineKind::Normals => (0..count)
+            .map(|line| array.normal(share(line) * (elements - 1) as f64))
+            .collect(),
+        LineKind::Sector => {
+            let (left, width) = (-parameters.sector / 2.0, parameters.sector);
+            let middle = (first + last) / 2.0;
+            (0..count)
+                .map(|line| Ray::new(middle, 0.0, left + share(line) * width))
+                .collect()
+        }
+    }
+}
+
+/// Where all transmits converge and each on a place of its own: a line through each focus, if they come
+/// from left to right.
+fn through_foci(data: &ChannelData, array: &Array<'_>, kind: LineKind) -> Option<Vec<Ray>> {
+    let Transmits::VirtualSource { x, z } = &data.transmits else {
+        return None;
+    };
+    if x.len() < 2 || z.iter().any(|&z| z <= 0.0) {
+        return None;
+    }
+    let last = data.element_x.len() - 1;
+    let middle = (data.element_x[0] + data.element_x[last]) / 2.0;
+    let rays: Vec<Ray> = x
+        .iter()
+        .zip(z)
+        .map(|(&x, &z)| match kind {
+            LineKind::Down => Ray::down(x),
+            LineKind::Normals => normal_through(array, [x, z]),
+            LineKind::Sector => Ray::new(middle, 0.0, libm::atan2(x - middle, z)),
+        })
+        .collect();
+    let place = |ray: &Ray| match kind {
+        LineKind::Down => ray.x(),
+        LineKind::Normals | LineKind::Sector => ray.angle(),
+    };
+    rays.is_sorted_by(|a, b| place(a) < place(b))
+        .then_some(rays)
+}
+
+/// The array's normal that goes through a place.
+fn normal_through(array: &Array<'_>, place: [f64; 2]) -> Ray {
+    let (mut low, mut high) = (0.0, (array.elements() - 1) as f64);
+    for _ in 0..HALVINGS {
+        let middle = (low + high) / 2.0;
+        let [right, _] = array.normal(middle).coordinates(place);
+        if right > 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    array.normal((low + high) / 2.0)
+}

@@ -1,0 +1,9 @@
+//! Parameters of the drive, a section a stage, from TOML and from the command line.
+
+mod beamform;
+mod image;
+mod phase_symmetry;
+
+pub use beamform::{Beamform, BeamformFlags, LineKind, Reading, RfReading};
+pub use image::{Image, ImageFlags, LONGER_SIDE};
+pub use phase_symmetry::{PhaseSymmetry, PhaseSymmetryFlags, Size, parse_scale};

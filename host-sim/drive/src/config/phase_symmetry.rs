@@ -1,0 +1,182 @@
+//! The parameters of phase symmetry: the section and its flags.
+
+use std::fmt;
+use std::str::FromStr;
+
+use bonebeam::phase_symmetry::MAX_SCALES;
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result};
+use bonebeam_files::settings::{check_count, out_of_range};
+
+const SECTION: &str = "phase_symmetry";
+/// The largest noise threshold: as large as the core takes a pixel.
+const MAX_THRESHOLD: f64 = 1e12;
+/// The sides that the transform takes.
+const SIDES: [usize; 5] = [64, 128, 256, 512, 1024];
+
+/// Section `[phase_symmetry]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PhaseSymmetry {
+    /// The filters' centre frequencies r₀, cycles per pixel.
+    pub scales: Vec<f64>,
+    /// The noise threshold T_n, in grey levels of an image of 0 to 255.
+    pub threshold: f64,
+    /// How many rows or columns are worked on at a time. It changes the memory needed, never the
+    /// result.
+    pub strip: usize,
+    /// Put the image into a black one of the next sides that the transform takes, and cut the map.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub pad: bool,
+    /// Resample the image to this size first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resize: Option<Size>,
+}
+
+/// The flags that go over the section.
+#[derive(Debug, Args)]
+pub struct PhaseSymmetryFlags {
+    /// Centre frequencies of the filters, cycles per pixel, such as 2^-7,2^-8 or 0.0078125
+    /// [default: 2^-7,2^-8,2^-9]
+    #[arg(long, value_name = "R0,…", value_delimiter = ',', value_parser = parse_scale)]
+    scales: Option<Vec<f64>>,
+
+    /// Noise threshold T_n, in grey levels of the image [default: 15]
+    #[arg(long, value_name = "GREY")]
+    threshold: Option<f64>,
+
+    /// Rows or columns worked on at a time; it changes the memory needed, never the result
+    /// [default: 16]
+    #[arg(long, value_name = "ROWS")]
+    strip: Option<usize>,
+
+    /// Put the image into a black one of the next sides that the transform takes, and cut the map to the
+    /// image again
+    #[arg(long, conflicts_with = "resize")]
+    pad: bool,
+
+    /// Resample the image first; sides are 64, 128, 256, 512 or 1024 pixels
+    #[arg(long, value_name = "ROWSxCOLUMNS")]
+    resize: Option<Size>,
+}
+
+/// The size of an image, pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Size {
+    /// Pixels down.
+    pub rows: usize,
+    /// Pixels across.
+    pub columns: usize,
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let parse = |side: &str| side.parse::<usize>().ok();
+        let sides = text
+            .split_once('x')
+            .and_then(|(r, c)| parse(r).zip(parse(c)));
+        match sides {
+            Some((rows, columns)) => Ok(Self { rows, columns }),
+            None => Err("expected ROWSxCOLUMNS in pixels, such as 512x512".into()),
+        }
+    }
+}
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.rows, self.columns)
+    }
+}
+
+/// A scale as a power of two (`2^-7`) or as a decimal number (`0.0078125`), cycles per pixel.
+pub fn parse_scale(text: &str) -> std::result::Result<f64, String> {
+    let value = match text.strip_prefix("2^") {
+        Some(exponent) => exponent.parse().ok().map(f64::exp2),
+        None => text.parse().ok(),
+    };
+    value.ok_or_else(|| "expected a power of two such as 2^-7, or a decimal number".into())
+}
+
+impl Default for PhaseSymmetry {
+    fn default() -> Self {
+        Self {
+            scales: vec![(-7f64).exp2(), (-8f64).exp2(), (-9f64).exp2()],
+            threshold: 15.0,
+            strip: 16,
+            pad: false,
+            resize: None,
+        }
+    }
+}
+
+impl PhaseSymmetry {
+    /// What the flags say in place of the section's values.
+    pub fn apply(&mut self, flags: &PhaseSymmetryFlags) {
+        if let Some(scales) = &flags.scales {
+            self.scales.clone_from(scales);
+        }
+        self.threshold = flags.threshold.unwrap_or(self.threshold);
+        self.strip = flags.strip.unwrap_or(self.strip);
+        // Each undoes the need for the other.
+        if flags.pad {
+            (self.pad, self.resize) = (true, None);
+        }
+        if flags.resize.is_some() {
+            (self.pad, self.resize) = (false, flags.resize);
+        }
+    }
+
+    /// The sides of the black image that a padded one is put into, where the transform takes any that are
+    /// large enough.
+    pub fn padded(&self, sides: (usize, usize)) -> Option<(usize, usize)> {
+        let next = |side: usize| SIDES.into_iter().find(|&taken| taken >= side);
+        next(sides.0).zip(next(sides.1)).filter(|_| self.pad)
+    }
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] naming the flag, the key, the value and the range.
+    pub fn validate(&self) -> Result<()> {
+        let count = self.scales.len();
+        if !(1..=MAX_SCALES).contains(&count) {
+            let expected = format!("1 to {MAX_SCALES} scales");
+            return Err(out_of_range(
+                SECTION,
+                "scales",
+                format!("{count} scales"),
+                &expected,
+            ));
+        }
+        let (low, high) = ((-10f64).exp2(), (-1f64).exp2());
+        if let Some(scale) = self.scales.iter().find(|s| !(low..=high).contains(*s)) {
+            return Err(out_of_range(
+                SECTION,
+                "scales",
+                scale,
+                "2^-10 to 2^-1 cycles per pixel",
+            ));
+        }
+        if !(0.0..=MAX_THRESHOLD).contains(&self.threshold) {
+            let expected = "at least 0 and at most 1e12 (grey levels)";
+            return Err(out_of_range(SECTION, "threshold", self.threshold, expected));
+        }
+        check_count(SECTION, "strip", self.strip)?;
+        if self.pad && self.resize.is_some() {
+            let message = "--pad and --resize both decide the image's size; give one of them";
+            return Err(Error::Usage(message.into()));
+        }
+        match self.resize {
+            Some(size) if !(SIDES.contains(&size.rows) && SIDES.contains(&size.columns)) => {
+                let expected = "sides of 64, 128, 256, 512 or 1024 pixels";
+                Err(out_of_range(SECTION, "resize", size, expected))
+            }
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! The drive of the core: the stages over whole frames, on all threads and the widest vectors.
+
+pub mod beamform;
+mod beams;
+mod compound;
+pub mod config;
+pub mod delay;
+pub mod frame;
+pub mod image;
+pub mod methods;
+pub mod phase_symmetry;
+pub mod pipeline;
+pub mod policy;
+pub mod threads;
+
+pub use bonebeam_files::{Error, Result};

@@ -1,0 +1,196 @@
+//! Folders of a SonixDAQ: a file `CH000.daq` a channel, of 16-bit samples behind three 32-bit numbers.
+//!
+//! The files tell nothing of the scan: `[variables]` does.
+
+use std::fs::{self, File};
+use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use ndarray::{Array4, ArrayD};
+
+use super::super::{ChannelData, Samples, cannot_be_opened, file_error};
+use super::keyed::Keyed;
+use super::values::{Part, Source, Values};
+use super::variables::{CHANNELS, Given, Variables};
+use crate::memory;
+use crate::{Error, Result};
+
+/// The header of a file: a number, how many records, and how many samples each has.
+const HEADER: usize = 12;
+/// The most channels that are looked for.
+const MAX_CHANNELS: usize = 1000;
+/// The channels of the vendor's board, in eight groups of sixteen.
+const BOARD: usize = 128;
+const GROUPS: usize = 8;
+
+/// A folder without named arrays.
+struct Folder {
+    path: PathBuf,
+}
+
+impl Source for Folder {
+    fn error(&self, message: String) -> Error {
+        file_error(&self.path, message)
+    }
+
+    fn names(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    fn numbers(&self, name: &str) -> Result<ArrayD<f64>> {
+        Err(self.error(format!("has no array `{name}`; a folder has none")))
+    }
+
+    fn shape_for_parts(&self, _: &str) -> Result<Option<Vec<usize>>> {
+        Ok(None)
+    }
+
+    fn samples(&self, name: &str, _: Option<Part>) -> Result<Values> {
+        Err(self.error(format!("has no array `{name}`; a folder has none")))
+    }
+}
+
+/// Whether a folder is of that kind.
+pub fn is(path: &Path) -> bool {
+    path.join(name(0)).is_file()
+}
+
+fn name(channel: usize) -> String {
+    format!("CH{channel:03}.daq")
+}
+
+/// The channel data of some frames, and how many the files hold: their records are transmits, and after
+/// the last of them comes the next frame.
+///
+/// # Errors
+/// A file that is missing or damaged, records of different lengths, or variables that do not tell the
+/// scan.
+pub fn read(
+    path: &Path,
+    variables: &Variables,
+    frames: Range<usize>,
+) -> Result<(ChannelData, usize)> {
+    let folder = Folder {
+        path: path.to_path_buf(),
+    };
+    let channels = channels(path)?;
+    let keyed = Keyed {
+        source: &folder,
+        variables,
+    };
+    let element = order(&folder, channels, variables)?;
+    let transmits = keyed.transmits_told()?;
+    let [records, samples] = header(&path.join(name(0)))?;
+    if transmits == 0 || records % transmits != 0 {
+        return Err(folder.error(format!(
+            "has {records} records a channel; expected a multiple of the {transmits} transmits that the \
+             delay law tells"
+        )));
+    }
+    let held = records / transmits;
+    let end = frames.end.min(held);
+    let frames = frames.start.min(end)..end;
+    let shape = (frames.len(), transmits, channels, samples);
+    let size = memory::product(&[frames.len(), transmits, channels, samples, size_of::<f32>()]);
+    memory::check(size, "the recording").map_err(|e| folder.error(e.to_string()))?;
+    let mut rf = Array4::zeros(shape);
+    for (channel, &element) in element.iter().enumerate() {
+        let path = path.join(name(channel));
+        if header(&path)? != [records, samples] {
+            return Err(file_error(
+                &path,
+                format!(
+                    "has other records than {}: expected {records} of {samples} samples",
+                    name(0)
+                ),
+            ));
+        }
+        let record = 2 * samples;
+        let from = HEADER + frames.start * transmits * record;
+        let bytes = bytes_at(&path, from, frames.len() * transmits * record)
+            .map_err(|e| file_error(&path, cannot_be_opened(&e)))?;
+        let (pairs, _) = bytes.as_chunks::<2>();
+        for (record, pairs) in pairs.chunks_exact(samples).enumerate() {
+            let place = (record / transmits, record % transmits, element);
+            for (n, pair) in pairs.iter().enumerate() {
+                rf[(place.0, place.1, place.2, n)] = f32::from(i16::from_le_bytes(*pair));
+            }
+        }
+    }
+    let data = keyed.with_samples(Samples::Rf(rf), transmits, channels)?;
+    Ok((data, held))
+}
+
+/// So many bytes of a file, from a place on.
+fn bytes_at(path: &Path, from: usize, count: usize) -> std::io::Result<Vec<u8>> {
+    let mut file = File::open(path)?;
+    file.seek(SeekFrom::Start(from as u64))?;
+    let mut bytes = vec![0; count];
+    file.read_exact(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// How many channels there are, one file each from the first on.
+fn channels(path: &Path) -> Result<usize> {
+    let missing = |channel: &usize| !path.join(name(*channel)).is_file();
+    let channels = (0..MAX_CHANNELS).find(missing).unwrap_or(MAX_CHANNELS);
+    let entries = fs::read_dir(path).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
+    let named = |entry: std::io::Result<fs::DirEntry>| {
+        let name = entry.ok()?.file_name().into_string().ok()?;
+        (name.starts_with("CH") && name.ends_with(".daq")).then_some(())
+    };
+    let all = entries.filter_map(named).count();
+    if all > channels {
+        let message = format!("has {all} channels, and {} is missing", name(channels));
+        return Err(file_error(path, message));
+    }
+    Ok(channels)
+}
+
+/// The element of each channel.
+fn order(folder: &Folder, channels: usize, variables: &Variables) -> Result<Vec<usize>> {
+    match variables.get(CHANNELS) {
+        Some(Given::Name(order)) if order == "element" => Ok((0..channels).collect()),
+        Some(Given::Name(order)) if order == "board" && channels == BOARD => {
+            // The board's order, as in the vendor's `readDAQ.m`: 0, 16, 32 … 112, 1, 17 …
+            Ok((0..channels)
+                .map(|channel| (channel % GROUPS) * (BOARD / GROUPS) + channel / GROUPS)
+                .collect())
+        }
+        None if channels != BOARD => Ok((0..channels).collect()),
+        _ => Err(folder.error(format!(
+            "has {channels} channels; expected --variable {CHANNELS}=element where each file is the \
+             element of its number, or, of {BOARD} files, {CHANNELS}=board for the board's own order"
+        ))),
+    }
+}
+
+/// The number of records of a file and of their samples; the file is as long as that.
+fn header(path: &Path) -> Result<[usize; 2]> {
+    let open = |e: std::io::Error| file_error(path, cannot_be_opened(&e));
+    let mut file = File::open(path).map_err(open)?;
+    let length = file.metadata().map_err(open)?.len();
+    let mut head = [0; HEADER];
+    file.read_exact(&mut head)
+        .map_err(|_| file_error(path, "is truncated: it has no header"))?;
+    let number = |at: usize| {
+        let bytes = [head[at], head[at + 1], head[at + 2], head[at + 3]];
+        usize::try_from(i32::from_le_bytes(bytes))
+            .ok()
+            .filter(|&n| n > 0)
+    };
+    let (Some(records), Some(samples)) = (number(4), number(8)) else {
+        return Err(file_error(path, "is damaged: its header counts no samples"));
+    };
+    let expected = HEADER as u64 + 2 * records as u64 * samples as u64;
+    if length != expected {
+        return Err(file_error(
+            path,
+            format!(
+                "has {length} bytes; expected {expected}, {records} records of {samples} samples"
+            ),
+        ));
+    }
+    Ok([records, samples])
+}

@@ -1,0 +1,57 @@
+//! The files: recordings in many formats, beamformed lines as `.npz`, images as `.npy` and PNG.
+//!
+//! Everything read is validated before it is returned, and every error names the file, the key,
+//! the index and what would be right. Everything written is written whole or not at all.
+
+mod aligned;
+pub mod atomic;
+mod channel_data;
+mod error;
+pub mod formats;
+pub mod image;
+pub mod leftovers;
+mod lines;
+pub mod memory;
+mod npy;
+mod npy_header;
+mod npz;
+mod partial;
+mod recording;
+mod samples;
+pub mod settings;
+pub mod terminal;
+mod truth;
+mod units;
+mod validate;
+mod volume;
+
+pub use aligned::AlignedData;
+pub use channel_data::{ChannelData, Transmits};
+pub use error::{Error, Result};
+pub use formats::{Format, Variables};
+pub use lines::{BeamRays, Lines};
+pub use npy::read_array;
+pub use partial::Partial;
+pub use recording::{Recording, RecordingFile};
+pub use samples::{Frame, Samples};
+pub use truth::{Truth, ply, stage_surface};
+pub use volume::nifti;
+
+use std::io;
+use std::path::Path;
+
+/// The error for a file whose contents are wrong.
+fn file_error(path: &Path, message: impl Into<String>) -> Error {
+    Error::File {
+        path: path.to_path_buf(),
+        message: message.into(),
+    }
+}
+
+/// Why a file cannot be opened.
+pub fn cannot_be_opened(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "cannot be opened: no such file".into(),
+        kind => format!("cannot be opened: {kind}"),
+    }
+}

@@ -1,0 +1,544 @@
+//! The keyed arrays of a `.npz` file, with errors that name file, key and what would be right.
+
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use ndarray::{Array, Array2, Array4, ArrayD, ArrayRef, Axis, Dimension};
+use ndarray_npy::npy::header::{Header, Layout};
+use ndarray_npy::{WritableElement, WriteNpyError, WriteNpyExt, WriteNpzError};
+use num_complex::Complex;
+use zip::result::{ZipError, ZipResult};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
+
+use super::npy::{self, NpyError, or_type};
+use super::npy_header::{MAX_LENGTH, claimed_length};
+use crate::memory;
+use crate::{Error, Result};
+
+/// How many times its compressed size a member may become: recordings shrink to a half or a tenth.
+/// Memory is bounded so: by what the file holds times this, and three times for the conversions.
+const MAX_INFLATION: u64 = 100;
+/// A member of up to so many bytes may have been compressed as far as can be.
+const SMALL: u64 = 16 << 20;
+
+/// An open `.npz` file.
+pub struct Reader {
+    path: PathBuf,
+    archive: ZipArchive<BufReader<File>>,
+}
+
+impl Reader {
+    /// Opens the archive and reads its table of contents.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file =
+            File::open(path).map_err(|e| super::file_error(path, super::cannot_be_opened(&e)))?;
+        let archive = ZipArchive::new(BufReader::new(file)).map_err(|e| {
+            super::file_error(path, format!("is truncated or not an .npz archive ({e})"))
+        })?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            archive,
+        })
+    }
+
+    /// An error about this file.
+    pub fn error(&self, message: impl Into<String>) -> Error {
+        super::file_error(&self.path, message)
+    }
+
+    /// Whether there is an array of this name.
+    pub fn has(&self, key: &str) -> bool {
+        self.archive.index_for_name(&format!("{key}.npy")).is_some()
+    }
+
+    /// A real number (0-d, or an array of one; f64, f32 or an integer).
+    pub fn scalar(&mut self, key: &str) -> Result<f64> {
+        let array = self.real_of_any_rank(key)?;
+        match array.as_slice().unwrap_or_default() {
+            [value] => Ok(*value),
+            _ => Err(self.rank_error(key, array.shape(), "a scalar (0-d)")),
+        }
+    }
+
+    /// As [`Reader::scalar`], where there is one.
+    pub fn optional_scalar(&mut self, key: &str) -> Result<Option<f64>> {
+        self.has(key).then(|| self.scalar(key)).transpose()
+    }
+
+    /// As [`Reader::vector`], where there is one.
+    pub fn optional_vector(
+        &mut self,
+        key: &str,
+        count: usize,
+        of: &str,
+    ) -> Result<Option<Vec<f64>>> {
+        let there = self.has(key);
+        there.then(|| self.vector(key, count, of)).transpose()
+    }
+
+    /// Real numbers of two axes.
+    pub fn table(&mut self, key: &str, shape: [usize; 2], axes: &str) -> Result<Array2<f64>> {
+        let array = self.real(key, axes)?;
+        self.shaped(key, array, shape, axes)
+    }
+
+    /// Truth values of two axes: bool, or integers that are 0 or not.
+    pub fn flags(&mut self, key: &str, shape: [usize; 2], axes: &str) -> Result<Array2<bool>> {
+        let bytes = self.bytes(key)?;
+        let array = or_type(npy::read::<bool>(&bytes), || {
+            integers(&bytes).map(|a| a.mapv(|v| v != 0))
+        });
+        let array = self.typed(key, array, "bool or an integer type")?;
+        let array = self.ranked(key, array, axes)?;
+        self.shaped(key, array, shape, axes)
+    }
+
+    fn shaped<T>(
+        &self,
+        key: &str,
+        array: Array2<T>,
+        shape: [usize; 2],
+        axes: &str,
+    ) -> Result<Array2<T>> {
+        if array.shape() == shape {
+            return Ok(array);
+        }
+        let expected = format!("{axes}, which is {shape:?}");
+        Err(self.rank_error(key, array.shape(), &expected))
+    }
+
+    /// Real samples of some frames, of the types that [`Reader::samples_of_any_rank`] takes, as [frame,
+    /// …]; and how many frames there are. The file may leave the axis of frames out, which is then one.
+    /// `axes` names the others. Samples in columns are read whole.
+    pub fn real_frames(
+        &mut self,
+        key: &str,
+        axes: &str,
+        frames: Range<usize>,
+    ) -> Result<(Array4<f32>, usize)> {
+        let (bytes, held) = self.bytes_of_frames(key, frames)?;
+        let array = self.real_samples(key, &bytes)?;
+        self.framed(key, axes, array, held)
+    }
+
+    /// Complex samples of some frames, complex64 or complex128: as [`Reader::real_frames`].
+    pub fn complex_frames(
+        &mut self,
+        key: &str,
+        axes: &str,
+        frames: Range<usize>,
+    ) -> Result<(Array4<Complex<f32>>, usize)> {
+        let (bytes, held) = self.bytes_of_frames(key, frames)?;
+        let array = self.complex_samples(key, &bytes)?;
+        self.framed(key, axes, array, held)
+    }
+
+    fn framed<T>(
+        &self,
+        key: &str,
+        axes: &str,
+        array: ArrayD<T>,
+        held: Option<usize>,
+    ) -> Result<(Array4<T>, usize)> {
+        let expected = match array.ndim() {
+            4 => format!("[frame, {axes}]"),
+            _ => format!("[{axes}], or with a frame axis before them"),
+        };
+        let array = match array.ndim() {
+            3 => array.insert_axis(Axis(0)),
+            _ => array,
+        };
+        let array: Array4<T> = self.ranked(key, array, &expected)?;
+        let held = held.unwrap_or(array.dim().0);
+        Ok((array, held))
+    }
+
+    /// Real numbers (f64, f32 or integers), `count` of them: one for each `of`.
+    pub fn vector(&mut self, key: &str, count: usize, of: &str) -> Result<Vec<f64>> {
+        let values = self.vector_of_any_length(key, of)?;
+        self.check_length(key, values.len(), count, of)?;
+        Ok(values)
+    }
+
+    /// Real numbers (f64, f32 or integers), one for each `of`.
+    pub fn vector_of_any_length(&mut self, key: &str, of: &str) -> Result<Vec<f64>> {
+        let array: Array<f64, ndarray::Ix1> = self.real(key, &format!("one axis, [{of}]"))?;
+        Ok(array.to_vec())
+    }
+
+    /// As [`Reader::vector`]; a scalar stands for `count` equal numbers.
+    pub fn vector_or_scalar(&mut self, key: &str, count: usize, of: &str) -> Result<Vec<f64>> {
+        let array = self.real_of_any_rank(key)?;
+        match array.ndim() {
+            0 => Ok(vec![array.sum(); count]),
+            1 if array.len() == 1 => Ok(vec![array.sum(); count]),
+            1 => {
+                self.check_length(key, array.len(), count, of)?;
+                Ok(array.iter().copied().collect())
+            }
+            _ => Err(self.rank_error(key, array.shape(), &format!("a scalar or [{of}]"))),
+        }
+    }
+
+    /// Indices (integers), `count` of them, each below `limit`.
+    pub fn indices(
+        &mut self,
+        key: &str,
+        count: usize,
+        of: &str,
+        limit: usize,
+    ) -> Result<Vec<usize>> {
+        let bytes = self.bytes(key)?;
+        let array = self.typed(key, integers(&bytes), "an integer type such as int64")?;
+        let array: Array<i64, ndarray::Ix1> =
+            self.ranked(key, array, &format!("one axis, [{of}]"))?;
+        self.check_length(key, array.len(), count, of)?;
+        let mut indices = Vec::with_capacity(count);
+        for (i, &value) in array.iter().enumerate() {
+            match usize::try_from(value) {
+                Ok(index) if index < limit => indices.push(index),
+                _ => {
+                    return Err(self.error(format!(
+                        "`{key}` is {value} at {of} {i}; expected 0 to {}",
+                        limit - 1
+                    )));
+                }
+            }
+        }
+        Ok(indices)
+    }
+
+    /// Recorded samples: f32, f64 rounded to it, i16 or i32 (above 2²⁴ rounded), or u8, whose zero is
+    /// 128.
+    pub fn samples_of_any_rank(&mut self, key: &str) -> Result<ArrayD<f32>> {
+        let bytes = self.bytes(key)?;
+        self.real_samples(key, &bytes)
+    }
+
+    fn real_samples(&self, key: &str, bytes: &[u8]) -> Result<ArrayD<f32>> {
+        let array = or_type(npy::read::<f32>(bytes), || {
+            npy::read::<i16>(bytes).map(|a| a.mapv(f32::from))
+        });
+        let array = or_type(array, || {
+            npy::read::<f64>(bytes).map(|a| a.mapv(|v| v as f32))
+        });
+        let array = or_type(array, || {
+            npy::read::<i32>(bytes).map(|a| a.mapv(|v| v as f32))
+        });
+        let array = or_type(array, || {
+            npy::read::<u8>(bytes).map(|a| a.mapv(|v| f32::from(v) - 128.0))
+        });
+        self.typed(key, array, "float32, float64, int16, int32 or uint8")
+    }
+
+    /// Complex samples: complex64, or complex128 rounded to it.
+    pub fn complex<D: Dimension>(
+        &mut self,
+        key: &str,
+        axes: &str,
+    ) -> Result<Array<Complex<f32>, D>> {
+        let bytes = self.bytes(key)?;
+        let array = self.complex_samples(key, &bytes)?;
+        self.ranked(key, array, axes)
+    }
+
+    fn complex_samples(&self, key: &str, bytes: &[u8]) -> Result<ArrayD<Complex<f32>>> {
+        let array = or_type(npy::read::<Complex<f32>>(bytes), || {
+            let wide = npy::read::<Complex<f64>>(bytes)?;
+            Ok(wide.mapv(|z| Complex::new(z.re as f32, z.im as f32)))
+        });
+        self.typed(key, array, "complex64 or complex128")
+    }
+
+    fn real<D: Dimension>(&mut self, key: &str, expected: &str) -> Result<Array<f64, D>> {
+        let array = self.real_of_any_rank(key)?;
+        self.ranked(key, array, expected)
+    }
+
+    fn real_of_any_rank(&mut self, key: &str) -> Result<ArrayD<f64>> {
+        let bytes = self.bytes(key)?;
+        let floats = or_type(npy::read::<f64>(&bytes), || {
+            npy::read::<f32>(&bytes).map(|a| a.mapv(f64::from))
+        });
+        // numpy makes integers of numbers written without a point, such as c=1540.
+        let array = or_type(floats, || integers(&bytes).map(|a| a.mapv(|v| v as f64)));
+        self.typed(key, array, "float64, float32 or an integer type")
+    }
+
+    /// The bytes of one member; reading them to the end checks the archive's checksum.
+    ///
+    /// No more than [`MAX_INFLATION`] times what the archive holds of it are read.
+    fn bytes(&mut self, key: &str) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let mut limit = u64::MAX;
+        let outcome = match self.archive.by_name(&format!("{key}.npy")) {
+            Ok(member) => {
+                limit = member.compressed_size().saturating_mul(MAX_INFLATION);
+                limit = limit.max(SMALL);
+                let mut member = member.take(limit.saturating_add(1));
+                member.read_to_end(&mut bytes).map_err(ZipError::from)
+            }
+            Err(e) => Err(e),
+        };
+        match outcome {
+            Ok(read) if read as u64 > limit => Err(self.inflated(key)),
+            Ok(_) => Ok(bytes),
+            Err(e) => Err(self.damaged(key, &e)),
+        }
+    }
+
+    fn inflated(&self, key: &str) -> Error {
+        self.error(format!(
+            "`{key}` inflates to more than {MAX_INFLATION} times its compressed size; \
+             recordings do not"
+        ))
+    }
+
+    fn damaged(&self, key: &str, error: &ZipError) -> Error {
+        match error {
+            ZipError::FileNotFound => self.error(format!("has no key `{key}`")),
+            e => self.error(format!("`{key}` is truncated or damaged ({e})")),
+        }
+    }
+
+    /// The bytes of an array of four axes with only some places along the first, and how many places that
+    /// has; all bytes, and nothing, where it has other axes, is stored in columns, or has no more places.
+    /// The archive's checksum is not compared for a part.
+    fn bytes_of_frames(
+        &mut self,
+        key: &str,
+        frames: Range<usize>,
+    ) -> Result<(Vec<u8>, Option<usize>)> {
+        let head = self.head(key)?;
+        let mut numbers = head.as_slice();
+        // What is wrong with a header is told where all of it is read.
+        let whole = claimed_length(&head).ok().and_then(|claimed| {
+            let header = Header::from_reader(&mut numbers).ok()?;
+            let in_parts = header.layout == Layout::Standard && header.shape.len() == 4;
+            in_parts.then_some((header, claimed))
+        });
+        let Some((mut header, claimed)) = whole else {
+            self.check_whole(key, &head)?;
+            return Ok((self.bytes(key)?, None));
+        };
+        let held = header.shape[0];
+        let end = frames.end.min(held);
+        let start = frames.start.min(end);
+        let begin = head.len() - numbers.len();
+        if (start, end) == (0, held) || claimed <= begin {
+            return Ok((self.bytes(key)?, None));
+        }
+        let frame = (claimed - begin) / held;
+        header.shape[0] = end - start;
+        let too_large = |e: Error| self.error(format!("`{key}` is too large: {e}"));
+        let length = (end - start) * frame;
+        memory::check(length.saturating_mul(npy::CONVERSIONS), "the array").map_err(too_large)?;
+        let mut bytes = header
+            .to_bytes()
+            .map_err(|e| self.error(format!("`{key}` has a damaged header ({e})")))?;
+        let own = bytes.len();
+        bytes.resize(own + length, 0);
+        self.read_at(key, begin + start * frame, &mut bytes[own..])?;
+        Ok((bytes, Some(held)))
+    }
+
+    /// An array in columns is read whole, whatever frames are asked for: there must be memory for it.
+    fn check_whole(&mut self, key: &str, head: &[u8]) -> Result<()> {
+        // What is wrong with a header is told where all of it is read.
+        let Ok(claimed) = claimed_length(head) else {
+            return Ok(());
+        };
+        let mut numbers = head;
+        let in_columns = Header::from_reader(&mut numbers)
+            .is_ok_and(|header| header.layout == Layout::Fortran && header.shape.len() == 4);
+        if !in_columns {
+            return Ok(());
+        }
+        // What it claims may not be there.
+        let member = self.archive.by_name(&format!("{key}.npy"));
+        let size = member.map(|member| member.size());
+        let size = size.map_err(|e| self.damaged(key, &e))?;
+        let claimed = claimed.min(size as usize);
+        // Its bytes, too.
+        let bytes = claimed.saturating_mul(1 + npy::CONVERSIONS);
+        memory::check(bytes, "the array").map_err(|e| {
+            self.error(format!(
+                "`{key}` is too large: {e}; it is stored in columns (Fortran order) and read whole: in \
+                 C order, as numpy.ascontiguousarray or host-sim convert on a larger machine make it, it \
+                 is read frame by frame"
+            ))
+        })
+    }
+
+    /// The beginning of a member, with the header of its array.
+    fn head(&mut self, key: &str) -> Result<Vec<u8>> {
+        let mut head = Vec::new();
+        let outcome = self
+            .archive
+            .by_name(&format!("{key}.npy"))
+            .and_then(|member| {
+                let mut member = member.take(MAX_LENGTH as u64);
+                member.read_to_end(&mut head).map_err(ZipError::from)
+            });
+        outcome.map_err(|e| self.damaged(key, &e))?;
+        Ok(head)
+    }
+
+    /// Fills `bytes` with those of a member from a place on: at once where it is stored as it is, else by
+    /// inflating what is before.
+    fn read_at(&mut self, key: &str, from: usize, bytes: &mut [u8]) -> Result<()> {
+        let name = format!("{key}.npy");
+        let mut read = || -> ZipResult<bool> {
+            let member = self.archive.by_name(&name)?;
+            let limit = member.compressed_size().saturating_mul(MAX_INFLATION);
+            if (from + bytes.len()) as u64 > limit.max(SMALL) {
+                return Ok(false);
+            }
+            if member.compression() == CompressionMethod::Stored {
+                drop(member);
+                let mut member = self.archive.by_name_seek(&name)?;
+                member.seek(SeekFrom::Start(from as u64))?;
+                member.read_exact(bytes)?;
+                return Ok(true);
+            }
+            let mut member = member;
+            io::copy(&mut member.by_ref().take(from as u64), &mut io::sink())?;
+            member.read_exact(bytes)?;
+            Ok(true)
+        };
+        match read() {
+            Ok(true) => Ok(()),
+            Ok(false) => Err(self.inflated(key)),
+            Err(e) => Err(self.damaged(key, &e)),
+        }
+    }
+
+    fn typed<T>(
+        &self,
+        key: &str,
+        array: std::result::Result<ArrayD<T>, NpyError>,
+        expected: &str,
+    ) -> Result<ArrayD<T>> {
+        array.map_err(|e| match e {
+            NpyError::Type(found) => {
+                self.error(format!("`{key}` has dtype {found}; expected {expected}"))
+            }
+            NpyError::Damaged(message) => self.error(format!("`{key}` {message}")),
+        })
+    }
+
+    fn ranked<T, D: Dimension>(
+        &self,
+        key: &str,
+        array: ArrayD<T>,
+        expected: &str,
+    ) -> Result<Array<T, D>> {
+        let shape = array.shape().to_vec();
+        array
+            .into_dimensionality()
+            .map_err(|_| self.rank_error(key, &shape, expected))
+    }
+
+    fn rank_error(&self, key: &str, shape: &[usize], expected: &str) -> Error {
+        self.error(format!("`{key}` has shape {shape:?}; expected {expected}"))
+    }
+
+    fn check_length(&self, key: &str, length: usize, expected: usize, of: &str) -> Result<()> {
+        if length == expected {
+            return Ok(());
+        }
+        Err(self.error(format!(
+            "`{key}` has length {length}; expected {expected}, one for each {of}"
+        )))
+    }
+}
+
+/// Integers of any of numpy's usual types.
+fn integers(bytes: &[u8]) -> std::result::Result<ArrayD<i64>, NpyError> {
+    let signed = or_type(npy::read::<i64>(bytes), || {
+        npy::read::<i32>(bytes).map(|a| a.mapv(i64::from))
+    });
+    let signed = or_type(signed, || {
+        npy::read::<i16>(bytes).map(|a| a.mapv(i64::from))
+    });
+    let all = or_type(signed, || {
+        npy::read::<u32>(bytes).map(|a| a.mapv(i64::from))
+    });
+    let all = or_type(all, || npy::read::<u16>(bytes).map(|a| a.mapv(i64::from)));
+    let all = or_type(all, || npy::read::<u8>(bytes).map(|a| a.mapv(i64::from)));
+    let all = or_type(all, || npy::read::<i8>(bytes).map(|a| a.mapv(i64::from)));
+    // What is beyond i64 is beyond every range that is asked for.
+    or_type(all, || {
+        npy::read::<u64>(bytes).map(|a| a.mapv(|v| i64::try_from(v).unwrap_or(i64::MAX)))
+    })
+}
+
+/// An archive that is being written, an array after the other.
+pub struct Writer<W: Write + Seek> {
+    zip: ZipWriter<W>,
+    options: SimpleFileOptions,
+}
+
+/// What became of writing.
+pub type Written<T = ()> = std::result::Result<T, WriteNpzError>;
+
+impl<W: Write + Seek> Writer<W> {
+    /// An archive whose largest array has so many bytes.
+    pub fn new(sink: W, bytes: usize) -> Self {
+        Self {
+            zip: ZipWriter::new(sink),
+            options: options(bytes),
+        }
+    }
+
+    /// Adds an array.
+    pub fn add<T: WriteNpyExt + ?Sized>(&mut self, key: &str, array: &T) -> Written {
+        self.zip.start_file(format!("{key}.npy"), self.options)?;
+        array.write_npy(BufWriter::new(&mut self.zip))?;
+        Ok(())
+    }
+
+    /// Begins an array of this shape, whose numbers follow by [`Writer::append`].
+    pub fn begin<T: WritableElement>(&mut self, key: &str, shape: &[usize]) -> Written {
+        self.zip.start_file(format!("{key}.npy"), self.options)?;
+        let header = Header {
+            type_descriptor: T::type_descriptor(),
+            layout: Layout::Standard,
+            shape: shape.to_vec(),
+        };
+        header.write(&mut self.zip).map_err(WriteNpyError::from)?;
+        Ok(())
+    }
+
+    /// The next numbers of the array that was begun.
+    pub fn append<T, D>(&mut self, array: &ArrayRef<T, D>) -> Written
+    where
+        T: WritableElement + Clone,
+        D: Dimension,
+    {
+        let array = array.as_standard_layout();
+        let numbers = array.as_slice().unwrap_or_default();
+        let write = T::write_slice(numbers, BufWriter::new(&mut self.zip));
+        write.map_err(WriteNpyError::from)?;
+        Ok(())
+    }
+
+    /// Ends the archive.
+    pub fn finish(self) -> Written {
+        self.zip.finish()?.flush().map_err(ZipError::from)?;
+        Ok(())
+    }
+}
+
+/// How arrays are stored: uncompressed, and with 64-bit sizes where `bytes` of data ask for them.
+pub fn options(bytes: usize) -> SimpleFileOptions {
+    // The header of the array adds less than this.
+    const HEADER: usize = 4096;
+    let large = bytes.saturating_add(HEADER) > u32::MAX as usize;
+    SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .large_file(large)
+}

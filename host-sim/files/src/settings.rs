@@ -1,0 +1,88 @@
+//! Settings of the host: how a TOML file is read, and what a value out of range is told.
+
+use std::fs;
+use std::path::Path;
+
+use crate::terminal::short;
+use crate::{Error, Result, cannot_be_opened};
+
+/// Reads a TOML file with `parse`.
+///
+/// # Errors
+/// As [`Config::read`].
+pub fn read_toml_with<T>(
+    path: &Path,
+    parse: impl FnOnce(&str) -> std::result::Result<T, toml::de::Error>,
+) -> Result<T> {
+    let error = |message: String| Error::Usage(format!("{}: {message}", path.display()));
+    let text = fs::read_to_string(path).map_err(|e| {
+        let reason = cannot_be_opened(&e);
+        error(format!("the configuration {reason}"))
+    })?;
+    parse(&text).map_err(|e| {
+        // The parser may explain itself over several lines; the first says what is wrong.
+        let message = e.message().lines().next().unwrap_or("not valid TOML");
+        error(match e.span() {
+            Some(span) => {
+                let before = text.bytes().take(span.start);
+                let line = 1 + before.filter(|&b| b == b'\n').count();
+                format!("line {line}: {message}")
+            }
+            None => message.to_owned(),
+        })
+    })
+}
+
+/// The usage error for a parameter outside its range: its flag and its key, its value, and what
+/// would be right.
+pub fn out_of_range(
+    section: &str,
+    key: &str,
+    value: impl std::fmt::Display,
+    expected: &str,
+) -> Error {
+    let flag = key.replace('_', "-");
+    let value = short(value);
+    Error::Usage(format!(
+        "--{flag} (`{key}` in [{section}]) is {value}; expected {expected}"
+    ))
+}
+
+/// Lengths that an image, a bone or a record can have, m.
+pub const LENGTHS: [f64; 2] = [1e-6, 10.0];
+/// The most elements, eigenvectors or rows that are asked for: beyond it a number is a mistake.
+pub const MAX_COUNT: usize = 65_536;
+
+/// A number above zero, between the two: beyond them it is in another unit.
+pub fn check_positive(
+    section: &str,
+    key: &str,
+    value: f64,
+    [least, most]: [f64; 2],
+    unit: &str,
+) -> Result<()> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    let expected = format!("a number above 0, from {least} to {most}{unit}");
+    Err(out_of_range(section, key, value, &expected))
+}
+
+/// A level in decibels, where there is one.
+pub fn check_level(section: &str, key: &str, level: Option<f64>) -> Result<()> {
+    match level {
+        Some(level) if !(-200.0..=40.0).contains(&level) => {
+            Err(out_of_range(section, key, level, "-200 to 40 (dB)"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A count from 1 to [`MAX_COUNT`].
+pub fn check_count(section: &str, key: &str, value: usize) -> Result<()> {
+    if (1..=MAX_COUNT).contains(&value) {
+        return Ok(());
+    }
+    let expected = format!("at least 1 and at most {MAX_COUNT}");
+    Err(out_of_range(section, key, value, &expected))
+}

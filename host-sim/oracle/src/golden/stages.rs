@@ -1,0 +1,335 @@
+//! Every stage's numbers, by the core and, for what the core keeps to itself, by the f32 reference, which
+//! has the same bits.
+
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Workspace};
+use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::focus::{Compounding, Delay, Record, ScanLine};
+use bonebeam::geometry::{Active, Array, Axis, Ray, Transmit, TransmitLaw};
+use bonebeam::image::{envelope, largest, log_compression, resample};
+use ndarray::ArrayView2;
+use num_complex::Complex;
+
+use super::scene::{
+    self, DYNAMIC_RANGE, ELEMENTS, LINES, SAMPLES, SCALES, SIDE, STRIP, SUBAPERTURE, THRESHOLD,
+    TRACED, parameters,
+};
+use crate::Result;
+use crate::reference::f32 as reference;
+use crate::reference::f32::beamform::{Intermediates, intermediates};
+use bonebeam_drive::phase_symmetry;
+
+/// The numbers of a stage, row-major.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// Real ones.
+    Real(Vec<f32>),
+    /// Complex ones.
+    Complex(Vec<Complex<f32>>),
+}
+
+impl Values {
+    /// As words in the order of the file: a complex number is its real part, then its imaginary one.
+    pub fn words(&self) -> Vec<f32> {
+        match self {
+            Values::Real(values) => values.clone(),
+            Values::Complex(values) => values.iter().flat_map(|z| [z.re, z.im]).collect(),
+        }
+    }
+
+    /// Words of a number.
+    pub fn parts(&self) -> usize {
+        match self {
+            Values::Real(_) => 1,
+            Values::Complex(_) => 2,
+        }
+    }
+}
+
+/// One stage.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// The name of its files.
+    pub name: String,
+    /// What it holds, for people.
+    pub what: &'static str,
+    /// The meaning of each axis, the first first.
+    pub axes: &'static [&'static str],
+    /// The length of each axis.
+    pub shape: Vec<usize>,
+    /// The numbers.
+    pub values: Values,
+}
+
+/// All stages of the scene, in the order in which they follow from each other.
+///
+/// # Errors
+/// What the core refuses.
+pub fn stages() -> Result<Vec<Stage>> {
+    let (data, records) = scene::records();
+    let delay_parameters = scene::delay(&data);
+    let delay = Delay::new(delay_parameters)?;
+    let mut scratch = vec![0.0; delay_parameters.scratch_len(1)];
+    let mut stages = Vec::new();
+    let mut stage = |name: &str, what, axes: &'static [&'static str], shape: &[usize], values| {
+        stages.push(Stage {
+            name: name.to_owned(),
+            what,
+            axes,
+            shape: shape.to_vec(),
+            values,
+        });
+    };
+
+    let rf: Vec<f32> = records.iter().flat_map(|r| r.rf.iter().copied()).collect();
+    let recorded = delay_parameters.record_samples;
+    stage(
+        "rf",
+        "input: what the elements of each line recorded",
+        &["line", "element", "record sample"],
+        &[LINES, ELEMENTS, recorded],
+        Values::Real(rf),
+    );
+
+    let mut focused = vec![Complex::ZERO; LINES * SAMPLES * ELEMENTS];
+    let all = Active {
+        first: 0,
+        count: ELEMENTS,
+    };
+    for (record, out) in records.iter().zip(focused.chunks_mut(SAMPLES * ELEMENTS)) {
+        let line = ScanLine {
+            transmit: Transmit::new(TransmitLaw::Focused, record.t0),
+            ray: Ray::down(record.x),
+            array: Array::LinearAt(&record.element_x),
+            active: all,
+            compounding: Compounding::Replace,
+        };
+        let rf = Record::new(&record.rf, ELEMENTS)?;
+        delay.line(0.0f32, &line, &rf, &mut scratch, out)?;
+    }
+    stage(
+        "focused",
+        "delayed analytic samples",
+        &["line", "sample", "element"],
+        &[LINES, SAMPLES, ELEMENTS],
+        Values::Complex(focused.clone()),
+    );
+
+    // The image is made of them.
+    let mut of_rank1 = Vec::new();
+    let traced = |line: usize| &focused[line * SAMPLES * ELEMENTS..][..SAMPLES * ELEMENTS];
+    for (covariance, folder) in [
+        (Covariance::Forward, "forward"),
+        (Covariance::ForwardBackward, "forward-backward"),
+    ] {
+        let lines: Vec<Vec<Option<Intermediates>>> = TRACED
+            .iter()
+            .map(|&line| {
+                let x: Vec<_> = traced(line).chunks(ELEMENTS).map(<[_]>::to_vec).collect();
+                intermediates(&x, &parameters(Method::Mv), covariance).1
+            })
+            .collect();
+        let of = |part: fn(&Intermediates) -> Vec<Complex<f32>>, length: usize| -> Values {
+            let samples = lines.iter().flatten();
+            let numbers = samples.flat_map(|sample| match sample {
+                Some(sample) => part(sample),
+                None => vec![Complex::ZERO; length],
+            });
+            let numbers: Vec<Complex<f32>> = numbers.collect();
+            match covariance {
+                Covariance::Forward => Values::Complex(numbers),
+                Covariance::ForwardBackward => Values::Real(numbers.iter().map(|z| z.re).collect()),
+            }
+        };
+        let n = SUBAPERTURE;
+        let matrix_axes = &["traced line", "sample", "row", "column"];
+        stage(
+            &format!("{folder}-covariance"),
+            "loaded covariance (Eq. 2, 3) at the line's working scale; real coordinates with \
+             forward-backward averaging",
+            matrix_axes,
+            &[TRACED.len(), SAMPLES, n, n],
+            of(|i| i.matrix.clone(), n * n),
+        );
+        stage(
+            &format!("{folder}-cholesky"),
+            "its factor G below the diagonal, 1/G(j,j) on it",
+            matrix_axes,
+            &[TRACED.len(), SAMPLES, n, n],
+            of(|i| i.factor.clone(), n * n),
+        );
+        let eigenvalues = lines
+            .iter()
+            .flatten()
+            .map(|i| i.as_ref().map_or(0.0, |i| i.eigenvalue));
+        stage(
+            &format!("{folder}-eigenvalue"),
+            "its largest eigenvalue",
+            &["traced line", "sample"],
+            &[TRACED.len(), SAMPLES],
+            Values::Real(eigenvalues.collect()),
+        );
+        stage(
+            &format!("{folder}-eigenvector"),
+            "the unit eigenvector e₁ to it",
+            &["traced line", "sample", "row"],
+            &[TRACED.len(), SAMPLES, n],
+            of(|i| i.eigenvector.clone(), n),
+        );
+        for (name, method) in [("mv", Method::Mv), ("esmv-rank1", Method::EsmvRank1)] {
+            let mut numbers = Vec::new();
+            for line in TRACED {
+                numbers.extend(match covariance {
+                    Covariance::Forward => weights::<Forward>(traced(line), method)?,
+                    Covariance::ForwardBackward => {
+                        weights::<ForwardBackward>(traced(line), method)?
+                    }
+                });
+            }
+            stage(
+                &format!("{folder}-weights-{name}"),
+                "weights of the subaperture's elements (Eq. 1, 7)",
+                &["traced line", "sample", "element"],
+                &[TRACED.len(), SAMPLES, n],
+                Values::Complex(numbers),
+            );
+        }
+        for (name, method) in [
+            ("das", Method::Das),
+            ("mv", Method::Mv),
+            ("esmv-rank1", Method::EsmvRank1),
+            ("esmv-beta", Method::EsmvBeta(0.01)),
+        ] {
+            if method == Method::Das && covariance == Covariance::ForwardBackward {
+                continue;
+            }
+            let mut z = vec![Complex::ZERO; LINES * SAMPLES];
+            for (line, z) in z.chunks_mut(SAMPLES).enumerate() {
+                match covariance {
+                    Covariance::Forward => beamform::<Forward>(traced(line), method, z)?,
+                    Covariance::ForwardBackward => {
+                        beamform::<ForwardBackward>(traced(line), method, z)?;
+                    }
+                }
+            }
+            if (method, covariance) == (Method::EsmvRank1, Covariance::ForwardBackward) {
+                of_rank1.clone_from(&z);
+            }
+            let name = match method {
+                Method::Das => "line-das".to_owned(),
+                _ => format!("{folder}-line-{name}"),
+            };
+            stage(
+                &name,
+                "beamformed samples (Eq. 4, 7); ESMV by β takes β = 1 %",
+                &["line", "sample"],
+                &[LINES, SAMPLES],
+                Values::Complex(z),
+            );
+        }
+    }
+
+    let z = of_rank1;
+    let (mut envelopes, mut levels) = (vec![0.0; z.len()], vec![0.0; z.len()]);
+    envelope(&z, &mut envelopes)?;
+    log_compression(&envelopes, largest(&envelopes), DYNAMIC_RANGE, &mut levels)?;
+    let axis = |count: usize| Axis {
+        first: 0.0,
+        step: 1.0 / (count - 1) as f64,
+        count,
+    };
+    let mut image = vec![0.0; SIDE * SIDE];
+    let sides = [axis(LINES), axis(SAMPLES), axis(SIDE), axis(SIDE)];
+    resample(&levels, sides[0], sides[1], sides[2], sides[3], &mut image)?;
+    stage(
+        "envelope",
+        "of rank-1 ESMV, forward-backward",
+        &["line", "sample"],
+        &[LINES, SAMPLES],
+        Values::Real(envelopes),
+    );
+    stage(
+        "levels",
+        "grey levels 0 to 255 of 50 dB",
+        &["line", "sample"],
+        &[LINES, SAMPLES],
+        Values::Real(levels),
+    );
+    stage(
+        "image",
+        "pixels, bilinear between lines and samples",
+        &["row", "column"],
+        &[SIDE, SIDE],
+        Values::Real(image.clone()),
+    );
+    let (spectrum, filtered) =
+        reference::phase_symmetry::filtered(&image, SIDE, SIDE, SCALES[0], 0);
+    let sides = [SIDE, SIDE];
+    stage(
+        "spectrum",
+        "of the image, unscaled, frequency 0 first",
+        &["row", "column"],
+        &sides,
+        Values::Complex(spectrum),
+    );
+    stage(
+        "filtered",
+        "the image through the filter of scale 1/8 and orientation 0: e and o of Eq. 10",
+        &["row", "column"],
+        &sides,
+        Values::Complex(filtered),
+    );
+    let pixels = ArrayView2::from_shape((SIDE, SIDE), &image).expect("as many pixels");
+    let map = phase_symmetry::phase_symmetry(
+        pixels,
+        &phase_symmetry::Parameters {
+            scales: SCALES.to_vec(),
+            threshold: THRESHOLD,
+            strip: STRIP,
+        },
+        |_, _| {},
+    )?;
+    stage(
+        "phase-symmetry",
+        "the map of Eq. 10: scales 1/8 and 1/16, T_n = 3",
+        &["row", "column"],
+        &[SIDE, SIDE],
+        Values::Real(map.into_iter().collect()),
+    );
+    Ok(stages)
+}
+
+/// The weights of every sample of a line.
+fn weights<A>(x: &[Complex<f32>], method: Method) -> Result<Vec<Complex<f32>>>
+where
+    A: Averaging<f32> + bonebeam::beamform::Storage<SUBAPERTURE, 2>,
+{
+    let mut workspace = Workspace::<ELEMENTS, SUBAPERTURE, 2, A>::new();
+    let beamformer = Beamformer::new(parameters(method))?;
+    let line = AlignedLine::new(x, ELEMENTS)?;
+    let mut all = Vec::new();
+    for sample in 0..SAMPLES {
+        let mut weights = [Complex::ZERO; SUBAPERTURE];
+        let active = Active {
+            first: 0,
+            count: ELEMENTS,
+        };
+        beamformer.weights(&mut workspace.view(), line, active, sample, &mut weights)?;
+        all.extend(weights);
+    }
+    Ok(all)
+}
+
+/// A line with all elements active.
+fn beamform<A>(x: &[Complex<f32>], method: Method, z: &mut [Complex<f32>]) -> Result<()>
+where
+    A: Averaging<f32> + bonebeam::beamform::Storage<SUBAPERTURE, 2>,
+{
+    let mut workspace = Workspace::<ELEMENTS, SUBAPERTURE, 2, A>::new();
+    let beamformer = Beamformer::new(parameters(method))?;
+    let line = AlignedLine::new(x, ELEMENTS)?;
+    let all = |_| Active {
+        first: 0,
+        count: ELEMENTS,
+    };
+    Ok(beamformer.line(&mut workspace.view(), line, all, z)?)
+}

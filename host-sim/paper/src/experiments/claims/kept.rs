@@ -1,0 +1,39 @@
+//! Results that took long, kept in a folder for the next run.
+
+use std::fs;
+use std::hash::Hasher;
+
+use fnv::FnvHasher;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::Result;
+use crate::experiments::Context;
+use bonebeam_files::atomic::Outputs;
+
+/// A result from the folder of kept ones, or computed and put there. `what` begins its file's name, `key` has
+/// all that it depends on.
+pub fn kept<T: Serialize + DeserializeOwned>(
+    context: &Context<'_>,
+    what: &str,
+    key: &str,
+    compute: impl FnOnce() -> Result<T>,
+) -> Result<T> {
+    let Some(folder) = context.kept else {
+        return compute();
+    };
+    let mut hasher = FnvHasher::default();
+    hasher.write(key.as_bytes());
+    hasher.write(env!("CARGO_PKG_VERSION").as_bytes());
+    let path = folder.join(format!("{what}-{:016x}.json", hasher.finish()));
+    if let Ok(text) = fs::read(&path)
+        && let Ok(found) = serde_json::from_slice(&text)
+    {
+        return Ok(found);
+    }
+    let found = compute()?;
+    let mut outputs = Outputs::new();
+    outputs.stage(&path, |sink| Ok(serde_json::to_writer(sink, &found)?))?;
+    outputs.commit()?;
+    Ok(found)
+}

@@ -1,0 +1,315 @@
+//! Why phase symmetry finds less in rank-1 ESMV's images of tissue: the image of DAS with parts of that of
+//! rank-1 ESMV put into it, and the levels of the tissue.
+
+use ndarray::Array2;
+use serde::{Deserialize, Serialize};
+
+use crate::Result;
+use crate::experiments::Context;
+use crate::experiments::common::bone::View;
+use crate::experiments::common::pictures::{picture, ridges, scales};
+use crate::experiments::common::truth::{beside, precision};
+use crate::experiments::common::variants::Variant;
+use crate::experiments::outcome::{Beside, Curve, Part, Picture, Plot, View as Shown};
+use crate::measure::contrast::moments;
+use bonebeam_drive::config::PhaseSymmetry;
+
+use super::Claims;
+use super::geometry::{GEOMETRIES, Geometries};
+use super::pose::{Medium, one};
+
+/// The echo of the surface: signed distances, m.
+const ECHO: [f64; 2] = [-0.5e-3, 1.5e-3];
+/// Beside an echo: so far sideways at the same depth, m, which is what halos reach.
+const SIDEWAYS: f64 = 4e-3;
+/// The same depth, to so much, m.
+const SAME_DEPTH: f64 = 0.5e-3;
+
+/// Average precision of phase symmetry, by which parts of the image are rank-1 ESMV's and which DAS's.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Zones {
+    /// All of it DAS.
+    pub das: Option<f64>,
+    /// The echo of the surface is rank-1 ESMV's.
+    pub echo: Option<f64>,
+    /// What lies beside it at the same depth, where its halos are.
+    pub halo: Option<f64>,
+    /// The rest.
+    pub rest: Option<f64>,
+    /// All of it rank-1 ESMV.
+    pub all: Option<f64>,
+    /// Mean level beside echoes relative to the tissue elsewhere, dB: DAS, rank-1 ESMV.
+    pub halo_db: [Option<f64>; 2],
+    /// Standard deviation of the level of the tissue elsewhere, dB: DAS, rank-1 ESMV.
+    pub spread_db: [Option<f64>; 2],
+}
+
+/// Where a pixel lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Zone {
+    Echo,
+    Halo,
+    Rest,
+}
+
+fn zone_map(view: &View) -> Array2<Zone> {
+    let pixel = view.grid.pixel;
+    let (rows, columns) = view.distance.dim();
+    let reach = (SIDEWAYS / pixel).round() as usize;
+    let mut map = Array2::from_elem((rows, columns), Zone::Rest);
+    for (column, hit) in view.hits.iter().enumerate() {
+        let Some(hit) = hit else { continue };
+        let near = SAME_DEPTH / pixel;
+        let first = (hit - near).ceil().max(0.0) as usize;
+        let last = ((hit + near) as usize).min(rows - 1);
+        for row in first..=last {
+            for c in column.saturating_sub(reach)..=(column + reach).min(columns - 1) {
+                map[[row, c]] = Zone::Halo;
+            }
+        }
+    }
+    for (place, &s) in view.distance.indexed_iter() {
+        if (ECHO[0]..=ECHO[1]).contains(&s) {
+            map[place] = Zone::Echo;
+        }
+    }
+    map
+}
+
+/// The image of `das` with that of `esmv` in one zone.
+fn mixed(das: &Array2<f32>, esmv: &Array2<f32>, map: &Array2<Zone>, zone: Zone) -> Array2<f32> {
+    let mut image = das.clone();
+    for (place, &there) in map.indexed_iter() {
+        if there == zone {
+            image[place] = esmv[place];
+        }
+    }
+    image
+}
+
+/// DAS and forward rank-1 ESMV of the longest time window.
+fn pair(images: &[(Variant, Array2<f32>)]) -> Option<[&Array2<f32>; 2]> {
+    let das = &images.first()?.1;
+    let forward = images
+        .iter()
+        .skip(1)
+        .filter(|(v, _)| !v.key.contains("-fb"));
+    let esmv = forward.max_by_key(|(v, _)| v.half_window)?;
+    Some([das, &esmv.1])
+}
+
+/// The levels of the pixels of a zone that lie in front of the bone, where there is tissue, grey.
+fn levels(image: &Array2<f32>, view: &View, map: &Array2<Zone>, zone: Zone) -> Vec<f64> {
+    let (rows, _) = image.dim();
+    let depth = |row: usize| view.grid.z0 + row as f64 * view.grid.pixel;
+    let mut found = Vec::new();
+    for ((row, column), &s) in view.distance.indexed_iter() {
+        let in_front = view.hits[column].is_none_or(|hit| (row as f64) < hit);
+        let inside = view.grid.x0 + column as f64 * view.grid.pixel;
+        let tissue = (13e-3..=36e-3).contains(&depth(row)) && inside.abs() < 14e-3;
+        if row < rows && map[[row, column]] == zone && in_front && tissue && s < -1e-3 {
+            found.push(f64::from(image[[row, column]]));
+        }
+    }
+    found
+}
+
+/// The scores of the mixed images of a scene; grey levels span `range` dB.
+///
+/// # Errors
+/// An image that phase symmetry does not take.
+pub fn zones(
+    view: &View,
+    images: &[(Variant, Array2<f32>)],
+    filter: &PhaseSymmetry,
+    range: f64,
+) -> Result<Option<Zones>> {
+    let Some([das, esmv]) = pair(images) else {
+        return Ok(None);
+    };
+    let map = zone_map(view);
+    let score = |image: &Array2<f32>| {
+        let ridges = ridges(image, filter)?;
+        Ok::<_, crate::Error>(precision(&ridges, &view.hits, &view.grid))
+    };
+    let with = |zone: Zone| score(&mixed(das, esmv, &map, zone));
+    let decibels = |grey: f64| range * grey / 255.0;
+    let halo = |image: &Array2<f32>| {
+        let beside = moments(&levels(image, view, &map, Zone::Halo))?.0;
+        let rest = moments(&levels(image, view, &map, Zone::Rest))?.0;
+        Some(decibels(beside - rest))
+    };
+    let spread = |image: &Array2<f32>| {
+        let (_, spread) = moments(&levels(image, view, &map, Zone::Rest))?;
+        Some(decibels(spread))
+    };
+    Ok(Some(Zones {
+        das: score(das)?,
+        echo: with(Zone::Echo)?,
+        halo: with(Zone::Halo)?,
+        rest: with(Zone::Rest)?,
+        all: score(esmv)?,
+        halo_db: [halo(das), halo(esmv)],
+        spread_db: [spread(das), spread(esmv)],
+    }))
+}
+
+/// The figure: one quiet scene in tissue.
+pub struct Figure {
+    /// Pictures and plots.
+    pub parts: Vec<Part>,
+    /// The pictures' files.
+    pub pictures: Vec<Picture>,
+}
+
+/// The figure of the first seed; none where scenes in tissue are not wanted.
+///
+/// # Errors
+/// A scene that cannot be simulated.
+pub fn shown(
+    claims: &Claims,
+    context: &Context<'_>,
+    geometries: &Geometries,
+) -> Result<Option<Figure>> {
+    let geometry = GEOMETRIES[0];
+    if !claims.wants(geometry, Medium::Tissue, false) {
+        return Ok(None);
+    }
+    let scene = (geometry, Medium::Tissue, false);
+    let longest = claims.half_windows.iter().copied().max().unwrap_or(0);
+    let what = "claims: mechanism";
+    let made = one(claims, context, geometries, scene, longest, what)?;
+    let Some([das, esmv]) = pair(&made.images) else {
+        return Ok(None);
+    };
+    let view = &made.view;
+    let map = zone_map(view);
+    let (image, filter) = claims.display(Medium::Tissue);
+    let mut pictures = Vec::new();
+    let mut views = Vec::new();
+    for (key, name, pixels) in [
+        ("das", "DAS", das.clone()),
+        ("rank1", "ESMV rank 1", esmv.clone()),
+        (
+            "echo",
+            "DAS, echo of rank 1",
+            mixed(das, esmv, &map, Zone::Echo),
+        ),
+        (
+            "halo",
+            "DAS, halo of rank 1",
+            mixed(das, esmv, &map, Zone::Halo),
+        ),
+        (
+            "rest",
+            "DAS, rest of rank 1",
+            mixed(das, esmv, &map, Zone::Rest),
+        ),
+    ] {
+        let ridges = ridges(&pixels, filter)?;
+        let score = precision(&ridges, &view.hits, &view.grid);
+        let score = score.map_or(String::new(), |v| format!(", average precision {v:.2}"));
+        let both = vec![
+            picture(
+                format!("mechanism-{key}.png"),
+                format!("{name}: B-mode over {} dB", image.dynamic_range),
+                pixels,
+                &view.grid,
+            ),
+            picture(
+                format!("mechanism-{key}-ps.png"),
+                format!("{name}: phase symmetry{score}"),
+                ridges,
+                &view.grid,
+            ),
+        ];
+        pictures.extend(both.clone());
+        views.push(Shown {
+            name: name.into(),
+            pictures: both,
+        });
+    }
+    let mut views = views.into_iter();
+    let mut parts = Vec::new();
+    if let Some(reference) = views.next() {
+        parts.push(Part::Beside(Beside {
+            id: "mechanism".into(),
+            reference,
+            others: views.collect(),
+            first: 0,
+            outline: beside(&view.hits, &view.grid),
+            scales: scales(image.dynamic_range),
+        }));
+    }
+    type Points = Vec<(f64, Option<f64>)>;
+    let curves = |points: &dyn Fn(&Array2<f32>) -> Points| {
+        [("DAS", das), ("ESMV rank 1", esmv)]
+            .into_iter()
+            .map(|(name, image)| Curve {
+                name: name.into(),
+                featured: true,
+                points: points(image),
+            })
+            .collect::<Vec<_>>()
+    };
+    let range = image.dynamic_range;
+    let share = |image: &Array2<f32>| histogram(&levels(image, view, &map, Zone::Rest), range);
+    let sideways = |image: &Array2<f32>| sideways(image, view, range);
+    parts.push(Part::Plots(vec![
+        Plot {
+            caption: "Levels of the tissue away from echoes".into(),
+            x: "dB re the image's peak",
+            y: "share of pixels in 2 dB, %",
+            x_range: [-range, 0.0],
+            y_range: [0.0, 20.0],
+            marks: Vec::new(),
+            curves: curves(&share),
+        },
+        Plot {
+            caption: "Mean level beside the strongest echo, at its depth".into(),
+            x: "lateral, mm from the echo",
+            y: "dB re the image's peak",
+            x_range: [-10.0, 10.0],
+            y_range: [-range, 0.0],
+            marks: Vec::new(),
+            curves: curves(&sideways),
+        },
+    ]));
+    Ok(Some(Figure { parts, pictures }))
+}
+
+/// The share of the grey levels in bins of 2 dB.
+fn histogram(grey: &[f64], range: f64) -> Vec<(f64, Option<f64>)> {
+    let bins = (range / 2.0).round() as usize;
+    let mut counts = vec![0usize; bins];
+    for g in grey {
+        counts[((g / 255.0 * bins as f64) as usize).min(bins - 1)] += 1;
+    }
+    let percent = |n: usize| 100.0 * n as f64 / grey.len().max(1) as f64;
+    let points = counts.iter().enumerate();
+    points
+        .map(|(k, &n)| (-range + 2.0 * (k as f64 + 0.5), Some(percent(n))))
+        .collect()
+}
+
+/// Mean level within the depth of the strongest echo of the surface, by the lateral distance from it.
+fn sideways(image: &Array2<f32>, view: &View, range: f64) -> Vec<(f64, Option<f64>)> {
+    let at = |(column, hit): (usize, &Option<f64>)| {
+        let row = (hit.as_ref()?.round() as usize).min(image.nrows() - 1);
+        Some((row, column, image[[row, column]]))
+    };
+    let echoes = view.hits.iter().enumerate().filter_map(at);
+    let Some((row, column, _)) = echoes.max_by(|a, b| a.2.total_cmp(&b.2)) else {
+        return Vec::new();
+    };
+    let half = (SAME_DEPTH / view.grid.pixel).round() as usize;
+    let rows = row.saturating_sub(half)..(row + half + 1).min(image.nrows());
+    (0..image.ncols())
+        .map(|c| {
+            let sum: f64 = rows.clone().map(|r| f64::from(image[[r, c]])).sum();
+            let grey = sum / rows.len() as f64;
+            let x = 1e3 * view.grid.pixel * (c as f64 - column as f64);
+            (x, Some(range * (grey / 255.0 - 1.0)))
+        })
+        .collect()
+}

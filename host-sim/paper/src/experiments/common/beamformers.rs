@@ -1,0 +1,40 @@
+//! Curves, tables and comparisons with a row for each of the beamformers that are compared.
+
+use crate::experiments::outcome::{BesidePaper, Comparison, Curve};
+use bonebeam_drive::methods::{COMPARED, Compared};
+
+/// A curve a beamformer: `points` by its place in [`COMPARED`].
+pub fn curves(points: impl Fn(usize) -> Vec<(f64, Option<f64>)>) -> Vec<Curve> {
+    let curve = |(k, row): (usize, &Compared)| Curve {
+        name: row.name.into(),
+        featured: row.featured,
+        points: points(k),
+    };
+    COMPARED.iter().enumerate().map(curve).collect()
+}
+
+/// What the paper gives for the featured beamformers, in the order of [`COMPARED`].
+pub type Paper = [&'static [f64]; 2];
+
+/// The comparison of a quantity: `here` by the beamformer's place in [`COMPARED`].
+pub fn comparison(
+    group: &str,
+    quantity: &str,
+    here: impl Fn(usize) -> Option<f64>,
+    paper: Paper,
+    note: &'static str,
+) -> Comparison {
+    let featured = COMPARED.iter().enumerate().filter(|(_, row)| row.featured);
+    let values = featured.zip(paper).map(|((k, row), paper)| BesidePaper {
+        beamformer: row.key,
+        name: row.name,
+        here: here(k),
+        paper: paper.to_vec(),
+    });
+    Comparison {
+        group: group.to_owned(),
+        quantity: quantity.to_owned(),
+        values: values.collect(),
+        note,
+    }
+}

@@ -1,0 +1,132 @@
+//! Channel data delayed once and beamformed by every method.
+
+use ndarray::{Array2, Array3};
+use num_complex::Complex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::Result;
+use bonebeam_drive::beamform::beamform;
+use bonebeam_drive::delay::DelayStage;
+use bonebeam_drive::methods::{COMPARED, Compared};
+use bonebeam_files::{ChannelData, Lines};
+use bonebeam_oracle::validate::{self, Check};
+
+use super::{Checks, Receive};
+use crate::experiments::Progress;
+
+/// The lines of every beamformer of [`COMPARED`], in its order, and how they compare with the
+/// references where `checks` asks for it; the checks are named after `what`.
+///
+/// # Errors
+/// Parameters that do not fit the record.
+pub fn beamform_all(
+    what: &str,
+    data: &ChannelData,
+    receive: &Receive,
+    checks: Option<&Checks>,
+    progress: Progress<'_>,
+) -> Result<(Vec<Lines>, Vec<Check>)> {
+    let stage = DelayStage::new(data, &receive.0)?;
+    let (beams, samples) = (stage.beam_x().len(), stage.samples());
+    progress(&format!("{what}: delay"), 0.0);
+    let x = stage.delay(0..beams)?;
+    let active = |beam: usize, sample: usize| stage.active(beam, sample);
+    let mut all = Vec::new();
+    for beamformer in &COMPARED {
+        let step = format!("{what}: {}", beamformer.name);
+        progress(&step, 0.0);
+        let done = AtomicUsize::new(0);
+        let count = |n: usize| {
+            let done = done.fetch_add(n, Ordering::Relaxed) + n;
+            progress(&step, done as f64 / (beams * samples) as f64);
+        };
+        let core = receive.parameters(beamformer.method);
+        let z = beamform(x.view(), active, core, receive.0.covariance, count)?;
+        all.push(Lines {
+            z,
+            fs: receive.0.rate_of(data),
+            t0: stage.start(),
+            beam_x: stage.beam_x().to_vec(),
+            rays: None,
+            c: stage.sound_speed(),
+        });
+    }
+    let checks = match checks {
+        Some(extent) => {
+            progress(&format!("{what}: references"), 0.0);
+            let frame = Checked {
+                what,
+                data,
+                stage: &stage,
+                first: 0,
+                x: &x,
+                receive,
+            };
+            let results: Vec<_> = COMPARED.iter().zip(all.iter().map(|l| &l.z)).collect();
+            frame.checks(&results, extent)?
+        }
+        None => Vec::new(),
+    };
+    Ok((all, checks))
+}
+
+/// Aligned samples whose lines are compared with the references.
+pub struct Checked<'a> {
+    /// The checks are named after it.
+    pub what: &'a str,
+    /// The recording, with focused transmits.
+    pub data: &'a ChannelData,
+    /// What has delayed it.
+    pub stage: &'a DelayStage<'a>,
+    /// The first beam of `x`.
+    pub first: usize,
+    /// The aligned samples, `[beam, sample, element]`.
+    pub x: &'a Array3<Complex<f32>>,
+    /// How they are received.
+    pub receive: &'a Receive,
+}
+
+impl Checked<'_> {
+    /// Compares the aligned samples, and the lines `[beam, sample]` of each beamformer.
+    ///
+    /// # Errors
+    /// Parameters that the core refuses.
+    pub fn checks(
+        &self,
+        results: &[(&Compared, &Array2<Complex<f32>>)],
+        extent: &Checks,
+    ) -> Result<Vec<Check>> {
+        let receive = self.receive;
+        let rate = receive.0.rate_of(self.data);
+        let delayed = validate::delay::check(
+            self.data,
+            self.stage,
+            rate,
+            self.x,
+            self.first,
+            extent.every_f32,
+        );
+        let aligned = Check {
+            what: format!("{}: aligned samples", self.what),
+            bits: delayed,
+            error: None,
+        };
+        let frame = validate::beamform::Frame {
+            x: self.x,
+            active: |beam: usize, sample: usize| self.stage.active(self.first + beam, sample),
+            covariance: receive.0.covariance,
+        };
+        let lines: Vec<_> = results
+            .iter()
+            .map(|(beamformer, z)| (*z, receive.parameters(beamformer.method)))
+            .collect();
+        let errors = frame.errors(&lines, extent.every_f64)?;
+        let lines = results.iter().zip(lines).zip(errors);
+        let lines = lines.map(|(((beamformer, _), (z, parameters)), error)| Check {
+            what: format!("{}: lines, {}", self.what, beamformer.name),
+            bits: frame.bits(z, parameters, extent.every_f32),
+            error: Some(error),
+        });
+        Ok(std::iter::once(aligned).chain(lines).collect())
+    }
+}

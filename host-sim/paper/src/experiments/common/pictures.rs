@@ -1,0 +1,178 @@
+//! B-mode and phase symmetry of lines, as pictures.
+
+use bonebeam::phase_symmetry::scale_for_display;
+use fnv::FnvHasher;
+use ndarray::{Array2, Axis};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::hash::Hasher;
+
+use crate::Result;
+use crate::experiments::outcome::{Picture, Scale};
+use bonebeam_drive::config;
+use bonebeam_drive::image::{PixelGrid, b_mode};
+use bonebeam_drive::methods::COMPARED;
+use bonebeam_drive::phase_symmetry::{Parameters, phase_symmetry};
+use bonebeam_files::Lines;
+use bonebeam_oracle::validate::{self, Check};
+
+/// The two pictures of one method.
+#[derive(Clone, Debug, Serialize)]
+pub struct Pair {
+    /// The beamformer's key.
+    pub beamformer: &'static str,
+    /// The B-mode image.
+    pub b_mode: Picture,
+    /// Its phase symmetry, as 255·PS/max PS.
+    pub phase_symmetry: Picture,
+}
+
+impl Pair {
+    /// The two as pictures that stay together.
+    pub fn card(&self) -> Vec<Picture> {
+        vec![self.b_mode.clone(), self.phase_symmetry.clone()]
+    }
+}
+
+/// The grey bars of both pictures, with B-mode over `range` dB.
+pub fn scales(range: f64) -> Vec<Scale> {
+    let b_mode = [
+        format!("−{range} dB"),
+        format!("−{} dB", range / 2.0),
+        "0 dB".into(),
+    ];
+    vec![
+        Scale {
+            name: "B-mode",
+            levels: b_mode,
+        },
+        Scale {
+            name: "Phase symmetry",
+            levels: ["0", "127", "255 (max)"].map(String::from),
+        },
+    ]
+}
+
+/// How lines become pictures.
+pub struct Studio<'a> {
+    /// The beginning of the files' names and of the checks'.
+    pub what: &'a str,
+    /// The pixels.
+    pub grid: PixelGrid,
+    /// Dynamic range and median.
+    pub image: &'a config::Image,
+    /// Scales and threshold.
+    pub phase_symmetry: &'a config::PhaseSymmetry,
+    /// The rows that are kept of both pictures.
+    pub rows: std::ops::Range<usize>,
+    /// What is taken off lateral positions, m.
+    pub centre: f64,
+    /// Whether the pictures are checked against the references.
+    pub check: bool,
+}
+
+impl Studio<'_> {
+    /// The pictures of the lines of every beamformer, and their checks.
+    ///
+    /// # Errors
+    /// Lines that do not make an image.
+    pub fn pictures(&self, lines: &[Lines]) -> Result<(Vec<Pair>, Vec<Check>)> {
+        let made: Vec<(Pair, Vec<Check>)> = COMPARED
+            .par_iter()
+            .zip(lines)
+            .map(|(beamformer, lines)| self.pair(beamformer.key, beamformer.name, lines))
+            .collect::<Result<_>>()?;
+        let (pairs, checks): (Vec<_>, Vec<_>) = made.into_iter().unzip();
+        Ok((pairs, checks.concat()))
+    }
+
+    /// The pictures of one beamformer's lines, and their checks where they are wanted.
+    ///
+    /// # Errors
+    /// Lines that do not make an image.
+    pub fn pair(&self, key: &'static str, name: &str, lines: &Lines) -> Result<(Pair, Vec<Check>)> {
+        let range = self.image.dynamic_range;
+        let median = self.image.median;
+        let image = b_mode(lines, range as f32, &self.grid, median)?;
+        let parameters = Parameters {
+            scales: self.phase_symmetry.scales.clone(),
+            threshold: self.phase_symmetry.threshold as f32,
+            strip: self.phase_symmetry.strip,
+        };
+        let map = phase_symmetry(image.pixels.view(), &parameters, |_, _| {})?;
+        let mut checks = Vec::new();
+        if self.check {
+            let (bits, error) = validate::image::check(&image, lines, range, &self.grid, median);
+            checks.push(Check {
+                what: format!("{}: B-mode, {name}", self.what),
+                bits,
+                error: Some(error),
+            });
+            let (bits, error) = validate::phase_symmetry::check(&map, &image.pixels, &parameters);
+            checks.push(Check {
+                what: format!("{}: phase symmetry, {name}", self.what),
+                bits,
+                error: Some(error),
+            });
+        }
+        let mut levels = map;
+        scale_for_display(levels.as_slice_memory_order_mut().unwrap_or_default())?;
+        let pair = Pair {
+            beamformer: key,
+            b_mode: self.picture(
+                format!("{}-{key}.png", self.what),
+                format!("{name}, B-mode, {range} dB"),
+                &image.pixels,
+            ),
+            phase_symmetry: self.picture(
+                format!("{}-{key}-ps.png", self.what),
+                format!("{name}, phase symmetry"),
+                &levels,
+            ),
+        };
+        Ok((pair, checks))
+    }
+
+    fn picture(&self, file: String, caption: String, pixels: &Array2<f32>) -> Picture {
+        let rows = ndarray::Slice::from(self.rows.clone());
+        let shown = PixelGrid {
+            x0: self.grid.x0 - self.centre,
+            z0: self.grid.z0 + self.rows.start as f64 * self.grid.pixel,
+            ..self.grid
+        };
+        let pixels = pixels.slice_axis(Axis(0), rows).to_owned();
+        picture(file, caption, pixels, &shown)
+    }
+}
+
+/// A picture whose pixels lie at the grid's corner and as far apart as the grid's.
+pub fn picture(file: String, caption: String, pixels: Array2<f32>, grid: &PixelGrid) -> Picture {
+    let mut hasher = FnvHasher::default();
+    for pixel in &pixels {
+        hasher.write(&pixel.to_le_bytes());
+    }
+    Picture {
+        file,
+        caption,
+        fnv1a_64: format!("{:016x}", hasher.finish()),
+        left_mm: 1e3 * grid.x0,
+        top_mm: 1e3 * grid.z0,
+        pixel_mm: 1e3 * grid.pixel,
+        pixels,
+    }
+}
+
+/// The map of an image, 255·PS/max PS.
+///
+/// # Errors
+/// An image of sides that the transform does not take.
+pub fn ridges(pixels: &Array2<f32>, section: &config::PhaseSymmetry) -> Result<Array2<f32>> {
+    let parameters = Parameters {
+        scales: section.scales.clone(),
+        threshold: section.threshold as f32,
+        strip: section.strip,
+    };
+    let mut map = phase_symmetry(pixels.view(), &parameters, |_, _| {})?;
+    scale_for_display(map.as_slice_memory_order_mut().unwrap_or_default())?;
+    Ok(map)
+}

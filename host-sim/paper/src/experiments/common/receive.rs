@@ -1,0 +1,102 @@
+//! How an experiment receives.
+
+use bonebeam::beamform::{Method, Parameters};
+use bonebeam::covariance::Covariance;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use toml::Table;
+
+use bonebeam_drive::config::Beamform;
+use bonebeam_simulate::Settings;
+
+/// Delay and beamformer of an experiment, for every beamformer alike: the keys of `[beamform]`, with the
+/// paper's values where a key is left out, and without those that choose a beamformer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Receive(pub Beamform);
+
+/// Keys of `[beamform]` that an experiment does not take: it compares all beamformers, and its data tell
+/// where the beams are.
+const NOT_TAKEN: [&str; 8] = [
+    "method",
+    "beta",
+    "rank",
+    "exclude_first",
+    "power_steps",
+    "adaptive_depth_start",
+    "adaptive_depth_end",
+    "beam_spacing",
+];
+
+/// Depths of the lines' ends where nothing else is said, m.
+const DEPTHS: [f64; 2] = [5e-3, 40e-3];
+
+impl Default for Receive {
+    /// Forward only, as in the paper's figures.
+    fn default() -> Self {
+        Receive(Beamform {
+            covariance: Covariance::Forward,
+            depth_start: Some(DEPTHS[0]),
+            depth_end: Some(DEPTHS[1]),
+            ..Beamform::default()
+        })
+    }
+}
+
+impl Receive {
+    /// The output rate that fits what `scanner` records, where none is told; none where the scanner's own
+    /// rates are impossible, which is told of them.
+    pub fn resolve(&mut self, scanner: &Settings) {
+        let mut resolved = self.0.clone();
+        let rate = self.0.rate(scanner.f0, scanner.fs);
+        resolved.output_rate.get_or_insert(rate);
+        if resolved.validate().is_ok() {
+            self.0 = resolved;
+        }
+    }
+
+    /// Depths of the lines' ends, m.
+    pub fn depths(&self) -> [f64; 2] {
+        let (start, end) = (self.0.depth_start, self.0.depth_end);
+        [start.unwrap_or(DEPTHS[0]), end.unwrap_or(DEPTHS[1])]
+    }
+
+    /// The core's parameters for a method.
+    pub fn parameters(&self, method: Method) -> Parameters {
+        Parameters {
+            method,
+            ..self.0.parameters()
+        }
+    }
+}
+
+impl Serialize for Receive {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut table = Table::try_from(&self.0).map_err(serde::ser::Error::custom)?;
+        for key in NOT_TAKEN {
+            table.remove(key);
+        }
+        table.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Receive {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        use serde::de::Error;
+        let given = Table::deserialize(deserializer)?;
+        if let Some(key) = NOT_TAKEN.iter().find(|key| given.contains_key(**key)) {
+            let message = format!("`{key}` has no effect on an experiment");
+            return Err(D::Error::custom(message));
+        }
+        let default = Receive::default().0;
+        let covariance = given.contains_key("covariance");
+        let mut section: Beamform = given
+            .try_into()
+            .map_err(|e: toml::de::Error| D::Error::custom(e.message()))?;
+        // Where these are left out they are not those of `[beamform]`.
+        if !covariance {
+            section.covariance = default.covariance;
+        }
+        section.depth_start = section.depth_start.or(default.depth_start);
+        section.depth_end = section.depth_end.or(default.depth_end);
+        Ok(Receive(section))
+    }
+}

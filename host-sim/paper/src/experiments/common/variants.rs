@@ -1,0 +1,117 @@
+//! Beamformers of the paper's experiments: a method, its covariance and its time window, on samples that
+//! are delayed once.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use bonebeam::beamform::{Method, Parameters};
+use bonebeam::covariance::Covariance;
+use ndarray::Array3;
+use num_complex::Complex;
+
+use crate::Result;
+use bonebeam_drive::beamform::beamform;
+use bonebeam_drive::delay::DelayStage;
+use bonebeam_drive::methods::COMPARED;
+use bonebeam_files::{ChannelData, Lines};
+
+use super::Receive;
+use crate::experiments::Progress;
+
+/// A beamformer with all that it is told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variant {
+    /// Its name in files and data.
+    pub key: String,
+    /// Its name for people.
+    pub name: String,
+    /// The core's method.
+    pub method: Method,
+    /// Forward only, or forward-backward.
+    pub covariance: Covariance,
+    /// K: half the time window, samples.
+    pub half_window: usize,
+}
+
+impl Variant {
+    /// The beamformer of this key in [`COMPARED`], with the covariance of Eq. 2; DAS for a key that is
+    /// not there.
+    pub fn forward(key: &str, half_window: usize) -> Self {
+        let found = COMPARED.iter().find(|row| row.key == key);
+        let row = found.unwrap_or(&COMPARED[0]);
+        Variant {
+            key: row.key.to_owned(),
+            name: row.name.to_owned(),
+            method: row.method,
+            covariance: Covariance::Forward,
+            half_window,
+        }
+    }
+
+    /// The same with the covariance of Eq. 3.
+    pub fn forward_backward(key: &str, half_window: usize) -> Self {
+        let forward = Variant::forward(key, half_window);
+        Variant {
+            key: format!("{}-fb", forward.key),
+            name: format!("{}, FB", forward.name),
+            covariance: Covariance::ForwardBackward,
+            ..forward
+        }
+    }
+}
+
+/// A recording, delayed.
+pub struct Aligned<'a> {
+    stage: DelayStage<'a>,
+    x: Array3<Complex<f32>>,
+    rate: f64,
+}
+
+impl<'a> Aligned<'a> {
+    /// Delays a recording.
+    ///
+    /// # Errors
+    /// Parameters that do not fit it.
+    pub fn new(data: &'a ChannelData, receive: &Receive) -> Result<Self> {
+        let stage = DelayStage::new(data, &receive.0)?;
+        let x = stage.delay(0..stage.beam_x().len())?;
+        Ok(Aligned {
+            x,
+            rate: receive.0.rate_of(data),
+            stage,
+        })
+    }
+
+    /// The lines of a beamformer; the subaperture and the loading are those of `receive`.
+    ///
+    /// # Errors
+    /// Parameters that do not fit the recording.
+    pub fn lines(
+        &self,
+        variant: &Variant,
+        receive: &Receive,
+        what: &str,
+        progress: Progress<'_>,
+    ) -> Result<Lines> {
+        let step = format!("{what}: {}", variant.name);
+        let (beams, samples, _) = self.x.dim();
+        let done = AtomicUsize::new(0);
+        let count = |n: usize| {
+            let done = done.fetch_add(n, Ordering::Relaxed) + n;
+            progress(&step, done as f64 / (beams * samples) as f64);
+        };
+        let parameters = Parameters {
+            temporal_half_window: variant.half_window,
+            ..receive.parameters(variant.method)
+        };
+        let active = |beam: usize, sample: usize| self.stage.active(beam, sample);
+        let z = beamform(self.x.view(), active, parameters, variant.covariance, count)?;
+        Ok(Lines {
+            z,
+            fs: self.rate,
+            t0: self.stage.start(),
+            beam_x: self.stage.beam_x().to_vec(),
+            rays: None,
+            c: self.stage.sound_speed(),
+        })
+    }
+}

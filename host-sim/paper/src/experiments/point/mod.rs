@@ -1,0 +1,186 @@
+//! The point scatterer of the paper's Fig. 2.
+
+mod figures;
+mod measure;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result};
+use bonebeam_drive::config::Image;
+use bonebeam_drive::image::PixelGrid;
+use bonebeam_files::Lines;
+use bonebeam_oracle::validate::Check;
+use bonebeam_simulate::{Phantom, Settings, Summation, channel_data};
+
+use super::common::lines::beamform_all;
+use super::common::pictures::{Pair, Studio};
+use super::common::{self, Common, Receive};
+use super::{Context, Experiment, Outcome};
+use measure::{PointResult, measure};
+
+/// The part of the image that is shown, m either side of the point's depth.
+const SHOWN: f64 = 1.5e-3;
+
+/// Section `[point]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Point {
+    /// Array, pulse, transmit. The beams are those of `sampling`.
+    simulation: Settings,
+    /// Delay and beamformer.
+    receive: Receive,
+    /// The B-mode image.
+    image: Image,
+    /// The sets of beams; the images show the last.
+    sampling: Vec<Sampling>,
+}
+
+/// A set of beams over the point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Sampling {
+    /// Number of beams, centred on element 64 of 128, odd.
+    beams: usize,
+    /// Distance between neighbouring beams, in pitches.
+    step: f64,
+    /// Distance of the point to the right of the middle beam, in pitches.
+    offset: f64,
+}
+
+impl Default for Point {
+    fn default() -> Self {
+        let mut receive = Receive::default();
+        receive.0.f_number = 2.5;
+        receive.0.depth_start = Some(12.5e-3);
+        receive.0.depth_end = Some(17.5e-3);
+        let set = |beams, step, offset| Sampling {
+            beams,
+            step,
+            offset,
+        };
+        Point {
+            // One beam per element as in the paper, at three phases of the beam grid, and beams so
+            // close that the sampling no longer shows.
+            sampling: vec![
+                set(19, 1.0, 0.0),
+                set(19, 1.0, 0.25),
+                set(19, 1.0, 0.5),
+                set(131, 0.125, 0.0),
+            ],
+            simulation: Settings::point(),
+            receive,
+            image: Image {
+                dynamic_range: 50.0,
+                width: Some(5e-3),
+                ..Image::default()
+            },
+        }
+    }
+}
+
+impl Experiment for Point {
+    const NAME: &'static str = "point";
+
+    fn quick() -> Self {
+        let mut point = Point::default();
+        (point.image.rows, point.image.columns) = (Some(256), Some(256));
+        point
+    }
+
+    fn resolve(&mut self) {
+        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
+    }
+
+    fn validate(&self) -> Result<()> {
+        self.image.validate()?;
+        self.receive.0.validate()?;
+        let usage = |message: String| Err(Error::Usage(message));
+        if self.sampling.is_empty() {
+            return usage("`sampling` in [point] is empty; expected at least one set".into());
+        }
+        for s in &self.sampling {
+            self.settings(s).validate()?;
+            if s.beams < 3 || s.beams % 2 == 0 || !s.offset.is_finite() {
+                return usage(format!(
+                    "`sampling` in [point] has {} beams at an offset of {}; expected an odd number \
+                     of at least 3 and a finite offset",
+                    s.beams, s.offset
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn run(&self, context: &Context<'_>) -> Result<Outcome> {
+        let Context {
+            common, progress, ..
+        } = *context;
+        let mut samplings = Vec::new();
+        let mut checks = Vec::new();
+        let mut lines = Vec::new();
+        for (index, sampling) in self.sampling.iter().enumerate() {
+            let settings = self.settings(sampling);
+            let phantom = Phantom::point(&settings, sampling.offset * settings.pitch);
+            phantom.check_within(&settings)?;
+            let step = format!("point: simulate {}", index + 1);
+            let data = channel_data(&settings, &phantom, Summation::Direct, &|done| {
+                progress(&step, done);
+            })?;
+            // One set of beams is enough to check; it is the one that is shown.
+            let last = index + 1 == self.sampling.len();
+            let extent = last.then_some(&common.checks);
+            let (all, found) = beamform_all("point", &data, &self.receive, extent, progress)?;
+            checks.extend(found);
+            let [spacing, offset] = [sampling.step, sampling.offset].map(|p| p * settings.pitch);
+            samplings.push(measure(spacing, offset, &all)?);
+            lines = all;
+        }
+        progress("point: pictures", 0.0);
+        let (pictures, found) = self.pictures(common, &lines)?;
+        checks.extend(found);
+        let result = PointResult {
+            samplings,
+            pictures,
+        };
+        figures::outcome(&result, self.image.dynamic_range, checks)
+    }
+}
+
+impl Point {
+    /// The simulation's settings for one set of beams.
+    fn settings(&self, sampling: &Sampling) -> Settings {
+        let middle = (self.simulation.elements / 2) as f64;
+        Settings {
+            beams: sampling.beams,
+            beam_step: sampling.step,
+            first_beam: middle - (sampling.beams / 2) as f64 * sampling.step,
+            ..self.simulation.clone()
+        }
+    }
+
+    /// Phase symmetry sees the whole square; what is shown is the paper's 3 mm of depth.
+    fn pictures(&self, common: &Common, lines: &[Lines]) -> Result<(Vec<Pair>, Vec<Check>)> {
+        let Some(first) = lines.first() else {
+            return Err(Error::Data("the point has no lines".into()));
+        };
+        let centre = first.beam_x[first.beam_x.len() / 2];
+        let half = self.image.width.unwrap_or(5e-3) / 2.0;
+        let across = [centre - half, centre + half];
+        let [first, last] = self.receive.depths();
+        let [rows, columns] = self.image.sides(2.0 * half, last - first);
+        let grid = PixelGrid::cover(across, [first, last], rows, columns);
+        let row = |depth: f64| ((depth - grid.z0) / grid.pixel).round().max(0.0) as usize;
+        let focus = self.simulation.focus;
+        let rows = row(focus - SHOWN).min(grid.rows)..(row(focus + SHOWN) + 1).min(grid.rows);
+        let studio = Studio {
+            what: "point",
+            grid,
+            image: &self.image,
+            phase_symmetry: &common.phase_symmetry,
+            rows,
+            centre,
+            check: true,
+        };
+        studio.pictures(lines)
+    }
+}

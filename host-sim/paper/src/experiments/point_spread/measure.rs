@@ -1,0 +1,147 @@
+//! Profiles of the point and what is measured on them.
+
+use serde::Serialize;
+
+use crate::Result;
+use crate::experiments::common::variants::Variant;
+use crate::measure::point::LateralProfile;
+use bonebeam_files::Lines;
+
+/// The levels of the widths, dB: the paper's, and that of the FWHM.
+const LEVELS: [f64; 2] = [-12.0, -6.0];
+/// Side lobes are also measured farther than this from the peak, m.
+const FAR: f64 = 2e-3;
+/// Level given to an envelope of zero, dB.
+const FLOOR_DB: f64 = -300.0;
+
+/// What came out of the point.
+#[derive(Clone, Debug, Serialize)]
+pub struct PointSpreadResult {
+    /// Distance of the fine beams, mm.
+    pub beam_spacing_mm: f64,
+    /// With the fine beams, free of noise.
+    pub fine: Vec<ProfileMeasure>,
+    /// With one beam an element, by where the point lies.
+    pub phases: Vec<PhaseResult>,
+    /// With the fine beams, in noise.
+    pub snrs: Vec<SnrResult>,
+}
+
+/// One beam an element, the point at some place between two.
+#[derive(Clone, Debug, Serialize)]
+pub struct PhaseResult {
+    /// How far right of the nearest beam, in pitches.
+    pub offset_pitches: f64,
+    /// An entry a beamformer.
+    pub beamformers: Vec<ProfileMeasure>,
+}
+
+/// The profile of one beamformer.
+#[derive(Clone, Debug, Serialize)]
+pub struct ProfileMeasure {
+    /// The beamformer's key.
+    pub beamformer: String,
+    /// Its name.
+    pub name: String,
+    /// Width at −12 dB.
+    pub width_12db_mm: Option<f64>,
+    /// Width at −6 dB, the FWHM.
+    pub fwhm_mm: Option<f64>,
+    /// The largest level outside the main lobe.
+    pub side_lobe_db: Option<f64>,
+    /// The largest level farther than 2 mm from the peak.
+    pub beyond_2mm_db: Option<f64>,
+    /// The peak relative to that of DAS.
+    pub peak_re_das_db: f64,
+    /// The level of the beam nearest to the point relative to the peak of DAS.
+    pub on_axis_re_das_db: f64,
+    /// Beams, to the right of the point.
+    pub x_mm: Vec<f64>,
+    /// The profile, relative to the peak of DAS.
+    pub profile_re_das_db: Vec<f64>,
+}
+
+/// Means over seeds of noise.
+#[derive(Clone, Debug, Serialize)]
+pub struct SnrResult {
+    /// Channel SNR, dB.
+    pub snr_db: f64,
+    /// An entry a beamformer.
+    pub beamformers: Vec<SnrMeasure>,
+}
+
+/// Mean, least and largest over the seeds; none where a seed has none.
+#[derive(Clone, Debug, Serialize)]
+pub struct SnrMeasure {
+    /// The beamformer's key.
+    pub beamformer: String,
+    /// Its name.
+    pub name: String,
+    /// Width at −12 dB.
+    pub width_12db_mm: Option<[f64; 3]>,
+    /// The largest level farther than 2 mm from the peak.
+    pub beyond_2mm_db: Option<[f64; 3]>,
+}
+
+impl ProfileMeasure {
+    /// Measures the lines of a beamformer beside those of DAS; the point lies at `point`, m.
+    pub fn new(variant: &Variant, lines: &Lines, das: &Lines, point: f64) -> Result<Self> {
+        let profile = LateralProfile::new(lines)?;
+        let reference = maxima(das).into_iter().fold(0.0, f64::max);
+        let decibels = |v: f64| (20.0 * (v / reference).log10()).max(FLOOR_DB);
+        let found = maxima(lines);
+        let beams = 0..lines.beam_x.len();
+        let beside = |k: &usize| (lines.beam_x[*k] - point).abs();
+        let nearest = beams.min_by(|a, b| beside(a).total_cmp(&beside(b)));
+        let millimetres = |level| profile.width(level).map(|width| 1e3 * width);
+        Ok(ProfileMeasure {
+            beamformer: variant.key.clone(),
+            name: variant.name.clone(),
+            width_12db_mm: millimetres(LEVELS[0]),
+            fwhm_mm: millimetres(LEVELS[1]),
+            side_lobe_db: profile.side_lobe(),
+            beyond_2mm_db: profile.level_beyond(FAR),
+            peak_re_das_db: decibels(found[profile.peak]),
+            on_axis_re_das_db: decibels(nearest.map_or(0.0, |k| found[k])),
+            x_mm: lines.beam_x.iter().map(|x| 1e3 * (x - point)).collect(),
+            profile_re_das_db: found.into_iter().map(decibels).collect(),
+        })
+    }
+}
+
+impl SnrResult {
+    /// The means of `measures`, `[seed][variant]`.
+    pub fn new(snr: f64, variants: &[Variant], measures: &[Vec<ProfileMeasure>]) -> Self {
+        let beamformers = variants.iter().enumerate().map(|(k, variant)| {
+            let over = |pick: fn(&ProfileMeasure) -> Option<f64>| {
+                let values: Option<Vec<f64>> = measures.iter().map(|m| pick(&m[k])).collect();
+                values.map(|values| {
+                    let mean = values.iter().sum::<f64>() / values.len() as f64;
+                    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+                    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                    [mean, least, most]
+                })
+            };
+            SnrMeasure {
+                beamformer: variant.key.clone(),
+                name: variant.name.clone(),
+                width_12db_mm: over(|m| m.width_12db_mm),
+                beyond_2mm_db: over(|m| m.beyond_2mm_db),
+            }
+        });
+        SnrResult {
+            snr_db: snr,
+            beamformers: beamformers.collect(),
+        }
+    }
+}
+
+/// The largest envelope of each beam.
+fn maxima(lines: &Lines) -> Vec<f64> {
+    let rows = lines.z.rows().into_iter();
+    rows.map(|row| {
+        let envelope = row.iter().map(|z| f64::from(z.re).hypot(f64::from(z.im)));
+        envelope.fold(0.0, f64::max)
+    })
+    .collect()
+}

@@ -1,0 +1,159 @@
+//! The vertebra slice in a water bath (the paper's Fig. 4 to 9 and Table I).
+
+mod figures;
+mod measure;
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::Result;
+use bonebeam_drive::config::Image;
+use bonebeam_drive::image::grid_of_picture;
+use bonebeam_files::settings::{LENGTHS, check_positive, out_of_range};
+use bonebeam_simulate::{Outline, Phantom, Settings, Summation, channel_data};
+
+use super::common::lines::beamform_all;
+use super::common::pictures::Studio;
+use super::common::{self, Receive};
+use super::{Context, Experiment, Outcome, Overrides};
+use measure::View;
+
+/// Section `[vertebra]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Vertebra {
+    /// A closed surface as a PLY file in mm (+x towards the front, +z towards the head) in place of
+    /// the built-in vertebra.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mesh: Option<PathBuf>,
+    /// Height of the slice, m, from the middle of the body towards the head.
+    slice: f64,
+    /// Depth of the spinous process's tip, m.
+    depth: f64,
+    /// Depth of the lateral image line through the laminae, m.
+    lateral_line: f64,
+    /// Array, pulse, transmit, noise.
+    simulation: Settings,
+    /// Delay and beamformer.
+    receive: Receive,
+    /// The B-mode image.
+    image: Image,
+}
+
+impl Default for Vertebra {
+    fn default() -> Self {
+        let mut receive = Receive::default();
+        receive.0.depth_end = Some(44.2e-3);
+        Vertebra {
+            mesh: None,
+            slice: -4e-3,
+            depth: 15e-3,
+            lateral_line: 25.5e-3,
+            // Two beams an element, as the paper's 256 in the water bath; as deep as the image of 512
+            // pixels across the array.
+            simulation: Settings {
+                beams: 255,
+                beam_step: 0.5,
+                depth_end: 44.2e-3,
+                ..Settings::vertebra()
+            },
+            receive,
+            image: Image {
+                dynamic_range: 70.0,
+                median: true,
+                ..Image::default()
+            },
+        }
+    }
+}
+
+impl Experiment for Vertebra {
+    const NAME: &'static str = "vertebra";
+
+    /// A quarter of the beams, recorded at 40 MHz.
+    fn quick() -> Self {
+        let mut vertebra = Vertebra::default();
+        (vertebra.image.rows, vertebra.image.columns) = (Some(256), Some(256));
+        vertebra.simulation.beams = 64;
+        vertebra.simulation.beam_step = 2.0;
+        vertebra.simulation.fs = 40e6;
+        vertebra
+    }
+
+    fn resolve(&mut self) {
+        common::resolve(&self.simulation, &mut self.receive, &mut self.image);
+    }
+
+    fn apply(&mut self, overrides: &Overrides) {
+        if let Some(mesh) = &overrides.mesh {
+            self.mesh = Some(mesh.clone());
+        }
+        self.slice = overrides.slice.unwrap_or(self.slice);
+    }
+
+    fn validate(&self) -> Result<()> {
+        common::validate(&self.simulation, &self.receive, &self.image)?;
+        if !self.slice.is_finite() {
+            let expected = "a finite number (m)";
+            return Err(out_of_range(Self::NAME, "slice", self.slice, expected));
+        }
+        check_positive(Self::NAME, "depth", self.depth, LENGTHS, " (m)")?;
+        check_positive(
+            Self::NAME,
+            "lateral_line",
+            self.lateral_line,
+            LENGTHS,
+            " (m)",
+        )?;
+        // A mesh may turn out not to be one.
+        self.phantom().map(drop)
+    }
+
+    fn run(&self, context: &Context<'_>) -> Result<Outcome> {
+        let Context {
+            common, progress, ..
+        } = *context;
+        let phantom = self.phantom()?;
+        let data = channel_data(&self.simulation, &phantom, Summation::Cells, &|done| {
+            progress("vertebra: simulate", done);
+        })?;
+        let (lines, mut checks) = beamform_all(
+            "vertebra",
+            &data,
+            &self.receive,
+            Some(&common.checks),
+            progress,
+        )?;
+        drop(data);
+
+        progress("vertebra: pictures", 0.0);
+        let grid = grid_of_picture(&lines[0], &self.image)?;
+        let studio = Studio {
+            what: "vertebra",
+            grid,
+            image: &self.image,
+            phase_symmetry: &common.phase_symmetry,
+            rows: 0..grid.rows,
+            centre: 0.0,
+            check: true,
+        };
+        let (pictures, found) = studio.pictures(&lines)?;
+        checks.extend(found);
+
+        progress("vertebra: measures", 0.0);
+        let bone = phantom.bone.as_ref().map(Outline::without_holes);
+        let bone = bone.expect("a vertebra has a bone")?;
+        let view = View::new(&bone, grid, self.lateral_line);
+        figures::outcome(&view.result(pictures), self, checks)
+    }
+}
+
+impl Vertebra {
+    /// The slice of the vertebra in its water bath.
+    fn phantom(&self) -> Result<Phantom> {
+        let phantom = Phantom::slice(self.mesh.as_deref(), self.slice, self.depth)?;
+        phantom.check_within(&self.simulation)?;
+        Ok(phantom)
+    }
+}

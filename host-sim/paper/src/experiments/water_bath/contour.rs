@@ -1,0 +1,196 @@
+//! The CT contour in the image plane under each combination of error sources, and Table I against it.
+
+use ndarray::{Array2, ArrayView2};
+use serde::Serialize;
+
+use crate::measure::registration::{Point, Rigid};
+use crate::measure::signed_distance::{Region, SurfaceMeasure, measure, uniform_baseline};
+use crate::{Error, Result};
+use bonebeam_drive::image::PixelGrid;
+use bonebeam_simulate::{Outline, Surface};
+
+use super::sweep::Tip;
+
+/// How the CT volume is brought to the image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Registration {
+    /// As the specimen truly lay.
+    Exact,
+    /// By the fiducials, picked so in the ultrasound volume.
+    Picked(Tip),
+}
+
+/// Which sources of error are on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sources {
+    /// Registration.
+    pub registration: Registration,
+    /// Whether the scanner takes the speed of sound for the tissue's.
+    pub sound_speed: bool,
+    /// Whether the CT surface is the paper's threshold, in place of the middle of the step from air to bone.
+    pub threshold: bool,
+}
+
+impl Sources {
+    /// All of them, the fiducials picked at their brightest voxel.
+    pub const ALL: Sources = Sources {
+        registration: Registration::Picked(Tip::Brightest),
+        sound_speed: true,
+        threshold: true,
+    };
+
+    /// Every combination: none first, then one by one, then together.
+    pub fn every() -> Vec<Sources> {
+        let registrations = [
+            Registration::Exact,
+            Registration::Picked(Tip::Brightest),
+            Registration::Picked(Tip::Front),
+        ];
+        let mut all = Vec::new();
+        for sound_speed in [false, true] {
+            for threshold in [false, true] {
+                for registration in registrations {
+                    all.push(Sources {
+                        registration,
+                        sound_speed,
+                        threshold,
+                    });
+                }
+            }
+        }
+        all
+    }
+
+    /// For people.
+    pub fn name(&self) -> String {
+        let mut parts = Vec::new();
+        match self.registration {
+            Registration::Exact => {}
+            Registration::Picked(Tip::Brightest) => parts.push("registration"),
+            Registration::Picked(Tip::Front) => parts.push("registration by the echoes' front"),
+        }
+        if self.sound_speed {
+            parts.push("sound speed");
+        }
+        if self.threshold {
+            parts.push("threshold");
+        }
+        match parts.is_empty() {
+            true => "none".into(),
+            false => parts.join(", "),
+        }
+    }
+}
+
+/// The outline that a surface leaves in the image plane at an elevation, without what lies within it.
+///
+/// # Errors
+/// The plane does not cut the surface.
+pub fn outline(surface: &Surface, way: impl Fn(Point) -> Point, elevation: f64) -> Result<Outline> {
+    let placed = surface.clone().mapped(|p| {
+        let [x, y, z] = way(p);
+        [x, y - elevation, z]
+    });
+    let outline = placed.outline().map_err(Error::Data)?;
+    let outline = outline.ok_or_else(|| {
+        Error::Data(format!(
+            "the CT surface has no outline at {} mm of elevation",
+            1e3 * elevation
+        ))
+    })?;
+    outline.without_holes()
+}
+
+/// A registration and its errors.
+#[derive(Clone, Debug, Serialize)]
+pub struct Registered {
+    /// From the CT scanner's coordinates to the image's.
+    #[serde(skip)]
+    pub transform: Rigid,
+    /// Root of the mean square distance at the fiducials, mm.
+    pub fre_mm: f64,
+    /// The same at the true places of what is measured: points of the bone in both slices, mm.
+    pub tre_mm: f64,
+    /// By how much the contour is moved towards the array there, in the mean, mm.
+    pub towards_array_mm: f64,
+}
+
+impl Registered {
+    /// Registers `ct` to `us`; `targets` are places in the image and where CT has them.
+    ///
+    /// # Errors
+    /// Picks that do not determine it.
+    pub fn new(ct: &[Point], us: &[Point], targets: &[(Point, Point)]) -> Result<Self> {
+        let transform = Rigid::register(ct, us)?;
+        Ok(Registered::with(
+            transform,
+            transform.fiducial_error(ct, us),
+            targets,
+        ))
+    }
+
+    /// A transform that is known.
+    pub fn with(transform: Rigid, fre: f64, targets: &[(Point, Point)]) -> Self {
+        let n = targets.len().max(1) as f64;
+        let (mut square, mut shift) = (0.0, 0.0);
+        for (image, ct) in targets {
+            let found = transform.apply(*ct);
+            square += (0..3).map(|k| (found[k] - image[k]).powi(2)).sum::<f64>() / n;
+            shift += (image[2] - found[2]) / n;
+        }
+        Registered {
+            transform,
+            fre_mm: 1e3 * fre,
+            tre_mm: 1e3 * square.sqrt(),
+            towards_array_mm: 1e3 * shift,
+        }
+    }
+}
+
+/// A row of Table I.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Row {
+    /// Localisation error, mm; positive inside the contour.
+    pub error_mm: Option<f64>,
+    /// Standard deviation, mm.
+    pub std_mm: Option<f64>,
+    /// Mean grey level in region B, outside.
+    pub b: Option<f64>,
+    /// Mean grey level in region C, inside.
+    pub c: Option<f64>,
+}
+
+impl From<SurfaceMeasure> for Row {
+    fn from(measured: SurfaceMeasure) -> Self {
+        Row {
+            error_mm: measured.mean.map(|v| 1e3 * v),
+            std_mm: measured.std.map(|v| 1e3 * v),
+            b: measured.outside,
+            c: measured.inside,
+        }
+    }
+}
+
+/// An image against the contour.
+pub fn row(pixels: ArrayView2<f32>, distance: &Array2<f64>, region: Region) -> Row {
+    measure(pixels, distance.view(), region).into()
+}
+
+/// What an image of one grey level scores.
+pub fn uniform(distance: &Array2<f64>, region: Region) -> Row {
+    Row {
+        b: None,
+        c: None,
+        ..uniform_baseline(distance.view(), region).into()
+    }
+}
+
+/// Every so-many-th pixel of a grid.
+pub fn thinned(grid: &PixelGrid, every: usize) -> PixelGrid {
+    PixelGrid {
+        pixel: grid.pixel * every as f64,
+        rows: grid.rows.div_ceil(every),
+        columns: grid.columns.div_ceil(every),
+        ..*grid
+    }
+}

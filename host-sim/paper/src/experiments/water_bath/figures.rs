@@ -1,0 +1,434 @@
+//! What is shown of the water bath: images with the contour, colour maps and curves by distance, Table I, the
+//! sources of its error, image lines, and the volumes for other programs.
+
+use ndarray::{Array3, ShapeBuilder};
+use serde::Serialize;
+
+use crate::experiments::Outcome;
+use crate::experiments::common::pictures::{Pair, scales};
+use crate::experiments::outcome::{
+    Attachment, Beside, Coloured, Curve, Part, Picture, Plot, Table, View, data, number,
+};
+use crate::measure::registration::expected_fiducial_error;
+use crate::{Error, Result};
+use bonebeam_drive::methods::COMPARED;
+use bonebeam_files::{nifti, ply};
+
+use super::comparisons::{line_comparisons, table_one};
+use super::contour::{Registered, Registration, Row, Sources};
+use super::images::Images;
+use super::measures::{Draws, Measured};
+use super::registration::{Ct, Registrations};
+use super::sweep::{Tip, Volume};
+use super::{FEATURED, METHODS, WaterBath};
+
+/// All that was found.
+pub struct Found<'a> {
+    pub bath: &'a WaterBath,
+    pub ct: &'a Ct,
+    pub volume: &'a Volume,
+    pub registrations: &'a Registrations,
+    pub slices: &'a [Images; 2],
+    pub measured: &'a [Measured],
+    pub draws: &'a Draws,
+}
+
+/// The numbers, for programs.
+#[derive(Serialize)]
+struct Numbers<'a> {
+    methods: [&'static str; 3],
+    registrations: Vec<NumbersOfRegistration<'a>>,
+    slices: &'a [Measured],
+    draws: &'a Draws,
+    ct_voxels: [usize; 3],
+    expected_fre_mm: f64,
+}
+
+#[derive(Serialize)]
+struct NumbersOfRegistration<'a> {
+    sources: String,
+    #[serde(flatten)]
+    found: &'a Registered,
+}
+
+/// The kinds of image.
+pub const KINDS: [&str; 2] = ["US", "PS"];
+/// How far the colour maps and curves reach from the contour, mm.
+const REACH: f64 = 10.0;
+
+/// The outcome.
+///
+/// # Errors
+/// A picture or a volume that cannot be written.
+pub fn outcome(found: Found<'_>) -> Result<Outcome> {
+    let every = Sources::every();
+    let registrations = every.iter().filter(|s| !s.threshold);
+    let numbers = Numbers {
+        methods: METHODS,
+        registrations: registrations
+            .map(|s| NumbersOfRegistration {
+                sources: s.name(),
+                found: found.registrations.of(*s),
+            })
+            .collect(),
+        slices: found.measured,
+        draws: found.draws,
+        ct_voxels: found.ct.volume.grid.nodes,
+        expected_fre_mm: expected_fre(found.bath),
+    };
+    let pictures = found.slices.iter().flat_map(|slice| &slice.pairs);
+    Ok(Outcome {
+        title: "CT registration in a water bath (Figs. 4 to 9, Table I)",
+        parts: parts(&found),
+        pictures: pictures.flat_map(Pair::card).collect(),
+        tables: Vec::new(),
+        comparisons: [table_one(found.measured), line_comparisons(found.measured)].concat(),
+        checks: found.slices.iter().flat_map(|s| s.checks.clone()).collect(),
+        files: files(&found)?,
+        data: data(&numbers)?,
+        ..Outcome::default()
+    })
+}
+
+/// The FRE that picking to whole voxels alone would leave, mm: each axis is off by its voxel over √12, in
+/// either volume.
+fn expected_fre(bath: &WaterBath) -> f64 {
+    let us = [0.077e-3, bath.sweep_step, 0.077e-3];
+    let all = us.iter().chain(&bath.ct_voxel);
+    let square: f64 = all.map(|v| v * v / 12.0).sum();
+    1e3 * expected_fiducial_error(4, square).sqrt()
+}
+
+fn parts(found: &Found<'_>) -> Vec<Part> {
+    let bath = found.bath;
+    let all = found.registrations.of(Sources::ALL);
+    let mut parts = vec![Part::Text(format!(
+        "A vertebra with four balls of 2 mm, in water of {:.0} m/s that the scanner takes for {:.0} m/s. The CT \
+         volume has {} × {} × {} voxels of {:.2} × {:.2} × {:.2} mm; its surface at −524 HU is brought to the \
+         ultrasound volume by the balls' tips. The ultrasound volume has {} slices of {:.1} mm, each from one \
+         plane wave; the two slices that are measured have {} focused beams. FRE {:.2} mm here, 0.13 mm in \
+         the paper; whole voxels alone make {:.2} mm. At the bone in the two slices the contour is off by {:.2} \
+         mm (RMS), {:.2} mm of it towards the array.",
+        bath.simulation.c,
+        bath.assumed_sound_speed,
+        found.ct.volume.grid.nodes[0],
+        found.ct.volume.grid.nodes[1],
+        found.ct.volume.grid.nodes[2],
+        1e3 * bath.ct_voxel[0],
+        1e3 * bath.ct_voxel[1],
+        1e3 * bath.ct_voxel[2],
+        bath.sweep,
+        1e3 * bath.sweep_step,
+        bath.simulation.beams,
+        all.fre_mm,
+        expected_fre(bath),
+        all.tre_mm,
+        all.towards_array_mm
+    ))];
+    for (k, (slice, measured)) in found.slices.iter().zip(found.measured).enumerate() {
+        parts.push(Part::Heading(["Slice 1 (Fig. 4)", "Slice 2 (Fig. 5)"][k]));
+        parts.push(Part::Beside(beside(k, slice, measured, bath)));
+    }
+    parts.push(Part::Heading(
+        "Intensity by signed distance (Figs. 6 and 7)",
+    ));
+    parts.push(Part::Text(
+        "Mean grey level of all pixels at a distance from the contour, inside positive. Region A reaches from \
+         −0.5 mm (PS: 0.1 mm) to 2.1 mm; B is outside of it, C inside. The colour maps have every pixel's \
+         grey level in the colour of its distance: blue outside, red inside."
+            .into(),
+    ));
+    for (k, (slice, measured)) in found.slices.iter().zip(found.measured).enumerate() {
+        parts.push(Part::Coloured(distance_maps(k, slice, measured)));
+        parts.push(Part::Plots(distance_plots(k, measured)));
+    }
+    parts.push(Part::Heading("Table I"));
+    parts.push(Part::Table(table(found.measured)));
+    parts.push(Part::Heading("Which source makes the bias"));
+    parts.push(Part::Text(format!(
+        "Localisation error of Table I under every combination of sources. Registration: the balls picked at \
+         their brightest voxel, or where their echo begins to be seen (half its grey level). A shift that all \
+         balls have in common does not show in the FRE. Over {} registrations with a further picking error of \
+         {:.2} mm along each axis the FRE is {}, and the errors of slice 1 are {} (DAS, US) and {} (rank 1, PS).",
+        found.draws.fre_mm.len(),
+        1e3 * bath.picking_error,
+        spread(&found.draws.fre_mm),
+        spread(&drawn(found.draws, 0, 0, 0)),
+        spread(&drawn(found.draws, 0, 1, 1)),
+    )));
+    parts.push(Part::Table(sources_table(found)));
+    parts.push(Part::Table(registrations_table(found.registrations)));
+    parts.push(Part::Heading("Image lines (Figs. 8 and 9)"));
+    parts.push(Part::Text(
+        "Down through the spinous process, and across its sidewalls. Dashed: the contour.".into(),
+    ));
+    for (k, measured) in found.measured.iter().enumerate() {
+        parts.push(Part::Plots(line_plots(k, measured)));
+    }
+    parts
+}
+
+/// The drawn errors of a slice, a beamformer of [`FEATURED`], and a kind of image.
+fn drawn(draws: &Draws, slice: usize, featured: usize, image: usize) -> Vec<f64> {
+    let errors = draws.error_mm.iter();
+    errors.map(|e| e[slice][featured][image]).collect()
+}
+
+/// Mean and standard deviation.
+fn spread(values: &[f64]) -> String {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let square: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
+    format!("{mean:.2} ± {:.2} mm", (square / n).sqrt())
+}
+
+fn name(key: &str) -> &'static str {
+    let row = COMPARED.iter().find(|row| row.key == key);
+    row.map_or("", |row| row.name)
+}
+
+fn beside(k: usize, slice: &Images, measured: &Measured, bath: &WaterBath) -> Beside {
+    let view = |pair: &Pair| View {
+        name: name(pair.beamformer).into(),
+        pictures: pair.card(),
+    };
+    let mut views = slice.pairs.iter().map(view).collect::<Vec<_>>();
+    let reference = views.remove(0);
+    Beside {
+        id: format!("water-bath-{}", k + 1),
+        reference,
+        first: views.len() - 1,
+        others: views,
+        outline: measured.contour_mm.clone(),
+        scales: scales(bath.image.dynamic_range),
+    }
+}
+
+fn distance_plots(k: usize, measured: &Measured) -> Vec<Plot> {
+    let plot = |image: usize| {
+        let curves = METHODS.iter().zip(&measured.by_distance);
+        Plot {
+            caption: format!(
+                "Mean grey level by distance, {}, slice {}",
+                KINDS[image],
+                k + 1
+            ),
+            x: "signed distance, mm",
+            y: "grey level",
+            x_range: [-REACH, REACH],
+            y_range: [0.0, 255.0],
+            marks: vec![0.0],
+            curves: curves
+                .map(|(key, levels)| Curve {
+                    name: name(key).into(),
+                    featured: FEATURED.contains(key),
+                    points: (measured.distance_mm.iter().copied())
+                        .zip(levels[image].iter().copied())
+                        .collect(),
+                })
+                .collect(),
+        }
+    };
+    vec![plot(0), plot(1)]
+}
+
+fn line_plots(k: usize, measured: &Measured) -> Vec<Plot> {
+    let mut plots = Vec::new();
+    for (way, line) in [&measured.down, &measured.across].into_iter().enumerate() {
+        for image in 0..2 {
+            let curves = METHODS.iter().zip(&measured.profiles);
+            plots.push(Plot {
+                caption: format!(
+                    "{}, slice {}, {} {:.1} mm",
+                    KINDS[image],
+                    k + 1,
+                    ["down at x =", "across at a depth of"][way],
+                    line.place_mm
+                ),
+                x: if way == 0 { "depth, mm" } else { "lateral, mm" },
+                y: "grey level",
+                x_range: [line.at_mm[0], line.at_mm[line.at_mm.len() - 1]],
+                y_range: [0.0, 255.0],
+                marks: line.contour_mm.clone(),
+                curves: curves
+                    .map(|(key, profiles)| Curve {
+                        name: name(key).into(),
+                        featured: FEATURED.contains(key),
+                        points: (line.at_mm.iter().copied())
+                            .zip(
+                                profiles[image][way]
+                                    .grey
+                                    .iter()
+                                    .map(|&v| Some(f64::from(v))),
+                            )
+                            .collect(),
+                    })
+                    .collect(),
+            });
+        }
+    }
+    plots
+}
+
+fn cells(row: &Row) -> [String; 4] {
+    [row.error_mm, row.std_mm, row.b, row.c].map(number)
+}
+
+fn table(measured: &[Measured]) -> Table {
+    let mut rows = Vec::new();
+    for (image, kind) in KINDS.iter().enumerate() {
+        for (k, slice) in measured.iter().enumerate() {
+            let mut add = |who: &str, row: &Row| {
+                let mut cells = cells(row).to_vec();
+                cells.insert(0, format!("{kind}, slice {}, {who}", k + 1));
+                rows.push(cells);
+            };
+            for (key, row) in METHODS.iter().zip(&slice.table) {
+                add(name(key), &row[image]);
+            }
+            add("an image of one grey level", &slice.uniform[image]);
+        }
+    }
+    Table {
+        title: "Table I, with all sources of error on".into(),
+        head: vec!["", "error, mm", "STD, mm", "B", "C"],
+        rows,
+        page_only: false,
+    }
+}
+
+fn sources_table(found: &Found<'_>) -> Table {
+    let every = Sources::every();
+    let rows = every.iter().enumerate().map(|(index, sources)| {
+        let mut row = vec![sources.name()];
+        for image in 0..2 {
+            for slice in found.measured {
+                let of = &slice.sources[index];
+                row.extend(of.featured.iter().map(|rows| number(rows[image].error_mm)));
+                row.push(number(of.uniform[image].error_mm));
+            }
+        }
+        row
+    });
+    Table {
+        title: "Localisation error by source, mm; the paper: US 0.70 and 0.66, 0.90 and 0.79; PS 0.94 and \
+                0.84, 0.97 and 0.95"
+            .into(),
+        head: vec![
+            "sources on",
+            "US 1, DAS",
+            "rank 1",
+            "uniform",
+            "US 2, DAS",
+            "rank 1",
+            "uniform",
+            "PS 1, DAS",
+            "rank 1",
+            "uniform",
+            "PS 2, DAS",
+            "rank 1",
+            "uniform",
+        ],
+        rows: rows.collect(),
+        page_only: false,
+    }
+}
+
+fn registrations_table(registrations: &Registrations) -> Table {
+    let mut rows = Vec::new();
+    for sound_speed in [false, true] {
+        for registration in [
+            Registration::Exact,
+            Registration::Picked(Tip::Brightest),
+            Registration::Picked(Tip::Front),
+        ] {
+            let sources = Sources {
+                registration,
+                sound_speed,
+                threshold: false,
+            };
+            let of = registrations.of(sources);
+            let fre = (registration != Registration::Exact).then_some(of.fre_mm);
+            rows.push(vec![
+                sources.name(),
+                number(fre),
+                number(Some(of.tre_mm)),
+                number(Some(of.towards_array_mm)),
+            ]);
+        }
+    }
+    Table {
+        title: "Registration (the paper's FRE: 0.13 mm)".into(),
+        head: vec![
+            "sources on",
+            "FRE, mm",
+            "error at the bone, RMS, mm",
+            "of it towards the array, mm",
+        ],
+        rows,
+        page_only: false,
+    }
+}
+
+/// The volumes and the surfaces.
+fn files(found: &Found<'_>) -> Result<Vec<Attachment>> {
+    let volume = found.volume;
+    let grid = &volume.grid;
+    let step = [grid.pixel, found.bath.sweep_step, grid.pixel];
+    let ct = &found.ct.volume;
+    let [nx, ny, nz] = ct.grid.nodes;
+    let voxels = Array3::from_shape_vec((nx, ny, nz).f(), ct.hu.clone());
+    let voxels = voxels.map_err(|e| Error::Data(format!("the CT volume has no shape: {e}")))?;
+    let way = found.registrations.of(Sources::ALL).transform;
+    let surface = found.ct.thresholded.clone().mapped(|p| way.apply(p));
+    Ok(vec![
+        Attachment {
+            file: "water-bath-us.nii.gz".into(),
+            description: "the ultrasound volume, grey levels; mm along the array's axes".into(),
+            bytes: nifti(
+                volume.voxels().view(),
+                [grid.x0, volume.elevations[0], grid.z0],
+                step,
+            )?,
+        },
+        Attachment {
+            file: "water-bath-ct.nii.gz".into(),
+            description: "the CT volume, HU; mm in the CT scanner's coordinates".into(),
+            bytes: nifti(voxels.view(), ct.grid.corner, ct.grid.step)?,
+        },
+        Attachment {
+            file: "water-bath-ct-registered.ply".into(),
+            description: "the CT surface at −524 HU, registered: lies in the ultrasound volume"
+                .into(),
+            bytes: ply(surface.vertices(), surface.triangles())?,
+        },
+    ])
+}
+
+/// Images of a slice in the colours of the signed distance, the B-mode images before phase symmetry.
+fn distance_maps(k: usize, slice: &Images, measured: &Measured) -> Vec<Coloured> {
+    let mut all = Vec::new();
+    for image in 0..2 {
+        let featured = |p: &&Pair| FEATURED.contains(&p.beamformer);
+        for pair in slice.pairs.iter().filter(featured) {
+            let kind = KINDS[image];
+            let of = [&pair.b_mode, &pair.phase_symmetry][image];
+            let key = pair.beamformer;
+            all.push(Coloured {
+                picture: Picture {
+                    file: format!(
+                        "water-bath-{}-{key}-{}-distance.png",
+                        k + 1,
+                        kind.to_lowercase()
+                    ),
+                    caption: format!("{}, {kind}, slice {}, by signed distance", name(key), k + 1),
+                    ..of.clone()
+                },
+                values: measured.distance.mapv(|s| 1e3 * s),
+                reach: REACH,
+                quantity: "signed distance, mm",
+            });
+        }
+    }
+    all
+}

@@ -1,0 +1,259 @@
+//! The recordings of the water bath and their images: the sweep, and the two slices.
+
+use ndarray::{Array2, Axis, Slice};
+use rayon::prelude::*;
+
+use crate::Result;
+use crate::experiments::Context;
+use crate::experiments::common::lines::Checked;
+use crate::experiments::common::pictures::{Pair, Studio};
+use crate::experiments::common::recording::recording;
+use crate::experiments::common::{Checks, Receive};
+use bonebeam_drive::beamform::beamform;
+use bonebeam_drive::delay::DelayStage;
+use bonebeam_drive::image::{PixelGrid, b_mode};
+use bonebeam_drive::methods::{COMPARED, Compared};
+use bonebeam_files::{ChannelData, Lines, Transmits};
+use bonebeam_oracle::validate::Check;
+use bonebeam_simulate::{Clutter, Phantom, Scatterer, Settings};
+
+use super::specimen::Specimen;
+use super::sweep::Volume;
+use super::{FEATURED, METHODS, WaterBath};
+
+/// Scatterers on bone in the two slices, per m²: the paper's.
+const ON_BONE: f64 = 200e6;
+/// Beams that are delayed at a time.
+const BEAMS: usize = 64;
+
+/// The images of a slice.
+pub struct Images {
+    pub grid: PixelGrid,
+    /// With the speed of sound that the scanner takes for granted.
+    pub pairs: Vec<Pair>,
+    /// With the water's.
+    pub true_speed: Vec<Pair>,
+    /// The core against its references, where it was compared.
+    pub checks: Vec<Check>,
+}
+
+fn methods(keys: &[&str]) -> Vec<&'static Compared> {
+    let wanted = |key: &&str| COMPARED.iter().find(|row| row.key == *key);
+    keys.iter().filter_map(wanted).collect()
+}
+
+impl WaterBath {
+    /// The paper's pixels: as far across as the array, 39.4 mm.
+    fn grid(&self) -> PixelGrid {
+        let [rows, columns] = [self.image.rows, self.image.columns].map(|n| n.unwrap_or(512));
+        let pixel = 0.077e-3 * 512.0 / columns as f64;
+        PixelGrid {
+            x0: -0.5 * pixel * (columns - 1) as f64,
+            z0: self.receive.depths()[0],
+            pixel,
+            rows,
+            columns,
+        }
+    }
+
+    /// Bone in water around a slice.
+    fn phantom(&self, specimen: &Specimen, all: &[Scatterer], elevation: f64) -> Phantom {
+        let half = 0.5 * self.thickness;
+        let near = all.iter().filter(|s| (s.y - elevation).abs() <= half);
+        let scatterers: Vec<Scatterer> = near
+            .map(|s| Scatterer {
+                y: s.y - elevation,
+                ..*s
+            })
+            .collect();
+        Phantom {
+            on_bone: scatterers.len(),
+            scatterers,
+            surface: Some(specimen.surface().clone().moved([0.0, -elevation, 0.0])),
+            ..Phantom::default()
+        }
+    }
+
+    /// The scanner as it is in water: its delays are those of the speed that it takes for granted, so that the
+    /// wave meets deeper than it means to.
+    fn scanner(&self) -> Settings {
+        let ratio = self.ratio(true);
+        Settings {
+            focus: self.simulation.focus * ratio,
+            f_number: self.simulation.f_number * ratio,
+            ..self.simulation.clone()
+        }
+    }
+
+    /// The volumes with the water's speed of sound, around the fiducials alone, and with the scanner's.
+    ///
+    /// One plane wave a slice: of the volume the places of the balls and a look at the whole are wanted, and a
+    /// focused sweep would take as long as everything else together.
+    pub fn volumes(&self, specimen: &Specimen, context: &Context<'_>) -> Result<[Volume; 2]> {
+        let all = specimen.scatterers(self.sweep_density * 1e6)?;
+        let plane = Settings {
+            beams: 1,
+            first_beam: 0.5 * (self.simulation.elements - 1) as f64,
+            focus: 10.0,
+            f_number: 10.0 / (self.simulation.elements as f64 * self.simulation.pitch) * 0.99,
+            ..self.simulation.clone()
+        };
+        let middle = 0.5 * (self.sweep - 1) as f64;
+        let elevations: Vec<f64> = (0..self.sweep)
+            .map(|k| (k as f64 - middle) * self.sweep_step)
+            .collect();
+        let das = methods(&["das"]);
+        let mut images = [Vec::new(), Vec::new()];
+        let mut peaks = [Vec::new(), Vec::new()];
+        let mut there = [Vec::new(), Vec::new()];
+        for (k, &elevation) in elevations.iter().enumerate() {
+            let share = |done: f64| (k as f64 + done) / self.sweep as f64;
+            let phantom = self.phantom(specimen, &all, elevation);
+            let settings = Settings {
+                seed: self.simulation.seed.wrapping_add(1000 + k as u64),
+                ..plane.clone()
+            };
+            let name = format!("water-bath-sweep-{}", k + 1);
+            let mut data = recording(context, &name, &settings, &phantom, &|done| {
+                (context.progress)("water bath: sweep", share(done));
+            })?;
+            data.transmits = Transmits::Plane { angle: vec![0.0] };
+            let tips = specimen.tips();
+            let near = tips.iter().any(|t| (t[1] - elevation).abs() <= 1.1e-3);
+            for (which, sound_speed) in [(0, false), (1, true)] {
+                if which == 0 && !near {
+                    continue;
+                }
+                let mut receive = self.receive.clone();
+                receive.0.line_count = Some(self.simulation.elements);
+                let (mut lines, _) = self.lines_of(&data, &receive, &das, sound_speed, None)?;
+                let lines = lines.remove(0);
+                let largest = lines.z.iter().map(|z| z.norm()).fold(0.0, f32::max);
+                let range = self.image.dynamic_range as f32;
+                images[which].push(b_mode(&lines, range, &self.grid(), false)?.pixels);
+                peaks[which].push(f64::from(largest));
+                there[which].push(elevation);
+            }
+        }
+        let [a, b] = images;
+        let [at_a, at_b] = there;
+        let range = self.image.dynamic_range;
+        Ok([
+            Volume::new(self.grid(), at_a, a, &peaks[0], range),
+            Volume::new(self.grid(), at_b, b, &peaks[1], range),
+        ])
+    }
+
+    /// The lines of some beamformers, and how the beams in the middle compare with the references where that
+    /// is asked for by the checks' name and extent.
+    fn lines_of(
+        &self,
+        data: &ChannelData,
+        receive: &Receive,
+        methods: &[&Compared],
+        sound_speed: bool,
+        checks: Option<(&str, &Checks)>,
+    ) -> Result<(Vec<Lines>, Vec<Check>)> {
+        let mut section = receive.0.clone();
+        section.sound_speed = Some(self.simulation.c * self.ratio(sound_speed));
+        let stage = DelayStage::new(data, &section)?;
+        let beams = stage.beam_x().len();
+        let shape = (beams, stage.samples());
+        let empty = || Lines {
+            z: Array2::zeros(shape),
+            fs: section.rate_of(data),
+            t0: stage.start(),
+            beam_x: stage.beam_x().to_vec(),
+            rays: None,
+            c: stage.sound_speed(),
+        };
+        let mut all: Vec<Lines> = methods.iter().map(|_| empty()).collect();
+        let mut found = Vec::new();
+        for first in (0..beams).step_by(BEAMS) {
+            let range = first..(first + BEAMS).min(beams);
+            let x = stage.delay(range.clone())?;
+            let active = |beam: usize, sample: usize| stage.active(first + beam, sample);
+            let lines = methods.iter().map(|method| {
+                let parameters = receive.parameters(method.method);
+                beamform(x.view(), active, parameters, section.covariance, |_| ())
+            });
+            let lines = lines.collect::<Result<Vec<_>>>()?;
+            if let Some((what, extent)) = checks.filter(|_| range.contains(&(beams / 2))) {
+                let checked = Checked {
+                    what,
+                    data,
+                    stage: &stage,
+                    first,
+                    x: &x,
+                    receive,
+                };
+                let results: Vec<_> = methods.iter().copied().zip(&lines).collect();
+                found = checked.checks(&results, extent)?;
+            }
+            let rows = Slice::from(range);
+            for (z, all) in lines.iter().zip(&mut all) {
+                all.z.slice_axis_mut(Axis(0), rows).assign(z);
+            }
+        }
+        Ok((all, found))
+    }
+
+    /// A slice's recording and its images.
+    pub fn slice(&self, k: usize, specimen: &Specimen, context: &Context<'_>) -> Result<Images> {
+        let (common, progress) = (context.common, context.progress);
+        let what = format!("water bath: slice {}", k + 1);
+        let all = specimen.scatterers(ON_BONE)?;
+        let mut phantom = self.phantom(specimen, &all, self.slices[k]);
+        drop(all);
+        let seed = self.simulation.seed.wrapping_add(k as u64);
+        let clutter = Clutter {
+            diffuse: Some(self.clutter[k]),
+            reverberation: Some(self.reverberation),
+            thickness: self.thickness,
+            depth_end: self.simulation.depth_end,
+            seed,
+        };
+        clutter.add(&mut phantom)?;
+        let scanner = Settings {
+            seed,
+            ..self.scanner()
+        };
+        let name = format!("water-bath-{}", k + 1);
+        let data = recording(context, &name, &scanner, &phantom, &|done| {
+            progress(&format!("{what}: simulate"), done);
+        })?;
+        drop(phantom);
+        progress(&format!("{what}: beamform"), 0.0);
+        let grid = self.grid();
+        // One slice is enough to check.
+        let extent = (k == 0).then_some((&name[..], &common.checks));
+        let images = |keys: &[&str], sound_speed: bool| -> Result<(Vec<Pair>, Vec<Check>)> {
+            let methods = methods(keys);
+            let extent = extent.filter(|_| sound_speed);
+            let (lines, mut checks) =
+                self.lines_of(&data, &self.receive, &methods, sound_speed, extent)?;
+            let studio = Studio {
+                what: &name,
+                grid,
+                image: &self.image,
+                phase_symmetry: &common.phase_symmetry,
+                rows: 0..grid.rows,
+                centre: 0.0,
+                check: extent.is_some(),
+            };
+            let pairs = methods.par_iter().zip(&lines);
+            let pairs = pairs.map(|(method, lines)| studio.pair(method.key, method.name, lines));
+            let (pairs, found): (Vec<_>, Vec<_>) =
+                pairs.collect::<Result<Vec<_>>>()?.into_iter().unzip();
+            checks.extend(found.concat());
+            Ok((pairs, checks))
+        };
+        let (pairs, checks) = images(&METHODS, true)?;
+        Ok(Images {
+            grid,
+            pairs,
+            true_speed: images(&FEATURED, false)?.0,
+            checks,
+        })
+    }
+}

@@ -1,0 +1,202 @@
+//! What is measured of the two slices: Table I under every combination of sources, curves by distance, image
+//! lines, and registrations that are repeated.
+
+use ndarray::{Array2, Axis, Slice};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::Result;
+use crate::experiments::common::pictures::Pair;
+use crate::measure::registration::{Point, Rigid};
+use crate::measure::signed_distance::{Region, distribution, measure};
+use bonebeam_simulate::complex_gaussian;
+
+use super::contour::{self, Row, Sources};
+use super::images::Images;
+use super::profiles::{Line, Profile};
+use super::registration::{Ct, Registrations};
+use super::specimen::Specimen;
+use super::sweep::{self, Tip, Volume};
+use super::{FEATURED, WaterBath};
+
+/// Draws of the picking error, and every how-many-th pixel they are measured at.
+const DRAWS: usize = 40;
+const THINNED: usize = 4;
+/// Width of a bin of the intensity by distance, m.
+const BIN: f64 = 0.25e-3;
+
+/// A slice's figures.
+#[derive(Serialize)]
+pub struct Measured {
+    /// By combination of sources: of the image of one grey level, then of each of [`FEATURED`]; B-mode, then
+    /// phase symmetry.
+    pub sources: Vec<SourcesMeasured>,
+    /// With all sources on, the rows of [`METHODS`].
+    pub table: Vec<[Row; 2]>,
+    /// The image of one grey level there.
+    pub uniform: [Row; 2],
+    /// Mean grey level by distance, by method; B-mode, then phase symmetry.
+    pub by_distance: Vec<[Vec<Option<f64>>; 2]>,
+    /// The bins' middles, mm.
+    pub distance_mm: Vec<f64>,
+    pub down: Line,
+    pub across: Line,
+    /// Profiles of each method down and across; B-mode, then phase symmetry.
+    pub profiles: Vec<[[Profile; 2]; 2]>,
+    /// The contour with all sources on, mm.
+    pub contour_mm: Vec<Vec<(f64, f64)>>,
+    #[serde(skip)]
+    pub distance: Array2<f64>,
+}
+
+/// A row of the table of sources.
+#[derive(Serialize)]
+pub struct SourcesMeasured {
+    pub sources: String,
+    pub uniform: [Row; 2],
+    pub featured: Vec<[Row; 2]>,
+}
+
+/// Localisation errors over repeated registrations, mm: of each slice, B-mode and phase symmetry of each of
+/// [`FEATURED`].
+#[derive(Serialize)]
+pub struct Draws {
+    pub fre_mm: Vec<f64>,
+    pub error_mm: Vec<[Vec<[f64; 2]>; 2]>,
+}
+
+/// The regions A of B-mode and of phase symmetry.
+const REGIONS: [Region; 2] = [Region::B_MODE, Region::PHASE_SYMMETRY];
+
+impl WaterBath {
+    pub fn measure(
+        &self,
+        k: usize,
+        slice: &Images,
+        ct: &Ct,
+        registrations: &Registrations,
+    ) -> Result<Measured> {
+        let rows = |pair: &Pair, distance: &Array2<f64>| -> [Row; 2] {
+            let pixels = [&pair.b_mode.pixels, &pair.phase_symmetry.pixels];
+            [0, 1].map(|image| contour::row(pixels[image].view(), distance, REGIONS[image]))
+        };
+        let baseline =
+            |distance: &Array2<f64>| REGIONS.map(|region| contour::uniform(distance, region));
+        let every = Sources::every();
+        let sources = every.par_iter().map(|&sources| {
+            let way = registrations.of(sources).transform;
+            let outline = self.outline(k, ct, &way, sources.threshold)?;
+            let distance = outline.distance_map(&slice.grid);
+            let pairs = match sources.sound_speed {
+                true => &slice.pairs,
+                false => &slice.true_speed,
+            };
+            let featured = pairs.iter().filter(|p| FEATURED.contains(&p.beamformer));
+            Ok(SourcesMeasured {
+                sources: sources.name(),
+                uniform: baseline(&distance),
+                featured: featured.map(|pair| rows(pair, &distance)).collect(),
+            })
+        });
+        let sources = sources.collect::<Result<Vec<_>>>()?;
+        let way = registrations.of(Sources::ALL).transform;
+        let outline = self.outline(k, ct, &way, true)?;
+        let distance = outline.distance_map(&slice.grid);
+        let by = |pixels: &Array2<f32>| distribution(pixels.view(), distance.view(), BIN);
+        let bins = by(&slice.pairs[0].b_mode.pixels);
+        let (down, column) = Line::down(&slice.grid, &distance, 0.0);
+        let (across, row) = Line::across(&slice.grid, &distance, self.lines[k]);
+        let both = |pair: &Pair| {
+            [&pair.b_mode.pixels, &pair.phase_symmetry.pixels].map(|pixels| {
+                let down = Profile {
+                    grey: pixels.column(column).to_vec(),
+                };
+                let across = Profile {
+                    grey: pixels.row(row).to_vec(),
+                };
+                [down, across]
+            })
+        };
+        let closed = |points: &Vec<[f64; 2]>| {
+            let around = points.iter().chain(points.first());
+            around.map(|p| (1e3 * p[0], 1e3 * p[1])).collect()
+        };
+        Ok(Measured {
+            sources,
+            table: slice
+                .pairs
+                .iter()
+                .map(|pair| rows(pair, &distance))
+                .collect(),
+            uniform: baseline(&distance),
+            by_distance: (slice.pairs.iter())
+                .map(|pair| {
+                    [&pair.b_mode.pixels, &pair.phase_symmetry.pixels].map(|p| by(p).intensity)
+                })
+                .collect(),
+            distance_mm: bins.distance.iter().map(|s| 1e3 * s).collect(),
+            profiles: slice.pairs.iter().map(both).collect(),
+            down,
+            across,
+            contour_mm: outline.loops().iter().map(closed).collect(),
+            distance,
+        })
+    }
+
+    /// Registrations repeated with a further error of every pick, and Table I's errors with each.
+    pub fn draws(
+        &self,
+        slices: &[Images; 2],
+        specimen: &Specimen,
+        ct: &Ct,
+        volume: &Volume,
+    ) -> Result<Draws> {
+        let tips = sweep::seen(&specimen.tips(), self.ratio(true));
+        let picks = volume.pick(&tips, Tip::Brightest)?;
+        let mut random = ChaCha8Rng::seed_from_u64(self.simulation.seed);
+        let thinned: Vec<Vec<[Array2<f32>; 2]>> = slices
+            .iter()
+            .map(|slice| {
+                let featured = slice
+                    .pairs
+                    .iter()
+                    .filter(|p| FEATURED.contains(&p.beamformer));
+                let thin = |pixels: &Array2<f32>| {
+                    let every = Slice::new(0, None, THINNED as isize);
+                    let rows = pixels.slice_axis(Axis(0), every);
+                    rows.slice_axis(Axis(1), every).to_owned()
+                };
+                let both = |p: &Pair| [thin(&p.b_mode.pixels), thin(&p.phase_symmetry.pixels)];
+                featured.map(both).collect()
+            })
+            .collect();
+        let noisy: Vec<Vec<Point>> = (0..DRAWS)
+            .map(|_| {
+                let shifted = picks
+                    .iter()
+                    .map(|p| p.map(|v| v + self.picking_error * complex_gaussian(&mut random).re));
+                shifted.collect()
+            })
+            .collect();
+        let results = noisy.par_iter().map(|us| {
+            let way = Rigid::register(&ct.picks, us)?;
+            let mut errors = [Vec::new(), Vec::new()];
+            for k in 0..2 {
+                let grid = contour::thinned(&slices[k].grid, THINNED);
+                let distance = self.outline(k, ct, &way, true)?.distance_map(&grid);
+                for images in &thinned[k] {
+                    let error = |image: usize| {
+                        let found = measure(images[image].view(), distance.view(), REGIONS[image]);
+                        1e3 * found.mean.unwrap_or(f64::NAN)
+                    };
+                    errors[k].push([error(0), error(1)]);
+                }
+            }
+            Ok((1e3 * way.fiducial_error(&ct.picks, us), errors))
+        });
+        let (fre_mm, error_mm) = results.collect::<Result<Vec<_>>>()?.into_iter().unzip();
+        Ok(Draws { fre_mm, error_mm })
+    }
+}

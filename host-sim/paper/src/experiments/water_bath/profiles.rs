@@ -1,0 +1,186 @@
+//! Image lines down through the spinous process and across its sidewalls (the paper's Figs. 8 and 9).
+
+use ndarray::{Array2, Axis};
+use serde::Serialize;
+
+use crate::measure::profile::{largest, width};
+use bonebeam_drive::image::PixelGrid;
+
+/// How far from the contour a peak is looked for, mm.
+const SEARCH: f64 = 2.5;
+/// Depths between which the paper measures noise, mm.
+const NOISE: [f64; 2] = [30.0, 40.0];
+/// Below the peak, the distance over which the paper tells by how much the level drops, mm.
+const DROP: f64 = 0.55;
+
+/// A line through the images of a slice.
+#[derive(Clone, Debug, Serialize)]
+pub struct Line {
+    /// The place of the line: lateral for one that goes down, depth for one that goes across, mm.
+    pub place_mm: f64,
+    /// The pixels' places along it, mm.
+    pub at_mm: Vec<f64>,
+    /// Where the contour crosses it, mm.
+    pub contour_mm: Vec<f64>,
+}
+
+/// A line of one image.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Profile {
+    /// Grey levels.
+    pub grey: Vec<f32>,
+}
+
+/// The peak nearest to a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Peak {
+    index: usize,
+    /// Where it is, mm.
+    pub at_mm: f64,
+    /// Its grey level.
+    pub grey: f64,
+}
+
+impl Line {
+    /// The column nearest to the lateral place, m, down the image.
+    pub fn down(grid: &PixelGrid, distance: &Array2<f64>, x: f64) -> (Self, usize) {
+        let column = nearest((x - grid.x0) / grid.pixel, grid.columns);
+        let at_mm: Vec<f64> = (0..grid.rows)
+            .map(|k| 1e3 * (grid.z0 + k as f64 * grid.pixel))
+            .collect();
+        let line = Line {
+            place_mm: 1e3 * (grid.x0 + column as f64 * grid.pixel),
+            contour_mm: crossings(&at_mm, &distance.index_axis(Axis(1), column).to_vec()),
+            at_mm,
+        };
+        (line, column)
+    }
+
+    /// The row nearest to the depth, m, across the image.
+    pub fn across(grid: &PixelGrid, distance: &Array2<f64>, z: f64) -> (Self, usize) {
+        let row = nearest((z - grid.z0) / grid.pixel, grid.rows);
+        let at_mm: Vec<f64> = (0..grid.columns)
+            .map(|k| 1e3 * (grid.x0 + k as f64 * grid.pixel))
+            .collect();
+        let line = Line {
+            place_mm: 1e3 * (grid.z0 + row as f64 * grid.pixel),
+            contour_mm: crossings(&at_mm, &distance.index_axis(Axis(0), row).to_vec()),
+            at_mm,
+        };
+        (line, row)
+    }
+
+    /// The contour's first crossing: the surface that the line meets from above.
+    pub fn first(&self) -> Option<f64> {
+        self.contour_mm.first().copied()
+    }
+
+    /// The crossings nearest to the middle on the left and on the right: the sidewalls.
+    pub fn sidewalls(&self) -> [Option<f64>; 2] {
+        let all = || self.contour_mm.iter().copied();
+        [
+            all().filter(|x| *x < 0.0).max_by(f64::total_cmp),
+            all().filter(|x| *x > 0.0).min_by(f64::total_cmp),
+        ]
+    }
+
+    /// The brightest pixel near a place.
+    pub fn peak(&self, profile: &Profile, near: Option<f64>) -> Option<Peak> {
+        let near = near?;
+        let within = |k: &usize| (self.at_mm[*k] - near).abs() <= SEARCH;
+        let range: Vec<usize> = (0..self.at_mm.len()).filter(within).collect();
+        let values: Vec<f64> = range.iter().map(|&k| f64::from(profile.grey[k])).collect();
+        let index = range[largest(&values)?];
+        Some(Peak {
+            index,
+            at_mm: self.at_mm[index],
+            grey: f64::from(profile.grey[index]),
+        })
+    }
+
+    /// The peak's width at a grey level, mm.
+    pub fn width(&self, profile: &Profile, peak: Option<Peak>, level: f64) -> Option<f64> {
+        let values: Vec<f64> = profile.grey.iter().map(|&v| f64::from(v)).collect();
+        width(&self.at_mm, &values, peak?.index, level)
+    }
+
+    /// By how much the grey level is lower [`DROP`] below the peak.
+    pub fn drop_below(&self, profile: &Profile, peak: Option<Peak>) -> Option<f64> {
+        let peak = peak?;
+        let k = self.at_mm.partition_point(|&at| at < peak.at_mm + DROP);
+        profile.grey.get(k).map(|&grey| peak.grey - f64::from(grey))
+    }
+
+    /// Mean grey level between depths of 30 and 40 mm.
+    pub fn noise(&self, profile: &Profile) -> Option<f64> {
+        let within = |at: f64| (NOISE[0]..=NOISE[1]).contains(&at);
+        let all = self.at_mm.iter().zip(&profile.grey);
+        let values: Vec<f64> = (all.filter(|(at, _)| within(**at)))
+            .map(|(_, &v)| f64::from(v))
+            .collect();
+        (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+    }
+}
+
+fn nearest(place: f64, count: usize) -> usize {
+    (place.round().max(0.0) as usize).min(count - 1)
+}
+
+/// Where the signed distance changes its sign, interpolated.
+fn crossings(at: &[f64], distance: &[f64]) -> Vec<f64> {
+    let mut found = Vec::new();
+    for k in 1..at.len() {
+        let (a, b) = (distance[k - 1], distance[k]);
+        if (a < 0.0) != (b < 0.0) {
+            found.push(at[k - 1] + (at[k] - at[k - 1]) * a / (a - b));
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bone below 12 mm within 3 mm of the middle, pixels of 0.5 mm.
+    fn post() -> (PixelGrid, Array2<f64>) {
+        let grid = PixelGrid {
+            x0: -5e-3,
+            z0: 10e-3,
+            pixel: 0.5e-3,
+            rows: 61,
+            columns: 21,
+        };
+        let distance = Array2::from_shape_fn((61, 21), |(row, column)| {
+            let (x, z) = (-5e-3 + 0.5e-3 * column as f64, 10e-3 + 0.5e-3 * row as f64);
+            (3.1e-3 - x.abs()).min(z - 12.2e-3)
+        });
+        (grid, distance)
+    }
+
+    #[test]
+    fn lines_meet_the_contour_and_their_peaks_have_the_width_drawn() {
+        let (grid, distance) = post();
+        let (down, column) = Line::down(&grid, &distance, 0.1e-3);
+        assert_eq!((column, down.place_mm), (10, 0.0));
+        assert!((down.first().unwrap() - 12.2).abs() < 1e-9);
+        let (across, row) = Line::across(&grid, &distance, 20e-3);
+        assert_eq!(row, 20);
+        let [left, right] = across.sidewalls();
+        assert!((left.unwrap() + 3.1).abs() < 1e-9 && (right.unwrap() - 3.1).abs() < 1e-9);
+        // A triangle of half-width 1 mm at its foot, its top 200 at 13 mm; 40 from 30 mm on.
+        let grey = down.at_mm.iter().map(|&z| {
+            let ridge = 200.0 * (1.0 - (z - 13.0).abs());
+            ridge.max(if z >= 30.0 { 40.0 } else { 0.0 }) as f32
+        });
+        let profile = Profile {
+            grey: grey.collect(),
+        };
+        let peak = down.peak(&profile, down.first());
+        assert!((peak.unwrap().at_mm - 13.0).abs() < 1e-9);
+        assert!((down.width(&profile, peak, 100.0).unwrap() - 1.0).abs() < 1e-9);
+        assert_eq!(down.width(&profile, peak, 201.0), None);
+        assert_eq!(down.drop_below(&profile, peak), Some(200.0));
+        assert_eq!(down.noise(&profile), Some(40.0));
+    }
+}

@@ -1,0 +1,114 @@
+//! The CT volume, and the ways from its coordinates to the image's.
+
+use crate::Result;
+use crate::measure::registration::{Point, Rigid};
+use bonebeam_simulate::{CtScanner, CtVolume, Outline, Surface};
+
+use super::contour::{self, Registered, Registration, Sources};
+use super::specimen::{self, Specimen};
+use super::sweep::{self, Tip, Volume};
+use super::{POSE, THRESHOLD, WaterBath};
+
+/// The CT volume, its surfaces and its picks.
+pub struct Ct {
+    pub pose: Rigid,
+    pub volume: CtVolume,
+    /// At the paper's threshold.
+    pub thresholded: Surface,
+    /// At the middle of the step from air to bone.
+    pub middle: Surface,
+    pub picks: Vec<Point>,
+}
+
+impl Ct {
+    pub fn new(bath: &WaterBath, specimen: &Specimen) -> Result<Self> {
+        let scanner = CtScanner {
+            voxel: bath.ct_voxel,
+            blur: bath.ct_blur,
+            air: -1000.0,
+        };
+        let pose = Rigid::new(POSE.0, POSE.1);
+        let volume = specimen.scan(&pose, &scanner, [bath.ct_bone, bath.ct_ball])?;
+        let thresholded = volume.surface(THRESHOLD);
+        Ok(Ct {
+            picks: specimen::pick(&volume, &thresholded, &pose, &specimen.centres)?,
+            middle: volume.surface(0.5 * (scanner.air + bath.ct_bone)),
+            thresholded,
+            pose,
+            volume,
+        })
+    }
+}
+
+/// The ways from the CT scanner's coordinates to the image's, by speed of sound and way of picking.
+pub struct Registrations {
+    all: Vec<(Registration, bool, Registered)>,
+}
+
+impl Registrations {
+    pub fn new(
+        bath: &WaterBath,
+        specimen: &Specimen,
+        ct: &Ct,
+        volumes: &[Volume; 2],
+        targets: &[(Point, Point)],
+    ) -> Result<Self> {
+        let mut all = Vec::new();
+        for (volume, sound_speed) in volumes.iter().zip([false, true]) {
+            let ratio = bath.ratio(sound_speed);
+            let seen: Vec<(Point, Point)> = (targets.iter())
+                .map(|([x, y, z], there)| ([*x, *y, z * ratio], *there))
+                .collect();
+            let exact = Registered::with(ct.pose.inverse(), 0.0, &seen);
+            all.push((Registration::Exact, sound_speed, exact));
+            for tip in [Tip::Brightest, Tip::Front] {
+                let picks = volume.pick(&sweep::seen(&specimen.tips(), ratio), tip)?;
+                let found = Registered::new(&ct.picks, &picks, &seen)?;
+                all.push((Registration::Picked(tip), sound_speed, found));
+            }
+        }
+        Ok(Registrations { all })
+    }
+
+    pub fn of(&self, sources: Sources) -> &Registered {
+        let wanted = (sources.registration, sources.sound_speed);
+        let found = self.all.iter().find(|(r, c, _)| (*r, *c) == wanted);
+        &found.expect("every combination is there").2
+    }
+}
+
+impl WaterBath {
+    /// What a depth is stretched by.
+    pub fn ratio(&self, sound_speed: bool) -> f64 {
+        match sound_speed {
+            true => self.assumed_sound_speed / self.simulation.c,
+            false => 1.0,
+        }
+    }
+
+    /// Points of the bone's outline in both slices that lie below the array, in the array's coordinates and
+    /// in the CT scanner's.
+    pub fn targets(&self, specimen: &Specimen, pose: &Rigid) -> Result<Vec<(Point, Point)>> {
+        let mut targets = Vec::new();
+        for elevation in self.slices {
+            let outline = contour::outline(&specimen.bone, |p| p, elevation)?;
+            let points = outline.equally_spaced(1e-3);
+            let seen = points
+                .into_iter()
+                .filter(|p| p[0].abs() < 19e-3 && p[1] < 36e-3);
+            targets.extend(seen.map(|[x, z]| {
+                let p = [x, elevation, z];
+                (p, pose.apply(p))
+            }));
+        }
+        Ok(targets)
+    }
+
+    pub fn outline(&self, k: usize, ct: &Ct, way: &Rigid, threshold: bool) -> Result<Outline> {
+        let surface = match threshold {
+            true => &ct.thresholded,
+            false => &ct.middle,
+        };
+        contour::outline(surface, |p| way.apply(p), self.slices[k])
+    }
+}

@@ -1,0 +1,99 @@
+//! Measures on the image of a point scatterer (the paper's Fig. 2d).
+
+use crate::{Error, Result};
+use bonebeam_files::Lines;
+
+use super::profile::{largest, width};
+
+/// Level given to a beam whose envelope is zero, dB.
+const FLOOR_DB: f64 = -300.0;
+
+/// The lateral profile: for every beam the largest envelope over depth, in decibels relative to
+/// the largest of all.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LateralProfile {
+    /// Beam positions, m, ascending.
+    pub x: Vec<f64>,
+    /// Levels, dB, at most 0.
+    pub level: Vec<f64>,
+    /// Index of the beam with the largest envelope.
+    pub peak: usize,
+    /// Depth of the largest envelope, m, by a parabola through three samples.
+    pub peak_depth: f64,
+}
+
+impl LateralProfile {
+    /// The profile of beamformed lines. An error when every sample is 0.
+    pub fn new(lines: &Lines) -> Result<Self> {
+        let envelope = lines.z.mapv(|z| f64::from(z.re).hypot(f64::from(z.im)));
+        let beams: Vec<Vec<f64>> = envelope
+            .rows()
+            .into_iter()
+            .map(|row| row.to_vec())
+            .collect();
+        let maxima: Vec<f64> = beams
+            .iter()
+            .map(|row| largest(row).map_or(0.0, |k| row[k]))
+            .collect();
+        let peak = largest(&maxima)
+            .filter(|&k| maxima[k] > 0.0)
+            .ok_or_else(|| Error::Data("lateral profile: every sample of the lines is 0".into()))?;
+        let decibels = |v: f64| (20.0 * (v / maxima[peak]).log10()).max(FLOOR_DB);
+        let sample = largest(&beams[peak]).unwrap_or(0) as f64 + vertex(&beams[peak]);
+        Ok(LateralProfile {
+            x: lines.beam_x.clone(),
+            level: maxima.iter().map(|&v| decibels(v)).collect(),
+            peak,
+            peak_depth: 0.5 * lines.c * (lines.t0 + sample / lines.fs),
+        })
+    }
+
+    /// Width of the main lobe at `level` dB (−12 in the paper), m; crossings interpolated
+    /// linearly in decibels between beams. None where the profile does not fall to the level on
+    /// both sides.
+    pub fn width(&self, level: f64) -> Option<f64> {
+        width(&self.x, &self.level, self.peak, level)
+    }
+
+    /// Peak side-lobe level, dB: the largest level outside the main lobe, which reaches from the
+    /// peak to the first local minimum on either side. None where the profile has no minimum.
+    pub fn side_lobe(&self) -> Option<f64> {
+        let v = &self.level;
+        let mut left = self.peak;
+        while left > 0 && v[left - 1] < v[left] {
+            left -= 1;
+        }
+        let mut right = self.peak;
+        while right + 1 < v.len() && v[right + 1] < v[right] {
+            right += 1;
+        }
+        v[..left]
+            .iter()
+            .chain(&v[right + 1..])
+            .copied()
+            .reduce(f64::max)
+    }
+
+    /// The largest level farther than `distance` in m from the peak, dB; none where no beam is.
+    pub fn level_beyond(&self, distance: f64) -> Option<f64> {
+        let far = |x: f64| (x - self.x[self.peak]).abs() > distance;
+        let levels = self.x.iter().zip(&self.level).filter(|(x, _)| far(**x));
+        levels.map(|(_, level)| *level).reduce(f64::max)
+    }
+}
+
+/// Offset of the vertex of the parabola through the largest value and its neighbours, samples.
+fn vertex(values: &[f64]) -> f64 {
+    match largest(values) {
+        Some(k) if k > 0 && k + 1 < values.len() => {
+            let (a, b, c) = (values[k - 1], values[k], values[k + 1]);
+            let curvature = a - 2.0 * b + c;
+            if curvature < 0.0 {
+                0.5 * (a - c) / curvature
+            } else {
+                0.0
+            }
+        }
+        _ => 0.0,
+    }
+}

@@ -1,0 +1,208 @@
+//! The page: pictures with scales, plots, tables, parameters. No scripts, no outside resources.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use crate::Result;
+use crate::experiments::Outcome;
+use crate::experiments::outcome::{Comparison, Part, Table};
+use bonebeam_drive::methods::COMPARED;
+
+use super::pictures::Source;
+use super::{Report, pictures, plot, tables};
+
+const STYLE: &str = include_str!("style.css");
+
+/// The page of a report.
+///
+/// # Errors
+/// A plot cannot be drawn.
+pub fn page(report: &Report<'_>) -> Result<String> {
+    let passed = report.checks_passed();
+    let parameters = report.job.toml()?;
+    let comparisons = report.comparisons();
+    let checks = &report.job.common().checks;
+    let experiments = report
+        .outcomes
+        .iter()
+        .map(|(name, outcome)| experiment(name, outcome));
+    let experiments = experiments.collect::<Result<Vec<_>>>()?;
+    let body = html! {
+        header {
+            h1 { "From channel data to bone surfaces" }
+            p .lead {
+                "Simulated channel data, beamformed in " (COMPARED.len()) " ways, and the phase "
+                "symmetry of each image. The figures stand beside those of the paper that the "
+                "methods come from; nothing is adjusted to look like it."
+            }
+            p {
+                @if passed {
+                    span .good { "All checks passed." }
+                    " The core agrees bit for bit with its plain f32 reference and within the "
+                    "stated bounds with the f64 one, ill-conditioned samples aside, which are "
+                    a href="#checks" { "counted" } "."
+                } @else {
+                    span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "."
+                }
+            }
+            @match report.kind {
+                "full" => {}
+                "quick" => p {
+                    "This is not the full main job, but the coarser one of " code { "--quick" } "."
+                }
+                _ => p {
+                    "This is not the full main job: " a href="#parameters" { "parameters" }
+                    " are the reader's own."
+                }
+            }
+            nav {
+                @for (name, outcome) in report.outcomes {
+                    a href=(format!("#{name}")) { (outcome.title) }
+                }
+                a href="#paper" { "Beside the paper" }
+                a href="#tables" { "All beamformers" }
+                a href="#checks" { "Checks" }
+                a href="#parameters" { "Parameters" }
+            }
+        }
+        main {
+            @for experiment in experiments { (experiment) }
+            section #paper {
+                h2 { "Beside the paper" }
+                p {
+                    "Where the paper has two figures they are its two slices. Its bones are real, "
+                    "in a real water bath, registered to CT; these are simulated, so only the "
+                    "direction of a difference compares."
+                }
+                div .tables {
+                    @for table in tables::comparisons(&comparisons) { (self::table(&table)) }
+                }
+                h3 { "Why the figures differ" }
+                (notes(&comparisons))
+            }
+            section #tables {
+                h2 { "All beamformers" }
+                p {
+                    "A uniform image says nothing and yet scores well in mean error and STD: read "
+                    "every figure against that row."
+                }
+                div .tables { @for table in report.tables() { (self::table(table)) } }
+            }
+            section #checks {
+                h2 { "Checks" }
+                p {
+                    "The core's results against a plain f32 reference, to the bit, and against an "
+                    "f64 reference written from the equations: errors of lines relative to the "
+                    "line's largest value, of B-mode images in grey levels, of phase symmetry "
+                    "absolute. One beam in " (checks.every_f32) " goes through the f32 reference "
+                    "and one in " (checks.every_f64) " through the f64 one. Left out of the f64 "
+                    "comparison, and counted: results of the first eigenvector where λ₂ > 0.99 λ₁, "
+                    "whose eigenvector is held to its bound instead, and samples beyond the bound "
+                    "whose value already moves as far when the covariance is rounded to f32."
+                }
+                (table(&tables::checks(&report.checks())))
+            }
+            section #parameters {
+                h2 { "Parameters" }
+                p {
+                    "As in " code { "config.toml" } ", which "
+                    code { "host-sim --config config.toml" } " takes again. SI units."
+                }
+                pre { (parameters) }
+            }
+        }
+        footer {
+            p { "host-sim " (env!("CARGO_PKG_VERSION")) ". All numbers are in " code { "report.json" } "." }
+        }
+    };
+    Ok(document(
+        "Bonebeam: from channel data to bone surfaces",
+        &body,
+    ))
+}
+
+/// The page of a title and a body.
+pub(super) fn document(title: &str, body: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body { (body) }
+        }
+    };
+    page.into_string()
+}
+
+/// An experiment's part of the page.
+fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
+    let parts = parts(outcome, Source::Beside)?;
+    Ok(html! {
+        section id=(name) {
+            h2 { (outcome.title) }
+            @for part in parts { (part) }
+        }
+    })
+}
+
+/// The parts of an experiment.
+///
+/// # Errors
+/// A plot cannot be drawn, or a picture not encoded.
+pub(super) fn parts(outcome: &Outcome, source: Source) -> Result<Vec<Markup>> {
+    let part = |part: &Part| {
+        Ok(match part {
+            Part::Heading(heading) => html! { h3 { (heading) } },
+            Part::Text(text) => html! { p { (text) } },
+            Part::Gallery(gallery) => pictures::gallery(gallery, source)?,
+            Part::Beside(beside) => pictures::beside(beside, source)?,
+            Part::Coloured(all) => pictures::coloured(all)?,
+            Part::Table(table) => self::table(table),
+            Part::Plots(plots) => plot::plots(plots)?,
+        })
+    };
+    outcome.parts.iter().map(part).collect()
+}
+
+pub(super) fn table(table: &Table) -> Markup {
+    html! {
+        div .table {
+            table {
+                caption { (table.title) }
+                thead { tr { @for cell in &table.head { th { (cell) } } } }
+                tbody {
+                    @for row in &table.rows {
+                        tr {
+                            @for (k, cell) in row.iter().enumerate() {
+                                @if k == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Every note once, after the quantities that it is about.
+pub(super) fn notes(comparisons: &[&Comparison]) -> Markup {
+    let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
+    for c in comparisons {
+        match notes.iter_mut().find(|(note, _)| *note == c.note) {
+            Some((_, quantities)) if quantities.contains(&&c.quantity[..]) => {}
+            Some((_, quantities)) => quantities.push(&c.quantity),
+            None => notes.push((c.note, vec![&c.quantity])),
+        }
+    }
+    html! {
+        dl {
+            @for (note, quantities) in notes {
+                dt { (quantities.join("; ")) }
+                dd { (note) }
+            }
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! The report of the main job and of the paper: a page for people, the numbers for programs, the
+//! pictures, the configuration, and the tables for the terminal. It knows the parts of an outcome, not
+//! the experiments.
+
+mod bar;
+mod colours;
+mod figure;
+mod html;
+mod numbers;
+mod paper;
+mod pictures;
+mod plot;
+mod print;
+mod tables;
+
+pub use figure::figure;
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::Result;
+use crate::experiments::outcome::{Coloured, Comparison, Part, Table, Verdict};
+use crate::experiments::{Job, Outcome};
+use bonebeam_files::atomic::Outputs;
+use bonebeam_files::image;
+use bonebeam_oracle::validate::Check;
+
+/// The page.
+const PAGE: &str = "report.html";
+/// The numbers.
+pub const DATA: &str = "report.json";
+/// The configuration, which can be given back to the main job.
+const CONFIGURATION: &str = "config.toml";
+
+/// Every number of the paper's experiments, a line each.
+const NUMBERS: &str = "numbers.csv";
+
+/// Which page a report has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Page {
+    /// The main job's, with its pictures beside it.
+    MainJob,
+    /// The paper's: one file that holds its pictures, and a CSV of every table and number.
+    Paper,
+}
+
+/// Everything in `report.json`.
+#[derive(Serialize)]
+struct Data<'a, P: Serialize> {
+    program: &'static str,
+    version: &'static str,
+    job: &'static str,
+    checks_passed: bool,
+    parameters: P,
+    comparisons: Vec<&'a Comparison>,
+    checks: Vec<&'a Check>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    verdicts: Vec<&'a Verdict>,
+    #[serde(flatten)]
+    experiments: BTreeMap<&'static str, &'a serde_json::Value>,
+}
+
+/// What a run leaves behind.
+pub struct Report<'a> {
+    job: &'a Job,
+    kind: &'static str,
+    outcomes: &'a [(&'static str, Outcome)],
+    page: Page,
+}
+
+impl<'a> Report<'a> {
+    /// The report of a job's outcomes: name and outcome of each experiment.
+    ///
+    /// # Errors
+    /// Parameters that cannot be written.
+    pub fn new(job: &'a Job, outcomes: &'a [(&'static str, Outcome)], page: Page) -> Result<Self> {
+        Ok(Report {
+            job,
+            kind: job.kind()?,
+            outcomes,
+            page,
+        })
+    }
+
+    fn outcomes(&self) -> impl Iterator<Item = &'a Outcome> {
+        self.outcomes.iter().map(|(_, outcome)| outcome)
+    }
+
+    fn checks(&self) -> Vec<&'a Check> {
+        self.outcomes().flat_map(|o| &o.checks).collect()
+    }
+
+    fn comparisons(&self) -> Vec<&'a Comparison> {
+        self.outcomes().flat_map(|o| &o.comparisons).collect()
+    }
+
+    fn verdicts(&self) -> Vec<&'a Verdict> {
+        self.outcomes().flat_map(|o| &o.verdicts).collect()
+    }
+
+    /// The tables of every experiment.
+    fn tables(&self) -> impl Iterator<Item = &'a Table> {
+        self.outcomes().flat_map(|o| &o.tables)
+    }
+
+    /// Whether the core agreed with its references everywhere.
+    pub fn checks_passed(&self) -> bool {
+        self.checks().iter().all(|check| check.passed())
+    }
+
+    /// The tables, for the terminal.
+    pub fn text(&self) -> String {
+        let mut texts: Vec<String> = tables::comparisons(&self.comparisons())
+            .iter()
+            .map(tables::text)
+            .collect();
+        let shown = self.tables().filter(|table| !table.page_only);
+        texts.extend(shown.map(tables::text));
+        if !self.checks().is_empty() {
+            texts.push(tables::text(&tables::checks(&self.checks())));
+        }
+        if !self.verdicts().is_empty() {
+            texts.push(tables::text(&tables::verdicts(&self.verdicts())));
+        }
+        texts.join("\n")
+    }
+
+    /// Stages all files in `folder`; returns their names.
+    ///
+    /// # Errors
+    /// A plot cannot be drawn or a file cannot be written.
+    pub fn stage(&self, folder: &Path, outputs: &mut Outputs) -> Result<Vec<String>> {
+        let mut names = Vec::new();
+        for picture in self.outcomes().flat_map(|o| &o.pictures) {
+            let path = folder.join(&picture.file);
+            match self.page {
+                Page::MainJob => image::stage(&picture.pixels, &path, outputs)?,
+                Page::Paper => {
+                    let bytes = print::print(picture)?;
+                    outputs.stage(&path, |sink| Ok(sink.write_all(&bytes)?))?;
+                }
+            }
+            names.push(picture.file.clone());
+        }
+        let data = Data {
+            program: "host-sim",
+            version: env!("CARGO_PKG_VERSION"),
+            job: self.kind,
+            checks_passed: self.checks_passed(),
+            parameters: self.job.json()?,
+            comparisons: self.comparisons(),
+            checks: self.checks(),
+            verdicts: self.verdicts(),
+            experiments: self.outcomes.iter().map(|(n, o)| (*n, &o.data)).collect(),
+        };
+        for attachment in self.outcomes().flat_map(|o| &o.files) {
+            outputs.stage(&folder.join(&attachment.file), |sink| {
+                Ok(sink.write_all(&attachment.bytes)?)
+            })?;
+            names.push(attachment.file.clone());
+        }
+        for shown in self.outcomes().flat_map(coloured) {
+            let bytes = print::print_coloured(shown)?;
+            let file = &shown.picture.file;
+            outputs.stage(&folder.join(file), |sink| Ok(sink.write_all(&bytes)?))?;
+            names.push(file.clone());
+        }
+        let page = match self.page {
+            Page::MainJob => html::page(self)?,
+            Page::Paper => paper::page(self)?,
+        };
+        if self.page == Page::Paper {
+            for (name, contents) in self.spreadsheets(&data.experiments)? {
+                outputs.stage(&folder.join(&name), |sink| {
+                    Ok(sink.write_all(contents.as_bytes())?)
+                })?;
+                names.push(name);
+            }
+        }
+        outputs.stage(&folder.join(DATA), |sink| {
+            serde_json::to_writer_pretty(&mut *sink, &data)?;
+            Ok(writeln!(sink)?)
+        })?;
+        outputs.stage(&folder.join(PAGE), |sink| {
+            Ok(sink.write_all(page.as_bytes())?)
+        })?;
+        outputs.stage(&folder.join(CONFIGURATION), |sink| {
+            let version = env!("CARGO_PKG_VERSION");
+            let toml = self.job.toml()?;
+            Ok(write!(
+                sink,
+                "# host-sim {version}: {}\n\n{toml}",
+                match self.page {
+                    Page::MainJob => "the main job",
+                    Page::Paper => "the paper",
+                }
+            )?)
+        })?;
+        names.extend([DATA, PAGE, CONFIGURATION].map(String::from));
+        Ok(names)
+    }
+
+    /// Every table and every number as CSV, with their files' names.
+    fn spreadsheets(
+        &self,
+        data: &BTreeMap<&'static str, &serde_json::Value>,
+    ) -> Result<Vec<(String, String)>> {
+        let mut sheets = vec![(NUMBERS.to_owned(), numbers::every(data)?)];
+        for (name, outcome) in self.outcomes {
+            let comparisons: Vec<&Comparison> = outcome.comparisons.iter().collect();
+            let beside = tables::comparisons(&comparisons);
+            let shown = outcome.parts.iter().filter_map(|part| match part {
+                Part::Table(table) => Some(table),
+                _ => None,
+            });
+            let all = beside.iter().chain(&outcome.tables).chain(shown);
+            for (k, table) in all.enumerate() {
+                let file = format!("{name}-table-{}.csv", k + 1);
+                sheets.push((file, numbers::table(table)?));
+            }
+        }
+        Ok(sheets)
+    }
+}
+
+/// The pictures of an outcome that are in colours.
+fn coloured(outcome: &Outcome) -> impl Iterator<Item = &Coloured> {
+    let parts = outcome.parts.iter().filter_map(|part| match part {
+        Part::Coloured(all) => Some(all),
+        _ => None,
+    });
+    parts.flatten()
+}

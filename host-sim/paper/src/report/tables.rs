@@ -1,0 +1,116 @@
+//! Tables of comparisons and of checks, and tables as text.
+
+use std::fmt::Write;
+
+use crate::experiments::outcome::{BesidePaper, Comparison, Table, Verdict, number};
+use bonebeam_oracle::validate::Check;
+
+/// The paper's figures, one or two.
+fn paper(value: &BesidePaper) -> String {
+    let all: Vec<String> = value.paper.iter().map(|&v| number(Some(v))).collect();
+    if all.is_empty() {
+        "–".into()
+    } else {
+        all.join(", ")
+    }
+}
+
+/// The comparisons with the paper, one table a group.
+pub fn comparisons(comparisons: &[&Comparison]) -> Vec<Table> {
+    let table = |group: &[&Comparison]| {
+        let names = group[0].values.iter().flat_map(|v| [v.name, "paper"]);
+        let row = |comparison: &&Comparison| {
+            let cells = comparison.values.iter();
+            let cells = cells.flat_map(|v| [number(v.here), paper(v)]);
+            [comparison.quantity.clone()]
+                .into_iter()
+                .chain(cells)
+                .collect()
+        };
+        Table {
+            title: group[0].group.clone(),
+            head: [""].into_iter().chain(names).collect(),
+            rows: group.iter().map(row).collect(),
+            page_only: false,
+        }
+    };
+    let groups = comparisons.chunk_by(|a, b| a.group == b.group);
+    groups.map(table).collect()
+}
+
+/// The checks.
+pub fn checks(checks: &[&Check]) -> Table {
+    let rows = checks.iter().map(|check| {
+        let error = check.error.as_ref();
+        vec![
+            check.what.clone(),
+            check.bits.compared.to_string(),
+            check.bits.different.to_string(),
+            error.map_or("–".into(), |e| e.compared.to_string()),
+            error.map_or("–".into(), |e| format!("{:.1e}", e.largest_error)),
+            error.map_or("–".into(), |e| format!("{:.0e}", e.bound)),
+            error.map_or("–".into(), |e| e.ill_conditioned.to_string()),
+            error
+                .filter(|e| e.ill_conditioned > 0)
+                .map_or("–".into(), |e| format!("{:.1e}", e.ill_conditioned_error)),
+            if check.passed() { "yes" } else { "NO" }.into(),
+        ]
+    });
+    Table {
+        title: "The core against its references".into(),
+        head: vec![
+            "",
+            "f32 values",
+            "different",
+            "f64 values",
+            "largest error",
+            "bound",
+            "left out",
+            "their error",
+            "passed",
+        ],
+        rows: rows.collect(),
+        page_only: false,
+    }
+}
+
+/// What became of the claims.
+pub fn verdicts(verdicts: &[&Verdict]) -> Table {
+    let rows = verdicts
+        .iter()
+        .map(|v| vec![v.claim.clone(), v.place.clone(), v.ruling.to_string()]);
+    Table {
+        title: "The paper's claims".into(),
+        head: vec!["", "where", "verdict"],
+        rows: rows.collect(),
+        page_only: false,
+    }
+}
+
+/// The table as aligned text.
+pub fn text(table: &Table) -> String {
+    let cell = |row: &[String], k: usize| row[k].chars().count();
+    let widths: Vec<usize> = (0..table.head.len())
+        .map(|k| {
+            let widest = table.rows.iter().map(|row| cell(row, k)).max().unwrap_or(0);
+            widest.max(table.head[k].chars().count())
+        })
+        .collect();
+    let mut text = format!("{}\n", table.title);
+    let head: Vec<String> = table.head.iter().map(|&h| h.into()).collect();
+    for row in std::iter::once(&head).chain(&table.rows) {
+        let cells = row.iter().zip(&widths).enumerate();
+        let line: Vec<String> = cells
+            .map(|(k, (cell, &width))| {
+                if k == 0 {
+                    format!("{cell:<width$}")
+                } else {
+                    format!("{cell:>width$}")
+                }
+            })
+            .collect();
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "  {}", line.join("  ").trim_end());
+    }
+    text
+}

@@ -1,0 +1,117 @@
+//! Where an interrupted simulation goes on.
+
+use std::fs;
+use std::hash::Hasher;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use fnv::FnvHasher;
+
+use crate::Result;
+use bonebeam_files::Partial;
+use bonebeam_files::terminal::warn;
+
+use super::cell_sum::Tile;
+use super::phantom::Phantom;
+use super::settings::Settings;
+
+/// How long a run may have worked in vain.
+const INTERVAL: Duration = Duration::from_secs(10);
+
+/// A file beside the output that holds the sum as far as it has got.
+pub struct Checkpoint {
+    path: Option<PathBuf>,
+    key: u64,
+    last: Instant,
+    interval: Duration,
+}
+
+impl Checkpoint {
+    /// No checkpoint: an interrupted run begins anew.
+    pub fn none() -> Self {
+        Checkpoint {
+            path: None,
+            key: 0,
+            last: Instant::now(),
+            interval: INTERVAL,
+        }
+    }
+
+    /// A checkpoint in the file `path`, of this simulation alone.
+    ///
+    /// # Errors
+    /// Settings that cannot be written.
+    pub fn new(path: &Path, settings: &Settings, phantom: &Phantom) -> Result<Self> {
+        Ok(Checkpoint {
+            path: Some(path.to_path_buf()),
+            key: Checkpoint::key(settings, phantom),
+            ..Checkpoint::none()
+        })
+    }
+
+    /// A hash that tells simulations apart.
+    pub fn key(settings: &Settings, phantom: &Phantom) -> u64 {
+        let mut hasher = FnvHasher::default();
+        hasher.write(env!("CARGO_PKG_VERSION").as_bytes());
+        hasher.write(format!("{settings:?}").as_bytes());
+        for source in phantom.sources() {
+            for value in [source.x, source.y, source.z, source.amplitude] {
+                hasher.write_u64(value.to_bits());
+            }
+            for value in source.seen_at {
+                hasher.write_u64(value.to_bits());
+            }
+            hasher.write_u8(u8::from(source.unhidden));
+        }
+        phantom.hash_bone(&mut hasher);
+        hasher.finish()
+    }
+
+    /// Written after every cell, for tests.
+    pub fn eager(mut self) -> Self {
+        self.interval = Duration::ZERO;
+        self
+    }
+
+    /// Puts what there is into the tiles; how many cells it holds.
+    pub(super) fn load(&mut self, tiles: &mut [Tile]) -> Result<usize> {
+        let Some(path) = self.path.as_deref().filter(|path| path.exists()) else {
+            return Ok(0);
+        };
+        let sizes: Vec<usize> = tiles.iter().map(|tile| tile.rows.len()).collect();
+        match Partial::read(path, self.key, &sizes) {
+            Ok(partial) => {
+                for (tile, rows) in tiles.iter_mut().zip(partial.rows) {
+                    tile.rows = rows;
+                }
+                Ok(partial.done)
+            }
+            Err(error) => {
+                warn(&format!("{error}; the simulation begins anew"));
+                Ok(0)
+            }
+        }
+    }
+
+    /// Writes the tiles, now and then.
+    pub(super) fn save_at_times(&mut self, done: usize, tiles: &[Tile]) -> Result<()> {
+        let Some(path) = &self.path else {
+            return Ok(());
+        };
+        if self.last.elapsed() < self.interval {
+            return Ok(());
+        }
+        let rows: Vec<&[f32]> = tiles.iter().map(|tile| &tile.rows[..]).collect();
+        Partial::write(path, self.key, done, &rows)?;
+        self.last = Instant::now();
+        Ok(())
+    }
+
+    /// Removes the file: the output is there.
+    pub fn finish(self) {
+        if let Some(path) = self.path {
+            // Where it cannot be removed, the next run tells that it is of another simulation.
+            let _ = fs::remove_file(path);
+        }
+    }
+}

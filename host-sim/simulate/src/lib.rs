@@ -1,0 +1,59 @@
+//! Synthetic channel data of a linear array over points, bone and soft tissue.
+//!
+//! A linear model of point scatterers (the paper's Section "Simulation setup", there with Field II): an
+//! element is a small rectangle with a lens in elevation, bone absorbs totally, and the echo of a scatterer
+//! is the two-way pulse, delayed, scaled and filtered by both elements' responses. docs/simulator.md has
+//! the equations and how they compare with other simulators.
+//!
+//! Axes: x lateral, y elevation, z depth from the array's surface, in metres; the array is centred on
+//! x = 0 at y = z = 0. A phantom of the image plane alone has y = 0 throughout.
+
+mod array;
+mod cell_sum;
+mod cells;
+mod chain;
+mod channel_data;
+mod checkpoint;
+mod clutter;
+mod ct;
+mod demodulate;
+mod direct_sum;
+mod fourier;
+mod gauss_legendre;
+mod marching_squares;
+mod marching_tetrahedra;
+mod mesh;
+mod noise;
+mod outline;
+mod phantom;
+mod pulse;
+mod record;
+mod response;
+mod section;
+mod settings;
+mod shadow;
+mod surface;
+mod vertebra;
+mod volume;
+
+pub use array::Array;
+pub use channel_data::{Summation, add_noise, channel_data, resumed_channel_data};
+pub use checkpoint::Checkpoint;
+pub use clutter::Clutter;
+pub use ct::{CtScanner, CtVolume};
+pub use demodulate::demodulate;
+pub use marching_tetrahedra::{Grid, surface as zero_surface};
+pub use mesh::{read_mesh, slice_mesh};
+pub use noise::{NoiseSpectrum, complex_gaussian};
+pub use outline::Outline;
+pub use phantom::{Phantom, Scatterer, Tissue};
+pub use pulse::{DIRECT_FLOOR, Pulse};
+pub use response::{Baffle, Response};
+pub use section::{Kind, Simulate, SimulateFlags};
+pub use settings::Settings;
+pub use shadow::visible;
+pub use surface::Surface;
+pub use vertebra::slice_vertebra;
+pub use volume::{Block, Bone, DynamicRange, Layers, PAPER_DENSITY};
+
+pub use bonebeam_files::{Error, Result};

@@ -1,0 +1,326 @@
+//! Bones given as a triangle mesh in a PLY, STL or OBJ file.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{DefaultElement, Header, Property};
+
+use crate::{Error, Result};
+use bonebeam_files::terminal::short;
+
+use super::outline::Outline;
+use super::surface::Surface;
+
+/// The outline of a mesh at height `slice` in m. The file is in mm with +x towards the front, y
+/// across and +z towards the head; the outline's x is the mesh's y and its z the mesh's x, so
+/// that the back faces the array. The surface must be closed at that height.
+///
+/// # Errors
+/// A file that cannot be read, a mesh that the plane does not cut or that is open there.
+pub fn slice_mesh(path: &Path, slice: f64) -> Result<Outline> {
+    let mesh = read(path)?;
+    let surface = mesh.placed(slice);
+    let outline = surface
+        .outline()
+        .map_err(|message| file_error(path, message))?;
+    if let Some(outline) = outline {
+        return Ok(outline);
+    }
+    let z = |f: fn(f64, f64) -> f64, start| mesh.vertices.iter().map(|v| v[2]).fold(start, f);
+    Err(Error::Usage(format!(
+        "slice at {} mm does not cut {}, which spans {} to {} mm",
+        1e3 * slice,
+        path.display(),
+        z(f64::min, f64::INFINITY),
+        z(f64::max, f64::NEG_INFINITY)
+    )))
+}
+
+/// The whole surface of a mesh as [`slice_mesh`] has it, the height `slice` at elevation 0, and what is
+/// probably not meant: sentences for a person.
+///
+/// # Errors
+/// A file that cannot be read, or a surface that is not closed.
+pub fn read_mesh(path: &Path, slice: f64) -> Result<(Surface, Vec<String>)> {
+    let mesh = read(path)?;
+    let mut surface = mesh.placed(slice);
+    let mut doubts = Vec::new();
+    let found = surface
+        .check()
+        .map_err(|message| file_error(path, message))?;
+    if found.inverted {
+        surface = surface.turned();
+        doubts.push(format!(
+            "{}: the surface is inside out; its triangles are taken the other way round",
+            path.display()
+        ));
+    }
+    if found.mixed > 0 {
+        doubts.push(format!(
+            "{}: at {} edges two triangles are wound against each other; the surface is taken as it is",
+            path.display(),
+            found.mixed
+        ));
+    }
+    Ok((surface, doubts))
+}
+
+fn file_error(path: &Path, message: String) -> Error {
+    Error::File {
+        path: path.to_path_buf(),
+        message,
+    }
+}
+
+/// A triangle mesh.
+struct Mesh {
+    /// In mm; no two are equal.
+    vertices: Vec<[f64; 3]>,
+    triangles: Vec<[usize; 3]>,
+}
+
+impl Mesh {
+    /// In metres along the array's axes: lateral is the mesh's y, elevation its z, depth its x.
+    fn placed(&self, slice: f64) -> Surface {
+        let place = |[x, y, z]: &[f64; 3]| [1e-3 * y, 1e-3 * z - slice, 1e-3 * x];
+        let index = |k: usize| k as u32;
+        Surface::new(
+            self.vertices.iter().map(place).collect(),
+            self.triangles.iter().map(|t| t.map(index)).collect(),
+        )
+    }
+}
+
+/// How far from the origin a bone's surface may lie, mm.
+const MAX_EXTENT: f64 = 1000.0;
+/// No bone is so small, mm: a mesh that is, is in metres.
+const MIN_EXTENT: f64 = 1.0;
+
+/// Corners and triangles as a file has them.
+struct Raw {
+    /// In mm, not checked.
+    vertices: Vec<[f64; 3]>,
+    /// Indices, checked.
+    triangles: Vec<[usize; 3]>,
+}
+
+/// The mesh of a file, by the ending of its name: STL, OBJ, else PLY.
+fn read(path: &Path) -> Result<Mesh> {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    let raw = match ending.to_ascii_lowercase().as_str() {
+        "stl" => read_stl(path)?,
+        "obj" => read_obj(path)?,
+        _ => read_ply(path)?,
+    };
+    weld(raw).map_err(|message| file_error(path, message))
+}
+
+/// Joins corners at the same place, which STL has of every triangle, and checks them.
+fn weld(raw: Raw) -> std::result::Result<Mesh, String> {
+    let mut vertices = Vec::new();
+    let mut known = BTreeMap::new();
+    let mut merged = Vec::new();
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for (index, position) in raw.vertices.iter().enumerate() {
+        for (axis, (&value, key)) in position.iter().zip(["x", "y", "z"]).enumerate() {
+            if !value.is_finite() {
+                return Err(format!("vertex {index}: {key} is not finite"));
+            }
+            if value.abs() > MAX_EXTENT {
+                return Err(format!(
+                    "vertex {index}: {key} is {} mm; expected at most {MAX_EXTENT} mm either way",
+                    short(value)
+                ));
+            }
+            low[axis] = low[axis].min(value);
+            high[axis] = high[axis].max(value);
+        }
+        let fresh = vertices.len();
+        // 0 and −0 are one place.
+        let found = *known
+            .entry(position.map(|v| (v + 0.0).to_bits()))
+            .or_insert(fresh);
+        if found == fresh {
+            vertices.push(*position);
+        }
+        merged.push(found);
+    }
+    let triangles: Vec<[usize; 3]> = (raw.triangles.iter())
+        .map(|t| t.map(|k| merged[k]))
+        // A triangle without area has no part in the surface.
+        .filter(|[a, b, c]| a != b && b != c && c != a)
+        .collect();
+    if triangles.is_empty() {
+        return Err("has no triangles".into());
+    }
+    let extent = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
+    if extent < MIN_EXTENT {
+        return Err(format!(
+            "the mesh spans {extent} mm; expected millimetres, at least {MIN_EXTENT}; it is probably in metres"
+        ));
+    }
+    Ok(Mesh {
+        vertices,
+        triangles,
+    })
+}
+
+/// The most triangles that are read: some gigabytes of file.
+const MAX_TRIANGLES: usize = 50_000_000;
+
+fn read_stl(path: &Path) -> Result<Raw> {
+    let fail = |message: String| file_error(path, message);
+    let file =
+        File::open(path).map_err(|error| fail(format!("cannot be opened: {}", error.kind())))?;
+    let mut reader = BufReader::new(file);
+    let unreadable = |error: std::io::Error| fail(format!("not a readable STL file: {error}"));
+    let triangles = stl_io::create_stl_reader(&mut reader).map_err(unreadable)?;
+    let mut raw = Raw {
+        vertices: Vec::new(),
+        triangles: Vec::new(),
+    };
+    for triangle in triangles {
+        let triangle = triangle.map_err(unreadable)?;
+        let first = raw.vertices.len();
+        for vertex in triangle.vertices {
+            raw.vertices.push([0, 1, 2].map(|k| f64::from(vertex[k])));
+        }
+        raw.triangles.push([first, first + 1, first + 2]);
+        if raw.triangles.len() > MAX_TRIANGLES {
+            return Err(fail(format!("has more than {MAX_TRIANGLES} triangles")));
+        }
+    }
+    Ok(raw)
+}
+
+fn read_obj(path: &Path) -> Result<Raw> {
+    let fail = |message: String| file_error(path, message);
+    let file =
+        File::open(path).map_err(|error| fail(format!("cannot be opened: {}", error.kind())))?;
+    let options = tobj::LoadOptions {
+        triangulate: true,
+        single_index: false,
+        ..Default::default()
+    };
+    // Colours and textures are of no use here.
+    let nothing = |_: &Path| Ok((Vec::new(), Default::default()));
+    let (models, _) = tobj::load_obj_buf(&mut BufReader::new(file), &options, nothing)
+        .map_err(|error| fail(format!("not a readable OBJ file: {error}")))?;
+    let mut raw = Raw {
+        vertices: Vec::new(),
+        triangles: Vec::new(),
+    };
+    for tobj::Model { mesh, .. } in models {
+        let first = raw.vertices.len();
+        let positions = mesh.positions.chunks_exact(3);
+        raw.vertices
+            .extend(positions.map(|p| [0, 1, 2].map(|k| f64::from(p[k]))));
+        for t in mesh.indices.chunks_exact(3) {
+            let corners = [0, 1, 2].map(|k| first + t[k] as usize);
+            if let Some(wrong) = corners.iter().find(|&&k| k >= raw.vertices.len()) {
+                return Err(fail(format!(
+                    "a face names vertex {wrong}, which is not there"
+                )));
+            }
+            raw.triangles.push(corners);
+        }
+    }
+    Ok(raw)
+}
+
+/// Memory is made by the counts of the header, so it must not claim more than the file can hold: each
+/// property of each entry takes a byte at least.
+fn check_counts(header: &Header, length: u64) -> std::result::Result<(), String> {
+    for (name, element) in &header.elements {
+        let least = element.properties.len().max(1);
+        let claimed = (element.count as u64).saturating_mul(least as u64);
+        if claimed > length {
+            return Err(format!(
+                "the PLY header claims {} entries of \"{name}\", more than the file's {length} bytes can hold",
+                element.count
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn read_ply(path: &Path) -> Result<Raw> {
+    let fail = |message: String| file_error(path, message);
+    let open = |error: std::io::Error| fail(format!("cannot be opened: {}", error.kind()));
+    let file = File::open(path).map_err(open)?;
+    let length = file.metadata().map_err(open)?.len();
+    let unreadable = |error: ParseError| {
+        // The parser explains itself over several lines.
+        let reason = error.to_string().replace('\n', " ");
+        fail(format!("not a readable PLY file: {}", reason.trim_end()))
+    };
+    let parser = Parser::<DefaultElement>::new();
+    let mut reader = Reader::new(BufReader::new(file));
+    let header = parser.read_header(&mut reader).map_err(unreadable)?;
+    check_counts(&header, length).map_err(fail)?;
+    let payload = parser
+        .read_payload(&mut reader, &header)
+        .map_err(unreadable)?;
+    let element = |name: &str| {
+        payload
+            .get(name)
+            .filter(|list| !list.is_empty())
+            .ok_or_else(|| fail(format!("the PLY file has no element \"{name}\"")))
+    };
+    let mut vertices = Vec::new();
+    for (index, vertex) in element("vertex")?.iter().enumerate() {
+        let mut position = [0.0; 3];
+        for (value, key) in position.iter_mut().zip(["x", "y", "z"]) {
+            *value = match vertex.get(key) {
+                Some(Property::Float(v)) => f64::from(*v),
+                Some(Property::Double(v)) => *v,
+                _ => {
+                    return Err(fail(format!(
+                        "vertex {index} needs {key} as float or double"
+                    )));
+                }
+            };
+        }
+        vertices.push(position);
+    }
+    let mut triangles = Vec::new();
+    for (index, face) in element("face")?.iter().enumerate() {
+        let corners = face
+            .get("vertex_indices")
+            .or_else(|| face.get("vertex_index"))
+            .and_then(indices)
+            .ok_or_else(|| fail(format!("face {index} needs a list vertex_indices")))?;
+        let corner = |k: usize| {
+            let known = (corners[k] < vertices.len()).then_some(corners[k]);
+            known.ok_or_else(|| {
+                fail(format!(
+                    "face {index} names vertex {} of {}",
+                    corners[k],
+                    vertices.len()
+                ))
+            })
+        };
+        // A polygon is a fan of triangles.
+        for k in 1..corners.len().max(2) - 1 {
+            triangles.push([corner(0)?, corner(k)?, corner(k + 1)?]);
+        }
+    }
+    Ok(Raw {
+        vertices,
+        triangles,
+    })
+}
+
+/// A list property as indices; none for another kind or for a negative index.
+fn indices(property: &Property) -> Option<Vec<usize>> {
+    match property {
+        Property::ListInt(list) => list.iter().map(|&v| usize::try_from(v).ok()).collect(),
+        Property::ListUInt(list) => list.iter().map(|&v| usize::try_from(v).ok()).collect(),
+        Property::ListUShort(list) => Some(list.iter().map(|&v| usize::from(v)).collect()),
+        Property::ListUChar(list) => Some(list.iter().map(|&v| usize::from(v)).collect()),
+        _ => None,
+    }
+}

@@ -1,0 +1,331 @@
+//! What the simulated scanner does: array, pulse, beams, record, noise.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result};
+use bonebeam_files::memory::product;
+use bonebeam_files::terminal::short;
+
+use super::array::Array;
+use super::cell_sum::FLOOR;
+use super::noise::NoiseSpectrum;
+use super::pulse::DIRECT_FLOOR;
+use super::pulse::Pulse;
+use super::record::{Record, Window, row_rate};
+use super::response::Baffle;
+
+/// The scanner's settings. The default is the paper's (Section "Simulation setup"); what the
+/// paper leaves open is marked as assumed. SI units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Number of elements.
+    pub elements: usize,
+    /// Distance between neighbouring elements, m.
+    pub pitch: f64,
+    /// Gap between neighbouring elements, m (assumed).
+    pub kerf: f64,
+    /// Centre frequency, Hz.
+    pub f0: f64,
+    /// −6 dB fractional bandwidth of the transducer, one way.
+    pub bandwidth: f64,
+    /// Sampling frequency of the record, Hz; at least 4·f0.
+    pub fs: f64,
+    /// Sound speed, m/s.
+    pub c: f64,
+    /// Depth of the fixed transmit focus, m.
+    pub focus: f64,
+    /// Transmit f-number.
+    pub f_number: f64,
+    /// Number of transmit beams.
+    pub beams: usize,
+    /// Position of the first beam's axis, in pitches from element 0.
+    pub first_beam: f64,
+    /// Distance between neighbouring beams, in pitches: 1 is one beam per element.
+    pub beam_step: f64,
+    /// Shallowest depth that the record serves, m (assumed).
+    pub depth_start: f64,
+    /// Greatest depth that the record serves, m (assumed).
+    pub depth_end: f64,
+    /// Smallest receive f-number that the record is long enough for at `depth_end`.
+    pub receive_f_number: f64,
+    /// RMS of the electronic noise in decibels relative to the largest absolute sample of the
+    /// noise-free record of all beams and elements; none for a noise-free record.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<f64>,
+    /// What the noise's spectrum is.
+    #[serde(default)]
+    pub noise_spectrum: NoiseSpectrum,
+    /// Bits of the analogue-to-digital converter, whose range is the largest sample; none for samples that
+    /// are not rounded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adc_bits: Option<u32>,
+    /// Height of an element, m (assumed); 0 for echoes that do not depend on elevation.
+    pub element_height: f64,
+    /// Focus of the lens in elevation, m; none for a flat one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elevation_focus: Option<f64>,
+    /// What surrounds the elements (assumed).
+    pub baffle: Baffle,
+    /// Attenuation, dB/(cm·MHz) one way (assumed).
+    pub attenuation: f64,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            elements: 128,
+            pitch: 0.308e-3,
+            kerf: 0.028e-3,
+            f0: 5e6,
+            bandwidth: 0.6,
+            fs: 100e6,
+            c: 1540.0,
+            focus: 15e-3,
+            f_number: 2.8,
+            beams: 128,
+            first_beam: 0.0,
+            beam_step: 1.0,
+            depth_start: 5e-3,
+            depth_end: 40e-3,
+            receive_f_number: 1.5,
+            noise: None,
+            noise_spectrum: NoiseSpectrum::Transducer,
+            adc_bits: None,
+            element_height: 0.0,
+            elevation_focus: None,
+            baffle: Baffle::Rigid,
+            attenuation: 0.0,
+            seed: 1,
+        }
+    }
+}
+
+impl Settings {
+    /// The paper's point scatterer (its Fig. 2): 3 mm of depth either side of the focus,
+    /// noise-free.
+    pub fn point() -> Self {
+        Settings {
+            depth_start: 12e-3,
+            depth_end: 18e-3,
+            ..Settings::default()
+        }
+    }
+
+    /// The vertebra in a water bath: 5 to 40 mm, noise at −40 dB, without which the shadow of a
+    /// totally absorbing bone would be empty.
+    pub fn vertebra() -> Self {
+        Settings {
+            noise: Some(-40.0),
+            ..Settings::default()
+        }
+    }
+
+    /// The paper's array with its height and its lens, over a volume: elevation focus 19 mm, noise at −60 dB.
+    pub fn volume() -> Self {
+        Settings {
+            element_height: 4e-3,
+            elevation_focus: Some(19e-3),
+            noise: Some(-60.0),
+            ..Settings::default()
+        }
+    }
+
+    /// The array.
+    pub fn array(&self) -> Array {
+        Array {
+            elements: self.elements,
+            pitch: self.pitch,
+            kerf: self.kerf,
+        }
+    }
+
+    /// The two-way pulse.
+    pub fn pulse(&self) -> Pulse {
+        Pulse::new(self.f0, self.bandwidth)
+    }
+
+    /// The record that serves depths `depth_start` to `depth_end` with the receive aperture of
+    /// `receive_f_number`.
+    pub fn record(&self) -> Record {
+        let s = self;
+        let half = s.pulse().half_length(DIRECT_FLOOR);
+        let edge = 0.5 * s.depth_end / s.receive_f_number;
+        let last = (s.depth_end + root_of_squares(s.depth_end, edge)) / s.c + half;
+        // A whole number of samples, so that sample times are round numbers.
+        let first = ((2.0 * s.depth_start / s.c - half) * s.fs).floor();
+        Record {
+            t0: first / s.fs,
+            samples: (last * s.fs - first).ceil() as usize,
+        }
+    }
+
+    /// By how much an element `dx` beside a beam's axis fires ahead of one on it, s.
+    pub(super) fn advance(&self, dx: f64) -> f64 {
+        (root_of_squares(dx, self.focus) - self.focus) / self.c
+    }
+
+    /// No element of any beam fires further ahead than this, s.
+    pub(super) fn greatest_advance(&self) -> f64 {
+        self.advance(0.5 * self.focus / self.f_number + self.pitch)
+    }
+
+    /// Position of a beam's axis, m.
+    pub fn beam_x(&self, beam: usize) -> f64 {
+        self.array()
+            .x(self.first_beam + beam as f64 * self.beam_step)
+    }
+
+    /// Checks every value; the error names the first that is impossible.
+    pub fn validate(&self) -> Result<()> {
+        for (name, value, [least, most], unit) in self.ranges() {
+            if !(least..=most).contains(&value) {
+                return usage(format!(
+                    "{name} must be positive, {least} to {most}{unit}, is {}",
+                    short(value)
+                ));
+            }
+        }
+        if !(2..=1024).contains(&self.elements) {
+            return usage(format!("elements must be 2 to 1024, is {}", self.elements));
+        }
+        if !(self.kerf >= 0.0 && self.kerf < self.pitch) {
+            return usage(format!(
+                "kerf must be at least 0 and below the pitch of {} m, is {}",
+                self.pitch,
+                short(self.kerf)
+            ));
+        }
+        if !(self.bandwidth >= 0.1 && self.bandwidth <= 1.0) {
+            return usage(format!(
+                "bandwidth must be 0.1 to 1, is {}",
+                short(self.bandwidth)
+            ));
+        }
+        if self.fs < 4.0 * self.f0 {
+            return usage(format!(
+                "fs must be at least 4·f0 = {} Hz, is {}",
+                4.0 * self.f0,
+                short(self.fs)
+            ));
+        }
+        let last = self.first_beam + (self.beams.max(1) - 1) as f64 * self.beam_step;
+        if self.beams == 0 || !(self.first_beam >= 0.0 && last <= (self.elements - 1) as f64) {
+            return usage(format!(
+                "beams must be at least 1 and lie between element 0 and {}: {} beams from {} to {last}",
+                self.elements - 1,
+                self.beams,
+                self.first_beam
+            ));
+        }
+        if !(self.depth_start > 0.0 && self.depth_end > self.depth_start && self.depth_end <= 0.2) {
+            return usage(format!(
+                "depths must satisfy 0 < depth_start < depth_end ≤ 0.2 m, are {} and {}",
+                short(self.depth_start),
+                short(self.depth_end)
+            ));
+        }
+        if let Some(noise) = self.noise
+            && !(-400.0..=40.0).contains(&noise)
+        {
+            return usage(format!("noise must be -400 to 40 dB, is {}", short(noise)));
+        }
+        if let Some(bits) = self.adc_bits
+            && !(2..=24).contains(&bits)
+        {
+            return usage(format!("adc_bits must be 2 to 24, is {bits}"));
+        }
+        if !(0.0..=100e-3).contains(&self.element_height) {
+            return usage(format!(
+                "element_height must be 0 to 0.1 m, is {}",
+                short(self.element_height)
+            ));
+        }
+        if let Some(focus) = self.elevation_focus
+            && !(1e-3..=10.0).contains(&focus)
+        {
+            return usage(format!(
+                "elevation_focus must be 0.001 to 10 m, is {}",
+                short(focus)
+            ));
+        }
+        if !(0.0..=10.0).contains(&self.attenuation) {
+            return usage(format!(
+                "attenuation must be 0 to 10 dB/(cm MHz), is {}",
+                short(self.attenuation)
+            ));
+        }
+        self.check_bytes()
+    }
+
+    /// What an ultrasound array, its pulse and a medium can be; beyond that a value is in another unit.
+    fn ranges(&self) -> [(&'static str, f64, [f64; 2], &'static str); 8] {
+        [
+            ("pitch", self.pitch, [1e-6, 10e-3], " m"),
+            ("f0", self.f0, [50e3, 200e6], " Hz"),
+            ("fs", self.fs, [200e3, 10e9], " Hz"),
+            ("c", self.c, [200.0, 20e3], " m/s"),
+            ("focus", self.focus, [0.1e-3, 10.0], " m"),
+            ("f_number", self.f_number, [0.1, 1e6], ""),
+            ("receive_f_number", self.receive_f_number, [0.1, 1e6], ""),
+            ("beam_step", self.beam_step, [1e-4, 1024.0], " pitches"),
+        ]
+    }
+
+    /// What the record takes, bytes.
+    pub(super) fn record_bytes(&self) -> usize {
+        let samples = self.record().samples;
+        product(&[self.beams, self.elements, samples, size_of::<f32>()])
+    }
+
+    /// Bounds what the record and the echoes that it is made of take.
+    ///
+    /// # Errors
+    /// More than any machine is asked for.
+    fn check_bytes(&self) -> Result<()> {
+        let pulse = self.pulse();
+        let band = pulse.band(FLOOR);
+        // About twice what an echo is long.
+        let margin = 4.0 * pulse.half_length(FLOOR);
+        let window = Window::new(self, band, row_rate(self.fs, band), margin);
+        let samples = self.record().samples;
+        if window.samples > MAX_WINDOW {
+            return usage(format!(
+                "the record of {samples} samples needs transforms of {}, more than {MAX_WINDOW}; ask for less \
+                 depth, a nearer focus, larger f-numbers or a lower fs",
+                window.samples
+            ));
+        }
+        let pairs = product(&[self.elements, self.elements.div_ceil(2) + 1, window.row, 8]);
+        let bytes = self.record_bytes().saturating_add(pairs);
+        if bytes <= MAX_BYTES {
+            return Ok(());
+        }
+        usage(format!(
+            "{} beams of {} elements with {samples} samples each, and the spectra they are made of, would \
+             take {:.1} GiB, more than {} GiB; ask for fewer beams, less depth or a lower fs",
+            self.beams,
+            self.elements,
+            bytes as f64 / GIB as f64,
+            MAX_BYTES / GIB
+        ))
+    }
+}
+
+/// √(a² + b²), of lengths.
+fn root_of_squares(a: f64, b: f64) -> f64 {
+    (a * a + b * b).sqrt()
+}
+
+const GIB: usize = 1 << 30;
+/// The most that a record and its spectra may take, bytes: four times the paper's with two beams an
+/// element.
+const MAX_BYTES: usize = 4 * GIB;
+/// The longest transform, samples.
+const MAX_WINDOW: usize = 1 << 22;
+
+fn usage<T>(message: String) -> Result<T> {
+    Err(Error::Usage(format!("simulation settings: {message}")))
+}

@@ -1,0 +1,311 @@
+//! Phantoms of a volume: bone surfaces, layers of tissue, levels of brightness.
+//!
+//! A lumbar spine is copies of the built-in vertebra, one above the other. Tissue is point scatterers at
+//! random places whose amplitude is that of the layer they lie in. Millimetres within this file.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use ndarray::Array2;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::{Error, Result};
+use bonebeam_files::memory::{self, product};
+
+use super::marching_tetrahedra::{self, Grid};
+use super::mesh::read_mesh;
+use super::phantom::{Phantom, Scatterer};
+use super::surface::{StraightDown, Surface};
+use super::vertebra;
+
+/// Distance between vertebrae, mm: a lumbar vertebra with its disc.
+const LEVEL: f64 = 34.0;
+/// Gap of a facet joint, mm.
+const JOINT: f64 = 1.6;
+/// Where the laminae are, mm beside the middle.
+const LAMINA: f64 = 11.0;
+/// Distance of the surface's nodes, mm: about the paper's CT.
+const STEP: f64 = 0.35;
+/// Scatterers on bone, per m²: the paper's 200 per mm².
+const ON_BONE: f64 = 200e6;
+/// The paper's density of tissue, per m³: 10⁶ in 30 × 6 × 25 mm³.
+pub const PAPER_DENSITY: f64 = 1e6 / (30e-3 * 6e-3 * 25e-3);
+
+/// A bone, as the array sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Bone<'a> {
+    /// One vertebra from behind, at the height `slice`, m.
+    Vertebra {
+        /// In place of the built-in one.
+        mesh: Option<&'a Path>,
+        /// Height of the image plane, m.
+        slice: f64,
+    },
+    /// The spine's spinous processes along it (the paper's Fig. 11).
+    SpinousProcesses,
+    /// The spine's laminae along it (Fig. 10).
+    Laminae,
+    /// Laminae and a facet joint across it (Fig. 12).
+    FacetJoint,
+}
+
+/// Where the soft tissue is, m, and how dense.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Block {
+    /// Lateral range.
+    pub x: [f64; 2],
+    /// Thickness of the slab around the image plane.
+    pub thickness: f64,
+    /// Depth range.
+    pub z: [f64; 2],
+    /// Scatterers per m³.
+    pub density: f64,
+    /// Seed of the places.
+    pub seed: u64,
+}
+
+/// What soft tissue consists of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layers {
+    /// All alike, as bright a scatterer as one of bone: the paper's simulation.
+    Uniform,
+    /// Skin, fat, fascia and muscle.
+    Anatomy,
+}
+
+impl Bone<'_> {
+    /// The surface, its shallowest point below the array and in the slab at `depth`, m; and what is probably
+    /// not meant.
+    ///
+    /// # Errors
+    /// A mesh that cannot be read or is not closed; nothing of the bone below the array.
+    pub fn surface(&self, depth: f64, thickness: f64) -> Result<(Surface, Vec<String>)> {
+        let (surface, doubts) = match self {
+            Bone::Vertebra {
+                mesh: Some(path),
+                slice,
+            } => read_mesh(path, *slice)?,
+            Bone::Vertebra { mesh: None, slice } => {
+                let slice = 1e3 * slice;
+                let one = |[x, y, z]: [f64; 3]| vertebra::distance([x, z, y + slice]);
+                (cut(thickness, one), Vec::new())
+            }
+            Bone::SpinousProcesses => {
+                let spine = |[x, y, z]: [f64; 3]| spine([y, z, x]);
+                (cut(thickness, spine), Vec::new())
+            }
+            Bone::Laminae => {
+                let spine = |[x, y, z]: [f64; 3]| spine([y + LAMINA, z, x]);
+                (cut(thickness, spine), Vec::new())
+            }
+            Bone::FacetJoint => {
+                // Through the lower articular processes of one vertebra and the upper ones of the next.
+                let spine = |[x, y, z]: [f64; 3]| spine([x, z, y - 13.0]);
+                (cut(thickness, spine), Vec::new())
+            }
+        };
+        let top = surface
+            .top(20e-3, 0.5 * thickness)
+            .ok_or_else(|| Error::Usage("no bone lies below the array in this slice".into()))?;
+        Ok((surface.moved([0.0, 0.0, depth - top]), doubts))
+    }
+
+    /// The phantom of this bone in water: scatterers of amplitude 1 on its surface, within the slab.
+    ///
+    /// # Errors
+    /// As [`Bone::surface`].
+    pub fn phantom(&self, depth: f64, thickness: f64) -> Result<(Phantom, Vec<String>)> {
+        let (surface, doubts) = self.surface(depth, thickness)?;
+        let [half, across] = [0.5 * thickness, 25e-3];
+        let scatterers =
+            surface.scatterers(ON_BONE, |[x, y, _]| x.abs() <= across && y.abs() <= half)?;
+        let outline = surface.outline().map_err(Error::Data)?;
+        let phantom = Phantom {
+            on_bone: scatterers.len(),
+            scatterers,
+            bone: outline,
+            surface: Some(surface),
+            ..Phantom::default()
+        };
+        Ok((phantom, doubts))
+    }
+}
+
+/// The surface of a bone near the array, closed at the sides of a box around it.
+fn cut(thickness: f64, distance: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
+    let half = [30.0, 0.5e3 * thickness + 2.0, 30.0];
+    let centre = [0.0, 0.0, 25.0];
+    let bone = |p: [f64; 3]| {
+        let beyond = (0..3).map(|k| (p[k] - centre[k]).abs() - half[k]);
+        beyond.fold(distance(p), f64::max)
+    };
+    let nodes = half.map(|h| (2.0 * h / STEP).ceil() as usize + 5);
+    let grid = Grid {
+        corner: [0, 1, 2].map(|k| 1e-3 * (centre[k] - half[k] - 2.0 * STEP)),
+        step: [1e-3 * STEP; 3],
+        nodes,
+    };
+    marching_tetrahedra::surface(&grid, |p| bone(p.map(|v| 1e3 * v)))
+}
+
+/// Signed distance to the lumbar spine, mm: three vertebrae, with a gap where they would touch. Anatomical
+/// axes as in `vertebra`.
+fn spine([x, y, z]: [f64; 3]) -> f64 {
+    let one = |level: f64| vertebra::distance([x, y, z - level * LEVEL]);
+    let (below, middle, above) = (one(-1.0), one(0.0), one(1.0));
+    // Each vertebra keeps off the one above it.
+    let middle = middle.max(JOINT - above);
+    let below = below.max(JOINT - middle);
+    below.min(middle).min(above)
+}
+
+/// The amplitude of a tissue scatterer, and of a layer's part, at a depth below the array.
+fn layer(layers: Layers, [x, y, z]: [f64; 3]) -> f64 {
+    if layers == Layers::Uniform {
+        return 1.0;
+    }
+    // Interfaces wave a little, each its own way.
+    let wave = |phase: f64| {
+        0.4 * libm::sin(TAU * x / 27.0 + phase)
+            + 0.2 * libm::sin(TAU * (x + 2.0 * y) / 11.0 - phase)
+    };
+    let (skin, fat, deep) = (
+        1.8 + 0.3 * wave(0.0),
+        6.5 + wave(1.0),
+        12.5 + 1.5 * wave(2.5),
+    );
+    if z < skin {
+        1.4
+    } else if z < fat {
+        // Septa between the lobules.
+        let septum = libm::sin(TAU * (z + 1.5 * wave(4.0)) / 2.3);
+        if septum > 0.93 { 0.9 } else { 0.3 }
+    } else if z < fat + 0.7 || (deep..deep + 0.5).contains(&z) {
+        4.0
+    } else {
+        // Muscle, with the sheaths of its bundles.
+        let sheath = libm::sin(TAU * (z + 0.12 * x + wave(0.7)) / 1.9);
+        if sheath > 0.9 { 1.5 } else { 0.6 }
+    }
+}
+
+impl Block {
+    /// Adds soft tissue where there is no bone.
+    ///
+    /// # Errors
+    /// More scatterers than memory holds.
+    pub fn fill(&self, phantom: &mut Phantom, layers: Layers) -> Result<()> {
+        let bone = phantom.surface.as_ref().map(StraightDown::new);
+        self.scatter(&mut phantom.scatterers, |p| {
+            let outside = bone.as_ref().is_none_or(|bone| !bone.holds(p));
+            outside.then(|| layer(layers, p.map(|v| 1e3 * v)))
+        })
+    }
+
+    /// Adds scatterers at random places of the block, where there is an amplitude for the place.
+    ///
+    /// # Errors
+    /// More scatterers than memory holds.
+    pub(super) fn scatter(
+        &self,
+        scatterers: &mut Vec<Scatterer>,
+        amplitude: impl Fn([f64; 3]) -> Option<f64>,
+    ) -> Result<()> {
+        let half = 0.5 * self.thickness;
+        let ranges = [self.x, [-half, half], self.z];
+        let volume: f64 = ranges.iter().map(|[low, high]| high - low).product();
+        let count = (self.density * volume).round();
+        if !(0.0..=1e9).contains(&count) {
+            return Err(Error::Usage(format!(
+                "{count:.0} scatterers of tissue are asked for; expected at most 1e9"
+            )));
+        }
+        // A scatterer, and what the sum makes of it.
+        memory::check(product(&[count as usize, 160]), "the tissue")?;
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        for _ in 0..count as usize {
+            let p = ranges.map(|[low, high]| low + (high - low) * random.random::<f64>());
+            if let Some(amplitude) = amplitude(p) {
+                scatterers.push(Scatterer {
+                    x: p[0],
+                    y: p[1],
+                    z: p[2],
+                    amplitude,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The phantom of known levels: what a beamformer makes of true contrast.
+///
+/// A row of points at 8 mm, 10 dB apart from 0 to −50. Speckle from 12 mm on: at the left an axial gradient,
+/// in the middle and at the right cysts of −∞, −20, −10 and +10 dB in speckle of −20 dB, below 38 mm a
+/// lateral gradient; gradients fall by 50 dB. 0 dB is the brightest speckle.
+pub struct DynamicRange;
+
+/// Lateral places of the points, mm, from 0 dB on.
+const POINTS: [f64; 6] = [-15.0, -9.0, -3.0, 3.0, 9.0, 15.0];
+/// Centres of the cysts, mm, and their levels, dB; radius 3 mm.
+const CYSTS: [([f64; 2], f64); 4] = [
+    ([-3.0, 19.0], f64::NEG_INFINITY),
+    ([8.0, 19.0], -40.0),
+    ([-3.0, 30.0], -30.0),
+    ([8.0, 30.0], -10.0),
+];
+/// By how much a point is brighter than the scatterers of speckle at 0 dB: about as bright as their sum in a
+/// resolution cell.
+const POINT: f64 = 30.0;
+
+impl DynamicRange {
+    /// The level at a place in the image plane, m, in dB; −∞ where there is nothing.
+    pub fn level(x: f64, z: f64) -> f64 {
+        let (x, z) = (1e3 * x, 1e3 * z);
+        if x.abs() > 18.0 || !(12.0..=45.0).contains(&z) {
+            return f64::NEG_INFINITY;
+        }
+        if z >= 38.0 {
+            return -50.0 * (x + 18.0) / 36.0;
+        }
+        if x < -10.0 {
+            return -50.0 * (z - 12.0) / 26.0;
+        }
+        let within = |[cx, cz]: [f64; 2]| (x - cx) * (x - cx) + (z - cz) * (z - cz) < 9.0;
+        let cyst = CYSTS.iter().find(|(centre, _)| within(*centre));
+        cyst.map_or(-20.0, |(_, level)| *level)
+    }
+
+    /// The phantom.
+    ///
+    /// # Errors
+    /// As [`Block::fill`].
+    pub fn phantom(block: &Block) -> Result<Phantom> {
+        let mut phantom = Phantom::default();
+        let mut add = |x: f64, z: f64, level: f64| {
+            let amplitude = POINT * libm::pow(10.0, level / 20.0);
+            phantom.scatterers.push(Scatterer {
+                x: 1e-3 * x,
+                y: 0.0,
+                z: 1e-3 * z,
+                amplitude,
+            });
+        };
+        for (k, x) in POINTS.into_iter().enumerate() {
+            add(x, 8.0, -10.0 * k as f64);
+        }
+        block.scatter(&mut phantom.scatterers, |[x, _, z]| {
+            let level = Self::level(x, z);
+            level.is_finite().then(|| libm::pow(10.0, level / 20.0))
+        })?;
+        Ok(phantom)
+    }
+
+    /// The level at every pixel of 0.1 mm from (−18, 5) to (18, 46) mm: `[row, column]`, dB.
+    pub fn levels() -> Array2<f32> {
+        Array2::from_shape_fn((411, 361), |(row, column)| {
+            Self::level(-18e-3 + 1e-4 * column as f64, 5e-3 + 1e-4 * row as f64) as f32
+        })
+    }
+}

@@ -1,0 +1,83 @@
+//! Every parameter, from TOML and from the command line.
+//!
+//! A value comes from the command line, else from the file of `--config`, else from the defaults,
+//! which are the paper's and the contract's. Every run writes the configuration that it used next
+//! to its outputs; that file can be given to `--config` again.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry};
+use bonebeam_files::Variables;
+use bonebeam_files::atomic::Outputs;
+use bonebeam_files::settings::read_toml_with;
+use bonebeam_simulate::Simulate;
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result};
+
+/// All parameters, one section a stage.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Phantom and scanner.
+    pub simulate: Simulate,
+    /// Delay and beamformer.
+    pub beamform: Beamform,
+    /// From lines to pixels.
+    pub image: Image,
+    /// The ridge filter.
+    pub phase_symmetry: PhaseSymmetry,
+    /// What a recording calls its arrays.
+    #[serde(skip_serializing_if = "Variables::is_empty")]
+    pub variables: Variables,
+}
+
+impl Config {
+    /// Reads a TOML file; what it does not mention keeps its default.
+    ///
+    /// # Errors
+    /// The file cannot be opened, or a line of it is not TOML, names an unknown key or has a
+    /// value of the wrong type. Ranges are checked by [`Config::validate`].
+    pub fn read(path: &Path) -> Result<Self> {
+        read_toml_with(path, |text| toml::from_str(text))
+    }
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] naming the flag, the key, the value and the range.
+    pub fn validate(&self) -> Result<()> {
+        self.simulate.validate()?;
+        self.beamform.validate()?;
+        self.image.validate()?;
+        self.phase_symmetry.validate()?;
+        self.variables.check().map_err(Error::Usage)
+    }
+
+    /// Where the configuration of the run that makes `output` is written: beside it, with
+    /// `.config.toml` added to its name.
+    pub fn path_beside(output: &Path) -> PathBuf {
+        let mut name = output.as_os_str().to_owned();
+        name.push(".config.toml");
+        PathBuf::from(name)
+    }
+
+    /// Stages the configuration as TOML, headed by a comment that tells the program's version
+    /// and the command.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn stage(&self, command: &str, path: &Path, outputs: &mut Outputs) -> Result<()> {
+        let version = env!("CARGO_PKG_VERSION");
+        outputs.stage(path, |sink| {
+            let command = command.escape_debug();
+            write!(
+                sink,
+                "# host-sim {version}: {command}\n\n{}",
+                toml::to_string(self)?
+            )?;
+            Ok(())
+        })
+    }
+}
