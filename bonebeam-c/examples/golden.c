@@ -36,12 +36,24 @@ static void check(bonebeam_status status, const char *what) {
     exit(1);
 }
 
+/* The memory of the object in use, to the byte: fast, and what phase symmetry has besides. */
+enum { FAST = 4 * 4 * SIDE * SIDE + 4 * 1024, SLOW = 4 * (2 * SIDE * (SIDE / 2 + 1) + 3 * PIXELS) };
+static alignas(BONEBEAM_ALIGN) unsigned char memory[FAST], slow[SLOW];
+
+static size_t fits(size_t bytes, size_t limit) {
+    if (bytes == 0 || bytes > limit) {
+        printf("%lu bytes are needed of %lu\n", (unsigned long)bytes, (unsigned long)limit);
+        exit(2);
+    }
+    return bytes;
+}
+
 /* The delay stage: the snapshots' real parts as 8 elements of 192 samples. */
-enum { OUT = 64, M = 8, RECORD = LENGTH / M, SCRATCH = 1280 };
+enum { OUT = 64, M = 8, RECORD = LENGTH / M };
 static const bonebeam_delay_parameters delay_parameters = {
     .sound_speed = 1540.0,
     .sampling_rate = 40e6,
-    .centre_frequency = 5e6,
+    .frequency = 5e6,
     .output_rate = 20e6,
     .output_start = 0.5e-6,
     .output_samples = OUT,
@@ -49,18 +61,45 @@ static const bonebeam_delay_parameters delay_parameters = {
     .record_samples = RECORD,
     .hilbert_taps = 8,
 };
-static alignas(BONEBEAM_DELAY_ALIGN) unsigned char delay_storage[BONEBEAM_DELAY_SIZE];
 static const double linear[M] = {-1.05e-3, -0.75e-3, -0.45e-3, -0.15e-3,
                                  0.15e-3,  0.45e-3,  0.75e-3,  1.05e-3};
 static const bonebeam_scan_line focused = {
     .wave.law = BONEBEAM_LAW_FOCUSED,
     .wave.t0 = 0.1e-6,
-    .x = 0.2e-3,
+    .origin.x = 0.2e-3,
     .element_x = linear,
     .active = {1, 6},
 };
-static float rf[LENGTH], scratch[SCRATCH];
+static float rf[LENGTH];
 static bonebeam_complex out[OUT * M];
+
+static bonebeam_delay *delay_stage(const bonebeam_delay_parameters *parameters) {
+    bonebeam_delay *stage;
+    size_t bytes = fits(bonebeam_delay_bytes(parameters), FAST);
+    check(bonebeam_delay_new(memory, bytes, parameters, &stage), "delay");
+    return stage;
+}
+
+static bonebeam_beamformer *beamformer(const bonebeam_beamform_parameters *parameters, size_t elements) {
+    bonebeam_beamformer *own;
+    size_t bytes = fits(bonebeam_beamformer_bytes(parameters, elements), FAST);
+    check(bonebeam_beamformer_new(memory, bytes, parameters, elements, &own), "beamformer");
+    return own;
+}
+
+static bonebeam_iq *iq_stage(const bonebeam_delay_parameters *parameters) {
+    bonebeam_iq *stage;
+    size_t bytes = fits(bonebeam_iq_bytes(parameters), FAST);
+    check(bonebeam_iq_new(memory, bytes, parameters, &stage), "iq");
+    return stage;
+}
+
+static bonebeam_iq_lines *lines_of(const bonebeam_iq_scan *scan, const bonebeam_beamform_parameters *parameters) {
+    bonebeam_iq_lines *lines;
+    size_t bytes = fits(bonebeam_iq_lines_bytes(scan, parameters), FAST);
+    check(bonebeam_iq_lines_new(memory, bytes, scan, parameters, &lines), "iq lines");
+    return lines;
+}
 
 static void delay(void) {
     static const struct {
@@ -71,21 +110,19 @@ static void delay(void) {
                  {"delay-focused-plane", BONEBEAM_LAW_PLANE, 0.1, 0.0},
                  {"delay-focused-plane-element", BONEBEAM_LAW_ELEMENT, 0.0, 0.45e-3}};
     for (int i = 0; i < LENGTH; i++) rf[i] = snapshots[i].re;
-    bonebeam_delay *stage;
-    check(bonebeam_delay_init(delay_storage, sizeof delay_storage, &delay_parameters, &stage), "delay");
+    bonebeam_delay *stage = delay_stage(&delay_parameters);
     for (int i = 0; i < 3; i++) {
         const bonebeam_scan_line line = {
             .wave.law = lines[i].law,
             .wave.angle = lines[i].angle,
             .wave.x = lines[i].x,
             .wave.t0 = 0.1e-6,
-            .x = 0.2e-3,
+            .origin.x = 0.2e-3,
             .element_x = linear,
             .active = {1, 6},
             .add = i > 0,
         };
-        if (bonebeam_delay_scratch(&delay_parameters) > SCRATCH) exit(2);
-        check(bonebeam_delay_line(stage, &line, rf, scratch, SCRATCH, out), lines[i].name);
+        check(bonebeam_delay_line(stage, &line, rf, out), lines[i].name);
         print(lines[i].name, out, 2 * OUT * M);
     }
 }
@@ -94,35 +131,36 @@ static void delay(void) {
 static void delay_halved(void) {
     bonebeam_delay_parameters parameters = delay_parameters;
     parameters.sampling_rate = 100e6;
-    if (bonebeam_delay_scratch(&parameters) > SCRATCH) exit(2);
-    bonebeam_delay *stage;
-    check(bonebeam_delay_init(delay_storage, sizeof delay_storage, &parameters, &stage), "delay");
-    check(bonebeam_delay_line(stage, &focused, rf, scratch, SCRATCH, out), "delay-halved");
+    bonebeam_delay *stage = delay_stage(&parameters);
+    check(bonebeam_delay_line(stage, &focused, rf, out), "delay-halved");
     print("delay-halved", out, 2 * OUT * M);
 }
 
 /* The focused wave through a filter in single precision; then a stage that is changed in place. */
 static void delay_in_f32(void) {
     static bonebeam_complex again[OUT * M];
-    bonebeam_delay *stage;
-    check(bonebeam_delay_init_in_f32(delay_storage, sizeof delay_storage, &delay_parameters, &stage),
-          "delay in f32");
-    check(bonebeam_delay_line(stage, &focused, rf, scratch, SCRATCH, out), "delay-filter-f32");
+    bonebeam_delay_parameters single = delay_parameters;
+    single.single_precision = 1;
+    bonebeam_delay *stage = delay_stage(&single);
+    check(bonebeam_delay_line(stage, &focused, rf, out), "delay-filter-f32");
     print("delay-filter-f32", out, 2 * OUT * M);
 
-    /* There and back. */
-    bonebeam_delay_parameters faster = delay_parameters;
-    faster.sound_speed = 1600.0;
-    check(bonebeam_delay_set_in_f32(stage, &faster), "delay set");
-    check(bonebeam_delay_line(stage, &focused, rf, scratch, SCRATCH, again), "delay set");
+    /* There and back. What is refused on the way changes nothing. */
+    bonebeam_delay_parameters other = single;
+    other.sound_speed = 1600.0;
+    check(bonebeam_delay_set(stage, &other), "delay set");
+    check(bonebeam_delay_line(stage, &focused, rf, again), "delay set");
     int faults = memcmp(out, again, sizeof out) == 0;
-    faster.record_samples = 0;
-    faults += bonebeam_delay_set(stage, &faster) != BONEBEAM_STATUS_PARAMETER;
-    check(bonebeam_delay_set_in_f32(stage, &delay_parameters), "delay set");
-    check(bonebeam_delay_line(stage, &focused, rf, scratch, SCRATCH, again), "delay set");
+    check(bonebeam_delay_set(stage, &single), "delay set");
+    other.record_samples = 0;
+    faults += bonebeam_delay_set(stage, &other) != BONEBEAM_STATUS_PARAMETER;
+    other.record_samples = RECORD;
+    other.output_samples = 2 * OUT;
+    faults += bonebeam_delay_set(stage, &other) != BONEBEAM_STATUS_STORAGE;
+    check(bonebeam_delay_line(stage, &focused, rf, again), "delay set");
     faults += memcmp(out, again, sizeof out) != 0;
     check(bonebeam_delay_set(stage, &delay_parameters), "delay set");
-    check(bonebeam_delay_line(stage, &focused, rf, scratch, SCRATCH, again), "delay set");
+    check(bonebeam_delay_line(stage, &focused, rf, again), "delay set");
     faults += memcmp(out, again, sizeof out) == 0;
     if (faults) {
         printf("%d of the changed stages are not as they should be\n", faults);
@@ -134,8 +172,7 @@ static void delay_in_f32(void) {
 static void rays(void) {
     static bonebeam_element elements[M];
     static const double delays[M] = {0.0, 0.1e-6, 0.2e-6, NAN, 0.2e-6, 0.3e-6, 0.1e-6, 0.0};
-    bonebeam_delay *stage;
-    check(bonebeam_delay_init(delay_storage, sizeof delay_storage, &delay_parameters, &stage), "delay");
+    bonebeam_delay *stage = delay_stage(&delay_parameters);
     check(bonebeam_convex_array(0.3e-3, 20e-3, elements, M), "convex array");
     bonebeam_scan_line line = {
         .wave.law = BONEBEAM_LAW_SOURCE,
@@ -146,13 +183,13 @@ static void rays(void) {
         .pitch = 0.3e-3,
         .active = {1, 6},
     };
-    check(bonebeam_normal(&line, M, 5.3), "normal");
-    check(bonebeam_delay_line(stage, &line, rf, scratch, SCRATCH, out), "delay-ray-source");
+    check(bonebeam_normal(elements, M, line.pitch, 5.3, &line.origin), "normal");
+    check(bonebeam_delay_line(stage, &line, rf, out), "delay-ray-source");
     print("delay-ray-source", out, 2 * OUT * M);
     line.wave.law = BONEBEAM_LAW_DELAYS;
     line.wave.delays = delays;
     line.add = 1;
-    check(bonebeam_delay_line(stage, &line, rf, scratch, SCRATCH, out), "delay-ray-source-delays");
+    check(bonebeam_delay_line(stage, &line, rf, out), "delay-ray-source-delays");
     print("delay-ray-source-delays", out, 2 * OUT * M);
 }
 
@@ -162,20 +199,20 @@ static int16_t thousandths(float x) {
 }
 
 static int16_t counts[LENGTH][2];
+static const bonebeam_iq_record counted = {
+    .counts = counts[0], .scale = 1e-3f, .layout = BONEBEAM_LAYOUT_INTERLEAVED};
 
 /* The delay stage from I/Q: the snapshots as 32 elements of 48 samples, interleaved as they are; and the
  * same as counts of a thousandth. */
 static void iq(void) {
-    enum { LINE = 40, LAGS = 7 * ELEMENTS };
-    static alignas(BONEBEAM_IQ_ALIGN) unsigned char storage[BONEBEAM_IQ_SIZE];
+    enum { LINE = 40 };
     static double element_x[ELEMENTS];
-    static float lags[LAGS];
     static bonebeam_complex aligned[LINE * ELEMENTS];
-    static const char *const names[] = {"iq-linear", "iq-cubic", "iq-sinc"};
-    bonebeam_iq_parameters parameters = {
+    static const char *const names[] = {"iq-linear", "iq-cubic", "iq-sinc", "iq-counts"};
+    bonebeam_delay_parameters parameters = {
         .sound_speed = 1540.0,
         .sampling_rate = 10e6,
-        .demodulation_frequency = 5.1e6,
+        .frequency = 5.1e6,
         .output_rate = 12e6,
         .output_start = 0.4e-6,
         .output_samples = LINE,
@@ -187,8 +224,7 @@ static void iq(void) {
         .wave.x = 1e-3,
         .wave.z = -4e-3,
         .wave.t0 = 0.1e-6,
-        .x = 0.2e-3,
-        .steering = 0.4,
+        .origin = {.x = 0.2e-3, .angle = 0.4},
         .element_x = element_x,
         .active = {3, 27},
     };
@@ -197,63 +233,47 @@ static void iq(void) {
         counts[i][0] = thousandths(snapshots[i].re);
         counts[i][1] = thousandths(snapshots[i].im);
     }
+    const bonebeam_iq_record floats = {.samples = snapshots, .layout = BONEBEAM_LAYOUT_INTERLEAVED};
     bonebeam_iq *stage;
     /* Linear, which the counts are read by, comes first and last. */
     for (int i = 0; i < 4; i++) {
         parameters.reading = i % 3;
-        if (bonebeam_iq_scratch(&parameters) > LAGS) exit(2);
-        check(bonebeam_iq_init(storage, sizeof storage, &parameters, &stage), "iq");
-        if (i < 3) {
-            check(bonebeam_iq_line(stage, &line, snapshots, BONEBEAM_LAYOUT_INTERLEAVED, lags,
-                                   LAGS, aligned),
-                  names[i]);
-            print(names[i], aligned, 2 * LINE * ELEMENTS);
-        } else {
-            check(bonebeam_iq_line_counts(stage, &line, counts[0], 1e-3f,
-                                          BONEBEAM_LAYOUT_INTERLEAVED, lags, LAGS, aligned),
-                  "iq-counts");
-            print("iq-counts", aligned, 2 * LINE * ELEMENTS);
-        }
+        stage = iq_stage(&parameters);
+        check(bonebeam_iq_line(stage, &line, i < 3 ? &floats : &counted, aligned), names[i]);
+        print(names[i], aligned, 2 * LINE * ELEMENTS);
     }
     /* In fixed point: along the ray, then straight down. */
     bonebeam_scan_line down = line;
     down.wave.law = BONEBEAM_LAW_FOCUSED;
-    down.x = 0.3e-3;
-    down.steering = 0.0;
+    down.origin = (bonebeam_element){.x = 0.3e-3};
     parameters.reading = BONEBEAM_READING_LINEAR_FIXED;
-    check(bonebeam_iq_init(storage, sizeof storage, &parameters, &stage), "iq-fixed");
-    check(bonebeam_iq_line_counts(stage, &line, counts[0], 1e-3f, BONEBEAM_LAYOUT_INTERLEAVED, lags,
-                                  LAGS, aligned),
-          "iq-fixed");
+    stage = iq_stage(&parameters);
+    check(bonebeam_iq_line(stage, &line, &counted, aligned), "iq-fixed");
     print("iq-fixed", aligned, 2 * LINE * ELEMENTS);
-    check(bonebeam_iq_line_counts(stage, &down, counts[0], 1e-3f, BONEBEAM_LAYOUT_INTERLEAVED, lags,
-                                  LAGS, aligned),
-          "iq-fixed-down");
+    check(bonebeam_iq_line(stage, &down, &counted, aligned), "iq-fixed-down");
     print("iq-fixed-down", aligned, 2 * LINE * ELEMENTS);
 }
 
-/* Lines of I/Q in stretches shorter than the aperture's growth, each of two waves. */
+/* Lines of I/Q in blocks shorter than the aperture's growth, each of two waves. */
 static void iq_lines(void) {
-    enum { OUTPUTS = 44, STRETCH = 7, HELD = STRETCH + 2, LAGS = 7 * ELEMENTS };
-    static alignas(BONEBEAM_IQ_LINES_ALIGN) unsigned char storage[BONEBEAM_IQ_LINES_SIZE];
-    static alignas(BONEBEAM_32_16_ALIGN) unsigned char work[BONEBEAM_32_16_SIZE];
-    static float lags[LAGS];
-    static bonebeam_complex aligned[HELD * ELEMENTS], z[OUTPUTS];
+    enum { OUTPUTS = 44 };
+    static bonebeam_complex z[OUTPUTS];
     bonebeam_iq_scan scan = {
-        .elements = ELEMENTS,
-        .pitch = 0.2e-3,
+        .delay =
+            {
+                .sound_speed = 1540.0,
+                .sampling_rate = 10e6,
+                .frequency = 5.1e6,
+                .output_rate = 12e6,
+                .output_start = 0.4e-6,
+                .output_samples = OUTPUTS,
+                .elements = ELEMENTS,
+                .record_samples = SAMPLES,
+                .reading = BONEBEAM_READING_SINC,
+            },
+        .aperture = {.elements = ELEMENTS, .pitch = 0.2e-3, .f_number = 0.7, .min_elements = 8},
         .lines = {-1.1e-3, 1.1e-3, 3},
-        .sound_speed = 1540.0,
-        .centre_frequency = 5e6,
-        .sampling_rate = 10e6,
-        .record_samples = SAMPLES,
-        .demodulation_frequency = 5.1e6,
-        .reading = BONEBEAM_READING_SINC,
-        .output_rate = 12e6,
-        .start = 0.4e-6,
-        .end = 4.0e-6,
-        .f_number = 0.7,
-        .min_elements = 8,
+        .block = 7,
     };
     const bonebeam_beamform_parameters parameters = {
         .method = BONEBEAM_METHOD_MV,
@@ -262,19 +282,13 @@ static void iq_lines(void) {
         .subaperture_ratio = 0.5,
     };
     const bonebeam_iq_wave waves[2] = {
-        {{.law = BONEBEAM_LAW_PLANE, .angle = -0.1, .t0 = 0.1e-6}, counts[0], 1e-3f, BONEBEAM_LAYOUT_INTERLEAVED},
-        {{.law = BONEBEAM_LAW_PLANE, .angle = 0.15, .t0 = 0.1e-6}, counts[0], 1e-3f, BONEBEAM_LAYOUT_INTERLEAVED},
+        {{.law = BONEBEAM_LAW_PLANE, .angle = -0.1, .t0 = 0.1e-6}, counted},
+        {{.law = BONEBEAM_LAW_PLANE, .angle = 0.15, .t0 = 0.1e-6}, counted},
     };
-    const bonebeam_line_memory memory = {STRETCH, lags, aligned};
     static const char *const names[] = {"pipeline-iq-left", "pipeline-iq-middle"};
-    bonebeam_iq_lines *lines;
-    bonebeam_32_16 *own;
-    check(bonebeam_iq_lines_init(storage, sizeof storage, &scan, &parameters, &lines), "iq lines");
-    check(bonebeam_32_16_init(work, sizeof work, &parameters, &own), "init");
-    bonebeam_line_lengths lengths = bonebeam_iq_lines_lengths(lines, STRETCH);
-    if (lengths.samples != OUTPUTS || lengths.scratch != LAGS || lengths.aligned != HELD * ELEMENTS) exit(2);
+    bonebeam_iq_lines *lines = lines_of(&scan, &parameters);
     for (int i = 0; i < 2; i++) {
-        check(bonebeam_32_16_iq_line(own, lines, i, waves, 2, &memory, z), names[i]);
+        check(bonebeam_iq_lines_line(lines, i, waves, 2, z), names[i]);
         print(names[i], z, 2 * OUTPUTS);
     }
 
@@ -282,17 +296,23 @@ static void iq_lines(void) {
     static bonebeam_complex gated[OUTPUTS];
     scan.gate_from = 1e-3;
     scan.gate_to = 2e-3;
-    check(bonebeam_iq_lines_init(storage, sizeof storage, &scan, &parameters, &lines), "gate");
-    check(bonebeam_32_16_iq_line(own, lines, 1, waves, 2, &memory, gated), "gate");
+    lines = lines_of(&scan, &parameters);
+    check(bonebeam_iq_lines_line(lines, 1, waves, 2, gated), "gate");
     int faults = 0;
     for (int n = 0; n < OUTPUTS; n++) {
-        double depth = 1540.0 * (scan.start + n / scan.output_rate) / 2.0;
+        double depth = 1540.0 * (scan.delay.output_start + n / scan.delay.output_rate) / 2.0;
         int inside = depth >= scan.gate_from && depth <= scan.gate_to;
         faults += (memcmp(&gated[n], &z[n], sizeof z[n]) == 0) != inside;
     }
-    faults += bonebeam_32_16_iq_line(own, lines, 3, waves, 2, &memory, z) == BONEBEAM_STATUS_OK;
-    faults += bonebeam_32_16_iq_line(own, lines, 0, waves, 17, &memory, z) != BONEBEAM_STATUS_CAPACITY;
-    faults += bonebeam_32_16_iq_line(own, lines, 0, waves, 0, &memory, z) != BONEBEAM_STATUS_PARAMETER;
+    faults += bonebeam_iq_lines_line(lines, 3, waves, 2, z) == BONEBEAM_STATUS_OK;
+    faults += bonebeam_iq_lines_line(lines, 0, waves, 17, z) != BONEBEAM_STATUS_CAPACITY;
+    faults += bonebeam_iq_lines_line(lines, 0, waves, 0, z) != BONEBEAM_STATUS_PARAMETER;
+    /* Of another number of elements, and so late that samples cannot be told apart. */
+    scan.aperture.elements = ELEMENTS - 1;
+    faults += bonebeam_iq_lines_bytes(&scan, &parameters) != 0;
+    scan.aperture.elements = ELEMENTS;
+    scan.delay.output_start = 1e12;
+    faults += bonebeam_iq_lines_new(memory, FAST, &scan, &parameters, &lines) != BONEBEAM_STATUS_PARAMETER;
     if (faults) {
         printf("%d of the lines of I/Q are not as they should be\n", faults);
         exit(1);
@@ -301,9 +321,8 @@ static void iq_lines(void) {
 
 /* The beamformers at 32/16 with K = 2. */
 static void beamform(void) {
-    static alignas(8) unsigned char storage[BONEBEAM_FORWARD_32_16_SIZE];
     static bonebeam_complex z[SAMPLES];
-    static bonebeam_active all[SAMPLES], growing[SAMPLES];
+    static bonebeam_range all[SAMPLES], growing[SAMPLES];
     static const struct {
         const char *name;
         bonebeam_method method;
@@ -328,12 +347,13 @@ static void beamform(void) {
     double depths[SAMPLES];
     for (int n = 0; n < SAMPLES; n++) {
         depths[n] = 2e-3 + n * 0.3e-3;
-        all[n] = (bonebeam_active){0, ELEMENTS};
+        all[n] = (bonebeam_range){0, ELEMENTS};
     }
     check(bonebeam_active_elements(&aperture, 9.5, depths, SAMPLES, growing), "aperture");
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const bonebeam_beamform_parameters parameters = {
             .method = cases[i].method,
+            .covariance = cases[i].forward ? BONEBEAM_COVARIANCE_FORWARD : BONEBEAM_COVARIANCE_FORWARD_BACKWARD,
             .beta = 0.1f,
             .rank = 3,
             .steps = 8,
@@ -341,17 +361,9 @@ static void beamform(void) {
             .diagonal_loading = 0.05f,
             .subaperture_ratio = 0.5,
         };
-        const bonebeam_active *active = cases[i].grows ? growing : all;
-        if (cases[i].forward) {
-            bonebeam_forward_32_16 *own;
-            check(bonebeam_forward_32_16_init(storage, sizeof storage, &parameters, &own), "init");
-            check(bonebeam_forward_32_16_line(own, snapshots, SAMPLES, ELEMENTS, active, z),
-                  cases[i].name);
-        } else {
-            bonebeam_32_16 *own;
-            check(bonebeam_32_16_init(storage, sizeof storage, &parameters, &own), "init");
-            check(bonebeam_32_16_line(own, snapshots, SAMPLES, ELEMENTS, active, z), cases[i].name);
-        }
+        const bonebeam_range *active = cases[i].grows ? growing : all;
+        bonebeam_beamformer *own = beamformer(&parameters, ELEMENTS);
+        check(bonebeam_beamformer_line(own, snapshots, SAMPLES, ELEMENTS, active, NULL, z), cases[i].name);
         print(cases[i].name, z, 2 * SAMPLES);
     }
 
@@ -362,19 +374,17 @@ static void beamform(void) {
         .diagonal_loading = 0.05f,
         .subaperture_ratio = 0.5,
     };
-    const bonebeam_samples gate = {13, 38};
-    bonebeam_32_16 *own;
-    check(bonebeam_32_16_init(storage, sizeof storage, &parameters, &own), "init");
-    check(bonebeam_32_16_line_within(own, snapshots, SAMPLES, ELEMENTS, growing, &gate, z),
-          "mv-depth-gate");
+    const bonebeam_range gate = {13, 25};
+    bonebeam_beamformer *own = beamformer(&parameters, ELEMENTS);
+    check(bonebeam_beamformer_line(own, snapshots, SAMPLES, ELEMENTS, growing, &gate, z), "mv-depth-gate");
     print("mv-depth-gate", z, 2 * SAMPLES);
 
     /* The first four elements' samples over and over again: covariances of rank 4 at most, without loading. */
     static bonebeam_complex periodic[LENGTH];
     for (int n = 0; n < LENGTH; n++) periodic[n] = snapshots[n - n % ELEMENTS + n % ELEMENTS % 4];
     parameters.diagonal_loading = 0.0f;
-    check(bonebeam_32_16_init(storage, sizeof storage, &parameters, &own), "init");
-    check(bonebeam_32_16_line(own, periodic, SAMPLES, ELEMENTS, all, z), "mv-singular");
+    own = beamformer(&parameters, ELEMENTS);
+    check(bonebeam_beamformer_line(own, periodic, SAMPLES, ELEMENTS, all, NULL, z), "mv-singular");
     print("mv-singular", z, 2 * SAMPLES);
 }
 
@@ -410,8 +420,7 @@ static unsigned ridge(int at, int top) {
 
 /* Two bright ridges that cross, on speckle. */
 static void phase_symmetry(void) {
-    enum { FAST = 2 * 2 * SIDE * SIDE + 3 * SIDE, SLOW = 2 * SIDE * (SIDE / 2 + 1) + 3 * PIXELS };
-    static float pixels[PIXELS], fast[FAST], slow[SLOW], map[PIXELS];
+    static float pixels[PIXELS], map[PIXELS];
     static const double scales[] = {1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0};
     static const size_t strips[] = {1, 5, 16, SIDE};
     for (uint32_t n = 0; n < PIXELS; n++) {
@@ -428,42 +437,92 @@ static void phase_symmetry(void) {
             .scale_count = 3,
             .threshold = 3.0f,
         };
-        bonebeam_lengths lengths = bonebeam_phase_symmetry_lengths(&parameters);
-        if (lengths.fast > FAST || lengths.slow > SLOW || lengths.map > PIXELS) exit(2);
+        size_t bytes = fits(bonebeam_phase_symmetry_bytes(&parameters), FAST);
+        size_t slow_bytes = fits(bonebeam_phase_symmetry_slow_bytes(&parameters), SLOW);
+        bonebeam_phase_symmetry *own;
         char name[32];
         snprintf(name, sizeof name, "phase-symmetry-strip-%u", (unsigned)strips[i]);
-        check(bonebeam_phase_symmetry(&parameters, pixels, fast, slow, map), name);
+        check(bonebeam_phase_symmetry_new(memory, bytes, slow, slow_bytes, &parameters, &own), name);
+        check(bonebeam_phase_symmetry_map(own, pixels, map), name);
         print(name, map, PIXELS);
     }
 }
 
-/* What must be refused is. */
+/* What must be refused is. Each kind of object has its memory to the byte. */
 static void refusals(void) {
-    static alignas(8) unsigned char storage[BONEBEAM_16_8_SIZE];
-    bonebeam_16_8 *own = NULL;
+    const size_t align = BONEBEAM_ALIGN;
+    const bonebeam_status pointer = BONEBEAM_STATUS_POINTER, storage = BONEBEAM_STATUS_STORAGE;
+    int faults = 0;
+    bonebeam_beamformer *own = NULL;
     bonebeam_beamform_parameters parameters = {
         .method = BONEBEAM_METHOD_MV,
         .temporal_half_window = 2,
         .diagonal_loading = 0.05f,
         .subaperture_ratio = 0.5,
     };
-    bonebeam_complex z[1] = {{7.0f, 7.0f}};
-    const bonebeam_active all = {0, 16};
-    int faults = 0;
-    faults += bonebeam_16_8_init(NULL, sizeof storage, &parameters, &own) != BONEBEAM_STATUS_POINTER;
-    faults += bonebeam_16_8_init(storage + 1, sizeof storage - 1, &parameters, &own) != BONEBEAM_STATUS_POINTER;
-    faults += bonebeam_16_8_init(storage, 100, &parameters, &own) != BONEBEAM_STATUS_STORAGE;
+    size_t bytes = bonebeam_beamformer_bytes(&parameters, 16);
+    faults += bonebeam_beamformer_new(NULL, bytes, &parameters, 16, &own) != pointer;
+    faults += bonebeam_beamformer_new(memory + align / 2, bytes, &parameters, 16, &own) != pointer;
+    faults += bonebeam_beamformer_new(memory, bytes - 1, &parameters, 16, &own) != storage;
+    faults += bonebeam_beamformer_new(memory, 0, &parameters, 16, &own) != storage;
+    faults += bonebeam_beamformer_new(memory, FAST, &parameters, SIZE_MAX, &own) != storage;
+    faults += bonebeam_beamformer_new(memory, bytes, NULL, 16, &own) != pointer;
+    faults += bonebeam_beamformer_new(memory, bytes, &parameters, 16, NULL) != pointer;
+    faults += bonebeam_beamformer_bytes(NULL, 16) != 0;
+    faults += bonebeam_beamformer_bytes(&parameters, SIZE_MAX) != SIZE_MAX;
+    parameters.covariance = 2;
+    faults += bonebeam_beamformer_new(memory, FAST, &parameters, 16, &own) != BONEBEAM_STATUS_PARAMETER;
+    parameters.covariance = BONEBEAM_COVARIANCE_FORWARD_BACKWARD;
     parameters.method = 77;
-    faults += bonebeam_16_8_init(storage, sizeof storage, &parameters, &own) != BONEBEAM_STATUS_PARAMETER;
-    parameters.method = BONEBEAM_METHOD_DAS;
-    parameters.temporal_half_window = 0;
+    faults += bonebeam_beamformer_new(memory, FAST, &parameters, 16, &own) != BONEBEAM_STATUS_PARAMETER;
+    faults += bonebeam_beamformer_bytes(&parameters, 16) != 0;
     faults += own != NULL;
-    check(bonebeam_16_8_init(storage, sizeof storage, &parameters, &own), "init");
-    faults += bonebeam_16_8_line(own, NULL, 1, 16, &all, z) != BONEBEAM_STATUS_POINTER;
-    faults += bonebeam_16_8_line(own, snapshots, SIZE_MAX, 16, &all, z) != BONEBEAM_STATUS_LENGTH;
-    const bonebeam_active beyond = {1, 16};
-    faults += bonebeam_16_8_line(own, snapshots, 1, 16, &beyond, z) != BONEBEAM_STATUS_PARAMETER;
+
+    bonebeam_complex z[1] = {{7.0f, 7.0f}};
+    const bonebeam_range all = {0, 16}, beyond = {1, 16};
+    parameters.method = BONEBEAM_METHOD_MV;
+    parameters.temporal_half_window = 0;
+    own = beamformer(&parameters, 15);
+    faults += bonebeam_beamformer_line(own, snapshots, 1, 16, &all, NULL, z) != BONEBEAM_STATUS_CAPACITY;
+    parameters.method = BONEBEAM_METHOD_DAS;
+    own = beamformer(&parameters, 16);
+    faults += bonebeam_beamformer_line(own, NULL, 1, 16, &all, NULL, z) != pointer;
+    faults += bonebeam_beamformer_line(own, snapshots, SIZE_MAX, 16, &all, NULL, z) != BONEBEAM_STATUS_LENGTH;
+    faults += bonebeam_beamformer_line(own, snapshots, 1, 16, &beyond, NULL, z) != BONEBEAM_STATUS_PARAMETER;
     faults += z[0].re != 7.0f;
+
+    bonebeam_delay *delay = NULL;
+    bytes = bonebeam_delay_bytes(&delay_parameters);
+    faults += bonebeam_delay_new(memory + align / 2, bytes, &delay_parameters, &delay) != pointer;
+    faults += bonebeam_delay_new(memory, bytes - 1, &delay_parameters, &delay) != storage;
+    faults += bonebeam_delay_new(memory, 0, &delay_parameters, &delay) != storage;
+    faults += delay != NULL;
+    bonebeam_iq *iq = NULL;
+    bytes = bonebeam_iq_bytes(&delay_parameters);
+    faults += bonebeam_iq_new(memory + align / 2, bytes, &delay_parameters, &iq) != pointer;
+    faults += bonebeam_iq_new(memory, bytes - 1, &delay_parameters, &iq) != storage;
+    faults += iq != NULL;
+    const bonebeam_iq_scan scan = {
+        .delay = delay_parameters,
+        .aperture = {.elements = M, .pitch = 0.3e-3, .f_number = 1.0, .min_elements = 2},
+        .lines = {0.0, 1e-3, 1},
+        .block = 1,
+    };
+    bonebeam_iq_lines *lines = NULL;
+    bytes = bonebeam_iq_lines_bytes(&scan, &parameters);
+    faults += bonebeam_iq_lines_new(memory + align / 2, bytes, &scan, &parameters, &lines) != pointer;
+    faults += bonebeam_iq_lines_new(memory, bytes - 1, &scan, &parameters, &lines) != storage;
+    faults += lines != NULL;
+    const double scale = 0.125;
+    const bonebeam_phase_symmetry_parameters filters = {
+        .rows = SIDE, .columns = SIDE, .strip = 1, .scales = &scale, .scale_count = 1};
+    bonebeam_phase_symmetry *bank = NULL;
+    bytes = bonebeam_phase_symmetry_bytes(&filters);
+    faults += bonebeam_phase_symmetry_new(memory, bytes, NULL, SLOW, &filters, &bank) != pointer;
+    faults += bonebeam_phase_symmetry_new(memory, bytes - 1, slow, SLOW, &filters, &bank) != storage;
+    bytes = bonebeam_phase_symmetry_slow_bytes(&filters);
+    faults += bonebeam_phase_symmetry_new(memory, FAST, slow, bytes - 1, &filters, &bank) != storage;
+    faults += bank != NULL;
     if (faults) {
         printf("%d refusals are not as they should be\n", faults);
         exit(1);

@@ -1,6 +1,6 @@
 //! Lines to an image: envelope, decibels, pixels, median.
 
-use crate::memory::{array, array_mut, one};
+use crate::memory::{array, array_mut, complex, one};
 use crate::status::{Status, status};
 use crate::{Axis, Complex};
 use bonebeam::geometry;
@@ -16,10 +16,7 @@ impl Axis {
     }
 }
 
-/// `|z|` of `length` samples.
-///
-/// # Safety
-/// `z` and `out` lead to `length` numbers.
+/// Computes `|z|` of `length` samples.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_envelope(
     z: *const Complex,
@@ -27,39 +24,31 @@ pub unsafe extern "C" fn bonebeam_envelope(
     out: *mut f32,
 ) -> Status {
     status(|| {
-        // SAFETY: by the caller's promise. The core's complex number is two floats as well.
-        let (z, out): (&[bonebeam::Complex<f32>], _) =
-            unsafe { (array(z.cast(), length)?, array_mut(out, length)?) };
+        // SAFETY: by the caller's promise.
+        let (z, out) = unsafe { (complex(z, length)?, array_mut(out, length)?) };
         Ok(envelope(z, out)?)
     })
 }
 
-/// The largest of `length` envelopes; 0 for a null pointer.
-///
-/// # Safety
-/// `envelopes` leads to `length` numbers.
+/// Returns the largest of `length` envelopes; 0 for a null pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_largest(envelopes: *const f32, length: usize) -> f32 {
     // SAFETY: by the caller's promise.
     unsafe { array(envelopes, length) }.map_or(0.0, largest)
 }
 
-/// How decibels are worked out.
-#[repr(i32)]
+/// The computation of decibels.
+#[repr(C)]
 #[derive(Clone, Copy)]
 pub enum Logarithm {
-    /// By libm's logarithm.
+    /// libm's logarithm.
     Exact = 0,
-    /// By a polynomial: a third of the instructions, within the error that `Logarithm::Polynomial` in the core's
-    /// documentation states.
+    /// A polynomial, a third of the instructions. `Logarithm::Polynomial` in the core's documentation has the error.
     Polynomial = 1,
 }
 
-/// Grey levels 0 to 255: decibels relative to `reference`, of which `dynamic_range` dB are shown.
-/// `logarithm`: one of `bonebeam_logarithm`, as a number; any other is refused.
-///
-/// # Safety
-/// `envelopes` and `out` lead to `length` numbers.
+/// Computes grey levels 0 to 255: decibels relative to `reference`, of which `dynamic_range` dB are shown.
+/// `logarithm` is one of `bonebeam_logarithm`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_log_compression(
     logarithm: i32,
@@ -87,10 +76,7 @@ pub unsafe extern "C" fn bonebeam_log_compression(
     })
 }
 
-/// Grey levels of lines, `[beam][sample]`, as pixels `[row][column]`; 0 beyond the lines.
-///
-/// # Safety
-/// The axes lead to what they say; `levels` to beams · samples numbers, `out` to rows · columns.
+/// Resamples grey levels of lines, `[beam][sample]`, to pixels `[row][column]`; 0 beyond the lines.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_resample(
     levels: *const f32,
@@ -115,10 +101,7 @@ pub unsafe extern "C" fn bonebeam_resample(
     })
 }
 
-/// The median of 3 × 3 pixels.
-///
-/// # Safety
-/// `image` and `out` lead to rows · columns numbers.
+/// Computes the median of 3 × 3 pixels, for an image `[row][column]`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_median(
     image: *const f32,

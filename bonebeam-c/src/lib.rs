@@ -1,11 +1,12 @@
 //! The bonebeam core for C.
 //!
-//! Storage is the caller's, of constant size and alignment, and set up in place. Nothing is allocated,
-//! nothing unwinds. A function that can fail returns a [`Status`] and leaves its outputs alone; pointers
-//! must be aligned, may be null only where that is said, and outputs must not overlap inputs. The header
-//! is `include/bonebeam.h`.
+//! An object lives in bytes of the caller's, whose number follows from its configuration at run time. Nothing
+//! is allocated, nothing unwinds. A function that can fail returns a [`Status`]. The header is
+//! `include/bonebeam.h`: its first comment states what a caller promises of pointers, once for all functions.
 
 #![no_std]
+// Stated once, in the header's first comment.
+#![allow(clippy::missing_safety_doc)]
 
 mod beamformer;
 mod delay;
@@ -16,12 +17,14 @@ mod memory;
 mod phase_symmetry;
 mod scan_line;
 mod status;
+mod workspace;
 
 pub use beamformer::*;
 pub use delay::*;
 pub use image::*;
 pub use iq::*;
 pub use iq_lines::*;
+pub use memory::BONEBEAM_ALIGN;
 pub use phase_symmetry::*;
 pub use scan_line::*;
 pub use status::*;
@@ -36,13 +39,13 @@ pub struct Complex {
     pub im: f32,
 }
 
-/// Consecutive active elements.
+/// Consecutive elements or samples.
 #[repr(C)]
 #[derive(Clone, Copy)]
-pub struct Active {
-    /// The first of them.
+pub struct Range {
+    /// The first one.
     pub first: usize,
-    /// How many.
+    /// Their number.
     pub count: usize,
 }
 
@@ -52,10 +55,19 @@ pub struct Active {
 pub struct Axis {
     /// The position of index 0, m.
     pub first: f64,
-    /// From one index to the next, m; positive.
+    /// The distance of neighbours, m; positive.
     pub step: f64,
-    /// How many positions there are.
+    /// The number of positions.
     pub count: usize,
+}
+
+impl Range {
+    pub(crate) fn active(&self) -> bonebeam::geometry::Active {
+        bonebeam::geometry::Active {
+            first: self.first,
+            count: self.count,
+        }
+    }
 }
 
 #[cfg(all(feature = "panic-handler", not(test)))]

@@ -1,10 +1,15 @@
-//! C's pointers as slices, with what can be checked of them checked.
+//! C's pointers as references, and an object's parts in the caller's bytes.
 
+use crate::Complex;
 use crate::status::Status;
-use core::mem::align_of;
+use bonebeam::simd::ComplexVector;
+use core::ffi::c_void;
 use core::slice;
 
-/// The number that a pointer leads to.
+/// Alignment, bytes, of the memory of every object.
+pub const BONEBEAM_ALIGN: usize = 64;
+
+/// The value that a pointer leads to.
 ///
 /// # Safety
 /// If it is not null, it leads to a `T` that nobody writes meanwhile.
@@ -28,10 +33,10 @@ pub unsafe fn one_mut<'a, T>(pointer: *mut T) -> Result<&'a mut T, Status> {
     unsafe { pointer.as_mut() }.ok_or(Status::Pointer)
 }
 
-/// `length` numbers from a pointer on.
+/// `length` values from a pointer on.
 ///
 /// # Safety
-/// If it is not null, so many numbers stand there, and nobody writes them meanwhile.
+/// If it is not null, so many values stand there, and nobody writes them meanwhile.
 pub unsafe fn array<'a, T>(pointer: *const T, length: usize) -> Result<&'a [T], Status> {
     fits(pointer, length)?;
     // SAFETY: by the caller's promise; aligned, not null, and no longer than memory.
@@ -41,11 +46,35 @@ pub unsafe fn array<'a, T>(pointer: *const T, length: usize) -> Result<&'a [T], 
 /// [`array`], to be written.
 ///
 /// # Safety
-/// If it is not null, so many numbers stand there, and nobody else uses them meanwhile.
+/// If it is not null, so many values stand there, and nobody else uses them meanwhile.
 pub unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize) -> Result<&'a mut [T], Status> {
     fits(pointer, length)?;
     // SAFETY: by the caller's promise; aligned, not null, and no longer than memory.
     Ok(unsafe { slice::from_raw_parts_mut(pointer, length) })
+}
+
+/// [`array`] of the core's complex numbers, which are two floats as well.
+///
+/// # Safety
+/// As [`array`].
+pub unsafe fn complex<'a>(
+    pointer: *const Complex,
+    length: usize,
+) -> Result<&'a [bonebeam::Complex<f32>], Status> {
+    // SAFETY: by the caller's promise.
+    unsafe { array(pointer.cast(), length) }
+}
+
+/// [`complex`], to be written.
+///
+/// # Safety
+/// As [`array_mut`].
+pub unsafe fn complex_mut<'a>(
+    pointer: *mut Complex,
+    length: usize,
+) -> Result<&'a mut [bonebeam::Complex<f32>], Status> {
+    // SAFETY: by the caller's promise.
+    unsafe { array_mut(pointer.cast(), length) }
 }
 
 fn fits<T>(pointer: *const T, length: usize) -> Result<(), Status> {
@@ -58,13 +87,82 @@ fn fits<T>(pointer: *const T, length: usize) -> Result<(), Status> {
     }
 }
 
-/// Storage of the caller's as a place for a `T`.
-pub fn place<T>(storage: *mut core::ffi::c_void, bytes: usize) -> Result<*mut T, Status> {
-    if storage.is_null() || !storage.addr().is_multiple_of(align_of::<T>()) {
-        return Err(Status::Pointer);
+/// Bytes of `count` values in an object's memory, up to full multiples of [`BONEBEAM_ALIGN`]; `usize::MAX`
+/// if no memory holds them.
+pub fn bytes_of<T>(count: usize) -> usize {
+    let bytes = count.saturating_mul(size_of::<T>());
+    bytes
+        .checked_next_multiple_of(BONEBEAM_ALIGN)
+        .unwrap_or(usize::MAX)
+}
+
+/// The sum, `usize::MAX` if it is larger.
+pub fn sum(parts: &[usize]) -> usize {
+    let add = |sum: usize, &part: &usize| sum.saturating_add(part);
+    parts.iter().fold(0, add)
+}
+
+/// A type of which zeros are a value.
+///
+/// # Safety
+/// It is made of floats alone.
+pub unsafe trait Zeros {}
+// SAFETY: a float.
+unsafe impl Zeros for f32 {}
+// SAFETY: two floats.
+unsafe impl Zeros for ComplexVector<f32> {}
+// SAFETY: two floats.
+unsafe impl Zeros for bonebeam::Complex<f32> {}
+
+/// The caller's bytes, of which an object takes its parts one after the other.
+pub struct Bytes {
+    first: *mut u8,
+    left: usize,
+}
+
+impl Bytes {
+    /// # Safety
+    /// If `memory` is not null, so many `bytes` stand there, and only the object uses them from now on. What
+    /// is taken of them lives as long as the object, whatever its lifetime says.
+    pub unsafe fn new(memory: *mut c_void, bytes: usize) -> Result<Self, Status> {
+        if memory.is_null() || !memory.addr().is_multiple_of(BONEBEAM_ALIGN) {
+            return Err(Status::Pointer);
+        }
+        if bytes > isize::MAX as usize {
+            return Err(Status::Length);
+        }
+        Ok(Bytes {
+            first: memory.cast(),
+            left: bytes,
+        })
     }
-    if bytes < size_of::<T>() {
-        return Err(Status::Storage);
+
+    /// A place for so many values: aligned, and of nobody else.
+    pub fn place<T>(&mut self, count: usize) -> Result<*mut T, Status> {
+        const { assert!(align_of::<T>() <= BONEBEAM_ALIGN) };
+        let bytes = bytes_of::<T>(count);
+        let Some(left) = self.left.checked_sub(bytes) else {
+            return Err(Status::Storage);
+        };
+        let place = self.first.cast();
+        // SAFETY: no further than the end of the caller's bytes.
+        self.first = unsafe { self.first.add(bytes) };
+        self.left = left;
+        Ok(place)
     }
-    Ok(storage.cast())
+
+    /// So many zeros.
+    pub fn zeros<T: Zeros>(&mut self, count: usize) -> Result<&'static mut [T], Status> {
+        let place: *mut T = self.place(count)?;
+        // SAFETY: a place of its own; zeros are values.
+        unsafe {
+            place.write_bytes(0, count);
+            Ok(slice::from_raw_parts_mut(place, count))
+        }
+    }
+
+    /// All bytes that are left, as floats.
+    pub fn rest(&mut self) -> Result<&'static mut [f32], Status> {
+        self.zeros(self.left / BONEBEAM_ALIGN * (BONEBEAM_ALIGN / size_of::<f32>()))
+    }
 }

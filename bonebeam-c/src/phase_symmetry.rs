@@ -1,13 +1,14 @@
 //! Phase symmetry of an image, in strips.
 
-use crate::memory::{array, array_mut, one};
+use crate::memory::{Bytes, array, array_mut, bytes_of, one, one_mut, sum};
 use crate::status::{Status, status};
 use bonebeam::Complex;
 use bonebeam::phase_symmetry::{
     External, Kernels, LogGabor, Microfft, Parameters, PhaseSymmetry, Sizes, StripSlices,
 };
+use core::ffi::c_void;
 
-/// What phase symmetry is asked for.
+/// The parameters of phase symmetry.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct PhaseSymmetryParameters {
@@ -15,135 +16,140 @@ pub struct PhaseSymmetryParameters {
     pub rows: usize,
     /// Columns of the image, likewise.
     pub columns: usize,
-    /// How many rows or columns are worked on at a time: memory, never the result.
+    /// Rows or columns that are transformed at a time. It changes memory and time, never the map.
     pub strip: usize,
-    /// The filters' centre frequencies r₀, cycles a pixel.
+    /// Centre frequencies r₀ of the filters, cycles a pixel.
     pub scales: *const f64,
-    /// How many, 1 to 8.
+    /// The number of scales, 1 to 8.
     pub scale_count: usize,
     /// The noise threshold T_n, grey levels.
     pub threshold: f32,
 }
 
-/// How many floats of each kind of memory it takes.
-#[repr(C)]
-#[derive(Clone, Copy, Default)]
-pub struct PhaseSymmetryLengths {
-    /// Fast: what a strip reads, what it gives, a line and a filter's gains, all in one array.
-    pub fast: usize,
-    /// Slow: spectrum, filtered image and the denominator, all in one array.
-    pub slow: usize,
-    /// The map, as large as the image.
-    pub map: usize,
-}
-
-fn sizes(parameters: &PhaseSymmetryParameters) -> Sizes {
-    Sizes {
-        rows: parameters.rows,
-        columns: parameters.columns,
-        strip: parameters.strip,
+impl PhaseSymmetryParameters {
+    fn sizes(&self) -> Sizes {
+        Sizes {
+            rows: self.rows,
+            columns: self.columns,
+            strip: self.strip,
+        }
     }
 }
 
-/// The memory that phase symmetry takes; all 0 where the parameters are null.
-///
-/// # Safety
-/// `parameters` leads to what it says.
+/// Phase symmetry of images of one size.
+pub struct PhaseSymmetryObject {
+    bank: PhaseSymmetry,
+    strip: StripSlices<'static, f32>,
+    spectrum: &'static mut [f32],
+    filtered: &'static mut [f32],
+    amplitude: &'static mut [f32],
+}
+
+/// Returns the bytes of phase symmetry that are best in fast memory: they grow with the strip.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn bonebeam_phase_symmetry_lengths(
+pub unsafe extern "C" fn bonebeam_phase_symmetry_bytes(
     parameters: *const PhaseSymmetryParameters,
-) -> PhaseSymmetryLengths {
+) -> usize {
     // SAFETY: by the caller's promise.
-    match unsafe { one(parameters) } {
-        Ok(parameters) => lengths(&sizes(parameters)),
-        Err(_) => PhaseSymmetryLengths::default(),
-    }
+    unsafe { one(parameters) }.map_or(0, |parameters| {
+        let sizes = parameters.sizes();
+        sum(&[
+            bytes_of::<PhaseSymmetryObject>(1),
+            bytes_of::<f32>(sizes.strip_len()),
+            bytes_of::<f32>(sizes.sums_len()),
+            bytes_of::<Complex<f32>>(sizes.line_len()),
+            bytes_of::<f32>(sizes.gains_len()),
+        ])
+    })
 }
 
-fn lengths(sizes: &Sizes) -> PhaseSymmetryLengths {
-    let sum = |parts: &[usize]| {
-        parts
-            .iter()
-            .fold(0usize, |sum, &part| sum.saturating_add(part))
-    };
-    PhaseSymmetryLengths {
-        fast: sum(&[
-            sizes.strip_len(),
-            sizes.sums_len(),
-            sizes.line_len().saturating_mul(2),
-            sizes.gains_len(),
-        ]),
-        slow: sum(&[
-            sizes.spectrum_len(),
-            sizes.filtered_len(),
-            sizes.amplitude_len(),
-        ]),
-        map: sizes.symmetry_len(),
-    }
-}
-
-/// The map of an image 0 to 255, `[row][column]`: at least 0 and below 1.
-///
-/// `fast` and `slow` have the lengths of
-/// `bonebeam_phase_symmetry_lengths`; their contents are irrelevant.
-///
-/// # Safety
-/// `parameters->scales` leads to `scale_count` numbers; `image` and `map` to
-/// rows · columns; `fast` and `slow` to their lengths.
+/// Returns the bytes of phase symmetry that may be in slow memory: they grow with the image.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn bonebeam_phase_symmetry(
+pub unsafe extern "C" fn bonebeam_phase_symmetry_slow_bytes(
     parameters: *const PhaseSymmetryParameters,
+) -> usize {
+    // SAFETY: by the caller's promise.
+    unsafe { one(parameters) }.map_or(0, |parameters| {
+        let sizes = parameters.sizes();
+        sum(&[
+            bytes_of::<f32>(sizes.spectrum_len()),
+            bytes_of::<f32>(sizes.filtered_len()),
+            bytes_of::<f32>(sizes.amplitude_len()),
+        ])
+    })
+}
+
+/// Places phase symmetry in `memory` and `slow`. The scales are not used afterwards.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bonebeam_phase_symmetry_new(
+    memory: *mut c_void,
+    bytes: usize,
+    slow: *mut c_void,
+    slow_bytes: usize,
+    parameters: *const PhaseSymmetryParameters,
+    phase_symmetry: *mut *mut PhaseSymmetryObject,
+) -> Status {
+    status(|| {
+        // SAFETY: by the caller's promise.
+        let (parameters, out) = unsafe { (one(parameters)?, one_mut(phase_symmetry)?) };
+        // SAFETY: by the caller's promise.
+        let (mut fast, mut slow, scales) = unsafe {
+            (
+                Bytes::new(memory, bytes)?,
+                Bytes::new(slow, slow_bytes)?,
+                array(parameters.scales, parameters.scale_count)?,
+            )
+        };
+        let sizes = parameters.sizes();
+        let place: *mut PhaseSymmetryObject = fast.place(1)?;
+        let object = PhaseSymmetryObject {
+            bank: PhaseSymmetry::new(&Parameters {
+                sizes,
+                scales,
+                threshold: parameters.threshold,
+            })?,
+            strip: StripSlices {
+                strip: fast.zeros(sizes.strip_len())?,
+                sums: fast.zeros(sizes.sums_len())?,
+                line: fast.zeros(sizes.line_len())?,
+                gains: fast.zeros(sizes.gains_len())?,
+            },
+            spectrum: slow.zeros(sizes.spectrum_len())?,
+            filtered: slow.zeros(sizes.filtered_len())?,
+            amplitude: slow.zeros(sizes.amplitude_len())?,
+        };
+        // SAFETY: a place for it.
+        unsafe { place.write(object) };
+        *out = place;
+        Ok(())
+    })
+}
+
+/// Computes the map of an image of grey levels 0 to 255: at least 0, below 1. Both are `[row][column]`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn bonebeam_phase_symmetry_map(
+    phase_symmetry: *mut PhaseSymmetryObject,
     image: *const f32,
-    fast: *mut f32,
-    slow: *mut f32,
     map: *mut f32,
 ) -> Status {
     status(|| {
         // SAFETY: by the caller's promise.
-        let parameters = unsafe { one(parameters)? };
+        let own = unsafe { one_mut(phase_symmetry)? };
+        let pixels = own.bank.sizes().image_len();
         // SAFETY: by the caller's promise.
-        let scales = unsafe { array(parameters.scales, parameters.scale_count)? };
-        let sizes = sizes(parameters);
-        let bank = PhaseSymmetry::new(&Parameters {
-            sizes,
-            scales,
-            threshold: parameters.threshold,
-        })?;
-        let lengths = lengths(&sizes);
-        // SAFETY: by the caller's promise.
-        let (mut image, fast, slow, mut map) = unsafe {
-            (
-                array(image, sizes.image_len())?,
-                array_mut(fast, lengths.fast)?,
-                array_mut(slow, lengths.slow)?,
-                array_mut(map, lengths.map)?,
-            )
-        };
-        let (strip, fast) = fast.split_at_mut(sizes.strip_len());
-        let (sums, fast) = fast.split_at_mut(sizes.sums_len());
-        let (line, gains) = fast.split_at_mut(2 * sizes.line_len());
-        // SAFETY: as many complex numbers, each of two floats, which are not used besides.
-        let line: &mut [Complex<f32>] =
-            unsafe { array_mut(line.as_mut_ptr().cast(), sizes.line_len())? };
-        let (mut spectrum, slow) = slow.split_at_mut(sizes.spectrum_len());
-        let (mut filtered, mut amplitude) = slow.split_at_mut(sizes.filtered_len());
+        let (mut image, mut map) = unsafe { (array(image, pixels)?, array_mut(map, pixels)?) };
         let kernels = Kernels {
             fft: &Microfft,
             gains: &LogGabor::fixed(),
         };
         let mut external = External {
             image: &mut image,
-            spectrum: &mut spectrum,
-            filtered: &mut filtered,
-            amplitude: &mut amplitude,
+            spectrum: &mut own.spectrum,
+            filtered: &mut own.filtered,
+            amplitude: &mut own.amplitude,
             symmetry: &mut map,
         };
-        let mut memory = StripSlices {
-            strip,
-            sums,
-            line,
-            gains,
-        };
-        Ok(bank.run(&kernels, &mut external, &mut memory, &mut |_| {})?)
+        let strip = &mut own.strip;
+        Ok(own.bank.run(&kernels, &mut external, strip, &mut |_| {})?)
     })
 }

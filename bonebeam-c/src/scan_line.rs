@@ -1,36 +1,36 @@
 //! A scan line of one transmit: the wave, the ray, the array.
 
-use crate::Active;
+use crate::Range;
 use crate::memory::{array, array_mut, one_mut};
 use crate::status::{Status, status};
 use bonebeam::focus::{Compounding, ScanLine as CoreLine};
 use bonebeam::geometry::{self, Array, Ray, Transmit, TransmitLaw};
 
-/// How the transmit wave travels.
-#[repr(i32)]
+/// The transmitted waves.
+#[repr(C)]
 #[derive(Clone, Copy)]
 pub enum Law {
-    /// A focused beam: the line lies on its axis.
+    /// A beam focused along the line.
     Focused = 0,
-    /// A plane wave at the angle `angle`.
+    /// A plane wave at `angle`.
     Plane = 1,
-    /// One element, at `x`, `z`.
+    /// A single element at `x`, `z`.
     Element = 2,
-    /// A wave that goes to the point at `x`, `z`, or comes from it where that lies behind the array, `z` ≤ 0.
+    /// A virtual source at `x`, `z`. `z` ≤ 0: diverging. `z` > 0: converging on it, then diverging.
     Source = 3,
-    /// The first wave that arrives of elements that fire at `delays`.
+    /// The first arrival from elements that fire at `delays`.
     Delays = 4,
 }
 
-/// An element: where it is, and where it looks.
+/// A position and a direction: of an element, or of a line where it leaves.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Element {
-    /// Its lateral position, m.
+    /// Lateral position, m.
     pub x: f64,
-    /// Its depth, m.
+    /// Depth, m.
     pub z: f64,
-    /// The angle of its normal from straight down, rad; positive looks towards positive x.
+    /// Angle from straight down, rad; positive towards positive x: of an element that of its normal.
     pub angle: f64,
 }
 
@@ -40,17 +40,17 @@ const _: () = assert!(size_of::<Element>() == size_of::<geometry::Element>());
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Wave {
-    /// One of `bonebeam_law`, as a number: any other is refused.
+    /// One of `bonebeam_law`.
     pub law: i32,
-    /// Of a plane wave, rad; positive towards positive x.
+    /// `PLANE`: angle from straight down, rad; positive towards positive x.
     pub angle: f64,
-    /// Of the transmitting element, or of the source, m.
+    /// `ELEMENT`, `SOURCE`: lateral position, m.
     pub x: f64,
-    /// The same, depth, m.
+    /// `ELEMENT`, `SOURCE`: depth, m.
     pub z: f64,
-    /// Of `DELAYS`: when each element fires, s, as many as the stage has elements; NaN for one that does not.
+    /// `DELAYS`: the time at which each element fires, s; NaN for a silent element.
     pub delays: *const f64,
-    /// Time of record sample 0 from the moment the wave would pass the law's origin, s.
+    /// Time of record sample 0 after the wave passes the law's origin, s.
     pub t0: f64,
 }
 
@@ -60,22 +60,17 @@ pub struct Wave {
 pub struct ScanLine {
     /// The transmit.
     pub wave: Wave,
-    /// Where the line leaves, m.
-    pub x: f64,
-    /// The same, depth, m.
-    pub z: f64,
-    /// Its angle from straight down, rad; positive towards positive x.
-    pub steering: f64,
-    /// Of a linear array: lateral positions of the elements, m, ascending and evenly spaced; as many as the stage
-    /// has. Null for an array of another kind.
+    /// Where the line leaves, and its direction.
+    pub origin: Element,
+    /// Linear array: lateral positions of all elements, m, ascending and evenly spaced. Null for other arrays.
     pub element_x: *const f64,
-    /// Of another array: its elements along a line or an arc, from left to right; as many as the stage has.
+    /// Other arrays: all elements along a line or an arc, from left to right.
     pub elements: *const Element,
-    /// From one of those to the next along the array, m.
+    /// Other arrays: the distance of neighbouring elements along the array, m.
     pub pitch: f64,
     /// The elements to compute.
-    pub active: Active,
-    /// Not 0: add to what the output holds, as the next of several transmits.
+    pub active: Range,
+    /// Not 0 adds to the output, for the second and later ones of several transmits.
     pub add: i32,
 }
 
@@ -117,12 +112,9 @@ impl ScanLine {
         };
         Ok(CoreLine {
             transmit,
-            ray: Ray::new(self.x, self.z, self.steering),
+            ray: Ray::new(self.origin.x, self.origin.z, self.origin.angle),
             array,
-            active: geometry::Active {
-                first: self.active.first,
-                count: self.active.count,
-            },
+            active: self.active.active(),
             compounding: if self.add == 0 {
                 Compounding::Replace
             } else {
@@ -144,10 +136,7 @@ unsafe fn any_array<'a>(
     Ok(Array::At { elements, pitch })
 }
 
-/// The elements of a convex array, `pitch` m apart along an arc of `radius` m whose middle is at x = 0, z = 0.
-///
-/// # Safety
-/// `elements` leads to `count` of them.
+/// Computes the elements of a convex array, `pitch` m apart along an arc of `radius` m with its middle at x = 0, z = 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_convex_array(
     pitch: f64,
@@ -167,20 +156,22 @@ pub unsafe extern "C" fn bonebeam_convex_array(
     })
 }
 
-/// Lets a line leave along the array's normal at `place`, in elements from element 0: its `x`, `z` and
-/// `steering`, from its `elements` and `pitch`.
-///
-/// # Safety
-/// `line` leads to a line, its `elements` to `count` of them.
+/// Computes the origin of a line along the array's normal at `position`, in elements from element 0. The array has
+/// `count` elements, `pitch` m apart.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn bonebeam_normal(line: *mut ScanLine, count: usize, place: f64) -> Status {
+pub unsafe extern "C" fn bonebeam_normal(
+    elements: *const Element,
+    count: usize,
+    pitch: f64,
+    position: f64,
+    origin: *mut Element,
+) -> Status {
     status(|| {
         // SAFETY: by the caller's promise.
-        let line = unsafe { one_mut(line)? };
-        // SAFETY: by the caller's promise.
-        let array = unsafe { any_array(line.elements, count, line.pitch)? };
-        let ray = array.normal(place);
-        (line.x, line.z, line.steering) = (ray.x(), ray.z(), ray.angle());
+        let (array, origin) = unsafe { (any_array(elements, count, pitch)?, one_mut(origin)?) };
+        let ray = array.normal(position);
+        let (x, z, angle) = (ray.x(), ray.z(), ray.angle());
+        *origin = Element { x, z, angle };
         Ok(())
     })
 }

@@ -3,7 +3,7 @@
 use bonebeam::Error;
 use core::ffi::{CStr, c_char};
 
-/// What a call came to. Only 0 leaves something in the outputs.
+/// The result of a call.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
@@ -11,9 +11,9 @@ pub enum Status {
     Ok = 0,
     /// A parameter is outside its range.
     Parameter = 1,
-    /// An array has another length than the shapes ask for.
+    /// An array does not have the length that the shapes ask for.
     Length = 2,
-    /// A size exceeds what there is room for.
+    /// A size exceeds a capacity.
     Capacity = 3,
     /// An input sample is NaN or infinite.
     NonFinite = 4,
@@ -21,7 +21,7 @@ pub enum Status {
     Memory = 5,
     /// A pointer is null or not aligned.
     Pointer = 6,
-    /// The storage is smaller than its constant.
+    /// The object's memory is smaller than its `_bytes` function says.
     Storage = 7,
     /// An error that this version has no number for.
     Other = 8,
@@ -40,7 +40,7 @@ impl From<Error> for Status {
     }
 }
 
-/// Work that may be refused, as C sees it.
+/// The result of `work`, as C sees it.
 pub(crate) fn status(work: impl FnOnce() -> Result<(), Status>) -> Status {
     match work() {
         Ok(()) => Status::Ok,
@@ -48,18 +48,18 @@ pub(crate) fn status(work: impl FnOnce() -> Result<(), Status>) -> Status {
     }
 }
 
-/// What a status means, in English; for logs. Any number may be asked for.
+/// Returns the meaning of a status in English, for logs. `status` may be any number.
 #[unsafe(no_mangle)]
 pub extern "C" fn bonebeam_status_text(status: i32) -> *const c_char {
     const TEXTS: [&CStr; 9] = [
         c"done",
         c"a parameter is outside its range",
-        c"an array has another length than the shapes ask for",
-        c"a size exceeds what there is room for",
+        c"an array does not have the length that the shapes ask for",
+        c"a size exceeds a capacity",
         c"an input sample is NaN or infinite",
         c"external memory could not be read or written",
         c"a pointer is null or not aligned",
-        c"the storage is smaller than its constant",
+        c"the object's memory is smaller than its _bytes function says",
         c"an error that this version has no number for",
     ];
     let text = usize::try_from(status).ok().and_then(|i| TEXTS.get(i));
