@@ -1,6 +1,6 @@
 //! The beamformers: from aligned samples to a line.
 
-use crate::memory::{Bytes, array, array_mut, bytes_of, complex, complex_mut, one, one_mut, sum};
+use crate::memory::{array, array_mut, bytes_of, complex, complex_mut, new, one, one_mut, sum};
 use crate::status::{Status, status};
 use crate::workspace::Workspace;
 use crate::{Complex, Range};
@@ -137,18 +137,16 @@ pub unsafe extern "C" fn bonebeam_active_elements(
     count: usize,
     active: *mut Range,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let (shape, depths) = unsafe { (one(aperture)?, array(depths, count)?) };
-        // SAFETY: by the caller's promise.
-        let active = unsafe { array_mut(active, count)? };
+    // SAFETY: by the caller's promise.
+    status(|| unsafe {
+        let (shape, depths) = (one(aperture)?, array(depths, count)?);
         let aperture = Aperture::new(ApertureParameters {
             elements: shape.elements,
             pitch: shape.pitch,
             f_number: shape.f_number,
             min_elements: shape.min_elements,
         })?;
-        for (active, &depth) in active.iter_mut().zip(depths) {
+        for (active, &depth) in array_mut(active, count)?.iter_mut().zip(depths) {
             let geometry::Active { first, count } = aperture.active(beam, depth);
             *active = Range { first, count };
         }
@@ -184,24 +182,18 @@ pub unsafe extern "C" fn bonebeam_beamformer_new(
     elements: usize,
     beamformer: *mut *mut BeamformerObject,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let (parameters, out) = unsafe { (one(parameters)?, one_mut(beamformer)?) };
-        // SAFETY: by the caller's promise.
-        let mut bytes = unsafe { Bytes::new(memory, bytes)? };
-        let (beamformer, _) = parameters.plan(elements)?;
-        let sizes = beamformer.sizes(elements);
-        let place: *mut BeamformerObject = bytes.place(1)?;
-        let workspace = Workspace::new(&mut bytes, sizes, parameters.covariance()?)?;
-        let object = BeamformerObject {
-            beamformer,
-            workspace,
-        };
-        // SAFETY: a place for it.
-        unsafe { place.write(object) };
-        *out = place;
-        Ok(())
-    })
+    // SAFETY: by the caller's promise.
+    unsafe {
+        new(memory, bytes, beamformer, |bytes| {
+            let parameters = one(parameters)?;
+            let (beamformer, _) = parameters.plan(elements)?;
+            let sizes = beamformer.sizes(elements);
+            Ok(BeamformerObject {
+                beamformer,
+                workspace: Workspace::new(bytes, sizes, parameters.covariance()?)?,
+            })
+        })
+    }
 }
 
 /// Beamforms a line: `z[n]` from the aligned samples `x[n·elements]` to `x[n·elements + elements - 1]`, of which
@@ -219,31 +211,23 @@ pub unsafe extern "C" fn bonebeam_beamformer_line(
     adaptive: *const Range,
     z: *mut Complex,
 ) -> Status {
-    status(|| {
+    // SAFETY: by the caller's promise.
+    status(|| unsafe {
         let length = samples.checked_mul(elements).ok_or(Status::Length)?;
-        // SAFETY: by the caller's promise.
-        let (own, x, z) = unsafe {
-            (
-                one_mut(beamformer)?,
-                complex(x, length)?,
-                complex_mut(z, samples)?,
-            )
-        };
-        // SAFETY: by the caller's promise.
-        let active = unsafe { array(active, samples)? };
-        let adaptive = match adaptive.is_null() {
-            true => 0..samples,
-            false => {
-                // SAFETY: by the caller's promise.
-                let gate = unsafe { one(adaptive)? };
-                gate.first..gate.first.saturating_add(gate.count)
-            }
-        };
+        let BeamformerObject {
+            beamformer: by,
+            workspace,
+        } = one_mut(beamformer)?;
+        let x = AlignedLine::new(complex(x, length)?, elements)?;
+        let z = complex_mut(z, samples)?;
+        let active = array(active, samples)?;
         let none = geometry::Active { first: 0, count: 0 };
         let active = |n: usize| active.get(n).map_or(none, Range::active);
-        let x = AlignedLine::new(x, elements)?;
-        let by = &own.beamformer;
-        match &mut own.workspace {
+        let adaptive = match adaptive.is_null() {
+            true => 0..samples,
+            false => one(adaptive)?.samples(),
+        };
+        match workspace {
             Workspace::Forward(w) => by.line_within(w, x, active, adaptive, z)?,
             Workspace::ForwardBackward(w) => by.line_within(w, x, active, adaptive, z)?,
         }

@@ -2,7 +2,7 @@
 
 use crate::Complex;
 use crate::iq::Reading;
-use crate::memory::{Bytes, array, bytes_of, complex_mut, one, one_mut, sum};
+use crate::memory::{array, bytes_of, complex_mut, new, one, one_mut, sum};
 use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
 use bonebeam::focus::{Delay, DelayParameters as Rf, IqParameters as Iq, Record};
@@ -69,11 +69,11 @@ impl DelayParameters {
 
 /// A delay stage for RF.
 pub struct DelayStage {
-    stage: Delay,
+    stage: &'static mut Delay,
     scratch: &'static mut [f32],
 }
 
-/// Copied to a new stage's place, since one that is made elsewhere would pass over the stack. Any valid stage.
+/// The stage that a new one is copied from, and then set: one that is made elsewhere would pass over the stack.
 static ANY: Delay = match Delay::new(Rf {
     sound_speed: 1540.0,
     sampling_rate: 20e6,
@@ -109,7 +109,11 @@ pub unsafe extern "C" fn bonebeam_delay_bytes(parameters: *const DelayParameters
     // SAFETY: by the caller's promise.
     unsafe { one(parameters) }.map_or(0, |parameters| {
         let scratch = parameters.rf().scratch_len(1);
-        sum(&[bytes_of::<DelayStage>(1), bytes_of::<f32>(scratch)])
+        sum(&[
+            bytes_of::<DelayStage>(1),
+            bytes_of::<Delay>(1),
+            bytes_of::<f32>(scratch),
+        ])
     })
 }
 
@@ -121,23 +125,17 @@ pub unsafe extern "C" fn bonebeam_delay_new(
     parameters: *const DelayParameters,
     delay: *mut *mut DelayStage,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let (parameters, out) = unsafe { (one(parameters)?, one_mut(delay)?) };
-        // SAFETY: by the caller's promise.
-        let mut bytes = unsafe { Bytes::new(memory, bytes)? };
-        let place: *mut DelayStage = bytes.place(1)?;
-        let scratch = bytes.rest()?;
-        // SAFETY: a place for it, which is filled before it is referred to.
-        let stage = unsafe {
-            (&raw mut (*place).stage).copy_from_nonoverlapping(&raw const ANY, 1);
-            (&raw mut (*place).scratch).write(scratch);
-            &mut *place
-        };
-        stage.set(parameters)?;
-        *out = place;
-        Ok(())
-    })
+    // SAFETY: by the caller's promise.
+    unsafe {
+        new(memory, bytes, delay, |bytes| {
+            let mut delay = DelayStage {
+                stage: bytes.copy(&ANY)?,
+                scratch: bytes.rest()?,
+            };
+            delay.set(one(parameters)?)?;
+            Ok(delay)
+        })
+    }
 }
 
 /// Changes a stage's parameters. The filters are kept if rates, frequency, taps and precision stay the same; a
@@ -161,21 +159,14 @@ pub unsafe extern "C" fn bonebeam_delay_line(
     rf: *const f32,
     out: *mut Complex,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let (DelayStage { stage, scratch }, line) = unsafe { (one_mut(delay)?, one(line)?) };
+    // SAFETY: by the caller's promise.
+    status(|| unsafe {
+        let DelayStage { stage, scratch } = one_mut(delay)?;
         let p = stage.parameters();
+        let line = one(line)?.core(p.elements)?;
         // The stage has checked that these products are possible.
-        let (recorded, aligned) = (p.elements * p.record_samples, p.elements * p.output_samples);
-        // SAFETY: by the caller's promise.
-        let (rf, line, out) = unsafe {
-            (
-                array(rf, recorded)?,
-                line.core(p.elements)?,
-                complex_mut(out, aligned)?,
-            )
-        };
-        let record = Record::new(rf, p.elements)?;
+        let record = Record::new(array(rf, p.elements * p.record_samples)?, p.elements)?;
+        let out = complex_mut(out, p.elements * p.output_samples)?;
         let scratch = scratch.get_mut(..p.scratch_len(1)).ok_or(Status::Length)?;
         Ok(stage.line(0.0f32, &line, &record, scratch, out)?)
     })

@@ -16,6 +16,10 @@ impl Axis {
     }
 }
 
+fn product(a: usize, b: usize) -> Result<usize, Status> {
+    a.checked_mul(b).ok_or(Status::Length)
+}
+
 /// Computes `|z|` of `length` samples.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_envelope(
@@ -23,11 +27,8 @@ pub unsafe extern "C" fn bonebeam_envelope(
     length: usize,
     out: *mut f32,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let (z, out) = unsafe { (complex(z, length)?, array_mut(out, length)?) };
-        Ok(envelope(z, out)?)
-    })
+    // SAFETY: by the caller's promise.
+    status(|| unsafe { Ok(envelope(complex(z, length)?, array_mut(out, length)?)?) })
 }
 
 /// Returns the largest of `length` envelopes; 0 for a null pointer.
@@ -58,14 +59,14 @@ pub unsafe extern "C" fn bonebeam_log_compression(
     dynamic_range: f32,
     out: *mut f32,
 ) -> Status {
-    status(|| {
+    // SAFETY: by the caller's promise.
+    status(|| unsafe {
         let by = match logarithm {
             by if by == Logarithm::Exact as i32 => image::Logarithm::Exact,
             by if by == Logarithm::Polynomial as i32 => image::Logarithm::Polynomial,
             _ => return Err(Status::Parameter),
         };
-        // SAFETY: by the caller's promise.
-        let (envelopes, out) = unsafe { (array(envelopes, length)?, array_mut(out, length)?) };
+        let (envelopes, out) = (array(envelopes, length)?, array_mut(out, length)?);
         Ok(log_compression_with(
             by,
             envelopes,
@@ -86,17 +87,12 @@ pub unsafe extern "C" fn bonebeam_resample(
     columns: *const Axis,
     out: *mut f32,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let [beams, samples, rows, columns] =
-            unsafe { [one(beams)?, one(samples)?, one(rows)?, one(columns)?] }.map(Axis::core);
-        let product = |a: usize, b: usize| a.checked_mul(b).ok_or(Status::Length);
-        let (read, written) = (
-            product(beams.count, samples.count)?,
-            product(rows.count, columns.count)?,
-        );
-        // SAFETY: by the caller's promise.
-        let (levels, out) = unsafe { (array(levels, read)?, array_mut(out, written)?) };
+    // SAFETY: by the caller's promise.
+    status(|| unsafe {
+        let axes = [one(beams)?, one(samples)?, one(rows)?, one(columns)?];
+        let [beams, samples, rows, columns] = axes.map(Axis::core);
+        let levels = array(levels, product(beams.count, samples.count)?)?;
+        let out = array_mut(out, product(rows.count, columns.count)?)?;
         Ok(resample(levels, beams, samples, rows, columns, out)?)
     })
 }
@@ -109,10 +105,10 @@ pub unsafe extern "C" fn bonebeam_median(
     columns: usize,
     out: *mut f32,
 ) -> Status {
-    status(|| {
-        let pixels = rows.checked_mul(columns).ok_or(Status::Length)?;
-        // SAFETY: by the caller's promise.
-        let (image, out) = unsafe { (array(image, pixels)?, array_mut(out, pixels)?) };
+    // SAFETY: by the caller's promise.
+    status(|| unsafe {
+        let pixels = product(rows, columns)?;
+        let (image, out) = (array(image, pixels)?, array_mut(out, pixels)?);
         Ok(median(0.0f32, image, columns, out)?)
     })
 }

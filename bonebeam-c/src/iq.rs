@@ -2,7 +2,7 @@
 
 use crate::Complex;
 use crate::delay::DelayParameters;
-use crate::memory::{Bytes, array, bytes_of, complex, complex_mut, one, one_mut, sum};
+use crate::memory::{array, bytes_of, complex, complex_mut, new, one, one_mut, sum};
 use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
 use bonebeam::focus::{IqDelay, IqLayout, IqParameters, IqReading, IqSamples};
@@ -112,19 +112,14 @@ pub unsafe extern "C" fn bonebeam_iq_new(
     parameters: *const DelayParameters,
     iq: *mut *mut IqStage,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let (parameters, out) = unsafe { (one(parameters)?, one_mut(iq)?) };
-        // SAFETY: by the caller's promise.
-        let mut bytes = unsafe { Bytes::new(memory, bytes)? };
-        let stage = IqDelay::new(parameters.iq()?)?;
-        let place: *mut IqStage = bytes.place(1)?;
-        let scratch = bytes.zeros(stage.parameters().scratch_len(1))?;
-        // SAFETY: a place for it.
-        unsafe { place.write(IqStage { stage, scratch }) };
-        *out = place;
-        Ok(())
-    })
+    // SAFETY: by the caller's promise.
+    unsafe {
+        new(memory, bytes, iq, |bytes| {
+            let stage = IqDelay::new(one(parameters)?.iq()?)?;
+            let scratch = bytes.zeros(stage.parameters().scratch_len(1))?;
+            Ok(IqStage { stage, scratch })
+        })
+    }
 }
 
 /// Aligns one scan line of I/Q: `out` as of `bonebeam_delay_line`.
@@ -135,19 +130,12 @@ pub unsafe extern "C" fn bonebeam_iq_line(
     record: *const IqRecord,
     out: *mut Complex,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let (IqStage { stage, scratch }, line, record) =
-            unsafe { (one_mut(iq)?, one(line)?, one(record)?) };
+    // SAFETY: by the caller's promise.
+    status(|| unsafe {
+        let IqStage { stage, scratch } = one_mut(iq)?;
         let p = stage.parameters();
-        // SAFETY: by the caller's promise.
-        let (line, record, out) = unsafe {
-            (
-                line.core(p.elements)?,
-                record.core(p)?,
-                complex_mut(out, p.elements * p.output_samples)?,
-            )
-        };
+        let (line, record) = (one(line)?.core(p.elements)?, one(record)?.core(p)?);
+        let out = complex_mut(out, p.elements * p.output_samples)?;
         Ok(stage.line(0.0f32, &line, &record, scratch, out)?)
     })
 }

@@ -3,7 +3,7 @@
 use crate::beamformer::{ApertureShape, BeamformParameters};
 use crate::delay::DelayParameters;
 use crate::iq::IqRecord;
-use crate::memory::{Bytes, array, bytes_of, complex_mut, one, one_mut, sum};
+use crate::memory::{array, bytes_of, complex_mut, new, one, one_mut, sum};
 use crate::scan_line::Wave;
 use crate::status::{Status, status};
 use crate::workspace::Workspace;
@@ -137,24 +137,19 @@ pub unsafe extern "C" fn bonebeam_iq_lines_new(
     beamformer: *const BeamformParameters,
     lines: *mut *mut IqLines,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let (scan, beamformer, out) = unsafe { (one(scan)?, one(beamformer)?, one_mut(lines)?) };
-        // SAFETY: by the caller's promise.
-        let mut bytes = unsafe { Bytes::new(memory, bytes)? };
-        let plan = scan.plan(beamformer)?;
-        let place: *mut IqLines = bytes.place(1)?;
-        let lines = IqLines {
-            pipeline: plan.pipeline,
-            scratch: bytes.zeros(plan.lengths.scratch)?,
-            aligned: bytes.zeros(plan.lengths.aligned)?,
-            workspace: Workspace::new(&mut bytes, plan.sizes, beamformer.covariance()?)?,
-        };
-        // SAFETY: a place for it.
-        unsafe { place.write(lines) };
-        *out = place;
-        Ok(())
-    })
+    // SAFETY: by the caller's promise.
+    unsafe {
+        new(memory, bytes, lines, |bytes| {
+            let (scan, beamformer) = (one(scan)?, one(beamformer)?);
+            let plan = scan.plan(beamformer)?;
+            Ok(IqLines {
+                pipeline: plan.pipeline,
+                scratch: bytes.zeros(plan.lengths.scratch)?,
+                aligned: bytes.zeros(plan.lengths.aligned)?,
+                workspace: Workspace::new(bytes, plan.sizes, beamformer.covariance()?)?,
+            })
+        })
+    }
 }
 
 /// Computes line `index`, the mean over `count` transmits. `z` has `output_samples` numbers; they may be changed in
@@ -167,17 +162,16 @@ pub unsafe extern "C" fn bonebeam_iq_lines_line(
     count: usize,
     z: *mut Complex,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let (own, waves) = unsafe { (one_mut(lines)?, array(waves, count)?) };
+    // SAFETY: by the caller's promise.
+    status(|| unsafe {
+        let (own, waves) = (one_mut(lines)?, array(waves, count)?);
         if count > BONEBEAM_IQ_WAVES {
             return Err(Status::Capacity);
         }
         let p = own.pipeline.delay().parameters();
         let mut records = [const { None }; BONEBEAM_IQ_WAVES];
         for (place, wave) in records.iter_mut().zip(waves) {
-            // SAFETY: by the caller's promise.
-            *place = unsafe { Some((wave.wave.core(p.elements)?, wave.record.core(p)?)) };
+            *place = Some((wave.wave.core(p.elements)?, wave.record.core(p)?));
         }
         let waves = records.iter().flatten();
         let waves = waves.map(|(transmit, record)| (*transmit, record));
@@ -185,8 +179,7 @@ pub unsafe extern "C" fn bonebeam_iq_lines_line(
             scratch: &mut *own.scratch,
             aligned: &mut *own.aligned,
         };
-        // SAFETY: by the caller's promise.
-        let z = unsafe { complex_mut(z, p.output_samples)? };
+        let z = complex_mut(z, p.output_samples)?;
         match &mut own.workspace {
             Workspace::Forward(w) => own.pipeline.line(index, waves, memory, w, z)?,
             Workspace::ForwardBackward(w) => own.pipeline.line(index, waves, memory, w, z)?,

@@ -62,6 +62,10 @@ pub struct Axis {
 }
 
 impl Range {
+    pub(crate) fn samples(&self) -> core::ops::Range<usize> {
+        self.first..self.first.saturating_add(self.count)
+    }
+
     pub(crate) fn active(&self) -> bonebeam::geometry::Active {
         bonebeam::geometry::Active {
             first: self.first,

@@ -1,7 +1,7 @@
 //! C's pointers as references, and an object's parts in the caller's bytes.
 
 use crate::Complex;
-use crate::status::Status;
+use crate::status::{Status, status};
 use bonebeam::simd::ComplexVector;
 use core::ffi::c_void;
 use core::slice;
@@ -114,6 +114,28 @@ unsafe impl Zeros for ComplexVector<f32> {}
 // SAFETY: two floats.
 unsafe impl Zeros for bonebeam::Complex<f32> {}
 
+/// Places an object in the caller's memory: it comes first, then what it takes of the bytes behind.
+///
+/// # Safety
+/// As [`Bytes::new`] and [`one_mut`].
+pub unsafe fn new<T>(
+    memory: *mut c_void,
+    bytes: usize,
+    handle: *mut *mut T,
+    object: impl FnOnce(&mut Bytes) -> Result<T, Status>,
+) -> Status {
+    status(|| {
+        // SAFETY: by the caller's promise.
+        let (handle, mut bytes) = unsafe { (one_mut(handle)?, Bytes::new(memory, bytes)?) };
+        let place: *mut T = bytes.place(1)?;
+        let object = object(&mut bytes)?;
+        // SAFETY: a place for it.
+        unsafe { place.write(object) };
+        *handle = place;
+        Ok(())
+    })
+}
+
 /// The caller's bytes, of which an object takes its parts one after the other.
 pub struct Bytes {
     first: *mut u8,
@@ -138,7 +160,7 @@ impl Bytes {
     }
 
     /// A place for so many values: aligned, and of nobody else.
-    pub fn place<T>(&mut self, count: usize) -> Result<*mut T, Status> {
+    fn place<T>(&mut self, count: usize) -> Result<*mut T, Status> {
         const { assert!(align_of::<T>() <= BONEBEAM_ALIGN) };
         let bytes = bytes_of::<T>(count);
         let Some(left) = self.left.checked_sub(bytes) else {
@@ -158,6 +180,17 @@ impl Bytes {
         unsafe {
             place.write_bytes(0, count);
             Ok(slice::from_raw_parts_mut(place, count))
+        }
+    }
+
+    /// A copy of a value, without its way over the stack.
+    pub fn copy<T>(&mut self, value: &T) -> Result<&'static mut T, Status> {
+        const { assert!(!core::mem::needs_drop::<T>()) };
+        let place: *mut T = self.place(1)?;
+        // SAFETY: a place of its own; two of what has nothing to drop are as good as one.
+        unsafe {
+            place.copy_from_nonoverlapping(value, 1);
+            Ok(&mut *place)
         }
     }
 

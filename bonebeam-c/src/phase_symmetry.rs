@@ -1,6 +1,6 @@
 //! Phase symmetry of an image, in strips.
 
-use crate::memory::{Bytes, array, array_mut, bytes_of, one, one_mut, sum};
+use crate::memory::{Bytes, array, array_mut, bytes_of, new, one, one_mut, sum};
 use crate::status::{Status, status};
 use bonebeam::Complex;
 use bonebeam::phase_symmetry::{
@@ -89,40 +89,30 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry_new(
     parameters: *const PhaseSymmetryParameters,
     phase_symmetry: *mut *mut PhaseSymmetryObject,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let (parameters, out) = unsafe { (one(parameters)?, one_mut(phase_symmetry)?) };
-        // SAFETY: by the caller's promise.
-        let (mut fast, mut slow, scales) = unsafe {
-            (
-                Bytes::new(memory, bytes)?,
-                Bytes::new(slow, slow_bytes)?,
-                array(parameters.scales, parameters.scale_count)?,
-            )
-        };
-        let sizes = parameters.sizes();
-        let place: *mut PhaseSymmetryObject = fast.place(1)?;
-        let object = PhaseSymmetryObject {
-            bank: PhaseSymmetry::new(&Parameters {
-                sizes,
-                scales,
-                threshold: parameters.threshold,
-            })?,
-            strip: StripSlices {
-                strip: fast.zeros(sizes.strip_len())?,
-                sums: fast.zeros(sizes.sums_len())?,
-                line: fast.zeros(sizes.line_len())?,
-                gains: fast.zeros(sizes.gains_len())?,
-            },
-            spectrum: slow.zeros(sizes.spectrum_len())?,
-            filtered: slow.zeros(sizes.filtered_len())?,
-            amplitude: slow.zeros(sizes.amplitude_len())?,
-        };
-        // SAFETY: a place for it.
-        unsafe { place.write(object) };
-        *out = place;
-        Ok(())
-    })
+    // SAFETY: by the caller's promise.
+    unsafe {
+        new(memory, bytes, phase_symmetry, |fast| {
+            let mut slow = Bytes::new(slow, slow_bytes)?;
+            let parameters = one(parameters)?;
+            let sizes = parameters.sizes();
+            Ok(PhaseSymmetryObject {
+                bank: PhaseSymmetry::new(&Parameters {
+                    sizes,
+                    scales: array(parameters.scales, parameters.scale_count)?,
+                    threshold: parameters.threshold,
+                })?,
+                strip: StripSlices {
+                    strip: fast.zeros(sizes.strip_len())?,
+                    sums: fast.zeros(sizes.sums_len())?,
+                    line: fast.zeros(sizes.line_len())?,
+                    gains: fast.zeros(sizes.gains_len())?,
+                },
+                spectrum: slow.zeros(sizes.spectrum_len())?,
+                filtered: slow.zeros(sizes.filtered_len())?,
+                amplitude: slow.zeros(sizes.amplitude_len())?,
+            })
+        })
+    }
 }
 
 /// Computes the map of an image of grey levels 0 to 255: at least 0, below 1. Both are `[row][column]`.
@@ -132,12 +122,11 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry_map(
     image: *const f32,
     map: *mut f32,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let own = unsafe { one_mut(phase_symmetry)? };
+    // SAFETY: by the caller's promise.
+    status(|| unsafe {
+        let own = one_mut(phase_symmetry)?;
         let pixels = own.bank.sizes().image_len();
-        // SAFETY: by the caller's promise.
-        let (mut image, mut map) = unsafe { (array(image, pixels)?, array_mut(map, pixels)?) };
+        let (mut image, mut map) = (array(image, pixels)?, array_mut(map, pixels)?);
         let kernels = Kernels {
             fft: &Microfft,
             gains: &LogGabor::fixed(),

@@ -115,10 +115,9 @@ impl ScanLine {
             ray: Ray::new(self.origin.x, self.origin.z, self.origin.angle),
             array,
             active: self.active.active(),
-            compounding: if self.add == 0 {
-                Compounding::Replace
-            } else {
-                Compounding::Add
+            compounding: match self.add {
+                0 => Compounding::Replace,
+                _ => Compounding::Add,
             },
         })
     }
@@ -144,12 +143,11 @@ pub unsafe extern "C" fn bonebeam_convex_array(
     elements: *mut Element,
     count: usize,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let elements = unsafe { array_mut(elements, count)? };
-        for (index, element) in elements.iter_mut().enumerate() {
-            let geometry::Element { x, z, angle } =
-                geometry::Element::convex(count, pitch, radius, index);
+    // SAFETY: by the caller's promise.
+    status(|| unsafe {
+        for (index, element) in array_mut(elements, count)?.iter_mut().enumerate() {
+            let at = geometry::Element::convex(count, pitch, radius, index);
+            let geometry::Element { x, z, angle } = at;
             *element = Element { x, z, angle };
         }
         Ok(())
@@ -166,12 +164,11 @@ pub unsafe extern "C" fn bonebeam_normal(
     position: f64,
     origin: *mut Element,
 ) -> Status {
-    status(|| {
-        // SAFETY: by the caller's promise.
-        let (array, origin) = unsafe { (any_array(elements, count, pitch)?, one_mut(origin)?) };
-        let ray = array.normal(position);
+    // SAFETY: by the caller's promise.
+    status(|| unsafe {
+        let ray = any_array(elements, count, pitch)?.normal(position);
         let (x, z, angle) = (ray.x(), ray.z(), ray.angle());
-        *origin = Element { x, z, angle };
+        *one_mut(origin)? = Element { x, z, angle };
         Ok(())
     })
 }
