@@ -307,11 +307,12 @@ static void iq_lines(void) {
     faults += bonebeam_iq_lines_line(lines, 3, waves, 2, z) == BONEBEAM_STATUS_OK;
     faults += bonebeam_iq_lines_line(lines, 0, waves, 17, z) != BONEBEAM_STATUS_CAPACITY;
     faults += bonebeam_iq_lines_line(lines, 0, waves, 0, z) != BONEBEAM_STATUS_PARAMETER;
-    /* Of another number of elements, and so late that samples cannot be told apart. */
+    /* Of another number of elements, and so late that doubles do not tell samples apart. */
     scan.aperture.elements = ELEMENTS - 1;
     faults += bonebeam_iq_lines_bytes(&scan, &parameters) != 0;
     scan.aperture.elements = ELEMENTS;
-    scan.delay.output_start = 1e12;
+    scan.gate_from = scan.gate_to = 0.0;
+    scan.delay.output_start = 4e9;
     faults += bonebeam_iq_lines_new(memory, FAST, &scan, &parameters, &lines) != BONEBEAM_STATUS_PARAMETER;
     if (faults) {
         printf("%d of the lines of I/Q are not as they should be\n", faults);
