@@ -327,21 +327,22 @@ static void beamform(void) {
     static const struct {
         const char *name;
         bonebeam_method method;
+        double argument;
         int forward, grows;
     } cases[] = {
-        {"das", BONEBEAM_METHOD_DAS, 0, 0},
-        {"mv", BONEBEAM_METHOD_MV, 0, 0},
-        {"esmv-rank1", BONEBEAM_METHOD_ESMV_RANK1, 0, 0},
-        {"esmv-beta", BONEBEAM_METHOD_ESMV_BETA, 0, 0},
-        {"esmv-rank3", BONEBEAM_METHOD_ESMV_RANK, 0, 0},
-        {"esmv-exclude-first", BONEBEAM_METHOD_ESMV_EXCLUDE_FIRST, 0, 0},
-        {"esmv-rank1-steps", BONEBEAM_METHOD_ESMV_RANK1_STEPS, 0, 0},
-        {"mv-forward", BONEBEAM_METHOD_MV, 1, 0},
-        {"esmv-rank1-forward", BONEBEAM_METHOD_ESMV_RANK1, 1, 0},
-        {"esmv-beta-forward", BONEBEAM_METHOD_ESMV_BETA, 1, 0},
-        {"esmv-exclude-first-forward", BONEBEAM_METHOD_ESMV_EXCLUDE_FIRST, 1, 0},
-        {"esmv-rank1-steps-forward", BONEBEAM_METHOD_ESMV_RANK1_STEPS, 1, 0},
-        {"mv-growing-aperture", BONEBEAM_METHOD_MV, 0, 1},
+        {"das", BONEBEAM_METHOD_DAS, 0, 0, 0},
+        {"mv", BONEBEAM_METHOD_MV, 0, 0, 0},
+        {"esmv-rank1", BONEBEAM_METHOD_ESMV_RANK1, 0, 0, 0},
+        {"esmv-beta", BONEBEAM_METHOD_ESMV_BETA, 0.1, 0, 0},
+        {"esmv-rank3", BONEBEAM_METHOD_ESMV_RANK, 3, 0, 0},
+        {"esmv-exclude-first", BONEBEAM_METHOD_ESMV_EXCLUDE_FIRST, 0, 0, 0},
+        {"esmv-rank1-steps", BONEBEAM_METHOD_ESMV_RANK1_STEPS, 8, 0, 0},
+        {"mv-forward", BONEBEAM_METHOD_MV, 0, 1, 0},
+        {"esmv-rank1-forward", BONEBEAM_METHOD_ESMV_RANK1, 0, 1, 0},
+        {"esmv-beta-forward", BONEBEAM_METHOD_ESMV_BETA, 0.1, 1, 0},
+        {"esmv-exclude-first-forward", BONEBEAM_METHOD_ESMV_EXCLUDE_FIRST, 0, 1, 0},
+        {"esmv-rank1-steps-forward", BONEBEAM_METHOD_ESMV_RANK1_STEPS, 8, 1, 0},
+        {"mv-growing-aperture", BONEBEAM_METHOD_MV, 0, 0, 1},
     };
     const bonebeam_aperture aperture = {
         .elements = ELEMENTS, .pitch = 0.3e-3, .f_number = 1.5, .min_elements = 8};
@@ -355,9 +356,7 @@ static void beamform(void) {
         const bonebeam_beamform_parameters parameters = {
             .method = cases[i].method,
             .covariance = cases[i].forward ? BONEBEAM_COVARIANCE_FORWARD : BONEBEAM_COVARIANCE_FORWARD_BACKWARD,
-            .beta = 0.1f,
-            .rank = 3,
-            .steps = 8,
+            .argument = cases[i].argument,
             .temporal_half_window = 2,
             .diagonal_loading = 0.05f,
             .subaperture_ratio = 0.5,

@@ -111,15 +111,15 @@ typedef enum {
   BONEBEAM_METHOD_DAS = 0,
   // Minimum variance.
   BONEBEAM_METHOD_MV = 1,
-  // Eigenspace MV with the rank by `beta`.
+  // Eigenspace MV with the rank by β, the method's argument: above 0, at most 1.
   BONEBEAM_METHOD_ESMV_BETA = 2,
-  // Eigenspace MV of the rank `rank`.
+  // Eigenspace MV of a fixed rank, the method's argument: at least 1.
   BONEBEAM_METHOD_ESMV_RANK = 3,
   // Eigenspace MV of rank 1.
   BONEBEAM_METHOD_ESMV_RANK1 = 4,
   // Eigenspace MV with all eigenvectors but the first.
   BONEBEAM_METHOD_ESMV_EXCLUDE_FIRST = 5,
-  // Eigenspace MV of rank 1 in constant time: `steps` of power iteration.
+  // Eigenspace MV of rank 1 in constant time. Argument: steps of power iteration, 1 to 64.
   BONEBEAM_METHOD_ESMV_RANK1_STEPS = 6,
 } bonebeam_method;
 
@@ -176,12 +176,8 @@ typedef struct {
   int32_t method;
   // One of `bonebeam_covariance`.
   int32_t covariance;
-  // `ESMV_BETA`: above 0, at most 1.
-  float beta;
-  // `ESMV_RANK`: at least 1.
-  size_t rank;
-  // `ESMV_RANK1_STEPS`: 1 to 64.
-  size_t steps;
+  // The method's argument, if it has one.
+  double argument;
   // `K`: the covariance is averaged over `2K + 1` samples.
   size_t temporal_half_window;
   // `Δ`, for instance 0.05.

@@ -16,15 +16,15 @@ pub enum Method {
     Das = 0,
     /// Minimum variance.
     Mv = 1,
-    /// Eigenspace MV with the rank by `beta`.
+    /// Eigenspace MV with the rank by β, the method's argument: above 0, at most 1.
     EsmvBeta = 2,
-    /// Eigenspace MV of the rank `rank`.
+    /// Eigenspace MV of a fixed rank, the method's argument: at least 1.
     EsmvRank = 3,
     /// Eigenspace MV of rank 1.
     EsmvRank1 = 4,
     /// Eigenspace MV with all eigenvectors but the first.
     EsmvExcludeFirst = 5,
-    /// Eigenspace MV of rank 1 in constant time: `steps` of power iteration.
+    /// Eigenspace MV of rank 1 in constant time. Argument: steps of power iteration, 1 to 64.
     EsmvRank1Steps = 6,
 }
 
@@ -61,12 +61,8 @@ pub struct BeamformParameters {
     pub method: i32,
     /// One of `bonebeam_covariance`.
     pub covariance: i32,
-    /// `ESMV_BETA`: above 0, at most 1.
-    pub beta: f32,
-    /// `ESMV_RANK`: at least 1.
-    pub rank: usize,
-    /// `ESMV_RANK1_STEPS`: 1 to 64.
-    pub steps: usize,
+    /// The method's argument, if it has one.
+    pub argument: f64,
     /// `K`: the covariance is averaged over `2K + 1` samples.
     pub temporal_half_window: usize,
     /// `Δ`, for instance 0.05.
@@ -80,11 +76,11 @@ impl BeamformParameters {
         let methods = [
             beamform::Method::Das,
             beamform::Method::Mv,
-            beamform::Method::EsmvBeta(self.beta),
-            beamform::Method::EsmvRank(self.rank),
+            beamform::Method::EsmvBeta(self.argument as f32),
+            beamform::Method::EsmvRank(self.argument as usize),
             beamform::Method::EsmvRank1,
             beamform::Method::EsmvExcludeFirst,
-            beamform::Method::EsmvRank1Steps(self.steps),
+            beamform::Method::EsmvRank1Steps(self.argument as usize),
         ];
         let mut methods = methods.into_iter();
         Ok(beamform::Parameters {
