@@ -71,7 +71,7 @@ typedef int32_t bonebeam_status;
 typedef enum {
   // Forward-backward averaging: real arithmetic, the faster.
   BONEBEAM_COVARIANCE_FORWARD_BACKWARD = 0,
-  // Forward averaging.
+  // Forward averaging, unless the library was built without its feature `forward`.
   BONEBEAM_COVARIANCE_FORWARD = 1,
 } bonebeam_covariance;
 

@@ -2,7 +2,7 @@
 
 use crate::memory::{array, array_mut, bytes_of, complex, complex_mut, new, one, one_mut, sum};
 use crate::status::{Status, status};
-use crate::workspace::Workspace;
+use crate::workspace::{Workspace, with_view};
 use crate::{Complex, Range};
 use bonebeam::beamform::{self, AlignedLine, Beamformer};
 use bonebeam::geometry::{self, Aperture, ApertureParameters};
@@ -49,7 +49,7 @@ impl Method {
 pub enum Covariance {
     /// Forward-backward averaging: real arithmetic, the faster.
     ForwardBackward = 0,
-    /// Forward averaging.
+    /// Forward averaging, unless the library was built without its feature `forward`.
     Forward = 1,
 }
 
@@ -223,10 +223,7 @@ pub unsafe extern "C" fn bonebeam_beamformer_line(
             true => 0..samples,
             false => one(adaptive)?.samples(),
         };
-        match workspace {
-            Workspace::Forward(w) => by.line_within(w, x, active, adaptive, z)?,
-            Workspace::ForwardBackward(w) => by.line_within(w, x, active, adaptive, z)?,
-        }
+        with_view!(workspace, view => by.line_within(view, x, active, adaptive, z)?);
         Ok(())
     })
 }

@@ -6,7 +6,7 @@ use crate::iq::IqRecord;
 use crate::memory::{array, bytes_of, complex_mut, new, one, one_mut, sum};
 use crate::scan_line::Wave;
 use crate::status::{Status, status};
-use crate::workspace::Workspace;
+use crate::workspace::{Workspace, with_view};
 use crate::{Axis, Complex};
 use bonebeam::beamform::Sizes;
 use bonebeam::focus::IqDelay;
@@ -180,10 +180,8 @@ pub unsafe extern "C" fn bonebeam_iq_lines_line(
             aligned: &mut *own.aligned,
         };
         let z = complex_mut(z, p.output_samples)?;
-        match &mut own.workspace {
-            Workspace::Forward(w) => own.pipeline.line(index, waves, memory, w, z)?,
-            Workspace::ForwardBackward(w) => own.pipeline.line(index, waves, memory, w, z)?,
-        }
+        let pipeline = &own.pipeline;
+        with_view!(&mut own.workspace, view => pipeline.line(index, waves, memory, view, z)?);
         Ok(())
     })
 }

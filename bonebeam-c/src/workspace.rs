@@ -3,14 +3,29 @@
 use crate::memory::{Bytes, Zeros, bytes_of, sum};
 use crate::status::Status;
 use bonebeam::beamform::{Sizes, Slices, WorkspaceView};
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+#[cfg(feature = "forward")]
+use bonebeam::covariance::Forward;
+use bonebeam::covariance::{Averaging, Covariance, ForwardBackward};
 use bonebeam::simd::ComplexVector;
 
 /// A workspace in the caller's bytes.
 pub(crate) enum Workspace {
+    #[cfg(feature = "forward")]
     Forward(WorkspaceView<'static, Forward>),
     ForwardBackward(WorkspaceView<'static, ForwardBackward>),
 }
+
+/// Evaluates an expression of the view in a workspace.
+macro_rules! with_view {
+    ($workspace:expr, $view:ident => $work:expr) => {
+        match $workspace {
+            #[cfg(feature = "forward")]
+            $crate::workspace::Workspace::Forward($view) => $work,
+            $crate::workspace::Workspace::ForwardBackward($view) => $work,
+        }
+    };
+}
+pub(crate) use with_view;
 
 impl Workspace {
     /// Bytes of a workspace.
@@ -26,16 +41,19 @@ impl Workspace {
         ])
     }
 
-    /// A workspace in `bytes`.
+    /// A workspace in `bytes`. Refuses a covariance that is not compiled in.
     pub(crate) fn new(
         bytes: &mut Bytes,
         sizes: Sizes,
         covariance: Covariance,
     ) -> Result<Self, Status> {
-        Ok(match covariance {
-            Covariance::Forward => Workspace::Forward(view(bytes, sizes)?),
-            Covariance::ForwardBackward => Workspace::ForwardBackward(view(bytes, sizes)?),
-        })
+        match covariance {
+            #[cfg(feature = "forward")]
+            Covariance::Forward => Ok(Workspace::Forward(view(bytes, sizes)?)),
+            #[cfg(not(feature = "forward"))]
+            Covariance::Forward => Err(Status::Parameter),
+            Covariance::ForwardBackward => Ok(Workspace::ForwardBackward(view(bytes, sizes)?)),
+        }
     }
 }
 
