@@ -1,6 +1,5 @@
 //! The command line: what there is to ask for, and how a failure ends.
 
-use std::io::{self, IsTerminal};
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 
@@ -76,12 +75,7 @@ pub fn run() -> ExitCode {
         Ok(cli) => cli,
         Err(e) if !e.use_stderr() => {
             // Help and version are no errors.
-            let text = e.render();
-            let text = match io::stdout().is_terminal() {
-                true => text.ansi().to_string(),
-                false => text.to_string(),
-            };
-            return finish(print(&text));
+            return finish(print(&e.render().to_string()));
         }
         Err(e) => return finish(Err(Error::Usage(one_line(&e)))),
     };

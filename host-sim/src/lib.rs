@@ -3,6 +3,7 @@
 mod cli;
 mod commands;
 pub mod config;
+mod progress;
 
 pub use bonebeam_files::{Error, Result};
 pub use cli::run;

@@ -1,7 +1,9 @@
 //! Beamformers of other people's Python packages, where they are installed.
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::hint::black_box;
+use std::io::BufWriter;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
@@ -11,7 +13,6 @@ use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array1, Array2, Array3, ArrayView2, arr0};
-use ndarray_npy::{NpzWriter, read_npy, write_npy};
 use num_complex::Complex;
 use serde::Deserialize;
 
@@ -26,7 +27,7 @@ use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::frame::beamform_channel_data;
 use bonebeam_drive::methods::Choice;
 use bonebeam_drive::threads::pool;
-use bonebeam_files::{ChannelData, Lines, Transmits};
+use bonebeam_files::{ChannelData, Lines, Transmits, npy, npz};
 
 const SCRIPT: &str = include_str!("peers.py");
 /// Beams, samples, elements: the frame of the GPU's paper.
@@ -111,9 +112,10 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
                 };
                 let mut work = peer.here(&x, &recording)?;
                 let ours = work()?;
-                let theirs = read_npy(folder.path().join(format!("{}.npy", peer.name)));
-                let theirs: Array2<Complex<f32>> =
-                    theirs.map_err(|e| Error::Data(e.to_string()))?;
+                let theirs = folder.path().join(format!("{}.npy", peer.name));
+                let theirs: Array2<Complex<f32>> = npy::read_array(&theirs)?
+                    .into_dimensionality()
+                    .map_err(|e| Error::Data(e.to_string()))?;
                 let difference = peer.equal(ours.view(), theirs.view())?;
                 // As near to Python's time as can be.
                 let here = fastest(settings.budget, || drop(black_box(work())));
@@ -258,22 +260,22 @@ impl Recording {
     }
 
     fn write(&self, path: &Path) -> std::result::Result<(), Box<dyn std::error::Error>> {
-        let mut npz = NpzWriter::new(std::fs::File::create(path)?);
+        let mut npz = npz::Writer::new(File::create(path)?, 0);
         let lines = &self.lines;
         let depth = |n: usize| lines.c * (lines.t0 + n as f64 / lines.fs) / 2.0;
         let Transmits::Element { index } = &self.data.transmits else {
             unreachable!("it was made with these");
         };
         let index: Array1<i64> = index.iter().map(|&i| i as i64).collect();
-        npz.add_array("analytic", &self.analytic)?;
-        npz.add_array("tx_element", &index)?;
-        npz.add_array("active", &self.active)?;
+        npz.add("analytic", &self.analytic)?;
+        npz.add("tx_element", &index)?;
+        npz.add("active", &self.active)?;
         for (key, values) in [
             ("element_x", self.data.element_x.clone()),
             ("beam_x", lines.beam_x.clone()),
             ("depth", (0..lines.z.ncols()).map(depth).collect()),
         ] {
-            npz.add_array(key, &Array1::from(values))?;
+            npz.add(key, &Array1::from(values))?;
         }
         for (key, value) in [
             ("fs", self.data.fs),
@@ -281,7 +283,7 @@ impl Recording {
             ("t0", 0.0),
             ("c", self.data.c),
         ] {
-            npz.add_array(key, &arr0(value))?;
+            npz.add(key, &arr0(value))?;
         }
         npz.finish()?;
         Ok(())
@@ -295,7 +297,8 @@ fn python(
     recording: &Recording,
     budget: Duration,
 ) -> std::result::Result<BTreeMap<String, Told>, String> {
-    write_npy(folder.join("x.npy"), x).map_err(|e| e.to_string())?;
+    let file = File::create(folder.join("x.npy")).map_err(|e| e.to_string())?;
+    npy::write(x, &mut BufWriter::new(file)).map_err(|e| e.to_string())?;
     let written = recording.write(&folder.join("delay.npz"));
     written.map_err(|e| e.to_string())?;
     let output = Command::new("python3")

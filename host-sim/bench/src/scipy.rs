@@ -1,11 +1,14 @@
 //! The same in Python, where it is installed.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
 use std::process::Command;
 use std::time::Duration;
 
 use ndarray::{Array2, ArrayView2};
-use ndarray_npy::{read_npy, write_npy};
+
+use bonebeam_files::npy;
 
 const SCRIPT: &str = include_str!("phase_symmetry.py");
 
@@ -24,7 +27,8 @@ pub fn scipy(image: ArrayView2<'_, f32>, budget: Duration) -> Result<Scipy, Stri
         folder.path().join("image.npy"),
         folder.path().join("map.npy"),
     );
-    write_npy(&given, &image).map_err(|e| e.to_string())?;
+    let file = File::create(&given).map_err(|e| e.to_string())?;
+    npy::write(&image, &mut BufWriter::new(file)).map_err(|e| e.to_string())?;
     let output = Command::new("python3")
         .args(["-c", SCRIPT])
         .args([&given, &taken])
@@ -40,6 +44,7 @@ pub fn scipy(image: ArrayView2<'_, f32>, budget: Duration) -> Result<Scipy, Stri
             .to_owned());
     }
     let seconds = serde_json::from_slice(&output.stdout).map_err(|e| e.to_string())?;
-    let map = read_npy(&taken).map_err(|e| e.to_string())?;
+    let map = npy::read_array(&taken).map_err(|e| e.to_string())?;
+    let map = map.into_dimensionality().map_err(|e| e.to_string())?;
     Ok(Scipy { map, seconds })
 }

@@ -2,14 +2,13 @@
 
 use std::collections::BTreeSet;
 use std::error::Error as StdError;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
-
-use tempfile::NamedTempFile;
 
 use super::file_error;
 use super::leftovers;
@@ -94,14 +93,20 @@ pub struct Outputs {
 
 /// A temporary file beside the place where it belongs; removed when it is dropped.
 struct Staged {
-    file: NamedTempFile,
+    file: File,
+    /// Where the file is; none where it has its place.
+    temporary: Option<PathBuf>,
     place: PathBuf,
 }
 
 impl Drop for Staged {
     fn drop(&mut self) {
-        // By then it is an output, or `file` removes it right after this.
-        leftovers::turn().forget(self.file.path());
+        if let Some(temporary) = &self.temporary {
+            let mut turn = leftovers::turn();
+            // What cannot be removed stays: there is nobody to tell.
+            let _ = fs::remove_file(temporary);
+            turn.forget(temporary);
+        }
     }
 }
 
@@ -121,7 +126,7 @@ impl Outputs {
         F: FnOnce(&mut Sink<'_>) -> std::result::Result<(), Box<dyn StdError>>,
     {
         let mut staged = open(path)?;
-        let mut sink = Sink::new(staged.file.as_file_mut());
+        let mut sink = Sink::new(&mut staged.file);
         contents(&mut sink)
             .and_then(|()| Ok(sink.finish()?))
             .map_err(|e| match e.downcast::<Error>() {
@@ -133,7 +138,6 @@ impl Outputs {
         // Some file systems tell of a full disk only here; after the rename it would be too late.
         staged
             .file
-            .as_file()
             .sync_all()
             .map_err(|e| file_error(path, format!("cannot be written: {e}")))?;
         self.staged.push(staged);
@@ -145,16 +149,19 @@ impl Outputs {
     /// # Errors
     /// A rename fails, which after a successful [`Outputs::stage`] takes a change of the folder
     /// in between.
-    pub fn commit(self) -> Result<()> {
+    pub fn commit(mut self) -> Result<()> {
         let _alone = self.lock_folders();
         // A signal waits until all are in their places.
         let mut turn = leftovers::turn();
-        for staged in &self.staged {
-            fs::rename(staged.file.path(), &staged.place)
-                .map_err(|e| file_error(&staged.place, format!("cannot be written: {e}")))?;
-            turn.forget(staged.file.path());
+        for staged in &mut self.staged {
+            if let Some(temporary) = &staged.temporary {
+                fs::rename(temporary, &staged.place)
+                    .map_err(|e| file_error(&staged.place, format!("cannot be written: {e}")))?;
+                turn.forget(temporary);
+            }
+            // From here on another run may have a file of that name.
+            staged.temporary = None;
         }
-        drop(turn);
         Ok(())
     }
 
@@ -293,7 +300,7 @@ fn open(path: &Path) -> Result<Staged> {
         ));
     }
     let mut turn = leftovers::turn();
-    let file = temporary(folder).map_err(|e| {
+    let (file, temporary) = temporary(folder).map_err(|e| {
         let reason = e.kind();
         file_error(
             path,
@@ -303,21 +310,27 @@ fn open(path: &Path) -> Result<Staged> {
             ),
         )
     })?;
-    turn.add(file.path());
-    Ok(Staged { file, place })
+    turn.add(&temporary);
+    Ok(Staged {
+        file,
+        temporary: Some(temporary),
+        place,
+    })
 }
 
-/// A temporary file in the folder, with the permissions of any new file and not the private ones of the
-/// default. Its name has the process in it: random names are drawn from the clock, and two runs that begin
-/// at the same tick would draw the same. One of them would remove what the other has just made.
-fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
-    let prefix = format!(".host-sim-{}-", process::id());
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(&prefix);
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
+/// A new file in the folder, with the permissions of any new file. Its name has the process in it and a number
+/// that no other file of the process has; a name that is taken, by a process in another container or one that
+/// was killed, is left alone.
+fn temporary(folder: &Path) -> io::Result<(File, PathBuf)> {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    loop {
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let path = folder.join(format!(".host-sim-{}-{number}", process::id()));
+        let file = OpenOptions::new().write(true).create_new(true).open(&path);
+        match file {
+            Ok(file) => return Ok((file, path)),
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(e) => return Err(e),
+        }
     }
-    builder.tempfile_in(folder)
 }

@@ -1,15 +1,14 @@
 //! Errors that a person reads: one line that names the thing, and an exit status.
 
+use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
 
 /// Every failure of the host simulator.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 pub enum Error {
     /// The command line or the configuration asks for something impossible (exit status 2).
-    #[error("{0}")]
     Usage(String),
     /// A file or its contents are wrong (exit status 1).
-    #[error("{}: {message}", .path.display())]
     File {
         /// The file or folder.
         path: PathBuf,
@@ -17,11 +16,27 @@ pub enum Error {
         message: String,
     },
     /// Data in memory are wrong (exit status 1).
-    #[error("{0}")]
     Data(String),
     /// The core refused (exit status 1).
-    #[error(transparent)]
-    Core(#[from] bonebeam::Error),
+    Core(bonebeam::Error),
+}
+
+impl Display for Error {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Error::Usage(message) | Error::Data(message) => f.write_str(message),
+            Error::File { path, message } => write!(f, "{}: {message}", path.display()),
+            Error::Core(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for Error {}
+
+impl From<bonebeam::Error> for Error {
+    fn from(error: bonebeam::Error) -> Self {
+        Error::Core(error)
+    }
 }
 
 impl Error {

@@ -1,12 +1,14 @@
 //! Images: grey levels 0 to 255 as `.npy` (float32 [row, column]) and as 8-bit PNG.
 
 use std::fs;
-use std::io::Cursor;
+use std::io::{Cursor, Write};
 use std::path::Path;
 
-use image::{GrayImage, ImageError, ImageFormat, ImageReader, Limits};
 use ndarray::{Array2, ArrayD, Ix2};
-use ndarray_npy::WriteNpyExt;
+use png::{
+    BitDepth, ColorType, Compression, Decoder, DecodingError, Encoder, EncodingError, Filter,
+    Limits, Transformations,
+};
 
 use super::atomic::Outputs;
 use super::npy::{self, NpyError, or_type};
@@ -15,6 +17,8 @@ use crate::{Error, Result};
 
 /// The longest side of a PNG, pixels, as of the images that are made.
 const MAX_SIDE: u32 = 16_384;
+/// The most that a PNG may take when it is decoded, bytes.
+const MAX_BYTES: usize = 512 << 20;
 
 /// Reads an image, [row, column], row 0 at the top. A PNG becomes grey levels 0 to 255 (colours by
 /// their Rec. 709 luma, transparency ignored); an `.npy` array (float32, float64 or uint8) is taken
@@ -42,10 +46,8 @@ pub fn read(path: &Path) -> Result<Array2<f32>> {
 /// The name ends in neither, or the file cannot be written.
 pub fn stage(pixels: &Array2<f32>, path: &Path, outputs: &mut Outputs) -> Result<()> {
     match Format::of(path)? {
-        Format::Png => outputs.stage(path, |sink| {
-            Ok(encode_png(pixels).write_to(sink, ImageFormat::Png)?)
-        }),
-        Format::Npy => outputs.stage(path, |sink| Ok(pixels.write_npy(sink)?)),
+        Format::Png => outputs.stage(path, |sink| Ok(write_png(pixels, sink)?)),
+        Format::Npy => outputs.stage(path, |sink| Ok(npy::write(pixels, sink)?)),
     }
 }
 
@@ -54,11 +56,10 @@ pub fn stage(pixels: &Array2<f32>, path: &Path, outputs: &mut Outputs) -> Result
 /// # Errors
 /// An image that PNG cannot hold.
 pub fn png(pixels: &Array2<f32>) -> Result<Vec<u8>> {
-    let mut bytes = Cursor::new(Vec::new());
-    encode_png(pixels)
-        .write_to(&mut bytes, ImageFormat::Png)
+    let mut bytes = Vec::new();
+    write_png(pixels, &mut bytes)
         .map_err(|e| Error::Data(format!("the image cannot be encoded: {e}")))?;
-    Ok(bytes.into_inner())
+    Ok(bytes)
 }
 
 /// Writes an image as [`stage`] does, whole or not at all.
@@ -102,23 +103,58 @@ impl Format {
 }
 
 fn decode_png(bytes: &[u8]) -> std::result::Result<Array2<f32>, String> {
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_SIDE);
-    limits.max_image_height = Some(MAX_SIDE);
-    reader.limits(limits);
-    let grey = reader
-        .decode()
-        .map_err(|e| match e {
-            ImageError::Limits(_) => {
-                format!("is too large an image; expected at most {MAX_SIDE} × {MAX_SIDE} pixels and 512 MiB")
+    let too_large = || {
+        format!(
+            "is too large an image; expected at most {MAX_SIDE} × {MAX_SIDE} pixels and 512 MiB"
+        )
+    };
+    let unreadable = |error| match error {
+        DecodingError::LimitsExceeded => too_large(),
+        e => format!("is truncated or not a PNG image ({e})"),
+    };
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MAX_BYTES });
+    // Palettes and grey levels of fewer bits become those of eight.
+    decoder.set_transformations(Transformations::EXPAND);
+    let header = decoder.read_header_info().map_err(unreadable)?;
+    let (columns, rows) = header.size();
+    if columns.max(rows) > MAX_SIDE {
+        return Err(too_large());
+    }
+    let mut reader = decoder.read_info().map_err(unreadable)?;
+    let length = reader.output_buffer_size();
+    let length = length.filter(|&length| length <= MAX_BYTES);
+    let mut samples = vec![0; length.ok_or_else(too_large)?];
+    reader.next_frame(&mut samples).map_err(unreadable)?;
+    let (colours, depth) = reader.output_color_type();
+    let wide = depth == BitDepth::Sixteen;
+    let pixels = samples.chunks_exact(colours.samples() * if wide { 2 } else { 1 });
+    let levels = pixels.map(|pixel| {
+        let sample = |k: usize| match wide {
+            true => u32::from(u16::from_be_bytes([pixel[2 * k], pixel[2 * k + 1]])),
+            false => u32::from(pixel[k]),
+        };
+        match colours {
+            // The nearest of eight bits.
+            ColorType::Grayscale | ColorType::GrayscaleAlpha if wide => {
+                ((sample(0) + 128) / 257) as f32
             }
-            e => format!("is truncated or not a PNG image ({e})"),
-        })?
-        .into_luma8();
-    let shape = (grey.height() as usize, grey.width() as usize);
-    let levels = grey.into_raw().into_iter().map(f32::from).collect();
-    Array2::from_shape_vec(shape, levels).map_err(|e| e.to_string())
+            ColorType::Grayscale | ColorType::GrayscaleAlpha => sample(0) as f32,
+            _ => luma([0, 1, 2].map(sample), if wide { 65_535.0 } else { 255.0 }),
+        }
+    });
+    Array2::from_shape_vec((rows as usize, columns as usize), levels.collect())
+        .map_err(|e| e.to_string())
+}
+
+/// The grey level, 0 to 255, of red, green and blue of 0 to `white`: Rec. 709's luma, with the shares that its
+/// primaries have of the white D65.
+fn luma(colour: [u32; 3], white: f32) -> f32 {
+    const SHARES: [f32; 3] = [0.212_647_84, 0.715_179_2, 0.072_173_04];
+    let shares = colour.iter().zip(SHARES);
+    let luma = shares.fold(0.0, |sum, (&v, share)| {
+        sum + v as f32 * (1.0 / white) * share
+    });
+    (255.0 * luma).round()
 }
 
 fn decode_npy(bytes: &[u8]) -> std::result::Result<Array2<f32>, String> {
@@ -138,11 +174,96 @@ fn decode_npy(bytes: &[u8]) -> std::result::Result<Array2<f32>, String> {
         .map_err(|_| format!("has shape {shape:?}; expected [row, column]"))
 }
 
-fn encode_png(pixels: &Array2<f32>) -> GrayImage {
-    let (rows, columns) = pixels.dim();
-    GrayImage::from_fn(columns as u32, rows as u32, |column, row| {
-        let level = pixels[(row as usize, column as usize)];
-        // The cast saturates: below 0 is 0, above 255 is 255.
-        image::Luma([(level + 0.5) as u8])
-    })
+fn write_png(
+    pixels: &Array2<f32>,
+    sink: &mut impl Write,
+) -> std::result::Result<(), EncodingError> {
+    // The cast saturates: below 0 is 0, above 255 is 255.
+    let levels: Vec<u8> = pixels.iter().map(|&level| (level + 0.5) as u8).collect();
+    encode(pixels.dim(), ColorType::Grayscale, &levels, sink)
+}
+
+/// Writes a PNG of `(rows, columns)` pixels of eight bits a sample.
+///
+/// # Errors
+/// A size that PNG does not have, another number of samples, or the sink's.
+pub fn encode(
+    (rows, columns): (usize, usize),
+    colours: ColorType,
+    samples: &[u8],
+    sink: &mut impl Write,
+) -> std::result::Result<(), EncodingError> {
+    let mut encoder = Encoder::new(sink, columns as u32, rows as u32);
+    encoder.set_color(colours);
+    encoder.set_compression(Compression::Fast);
+    encoder.set_filter(Filter::Adaptive);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(samples)?;
+    writer.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn decoded(
+        colours: ColorType,
+        depth: BitDepth,
+        samples: &[u8],
+        palette: Option<&[u8]>,
+    ) -> Vec<f32> {
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(colours);
+        encoder.set_depth(depth);
+        if let Some(palette) = palette {
+            encoder.set_palette(palette);
+        }
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(samples).unwrap();
+        writer.finish().unwrap();
+        decode_png(&bytes).unwrap().into_raw_vec_and_offset().0
+    }
+
+    /// The expected levels are those of the crate `image` 0.25.10.
+    #[test]
+    fn every_kind_of_png_becomes_grey_levels() {
+        use BitDepth::{Eight, One, Sixteen};
+        use ColorType::{Grayscale, GrayscaleAlpha, Indexed, Rgb, Rgba};
+        let wide =
+            |values: &[u16]| -> Vec<u8> { values.iter().flat_map(|v| v.to_be_bytes()).collect() };
+        let colours = [255, 0, 0, 10, 200, 30];
+        for (kind, depth, samples, palette, expected) in [
+            (Grayscale, Eight, vec![7, 255], None, [7.0, 255.0]),
+            (Grayscale, One, vec![0b0100_0000], None, [0.0, 255.0]),
+            (Grayscale, Sixteen, wide(&[128, 65_535]), None, [0.0, 255.0]),
+            (Grayscale, Sixteen, wide(&[129, 385]), None, [1.0, 1.0]),
+            (GrayscaleAlpha, Eight, vec![7, 0, 9, 255], None, [7.0, 9.0]),
+            (Rgb, Eight, colours.to_vec(), None, [54.0, 147.0]),
+            (
+                Rgba,
+                Eight,
+                vec![0, 255, 0, 0, 0, 0, 255, 9],
+                None,
+                [182.0, 18.0],
+            ),
+            (
+                Rgb,
+                Sixteen,
+                wide(&[65_535, 65_535, 65_535, 0, 257, 0]),
+                None,
+                [255.0, 1.0],
+            ),
+            (
+                Indexed,
+                Eight,
+                vec![1, 0],
+                Some(&colours[..]),
+                [147.0, 54.0],
+            ),
+        ] {
+            let levels = decoded(kind, depth, &samples, palette);
+            assert_eq!(levels, expected, "{kind:?} {depth:?}");
+        }
+    }
 }

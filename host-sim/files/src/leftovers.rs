@@ -42,6 +42,7 @@ impl Leftovers {
         self.folders.push(folder.to_path_buf());
     }
 
+    #[cfg(all(feature = "signals", unix))]
     fn remove(&mut self) {
         for file in &self.files {
             let _ = fs::remove_file(file);
@@ -54,7 +55,7 @@ impl Leftovers {
 }
 
 /// From here on SIGINT and SIGTERM end the program without a trace, with status 130 and 143.
-#[cfg(unix)]
+#[cfg(all(feature = "signals", unix))]
 pub fn remove_at_signals() {
     use signal_hook::consts::{SIGINT, SIGTERM};
     use signal_hook::iterator::Signals;
@@ -74,5 +75,5 @@ pub fn remove_at_signals() {
 }
 
 /// There is nothing to catch here.
-#[cfg(not(unix))]
+#[cfg(all(feature = "signals", not(unix)))]
 pub fn remove_at_signals() {}

@@ -8,13 +8,14 @@ pub mod atomic;
 mod channel_data;
 mod error;
 pub mod formats;
+#[cfg(feature = "png")]
 pub mod image;
 pub mod leftovers;
 mod lines;
 pub mod memory;
-mod npy;
+pub mod npy;
 mod npy_header;
-mod npz;
+pub mod npz;
 mod partial;
 mod recording;
 mod samples;

@@ -1,9 +1,9 @@
-//! The header of an `.npy` array, bounded before the npy crate sees it.
+//! The header of an `.npy` array: read within bounds, and written as numpy does.
 //!
-//! A crafted header of a few bytes can claim terabytes, overflow a product of sides, or nest so
-//! deep that parsing does not come back. What passes here claims just the bytes that follow it.
+//! A crafted header of a few bytes can claim terabytes, or overflow a product of sides. A header that is read
+//! here claims the bytes that follow it, and no more than memory can hold.
 
-use py_literal::Value;
+use std::ops::Range;
 
 /// What every `.npy` array begins with.
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
@@ -13,48 +13,174 @@ const MAX_HEADER: usize = 10_000;
 pub const MAX_LENGTH: usize = MAX_HEADER + 12;
 /// Brackets within brackets: a dictionary holds a tuple.
 const MAX_NESTING: usize = 3;
+/// The numbers begin at a multiple of this, bytes.
+const ALIGNMENT: usize = 64;
 
-/// How many bytes the array has in all, header and numbers, as its header tells.
-///
-/// # Errors
-/// What is wrong with the header.
-pub fn claimed_length(bytes: &[u8]) -> Result<usize, String> {
-    let (start, header) = header(bytes)?;
-    check_nesting(header)?;
-    let damaged = || "has a damaged header".to_owned();
-    let value: Value = header.trim().parse().map_err(|_| damaged())?;
-    let entries = value.as_dict().ok_or_else(damaged)?;
-    let entry = |key: &str| {
-        let found = entries
-            .iter()
-            .find(|(name, _)| name.as_string().is_some_and(|name| name == key));
-        found.map(|(_, value)| value).ok_or_else(damaged)
-    };
-    let size = element_size(entry("descr")?).ok_or_else(|| {
-        "has a structured or unknown dtype; expected numbers of one type".to_owned()
-    })?;
-    let sides = entry("shape")?.as_tuple().ok_or_else(damaged)?;
-    let mut count = size;
-    let mut empty = false;
-    for side in sides {
-        let side = side.as_integer().ok_or_else(damaged)?;
-        let too_large = || format!("has a side of {side} in its shape; no memory holds that");
-        let side = usize::try_from(side).map_err(|_| too_large())?;
-        if side == 0 {
-            empty = true;
-        } else {
-            // The other sides count where one is 0, too: the npy crate multiplies them.
+const DAMAGED: &str = "has a damaged header";
+const STRUCTURED: &str = "has a structured or unknown dtype; expected numbers of one type";
+
+/// The header of an array of numbers of one type.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Header {
+    /// numpy's name of the type, such as `<f4`.
+    pub descr: String,
+    /// In Fortran order: the first side runs fastest.
+    pub in_columns: bool,
+    /// The sides.
+    pub shape: Vec<usize>,
+}
+
+impl Header {
+    /// The header at the beginning of `bytes`, and where in the file its numbers are.
+    ///
+    /// # Errors
+    /// What is wrong with the header.
+    pub fn read(bytes: &[u8]) -> Result<(Self, Range<usize>), String> {
+        let (start, text) = text(bytes)?;
+        check_nesting(text)?;
+        // The line break at its end and a minor version of 0 are part of the format.
+        if !text.ends_with('\n') || bytes[MAGIC.len() + 1] != 0 {
+            return Err(DAMAGED.into());
+        }
+        let (descr, in_columns, sides) = Literal(text).header()?;
+        let size = element_size(descr).ok_or(STRUCTURED)?;
+        let mut shape = Vec::new();
+        let mut count = size;
+        for side in sides {
+            let too_large = || format!("has a side of {side} in its shape; no memory holds that");
+            let side: usize = side.parse().map_err(|_| too_large())?;
+            // The other sides count where one is 0, too: arrays of ndarray multiply them.
             count = count
-                .checked_mul(side)
+                .checked_mul(side.max(1))
                 .filter(|&count| count <= isize::MAX as usize)
                 .ok_or_else(too_large)?;
+            shape.push(side);
+        }
+        if shape.contains(&0) {
+            count = 0;
+        }
+        let begin = start + text.len();
+        let header = Header {
+            descr: descr.to_owned(),
+            in_columns,
+            shape,
+        };
+        Ok((header, begin..begin + count))
+    }
+
+    /// Its bytes, of version 1.
+    pub fn bytes(&self) -> Vec<u8> {
+        let order = if self.in_columns { "True" } else { "False" };
+        let sides: Vec<String> = self.shape.iter().map(usize::to_string).collect();
+        let comma = if sides.len() == 1 { "," } else { "" };
+        let text = format!(
+            "{{'descr': '{}', 'fortran_order': {order}, 'shape': ({}{comma})}}",
+            self.descr,
+            sides.join(", ")
+        );
+        let begin = MAGIC.len() + 4;
+        let end = (begin + text.len() + 2).next_multiple_of(ALIGNMENT);
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend([1, 0]);
+        bytes.extend(((end - begin) as u16).to_le_bytes());
+        bytes.extend(text.as_bytes());
+        bytes.resize(end - 1, b' ');
+        bytes.push(b'\n');
+        bytes
+    }
+}
+
+/// What is left of a Python literal. Of Python there is what numpy writes: strings without escapes, whole
+/// numbers, truth values, and a tuple in a dictionary.
+struct Literal<'a>(&'a str);
+
+/// What was read of a literal, or what is wrong with the header.
+type Read<T> = Result<T, &'static str>;
+
+impl<'a> Literal<'a> {
+    /// The header's dictionary: the type, whether it is in columns, and the sides as they are written.
+    fn header(&mut self) -> Read<(&'a str, bool, Vec<&'a str>)> {
+        let (mut descr, mut in_columns, mut sides) = (None, None, None);
+        self.expect("{")?;
+        while !self.take("}") {
+            let key = self.string()?;
+            self.expect(":")?;
+            match key {
+                // A structured type is a list of names and types.
+                "descr" if self.take("[") => return Err(STRUCTURED),
+                "descr" => descr = Some(self.string()?),
+                "fortran_order" if self.take("True") => in_columns = Some(true),
+                "fortran_order" => {
+                    self.expect("False")?;
+                    in_columns = Some(false);
+                }
+                "shape" => sides = Some(self.tuple()?),
+                _ => return Err(DAMAGED),
+            }
+            if !self.take(",") {
+                self.expect("}")?;
+                break;
+            }
+        }
+        let entries = descr.zip(in_columns).zip(sides);
+        match entries {
+            Some(((descr, in_columns), sides)) if self.0.trim().is_empty() => {
+                Ok((descr, in_columns, sides))
+            }
+            _ => Err(DAMAGED),
         }
     }
-    Ok(start + header.len() + if empty { 0 } else { count })
+
+    /// Whether this comes next; it is passed over.
+    fn take(&mut self, token: &str) -> bool {
+        self.0 = self.0.trim_start();
+        let rest = self.0.strip_prefix(token);
+        self.0 = rest.unwrap_or(self.0);
+        rest.is_some()
+    }
+
+    fn expect(&mut self, token: &str) -> Read<()> {
+        self.take(token).then_some(()).ok_or(DAMAGED)
+    }
+
+    fn string(&mut self) -> Read<&'a str> {
+        let quote = if self.take("\"") { '"' } else { '\'' };
+        if quote == '\'' {
+            self.expect("'")?;
+        }
+        let (text, rest) = self.0.split_once(quote).ok_or(DAMAGED)?;
+        self.0 = rest;
+        Some(text).filter(|t| !t.contains('\\')).ok_or(DAMAGED)
+    }
+
+    /// Whole numbers, with a comma behind one that is alone.
+    fn tuple(&mut self) -> Read<Vec<&'a str>> {
+        let mut numbers = Vec::new();
+        self.expect("(")?;
+        while !self.take(")") {
+            let end = self.0.find([',', ')', ' ']).ok_or(DAMAGED)?;
+            let (number, rest) = self.0.split_at(end);
+            let digits = number.strip_prefix('-').unwrap_or(number);
+            if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {
+                return Err(DAMAGED);
+            }
+            numbers.push(number);
+            self.0 = rest;
+            if !self.take(",") {
+                self.expect(")")?;
+                return if numbers.len() > 1 {
+                    Ok(numbers)
+                } else {
+                    Err(DAMAGED)
+                };
+            }
+        }
+        Ok(numbers)
+    }
 }
 
 /// Where the header begins, and its text.
-fn header(bytes: &[u8]) -> Result<(usize, &str), String> {
+fn text(bytes: &[u8]) -> Result<(usize, &str), String> {
     let truncated = || "is truncated: its header is not whole".to_owned();
     let rest = bytes
         .strip_prefix(MAGIC)
@@ -78,12 +204,12 @@ fn header(bytes: &[u8]) -> Result<(usize, &str), String> {
         ));
     }
     let start = bytes.len() - rest.len();
-    let header = rest.get(..length).ok_or_else(truncated)?;
-    let header = std::str::from_utf8(header).map_err(|_| "has a damaged header".to_owned())?;
-    Ok((start, header))
+    let text = rest.get(..length).ok_or_else(truncated)?;
+    let text = std::str::from_utf8(text).map_err(|_| DAMAGED.to_owned())?;
+    Ok((start, text))
 }
 
-/// The parser of Python literals takes exponential time in the nesting.
+/// No header of numbers nests deeper.
 fn check_nesting(header: &str) -> Result<(), String> {
     let mut depth = 0usize;
     for c in header.chars() {
@@ -100,8 +226,7 @@ fn check_nesting(header: &str) -> Result<(), String> {
 }
 
 /// The bytes of a number of a plain dtype such as `<f4`.
-fn element_size(descr: &Value) -> Option<usize> {
-    let descr = descr.as_string()?;
+fn element_size(descr: &str) -> Option<usize> {
     let digits = descr.trim_start_matches(|c: char| !c.is_ascii_digit());
     let size: usize = digits.parse().ok()?;
     // Sixteen bytes are complex128, the widest that is read.
@@ -130,6 +255,10 @@ mod tests {
         array(1, &header)
     }
 
+    fn end(bytes: &[u8]) -> Result<usize, String> {
+        Header::read(bytes).map(|(_, numbers)| numbers.end)
+    }
+
     #[test]
     fn the_length_is_that_of_header_and_numbers() {
         for (descr, shape, expected) in [
@@ -139,10 +268,13 @@ mod tests {
             ("'|u1'", "(0, 9)", 0),
         ] {
             let bytes = of(descr, shape);
-            assert_eq!(claimed_length(&bytes), Ok(bytes.len() + expected));
+            assert_eq!(end(&bytes), Ok(bytes.len() + expected));
         }
-        let wide = array(2, "{'descr': '<f8', 'fortran_order': False, 'shape': (4,)}");
-        assert_eq!(claimed_length(&wide), Ok(wide.len() + 32));
+        let wide = array(
+            2,
+            "{'descr': '<f8', 'fortran_order': False, 'shape': (4,)}\n",
+        );
+        assert_eq!(end(&wide), Ok(wide.len() + 32));
     }
 
     #[test]
@@ -154,7 +286,7 @@ mod tests {
             "(99999999999999999999999,)",
             "(-1,)",
         ] {
-            let message = claimed_length(&of("'<f4'", shape)).unwrap_err();
+            let message = end(&of("'<f4'", shape)).unwrap_err();
             assert!(message.contains("no memory holds"), "{shape}: {message}");
         }
     }
@@ -162,11 +294,11 @@ mod tests {
     #[test]
     fn hostile_headers_are_refused_at_once() {
         let nested = format!("{}{}", "(".repeat(40), ")".repeat(40));
-        let message = claimed_length(&of("'<f4'", &nested)).unwrap_err();
+        let message = end(&of("'<f4'", &nested)).unwrap_err();
         assert!(message.contains("nests too deep"), "{message}");
         let mut claims = array(2, "{}");
         claims[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
-        let message = claimed_length(&claims).unwrap_err();
+        let message = end(&claims).unwrap_err();
         assert!(message.contains("4294967295 bytes"), "{message}");
         for bytes in [
             &b""[..],
@@ -174,8 +306,61 @@ mod tests {
             b"\x93NUMPY\x01",
             b"\x93NUMPY\x09\x00\x00\x00",
         ] {
-            claimed_length(bytes).unwrap_err();
+            end(bytes).unwrap_err();
         }
-        claimed_length(&of("[('a', '<f4')]", "(1,)")).unwrap_err();
+        end(&of("[('a', '<f4')]", "(1,)")).unwrap_err();
+    }
+
+    #[test]
+    fn a_header_is_what_numpy_writes() {
+        let read = |text: &str| Header::read(&array(1, text)).map(|(header, _)| header);
+        let expected = Header {
+            descr: ">f8".into(),
+            in_columns: true,
+            shape: vec![12, 3],
+        };
+        for text in [
+            "{'descr': '>f8', 'fortran_order': True, 'shape': (12, 3), }     \n",
+            "{\"shape\":(12,3,),\t'fortran_order':True ,\"descr\" : '>f8'}\n",
+            "  { 'fortran_order': True, 'shape': ( 12 , 3 ), 'descr': '>f8' }\n",
+        ] {
+            assert_eq!(read(text).as_ref(), Ok(&expected), "{text}");
+        }
+        let whole = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }\n";
+        read(whole).unwrap();
+        for (part, other) in [
+            ("\n", ""),
+            ("\n", "x\n"),
+            ("{", ""),
+            ("}", ""),
+            ("'descr'", "descr"),
+            ("'<f4'", "'<f4\""),
+            ("'<f4'", "'<f\\64'"),
+            ("'<f4'", "4"),
+            ("'descr': '<f4', ", ""),
+            (", 'shape': (2, 3)", ""),
+            ("'shape'", "'size'"),
+            ("False", "0"),
+            (", 'fort", " 'fort"),
+            ("(2, 3)", "6"),
+            ("(2, 3)", "(6)"),
+            ("(2, 3)", "(2, 3"),
+            ("(2, 3)", "(2 3)"),
+            ("(2, 3)", "(2,, 3)"),
+            ("(2, 3)", "(2, 3.0)"),
+            ("(2, 3)", "(+2, 3)"),
+            ("(2, 3)", "(2, -)"),
+            ("(2, 3)", "(2L, 3L)"),
+        ] {
+            let text = whole.replacen(part, other, 1);
+            assert_eq!(read(&text), Err(DAMAGED.to_owned()), "{text}");
+        }
+        let mut minor = array(1, whole);
+        minor[7] = 1;
+        assert_eq!(end(&minor), Err(DAMAGED.to_owned()));
+        for descr in ["[('a', '<f4')]", "'<f32'", "'<f0'", "'O'", "'<M8[ns]'"] {
+            let message = read(&whole.replace("'<f4'", descr)).unwrap_err();
+            assert!(message.contains("structured or unknown"), "{message}");
+        }
     }
 }

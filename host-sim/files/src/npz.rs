@@ -1,20 +1,18 @@
 //! The keyed arrays of a `.npz` file, with errors that name file, key and what would be right.
 
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array, Array2, Array4, ArrayD, ArrayRef, Axis, Dimension};
-use ndarray_npy::npy::header::{Header, Layout};
-use ndarray_npy::{WritableElement, WriteNpyError, WriteNpyExt, WriteNpzError};
 use num_complex::Complex;
 use zip::result::{ZipError, ZipResult};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-use super::npy::{self, NpyError, or_type};
-use super::npy_header::{MAX_LENGTH, claimed_length};
+use super::npy::{self, Element, NpyError, or_type};
+use super::npy_header::{Header, MAX_LENGTH};
 use crate::memory;
 use crate::{Error, Result};
 
@@ -313,50 +311,37 @@ impl Reader {
         frames: Range<usize>,
     ) -> Result<(Vec<u8>, Option<usize>)> {
         let head = self.head(key)?;
-        let mut numbers = head.as_slice();
         // What is wrong with a header is told where all of it is read.
-        let whole = claimed_length(&head).ok().and_then(|claimed| {
-            let header = Header::from_reader(&mut numbers).ok()?;
-            let in_parts = header.layout == Layout::Standard && header.shape.len() == 4;
-            in_parts.then_some((header, claimed))
-        });
-        let Some((mut header, claimed)) = whole else {
-            self.check_whole(key, &head)?;
+        let Ok((mut header, numbers)) = Header::read(&head) else {
             return Ok((self.bytes(key)?, None));
         };
+        if header.shape.len() != 4 {
+            return Ok((self.bytes(key)?, None));
+        }
+        if header.in_columns {
+            self.check_whole(key, numbers.end)?;
+            return Ok((self.bytes(key)?, None));
+        }
         let held = header.shape[0];
         let end = frames.end.min(held);
         let start = frames.start.min(end);
-        let begin = head.len() - numbers.len();
-        if (start, end) == (0, held) || claimed <= begin {
+        if (start, end) == (0, held) || numbers.is_empty() {
             return Ok((self.bytes(key)?, None));
         }
-        let frame = (claimed - begin) / held;
+        let frame = numbers.len() / held;
         header.shape[0] = end - start;
         let too_large = |e: Error| self.error(format!("`{key}` is too large: {e}"));
         let length = (end - start) * frame;
         memory::check(length.saturating_mul(npy::CONVERSIONS), "the array").map_err(too_large)?;
-        let mut bytes = header
-            .to_bytes()
-            .map_err(|e| self.error(format!("`{key}` has a damaged header ({e})")))?;
+        let mut bytes = header.bytes();
         let own = bytes.len();
         bytes.resize(own + length, 0);
-        self.read_at(key, begin + start * frame, &mut bytes[own..])?;
+        self.read_at(key, numbers.start + start * frame, &mut bytes[own..])?;
         Ok((bytes, Some(held)))
     }
 
     /// An array in columns is read whole, whatever frames are asked for: there must be memory for it.
-    fn check_whole(&mut self, key: &str, head: &[u8]) -> Result<()> {
-        // What is wrong with a header is told where all of it is read.
-        let Ok(claimed) = claimed_length(head) else {
-            return Ok(());
-        };
-        let mut numbers = head;
-        let in_columns = Header::from_reader(&mut numbers)
-            .is_ok_and(|header| header.layout == Layout::Fortran && header.shape.len() == 4);
-        if !in_columns {
-            return Ok(());
-        }
+    fn check_whole(&mut self, key: &str, claimed: usize) -> Result<()> {
         // What it claims may not be there.
         let member = self.archive.by_name(&format!("{key}.npy"));
         let size = member.map(|member| member.size());
@@ -483,7 +468,7 @@ pub struct Writer<W: Write + Seek> {
 }
 
 /// What became of writing.
-pub type Written<T = ()> = std::result::Result<T, WriteNpzError>;
+pub type Written<T = ()> = std::result::Result<T, ZipError>;
 
 impl<W: Write + Seek> Writer<W> {
     /// An archive whose largest array has so many bytes.
@@ -495,35 +480,27 @@ impl<W: Write + Seek> Writer<W> {
     }
 
     /// Adds an array.
-    pub fn add<T: WriteNpyExt + ?Sized>(&mut self, key: &str, array: &T) -> Written {
+    pub fn add<T: Element, D: Dimension>(&mut self, key: &str, array: &ArrayRef<T, D>) -> Written {
         self.zip.start_file(format!("{key}.npy"), self.options)?;
-        array.write_npy(BufWriter::new(&mut self.zip))?;
-        Ok(())
+        Ok(npy::write(array, &mut self.zip)?)
     }
 
     /// Begins an array of this shape, whose numbers follow by [`Writer::append`].
-    pub fn begin<T: WritableElement>(&mut self, key: &str, shape: &[usize]) -> Written {
+    pub fn begin<T: Element>(&mut self, key: &str, shape: &[usize]) -> Written {
         self.zip.start_file(format!("{key}.npy"), self.options)?;
         let header = Header {
-            type_descriptor: T::type_descriptor(),
-            layout: Layout::Standard,
+            descr: T::NAME.into(),
+            in_columns: false,
             shape: shape.to_vec(),
         };
-        header.write(&mut self.zip).map_err(WriteNpyError::from)?;
-        Ok(())
+        Ok(self.zip.write_all(&header.bytes())?)
     }
 
     /// The next numbers of the array that was begun.
-    pub fn append<T, D>(&mut self, array: &ArrayRef<T, D>) -> Written
-    where
-        T: WritableElement + Clone,
-        D: Dimension,
-    {
+    pub fn append<T: Element, D: Dimension>(&mut self, array: &ArrayRef<T, D>) -> Written {
         let array = array.as_standard_layout();
         let numbers = array.as_slice().unwrap_or_default();
-        let write = T::write_slice(numbers, BufWriter::new(&mut self.zip));
-        write.map_err(WriteNpyError::from)?;
-        Ok(())
+        Ok(T::encode(numbers, &mut self.zip)?)
     }
 
     /// Ends the archive.
@@ -534,7 +511,7 @@ impl<W: Write + Seek> Writer<W> {
 }
 
 /// How arrays are stored: uncompressed, and with 64-bit sizes where `bytes` of data ask for them.
-pub fn options(bytes: usize) -> SimpleFileOptions {
+fn options(bytes: usize) -> SimpleFileOptions {
     // The header of the array adds less than this.
     const HEADER: usize = 4096;
     let large = bytes.saturating_add(HEADER) > u32::MAX as usize;

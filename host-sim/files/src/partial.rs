@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use ndarray::aview1;
-use ndarray_npy::NpzWriter;
 
 use super::{atomic, npz};
 use crate::Result;
@@ -50,11 +49,11 @@ impl Partial {
         let [high, low] = halves(key);
         let bytes = rows.iter().map(|row| 4 * row.len()).max().unwrap_or(0);
         atomic::write(path, |sink| {
-            let mut npz = NpzWriter::new_with_options(sink, npz::options(bytes));
+            let mut npz = npz::Writer::new(sink, bytes);
             let state = [done as i64, high as i64, low as i64];
-            npz.add_array("state", &aview1(&state))?;
+            npz.add("state", &aview1(&state))?;
             for (tile, row) in rows.iter().enumerate() {
-                npz.add_array(format!("rows_{tile}"), &aview1(row))?;
+                npz.add(&format!("rows_{tile}"), &aview1(row))?;
             }
             npz.finish()?;
             Ok(())

@@ -1,22 +1,20 @@
 //! Settings of the host: how a TOML file is read, and what a value out of range is told.
 
-use std::fs;
-use std::path::Path;
-
 use crate::terminal::short;
-use crate::{Error, Result, cannot_be_opened};
+use crate::{Error, Result};
 
 /// Reads a TOML file with `parse`.
 ///
 /// # Errors
-/// As [`Config::read`].
+/// The file cannot be opened, or is not what `parse` expects; the line is named.
+#[cfg(feature = "toml")]
 pub fn read_toml_with<T>(
-    path: &Path,
+    path: &std::path::Path,
     parse: impl FnOnce(&str) -> std::result::Result<T, toml::de::Error>,
 ) -> Result<T> {
     let error = |message: String| Error::Usage(format!("{}: {message}", path.display()));
-    let text = fs::read_to_string(path).map_err(|e| {
-        let reason = cannot_be_opened(&e);
+    let text = std::fs::read_to_string(path).map_err(|e| {
+        let reason = crate::cannot_be_opened(&e);
         error(format!("the configuration {reason}"))
     })?;
     parse(&text).map_err(|e| {

@@ -1,15 +1,9 @@
 //! What a simulated recording is of: scatterers, the bone's outline and surface, levels of brightness.
 
-use std::error::Error as StdError;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::Path;
 
 use ndarray::{Array2, Array3, arr0};
-use ndarray_npy::NpzWriter;
-use ply_rs_bw::ply::{
-    Addable, ElementDef, Encoding, Ply, PropertyAccess, PropertyDef, PropertyType, ScalarType,
-};
-use ply_rs_bw::writer::Writer;
 
 use super::atomic::Outputs;
 use super::npz;
@@ -35,16 +29,15 @@ impl Truth {
     /// It cannot be written.
     pub fn stage(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         outputs.stage(path, |sink| {
-            let mut npz =
-                NpzWriter::new_with_options(sink, npz::options(self.scatterers.len() * 4));
-            npz.add_array("scatterers", &self.scatterers)?;
-            npz.add_array("on_bone", &arr0(self.on_bone as i64))?;
-            npz.add_array("outline", &self.outline)?;
+            let mut npz = npz::Writer::new(sink, self.scatterers.len() * 4);
+            npz.add("scatterers", &self.scatterers)?;
+            npz.add("on_bone", &arr0(self.on_bone as i64))?;
+            npz.add("outline", &self.outline)?;
             if let Some((levels, place)) = &self.levels {
-                npz.add_array("level_db", levels)?;
-                npz.add_array("level_x0", &arr0(place[0]))?;
-                npz.add_array("level_z0", &arr0(place[1]))?;
-                npz.add_array("level_pixel", &arr0(place[2]))?;
+                npz.add("level_db", levels)?;
+                npz.add("level_x0", &arr0(place[0]))?;
+                npz.add("level_z0", &arr0(place[1]))?;
+                npz.add("level_pixel", &arr0(place[2]))?;
             }
             npz.finish()?;
             Ok(())
@@ -62,7 +55,7 @@ pub fn stage_surface(
     triangles: &[[u32; 3]],
     outputs: &mut Outputs,
 ) -> Result<()> {
-    outputs.stage(path, |sink| write_ply(sink, vertices, triangles))
+    outputs.stage(path, |sink| Ok(write_ply(sink, vertices, triangles)?))
 }
 
 /// The bytes of the same.
@@ -76,60 +69,46 @@ pub fn ply(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// A line of the file: a surface may have millions, too many for the library's own maps.
-enum Entry {
-    Corner([f32; 3]),
-    Face([i32; 3]),
-}
-
-impl PropertyAccess for Entry {
-    fn new() -> Self {
-        Entry::Corner([0.0; 3])
-    }
-
-    fn get_float(&self, name: &str) -> Option<f32> {
-        let axis = ["x", "y", "z"].iter().position(|axis| *axis == name)?;
-        match self {
-            Entry::Corner(corner) => Some(corner[axis]),
-            Entry::Face(_) => None,
-        }
-    }
-
-    fn get_list_int(&self, _: &str) -> Option<&[i32]> {
-        match self {
-            Entry::Corner(_) => None,
-            Entry::Face(corners) => Some(corners),
-        }
-    }
-}
-
 fn write_ply<W: Write>(
     sink: &mut W,
     vertices: &[[f64; 3]],
     triangles: &[[u32; 3]],
-) -> std::result::Result<(), Box<dyn StdError>> {
-    let mut ply = Ply::<Entry>::new();
-    ply.header.encoding = Encoding::BinaryLittleEndian;
-    let mut vertex = ElementDef::new("vertex".into());
-    for axis in ["x", "y", "z"] {
-        vertex.properties.add(PropertyDef::new(
-            axis.into(),
-            PropertyType::Scalar(ScalarType::Float),
-        ));
+) -> io::Result<()> {
+    write!(
+        sink,
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
+         property float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        vertices.len(),
+        triangles.len()
+    )?;
+    for vertex in vertices {
+        let millimetres = vertex.map(|v| (1e3 * v) as f32);
+        sink.write_all(millimetres.map(f32::to_le_bytes).as_flattened())?;
     }
-    let mut face = ElementDef::new("face".into());
-    face.properties.add(PropertyDef::new(
-        "vertex_indices".into(),
-        PropertyType::List(ScalarType::UChar, ScalarType::Int),
-    ));
-    ply.header.elements.add(vertex);
-    ply.header.elements.add(face);
-    let millimetres = |v: f64| (1e3 * v) as f32;
-    let vertices = vertices.iter().map(|v| Entry::Corner(v.map(millimetres)));
-    let faces = triangles.iter().map(|t| Entry::Face(t.map(|k| k as i32)));
-    ply.payload.insert("vertex".into(), vertices.collect());
-    ply.payload.insert("face".into(), faces.collect());
-    ply.make_consistent()?;
-    Writer::new().write_ply(sink, &mut ply)?;
+    for triangle in triangles {
+        sink.write_all(&[3])?;
+        sink.write_all(triangle.map(u32::to_le_bytes).as_flattened())?;
+    }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_surface_is_binary_ply_in_millimetres() {
+        let bytes = ply(&[[1e-3, -2e-3, 0.5e-3], [0.0; 3]], &[[1, 0, 258]]).unwrap();
+        let mut expected = b"ply\nformat binary_little_endian 1.0\nelement vertex 2\n\
+            property float x\nproperty float y\nproperty float z\nelement face 1\n\
+            property list uchar int vertex_indices\nend_header\n"
+            .to_vec();
+        expected.extend(
+            [1.0f32, -2.0, 0.5, 0.0, 0.0, 0.0]
+                .map(f32::to_le_bytes)
+                .as_flattened(),
+        );
+        expected.extend([3, 1, 0, 0, 0, 0, 0, 0, 0, 2, 1, 0, 0]);
+        assert_eq!(bytes, expected);
+    }
 }

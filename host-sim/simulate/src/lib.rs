@@ -43,7 +43,7 @@ pub use clutter::Clutter;
 pub use ct::{CtScanner, CtVolume};
 pub use demodulate::demodulate;
 pub use marching_tetrahedra::{Grid, surface as zero_surface};
-pub use mesh::{read_mesh, slice_mesh};
+pub use mesh::{read_mesh, slice_mesh, slice_ply};
 pub use noise::{NoiseSpectrum, complex_gaussian};
 pub use outline::Outline;
 pub use phantom::{Phantom, Scatterer, Tissue};

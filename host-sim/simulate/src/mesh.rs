@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
@@ -22,11 +22,8 @@ use super::surface::Surface;
 /// A file that cannot be read, a mesh that the plane does not cut or that is open there.
 pub fn slice_mesh(path: &Path, slice: f64) -> Result<Outline> {
     let mesh = read(path)?;
-    let surface = mesh.placed(slice);
-    let outline = surface
-        .outline()
-        .map_err(|message| file_error(path, message))?;
-    if let Some(outline) = outline {
+    let outline = mesh.placed(slice).outline();
+    if let Some(outline) = outline.map_err(|message| file_error(path, message))? {
         return Ok(outline);
     }
     let z = |f: fn(f64, f64) -> f64, start| mesh.vertices.iter().map(|v| v[2]).fold(start, f);
@@ -37,6 +34,19 @@ pub fn slice_mesh(path: &Path, slice: f64) -> Result<Outline> {
         z(f64::min, f64::INFINITY),
         z(f64::max, f64::NEG_INFINITY)
     )))
+}
+
+/// The same of a PLY file's bytes.
+///
+/// # Errors
+/// As [`slice_mesh`].
+pub fn slice_ply(bytes: &[u8], slice: f64) -> Result<Outline> {
+    let raw = parse_ply(bytes, bytes.len() as u64);
+    let outline = raw
+        .and_then(weld)
+        .and_then(|mesh| mesh.placed(slice).outline());
+    let outline = outline.and_then(|outline| outline.ok_or_else(|| "is not cut".into()));
+    outline.map_err(|message| Error::Data(format!("the mesh {message}")))
 }
 
 /// The whole surface of a mesh as [`slice_mesh`] has it, the height `slice` at elevation 0, and what is
@@ -252,15 +262,19 @@ fn read_ply(path: &Path) -> Result<Raw> {
     let open = |error: std::io::Error| fail(format!("cannot be opened: {}", error.kind()));
     let file = File::open(path).map_err(open)?;
     let length = file.metadata().map_err(open)?.len();
+    parse_ply(BufReader::new(file), length).map_err(fail)
+}
+
+fn parse_ply(file: impl BufRead, length: u64) -> std::result::Result<Raw, String> {
     let unreadable = |error: ParseError| {
         // The parser explains itself over several lines.
         let reason = error.to_string().replace('\n', " ");
-        fail(format!("not a readable PLY file: {}", reason.trim_end()))
+        format!("not a readable PLY file: {}", reason.trim_end())
     };
     let parser = Parser::<DefaultElement>::new();
-    let mut reader = Reader::new(BufReader::new(file));
+    let mut reader = Reader::new(file);
     let header = parser.read_header(&mut reader).map_err(unreadable)?;
-    check_counts(&header, length).map_err(fail)?;
+    check_counts(&header, length)?;
     let payload = parser
         .read_payload(&mut reader, &header)
         .map_err(unreadable)?;
@@ -268,7 +282,7 @@ fn read_ply(path: &Path) -> Result<Raw> {
         payload
             .get(name)
             .filter(|list| !list.is_empty())
-            .ok_or_else(|| fail(format!("the PLY file has no element \"{name}\"")))
+            .ok_or_else(|| format!("the PLY file has no element \"{name}\""))
     };
     let mut vertices = Vec::new();
     for (index, vertex) in element("vertex")?.iter().enumerate() {
@@ -278,9 +292,7 @@ fn read_ply(path: &Path) -> Result<Raw> {
                 Some(Property::Float(v)) => f64::from(*v),
                 Some(Property::Double(v)) => *v,
                 _ => {
-                    return Err(fail(format!(
-                        "vertex {index} needs {key} as float or double"
-                    )));
+                    return Err(format!("vertex {index} needs {key} as float or double"));
                 }
             };
         }
@@ -292,15 +304,15 @@ fn read_ply(path: &Path) -> Result<Raw> {
             .get("vertex_indices")
             .or_else(|| face.get("vertex_index"))
             .and_then(indices)
-            .ok_or_else(|| fail(format!("face {index} needs a list vertex_indices")))?;
+            .ok_or_else(|| format!("face {index} needs a list vertex_indices"))?;
         let corner = |k: usize| {
             let known = (corners[k] < vertices.len()).then_some(corners[k]);
             known.ok_or_else(|| {
-                fail(format!(
+                format!(
                     "face {index} names vertex {} of {}",
                     corners[k],
                     vertices.len()
-                ))
+                )
             })
         };
         // A polygon is a fan of triangles.

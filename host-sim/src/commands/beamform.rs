@@ -8,8 +8,9 @@ use std::time::Instant;
 use clap::Args;
 
 use super::measures::Measures;
-use super::{ConfigArgument, VariableArguments, about, command_line, load_config, progress_bar};
+use super::{ConfigArgument, VariableArguments, about, command_line, load_config};
 use crate::config::Config;
+use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam_drive::config::{Beamform, BeamformFlags, ImageFlags};
 use bonebeam_drive::frame::{beamform_aligned_frames, beamform_frames};
@@ -193,14 +194,14 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let at_a_time = file.frames_at_a_time().min(frames.len());
     let bytes = working_memory(first, &config.beamform, image, at_a_time);
     memory::check(bytes, "beamforming").map_err(|e| about(&arguments.recording, e))?;
-    let bar = progress_bar("beamforming", 1000);
+    let bar = Progress::new("beamforming", 1000);
     let mut seconds = 0.0;
     // The lines of the next frames after so many.
     let mut next = |done: usize| -> Result<Vec<Lines>> {
         let start = frames.start + done;
         let block = start..frames.end.min(start + at_a_time);
         let share = |part: f64| (done as f64 + part * block.len() as f64) / frames.len() as f64;
-        let progress = |part: f64| bar.set_position((1000.0 * share(part)) as u64);
+        let progress = |part: f64| bar.set((1000.0 * share(part)) as u64, 1000);
         let (recording, own) = file.read(block.clone())?;
         let begin = Instant::now();
         let lines = match recording.as_ref() {
@@ -222,7 +223,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         }
         _ => Lines::stage_frames(frames.len(), &arguments.output, &mut outputs, next)?,
     };
-    bar.finish_and_clear();
+    bar.clear();
     let mut measures = Measures::new(&arguments.recording, file.format(), seconds, &lines);
     let mut said = said_of_lines(first, &config.beamform, frames.len(), &lines);
     if let Some(path) = &arguments.image {

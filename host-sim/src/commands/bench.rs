@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use bonebeam::simd::InstructionSet;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use indicatif::ProgressBar;
 
 use super::about;
+use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam_bench::{Section, Settings, rewrite, run as measure, text};
 use bonebeam_files::atomic::{Outputs, check_outputs};
@@ -79,12 +79,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let settings = Settings::new(arguments.quick, arguments.instruction_set)?;
 
-    let bar = ProgressBar::new_spinner();
+    let bar = Progress::new("", 0);
     let report = measure(&settings, sections, &mut |section, what| {
         bar.set_message(format!("{section}: {what}"));
-        bar.tick();
     })?;
-    bar.finish_and_clear();
+    bar.clear();
     print(&text(&report))?;
 
     let mut outputs = Outputs::new();

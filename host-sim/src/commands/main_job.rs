@@ -6,7 +6,7 @@ use std::sync::Mutex;
 
 use clap::Args;
 
-use super::progress_bar;
+use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam_files::atomic::{Outputs, check_writable};
 use bonebeam_files::leftovers;
@@ -105,7 +105,7 @@ fn prepare(folder: &Path) -> Result<Vec<&Path>> {
 }
 
 fn compute_and_write(job: &Job, folder: &Path, page: Page) -> Result<()> {
-    let bar = progress_bar("", 1000);
+    let bar = Progress::new("", 1000);
     let step = Mutex::new(String::new());
     let outcomes = job.run(&|what, done| {
         // A thread that panicked has ended the run anyway.
@@ -115,9 +115,9 @@ fn compute_and_write(job: &Job, folder: &Path, page: Page) -> Result<()> {
             *step = what.to_owned();
             bar.set_message(what.to_owned());
         }
-        bar.set_position((1000.0 * done) as u64);
+        bar.set((1000.0 * done) as u64, 1000);
     })?;
-    bar.finish_and_clear();
+    bar.clear();
 
     let report = Report::new(job, &outcomes, page)?;
     let mut outputs = Outputs::new();

@@ -19,8 +19,6 @@ pub mod verify;
 use std::env;
 use std::path::{Path, PathBuf};
 
-use indicatif::{ProgressBar, ProgressStyle};
-
 use crate::config::Config;
 use crate::{Error, Result};
 use bonebeam_files::Variables;
@@ -47,13 +45,6 @@ fn about(path: &Path, error: Error) -> Error {
         },
         Error::Usage(_) | Error::File { .. } => error,
     }
-}
-
-/// A progress bar on the terminal; where there is none, nothing.
-fn progress_bar(what: &'static str, steps: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg:20} {wide_bar} {percent:>3} % {eta:>4}");
-    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(steps).with_style(style).with_message(what)
 }
 
 /// `--variable`, which every command takes that reads a recording.

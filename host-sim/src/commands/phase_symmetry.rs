@@ -6,8 +6,9 @@ use bonebeam::phase_symmetry::scale_for_display;
 use clap::Args;
 use ndarray::Array2;
 
-use super::{ConfigArgument, about, command_line, load_config, progress_bar};
+use super::{ConfigArgument, about, command_line, load_config};
 use crate::config::Config;
+use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam_drive::config::PhaseSymmetryFlags;
 use bonebeam_drive::image::resize;
@@ -81,7 +82,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         let level = |at: (usize, usize)| pixels.get(at).copied().unwrap_or(0.0);
         pixels = Array2::from_shape_fn(sides, level);
     }
-    let bar = progress_bar("phase symmetry", 1);
+    let bar = Progress::new("phase symmetry", 1);
     let map = phase_symmetry(
         pixels.view(),
         &Parameters {
@@ -90,12 +91,11 @@ pub fn run(arguments: Arguments) -> Result<()> {
             strip: parameters.strip,
         },
         |done, of| {
-            bar.set_length(of as u64);
-            bar.set_position(done as u64);
+            bar.set(done as u64, of as u64);
         },
     )
     .map_err(|e| about(&arguments.image, e))?;
-    bar.finish_and_clear();
+    bar.clear();
     let map = Array2::from_shape_fn(shown, |at| map[at]);
 
     let mut outputs = Outputs::new();

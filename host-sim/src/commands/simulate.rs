@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use ndarray::{Array2, Array3};
 
-use super::{ConfigArgument, command_line, load_config, progress_bar};
+use super::{ConfigArgument, command_line, load_config};
 use crate::Result;
 use crate::config::Config;
+use crate::progress::Progress;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::warn;
 use bonebeam_files::{Truth, stage_surface};
@@ -73,12 +74,12 @@ pub fn run(arguments: Arguments) -> Result<()> {
     built.doubts.iter().for_each(|doubt| warn(doubt));
     let phantom = built.phantom;
     let mut checkpoint = Checkpoint::new(&partial, &scanner, &phantom)?;
-    let bar = progress_bar("simulating", 1000);
-    let progress = |done: f64| bar.set_position((1000.0 * done) as u64);
+    let bar = Progress::new("simulating", 1000);
+    let progress = |done: f64| bar.set((1000.0 * done) as u64, 1000);
     let data = config
         .simulate
         .record(&scanner, &phantom, &progress, &mut checkpoint)?;
-    bar.finish_and_clear();
+    bar.clear();
 
     let mut outputs = Outputs::new();
     data.stage(&arguments.output, &mut outputs)?;

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::progress_bar;
+use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam_files::terminal::print;
 use bonebeam_oracle::validate::verify::verify;
@@ -28,12 +28,9 @@ Examples:
 /// # Errors
 /// [`Error::Data`] where a check does not hold.
 pub fn run(_: Arguments) -> Result<()> {
-    let bar = progress_bar("verifying", 0);
-    let verdicts = verify(|done| {
-        bar.set_length(done as u64);
-        bar.set_position(done as u64);
-    })?;
-    bar.finish_and_clear();
+    let bar = Progress::new("verifying", 0);
+    let verdicts = verify(|done| bar.set(done as u64, done as u64))?;
+    bar.clear();
     for verdict in &verdicts {
         let word = if verdict.holds { "ok   " } else { "WRONG" };
         let hash = verdict.hash.map(|hash| format!("{hash:016x}"));

@@ -1,20 +1,19 @@
 //! The arrays of a MATLAB file of version 5 to 7.2 (`save -v6`, `-v7`, scipy's `savemat`).
 //!
-//! `matfile` reads them. It holds every array of a file, inflates without a bound, and gives the file up
-//! for one array that it cannot read. So each array is cut out of the file and inflated here, within
-//! bounds, and `matfile` is given that one. Arrays of numbers are read, structs and cells are not.
+//! The format is described in MathWorks' "MAT-File Format", R2021b, chapter 1. Arrays of numbers are read;
+//! structs, cells, text and sparse arrays are not. One array is inflated at a time, within bounds.
 
+use std::borrow::Cow;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use flate2::read::ZlibDecoder;
-use matfile::{MatFile, NumericData};
 use ndarray::{ArrayD, IxDyn, ShapeBuilder};
 use num_complex::Complex;
 
 use super::super::{cannot_be_opened, file_error};
-use super::guard::{CONVERSIONS, Told, claim, guarded};
+use super::guard::{CONVERSIONS, Told, claim};
 use super::values::{Part, Source, Values};
 use crate::memory;
 use crate::{Error, Result};
@@ -26,13 +25,11 @@ const TAG: usize = 8;
 /// Types of elements: an array, and one that is deflated.
 const ARRAY: u32 = 14;
 const DEFLATED: u32 = 15;
-/// Where an array tells its class, from its tag on.
-const CLASS_AT: usize = 16;
-/// Classes of arrays: f64, i8, u32, and those of numbers.
-const DOUBLE: u8 = 6;
-const INT8: u8 = 8;
-const UINT32: u8 = 13;
+/// Classes of arrays: u8, and those of numbers.
+const UINT8: u8 = 9;
 const NUMBERS: std::ops::RangeInclusive<u8> = 6..=15;
+/// The flag of an array with an imaginary part.
+const COMPLEX: u32 = 0x800;
 /// What is inflated to find an array's name.
 const NAME_WITHIN: u64 = 1024;
 
@@ -79,12 +76,15 @@ impl Mat5 {
         Ok(file)
     }
 
+    fn elements<'a>(&self, bytes: &'a [u8]) -> Elements<'a> {
+        Elements {
+            rest: bytes,
+            big_endian: self.big_endian,
+        }
+    }
+
     fn number(&self, bytes: &[u8], at: usize) -> Option<u32> {
-        let four = bytes.get(at..at.checked_add(4)?)?.try_into().ok()?;
-        Some(match self.big_endian {
-            true => u32::from_be_bytes(four),
-            false => u32::from_le_bytes(four),
-        })
+        self.elements(bytes.get(at..)?).number(0)
     }
 
     fn find(&mut self) -> Told<()> {
@@ -133,29 +133,16 @@ impl Mat5 {
 
     /// The name of the array whose tag this begins with, and whether it holds numbers.
     fn head(&self, bytes: &[u8]) -> Option<(String, bool)> {
-        let flags = self.number(bytes, CLASS_AT)?;
-        let sides = self.number(bytes, CLASS_AT + 12)? as usize;
-        let name = (CLASS_AT + 16)
-            .checked_add(sides)?
-            .checked_next_multiple_of(8)?;
-        let tag = self.number(bytes, name)?;
-        // Up to four letters share the tag's eight bytes.
-        let (from, length) = match tag >> 16 {
-            0 => (name.checked_add(8)?, self.number(bytes, name + 4)? as usize),
-            length => (name.checked_add(4)?, length as usize),
-        };
-        let name = bytes.get(from..from.checked_add(length)?)?;
-        let numbers = NUMBERS.contains(&((flags & 0xff) as u8));
-        Some((String::from_utf8_lossy(name).into_owned(), numbers))
+        let array = self.elements(bytes.get(TAG..)?).array()?;
+        let name = String::from_utf8_lossy(array.name).into_owned();
+        Some((name, NUMBERS.contains(&array.class)))
     }
 
-    /// The array as a file of its own, inflated.
-    fn alone(&self, element: &Element) -> Told<Vec<u8>> {
+    /// What follows the array's tag, inflated.
+    fn contents(&self, element: &Element) -> Told<Cow<'_, [u8]>> {
         let body = &self.bytes[element.at.clone()];
-        let mut file = self.bytes[..HEADER].to_vec();
         if !element.deflated {
-            file.extend(body);
-            return Ok(file);
+            return Ok(body.get(TAG..).unwrap_or_default().into());
         }
         let mut tag = [0; TAG];
         let mut inflated = ZlibDecoder::new(body);
@@ -165,17 +152,18 @@ impl Mat5 {
         let bytes = claim(&[length as usize], 1, self.bytes.len() as u64)?;
         memory::check(bytes.saturating_mul(CONVERSIONS), "the array")
             .map_err(|e| format!("is too large: {e}; {READ_WHOLE}"))?;
-        file.extend(tag);
+        let mut contents = Vec::with_capacity(bytes);
         let mut inflated = inflated.take(u64::from(length));
-        inflated.read_to_end(&mut file).map_err(damaged)?;
-        if file.len() != HEADER + TAG + length as usize {
+        inflated.read_to_end(&mut contents).map_err(damaged)?;
+        if contents.len() != length as usize {
             return Err("is truncated".into());
         }
-        Ok(file)
+        Ok(contents.into())
     }
 
-    /// An array, with its sides in MATLAB's order.
-    fn array(&self, name: &str) -> Told<(Vec<usize>, NumericData)> {
+    /// An array, with its sides in MATLAB's order, its numbers converted from f64, which holds all but the
+    /// largest 64-bit integers. `convert` is told the array's class.
+    fn array<T>(&self, name: &str, convert: impl Fn(f64, u8) -> T) -> Told<Parts<T>> {
         let mut named = self.arrays.iter().filter(|element| element.name == name);
         let element = named.next().ok_or("is missing")?;
         if !element.numbers {
@@ -187,29 +175,29 @@ impl Mat5 {
         }
         memory::check(element.at.len().saturating_mul(8), "the array")
             .map_err(|e| format!("is too large: {e}; {READ_WHOLE}"))?;
-        let mut file = self.alone(element)?;
-        let class_at = HEADER + CLASS_AT + if self.big_endian { 3 } else { 0 };
-        let own = *file.get(class_at).ok_or("is truncated")?;
-        // MATLAB stores small integers of any class as bytes, and `matfile` 0.5 takes int32 for uint32.
-        for class in [own, DOUBLE, INT8, UINT32] {
-            file[class_at] = class;
-            let Ok(read) = MatFile::parse(file.as_slice()) else {
-                continue;
-            };
-            let Some(array) = read.arrays().first() else {
-                continue;
-            };
-            let sides = array.size().clone();
-            let count = sides.iter().copied().try_fold(1usize, usize::checked_mul);
-            let data = array.data().clone();
-            if count != Some(length(&data)) {
-                return Err(format!(
+        let contents = self.contents(element)?;
+        let damaged = || "is damaged, or not of numbers".to_owned();
+        let array = self.elements(&contents).array().ok_or_else(damaged)?;
+        let sides = array.sides;
+        let count = sides.iter().copied().try_fold(1usize, usize::checked_mul);
+        let mut elements = array.numbers;
+        let mut part = || {
+            let numbers = elements.numbers(|value| convert(value, array.class));
+            let numbers = numbers.ok_or_else(damaged)?;
+            match count == Some(numbers.len()) {
+                true => Ok(numbers),
+                false => Err(format!(
                     "claims a shape of {sides:?}, and holds other numbers"
-                ));
+                )),
             }
-            return Ok((sides, data));
-        }
-        Err("is damaged, or not of numbers".into())
+        };
+        let real = part()?;
+        let imaginary = array.complex.then(part).transpose()?;
+        Ok(Parts {
+            sides,
+            real,
+            imaginary,
+        })
     }
 
     fn about<T>(&self, name: &str, outcome: Told<T>) -> Result<T> {
@@ -228,14 +216,13 @@ impl Source for Mat5 {
 
     fn numbers(&self, name: &str) -> Result<ArrayD<f64>> {
         let read = || {
-            let (sides, data) = self.array(name)?;
-            let (real, imaginary) = parts(&data, |v| v);
-            match imaginary {
+            let array = self.array(name, |v, _| v)?;
+            match array.imaginary {
                 Some(_) => Err("is complex; expected real numbers".into()),
-                None => by_columns(&sides, real),
+                None => by_columns(&array.sides, array.real),
             }
         };
-        self.about(name, guarded(read))
+        self.about(name, read())
     }
 
     /// Its arrays are deflated and in columns: whole.
@@ -245,22 +232,126 @@ impl Source for Mat5 {
 
     fn samples(&self, name: &str, _: Option<Part>) -> Result<Values> {
         let read = || {
-            let (sides, data) = self.array(name)?;
-            let offset = match data {
-                NumericData::UInt8 { .. } => 128.0,
-                _ => 0.0,
-            };
-            let (real, imaginary) = parts(&data, |v| (v - offset) as f32);
-            Ok(match imaginary {
-                None => Values::Real(by_columns(&sides, real)?),
+            let zero = |class| if class == UINT8 { 128.0 } else { 0.0 };
+            let array = self.array(name, |v, class| (v - zero(class)) as f32)?;
+            Ok(match array.imaginary {
+                None => Values::Real(by_columns(&array.sides, array.real)?),
                 Some(imaginary) => {
-                    let both = real.into_iter().zip(imaginary);
+                    let both = array.real.into_iter().zip(imaginary);
                     let values = both.map(|(re, im)| Complex::new(re, im)).collect();
-                    Values::Complex(by_columns(&sides, values)?)
+                    Values::Complex(by_columns(&array.sides, values)?)
                 }
             })
         };
-        self.about(name, guarded(read))
+        self.about(name, read())
+    }
+}
+
+/// The numbers of an array in MATLAB's order, and its sides.
+struct Parts<T> {
+    sides: Vec<usize>,
+    real: Vec<T>,
+    imaginary: Option<Vec<T>>,
+}
+
+/// An array before its numbers are read.
+struct Array<'a> {
+    class: u8,
+    complex: bool,
+    /// As they are claimed: a negative side is a very large one.
+    sides: Vec<usize>,
+    name: &'a [u8],
+    /// The real part, then the imaginary one.
+    numbers: Elements<'a>,
+}
+
+/// Elements one after the other: a tag of type and length, then the bytes, padded to a multiple of 8.
+struct Elements<'a> {
+    rest: &'a [u8],
+    big_endian: bool,
+}
+
+impl<'a> Elements<'a> {
+    fn number(&self, at: usize) -> Option<u32> {
+        let four = *self.rest.get(at..)?.first_chunk()?;
+        Some(match self.big_endian {
+            true => u32::from_be_bytes(four),
+            false => u32::from_le_bytes(four),
+        })
+    }
+
+    /// The type and the bytes of the next element.
+    fn next(&mut self) -> Option<(u32, &'a [u8])> {
+        let tag = self.number(0)?;
+        // Up to four bytes share the tag's eight.
+        let (kind, begin, length) = match tag >> 16 {
+            0 => (tag, TAG, self.number(4)? as usize),
+            length @ 1..=4 => (tag & 0xffff, 4, length as usize),
+            _ => return None,
+        };
+        let end = begin.checked_add(length)?;
+        let bytes = self.rest.get(begin..end)?;
+        let padded = end.checked_next_multiple_of(TAG)?;
+        self.rest = self.rest.get(padded..).unwrap_or_default();
+        Some((kind, bytes))
+    }
+
+    /// The array whose elements these are, from its flags on.
+    fn array(mut self) -> Option<Array<'a>> {
+        let (_, flags) = self.next()?;
+        let flags = self.like(flags).number(0)?;
+        let (_, sides) = self.next()?;
+        let sides = self.like(sides);
+        let side = |k| Some(sides.number(4 * k)? as i32 as usize);
+        let sides = (0..sides.rest.len() / 4).map(side).collect::<Option<_>>()?;
+        let (_, name) = self.next()?;
+        Some(Array {
+            class: flags as u8,
+            complex: flags & COMPLEX != 0,
+            sides,
+            name,
+            numbers: self,
+        })
+    }
+
+    fn like(&self, bytes: &'a [u8]) -> Self {
+        Elements {
+            rest: bytes,
+            big_endian: self.big_endian,
+        }
+    }
+
+    /// The numbers of the next element. Their type is the element's own: MATLAB keeps whole numbers of any
+    /// class in the smallest type that holds them.
+    fn numbers<T>(&mut self, convert: impl Fn(f64) -> T) -> Option<Vec<T>> {
+        let (kind, bytes) = self.next()?;
+        let big_endian = self.big_endian;
+        macro_rules! numbers {
+            ($type:ty) => {{
+                let (chunks, _) = bytes.as_chunks();
+                let number = |&chunk| match big_endian {
+                    true => <$type>::from_be_bytes(chunk),
+                    false => <$type>::from_le_bytes(chunk),
+                };
+                chunks
+                    .iter()
+                    .map(|chunk| convert(number(chunk) as f64))
+                    .collect()
+            }};
+        }
+        Some(match kind {
+            1 => numbers!(i8),
+            2 => numbers!(u8),
+            3 => numbers!(i16),
+            4 => numbers!(u16),
+            5 => numbers!(i32),
+            6 => numbers!(u32),
+            7 => numbers!(f32),
+            9 => numbers!(f64),
+            12 => numbers!(i64),
+            13 => numbers!(u64),
+            _ => return None,
+        })
     }
 }
 
@@ -271,23 +362,127 @@ fn by_columns<T: Clone>(sides: &[usize], values: Vec<T>) -> Told<ArrayD<T>> {
     Ok(array.as_standard_layout().into_owned())
 }
 
-/// Real and imaginary parts, converted from f64, which holds all but the largest 64-bit integers.
-fn parts<T>(data: &NumericData, convert: impl Fn(f64) -> T) -> (Vec<T>, Option<Vec<T>>) {
-    macro_rules! parts {
-        ($($class:ident),*) => {
-            match data {
-                $(NumericData::$class { real, imag } => {
-                    let all = |values: &Vec<_>| values.iter().map(|&v| convert(v as f64)).collect();
-                    (all(real), imag.as_ref().map(all))
-                })*
-            }
-        };
-    }
-    parts!(
-        Int8, UInt8, Int16, UInt16, Int32, UInt32, Int64, UInt64, Single, Double
-    )
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn length(data: &NumericData) -> usize {
-    parts(data, |_| ()).0.len()
+    /// Numbers of 4 or 2 bytes in the byte order of a file.
+    fn order(big_endian: bool, mut bytes: Vec<u8>) -> Vec<u8> {
+        if big_endian {
+            bytes.reverse();
+        }
+        bytes
+    }
+
+    fn element(big_endian: bool, kind: u32, bytes: &[u8]) -> Vec<u8> {
+        let word = |word: u32| order(big_endian, word.to_le_bytes().to_vec());
+        let mut element = match bytes.len() {
+            // Four bytes or fewer share the tag's eight.
+            length @ 1..=4 => word((length as u32) << 16 | kind),
+            length => [word(kind), word(length as u32)].concat(),
+        };
+        element.extend(bytes);
+        element.resize(element.len().next_multiple_of(TAG), 0);
+        element
+    }
+
+    /// A file of one array `a` of two numbers, whose parts are elements of this type.
+    fn file(big_endian: bool, class: u32, parts: &[(u32, Vec<u8>)]) -> Mat5 {
+        let word = |word: u32| order(big_endian, word.to_le_bytes().to_vec());
+        let complex = if parts.len() > 1 { COMPLEX } else { 0 };
+        let mut array = element(big_endian, 6, &[word(class | complex), word(0)].concat());
+        array.extend(element(big_endian, 5, &[word(2), word(1)].concat()));
+        array.extend(element(big_endian, 1, b"a"));
+        for (kind, bytes) in parts {
+            array.extend(element(big_endian, *kind, bytes));
+        }
+        let mut bytes = vec![b' '; HEADER];
+        bytes.extend(element(big_endian, ARRAY, &array));
+        let mut file = Mat5 {
+            path: "a.mat".into(),
+            bytes,
+            big_endian,
+            arrays: Vec::new(),
+        };
+        file.find().unwrap();
+        file
+    }
+
+    #[test]
+    fn numbers_of_every_type_in_both_byte_orders() {
+        macro_rules! bytes {
+            ($kind:literal, $type:ty, $big:ident) => {{
+                let order = |v: $type| order($big, v.to_le_bytes().to_vec());
+                ($kind, [order(3 as $type), order(100 as $type)].concat())
+            }};
+        }
+        for big in [false, true] {
+            for part in [
+                bytes!(1, i8, big),
+                bytes!(2, u8, big),
+                bytes!(3, i16, big),
+                bytes!(4, u16, big),
+                bytes!(5, i32, big),
+                bytes!(6, u32, big),
+                bytes!(7, f32, big),
+                bytes!(9, f64, big),
+                bytes!(12, i64, big),
+                bytes!(13, u64, big),
+            ] {
+                // A double array, whose numbers are stored in the smallest type.
+                let kind = part.0;
+                let array = file(big, 6, std::slice::from_ref(&part));
+                let numbers = array.numbers("a").unwrap();
+                assert_eq!(numbers.shape(), [2, 1]);
+                assert_eq!(numbers.as_slice(), Some(&[3.0, 100.0][..]), "{kind} {big}");
+                let array = file(big, 6, &[part.clone(), part]);
+                assert!(
+                    array
+                        .numbers("a")
+                        .unwrap_err()
+                        .to_string()
+                        .contains("complex")
+                );
+                let Values::Complex(z) = array.samples("a", None).unwrap() else {
+                    panic!("{kind}");
+                };
+                assert_eq!(z[[1, 0]], Complex::new(100.0, 100.0));
+            }
+        }
+    }
+
+    #[test]
+    fn only_unsigned_bytes_have_their_zero_at_128() {
+        let bytes = (2, vec![3, 100]);
+        for (class, expected) in [(9, [-125.0, -28.0]), (10, [3.0, 100.0])] {
+            let array = file(false, class, std::slice::from_ref(&bytes));
+            let Values::Real(x) = array.samples("a", None).unwrap() else {
+                panic!("{class}");
+            };
+            assert_eq!(x.as_slice(), Some(&expected[..]));
+        }
+    }
+
+    #[test]
+    fn other_counts_and_types_are_refused() {
+        for (parts, words) in [
+            (vec![(2, vec![1, 2, 3])], "claims a shape of [2, 1]"),
+            (
+                vec![(2, vec![1, 2]), (2, vec![1])],
+                "claims a shape of [2, 1]",
+            ),
+            (vec![(16, vec![1, 2])], "not of numbers"),
+            (vec![], "not of numbers"),
+        ] {
+            let message = file(false, 6, &parts).numbers("a").unwrap_err().to_string();
+            assert!(message.contains(words), "{message}");
+        }
+        let text = file(false, 4, &[(16, vec![65, 66])]);
+        assert!(
+            text.numbers("a")
+                .unwrap_err()
+                .to_string()
+                .contains("-struct")
+        );
+    }
 }

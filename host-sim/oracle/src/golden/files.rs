@@ -6,7 +6,6 @@ use std::path::Path;
 
 use fnv::FnvHasher;
 use ndarray::{ArrayViewD, IxDyn};
-use ndarray_npy::WriteNpyExt;
 use num_complex::Complex;
 use serde::Serialize;
 use std::hash::Hasher;
@@ -17,6 +16,7 @@ use super::scene::{ELEMENTS, SAMPLES, SUBAPERTURE, TRACED};
 use super::stages::{Stage, Values};
 use crate::{Error, Result};
 use bonebeam_files::atomic::Outputs;
+use bonebeam_files::npy;
 
 /// What is in the folder.
 #[derive(Clone, Debug, Serialize)]
@@ -253,10 +253,13 @@ pub fn write(folder: &Path, stages: &[Stage]) -> Result<Manifest> {
         outputs.stage(&path, |sink| {
             match &stage.values {
                 Values::Real(values) => {
-                    ArrayViewD::<f32>::from_shape(shape, values)?.write_npy(sink)?;
+                    npy::write(&ArrayViewD::<f32>::from_shape(shape, values)?, sink)?;
                 }
                 Values::Complex(values) => {
-                    ArrayViewD::<Complex<f32>>::from_shape(shape, values)?.write_npy(sink)?;
+                    npy::write(
+                        &ArrayViewD::<Complex<f32>>::from_shape(shape, values)?,
+                        sink,
+                    )?;
                 }
             }
             Ok(())

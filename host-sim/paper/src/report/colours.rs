@@ -1,12 +1,9 @@
 //! Pictures in the colours of another quantity: blue below zero, white at it, red above, as bright as the grey
 //! level.
 
-use std::io::Cursor;
-
-use image::{ImageFormat, Rgb, RgbImage};
-
 use crate::experiments::outcome::Coloured;
 use crate::{Error, Result};
+use bonebeam_files::image::encode;
 
 /// The colour of a share of the quantity's reach, −1 to 1, at full brightness.
 pub fn colour(share: f64) -> [f64; 3] {
@@ -32,15 +29,14 @@ impl Coloured {
     /// A picture that PNG cannot hold.
     pub(super) fn png(&self) -> Result<Vec<u8>> {
         let (rows, columns) = self.picture.pixels.dim();
-        let picture = RgbImage::from_fn(columns as u32, rows as u32, |column, row| {
-            Rgb(self.at(row as usize, column as usize))
-        });
-        let mut bytes = Cursor::new(Vec::new());
-        let cannot = |e| Error::Data(format!("the colour map cannot be encoded: {e}"));
-        picture
-            .write_to(&mut bytes, ImageFormat::Png)
-            .map_err(cannot)?;
-        Ok(bytes.into_inner())
+        let pixels = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
+        let samples: Vec<u8> = pixels
+            .flat_map(|(row, column)| self.at(row, column))
+            .collect();
+        let mut bytes = Vec::new();
+        encode((rows, columns), png::ColorType::Rgb, &samples, &mut bytes)
+            .map_err(|e| Error::Data(format!("the colour map cannot be encoded: {e}")))?;
+        Ok(bytes)
     }
 }
 

@@ -2,8 +2,6 @@
 
 use std::fmt::Display;
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use ndarray::Array2;
 use plotters::prelude::*;
 
@@ -12,6 +10,7 @@ use bonebeam_drive::image::Image;
 use bonebeam_files::image::png;
 
 use super::bar::Bar;
+use super::embedded::embedded;
 use super::plot::{register_font, tick};
 
 /// The longer side of the picture within its axes, and what stands around it, in pixels.
@@ -99,12 +98,12 @@ fn labels(pixels: u32) -> usize {
 /// The drawing on white, with the pixels under the axes.
 fn with_pixels(svg: &str, pixels: &Array2<f32>, place: [u32; 4]) -> Result<String> {
     let [x, y, width, height] = place;
-    let data = STANDARD.encode(png(pixels)?);
+    let address = embedded(&png(pixels)?);
     let begin = svg.find('>').map_or(0, |at| at + 1);
     let (head, rest) = svg.split_at(begin);
     Ok(format!(
         "{head}\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n<image x=\"{x}\" y=\"{y}\" \
          width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" \
-         href=\"data:image/png;base64,{data}\"/>{rest}"
+         href=\"{address}\"/>{rest}"
     ))
 }

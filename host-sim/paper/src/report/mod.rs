@@ -4,6 +4,7 @@
 
 mod bar;
 mod colours;
+mod embedded;
 mod figure;
 mod html;
 mod numbers;
@@ -208,7 +209,7 @@ impl<'a> Report<'a> {
         &self,
         data: &BTreeMap<&'static str, &serde_json::Value>,
     ) -> Result<Vec<(String, String)>> {
-        let mut sheets = vec![(NUMBERS.to_owned(), numbers::every(data)?)];
+        let mut sheets = vec![(NUMBERS.to_owned(), numbers::every(data))];
         for (name, outcome) in self.outcomes {
             let comparisons: Vec<&Comparison> = outcome.comparisons.iter().collect();
             let beside = tables::comparisons(&comparisons);
@@ -219,7 +220,7 @@ impl<'a> Report<'a> {
             let all = beside.iter().chain(&outcome.tables).chain(shown);
             for (k, table) in all.enumerate() {
                 let file = format!("{name}-table-{}.csv", k + 1);
-                sheets.push((file, numbers::table(table)?));
+                sheets.push((file, numbers::table(table)));
             }
         }
         Ok(sheets)

@@ -5,13 +5,9 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use crate::experiments::outcome::Table;
-use crate::{Error, Result};
 
 /// A table, its title in the first line.
-///
-/// # Errors
-/// Cells that cannot be written.
-pub fn table(table: &Table) -> Result<String> {
+pub fn table(table: &Table) -> String {
     let mut lines = vec![vec![table.title.clone()]];
     lines.push(table.head.iter().map(ToString::to_string).collect());
     lines.extend(table.rows.iter().cloned());
@@ -19,10 +15,7 @@ pub fn table(table: &Table) -> Result<String> {
 }
 
 /// Every number and text of the experiments' data: where it stands in `report.json`, and its value.
-///
-/// # Errors
-/// Values that cannot be written.
-pub fn every(data: &BTreeMap<&'static str, &Value>) -> Result<String> {
+pub fn every(data: &BTreeMap<&'static str, &Value>) -> String {
     let mut lines = vec![vec!["path".to_owned(), "value".to_owned()]];
     for (name, value) in data {
         collect(name, value, &mut lines);
@@ -48,16 +41,18 @@ fn collect(path: &str, value: &Value, lines: &mut Vec<Vec<String>>) {
     }
 }
 
-fn csv(lines: &[Vec<String>]) -> Result<String> {
-    let cannot = |e: &dyn std::fmt::Display| Error::Data(format!("a table cannot be written: {e}"));
-    let mut writer = csv::WriterBuilder::new()
-        .flexible(true)
-        .from_writer(Vec::new());
-    for line in lines {
-        writer.write_record(line).map_err(|e| cannot(&e))?;
-    }
-    let bytes = writer.into_inner().map_err(|e| cannot(&e))?;
-    String::from_utf8(bytes).map_err(|e| cannot(&e))
+/// Lines of cells as RFC 4180 has them, ended by a line feed.
+fn csv(lines: &[Vec<String>]) -> String {
+    let quoted = |cell: &String| match cell.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", cell.replace('"', "\"\"")),
+        false => cell.clone(),
+    };
+    let line = |cells: &Vec<String>| match cells.as_slice() {
+        // An empty line would be no line.
+        [only] if only.is_empty() => "\"\"\n".to_owned(),
+        cells => cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n",
+    };
+    lines.iter().map(line).collect()
 }
 
 #[cfg(test)]
@@ -68,7 +63,7 @@ mod tests {
     #[test]
     fn every_number_has_a_line_with_its_place() {
         let data = json!({"a": [1.5, {"b": "x, y"}], "c": null});
-        let text = every(&BTreeMap::from([("point", &data)])).unwrap();
+        let text = every(&BTreeMap::from([("point", &data)]));
         let expected = "path,value\npoint.a[0],1.5\npoint.a[1].b,\"x, y\"\npoint.c,\n";
         assert_eq!(text, expected);
     }
@@ -81,6 +76,14 @@ mod tests {
             rows: vec![vec!["DAS, fine".into(), "1.07".into()]],
             page_only: false,
         };
-        assert_eq!(table(&shown).unwrap(), "Widths\n,mm\n\"DAS, fine\",1.07\n");
+        assert_eq!(table(&shown), "Widths\n,mm\n\"DAS, fine\",1.07\n");
+    }
+
+    #[test]
+    fn cells_are_quoted_where_they_must_be() {
+        let cells = ["a b", "", "1,5", "\"no\"", "two\nlines", "a\rb", "it's"];
+        let lines = [cells.map(String::from).to_vec(), vec![String::new()]];
+        let expected = "a b,,\"1,5\",\"\"\"no\"\"\",\"two\nlines\",\"a\rb\",it's\n\"\"\n";
+        assert_eq!(csv(&lines), expected);
     }
 }

@@ -1,7 +1,5 @@
 //! The page's pictures, with their axes and grey bars.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, html};
 
 use crate::Result;
@@ -9,6 +7,7 @@ use crate::experiments::outcome::{Beside, Coloured, Gallery, Picture, Scale, Vie
 use bonebeam_files::image::png;
 
 use super::colours::colour;
+use super::embedded::embedded;
 use super::plot;
 
 /// Where the page has its pictures.
@@ -143,11 +142,6 @@ fn picture(picture: &Picture, outline: &[Vec<(f64, f64)>], source: Source) -> Re
         Source::Within => embedded(&png(&picture.pixels)?),
     };
     framed(picture, outline, address)
-}
-
-/// The address of a PNG that the page holds.
-fn embedded(bytes: &[u8]) -> String {
-    format!("data:image/png;base64,{}", STANDARD.encode(bytes))
 }
 
 /// The picture at an address within its axes.

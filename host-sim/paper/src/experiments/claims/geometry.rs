@@ -1,16 +1,12 @@
 //! The two bones: the built-in vertebra and a mesh, in the pose of a seed.
 
-use std::fs;
-use std::path::Path;
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::Result;
 use crate::experiments::outcome::Attachment;
-use crate::{Error, Result};
-use bonebeam_files::atomic::Outputs;
-use bonebeam_files::stage_surface;
-use bonebeam_simulate::{Bone, Outline, slice_mesh, slice_vertebra};
+use bonebeam_files::ply;
+use bonebeam_simulate::{Bone, Outline, slice_mesh, slice_ply, slice_vertebra};
 
 use super::Claims;
 
@@ -33,15 +29,8 @@ impl Geometries {
         let (mesh, bytes) = match &claims.mesh {
             Some(path) => (slice_mesh(path, claims.mesh_slice)?, None),
             None => {
-                let folder = tempfile::tempdir()
-                    .map_err(|e| Error::Data(format!("no folder for a mesh: {e}")))?;
-                let path = folder.path().join("mesh.ply");
-                write_mesh(&path)?;
-                let bytes = fs::read(&path).map_err(|e| Error::File {
-                    path: path.clone(),
-                    message: e.kind().to_string(),
-                })?;
-                (slice_mesh(&path, claims.mesh_slice)?, Some(bytes))
+                let bytes = mesh()?;
+                (slice_ply(&bytes, claims.mesh_slice)?, Some(bytes))
             }
         };
         Ok(Geometries {
@@ -73,8 +62,9 @@ impl Geometries {
     }
 }
 
-/// The built-in vertebra's surface 4 mm lower, 8 % wider and turned by 7° in the image plane, as a mesh.
-fn write_mesh(path: &Path) -> Result<()> {
+/// The built-in vertebra's surface 4 mm lower, 8 % wider and turned by 7° in the image plane, as a
+/// mesh in a PLY file.
+fn mesh() -> Result<Vec<u8>> {
     let bone = Bone::Vertebra {
         mesh: None,
         slice: -8e-3,
@@ -90,7 +80,5 @@ fn write_mesh(path: &Path) -> Result<()> {
             [sin * x + cos * z, cos * x - sin * z, *y]
         })
         .collect();
-    let mut outputs = Outputs::new();
-    stage_surface(path, &vertices, surface.triangles(), &mut outputs)?;
-    outputs.commit()
+    ply(&vertices, surface.triangles())
 }
