@@ -1,8 +1,6 @@
 //! Linear, phased and convex arrays, RF and I/Q, every delay law, many frames and a lens: a point lies
 //! where it is, and I/Q gives the lines of RF.
 
-mod common;
-
 use std::f64::consts::{PI, TAU};
 use std::process::Command;
 

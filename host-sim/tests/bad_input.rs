@@ -1,7 +1,7 @@
 //! Bad input to the program: one line that names the thing, the right exit status, and no output
 //! left behind.
 
-mod common;
+use crate::common;
 
 use std::fs;
 

@@ -1,6 +1,6 @@
 //! Numbers that no recording and no simulation has: refused in one line that names them, or warned of.
 
-mod common;
+use crate::common;
 
 use std::fs;
 

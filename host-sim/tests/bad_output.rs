@@ -1,6 +1,6 @@
 //! Outputs that cannot be written: told in one line, and nothing is left behind.
 
-mod common;
+use crate::common;
 
 use std::fs;
 use std::process::Command;

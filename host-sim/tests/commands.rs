@@ -1,6 +1,6 @@
 //! The commands from file to file: what their flags mean, and that runs can be repeated.
 
-mod common;
+use crate::common;
 
 use bonebeam::covariance::Covariance;
 use std::f64::consts::TAU;

@@ -1,6 +1,6 @@
 //! Files and command lines made to do harm: each is refused in one line, at once, in bounded memory.
 
-mod common;
+use crate::common;
 
 use std::fs;
 use std::io::Write;

@@ -1,7 +1,7 @@
 //! Files: what is written is read back, what numpy users write is accepted, and what is wrong is
 //! refused with the name of the key, the place and what would be right.
 
-mod common;
+use crate::common;
 
 use std::fs;
 use std::path::Path;

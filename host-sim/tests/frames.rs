@@ -1,6 +1,6 @@
 //! Frames of a file are read some at a time: as if it were read whole, and from a file larger than memory.
 
-mod common;
+use crate::common;
 
 use std::fs::File;
 use std::io::{BufWriter, Write};

@@ -1,7 +1,7 @@
 //! The core's beamformers are the same bits with every instruction set, and those of plain scalar
 //! loops.
 
-mod common;
+use crate::common;
 
 use bonebeam::beamform::{Beamformer, Method, Parameters};
 use bonebeam::geometry::Active;

@@ -1,6 +1,6 @@
 //! What the beamformer refuses, and how it says so; what it takes.
 
-mod common;
+use crate::common;
 
 use bonebeam::Error;
 use bonebeam::beamform::{

@@ -1,7 +1,7 @@
 //! The core's beamformers against the f64 reference, within the contract's bounds: by the oracle of
 //! `host-sim`, and without the exemption for what rounding alone moves.
 
-mod common;
+use crate::common;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::Active;

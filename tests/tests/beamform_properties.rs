@@ -1,6 +1,6 @@
 //! What holds for the core's beamformers whatever the data are.
 
-mod common;
+use crate::common;
 
 use bonebeam::Error;
 use bonebeam::beamform::{AlignedLine, Method, Parameters};

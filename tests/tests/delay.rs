@@ -1,6 +1,6 @@
 //! The delay stage: against both references, against echoes computed by hand, and its invariants.
 
-mod common;
+use crate::common;
 
 use bonebeam::Complex;
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};

@@ -1,7 +1,7 @@
 //! Curved and phased arrays, rays, and every transmit law: the delay stage against both references, and
 //! the active aperture.
 
-mod common;
+use crate::common;
 
 use bonebeam::Complex;
 use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};

@@ -1,7 +1,7 @@
 //! The golden cases on the workstation: their recorded hashes, the f32 references' own, every
 //! instruction set. Meant for every profile: bits must not depend on optimisation.
 
-mod common;
+use crate::common;
 
 use std::collections::BTreeSet;
 

@@ -1,6 +1,6 @@
 //! The image stage: known answers, both references, bad input.
 
-mod common;
+use crate::common;
 
 use bonebeam::geometry::Axis;
 use bonebeam::image::{envelope, largest, log_compression, median, resample};

@@ -1,7 +1,7 @@
 //! I/Q: the delay stage against both references and against the RF of the same echoes, and its
 //! invariants.
 
-mod common;
+use crate::common;
 
 use bonebeam::focus::{
     Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,

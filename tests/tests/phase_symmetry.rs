@@ -1,7 +1,7 @@
 //! Phase symmetry: strips against the whole, the core against two references, and what must hold
 //! of any ridge filter.
 
-mod common;
+use crate::common;
 
 use std::f64::consts::PI;
 

@@ -1,7 +1,7 @@
 //! The pipeline, from RF and from I/Q: frames have the bits of the stages and of the host's drive; bones where they
 //! are; a plan of one's own delay stage.
 
-mod common;
+use crate::common;
 
 use bonebeam::beamform::{self, AlignedLine, Method};
 use bonebeam::covariance::Covariance;

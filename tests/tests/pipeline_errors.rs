@@ -1,6 +1,6 @@
 //! What the pipeline refuses, and the sizes of its memory.
 
-mod common;
+use crate::common;
 
 use bonebeam::focus::Record;
 use bonebeam::geometry::{Depth, Lines, Scan};

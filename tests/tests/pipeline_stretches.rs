@@ -1,6 +1,6 @@
 //! Lines in stretches, from RF and from I/Q: the bits of the whole, whatever a line is cut into.
 
-mod common;
+use crate::common;
 
 use bonebeam::beamform::{self, AlignedLine, Beamformer, Method, Slices, WorkspaceView};
 use bonebeam::covariance::{Averaging, Covariance, ForwardBackward};

@@ -1,7 +1,7 @@
 //! The channel-data simulator against arrival times, an independent sum in the time domain, and
 //! what physics demands: reciprocity, superposition, shadows.
 
-mod common;
+use crate::common;
 
 use std::f64::consts::PI;
 

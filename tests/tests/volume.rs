@@ -1,7 +1,7 @@
 //! The simulator in three dimensions: spreading, directivity, the elevation beam, shadows of triangles,
 //! meshes, known levels, and runs that resume.
 
-mod common;
+use crate::common;
 
 use std::fs;
 use std::path::Path;

@@ -1,7 +1,5 @@
 //! Files for the tests, valid or spoilt in one place.
 
-#![allow(dead_code, reason = "each test binary uses a part of these")]
-
 pub mod program;
 
 use std::fs::File;

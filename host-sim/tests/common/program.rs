@@ -1,7 +1,5 @@
 //! The program, run in a folder of its own, and how it refuses what is bad.
 
-#![allow(dead_code, reason = "each test binary uses a part of these")]
-
 use std::fs;
 use std::path::Path;
 use std::process::Command;

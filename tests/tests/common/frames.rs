@@ -1,7 +1,5 @@
 //! The scan, the records and the lines of a small frame, by RF and by I/Q.
 
-#![allow(dead_code)]
-
 use bonebeam::beamform::{self, Method, Workspace};
 use bonebeam::focus::{IqLayout, IqReading, IqRecord, IqSamples};
 use bonebeam::geometry::{

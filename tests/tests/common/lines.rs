@@ -1,7 +1,5 @@
 //! Aligned lines to test beamformers with, and the three beamformers that they go through: the
 //! core, the f32 reference, the f64 reference.
-// Each test file is a crate of its own and uses only some of this.
-#![allow(dead_code)]
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run, constant_runs};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};

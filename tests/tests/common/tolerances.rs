@@ -1,7 +1,5 @@
 //! Every tolerance of the cross-crate tests, each with its reason; those of the comparisons with the
 //! references are the oracle's.
-// Each test file is a crate of its own and uses only some of them.
-#![allow(dead_code, unused_imports)]
 
 /// Aligned samples of a 5 MHz, 60 % pulse recorded or put out at 20 MHz, of its peak: the documented
 /// errors of the filter (1.3e-3) and of the Hilbert transformer (2.8e-4), added.
