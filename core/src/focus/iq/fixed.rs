@@ -174,7 +174,9 @@ impl IqDelay {
             _ => line.array.pitch() as f32,
         };
         for (k, lag) in scratch
-            .chunks_exact_mut(LAG)
+            .as_chunks_mut::<LAG>()
+            .0
+            .iter_mut()
             .take(line.active.count)
             .enumerate()
         {
@@ -318,7 +320,7 @@ impl Row<'_> {
         let last = length.saturating_sub(1);
         let next = samples.get(sample..).unwrap_or_default();
         let first = self.first_element * element;
-        let lags = self.lags.chunks_exact(LAG);
+        let (lags, _) = self.lags.as_chunks::<LAG>();
         for (k, (out, lag)) in out.iter_mut().zip(lags).enumerate() {
             let first = first + k * element;
             let lag = lag_at::<LEVEL>([depth, square], lag);
@@ -353,10 +355,8 @@ impl Row<'_> {
 
 /// The lag of an element at `depth`, in 2⁻¹⁸ samples, cut.
 #[inline(always)]
-fn lag_at<const LEVEL: bool>([depth, depth_square]: [f32; 2], lag: &[f32]) -> i32 {
-    let &[square, scaled, along, rate, part, ahead, ..] = lag else {
-        return i32::MAX;
-    };
+fn lag_at<const LEVEL: bool>([depth, depth_square]: [f32; 2], lag: &[f32; LAG]) -> i32 {
+    let &[square, scaled, along, rate, part, ahead, ..] = lag;
     if LEVEL {
         return (scaled / (depth + sqrt(depth_square + square))) as i32;
     }
