@@ -2,11 +2,11 @@
 
 use std::num::NonZeroUsize;
 
-use bonebeam_drive::policy::{doubts, working_memory};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::frame;
-use bonebeam_files::{BeamRays, ChannelData, Frame, Recording, Transmits};
+use bonebeam_drive::policy::{doubts, working_memory};
 use bonebeam_files::memory;
+use bonebeam_files::{BeamRays, ChannelData, Frame, Recording, Transmits};
 use ndarray::{Array, Array3, Dimension, IntoDimension};
 use numpy::{
     Complex32, IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods,

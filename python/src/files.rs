@@ -36,7 +36,10 @@ impl RecordingFile {
             let (recording, own) = self.0.read(start..end)?;
             Ok(recording.into_owned().into_frames(own))
         };
-        match py.detach(read).map_err(|e: bonebeam_files::Error| refused(e))? {
+        match py
+            .detach(read)
+            .map_err(|e: bonebeam_files::Error| refused(e))?
+        {
             Recording::Channel(data) => channel_data(py, data),
             Recording::Aligned(data) => {
                 let keys = PyDict::new(py);

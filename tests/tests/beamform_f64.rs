@@ -262,7 +262,7 @@ fn nearly_equal_eigenvalues() {
 }
 
 /// The figures of docs/numerics.md, over 10⁵ samples of each kind by each of the two covariances:
-/// `cargo test --workspace --release --test beamform_f64 -- --ignored --nocapture hundred_thousand`.
+/// `cargo test --workspace --release --test across -- --ignored --nocapture hundred_thousand`.
 #[test]
 #[ignore = "takes minutes"]
 fn a_hundred_thousand_samples_of_undecided_ranks_and_split_clusters() {

@@ -59,7 +59,7 @@ fn what_is_verified_with_has_the_same_bits_everywhere() {
 }
 
 /// Records what the core gives now, after a change that is meant to change bits:
-/// `cargo test -p bonebeam-tests --test golden -- --ignored record_hashes`.
+/// `cargo test -p bonebeam-tests --test across -- --ignored record_hashes`.
 #[test]
 #[ignore = "writes tests/golden/hashes.txt"]
 fn record_hashes() {
@@ -111,7 +111,7 @@ fn the_snapshots_are_what_made_them() {
     assert!(make_snapshots() == snapshots::BYTES);
 }
 
-/// `cargo test -p bonebeam-tests --test golden -- --ignored write_snapshots`
+/// `cargo test -p bonebeam-tests --test across -- --ignored write_snapshots`
 #[test]
 #[ignore = "writes tests/golden/snapshots_m32.bin"]
 fn write_snapshots() {
