@@ -168,7 +168,13 @@ pub(crate) fn upsampled_lines<V: Vector>(
     memory.values.fill(0.0);
     for (_, line) in &LINES[..2] {
         upsampled.centre(line, &mut memory.centre)?;
-        for (k, values) in memory.values.chunks_exact_mut(VALUES).enumerate() {
+        for (k, values) in memory
+            .values
+            .as_chunks_mut::<VALUES>()
+            .0
+            .iter_mut()
+            .enumerate()
+        {
             let element = line.active.first + k;
             let samples = &REAL_PARTS[element * 64..][..64];
             upsampled.lags(zero, line, element, &mut memory.lags)?;
