@@ -225,11 +225,11 @@ fn read_obj(path: &Path) -> Result<Raw> {
     };
     for tobj::Model { mesh, .. } in models {
         let first = raw.vertices.len();
-        let positions = mesh.positions.chunks_exact(3);
+        let (positions, _) = mesh.positions.as_chunks::<3>();
         raw.vertices
-            .extend(positions.map(|p| [0, 1, 2].map(|k| f64::from(p[k]))));
-        for t in mesh.indices.chunks_exact(3) {
-            let corners = [0, 1, 2].map(|k| first + t[k] as usize);
+            .extend(positions.iter().map(|p| p.map(f64::from)));
+        for t in mesh.indices.as_chunks::<3>().0 {
+            let corners = t.map(|index| first + index as usize);
             if let Some(wrong) = corners.iter().find(|&&k| k >= raw.vertices.len()) {
                 return Err(fail(format!(
                     "a face names vertex {wrong}, which is not there"

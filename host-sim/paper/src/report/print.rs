@@ -36,7 +36,8 @@ pub fn print(picture: &Picture) -> Result<Vec<u8>> {
         [picture.pixels[[row, column]].round().clamp(0.0, 255.0) as u8; 3]
     });
     // Axes and letters are black on white.
-    let grey: Vec<u8> = sheet.colours.chunks_exact(3).map(|c| c[0]).collect();
+    let (colours, _) = sheet.colours.as_chunks::<3>();
+    let grey: Vec<u8> = colours.iter().map(|c| c[0]).collect();
     sheet.encode(&grey, png::ColorType::Grayscale)
 }
 
@@ -110,8 +111,8 @@ impl Sheet {
         for row in 0..rows * self.dots {
             let start = (top + row) * self.across + left;
             let line = &mut self.colours[3 * start..][..3 * columns * self.dots];
-            for (column, dot) in line.chunks_exact_mut(3).enumerate() {
-                dot.copy_from_slice(&colour(row / self.dots, column / self.dots));
+            for (column, dot) in line.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+                *dot = colour(row / self.dots, column / self.dots);
             }
         }
     }
