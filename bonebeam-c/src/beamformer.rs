@@ -90,6 +90,7 @@ impl BeamformParameters {
             temporal_half_window: self.temporal_half_window,
             diagonal_loading: self.diagonal_loading,
             subaperture_ratio: self.subaperture_ratio,
+            ..beamform::Parameters::DEFAULT
         })
     }
 

@@ -1,11 +1,12 @@
-//! Every beamformer and covariance: the lanes of every instruction set, in memory that was used, have the
+//! Every beamformer, postfilter and covariance: the lanes of every instruction set, in memory that was used, have the
 //! bits of one lane in new memory, and finite samples give finite lines.
 
 #![no_main]
 
 use arbitrary::Arbitrary;
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameters, Run, Sizes, Slices, WorkspaceView, constant_runs,
+    AlignedLine, Beamformer, Method, Parameter, Parameters, Postfilter, Run, Sizes, Slices,
+    WorkspaceView, constant_runs,
 };
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
@@ -18,16 +19,14 @@ use libfuzzer_sys::fuzz_target;
 struct Input {
     /// Whether the numbers that follow are taken as they are, or as parts of what is usual.
     wild: bool,
-    beta: f32,
-    loading: f32,
-    ratio: f64,
+    argument: f32,
+    values: [f32; Parameters::TABLE.len()],
     elements: u8,
     samples: u8,
     count: u8,
     first_samples: [u8; 4],
-    temporal: u8,
     method: u8,
-    rank: u8,
+    postfilter: u8,
     forward: bool,
     set: u8,
     other_runs_before: bool,
@@ -37,28 +36,30 @@ struct Input {
 }
 
 fuzz_target!(|input: Input| {
-    let number = |number: f64, usual: [f64; 2]| match input.wild {
-        true => number,
-        false => within(number, usual),
-    };
     let elements = size(input.elements, 8, 20);
     let samples = size(input.samples, 4, 12);
     let count = usize::from(input.count) % (elements + 1);
-    let rank = usize::from(input.rank);
-    let parameters = Parameters {
-        method: match input.method % 7 {
-            0 => Method::Das,
-            1 => Method::Mv,
-            2 => Method::EsmvRank1,
-            3 => Method::EsmvBeta(number(input.beta.into(), [1e-3, 1.0]) as f32),
-            4 => Method::EsmvRank(rank),
-            5 => Method::EsmvRank1Steps(rank),
-            _ => Method::EsmvExcludeFirst,
-        },
-        temporal_half_window: usize::from(input.temporal) % (samples + 1),
-        diagonal_loading: number(input.loading.into(), [0.0, 1.0]) as f32,
-        subaperture_ratio: number(input.ratio, [0.2, 1.0]),
+    let number = |number: f32, row: &Parameter| match (input.wild, row.whole) {
+        (true, _) => number.into(),
+        (false, true) => within(number.into(), [row.range.least, 9.0]).floor(),
+        (false, false) => within(number.into(), [row.range.least + 1e-3, 1.0]),
     };
+    let method = Method::EXAMPLES[usize::from(input.method) % Method::EXAMPLES.len()];
+    let postfilter =
+        Postfilter::EXAMPLES[usize::from(input.postfilter) % Postfilter::EXAMPLES.len()];
+    let mut parameters = Parameters {
+        method: match method.parameter() {
+            Some(row) => method.with_argument(number(input.argument, &row)),
+            None => method,
+        },
+        postfilter,
+        ..Parameters::DEFAULT
+    };
+    for (row, value) in Parameters::TABLE.iter().zip(input.values) {
+        let set = parameters.set(row.name, number(value, row));
+        set.expect("a row's name");
+    }
+    parameters.temporal_half_window %= samples + 1;
     let Ok(beamformer) = Beamformer::new(parameters) else {
         return;
     };

@@ -5,34 +5,18 @@ use bonebeam::covariance::Covariance;
 use std::path::Path;
 use std::process::Command;
 
-use bonebeam::beamform::{Method, Parameters};
+use bonebeam::beamform::{Method, Parameters, Postfilter};
 use bonebeam::geometry::Active;
+use bonebeam_drive::config::Beamform;
 use bonebeam_files::{AlignedData, Lines};
 use bonebeam_oracle::validate::beamform::Frame;
-use ndarray::{Array2, Array3, Axis};
+use ndarray::{Array3, Axis};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use toml::{Table, Value};
 
-/// The flags of each method, and what the core calls it.
-const METHODS: [(&[&str], Method); 8] = [
-    (&["das"], Method::Das),
-    (&["mv"], Method::Mv),
-    (&["esmv", "--beta", "0.1"], Method::EsmvBeta(0.1)),
-    (&["esmv", "--beta", "0.00001"], Method::EsmvBeta(1e-5)),
-    (&["esmv", "--rank", "3"], Method::EsmvRank(3)),
-    (&["esmv-rank1"], Method::EsmvRank1),
-    (
-        &["esmv-rank1", "--power-steps", "8"],
-        Method::EsmvRank1Steps(8),
-    ),
-    (&["esmv-rank1", "--exclude-first"], Method::EsmvExcludeFirst),
-];
-
-const COVARIANCES: [(&str, Covariance); 2] = [
-    ("forward", Covariance::Forward),
-    ("forward-backward", Covariance::ForwardBackward),
-];
+const COVARIANCES: [Covariance; 2] = [Covariance::Forward, Covariance::ForwardBackward];
 
 /// Samples a beam, and beams.
 const SAMPLES: usize = 40;
@@ -41,20 +25,36 @@ const BEAMS: usize = 2;
 /// Of all samples, the most that may be ill-conditioned: in noise λ₂ > 0.99 λ₁ is rare.
 const MOST_LEFT_OUT: usize = SAMPLES * BEAMS / 8;
 
-fn beamform(
-    folder: &Path,
-    method: &[&str],
-    temporal_half_window: usize,
-    covariance: &str,
-) -> Lines {
+/// The flags that ask for a section: those of its keys that differ from the default.
+fn flags(section: &Beamform) -> Vec<String> {
+    let [given, default] =
+        [section, &Beamform::default()].map(|section| Table::try_from(section).expect("a section"));
+    let mut flags = Vec::new();
+    for (key, value) in given
+        .into_iter()
+        .filter(|(key, value)| default.get(key) != Some(value))
+    {
+        flags.push(format!("--{}", key.replace('_', "-")));
+        match value {
+            Value::Boolean(_) => {}
+            Value::String(word) => flags.push(word),
+            number => flags.push(number.to_string()),
+        }
+    }
+    flags
+}
+
+fn beamform(folder: &Path, parameters: Parameters, covariance: Covariance) -> Lines {
+    let section = Beamform {
+        covariance,
+        ..Beamform::of(parameters)
+    };
     let output = folder.join("lines.npz");
     let run = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .arg("beamform")
         .arg(folder.join("delayed.npz"))
-        .arg("--method")
-        .args(method)
-        .args(["--temporal-half-window", &temporal_half_window.to_string()])
-        .args(["--covariance", covariance, "-o"])
+        .args(flags(&section))
+        .arg("-o")
         .arg(&output)
         .output()
         .expect("the program runs");
@@ -81,22 +81,27 @@ fn assert_agrees(elements: usize) {
     };
     data.write(&folder.path().join("delayed.npz"))
         .expect("aligned data");
-    for temporal_half_window in [0, 2, 10] {
-        for (flag, covariance) in COVARIANCES {
-            let z: Vec<(Array2<Complex<f32>>, Parameters)> = METHODS
-                .iter()
-                .map(|&(method, core)| {
-                    let parameters = Parameters {
-                        method: core,
-                        temporal_half_window,
-                        ..Parameters::default()
-                    };
-                    (
-                        beamform(folder.path(), method, temporal_half_window, flag).z,
-                        parameters,
-                    )
-                })
-                .collect();
+    let windows = [0, 2, 10].map(|temporal_half_window| Parameters {
+        temporal_half_window,
+        ..Parameters::default()
+    });
+    let postfilters = Postfilter::EXAMPLES.map(|postfilter| Parameters {
+        postfilter,
+        ..Parameters::default()
+    });
+    for parameters in windows.into_iter().chain(postfilters) {
+        for covariance in COVARIANCES {
+            let line = |method| {
+                let parameters = Parameters {
+                    method,
+                    ..parameters
+                };
+                (
+                    beamform(folder.path(), parameters, covariance).z,
+                    parameters,
+                )
+            };
+            let z = Method::EXAMPLES.map(line);
             let frame = Frame {
                 x: &x,
                 active: |_, _| Active {
@@ -110,7 +115,7 @@ fn assert_agrees(elements: usize) {
             for ((_, parameters), bound) in lines.iter().zip(&bounds) {
                 assert!(
                     bound.holds() && bound.ill_conditioned <= MOST_LEFT_OUT,
-                    "{elements} elements, {flag}, {parameters:?}: {bound:?}"
+                    "{elements} elements, {covariance:?}, {parameters:?}: {bound:?}"
                 );
             }
         }

@@ -2,6 +2,7 @@
 
 use crate::common;
 
+use bonebeam::beamform::{Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use std::f64::consts::TAU;
 use std::fs;
@@ -226,7 +227,7 @@ fn the_written_configuration_repeats_the_run() {
         .write(&folder.path().join("data.npz"))
         .unwrap();
     let flags = "--method esmv --rank 3 --temporal-half-window 2 --covariance forward --diagonal-loading 0.1 \
-                 --subaperture-ratio 0.4 --f-number 2 --min-elements 6 --output-rate 25e6 \
+                 --subaperture-ratio 0.4 --postfilter coherence-factor --f-number 2 --min-elements 6 --output-rate 25e6 \
                  --depth-start 0.004 --depth-end 0.018 --dynamic-range 45 --rows 200 --median";
     run(
         &folder,
@@ -237,10 +238,14 @@ fn the_written_configuration_repeats_the_run() {
         beamform: Beamform {
             method: Choice::named("esmv").unwrap(),
             rank: Some(3),
-            temporal_half_window: 2,
+            core: Parameters {
+                temporal_half_window: 2,
+                diagonal_loading: 0.1,
+                subaperture_ratio: 0.4,
+                postfilter: Postfilter::CoherenceFactor,
+                ..Parameters::DEFAULT
+            },
             covariance: Covariance::Forward,
-            diagonal_loading: 0.1,
-            subaperture_ratio: 0.4,
             f_number: 2.0,
             min_elements: 6,
             output_rate: Some(25e6),

@@ -1,5 +1,6 @@
 //! The configuration: defaults, the written file that can be given back, and what is refused.
 
+use bonebeam::beamform::{Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use std::fs;
 
@@ -30,8 +31,8 @@ fn refused(text: &str) -> String {
 fn the_defaults_are_those_of_the_paper_and_the_contract() {
     let config = Config::default();
     config.validate().unwrap();
-    assert_eq!(config.beamform.diagonal_loading, 0.05);
-    assert_eq!(config.beamform.subaperture_ratio, 0.5);
+    assert_eq!(config.beamform.core.diagonal_loading, 0.05);
+    assert_eq!(config.beamform.core.subaperture_ratio, 0.5);
     assert_eq!(config.beamform.covariance, Covariance::ForwardBackward);
     assert_eq!(config.beamform.f_number, 1.5);
     assert_eq!(config.beamform.min_elements, 8);
@@ -47,6 +48,39 @@ fn the_defaults_are_those_of_the_paper_and_the_contract() {
         [1.0 / 128.0, 1.0 / 256.0, 1.0 / 512.0]
     );
     assert_eq!(config.phase_symmetry.threshold, 15.0);
+}
+
+/// The core's table is all that there is to say of them.
+#[test]
+fn every_parameter_of_the_core_is_a_key_with_its_range() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("config.toml");
+    for row in Parameters::TABLE {
+        let key = row.name;
+        fs::write(&path, format!("[beamform]\n{key} = {}\n", row.example)).unwrap();
+        let mut expected = Config::default();
+        expected.beamform.core.set(key, row.example).unwrap();
+        assert_eq!(Config::read(&path).unwrap(), expected);
+        let message = refused(&format!("[beamform]\n{key} = \"a\"\n"));
+        assert!(message.contains("line 2"), "{message}");
+        let outside = [row.range.least - 1.0, row.range.most + 1.0];
+        for value in outside.into_iter().filter(|v| v.is_finite() && *v > -1.0) {
+            let message = refused(&format!("[beamform]\n{key} = {value}\n"));
+            assert!(message.contains(row.range.text), "{message}");
+        }
+    }
+    for postfilter in Postfilter::EXAMPLES {
+        let key = postfilter.key();
+        fs::write(&path, format!("[beamform]\npostfilter = \"{key}\"\n")).unwrap();
+        let mut expected = Config::default();
+        expected.beamform.core.postfilter = postfilter;
+        assert_eq!(Config::read(&path).unwrap(), expected);
+    }
+    let message = refused("[beamform]\nf_number = 2.0\npostfilter = \"wiener\"\n");
+    assert!(
+        message.contains("line 3") && message.contains("coherence-factor"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -67,9 +101,13 @@ fn the_written_configuration_is_read_back_as_it_was() {
         beamform: Beamform {
             method: Choice::named("esmv").unwrap(),
             beta: Some(1e-5),
-            temporal_half_window: 10,
+            core: Parameters {
+                temporal_half_window: 10,
+                diagonal_loading: 0.1,
+                postfilter: Postfilter::CoherenceFactor,
+                ..Parameters::DEFAULT
+            },
             covariance: Covariance::Forward,
-            diagonal_loading: 0.1,
             depth_start: Some(5e-3),
             depth_end: Some(40e-3),
             ..Beamform::default()
@@ -117,7 +155,7 @@ fn a_file_may_mention_one_key_only() {
     let path = folder.path().join("config.toml");
     fs::write(&path, "[beamform]\ndiagonal_loading = 0.2\n").unwrap();
     let mut expected = Config::default();
-    expected.beamform.diagonal_loading = 0.2;
+    expected.beamform.core.diagonal_loading = 0.2;
     assert_eq!(Config::read(&path).unwrap(), expected);
 }
 
@@ -128,9 +166,9 @@ fn keys_are_also_read_by_their_older_names() {
     let older = "[beamform]\nloading = 0.2\ntemporal = 3\nsubarray_ratio = 0.4\n";
     fs::write(&path, older).unwrap();
     let mut expected = Config::default();
-    expected.beamform.diagonal_loading = 0.2;
-    expected.beamform.temporal_half_window = 3;
-    expected.beamform.subaperture_ratio = 0.4;
+    expected.beamform.core.diagonal_loading = 0.2;
+    expected.beamform.core.temporal_half_window = 3;
+    expected.beamform.core.subaperture_ratio = 0.4;
     assert_eq!(Config::read(&path).unwrap(), expected);
 }
 

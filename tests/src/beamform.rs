@@ -1,6 +1,8 @@
 //! The beamformers on the golden snapshots: M = 32, L = 16, K = 2.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Workspace, WorkspaceView};
+use bonebeam::beamform::{
+    AlignedLine, Beamformer, Method, Parameters, Postfilter, Workspace, WorkspaceView,
+};
 use bonebeam::covariance::{Averaging, Forward};
 use bonebeam::geometry::{Active, Aperture, ApertureParameters};
 use bonebeam::{Complex, Error};
@@ -19,13 +21,32 @@ pub const STEPS: usize = 8;
 pub struct Case {
     /// The name.
     pub name: &'static str,
-    /// The beamformer.
-    pub method: Method,
+    /// What it is asked for.
+    pub parameters: Parameters,
 }
 
 const fn case(name: &'static str, method: Method) -> Case {
-    Case { name, method }
+    let parameters = Parameters {
+        method,
+        temporal_half_window: TEMPORAL,
+        ..Parameters::DEFAULT
+    };
+    Case { name, parameters }
 }
+
+/// MV with every postfilter, under the key of that, forward-backward, all elements active. The first of the
+/// table is none.
+pub const POSTFILTERS: [Case; Postfilter::EXAMPLES.len() - 1] = {
+    let mut cases = [case("", Method::Mv); Postfilter::EXAMPLES.len() - 1];
+    let mut i = 0;
+    while i < cases.len() {
+        let postfilter = Postfilter::EXAMPLES[i + 1];
+        cases[i].name = postfilter.key();
+        cases[i].parameters.postfilter = postfilter;
+        i += 1;
+    }
+    cases
+};
 
 /// The cases with forward-backward averaging, all elements active. (DAS has no covariance.)
 pub const FORWARD_BACKWARD: [Case; 7] = [
@@ -58,24 +79,11 @@ pub const GATE: core::ops::Range<usize> = 13..38;
 
 /// The case without diagonal loading on [`PERIODIC`], whose covariance no sample's Cholesky factorisation comes
 /// through: MV by the eigenvectors.
-pub const SINGULAR: Case = case("mv-singular", Method::Mv);
-
-/// A case's parameters.
-pub fn parameters(method: Method) -> Parameters {
-    Parameters {
-        method,
-        temporal_half_window: TEMPORAL,
-        ..Parameters::default()
-    }
-}
-
-/// The parameters of [`SINGULAR`].
-pub fn unloaded(method: Method) -> Parameters {
-    Parameters {
-        diagonal_loading: 0.0,
-        ..parameters(method)
-    }
-}
+pub const SINGULAR: Case = {
+    let mut case = case("mv-singular", Method::Mv);
+    case.parameters.diagonal_loading = 0.0;
+    case
+};
 
 /// The active elements of a sample of [`GROWING`]: from 8 to all, cut at the array's start.
 ///
@@ -127,13 +135,16 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     }
     beamform(GROWING, forward_backward, growing()?, z, report)?;
     let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS)?;
-    let beamformer = Beamformer::new(parameters(GATED.method))?;
+    let beamformer = Beamformer::new(GATED.parameters)?;
     beamformer.line_within(forward_backward, line, growing()?, GATE, z)?;
     report(GATED.name, hash::complex(z));
     let line = AlignedLine::new(&PERIODIC, ELEMENTS)?;
-    let beamformer = Beamformer::new(unloaded(SINGULAR.method))?;
+    let beamformer = Beamformer::new(SINGULAR.parameters)?;
     beamformer.line(forward_backward, line, all, z)?;
     report(SINGULAR.name, hash::complex(z));
+    for case in POSTFILTERS {
+        beamform(case, forward_backward, all, z, report)?;
+    }
     Ok(())
 }
 
@@ -145,7 +156,7 @@ fn beamform<A: Averaging<f32>>(
     report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
     let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS)?;
-    Beamformer::new(parameters(case.method))?.line(workspace, line, active, z)?;
+    Beamformer::new(case.parameters)?.line(workspace, line, active, z)?;
     report(case.name, hash::complex(z));
     Ok(())
 }

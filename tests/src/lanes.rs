@@ -5,7 +5,7 @@ use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Run, Slices, WorkspaceView};
+use bonebeam::beamform::{AlignedLine, Beamformer, Run, Slices, WorkspaceView};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::image::median;
 use bonebeam::phase_symmetry::{
@@ -36,17 +36,14 @@ impl Task for Cases<'_> {
     fn run<V: Vector>(self, zero: V) -> Self::Output {
         let report = self.report;
         delay_lines(zero, report)?;
-        for case in beamform::FORWARD_BACKWARD {
-            let parameters = beamform::parameters(case.method);
-            beamformer::<ForwardBackward, V>(zero, case.name, parameters, &SNAPSHOTS, report)?;
+        let cases = beamform::FORWARD_BACKWARD.into_iter();
+        for case in cases.chain(beamform::POSTFILTERS) {
+            beamformer::<ForwardBackward, V>(zero, case, &SNAPSHOTS, report)?;
         }
         for case in beamform::FORWARD {
-            let parameters = beamform::parameters(case.method);
-            beamformer::<Forward, V>(zero, case.name, parameters, &SNAPSHOTS, report)?;
+            beamformer::<Forward, V>(zero, case, &SNAPSHOTS, report)?;
         }
-        let beamform::Case { name, method } = beamform::SINGULAR;
-        let parameters = beamform::unloaded(method);
-        beamformer::<ForwardBackward, V>(zero, name, parameters, &PERIODIC, report)?;
+        beamformer::<ForwardBackward, V>(zero, beamform::SINGULAR, &PERIODIC, report)?;
         smooth(zero, report)?;
         strips(zero, report)
     }
@@ -68,12 +65,11 @@ fn delay_lines<V: Vector>(zero: V, report: &mut dyn FnMut(&str, u64)) -> Result<
 /// The other lanes start elsewhere in the sequence, so that no lane does what another does.
 fn beamformer<A: Averaging<V>, V: Vector>(
     zero: V,
-    name: &str,
-    parameters: Parameters,
+    case: beamform::Case,
     x: &[Complex<f32>],
     report: &mut dyn FnMut(&str, u64),
 ) -> Result<(), Error> {
-    let beamformer = Beamformer::new(parameters)?;
+    let beamformer = Beamformer::new(case.parameters)?;
     let sizes = beamformer.sizes(ELEMENTS);
     let lengths = sizes.lengths(A::COVARIANCE);
     let slices = Slices {
@@ -97,7 +93,7 @@ fn beamformer<A: Averaging<V>, V: Vector>(
             .collect();
         let mut out: Vec<_> = z.iter_mut().map(Vec::as_mut_slice).collect();
         beamformer.runs(&mut workspace, &runs, ELEMENTS, &mut out)?;
-        report(name, hash::complex(&z[place]));
+        report(case.name, hash::complex(&z[place]));
     }
     Ok(())
 }

@@ -3,12 +3,13 @@
 
 use crate::common;
 
-use bonebeam::beamform::{Beamformer, Method, Parameters};
+use bonebeam::beamform::{Beamformer, Method, Parameters, Postfilter};
 use bonebeam::geometry::Active;
 use bonebeam::simd::InstructionSet;
 use bonebeam_drive::beamform::{Plan, beamform_within};
 use common::lines::{
     COVARIANCES, Gaussian, Line, METHODS, core, core_lanes, core_within, frame, scalar, stacked,
+    variants,
 };
 use ndarray::Array2;
 use num_complex::Complex;
@@ -87,6 +88,19 @@ fn every_subaperture_ratio_and_loading() {
                 ..Parameters::default()
             };
             assert_core_is_scalar(&line, parameters, "20 elements");
+        }
+    }
+}
+
+/// Also where samples are silent, tiny beside others or at the end of the floats' range.
+#[test]
+fn every_postfilter_and_the_example_of_every_parameter() {
+    let mut line = Line::noise(7, 64, 48);
+    line.active = growing(64, 4);
+    for parameters in variants() {
+        assert_core_is_scalar(&line, parameters, "growing aperture");
+        for (name, line) in hard_lines() {
+            assert_core_is_scalar(&line, parameters, name);
         }
     }
 }
@@ -237,11 +251,14 @@ fn every_number_of_lanes() {
     lines[12] = lines[12].map(|x| x * 1e-25);
     for covariance in COVARIANCES {
         for method in METHODS {
-            for temporal_half_window in [0, 4] {
+            let windows = [0, 4].map(|temporal_half_window| Parameters {
+                temporal_half_window,
+                ..Parameters::default()
+            });
+            for parameters in windows.into_iter().chain(variants()) {
                 let parameters = Parameters {
                     method,
-                    temporal_half_window,
-                    ..Parameters::default()
+                    ..parameters
                 };
                 let expected: Vec<_> = lines
                     .iter()
@@ -336,11 +353,18 @@ fn adaptive_within_and_das_elsewhere() {
     let x = stacked(&lines);
     for covariance in COVARIANCES {
         for method in METHODS {
-            for temporal_half_window in [0, 1, 4] {
+            let coherent = Parameters {
+                postfilter: Postfilter::CoherenceFactor,
+                ..Parameters::default()
+            };
+            let windows = [0, 1, 4].map(|temporal_half_window| Parameters {
+                temporal_half_window,
+                ..Parameters::default()
+            });
+            for parameters in windows.into_iter().chain([coherent]) {
                 let of = |method| Parameters {
                     method,
-                    temporal_half_window,
-                    ..Parameters::default()
+                    ..parameters
                 };
                 let adaptive = |line| scalar(line, of(method), covariance);
                 let das = |line| scalar(line, of(Method::Das), covariance);

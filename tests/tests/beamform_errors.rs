@@ -42,7 +42,7 @@ fn parameters_out_of_range() {
             method: Method::EsmvRank1Steps(steps),
             ..Parameters::default()
         });
-        assert_eq!(message, format!("steps is {steps}, expected 1 to 64"));
+        assert_eq!(message, format!("power_steps is {steps}, expected 1 to 64"));
     }
     for diagonal_loading in [-0.05, f32::NAN, f32::INFINITY] {
         let message = refusal(Parameters {
@@ -57,7 +57,7 @@ fn parameters_out_of_range() {
             subaperture_ratio,
             ..Parameters::default()
         });
-        assert!(message.starts_with("subaperture ratio is "), "{message}");
+        assert!(message.starts_with("subaperture_ratio is "), "{message}");
     }
 }
 

@@ -8,7 +8,7 @@ use bonebeam::geometry::Active;
 use bonebeam_oracle::reference::f64::beamform::Sample;
 use bonebeam_oracle::validate::beamform::{Exemption, Frame, Judgement};
 use bonebeam_oracle::validate::tolerances::ROUNDING;
-use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, frame, stacked, widen};
+use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, frame, stacked, variants, widen};
 use common::tolerances::{BEAMFORMED, BEYOND_ROUNDING};
 use ndarray::{Array2, Axis};
 use num_complex::Complex;
@@ -95,6 +95,14 @@ fn random_snapshots_of_64_elements() {
 #[test]
 fn random_snapshots_of_128_elements() {
     assert_random_snapshots_agree(128);
+}
+
+#[test]
+fn every_postfilter_and_the_example_of_every_parameter() {
+    let line = Line::noise(9, 40, 32);
+    for parameters in variants() {
+        assert_agrees(&line, 0..40, parameters, &METHODS);
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::common;
 
 use bonebeam::Error;
-use bonebeam::beamform::{AlignedLine, Method, Parameters};
+use bonebeam::beamform::{AlignedLine, Method, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use bonebeam_oracle::reference::f64::beamform::Sample;
 use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_weights, widen};
@@ -21,6 +21,10 @@ fn covariances() -> impl Strategy<Value = Covariance> {
 
 fn methods() -> impl Strategy<Value = Method> {
     prop::sample::select(METHODS.to_vec())
+}
+
+fn postfilters() -> impl Strategy<Value = Postfilter> {
+    prop::sample::select(Postfilter::EXAMPLES.to_vec())
 }
 
 /// Parameters with a window that fits `samples`, and the method still to be chosen.
@@ -137,15 +141,19 @@ proptest! {
     fn weights_and_output_belong_together(
         line in noise(),
         parameters in parameters(SAMPLES, 1.0),
-        method in methods().prop_filter("DAS has weights of another length", |&m| m != Method::Das),
+        method in methods(),
         covariance in covariances(),
         n in 0..SAMPLES,
     ) {
         let parameters = Parameters { method, ..parameters };
         let z = core(&line, parameters, covariance)[n];
-        let snapshots = exact(&line, n, parameters, covariance).snapshots;
+        let Sample { elements, snapshots, .. } = exact(&line, n, parameters, covariance);
         let weights = wide_weights(&line, n, parameters, covariance);
-        let expected = (weights.adjoint() * snapshots).mean();
+        // A method without covariance has a weight for every element.
+        let expected = match weights.len() == elements.len() {
+            true => weights.dotc(&elements),
+            false => (weights.adjoint() * snapshots).mean(),
+        };
         // The largest element bounds every output.
         let scale = line.x.iter().map(|x| x.norm()).fold(0.0, f32::max);
         prop_assert!((widen(z) - expected).norm() <= BEAMFORMED * f64::from(scale));
@@ -156,13 +164,14 @@ proptest! {
         elements in 1_usize..=64,
         parameters in parameters(SAMPLES, 1.0),
         method in methods(),
+        postfilter in postfilters(),
         covariance in covariances(),
         seed in any::<u64>(),
     ) {
         let mut gaussian = Gaussian::new(seed);
         let signal: Vec<_> = (0..SAMPLES).map(|_| gaussian.next()).collect();
         let line = Line::from_fn(SAMPLES, elements, |n, _| signal[n]);
-        let z = core(&line, Parameters { method, ..parameters }, covariance);
+        let z = core(&line, Parameters { method, postfilter, ..parameters }, covariance);
         let expected = match method {
             Method::EsmvExcludeFirst => vec![Complex::ZERO; SAMPLES],
             _ => signal.clone(),
@@ -176,15 +185,37 @@ proptest! {
         line in noise(),
         parameters in parameters(SAMPLES, 1.0),
         method in methods(),
+        postfilter in postfilters(),
         covariance in covariances(),
         exponent in -60..=60,
     ) {
-        let parameters = Parameters { method, ..parameters };
+        let parameters = Parameters { method, postfilter, ..parameters };
         let factor = 2.0_f32.powi(exponent);
         let scaled = core(&line.map(|x| x * factor), parameters, covariance);
         let expected: Vec<_> =
             core(&line, parameters, covariance).iter().map(|z| z * factor).collect();
         prop_assert_eq!(scaled, expected);
+    }
+
+    /// A postfilter multiplies by a real number from 0 to 1, the same for every method.
+    #[test]
+    fn a_postfilter_is_a_factor_of_any_method(
+        line in noise(),
+        parameters in parameters(SAMPLES, 1.0),
+        method in methods(),
+        postfilter in postfilters(),
+        covariance in covariances(),
+    ) {
+        let of = |method, postfilter| {
+            core(&line, Parameters { method, postfilter, ..parameters }, covariance)
+        };
+        let das = of(Method::Das, Postfilter::None).into_iter().zip(of(Method::Das, postfilter));
+        let z = of(method, Postfilter::None).into_iter().zip(of(method, postfilter));
+        for ((das, filtered_das), (z, filtered)) in das.zip(z) {
+            prop_assert!(filtered.norm() <= z.norm() * (1.0 + f32::EPSILON));
+            let error = (filtered * das - z * filtered_das).norm();
+            prop_assert!(error <= 4.0 * f32::EPSILON * z.norm() * das.norm(), "{error:e}");
+        }
     }
 
     #[test]
@@ -299,6 +330,7 @@ proptest! {
         parameters in parameters(SAMPLES, 1.0),
         diagonal_loading in prop::sample::select(vec![0.0, 1e-6, 0.05, 1e6]),
         method in methods(),
+        postfilter in postfilters(),
         covariance in covariances(),
     ) {
         let number = |bits: u32| {
@@ -317,7 +349,7 @@ proptest! {
             // One value a sample.
             _ => value(n),
         });
-        let parameters = Parameters { method, diagonal_loading, ..parameters };
+        let parameters = Parameters { method, postfilter, diagonal_loading, ..parameters };
         for z in core(&line, parameters, covariance) {
             prop_assert!(z.re.is_finite() && z.im.is_finite(), "{z}");
         }

@@ -6,7 +6,7 @@ use crate::common;
 use std::collections::BTreeSet;
 
 use bonebeam::Complex;
-use bonebeam::beamform::Method;
+use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Axis};
 use bonebeam::simd::InstructionSet;
@@ -137,11 +137,12 @@ fn all(_: usize) -> Active {
 #[test]
 fn the_scalar_beamformers_have_the_hashes() {
     let check = |case: beamform::Case, line: &Line, covariance| {
-        let z = scalar(line, beamform::parameters(case.method), covariance);
+        let z = scalar(line, case.parameters, covariance);
         assert_eq!(hash::complex(&z), recorded(case.name), "{}", case.name);
     };
     let line = line_of(&SNAPSHOTS, all);
-    for case in beamform::FORWARD_BACKWARD {
+    let postfilters = beamform::POSTFILTERS.into_iter();
+    for case in postfilters.chain(beamform::FORWARD_BACKWARD) {
         check(case, &line, Covariance::ForwardBackward);
     }
     for case in beamform::FORWARD {
@@ -150,15 +151,17 @@ fn the_scalar_beamformers_have_the_hashes() {
     let growing = beamform::growing().expect("a valid aperture");
     let growing = line_of(&SNAPSHOTS, growing);
     check(beamform::GROWING, &growing, Covariance::ForwardBackward);
-    let of = |method| {
-        let parameters = beamform::parameters(method);
-        scalar(&growing, parameters, Covariance::ForwardBackward)
+    let adaptive = beamform::GATED.parameters;
+    let das = Parameters {
+        method: Method::Das,
+        ..adaptive
     };
-    let (mut z, adaptive) = (of(Method::Das), of(beamform::GATED.method));
+    let of = |parameters| scalar(&growing, parameters, Covariance::ForwardBackward);
+    let (mut z, adaptive) = (of(das), of(adaptive));
     z[beamform::GATE].copy_from_slice(&adaptive[beamform::GATE]);
     assert_eq!(hash::complex(&z), recorded(beamform::GATED.name));
     let singular = line_of(&PERIODIC, all);
-    let parameters = beamform::unloaded(beamform::SINGULAR.method);
+    let parameters = beamform::SINGULAR.parameters;
     let z = scalar(&singular, parameters, Covariance::ForwardBackward);
     assert_eq!(hash::complex(&z), recorded(beamform::SINGULAR.name));
 }

@@ -81,7 +81,7 @@ fn bad_parameters_are_named() {
     assert_eq!(name(|p| p.scan.end = Depth::Metres(1e9)), "output_samples");
     assert_eq!(
         name(|p| p.beamformer.subaperture_ratio = 0.0),
-        "subaperture ratio"
+        "subaperture_ratio"
     );
     assert_eq!(name(|p| p.dynamic_range = 0.0), "dynamic range in dB");
     assert_eq!(name(|p| p.rows = 65), "image rows");

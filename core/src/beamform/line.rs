@@ -136,7 +136,13 @@ impl Beamformer {
                 let out = z.get_mut(first..first + length).unwrap_or_default();
                 match set.count {
                     0 => out.fill(Complex::new(0.0, 0.0)),
-                    count => (das.output)(&run(first, set), count, out),
+                    count => self.direct_runs(
+                        &das,
+                        workspace.zero,
+                        &[run(first, set)],
+                        count,
+                        &mut [out],
+                    ),
                 }
             }
         }

@@ -1,36 +1,80 @@
 //! What a beamformer can be asked for.
 
 use super::methods::Method;
+use super::postfilter::Postfilter;
 use super::sizes::Sizes;
+use super::table::{Parameter, Range, range};
 use crate::Error;
 
-/// Parameters of a [`Beamformer`].
-///
-/// The default is the core's own: MV, `K = 0`, `Δ = 0.05`, `L = M/2`. (The command `host-sim
-/// beamform` takes rank 1 where it is asked for no method.)
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Parameters {
-    /// The beamformer.
-    pub method: Method,
+/// The fields of [`Parameters`] that are numbers. A row: the documentation, which is the help text; the field
+/// with its type, its default, its unit and an example; its range.
+macro_rules! parameters {
+    ($(
+        $(#[doc = $help:literal])*
+        $name:ident: $number:ty = $default:literal $unit:literal (or $example:literal), whole $whole:literal,
+        $range:expr;
+    )*) => {
+        /// Parameters of a [`Beamformer`].
+        ///
+        /// The default is the core's own: MV, `K = 0`, `Δ = 0.05`, `L = M/2`. (The command `host-sim
+        /// beamform` takes rank 1 if it is asked for no method.)
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        pub struct Parameters {
+            /// The beamformer.
+            pub method: Method,
+            /// The factor that its output is multiplied by.
+            pub postfilter: Postfilter,
+            $($(#[doc = $help])* pub $name: $number,)*
+        }
+
+        impl Parameters {
+            /// The default, for a `const`.
+            pub const DEFAULT: Self = Parameters {
+                method: Method::Mv,
+                postfilter: Postfilter::None,
+                $($name: $default,)*
+            };
+
+            /// The fields that are numbers.
+            pub const TABLE: [Parameter; [$($default as f64),*].len()] = [$(Parameter {
+                name: stringify!($name),
+                unit: $unit,
+                help: concat!($($help),*),
+                default: $default as f64,
+                example: $example as f64,
+                whole: $whole,
+                range: $range,
+            }),*];
+
+            /// The values of the fields of [`Parameters::TABLE`].
+            pub fn values(&self) -> [f64; Self::TABLE.len()] {
+                [$(self.$name as f64),*]
+            }
+
+            /// Sets the field of [`Parameters::TABLE`] of this name; `None` if there is none. The range is
+            /// checked by [`Beamformer::new`].
+            pub fn set(&mut self, name: &str, value: f64) -> Option<()> {
+                match name {
+                    $(stringify!($name) => self.$name = value as $number,)*
+                    _ => return None,
+                }
+                Some(())
+            }
+        }
+    };
+}
+
+parameters! {
     /// `K`: the covariance is averaged over the samples `n−K..=n+K`.
-    pub temporal_half_window: usize,
+    temporal_half_window: usize = 0 "samples" (or 2), whole true, range!(at least 0);
     /// `Δ`: `Δ/L·tr(R)` is added to the diagonal. Below about 1e-4 the rounding of f32 decides;
     /// a covariance that is singular in f32 takes the full eigensolver, and no eigenvalue counts for
     /// less than `2⁻²⁴` of the trace.
-    pub diagonal_loading: f32,
-    /// `L = max(1, floor(ratio·active elements))`, in `(0, 1]`.
-    pub subaperture_ratio: f64,
-}
-
-impl Parameters {
-    /// The default, for a `const`.
-    pub const DEFAULT: Self = Parameters {
-        method: Method::Mv,
-        temporal_half_window: 0,
-        diagonal_loading: 0.05,
-        subaperture_ratio: 0.5,
-    };
+    diagonal_loading: f32 = 0.05 "" (or 0.01), whole false, range!(0 to 1e6);
+    /// `L = max(1, floor(ratio·active elements))`: the length of the subapertures over the number of active
+    /// elements.
+    subaperture_ratio: f64 = 0.5 "" (or 0.4), whole false, range!(above 0, at most 1);
 }
 
 impl Default for Parameters {
@@ -50,23 +94,15 @@ impl Beamformer {
     /// Validates the parameters.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for `β` outside `(0, 1]`, a rank of 0, steps outside `1..=64`, `Δ` that is negative, not finite
-    /// or above 1e6, a subaperture ratio outside `(0, 1]`.
+    /// [`Error::Parameter`] for a value outside the range of its row in [`Parameters::TABLE`], or for an argument
+    /// of the method outside that of [`Method::parameter`].
     pub fn new(parameters: Parameters) -> Result<Self, Error> {
-        parameters.method.check()?;
-        if !(parameters.diagonal_loading >= 0.0 && parameters.diagonal_loading <= 1e6) {
-            return Err(Error::Parameter {
-                name: "diagonal_loading",
-                value: parameters.diagonal_loading as f64,
-                expected: "0 to 1e6",
-            });
+        let method = parameters.method;
+        if let (Some(row), Some(argument)) = (method.parameter(), method.argument()) {
+            row.check(argument)?;
         }
-        if !(parameters.subaperture_ratio > 0.0 && parameters.subaperture_ratio <= 1.0) {
-            return Err(Error::Parameter {
-                name: "subaperture ratio",
-                value: parameters.subaperture_ratio,
-                expected: "above 0, at most 1 (the subaperture cannot exceed the active aperture)",
-            });
+        for (row, value) in Parameters::TABLE.iter().zip(parameters.values()) {
+            row.check(value)?;
         }
         Ok(Beamformer { parameters })
     }

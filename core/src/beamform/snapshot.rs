@@ -22,27 +22,33 @@ pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
         #[inline(always)]
         || {
             let zero = zero.zero();
-            gather(zero, runs, i, active);
+            gather(zero, runs, i, 0, active);
             subaperture_sum(zero, active, sum);
             A::data(sum, data);
         },
     );
 }
 
-/// The active elements of each run's sample `i` (counted from the run's first), at the line's
-/// working scale; zero outside the record.
+/// The active elements of each run's sample `i` (counted from the run's first) from active element `first`
+/// on, at the line's working scale; zero outside the record.
 ///
 /// A register of consecutive elements is read at once and the lanes' registers transposed: whole
 /// cache lines, many of them under way at a time, instead of a number by itself. The next sample's
 /// are asked for already.
 #[inline(always)]
-fn gather<V: Vector>(zero: V, runs: &[Run<'_>], i: isize, snapshot: &mut [ComplexVector<V>]) {
+pub(super) fn gather<V: Vector>(
+    zero: V,
+    runs: &[Run<'_>],
+    i: isize,
+    first: usize,
+    snapshot: &mut [ComplexVector<V>],
+) {
     if V::LANES == 1 {
         // Without the squares' memory, which a microcontroller would clear each time.
         let [run, ..] = runs else {
             return;
         };
-        let active = elements_of(run, i);
+        let active = elements_of(run, i, first);
         let scale = zero.splat(run.line.scale());
         let (inside, outside) = snapshot.split_at_mut(if active.len() < snapshot.len() {
             active.len()
@@ -62,9 +68,9 @@ fn gather<V: Vector>(zero: V, runs: &[Run<'_>], i: isize, snapshot: &mut [Comple
     let mut scales = [zero; MOST_LANES];
     let lanes = rows.iter_mut().zip(&mut scales);
     for (run, (row, scale)) in runs.iter().zip(lanes) {
-        let next = elements_of(run, i + 1);
+        let next = elements_of(run, i + 1, first);
         prefetch(next.get(..snapshot.len()).unwrap_or(next));
-        *row = elements_of(run, i);
+        *row = elements_of(run, i, first);
         *scale = zero.splat(run.line.scale());
     }
     // A register holds both parts of half as many elements.
@@ -82,15 +88,15 @@ fn gather<V: Vector>(zero: V, runs: &[Run<'_>], i: isize, snapshot: &mut [Comple
     }
 }
 
-/// The run's sample `i` from its first active element on, and what follows; nothing outside the
+/// The run's sample `i` from its active element `first` on, and what follows; nothing outside the
 /// record.
 #[inline(always)]
-fn elements_of<'a>(run: &Run<'a>, i: isize) -> &'a [Complex<f32>] {
+fn elements_of<'a>(run: &Run<'a>, i: isize, first: usize) -> &'a [Complex<f32>] {
     let sample = run.first_sample.checked_add_signed(i);
     match sample.filter(|&n| n < run.line.samples()) {
         Some(sample) => {
             let samples = run.line.samples_from(sample);
-            samples.get(run.first_element..).unwrap_or_default()
+            samples.get(run.first_element + first..).unwrap_or_default()
         }
         None => &[],
     }

@@ -68,10 +68,8 @@ impl Parameters<'_> {
     /// #       min_elements: 8,
     /// #   },
     /// #   beamformer: beamform::Parameters {
-    /// #       method: beamform::Method::Mv,
     /// #       temporal_half_window: 1,
-    /// #       diagonal_loading: 0.05,
-    /// #       subaperture_ratio: 0.5,
+    /// #       ..beamform::Parameters::DEFAULT
     /// #   },
     /// #   rows: 64,
     /// #   columns: 64,

@@ -46,8 +46,7 @@ impl InVivo {
     pub(super) const PARAMETERS: Parameters = Parameters {
         method: Method::EsmvRank1,
         temporal_half_window: 2,
-        diagonal_loading: 0.05,
-        subaperture_ratio: 0.5,
+        ..Parameters::DEFAULT
     };
 
     fn pipeline(method: Method, record_samples: usize) -> Result<Pipeline<'static>> {

@@ -165,7 +165,11 @@ impl Naive {
             }
             Method::EsmvRank(rank) => (0..rank.min(l), split(rank)),
             Method::EsmvExcludeFirst => (1..l, split(1)),
-            _ => (0..1, split(1)),
+            Method::EsmvRank1 | Method::EsmvRank1Steps(_) => (0..1, split(1)),
+            Method::Das | Method::Mv => {
+                let message = format!("{} has no signal subspace", method.name());
+                return Err(Error::Data(message));
+            }
         };
         // w_p = Σ e_k(e_kᴴa)/λ_k / c_L.
         let mut output = c32::ZERO;

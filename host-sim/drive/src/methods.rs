@@ -10,9 +10,6 @@ use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// β where ESMV is asked for with neither β nor a rank.
-pub const DEFAULT_BETA: f64 = 0.01;
-
 /// What some methods are told beside their name: keys of the configuration and flags.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
@@ -59,7 +56,7 @@ pub const CHOICES: [Choice; 4] = [
         takes: &["beta", "rank"],
         method: |options| match options.rank {
             Some(rank) => Method::EsmvRank(rank),
-            None => Method::EsmvBeta(options.beta.unwrap_or(DEFAULT_BETA) as f32),
+            None => Method::EsmvBeta(options.beta.unwrap_or(default_beta()) as f32),
         },
     },
     Choice {
@@ -124,6 +121,50 @@ impl Choice {
     pub fn named(name: &str) -> Option<Self> {
         CHOICES.into_iter().find(|choice| choice.name == name)
     }
+
+    /// The name of a method of the core, and what is told beside it.
+    pub fn of(method: Method) -> (&'static str, Options) {
+        let none = Options::default();
+        match method {
+            Method::Das => ("das", none),
+            Method::Mv => ("mv", none),
+            Method::EsmvBeta(beta) => {
+                let beta = Some(crate::config::plain(beta.into()));
+                ("esmv", Options { beta, ..none })
+            }
+            Method::EsmvRank(rank) => {
+                let rank = Some(rank);
+                ("esmv", Options { rank, ..none })
+            }
+            Method::EsmvRank1 => ("esmv-rank1", none),
+            Method::EsmvRank1Steps(steps) => {
+                let power_steps = Some(steps);
+                (
+                    "esmv-rank1",
+                    Options {
+                        power_steps,
+                        ..none
+                    },
+                )
+            }
+            Method::EsmvExcludeFirst => {
+                let exclude_first = true;
+                (
+                    "esmv-rank1",
+                    Options {
+                        exclude_first,
+                        ..none
+                    },
+                )
+            }
+        }
+    }
+}
+
+/// β where ESMV is asked for with neither β nor a rank.
+pub fn default_beta() -> f64 {
+    let row = Method::EsmvBeta(1.0).parameter();
+    row.expect("a method with an argument").default
 }
 
 impl PartialEq for Choice {
@@ -162,5 +203,19 @@ impl ValueEnum for Choice {
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
         Some(PossibleValue::new(self.name).help(self.help))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_method_of_the_core_can_be_asked_for() {
+        for method in Method::EXAMPLES {
+            let (name, options) = Choice::of(method);
+            let choice = Choice::named(name).expect("a row of the table");
+            assert_eq!((choice.method)(&options), method);
+        }
     }
 }

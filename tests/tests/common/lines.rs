@@ -1,7 +1,9 @@
 //! Aligned lines to test beamformers with, and the three beamformers that they go through: the
 //! core, the f32 reference, the f64 reference.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run, constant_runs};
+use bonebeam::beamform::{
+    AlignedLine, Beamformer, Method, Parameter, Parameters, Postfilter, Run, constant_runs,
+};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
 use bonebeam::simd::{InstructionSet, Task, Vector};
@@ -14,16 +16,29 @@ use rand_chacha::ChaCha8Rng;
 
 pub const COVARIANCES: [Covariance; 2] = [Covariance::Forward, Covariance::ForwardBackward];
 
-pub const METHODS: [Method; 8] = [
-    Method::Das,
-    Method::Mv,
-    Method::EsmvBeta(0.1),
-    Method::EsmvBeta(1e-5),
-    Method::EsmvRank(3),
-    Method::EsmvRank1,
-    Method::EsmvRank1Steps(8),
-    Method::EsmvExcludeFirst,
-];
+/// Every method of the core, and one with another argument.
+pub const METHODS: [Method; Method::EXAMPLES.len() + 1] = {
+    let mut methods = [Method::EsmvBeta(1e-5); Method::EXAMPLES.len() + 1];
+    let (examples, _) = methods.split_at_mut(Method::EXAMPLES.len());
+    examples.copy_from_slice(&Method::EXAMPLES);
+    methods
+};
+
+/// Parameters that differ from the default in one way: every postfilter, and the example of every other one.
+pub fn variants() -> Vec<Parameters> {
+    let of_postfilter = |postfilter| Parameters {
+        postfilter,
+        ..Parameters::default()
+    };
+    let of_row = |row: &Parameter| {
+        let mut parameters = Parameters::default();
+        parameters.set(row.name, row.example).expect("a row's name");
+        parameters
+    };
+    let postfilters = Postfilter::EXAMPLES.map(of_postfilter);
+    let rows = Parameters::TABLE.iter().map(of_row);
+    postfilters.into_iter().chain(rows).collect()
+}
 
 /// Aligned samples of one beam, [sample, element], and each sample's active elements.
 #[derive(Clone, Debug)]

@@ -10,40 +10,71 @@ mod mv;
 pub(super) use eigenspace::{Subspace, at_least_floor, rank_order};
 
 use super::run::Run;
+use super::table::{Parameter, Range, choices, range};
 use super::view::Solver;
-use crate::Error;
 use crate::covariance::Averaging;
 use crate::simd::{ComplexVector, Mask, Scalar, Vector};
 use eigenspace::{esmv, esmv_rank1, esmv_rank1_steps};
 use mv::mv;
 use num_complex::Complex;
 
-/// The beamformer. All but [`Method::Das`] are adaptive, with weights for each sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
-pub enum Method {
-    /// Delay and sum: the mean over the active elements.
-    Das,
-    /// Minimum variance, Capon (Eq. 1, 4).
-    Mv,
-    /// Eigenspace MV (Eq. 5–7) with the cross-spectral rank rule (Eq. 8): the smallest rank `j`
-    /// with `c_j ≥ β·c_L`.
-    EsmvBeta(f32),
-    /// Eigenspace MV with a fixed rank, at most the subaperture's length.
-    EsmvRank(usize),
-    /// Eigenspace MV with a signal subspace of rank 1: the dominant eigenpair alone, by Lanczos steps,
-    /// or by reduction to tridiagonal form where no eigenvalue stands out.
-    EsmvRank1,
-    /// [`Method::EsmvRank1`] in constant time: the eigenpair is that of so many steps of power iteration,
-    /// 1 to [`Method::MOST_STEPS`], whatever the data are. What is left of the other eigenvectors falls by
-    /// `λ₂/λ₁` a step: docs/numerics.md has a table. A sample whose covariance is singular in f32 is 0,
-    /// which takes a diagonal loading below about 10⁻³.
-    EsmvRank1Steps(usize),
-    /// Eigenspace MV with all eigenvectors but the first (Fig. 2c): `w − e₁e₁ᴴw`.
-    EsmvExcludeFirst,
+choices! {
+    /// The beamformer. All but [`Method::Das`] are adaptive, with weights for each sample.
+    Method {
+        /// Delay and sum: the mean over the active elements.
+        Das, "das", "DAS";
+        /// Minimum variance, Capon (Eq. 1, 4).
+        Mv, "mv", "MV";
+        /// Eigenspace MV (Eq. 5–7) with the cross-spectral rank rule (Eq. 8): the smallest rank `j`
+        /// with `c_j ≥ β·c_L`.
+        EsmvBeta(beta: f32 = 0.1, BETA), "esmv-beta", "ESMV by β";
+        /// Eigenspace MV with a fixed rank, at most the subaperture's length.
+        EsmvRank(rank: usize = 3, RANK), "esmv-rank", "ESMV of a fixed rank";
+        /// Eigenspace MV with a signal subspace of rank 1: the dominant eigenpair alone, by Lanczos steps,
+        /// or by reduction to tridiagonal form if no eigenvalue stands out.
+        EsmvRank1, "esmv-rank1", "ESMV rank 1";
+        /// [`Method::EsmvRank1`] in constant time: the eigenpair is that of so many steps of power iteration,
+        /// 1 to [`Method::MOST_STEPS`], whatever the data are. What is left of the other eigenvectors falls by
+        /// `λ₂/λ₁` a step: docs/numerics.md has a table. A sample whose covariance is singular in f32 is 0,
+        /// which takes a diagonal loading below about 10⁻³.
+        EsmvRank1Steps(steps: usize = 8, STEPS), "esmv-rank1-steps", "ESMV rank 1 by steps";
+        /// Eigenspace MV with all eigenvectors but the first (Fig. 2c): `w − e₁e₁ᴴw`.
+        EsmvExcludeFirst, "esmv-exclude-first", "ESMV without λ₁";
+    }
 }
+
+/// `β` of [`Method::EsmvBeta`].
+const BETA: Parameter = Parameter {
+    name: "beta",
+    unit: "",
+    help: "β of the cross-spectral rank rule (Eq. 8): the share of the power that the signal subspace keeps",
+    default: 0.01,
+    example: 0.1,
+    whole: false,
+    range: range!(above 0, at most 1),
+};
+
+/// The rank of [`Method::EsmvRank`].
+const RANK: Parameter = Parameter {
+    name: "rank",
+    unit: "",
+    help: "A fixed rank of the signal subspace",
+    default: 1.0,
+    example: 3.0,
+    whole: true,
+    range: range!(at least 1),
+};
+
+/// The steps of [`Method::EsmvRank1Steps`].
+const STEPS: Parameter = Parameter {
+    name: "power_steps",
+    unit: "",
+    help: "Steps of power iteration, in the same time whatever the data are",
+    default: 8.0,
+    example: 8.0,
+    whole: true,
+    range: range!(1 to 64),
+};
 
 /// A method that takes no covariance, and so neither a subaperture nor memory: it works straight on the
 /// aligned samples of a run's `count` active elements.
@@ -56,31 +87,7 @@ pub(super) struct Direct {
 
 impl Method {
     /// The most steps of [`Method::EsmvRank1Steps`]: more take longer than the whole eigensolver.
-    pub const MOST_STEPS: usize = 64;
-
-    /// Refuses what the method cannot be asked for.
-    pub(super) fn check(self) -> Result<(), Error> {
-        match self {
-            Method::EsmvBeta(beta) if !(beta > 0.0 && beta <= 1.0) => Err(Error::Parameter {
-                name: "beta",
-                value: beta as f64,
-                expected: "above 0, at most 1",
-            }),
-            Method::EsmvRank(0) => Err(Error::Parameter {
-                name: "rank",
-                value: 0.0,
-                expected: "at least 1",
-            }),
-            Method::EsmvRank1Steps(steps) if !(1..=Method::MOST_STEPS).contains(&steps) => {
-                Err(Error::Parameter {
-                    name: "steps",
-                    value: steps as f64,
-                    expected: "1 to 64",
-                })
-            }
-            _ => Ok(()),
-        }
-    }
+    pub const MOST_STEPS: usize = STEPS.range.most as usize;
 
     /// The kernels of a method that takes no covariance.
     pub(super) fn direct(self) -> Option<Direct> {

@@ -13,9 +13,7 @@ use bonebeam::{Complex, Error};
 fn parameters(method: Method) -> Parameters {
     Parameters {
         method,
-        temporal_half_window: opaque(1),
-        diagonal_loading: opaque(0.1),
-        subaperture_ratio: opaque(0.5),
+        ..opaque(Parameters::DEFAULT)
     }
 }
 

@@ -1,12 +1,11 @@
 //! The parameters of delay and beamformer: the section, its flags, and what the core gets.
 //!
-//! A key is declared here and nowhere else on the host: a field of [`Beamform`], its range in
-//! [`Beamform::validate`], its flag in [`BeamformFlags`] and, if it is the core's, a line in
-//! [`Beamform::parameters`].
+//! The core's parameters come from its table: see [`core`](super::core). A key of the host is declared here and
+//! nowhere else: a field of [`Beamform`], its range in [`Beamform::validate`], its flag in [`BeamformFlags`].
 
 use std::ops::Range;
 
-use bonebeam::beamform::{Method, Parameters};
+use bonebeam::beamform::Parameters;
 use bonebeam::covariance::Covariance;
 use bonebeam::focus::{IqReading, MAX_DECIMATION};
 use bonebeam::geometry::Axis;
@@ -15,15 +14,14 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use crate::methods::{CHOICES, Choice, DEFAULT_BETA, Options};
+use super::core::{CoreFlags, check_rows};
+use crate::methods::{CHOICES, Choice, Options, default_beta};
 use crate::{Error, Result};
 use bonebeam_files::settings::{LENGTHS, check_count, check_positive, out_of_range};
 use bonebeam_files::terminal::short;
 use bonebeam_files::{ChannelData, Samples};
 
 const SECTION: &str = "beamform";
-/// Diagonal loading beyond this leaves nothing of the covariance in f32.
-const MAX_LOADING: f64 = 1e6;
 /// Samples of the lines a period of the centre frequency, where nothing else is asked for: the paper's
 /// 20 MHz at 5 MHz.
 const PERIOD_SAMPLES: f64 = 4.0;
@@ -85,8 +83,11 @@ impl From<Reading> for IqReading {
 }
 
 /// Section `[beamform]`.
+///
+/// With `remote`, serde's functions for the host's keys are methods of this type; the module [`core`](super::core)
+/// adds the keys of the core's table to them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(remote = "Self", deny_unknown_fields, default)]
 pub struct Beamform {
     /// The beamformer.
     pub method: Choice,
@@ -103,17 +104,11 @@ pub struct Beamform {
     /// right to f32's accuracy.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power_steps: Option<usize>,
-    /// The subaperture's length over the number of active elements, above 0 and at most 1.
-    #[serde(alias = "subarray_ratio")]
-    pub subaperture_ratio: f64,
-    /// K: the covariance is averaged over the samples n−K to n+K.
-    #[serde(alias = "temporal")]
-    pub temporal_half_window: usize,
+    /// The parameters of the core's table, and the postfilter. [`Beamform::parameters`] adds the method.
+    #[serde(skip)]
+    pub core: Parameters,
     /// Forward only (Eq. 2), or forward-backward (Eq. 3).
     pub covariance: Covariance,
-    /// Δ: Δ/L·tr(R) is added to the covariance's diagonal.
-    #[serde(alias = "loading")]
-    pub diagonal_loading: f64,
     /// The shallowest depth at which the beamformer is used, m; DAS above. Without it, where the lines begin.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adaptive_depth_start: Option<f64>,
@@ -179,37 +174,12 @@ pub struct BeamformFlags {
     #[arg(long, value_name = "N", help_heading = "Beamformer")]
     power_steps: Option<usize>,
 
-    /// Length of the subapertures over the number of active elements, above 0 and at most 1
-    /// [default: 0.5]
-    #[arg(
-        long,
-        alias = "subarray-ratio",
-        value_name = "RATIO",
-        help_heading = "Beamformer"
-    )]
-    subaperture_ratio: Option<f64>,
-
-    /// Average the covariance over K samples before and K after [default: 0]
-    #[arg(
-        long,
-        alias = "temporal",
-        value_name = "K",
-        help_heading = "Beamformer"
-    )]
-    temporal_half_window: Option<usize>,
+    #[command(flatten)]
+    core: CoreFlags,
 
     /// Covariance of Eq. 2 or of Eq. 3 [default: forward-backward]
     #[arg(long, value_parser = covariances(), help_heading = "Beamformer")]
     covariance: Option<Covariance>,
-
-    /// Diagonal loading, in shares of the mean eigenvalue [default: 0.05]
-    #[arg(
-        long,
-        alias = "loading",
-        value_name = "DELTA",
-        help_heading = "Beamformer"
-    )]
-    diagonal_loading: Option<f64>,
 
     /// Delay and sum above this depth, m [default: the beamformer from the first sample on]
     #[arg(long, value_name = "M", help_heading = "Beamformer")]
@@ -321,10 +291,8 @@ impl Default for Beamform {
             rank: None,
             exclude_first: false,
             power_steps: None,
-            subaperture_ratio: 0.5,
-            temporal_half_window: 0,
+            core: Parameters::DEFAULT,
             covariance: Covariance::ForwardBackward,
-            diagonal_loading: 0.05,
             adaptive_depth_start: None,
             adaptive_depth_end: None,
             f_number: 1.5,
@@ -347,12 +315,8 @@ impl Beamform {
     /// What the flags say in place of the section's values.
     pub fn apply(&mut self, flags: &BeamformFlags) {
         self.apply_method(flags);
-        self.subaperture_ratio = flags.subaperture_ratio.unwrap_or(self.subaperture_ratio);
-        self.temporal_half_window = flags
-            .temporal_half_window
-            .unwrap_or(self.temporal_half_window);
+        flags.core.apply(&mut self.core);
         self.covariance = flags.covariance.unwrap_or(self.covariance);
-        self.diagonal_loading = flags.diagonal_loading.unwrap_or(self.diagonal_loading);
         self.adaptive_depth_start = flags.adaptive_depth_start.or(self.adaptive_depth_start);
         self.adaptive_depth_end = flags.adaptive_depth_end.or(self.adaptive_depth_end);
         self.f_number = flags.f_number.unwrap_or(self.f_number);
@@ -393,7 +357,7 @@ impl Beamform {
     pub fn resolve(&mut self) {
         let by_beta = self.method.takes.contains(&"beta");
         if by_beta && self.rank.is_none() && self.beta.is_none() {
-            self.beta = Some(DEFAULT_BETA);
+            self.beta = Some(default_beta());
         }
     }
 
@@ -474,6 +438,23 @@ impl Beamform {
         None
     }
 
+    /// The section of a beamformer.
+    pub fn of(core: Parameters) -> Self {
+        let (name, options) = Choice::of(core.method);
+        Beamform {
+            method: Choice::named(name).expect("a row of the table"),
+            beta: options.beta,
+            rank: options.rank,
+            exclude_first: options.exclude_first,
+            power_steps: options.power_steps,
+            core: Parameters {
+                method: Parameters::DEFAULT.method,
+                ..core
+            },
+            ..Beamform::default()
+        }
+    }
+
     /// The core's parameters.
     pub fn parameters(&self) -> Parameters {
         Parameters {
@@ -483,9 +464,7 @@ impl Beamform {
                 exclude_first: self.exclude_first,
                 power_steps: self.power_steps,
             }),
-            temporal_half_window: self.temporal_half_window,
-            diagonal_loading: self.diagonal_loading as f32,
-            subaperture_ratio: self.subaperture_ratio,
+            ..self.core
         }
     }
 
@@ -495,22 +474,7 @@ impl Beamform {
     /// [`Error::Usage`] naming the flag, the key, the value and the range.
     pub fn validate(&self) -> Result<()> {
         self.validate_method()?;
-        if !(self.subaperture_ratio > 0.0 && self.subaperture_ratio <= 1.0) {
-            return Err(out_of_range(
-                SECTION,
-                "subaperture_ratio",
-                self.subaperture_ratio,
-                "above 0 and at most 1, since a subaperture cannot exceed the aperture",
-            ));
-        }
-        if !(0.0..=MAX_LOADING).contains(&self.diagonal_loading) {
-            return Err(out_of_range(
-                SECTION,
-                "diagonal_loading",
-                self.diagonal_loading,
-                "0 to 1e6",
-            ));
-        }
+        check_rows(SECTION, &self.parameters())?;
         check_positive(SECTION, "f_number", self.f_number, F_NUMBERS, "")?;
         check_count(SECTION, "min_elements", self.min_elements)?;
         if let Some(rate) = self.output_rate {
@@ -593,19 +557,6 @@ impl Beamform {
                            give one of them";
             return Err(Error::Usage(message.into()));
         }
-        let most = Method::MOST_STEPS;
-        if let Some(steps) = self.power_steps.filter(|steps| !(1..=most).contains(steps)) {
-            let expected = format!("1 to {most}");
-            return Err(out_of_range(SECTION, "power_steps", steps, &expected));
-        }
-        match self.beta {
-            // The core computes with f32, in which the smallest numbers of f64 are 0.
-            Some(beta) if !(beta as f32 > 0.0 && beta <= 1.0) => {
-                return Err(out_of_range(SECTION, "beta", beta, "above 0 and at most 1"));
-            }
-            _ => {}
-        }
-        self.rank
-            .map_or(Ok(()), |rank| check_count(SECTION, "rank", rank))
+        Ok(())
     }
 }

@@ -1,8 +1,11 @@
 //! Parameters of the drive, a section a stage, from TOML and from the command line.
 
 mod beamform;
+mod core;
 mod image;
 mod phase_symmetry;
+
+pub(crate) use core::plain;
 
 pub use beamform::{Beamform, BeamformFlags, LineKind, Reading, RfReading};
 pub use image::{Image, ImageFlags, LONGER_SIDE};

@@ -32,8 +32,8 @@ pub fn parameters(method: Method) -> Parameters {
     Parameters {
         method,
         temporal_half_window: 2,
-        diagonal_loading: 0.05,
         subaperture_ratio: SUBAPERTURE as f64 / ELEMENTS as f64,
+        ..Parameters::DEFAULT
     }
 }
 

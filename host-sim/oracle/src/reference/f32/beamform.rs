@@ -1,7 +1,7 @@
 //! DAS, MV and ESMV of one line in plain loops, in the order of operations of
 //! `bonebeam::beamform`.
 
-use bonebeam::beamform::{Method, Parameters};
+use bonebeam::beamform::{Method, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use num_complex::Complex;
 
@@ -31,15 +31,18 @@ pub fn beamform(
             }
         }
     }
-    let exponent = match libm::ilogbf(largest).clamp(-126, 126) {
+    let working = libm::ilogbf(largest).clamp(-126, 126);
+    let exponent = match working {
         -64..=64 if parameters.method == Method::Das => 0,
         exponent => exponent,
     };
-    let (down, up) = (libm::ldexpf(1.0, -exponent), libm::ldexpf(1.0, exponent));
-    let scaled: Vec<Vec<Complex<f32>>> = x
-        .iter()
-        .map(|sample| sample.iter().map(|value| value * down).collect())
-        .collect();
+    let times = |factor: f32| -> Vec<Vec<Complex<f32>>> {
+        let sample = |sample: &Vec<_>| sample.iter().map(|value| value * factor).collect();
+        x.iter().map(sample).collect()
+    };
+    let up = libm::ldexpf(1.0, exponent);
+    let scaled = times(libm::ldexpf(1.0, -exponent));
+    let at_working_scale = times(libm::ldexpf(1.0, -working));
 
     let mut z = Vec::new();
     while z.len() < x.len() {
@@ -70,9 +73,35 @@ pub fn beamform(
             value
         }
     };
-    z.into_iter()
+    let mut z: Vec<_> = z
+        .into_iter()
         .map(|z| Complex::new(saturate(z.re * up), saturate(z.im * up)))
-        .collect()
+        .collect();
+    if parameters.postfilter != Postfilter::None {
+        for ((z, sample), &(first, count)) in z.iter_mut().zip(&at_working_scale).zip(active) {
+            *z *= postfilter(&sample[first..first + count], parameters.postfilter);
+        }
+    }
+    z
+}
+
+/// The postfilter's factor for the active elements `x` of a sample.
+fn postfilter(x: &[Complex<f32>], postfilter: Postfilter) -> f32 {
+    let mut sum = Complex::<f32>::ZERO;
+    let mut power = 0.0;
+    for value in x {
+        sum += value;
+        power += value.norm_sqr();
+    }
+    let factor = match postfilter {
+        Postfilter::None => 1.0,
+        Postfilter::CoherenceFactor => sum.norm_sqr() / (power * x.len() as f32),
+    };
+    match power > 0.0 {
+        true if factor < 1.0 => factor,
+        true => 1.0,
+        false => 0.0,
+    }
 }
 
 /// What an adaptive beamformer computes on the way to one sample, at the line's working scale.
@@ -116,13 +145,13 @@ pub fn intermediates(
         match covariance {
             Covariance::Forward => {
                 let r = window_sum(&sums[i..i + length], block);
-                let (factor, added) = loading(forward_trace(&r), n, parameters.diagonal_loading)?;
+                let (factor, added) = loading(forward_trace(&r), n, parameters)?;
                 Some(intermediates_of(&with_diagonal(scaled(&r, factor), added)))
             }
             Covariance::ForwardBackward => {
                 let folded: Vec<_> = sums[i..i + length].iter().map(|r| mirrored(r)).collect();
                 let f = window_sum(&folded, block);
-                let (factor, added) = loading(real_form_trace(&f), n, parameters.diagonal_loading)?;
+                let (factor, added) = loading(real_form_trace(&f), n, parameters)?;
                 Some(intermediates_of(&with_diagonal(
                     real_form(&f, factor),
                     added,
@@ -166,7 +195,7 @@ fn run_forward(elements: &[Vec<Complex<f32>>], parameters: &Parameters) -> Vec<C
     let steering = vec![Complex::ONE; n];
     let sums: Vec<_> = elements.iter().map(|x| forward(x, n)).collect();
     outputs(elements, &sums, parameters, |r, x| {
-        let (factor, added) = loading(forward_trace(r), n, parameters.diagonal_loading)?;
+        let (factor, added) = loading(forward_trace(r), n, parameters)?;
         let a = with_diagonal(scaled(r, factor), added);
         Some(response(&a, &steering, &subaperture_sum(x, n), parameters.method) / gain)
     })
@@ -182,7 +211,7 @@ fn run_forward_backward(
     let steering = real_form_of_steering(n);
     let sums: Vec<_> = elements.iter().map(|x| mirrored(&forward(x, n))).collect();
     outputs(elements, &sums, parameters, |f, x| {
-        let (factor, added) = loading(real_form_trace(f), n, parameters.diagonal_loading)?;
+        let (factor, added) = loading(real_form_trace(f), n, parameters)?;
         let a = with_diagonal(real_form(f, factor), added);
         let data = real_form_of_data(&subaperture_sum(x, n));
         Some(response(&a, &steering, &data, parameters.method) / gain)

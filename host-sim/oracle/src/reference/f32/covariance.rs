@@ -3,6 +3,7 @@
 
 use std::f32::consts::{FRAC_1_SQRT_2, SQRT_2};
 
+use bonebeam::beamform::Parameters;
 use num_complex::Complex;
 
 use super::linalg::Number;
@@ -185,10 +186,11 @@ pub(super) fn scaled(r: &[Vec<Complex<f32>>], factor: f32) -> Vec<Vec<Complex<f3
 
 /// The power of two that brings a trace into [1, 2), and what is then added to the diagonal of `n`
 /// entries; `None` for no power.
-pub(super) fn loading(trace: f32, n: usize, diagonal_loading: f32) -> Option<(f32, f32)> {
+pub(super) fn loading(trace: f32, n: usize, parameters: &Parameters) -> Option<(f32, f32)> {
     if trace < libm::ldexpf(1.0, -100) {
         return None;
     }
     let factor = libm::ldexpf(1.0, -libm::ilogbf(trace));
-    Some((factor, diagonal_loading / n as f32 * (trace * factor)))
+    let added = parameters.diagonal_loading / n as f32 * (trace * factor);
+    Some((factor, added))
 }

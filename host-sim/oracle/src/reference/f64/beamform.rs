@@ -3,7 +3,7 @@
 
 use std::ops::{Range, RangeInclusive};
 
-use bonebeam::beamform::{Method, Parameters};
+use bonebeam::beamform::{Method, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, SymmetricEigen};
 use ndarray::ArrayView2;
@@ -57,6 +57,8 @@ pub struct Sample {
     pub minimum_variance: Vector,
     /// What the covariance is averaged by.
     pub averaging: Covariance,
+    /// The postfilter's factor.
+    pub factor: f64,
 }
 
 impl Sample {
@@ -95,15 +97,20 @@ impl Sample {
 
         let elements = snapshots(x, n, active, active.1).column(0).into_owned();
         let snapshots = snapshots(x, n, active, subaperture);
-        Sample::of(elements, snapshots, covariance, averaging)
-            .ok_or_else(|| Error::Data(format!("the covariance of sample {n} is singular")))
-            .map(Some)
+        let factor = postfilter(&elements, parameters.postfilter);
+        let sample = Sample::of(elements, snapshots, covariance, averaging)
+            .ok_or_else(|| Error::Data(format!("the covariance of sample {n} is singular")))?;
+        Ok(Some(Sample { factor, ..sample }))
     }
 
     /// The same data with another loaded covariance; `None` where it is not positive definite.
     pub fn with_covariance(&self, covariance: Matrix) -> Option<Self> {
         let (elements, snapshots) = (self.elements.clone(), self.snapshots.clone());
-        Sample::of(elements, snapshots, covariance, self.averaging)
+        let sample = Sample::of(elements, snapshots, covariance, self.averaging)?;
+        Some(Sample {
+            factor: self.factor,
+            ..sample
+        })
     }
 
     fn of(
@@ -120,6 +127,7 @@ impl Sample {
             covariance,
             minimum_variance: &solved / steering.dotc(&solved),
             averaging,
+            factor: 1.0,
         })
     }
 
@@ -146,6 +154,19 @@ impl Sample {
     /// that Eq. 8 may choose where c_j lies within `tolerance` of β·c_L, or for each start of a power
     /// iteration where their diagonal entries lie within `tolerance` of each other.
     pub fn answers(&self, eigenspace: &Eigenspace, method: Method, tolerance: f64) -> Vec<Answer> {
+        let mut answers = self.without_postfilter(eigenspace, method, tolerance);
+        for answer in &mut answers {
+            answer.z *= self.factor;
+        }
+        answers
+    }
+
+    fn without_postfilter(
+        &self,
+        eigenspace: &Eigenspace,
+        method: Method,
+        tolerance: f64,
+    ) -> Vec<Answer> {
         let w = &self.minimum_variance;
         let subaperture = w.len();
         let answer = |kept: Range<usize>| Answer {
@@ -221,6 +242,17 @@ impl Sample {
         e * (projection * power / (theta * theta))
     }
 }
+
+/// The postfilter's factor for the active elements `x` of a sample.
+fn postfilter(x: &Vector, postfilter: Postfilter) -> f64 {
+    let power = x.norm_squared();
+    match postfilter {
+        Postfilter::None => 1.0,
+        _ if power == 0.0 => 0.0,
+        Postfilter::CoherenceFactor => x.sum().norm_sqr() / (x.len() as f64 * power),
+    }
+}
+
 /// A right value of z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {

@@ -7,21 +7,7 @@ use super::*;
 /// Room for a few hundred roundings in f64.
 const ROUNDING: f64 = 1e-12;
 
-const PARAMETERS: Parameters = Parameters {
-    method: Method::Mv,
-    temporal_half_window: 0,
-    diagonal_loading: 0.05,
-    subaperture_ratio: 0.5,
-};
-
-const METHODS: [Method; 6] = [
-    Method::Das,
-    Method::Mv,
-    Method::EsmvBeta(0.01),
-    Method::EsmvRank(1),
-    Method::EsmvRank(3),
-    Method::EsmvExcludeFirst,
-];
+const PARAMETERS: Parameters = Parameters::DEFAULT;
 
 fn noise(samples: usize, elements: usize) -> Array2<Complex<f32>> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
@@ -64,7 +50,7 @@ fn line(
 fn a_unit_signal_on_axis_gives_one() {
     for elements in [1, 2, 3, 9, 16] {
         let x = Array2::from_elem((3, elements), Complex::ONE);
-        for method in METHODS {
+        for method in Method::EXAMPLES {
             // All there is lies in the first eigenvector.
             let expected = if method == Method::EsmvExcludeFirst {
                 0.0
@@ -236,7 +222,7 @@ fn the_rank_is_the_smallest_whose_sum_reaches_beta() {
 #[test]
 fn silence_gives_zero() {
     let x = Array2::zeros((2, 8));
-    for method in METHODS {
+    for method in Method::EXAMPLES {
         let z = line(&x, (0, 8), &PARAMETERS, method);
         assert_eq!(z, [Complex::ZERO; 2]);
     }
@@ -248,7 +234,7 @@ fn elements_outside_the_active_set_are_left_out() {
     let cut = x
         .slice_axis(ndarray::Axis(1), ndarray::Slice::from(2..9))
         .to_owned();
-    for method in METHODS {
+    for method in Method::EXAMPLES {
         let parameters = Parameters {
             temporal_half_window: 1,
             ..PARAMETERS

@@ -1,0 +1,170 @@
+//! The tables of parameters, methods and postfilters: every list elsewhere comes from them.
+//!
+//! A row of `choices!` is a variant of an enum, a row of `parameters!` (in `parameters.rs`) a field of
+//! [`Parameters`](super::Parameters). A list that is made of rows forgets none.
+
+use crate::Error;
+
+/// One parameter: its name, its help text, its default and its range.
+///
+/// ```
+/// use bonebeam::beamform::Parameters;
+///
+/// let [_, loading, _] = Parameters::TABLE;
+/// assert_eq!((loading.name, loading.default), ("diagonal_loading", 0.05));
+/// assert!(loading.check(-1.0).is_err());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Parameter {
+    /// The name: the field, the key of a configuration and, with `-` for `_`, the flag.
+    pub name: &'static str,
+    /// The unit, empty for a plain number.
+    pub unit: &'static str,
+    /// The help text.
+    pub help: &'static str,
+    /// The value if none is given.
+    pub default: f64,
+    /// A usual value other than the default, for tests.
+    pub example: f64,
+    /// Whether the value is a whole number.
+    pub whole: bool,
+    /// The values that are accepted.
+    pub range: Range,
+}
+
+impl Parameter {
+    /// Checks a value.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a value outside the range.
+    pub fn check(&self, value: f64) -> Result<(), Error> {
+        if self.range.contains(value) && (!self.whole || value == libm::floor(value)) {
+            return Ok(());
+        }
+        Err(Error::Parameter {
+            name: self.name,
+            value,
+            expected: self.range.text,
+        })
+    }
+}
+
+/// The values that a [`Parameter`] accepts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Range {
+    /// The lower bound.
+    pub least: f64,
+    /// Whether the lower bound itself is refused.
+    pub above: bool,
+    /// The largest value, infinite if there is none.
+    pub most: f64,
+    /// The range in words: "above 0, at most 1".
+    pub text: &'static str,
+}
+
+impl Range {
+    /// Whether the range contains `value`; no range contains NaN.
+    pub fn contains(&self, value: f64) -> bool {
+        let enough = value > self.least || value == self.least && !self.above;
+        enough && value <= self.most
+    }
+}
+
+/// A [`Range`], with its words from its numbers.
+macro_rules! range {
+    (above $least:literal, at most $most:literal) => {
+        Range {
+            above: true,
+            ..range!(@ $least, $most, "above ", stringify!($least), ", at most ", stringify!($most))
+        }
+    };
+    (at least $least:literal) => {
+        range!(@ $least, f64::INFINITY, "at least ", stringify!($least))
+    };
+    ($least:literal to $most:literal) => {
+        range!(@ $least, $most, stringify!($least), " to ", stringify!($most))
+    };
+    (@ $least:literal, $most:expr, $($text:expr),*) => {
+        Range { least: $least as f64, above: false, most: $most as f64, text: concat!($($text),*) }
+    };
+}
+pub(super) use range;
+
+/// An enum by its table. A row: the variant, with its argument (name, type, example, [`Parameter`]) if it
+/// has one; its key for files and programs; its name for people.
+macro_rules! choices {
+    (
+        $(#[$about:meta])*
+        $type:ident {
+            $(
+                $(#[doc = $doc:literal])*
+                $variant:ident $(($argument:ident: $number:ty = $example:expr, $parameter:expr))?,
+                $key:literal, $name:literal;
+            )*
+        }
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+        pub enum $type {
+            $($(#[doc = $doc])* $variant $(($number))?,)*
+        }
+
+        impl $type {
+            /// One value of every row, with an example of its argument.
+            pub const EXAMPLES: [Self; [$($key),*].len()] = [$($type::$variant $(($example))?),*];
+
+            /// The key: short, without spaces, the same in every version.
+            pub const fn key(&self) -> &'static str {
+                match self {
+                    $($type::$variant { .. } => $key,)*
+                }
+            }
+
+            /// The name for people.
+            pub const fn name(&self) -> &'static str {
+                match self {
+                    $($type::$variant { .. } => $name,)*
+                }
+            }
+
+            /// The help text: the documentation of the row.
+            pub fn help(&self) -> &'static str {
+                match self {
+                    $($type::$variant { .. } => concat!($($doc),*).trim_start(),)*
+                }
+            }
+
+            /// The parameter that is the argument, if there is one.
+            pub fn parameter(&self) -> Option<Parameter> {
+                match self {
+                    $($type::$variant { .. } => {
+                        let parameter: Option<Parameter> = None;
+                        $(let parameter = parameter.or(Some($parameter));)?
+                        parameter
+                    })*
+                }
+            }
+
+            /// The argument, if there is one.
+            pub fn argument(&self) -> Option<f64> {
+                match *self {
+                    $($type::$variant $(($argument))? => None $(.or(Some($argument as f64)))?,)*
+                }
+            }
+
+            /// The same choice with another argument; unchanged if it has none.
+            #[allow(unused_variables)]
+            pub fn with_argument(&self, argument: f64) -> Self {
+                match self {
+                    $($type::$variant { .. } => $type::$variant $((argument as $number))?,)*
+                }
+            }
+        }
+    };
+}
+pub(super) use choices;
