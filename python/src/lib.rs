@@ -24,7 +24,7 @@ mod _native {
     #[pymodule_export]
     use crate::images::{bmode, phase_symmetry};
     #[pymodule_export]
-    use crate::parameters::{BeamformParameters, defaults};
+    use crate::parameters::{BeamformParameters, defaults, tables};
     #[pymodule_export]
     use crate::simulate::simulate;
 }

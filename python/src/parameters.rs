@@ -1,11 +1,11 @@
 //! The command's sections, from Python's arguments.
 
-use bonebeam::covariance::Covariance;
-use bonebeam_drive::config::{Beamform, Image, LineKind, PhaseSymmetry, Reading, RfReading};
+use bonebeam::beamform::{Method, Parameters, Postfilter};
+use bonebeam_drive::config::{Beamform, BeamformFlags, Image, PhaseSymmetry};
+use bonebeam_drive::methods::CHOICES;
 use bonebeam_simulate::Simulate;
 use pyo3::prelude::*;
-use serde::Deserialize;
-use serde::de::value::{Error as TextError, StrDeserializer};
+use serde_json::json;
 
 use crate::error::refused;
 
@@ -15,73 +15,14 @@ pub struct BeamformParameters(pub Beamform);
 
 #[pymethods]
 impl BeamformParameters {
+    /// From the keys that are given, as JSON.
     #[new]
-    #[pyo3(signature = (
-        *, method, beta, rank, exclude_first, power_steps, subaperture_ratio, temporal_half_window,
-        covariance, diagonal_loading, f_number=None, min_elements=None, output_rate=None, lines=None,
-        line_count=None, sector=None, rf_reading=None, iq_reading=None, depth_start=None, depth_end=None,
-        sound_speed=None, beam_spacing=None, adaptive_depth_start=None, adaptive_depth_end=None
-    ))]
-    fn new(
-        method: &str,
-        beta: Option<f64>,
-        rank: Option<usize>,
-        exclude_first: bool,
-        power_steps: Option<usize>,
-        subaperture_ratio: f64,
-        temporal_half_window: usize,
-        covariance: &str,
-        diagonal_loading: f64,
-        f_number: Option<f64>,
-        min_elements: Option<usize>,
-        output_rate: Option<f64>,
-        lines: Option<&str>,
-        line_count: Option<usize>,
-        sector: Option<f64>,
-        rf_reading: Option<&str>,
-        iq_reading: Option<&str>,
-        depth_start: Option<f64>,
-        depth_end: Option<f64>,
-        sound_speed: Option<f64>,
-        beam_spacing: Option<f64>,
-        adaptive_depth_start: Option<f64>,
-        adaptive_depth_end: Option<f64>,
-    ) -> PyResult<Self> {
-        let mut section = Beamform {
-            method: named(method)?,
-            beta,
-            rank,
-            exclude_first,
-            power_steps,
-            subaperture_ratio,
-            temporal_half_window,
-            covariance: named::<Covariance>(covariance)?,
-            diagonal_loading,
-            depth_start,
-            depth_end,
-            output_rate,
-            lines: lines.map(named::<LineKind>).transpose()?,
-            line_count,
-            rf_reading: rf_reading.map(named::<RfReading>).transpose()?,
-            iq_reading: iq_reading.map(named::<Reading>).transpose()?,
-            sound_speed,
-            adaptive_depth_start,
-            adaptive_depth_end,
-            ..Beamform::default()
-        };
-        section.f_number = f_number.unwrap_or(section.f_number);
-        section.min_elements = min_elements.unwrap_or(section.min_elements);
-        section.sector = sector.unwrap_or(section.sector);
-        section.beam_spacing = beam_spacing.unwrap_or(section.beam_spacing);
+    fn new(section: &str) -> PyResult<Self> {
+        let mut section: Beamform = serde_json::from_str(section).map_err(refused)?;
         section.validate().map_err(refused)?;
         section.resolve();
         Ok(Self(section))
     }
-}
-
-/// A value of the configuration by its name.
-fn named<T: for<'a> Deserialize<'a>>(name: &str) -> PyResult<T> {
-    T::deserialize(StrDeserializer::<TextError>::new(name)).map_err(refused)
 }
 
 /// Section `[image]`, checked.
@@ -126,11 +67,39 @@ pub fn phase_symmetry(
 /// The command's defaults as JSON, section by section.
 #[pyfunction]
 pub fn defaults() -> PyResult<String> {
-    let sections = serde_json::json!({
+    let sections = json!({
         "simulate": Simulate::default(),
         "beamform": Beamform::default(),
         "image": Image::default(),
         "phase_symmetry": PhaseSymmetry::default(),
     });
     Ok(sections.to_string())
+}
+
+/// What the package's lists are tested against, as JSON: the keys of the section, the names of the methods and of
+/// the postfilters, and an example of every method, postfilter and parameter of the core.
+#[pyfunction]
+pub fn tables() -> PyResult<String> {
+    let methods = Method::EXAMPLES.map(|method| Parameters {
+        method,
+        ..Parameters::DEFAULT
+    });
+    let postfilters = Postfilter::EXAMPLES.map(|postfilter| Parameters {
+        postfilter,
+        ..Parameters::DEFAULT
+    });
+    let rows = Parameters::TABLE.map(|row| {
+        let mut parameters = Parameters::DEFAULT;
+        parameters.set(row.name, row.example);
+        parameters
+    });
+    let examples = methods.into_iter().chain(postfilters).chain(rows);
+    let examples: Vec<_> = examples.map(Beamform::of).collect();
+    let tables = json!({
+        "keys": BeamformFlags::keys(),
+        "methods": CHOICES.map(|choice| choice.name),
+        "postfilters": Postfilter::EXAMPLES.map(|postfilter| postfilter.key()),
+        "examples": examples,
+    });
+    Ok(tables.to_string())
 }

@@ -1,23 +1,31 @@
 """The same bits and the same words as the command's."""
 
 import json
+from typing import get_args
 
 import numpy as np
 import pytest
 
 import bonebeam
-from bonebeam import _native
+from bonebeam import _native, _parameters
 from conftest import same_bits
 
+TABLES = json.loads(_native.tables())
+DEFAULTS = json.loads(_native.defaults())["beamform"]
+
+
+def differing(section):
+    """The keys of a section that differ from the default."""
+    return {key: value for key, value in section.items() if DEFAULTS.get(key) != value}
+
+
+# Every method, every postfilter, every parameter, and some together.
 METHODS = [
-    {"method": "das"},
     {"method": "mv", "temporal_half_window": 1},
     {"method": "mv", "covariance": "forward", "diagonal_loading": 0.01},
     {"method": "esmv", "beta": 0.1, "subaperture_ratio": 0.4},
-    {"method": "esmv", "rank": 3},
     {"method": "esmv-rank1", "temporal_half_window": 2},
-    {"method": "esmv-rank1", "exclude_first": True},
-    {"method": "esmv-rank1", "power_steps": 8},
+    *map(differing, TABLES["examples"]),
 ]
 
 
@@ -142,11 +150,23 @@ def test_a_simulation_is_that_of_the_command(command, folder):
         assert same_bits(np.asarray(getattr(point, key)), expected[key]), key
 
 
+def test_the_keywords_are_the_keys_of_the_command():
+    ours = bonebeam.ChannelDataParameters, bonebeam.AlignedDataParameters
+    assert set().union(*map(_parameters.names, ours)) == set(TABLES["keys"])
+    assert list(get_args(_parameters.Method)) == TABLES["methods"]
+    assert list(get_args(_parameters.Postfilter)) == TABLES["postfilters"]
+    for example in TABLES["examples"]:
+        assert set(differing(example)) <= _parameters.names(bonebeam.BeamformerParameters)
+    described = (*ours, bonebeam.BeamformerParameters, bonebeam.DelayParameters)
+    documentation = "\n".join(known.__doc__ for known in described)
+    assert all(f"    {key}" in documentation or f", {key}:" in documentation for key in TABLES["keys"])
+    with pytest.raises(TypeError, match="unexpected keyword argument 'betta'"):
+        bonebeam.beamform(np.ones((1, 1, 8), np.complex64), betta=0.1)
+
+
 def test_the_defaults_are_those_of_the_command():
     told = json.loads(_native.defaults())
     for function, section in [
-        (bonebeam.Beamformer.__init__, "beamform"),
-        (bonebeam.beamform, "beamform"),
         (bonebeam.bmode, "image"),
         (bonebeam.phase_symmetry, "phase_symmetry"),
         (bonebeam.simulate, "simulate"),

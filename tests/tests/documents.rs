@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use host_sim::config::Config;
+use bonebeam::beamform::{Method, Parameter, Parameters, Postfilter};
+use host_sim::config::{BeamformFlags, Config};
+use host_sim::files::Format;
 use tempfile::tempdir;
 
 fn root() -> PathBuf {
@@ -215,4 +217,78 @@ fn the_configuration_of_the_documents_is_the_default() {
     };
     let configs: Vec<Config> = blocks.into_iter().map(read).collect();
     assert_eq!(configs.last(), Some(&Config::default()));
+}
+
+/// The core's tables as Markdown.
+fn tables() -> String {
+    let text = |help: &str| help.trim().replace('|', "\\|");
+    let range = |row: Parameter| format!("`{}`, {}", row.name, row.range.text);
+    let argument = |method: Method| method.parameter().map_or("-".into(), range);
+    let mut tables = String::from("| method | | argument | |\n|---|---|---|---|\n");
+    for row in Method::EXAMPLES {
+        let [key, name, help] = [row.key(), row.name(), &text(row.help())];
+        tables += &format!("| `{key}` | {name} | {} | {help} |\n", argument(row));
+    }
+    tables += "\n| postfilter | | |\n|---|---|---|\n";
+    for row in Postfilter::EXAMPLES {
+        let [key, name, help] = [row.key(), row.name(), &text(row.help())];
+        tables += &format!("| `{key}` | {name} | {help} |\n");
+    }
+    tables += "\n| parameter | default | range | unit | |\n|---|---|---|---|---|\n";
+    for row in Parameters::TABLE {
+        let [name, range, unit, help] = [row.name, row.range.text, row.unit, &text(row.help)];
+        tables += &format!("| `{name}` | {} | {range} | {unit} | {help} |\n", row.default);
+    }
+    tables
+}
+
+/// What stands before the tables of numerics.md, and what behind.
+fn around_the_tables(document: &str) -> (&str, &str) {
+    let (before, rest) = document.split_once("<!-- tables -->\n").expect("a mark");
+    let (_, after) = rest.split_once("<!-- end -->\n").expect("a mark");
+    (before, after)
+}
+
+#[test]
+fn the_tables_of_the_documents_are_the_cores() {
+    let document = read(&root().join("docs/numerics.md"));
+    let (before, after) = around_the_tables(&document);
+    let tables = tables();
+    let expected = format!("{before}<!-- tables -->\n{tables}<!-- end -->\n{after}");
+    assert_eq!(document, expected, "write them by the test write_tables");
+}
+
+/// `cargo test -p bonebeam-tests --test documents -- --ignored write_tables`.
+#[test]
+#[ignore = "writes docs/numerics.md"]
+fn write_tables() {
+    let path = root().join("docs/numerics.md");
+    let document = read(&path);
+    let (before, after) = around_the_tables(&document);
+    let tables = tables();
+    let document = format!("{before}<!-- tables -->\n{tables}<!-- end -->\n{after}");
+    fs::write(path, document).unwrap();
+}
+
+#[test]
+fn the_configuration_of_the_documents_has_every_key_of_the_host() {
+    let document = read(&root().join("docs/file-formats.md"));
+    let block = *blocks(&document, "toml").last().unwrap();
+    let (_, section) = block.split_once("[beamform]").unwrap();
+    let (section, _) = section.split_once("\n[").unwrap();
+    let rows = Parameters::TABLE.map(|row| row.name);
+    for key in BeamformFlags::keys() {
+        let found = section.contains(&format!("{key} ")) || section.contains(&format!("{key},"));
+        assert!(found || rows.contains(&&key[..]), "{key}");
+    }
+}
+
+#[test]
+fn the_formats_of_the_documents_are_those_that_are_read() {
+    let document = read(&root().join("docs/file-formats.md"));
+    let (_, rows) = document.split_once("| format | told by | holds |\n|---|---|---|\n").unwrap();
+    let (rows, _) = rows.split_once("\n\n").unwrap();
+    let name = |row: &'_ str| row.strip_prefix("| [")?.split_once("](").map(|(name, _)| name.to_owned());
+    let named: Vec<_> = rows.lines().map(|row| name(row).expect("a linked name")).collect();
+    assert_eq!(named, Format::ALL.map(Format::name));
 }

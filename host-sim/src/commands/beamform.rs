@@ -8,7 +8,9 @@ use std::time::Instant;
 use clap::Args;
 
 use super::measures::Measures;
-use super::{ConfigArgument, VariableArguments, about, command_line, load_config};
+use super::{
+    ConfigArgument, VariableArguments, about, command_line, load_config, recording_help,
+};
 use crate::config::Config;
 use crate::progress::Progress;
 use crate::{Error, Result};
@@ -25,8 +27,7 @@ use bonebeam_paper::report::figure;
 
 /// Beamform channel data: one complex value a beam and depth.
 ///
-/// FILE holds channel data, which are delayed first, as .npz, zea HDF5, UFF, PICMUS, MATLAB or a
-/// SonixDAQ folder, told by what it holds; or aligned data (`x` …) as .npz, which are not. Focused
+/// FILE holds channel data, which are delayed first, or aligned data (`x` …) as .npz, which are not. Focused
 /// transmits make one line each, and so do virtual sources before the array that come from left to right;
 /// other transmits are compounded into two lines per element: straight down, along the normals of a
 /// curved array, or in a sector. The configuration used is written beside the lines as
@@ -34,8 +35,7 @@ use bonebeam_paper::report::figure;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
-    /// The recording
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", help = recording_help())]
     recording: PathBuf,
 
     /// The beamformed lines: `z` complex64 [beam, sample], of many frames [frame, beam, sample], `fs`,

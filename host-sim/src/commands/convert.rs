@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{ConfigArgument, VariableArguments, load_config};
+use super::{ConfigArgument, VariableArguments, load_config, recording_help};
 use crate::Result;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::{print, warn};
@@ -17,8 +17,7 @@ use bonebeam_files::{Recording, RecordingFile};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The recording
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", help = recording_help())]
     recording: PathBuf,
 
     /// The archive

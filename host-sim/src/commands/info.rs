@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{ConfigArgument, VariableArguments, load_config};
+use super::{ConfigArgument, VariableArguments, load_config, recording_help};
 use crate::Result;
 use crate::config::Config;
 use bonebeam_drive::config::{Beamform, BeamformFlags, Image};
@@ -20,8 +20,7 @@ use bonebeam_files::{AlignedData, ChannelData, Recording, RecordingFile, Samples
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
-    /// The recording
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", help = recording_help())]
     recording: PathBuf,
 
     #[command(flatten)]

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 use crate::config::Config;
 use crate::{Error, Result};
-use bonebeam_files::Variables;
+use bonebeam_files::{Format, Variables};
 
 /// The file of `--config`, or the defaults.
 fn load_config(path: Option<&Path>) -> Result<Config> {
@@ -47,10 +47,16 @@ fn about(path: &Path, error: Error) -> Error {
     }
 }
 
+/// The help of the argument that every command takes that reads a recording.
+fn recording_help() -> String {
+    let formats = Format::names();
+    format!("The recording; its content tells its format: {formats}")
+}
+
 /// `--variable`, which every command takes that reads a recording.
 #[derive(Debug, clap::Args)]
 struct VariableArguments {
-    /// MATLAB, HDF5 and SonixDAQ: the name that the file has for a key of channel data, or the key's
+    /// If the format does not fix them: the name that the file has for a key of channel data, or the key's
     /// value, such as rf=RcvData, c=1540, tx_angle=-0.1,0,0.1 or axes=sample,element,transmit
     #[arg(long = "variable", value_name = "KEY=NAME", help_heading = "Recording")]
     variables: Vec<String>,

@@ -17,12 +17,22 @@ from ._beamform import Beamformer, beamform, delay
 from ._data import AlignedData, ChannelData, Image, Lines
 from ._files import frames, read
 from ._images import bmode, phase_symmetry
+from ._parameters import (
+    AlignedDataParameters,
+    BeamformerParameters,
+    ChannelDataParameters,
+    DelayParameters,
+)
 from ._simulate import simulate
 
 __all__ = [
     "AlignedData",
+    "AlignedDataParameters",
     "Beamformer",
+    "BeamformerParameters",
     "ChannelData",
+    "ChannelDataParameters",
+    "DelayParameters",
     "Image",
     "Lines",
     "beamform",

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, Literal, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -13,12 +13,17 @@ import numpy.typing as npt
 from . import _native
 from ._arrays import from_anywhere, taken, written
 from ._data import AlignedData, ChannelData, Lines
+from ._parameters import (
+    AlignedDataParameters,
+    BeamformerParameters,
+    ChannelDataParameters,
+    DelayParameters,
+    names,
+    section,
+)
 
-Method = Literal["das", "mv", "esmv", "esmv-rank1"]
-Covariance = Literal["forward", "forward-backward"]
-LineKind = Literal["down", "normals", "sector"]
-Reading = Literal["linear", "cubic", "sinc"]
-RfReading = Literal["filtered", "upsampled"]
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 COMPLEX = ("complex64", "complex128")
 REAL = ("float32", "float64", "int16", "int32", "uint8")
@@ -29,19 +34,8 @@ class Beamformer:
 
     Args:
         elements: The most active elements, those of the array where all are active.
-        method: ``das``, ``mv`` (minimum variance), ``esmv`` (eigenspace minimum variance by ``beta`` or
-            ``rank``), or ``esmv-rank1``.
-        beta: With ``esmv``: the share of the power that the signal subspace keeps, above 0 and at most
-            1; 0.01 where neither it nor a rank is given.
-        rank: With ``esmv``: a fixed rank of the signal subspace instead.
-        exclude_first: With ``esmv-rank1``: all eigenvectors but the first.
-        power_steps: With ``esmv-rank1``: the eigenvector by so many steps of power iteration, 1 to 64,
-            which take the same time whatever the data are, in place of as many Lanczos steps as it takes.
-        subaperture_ratio: Length L of the subapertures over the active elements, above 0 and at most 1.
-        temporal_half_window: K: the covariance is averaged over the samples n-K to n+K.
-        covariance: ``forward`` (Eq. 2 of the paper) or ``forward-backward`` (Eq. 3).
-        diagonal_loading: Delta: Delta/L times the trace is added to the covariance's diagonal.
         threads: How many threads compute; all processors without it. The result does not depend on it.
+        parameters: The keywords of :class:`BeamformerParameters`.
 
     >>> import numpy as np
     >>> mv = Beamformer(32, method="mv", temporal_half_window=2, threads=1)
@@ -59,29 +53,11 @@ class Beamformer:
         self,
         elements: int,
         *,
-        method: Method = "esmv-rank1",
-        beta: float | None = None,
-        rank: int | None = None,
-        exclude_first: bool = False,
-        power_steps: int | None = None,
-        subaperture_ratio: float = 0.5,
-        temporal_half_window: int = 0,
-        covariance: Covariance = "forward-backward",
-        diagonal_loading: float = 0.05,
         threads: int | None = None,
+        **parameters: Unpack[BeamformerParameters],
     ) -> None:
-        parameters = _parameters(
-            method=method,
-            beta=beta,
-            rank=rank,
-            exclude_first=exclude_first,
-            power_steps=power_steps,
-            subaperture_ratio=subaperture_ratio,
-            temporal_half_window=temporal_half_window,
-            covariance=covariance,
-            diagonal_loading=diagonal_loading,
-        )
-        self._native = _native.Beamformer(parameters, elements, threads)
+        checked = section("Beamformer", BeamformerParameters, parameters)
+        self._native = _native.Beamformer(checked, elements, threads)
 
     def __call__(
         self,
@@ -123,30 +99,9 @@ class Beamformer:
 def beamform(
     x: ChannelData,
     *,
-    method: Method = ...,
-    beta: float | None = ...,
-    rank: int | None = ...,
-    exclude_first: bool = ...,
-    power_steps: int | None = ...,
-    subaperture_ratio: float = ...,
-    temporal_half_window: int = ...,
-    covariance: Covariance = ...,
-    diagonal_loading: float = ...,
-    f_number: float | None = ...,
-    min_elements: int | None = ...,
-    output_rate: float | None = ...,
-    lines: LineKind | None = ...,
-    line_count: int | None = ...,
-    sector: float | None = ...,
-    rf_reading: RfReading | None = ...,
-    iq_reading: Reading | None = ...,
-    depth_start: float | None = ...,
-    depth_end: float | None = ...,
-    adaptive_depth_start: float | None = ...,
-    adaptive_depth_end: float | None = ...,
-    sound_speed: float | None = ...,
     threads: int | None = ...,
     out: npt.NDArray[np.complex64] | None = ...,
+    **parameters: Unpack[ChannelDataParameters],
 ) -> Lines: ...
 
 
@@ -154,19 +109,9 @@ def beamform(
 def beamform(
     x: AlignedData,
     *,
-    method: Method = ...,
-    beta: float | None = ...,
-    rank: int | None = ...,
-    exclude_first: bool = ...,
-    power_steps: int | None = ...,
-    subaperture_ratio: float = ...,
-    temporal_half_window: int = ...,
-    covariance: Covariance = ...,
-    diagonal_loading: float = ...,
-    sound_speed: float | None = ...,
-    beam_spacing: float | None = ...,
     threads: int | None = ...,
     out: npt.NDArray[np.complex64] | None = ...,
+    **parameters: Unpack[AlignedDataParameters],
 ) -> Lines: ...
 
 
@@ -174,50 +119,20 @@ def beamform(
 def beamform(
     x: npt.ArrayLike | Any,
     *,
-    method: Method = ...,
-    beta: float | None = ...,
-    rank: int | None = ...,
-    exclude_first: bool = ...,
-    power_steps: int | None = ...,
-    subaperture_ratio: float = ...,
-    temporal_half_window: int = ...,
-    covariance: Covariance = ...,
-    diagonal_loading: float = ...,
     threads: int | None = ...,
     active: npt.ArrayLike | None = ...,
     out: npt.NDArray[np.complex64] | None = ...,
+    **parameters: Unpack[BeamformerParameters],
 ) -> npt.NDArray[np.complex64]: ...
 
 
 def beamform(
     x: ChannelData | AlignedData | npt.ArrayLike | Any,
     *,
-    method: Method = "esmv-rank1",
-    beta: float | None = None,
-    rank: int | None = None,
-    exclude_first: bool = False,
-    power_steps: int | None = None,
-    subaperture_ratio: float = 0.5,
-    temporal_half_window: int = 0,
-    covariance: Covariance = "forward-backward",
-    diagonal_loading: float = 0.05,
-    f_number: float | None = None,
-    min_elements: int | None = None,
-    output_rate: float | None = None,
-    lines: LineKind | None = None,
-    line_count: int | None = None,
-    sector: float | None = None,
-    rf_reading: RfReading | None = None,
-    iq_reading: Reading | None = None,
-    depth_start: float | None = None,
-    depth_end: float | None = None,
-    adaptive_depth_start: float | None = None,
-    adaptive_depth_end: float | None = None,
-    sound_speed: float | None = None,
-    beam_spacing: float | None = None,
     threads: int | None = None,
     active: npt.ArrayLike | None = None,
     out: npt.NDArray[np.complex64] | None = None,
+    **parameters: Any,
 ) -> Lines | npt.NDArray[np.complex64]:
     """Beamforms an array of aligned samples, or a recording.
 
@@ -225,16 +140,11 @@ def beamform(
         x: Aligned samples, complex64 [beam, sample, element], or with frames before the beams: see
             :class:`Beamformer`. Or a recording: channel data, which are delayed first, some beams at a
             time and frame by frame, or aligned data.
-        method, beta, rank, exclude_first, power_steps, subaperture_ratio, temporal_half_window,
-            covariance, diagonal_loading, threads: See :class:`Beamformer`.
-        f_number, min_elements, output_rate, lines, line_count, sector, rf_reading, iq_reading, depth_start,
-            depth_end: Channel data only: see :func:`delay`.
-        adaptive_depth_start, adaptive_depth_end: Channel data only: the depths between which ``method`` is
-            used, m; above and below them is ``das``. The bits on both sides are those of either alone.
-        sound_speed: Recordings only: m/s, in place of theirs; aligned data tell none, 1540 is assumed.
-        beam_spacing: Aligned data that do not tell where their beams are: the distance between them, m.
+        threads: See :class:`Beamformer`.
         active: Arrays only: see :class:`Beamformer`.
         out: complex64 [beam, sample], or with frames before, to write the lines into.
+        parameters: The keywords of :class:`ChannelDataParameters`, of :class:`AlignedDataParameters`, or for an
+            array of :class:`BeamformerParameters`.
 
     Returns:
         Of an array the lines, complex64 [beam, sample]. Of a recording :class:`Lines`, which know where
@@ -252,47 +162,23 @@ def beamform(
     ...
     ValueError: aligned sample [beam 1, sample 2, element 3] is NaN or infinite
     """
-    beamformer: Mapping[str, Any] = {
-        "method": method,
-        "beta": beta,
-        "rank": rank,
-        "exclude_first": exclude_first,
-        "power_steps": power_steps,
-        "subaperture_ratio": subaperture_ratio,
-        "temporal_half_window": temporal_half_window,
-        "covariance": covariance,
-        "diagonal_loading": diagonal_loading,
-    }
-    delays: Mapping[str, Any] = {
-        "f_number": f_number,
-        "min_elements": min_elements,
-        "output_rate": output_rate,
-        "lines": lines,
-        "line_count": line_count,
-        "sector": sector,
-        "rf_reading": rf_reading,
-        "iq_reading": iq_reading,
-        "depth_start": depth_start,
-        "depth_end": depth_end,
-        "adaptive_depth_start": adaptive_depth_start,
-        "adaptive_depth_end": adaptive_depth_end,
-    }
     if isinstance(x, ChannelData):
-        _refuse("channel data", beam_spacing=beam_spacing, active=active)
-        parameters = _parameters(**beamformer, **delays, sound_speed=sound_speed)
-        return _beamform_channel_data(x, parameters, threads, out)
+        _refuse("channel data", ChannelDataParameters, parameters, active=active)
+        checked = section("beamform", ChannelDataParameters, parameters)
+        return _beamform_channel_data(x, checked, threads, out)
+    beamformer = {k: v for k, v in parameters.items() if k in names(BeamformerParameters)}
     if isinstance(x, AlignedData):
-        _refuse("aligned data", **delays, active=active)
-        if x.beam_x is not None:
-            _refuse("aligned data that tell where their beams are", beam_spacing=beam_spacing)
-        parameters = _parameters(
-            **beamformer, sound_speed=sound_speed or x.c, beam_spacing=beam_spacing
-        )
+        _refuse("aligned data", AlignedDataParameters, parameters, active=active)
+        if x.beam_x is not None and parameters.get("beam_spacing") is not None:
+            raise ValueError("beam_spacing has no effect on aligned data that tell where their beams are")
+        of_data = {**parameters, "sound_speed": parameters.get("sound_speed") or x.c}
+        of_data = {k: v for k, v in of_data.items() if k in names(AlignedDataParameters)}
+        checked = section("beamform", AlignedDataParameters, of_data)
         z = beamform(x.x, **beamformer, threads=threads, active=x.active, out=out)
-        beam_x, c = _native.even_beams(z.shape[-2], parameters)
+        beam_x, c = _native.even_beams(z.shape[-2], checked)
         beam_x = beam_x if x.beam_x is None else x.beam_x
         return Lines(z, x.fs, x.t0, beam_x, c, x.beam_z, x.beam_angle)
-    _refuse("an array", **delays, sound_speed=sound_speed, beam_spacing=beam_spacing)
+    _refuse("an array", BeamformerParameters, parameters)
     samples = from_anywhere("x", x)
     elements = samples.shape[-1] if samples.ndim else 0
     return Beamformer(elements, **beamformer, threads=threads)(samples, active=active, out=out)
@@ -331,19 +217,9 @@ def _beamform_channel_data(
 def delay(
     data: ChannelData,
     *,
-    f_number: float | None = None,
-    min_elements: int | None = None,
-    output_rate: float | None = None,
-    lines: LineKind | None = None,
-    line_count: int | None = None,
-    sector: float | None = None,
-    rf_reading: RfReading | None = None,
-    iq_reading: Reading | None = None,
-    depth_start: float | None = None,
-    depth_end: float | None = None,
-    sound_speed: float | None = None,
     threads: int | None = None,
     out: npt.NDArray[np.complex64] | None = None,
+    **parameters: Unpack[DelayParameters],
 ) -> AlignedData:
     """Delays channel data: analytic samples, aligned on their beams, with the active elements.
 
@@ -353,23 +229,9 @@ def delay(
     Args:
         data: Channel data of one frame. Their samples are read where they are; other types and orders
             are copied.
-        f_number: Receive f-number, depth over aperture; 1.5 without it.
-        min_elements: Active elements at the least; 8 without it.
-        output_rate: Sampling rate of the aligned samples, Hz; four times the centre frequency without
-            it, at most the data's.
-        lines: Which way the lines of compounded transmits go: ``down``, along the array's ``normals``, or in a
-            ``sector``; what fits the array without it.
-        line_count: How many these are; two an element without it.
-        sector: Angle from the first to the last line of a sector, rad; pi/2 without it.
-        rf_reading: How compounded RF is read: ``filtered`` anew for each line, which it is without it, or
-            ``upsampled`` once for all, within 3e-3 of that and faster where many transmits make a line.
-        iq_reading: How I/Q is read between its samples: ``linear``, ``cubic`` or ``sinc``; the cheapest
-            within 1e-3 without it.
-        depth_start: Shallowest depth, m; where the record begins without it.
-        depth_end: Greatest depth, m; where the record ends without it.
-        sound_speed: m/s, in place of the data's.
         threads: How many threads compute; all processors without it. The result does not depend on it.
         out: complex64 [beam, sample, element] to write the samples into.
+        parameters: The keywords of :class:`DelayParameters`.
 
     >>> scanner = {"elements": 32, "beams": 4, "first_beam": 14, "depth_start": 0.01, "depth_end": 0.02}
     >>> import bonebeam
@@ -379,59 +241,16 @@ def delay(
     ((4, 156, 32), (4, 156, 2))
     >>> lines = beamform(aligned, method="das")
     """
-    parameters = _parameters(
-        f_number=f_number,
-        min_elements=min_elements,
-        output_rate=output_rate,
-        lines=lines,
-        line_count=line_count,
-        sector=sector,
-        rf_reading=rf_reading,
-        iq_reading=iq_reading,
-        depth_start=depth_start,
-        depth_end=depth_end,
-        sound_speed=sound_speed,
-    )
+    checked = section("delay", DelayParameters, parameters)
     if not _is_one_frame(data):
         raise ValueError(f"the channel data hold {len(_samples(data))} frames; expected one")
     (record,) = _frames(data)
     memory = None if out is None else _memory(out, _samples(record), 3)
-    told = _native.delay(record, parameters, memory, threads)
+    told = _native.delay(record, checked, memory, threads)
     _warn(told.doubts)
     x = told.x if out is None else out
     rays = (told.beam_z, told.beam_angle)
     return AlignedData(x, told.fs, told.t0, told.beam_x, told.c, told.active, *rays)
-
-
-def _parameters(
-    *,
-    method: str = "esmv-rank1",
-    beta: float | None = None,
-    rank: int | None = None,
-    exclude_first: bool = False,
-    power_steps: int | None = None,
-    subaperture_ratio: float = 0.5,
-    temporal_half_window: int = 0,
-    covariance: str = "forward-backward",
-    diagonal_loading: float = 0.05,
-    **others: Any,
-) -> _native.BeamformParameters:
-    """The section, checked."""
-    try:
-        return _native.BeamformParameters(
-            method=method,
-            beta=beta,
-            rank=rank,
-            exclude_first=exclude_first,
-            power_steps=power_steps,
-            subaperture_ratio=subaperture_ratio,
-            temporal_half_window=temporal_half_window,
-            covariance=covariance,
-            diagonal_loading=diagonal_loading,
-            **others,
-        )
-    except OverflowError as error:
-        raise ValueError(f"a count is negative or too large: {error}") from error
 
 
 def _samples(data: ChannelData) -> npt.NDArray[Any]:
@@ -483,11 +302,14 @@ def _frames(data: ChannelData) -> Iterator[ChannelData]:
         yield replace(data, rf=rf, **others)
 
 
-def _refuse(what: str, **given: Any) -> None:
+def _refuse(what: str, known: type, parameters: dict[str, Any], **given: Any) -> None:
     """An argument that would have no effect is a mistake."""
-    for name, value in given.items():
-        if value is not None:
+    elsewhere = names(ChannelDataParameters) | names(AlignedDataParameters)
+    for name, value in {**parameters, **given}.items():
+        if value is not None and (name in given or name in elsewhere - names(known)):
             raise ValueError(f"{name} has no effect on {what}")
+        if name not in given and name not in elsewhere:
+            raise TypeError(f"beamform() got an unexpected keyword argument '{name}'")
 
 
 def _warn(doubts: list[str]) -> None:

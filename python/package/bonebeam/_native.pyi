@@ -5,33 +5,7 @@ import numpy as np
 import numpy.typing as npt
 
 class BeamformParameters:
-    def __new__(
-        cls,
-        *,
-        method: str,
-        beta: float | None,
-        rank: int | None,
-        exclude_first: bool,
-        power_steps: int | None,
-        subaperture_ratio: float,
-        temporal_half_window: int,
-        covariance: str,
-        diagonal_loading: float,
-        f_number: float | None = None,
-        min_elements: int | None = None,
-        output_rate: float | None = None,
-        lines: str | None = None,
-        line_count: int | None = None,
-        sector: float | None = None,
-        rf_reading: str | None = None,
-        iq_reading: str | None = None,
-        depth_start: float | None = None,
-        depth_end: float | None = None,
-        sound_speed: float | None = None,
-        beam_spacing: float | None = None,
-        adaptive_depth_start: float | None = None,
-        adaptive_depth_end: float | None = None,
-    ) -> BeamformParameters: ...
+    def __new__(cls, section: str) -> BeamformParameters: ...
 
 class Beamformer:
     def __new__(
@@ -71,6 +45,7 @@ class BeamformedLines:
     doubts: list[str]
 
 def defaults() -> str: ...
+def tables() -> str: ...
 def simulate(section: str, threads: int | None) -> dict[str, Any]: ...
 def delay(
     data: Any,

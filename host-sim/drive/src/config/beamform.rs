@@ -261,6 +261,13 @@ fn covariances() -> impl TypedValueParser<Value = Covariance> {
 }
 
 impl BeamformFlags {
+    /// The keys of the section, one a flag.
+    pub fn keys() -> Vec<String> {
+        let flags = Self::augment_args(clap::Command::new(""));
+        let key = |flag: &clap::Arg| flag.get_id().to_string();
+        flags.get_arguments().map(key).collect()
+    }
+
     /// The flags that only channel data heed, and whether each was given.
     pub fn of_delay(&self) -> [(&'static str, bool); 10] {
         [

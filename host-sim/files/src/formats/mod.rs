@@ -25,25 +25,60 @@ use hdf5::Store;
 use keyed::Keyed;
 use mat5::Mat5;
 
-/// A format of recordings.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Format {
+/// The formats: a row a format, with its name for people. Help texts, messages and the documents' table take the
+/// names from here.
+macro_rules! formats {
+    ($($(#[doc = $doc:literal])* $format:ident, $name:literal;)*) => {
+        /// A format of recordings.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Format {
+            $($(#[doc = $doc])* $format,)*
+        }
+
+        impl Format {
+            /// All formats.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Format::$format),*];
+
+            /// Its name, for people.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Format::$format => $name,)*
+                }
+            }
+        }
+    };
+}
+
+formats! {
     /// NumPy's archive with the keys of the numeric contract.
-    Npz,
+    Npz, ".npz archive";
     /// zea's HDF5.
-    Zea,
+    Zea, "zea (HDF5)";
     /// `channel_data` of USTB's Ultrasound File Format.
-    Uff,
+    Uff, "UFF (HDF5)";
     /// HDF5 of the Plane-Wave Imaging Challenge.
-    Picmus,
-    /// Any other HDF5, by the names of its arrays.
-    Hdf5,
+    Picmus, "PICMUS (HDF5)";
     /// MATLAB 7.3, which is HDF5.
-    Mat73,
+    Mat73, "MATLAB 7.3 (HDF5)";
     /// MATLAB 5 to 7.2.
-    Mat5,
+    Mat5, "MATLAB 5";
+    /// Any other HDF5, by the names of its arrays.
+    Hdf5, "HDF5";
     /// A folder with a file a channel.
-    Sonix,
+    Sonix, "SonixDAQ folder";
+}
+
+impl Format {
+    /// The names of all formats, for help texts and messages.
+    pub fn names() -> String {
+        Format::ALL.map(Format::name).join(", ")
+    }
+}
+
+/// The formats that are read, for a file that is of none.
+fn expected() -> String {
+    let names = Format::names();
+    format!("expected one of {names}, with channel data (`rf`, `iq`) or aligned data (`x`), see --help")
 }
 
 /// How many bytes of a file tell its format.
@@ -63,26 +98,6 @@ const FOREIGN: [(&[u8], &str); 5] = [
     (b"\x89PNG", "a picture"),
     (b"DICM", "a DICOM file"),
 ];
-
-/// What is read.
-const EXPECTED: &str = "expected an .npz archive with channel data (`rf`, `iq`) or aligned data (`x`), HDF5 \
-                        (zea, UFF, PICMUS), a MATLAB file or a SonixDAQ folder, see --help";
-
-impl Format {
-    /// Its name, for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Format::Npz => ".npz archive",
-            Format::Zea => "zea (HDF5)",
-            Format::Uff => "UFF (HDF5)",
-            Format::Picmus => "PICMUS (HDF5)",
-            Format::Hdf5 => "HDF5",
-            Format::Mat73 => "MATLAB 7.3 (HDF5)",
-            Format::Mat5 => "MATLAB 5",
-            Format::Sonix => "SonixDAQ folder",
-        }
-    }
-}
 
 /// What was read of a file.
 pub struct Found {
@@ -132,7 +147,7 @@ pub fn read(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<
         return npz_archive(path, frames);
     }
     if let Some((_, what)) = FOREIGN.iter().find(|(magic, _)| head.starts_with(magic)) {
-        return Err(file_error(path, format!("is {what}; {EXPECTED}")));
+        return Err(file_error(path, format!("is {what}; {}", expected())));
     }
     // One that is cut short or damaged says so itself.
     if extension.eq_ignore_ascii_case("npz") {
@@ -148,7 +163,7 @@ pub fn read(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<
     } else {
         "is not of a known format"
     };
-    Err(file_error(path, format!("{what}; {EXPECTED}")))
+    Err(file_error(path, format!("{what}; {}", expected())))
 }
 
 /// What an archive holds, told by its keys.

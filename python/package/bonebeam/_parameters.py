@@ -1,0 +1,124 @@
+"""The keywords of :func:`bonebeam.beamform`, :func:`bonebeam.delay` and :class:`bonebeam.Beamformer`.
+
+Names, values, ranges and defaults are those of ``host-sim beamform``. A test compares them with its tables.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any, Literal, TypedDict
+
+from . import _native
+
+Method = Literal["das", "mv", "esmv", "esmv-rank1"]
+Postfilter = Literal["none", "coherence-factor"]
+Covariance = Literal["forward", "forward-backward"]
+LineKind = Literal["down", "normals", "sector"]
+Reading = Literal["linear", "cubic", "sinc"]
+RfReading = Literal["filtered", "upsampled"]
+
+
+class BeamformerParameters(TypedDict, total=False):
+    """Keywords of the beamformer.
+
+    method: ``das``, ``mv`` (minimum variance), ``esmv`` (eigenspace minimum variance by ``beta`` or ``rank``), or
+        ``esmv-rank1``, the default.
+    beta: With ``esmv``: the share of the power that the signal subspace keeps, above 0 and at most 1; 0.01 if
+        neither it nor a rank is given.
+    rank: With ``esmv``: a fixed rank of the signal subspace instead.
+    exclude_first: With ``esmv-rank1``: all eigenvectors but the first.
+    power_steps: With ``esmv-rank1``: the eigenvector by so many steps of power iteration, 1 to 64, in the same time
+        whatever the data are, in place of as many Lanczos steps as it takes.
+    postfilter: A factor that multiplies the output of any method: ``coherence-factor``, or ``none``, the default.
+    subaperture_ratio: Length L of the subapertures over the active elements, above 0 and at most 1; 0.5 by default.
+    temporal_half_window: K: the covariance is averaged over the samples n-K to n+K; 0 by default.
+    covariance: ``forward`` (Eq. 2 of the paper) or ``forward-backward`` (Eq. 3), the default.
+    diagonal_loading: Delta: Delta/L times the trace is added to the covariance's diagonal; 0.05 by default.
+    """
+
+    method: Method
+    beta: float | None
+    rank: int | None
+    exclude_first: bool
+    power_steps: int | None
+    postfilter: Postfilter
+    subaperture_ratio: float
+    temporal_half_window: int
+    covariance: Covariance
+    diagonal_loading: float
+
+
+class DelayParameters(TypedDict, total=False):
+    """Keywords of the delay stage.
+
+    f_number: Receive f-number, depth over aperture; 1.5 by default.
+    min_elements: Smallest number of active elements; 8 by default.
+    output_rate: Sampling rate of the aligned samples, Hz; by default four times the centre frequency, at most the
+        data's.
+    lines: Direction of the lines of compounded transmits: ``down``, along the array's ``normals``, or in a
+        ``sector``; by default what fits the array.
+    line_count: Number of these lines; two an element by default.
+    sector: Angle from the first to the last line of a sector, rad; pi/2 by default.
+    rf_reading: Interpolation of compounded RF: ``filtered`` for each line, the default, or ``upsampled`` once for
+        all, within 3e-3 of that and faster if many transmits make a line.
+    iq_reading: Interpolation of I/Q: ``linear``, ``cubic`` or ``sinc``; by default the cheapest within 1e-3.
+    depth_start: Shallowest depth, m; by default where the record begins.
+    depth_end: Greatest depth, m; by default where the record ends.
+    sound_speed: m/s, in place of the data's.
+    """
+
+    f_number: float | None
+    min_elements: int | None
+    output_rate: float | None
+    lines: LineKind | None
+    line_count: int | None
+    sector: float | None
+    rf_reading: RfReading | None
+    iq_reading: Reading | None
+    depth_start: float | None
+    depth_end: float | None
+    sound_speed: float | None
+
+
+class ChannelDataParameters(BeamformerParameters, DelayParameters, total=False):
+    """Keywords for channel data: those of the delay stage and of the beamformer.
+
+    adaptive_depth_start, adaptive_depth_end: The depths between which ``method`` is used, m; above and below them
+        is ``das``. The bits on both sides are those of either alone.
+    """
+
+    adaptive_depth_start: float | None
+    adaptive_depth_end: float | None
+
+
+class AlignedDataParameters(BeamformerParameters, total=False):
+    """Keywords for aligned data.
+
+    sound_speed: m/s; the data's, or 1540 by default.
+    beam_spacing: Distance between the beams of data without ``beam_x``, m.
+    """
+
+    sound_speed: float | None
+    beam_spacing: float | None
+
+
+def section(function: str, known: type, parameters: Mapping[str, Any]) -> _native.BeamformParameters:
+    """The section of the keywords that were given, checked."""
+    given: dict[str, Any] = {}
+    for key, value in parameters.items():
+        if key not in names(known):
+            raise TypeError(f"{function}() got an unexpected keyword argument '{key}'")
+        # A number of NumPy is one of Python.
+        value = value.item() if hasattr(value, "item") else value
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ValueError(f"`{key}` is {value}; expected a finite number")
+        if value is not None:
+            given[key] = value
+    return _native.BeamformParameters(json.dumps(given))
+
+
+def names(known: type) -> set[str]:
+    """The keywords of one of the classes above."""
+    return set(known.__annotations__)
