@@ -280,7 +280,12 @@ fn recordings_of_formats_that_are_not_read() {
     for (name, bytes, part) in cases {
         fs::write(folder.path().join(name), bytes).unwrap();
         let command = format!("beamform {name} -o lines.npz");
-        fails(&folder, &command, DATA, &[name, part, "expected one of .npz"]);
+        fails(
+            &folder,
+            &command,
+            DATA,
+            &[name, part, "expected one of .npz"],
+        );
     }
     // The name may say one thing and the file another.
     for name in ["new.mat", "scan.uff", "renamed.npz"] {

@@ -5,8 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use bonebeam::beamform::{Method, Parameter, Parameters, Postfilter};
-use host_sim::config::{BeamformFlags, Config};
-use host_sim::files::Format;
+use bonebeam_drive::config::BeamformFlags;
+use bonebeam_files::Format;
+use host_sim::config::Config;
 use tempfile::tempdir;
 
 fn root() -> PathBuf {
@@ -237,7 +238,10 @@ fn tables() -> String {
     tables += "\n| parameter | default | range | unit | |\n|---|---|---|---|---|\n";
     for row in Parameters::TABLE {
         let [name, range, unit, help] = [row.name, row.range.text, row.unit, &text(row.help)];
-        tables += &format!("| `{name}` | {} | {range} | {unit} | {help} |\n", row.default);
+        tables += &format!(
+            "| `{name}` | {} | {range} | {unit} | {help} |\n",
+            row.default
+        );
     }
     tables
 }
@@ -286,9 +290,18 @@ fn the_configuration_of_the_documents_has_every_key_of_the_host() {
 #[test]
 fn the_formats_of_the_documents_are_those_that_are_read() {
     let document = read(&root().join("docs/file-formats.md"));
-    let (_, rows) = document.split_once("| format | told by | holds |\n|---|---|---|\n").unwrap();
+    let (_, rows) = document
+        .split_once("| format | told by | holds |\n|---|---|---|\n")
+        .unwrap();
     let (rows, _) = rows.split_once("\n\n").unwrap();
-    let name = |row: &'_ str| row.strip_prefix("| [")?.split_once("](").map(|(name, _)| name.to_owned());
-    let named: Vec<_> = rows.lines().map(|row| name(row).expect("a linked name")).collect();
+    let name = |row: &'_ str| {
+        row.strip_prefix("| [")?
+            .split_once("](")
+            .map(|(name, _)| name.to_owned())
+    };
+    let named: Vec<_> = rows
+        .lines()
+        .map(|row| name(row).expect("a linked name"))
+        .collect();
     assert_eq!(named, Format::ALL.map(Format::name));
 }

@@ -78,7 +78,9 @@ impl Format {
 /// The formats that are read, for a file that is of none.
 fn expected() -> String {
     let names = Format::names();
-    format!("expected one of {names}, with channel data (`rf`, `iq`) or aligned data (`x`), see --help")
+    format!(
+        "expected one of {names}, with channel data (`rf`, `iq`) or aligned data (`x`), see --help"
+    )
 }
 
 /// How many bytes of a file tell its format.
