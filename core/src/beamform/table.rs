@@ -10,8 +10,9 @@ use crate::Error;
 /// ```
 /// use bonebeam::beamform::Parameters;
 ///
-/// let [_, loading, _] = Parameters::TABLE;
-/// assert_eq!((loading.name, loading.default), ("diagonal_loading", 0.05));
+/// let loading = Parameters::TABLE.into_iter().find(|row| row.name == "diagonal_loading");
+/// let loading = loading.expect("a row");
+/// assert_eq!(loading.default, 0.05);
 /// assert!(loading.check(-1.0).is_err());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
