@@ -29,7 +29,22 @@ pub(super) fn postfilter<V: Vector>(
     count: usize,
     z: &mut [&mut [Complex<f32>]],
 ) {
-    match parameters.postfilter {
+    if parameters.postfilter != Postfilter::None {
+        apply(parameters.postfilter, zero, runs, count, z);
+    }
+}
+
+/// Apart, so that a beamformer without a postfilter pays one comparison a run.
+#[cold]
+#[inline(never)]
+fn apply<V: Vector>(
+    postfilter: Postfilter,
+    zero: V,
+    runs: &[Run<'_>],
+    count: usize,
+    z: &mut [&mut [Complex<f32>]],
+) {
+    match postfilter {
         Postfilter::None => {}
         Postfilter::CoherenceFactor => multiply(
             zero,
