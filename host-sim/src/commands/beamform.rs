@@ -8,9 +8,7 @@ use std::time::Instant;
 use clap::Args;
 
 use super::measures::Measures;
-use super::{
-    ConfigArgument, VariableArguments, about, command_line, load_config, recording_help,
-};
+use super::{ConfigArgument, VariableArguments, about, command_line, load_config, recording_help};
 use crate::config::Config;
 use crate::progress::Progress;
 use crate::{Error, Result};
