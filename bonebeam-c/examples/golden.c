@@ -276,7 +276,7 @@ static void iq_lines(void) {
         .block = 7,
     };
     const bonebeam_beamform_parameters parameters = {
-        .method = BONEBEAM_METHOD_MV,
+        .method = "mv",
         .temporal_half_window = 1,
         .diagonal_loading = 0.05f,
         .subaperture_ratio = 0.5,
@@ -325,24 +325,23 @@ static void beamform(void) {
     static bonebeam_complex z[SAMPLES];
     static bonebeam_range all[SAMPLES], growing[SAMPLES];
     static const struct {
-        const char *name;
-        bonebeam_method method;
+        const char *name, *method;
         double argument;
         int forward, grows;
     } cases[] = {
-        {"das", BONEBEAM_METHOD_DAS, 0, 0, 0},
-        {"mv", BONEBEAM_METHOD_MV, 0, 0, 0},
-        {"esmv-rank1", BONEBEAM_METHOD_ESMV_RANK1, 0, 0, 0},
-        {"esmv-beta", BONEBEAM_METHOD_ESMV_BETA, 0.1, 0, 0},
-        {"esmv-rank3", BONEBEAM_METHOD_ESMV_RANK, 3, 0, 0},
-        {"esmv-exclude-first", BONEBEAM_METHOD_ESMV_EXCLUDE_FIRST, 0, 0, 0},
-        {"esmv-rank1-steps", BONEBEAM_METHOD_ESMV_RANK1_STEPS, 8, 0, 0},
-        {"mv-forward", BONEBEAM_METHOD_MV, 0, 1, 0},
-        {"esmv-rank1-forward", BONEBEAM_METHOD_ESMV_RANK1, 0, 1, 0},
-        {"esmv-beta-forward", BONEBEAM_METHOD_ESMV_BETA, 0.1, 1, 0},
-        {"esmv-exclude-first-forward", BONEBEAM_METHOD_ESMV_EXCLUDE_FIRST, 0, 1, 0},
-        {"esmv-rank1-steps-forward", BONEBEAM_METHOD_ESMV_RANK1_STEPS, 8, 1, 0},
-        {"mv-growing-aperture", BONEBEAM_METHOD_MV, 0, 0, 1},
+        {"das", "das", 0, 0, 0},
+        {"mv", "mv", 0, 0, 0},
+        {"esmv-rank1", "esmv-rank1", 0, 0, 0},
+        {"esmv-beta", "esmv-beta", 0.1, 0, 0},
+        {"esmv-rank3", "esmv-rank", 3, 0, 0},
+        {"esmv-exclude-first", "esmv-exclude-first", 0, 0, 0},
+        {"esmv-rank1-steps", "esmv-rank1-steps", 8, 0, 0},
+        {"mv-forward", "mv", 0, 1, 0},
+        {"esmv-rank1-forward", "esmv-rank1", 0, 1, 0},
+        {"esmv-beta-forward", "esmv-beta", 0.1, 1, 0},
+        {"esmv-exclude-first-forward", "esmv-exclude-first", 0, 1, 0},
+        {"esmv-rank1-steps-forward", "esmv-rank1-steps", 8, 1, 0},
+        {"mv-growing-aperture", "mv", 0, 0, 1},
     };
     const bonebeam_aperture aperture = {
         .elements = ELEMENTS, .pitch = 0.3e-3, .f_number = 1.5, .min_elements = 8};
@@ -369,7 +368,7 @@ static void beamform(void) {
 
     /* The growing aperture, adaptive within a depth gate and DAS elsewhere. */
     bonebeam_beamform_parameters parameters = {
-        .method = BONEBEAM_METHOD_MV,
+        .method = "mv",
         .temporal_half_window = 2,
         .diagonal_loading = 0.05f,
         .subaperture_ratio = 0.5,
@@ -386,6 +385,15 @@ static void beamform(void) {
     own = beamformer(&parameters, ELEMENTS);
     check(bonebeam_beamformer_line(own, periodic, SAMPLES, ELEMENTS, all, NULL, z), "mv-singular");
     print("mv-singular", z, 2 * SAMPLES);
+
+    static const char *const postfilters[] = {"coherence-factor"};
+    parameters.diagonal_loading = 0.05f;
+    for (size_t i = 0; i < sizeof postfilters / sizeof *postfilters; i++) {
+        parameters.postfilter = postfilters[i];
+        own = beamformer(&parameters, ELEMENTS);
+        check(bonebeam_beamformer_line(own, snapshots, SAMPLES, ELEMENTS, all, NULL, z), postfilters[i]);
+        print(postfilters[i], z, 2 * SAMPLES);
+    }
 }
 
 /* The snapshots as 32 beams of 48 samples. */
@@ -455,7 +463,7 @@ static void refusals(void) {
     int faults = 0;
     bonebeam_beamformer *own = NULL;
     bonebeam_beamform_parameters parameters = {
-        .method = BONEBEAM_METHOD_MV,
+        .method = "mv",
         .temporal_half_window = 2,
         .diagonal_loading = 0.05f,
         .subaperture_ratio = 0.5,
@@ -475,18 +483,27 @@ static void refusals(void) {
     parameters.covariance = 2;
     faults += bonebeam_beamformer_new(memory, FAST, &parameters, 16, &own) != BONEBEAM_STATUS_PARAMETER;
     parameters.covariance = BONEBEAM_COVARIANCE_FORWARD_BACKWARD;
-    parameters.method = 77;
+    parameters.method = "esmv";
     faults += bonebeam_beamformer_new(memory, FAST, &parameters, 16, &own) != BONEBEAM_STATUS_PARAMETER;
     faults += bonebeam_beamformer_bytes(&parameters, 16) != 0;
+    parameters.method = NULL;
+    faults += bonebeam_beamformer_new(memory, FAST, &parameters, 16, &own) != pointer;
+    parameters.method = "esmv-rank";
+    parameters.argument = 2.5;
+    faults += bonebeam_beamformer_new(memory, FAST, &parameters, 16, &own) != BONEBEAM_STATUS_PARAMETER;
+    parameters.argument = 2.0;
+    parameters.postfilter = "coherence";
+    faults += bonebeam_beamformer_new(memory, FAST, &parameters, 16, &own) != BONEBEAM_STATUS_PARAMETER;
+    parameters.postfilter = NULL;
     faults += own != NULL;
 
     bonebeam_complex z[1] = {{7.0f, 7.0f}};
     const bonebeam_range all = {0, 16}, beyond = {1, 16};
-    parameters.method = BONEBEAM_METHOD_MV;
+    parameters.method = "mv";
     parameters.temporal_half_window = 0;
     own = beamformer(&parameters, 15);
     faults += bonebeam_beamformer_line(own, snapshots, 1, 16, &all, NULL, z) != BONEBEAM_STATUS_CAPACITY;
-    parameters.method = BONEBEAM_METHOD_DAS;
+    parameters.method = "das";
     own = beamformer(&parameters, 16);
     faults += bonebeam_beamformer_line(own, NULL, 1, 16, &all, NULL, z) != pointer;
     faults += bonebeam_beamformer_line(own, snapshots, SIZE_MAX, 16, &all, NULL, z) != BONEBEAM_STATUS_LENGTH;

@@ -105,24 +105,6 @@ typedef enum {
   BONEBEAM_LOGARITHM_POLYNOMIAL = 1,
 } bonebeam_logarithm;
 
-// The methods of beamforming.
-typedef enum {
-  // Delay and sum.
-  BONEBEAM_METHOD_DAS = 0,
-  // Minimum variance.
-  BONEBEAM_METHOD_MV = 1,
-  // Eigenspace MV with the rank by β, the method's argument: above 0, at most 1.
-  BONEBEAM_METHOD_ESMV_BETA = 2,
-  // Eigenspace MV of a fixed rank, the method's argument: at least 1.
-  BONEBEAM_METHOD_ESMV_RANK = 3,
-  // Eigenspace MV of rank 1.
-  BONEBEAM_METHOD_ESMV_RANK1 = 4,
-  // Eigenspace MV with all eigenvectors but the first.
-  BONEBEAM_METHOD_ESMV_EXCLUDE_FIRST = 5,
-  // Eigenspace MV of rank 1 in constant time. Argument: steps of power iteration, 1 to 64.
-  BONEBEAM_METHOD_ESMV_RANK1_STEPS = 6,
-} bonebeam_method;
-
 // Interpolation of I/Q. `IqReading::for_band` in the core's documentation says which is enough.
 typedef enum {
   // Linear.
@@ -172,12 +154,14 @@ typedef struct {
 
 // The parameters of a beamformer.
 typedef struct {
-  // One of `bonebeam_method`.
-  int32_t method;
+  // The key of a method: "das", "mv", "esmv-rank1" and others in the tables of docs/numerics.md.
+  const char *method;
+  // The key of a postfilter in the same tables, for instance "coherence-factor"; null for none.
+  const char *postfilter;
+  // The method's argument, if it has one in the tables: β, a rank, a number of steps.
+  double argument;
   // One of `bonebeam_covariance`.
   int32_t covariance;
-  // The method's argument, if it has one.
-  double argument;
   // `K`: the covariance is averaged over `2K + 1` samples.
   size_t temporal_half_window;
   // `Δ`, for instance 0.05.

@@ -4,44 +4,9 @@ use crate::memory::{array, array_mut, bytes_of, complex, complex_mut, new, one, 
 use crate::status::{Status, status};
 use crate::workspace::{Workspace, with_view};
 use crate::{Complex, Range};
-use bonebeam::beamform::{self, AlignedLine, Beamformer};
+use bonebeam::beamform::{self, AlignedLine, Beamformer, Method, Postfilter};
 use bonebeam::geometry::{self, Aperture, ApertureParameters};
-use core::ffi::c_void;
-
-/// The methods of beamforming.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub enum Method {
-    /// Delay and sum.
-    Das = 0,
-    /// Minimum variance.
-    Mv = 1,
-    /// Eigenspace MV with the rank by β, the method's argument: above 0, at most 1.
-    EsmvBeta = 2,
-    /// Eigenspace MV of a fixed rank, the method's argument: at least 1.
-    EsmvRank = 3,
-    /// Eigenspace MV of rank 1.
-    EsmvRank1 = 4,
-    /// Eigenspace MV with all eigenvectors but the first.
-    EsmvExcludeFirst = 5,
-    /// Eigenspace MV of rank 1 in constant time. Argument: steps of power iteration, 1 to 64.
-    EsmvRank1Steps = 6,
-}
-
-impl Method {
-    /// The number of a method of the core, each of which has one.
-    fn of(method: beamform::Method) -> Self {
-        match method {
-            beamform::Method::Das => Method::Das,
-            beamform::Method::Mv => Method::Mv,
-            beamform::Method::EsmvBeta(_) => Method::EsmvBeta,
-            beamform::Method::EsmvRank(_) => Method::EsmvRank,
-            beamform::Method::EsmvRank1 => Method::EsmvRank1,
-            beamform::Method::EsmvExcludeFirst => Method::EsmvExcludeFirst,
-            beamform::Method::EsmvRank1Steps(_) => Method::EsmvRank1Steps,
-        }
-    }
-}
+use core::ffi::{CStr, c_char, c_void};
 
 /// The covariance that adaptive methods use.
 #[repr(C)]
@@ -57,12 +22,14 @@ pub enum Covariance {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct BeamformParameters {
-    /// One of `bonebeam_method`.
-    pub method: i32,
+    /// The key of a method: "das", "mv", "esmv-rank1" and others in the tables of docs/numerics.md.
+    pub method: *const c_char,
+    /// The key of a postfilter in the same tables, for instance "coherence-factor"; null for none.
+    pub postfilter: *const c_char,
+    /// The method's argument, if it has one in the tables: β, a rank, a number of steps.
+    pub argument: f64,
     /// One of `bonebeam_covariance`.
     pub covariance: i32,
-    /// The method's argument, if it has one.
-    pub argument: f64,
     /// `K`: the covariance is averaged over `2K + 1` samples.
     pub temporal_half_window: usize,
     /// `Δ`, for instance 0.05.
@@ -72,25 +39,30 @@ pub struct BeamformParameters {
 }
 
 impl BeamformParameters {
-    pub(crate) fn core(&self) -> Result<beamform::Parameters, Status> {
-        let methods = [
-            beamform::Method::Das,
-            beamform::Method::Mv,
-            beamform::Method::EsmvBeta(self.argument as f32),
-            beamform::Method::EsmvRank(self.argument as usize),
-            beamform::Method::EsmvRank1,
-            beamform::Method::EsmvExcludeFirst,
-            beamform::Method::EsmvRank1Steps(self.argument as usize),
-        ];
-        let mut methods = methods.into_iter();
+    /// The core's parameters.
+    ///
+    /// # Safety
+    /// The keys are strings that end with a zero.
+    pub(crate) unsafe fn core(&self) -> Result<beamform::Parameters, Status> {
+        // SAFETY: by the caller's promise.
+        let (method, postfilter) = unsafe {
+            (
+                choice(self.method, Method::EXAMPLES, Method::key)?,
+                match self.postfilter.is_null() {
+                    true => Postfilter::None,
+                    false => choice(self.postfilter, Postfilter::EXAMPLES, Postfilter::key)?,
+                },
+            )
+        };
+        if let Some(row) = method.parameter() {
+            row.check(self.argument)?;
+        }
         Ok(beamform::Parameters {
-            method: methods
-                .find(|&method| Method::of(method) as i32 == self.method)
-                .ok_or(Status::Parameter)?,
+            method: method.with_argument(self.argument),
+            postfilter,
             temporal_half_window: self.temporal_half_window,
             diagonal_loading: self.diagonal_loading,
             subaperture_ratio: self.subaperture_ratio,
-            ..beamform::Parameters::DEFAULT
         })
     }
 
@@ -104,11 +76,32 @@ impl BeamformParameters {
     }
 
     /// The beamformer, and the bytes of its workspace for up to so many active elements.
-    pub(crate) fn plan(&self, elements: usize) -> Result<(Beamformer, usize), Status> {
-        let beamformer = Beamformer::new(self.core()?)?;
+    ///
+    /// # Safety
+    /// As [`BeamformParameters::core`].
+    unsafe fn plan(&self, elements: usize) -> Result<(Beamformer, usize), Status> {
+        // SAFETY: by the caller's promise.
+        let beamformer = Beamformer::new(unsafe { self.core()? })?;
         let bytes = Workspace::bytes(beamformer.sizes(elements), self.covariance()?);
         Ok((beamformer, bytes))
     }
+}
+
+/// The row of a table whose key is `text`.
+///
+/// # Safety
+/// If `text` is not null, it is a string that ends with a zero.
+unsafe fn choice<T>(
+    text: *const c_char,
+    rows: impl IntoIterator<Item = T>,
+    key: fn(&T) -> &'static str,
+) -> Result<T, Status> {
+    // SAFETY: by the caller's promise.
+    let text = unsafe { CStr::from_ptr(one(text)?) };
+    let row = rows
+        .into_iter()
+        .find(|row| key(row).as_bytes() == text.to_bytes());
+    row.ok_or(Status::Parameter)
 }
 
 /// An aperture that grows with depth.
@@ -164,7 +157,7 @@ pub unsafe extern "C" fn bonebeam_beamformer_bytes(
     elements: usize,
 ) -> usize {
     // SAFETY: by the caller's promise.
-    let plan = unsafe { one(parameters) }.and_then(|p| p.plan(elements));
+    let plan = unsafe { one(parameters).and_then(|p| p.plan(elements)) };
     plan.map_or(0, |(_, workspace)| {
         sum(&[bytes_of::<BeamformerObject>(1), workspace])
     })

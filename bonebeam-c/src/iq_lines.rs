@@ -61,7 +61,9 @@ struct Plan {
 }
 
 impl IqScan {
-    fn plan(&self, beamformer: &BeamformParameters) -> Result<Plan, Status> {
+    /// # Safety
+    /// As [`BeamformParameters::core`].
+    unsafe fn plan(&self, beamformer: &BeamformParameters) -> Result<Plan, Status> {
         let delay = self.delay.iq()?;
         if self.aperture.elements != delay.elements {
             return Err(Status::Parameter);
@@ -90,7 +92,9 @@ impl IqScan {
             demodulation_frequency: delay.demodulation_frequency,
             reading: Some(delay.reading),
         };
-        let mut pipeline = LinePipeline::of_iq(scan, input, beamformer.core()?)?;
+        // SAFETY: by the caller's promise.
+        let beamformer = unsafe { beamformer.core()? };
+        let mut pipeline = LinePipeline::of_iq(scan, input, beamformer)?;
         let gate = (self.gate_from, self.gate_to);
         if gate != (0.0, 0.0) {
             let (from, to) = gate;
@@ -114,9 +118,9 @@ pub unsafe extern "C" fn bonebeam_iq_lines_bytes(
     scan: *const IqScan,
     beamformer: *const BeamformParameters,
 ) -> usize {
-    let bytes = || {
-        // SAFETY: by the caller's promise.
-        let (scan, beamformer) = unsafe { (one(scan)?, one(beamformer)?) };
+    // SAFETY: by the caller's promise.
+    let bytes = || unsafe {
+        let (scan, beamformer) = (one(scan)?, one(beamformer)?);
         let plan = scan.plan(beamformer)?;
         Ok::<_, Status>(sum(&[
             bytes_of::<IqLines>(1),
