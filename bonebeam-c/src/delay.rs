@@ -5,7 +5,7 @@ use crate::iq::Reading;
 use crate::memory::{array, bytes_of, complex_mut, new, one, one_mut, sum};
 use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
-use bonebeam::focus::{Delay, DelayParameters as Rf, IqParameters as Iq, Record};
+use bonebeam::focus::{Delay, DelayParameters as Rf, IqParameters as Iq, Record, Stage};
 use core::ffi::c_void;
 
 /// The parameters of a delay stage, of RF or of I/Q. SI units.

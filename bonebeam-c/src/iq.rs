@@ -5,7 +5,7 @@ use crate::delay::DelayParameters;
 use crate::memory::{array, bytes_of, complex, complex_mut, new, one, one_mut, sum};
 use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
-use bonebeam::focus::{IqDelay, IqLayout, IqParameters, IqReading, IqSamples};
+use bonebeam::focus::{IqDelay, IqLayout, IqParameters, IqReading, IqSamples, Stage};
 use core::ffi::c_void;
 
 /// Interpolation of I/Q. `IqReading::for_band` in the core's documentation says which is enough.

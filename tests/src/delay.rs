@@ -5,7 +5,8 @@
 //! for the arithmetic, not a scene.
 
 use bonebeam::focus::{
-    Compounding, Contribution, Delay, DelayParameters, Record, ScanLine, UPSAMPLING, Upsampled,
+    Compounding, Contribution, Delay, DelayParameters, Record, ScanLine, Stage, UPSAMPLING,
+    Upsampled,
 };
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::Vector;

@@ -5,7 +5,7 @@
 
 use bonebeam::focus::{
     Compounding, Delay, IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples, Record,
-    ScanLine,
+    ScanLine, Stage,
 };
 use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::Vector;

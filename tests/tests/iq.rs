@@ -5,7 +5,7 @@ use crate::common;
 
 use bonebeam::focus::{
     Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
-    IqSamples, MAX_SAMPLES, Record, ScanLine, hilbert_taps,
+    IqSamples, MAX_SAMPLES, Record, ScanLine, Stage, hilbert_taps,
 };
 use bonebeam::geometry::{
     Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,

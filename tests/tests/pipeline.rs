@@ -3,17 +3,17 @@
 
 use crate::common;
 
-use bonebeam::beamform::{self, AlignedLine, Method};
-use bonebeam::covariance::Covariance;
+use bonebeam::beamform::{self, AlignedLine, Method, Run, constant_runs};
+use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::focus::{
-    Compounding, Delay, DelayParameters, IqParameters, IqReading, IqRecord, Record, ScanLine,
+    Compounding, Delay, DelayParameters, IqParameters, IqReading, IqRecord, Record, ScanLine, Stage,
 };
 use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::pipeline::{
-    DepthGate, Frame, IqInput, LinePipeline, Memory, Parameters, Pipeline, Sizes,
+    Block, DepthGate, Frame, IqInput, LinePipeline, Memory, Parameters, Pipeline, Sizes,
 };
 use bonebeam::{Complex, Error};
-use bonebeam_drive::beamform::beamform;
+use bonebeam_drive::beamform::{Memory as LaneMemory, beamform};
 use bonebeam_drive::config;
 use bonebeam_drive::delay::{DelayStage, Source};
 use bonebeam_drive::image::{b_mode, grid_of_lines};
@@ -223,7 +223,13 @@ fn a_line_is_the_mean_of_its_transmits() {
     let mut x = vec![Complex::new(f32::NAN, 0.0); lines.aligned_len()];
     let pairs = || transmits.into_iter().zip(&records);
     lines
-        .align(0.0f32, 7, pairs(), &mut scratch, &mut x)
+        .align(
+            0.0f32,
+            Block::of_line(&scan, 7),
+            pairs(),
+            &mut scratch,
+            &mut x,
+        )
         .unwrap();
 
     let delay = Delay::new(DelayParameters::of(&scan)).unwrap();
@@ -239,7 +245,7 @@ fn a_line_is_the_mean_of_its_transmits() {
     }
 
     let none: [(Transmit, &Record); 0] = [];
-    let error = lines.align(0.0f32, 7, none, &mut scratch, &mut x);
+    let error = lines.align(0.0f32, Block::of_line(&scan, 7), none, &mut scratch, &mut x);
     assert!(matches!(
         error,
         Err(Error::Parameter {
@@ -250,19 +256,11 @@ fn a_line_is_the_mean_of_its_transmits() {
     assert!(AlignedLine::new(&x, ELEMENTS).is_ok());
 }
 
-/// Of a stretch there is what the time windows read that reach into it, and nothing else.
+/// A block has the elements that it is asked for, with the bits of the whole line, and zeros.
 #[test]
-fn a_stretch_is_aligned_for_the_time_windows_that_reach_it() {
-    const K: usize = 3;
+fn a_block_is_aligned_for_the_elements_asked_for() {
     let scan = Scan::new(PARAMETERS.scan).unwrap();
-    let lines = LinePipeline::new(
-        scan,
-        beamform::Parameters {
-            temporal_half_window: K,
-            ..PARAMETERS.beamformer
-        },
-    )
-    .unwrap();
+    let lines = LinePipeline::new(scan, PARAMETERS.beamformer).unwrap();
     let (line, samples) = (7, scan.samples());
     let rf = record(line);
     let record = Record::new(&rf, ELEMENTS).unwrap();
@@ -270,21 +268,29 @@ fn a_stretch_is_aligned_for_the_time_windows_that_reach_it() {
     let mut scratch = vec![0.0; lines.scratch_len(1)];
     let mut whole = vec![Complex::ZERO; lines.aligned_len()];
     lines
-        .align(0.0f32, line, transmits(), &mut scratch, &mut whole)
+        .align(
+            0.0f32,
+            Block::of_line(&scan, line),
+            transmits(),
+            &mut scratch,
+            &mut whole,
+        )
         .unwrap();
     let mut zeros = 0;
     for length in [1, 37, samples] {
         let mut x = vec![Complex::new(f32::NAN, 0.0); whole.len()];
         for (k, x) in x.chunks_mut(length * ELEMENTS).enumerate() {
-            let place = (line, k * length);
-            lines
-                .align_stretch(0.0f32, place, transmits(), &mut scratch, x)
-                .unwrap();
+            let block = Block {
+                line,
+                first: k * length,
+                active: scan.active(line, (k + 1) * length - 1),
+            };
+            let aligned = lines.align(0.0f32, block, transmits(), &mut scratch, x);
+            assert_eq!(aligned.unwrap().samples(), samples);
         }
         for (k, (x, whole)) in x.iter().zip(&whole).enumerate() {
             let (sample, element) = (k / ELEMENTS, k % ELEMENTS);
-            let end = (sample / length + 1) * length;
-            let read = scan.active(line, (end - 1 + K).min(samples - 1));
+            let read = scan.active(line, (sample / length + 1) * length - 1);
             let expected = match (read.first..read.first + read.count).contains(&element) {
                 true => *whole,
                 false => Complex::ZERO,
@@ -294,15 +300,20 @@ fn a_stretch_is_aligned_for_the_time_windows_that_reach_it() {
         }
     }
     assert!(zeros > 0, "the aperture does not grow");
-    let behind = lines.align_stretch(
+    let behind = Block {
+        first: samples,
+        ..Block::of_line(&scan, line)
+    };
+    let behind = lines.align(
         0.0f32,
-        (line, samples),
+        behind,
         transmits(),
         &mut scratch,
         &mut whole[..ELEMENTS],
     );
     assert!(matches!(behind, Err(Error::Capacity { .. })), "{behind:?}");
-    let short = lines.align_stretch(0.0f32, (line, 0), transmits(), &mut [], &mut whole);
+    let line = Block::of_line(&scan, line);
+    let short = lines.align(0.0f32, line, transmits(), &mut [], &mut whole);
     assert!(matches!(
         short,
         Err(Error::Length {
@@ -310,6 +321,57 @@ fn a_stretch_is_aligned_for_the_time_windows_that_reach_it() {
             ..
         })
     ));
+}
+
+/// Lanes take runs of blocks with the bits of the whole line, and none whose time window the block has not.
+#[test]
+fn runs_of_a_block_have_the_lines_bits_and_stay_within_it() {
+    let beamformer = beamform::Parameters {
+        temporal_half_window: 2,
+        ..PARAMETERS.beamformer
+    };
+    let scan = Scan::new(PARAMETERS.scan).unwrap();
+    let lines = LinePipeline::new(scan, beamformer).unwrap();
+    let rf = record(7);
+    let record = Record::new(&rf, ELEMENTS).unwrap();
+    let mut scratch = vec![0.0; lines.scratch_len(1)];
+    let mut x = vec![Complex::ZERO; lines.aligned_len()];
+    let (first, samples, active) = constant_runs(scan.samples(), |n| scan.active(7, n))
+        .max_by_key(|(_, samples, _)| *samples)
+        .unwrap();
+    let mut memory =
+        LaneMemory::<ForwardBackward, f32>::new(0.0, lines.beamformer().sizes(ELEMENTS));
+    let memory = memory.as_mut().unwrap();
+    let mut run = |block: Block, x: &mut [Complex<f32>]| {
+        let line = lines.align(0.0f32, block, [(focused(), &record)], &mut scratch, x);
+        let run = Run {
+            line: line.unwrap(),
+            first_element: active.first,
+            first_sample: first,
+        };
+        let mut z = vec![Complex::ZERO; samples];
+        let core = lines.beamformer();
+        core.runs(&mut memory.view(), &[run], active.count, &mut [&mut z])?;
+        Ok(z)
+    };
+    let expected = run(Block::of_line(&scan, 7), &mut x).unwrap();
+    assert!(expected.iter().all(|z| z.norm() > 0.0));
+    let block = |first| Block {
+        line: 7,
+        first,
+        active,
+    };
+    let own = first - 2..(first + samples + 2).min(scan.samples());
+    let length = own.len() * ELEMENTS;
+    assert_eq!(run(block(own.start), &mut x[..length]), Ok(expected));
+    for (first, length) in [
+        (own.start + 1, length - ELEMENTS),
+        (own.start, length - ELEMENTS),
+    ] {
+        let refused = run(block(first), &mut x[..length]);
+        let name = "first sample";
+        assert!(matches!(refused, Err(Error::Parameter { name: found, .. }) if found == name));
+    }
 }
 
 #[test]
@@ -338,11 +400,12 @@ fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
     let mut aligned = [(); 2].map(|()| vec![Complex::new(0.0, 0.0); lines.aligned_len()]);
     let [of_own, of_by] = &mut aligned;
     let transmits = [(transmit, &record)];
+    let block = Block::of_line(&SCAN, 3);
     lines
-        .align(0.0f32, 3, transmits, &mut scratch, of_own)
+        .align(0.0f32, block, transmits, &mut scratch, of_own)
         .unwrap();
     by.lines()
-        .align(0.0f32, 3, transmits, &mut scratch, of_by)
+        .align(0.0f32, block, transmits, &mut scratch, of_by)
         .unwrap();
     assert!(of_own.iter().any(|y| y.im != 0.0));
     assert_eq!(of_own, of_by);

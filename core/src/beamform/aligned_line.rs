@@ -4,12 +4,16 @@ use crate::Error;
 use crate::error::none;
 use crate::magnitude::largest_part;
 use core::num::NonZeroUsize;
+use core::ops::Range;
 use num_complex::Complex;
 
 /// The largest exponent of a line whose samples are summed as they are, and the least, negative.
 const MODERATE: u32 = 64;
 
-/// Aligned analytic samples of one beam, row-major `[sample][element]`, checked once.
+/// Aligned analytic samples of one beam, row-major `[sample][element]`, checked once: those of a whole line
+/// ([`AlignedLine::new`]) or of a block of one ([`LinePipeline::align`]).
+///
+/// [`LinePipeline::align`]: crate::pipeline::LinePipeline::align
 #[derive(Clone, Copy, Debug)]
 pub struct AlignedLine<'a> {
     /// From sample `first` on.
@@ -57,6 +61,26 @@ impl<'a> AlignedLine<'a> {
         })
     }
 
+    /// These samples as a block of a line of `samples`, from its sample `first` on.
+    ///
+    /// # Errors
+    /// [`Error::Capacity`] for a block that ends behind the line.
+    pub fn of_line(self, first: usize, samples: usize) -> Result<Self, Error> {
+        let end = first.saturating_add(self.x.len() / self.elements);
+        if end > samples {
+            return Err(Error::Capacity {
+                name: "block",
+                actual: end,
+                capacity: samples,
+            });
+        }
+        Ok(AlignedLine {
+            first,
+            samples,
+            ..self
+        })
+    }
+
     /// A stretch of a line of `samples`: whole snapshots from sample `first` on, of magnitudes up to
     /// `largest`. The working scale is that magnitude's, so that it is the same for all stretches.
     pub(crate) fn stretch(
@@ -79,9 +103,15 @@ impl<'a> AlignedLine<'a> {
         self.elements.get()
     }
 
-    /// The number of samples.
+    /// The number of samples of the whole line.
     pub fn samples(&self) -> usize {
         self.samples
+    }
+
+    /// Whether it has all of these samples: a block of a line has some.
+    pub(super) fn holds(&self, samples: Range<usize>) -> bool {
+        let end = self.first + self.x.len() / self.elements;
+        self.first <= samples.start && samples.end <= end
     }
 
     /// The snapshot of one sample, and those after it.

@@ -268,6 +268,16 @@ impl Beamformer {
                 expected: "a run within the line's samples",
             });
         }
+        let reach = |sample: usize| sample.saturating_add(temporal_half_window).min(record);
+        let window = run.first_sample.saturating_sub(temporal_half_window)
+            ..reach(run.first_sample + samples);
+        if !run.line.holds(window) {
+            return Err(Error::Parameter {
+                name: "first sample",
+                value: run.first_sample as f64,
+                expected: "a run whose time windows lie within the line's block",
+            });
+        }
         Ok(())
     }
 

@@ -21,7 +21,7 @@ use crate::simd::Vector;
 
 /// A transmit law made ready for the pixels of one scan line.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TransmitDelay<'a> {
+pub struct TransmitDelay<'a> {
     shape: Shape<'a>,
     c: f64,
 }

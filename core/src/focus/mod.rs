@@ -25,30 +25,11 @@ pub use iq::{IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples};
 pub use record::{MAX_MAGNITUDE, Record};
 pub use stage::Stage;
 
-use crate::error::{at_least_one, attempt, check_length, finite, positive};
-use crate::{Complex, Error};
+use crate::Error;
+use crate::error::{at_least_one, attempt, finite, positive};
 
 /// Positions on the axis beyond ± this many samples read 0.
 const FAR: f64 = (1 << 23) as f64;
-
-/// The samples of a stretch that begins at output sample `first` and fills `out`.
-fn stretch_samples(
-    (elements, line_samples): (usize, usize),
-    first: usize,
-    out: &[Complex<f32>],
-) -> Result<usize, Error> {
-    let samples = out.len().checked_div(elements).unwrap_or(0);
-    check_length("out", out.len(), samples * elements)?;
-    let end = first.saturating_add(samples);
-    if end > line_samples {
-        return Err(Error::Capacity {
-            name: "stretch",
-            actual: end,
-            capacity: line_samples,
-        });
-    }
-    Ok(samples)
-}
 
 /// Refuses a stage's shapes where there is nothing, where an index would not be exact in f32, or where
 /// a product of theirs would overflow.

@@ -3,7 +3,7 @@
 use super::DepthGate;
 use crate::beamform::{AlignedLine, Beamformer, Parameters, WorkspaceView};
 use crate::covariance::Averaging;
-use crate::error::check_length;
+use crate::error::{check_length, none};
 use crate::focus::{
     Compounding, Delay, DelayParameters, IqDelay, IqParameters, IqReading, ScanLine, Stage,
 };
@@ -17,7 +17,8 @@ use core::ops::Range;
 /// ([`LinePipeline::new`]) or from I/Q ([`LinePipeline::of_iq`]).
 ///
 /// Holds no memory to work in, so that threads can share it. [`LinePipeline::line`] is the whole way;
-/// [`LinePipeline::align`] is the first half, for who beamforms many lines at once.
+/// [`LinePipeline::align`] is the first half, for programs that beamform many lines at once
+/// ([`Beamformer::runs`]).
 ///
 /// ```
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
@@ -25,7 +26,7 @@ use core::ops::Range;
 /// use bonebeam::beamform::Parameters;
 /// use bonebeam::focus::Record;
 /// use bonebeam::geometry::{Scan, Transmit, TransmitLaw};
-/// use bonebeam::pipeline::LinePipeline;
+/// use bonebeam::pipeline::{Block, LinePipeline};
 ///
 /// # const PARAMETERS: ScanParameters = ScanParameters {
 /// #     array: Array::linear(16, 0.3e-3),
@@ -47,7 +48,8 @@ use core::ops::Range;
 /// let record = Record::new(&rf, 16)?;
 /// // Two plane waves, compounded.
 /// let plane = |angle| (Transmit::new(TransmitLaw::Plane { angle }, 0.0), &record);
-/// lines.align(0.0f32, 0, [plane(-0.1), plane(0.1)], &mut scratch, &mut aligned)?;
+/// let block = Block::of_line(lines.scan(), 0);
+/// lines.align(0.0f32, block, [plane(-0.1), plane(0.1)], &mut scratch, &mut aligned)?;
 /// assert_eq!(aligned[0], Complex::new(0.0, 0.0));
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
@@ -69,6 +71,30 @@ pub struct IqInput {
     pub demodulation_frequency: f64,
     /// How they are read between their samples; without it as [`IqParameters::of`].
     pub reading: Option<IqReading>,
+}
+
+/// A block of a line's aligned samples: where it begins, and which elements are computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Block {
+    /// The line.
+    pub line: usize,
+    /// The first sample.
+    pub first: usize,
+    /// The elements that are computed; the others are 0. A beamformer reads those that are active at a sample
+    /// whose time window reaches the block; deeper sets contain shallower ones.
+    pub active: Active,
+}
+
+impl Block {
+    /// A line from its first sample on, with every element that is active at any depth.
+    pub fn of_line(scan: &Scan, line: usize) -> Self {
+        Block {
+            line,
+            first: 0,
+            active: scan.widest(line),
+        }
+    }
 }
 
 /// What a line is worked out in: the lengths are those of [`LinePipeline::lengths`] for any stretch, and the
@@ -179,6 +205,16 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         })
     }
 
+    /// The same lines, by the same delay stage where it lies.
+    pub fn by_reference(&self) -> LinePipeline<'_, &D> {
+        LinePipeline {
+            scan: self.scan,
+            delay: &self.delay,
+            beamformer: self.beamformer.clone(),
+            adaptive: self.adaptive.clone(),
+        }
+    }
+
     /// The samples of a line that the beamformer makes: all without a gate.
     pub fn adaptive(&self) -> Range<usize> {
         self.adaptive.clone()
@@ -220,50 +256,51 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         }
     }
 
-    /// The aligned analytic samples of a line, `[sample][element]`: the mean over its transmits, added
-    /// up in their order.
+    /// Aligned analytic samples of a line, `[sample][element]`, as many as `out` holds: the mean over the
+    /// line's transmits, added up in their order. Returns them as the beamformer takes them; their working scale
+    /// is that of the records, the same for all blocks of a line.
     ///
-    /// `zero`: any vector of the instruction set to compute with. Memory as [`Delay::line`].
+    /// `zero`: any vector of the instruction set to compute with. `scratch`:
+    /// [`LinePipeline::scratch_len`] values at least, contents irrelevant.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for no transmits; as [`Delay::line`], with `out` perhaps changed where it
-    /// is not the first transmit that is refused.
-    pub fn align<'r, V: Vector>(
+    /// [`Error::Parameter`] for no transmits; [`Error::Capacity`] for a block that ends behind the line; as
+    /// [`Stage::line`], with `out` perhaps changed where it is not the first transmit that is refused.
+    pub fn align<'r, 'x, V: Vector>(
         &self,
         zero: V,
-        line: usize,
+        block: Block,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>)>,
         scratch: &mut [f32],
-        out: &mut [Complex<f32>],
-    ) -> Result<(), Error>
+        out: &'x mut [Complex<f32>],
+    ) -> Result<AlignedLine<'x>, Error>
     where
         D::Record<'r>: 'r,
     {
-        check_length("out", out.len(), self.aligned_len())?;
-        let place = Place {
-            line,
-            first: 0,
-            active: self.scan.widest(line),
+        let Some(elements) = NonZeroUsize::new(self.scan.elements()) else {
+            return Err(none("elements"));
         };
-        self.align_at(zero, place, transmits, scratch, out)
+        let largest = self.compound(zero, block, transmits, scratch, out)?;
+        let whole = (block.first, self.scan.samples());
+        Ok(AlignedLine::stretch(out, elements, whole, largest))
     }
 
-    /// The aligned samples of a line from sample `first` on, as many as `out` holds: [`LinePipeline::align`]'s
-    /// of those elements that are active at a sample whose time window reaches these, and 0 of the others.
-    /// That is all that a beamformed line depends on, and less work where the aperture grows with depth.
-    ///
-    /// `scratch`: as long as that of the whole line, at least.
-    ///
-    /// # Errors
-    /// As [`LinePipeline::align`]; [`Error::Capacity`] for a stretch that ends behind the line.
-    pub fn align_stretch<'r, V: Vector>(
+    /// The last sample whose time window reads one before `end`.
+    fn deepest(&self, end: usize) -> usize {
+        let half_window = self.beamformer.parameters().temporal_half_window;
+        let behind = end.saturating_add(half_window).min(self.scan.samples());
+        behind.saturating_sub(1)
+    }
+
+    /// The aligned samples of a block; returns a magnitude that none of them exceeds.
+    fn compound<'r, V: Vector>(
         &self,
         zero: V,
-        (line, first): (usize, usize),
+        block: Block,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>)>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
-    ) -> Result<(), Error>
+    ) -> Result<f32, Error>
     where
         D::Record<'r>: 'r,
     {
@@ -277,65 +314,37 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 expected,
             });
         };
-        let place = Place {
-            line,
-            first,
-            active: self
-                .scan
-                .active(line, self.deepest(first.saturating_add(samples))),
-        };
-        self.align_at(zero, place, transmits, scratch, out)
-    }
-
-    /// The last sample whose time window reads one before `end`.
-    fn deepest(&self, end: usize) -> usize {
-        let half_window = self.beamformer.parameters().temporal_half_window;
-        let behind = end.saturating_add(half_window).min(self.scan.samples());
-        behind.saturating_sub(1)
-    }
-
-    /// The aligned samples of a stretch.
-    fn align_at<'r, V: Vector>(
-        &self,
-        zero: V,
-        place: Place,
-        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>)>,
-        scratch: &mut [f32],
-        out: &mut [Complex<f32>],
-    ) -> Result<(), Error>
-    where
-        D::Record<'r>: 'r,
-    {
         let mut count = 0;
+        let mut largest = 0.0;
         let mut compounding = Compounding::Replace;
         for (transmit, record) in transmits {
             let line = ScanLine {
                 transmit,
-                ray: self.scan.ray(place.line),
+                ray: self.scan.ray(block.line),
                 array: self.scan.parameters().array,
-                active: place.active,
+                active: block.active,
                 compounding,
             };
             self.delay
-                .stretch(zero, &line, record, place.first, scratch, out)?;
+                .stretch(zero, &line, record, block.first, scratch, out)?;
+            let of_record = D::largest(record);
+            if of_record > largest {
+                largest = of_record;
+            }
             compounding = Compounding::Add;
             count += 1;
         }
         match count {
-            0 => Err(Error::Parameter {
-                name: "transmits",
-                value: 0.0,
-                expected: "at least 1",
-            }),
-            1 => Ok(()),
+            0 => return Err(none("transmits")),
+            1 => {}
             _ => {
                 let scale = 1.0 / count as f32;
                 for value in out {
                     *value *= scale;
                 }
-                Ok(())
             }
         }
+        Ok(largest)
     }
 
     /// A beamformed line: [`LinePipeline::align`], then [`Beamformer::line`], or [`Beamformer::line_within`] the
@@ -386,14 +395,6 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let half_window = self.beamformer.parameters().temporal_half_window;
         let stretch = self.stretch(aligned.len(), elements)?;
         let transmits = transmits.into_iter();
-        let largest = transmits.clone().fold(0.0, |largest, (_, record)| {
-            let of_record = D::largest(record);
-            if of_record > largest {
-                of_record
-            } else {
-                largest
-            }
-        });
         let mut held = 0..0;
         for own in Cuts::new(samples, half_window, stretch, &active) {
             let needed = own.start.saturating_sub(half_window)
@@ -406,20 +407,16 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             {
                 before.copy_within(from.., 0);
             }
-            let (Some(x), Some(scratch)) = (
-                aligned.get_mut(..needed.len() * elements.get()),
-                scratch.get_mut(..self.delay.scratch_len(1, needed.end - held.end)),
-            ) else {
-                return Err(self.memory_error(scratch.len(), stretch));
-            };
+            let x = aligned.get_mut(..needed.len() * elements.get());
+            let x = x.unwrap_or_default();
             let new = x.get_mut(kept..).unwrap_or_default();
             // Deeper sets contain shallower ones: that of the last sample whose time window reads these.
-            let place = Place {
+            let block = Block {
                 line,
                 first: held.end,
                 active: active(self.deepest(needed.end)),
             };
-            self.align_at(0.0f32, place, transmits.clone(), scratch, new)?;
+            let largest = self.compound(0.0f32, block, transmits.clone(), scratch, new)?;
             let x = AlignedLine::stretch(x, elements, (needed.start, samples), largest);
             let out = z.get_mut(own.clone()).unwrap_or_default();
             let within = |sample: usize| sample.max(own.start).min(own.end) - own.start;
@@ -455,22 +452,6 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         }
         Ok(room - 2 * half_window)
     }
-
-    #[cold]
-    fn memory_error(&self, scratch: usize, stretch: usize) -> Error {
-        Error::Length {
-            name: "scratch",
-            actual: scratch,
-            expected: self.lengths(stretch).scratch,
-        }
-    }
-}
-
-/// A stretch of a line: which line, its first sample, and the elements that are read.
-struct Place {
-    line: usize,
-    first: usize,
-    active: Active,
 }
 
 /// How many aligned samples lie in memory where `stretch` samples of a line are put out at a time: a block of

@@ -21,7 +21,7 @@ mod memory;
 
 pub use depth_gate::DepthGate;
 pub use frame::Frame;
-pub use line::{IqInput, LineLengths, LineMemory, LinePipeline};
+pub use line::{Block, IqInput, LineLengths, LineMemory, LinePipeline};
 pub use memory::{Memory, MemoryView, Sizes};
 
 use crate::Error;

@@ -21,7 +21,7 @@ use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Storage, W
 use bonebeam::covariance::{Averaging, Forward};
 use bonebeam::focus::{
     Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
-    IqSamples, Record, ScanLine,
+    IqSamples, Record, ScanLine, Stage,
 };
 use bonebeam::geometry::{Active, Array, Axis, Ray, Scan, Transmit, TransmitLaw, Widths};
 use bonebeam::image::{

@@ -10,7 +10,7 @@ use bonebeam::geometry::{
     Active, Aperture, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit,
     TransmitLaw,
 };
-use bonebeam::pipeline::LinePipeline;
+use bonebeam::pipeline::{Block, LinePipeline};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array3, ArrayView3};
 use num_complex::Complex;
@@ -420,8 +420,7 @@ pub struct Source<'a, R = Record<'a>> {
 const STRETCH: usize = 288;
 
 /// The aligned analytic samples of some lines of a pipeline, `x` as [line, sample, element], on all
-/// threads, with the vectors of `set`. Elements that no beamformed sample reads are 0:
-/// [`LinePipeline::align_stretch`].
+/// threads, with the vectors of `set`. Elements that no beamformed sample reads are 0.
 ///
 /// # Errors
 /// What the core refuses.
@@ -457,7 +456,9 @@ impl<D: CoreStage + Sync> Task for Align<'_, '_, D> {
             source,
             x,
         } = self;
-        let stretch = STRETCH * pipeline.scan().elements();
+        let scan = pipeline.scan();
+        let stretch = STRETCH * scan.elements();
+        let reach = STRETCH + pipeline.beamformer().parameters().temporal_half_window;
         x.par_chunks_exact_mut(pipeline.aligned_len())
             .zip(lines)
             .try_for_each_init(
@@ -467,8 +468,12 @@ impl<D: CoreStage + Sync> Task for Align<'_, '_, D> {
                     let transmits = source.transmits[own.clone()].iter().copied();
                     let transmits = transmits.zip(&source.records[own]);
                     for (k, x) in x.chunks_mut(stretch.max(1)).enumerate() {
-                        let place = (line, k * STRETCH);
-                        pipeline.align_stretch(zero, place, transmits.clone(), scratch, x)?;
+                        let block = Block {
+                            line,
+                            first: k * STRETCH,
+                            active: scan.active(line, (k * STRETCH + reach).min(scan.samples()) - 1),
+                        };
+                        pipeline.align(zero, block, transmits.clone(), scratch, x)?;
                     }
                     Ok(())
                 },

@@ -61,7 +61,7 @@ pub(super) struct Destination<'a> {
 impl Delay {
     /// The line, once everything has been checked.
     #[inline(always)]
-    pub(super) fn compute<V: Vector>(
+    pub(super) fn focus<V: Vector>(
         &self,
         zero: V,
         source: &Source,

@@ -19,11 +19,11 @@ pub use upsampled::{Contribution, UPSAMPLING, Upsampled};
 
 use super::analytic::{HilbertTransformer, hilbert_taps, reach};
 use super::decimator::{halved_len, halvings, streams_len};
-use super::delay_law::TransmitDelay;
 use super::interpolate::Interpolator;
 use super::record::Record;
-use super::{FAR, check_shapes, finite, positive, stretch_samples};
-use crate::error::{attempt, check_length};
+use super::stage::{self, Shape, Stage};
+use super::{FAR, check_shapes, finite, positive};
+use crate::error::attempt;
 use crate::geometry::{Active, Array, Ray, Scan, Transmit};
 use crate::simd::{PARTIAL_SUMS, Vector};
 use crate::{Complex, Error};
@@ -80,7 +80,7 @@ impl DelayParameters {
         }
     }
 
-    /// Length of the scratch slice of [`Delay::line`], f32, for vectors of so many lanes (1 for `f32`).
+    /// Length of the scratch slice of [`Stage::line`], f32, for vectors of so many lanes (1 for `f32`).
     ///
     /// A line has output_samples, up to full
     /// thirty-twos, + 2·reach values, with the reach of the Hilbert transformer (2N − 1), up to full
@@ -117,7 +117,7 @@ impl DelayParameters {
         check_shapes(self.output_samples, self.record_samples, self.elements)
     }
 
-    /// Length of the scratch slice of [`Delay::stretch`] for stretches of so many samples, f32. Room for
+    /// Length of the scratch slice of [`Stage::stretch`] for stretches of so many samples, f32. Room for
     /// halved records is that of whole ones.
     pub const fn stretch_scratch_len(&self, lanes: usize, samples: usize) -> usize {
         let records = if lanes < 2 { lanes } else { 2 };
@@ -207,21 +207,33 @@ impl<'a> ScanLine<'a> {
 }
 
 /// What a line is focused from.
-struct Source<'a> {
-    line: &'a ScanLine<'a>,
-    transmit: TransmitDelay<'a>,
-    record: &'a Record<'a>,
-    /// The first output sample that is asked for, and how many.
-    first: usize,
-    samples: usize,
-}
+type Source<'a> = stage::Source<'a, Record<'a>>;
 
-/// A delay stage: validated parameters and their filters.
+/// A delay stage: validated parameters and their filters. [`Stage::line`] focuses a line.
+///
+/// Order of operations. The record is halved h times to the rate f = fs/2ʰ. Per depth, f64, with
+/// n from −reach: t = start + n/fout; z = c·t/2; p = ((τ_tx(z) + z/c) − t0)·f; then z, ⌊p⌋ and
+/// p − ⌊p⌋ as f32. Per element, f32: q = (p − ⌊p⌋) + lag(z); the record is read at (⌊p⌋ − ahead) + ⌊q⌋
+/// and q − ⌊q⌋, where ahead and the lag are those of the element (0 and the plain lag where the line
+/// goes straight down from a linear array). The real part is that value, the imaginary part its Hilbert transform; adding
+/// is real to real, imaginary to imaginary.
+///
+/// Cost per output sample and active element: 2·taps + N products and 3·taps + 2N additions (taps = 16,
+/// or 32 where f is more than 1.25·fout; N the Hilbert taps a side), a division and a root; for the
+/// last halving 7·f/fout products and 12·f/fout additions, for the one before 10·f/fout and
+/// 16·f/fout, and twice as many for the one before that. For the paper's 100 → 20 MHz 61 products
+/// and 99 additions. With several lanes,
+/// two elements at the same distance on either side of the line share the position and the
+/// coefficients (taps products, 2·taps additions, the division and the root); a record is halved
+/// only where it is read. Per output sample
+/// three f64 divisions, and a root for
+/// [`TransmitLaw::Element`](crate::geometry::TransmitLaw::Element). RAM: the stage, the scratch, and
+/// 5 KiB of stack.
 ///
 /// ```
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
 /// use bonebeam::Complex;
-/// use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
+/// use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
 /// use bonebeam::geometry::{Ray, Scan, Transmit, TransmitLaw};
 ///
 /// # const PARAMETERS: ScanParameters = ScanParameters {
@@ -406,128 +418,46 @@ impl Delay {
     fn rate(&self) -> f64 {
         self.parameters.sampling_rate / (1 << self.interpolator.halvings()) as f64
     }
+}
 
-    /// The aligned analytic samples of one scan line.
-    ///
-    /// `zero`: any vector of the instruction set to compute with. `scratch`:
-    /// [`DelayParameters::scratch_len`] values, contents irrelevant. `out`: row-major `[output sample][element]`, the scale of the RF.
-    /// Samples outside the record, and depths z ≤ 0, read as 0.
-    ///
-    /// Order of operations. The record is halved h times to the rate f = fs/2ʰ. Per depth, f64, with
-    /// n from −reach: t = start + n/fout; z = c·t/2; p = ((τ_tx(z) + z/c) − t0)·f; then z, ⌊p⌋ and
-    /// p − ⌊p⌋ as f32. Per element, f32: q = (p − ⌊p⌋) + lag(z); the record is read at (⌊p⌋ − ahead) + ⌊q⌋
-    /// and q − ⌊q⌋, where ahead and the lag are those of the element (0 and the plain lag where the line
-    /// goes straight down from a linear array). The real part is that value, the imaginary part its Hilbert transform; adding
-    /// is real to real, imaginary to imaginary.
-    ///
-    /// Cost per output sample and active element: 2·taps + N products and 3·taps + 2N additions (taps = 16,
-    /// or 32 where f is more than 1.25·fout; N the Hilbert taps a side), a division and a root; for the
-    /// last halving 7·f/fout products and 12·f/fout additions, for the one before 10·f/fout and
-    /// 16·f/fout, and twice as many for the one before that. For the paper's 100 → 20 MHz 61 products
-    /// and 99 additions. With several lanes,
-    /// two elements at the same distance on either side of the line share the position and the
-    /// coefficients (taps products, 2·taps additions, the division and the root); a record is halved
-    /// only where it is read. Per output sample
-    /// three f64 divisions, and a root for
-    /// [`TransmitLaw::Element`](crate::geometry::TransmitLaw::Element). RAM: the stage, the scratch, and
-    /// 5 KiB of stack.
-    ///
-    /// # Errors
-    /// Before anything is written: [`Error::Length`] for a slice of the wrong length or a record of
-    /// another shape; [`Error::Parameter`] for a law, t0, position or active range that is not
-    /// possible; [`Error::NonFinite`] with the flat index into `out`, when adding.
-    pub fn line<V: Vector>(
-        &self,
-        zero: V,
-        line: &ScanLine,
-        record: &Record,
-        scratch: &mut [f32],
-        out: &mut [Complex<f32>],
-    ) -> Result<(), Error> {
-        let p = &self.parameters;
-        check_length("out", out.len(), p.elements * p.output_samples)?;
-        self.stretch(zero, line, record, 0, scratch, out)
+impl Stage for Delay {
+    type Record<'r> = Record<'r>;
+
+    fn scratch_len(&self, lanes: usize, samples: usize) -> usize {
+        self.parameters.stretch_scratch_len(lanes, samples)
     }
 
-    /// The samples of a line from output sample `first` on, as many as `out` holds, to the bit as
-    /// [`Delay::line`] has them. `scratch`: [`DelayParameters::stretch_scratch_len`] values.
-    ///
-    /// Cost: that of as many samples of a line, and of the margins: up to a Hilbert reach beyond both ends
-    /// is read, and up to full thirty-twos.
-    ///
-    /// # Errors
-    /// As [`Delay::line`]; [`Error::Capacity`] for a stretch that ends behind the line.
-    pub fn stretch<V: Vector>(
+    fn largest(record: &Record<'_>) -> f32 {
+        record.largest_aligned()
+    }
+
+    fn shape(&self) -> Shape {
+        let p = &self.parameters;
+        Shape {
+            elements: p.elements,
+            output_samples: p.output_samples,
+            record_samples: p.record_samples,
+            sound_speed: p.sound_speed,
+        }
+    }
+
+    fn shape_of(record: &Record<'_>) -> [usize; 2] {
+        [record.elements(), record.samples()]
+    }
+
+    fn compute<V: Vector>(
         &self,
         zero: V,
-        line: &ScanLine,
-        record: &Record,
-        first: usize,
+        source: &stage::Source<'_, Record<'_>>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        let p = &self.parameters;
-        let samples = stretch_samples((p.elements, p.output_samples), first, out)?;
-        let scratch_len = p.stretch_scratch_len(V::LANES, samples);
-        check_length("scratch", scratch.len(), scratch_len)?;
-        let transmit = self.check(line, record, out)?;
-        let source = Source {
-            line,
-            transmit,
-            record,
-            first,
-            samples,
-        };
         zero.vectorize(
             #[inline(always)]
-            || self.compute(zero, &source, scratch, out),
+            || self.focus(zero, source, scratch, out),
         );
         Ok(())
     }
-
-    /// Everything that can be wrong with a call.
-    fn check<'a>(
-        &self,
-        line: &'a ScanLine<'_>,
-        record: &Record,
-        out: &[Complex<f32>],
-    ) -> Result<TransmitDelay<'a>, Error> {
-        let p = &self.parameters;
-        check_length("element_x", line.array.elements(), p.elements)?;
-        check_length("record elements", record.elements(), p.elements)?;
-        check_length("record samples", record.samples(), p.record_samples)?;
-        check_line(line, p.elements, p.sound_speed, out)
-    }
-}
-
-/// What can be wrong with a line, whatever it is delayed from.
-pub(super) fn check_line<'a>(
-    line: &'a ScanLine<'_>,
-    elements: usize,
-    sound_speed: f64,
-    out: &[Complex<f32>],
-) -> Result<TransmitDelay<'a>, Error> {
-    finite("t0", line.transmit.t0)?;
-    line.array.check()?;
-    let end = line.active.first.saturating_add(line.active.count);
-    if end > elements {
-        let expected = "a range that ends within the elements";
-        return Err(Error::Parameter {
-            name: "active",
-            value: end as f64,
-            expected,
-        });
-    }
-    if line.compounding == Compounding::Add {
-        // A whole piece at a time, since that needs no branch a sample.
-        let infinite = |y: &Complex<f32>| !y.re.is_finite() | !y.im.is_finite();
-        let any = |piece: &[Complex<f32>]| piece.iter().fold(false, |any, y| any | infinite(y));
-        if out.chunks(256).any(any) {
-            let index = out.iter().position(infinite).unwrap_or(0);
-            return Err(Error::NonFinite { name: "out", index });
-        }
-    }
-    TransmitDelay::new(line.transmit.law, &line.ray, &line.array, sound_speed)
 }
 
 /// Its parameters; not its tables.

@@ -1,7 +1,7 @@
 //! Many transmits compounded: each element's record is upsampled once, and every line reads it along
 //! straight lines. Real parts are added, and the analytic signal is formed of their sum.
 //!
-//! [`Delay::line`] reads a record through its filter once a line, and forms an analytic signal once a
+//! [`Stage::line`] reads a record through its filter once a line, and forms an analytic signal once a
 //! transmit: with n transmits into as many lines that is nearly all of the work. Here the filter is applied
 //! once a record, at [`UPSAMPLING`] places between two samples, and a value is one product.
 //!
@@ -10,9 +10,12 @@
 
 use super::focus::Destination;
 use super::groups::Group;
-use super::{Compounding, Delay, FAR, ScanLine, check_line};
+use super::{Compounding, Delay, FAR, ScanLine};
 use crate::error::check_length;
+#[cfg(doc)]
+use crate::focus::Stage;
 use crate::focus::interpolate::MOST_TAPS;
+use crate::focus::stage::check_line;
 use crate::simd::{PARTIAL_SUMS, Vector, copy, first, load};
 use crate::{Complex, Error};
 
@@ -103,8 +106,12 @@ impl<'a> Upsampled<'a> {
 
     /// Values of a line: its samples, and what the Hilbert transformer reaches for at either end.
     pub fn line_len(&self) -> usize {
-        let p = &self.delay.parameters;
-        p.line_len(p.output_samples)
+        self.block_len(self.delay.parameters.output_samples)
+    }
+
+    /// Values of a block of so many samples of a line, likewise.
+    pub fn block_len(&self, samples: usize) -> usize {
+        self.delay.parameters.line_len(samples)
     }
 
     /// Upsamples what one element recorded, `samples`, into `record`.
@@ -164,10 +171,10 @@ impl<'a> Upsampled<'a> {
     /// Where a line reads an element straight above it, in units of 2⁻¹⁵ samples from the upsampled
     /// record's beginning; far in front of it where nothing can be read.
     ///
-    /// f64: `p = ((τ_tx(z) + z/c) − t0)·fs` as in [`Delay::line`], then ⌊(p + taps/2 + 1)·2¹⁵ + ½⌋.
+    /// f64: `p = ((τ_tx(z) + z/c) − t0)·fs` as in [`Stage::line`], then ⌊(p + taps/2 + 1)·2¹⁵ + ½⌋.
     ///
     /// # Errors
-    /// As [`Delay::line`], and [`Error::Length`] for `places` of another length.
+    /// As [`Stage::line`], and [`Error::Length`] for `places` of another length.
     pub fn centre(&self, line: &ScanLine, places: &mut [i32]) -> Result<(), Error> {
         let p = &self.delay.parameters;
         check_length("places", places.len(), self.line_len())?;
@@ -196,7 +203,7 @@ impl<'a> Upsampled<'a> {
 
     /// How much later an element is read than one straight above the line, in the same units.
     ///
-    /// f32: the lag of [`Delay::line`], less `ahead`, times 2¹⁵, cut to an integer.
+    /// f32: the lag of [`Stage::line`], less `ahead`, times 2¹⁵, cut to an integer.
     ///
     /// # Errors
     /// [`Error::Length`] for `lags` of another length.
@@ -275,10 +282,11 @@ impl<'a> Upsampled<'a> {
         Ok(())
     }
 
-    /// The analytic samples of a line, of the values `lines` of its active elements, each of
-    /// [`Upsampled::line_len`]; other elements become 0. `scratch`:
+    /// The analytic samples of a line or of a block of one, as many as `out` holds, of the values `lines` of its
+    /// active elements, each of [`Upsampled::block_len`] from the block's first sample on (the line's end may
+    /// come before; values behind it are not read for these samples). Other elements become 0. `scratch`:
     /// [`DelayParameters::scratch_len`](super::DelayParameters::scratch_len) values, contents irrelevant.
-    /// Order and cost as the analytic signal of [`Delay::line`].
+    /// Order and cost as the analytic signal of [`Stage::line`].
     ///
     /// # Errors
     /// [`Error::Length`] for a slice of another length, [`Error::Parameter`] for an impossible line.
@@ -292,9 +300,10 @@ impl<'a> Upsampled<'a> {
     ) -> Result<(), Error> {
         let p = &self.delay.parameters;
         check_length("scratch", scratch.len(), p.scratch_len(V::LANES))?;
-        check_length("out", out.len(), p.elements * p.output_samples)?;
+        let samples = out.len() / p.elements.max(1);
+        check_length("out", out.len(), p.elements * samples.min(p.output_samples))?;
         check_line(line, p.elements, p.sound_speed, &[])?;
-        let line_len = self.line_len();
+        let line_len = self.block_len(samples);
         check_length("lines", lines.len(), line.active.count * line_len)?;
         let mut scratch = scratch;
         let rows = first(&mut scratch, V::LANES * p.rows());

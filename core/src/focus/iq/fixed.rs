@@ -100,7 +100,7 @@ struct Row<'a> {
 }
 
 impl IqDelay {
-    /// The samples of a line, as [`IqDelay::stretch`].
+    /// The samples of a line, as [`Stage::stretch`](super::Stage::stretch).
     #[inline(never)]
     pub(super) fn fixed(
         &self,

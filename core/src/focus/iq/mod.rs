@@ -15,10 +15,10 @@ mod turn;
 pub use reading::IqReading;
 pub use record::{IqLayout, IqRecord, IqSamples};
 
-use super::delay::{ScanLine, check_line};
 use super::delay_law::{ReceiveLag, TransmitDelay};
-use super::{FAR, check_shapes, finite, positive, stretch_samples};
-use crate::error::{attempt, check_length};
+use super::stage::{self, Shape, Stage};
+use super::{FAR, ScanLine, check_shapes, finite, positive};
+use crate::error::attempt;
 use crate::focus::Compounding;
 use crate::geometry::Scan;
 use crate::simd::{MOST_LANES, Vector, load};
@@ -68,7 +68,7 @@ impl IqParameters {
         }
     }
 
-    /// Length of the scratch slice of [`IqDelay::line`], f32, for vectors of so many lanes (1 for `f32`):
+    /// Length of the scratch slice of [`Stage::line`], f32, for vectors of so many lanes (1 for `f32`):
     /// seven numbers an element, up to full vectors.
     pub const fn scratch_len(&self, lanes: usize) -> usize {
         let lanes = if lanes < 1 { 1 } else { lanes };
@@ -87,12 +87,25 @@ const MOST_TURNS: f32 = (1 << 22) as f32;
 const MAX_TURNS_A_SAMPLE: f64 = 1e6;
 
 /// A delay stage for I/Q: validated parameters. The table of its sinc is a constant, 3 KiB.
+/// [`Stage::line`] focuses a line.
+///
+/// Order of operations. Per depth, f64: t = start + n/fout; r = c·t/2; τ = τ_tx(r) + r/c;
+/// p = (τ − t0)·fs; v = τ·f_demod + phase/2π; then r, ⌊p⌋, p − ⌊p⌋ and v − ⌊v⌋ as f32. Per element,
+/// f32: q = (p − ⌊p⌋) + lag(r); the record is read at (⌊p⌋ − ahead) + ⌊q⌋ and q − ⌊q⌋, as
+/// [`IqReading`] says; turns = (v − ⌊v⌋) + (lag(r)·(f_demod/fs) + its own), where its own makes up for
+/// `ahead`; cosine and sine of that, times the scale; `re·cos − im·sin` and `re·sin + im·cos`.
+/// [`IqReading::LinearFixed`] works in whole numbers instead: see `core/src/focus/iq/fixed.rs`.
+///
+/// Cost per output sample and active element, beside the reading (linear: 2 products, 4 additions;
+/// cubic: 17 and 13; sinc: 37 and 48): 21 products, 20 additions, a division and a root. Per output
+/// sample a few f64 operations, two divisions among them. RAM: the stage, the scratch and about
+/// 1 KiB of stack.
 ///
 /// ```
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
 /// use bonebeam::Complex;
 /// use bonebeam::focus::{
-///     Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine,
+///     Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine, Stage,
 /// };
 /// use bonebeam::geometry::{Scan, Transmit, TransmitLaw};
 ///
@@ -154,13 +167,8 @@ struct Centre {
     turns: f32,
 }
 
-/// What a line is focused from, and the first output sample that is asked for.
-struct Source<'a> {
-    line: &'a ScanLine<'a>,
-    transmit: TransmitDelay<'a>,
-    record: &'a IqRecord<'a>,
-    first: usize,
-}
+/// What a line is focused from.
+type Source<'a> = stage::Source<'a, IqRecord<'a>>;
 
 impl IqDelay {
     /// RAM of the stage, bytes.
@@ -221,90 +229,6 @@ impl IqDelay {
         &self.parameters
     }
 
-    /// The aligned analytic samples of one scan line.
-    ///
-    /// `zero`: any vector of the instruction set to compute with. `scratch`:
-    /// [`IqParameters::scratch_len`] values, contents irrelevant. `out`: row-major
-    /// `[output sample][element]`, the scale of the samples. Samples outside the record, and depths
-    /// r ≤ 0, read as 0.
-    ///
-    /// Order of operations. Per depth, f64: t = start + n/fout; r = c·t/2; τ = τ_tx(r) + r/c;
-    /// p = (τ − t0)·fs; v = τ·f_demod + phase/2π; then r, ⌊p⌋, p − ⌊p⌋ and v − ⌊v⌋ as f32. Per element,
-    /// f32: q = (p − ⌊p⌋) + lag(r); the record is read at (⌊p⌋ − ahead) + ⌊q⌋ and q − ⌊q⌋, as
-    /// [`IqReading`] says; turns = (v − ⌊v⌋) + (lag(r)·(f_demod/fs) + its own), where its own makes up for
-    /// `ahead`; cosine and sine of that, times the scale; `re·cos − im·sin` and `re·sin + im·cos`.
-    /// [`IqReading::LinearFixed`] works in whole numbers instead: see `core/src/focus/iq/fixed.rs`.
-    ///
-    /// Cost per output sample and active element, beside the reading (linear: 2 products, 4 additions;
-    /// cubic: 17 and 13; sinc: 37 and 48): 21 products, 20 additions, a division and a root. Per output
-    /// sample a few f64 operations, two divisions among them. RAM: the stage, the scratch and about
-    /// 1 KiB of stack.
-    ///
-    /// # Errors
-    /// Before anything is written: [`Error::Length`] for a slice of the wrong length or a record of
-    /// another shape; [`Error::Parameter`] for a law, t0, position or active range that is not
-    /// possible, and for [`IqReading::LinearFixed`] for samples that are not counts and elements 8191 or more
-    /// samples' way from the line; [`Error::NonFinite`] with the flat index into `out`, when adding.
-    pub fn line<V: Vector>(
-        &self,
-        zero: V,
-        line: &ScanLine,
-        record: &IqRecord,
-        scratch: &mut [f32],
-        out: &mut [Complex<f32>],
-    ) -> Result<(), Error> {
-        let p = &self.parameters;
-        check_length("out", out.len(), p.elements * p.output_samples)?;
-        self.stretch(zero, line, record, 0, scratch, out)
-    }
-
-    /// The samples of a line from output sample `first` on, as many as `out` holds, to the bit as
-    /// [`IqDelay::line`] has them.
-    ///
-    /// # Errors
-    /// As [`IqDelay::line`]; [`Error::Capacity`] for a stretch that ends behind the line.
-    pub fn stretch<V: Vector>(
-        &self,
-        zero: V,
-        line: &ScanLine,
-        record: &IqRecord,
-        first: usize,
-        scratch: &mut [f32],
-        out: &mut [Complex<f32>],
-    ) -> Result<(), Error> {
-        let p = &self.parameters;
-        check_length("scratch", scratch.len(), p.scratch_len(V::LANES))?;
-        check_length("record elements", record.elements(), p.elements)?;
-        check_length("record samples", record.samples(), p.record_samples)?;
-        stretch_samples((p.elements, p.output_samples), first, out)?;
-        let fixed = p.reading == IqReading::LinearFixed;
-        if fixed && matches!(record.kind(), IqSamples::Float(_)) {
-            return Err(Error::Parameter {
-                name: "iq",
-                value: 0.0,
-                expected: "counts, for a reading in fixed point",
-            });
-        }
-        let transmit = check_line(line, p.elements, p.sound_speed, out)?;
-        let source = Source {
-            line,
-            transmit,
-            record,
-            first,
-        };
-        match p.reading {
-            IqReading::Linear => self.read(zero, &Linear, &source, scratch, out),
-            IqReading::Cubic => self.read(zero, &Cubic, &source, scratch, out),
-            IqReading::Sinc => self.read(zero, &SINC, &source, scratch, out),
-            IqReading::LinearFixed => {
-                if let IqSamples::Counts(samples, _) = record.kind() {
-                    self.fixed(&source, &record.window(samples), scratch, out)?;
-                }
-            }
-        }
-        Ok(())
-    }
-
     /// The line by a reading, whatever the samples are.
     fn read<V: Vector, const TAPS: usize>(
         &self,
@@ -318,17 +242,17 @@ impl IqDelay {
         match source.record.kind() {
             IqSamples::Float(samples) => {
                 let window = source.record.window(samples);
-                self.compute(zero, read, source, &window, lags, out);
+                self.values_of(zero, read, source, &window, lags, out);
             }
             IqSamples::Counts(samples, _) => {
                 let window = source.record.window(samples);
-                self.compute(zero, read, source, &window, lags, out);
+                self.values_of(zero, read, source, &window, lags, out);
             }
         }
     }
 
     #[inline(never)]
-    fn compute<V: Vector, T: Sample, const TAPS: usize>(
+    fn values_of<V: Vector, T: Sample, const TAPS: usize>(
         &self,
         zero: V,
         read: &impl Read<TAPS>,
@@ -342,6 +266,7 @@ impl IqDelay {
             transmit,
             record,
             first,
+            ..
         } = source;
         zero.vectorize(
             #[inline(always)]
@@ -473,6 +398,57 @@ impl IqDelay {
         let scale = zero.splat(scale);
         let (cosine, sine) = (cosine * scale, sine * scale);
         (re * cosine - im * sine, re * sine + im * cosine)
+    }
+}
+
+impl Stage for IqDelay {
+    type Record<'r> = IqRecord<'r>;
+
+    fn scratch_len(&self, lanes: usize, _: usize) -> usize {
+        self.parameters.scratch_len(lanes)
+    }
+
+    fn largest(record: &IqRecord<'_>) -> f32 {
+        record.largest_aligned()
+    }
+
+    fn shape(&self) -> Shape {
+        let p = &self.parameters;
+        Shape {
+            elements: p.elements,
+            output_samples: p.output_samples,
+            record_samples: p.record_samples,
+            sound_speed: p.sound_speed,
+        }
+    }
+
+    fn shape_of(record: &IqRecord<'_>) -> [usize; 2] {
+        [record.elements(), record.samples()]
+    }
+
+    fn compute<V: Vector>(
+        &self,
+        zero: V,
+        source: &stage::Source<'_, IqRecord<'_>>,
+        scratch: &mut [f32],
+        out: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
+        match self.parameters.reading {
+            IqReading::Linear => self.read(zero, &Linear, source, scratch, out),
+            IqReading::Cubic => self.read(zero, &Cubic, source, scratch, out),
+            IqReading::Sinc => self.read(zero, &SINC, source, scratch, out),
+            IqReading::LinearFixed => {
+                let IqSamples::Counts(samples, _) = source.record.kind() else {
+                    return Err(Error::Parameter {
+                        name: "iq",
+                        value: 0.0,
+                        expected: "counts, for a reading in fixed point",
+                    });
+                };
+                self.fixed(source, &source.record.window(samples), scratch, out)?;
+            }
+        }
+        Ok(())
     }
 }
 

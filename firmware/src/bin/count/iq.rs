@@ -1,7 +1,7 @@
 //! The delay stage from I/Q, 16-bit counts as a front end sends them, by each reading.
 
 use bonebeam::focus::{
-    Compounding, IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples, ScanLine,
+    Compounding, IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples, ScanLine, Stage,
 };
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};

@@ -13,7 +13,7 @@ mod counter;
 
 use bonebeam::beamform::{self, Method};
 use bonebeam::focus::{IqLayout, IqParameters, IqReading, IqRecord, IqSamples};
-use bonebeam::pipeline::{DepthGate, IqInput, Parameters, Pipeline};
+use bonebeam::pipeline::{Block, DepthGate, IqInput, Parameters, Pipeline};
 use bonebeam::{Complex, Error};
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
@@ -147,8 +147,11 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
                 outcome =
                     IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS).and_then(|record| {
                         let transmits = [(TRANSMIT, &record)];
-                        plan.lines()
-                            .align(0.0f32, beam, transmits, scratch, aligned)
+                        let lines = plan.lines();
+                        let line = Block::of_line(lines.scan(), beam);
+                        lines
+                            .align(0.0f32, line, transmits, scratch, aligned)
+                            .map(drop)
                     });
             });
             outcome?;

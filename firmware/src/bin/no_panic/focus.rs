@@ -4,7 +4,7 @@ use crate::geometry::{arrays, axis, parameters, transmit};
 use crate::{opaque, take};
 use bonebeam::focus::{
     Compounding, Contribution, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading,
-    IqRecord, IqSamples, Record, ScanLine, Upsampled, hilbert_taps,
+    IqRecord, IqSamples, Record, ScanLine, Stage, Upsampled, hilbert_taps,
 };
 use bonebeam::geometry::{Lines, Scan};
 use bonebeam::{Complex, Error};

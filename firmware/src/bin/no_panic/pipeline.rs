@@ -7,7 +7,8 @@ use bonebeam::focus::{Delay, DelayParameters, IqLayout, IqRecord, IqSamples, Rec
 use bonebeam::geometry::{Lines, Scan};
 use bonebeam::phase_symmetry::LogGabor;
 use bonebeam::pipeline::{
-    DepthGate, Frame, IqInput, LineMemory, LinePipeline, Memory, MemoryView, Parameters, Pipeline,
+    Block, DepthGate, Frame, IqInput, LineMemory, LinePipeline, Memory, MemoryView, Parameters,
+    Pipeline,
 };
 use bonebeam::{Complex, Error};
 
@@ -112,9 +113,8 @@ fn lines<'r, D: Stage>(pipeline: &LinePipeline<D>, record: &'r D::Record<'r>) ->
         ([0.0; 100], [Complex::ZERO; 100], [Complex::ZERO; 100]);
     let (scratch, aligned) = (opaque(&mut scratch[..]), opaque(&mut aligned[..]));
     let transmits = opaque([(transmit(), record)]);
-    take(pipeline.align(0.0f32, opaque(1), transmits, scratch, aligned));
-    let place = (opaque(1), opaque(1));
-    take(pipeline.align_stretch(0.0f32, place, transmits, scratch, aligned));
+    let block = opaque(Block::of_line(pipeline.scan(), opaque(1)));
+    take(pipeline.align(0.0f32, block, transmits, scratch, aligned));
     let memory = LineMemory { scratch, aligned };
     let mut view = WorkspaceView::empty(0.0f32);
     pipeline.line(opaque(1), transmits, memory, &mut view, opaque(&mut z[..]))

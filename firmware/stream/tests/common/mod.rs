@@ -2,7 +2,7 @@
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Workspace};
 use bonebeam::focus::{
-    Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine,
+    Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine, Stage,
 };
 use bonebeam::geometry::Axis;
 use bonebeam::image::{BMode, BModeParameters, Logarithm, PixelGrid, envelope};

@@ -10,7 +10,7 @@ use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::focus::{
     Compounding, Contribution, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading,
-    IqRecord, IqSamples, Record, ScanLine, Upsampled, hilbert_taps,
+    IqRecord, IqSamples, Record, ScanLine, Stage, Upsampled, hilbert_taps,
 };
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::InstructionSet;
