@@ -5,10 +5,10 @@ use std::f64::consts::{PI, TAU};
 use std::process::Command;
 
 use bonebeam_drive::config::{Beamform, LineKind};
-use bonebeam_drive::frame::{beamform_channel_data, beamform_frames};
+use bonebeam_drive::frame::{Frames, beamform_channel_data};
 use bonebeam_drive::image::{b_mode, grid_of_lines};
 use bonebeam_drive::methods::Choice;
-use bonebeam_files::{ChannelData, Lines, Samples, Transmits};
+use bonebeam_files::{ChannelData, Lines, Recording, Samples, Transmits};
 use ndarray::{Array2, Array3, Array4, Axis};
 use num_complex::Complex;
 use tempfile::{TempDir, tempdir};
@@ -372,7 +372,9 @@ fn frames_are_beamformed_each_by_itself() {
     data.write(&path).unwrap();
 
     let parameters = parameters("esmv-rank1");
-    let all = beamform_frames(&data, &parameters, 0..3, &|_| {}).unwrap();
+    let recording = Recording::Channel(data.clone());
+    let frames = Frames::new(&recording, &parameters).unwrap();
+    let all = frames.lines(&recording, 0..3, &|_| {}).unwrap();
     for (lines, data) in all.iter().zip(&single) {
         assert_eq!(
             lines,

@@ -31,12 +31,12 @@ fn lines_go_into_memory_of_the_caller() {
     };
     let (set, covariance) = (InstructionSet::detect(), Covariance::ForwardBackward);
     let plan = Plan::new(set, parameters, covariance, elements).unwrap();
-    let expected = plan.run(x.view(), active, |_| {}).unwrap();
+    let expected = plan.run(x.view(), &active, &|_| {}).unwrap();
 
     let nan = Complex::new(f32::NAN, f32::NAN);
     let mut frames = Array3::from_elem((3, beams, samples), nan);
     let own = frames.index_axis_mut(Axis(0), 1);
-    plan.run_into(x.view(), active, |_| {}, own).unwrap();
+    plan.run_into(x.view(), &active, &|_| {}, own).unwrap();
     let bits = |z: &Complex<f32>| [z.re.to_bits(), z.im.to_bits()];
     let written = frames.index_axis(Axis(0), 1);
     assert!(written.iter().map(bits).eq(expected.iter().map(bits)));
@@ -52,7 +52,9 @@ fn lines_go_into_memory_of_the_caller() {
     let mut short = Array2::from_elem((beams, samples - 1), nan);
     let mut turned = Array2::from_elem((samples, beams), nan);
     for wrong in [short.view_mut(), turned.view_mut().reversed_axes()] {
-        let message = plan.run_into(x.view(), active, |_| {}, wrong).unwrap_err();
+        let message = plan
+            .run_into(x.view(), &active, &|_| {}, wrong)
+            .unwrap_err();
         assert!(
             message.to_string().contains("expected (5, 70), row by row"),
             "{message}"
@@ -75,17 +77,17 @@ fn a_map_goes_into_memory_of_the_caller() {
     };
     let set = InstructionSet::detect();
     let mut plan = phase_symmetry::Plan::new(image.dim(), &parameters).unwrap();
-    let expected = plan.run(image.view(), set, |_, _| {}).unwrap();
+    let expected = plan.run(image.view(), set, &mut |_, _| {}).unwrap();
     assert!(expected.iter().any(|&symmetry| symmetry > 0.1));
 
     let mut map = Array2::from_elem(image.dim(), f32::NAN);
-    plan.run_into(image.view(), set, |_, _| {}, map.view_mut())
+    plan.run_into(image.view(), set, &mut |_, _| {}, map.view_mut())
         .unwrap();
     let bits = |map: &Array2<f32>| map.iter().map(|m| m.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(&map), bits(&expected));
 
     let mut wrong = Array2::zeros((128, 64));
-    let message = plan.run_into(image.view(), set, |_, _| {}, wrong.view_mut());
+    let message = plan.run_into(image.view(), set, &mut |_, _| {}, wrong.view_mut());
     let message = message.unwrap_err().to_string();
     assert!(
         message.contains("expected (64, 128), row by row"),

@@ -98,7 +98,7 @@ impl Beamformer {
             let told = active.as_ref().map(|active| told(active, beam, sample));
             told.unwrap_or(all)
         };
-        self.pool.install(|| self.plan.run_into(x, of, |_| {}, z))
+        self.pool.install(|| self.plan.run_into(x, &of, &|_| {}, z))
     }
 }
 

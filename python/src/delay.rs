@@ -172,14 +172,14 @@ pub fn delay<'py>(
     let x = written(py, out, (beams, samples, elements), "aligned data")?;
     let mut memory: PyReadwriteArray<'py, _, _> = x.try_readwrite()?;
     let view = memory.as_slice_mut()?;
-    py.detach(|| pool.install(|| stage.delay_frame_into(frame, 0..beams, view)))
+    py.detach(|| pool.install(|| stage.delay_into(frame, 0..beams, view)))
         .map_err(refused)?;
     drop(memory);
     let active = Array3::from_shape_fn((beams, samples, 2), |(beam, sample, k)| {
         let active = stage.active(beam, sample);
         [active.first, active.count][k] as i64
     });
-    let [beam_z, beam_angle] = places(py, frame::beam_rays(&stage));
+    let [beam_z, beam_angle] = places(py, stage.beam_rays());
     Ok(Aligned {
         x: x.unbind(),
         active: active.into_pyarray(py).unbind(),
@@ -229,15 +229,16 @@ pub fn beamform_channel_data<'py>(
     let Recording::Channel(data) = &recording else {
         unreachable!("it was made above");
     };
-    let stage = DelayStage::new(data, parameters).map_err(refused)?;
+    let frames = frame::Frames::of_channel_data(data, parameters).map_err(refused)?;
+    let stage = frames.stage().expect("channel data have one");
     let shape = (stage.beam_x().len(), stage.samples());
     let z = written(py, out, shape, "lines")?;
     let mut memory: PyReadwriteArray<'py, _, _> = z.try_readwrite()?;
     let view = memory.as_array_mut();
-    py.detach(|| pool.install(|| frame::beamform_frame(&stage, frame, parameters, &|_| {}, view)))
+    py.detach(|| pool.install(|| frames.frame(frame, &|_| {}, view)))
         .map_err(refused)?;
     drop(memory);
-    let [beam_z, beam_angle] = places(py, frame::beam_rays(&stage));
+    let [beam_z, beam_angle] = places(py, stage.beam_rays());
     Ok(BeamformedLines {
         z: z.unbind(),
         fs: parameters.rate_of(data),

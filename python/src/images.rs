@@ -86,7 +86,7 @@ fn filter(
     map: ArrayViewMut2<'_, f32>,
 ) -> bonebeam_files::Result<()> {
     let mut plan = Plan::new(image.dim(), parameters)?;
-    plan.run_into(image, InstructionSet::detect(), |_, _| {}, map)
+    plan.run_into(image, InstructionSet::detect(), &mut |_, _| {}, map)
 }
 
 /// In a black image of larger sides; what is beside the image is cut off the map.

@@ -44,7 +44,7 @@ fn frame(bencher: Bencher, set: InstructionSet, strip: usize, threads: usize) {
     let mut plan = plan(strip);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     let pool = pool.build().expect("threads");
-    bencher.bench_local(|| pool.install(|| plan.run(black_box(image.view()), set, |_, _| {})));
+    bencher.bench_local(|| pool.install(|| plan.run(black_box(image.view()), set, &mut |_, _| {})));
 }
 
 #[divan::bench(args = [16, 32, 64, 512], sample_count = 50)]

@@ -6,13 +6,14 @@ use crate::common;
 use bonebeam::beamform::{Beamformer, Method, Parameters, Postfilter};
 use bonebeam::geometry::Active;
 use bonebeam::simd::InstructionSet;
-use bonebeam_drive::beamform::{Plan, beamform_within};
+use bonebeam_drive::beamform::Plan;
 use common::lines::{
     COVARIANCES, Gaussian, Line, METHODS, core, core_lanes, core_within, frame, scalar, stacked,
     variants,
 };
 use ndarray::Array2;
 use num_complex::Complex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The bits of every number, so that 0 and −0 differ.
 fn bits(z: &[Complex<f32>]) -> Vec<(u32, u32)> {
@@ -302,15 +303,13 @@ fn frame_after_frame_on_any_number_of_threads() {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
                 let pool = pool.build().expect("threads");
                 let set = InstructionSet::detect();
-                let plan = || Plan::new(set, parameters, covariance, 40).expect("a size that fits");
-                let plan = pool.install(plan);
+                let plan = Plan::new(set, parameters, covariance, 40).expect("a size that fits");
                 // What one frame leaves in the plan's memory must not reach the next.
                 for lines in &frames {
                     let x = stacked(lines);
                     let active = |beam: usize, sample: usize| lines[beam].active[sample];
-                    let z = plan
-                        .run(x.view(), active, |_| {})
-                        .expect("a frame that fits");
+                    let z = pool.install(|| plan.run(x.view(), &active, &|_| {}));
+                    let z = z.expect("a frame that fits");
                     for (line, z) in lines.iter().zip(z.rows()) {
                         let expected = scalar(line, parameters, covariance);
                         let name = format!("{covariance:?}, {method:?}, {threads} threads");
@@ -373,10 +372,16 @@ fn adaptive_within_and_das_elsewhere() {
                     let name = format!("{covariance:?}, {:?}, {within:?}", of(method));
                     let active = |beam: usize, sample: usize| lines[beam].active[sample];
                     let parameters = of(method);
-                    let range = within.clone();
-                    let frame =
-                        beamform_within(x.view(), active, range, parameters, covariance, |_| {})
-                            .expect("a frame that fits");
+                    let set = InstructionSet::detect();
+                    let plan =
+                        Plan::new(set, parameters, covariance, 40).expect("a size that fits");
+                    let plan = plan.within(within.clone());
+                    let count = AtomicUsize::new(0);
+                    let progress = |n: usize| _ = count.fetch_add(n, Ordering::Relaxed);
+                    let frame = plan.run(x.view(), &active, &progress);
+                    let frame = frame.expect("a frame that fits");
+                    // Each output is heard of once.
+                    assert_eq!(count.into_inner(), frame.len());
                     for ((line, (adaptive, das)), z) in lines.iter().zip(&whole).zip(frame.rows()) {
                         let expected: Vec<_> = (0..30)
                             .map(|n| {

@@ -230,10 +230,10 @@ fn the_host_names_beam_sample_and_element() {
     for covariance in COVARIANCES {
         let refused = bonebeam_drive::beamform::beamform(
             x.view(),
-            |_, _| all,
+            &|_, _| all,
             Parameters::default(),
             covariance,
-            |_| {},
+            &|_| {},
         );
         let error = refused.expect_err("a NaN sample");
         assert_eq!(error.exit_status(), 1);

@@ -4,7 +4,7 @@
 use crate::common;
 
 use bonebeam::Complex;
-use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine};
+use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
 use bonebeam::geometry::{
     Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
 };

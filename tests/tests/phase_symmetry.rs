@@ -94,7 +94,7 @@ fn in_strips(image: &Array2<f32>, scales: &[f64], threshold: f32, strip: usize) 
         threshold,
         strip,
     };
-    phase_symmetry(image.view(), &parameters, |_, _| {}).expect("a valid image")
+    phase_symmetry(image.view(), &parameters, &mut |_, _| {}).expect("a valid image")
 }
 
 fn bits(map: &Array2<f32>) -> Vec<u32> {
@@ -151,7 +151,7 @@ fn assert_every_set_and_thread(plan: &mut Plan, image: &Array2<f32>, whole: &[u3
     for set in InstructionSet::available() {
         for threads in [1, 2, 7] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            let run = || plan.run(image.view(), set, |_, _| {});
+            let run = || plan.run(image.view(), set, &mut |_, _| {});
             let map = pool.build().unwrap().install(run).unwrap();
             let case = format!("{}, strips of {strip}, {threads} threads", set.name());
             assert!(bits(&map) == whole, "{case}");
@@ -332,13 +332,13 @@ fn a_plan_serves_image_after_image() {
     for seed in [10, 11, 12] {
         let image = test_image(64, 128, seed);
         let map = plan
-            .run(image.view(), InstructionSet::detect(), |_, _| {})
+            .run(image.view(), InstructionSet::detect(), &mut |_, _| {})
             .unwrap();
         assert!(bits(&map) == bits(&in_core(&image, &THREE, 3.0)));
     }
     let other = test_image(128, 64, 10);
     let error = plan
-        .run(other.view(), InstructionSet::detect(), |_, _| {})
+        .run(other.view(), InstructionSet::detect(), &mut |_, _| {})
         .unwrap_err();
     assert!(
         error.to_string().contains("128 rows and 64 columns"),
@@ -516,7 +516,7 @@ proptest! {
         let image = Array2::from_shape_simple_fn((64, 64), || rng.random_range(low..1.9f32) * scale);
         let beyond = image.iter().any(|pixel| pixel.abs() > core::MAX_PIXEL);
         let parameters = Parameters { scales: FIVE.to_vec(), threshold, strip: 16 };
-        match phase_symmetry(image.view(), &parameters, |_, _| {}) {
+        match phase_symmetry(image.view(), &parameters, &mut |_, _| {}) {
             Ok(map) => {
                 prop_assert!(!beyond);
                 prop_assert!(map.iter().all(|value| (0.0..1.0).contains(value)));
@@ -541,7 +541,7 @@ fn message(image: &Array2<f32>, scales: &[f64], threshold: f32, strip: usize) ->
         threshold,
         strip,
     };
-    match phase_symmetry(image.view(), &parameters, |_, _| {}) {
+    match phase_symmetry(image.view(), &parameters, &mut |_, _| {}) {
         Ok(_) => String::new(),
         Err(error) => error.to_string(),
     }
@@ -592,7 +592,10 @@ fn progress_counts_the_filters() {
         strip: Parameters::STRIP,
     };
     let image = Array2::zeros((64, 64));
-    phase_symmetry(image.view(), &parameters, |done, of| heard.push((done, of))).unwrap();
+    phase_symmetry(image.view(), &parameters, &mut |done, of| {
+        heard.push((done, of))
+    })
+    .unwrap();
     assert_eq!(heard, (1..=30).map(|k| (k, 30)).collect::<Vec<_>>());
 }
 

@@ -15,10 +15,11 @@ use bonebeam::pipeline::{
 use bonebeam::{Complex, Error};
 use bonebeam_drive::beamform::{Memory as LaneMemory, beamform};
 use bonebeam_drive::config;
-use bonebeam_drive::delay::{DelayStage, Source};
+use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::image::{b_mode, grid_of_lines};
 use bonebeam_drive::phase_symmetry::{self, phase_symmetry};
 use bonebeam_drive::pipeline::Frames;
+use bonebeam_drive::source::{Recorded, Source};
 use bonebeam_files::{ChannelData, Lines as FileLines, Transmits};
 use common::frames::{
     ELEMENTS, LINES, LineMemory, PARAMETERS, SIZES, counted, counts, focused, iq_input,
@@ -86,7 +87,7 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
     let covariance = Default::default();
     let active = |beam, sample| stage.active(beam, sample);
     let beamformer = PARAMETERS.beamformer;
-    let drive = beamform(x.view(), active, beamformer, covariance, |_| {}).unwrap();
+    let drive = beamform(x.view(), &active, beamformer, covariance, &|_| {}).unwrap();
     assert_eq!(drive.as_slice().unwrap(), z);
 
     let lines = FileLines {
@@ -109,7 +110,7 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
         strip: 16,
     };
     let pixels = ndarray::ArrayView2::from_shape((64, 64), &image).unwrap();
-    let bones = phase_symmetry(pixels, &parameters, |_, _| {}).unwrap();
+    let bones = phase_symmetry(pixels, &parameters, &mut |_, _| {}).unwrap();
     assert_eq!(bones.as_slice().unwrap(), map);
 }
 
@@ -124,17 +125,17 @@ fn the_hosts_frames_have_the_bits_of_the_cores() {
         .iter()
         .map(|rf| Record::new(rf, ELEMENTS).unwrap())
         .collect();
-    let source = Source {
+    let source = Source::Rf(Recorded {
+        pipeline: pipeline.lines().by_reference(),
         transmits: &[focused(); LINES],
         records: &records,
         of_line: &|line| line..line + 1,
-    };
-    let x = frames.align(source).unwrap().to_owned();
-    let lines = frames.lines(x.view()).unwrap();
+    });
+    let lines = frames.lines(&source).unwrap();
     assert_eq!(lines.as_slice().unwrap(), z);
     let pixels = frames.image(lines.view()).unwrap();
     assert_eq!(pixels.as_slice().unwrap(), image);
-    assert_eq!(frames.run(source).unwrap().as_slice().unwrap(), map);
+    assert_eq!(frames.run(&source).unwrap().as_slice().unwrap(), map);
 }
 
 #[test]
@@ -192,14 +193,14 @@ fn a_depth_gate_parts_the_method_from_das() {
             };
             assert_eq!(*z, expected, "{gate:?}: line {}", k / scan.samples());
         }
-        let mut frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
-        let source = Source {
+        let frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
+        let source = Source::Rf(Recorded {
+            pipeline: pipeline.lines().by_reference(),
             transmits: &[focused(); LINES],
             records: &records,
             of_line: &|line| line..line + 1,
-        };
-        let x = frames.align(source).unwrap().to_owned();
-        let lines = frames.lines(x.view()).unwrap();
+        });
+        let lines = frames.lines(&source).unwrap();
         assert_eq!(lines.as_slice().unwrap(), z);
         let pixels = frames.image(lines.view()).unwrap();
         assert_eq!(pixels.as_slice().unwrap(), image);
@@ -472,15 +473,15 @@ fn a_frame_of_iq_has_the_hosts_bits_and_the_bone_where_it_is() {
     let map = frame.bone_map().unwrap().to_vec();
 
     let mut frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
-    let source = Source {
+    let source = Source::Iq(Recorded {
+        pipeline: pipeline.lines().by_reference(),
         transmits: &[focused(); LINES],
         records: &records,
         of_line: &|line| line..line + 1,
-    };
-    let x = frames.align(source).unwrap().to_owned();
-    let lines = frames.lines(x.view()).unwrap();
+    });
+    let lines = frames.lines(&source).unwrap();
     assert_eq!(lines.as_slice().unwrap(), z);
-    assert_eq!(frames.run(source).unwrap().as_slice().unwrap(), map);
+    assert_eq!(frames.run(&source).unwrap().as_slice().unwrap(), map);
 
     let grid = pipeline.b_mode().parameters().grid;
     for column in 16..48 {

@@ -96,13 +96,14 @@ fn delay(settings: &Settings, data: &ChannelData, iq_reading: Option<Reading>) -
         ..config::Beamform::default()
     };
     let stage = DelayStage::new(data, &parameters)?.with_instruction_set(settings.instruction_set);
+    let frame = data.samples.frame(0).expect("one frame");
     pool(1)?.install(|| {
         let mut x = stage.delay(0..1)?;
         let x = x.as_slice_mut().expect("a standard layout");
         let mut beams = (0..BEAMS).cycle();
         let seconds = fastest(settings.budget, || {
             if let Some(beam) = beams.next() {
-                drop(black_box(stage.delay_into(beam..beam + 1, x)));
+                drop(black_box(stage.delay_into(frame, beam..beam + 1, x)));
             }
         });
         Ok(seconds / stage.samples() as f64)

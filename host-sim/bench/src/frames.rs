@@ -17,8 +17,8 @@ use super::snapshots::{Scene, snapshots};
 use super::timing::{fastest, side_by_side};
 use super::{Section, Settings};
 use crate::{Error, Result};
-use bonebeam_drive::delay::Source;
 use bonebeam_drive::pipeline::Frames;
+use bonebeam_drive::source::{Recorded, Source};
 use bonebeam_drive::threads::pool;
 use bonebeam_drive::{beamform, phase_symmetry};
 use bonebeam_files::ChannelData;
@@ -140,7 +140,7 @@ fn gpu_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result
     let (one, two) = (threads(1)?, threads(2)?);
     let frame = |(pool, plan): &(ThreadPool, beamform::Plan)| {
         drop(black_box(
-            pool.install(|| plan.run(x.view(), |_, _| all, |_| {})),
+            pool.install(|| plan.run(x.view(), &|_, _| all, &|_| {})),
         ));
     };
     frame(&one);
@@ -189,11 +189,12 @@ fn in_vivo_frame(
         .map(|&t0| Transmit::new(TransmitLaw::Focused, t0))
         .collect();
     let lines_each = scan.lines() / transmits.len();
-    let source = Source {
+    let source = &Source::Rf(Recorded {
+        pipeline: pipeline.lines().by_reference(),
         transmits: &transmits,
         records: &records,
         of_line: &|line| line / lines_each..line / lines_each + 1,
-    };
+    });
     step("the frame in vivo");
     let two = pool(2)?;
     two.install(|| {
@@ -203,7 +204,16 @@ fn in_vivo_frame(
             Covariance::ForwardBackward,
         )?;
         frames.align(source)?;
-        let lines = frames.lines(x.view())?;
+        let beamformer = *pipeline.lines().beamformer().parameters();
+        let plan = beamform::Plan::new(
+            settings.instruction_set,
+            beamformer,
+            Covariance::ForwardBackward,
+            scan.elements(),
+        )?;
+        let active = |line: usize, sample: usize| scan.active(line, sample);
+        let lines_of_x = || plan.run(x.view(), &active, &|_| {});
+        let lines = lines_of_x()?;
         let picture = frames.image(lines.view())?;
         frames.bone_map(picture.view())?;
         let budget = settings.budget;
@@ -220,10 +230,7 @@ fn in_vivo_frame(
                     black_box(frames.align(source).is_ok());
                 }),
             ),
-            row(
-                "lines",
-                fastest(budget, || drop(black_box(frames.lines(x.view())))),
-            ),
+            row("lines", fastest(budget, || drop(black_box(lines_of_x())))),
             row(
                 "image",
                 fastest(budget, || drop(black_box(frames.image(lines.view())))),
@@ -234,7 +241,7 @@ fn in_vivo_frame(
             ),
         ];
         let mut aligned_to_map = || {
-            let lines = frames.lines(x.view())?;
+            let lines = lines_of_x()?;
             let image = frames.image(lines.view())?;
             frames.bone_map(image.view())
         };

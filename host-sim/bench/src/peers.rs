@@ -158,7 +158,7 @@ impl Peer {
             ..Parameters::default()
         };
         let plan = Plan::new(InstructionSet::detect(), parameters, covariance, FRAME.2)?;
-        Ok(Box::new(move || plan.run(x.view(), |_, _| all, |_| {})))
+        Ok(Box::new(move || plan.run(x.view(), &|_, _| all, &|_| {})))
     }
 
     fn equal(

@@ -72,7 +72,7 @@ fn plan(strip: usize) -> Result<Plan> {
 
 fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let image = image();
-    let run = |plan: &mut Plan| plan.run(image.view(), settings.instruction_set, |_, _| {});
+    let run = |plan: &mut Plan| plan.run(image.view(), settings.instruction_set, &mut |_, _| {});
     // All matrices lie in memory; how many lines are worked on at a time is another matter.
     let (mut core, mut at_once) = (plan(Parameters::STRIP)?, plan(SIDE)?);
     let budget = 2 * settings.budget;

@@ -140,11 +140,11 @@ fn times<const FRAMES: usize>(
 ) -> Result<[f64; FRAMES]> {
     let plan = plan(settings, method)?;
     for frame in frames {
-        plan.run(frame.view(), active, |_| {})?;
+        plan.run(frame.view(), active, &|_| {})?;
     }
     let mut runs = frames
         .each_ref()
-        .map(|frame| || drop(black_box(plan.run(frame.view(), active, |_| {}))));
+        .map(|frame| || drop(black_box(plan.run(frame.view(), active, &|_| {}))));
     let seconds = side_by_side(
         2 * settings.budget,
         runs.each_mut().map(|run| run as &mut dyn FnMut()),
@@ -200,8 +200,8 @@ fn below_full_aperture(
     for (name, method) in [("MV", Method::Mv), METHODS[0]] {
         step(name);
         let plan = plan(settings, method)?;
-        let of_pairs = || plan.run(pairs.view(), active(2), |_| {});
-        let of_full = || plan.run(full.view(), active(lanes), |_| {});
+        let of_pairs = || plan.run(pairs.view(), &active(2), &|_| {});
+        let of_full = || plan.run(full.view(), &active(lanes), &|_| {});
         of_pairs()?;
         of_full()?;
         let [here, beside] = side_by_side(

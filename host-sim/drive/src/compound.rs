@@ -2,9 +2,11 @@
 
 use std::ops::Range;
 
+use bonebeam::beamform::AlignedLine;
 use bonebeam::focus::{Compounding, Contribution, Delay, ScanLine, Upsampled};
-use bonebeam::geometry::{Active, Array, Ray, Transmit};
-use bonebeam::simd::{Task, Vector};
+use bonebeam::geometry::{Active, Scan, Transmit};
+use bonebeam::pipeline::Block;
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -14,42 +16,93 @@ use crate::Result;
 /// any cache, once, and their records fit in the second one.
 const TOGETHER: usize = 2;
 
-/// What is compounded, into some lines.
-pub(super) struct Compound<'a> {
-    pub delay: &'a Delay,
-    pub transmits: &'a [Transmit<'a>],
-    /// What was recorded, checked, as [transmit, element, sample].
-    pub rf: &'a [f32],
-    pub array: Array<'a>,
-    /// The lines.
-    pub rays: &'a [Ray],
-    /// The active elements of a line at an output sample; those deeper down include them.
-    pub active: &'a (dyn Fn(usize, usize) -> Active + Sync),
-    /// The aligned samples, [line, sample, element].
-    pub x: &'a mut [Complex<f32>],
+/// Some lines of compounded transmits: the mean of their real parts.
+pub struct Compounded<'a> {
+    delay: &'a Delay,
+    upsampled: Upsampled<'a>,
+    scan: Scan<'a>,
+    transmits: &'a [Transmit<'a>],
+    lines: Range<usize>,
+    /// Where each leaves the array.
+    feet: Vec<f64>,
+    /// `[element, line, value]`. Values of samples at which an element is not active are incomplete.
+    values: Vec<f32>,
 }
 
-impl Compound<'_> {
+impl<'a> Compounded<'a> {
+    /// The lines `lines` of `scan`, of what was recorded, checked, as `[transmit, element, sample]`.
+    ///
+    /// # Errors
+    /// What the core refuses.
+    pub fn new(
+        set: InstructionSet,
+        (delay, scan): (&'a Delay, Scan<'a>),
+        transmits: &'a [Transmit<'a>],
+        rf: &[f32],
+        lines: Range<usize>,
+    ) -> Result<Self> {
+        let mut compounded = Compounded {
+            delay,
+            upsampled: Upsampled::new(delay)?,
+            scan,
+            transmits,
+            feet: lines.clone().map(|line| scan.foot(line)).collect(),
+            lines,
+            values: Vec::new(),
+        };
+        compounded.values = set.dispatch(Values(&compounded, rf))?;
+        Ok(compounded)
+    }
+
+    /// The scan.
+    pub fn scan(&self) -> &Scan<'a> {
+        &self.scan
+    }
+
+    /// A block of aligned samples of one of the lines.
+    ///
+    /// # Errors
+    /// What the core refuses.
+    pub fn align<'x>(
+        &self,
+        set: InstructionSet,
+        block: Block,
+        scratch: &mut Vec<f32>,
+        x: &'x mut [Complex<f32>],
+    ) -> Result<AlignedLine<'x>> {
+        set.dispatch(Analytic {
+            compounded: self,
+            block,
+            scratch,
+            x: &mut *x,
+        })?;
+        let line = AlignedLine::new(x, self.scan.elements())?;
+        Ok(line.of_line(block.first, self.scan.samples())?)
+    }
+
+    fn active(&self, line: usize, sample: usize) -> Range<usize> {
+        let foot = self.feet[line - self.lines.start];
+        range(self.scan.active_at(foot, sample))
+    }
+
     fn line(&self, transmit: usize, line: usize) -> ScanLine<'_> {
-        let last = self.delay.parameters().output_samples - 1;
-        ScanLine {
-            transmit: self.transmits[transmit],
-            ray: self.rays[line],
-            array: self.array,
-            active: (self.active)(line, last),
-            compounding: Compounding::Replace,
-        }
+        ScanLine::of(
+            &self.scan,
+            line,
+            self.transmits[transmit],
+            Compounding::Replace,
+        )
     }
 
     /// The first sample at which an element is active in a line, if there is one.
     fn first(&self, line: usize, element: usize) -> Option<usize> {
-        let samples = self.delay.parameters().output_samples;
-        let inactive = |sample| !range((self.active)(line, sample)).contains(&element);
-        if inactive(samples - 1) {
+        let inactive = |sample| !self.active(line, sample).contains(&element);
+        let last = self.scan.samples() - 1;
+        if inactive(last) {
             return None;
         }
         // Once active, it stays so.
-        let (mut low, mut high) = (0, samples - 1);
+        let (mut low, mut high) = (0, last);
         while low < high {
             let middle = (low + high) / 2;
             if inactive(middle) {
@@ -60,25 +113,36 @@ impl Compound<'_> {
         }
         Some(low)
     }
+}
 
-    /// The real parts of all elements, [element, line, value]: the mean over the transmits, added up in
-    /// their order. Values of samples at which an element is not active are incomplete.
-    fn values<V: Vector>(&self, zero: V, upsampled: &Upsampled<'_>) -> Result<Vec<f32>> {
-        let p = self.delay.parameters();
-        let (lines, length) = (self.rays.len(), upsampled.line_len());
+/// The real parts of all elements: the mean over the transmits, added up in their order.
+struct Values<'s, 'a>(&'s Compounded<'a>, &'s [f32]);
+
+impl Task for Values<'_, '_> {
+    type Output = Result<Vec<f32>>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        let Values(of, rf) = self;
+        let upsampled = &of.upsampled;
+        let p = of.delay.parameters();
+        let (lines, length) = (of.lines.len(), upsampled.line_len());
+        let of_lines = lines * length;
+        if lines == 0 {
+            return Ok(Vec::new());
+        }
         // All elements share them.
-        let mut centres = vec![0; self.transmits.len() * lines * length];
+        let mut centres = vec![0; of.transmits.len() * of_lines];
         let places = centres.par_chunks_exact_mut(length).enumerate();
         places.try_for_each(|(k, places)| {
-            upsampled.centre(&self.line(k / lines, k % lines), places)
+            upsampled.centre(&of.line(k / lines, of.lines.start + k % lines), places)
         })?;
-        let mut values = vec![0.0; p.elements * lines * length];
-        let scale = 1.0 / self.transmits.len() as f32;
-        let of_elements = values.par_chunks_mut(TOGETHER * lines * length);
+        let mut values = vec![0.0; p.elements * of_lines];
+        let scale = 1.0 / of.transmits.len() as f32;
+        let of_elements = values.par_chunks_mut(TOGETHER * of_lines);
         let record_len = upsampled.record_len();
         let memory = || {
             (
-                vec![0; TOGETHER * lines * length],
+                vec![0; TOGETHER * of_lines],
                 vec![0.0; upsampled.scratch_len()],
                 vec![0.0; TOGETHER * record_len],
             )
@@ -89,19 +153,19 @@ impl Compound<'_> {
             // [element, line], as the lags and the values.
             let mut first = Vec::with_capacity(elements.len() * lines);
             for element in elements.clone() {
-                first.extend((0..lines).map(|line| self.first(line, element)));
+                first.extend(of.lines.clone().map(|line| of.first(line, element)));
             }
             for (k, lags) in lags.chunks_exact_mut(length).enumerate() {
                 if first.get(k).is_some_and(Option::is_some) {
-                    let (line, element) = (k % lines, elements.start + k / lines);
-                    upsampled.lags(zero, &self.line(0, line), element, lags)?;
+                    let (line, element) = (of.lines.start + k % lines, elements.start + k / lines);
+                    upsampled.lags(zero, &of.line(0, line), element, lags)?;
                 }
             }
-            for (transmit, centres) in centres.chunks_exact(lines * length).enumerate() {
+            for (transmit, centres) in centres.chunks_exact(of_lines).enumerate() {
                 for (element, record) in elements.clone().zip(records.chunks_exact_mut(record_len))
                 {
                     let row = (transmit * p.elements + element) * p.record_samples;
-                    let samples = &self.rf[row..row + p.record_samples];
+                    let samples = &rf[row..row + p.record_samples];
                     upsampled.record(zero, samples, scratch, record)?;
                 }
                 for (line, centre) in centres.chunks_exact(length).enumerate() {
@@ -129,42 +193,49 @@ impl Compound<'_> {
     }
 }
 
-impl Task for Compound<'_> {
+/// The analytic samples of a block.
+struct Analytic<'s, 'a> {
+    compounded: &'s Compounded<'a>,
+    block: Block,
+    scratch: &'s mut Vec<f32>,
+    x: &'s mut [Complex<f32>],
+}
+
+impl Task for Analytic<'_, '_> {
     type Output = Result<()>;
 
-    fn run<V: Vector>(mut self, zero: V) -> Self::Output {
-        if self.rays.is_empty() {
-            return Ok(());
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        let Analytic {
+            compounded: of,
+            block,
+            scratch,
+            x,
+        } = self;
+        let p = of.delay.parameters();
+        let length = of.upsampled.line_len();
+        let own_length = of.upsampled.block_len(x.len() / p.elements);
+        let stage_len = p.scratch_len(V::LANES);
+        scratch.resize(stage_len, 0.0);
+        let mut own = Vec::with_capacity(block.active.count * own_length);
+        for element in range(block.active) {
+            let row = element * of.lines.len() + block.line - of.lines.start;
+            let row = &of.values[row * length..(row + 1) * length];
+            let end = length.min(block.first + own_length);
+            own.extend_from_slice(&row[block.first..end]);
+            own.resize(own.len() + own_length - (end - block.first), 0.0);
         }
-        let upsampled = Upsampled::new(self.delay)?;
-        let values = self.values(zero, &upsampled)?;
-        let x = std::mem::take(&mut self.x);
-        let p = self.delay.parameters();
-        let (lines, length) = (self.rays.len(), upsampled.line_len());
-        let memory = || {
-            (
-                Vec::with_capacity(p.elements * length),
-                vec![0.0; p.scratch_len(V::LANES)],
-            )
+        let line = ScanLine {
+            active: block.active,
+            ..of.line(0, block.line)
         };
-        x.par_chunks_exact_mut(p.output_samples * p.elements)
-            .enumerate()
-            .try_for_each_init(memory, |(own, scratch), (index, x)| {
-                let line = self.line(0, index);
-                own.clear();
-                for element in range(line.active) {
-                    let row = (element * lines + index) * length;
-                    own.extend_from_slice(&values[row..row + length]);
-                }
-                upsampled.analytic(zero, &line, own, scratch, x)?;
-                // What is not active is not complete.
-                for (sample, row) in x.chunks_exact_mut(p.elements).enumerate() {
-                    let active = range((self.active)(index, sample));
-                    row[..active.start].fill(Complex::ZERO);
-                    row[active.end..].fill(Complex::ZERO);
-                }
-                Ok(())
-            })
+        of.upsampled.analytic(zero, &line, &own, scratch, x)?;
+        // What is not active is not complete.
+        for (sample, row) in x.chunks_exact_mut(p.elements).enumerate() {
+            let active = of.active(block.line, block.first + sample);
+            row[..active.start].fill(Complex::ZERO);
+            row[active.end..].fill(Complex::ZERO);
+        }
+        Ok(())
     }
 }
 

@@ -1,27 +1,32 @@
-//! Drives the core's delay stage over a frame, on all threads.
+//! The delay stage of a recording: which lines, which depths, and what they are made of.
 
 use std::ops::Range;
 
+use bonebeam::beamform::Parameters;
 use bonebeam::focus::{
-    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
-    IqSamples, MAX_DECIMATION, MAX_SAMPLES, Record, ScanLine, Stage as CoreStage, Upsampled,
+    Delay, DelayParameters, IqLayout, IqRecord, IqSamples, MAX_DECIMATION, MAX_SAMPLES, Record,
+    Upsampled,
 };
 use bonebeam::geometry::{
-    Active, Aperture, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit,
-    TransmitLaw,
+    Active, Aperture, Array, Axis, Depth, Element, Lines as ScanLines, Ray, Scan, ScanParameters,
+    Transmit, TransmitLaw,
 };
-use bonebeam::pipeline::{Block, LinePipeline};
-use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::pipeline::{IqInput, LinePipeline};
+use bonebeam::simd::InstructionSet;
 use ndarray::{Array3, ArrayView3};
 use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::beams::{self, Beams};
-use super::compound::Compound;
+use super::compound::Compounded;
+use super::source::{Recorded, Source};
 use crate::config::{Beamform, RfReading};
 use crate::{Error, Result};
 use bonebeam_files::terminal::{digits, short};
-use bonebeam_files::{ChannelData, Frame, Samples, Transmits};
+use bonebeam_files::{BeamRays, ChannelData, Frame, Lines, Samples, Transmits};
+
+/// Lines of records that are upsampled, at a time: as few times as memory allows.
+pub(crate) const LINES_UPSAMPLED: usize = 128;
 
 /// The delay stage of one set of channel data: which beams, which depths, which elements.
 ///
@@ -36,11 +41,11 @@ pub struct DelayStage<'a> {
     beam_x: Vec<f64>,
     /// Where each beam leaves the array, in elements.
     feet: Vec<f64>,
+    /// Without array and lines.
+    parameters: ScanParameters<'static>,
     aperture: Aperture,
     start: f64,
     samples: usize,
-    sound_speed: f64,
-    output_rate: f64,
     stage: Stage,
     transmits: Vec<Transmit<'a>>,
     set: InstructionSet,
@@ -51,13 +56,7 @@ pub struct DelayStage<'a> {
 /// The core's stage for the kind of samples.
 enum Stage {
     Rf(Box<Delay>),
-    Iq(Box<IqDelay>),
-}
-
-/// The transmits of a frame, checked.
-enum Records<'a> {
-    Rf(Vec<Record<'a>>),
-    Iq(Vec<IqRecord<'a>>),
+    Iq(IqInput),
 }
 
 impl<'a> DelayStage<'a> {
@@ -87,9 +86,9 @@ impl<'a> DelayStage<'a> {
         };
         let array = array_of(data, &elements);
         let beams = Beams::new(data, &array, parameters)?;
-        let scan = ScanParameters {
-            array,
-            lines: Lines::Rays(&beams.rays),
+        let own = ScanParameters {
+            array: Array::LinearAt(&[]),
+            lines: ScanLines::Rays(&[]),
             sound_speed: c,
             centre_frequency: data.f0,
             sampling_rate: data.fs,
@@ -100,10 +99,7 @@ impl<'a> DelayStage<'a> {
             f_number: parameters.f_number,
             min_elements: parameters.min_elements,
         };
-        let scan = match data.samples {
-            Samples::Rf(_) => Scan::new(scan)?,
-            Samples::Iq { .. } => Scan::of_iq(scan)?,
-        };
+        let scan = scan(data, array, &beams, own)?;
         if scan.samples() > MAX_SAMPLES {
             return Err(Error::Usage(format!(
                 "the depths and --output-rate ask for {} samples a line; expected at most \
@@ -114,11 +110,12 @@ impl<'a> DelayStage<'a> {
         let stage = match data.samples {
             Samples::Rf(_) => Stage::Rf(Box::new(Delay::new(DelayParameters::of(&scan))?)),
             Samples::Iq { f_demod, .. } => {
-                let of_scan = IqParameters::of(&scan, f_demod);
-                let reading = parameters
-                    .iq_reading
-                    .map_or(of_scan.reading, IqReading::from);
-                Stage::Iq(Box::new(IqDelay::new(IqParameters { reading, ..of_scan })?))
+                let iq = IqInput {
+                    demodulation_frequency: f_demod,
+                    reading: parameters.iq_reading.map(Into::into),
+                };
+                LinePipeline::of_iq(scan, iq, Parameters::DEFAULT)?;
+                Stage::Iq(iq)
             }
         };
         let upsampled = parameters.rf_reading == Some(RfReading::Upsampled);
@@ -136,8 +133,7 @@ impl<'a> DelayStage<'a> {
             aperture: *scan.aperture(),
             start: scan.start(),
             samples: scan.samples(),
-            sound_speed: c,
-            output_rate: rate,
+            parameters: own,
             stage,
             transmits: transmits.collect(),
             data,
@@ -181,22 +177,44 @@ impl<'a> DelayStage<'a> {
     /// The depths of the output samples, m.
     pub fn depths(&self) -> Axis {
         Axis {
-            first: self.sound_speed * self.start / 2.0,
-            step: self.sound_speed / self.output_rate / 2.0,
+            first: self.parameters.sound_speed * self.start / 2.0,
+            step: self.parameters.sound_speed / self.parameters.output_rate / 2.0,
             count: self.samples,
         }
     }
 
     /// The speed of sound in use, m/s.
     pub fn sound_speed(&self) -> f64 {
-        self.sound_speed
+        self.parameters.sound_speed
     }
 
     /// The active elements of a beam at an output sample; none for a beam that there is not.
     pub fn active(&self, beam: usize, sample: usize) -> Active {
-        let time = self.start + sample as f64 / self.output_rate;
+        let time = self.start + sample as f64 / self.parameters.output_rate;
         let foot = self.feet.get(beam).copied().unwrap_or(f64::NAN);
-        self.aperture.active(foot, self.sound_speed * time / 2.0)
+        self.aperture
+            .active(foot, self.parameters.sound_speed * time / 2.0)
+    }
+
+    /// Where the beams begin and go, where that is not straight down from z = 0.
+    pub fn beam_rays(&self) -> Option<BeamRays> {
+        let down = |ray: &Ray| ray.z() == 0.0 && ray.angle() == 0.0;
+        (!self.rays().iter().all(down)).then(|| BeamRays {
+            z: self.rays().iter().map(Ray::z).collect(),
+            angle: self.rays().iter().map(Ray::angle).collect(),
+        })
+    }
+
+    /// Beamformed lines `z` with where and when they are.
+    pub fn lines<Z>(&self, z: Z) -> Lines<Z> {
+        Lines {
+            z,
+            fs: self.parameters.output_rate,
+            t0: self.start,
+            beam_x: self.beam_x.clone(),
+            rays: self.beam_rays(),
+            c: self.parameters.sound_speed,
+        }
     }
 
     /// The aligned analytic samples of some beams of the first frame, [beam, sample, element].
@@ -204,160 +222,127 @@ impl<'a> DelayStage<'a> {
     /// # Errors
     /// What the core refuses: samples beyond its range.
     pub fn delay(&self, beams: Range<usize>) -> Result<Array3<Complex<f32>>> {
-        self.delay_frame(self.first_frame()?, beams)
+        let first = self.data.samples.frame(0);
+        let first = first.ok_or_else(|| Error::Data("the recording has no frame".into()))?;
+        let mut x = Array3::zeros((beams.len(), self.samples, self.elements()));
+        let own = x.as_slice_mut().expect("a standard layout");
+        self.delay_into(first, beams, own)?;
+        Ok(x)
     }
 
-    /// The same of any frame of such data.
+    /// The same of any frame of such data, into memory of that size.
     ///
     /// # Errors
     /// What the core refuses: samples beyond its range, or of another shape.
-    pub fn delay_frame(
-        &self,
-        frame: Frame<'_>,
-        beams: Range<usize>,
-    ) -> Result<Array3<Complex<f32>>> {
-        let shape = (beams.len(), self.samples, self.elements());
-        let mut x = vec![Complex::new(0.0, 0.0); shape.0 * shape.1 * shape.2];
-        self.delay_frame_into(frame, beams, &mut x)?;
-        Ok(Array3::from_shape_vec(shape, x).expect("the length is that of the shape"))
-    }
-
-    /// [`DelayStage::delay`] into memory of that size, which a new frame need not ask the system for
-    /// again.
-    ///
-    /// # Errors
-    /// What the core refuses.
-    pub fn delay_into(&self, beams: Range<usize>, x: &mut [Complex<f32>]) -> Result<()> {
-        self.delay_frame_into(self.first_frame()?, beams, x)
-    }
-
-    fn first_frame(&self) -> Result<Frame<'_>> {
-        let first = self.data.samples.frame(0);
-        first.ok_or_else(|| Error::Data("the recording has no frame".into()))
-    }
-
-    /// [`DelayStage::delay_frame`] into memory of that size.
-    ///
-    /// # Errors
-    /// What the core refuses.
-    pub fn delay_frame_into(
+    pub fn delay_into(
         &self,
         frame: Frame<'_>,
         beams: Range<usize>,
         x: &mut [Complex<f32>],
     ) -> Result<()> {
-        // Each transmit is checked once, however many beams read it.
-        let range = self.transmits(beams.start).start..self.transmits(beams.end.max(1) - 1).end;
-        // What is not in row-major order is put into it, once a frame.
-        let (rf, iq);
-        let records = match &frame {
-            Frame::Rf(samples) => {
-                rf = samples.as_standard_layout();
-                let checked = records(rf.view(), range.clone(), |rf, elements| {
-                    Record::new(rf, elements)
-                })?;
-                if let (true, Stage::Rf(delay)) = (self.upsampled, &self.stage) {
-                    let first = beams.start;
-                    return self.set.dispatch(Compound {
-                        delay,
-                        transmits: &self.transmits,
-                        rf: rf.as_slice().expect("a standard layout is contiguous"),
-                        array: self.array(),
-                        rays: &self.beams.rays[beams],
-                        active: &|line, sample| self.active(first + line, sample),
-                        x,
-                    });
+        let own = beams.clone();
+        self.source(frame, beams, Parameters::DEFAULT, &mut |source| {
+            source.align_lines(self.set, own.clone(), x)
+        })
+    }
+
+    /// The lines that are beamformed together, which is what a source is made for.
+    pub(super) fn passes(&self) -> impl Iterator<Item = Range<usize>> + use<> {
+        let lines = self.rays().len();
+        let at_a_time = if self.upsampled {
+            LINES_UPSAMPLED
+        } else {
+            lines
+        };
+        let firsts = (0..lines).step_by(at_a_time.max(1));
+        firsts.map(move |first| first..lines.min(first + at_a_time))
+    }
+
+    /// Hands what some lines of a frame are made of to `work`.
+    ///
+    /// # Errors
+    /// What the core refuses, and the errors of `work`.
+    pub(super) fn source(
+        &self,
+        frame: Frame<'_>,
+        lines: Range<usize>,
+        beamformer: Parameters,
+        work: &mut dyn FnMut(&Source<'_>) -> Result<()>,
+    ) -> Result<()> {
+        let scan = scan(self.data, self.array(), &self.beams, self.parameters)?;
+        let (own, first) = (self.beams.own, lines.start);
+        let range = if own {
+            lines.clone()
+        } else {
+            0..self.transmits.len()
+        };
+        let transmits = &self.transmits[range.clone()];
+        let of_line = |line: usize| match own {
+            true => line - first..line - first + 1,
+            false => 0..transmits.len(),
+        };
+        // What is not in row-major order is put into it, and each transmit is checked, once.
+        match (&self.stage, frame) {
+            (Stage::Rf(delay), Frame::Rf(rf)) => {
+                let rf = rf.as_standard_layout();
+                let records = records(rf.view(), range, |rf, elements| Record::new(rf, elements))?;
+                if self.upsampled {
+                    let rf = rf.as_slice().expect("a standard layout is contiguous");
+                    let by = (&**delay, scan);
+                    let compounded = Compounded::new(self.set, by, transmits, rf, lines)?;
+                    return work(&Source::Upsampled(compounded));
                 }
-                Records::Rf(checked)
+                work(&Source::Rf(Recorded {
+                    pipeline: LinePipeline::by(delay, scan, beamformer)?,
+                    transmits,
+                    records: &records,
+                    of_line: &of_line,
+                }))
             }
-            Frame::Iq {
-                iq: samples,
-                f_demod,
-            } => {
-                iq = samples.as_standard_layout();
+            (Stage::Iq(input), Frame::Iq { iq, f_demod }) => {
                 // Demodulated from the moment of t0, which a lens puts off.
                 let late = (2.0 * self.data.lens_delay * f_demod).rem_euclid(1.0);
                 let phase = late * std::f64::consts::TAU;
-                Records::Iq(records(iq.view(), range.clone(), |iq, elements| {
+                let iq = iq.as_standard_layout();
+                let records = records(iq.view(), range, |iq, elements| {
                     IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, elements)?
                         .with_phase(phase)
-                })?)
+                })?;
+                let pipeline = LinePipeline::of_iq(scan, *input, beamformer)?;
+                work(&Source::Iq(Recorded {
+                    pipeline: pipeline.by_reference(),
+                    transmits,
+                    records: &records,
+                    of_line: &of_line,
+                }))
             }
-        };
-        self.set.dispatch(AlignBeams {
-            stage: self,
-            records: &records,
-            first: range.start,
-            beams,
-            x,
-        })
+            _ => Err(Error::Data(
+                "the frame's samples are of another kind than the recording's".into(),
+            )),
+        }
     }
 
     fn array(&self) -> Array<'_> {
         array_of(self.data, &self.elements)
     }
+}
 
-    /// The transmits that make a beam.
-    fn transmits(&self, beam: usize) -> Range<usize> {
-        if self.beams.own {
-            beam..beam + 1
-        } else {
-            0..self.transmits.len()
-        }
-    }
-
-    fn scratch_len(&self, lanes: usize) -> usize {
-        match &self.stage {
-            Stage::Rf(delay) => delay.parameters().scratch_len(lanes),
-            Stage::Iq(delay) => delay.parameters().scratch_len(lanes),
-        }
-    }
-
-    /// The aligned samples of a beam: the mean over its transmits, added up in their order.
-    fn align<V: Vector>(
-        &self,
-        zero: V,
-        beam: usize,
-        (records, first): (&Records<'_>, usize),
-        scratch: &mut [f32],
-        x: &mut [Complex<f32>],
-    ) -> Result<()> {
-        let own = self.transmits(beam);
-        let count = own.len();
-        for (k, transmit) in own.enumerate() {
-            let line = ScanLine {
-                transmit: self.transmits[transmit],
-                ray: self.beams.rays[beam],
-                array: self.array(),
-                // The last sample's active elements include those of all shallower ones.
-                active: self.active(beam, self.samples - 1),
-                compounding: match k {
-                    0 => Compounding::Replace,
-                    _ => Compounding::Add,
-                },
-            };
-            match (&self.stage, records) {
-                (Stage::Rf(delay), Records::Rf(records)) => {
-                    delay.line(zero, &line, &records[transmit - first], scratch, x)?;
-                }
-                (Stage::Iq(delay), Records::Iq(records)) => {
-                    delay.line(zero, &line, &records[transmit - first], scratch, x)?;
-                }
-                _ => {
-                    return Err(Error::Data(
-                        "the frame's samples are of another kind than the recording's".into(),
-                    ));
-                }
-            }
-        }
-        if count > 1 {
-            let scale = 1.0 / count as f32;
-            for value in x {
-                *value *= scale;
-            }
-        }
-        Ok(())
-    }
+/// The scan of a recording's lines.
+fn scan<'s>(
+    data: &ChannelData,
+    array: Array<'s>,
+    beams: &'s Beams,
+    parameters: ScanParameters<'static>,
+) -> Result<Scan<'s>> {
+    let parameters = ScanParameters {
+        array,
+        lines: ScanLines::Rays(&beams.rays),
+        ..parameters
+    };
+    Ok(match data.samples {
+        Samples::Rf(_) => Scan::new(parameters)?,
+        Samples::Iq { .. } => Scan::of_iq(parameters)?,
+    })
 }
 
 /// The records of some transmits, checked on all threads.
@@ -373,112 +358,6 @@ fn records<'r, T: Sync, R: Send>(
         check(&all[own], elements)
     });
     Ok(checked.collect::<std::result::Result<_, _>>()?)
-}
-
-struct AlignBeams<'a> {
-    stage: &'a DelayStage<'a>,
-    records: &'a Records<'a>,
-    /// The transmit of the first record.
-    first: usize,
-    beams: Range<usize>,
-    x: &'a mut [Complex<f32>],
-}
-
-impl Task for AlignBeams<'_> {
-    type Output = Result<()>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let AlignBeams {
-            stage,
-            records,
-            first,
-            beams,
-            x,
-        } = self;
-        x.par_chunks_exact_mut(stage.samples * stage.elements())
-            .zip(beams)
-            .try_for_each_init(
-                || vec![0.0; stage.scratch_len(V::LANES)],
-                |scratch, (x, beam)| stage.align(zero, beam, (records, first), scratch, x),
-            )
-    }
-}
-
-/// What lines are delayed from.
-#[derive(Clone, Copy)]
-pub struct Source<'a, R = Record<'a>> {
-    /// The transmits.
-    pub transmits: &'a [Transmit<'a>],
-    /// The record of each.
-    pub records: &'a [R],
-    /// Which of them make a line.
-    pub of_line: &'a (dyn Fn(usize) -> Range<usize> + Sync),
-}
-
-/// Samples of a line that are delayed together, of the elements that any of them needs: fewer take too much
-/// of their margins.
-const STRETCH: usize = 288;
-
-/// The aligned analytic samples of some lines of a pipeline, `x` as [line, sample, element], on all
-/// threads, with the vectors of `set`. Elements that no beamformed sample reads are 0.
-///
-/// # Errors
-/// What the core refuses.
-pub fn align<'r, D: CoreStage + Sync>(
-    set: InstructionSet,
-    pipeline: &LinePipeline<'_, D>,
-    lines: Range<usize>,
-    source: Source<'r, D::Record<'r>>,
-    x: &mut [Complex<f32>],
-) -> Result<()> {
-    set.dispatch(Align {
-        pipeline,
-        lines,
-        source,
-        x,
-    })
-}
-
-struct Align<'a, 'r, D: CoreStage> {
-    pipeline: &'a LinePipeline<'a, D>,
-    lines: Range<usize>,
-    source: Source<'r, D::Record<'r>>,
-    x: &'a mut [Complex<f32>],
-}
-
-impl<D: CoreStage + Sync> Task for Align<'_, '_, D> {
-    type Output = Result<()>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let Align {
-            pipeline,
-            lines,
-            source,
-            x,
-        } = self;
-        let scan = pipeline.scan();
-        let stretch = STRETCH * scan.elements();
-        let reach = STRETCH + pipeline.beamformer().parameters().temporal_half_window;
-        x.par_chunks_exact_mut(pipeline.aligned_len())
-            .zip(lines)
-            .try_for_each_init(
-                || vec![0.0; pipeline.scratch_len(V::LANES)],
-                |scratch, (x, line)| {
-                    let own = (source.of_line)(line);
-                    let transmits = source.transmits[own.clone()].iter().copied();
-                    let transmits = transmits.zip(&source.records[own]);
-                    for (k, x) in x.chunks_mut(stretch.max(1)).enumerate() {
-                        let block = Block {
-                            line,
-                            first: k * STRETCH,
-                            active: scan.active(line, (k * STRETCH + reach).min(scan.samples()) - 1),
-                        };
-                        pipeline.align(zero, block, transmits.clone(), scratch, x)?;
-                    }
-                    Ok(())
-                },
-            )
-    }
 }
 
 /// An RF record holds the pulse at an output rate.

@@ -11,6 +11,7 @@ pub mod methods;
 pub mod phase_symmetry;
 pub mod pipeline;
 pub mod policy;
+pub mod source;
 pub mod threads;
 
 pub use bonebeam_files::{Error, Result};

@@ -1,33 +1,36 @@
 //! The core's pipeline over threads and the widest vectors: RF or I/Q → lines → image → bone map.
 
 use bonebeam::covariance::Covariance;
-use bonebeam::focus::{Delay, Stage};
+use bonebeam::focus::Stage;
+use bonebeam::geometry::Scan;
+use bonebeam::image::BMode;
 use bonebeam::pipeline::Pipeline;
 use bonebeam::simd::InstructionSet;
-use ndarray::{Array2, Array3, ArrayView2, ArrayView3};
+use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 
-use super::delay::{Source, align};
-use super::{beamform, image, phase_symmetry};
+use super::beamform::{Plan, Tile};
+use super::source::Source;
+use super::{image, phase_symmetry};
 use crate::Result;
 
 /// Frames of a [`Pipeline`]: what the core's `Frame` does line by line in fixed memory, on as many
-/// threads as the rayon pool has in which it is made. The bits are the same.
-pub struct Frames<'p, D = Delay> {
-    pipeline: &'p Pipeline<'p, D>,
+/// threads as the rayon pool has in which it is called. The bits are the same.
+pub struct Frames<'p> {
     set: InstructionSet,
-    beamformer: beamform::Plan,
+    scan: Scan<'p>,
+    b_mode: &'p BMode,
+    beamformer: Plan,
+    tiles: Vec<Tile>,
     bone_map: phase_symmetry::Plan,
-    /// [line, sample, element].
-    aligned: Array3<Complex<f32>>,
 }
 
-impl<'p, D: Stage + Sync> Frames<'p, D> {
-    /// Makes threads and memory, once for all frames.
+impl<'p> Frames<'p> {
+    /// Makes tables and memory, once for all frames.
     ///
     /// # Errors
     /// [`Error::Usage`](crate::Error::Usage) where the sizes take more memory than is allowed.
-    pub fn new(pipeline: &'p Pipeline<'p, D>, covariance: Covariance) -> Result<Self> {
+    pub fn new<D: Stage>(pipeline: &'p Pipeline<'p, D>, covariance: Covariance) -> Result<Self> {
         Self::with_instruction_set(InstructionSet::detect(), pipeline, covariance)
     }
 
@@ -35,50 +38,47 @@ impl<'p, D: Stage + Sync> Frames<'p, D> {
     ///
     /// # Errors
     /// As [`Frames::new`].
-    pub fn with_instruction_set(
+    pub fn with_instruction_set<D: Stage>(
         set: InstructionSet,
         pipeline: &'p Pipeline<'p, D>,
         covariance: Covariance,
     ) -> Result<Self> {
-        let lines = pipeline.lines();
-        let scan = lines.scan();
-        let shape = (scan.lines(), scan.samples(), scan.elements());
-        let beamformer = *lines.beamformer().parameters();
-        let plan = beamform::Plan::new(set, beamformer, covariance, scan.elements())?;
+        let (lines, scan) = (pipeline.lines(), *pipeline.lines().scan());
+        let parameters = *lines.beamformer().parameters();
+        let beamformer = Plan::new(set, parameters, covariance, scan.elements())?;
+        let beamformer = beamformer.within(lines.adaptive());
+        let feet: Vec<f64> = (0..scan.lines()).map(|line| scan.foot(line)).collect();
+        let active = |line: usize, sample: usize| scan.active_at(feet[line], sample);
+        let shape = (scan.samples(), scan.elements());
+        let tiles = beamformer.tiles_of_lines(0..scan.lines(), shape, &active)?;
         Ok(Frames {
-            pipeline,
             set,
-            beamformer: match lines.adaptive() {
-                all if all == (0..scan.samples()) => plan,
-                adaptive => plan.within(adaptive)?,
-            },
+            scan,
+            b_mode: pipeline.b_mode(),
+            beamformer,
+            tiles,
             bone_map: phase_symmetry::Plan::of(*pipeline.phase_symmetry())?,
-            aligned: Array3::zeros(shape),
         })
     }
 
-    /// The aligned samples of a frame, [line, sample, element].
+    /// Lines of a frame, as [line, sample].
     ///
     /// # Errors
     /// What the core refuses.
-    pub fn align<'r>(
-        &mut self,
-        source: Source<'r, D::Record<'r>>,
-    ) -> Result<ArrayView3<'_, Complex<f32>>> {
-        let lines = 0..self.aligned.dim().0;
-        let x = self.aligned.as_slice_mut().unwrap_or_default();
-        align(self.set, self.pipeline.lines(), lines, source, x)?;
-        Ok(self.aligned.view())
+    pub fn lines(&self, source: &Source<'_>) -> Result<Array2<Complex<f32>>> {
+        let mut z = Array2::zeros((self.scan.lines(), self.scan.samples()));
+        let tiles = &self.tiles;
+        self.beamformer
+            .run_source(tiles, source, &|_| {}, z.view_mut())?;
+        Ok(z)
     }
 
-    /// Lines of aligned samples `x`, as [line, sample].
+    /// Aligns the samples of a frame, a tile over the other, and no more: what that part of the work takes.
     ///
     /// # Errors
-    /// A sample that is NaN or infinite.
-    pub fn lines(&self, x: ArrayView3<'_, Complex<f32>>) -> Result<Array2<Complex<f32>>> {
-        let scan = self.pipeline.lines().scan();
-        let active = |line: usize, sample: usize| scan.active(line, sample);
-        self.beamformer.run(x, active, |_| {})
+    /// What the core refuses.
+    pub fn align(&self, source: &Source<'_>) -> Result<()> {
+        self.beamformer.align(&self.tiles, source)
     }
 
     /// The image of lines `z`, 0..255, [row, column].
@@ -86,7 +86,7 @@ impl<'p, D: Stage + Sync> Frames<'p, D> {
     /// # Errors
     /// A sample that is NaN or infinite.
     pub fn image(&self, z: ArrayView2<'_, Complex<f32>>) -> Result<Array2<f32>> {
-        image::pixels(self.set, self.pipeline.b_mode(), z)
+        image::pixels(self.set, self.b_mode, z)
     }
 
     /// The phase symmetry of an image, in `[0, 1)`, [row, column].
@@ -94,16 +94,15 @@ impl<'p, D: Stage + Sync> Frames<'p, D> {
     /// # Errors
     /// A pixel that is NaN, infinite or beyond 1e12.
     pub fn bone_map(&mut self, image: ArrayView2<'_, f32>) -> Result<Array2<f32>> {
-        self.bone_map.run(image, self.set, |_, _| {})
+        self.bone_map.run(image, self.set, &mut |_, _| {})
     }
 
     /// All of it, from RF or I/Q to the bone map.
     ///
     /// # Errors
     /// As the steps.
-    pub fn run<'r>(&mut self, source: Source<'r, D::Record<'r>>) -> Result<Array2<f32>> {
-        self.align(source)?;
-        let z = self.lines(self.aligned.view())?;
+    pub fn run(&mut self, source: &Source<'_>) -> Result<Array2<f32>> {
+        let z = self.lines(source)?;
         let image = self.image(z.view())?;
         self.bone_map(image.view())
     }

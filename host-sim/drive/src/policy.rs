@@ -5,8 +5,9 @@ use bonebeam_files::terminal::short;
 use bonebeam_files::{ChannelData, Recording, Samples};
 use num_complex::Complex;
 
+use crate::beamform::TILE;
 use crate::config::{Beamform, Image, LONGER_SIDE, RfReading};
-use crate::frame::beams_at_a_time;
+use crate::delay::LINES_UPSAMPLED;
 use crate::{Error, Result};
 
 /// Depths beyond so many times the record's end are a mistake, and would take memory for nothing.
@@ -72,7 +73,7 @@ pub fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<
 }
 
 /// The memory that beamforming takes beside a recording, bytes, for so many frames at a time: the samples
-/// in order, the aligned samples of some beams, the lines, and an image before and after its median.
+/// in order, the aligned samples that threads work on, the lines, and an image before and after its median.
 pub fn working_memory(
     recording: &Recording,
     parameters: &Beamform,
@@ -92,11 +93,11 @@ pub fn working_memory(
             let samples = (2.0 * (last - first) / c * rate).ceil() as usize;
             let (_, transmits, elements, _) = data.samples.dim();
             let lines = parameters.line_count.unwrap_or(transmits.max(2 * elements));
-            let at_a_time = lines.min(beams_at_a_time(parameters));
             // The real parts of every element, and where every transmit is read.
             let upsampled = match parameters.rf_reading {
                 Some(RfReading::Upsampled) => {
                     let rows = elements.saturating_add(transmits);
+                    let at_a_time = lines.min(LINES_UPSAMPLED);
                     product(&[rows, at_a_time, samples, size_of::<f32>()])
                 }
                 _ => 0,
@@ -104,7 +105,7 @@ pub fn working_memory(
             vec![
                 data.samples.bytes(),
                 upsampled,
-                product(&[at_a_time, samples, elements, COMPLEX]),
+                product(&[rayon::current_num_threads(), TILE]),
                 product(&[3, frames, lines, samples, COMPLEX]),
             ]
         }

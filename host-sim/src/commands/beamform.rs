@@ -12,9 +12,11 @@ use super::{ConfigArgument, VariableArguments, about, command_line, load_config,
 use crate::config::Config;
 use crate::progress::Progress;
 use crate::{Error, Result};
-use bonebeam_drive::config::{Beamform, BeamformFlags, ImageFlags};
-use bonebeam_drive::frame::{beamform_aligned_frames, beamform_frames};
+use bonebeam::phase_symmetry::scale_for_display;
+use bonebeam_drive::config::{Beamform, BeamformFlags, ImageFlags, PhaseSymmetryFlags};
+use bonebeam_drive::frame::Frames as RecordingFrames;
 use bonebeam_drive::image::{check_beams, image_of};
+use bonebeam_drive::phase_symmetry;
 use bonebeam_drive::policy::{doubts, working_memory};
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
@@ -63,6 +65,14 @@ pub struct Arguments {
     #[command(flatten)]
     image_flags: ImageFlags,
 
+    /// Also the phase symmetry of the image, of the first frame, from its grey levels before they are rounded:
+    /// float32 [row, column] as .npy; as .png with its largest value at 255
+    #[arg(long, value_name = "MAP.npy", help_heading = "Bone map")]
+    bone_map: Option<PathBuf>,
+
+    #[command(flatten, next_help_heading = "Bone map")]
+    phase_symmetry: PhaseSymmetryFlags,
+
     #[command(flatten)]
     config: ConfigArgument,
 }
@@ -78,6 +88,8 @@ Examples:
   host-sim beamform frames.npz --frames 0..10 -o lines.npz
   host-sim beamform phased.npz --lines sector --sector 1.2 -o lines.npz --image sector.png
   host-sim beamform channels.npz -o lines.npz --image figure.svg --dynamic-range 60
+  host-sim beamform channels.npz -o lines.npz --image bone.png --rows 512 --columns 512 \\
+      --bone-map map.npy --scales 2^-7,2^-8,2^-9 --threshold 15
   host-sim beamform delayed.npz --method mv --covariance forward -o lines.npz
   host-sim beamform recording.mat --variable rf=RcvData --variable c=1540 -o lines.npz
   host-sim beamform channels.npz --config lines.npz.config.toml -o again.npz";
@@ -158,6 +170,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     config.beamform.apply(&arguments.beamform);
     arguments.variables.apply(&mut config.variables)?;
     config.image.apply(&arguments.image_flags);
+    config.phase_symmetry.apply(&arguments.phase_symmetry);
     config.beamform.resolve();
     config.validate()?;
 
@@ -169,14 +182,20 @@ pub fn run(arguments: Arguments) -> Result<()> {
         }
         outputs.push(path);
     }
+    match &arguments.bone_map {
+        Some(path) => {
+            Format::of(path)?;
+            outputs.push(path);
+        }
+        None => arguments.phase_symmetry.refuse("without --bone-map")?,
+    }
     check_outputs(&[&arguments.recording], &outputs)?;
 
     let file = RecordingFile::open(&arguments.recording, &config.variables)?;
     let first = file.first();
     arguments.refuse_flags_without_effect(first)?;
-    if arguments.image.is_some()
-        && let Some(beam_x) = told_beams(first)
-    {
+    let pictured = arguments.image.is_some() || arguments.bone_map.is_some();
+    if pictured && let Some(beam_x) = told_beams(first) {
         check_beams(beam_x).map_err(|e| about(&arguments.recording, e))?;
     }
     if let Recording::Channel(data) = first {
@@ -184,7 +203,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
             warn(&format!("{}: {doubt}", arguments.recording.display()));
         }
     }
-    let image = arguments.image.is_some().then_some(&config.image);
+    let image = pictured.then_some(&config.image);
     let frames = match &arguments.frames {
         Some(frames) => frames.of(file.frames())?,
         None => 0..file.frames(),
@@ -192,6 +211,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let at_a_time = file.frames_at_a_time().min(frames.len());
     let bytes = working_memory(first, &config.beamform, image, at_a_time);
     memory::check(bytes, "beamforming").map_err(|e| about(&arguments.recording, e))?;
+    let beamformer = RecordingFrames::new(first, &config.beamform);
+    let beamformer = beamformer.map_err(|e| about(&arguments.recording, e))?;
     let bar = Progress::new("beamforming", 1000);
     let mut seconds = 0.0;
     // The lines of the next frames after so many.
@@ -202,12 +223,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         let progress = |part: f64| bar.set((1000.0 * share(part)) as u64, 1000);
         let (recording, own) = file.read(block.clone())?;
         let begin = Instant::now();
-        let lines = match recording.as_ref() {
-            Recording::Channel(data) => beamform_frames(data, &config.beamform, own, &progress),
-            Recording::Aligned(data) => {
-                beamform_aligned_frames(data, &config.beamform, own, &progress)
-            }
-        };
+        let lines = beamformer.lines(&recording, own, &progress);
         seconds += begin.elapsed().as_secs_f64();
         lines.map_err(|e| about(&arguments.recording, e))
     };
@@ -224,14 +240,29 @@ pub fn run(arguments: Arguments) -> Result<()> {
     bar.clear();
     let mut measures = Measures::new(&arguments.recording, file.format(), seconds, &lines);
     let mut said = said_of_lines(first, &config.beamform, frames.len(), &lines);
-    if let Some(path) = &arguments.image {
+    if pictured {
         let image = image_of(&lines, &config.image).map_err(|e| about(&arguments.recording, e))?;
-        match is_figure(path) {
-            true => {
+        match &arguments.image {
+            Some(path) if is_figure(path) => {
                 let figure = figure(&image, config.image.dynamic_range)?;
                 outputs.stage(path, |sink| Ok(sink.write_all(figure.as_bytes())?))?;
             }
-            false => image::stage(&image.pixels, path, &mut outputs)?,
+            Some(path) => image::stage(&image.pixels, path, &mut outputs)?,
+            None => {}
+        }
+        if let Some(path) = &arguments.bone_map {
+            let bar = Progress::new("phase symmetry", 1);
+            let map = phase_symmetry::of_image(
+                image.pixels.clone(),
+                &config.phase_symmetry,
+                &mut |done, of| bar.set(done as u64, of as u64),
+            );
+            let mut map = map.map_err(|e| about(&arguments.recording, e))?;
+            bar.clear();
+            if Format::of(path)? == Format::Png {
+                scale_for_display(map.as_slice_memory_order_mut().unwrap_or_default())?;
+            }
+            image::stage(&map, path, &mut outputs)?;
         }
         let (rows, columns) = image.pixels.dim();
         said += &format!(

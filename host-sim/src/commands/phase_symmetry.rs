@@ -4,15 +4,13 @@ use std::path::PathBuf;
 
 use bonebeam::phase_symmetry::scale_for_display;
 use clap::Args;
-use ndarray::Array2;
 
 use super::{ConfigArgument, about, command_line, load_config};
 use crate::config::Config;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam_drive::config::PhaseSymmetryFlags;
-use bonebeam_drive::image::resize;
-use bonebeam_drive::phase_symmetry::{Parameters, phase_symmetry};
+use bonebeam_drive::phase_symmetry::of_image;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 
@@ -71,32 +69,13 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     check_outputs(&[&arguments.image], &outputs)?;
 
-    let parameters = &config.phase_symmetry;
-    let mut pixels = image::read(&arguments.image)?;
-    if let Some(size) = parameters.resize {
-        pixels = resize(pixels.view(), size.rows, size.columns)
-            .map_err(|e| about(&arguments.image, e))?;
-    }
-    let shown = pixels.dim();
-    if let Some(sides) = parameters.padded(shown) {
-        let level = |at: (usize, usize)| pixels.get(at).copied().unwrap_or(0.0);
-        pixels = Array2::from_shape_fn(sides, level);
-    }
+    let pixels = image::read(&arguments.image)?;
     let bar = Progress::new("phase symmetry", 1);
-    let map = phase_symmetry(
-        pixels.view(),
-        &Parameters {
-            scales: parameters.scales.clone(),
-            threshold: parameters.threshold as f32,
-            strip: parameters.strip,
-        },
-        |done, of| {
-            bar.set(done as u64, of as u64);
-        },
-    )
+    let map = of_image(pixels, &config.phase_symmetry, &mut |done, of| {
+        bar.set(done as u64, of as u64);
+    })
     .map_err(|e| about(&arguments.image, e))?;
     bar.clear();
-    let map = Array2::from_shape_fn(shown, |at| map[at]);
 
     let mut outputs = Outputs::new();
     image::stage(&map, &arguments.output, &mut outputs)?;

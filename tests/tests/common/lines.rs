@@ -300,7 +300,7 @@ pub fn frame(
 ) -> Array2<Complex<f32>> {
     let x = stacked(lines);
     let active = |beam: usize, sample: usize| lines[beam].active[sample];
-    bonebeam_drive::beamform::beamform(x.view(), active, parameters, covariance, |_| {})
+    bonebeam_drive::beamform::beamform(x.view(), &active, parameters, covariance, &|_| {})
         .expect("a frame that fits")
 }
 

@@ -12,91 +12,81 @@ use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, ArrayView3, ArrayViewMut2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use super::source::Source;
 use memory::AnyMemory;
 pub use memory::Memory;
 pub use memory::Needs;
-use pieces::{Piece, adaptive_runs, other_runs, runs, stretches};
+pub(super) use pieces::Tile;
+use pieces::{Piece, adaptive_runs, groups, largest, other_runs, tiles};
+
+/// Bytes of aligned samples that a thread works on at a time.
+pub(crate) const TILE: usize = 4 << 20;
+/// Samples of a line in a tile, about: fewer take too much of the margins of alignment.
+const DEPTHS: usize = 256;
+/// So many tiles a thread, at least, keep all of them busy to the end.
+const TILES_A_THREAD: usize = 4;
+
+/// The active elements of a beam at a sample: `active(beam, sample)`.
+pub type Apertures<'a> = dyn Fn(usize, usize) -> Active + Sync + 'a;
+
+/// Hears of output samples just finished, how many, from any thread.
+pub type Finished<'a> = dyn Fn(usize) + Sync + 'a;
 
 /// Beamforms every beam of `x` (`[beam, sample, element]`) with the active set `active(beam,
-/// sample)`; returns `z` as `[beam, sample]`, in the input's scale.
-///
-/// `progress` is called from any thread with the number of output samples just finished. The
-/// result does not depend on the number of threads.
+/// sample)`; returns `z` as `[beam, sample]`, in the input's scale. The result does not depend on the number of
+/// threads. [`Plan`] is for many frames, a range of depths, or an instruction set of choice.
 ///
 /// # Errors
-/// [`Error::Data`] naming beam, sample and element of a sample that is not finite; [`Error::Usage`]
-/// where the sizes take more memory than is allowed; [`Error::Core`] for parameters out of range.
+/// As [`Plan::new`] and [`Plan::run`].
 pub fn beamform(
     x: ArrayView3<'_, Complex<f32>>,
-    active: impl Fn(usize, usize) -> Active + Sync,
+    active: &Apertures<'_>,
     parameters: Parameters,
     covariance: Covariance,
-    progress: impl Fn(usize) + Sync,
+    progress: &Finished<'_>,
 ) -> Result<Array2<Complex<f32>>> {
-    let set = InstructionSet::detect();
-    beamform_with(set, x, active, parameters, covariance, progress)
-}
-
-/// As [`beamform`] for the samples `adaptive` of every beam; the others are DAS of their active elements.
-///
-/// # Errors
-/// As [`beamform`].
-pub fn beamform_within(
-    x: ArrayView3<'_, Complex<f32>>,
-    active: impl Fn(usize, usize) -> Active + Sync,
-    adaptive: Range<usize>,
-    parameters: Parameters,
-    covariance: Covariance,
-    progress: impl Fn(usize) + Sync,
-) -> Result<Array2<Complex<f32>>> {
-    let (_, samples, elements) = x.dim();
-    if adaptive == (0..samples) {
-        return beamform(x, active, parameters, covariance, progress);
-    }
-    let set = InstructionSet::detect();
-    let plan = Plan::new(set, parameters, covariance, elements)?;
-    plan.within(adaptive)?.run(x, active, progress)
-}
-
-/// As [`beamform`], with an instruction set of choice: the result does not depend on it.
-///
-/// # Errors
-/// As [`beamform`].
-pub fn beamform_with(
-    set: InstructionSet,
-    x: ArrayView3<'_, Complex<f32>>,
-    active: impl Fn(usize, usize) -> Active + Sync,
-    parameters: Parameters,
-    covariance: Covariance,
-    progress: impl Fn(usize) + Sync,
-) -> Result<Array2<Complex<f32>>> {
-    check_window(&parameters, x.dim().1)?;
     let (beams, samples, _) = x.dim();
-    let runs = runs((beams, samples), active);
-    let largest = runs.first().map_or(0, |run| run.active.count);
-    let plan = Plan::new(set, parameters, covariance, largest)?;
-    let mut z = Array2::zeros((beams, samples));
-    plan.beamform(&plan.beamformer, x, &runs, &progress, z.view_mut())?;
-    Ok(z)
+    check_window(&parameters, samples)?;
+    let most = largest(beams, samples, active);
+    Plan::new(InstructionSet::detect(), parameters, covariance, most)?.run(x, active, progress)
 }
 
-/// Beamforming of many frames: threads and their memory, made once.
+/// Beamforming of many frames: the memory of threads, made once. Works on the threads of the rayon pool in which
+/// it is called.
 pub struct Plan {
+    set: InstructionSet,
     beamformer: Beamformer,
-    /// The samples that it makes, and DAS for the others; none where it makes all.
-    gate: Option<(Range<usize>, Beamformer)>,
-    pool: ThreadPool,
-    /// One a thread.
-    memory: Vec<Mutex<Box<dyn AnyMemory>>>,
+    /// The samples that it makes, and DAS for the others.
+    adaptive: Range<usize>,
+    das: Beamformer,
+    needs: Needs,
+    lanes: usize,
+    /// Those that no thread works with.
+    workers: Mutex<Vec<Worker>>,
+}
+
+/// What a thread works in.
+struct Worker {
+    memory: Box<dyn AnyMemory>,
+    scratch: Vec<f32>,
+    aligned: Vec<Complex<f32>>,
+    z: Vec<Complex<f32>>,
+}
+
+/// What lines are beamformed from.
+#[derive(Clone, Copy)]
+enum Input<'a, 's> {
+    /// Aligned samples in memory, by beam.
+    Aligned(&'a [AlignedLine<'a>]),
+    /// Records, which are aligned a tile at a time.
+    Source(&'a Source<'s>),
 }
 
 impl Plan {
-    /// For frames whose beams have up to `largest` active elements, on as many threads as the rayon
-    /// pool has in which this is called.
+    /// For frames whose beams have up to `largest` active elements.
     ///
     /// # Errors
     /// [`Error::Usage`] where the sizes take more memory than is allowed; [`Error::Core`] for parameters
@@ -108,47 +98,43 @@ impl Plan {
         largest: usize,
     ) -> Result<Self> {
         let beamformer = Beamformer::new(parameters)?;
+        let das = Beamformer::new(Parameters {
+            method: Method::Das,
+            temporal_half_window: 0,
+            ..parameters
+        })?;
         let needs = Needs {
             covariance,
             sizes: beamformer.sizes(largest),
         };
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(rayon::current_num_threads())
-            .build()
-            .map_err(|e| Error::Data(format!("cannot start the worker threads: {e}")))?;
-        let memory = pool.broadcast(|_| needs.memory(set).map(Mutex::new));
+        let first = Worker::new(needs, set)?;
         Ok(Plan {
+            set,
             beamformer,
-            gate: None,
-            pool,
-            memory: memory.into_iter().collect::<Result<_>>()?,
+            adaptive: 0..usize::MAX,
+            das,
+            needs,
+            lanes: first.memory.lanes(),
+            workers: Mutex::new(vec![first]),
         })
     }
 
     /// The same plan, whose beamformer makes the samples `adaptive` of every beam; the others are DAS of their
     /// active elements.
-    ///
-    /// # Errors
-    /// None: DAS has no parameter out of range.
-    pub fn within(mut self, adaptive: Range<usize>) -> Result<Self> {
-        let das = Beamformer::new(Parameters {
-            method: Method::Das,
-            ..*self.beamformer.parameters()
-        })?;
-        self.gate = Some((adaptive, das));
-        Ok(self)
+    pub fn within(self, adaptive: Range<usize>) -> Self {
+        Plan { adaptive, ..self }
     }
 
-    /// Beamforms a frame: see [`beamform()`]. Behind a gate `progress` may hear of a few samples twice.
+    /// Beamforms a frame of aligned samples: see [`beamform()`].
     ///
     /// # Errors
-    /// [`Error::Data`] naming beam, sample and element of a sample that is not finite;
-    /// [`Error::Core`] where there are more active elements than planned for.
+    /// [`Error::Data`] naming beam, sample and element of a sample that is not finite; [`Error::Usage`] for a time
+    /// window beyond the record; [`Error::Core`] where there are more active elements than planned for.
     pub fn run(
         &self,
         x: ArrayView3<'_, Complex<f32>>,
-        active: impl Fn(usize, usize) -> Active + Sync,
-        progress: impl Fn(usize) + Sync,
+        active: &Apertures<'_>,
+        progress: &Finished<'_>,
     ) -> Result<Array2<Complex<f32>>> {
         let (beams, samples, _) = x.dim();
         let mut z = Array2::zeros((beams, samples));
@@ -164,41 +150,11 @@ impl Plan {
     pub fn run_into(
         &self,
         x: ArrayView3<'_, Complex<f32>>,
-        active: impl Fn(usize, usize) -> Active + Sync,
-        progress: impl Fn(usize) + Sync,
-        z: ArrayViewMut2<'_, Complex<f32>>,
-    ) -> Result<()> {
-        let parameters = self.beamformer.parameters();
-        check_window(parameters, x.dim().1)?;
-        let (beams, samples, _) = x.dim();
-        let Some((within, das)) = &self.gate else {
-            let runs = runs((beams, samples), active);
-            return self.beamform(&self.beamformer, x, &runs, &progress, z);
-        };
-        let mut z = z;
-        let window = parameters.temporal_half_window;
-        let runs = adaptive_runs((beams, samples), &active, within, window);
-        self.beamform(&self.beamformer, x, &runs, &progress, z.view_mut())?;
-        let runs = other_runs((beams, samples), &active, within);
-        self.beamform(das, x, &runs, &progress, z)
-    }
-
-    fn beamform(
-        &self,
-        beamformer: &Beamformer,
-        x: ArrayView3<'_, Complex<f32>>,
-        runs: &[Piece],
-        progress: &(dyn Fn(usize) + Sync),
+        active: &Apertures<'_>,
+        progress: &Finished<'_>,
         z: ArrayViewMut2<'_, Complex<f32>>,
     ) -> Result<()> {
         let (beams, samples, elements) = x.dim();
-        let shape = z.dim();
-        let z = z.into_slice().filter(|_| shape == (beams, samples));
-        let z = z.ok_or_else(|| {
-            Error::Data(format!(
-                "the lines have shape {shape:?}; expected ({beams}, {samples}), row by row"
-            ))
-        })?;
         let x = x.as_standard_layout();
         let lines: Vec<Result<AlignedLine<'_>>> = (0..beams)
             .into_par_iter()
@@ -210,52 +166,240 @@ impl Plan {
                 AlignedLine::new(line, elements).map_err(|error| name_sample(error, beam, elements))
             })
             .collect();
+        let z = in_order(z, (beams, samples))?;
+        let tiles = self.tiles(0..beams, samples, active, None)?;
         // The first bad beam is named, whichever thread found one first.
         let lines = lines.into_iter().collect::<Result<Vec<_>>>()?;
-        let lanes = self.memory(0).lanes();
-        let pieces = stretches(runs, lanes, beamformer.parameters().temporal_half_window);
-        let z = of_pieces(z, &pieces, samples);
-        self.threads(beamformer, &lines, &pieces, progress, z)
+        self.work(&tiles, Input::Aligned(&lines), progress, (samples, z))
     }
 
-    fn memory(&self, thread: usize) -> MutexGuard<'_, Box<dyn AnyMemory>> {
-        self.memory[thread].lock().expect("no thread has panicked")
-    }
-
-    /// Each thread takes the next group of pieces as soon as it is done with one; `z` is the memory of
-    /// each piece.
-    fn threads(
+    /// Beamforms the `tiles` of some lines from records, into `z`, `[line, sample]` of all lines.
+    ///
+    /// # Errors
+    /// What the core refuses; as [`Plan::run`] about `z`.
+    pub(super) fn run_source(
         &self,
-        beamformer: &Beamformer,
-        lines: &[AlignedLine<'_>],
-        pieces: &[Piece],
-        progress: &(dyn Fn(usize) + Sync),
-        z: Vec<&mut [Complex<f32>]>,
+        tiles: &[Tile],
+        source: &Source<'_>,
+        progress: &Finished<'_>,
+        z: ArrayViewMut2<'_, Complex<f32>>,
     ) -> Result<()> {
-        let lanes = self.memory(0).lanes();
-        let mut z = z.into_iter();
-        let groups = pieces
-            .chunk_by(|a, b| a.active.count == b.active.count)
-            .flat_map(|same| same.chunks(lanes))
-            .map(|group| (group, z.by_ref().take(group.len()).collect()));
-        let groups: Vec<Group<'_, '_>> = groups.collect();
-        let groups = Mutex::new(groups.into_iter().enumerate());
-        let failed = self.pool.broadcast(|thread| {
-            let mut memory = self.memory(thread.index());
-            loop {
-                let next = groups.lock().unwrap_or_else(PoisonError::into_inner).next();
-                let (index, (group, mut z)) = next?;
-                let done = beamform_group(beamformer, &mut **memory, lines, group, &mut z);
-                if let Err(error) = done {
-                    return Some((index, error));
-                }
-                progress(group.iter().map(|piece| piece.samples).sum());
+        let shape = source.shape();
+        let z = in_order(z, shape)?;
+        self.work(tiles, Input::Source(source), progress, (shape.1, z))
+    }
+
+    /// Aligns the blocks of all tiles, and no more: what that part of the work takes.
+    ///
+    /// # Errors
+    /// What the core refuses.
+    pub(super) fn align(&self, tiles: &[Tile], source: &Source<'_>) -> Result<()> {
+        tiles.iter().par_bridge().try_for_each(|tile| {
+            let mut worker = self.worker()?;
+            self.blocks(tile, source, &mut worker.scratch, &mut worker.aligned)?;
+            locked(&self.workers).push(worker);
+            Ok(())
+        })
+    }
+
+    /// What the threads take, one after the other: groups of a whole frame's pieces, or, of up to `most` samples
+    /// each, those of some lines.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a time window beyond the record.
+    pub(super) fn tiles(
+        &self,
+        lines: Range<usize>,
+        samples: usize,
+        active: &Apertures<'_>,
+        most: Option<usize>,
+    ) -> Result<Vec<Tile>> {
+        let parameters = self.beamformer.parameters();
+        check_window(parameters, samples)?;
+        let window = parameters.temporal_half_window;
+        let adaptive = adaptive_runs(lines.clone(), samples, active, &self.adaptive, window);
+        let others = other_runs(lines, samples, active, &self.adaptive);
+        let of = |runs: &[Piece], by_das: bool, window: usize| {
+            let tiles = tiles(runs, most, self.lanes, window).into_iter();
+            tiles.map(move |tile| Tile { by_das, ..tile })
+        };
+        let adaptive = of(&adaptive, false, window);
+        Ok(adaptive.chain(of(&others, true, 0)).collect())
+    }
+
+    /// The tiles of some lines of records, `(samples, elements)` each: of as many lines as lanes at least, so that
+    /// these are full, and as deep as the margins of alignment take.
+    ///
+    /// # Errors
+    /// As [`Plan::tiles`].
+    pub(super) fn tiles_of_lines(
+        &self,
+        lines: Range<usize>,
+        (samples, elements): (usize, usize),
+        active: &Apertures<'_>,
+    ) -> Result<Vec<Tile>> {
+        let fair = (lines.len() * samples).div_ceil(TILES_A_THREAD * rayon::current_num_threads());
+        let most = (TILE / (elements * size_of::<Complex<f32>>())).min(fair);
+        let at_a_time = (most / DEPTHS).next_multiple_of(self.lanes).max(self.lanes);
+        let mut tiles = Vec::new();
+        for first in lines.clone().step_by(at_a_time) {
+            let lines = first..lines.end.min(first + at_a_time);
+            tiles.extend(self.tiles(lines, samples, active, Some(most))?);
+        }
+        Ok(tiles)
+    }
+
+    /// Each thread takes the next tile as soon as it is done with one.
+    fn work(
+        &self,
+        tiles: &[Tile],
+        input: Input<'_, '_>,
+        progress: &Finished<'_>,
+        (samples, z): (usize, &mut [Complex<f32>]),
+    ) -> Result<()> {
+        let z = Mutex::new(z);
+        let done = |tile: &Tile| -> Result<()> {
+            let mut worker = self.worker()?;
+            let done = self.tile(&mut worker, tile, input);
+            if done.is_ok() {
+                let count = self.put(tile, &worker.z, samples, &mut locked(&z));
+                progress(count);
             }
-        });
+            locked(&self.workers).push(worker);
+            done
+        };
+        let failed = tiles.iter().enumerate().par_bridge();
+        let failed = failed.filter_map(|(index, tile)| Some((index, done(tile).err()?)));
         // The first of them: which threads there were does not matter.
-        let first = failed.into_iter().flatten().min_by_key(|(index, _)| *index);
+        let first = failed.min_by_key(|(index, _)| *index);
         first.map_or(Ok(()), |(_, error)| Err(error))
     }
+
+    fn worker(&self) -> Result<Worker> {
+        let idle = locked(&self.workers).pop();
+        idle.map_or_else(|| Worker::new(self.needs, self.set), Ok)
+    }
+
+    /// The blocks of a tile, aligned.
+    fn blocks<'x>(
+        &self,
+        tile: &Tile,
+        source: &Source<'_>,
+        scratch: &mut Vec<f32>,
+        aligned: &'x mut Vec<Complex<f32>>,
+    ) -> Result<Vec<AlignedLine<'x>>> {
+        let elements = source.elements();
+        aligned.resize(aligned.len().max(tile.held() * elements), Complex::ZERO);
+        let mut rest = &mut aligned[..];
+        let blocks = tile.blocks.iter().map(|(block, samples)| {
+            let (own, behind) = std::mem::take(&mut rest).split_at_mut(samples * elements);
+            rest = behind;
+            source.align(self.set, *block, scratch, own)
+        });
+        blocks.collect()
+    }
+
+    /// The outputs of a tile, piece after piece.
+    fn tile(&self, worker: &mut Worker, tile: &Tile, input: Input<'_, '_>) -> Result<()> {
+        let beamformer = match tile.by_das {
+            true => &self.das,
+            false => &self.beamformer,
+        };
+        let Worker {
+            memory,
+            scratch,
+            aligned,
+            z,
+        } = worker;
+        let blocks = match input {
+            Input::Aligned(_) => Vec::new(),
+            Input::Source(source) => self.blocks(tile, source, scratch, aligned)?,
+        };
+        let line = |beam: usize| match input {
+            Input::Aligned(lines) => lines[beam],
+            Input::Source(_) => {
+                let of_beam = tile
+                    .blocks
+                    .binary_search_by_key(&beam, |(block, _)| block.line);
+                blocks[of_beam.expect("every piece has a block")]
+            }
+        };
+        let count = tile.pieces.iter().map(|piece| piece.samples).sum();
+        z.resize(z.len().max(count), Complex::ZERO);
+        let mut rest = &mut z[..];
+        for group in groups(&tile.pieces, self.lanes) {
+            let mut out = Vec::with_capacity(group.len());
+            let mut runs = Vec::with_capacity(group.len());
+            for piece in group {
+                let (own, behind) = rest.split_at_mut(piece.samples);
+                out.push(own);
+                rest = behind;
+                runs.push(Run {
+                    line: line(piece.beam),
+                    first_element: piece.active.first,
+                    first_sample: piece.first_sample,
+                });
+            }
+            memory.runs(beamformer, &runs, group[0].active.count, &mut out)?;
+        }
+        Ok(())
+    }
+
+    /// Puts a tile's outputs into the lines; returns how many. What comes with a run above the samples wanted
+    /// stays behind.
+    fn put(
+        &self,
+        tile: &Tile,
+        outputs: &[Complex<f32>],
+        samples: usize,
+        z: &mut [Complex<f32>],
+    ) -> usize {
+        let (mut from, mut count) = (0, 0);
+        for piece in &tile.pieces {
+            let above = self.adaptive.start.saturating_sub(piece.first_sample);
+            let above = if tile.by_das {
+                0
+            } else {
+                above.min(piece.samples)
+            };
+            let own = &outputs[from + above..from + piece.samples];
+            let first = piece.beam * samples + piece.first_sample + above;
+            z[first..first + own.len()].copy_from_slice(own);
+            from += piece.samples;
+            count += own.len();
+        }
+        count
+    }
+}
+
+impl Worker {
+    fn new(needs: Needs, set: InstructionSet) -> Result<Self> {
+        Ok(Worker {
+            memory: needs.memory(set)?,
+            scratch: Vec::new(),
+            aligned: Vec::new(),
+            z: Vec::new(),
+        })
+    }
+}
+
+/// Whatever another thread came to.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Lines of that shape, row by row.
+fn in_order(
+    z: ArrayViewMut2<'_, Complex<f32>>,
+    (beams, samples): (usize, usize),
+) -> Result<&mut [Complex<f32>]> {
+    let shape = z.dim();
+    let z = z.into_slice().filter(|_| shape == (beams, samples));
+    z.ok_or_else(|| {
+        Error::Data(format!(
+            "the lines have shape {shape:?}; expected ({beams}, {samples}), row by row"
+        ))
+    })
 }
 
 /// The time window is not beyond the record.
@@ -268,49 +412,6 @@ fn check_window(parameters: &Parameters, samples: usize) -> Result<()> {
         "temporal_half_window (K) is {temporal_half_window}, but the record has only {samples} samples: give at most {}",
         samples.saturating_sub(1)
     )))
-}
-
-/// Pieces of one number of active elements, at most one a lane, and where their outputs go.
-type Group<'p, 'z> = (&'p [Piece], Vec<&'z mut [Complex<f32>]>);
-
-/// The memory of each piece's outputs, of lines `z` [beam][sample] in which no sample is in two pieces.
-fn of_pieces<'z>(
-    mut z: &'z mut [Complex<f32>],
-    pieces: &[Piece],
-    samples: usize,
-) -> Vec<&'z mut [Complex<f32>]> {
-    let mut order: Vec<usize> = (0..pieces.len()).collect();
-    order.sort_unstable_by_key(|&k| (pieces[k].beam, pieces[k].first_sample));
-    let mut memory: Vec<&mut [Complex<f32>]> = pieces.iter().map(|_| &mut [][..]).collect();
-    let mut first = 0;
-    for k in order {
-        let piece = pieces[k];
-        let begin = piece.beam * samples + piece.first_sample;
-        let (own, rest) = z[begin - first..].split_at_mut(piece.samples);
-        memory[k] = own;
-        z = rest;
-        first = begin + piece.samples;
-    }
-    memory
-}
-
-/// One group: a piece a lane.
-fn beamform_group(
-    beamformer: &Beamformer,
-    memory: &mut dyn AnyMemory,
-    lines: &[AlignedLine<'_>],
-    group: &[Piece],
-    z: &mut [&mut [Complex<f32>]],
-) -> Result<()> {
-    let runs: Vec<Run<'_>> = group
-        .iter()
-        .map(|piece| Run {
-            line: lines[piece.beam],
-            first_element: piece.active.first,
-            first_sample: piece.first_sample,
-        })
-        .collect();
-    Ok(memory.runs(beamformer, &runs, group[0].active.count, z)?)
 }
 
 /// A non-finite sample by beam, sample and element.

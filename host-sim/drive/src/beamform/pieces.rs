@@ -5,7 +5,10 @@ use std::ops::Range;
 
 use bonebeam::beamform::{constant_runs, runs_within};
 use bonebeam::geometry::Active;
+use bonebeam::pipeline::Block;
 use rayon::prelude::*;
+
+use super::Apertures;
 
 /// Samples of one beam with one active set: a run, or a stretch of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +17,19 @@ pub struct Piece {
     pub first_sample: usize,
     pub samples: usize,
     pub active: Active,
+    /// The samples of the whole line.
+    pub of: usize,
+}
+
+impl Piece {
+    /// At most `length` samples of it from its sample `first` on.
+    fn part(&self, first: usize, length: usize) -> Self {
+        Piece {
+            first_sample: self.first_sample + first,
+            samples: length.min(self.samples - first),
+            ..*self
+        }
+    }
 }
 
 /// What a covariance costs beside a whole output, about: a stretch begins with `2K` covariances.
@@ -22,63 +38,151 @@ const COVARIANCE: f64 = 0.5;
 /// So many groups have little to gain: at most the last one's lanes are not full.
 const MOST_GROUPS: usize = 16;
 
-/// The runs of a frame's beams, in the order in which they are best beamformed: lanes share the number
-/// of active elements, and the longest work comes first, so that threads end alike.
-pub fn runs(
-    (beams, samples): (usize, usize),
-    active: impl Fn(usize, usize) -> Active + Sync,
-) -> Vec<Piece> {
-    in_order(beams, |beam| {
-        let runs = constant_runs(samples, |sample| active(beam, sample));
-        runs.map(|run| piece(beam, run)).collect()
-    })
+/// The pieces that a thread beamforms at a time, and the blocks of aligned samples that they read: few enough to
+/// stay in its cache until the next tile overwrites them.
+#[derive(Clone, Debug, Default)]
+pub struct Tile {
+    /// Whether DAS makes them: they are outside the depths of the beamformer.
+    pub by_das: bool,
+    /// In the order of [`groups`].
+    pub pieces: Vec<Piece>,
+    /// One a line, in ascending order, with its number of samples.
+    pub blocks: Vec<(Block, usize)>,
 }
 
-/// What makes the samples `within` of each beam, in the same order. Some above come with them.
+impl Tile {
+    fn new(runs: &[Piece], lanes: usize, temporal_half_window: usize) -> Self {
+        let mut by_line: Vec<&Piece> = runs.iter().collect();
+        by_line.sort_unstable_by_key(|piece| (piece.beam, piece.first_sample));
+        let blocks = by_line.chunk_by(|a, b| a.beam == b.beam).map(|pieces| {
+            // Deeper sets contain shallower ones.
+            let (top, bottom) = (pieces[0], pieces[pieces.len() - 1]);
+            let first = top.first_sample.saturating_sub(temporal_half_window);
+            let end = bottom.first_sample + bottom.samples + temporal_half_window;
+            let block = Block {
+                line: top.beam,
+                first,
+                active: bottom.active,
+            };
+            (block, end.min(bottom.of) - first)
+        });
+        Tile {
+            by_das: false,
+            blocks: blocks.collect(),
+            pieces: stretches(runs, lanes, temporal_half_window),
+        }
+    }
+
+    /// How many aligned samples it reads.
+    pub fn held(&self) -> usize {
+        self.blocks.iter().map(|(_, samples)| samples).sum()
+    }
+}
+
+/// Runs as tiles of up to `most` samples, or as tiles of a group each, whose blocks do not matter. Long runs are
+/// cut at multiples of the time window's block: no bit changes.
+pub fn tiles(
+    runs: &[Piece],
+    most: Option<usize>,
+    lanes: usize,
+    temporal_half_window: usize,
+) -> Vec<Tile> {
+    let Some(most) = most else {
+        let pieces = stretches(runs, lanes, temporal_half_window);
+        let tile = |group: &[Piece]| Tile {
+            pieces: group.to_vec(),
+            ..Tile::default()
+        };
+        return groups(&pieces, lanes).map(tile).collect();
+    };
+    let block = temporal_half_window.saturating_mul(2).saturating_add(1);
+    let mut parts: Vec<Vec<Piece>> = vec![Vec::new()];
+    let mut held = 0;
+    for alike in runs.chunk_by(|a, b| a.active.count == b.active.count) {
+        let total: usize = alike.iter().map(|run| run.samples).sum();
+        if total > most {
+            // From depth to depth, all of them.
+            let length = (most / alike.len()).max(block) / block * block;
+            for first in (0..alike[0].samples).step_by(length) {
+                let below = alike.iter().filter(|run| run.samples > first);
+                parts.push(below.map(|run| run.part(first, length)).collect());
+            }
+            held = most;
+            continue;
+        }
+        held += total;
+        if held > most {
+            parts.push(Vec::new());
+            held = total;
+        }
+        parts.last_mut().expect("one at least").extend(alike);
+    }
+    let parts = parts.into_iter().filter(|part| !part.is_empty());
+    parts
+        .map(|part| Tile::new(&part, lanes, temporal_half_window))
+        .collect()
+}
+
+/// Pieces of one number of active elements, at most one a lane.
+pub fn groups(pieces: &[Piece], lanes: usize) -> impl Iterator<Item = &[Piece]> {
+    let alike = pieces.chunk_by(|a, b| a.active.count == b.active.count);
+    alike.flat_map(move |alike| alike.chunks(lanes))
+}
+
+/// The most active elements of any beam at any sample.
+pub fn largest(beams: usize, samples: usize, active: &Apertures<'_>) -> usize {
+    let of_beam = |beam| (0..samples).map(|sample| active(beam, sample).count).max();
+    let largest = (0..beams).into_par_iter().filter_map(of_beam).max();
+    largest.unwrap_or(0)
+}
+
+/// What makes the samples `within` of each beam, in the order in which they are best beamformed: lanes share the
+/// number of active elements, and the longest work comes first, so that threads end alike. Some above come with
+/// them.
 pub fn adaptive_runs(
-    (beams, samples): (usize, usize),
-    active: impl Fn(usize, usize) -> Active + Sync,
+    beams: Range<usize>,
+    samples: usize,
+    active: &Apertures<'_>,
     within: &Range<usize>,
     temporal_half_window: usize,
 ) -> Vec<Piece> {
     in_order(beams, |beam| {
         let active = |sample| active(beam, sample);
         let runs = runs_within(samples, active, within.clone(), temporal_half_window);
-        runs.map(|run| piece(beam, run)).collect()
+        runs.map(|run| piece(beam, samples, run)).collect()
     })
 }
 
 /// The runs of all samples but those `within`, for DAS, which has no time window.
 pub fn other_runs(
-    (beams, samples): (usize, usize),
-    active: impl Fn(usize, usize) -> Active + Sync,
+    beams: Range<usize>,
+    samples: usize,
+    active: &Apertures<'_>,
     within: &Range<usize>,
 ) -> Vec<Piece> {
     let [start, end] = [within.start, within.end].map(|edge| edge.min(samples));
     in_order(beams, |beam| {
         let rest = [0..start, end.max(start)..samples].into_iter();
         let runs = rest.flat_map(|rest| {
-            let runs = constant_runs(rest.len(), {
-                let active = &active;
-                let start = rest.start;
-                move |sample| active(beam, start + sample)
-            });
-            runs.map(move |(first, samples, set)| piece(beam, (rest.start + first, samples, set)))
+            let start = rest.start;
+            let runs = constant_runs(rest.len(), move |sample| active(beam, start + sample));
+            runs.map(move |(first, length, set)| piece(beam, samples, (start + first, length, set)))
         });
         runs.collect()
     })
 }
 
-fn in_order(beams: usize, of_beam: impl Fn(usize) -> Vec<Piece> + Sync) -> Vec<Piece> {
+fn in_order(beams: Range<usize>, of_beam: impl Fn(usize) -> Vec<Piece> + Sync) -> Vec<Piece> {
     let of_beam = |beam| of_beam(beam);
-    let mut runs: Vec<Piece> = (0..beams).into_par_iter().flat_map_iter(of_beam).collect();
+    let mut runs: Vec<Piece> = beams.into_par_iter().flat_map_iter(of_beam).collect();
     runs.par_sort_by_key(order);
     runs
 }
 
-fn piece(beam: usize, (first_sample, samples, active): (usize, usize, Active)) -> Piece {
+fn piece(beam: usize, of: usize, (first_sample, samples, active): (usize, usize, Active)) -> Piece {
     Piece {
         beam,
+        of,
         first_sample,
         samples,
         active,
@@ -90,7 +194,7 @@ fn piece(beam: usize, (first_sample, samples, active): (usize, usize, Active)) -
 ///
 /// A time window of `2K+1` samples is summed in blocks of as many, so a run is cut at multiples of them:
 /// no bit changes.
-pub fn stretches(runs: &[Piece], lanes: usize, temporal_half_window: usize) -> Vec<Piece> {
+fn stretches(runs: &[Piece], lanes: usize, temporal_half_window: usize) -> Vec<Piece> {
     let of_count = |alike: &[Piece]| best(alike, lanes, temporal_half_window);
     let alike: Vec<&[Piece]> = runs
         .chunk_by(|a, b| a.active.count == b.active.count)
@@ -129,11 +233,8 @@ fn best(runs: &[Piece], lanes: usize, temporal_half_window: usize) -> Vec<Piece>
 fn cut(runs: &[Piece], length: usize) -> Vec<Piece> {
     let stretches = |run: &Piece| {
         let run = *run;
-        (0..run.samples).step_by(length).map(move |first| Piece {
-            first_sample: run.first_sample + first,
-            samples: length.min(run.samples - first),
-            ..run
-        })
+        let firsts = (0..run.samples).step_by(length);
+        firsts.map(move |first| run.part(first, length))
     };
     let mut pieces: Vec<Piece> = runs.iter().flat_map(stretches).collect();
     pieces.sort_by_key(order);
@@ -154,6 +255,7 @@ mod tests {
             first_sample: 100,
             samples,
             active: Active { first: 3, count: 9 },
+            of: 1000,
         }
     }
 

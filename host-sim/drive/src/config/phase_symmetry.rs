@@ -62,6 +62,26 @@ pub struct PhaseSymmetryFlags {
     resize: Option<Size>,
 }
 
+impl PhaseSymmetryFlags {
+    /// Refuses flags that have no effect, for the reason `why`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] naming the flag.
+    pub fn refuse(&self, why: &str) -> Result<()> {
+        let given = [
+            ("--scales", self.scales.is_some()),
+            ("--threshold", self.threshold.is_some()),
+            ("--strip", self.strip.is_some()),
+            ("--pad", self.pad),
+            ("--resize", self.resize.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((flag, _)) => Err(Error::Usage(format!("{flag} has no effect {why}"))),
+        }
+    }
+}
+
 /// The size of an image, pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -14,6 +14,8 @@ use ndarray::{Array2, ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
 use rayon::prelude::*;
 
+use crate::config;
+use crate::image::resize;
 use crate::{Error, Result};
 use bands::{Band, Part, Whole};
 
@@ -41,9 +43,36 @@ impl Parameters {
 pub fn phase_symmetry(
     image: ArrayView2<f32>,
     parameters: &Parameters,
-    progress: impl FnMut(usize, usize),
+    progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Array2<f32>> {
     Plan::new(image.dim(), parameters)?.run(image, InstructionSet::detect(), progress)
+}
+
+/// The map of an image 0..255 as the section asks for it: resampled first, or in a black image of larger sides and
+/// cut to its own again.
+///
+/// # Errors
+/// As [`phase_symmetry`] and [`resize`].
+pub fn of_image(
+    mut image: Array2<f32>,
+    section: &config::PhaseSymmetry,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Array2<f32>> {
+    if let Some(size) = section.resize {
+        image = resize(image.view(), size.rows, size.columns)?;
+    }
+    let shown = image.dim();
+    if let Some(sides) = section.padded(shown) {
+        let level = |at: (usize, usize)| image.get(at).copied().unwrap_or(0.0);
+        image = Array2::from_shape_fn(sides, level);
+    }
+    let parameters = Parameters {
+        scales: section.scales.clone(),
+        threshold: section.threshold as f32,
+        strip: section.strip,
+    };
+    let map = phase_symmetry(image.view(), &parameters, progress)?;
+    Ok(Array2::from_shape_fn(shown, |at| map[at]))
 }
 
 /// Phase symmetry of many images of one size: gains and memory, made once.
@@ -61,14 +90,14 @@ pub struct Plan {
 }
 
 /// The map of an image, to be computed.
-struct Map<'a, P> {
+struct Map<'a> {
     plan: &'a mut Plan,
     image: ArrayView2<'a, f32>,
-    progress: P,
+    progress: &'a mut dyn FnMut(usize, usize),
     map: ArrayViewMut2<'a, f32>,
 }
 
-impl<P: FnMut(usize, usize)> Task for Map<'_, P> {
+impl Task for Map<'_> {
     type Output = Result<()>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
@@ -122,7 +151,7 @@ impl Plan {
         &mut self,
         image: ArrayView2<f32>,
         set: InstructionSet,
-        progress: impl FnMut(usize, usize),
+        progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Array2<f32>> {
         let mut map = Array2::zeros(image.dim());
         self.run_into(image, set, progress, map.view_mut())?;
@@ -138,7 +167,7 @@ impl Plan {
         &mut self,
         image: ArrayView2<f32>,
         set: InstructionSet,
-        progress: impl FnMut(usize, usize),
+        progress: &mut dyn FnMut(usize, usize),
         map: ArrayViewMut2<f32>,
     ) -> Result<()> {
         set.dispatch(Map {
@@ -153,7 +182,7 @@ impl Plan {
         &mut self,
         zero: V,
         image: ArrayView2<f32>,
-        mut progress: impl FnMut(usize, usize),
+        progress: &mut dyn FnMut(usize, usize),
         map: ArrayViewMut2<f32>,
     ) -> Result<()> {
         let bank = *self.gains.bank();

@@ -21,7 +21,7 @@ use num_complex::Complex;
 use crate::Result;
 use crate::reference;
 use crate::validate::{self, Bits, Bound};
-use bonebeam_drive::beamform::{Memory, beamform, beamform_with};
+use bonebeam_drive::beamform::{Memory, Plan, beamform};
 use bonebeam_drive::config;
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::image::{b_mode, grid_of_lines};
@@ -329,7 +329,7 @@ impl<'a> Scene<'a> {
         covariance: Covariance,
     ) -> Result<Array2<Complex<f32>>> {
         let active = |beam: usize, sample: usize| self.active(beam, sample);
-        beamform(self.x.view(), active, parameters, covariance, |_| {})
+        beamform(self.x.view(), &active, parameters, covariance, &|_| {})
     }
 
     /// One beamformer: against both references, on one lane, on other numbers of threads.
@@ -369,7 +369,8 @@ impl<'a> Scene<'a> {
         for set in InstructionSet::available() {
             let active = |beam, sample| self.active(beam, sample);
             let x = self.x.view();
-            let again = beamform_with(set, x, active, parameters, covariance, |_| {})?;
+            let plan = Plan::new(set, parameters, covariance, x.dim().2)?;
+            let again = plan.run(x, &active, &|_| {})?;
             let bits = Bits::real(&parts(&again), &numbers);
             verdicts.push(Verdict::bits(
                 format!("{name}: {}", set.name()),
@@ -437,14 +438,14 @@ impl<'a> Scene<'a> {
                 strip: grid.rows,
             };
             let name = format!("phase symmetry, {} filters", 6 * scales.len());
-            let map = phase_symmetry(image.pixels.view(), &parameters, |_, _| {})?;
+            let map = phase_symmetry(image.pixels.view(), &parameters, &mut |_, _| {})?;
             let numbers: Vec<f32> = map.iter().copied().collect();
             let (bits, error) = validate::phase_symmetry::check(&map, &image.pixels, &parameters);
             verdicts.push(Verdict::bits(format!("{name}: f32"), &numbers, &bits));
             verdicts.push(Verdict::bound(format!("{name}: f64"), &error));
             for strip in [1, 7, 16, 64] {
                 parameters.strip = strip;
-                let strips = phase_symmetry(image.pixels.view(), &parameters, |_, _| {})?;
+                let strips = phase_symmetry(image.pixels.view(), &parameters, &mut |_, _| {})?;
                 let strips: Vec<f32> = strips.iter().copied().collect();
                 let bits = Bits::real(&strips, &numbers);
                 verdicts.push(Verdict::bits(

@@ -41,15 +41,8 @@ pub fn beamform_all(
             progress(&step, done as f64 / (beams * samples) as f64);
         };
         let core = receive.parameters(beamformer.method);
-        let z = beamform(x.view(), active, core, receive.0.covariance, count)?;
-        all.push(Lines {
-            z,
-            fs: receive.0.rate_of(data),
-            t0: stage.start(),
-            beam_x: stage.beam_x().to_vec(),
-            rays: None,
-            c: stage.sound_speed(),
-        });
+        let z = beamform(x.view(), &active, core, receive.0.covariance, &count)?;
+        all.push(stage.lines(z));
     }
     let checks = match checks {
         Some(extent) => {

@@ -99,7 +99,7 @@ impl Studio<'_> {
             threshold: self.phase_symmetry.threshold as f32,
             strip: self.phase_symmetry.strip,
         };
-        let map = phase_symmetry(image.pixels.view(), &parameters, |_, _| {})?;
+        let map = phase_symmetry(image.pixels.view(), &parameters, &mut |_, _| {})?;
         let mut checks = Vec::new();
         if self.check {
             let (bits, error) = validate::image::check(&image, lines, range, &self.grid, median);
@@ -172,7 +172,7 @@ pub fn ridges(pixels: &Array2<f32>, section: &config::PhaseSymmetry) -> Result<A
         threshold: section.threshold as f32,
         strip: section.strip,
     };
-    let mut map = phase_symmetry(pixels.view(), &parameters, |_, _| {})?;
+    let mut map = phase_symmetry(pixels.view(), &parameters, &mut |_, _| {})?;
     scale_for_display(map.as_slice_memory_order_mut().unwrap_or_default())?;
     Ok(map)
 }

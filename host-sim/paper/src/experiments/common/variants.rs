@@ -63,7 +63,6 @@ impl Variant {
 pub struct Aligned<'a> {
     stage: DelayStage<'a>,
     x: Array3<Complex<f32>>,
-    rate: f64,
 }
 
 impl<'a> Aligned<'a> {
@@ -74,11 +73,7 @@ impl<'a> Aligned<'a> {
     pub fn new(data: &'a ChannelData, receive: &Receive) -> Result<Self> {
         let stage = DelayStage::new(data, &receive.0)?;
         let x = stage.delay(0..stage.beam_x().len())?;
-        Ok(Aligned {
-            x,
-            rate: receive.0.rate_of(data),
-            stage,
-        })
+        Ok(Aligned { x, stage })
     }
 
     /// The lines of a beamformer; the subaperture and the loading are those of `receive`.
@@ -104,14 +99,13 @@ impl<'a> Aligned<'a> {
             ..receive.parameters(variant.method)
         };
         let active = |beam: usize, sample: usize| self.stage.active(beam, sample);
-        let z = beamform(self.x.view(), active, parameters, variant.covariance, count)?;
-        Ok(Lines {
-            z,
-            fs: self.rate,
-            t0: self.stage.start(),
-            beam_x: self.stage.beam_x().to_vec(),
-            rays: None,
-            c: self.stage.sound_speed(),
-        })
+        let z = beamform(
+            self.x.view(),
+            &active,
+            parameters,
+            variant.covariance,
+            &count,
+        )?;
+        Ok(self.stage.lines(z))
     }
 }

@@ -159,14 +159,7 @@ impl WaterBath {
         let stage = DelayStage::new(data, &section)?;
         let beams = stage.beam_x().len();
         let shape = (beams, stage.samples());
-        let empty = || Lines {
-            z: Array2::zeros(shape),
-            fs: section.rate_of(data),
-            t0: stage.start(),
-            beam_x: stage.beam_x().to_vec(),
-            rays: None,
-            c: stage.sound_speed(),
-        };
+        let empty = || stage.lines(Array2::zeros(shape));
         let mut all: Vec<Lines> = methods.iter().map(|_| empty()).collect();
         let mut found = Vec::new();
         for first in (0..beams).step_by(BEAMS) {
@@ -175,7 +168,7 @@ impl WaterBath {
             let active = |beam: usize, sample: usize| stage.active(first + beam, sample);
             let lines = methods.iter().map(|method| {
                 let parameters = receive.parameters(method.method);
-                beamform(x.view(), active, parameters, section.covariance, |_| ())
+                beamform(x.view(), &active, parameters, section.covariance, &|_| ())
             });
             let lines = lines.collect::<Result<Vec<_>>>()?;
             if let Some((what, extent)) = checks.filter(|_| range.contains(&(beams / 2))) {

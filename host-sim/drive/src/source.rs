@@ -1,0 +1,137 @@
+//! What lines are made of: the records of a frame's transmits, through a pipeline of the core.
+
+use std::ops::Range;
+
+use bonebeam::beamform::AlignedLine;
+use bonebeam::focus::{Delay, IqDelay, Stage};
+use bonebeam::geometry::{Scan, Transmit};
+use bonebeam::pipeline::{Block, LinePipeline};
+use bonebeam::simd::{InstructionSet, Task, Vector};
+use num_complex::Complex;
+use rayon::prelude::*;
+
+use super::compound::Compounded;
+use crate::Result;
+
+/// Where the aligned samples of lines come from.
+pub enum Source<'a> {
+    /// RF.
+    Rf(Recorded<'a, Delay>),
+    /// I/Q.
+    Iq(Recorded<'a, IqDelay>),
+    /// RF of transmits that are compounded, each record upsampled once for some lines.
+    Upsampled(Compounded<'a>),
+}
+
+/// The transmits of a frame.
+pub struct Recorded<'a, D: Stage> {
+    /// The way of a line.
+    pub pipeline: LinePipeline<'a, &'a D>,
+    /// The transmits.
+    pub transmits: &'a [Transmit<'a>],
+    /// The record of each.
+    pub records: &'a [D::Record<'a>],
+    /// Which of them make a line: its samples are their mean.
+    pub of_line: &'a (dyn Fn(usize) -> Range<usize> + Sync),
+}
+
+impl<'a> Source<'a> {
+    fn scan(&self) -> &Scan<'a> {
+        match self {
+            Source::Rf(recorded) => recorded.pipeline.scan(),
+            Source::Iq(recorded) => recorded.pipeline.scan(),
+            Source::Upsampled(compounded) => compounded.scan(),
+        }
+    }
+
+    /// Lines, and output samples of each.
+    pub(super) fn shape(&self) -> (usize, usize) {
+        (self.scan().lines(), self.scan().samples())
+    }
+
+    pub(super) fn elements(&self) -> usize {
+        self.scan().elements()
+    }
+
+    /// A block of a line's aligned samples, `[sample, element]`, as many as `x` holds, with the vectors of `set`.
+    ///
+    /// # Errors
+    /// What the core refuses.
+    pub fn align<'x>(
+        &self,
+        set: InstructionSet,
+        block: Block,
+        scratch: &mut Vec<f32>,
+        x: &'x mut [Complex<f32>],
+    ) -> Result<AlignedLine<'x>> {
+        match self {
+            Source::Rf(recorded) => set.dispatch(recorded.task(block, scratch, x)),
+            Source::Iq(recorded) => set.dispatch(recorded.task(block, scratch, x)),
+            Source::Upsampled(compounded) => compounded.align(set, block, scratch, x),
+        }
+    }
+
+    /// The aligned samples of some lines, `x` as `[line, sample, element]`, on all threads: every element that is
+    /// active at any depth.
+    ///
+    /// # Errors
+    /// What the core refuses.
+    pub fn align_lines(
+        &self,
+        set: InstructionSet,
+        lines: Range<usize>,
+        x: &mut [Complex<f32>],
+    ) -> Result<()> {
+        let scan = self.scan();
+        x.par_chunks_exact_mut(scan.samples() * scan.elements())
+            .zip(lines)
+            .try_for_each_init(Vec::new, |scratch, (x, line)| {
+                let block = Block::of_line(scan, line);
+                self.align(set, block, scratch, x).map(drop)
+            })
+    }
+}
+
+impl<'a, D: Stage> Recorded<'a, D> {
+    fn task<'s, 'x>(
+        &'s self,
+        block: Block,
+        scratch: &'s mut Vec<f32>,
+        x: &'x mut [Complex<f32>],
+    ) -> Align<'s, 'a, 'x, D> {
+        Align {
+            recorded: self,
+            block,
+            scratch,
+            x,
+        }
+    }
+}
+
+struct Align<'s, 'a, 'x, D: Stage> {
+    recorded: &'s Recorded<'a, D>,
+    block: Block,
+    scratch: &'s mut Vec<f32>,
+    x: &'x mut [Complex<f32>],
+}
+
+impl<'x, D: Stage> Task for Align<'_, '_, 'x, D> {
+    type Output = Result<AlignedLine<'x>>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        let Align {
+            recorded,
+            block,
+            scratch,
+            x,
+        } = self;
+        let pipeline = &recorded.pipeline;
+        let samples = x.len() / pipeline.scan().elements();
+        let needed = pipeline.delay().scratch_len(V::LANES, samples);
+        scratch.resize(scratch.len().max(needed), 0.0);
+        let own = (recorded.of_line)(block.line);
+        let transmits = recorded.transmits[own.clone()].iter().copied();
+        let transmits = transmits.zip(&recorded.records[own]);
+        Ok(pipeline.align(zero, block, transmits, scratch, x)?)
+    }
+}
