@@ -229,6 +229,26 @@ fn records_that_make_no_line_or_no_image() {
     fails(&folder, resize, DATA, &["dot.npy", "1x1", "at least 2"]);
 }
 
+/// A bone map that cannot be made leaves no lines behind either.
+#[test]
+fn bone_maps_that_cannot_be_made() {
+    let folder = folder_with_channel_data();
+    let command = "beamform data.npz -o lines.npz";
+    for (flags, status, parts) in [
+        ("--threshold 5", USAGE, ["--threshold", "--bone-map"]),
+        ("--pad --image image.npy", USAGE, ["--pad", "--bone-map"]),
+        ("--bone-map map.tif", USAGE, ["map.tif", ".png or .npy"]),
+        ("--bone-map lines.npz", USAGE, ["lines.npz", ""]),
+        (
+            "--rows 60 --columns 64 --image image.npy --bone-map map.npy",
+            DATA,
+            ["60 rows", "--pad"],
+        ),
+    ] {
+        fails(&folder, &format!("{command} {flags}"), status, &parts);
+    }
+}
+
 #[test]
 fn files_that_are_not_whole() {
     let folder = folder_with_channel_data();

@@ -413,6 +413,54 @@ fn an_image_has_the_size_and_the_depths_asked_for() {
     );
 }
 
+/// The map of `beamform` is that of `phase-symmetry` of the image in f32, not of its rounded picture.
+#[test]
+fn a_bone_map_is_the_phase_symmetry_of_the_image() {
+    let folder = tempdir().unwrap();
+    let [focused, ..] = laws();
+    point(focused)
+        .write(&folder.path().join("data.npz"))
+        .unwrap();
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    let beamform = "beamform data.npz -o lines.npz --method das";
+    let filter = "--scales 2^-3,2^-4 --threshold 5";
+    for (size, flags) in [
+        ("--rows 64 --columns 64", filter.to_owned()),
+        ("--rows 70 --columns 90", format!("{filter} --pad")),
+        (
+            "--rows 70 --columns 90",
+            format!("{filter} --resize 64x128"),
+        ),
+    ] {
+        let command = format!("{beamform} --image image.npy {size} --bone-map map.npy {flags}");
+        run(&folder, &command);
+        run(
+            &folder,
+            &format!("{beamform} {size} --bone-map map.png {flags}"),
+        );
+        let command = format!("phase-symmetry image.npy -o ps.npy --image ps.png {flags}");
+        run(&folder, &command);
+        assert!(bytes("map.npy") == bytes("ps.npy"), "{size} {flags}");
+        assert!(bytes("map.png") == bytes("ps.png"), "{size} {flags}");
+        let map = image::read(&folder.path().join("map.npy")).unwrap();
+        assert!(map.iter().any(|&symmetry| symmetry > 0.1), "{size} {flags}");
+    }
+    image::write(
+        &image::read(&folder.path().join("image.npy")).unwrap(),
+        &folder.path().join("image.png"),
+    )
+    .unwrap();
+    run(
+        &folder,
+        "phase-symmetry image.png -o rounded.npy --config lines.npz.config.toml",
+    );
+    assert!(bytes("rounded.npy") != bytes("map.npy"));
+    let again =
+        "beamform data.npz -o lines.npz --bone-map again.npy --config lines.npz.config.toml";
+    run(&folder, again);
+    assert!(bytes("again.npy") == bytes("map.npy"));
+}
+
 #[test]
 fn a_figure_has_axes_in_mm_and_the_image_in_it() {
     let folder = tempdir().unwrap();
