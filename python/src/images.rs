@@ -2,11 +2,9 @@
 
 use std::num::NonZeroUsize;
 
-use bonebeam::simd::InstructionSet;
 use bonebeam_drive::image::image_of;
-use bonebeam_drive::phase_symmetry::{Parameters, Plan};
+use bonebeam_drive::phase_symmetry::of_image;
 use bonebeam_files::{BeamRays, Lines};
-use ndarray::{Array2, ArrayView2, ArrayViewMut2};
 use numpy::{Complex32, IntoPyArray, PyArray2, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
 
@@ -66,42 +64,9 @@ pub fn phase_symmetry(
 ) -> PyResult<()> {
     let section = parameters::phase_symmetry(scales, threshold, strip, pad)?;
     let pool = self::threads(threads)?;
-    let (image, map) = (image.as_array(), out.as_array_mut());
-    let padded = section.padded(image.dim());
-    let parameters = Parameters {
-        scales: section.scales,
-        threshold: section.threshold as f32,
-        strip: section.strip,
-    };
-    let run = || match padded {
-        Some(sides) => filter_padded(image, sides, &parameters, map),
-        None => filter(image, &parameters, map),
-    };
-    py.detach(|| pool.install(run)).map_err(refused)
-}
-
-fn filter(
-    image: ArrayView2<'_, f32>,
-    parameters: &Parameters,
-    map: ArrayViewMut2<'_, f32>,
-) -> bonebeam_files::Result<()> {
-    let mut plan = Plan::new(image.dim(), parameters)?;
-    plan.run_into(image, InstructionSet::detect(), &mut |_, _| {}, map)
-}
-
-/// In a black image of larger sides; what is beside the image is cut off the map.
-fn filter_padded(
-    image: ArrayView2<'_, f32>,
-    sides: (usize, usize),
-    parameters: &Parameters,
-    mut map: ArrayViewMut2<'_, f32>,
-) -> bonebeam_files::Result<()> {
-    let level = |at: (usize, usize)| image.get(at).copied().unwrap_or(0.0);
-    let larger = Array2::from_shape_fn(sides, level);
-    let mut whole = Array2::zeros(sides);
-    filter(larger.view(), parameters, whole.view_mut())?;
-    for (at, symmetry) in map.indexed_iter_mut() {
-        *symmetry = whole[at];
-    }
+    let (image, mut map) = (image.as_array(), out.as_array_mut());
+    let run = || of_image(image.to_owned(), &section, &mut |_, _| {});
+    let found = py.detach(|| pool.install(run)).map_err(refused)?;
+    map.assign(&found);
     Ok(())
 }

@@ -26,8 +26,9 @@ use pieces::{Piece, adaptive_runs, groups, largest, other_runs, tiles};
 pub(crate) const TILE: usize = 4 << 20;
 /// Samples of a line in a tile, about: fewer take too much of the margins of alignment.
 const DEPTHS: usize = 256;
-/// So many tiles a thread, at least, keep all of them busy to the end.
+/// So many tiles a thread keep all of them busy to the end, if so many samples a lane are left to each.
 const TILES_A_THREAD: usize = 4;
+const FEWEST: usize = 64;
 
 /// The active elements of a beam at a sample: `active(beam, sample)`.
 pub type Apertures<'a> = dyn Fn(usize, usize) -> Active + Sync + 'a;
@@ -239,6 +240,7 @@ impl Plan {
         active: &Apertures<'_>,
     ) -> Result<Vec<Tile>> {
         let fair = (lines.len() * samples).div_ceil(TILES_A_THREAD * rayon::current_num_threads());
+        let fair = fair.max(self.lanes * FEWEST);
         let most = (TILE / (elements * size_of::<Complex<f32>>())).min(fair);
         let at_a_time = (most / DEPTHS).next_multiple_of(self.lanes).max(self.lanes);
         let mut tiles = Vec::new();
@@ -315,14 +317,9 @@ impl Plan {
             Input::Aligned(_) => Vec::new(),
             Input::Source(source) => self.blocks(tile, source, scratch, aligned)?,
         };
-        let line = |beam: usize| match input {
-            Input::Aligned(lines) => lines[beam],
-            Input::Source(_) => {
-                let of_beam = tile
-                    .blocks
-                    .binary_search_by_key(&beam, |(block, _)| block.line);
-                blocks[of_beam.expect("every piece has a block")]
-            }
+        let line = |piece: &Piece| match input {
+            Input::Aligned(lines) => lines[piece.beam],
+            Input::Source(_) => blocks[tile.block_of(piece)],
         };
         let count = tile.pieces.iter().map(|piece| piece.samples).sum();
         z.resize(z.len().max(count), Complex::ZERO);
@@ -335,7 +332,7 @@ impl Plan {
                 out.push(own);
                 rest = behind;
                 runs.push(Run {
-                    line: line(piece.beam),
+                    line: line(piece),
                     first_element: piece.active.first,
                     first_sample: piece.first_sample,
                 });

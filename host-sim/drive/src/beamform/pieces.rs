@@ -46,7 +46,7 @@ pub struct Tile {
     pub by_das: bool,
     /// In the order of [`groups`].
     pub pieces: Vec<Piece>,
-    /// One a line, in ascending order, with its number of samples.
+    /// From line to line and down each, with the number of samples.
     pub blocks: Vec<(Block, usize)>,
 }
 
@@ -54,7 +54,11 @@ impl Tile {
     fn new(runs: &[Piece], lanes: usize, temporal_half_window: usize) -> Self {
         let mut by_line: Vec<&Piece> = runs.iter().collect();
         by_line.sort_unstable_by_key(|piece| (piece.beam, piece.first_sample));
-        let blocks = by_line.chunk_by(|a, b| a.beam == b.beam).map(|pieces| {
+        let reach = 2 * temporal_half_window;
+        let touch = |a: &&Piece, b: &&Piece| {
+            a.beam == b.beam && b.first_sample <= a.first_sample + a.samples + reach
+        };
+        let blocks = by_line.chunk_by(touch).map(|pieces| {
             // Deeper sets contain shallower ones.
             let (top, bottom) = (pieces[0], pieces[pieces.len() - 1]);
             let first = top.first_sample.saturating_sub(temporal_half_window);
@@ -71,6 +75,15 @@ impl Tile {
             blocks: blocks.collect(),
             pieces: stretches(runs, lanes, temporal_half_window),
         }
+    }
+
+    /// Which of its blocks a piece reads.
+    pub fn block_of(&self, piece: &Piece) -> usize {
+        let place = (piece.beam, piece.first_sample);
+        let after = self
+            .blocks
+            .partition_point(|(block, _)| (block.line, block.first) <= place);
+        after - 1
     }
 
     /// How many aligned samples it reads.
@@ -289,6 +302,48 @@ mod tests {
                     next += piece.samples;
                 }
                 assert_eq!(next, run.first_sample + run.samples);
+            }
+        }
+    }
+
+    /// Above and below a gate, too, and wherever runs are cut.
+    #[test]
+    fn tiles_have_every_sample_once_with_its_time_window() {
+        let (beams, samples) = (20, 300);
+        let active = |beam: usize, sample: usize| Active {
+            first: 0,
+            count: (4 + beam % 3 + sample / 20).min(12),
+        };
+        for (window, gate) in [(0, 0..300), (2, 0..300), (10, 0..300), (2, 90..260)] {
+            let adaptive = adaptive_runs(0..beams, samples, &active, &gate, window);
+            let others = other_runs(0..beams, samples, &active, &gate);
+            for most in [40, 700, 6000] {
+                let mut times = vec![0; beams * samples];
+                let of = tiles(&adaptive, Some(most), 8, window).into_iter();
+                let of = of.map(|tile| (tile, window, gate.clone()));
+                let das = tiles(&others, Some(most), 8, 0).into_iter();
+                for (tile, window, wanted) in of.chain(das.map(|tile| (tile, 0, 0..samples))) {
+                    let outputs: usize = tile.pieces.iter().map(|piece| piece.samples).sum();
+                    // A block of the time window of each line, at the least.
+                    assert!(
+                        outputs <= most.max(beams * (2 * window + 1)),
+                        "{most} {outputs}"
+                    );
+                    // Between runs that touch nothing is aligned twice, and elsewhere nothing in vain.
+                    assert!(tile.held() <= outputs + tile.blocks.len() * 4 * window + outputs / 4);
+                    for piece in &tile.pieces {
+                        let (block, length) = &tile.blocks[tile.block_of(piece)];
+                        let end = piece.first_sample + piece.samples;
+                        assert_eq!(block.line, piece.beam);
+                        assert!(block.first <= piece.first_sample.saturating_sub(window));
+                        assert!(block.first + length >= (end + window).min(samples));
+                        assert!(block.active.count >= piece.active.count);
+                        for sample in piece.first_sample.max(wanted.start)..end {
+                            times[piece.beam * samples + sample] += 1;
+                        }
+                    }
+                }
+                assert!(times.iter().all(|&times| times == 1), "{window} {most}");
             }
         }
     }
