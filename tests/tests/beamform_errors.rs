@@ -36,7 +36,7 @@ fn parameters_out_of_range() {
         method: Method::EsmvRank(0),
         ..Parameters::default()
     });
-    assert_eq!(message, "rank is 0, expected at least 1");
+    assert_eq!(message, "rank is 0, expected at least 1 and at most 65536");
     for steps in [0, Method::MOST_STEPS + 1] {
         let message = refusal(Parameters {
             method: Method::EsmvRank1Steps(steps),

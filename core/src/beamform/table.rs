@@ -81,6 +81,9 @@ macro_rules! range {
             ..range!(@ $least, $most, "above ", stringify!($least), ", at most ", stringify!($most))
         }
     };
+    (at least $least:literal and at most $most:literal) => {
+        range!(@ $least, $most, "at least ", stringify!($least), " and at most ", stringify!($most))
+    };
     (at least $least:literal) => {
         range!(@ $least, f64::INFINITY, "at least ", stringify!($least))
     };

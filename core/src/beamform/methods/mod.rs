@@ -62,7 +62,8 @@ const RANK: Parameter = Parameter {
     default: 1.0,
     example: 3.0,
     whole: true,
-    range: range!(at least 1),
+    // Far above any subaperture's length: a larger rank was not meant.
+    range: range!(at least 1 and at most 65536),
 };
 
 /// The steps of [`Method::EsmvRank1Steps`].
