@@ -9,7 +9,7 @@ use bonebeam::beamform::{Method, Parameters, Postfilter};
 use bonebeam::geometry::Active;
 use bonebeam_drive::config::Beamform;
 use bonebeam_files::{AlignedData, Lines};
-use bonebeam_oracle::validate::beamform::Frame;
+use bonebeam_oracle::verify::beamform::Frame;
 use ndarray::{Array3, Axis};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};

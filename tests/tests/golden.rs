@@ -53,7 +53,7 @@ fn the_recorded_hashes_are_met() {
 /// bits: this is the hash of one machine's recording.
 #[test]
 fn what_is_verified_with_has_the_same_bits_everywhere() {
-    let recording = bonebeam_oracle::validate::verify::recording();
+    let recording = bonebeam_oracle::verify::recording::recording();
     let hash = hash::of(recording.samples.rf(0).unwrap().iter().copied());
     assert_eq!(hash, 0x6f3f_d291_48b7_9299, "{hash:016x}");
 }

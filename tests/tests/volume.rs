@@ -10,7 +10,7 @@ use bonebeam::simd::InstructionSet;
 use bonebeam_files::ChannelData;
 use bonebeam_simulate::{
     Baffle, Block, Bone, Checkpoint, CtScanner, CtVolume, DynamicRange, Grid, Layers, Phantom,
-    Scatterer, Settings, Summation, Surface, channel_data, read_mesh, resumed_channel_data,
+    Scatterer, Settings, Summation, Surface, ball, channel_data, read_mesh, resumed_channel_data,
     zero_surface,
 };
 use common::tolerances;
@@ -669,7 +669,7 @@ fn a_scanned_ball_has_the_radius_that_its_blur_leaves() {
         ..CT
     };
     let centre = [3.017e-3, -1.01e-3, 20.04e-3];
-    let ball = Surface::ball(centre, 1e-3);
+    let ball = bonebeam_simulate::ball(centre, 1e-3);
     let scan = CtVolume::scan(&[(&ball, 100.0)], &scanner).unwrap();
     let surface = scan.surface(-524.0);
     let radii = surface.vertices().iter().map(|v| {
@@ -691,7 +691,7 @@ fn a_scanned_ball_has_the_radius_that_its_blur_leaves() {
 
 #[test]
 fn parts_that_overlap_in_one_surface_are_one_solid() {
-    let joined = Surface::ball([0.0; 3], 1e-3).joined(&Surface::ball([0.8e-3, 0.0, 0.0], 1e-3));
+    let joined = ball([0.0; 3], 1e-3).joined(&ball([0.8e-3, 0.0, 0.0], 1e-3));
     let sharp = CtScanner { blur: 0.0, ..CT };
     let scan = CtVolume::scan(&[(&joined, 1200.0)], &sharp).unwrap();
     let most = scan.hu.iter().max().unwrap();
@@ -711,7 +711,7 @@ fn parts_that_overlap_in_one_surface_are_one_solid() {
 
 #[test]
 fn the_shallowest_point_of_a_ball_has_its_normal() {
-    let ball = Surface::ball([1e-3, 2e-3, 20e-3], 5e-3);
+    let ball = bonebeam_simulate::ball([1e-3, 2e-3, 20e-3], 5e-3);
     let (point, normal) = ball.shallowest(4e-3, 2e-3).unwrap();
     assert!((point[2] - 16e-3).abs() < 0.05e-3, "{point:?}");
     for (found, expected) in normal.into_iter().zip([0.6, 0.0, -0.8]) {

@@ -20,13 +20,13 @@ pub enum TransmitLaw<'a> {
         /// Its depth, m.
         z: f64,
     },
-    /// A virtual source s, from x = 0, z = 0. Where it lies above 0, (|p − s| − |s|)/c: the wave comes
-    /// from there. Where it lies below, the wave converges on it: (|s| − |p − s|)/c above its depth, and
+    /// A virtual source s, from x = 0, z = 0, with z down. s.z ≤ 0: a wave that diverges from s,
+    /// (|p − s| − |s|)/c. s.z > 0: a wave that converges on s, (|s| − |p − s|)/c at depths less than s.z and
     /// (|s| + |p − s|)/c from there on.
     VirtualSource {
         /// The source's lateral position, m.
         x: f64,
-        /// Its depth, m: above 0 a focus.
+        /// Its depth, m; positive for a focus in front of the array.
         z: f64,
     },
     /// When each element fires, s; one whose delay is not finite does not. The wave of the first element that

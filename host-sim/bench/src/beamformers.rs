@@ -11,9 +11,9 @@ use num_complex::Complex;
 use super::core::{Core, with_core};
 use super::naive::{Naive, Shape};
 use super::report::{Quantity, Row, Table, Target};
+use super::settings::{Section, Settings};
 use super::snapshots::{Scene, snapshots};
 use super::timing::side_by_side;
-use super::{Section, Settings};
 use crate::{Error, Result};
 
 /// Beams: as many as the widest registers have lanes.

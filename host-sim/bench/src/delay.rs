@@ -10,11 +10,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::core::with_core;
-use super::frames::InVivo;
+use super::in_vivo::InVivo;
 use super::report::{Quantity, Row, Table, Target};
+use super::settings::{Section, Settings};
 use super::snapshots::{Scene, snapshots};
 use super::timing::{fastest, side_by_side};
-use super::{Section, Settings};
 use crate::Result;
 use bonebeam_drive::config::{self, Reading, RfReading};
 use bonebeam_drive::delay::DelayStage;

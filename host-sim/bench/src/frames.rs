@@ -5,81 +5,25 @@ use std::hint::black_box;
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
 use bonebeam::focus::Record;
-use bonebeam::geometry::{
-    Active, Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw,
-};
-use bonebeam::pipeline::{self, Pipeline};
+use bonebeam::geometry::{Active, Transmit, TransmitLaw};
+use bonebeam::pipeline::Pipeline;
 use rayon::ThreadPool;
 
+use super::in_vivo::InVivo;
 use super::report::{Quantity, Row, Table, Target};
+use super::settings::{Section, Settings};
 use super::simulated::{Around, recording};
 use super::snapshots::{Scene, snapshots};
 use super::timing::{fastest, side_by_side};
-use super::{Section, Settings};
 use crate::{Error, Result};
+use bonebeam_drive::beamform;
 use bonebeam_drive::pipeline::Frames;
 use bonebeam_drive::source::{Recorded, Source};
 use bonebeam_drive::threads::pool;
-use bonebeam_drive::{beamform, phase_symmetry};
 use bonebeam_files::ChannelData;
 
 /// Frames a second of the published GPU implementation.
 const GPU: f64 = 10.0;
-/// Pixels on each side of the image that the bones are looked for in.
-const PIXELS: usize = 512;
-/// In dB.
-const DYNAMIC_RANGE: f32 = 60.0;
-
-/// The paper's array, and its frame inside a living back.
-pub(super) struct InVivo;
-
-impl InVivo {
-    pub(super) const ELEMENTS: usize = 128;
-    pub(super) const PITCH: f64 = 0.308e-3;
-    pub(super) const SOUND_SPEED: f64 = 1540.0;
-    pub(super) const RATE: f64 = 20e6;
-    pub(super) const DEPTH: f64 = 40e-3;
-    const BEAMS: usize = 256;
-    /// Of the recording, Hz.
-    pub(super) const SAMPLING_RATE: f64 = 40e6;
-
-    pub(super) const PARAMETERS: Parameters = Parameters {
-        method: Method::EsmvRank1,
-        temporal_half_window: 2,
-        ..Parameters::DEFAULT
-    };
-
-    fn pipeline(method: Method, record_samples: usize) -> Result<Pipeline<'static>> {
-        let width = (Self::ELEMENTS - 1) as f64 * Self::PITCH;
-        Ok(Pipeline::new(pipeline::Parameters {
-            scan: ScanParameters {
-                array: Array::linear(Self::ELEMENTS, Self::PITCH),
-                lines: Lines::Even(Axis::centred(Self::BEAMS, width / (Self::BEAMS - 1) as f64)),
-                sound_speed: Self::SOUND_SPEED,
-                centre_frequency: 5e6,
-                sampling_rate: Self::SAMPLING_RATE,
-                record_samples,
-                output_rate: Self::RATE,
-                start: Depth::Metres(0.0),
-                end: Depth::Metres(Self::DEPTH),
-                f_number: 1.5,
-                min_elements: 8,
-            },
-            beamformer: Parameters {
-                method,
-                ..Self::PARAMETERS
-            },
-            rows: PIXELS,
-            columns: PIXELS,
-            dynamic_range: DYNAMIC_RANGE,
-            median: true,
-            scales: &[1.0 / 128.0, 1.0 / 256.0, 1.0 / 512.0],
-            threshold: 15.0,
-            strip: phase_symmetry::Parameters::STRIP,
-            stretch: usize::MAX,
-        })?)
-    }
-}
 
 /// The frame of the GPU's paper, then the paper's own.
 ///

@@ -8,7 +8,6 @@ use bonebeam::simd::{InstructionSet, Task, Vector};
 use serde::{Deserialize, Serialize};
 
 use super::peak::peak;
-use super::vector_sets;
 
 /// What a speed depends on, but for who else is using it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -37,6 +36,13 @@ impl Machine {
             unit_bits,
         }
     }
+}
+
+/// The instruction sets of this processor, the widest first. One lane has its own rows instead: a
+/// compiler may make vectors of it where there is nothing else to do, as at the peak.
+pub fn vector_sets() -> Vec<InstructionSet> {
+    let sets = InstructionSet::available();
+    sets.filter(|&set| set != InstructionSet::Scalar).collect()
 }
 
 /// A set whose peak is this many times that of the next narrower one has units as wide as its registers.

@@ -17,9 +17,9 @@ use num_complex::Complex;
 use serde::Deserialize;
 
 use super::report::{Quantity, Row, Table};
+use super::settings::{Section, Settings};
 use super::snapshots::{Scene, snapshots};
 use super::timing::fastest;
-use super::{Section, Settings};
 use crate::{Error, Result};
 use bonebeam_drive::beamform::Plan;
 use bonebeam_drive::config::Beamform;

@@ -13,9 +13,9 @@ use super::core::{Then, with_core};
 use super::operations;
 use super::peak::peak;
 use super::report::{Quantity, Row, Table, Target};
+use super::settings::{LINE, Section, Settings};
 use super::snapshots::{Scene, snapshots};
 use super::timing::{fastest, side_by_side};
-use super::{LINE, Section, Settings};
 use crate::Result;
 
 /// The core alone, forward-backward.

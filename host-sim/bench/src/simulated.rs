@@ -9,12 +9,12 @@ use bonebeam::geometry::Active;
 use ndarray::Array3;
 use num_complex::Complex;
 
-use super::frames::InVivo;
+use super::in_vivo::InVivo;
 use super::machine::lanes;
 use super::report::{Quantity, Row, Table, Target};
+use super::settings::{Section, Settings};
 use super::snapshots::{Scene, snapshots};
 use super::timing::side_by_side;
-use super::{Section, Settings};
 use crate::Result;
 use bonebeam_drive::beamform::Plan;
 use bonebeam_drive::config;

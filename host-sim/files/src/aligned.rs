@@ -8,7 +8,7 @@ use ndarray::{Array4, Axis, arr0, aview1};
 use num_complex::Complex;
 
 use super::atomic::Outputs;
-use super::{file_error, npz, units, validate};
+use super::{file_error, npz, npz_writer, units, validate};
 use crate::Result;
 
 /// Aligned analytic samples. All elements are active at every depth.
@@ -68,7 +68,7 @@ impl AlignedData {
         self.check().map_err(|message| file_error(path, message))?;
         let frames = self.x.dim().0;
         outputs.stage(path, |sink| {
-            let mut npz = npz::Writer::new(sink, self.x.len() * size_of::<Complex<f32>>());
+            let mut npz = npz_writer::Writer::new(sink, self.x.len() * size_of::<Complex<f32>>());
             self.begin_npz(frames, &mut npz)?;
             self.append_npz(0..frames, &mut npz)?;
             Ok(self.finish_npz(npz)?)
@@ -79,8 +79,8 @@ impl AlignedData {
     pub(super) fn begin_npz<W: Write + Seek>(
         &self,
         frames: usize,
-        npz: &mut npz::Writer<W>,
-    ) -> npz::Written {
+        npz: &mut npz_writer::Writer<W>,
+    ) -> npz_writer::Written {
         let (_, beams, samples, elements) = self.x.dim();
         let shape = [frames, beams, samples, elements];
         let shape = if frames == 1 { &shape[1..] } else { &shape };
@@ -91,13 +91,16 @@ impl AlignedData {
     pub(super) fn append_npz<W: Write + Seek>(
         &self,
         frames: Range<usize>,
-        npz: &mut npz::Writer<W>,
-    ) -> npz::Written {
+        npz: &mut npz_writer::Writer<W>,
+    ) -> npz_writer::Written {
         npz.append(&self.x.slice_axis(Axis(0), frames.into()))
     }
 
     /// Adds what is common to all frames to an archive that has their samples, and ends it.
-    pub(super) fn finish_npz<W: Write + Seek>(&self, mut npz: npz::Writer<W>) -> npz::Written {
+    pub(super) fn finish_npz<W: Write + Seek>(
+        &self,
+        mut npz: npz_writer::Writer<W>,
+    ) -> npz_writer::Written {
         npz.add("fs", &arr0(self.fs))?;
         npz.add("t0", &arr0(self.t0))?;
         if let Some(beam_x) = &self.beam_x {

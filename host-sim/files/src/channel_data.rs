@@ -4,11 +4,12 @@ use std::io::{Seek, Write};
 use std::ops::Range;
 use std::path::Path;
 
-use ndarray::{Array1, Array2, arr0, aview1};
+use ndarray::{arr0, aview1};
 
 use super::atomic::Outputs;
 use super::samples::{Frame, Samples};
-use super::{file_error, npz, units, validate};
+use super::transmits::Transmits;
+use super::{file_error, npz, npz_writer, units, validate};
 use crate::Result;
 use crate::terminal::digits;
 
@@ -40,43 +41,6 @@ pub struct ChannelData {
     pub lens_delay: f64,
 }
 
-/// The delay law, one entry a transmit.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Transmits {
-    /// Focused beams, one line each; the origin is z = 0 on the beam axis.
-    Focused {
-        /// The lateral positions of the beam axes, m.
-        x: Vec<f64>,
-        /// The focal depths, m.
-        focus: Vec<f64>,
-        /// The f-number of the transmit aperture, where it is known.
-        f_number: Option<f64>,
-    },
-    /// Plane waves; the origin is x = 0, z = 0.
-    Plane {
-        /// The steering angles, rad; positive travels towards positive x.
-        angle: Vec<f64>,
-    },
-    /// Single-element transmits; the origin is the element.
-    Element {
-        /// The transmitting elements.
-        index: Vec<usize>,
-    },
-    /// Waves from a virtual source behind the array, or towards a focus before it; the origin is
-    /// x = 0, z = 0.
-    VirtualSource {
-        /// The lateral positions of the sources, m.
-        x: Vec<f64>,
-        /// Their depths, m: above 0 the wave converges on the source, else it comes from there.
-        z: Vec<f64>,
-    },
-    /// Any delays; the origin is the moment of delay 0.
-    Delays {
-        /// When each element fires, s, [transmit, element]; NaN where it does not.
-        delay: Array2<f64>,
-    },
-}
-
 /// How far an element may lie from its place on an even grid, in pitches: a three-hundredth of a
 /// wavelength at half-wavelength pitch, far above the rounding of coordinates stored as f32.
 const SPACING_TOLERANCE: f64 = 0.01;
@@ -85,8 +49,6 @@ const LEAST_REACH: f64 = 10e-3;
 /// A focus beyond this, m, and a steering angle beyond this, rad, are told as doubtful.
 const FAR_FOCUS: f64 = 1.0;
 const STEEP: f64 = 0.7;
-/// The longest delay of an element, s: a metre and a half of sound.
-const MAX_DELAY: f64 = 1e-3;
 /// The longest delay of a lens, s: some fifteen centimetres of one.
 const MAX_LENS_DELAY: f64 = 100e-6;
 
@@ -147,7 +109,7 @@ impl ChannelData {
         self.check().map_err(|message| file_error(path, message))?;
         let frames = self.samples.frames();
         outputs.stage(path, |sink| {
-            let mut npz = npz::Writer::new(sink, self.samples.bytes());
+            let mut npz = npz_writer::Writer::new(sink, self.samples.bytes());
             self.samples.begin_npz(frames, &mut npz)?;
             self.samples.append_npz(0..frames, &mut npz)?;
             Ok(self.finish_npz(npz)?)
@@ -182,7 +144,10 @@ impl ChannelData {
     }
 
     /// Adds what is common to all frames to an archive that has their samples, and ends it.
-    pub(super) fn finish_npz<W: Write + Seek>(&self, mut npz: npz::Writer<W>) -> npz::Written {
+    pub(super) fn finish_npz<W: Write + Seek>(
+        &self,
+        mut npz: npz_writer::Writer<W>,
+    ) -> npz_writer::Written {
         npz.add("fs", &arr0(self.fs))?;
         npz.add("t0", &aview1(&self.t0))?;
         npz.add("element_x", &aview1(&self.element_x))?;
@@ -197,25 +162,7 @@ impl ChannelData {
         if self.lens_delay != 0.0 {
             npz.add("lens_delay", &arr0(self.lens_delay))?;
         }
-        match &self.transmits {
-            Transmits::Focused { x, focus, f_number } => {
-                npz.add("tx_x", &aview1(x))?;
-                npz.add("tx_focus", &aview1(focus))?;
-                if let Some(f_number) = f_number {
-                    npz.add("tx_fnumber", &arr0(*f_number))?;
-                }
-            }
-            Transmits::Plane { angle } => npz.add("tx_angle", &aview1(angle))?,
-            Transmits::Element { index } => {
-                let index: Array1<i64> = index.iter().map(|&i| i as i64).collect();
-                npz.add("tx_element", &index)?;
-            }
-            Transmits::VirtualSource { x, z } => {
-                npz.add("tx_source_x", &aview1(x))?;
-                npz.add("tx_source_z", &aview1(z))?;
-            }
-            Transmits::Delays { delay } => npz.add("tx_delay", delay)?,
-        }
+        self.transmits.add_to(&mut npz)?;
         npz.finish()
     }
 
@@ -387,152 +334,4 @@ impl ChannelData {
         }
         Ok(())
     }
-}
-
-impl Transmits {
-    /// The number of transmits.
-    pub fn len(&self) -> usize {
-        match self {
-            Transmits::Focused { x, .. } => x.len(),
-            Transmits::Plane { angle } => angle.len(),
-            Transmits::Element { index } => index.len(),
-            Transmits::VirtualSource { x, .. } => x.len(),
-            Transmits::Delays { delay } => delay.nrows(),
-        }
-    }
-
-    /// Whether there is no transmit at all.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    fn from_npz(file: &mut npz::Reader, transmits: usize, elements: usize) -> Result<Self> {
-        let of = "transmit";
-        let laws = [
-            ["tx_x", "tx_focus"].as_slice(),
-            &["tx_angle"],
-            &["tx_element"],
-            &["tx_source_x", "tx_source_z"],
-            &["tx_delay"],
-        ];
-        let told = laws.map(|keys| keys.iter().any(|key| file.has(key)));
-        match told {
-            [true, false, false, false, false] => Ok(Self::Focused {
-                x: file.vector("tx_x", transmits, of)?,
-                focus: file.vector_or_scalar("tx_focus", transmits, of)?,
-                f_number: file.optional_scalar("tx_fnumber")?,
-            }),
-            [false, true, false, false, false] => Ok(Self::Plane {
-                angle: file.vector("tx_angle", transmits, of)?,
-            }),
-            [false, false, true, false, false] => Ok(Self::Element {
-                index: file.indices("tx_element", transmits, of, elements)?,
-            }),
-            [false, false, false, true, false] => Ok(Self::VirtualSource {
-                x: file.vector("tx_source_x", transmits, of)?,
-                z: file.vector_or_scalar("tx_source_z", transmits, of)?,
-            }),
-            [false, false, false, false, true] => Ok(Self::Delays {
-                delay: delays(file, [transmits, elements])?,
-            }),
-            [false, false, false, false, false] => Err(file.error(
-                "tells no delay law; expected the keys `tx_x` and `tx_focus` (focused beams), or \
-                 `tx_angle` (plane waves), or `tx_element` (single elements), or `tx_source_x` and \
-                 `tx_source_z` (virtual sources), or `tx_delay` (delays of the elements)",
-            )),
-            _ => {
-                let keys = laws.concat().into_iter();
-                let found: Vec<_> = keys.filter(|key| file.has(key)).collect();
-                Err(file.error(format!(
-                    "tells several delay laws at once ({}); expected the keys of exactly one",
-                    found.join(", ")
-                )))
-            }
-        }
-    }
-
-    fn check(&self, transmits: usize, elements: usize) -> std::result::Result<(), String> {
-        match self {
-            Transmits::Focused { x, focus, f_number } => {
-                validate::count("tx_x", x.len(), transmits, "transmit")?;
-                validate::all_finite("tx_x", x, "transmit")?;
-                validate::count("tx_focus", focus.len(), transmits, "transmit")?;
-                for (i, &depth) in focus.iter().enumerate() {
-                    validate::positive(&format!("tx_focus[{i}]"), depth, "m")?;
-                    units::LENGTH.check(&format!("`tx_focus` at transmit {i}"), depth)?;
-                }
-                match f_number {
-                    Some(f_number) => validate::positive("tx_fnumber", *f_number, "no unit"),
-                    None => Ok(()),
-                }
-            }
-            Transmits::Plane { angle } => {
-                validate::count("tx_angle", angle.len(), transmits, "transmit")?;
-                validate::angles("tx_angle", angle, "transmit")
-            }
-            Transmits::Element { index } => {
-                validate::count("tx_element", index.len(), transmits, "transmit")?;
-                match index.iter().position(|&e| e >= elements) {
-                    None => Ok(()),
-                    Some(i) => Err(format!(
-                        "`tx_element` is {} at transmit {i}; expected 0 to {}",
-                        index[i],
-                        elements - 1
-                    )),
-                }
-            }
-            Transmits::VirtualSource { x, z } => {
-                for (key, values) in [("tx_source_x", x), ("tx_source_z", z)] {
-                    validate::count(key, values.len(), transmits, "transmit")?;
-                    validate::all_finite(key, values, "transmit")?;
-                    for (i, &value) in values.iter().enumerate() {
-                        units::LENGTH.check(&format!("`{key}` at transmit {i}"), value)?;
-                    }
-                }
-                Ok(())
-            }
-            Transmits::Delays { delay } => {
-                validate::count("tx_delay", delay.nrows(), transmits, "transmit")?;
-                if !delay.is_standard_layout() {
-                    return Err("`tx_delay` is not in row-major order in memory".into());
-                }
-                if delay.ncols() != elements {
-                    return Err(format!(
-                        "`tx_delay` has shape {:?}; expected [transmit, element] with {elements} elements",
-                        delay.shape()
-                    ));
-                }
-                if let Some(((i, m), value)) =
-                    (delay.indexed_iter()).find(|(_, delay)| delay.abs() > MAX_DELAY)
-                {
-                    return Err(format!(
-                        "`tx_delay` is {value} at transmit {i}, element {m}; expected seconds, at most \
-                         {MAX_DELAY} either way, or NaN where it does not fire; it is probably in µs \
-                         or counted in samples"
-                    ));
-                }
-                let silent = |row: ndarray::ArrayView1<'_, f64>| row.iter().all(|d| d.is_nan());
-                match delay.outer_iter().position(silent) {
-                    None => Ok(()),
-                    Some(i) => Err(format!(
-                        "`tx_delay` has no element that fires at transmit {i}"
-                    )),
-                }
-            }
-        }
-    }
-}
-
-/// The elements' delays, NaN where `tx_active` says that one does not fire.
-fn delays(file: &mut npz::Reader, shape: [usize; 2]) -> Result<Array2<f64>> {
-    let mut delay = file.table("tx_delay", shape, "[transmit, element]")?;
-    if file.has("tx_active") {
-        let active = file.flags("tx_active", shape, "[transmit, element]")?;
-        delay.zip_mut_with(&active, |delay, &active| {
-            if !active {
-                *delay = f64::NAN;
-            }
-        });
-    }
-    Ok(delay)
 }

@@ -7,7 +7,7 @@ use ndarray::{Array2, ArrayBase, Data, Ix2, arr0, aview1};
 use num_complex::Complex;
 
 use super::atomic::Outputs;
-use super::{file_error, npz, validate};
+use super::{file_error, npz, npz_writer, validate};
 use crate::memory::product;
 use crate::{Error, Result};
 
@@ -83,13 +83,13 @@ impl Lines {
     pub fn stage(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         self.check().map_err(|message| file_error(path, message))?;
         outputs.stage(path, |sink| {
-            let mut npz = npz::Writer::new(sink, self.z.len() * size_of::<Complex<f32>>());
+            let mut npz = npz_writer::Writer::new(sink, self.z.len() * size_of::<Complex<f32>>());
             npz.add("z", &self.z)?;
             Ok(self.finish_npz(npz)?)
         })
     }
 
-    fn finish_npz<W: Write + Seek>(&self, mut npz: npz::Writer<W>) -> npz::Written {
+    fn finish_npz<W: Write + Seek>(&self, mut npz: npz_writer::Writer<W>) -> npz_writer::Written {
         npz.add("fs", &arr0(self.fs))?;
         npz.add("t0", &arr0(self.t0))?;
         npz.add("beam_x", &aview1(&self.beam_x))?;
@@ -121,7 +121,7 @@ impl Lines {
         let (beams, samples) = first.z.dim();
         outputs.stage(path, |sink| {
             let bytes = product(&[count, beams, samples, size_of::<Complex<f32>>()]);
-            let mut npz = npz::Writer::new(sink, bytes);
+            let mut npz = npz_writer::Writer::new(sink, bytes);
             npz.begin::<Complex<f32>>("z", &[count, beams, samples])?;
             let mut done = 0;
             while !frames.is_empty() {

@@ -1,17 +1,18 @@
 //! The keyed arrays of a `.npz` file, with errors that name file, key and what would be right.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use ndarray::{Array, Array2, Array4, ArrayD, ArrayRef, Axis, Dimension};
+use ndarray::{Array, Array2, Array4, ArrayD, Axis, Dimension};
 use num_complex::Complex;
 use zip::result::{ZipError, ZipResult};
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, ZipArchive, ZipWriter};
+use zip::{CompressionMethod, ZipArchive};
 
-use super::npy::{self, Element, NpyError, or_type};
+pub use super::npz_writer::{Writer, Written};
+
+use super::npy::{self, NpyError, or_type};
 use super::npy_header::{Header, MAX_LENGTH};
 use crate::memory;
 use crate::{Error, Result};
@@ -459,63 +460,4 @@ fn integers(bytes: &[u8]) -> std::result::Result<ArrayD<i64>, NpyError> {
     or_type(all, || {
         npy::read::<u64>(bytes).map(|a| a.mapv(|v| i64::try_from(v).unwrap_or(i64::MAX)))
     })
-}
-
-/// An archive that is being written, an array after the other.
-pub struct Writer<W: Write + Seek> {
-    zip: ZipWriter<W>,
-    options: SimpleFileOptions,
-}
-
-/// What became of writing.
-pub type Written<T = ()> = std::result::Result<T, ZipError>;
-
-impl<W: Write + Seek> Writer<W> {
-    /// An archive whose largest array has so many bytes.
-    pub fn new(sink: W, bytes: usize) -> Self {
-        Self {
-            zip: ZipWriter::new(sink),
-            options: options(bytes),
-        }
-    }
-
-    /// Adds an array.
-    pub fn add<T: Element, D: Dimension>(&mut self, key: &str, array: &ArrayRef<T, D>) -> Written {
-        self.zip.start_file(format!("{key}.npy"), self.options)?;
-        Ok(npy::write(array, &mut self.zip)?)
-    }
-
-    /// Begins an array of this shape, whose numbers follow by [`Writer::append`].
-    pub fn begin<T: Element>(&mut self, key: &str, shape: &[usize]) -> Written {
-        self.zip.start_file(format!("{key}.npy"), self.options)?;
-        let header = Header {
-            descr: T::NAME.into(),
-            in_columns: false,
-            shape: shape.to_vec(),
-        };
-        Ok(self.zip.write_all(&header.bytes())?)
-    }
-
-    /// The next numbers of the array that was begun.
-    pub fn append<T: Element, D: Dimension>(&mut self, array: &ArrayRef<T, D>) -> Written {
-        let array = array.as_standard_layout();
-        let numbers = array.as_slice().unwrap_or_default();
-        Ok(T::encode(numbers, &mut self.zip)?)
-    }
-
-    /// Ends the archive.
-    pub fn finish(self) -> Written {
-        self.zip.finish()?.flush().map_err(ZipError::from)?;
-        Ok(())
-    }
-}
-
-/// How arrays are stored: uncompressed, and with 64-bit sizes where `bytes` of data ask for them.
-fn options(bytes: usize) -> SimpleFileOptions {
-    // The header of the array adds less than this.
-    const HEADER: usize = 4096;
-    let large = bytes.saturating_add(HEADER) > u32::MAX as usize;
-    SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Stored)
-        .large_file(large)
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ndarray::aview1;
 
-use super::{atomic, npz};
+use super::{atomic, npz, npz_writer};
 use crate::Result;
 
 /// How far a simulation has got, and its rows so far.
@@ -49,7 +49,7 @@ impl Partial {
         let [high, low] = halves(key);
         let bytes = rows.iter().map(|row| 4 * row.len()).max().unwrap_or(0);
         atomic::write(path, |sink| {
-            let mut npz = npz::Writer::new(sink, bytes);
+            let mut npz = npz_writer::Writer::new(sink, bytes);
             let state = [done as i64, high as i64, low as i64];
             npz.add("state", &aview1(&state))?;
             for (tile, row) in rows.iter().enumerate() {

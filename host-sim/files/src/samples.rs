@@ -6,7 +6,7 @@ use std::ops::Range;
 use ndarray::{Array3, Array4, ArrayView3, Axis};
 use num_complex::Complex;
 
-use super::{npz, units, validate};
+use super::{npz, npz_writer, units, validate};
 use crate::Result;
 use crate::terminal::digits;
 
@@ -229,8 +229,8 @@ impl Samples {
     pub(super) fn begin_npz<W: Write + Seek>(
         &self,
         frames: usize,
-        npz: &mut npz::Writer<W>,
-    ) -> npz::Written {
+        npz: &mut npz_writer::Writer<W>,
+    ) -> npz_writer::Written {
         let (_, transmits, elements, samples) = self.dim();
         let shape = [frames, transmits, elements, samples];
         let shape = if frames == 1 { &shape[1..] } else { &shape };
@@ -247,8 +247,8 @@ impl Samples {
     pub(super) fn append_npz<W: Write + Seek>(
         &self,
         frames: Range<usize>,
-        npz: &mut npz::Writer<W>,
-    ) -> npz::Written {
+        npz: &mut npz_writer::Writer<W>,
+    ) -> npz_writer::Written {
         match self {
             Samples::Rf(rf) => npz.append(&rf.slice_axis(Axis(0), frames.into())),
             Samples::Iq { iq, .. } => npz.append(&iq.slice_axis(Axis(0), frames.into())),

@@ -6,7 +6,7 @@ use std::path::Path;
 use ndarray::{Array2, Array3, arr0};
 
 use super::atomic::Outputs;
-use super::npz;
+use super::npz_writer;
 use crate::{Error, Result};
 
 /// The truth of a recording, lengths in m along the array's axes.
@@ -29,7 +29,7 @@ impl Truth {
     /// It cannot be written.
     pub fn stage(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         outputs.stage(path, |sink| {
-            let mut npz = npz::Writer::new(sink, self.scatterers.len() * 4);
+            let mut npz = npz_writer::Writer::new(sink, self.scatterers.len() * 4);
             npz.add("scatterers", &self.scatterers)?;
             npz.add("on_bone", &arr0(self.on_bone as i64))?;
             npz.add("outline", &self.outline)?;

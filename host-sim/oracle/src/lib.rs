@@ -1,10 +1,10 @@
 //! What the core's results are compared with: the same kernels written a second time.
 //!
-//! [`reference`] has them plainly in f32, to the bit, and in f64 from the equations. [`validate`] compares the
+//! [`reference`] has them plainly in f32, to the bit, and in f64 from the equations. [`verify`] compares the
 //! core with both. [`golden`] writes vectors of every stage for other implementations.
 
 pub mod golden;
 pub mod reference;
-pub mod validate;
+pub mod verify;
 
 pub use bonebeam_files::{Error, Result};

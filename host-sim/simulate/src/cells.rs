@@ -3,8 +3,8 @@
 //! An element at (x_i, 0, 0) hears the point (x, y, z) after √((x − x_i)² + ρ²)/c with ρ = √(y² + z²):
 //! the cells are squares of x and ρ.
 
-use super::phantom::Source;
 use super::response::Response;
+use super::scatterer::Source;
 
 /// Beyond every scene, m.
 const FAR: f64 = 1e3;

@@ -20,16 +20,17 @@ use crate::{Error, Result};
 use bonebeam_files::memory::{self, product};
 use bonebeam_files::{ChannelData, Samples, Transmits};
 
-use super::cell_sum::{self, Beam, FLOOR, Sum, Tile};
+use super::cell_sum::{self, Beam, Sum, Tile};
 use super::cells::cells;
 use super::checkpoint::Checkpoint;
 use super::direct_sum;
 use super::fourier::{Fourier, unit};
 use super::noise::Noise;
-use super::phantom::{Phantom, Source};
-use super::pulse::DIRECT_FLOOR;
+use super::phantom::Phantom;
+use super::pulse::{DIRECT_FLOOR, FLOOR};
 use super::record::{Window, row_rate};
 use super::response::Response;
+use super::scatterer::Source;
 use super::settings::Settings;
 use super::shadow::Shadow;
 
@@ -87,9 +88,7 @@ pub fn resumed_channel_data(
     settings.validate()?;
     phantom.check_in_front()?;
     let sources = phantom.sources();
-    let beams: Vec<Beam> = (0..settings.beams)
-        .map(|l| Beam::new(settings, l))
-        .collect();
+    let beams: Vec<Beam> = (0..settings.beams).map(|l| beam(settings, l)).collect();
     let mut transmits = vec![false; settings.elements];
     for i in beams.iter().flat_map(|beam| beam.elements.clone()) {
         transmits[i] = true;
@@ -210,7 +209,7 @@ impl Scene<'_> {
             pulse: settings.pulse(),
         };
         let band = scene.pulse.band(DIRECT_FLOOR);
-        let window = Window::new(settings, band, settings.fs, 2.0 * scene.reach());
+        let window = settings.window(band, settings.fs, 2.0 * scene.reach());
         let legs = [settings.elements, self.sources.len(), window.bins, 16];
         self.check_memory(&window, product(&legs))?;
         let legs = scene.all_legs(&window);
@@ -250,7 +249,7 @@ impl Scene<'_> {
             element_x: &self.element_x,
             response,
             pulse,
-            window: Window::new(settings, band, rate, 0.0),
+            window: settings.window(band, rate, 0.0),
             transmits: self.transmits,
             beams: None,
         };
@@ -259,11 +258,11 @@ impl Scene<'_> {
         if self.beams.len() * settings.elements * FEW <= pairs {
             scene.beams = Some(self.beams);
         }
-        let longest = scene.longest();
-        scene.window = Window::new(settings, band, rate, longest);
+        let longest = cell_sum::longest(&scene);
+        scene.window = settings.window(band, rate, longest);
         let legs = [settings.elements, 64, longest_frequencies(longest, band), 8];
         self.check_memory(&scene.window, product(&legs))?;
-        let mut tiles = scene.tiles();
+        let mut tiles = Tile::all(&scene);
         set.dispatch(Sum {
             scene: &scene,
             tiles: &mut tiles,
@@ -418,21 +417,20 @@ fn quantise(rf: &mut [f32], bits: u32) {
         .for_each(|v| *v = (libm::rint(f64::from(*v) / step) * step) as f32);
 }
 
-impl Beam {
-    pub(super) fn new(settings: &Settings, index: usize) -> Self {
-        let array = settings.array();
-        let x = settings.beam_x(index);
-        let position = settings.first_beam + index as f64 * settings.beam_step;
-        let elements = array.transmit_elements(position, settings.focus, settings.f_number);
-        let advance = elements
-            .clone()
-            .map(|i| settings.advance(array.x(i as f64) - x))
-            .collect();
-        Beam {
-            x,
-            elements,
-            advance,
-        }
+/// The beam of that index.
+fn beam(settings: &Settings, index: usize) -> Beam {
+    let array = settings.array();
+    let x = settings.beam_x(index);
+    let position = settings.first_beam + index as f64 * settings.beam_step;
+    let elements = array.transmit_elements(position, settings.focus, settings.f_number);
+    let advance = elements
+        .clone()
+        .map(|i| settings.advance(array.x(i as f64) - x))
+        .collect();
+    Beam {
+        x,
+        elements,
+        advance,
     }
 }
 

@@ -11,7 +11,6 @@ use crate::Result;
 use bonebeam_files::Partial;
 use bonebeam_files::terminal::warn;
 
-use super::cell_sum::Tile;
 use super::phantom::Phantom;
 use super::settings::Settings;
 
@@ -73,16 +72,17 @@ impl Checkpoint {
         self
     }
 
-    /// Puts what there is into the tiles; how many cells it holds.
-    pub(super) fn load(&mut self, tiles: &mut [Tile]) -> Result<usize> {
+    /// Reads the rows of every tile, of the lengths that they have, and returns the number of cells in them:
+    /// 0 if there is no such file, and the rows stay.
+    pub(super) fn load(&mut self, rows: &mut [&mut Vec<f32>]) -> Result<usize> {
         let Some(path) = self.path.as_deref().filter(|path| path.exists()) else {
             return Ok(0);
         };
-        let sizes: Vec<usize> = tiles.iter().map(|tile| tile.rows.len()).collect();
+        let sizes: Vec<usize> = rows.iter().map(|rows| rows.len()).collect();
         match Partial::read(path, self.key, &sizes) {
             Ok(partial) => {
-                for (tile, rows) in tiles.iter_mut().zip(partial.rows) {
-                    tile.rows = rows;
+                for (rows, read) in rows.iter_mut().zip(partial.rows) {
+                    **rows = read;
                 }
                 Ok(partial.done)
             }
@@ -93,15 +93,19 @@ impl Checkpoint {
         }
     }
 
-    /// Writes the tiles, now and then.
-    pub(super) fn save_at_times(&mut self, done: usize, tiles: &[Tile]) -> Result<()> {
+    /// Writes the rows of every tile with the number of cells in them, if the last time is long enough ago.
+    pub(super) fn save_at_times<'a>(
+        &mut self,
+        done: usize,
+        rows: impl Iterator<Item = &'a [f32]>,
+    ) -> Result<()> {
         let Some(path) = &self.path else {
             return Ok(());
         };
         if self.last.elapsed() < self.interval {
             return Ok(());
         }
-        let rows: Vec<&[f32]> = tiles.iter().map(|tile| &tile.rows[..]).collect();
+        let rows: Vec<&[f32]> = rows.collect();
         Partial::write(path, self.key, done, &rows)?;
         self.last = Instant::now();
         Ok(())

@@ -79,7 +79,7 @@ impl Clutter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Outline, Scatterer, Surface};
+    use crate::{Outline, Scatterer};
 
     const SEEN: Clutter = Clutter {
         diffuse: Some(-20.0),
@@ -92,7 +92,7 @@ mod tests {
     /// A ball of 5 mm at 15 mm, 4 mm beside the middle.
     fn ball() -> Phantom {
         Phantom {
-            surface: Some(Surface::ball([4e-3, 0.0, 15e-3], 5e-3)),
+            surface: Some(crate::ball([4e-3, 0.0, 15e-3], 5e-3)),
             ..Phantom::default()
         }
     }

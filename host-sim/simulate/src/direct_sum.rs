@@ -7,10 +7,10 @@ use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::fourier::unit;
-use super::phantom::Source;
 use super::pulse::{DIRECT_FLOOR, Pulse};
 use super::record::Window;
 use super::response::Response;
+use super::scatterer::Source;
 use super::shadow::Shadow;
 
 /// What the sum is made of.

@@ -61,6 +61,20 @@ pub fn surface(grid: &Grid, f: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
     surface_of_values(grid, |node| values[node])
 }
 
+/// The surface of a ball, its corners on the sphere to a hundredth of the radius.
+pub fn ball(centre: [f64; 3], radius: f64) -> Surface {
+    let step = radius / 10.0;
+    let grid = Grid {
+        corner: centre.map(|c| c - radius - 2.03 * step),
+        step: [step; 3],
+        nodes: [25; 3],
+    };
+    surface(&grid, |p| {
+        let d = [0, 1, 2].map(|k| p[k] - centre[k]);
+        (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt() - radius
+    })
+}
+
 /// The same of a function that is known at the nodes, by their number.
 pub fn surface_of_values(grid: &Grid, value: impl Fn(usize) -> f64) -> Surface {
     let [nx, ny, nz] = grid.nodes;

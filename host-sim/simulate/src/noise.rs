@@ -7,21 +7,9 @@ use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::fourier::Fourier;
-use super::settings::Settings;
-
-/// What the noise's spectrum is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum NoiseSpectrum {
-    /// The transducer's one-way response
-    #[default]
-    Transducer,
-    /// An amplifier's: flat from a tenth of the centre frequency to three times it
-    Amplifier,
-}
+use super::settings::{NoiseSpectrum, Settings};
 
 /// The noise of a record.
 pub struct Noise {

@@ -10,6 +10,7 @@ use crate::{Error, Result};
 
 use super::mesh::slice_mesh;
 use super::outline::Outline;
+use super::scatterer::{Scatterer, Source};
 use super::settings::Settings;
 use super::shadow::Shadow;
 use super::surface::Surface;
@@ -30,19 +31,6 @@ const ROUGHNESS: f64 = 10e-6;
 
 /// The longest outline of a bone, m: the scatterers on it take memory and time.
 const LONGEST_OUTLINE: f64 = 5.0;
-
-/// A point scatterer.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Scatterer {
-    /// Lateral position, m.
-    pub x: f64,
-    /// Elevation: distance from the image plane, m.
-    pub y: f64,
-    /// Depth, m.
-    pub z: f64,
-    /// Reflected amplitude.
-    pub amplitude: f64,
-}
 
 /// Soft tissue: scatterers at random positions, uniform over a rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,33 +76,6 @@ pub struct Phantom {
     /// What of a bone's echo is thrown back by the array and echoes from the bone again, as an amplitude:
     /// an image of the bone at twice its depth. 0 for none.
     pub reverberation: f64,
-}
-
-/// A scatterer as the sum takes it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Source {
-    pub x: f64,
-    pub y: f64,
-    pub z: f64,
-    pub amplitude: f64,
-    /// The place that has to be seen for it to be heard.
-    pub seen_at: [f64; 3],
-    /// Whether it is heard past any bone.
-    pub unhidden: bool,
-}
-
-impl Source {
-    /// Heard where it is seen.
-    pub fn at([x, y, z]: [f64; 3], amplitude: f64) -> Self {
-        Source {
-            x,
-            y,
-            z,
-            amplitude,
-            seen_at: [x, y, z],
-            unhidden: false,
-        }
-    }
 }
 
 impl Phantom {

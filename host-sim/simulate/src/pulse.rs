@@ -7,6 +7,9 @@
 
 use std::f64::consts::{LN_10, PI};
 
+/// The level of pulse and spectrum below which the sum over cells cuts them: −100 dB.
+pub const FLOOR: f64 = 1e-5;
+
 /// The level of spectrum and envelope below which the pulse is nothing to the direct sum: −160 dB, below
 /// an f32 sample's resolution.
 pub const DIRECT_FLOOR: f64 = 1e-8;

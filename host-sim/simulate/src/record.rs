@@ -1,10 +1,10 @@
 //! The time axes: the record that is kept, and the longer periodic window of the transforms.
 
-use super::settings::Settings;
-
 /// The record's samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record {
+    /// Sampling frequency, Hz.
+    pub fs: f64,
     /// Time of the first sample, s.
     pub t0: f64,
     /// Number of samples.
@@ -36,20 +36,21 @@ pub struct Window {
 }
 
 impl Window {
-    /// The window of a record in which the pulse's spectrum is cut `band` apart, its rows at `rate`.
-    /// What reaches into the record may reach beyond it by `margin`, s, on either side.
-    pub fn new(settings: &Settings, [lowest, highest]: [f64; 2], rate: f64, margin: f64) -> Self {
-        let record = settings.record();
-        let advance = settings.greatest_advance();
-        let decimation = (settings.fs / rate).round() as usize;
-        let guard = ((margin + advance) * settings.fs).ceil() as usize;
+    /// The window of a record for a pulse of the frequencies `band`, Hz, with its rows at `rate`, Hz. Echoes
+    /// that reach into the record may reach beyond it by `margin`, s, on either side; an element fires up to
+    /// `advance`, s, early.
+    pub fn new(record: Record, advance: f64, band: [f64; 2], rate: f64, margin: f64) -> Self {
+        let [lowest, highest] = band;
+        let fs = record.fs;
+        let decimation = (fs / rate).round() as usize;
+        let guard = ((margin + advance) * fs).ceil() as usize;
         let lead = guard.next_multiple_of(decimation);
         let samples = (record.samples + 2 * lead).next_power_of_two();
-        let df = settings.fs / samples as f64;
+        let df = fs / samples as f64;
         let first_bin = (lowest / df).ceil().max(1.0) as usize;
         let last_bin = ((highest / df).floor() as usize).min(samples / 2 - 1);
-        let start = record.t0 - lead as f64 / settings.fs;
-        let last = record.t0 + record.samples as f64 / settings.fs + advance;
+        let start = record.t0 - lead as f64 / fs;
+        let last = record.t0 + record.samples as f64 / fs + advance;
         Window {
             lead,
             samples,

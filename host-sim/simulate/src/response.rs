@@ -16,22 +16,10 @@
 use std::f64::consts::{LN_10, PI};
 
 use num_complex::Complex;
-use serde::{Deserialize, Serialize};
 
 use super::fourier::unit;
 use super::gauss_legendre::gauss_legendre;
-use super::settings::Settings;
-
-/// What surrounds the elements.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Baffle {
-    /// Hard: an element hears alike from all sides, but for its width
-    #[default]
-    Rigid,
-    /// Pressure-release: an element hears with the cosine of the angle
-    Soft,
-}
+use super::settings::{Baffle, Settings};
 
 /// Nodes of the quadrature over an element's height at the most.
 pub const MOST_NODES: usize = 400;

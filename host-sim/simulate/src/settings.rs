@@ -7,12 +7,30 @@ use bonebeam_files::memory::product;
 use bonebeam_files::terminal::short;
 
 use super::array::Array;
-use super::cell_sum::FLOOR;
-use super::noise::NoiseSpectrum;
-use super::pulse::DIRECT_FLOOR;
-use super::pulse::Pulse;
+use super::pulse::{DIRECT_FLOOR, FLOOR, Pulse};
 use super::record::{Record, Window, row_rate};
-use super::response::Baffle;
+
+/// What surrounds the elements.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Baffle {
+    /// Hard: an element hears alike from all sides, but for its width
+    #[default]
+    Rigid,
+    /// Pressure-release: an element hears with the cosine of the angle
+    Soft,
+}
+
+/// What the noise's spectrum is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoiseSpectrum {
+    /// The transducer's one-way response
+    #[default]
+    Transducer,
+    /// An amplifier's: flat from a tenth of the centre frequency to three times it
+    Amplifier,
+}
 
 /// The scanner's settings. The default is the paper's (Section "Simulation setup"); what the
 /// paper leaves open is marked as assumed. SI units.
@@ -157,9 +175,15 @@ impl Settings {
         // A whole number of samples, so that sample times are round numbers.
         let first = ((2.0 * s.depth_start / s.c - half) * s.fs).floor();
         Record {
+            fs: s.fs,
             t0: first / s.fs,
             samples: (last * s.fs - first).ceil() as usize,
         }
+    }
+
+    /// The window of the record for a pulse of the frequencies `band`, as [`Window::new`] has it.
+    pub(super) fn window(&self, band: [f64; 2], rate: f64, margin: f64) -> Window {
+        Window::new(self.record(), self.greatest_advance(), band, rate, margin)
     }
 
     /// By how much an element `dx` beside a beam's axis fires ahead of one on it, s.
@@ -168,7 +192,7 @@ impl Settings {
     }
 
     /// No element of any beam fires further ahead than this, s.
-    pub(super) fn greatest_advance(&self) -> f64 {
+    fn greatest_advance(&self) -> f64 {
         self.advance(0.5 * self.focus / self.f_number + self.pitch)
     }
 
@@ -289,7 +313,7 @@ impl Settings {
         let band = pulse.band(FLOOR);
         // About twice what an echo is long.
         let margin = 4.0 * pulse.half_length(FLOOR);
-        let window = Window::new(self, band, row_rate(self.fs, band), margin);
+        let window = self.window(band, row_rate(self.fs, band), margin);
         let samples = self.record().samples;
         if window.samples > MAX_WINDOW {
             return usage(format!(

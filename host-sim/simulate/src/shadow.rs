@@ -7,7 +7,7 @@
 
 use super::chain::Point;
 use super::outline::Outline;
-use super::phantom::Source;
+use super::scatterer::Source;
 use super::surface::Surface;
 
 /// What lies less than this above a point does not hide it: a scatterer on the surface lies on what it

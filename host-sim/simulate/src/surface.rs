@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 use crate::Result;
 
 use super::chain::{Segment, closed_loops};
-use super::marching_tetrahedra::{self, Grid};
 use super::outline::Outline;
-use super::phantom::Scatterer;
+use super::scatterer::Scatterer;
 
 /// A surface of triangles, in metres along the array's axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,21 +71,6 @@ impl Surface {
         let shifted = other.triangles.iter().map(|t| t.map(|k| k + first));
         self.triangles.extend(shifted);
         self
-    }
-
-    /// A ball, its corners on the sphere to a hundredth of the radius.
-    pub fn ball(centre: [f64; 3], radius: f64) -> Self {
-        let step = radius / 10.0;
-        let grid = Grid {
-            corner: centre.map(|c| c - radius - 2.03 * step),
-            step: [step; 3],
-            nodes: [25; 3],
-        };
-        let distance = |p: [f64; 3]| {
-            let d = sub(p, centre);
-            dot(d, d).sqrt() - radius
-        };
-        marching_tetrahedra::surface(&grid, distance)
     }
 
     /// The shallowest point of the surface at the place (x, y), and the unit normal there, outwards.

@@ -15,7 +15,8 @@ use bonebeam_files::memory::{self, product};
 
 use super::marching_tetrahedra::{self, Grid};
 use super::mesh::read_mesh;
-use super::phantom::{Phantom, Scatterer};
+use super::phantom::Phantom;
+use super::scatterer::Scatterer;
 use super::surface::{StraightDown, Surface};
 use super::vertebra;
 

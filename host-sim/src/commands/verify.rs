@@ -5,7 +5,7 @@ use clap::Args;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam_files::terminal::print;
-use bonebeam_oracle::validate::verify::verify;
+use bonebeam_oracle::verify::kernels::verify;
 
 /// Check the core to the bit, on this machine.
 ///

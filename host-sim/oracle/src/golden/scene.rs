@@ -4,7 +4,7 @@ use bonebeam::beamform::{Method, Parameters};
 use bonebeam::focus::{DelayParameters, hilbert_taps};
 use ndarray::Axis;
 
-use crate::validate::verify::recording;
+use crate::verify::recording::recording;
 use bonebeam_files::{ChannelData, Transmits};
 
 /// Lines, and elements of each.

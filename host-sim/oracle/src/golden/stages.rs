@@ -63,26 +63,70 @@ pub struct Stage {
 /// All stages of the scene, in the order in which they follow from each other.
 ///
 /// # Errors
-/// What the core refuses.
+/// A value that the core rejects.
 pub fn stages() -> Result<Vec<Stage>> {
-    let (data, records) = scene::records();
-    let delay_parameters = scene::delay(&data);
-    let delay = Delay::new(delay_parameters)?;
-    let mut scratch = vec![0.0; delay_parameters.scratch_len(1)];
-    let mut stages = Vec::new();
-    let mut stage = |name: &str, what, axes: &'static [&'static str], shape: &[usize], values| {
-        stages.push(Stage {
-            name: name.to_owned(),
+    let mut stages = Stages(Vec::new());
+    let focused = focus(&mut stages)?;
+    // The forward-backward lines of rank-1 ESMV, of which the image is made.
+    let mut rank1 = Vec::new();
+    for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
+        decompositions(&mut stages, &focused, covariance);
+        weights(&mut stages, &focused, covariance)?;
+        rank1 = lines(&mut stages, &focused, covariance)?;
+    }
+    let pixels = image(&mut stages, &rank1)?;
+    ridges(&mut stages, &pixels)?;
+    Ok(stages.0)
+}
+
+struct Stages(Vec<Stage>);
+
+impl Stages {
+    fn add(
+        &mut self,
+        name: impl Into<String>,
+        what: &'static str,
+        axes: &'static [&'static str],
+        shape: &[usize],
+        values: Values,
+    ) {
+        self.0.push(Stage {
+            name: name.into(),
             what,
             axes,
             shape: shape.to_vec(),
             values,
         });
-    };
+    }
+}
 
+const ALL: Active = Active {
+    first: 0,
+    count: ELEMENTS,
+};
+
+/// The prefix of a covariance's stages.
+fn folder(covariance: Covariance) -> &'static str {
+    match covariance {
+        Covariance::Forward => "forward",
+        Covariance::ForwardBackward => "forward-backward",
+    }
+}
+
+/// The delayed samples of a line.
+fn samples_of(focused: &[Complex<f32>], line: usize) -> &[Complex<f32>] {
+    &focused[line * SAMPLES * ELEMENTS..][..SAMPLES * ELEMENTS]
+}
+
+/// The recording, and its delayed samples, which are returned.
+fn focus(stages: &mut Stages) -> Result<Vec<Complex<f32>>> {
+    let (data, records) = scene::records();
+    let delay_parameters = scene::delay(&data);
+    let delay = Delay::new(delay_parameters)?;
+    let mut scratch = vec![0.0; delay_parameters.scratch_len(1)];
     let rf: Vec<f32> = records.iter().flat_map(|r| r.rf.iter().copied()).collect();
     let recorded = delay_parameters.record_samples;
-    stage(
+    stages.add(
         "rf",
         "input: what the elements of each line recorded",
         &["line", "element", "record sample"],
@@ -91,146 +135,161 @@ pub fn stages() -> Result<Vec<Stage>> {
     );
 
     let mut focused = vec![Complex::ZERO; LINES * SAMPLES * ELEMENTS];
-    let all = Active {
-        first: 0,
-        count: ELEMENTS,
-    };
     for (record, out) in records.iter().zip(focused.chunks_mut(SAMPLES * ELEMENTS)) {
         let line = ScanLine {
             transmit: Transmit::new(TransmitLaw::Focused, record.t0),
             ray: Ray::down(record.x),
             array: Array::LinearAt(&record.element_x),
-            active: all,
+            active: ALL,
             compounding: Compounding::Replace,
         };
         let rf = Record::new(&record.rf, ELEMENTS)?;
         delay.line(0.0f32, &line, &rf, &mut scratch, out)?;
     }
-    stage(
+    stages.add(
         "focused",
         "delayed analytic samples",
         &["line", "sample", "element"],
         &[LINES, SAMPLES, ELEMENTS],
         Values::Complex(focused.clone()),
     );
+    Ok(focused)
+}
 
-    // The image is made of them.
-    let mut of_rank1 = Vec::new();
-    let traced = |line: usize| &focused[line * SAMPLES * ELEMENTS..][..SAMPLES * ELEMENTS];
-    for (covariance, folder) in [
-        (Covariance::Forward, "forward"),
-        (Covariance::ForwardBackward, "forward-backward"),
-    ] {
-        let lines: Vec<Vec<Option<Intermediates>>> = TRACED
-            .iter()
-            .map(|&line| {
-                let x: Vec<_> = traced(line).chunks(ELEMENTS).map(<[_]>::to_vec).collect();
-                intermediates(&x, &parameters(Method::Mv), covariance).1
-            })
-            .collect();
-        let of = |part: fn(&Intermediates) -> Vec<Complex<f32>>, length: usize| -> Values {
-            let samples = lines.iter().flatten();
-            let numbers = samples.flat_map(|sample| match sample {
-                Some(sample) => part(sample),
-                None => vec![Complex::ZERO; length],
-            });
-            let numbers: Vec<Complex<f32>> = numbers.collect();
-            match covariance {
-                Covariance::Forward => Values::Complex(numbers),
-                Covariance::ForwardBackward => Values::Real(numbers.iter().map(|z| z.re).collect()),
-            }
-        };
-        let n = SUBAPERTURE;
-        let matrix_axes = &["traced line", "sample", "row", "column"];
-        stage(
-            &format!("{folder}-covariance"),
-            "loaded covariance (Eq. 2, 3) at the line's working scale; real coordinates with \
-             forward-backward averaging",
-            matrix_axes,
-            &[TRACED.len(), SAMPLES, n, n],
-            of(|i| i.matrix.clone(), n * n),
-        );
-        stage(
-            &format!("{folder}-cholesky"),
-            "its factor G below the diagonal, 1/G(j,j) on it",
-            matrix_axes,
-            &[TRACED.len(), SAMPLES, n, n],
-            of(|i| i.factor.clone(), n * n),
-        );
-        let eigenvalues = lines
-            .iter()
-            .flatten()
-            .map(|i| i.as_ref().map_or(0.0, |i| i.eigenvalue));
-        stage(
-            &format!("{folder}-eigenvalue"),
-            "its largest eigenvalue",
-            &["traced line", "sample"],
-            &[TRACED.len(), SAMPLES],
-            Values::Real(eigenvalues.collect()),
-        );
-        stage(
-            &format!("{folder}-eigenvector"),
-            "the unit eigenvector e₁ to it",
-            &["traced line", "sample", "row"],
-            &[TRACED.len(), SAMPLES, n],
-            of(|i| i.eigenvector.clone(), n),
-        );
-        for (name, method) in [("mv", Method::Mv), ("esmv-rank1", Method::EsmvRank1)] {
-            let mut numbers = Vec::new();
-            for line in TRACED {
-                numbers.extend(match covariance {
-                    Covariance::Forward => weights::<Forward>(traced(line), method)?,
-                    Covariance::ForwardBackward => {
-                        weights::<ForwardBackward>(traced(line), method)?
-                    }
-                });
-            }
-            stage(
-                &format!("{folder}-weights-{name}"),
-                "weights of the subaperture's elements (Eq. 1, 7)",
-                &["traced line", "sample", "element"],
-                &[TRACED.len(), SAMPLES, n],
-                Values::Complex(numbers),
-            );
+/// Covariance, Cholesky factor and dominant eigenpair of the traced lines.
+fn decompositions(stages: &mut Stages, focused: &[Complex<f32>], covariance: Covariance) {
+    let folder = folder(covariance);
+    let lines: Vec<Vec<Option<Intermediates>>> = TRACED
+        .iter()
+        .map(|&line| {
+            let x: Vec<_> = samples_of(focused, line)
+                .chunks(ELEMENTS)
+                .map(<[_]>::to_vec)
+                .collect();
+            intermediates(&x, &parameters(Method::Mv), covariance).1
+        })
+        .collect();
+    let of = |part: fn(&Intermediates) -> Vec<Complex<f32>>, length: usize| -> Values {
+        let samples = lines.iter().flatten();
+        let numbers = samples.flat_map(|sample| match sample {
+            Some(sample) => part(sample),
+            None => vec![Complex::ZERO; length],
+        });
+        let numbers: Vec<Complex<f32>> = numbers.collect();
+        match covariance {
+            Covariance::Forward => Values::Complex(numbers),
+            Covariance::ForwardBackward => Values::Real(numbers.iter().map(|z| z.re).collect()),
         }
-        for (name, method) in [
-            ("das", Method::Das),
-            ("mv", Method::Mv),
-            ("esmv-rank1", Method::EsmvRank1),
-            ("esmv-beta", Method::EsmvBeta(0.01)),
-        ] {
-            if method == Method::Das && covariance == Covariance::ForwardBackward {
-                continue;
-            }
-            let mut z = vec![Complex::ZERO; LINES * SAMPLES];
-            for (line, z) in z.chunks_mut(SAMPLES).enumerate() {
-                match covariance {
-                    Covariance::Forward => beamform::<Forward>(traced(line), method, z)?,
-                    Covariance::ForwardBackward => {
-                        beamform::<ForwardBackward>(traced(line), method, z)?;
-                    }
+    };
+    let n = SUBAPERTURE;
+    let matrix_axes = &["traced line", "sample", "row", "column"];
+    stages.add(
+        format!("{folder}-covariance"),
+        "loaded covariance (Eq. 2, 3) at the line's working scale; real coordinates with \
+         forward-backward averaging",
+        matrix_axes,
+        &[TRACED.len(), SAMPLES, n, n],
+        of(|i| i.matrix.clone(), n * n),
+    );
+    stages.add(
+        format!("{folder}-cholesky"),
+        "its factor G below the diagonal, 1/G(j,j) on it",
+        matrix_axes,
+        &[TRACED.len(), SAMPLES, n, n],
+        of(|i| i.factor.clone(), n * n),
+    );
+    let eigenvalues = lines
+        .iter()
+        .flatten()
+        .map(|i| i.as_ref().map_or(0.0, |i| i.eigenvalue));
+    stages.add(
+        format!("{folder}-eigenvalue"),
+        "its largest eigenvalue",
+        &["traced line", "sample"],
+        &[TRACED.len(), SAMPLES],
+        Values::Real(eigenvalues.collect()),
+    );
+    stages.add(
+        format!("{folder}-eigenvector"),
+        "the unit eigenvector e₁ to it",
+        &["traced line", "sample", "row"],
+        &[TRACED.len(), SAMPLES, n],
+        of(|i| i.eigenvector.clone(), n),
+    );
+}
+
+/// Weights of the traced lines.
+fn weights(stages: &mut Stages, focused: &[Complex<f32>], covariance: Covariance) -> Result<()> {
+    let folder = folder(covariance);
+    for (name, method) in [("mv", Method::Mv), ("esmv-rank1", Method::EsmvRank1)] {
+        let mut numbers = Vec::new();
+        for line in TRACED {
+            numbers.extend(match covariance {
+                Covariance::Forward => line_weights::<Forward>(samples_of(focused, line), method)?,
+                Covariance::ForwardBackward => {
+                    line_weights::<ForwardBackward>(samples_of(focused, line), method)?
+                }
+            });
+        }
+        stages.add(
+            format!("{folder}-weights-{name}"),
+            "weights of the subaperture's elements (Eq. 1, 7)",
+            &["traced line", "sample", "element"],
+            &[TRACED.len(), SAMPLES, SUBAPERTURE],
+            Values::Complex(numbers),
+        );
+    }
+    Ok(())
+}
+
+/// Beamformed samples of every line; those of rank-1 ESMV are returned.
+fn lines(
+    stages: &mut Stages,
+    focused: &[Complex<f32>],
+    covariance: Covariance,
+) -> Result<Vec<Complex<f32>>> {
+    let folder = folder(covariance);
+    let mut rank1 = Vec::new();
+    for (name, method) in [
+        ("das", Method::Das),
+        ("mv", Method::Mv),
+        ("esmv-rank1", Method::EsmvRank1),
+        ("esmv-beta", Method::EsmvBeta(0.01)),
+    ] {
+        if method == Method::Das && covariance == Covariance::ForwardBackward {
+            continue;
+        }
+        let mut z = vec![Complex::ZERO; LINES * SAMPLES];
+        for (line, z) in z.chunks_mut(SAMPLES).enumerate() {
+            match covariance {
+                Covariance::Forward => beamform::<Forward>(samples_of(focused, line), method, z)?,
+                Covariance::ForwardBackward => {
+                    beamform::<ForwardBackward>(samples_of(focused, line), method, z)?;
                 }
             }
-            if (method, covariance) == (Method::EsmvRank1, Covariance::ForwardBackward) {
-                of_rank1.clone_from(&z);
-            }
-            let name = match method {
-                Method::Das => "line-das".to_owned(),
-                _ => format!("{folder}-line-{name}"),
-            };
-            stage(
-                &name,
-                "beamformed samples (Eq. 4, 7); ESMV by β takes β = 1 %",
-                &["line", "sample"],
-                &[LINES, SAMPLES],
-                Values::Complex(z),
-            );
         }
+        if method == Method::EsmvRank1 {
+            rank1.clone_from(&z);
+        }
+        let name = match method {
+            Method::Das => "line-das".to_owned(),
+            _ => format!("{folder}-line-{name}"),
+        };
+        stages.add(
+            name,
+            "beamformed samples (Eq. 4, 7); ESMV by β takes β = 1 %",
+            &["line", "sample"],
+            &[LINES, SAMPLES],
+            Values::Complex(z),
+        );
     }
+    Ok(rank1)
+}
 
-    let z = of_rank1;
+/// Envelope, grey levels and pixels of beamformed samples; the pixels are returned.
+fn image(stages: &mut Stages, z: &[Complex<f32>]) -> Result<Vec<f32>> {
     let (mut envelopes, mut levels) = (vec![0.0; z.len()], vec![0.0; z.len()]);
-    envelope(&z, &mut envelopes)?;
+    envelope(z, &mut envelopes)?;
     log_compression(&envelopes, largest(&envelopes), DYNAMIC_RANGE, &mut levels)?;
     let axis = |count: usize| Axis {
         first: 0.0,
@@ -240,45 +299,49 @@ pub fn stages() -> Result<Vec<Stage>> {
     let mut image = vec![0.0; SIDE * SIDE];
     let sides = [axis(LINES), axis(SAMPLES), axis(SIDE), axis(SIDE)];
     resample(&levels, sides[0], sides[1], sides[2], sides[3], &mut image)?;
-    stage(
+    stages.add(
         "envelope",
         "of rank-1 ESMV, forward-backward",
         &["line", "sample"],
         &[LINES, SAMPLES],
         Values::Real(envelopes),
     );
-    stage(
+    stages.add(
         "levels",
         "grey levels 0 to 255 of 50 dB",
         &["line", "sample"],
         &[LINES, SAMPLES],
         Values::Real(levels),
     );
-    stage(
+    stages.add(
         "image",
         "pixels, bilinear between lines and samples",
         &["row", "column"],
         &[SIDE, SIDE],
         Values::Real(image.clone()),
     );
-    let (spectrum, filtered) =
-        reference::phase_symmetry::filtered(&image, SIDE, SIDE, SCALES[0], 0);
+    Ok(image)
+}
+
+/// Phase symmetry of an image, and two numbers on the way to it.
+fn ridges(stages: &mut Stages, image: &[f32]) -> Result<()> {
+    let (spectrum, filtered) = reference::phase_symmetry::filtered(image, SIDE, SIDE, SCALES[0], 0);
     let sides = [SIDE, SIDE];
-    stage(
+    stages.add(
         "spectrum",
         "of the image, unscaled, frequency 0 first",
         &["row", "column"],
         &sides,
         Values::Complex(spectrum),
     );
-    stage(
+    stages.add(
         "filtered",
         "the image through the filter of scale 1/8 and orientation 0: e and o of Eq. 10",
         &["row", "column"],
         &sides,
         Values::Complex(filtered),
     );
-    let pixels = ArrayView2::from_shape((SIDE, SIDE), &image).expect("as many pixels");
+    let pixels = ArrayView2::from_shape((SIDE, SIDE), image).expect("as many pixels");
     let map = phase_symmetry::phase_symmetry(
         pixels,
         &phase_symmetry::Parameters {
@@ -288,18 +351,18 @@ pub fn stages() -> Result<Vec<Stage>> {
         },
         &mut |_, _| {},
     )?;
-    stage(
+    stages.add(
         "phase-symmetry",
         "the map of Eq. 10: scales 1/8 and 1/16, T_n = 3",
         &["row", "column"],
         &[SIDE, SIDE],
         Values::Real(map.into_iter().collect()),
     );
-    Ok(stages)
+    Ok(())
 }
 
 /// The weights of every sample of a line.
-fn weights<A>(x: &[Complex<f32>], method: Method) -> Result<Vec<Complex<f32>>>
+fn line_weights<A>(x: &[Complex<f32>], method: Method) -> Result<Vec<Complex<f32>>>
 where
     A: Averaging<f32> + bonebeam::beamform::Storage<SUBAPERTURE, 2>,
 {
@@ -309,11 +372,7 @@ where
     let mut all = Vec::new();
     for sample in 0..SAMPLES {
         let mut weights = [Complex::ZERO; SUBAPERTURE];
-        let active = Active {
-            first: 0,
-            count: ELEMENTS,
-        };
-        beamformer.weights(&mut workspace.view(), line, active, sample, &mut weights)?;
+        beamformer.weights(&mut workspace.view(), line, ALL, sample, &mut weights)?;
         all.extend(weights);
     }
     Ok(all)
@@ -327,9 +386,5 @@ where
     let mut workspace = Workspace::<ELEMENTS, SUBAPERTURE, 2, A>::new();
     let beamformer = Beamformer::new(parameters(method))?;
     let line = AlignedLine::new(x, ELEMENTS)?;
-    let all = |_| Active {
-        first: 0,
-        count: ELEMENTS,
-    };
-    Ok(beamformer.line(&mut workspace.view(), line, all, z)?)
+    Ok(beamformer.line(&mut workspace.view(), line, |_| ALL, z)?)
 }

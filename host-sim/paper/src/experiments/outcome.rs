@@ -6,7 +6,7 @@ use ndarray::Array2;
 use serde::Serialize;
 
 use crate::{Error, Result};
-use bonebeam_oracle::validate::Check;
+use bonebeam_oracle::verify::Check;
 
 /// What came out of an experiment.
 #[derive(Clone, Debug, Default)]

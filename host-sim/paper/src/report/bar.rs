@@ -3,7 +3,7 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::plot::{DrawResult, tick};
+use super::axes::{DrawResult, tick};
 
 /// Steps of colour in a bar.
 const STEPS: u32 = 64;

@@ -2,8 +2,10 @@
 //! pictures, the configuration, and the tables for the terminal. It knows the parts of an outcome, not
 //! the experiments.
 
+mod axes;
 mod bar;
 mod colours;
+mod contents;
 mod embedded;
 mod figure;
 mod html;
@@ -14,6 +16,7 @@ mod plot;
 mod print;
 mod tables;
 
+pub use contents::{Page, Report};
 pub use figure::figure;
 
 use std::collections::BTreeMap;
@@ -23,11 +26,11 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::Result;
-use crate::experiments::outcome::{Coloured, Comparison, Part, Table, Verdict};
-use crate::experiments::{Job, Outcome};
+use crate::experiments::Outcome;
+use crate::experiments::outcome::{Coloured, Comparison, Part, Verdict};
 use bonebeam_files::atomic::Outputs;
 use bonebeam_files::image;
-use bonebeam_oracle::validate::Check;
+use bonebeam_oracle::verify::Check;
 
 /// The page.
 const PAGE: &str = "report.html";
@@ -38,15 +41,6 @@ const CONFIGURATION: &str = "config.toml";
 
 /// Every number of the paper's experiments, a line each.
 const NUMBERS: &str = "numbers.csv";
-
-/// Which page a report has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Page {
-    /// The main job's, with its pictures beside it.
-    MainJob,
-    /// The paper's: one file that holds its pictures, and a CSV of every table and number.
-    Paper,
-}
 
 /// Everything in `report.json`.
 #[derive(Serialize)]
@@ -64,71 +58,7 @@ struct Data<'a, P: Serialize> {
     experiments: BTreeMap<&'static str, &'a serde_json::Value>,
 }
 
-/// What a run leaves behind.
-pub struct Report<'a> {
-    job: &'a Job,
-    kind: &'static str,
-    outcomes: &'a [(&'static str, Outcome)],
-    page: Page,
-}
-
-impl<'a> Report<'a> {
-    /// The report of a job's outcomes: name and outcome of each experiment.
-    ///
-    /// # Errors
-    /// Parameters that cannot be written.
-    pub fn new(job: &'a Job, outcomes: &'a [(&'static str, Outcome)], page: Page) -> Result<Self> {
-        Ok(Report {
-            job,
-            kind: job.kind()?,
-            outcomes,
-            page,
-        })
-    }
-
-    fn outcomes(&self) -> impl Iterator<Item = &'a Outcome> {
-        self.outcomes.iter().map(|(_, outcome)| outcome)
-    }
-
-    fn checks(&self) -> Vec<&'a Check> {
-        self.outcomes().flat_map(|o| &o.checks).collect()
-    }
-
-    fn comparisons(&self) -> Vec<&'a Comparison> {
-        self.outcomes().flat_map(|o| &o.comparisons).collect()
-    }
-
-    fn verdicts(&self) -> Vec<&'a Verdict> {
-        self.outcomes().flat_map(|o| &o.verdicts).collect()
-    }
-
-    /// The tables of every experiment.
-    fn tables(&self) -> impl Iterator<Item = &'a Table> {
-        self.outcomes().flat_map(|o| &o.tables)
-    }
-
-    /// Whether the core agreed with its references everywhere.
-    pub fn checks_passed(&self) -> bool {
-        self.checks().iter().all(|check| check.passed())
-    }
-
-    /// The tables, for the terminal.
-    pub fn text(&self) -> String {
-        let mut texts: Vec<String> = tables::comparisons(&self.comparisons())
-            .iter()
-            .map(tables::text)
-            .collect();
-        let shown = self.tables().filter(|table| !table.page_only);
-        texts.extend(shown.map(tables::text));
-        if !self.checks().is_empty() {
-            texts.push(tables::text(&tables::checks(&self.checks())));
-        }
-        if !self.verdicts().is_empty() {
-            texts.push(tables::text(&tables::verdicts(&self.verdicts())));
-        }
-        texts.join("\n")
-    }
-
+impl Report<'_> {
     /// Stages all files in `folder`; returns their names.
     ///
     /// # Errors

@@ -6,9 +6,9 @@ use crate::Result;
 use crate::experiments::outcome::{Beside, Coloured, Gallery, Picture, Scale, View};
 use bonebeam_files::image::png;
 
+use super::axes;
 use super::colours::colour;
 use super::embedded::embedded;
-use super::plot;
 
 /// Where the page has its pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,7 +108,7 @@ pub fn coloured(all: &[Coloured]) -> Result<Markup> {
                         div .bar style=(gradient()) {}
                         div .ticks {
                             @for end in [-first.reach, 0.0, first.reach] {
-                                span { (plot::tick(&end)) }
+                                span { (axes::tick(&end)) }
                             }
                         }
                     }
@@ -146,7 +146,7 @@ fn picture(picture: &Picture, outline: &[Vec<(f64, f64)>], source: Source) -> Re
 
 /// The picture at an address within its axes.
 fn framed(picture: &Picture, outline: &[Vec<(f64, f64)>], address: String) -> Result<Markup> {
-    let frame = plot::frame(picture, outline)?;
+    let frame = axes::frame(picture, outline)?;
     let [left, top, width, height] = frame.place;
     let place = format!("left:{left:.3}%;top:{top:.3}%;width:{width:.3}%;height:{height:.3}%");
     Ok(html! {

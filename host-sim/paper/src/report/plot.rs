@@ -1,22 +1,11 @@
-//! Axes around pictures and plots of profiles, as SVG that takes the page's colour for its text.
-
-use std::fmt::Display;
+//! Plots of profiles, as SVG that takes the page's colour for its text.
 
 use maud::{Markup, PreEscaped, html};
-use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use crate::experiments::outcome::{Curve, Picture, Plot};
-use crate::{Error, Result};
-
-/// Width of a picture, and what its axes take, in pixels.
-const PICTURE_WIDTH: u32 = 300;
-const LEFT: u32 = 50;
-const BOTTOM: u32 = 42;
-const MARGIN: u32 = 10;
-
-/// The colour of the known surface.
-const SURFACE: RGBColor = RGBColor(255, 176, 0);
+use super::axes::{MARGIN, SURFACE, draw, tick};
+use crate::Result;
+use crate::experiments::outcome::{Curve, Plot};
 
 /// The curves' colours, by their place; after the last they begin again.
 const PALETTE: [RGBColor; 10] = [
@@ -37,111 +26,6 @@ const NAMES: u32 = 160;
 const NAME: i32 = 18;
 /// The width of a curve, and of a featured one, in pixels.
 const WIDTHS: [u32; 2] = [1, 3];
-
-/// Axes in mm for a picture, and where it goes within them.
-pub struct Frame {
-    /// The axes, and the true surface if there is one.
-    pub svg: String,
-    /// Left, top, width and height of the picture's place, in per cent of the axes' size.
-    pub place: [f64; 4],
-}
-
-/// The axes of a picture, with the closed lines of `outline` over it.
-///
-/// # Errors
-/// The drawing library fails.
-pub fn frame(picture: &Picture, outline: &[Vec<(f64, f64)>]) -> Result<Frame> {
-    let (rows, columns) = picture.pixels.dim();
-    let height = (PICTURE_WIDTH as f64 * rows as f64 / columns as f64).round() as u32;
-    let (width_all, height_all) = (LEFT + PICTURE_WIDTH + MARGIN, MARGIN + height + BOTTOM);
-
-    let svg = draw((width_all, height_all), |root| {
-        axes(root, picture, outline, &PAGE)
-    })?;
-    let percent = |a: u32, of: u32| 100.0 * f64::from(a) / f64::from(of);
-    Ok(Frame {
-        svg,
-        place: [
-            percent(LEFT, width_all),
-            percent(MARGIN, height_all),
-            percent(PICTURE_WIDTH, width_all),
-            percent(height, height_all),
-        ],
-    })
-}
-
-/// What stands around a picture, in pixels.
-pub(super) struct Around {
-    /// Left of it, for depths.
-    pub left: u32,
-    /// What of that is left free at the edge.
-    pub edge: u32,
-    /// Below it, for lateral positions.
-    pub bottom: u32,
-    /// Above it and to the right.
-    pub margin: u32,
-    /// Heights of the axes' names and of their labels.
-    pub text: [u32; 2],
-    /// Width of lines.
-    pub line: u32,
-}
-
-const PAGE: Around = Around {
-    left: LEFT,
-    edge: 0,
-    bottom: BOTTOM,
-    margin: MARGIN,
-    text: [15, 14],
-    line: 1,
-};
-
-/// Draws the axes of a picture in mm, with the lines of `outline` over it.
-pub(super) fn axes<DB: DrawingBackend>(
-    root: &DrawingArea<DB, Shift>,
-    picture: &Picture,
-    outline: &[Vec<(f64, f64)>],
-    around: &Around,
-) -> DrawResult
-where
-    DB::ErrorType: 'static,
-{
-    let (rows, columns) = picture.pixels.dim();
-    // Pixels are as wide around their centres as they are apart.
-    let edge = |first: f64, count: usize| {
-        let start = first - 0.5 * picture.pixel_mm;
-        (start, start + count as f64 * picture.pixel_mm)
-    };
-    let (left, right) = edge(picture.left_mm, columns);
-    let (top, bottom) = edge(picture.top_mm, rows);
-    let mut chart = ChartBuilder::on(root)
-        .margin_top(around.margin)
-        .margin_right(around.margin)
-        .margin_left(around.edge)
-        .x_label_area_size(around.bottom)
-        .y_label_area_size(around.left - around.edge)
-        .build_cartesian_2d(left..right, bottom..top)?;
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .x_desc("lateral, mm")
-        .y_desc("depth, mm")
-        .x_labels(6)
-        .y_labels(6)
-        .x_label_formatter(&tick)
-        .y_label_formatter(&tick)
-        .axis_style(BLACK.stroke_width(around.line))
-        .axis_desc_style(("sans-serif", around.text[0]))
-        .label_style(("sans-serif", around.text[1]))
-        .draw()?;
-    let inside = |p: &(f64, f64)| (left..=right).contains(&p.0) && (top..=bottom).contains(&p.1);
-    for points in outline {
-        for part in points.split(|p| !inside(p)).filter(|part| part.len() > 1) {
-            let style = SURFACE.stroke_width(around.line);
-            chart.draw_series(LineSeries::new(part.iter().copied(), style))?;
-        }
-    }
-    Ok(())
-}
 
 /// Plots of the same curves, under their legend.
 ///
@@ -265,32 +149,4 @@ fn curves_of(plot: &Plot) -> Result<String> {
         }
         Ok(())
     })
-}
-
-/// A tick's label: at most two decimals, and no negative zero.
-pub(super) fn tick(value: &f64) -> String {
-    format!("{}", (100.0 * value).round() / 100.0 + 0.0)
-}
-
-pub(super) type DrawResult = std::result::Result<(), Box<dyn std::error::Error>>;
-
-fn draw<F>(size: (u32, u32), contents: F) -> Result<String>
-where
-    F: FnOnce(&DrawingArea<SVGBackend<'_>, Shift>) -> DrawResult,
-{
-    let failed = |e: &dyn Display| Error::Data(format!("the report's plot cannot be drawn: {e}"));
-    register_font()?;
-    let mut svg = String::new();
-    let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-    contents(&root).map_err(|e| failed(&e))?;
-    root.present().map_err(|e| failed(&e))?;
-    drop(root);
-    Ok(svg)
-}
-
-/// Makes the font known that text is measured and drawn with. The page's own fonts are the reader's.
-pub(super) fn register_font() -> Result<()> {
-    let bytes = dejavu::sans::regular();
-    plotters::style::register_font("sans-serif", FontStyle::Normal, bytes)
-        .map_err(|_| Error::Data("the font of the axes cannot be read".into()))
 }

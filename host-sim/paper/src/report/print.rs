@@ -5,9 +5,9 @@ use plotters::prelude::*;
 use crate::experiments::outcome::{Coloured, Picture};
 use crate::{Error, Result};
 
+use super::axes::{Around, Extent, axes, register_font};
 use super::bar::Bar;
 use super::colours::colour;
-use super::plot::{Around, axes, register_font};
 
 /// The least width of the picture within its axes, dots: 85 mm, a column of a journal.
 const WIDTH: usize = 1000;
@@ -18,8 +18,9 @@ const AROUND: Around = Around {
     left: 120,
     edge: 16,
     bottom: 100,
-    margin: 24,
+    margin: [24; 2],
     text: [32, 29],
+    labels: [6, 6],
     line: 3,
 };
 
@@ -49,7 +50,12 @@ pub fn print_coloured(shown: &Coloured) -> Result<Vec<u8>> {
     let bar = Bar {
         range: [-shown.reach, shown.reach],
         name: shown.quantity,
-        margins: [AROUND.margin, 2 * AROUND.margin, AROUND.bottom, AROUND.edge],
+        margins: [
+            AROUND.margin[0],
+            2 * AROUND.margin[1],
+            AROUND.bottom,
+            AROUND.edge,
+        ],
         labels: 120,
         text: AROUND.text,
         line: AROUND.line,
@@ -75,18 +81,18 @@ impl Sheet {
         register_font()?;
         let (rows, columns) = picture.pixels.dim();
         let dots = WIDTH.div_ceil(columns.max(1));
-        let beside = AROUND.left + (columns * dots) as u32 + AROUND.margin;
+        let beside = AROUND.left + (columns * dots) as u32 + AROUND.margin[1];
         let across = beside + bar.map_or(0, |_| BAR);
-        let down = AROUND.margin + (rows * dots) as u32 + AROUND.bottom;
+        let down = AROUND.margin[0] + (rows * dots) as u32 + AROUND.bottom;
         let mut colours = vec![255; 3 * (across * down) as usize];
         {
             let root = BitMapBackend::with_buffer(&mut colours, (across, down));
             let root = root.into_drawing_area();
             let draw = || match bar {
-                None => axes(&root, picture, &[], &AROUND),
+                None => axes(&root, &Extent::of(picture), &[], &AROUND),
                 Some(bar) => {
                     let (left, right) = root.split_horizontally(beside);
-                    axes(&left, picture, &[], &AROUND)?;
+                    axes(&left, &Extent::of(picture), &[], &AROUND)?;
                     bar.draw(&right, |share| {
                         let [r, g, b] = colour(2.0 * share - 1.0).map(|v| (255.0 * v) as u8);
                         RGBColor(r, g, b)
@@ -107,7 +113,7 @@ impl Sheet {
     /// Puts the pixels within the axes.
     fn fill(&mut self, picture: &Picture, colour: impl Fn(usize, usize) -> [u8; 3]) {
         let (rows, columns) = picture.pixels.dim();
-        let [left, top] = [AROUND.left, AROUND.margin].map(|v| v as usize);
+        let [left, top] = [AROUND.left, AROUND.margin[0]].map(|v| v as usize);
         for row in 0..rows * self.dots {
             let start = (top + row) * self.across + left;
             let line = &mut self.colours[3 * start..][..3 * columns * self.dots];

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::experiments::outcome::{BesidePaper, Comparison, Table, Verdict, number};
-use bonebeam_oracle::validate::Check;
+use bonebeam_oracle::verify::Check;
 
 /// The paper's figures, one or two.
 fn paper(value: &BesidePaper) -> String {

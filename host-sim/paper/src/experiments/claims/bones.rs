@@ -6,10 +6,11 @@ use crate::experiments::common::pictures::{picture, ridges, scales};
 use crate::experiments::common::truth::beside;
 use crate::experiments::outcome::{Beside, Part, View};
 
-use super::Claims;
-use super::geometry::{GEOMETRIES, Geometries};
+use super::geometry::Geometries;
 use super::mechanism::Figure;
-use super::pose::{Medium, one};
+use super::medium::Medium;
+use super::parameters::{Claims, GEOMETRIES};
+use super::pose::one;
 
 /// The pictures of the first seed with the shortest time window, the paper's in water.
 ///

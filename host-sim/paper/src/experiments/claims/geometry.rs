@@ -8,10 +8,8 @@ use crate::experiments::outcome::Attachment;
 use bonebeam_files::ply;
 use bonebeam_simulate::{Bone, Outline, slice_mesh, slice_ply, slice_vertebra};
 
-use super::Claims;
+use super::parameters::{Claims, GEOMETRIES};
 
-/// The geometries by name.
-pub const GEOMETRIES: [&str; 2] = ["built-in", "mesh"];
 /// How far a seed moves the bone sideways and in depth at the most, m.
 const SHIFT: f64 = 1e-3;
 

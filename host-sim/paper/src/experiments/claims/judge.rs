@@ -2,19 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 use crate::experiments::outcome::{Ruling, Verdict, number};
 
-use super::Claims;
-use super::pose::{Medium, disturbance};
-use super::scene::{SceneMeasure, SceneResult};
+use super::interval::Interval;
+use super::medium::{Medium, disturbance};
+use super::parameters::Claims;
+use super::scene::SceneResult;
+use super::statements::{SPECKLE, STATEMENTS, Says, Statement};
 use super::tuning::Tuned;
 
-/// Draws of the bootstrap.
-const DRAWS: usize = 2000;
 /// Fewer scenes decide nothing.
 const FEWEST: usize = 3;
 /// Factor between figures of one order of magnitude: half of one either way.
@@ -66,200 +64,6 @@ pub struct Cell {
     /// Whether the claim is shown here: true, or false where the opposite is; none where it is open.
     pub shown: Option<bool>,
 }
-
-/// A mean and the interval that holds it with 95 %.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Interval {
-    /// The mean over scenes.
-    pub mean: f64,
-    /// The interval's ends: percentiles of a bootstrap over scenes.
-    pub ends: [f64; 2],
-    /// How many scenes.
-    pub scenes: usize,
-}
-
-impl Interval {
-    /// The mean of values with a bootstrap over them; none without values.
-    pub fn of(values: &[f64]) -> Option<Self> {
-        if values.is_empty() {
-            return None;
-        }
-        let n = values.len();
-        let mut random = ChaCha8Rng::seed_from_u64(1);
-        let mut means: Vec<f64> = (0..DRAWS)
-            .map(|_| {
-                let sum: f64 = (0..n)
-                    .map(|_| values[((random.random::<f64>() * n as f64) as usize).min(n - 1)])
-                    .sum();
-                sum / n as f64
-            })
-            .collect();
-        means.sort_by(f64::total_cmp);
-        let at = |share: f64| means[((share * DRAWS as f64) as usize).min(DRAWS - 1)];
-        Some(Interval {
-            mean: values.iter().sum::<f64>() / n as f64,
-            ends: [at(0.025), at(0.975)],
-            scenes: n,
-        })
-    }
-
-    /// For people.
-    pub fn text(&self) -> String {
-        let [low, high] = self.ends.map(|v| number(Some(v)));
-        format!("{} ({low} to {high})", number(Some(self.mean)))
-    }
-}
-
-/// What a claim says of ESMV's measure beside that of DAS.
-#[derive(Clone, Copy, PartialEq)]
-enum Says {
-    Less,
-    More,
-    /// An error of the same order, or a smaller one.
-    AsSmall,
-}
-
-struct Statement {
-    claim: &'static str,
-    place: &'static str,
-    measure: &'static str,
-    says: Says,
-    tissue_only: bool,
-    pick: fn(&SceneMeasure) -> Option<f64>,
-    paper: &'static str,
-}
-
-const fn statement(
-    claim: &'static str,
-    place: &'static str,
-    measure: &'static str,
-    says: Says,
-    pick: fn(&SceneMeasure) -> Option<f64>,
-    paper: &'static str,
-) -> Statement {
-    Statement {
-        claim,
-        place,
-        measure,
-        says,
-        tissue_only: false,
-        pick,
-        paper,
-    }
-}
-
-const ABSTRACT: &str = "abstract";
-const DISCUSSION: &str = "discussion";
-
-const STATEMENTS: [Statement; 12] = [
-    statement(
-        "The bone is localized as well as with DAS (PS)",
-        ABSTRACT,
-        "PS: mean localization error, mm",
-        Says::AsSmall,
-        |m| m.phase_symmetry.mean_mm,
-        "0.94, 0.97 → 0.84, 0.95",
-    ),
-    statement(
-        "The intensity around the surface has a smaller STD, by some 20 % (PS)",
-        ABSTRACT,
-        "PS: STD in region A, mm",
-        Says::Less,
-        |m| m.phase_symmetry.std_mm,
-        "0.53, 0.57 → 0.42, 0.45",
-    ),
-    statement(
-        "The same within 1 mm on both sides of the known surface",
-        "beside the abstract",
-        "PS: STD in ±1 mm, mm",
-        Says::Less,
-        |m| m.phase_symmetry.near_std_mm,
-        "–",
-    ),
-    statement(
-        "The noise inside the shadow is lower, by some 60 % (PS)",
-        ABSTRACT,
-        "PS: intensity C",
-        Says::Less,
-        |m| m.phase_symmetry.intensity_c,
-        "3.06, 5.16 → 1.24, 1.88",
-    ),
-    statement(
-        "The B-mode image localizes as well as that of DAS",
-        DISCUSSION,
-        "US: mean localization error, mm",
-        Says::AsSmall,
-        |m| m.b_mode.mean_mm,
-        "0.70, 0.90 → 0.66, 0.79",
-    ),
-    statement(
-        "The distribution in region A is narrower (B-mode)",
-        DISCUSSION,
-        "US: STD in region A, mm",
-        Says::Less,
-        |m| m.b_mode.std_mm,
-        "0.72, 0.85 → 0.65, 0.77",
-    ),
-    statement(
-        "The noise inside the bone is much lower (B-mode)",
-        DISCUSSION,
-        "US: intensity C",
-        Says::Less,
-        |m| m.b_mode.intensity_c,
-        "92.4, 125.5 → 16.8, 15.8",
-    ),
-    statement(
-        "The noise outside the bone is much lower (PS)",
-        DISCUSSION,
-        "PS: intensity B",
-        Says::Less,
-        |m| m.phase_symmetry.intensity_b,
-        "32.2, 32.2 → 6.60, 3.93",
-    ),
-    statement(
-        "The boundaries are thinner (PS)",
-        DISCUSSION,
-        "PS: thickness of ridges, mm",
-        Says::Less,
-        |m| m.phase_symmetry.thickness_mm,
-        "0.51 → 0.34",
-    ),
-    statement(
-        "More of the surface is detected (PS)",
-        "results, Fig. 3",
-        "PS: share of the surface found",
-        Says::More,
-        |m| m.phase_symmetry.found,
-        "–",
-    ),
-    statement(
-        "The surface is better told from what surrounds it (PS, paper's filter)",
-        ABSTRACT,
-        "PS: average precision",
-        Says::More,
-        |m| m.phase_symmetry.average_precision,
-        "–",
-    ),
-    statement(
-        "The same with the best filter for each beamformer",
-        ABSTRACT,
-        "PS, tuned: average precision",
-        Says::More,
-        |m| m.tuned.average_precision,
-        "–",
-    ),
-];
-
-/// The speckle around the bone is reduced; it takes tissue.
-const SPECKLE: Statement = Statement {
-    claim: "Speckle around the bone is reduced (B-mode)",
-    place: DISCUSSION,
-    measure: "US: intensity B",
-    says: Says::Less,
-    tissue_only: true,
-    pick: |m: &SceneMeasure| m.b_mode.intensity_b,
-    paper: "27.2, 63.1 → 4.71, 10.2 (water)",
-};
 
 /// Judges every claim on the scenes.
 pub fn judge(scenes: Vec<SceneResult>, tuned: Vec<Tuned>, claims: &Claims) -> ClaimsResult {
@@ -480,6 +284,7 @@ fn factor(cells: &[Cell]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::scene::SceneMeasure;
     use super::*;
     use crate::experiments::common::bone::BoneMeasure;
 

@@ -14,9 +14,10 @@ use crate::experiments::outcome::{Beside, Curve, Part, Picture, Plot, View as Sh
 use crate::measure::contrast::moments;
 use bonebeam_drive::config::PhaseSymmetry;
 
-use super::Claims;
-use super::geometry::{GEOMETRIES, Geometries};
-use super::pose::{Medium, one};
+use super::geometry::Geometries;
+use super::medium::Medium;
+use super::parameters::{Claims, GEOMETRIES};
+use super::pose::one;
 
 /// The echo of the surface: signed distances, m.
 const ECHO: [f64; 2] = [-0.5e-3, 1.5e-3];

@@ -1,7 +1,6 @@
 //! A pose of a bone: its recordings, and the images of its scenes.
 
 use ndarray::Array2;
-use serde::{Deserialize, Serialize};
 
 use crate::experiments::Context;
 use crate::experiments::common::bone::View;
@@ -14,33 +13,9 @@ use bonebeam_simulate::{
     Clutter, Outline, Phantom, Settings, Summation, Tissue, add_noise, channel_data,
 };
 
-use super::Claims;
 use super::geometry::Geometries;
-
-/// What surrounds the bone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Medium {
-    /// Nothing that echoes.
-    Water,
-    /// Scatterers as bright as those of bone.
-    Tissue,
-}
-
-impl Medium {
-    /// As `--only` has it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Medium::Water => "water",
-            Medium::Tissue => "tissue",
-        }
-    }
-}
-
-/// As `--only` has it.
-pub fn disturbance(disturbed: bool) -> &'static str {
-    if disturbed { "disturbed" } else { "quiet" }
-}
+use super::medium::{Medium, disturbance};
+use super::parameters::Claims;
 
 /// The recordings of a pose, free of noise; those that are wanted.
 struct Recordings {

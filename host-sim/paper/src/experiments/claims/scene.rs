@@ -9,7 +9,8 @@ use crate::{Error, Result};
 
 use super::kept::kept;
 use super::mechanism::{Zones, zones};
-use super::pose::{Images, Medium, Pose};
+use super::medium::Medium;
+use super::pose::{Images, Pose};
 use super::tuning::Tuned;
 
 /// What came out of a scene.

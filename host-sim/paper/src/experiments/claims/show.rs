@@ -6,7 +6,7 @@ use crate::experiments::outcome::{Attachment, Part, Table, data, number};
 
 use super::judge::{Claim, ClaimsResult};
 use super::mechanism::Figure;
-use super::pose::{Medium, disturbance};
+use super::medium::{Medium, disturbance};
 
 /// The outcome of a result.
 ///
@@ -229,7 +229,7 @@ fn tuned(result: &ClaimsResult) -> Table {
 }
 
 fn zones(result: &ClaimsResult) -> Table {
-    let text = |interval: &Option<super::judge::Interval>| {
+    let text = |interval: &Option<super::interval::Interval>| {
         interval.map_or("–".into(), |interval| interval.text())
     };
     Table {

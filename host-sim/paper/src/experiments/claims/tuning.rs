@@ -8,7 +8,8 @@ use crate::experiments::common::truth::precision;
 use bonebeam_drive::config::PhaseSymmetry;
 
 use super::kept::kept;
-use super::pose::{Medium, Pose};
+use super::medium::Medium;
+use super::pose::Pose;
 
 /// The filters that are tried: scales as exponents of 2, from and to, and thresholds.
 const SCALES: [[i32; 2]; 9] = [

@@ -9,7 +9,7 @@ use bonebeam_drive::beamform::beamform;
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::methods::{COMPARED, Compared};
 use bonebeam_files::{ChannelData, Lines};
-use bonebeam_oracle::validate::{self, Check};
+use bonebeam_oracle::verify::{self, Check};
 
 use super::{Checks, Receive};
 use crate::experiments::Progress;
@@ -91,7 +91,7 @@ impl Checked<'_> {
     ) -> Result<Vec<Check>> {
         let receive = self.receive;
         let rate = receive.0.rate_of(self.data);
-        let delayed = validate::delay::check(
+        let delayed = verify::delay::check(
             self.data,
             self.stage,
             rate,
@@ -104,7 +104,7 @@ impl Checked<'_> {
             bits: delayed,
             error: None,
         };
-        let frame = validate::beamform::Frame {
+        let frame = verify::beamform::Frame {
             x: self.x,
             active: |beam: usize, sample: usize| self.stage.active(self.first + beam, sample),
             covariance: receive.0.covariance,

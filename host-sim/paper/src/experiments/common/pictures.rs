@@ -14,7 +14,7 @@ use bonebeam_drive::image::{PixelGrid, b_mode};
 use bonebeam_drive::methods::COMPARED;
 use bonebeam_drive::phase_symmetry::{Parameters, phase_symmetry};
 use bonebeam_files::Lines;
-use bonebeam_oracle::validate::{self, Check};
+use bonebeam_oracle::verify::{self, Check};
 
 /// The two pictures of one method.
 #[derive(Clone, Debug, Serialize)]
@@ -102,13 +102,13 @@ impl Studio<'_> {
         let map = phase_symmetry(image.pixels.view(), &parameters, &mut |_, _| {})?;
         let mut checks = Vec::new();
         if self.check {
-            let (bits, error) = validate::image::check(&image, lines, range, &self.grid, median);
+            let (bits, error) = verify::image::check(&image, lines, range, &self.grid, median);
             checks.push(Check {
                 what: format!("{}: B-mode, {name}", self.what),
                 bits,
                 error: Some(error),
             });
-            let (bits, error) = validate::phase_symmetry::check(&map, &image.pixels, &parameters);
+            let (bits, error) = verify::phase_symmetry::check(&map, &image.pixels, &parameters);
             checks.push(Check {
                 what: format!("{}: phase symmetry, {name}", self.what),
                 bits,

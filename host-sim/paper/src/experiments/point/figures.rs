@@ -6,7 +6,7 @@ use crate::experiments::common::beamformers::{Paper, comparison, curves};
 use crate::experiments::common::pictures::scales;
 use crate::experiments::outcome::{Comparison, Gallery, Part, Plot, Table, data, number};
 use bonebeam_drive::methods::COMPARED;
-use bonebeam_oracle::validate::Check;
+use bonebeam_oracle::verify::Check;
 
 use super::measure::{PointMeasure, PointResult, SamplingResult};
 

@@ -9,7 +9,7 @@ use crate::{Error, Result};
 use bonebeam_drive::config::Image;
 use bonebeam_drive::image::PixelGrid;
 use bonebeam_files::Lines;
-use bonebeam_oracle::validate::Check;
+use bonebeam_oracle::verify::Check;
 use bonebeam_simulate::{Phantom, Settings, Summation, channel_data};
 
 use super::common::lines::beamform_all;

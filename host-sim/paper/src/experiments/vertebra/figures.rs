@@ -7,10 +7,10 @@ use crate::experiments::common::beamformers::{Paper, comparison, curves};
 use crate::experiments::common::pictures::{Pair, scales};
 use crate::experiments::outcome::{Comparison, Gallery, Part, Plot, Table, data, number};
 use bonebeam_drive::methods::COMPARED;
-use bonebeam_oracle::validate::Check;
+use bonebeam_oracle::verify::Check;
 
-use super::Vertebra;
 use super::measure::{ByImage, ImageLine, Surface, VertebraMeasure, VertebraResult};
+use super::parameters::Vertebra;
 
 const SURFACE: &str = "Vertebra in a water bath (Table I)";
 const LINES: &str = "Image lines of the vertebra (Fig. 8)";

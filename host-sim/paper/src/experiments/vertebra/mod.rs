@@ -2,71 +2,19 @@
 
 mod figures;
 mod measure;
-
-use std::path::PathBuf;
-
-use serde::{Deserialize, Serialize};
+mod parameters;
 
 use crate::Result;
-use bonebeam_drive::config::Image;
 use bonebeam_drive::image::grid_of_picture;
 use bonebeam_files::settings::{LENGTHS, check_positive, out_of_range};
-use bonebeam_simulate::{Outline, Phantom, Settings, Summation, channel_data};
+use bonebeam_simulate::{Outline, Summation, channel_data};
 
+use super::common;
 use super::common::lines::beamform_all;
 use super::common::pictures::Studio;
-use super::common::{self, Receive};
 use super::{Context, Experiment, Outcome, Overrides};
 use measure::View;
-
-/// Section `[vertebra]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Vertebra {
-    /// A closed surface as a PLY file in mm (+x towards the front, +z towards the head) in place of
-    /// the built-in vertebra.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    mesh: Option<PathBuf>,
-    /// Height of the slice, m, from the middle of the body towards the head.
-    slice: f64,
-    /// Depth of the spinous process's tip, m.
-    depth: f64,
-    /// Depth of the lateral image line through the laminae, m.
-    lateral_line: f64,
-    /// Array, pulse, transmit, noise.
-    simulation: Settings,
-    /// Delay and beamformer.
-    receive: Receive,
-    /// The B-mode image.
-    image: Image,
-}
-
-impl Default for Vertebra {
-    fn default() -> Self {
-        let mut receive = Receive::default();
-        receive.0.depth_end = Some(44.2e-3);
-        Vertebra {
-            mesh: None,
-            slice: -4e-3,
-            depth: 15e-3,
-            lateral_line: 25.5e-3,
-            // Two beams an element, as the paper's 256 in the water bath; as deep as the image of 512
-            // pixels across the array.
-            simulation: Settings {
-                beams: 255,
-                beam_step: 0.5,
-                depth_end: 44.2e-3,
-                ..Settings::vertebra()
-            },
-            receive,
-            image: Image {
-                dynamic_range: 70.0,
-                median: true,
-                ..Image::default()
-            },
-        }
-    }
-}
+pub use parameters::Vertebra;
 
 impl Experiment for Vertebra {
     const NAME: &'static str = "vertebra";
@@ -146,14 +94,5 @@ impl Experiment for Vertebra {
         let bone = bone.expect("a vertebra has a bone")?;
         let view = View::new(&bone, grid, self.lateral_line);
         figures::outcome(&view.result(pictures), self, checks)
-    }
-}
-
-impl Vertebra {
-    /// The slice of the vertebra in its water bath.
-    fn phantom(&self) -> Result<Phantom> {
-        let phantom = Phantom::slice(self.mesh.as_deref(), self.slice, self.depth)?;
-        phantom.check_within(&self.simulation)?;
-        Ok(phantom)
     }
 }

@@ -6,7 +6,8 @@ use crate::experiments::common::bone::BoneMeasure;
 use crate::experiments::common::pictures::scales;
 use crate::experiments::outcome::{Beside, Part, Table, View, data, number};
 
-use super::{TissueMeasure, TissueResult, VertebraInTissue};
+use super::measure::{TissueMeasure, TissueResult};
+use super::parameters::VertebraInTissue;
 
 /// The outcome of a result.
 ///

@@ -4,10 +4,9 @@ use crate::experiments::common::beamformers::{Paper, comparison};
 use crate::experiments::outcome::Comparison;
 use bonebeam_drive::methods::COMPARED;
 
-use super::METHODS;
 use super::contour::Row;
-use super::figures::KINDS;
 use super::measures::Measured;
+use super::parameters::{KINDS, METHODS};
 use super::profiles::{Line, Profile};
 
 const BATH: &str = "With all sources of error on, the fiducials picked at their brightest voxel. Another \

@@ -18,9 +18,9 @@ use super::comparisons::{line_comparisons, table_one};
 use super::contour::{Registered, Registration, Row, Sources};
 use super::images::Images;
 use super::measures::{Draws, Measured};
+use super::parameters::{FEATURED, KINDS, METHODS, WaterBath};
 use super::registration::{Ct, Registrations};
 use super::sweep::{Tip, Volume};
-use super::{FEATURED, METHODS, WaterBath};
 
 /// All that was found.
 pub struct Found<'a> {
@@ -51,8 +51,6 @@ struct NumbersOfRegistration<'a> {
     found: &'a Registered,
 }
 
-/// The kinds of image.
-pub const KINDS: [&str; 2] = ["US", "PS"];
 /// How far the colour maps and curves reach from the contour, mm.
 const REACH: f64 = 10.0;
 

@@ -14,12 +14,12 @@ use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::image::{PixelGrid, b_mode};
 use bonebeam_drive::methods::{COMPARED, Compared};
 use bonebeam_files::{ChannelData, Lines, Transmits};
-use bonebeam_oracle::validate::Check;
+use bonebeam_oracle::verify::Check;
 use bonebeam_simulate::{Clutter, Phantom, Scatterer, Settings};
 
+use super::parameters::{FEATURED, METHODS, WaterBath};
 use super::specimen::Specimen;
 use super::sweep::Volume;
-use super::{FEATURED, METHODS, WaterBath};
 
 /// Scatterers on bone in the two slices, per m²: the paper's.
 const ON_BONE: f64 = 200e6;

@@ -15,11 +15,11 @@ use bonebeam_simulate::complex_gaussian;
 
 use super::contour::{self, Row, Sources};
 use super::images::Images;
+use super::parameters::{FEATURED, WaterBath};
 use super::profiles::{Line, Profile};
 use super::registration::{Ct, Registrations};
 use super::specimen::Specimen;
 use super::sweep::{self, Tip, Volume};
-use super::{FEATURED, WaterBath};
 
 /// Draws of the picking error, and every how-many-th pixel they are measured at.
 const DRAWS: usize = 40;

@@ -5,9 +5,9 @@ use crate::measure::registration::{Point, Rigid};
 use bonebeam_simulate::{CtScanner, CtVolume, Outline, Surface};
 
 use super::contour::{self, Registered, Registration, Sources};
+use super::parameters::{POSE, THRESHOLD, WaterBath};
 use super::specimen::{self, Specimen};
 use super::sweep::{self, Tip, Volume};
-use super::{POSE, THRESHOLD, WaterBath};
 
 /// The CT volume, its surfaces and its picks.
 pub struct Ct {

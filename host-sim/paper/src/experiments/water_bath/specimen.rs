@@ -61,7 +61,10 @@ impl Specimen {
             // Touching, not sunk in.
             centres.push([0, 1, 2].map(|k| point[k] + RADIUS * normal[k]));
         }
-        let balls: Vec<Surface> = centres.iter().map(|c| Surface::ball(*c, RADIUS)).collect();
+        let balls: Vec<Surface> = centres
+            .iter()
+            .map(|c| bonebeam_simulate::ball(*c, RADIUS))
+            .collect();
         let whole = balls
             .iter()
             .fold(bone.clone(), |all, ball| all.joined(ball));

@@ -4,9 +4,10 @@
 pub mod beamform;
 pub mod delay;
 pub mod image;
+pub mod kernels;
 pub mod phase_symmetry;
+pub mod recording;
 pub mod tolerances;
-pub mod verify;
 
 use num_complex::Complex;
 use serde::Serialize;

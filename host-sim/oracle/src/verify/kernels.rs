@@ -1,9 +1,5 @@
 //! All bit-for-bit checks, with hashes: every kernel of the core on a small recording.
 
-mod recording;
-
-pub use recording::recording;
-
 use std::hash::Hasher;
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
@@ -20,7 +16,8 @@ use num_complex::Complex;
 
 use crate::Result;
 use crate::reference;
-use crate::validate::{self, Bits, Bound};
+use crate::verify::recording::recording;
+use crate::verify::{self, Bits, Bound};
 use bonebeam_drive::beamform::{Memory, Plan, beamform};
 use bonebeam_drive::config;
 use bonebeam_drive::delay::DelayStage;
@@ -346,7 +343,7 @@ impl<'a> Scene<'a> {
         let name = format!("{name}, {side}, K={}", parameters.temporal_half_window);
         let z = self.beamform(parameters, covariance)?;
         let numbers = parts(&z);
-        let frame = validate::beamform::Frame {
+        let frame = verify::beamform::Frame {
             x: &self.x,
             active: |beam, sample| self.active(beam, sample),
             covariance,
@@ -425,7 +422,7 @@ impl<'a> Scene<'a> {
         };
         let grid = grid_of_lines(&lines, 128, 128)?;
         let image = b_mode(&lines, RANGE, &grid, true)?;
-        let (bits, error) = validate::image::check(&image, &lines, f64::from(RANGE), &grid, true);
+        let (bits, error) = verify::image::check(&image, &lines, f64::from(RANGE), &grid, true);
         let pixels: Vec<f32> = image.pixels.iter().copied().collect();
         let mut verdicts = vec![
             Verdict::bits("image: f32".into(), &pixels, &bits),
@@ -440,7 +437,7 @@ impl<'a> Scene<'a> {
             let name = format!("phase symmetry, {} filters", 6 * scales.len());
             let map = phase_symmetry(image.pixels.view(), &parameters, &mut |_, _| {})?;
             let numbers: Vec<f32> = map.iter().copied().collect();
-            let (bits, error) = validate::phase_symmetry::check(&map, &image.pixels, &parameters);
+            let (bits, error) = verify::phase_symmetry::check(&map, &image.pixels, &parameters);
             verdicts.push(Verdict::bits(format!("{name}: f32"), &numbers, &bits));
             verdicts.push(Verdict::bound(format!("{name}: f64"), &error));
             for strip in [1, 7, 16, 64] {

@@ -1,0 +1,64 @@
+//! The paper's frame in vivo.
+
+use bonebeam::beamform::{Method, Parameters};
+use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
+use bonebeam::pipeline::{self, Pipeline};
+
+use crate::Result;
+use bonebeam_drive::phase_symmetry;
+
+/// Pixels on each side of the image that the bones are looked for in.
+const PIXELS: usize = 512;
+/// In dB.
+const DYNAMIC_RANGE: f32 = 60.0;
+
+/// The paper's array, and its frame inside a living back.
+pub(super) struct InVivo;
+
+impl InVivo {
+    pub(super) const ELEMENTS: usize = 128;
+    pub(super) const PITCH: f64 = 0.308e-3;
+    pub(super) const SOUND_SPEED: f64 = 1540.0;
+    pub(super) const RATE: f64 = 20e6;
+    pub(super) const DEPTH: f64 = 40e-3;
+    pub(super) const BEAMS: usize = 256;
+    /// Of the recording, Hz.
+    pub(super) const SAMPLING_RATE: f64 = 40e6;
+
+    pub(super) const PARAMETERS: Parameters = Parameters {
+        method: Method::EsmvRank1,
+        temporal_half_window: 2,
+        ..Parameters::DEFAULT
+    };
+
+    pub(super) fn pipeline(method: Method, record_samples: usize) -> Result<Pipeline<'static>> {
+        let width = (Self::ELEMENTS - 1) as f64 * Self::PITCH;
+        Ok(Pipeline::new(pipeline::Parameters {
+            scan: ScanParameters {
+                array: Array::linear(Self::ELEMENTS, Self::PITCH),
+                lines: Lines::Even(Axis::centred(Self::BEAMS, width / (Self::BEAMS - 1) as f64)),
+                sound_speed: Self::SOUND_SPEED,
+                centre_frequency: 5e6,
+                sampling_rate: Self::SAMPLING_RATE,
+                record_samples,
+                output_rate: Self::RATE,
+                start: Depth::Metres(0.0),
+                end: Depth::Metres(Self::DEPTH),
+                f_number: 1.5,
+                min_elements: 8,
+            },
+            beamformer: Parameters {
+                method,
+                ..Self::PARAMETERS
+            },
+            rows: PIXELS,
+            columns: PIXELS,
+            dynamic_range: DYNAMIC_RANGE,
+            median: true,
+            scales: &[1.0 / 128.0, 1.0 / 256.0, 1.0 / 512.0],
+            threshold: 15.0,
+            strip: phase_symmetry::Parameters::STRIP,
+            stretch: usize::MAX,
+        })?)
+    }
+}

@@ -1,0 +1,116 @@
+//! Recordings read from files: whole, or a few frames at a time.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use super::atomic::Outputs;
+use super::formats::{self, Found};
+use super::{Format, Recording, Variables, npz_writer};
+use crate::Result;
+use crate::memory::product;
+
+/// How many bytes of samples are read at a time, where a frame is not more.
+const AT_A_TIME: usize = 16 << 20;
+
+impl Recording {
+    /// Reads channel data or aligned data, in the format that the file or folder turns out to be of.
+    ///
+    /// # Errors
+    /// The file cannot be opened, is of a format that is not read, holds several kinds of data or
+    /// none, or what it holds is not valid.
+    pub fn read(path: &Path) -> Result<Self> {
+        let found = formats::read(path, &Variables::default(), 0..usize::MAX)?;
+        Ok(found.recording)
+    }
+}
+
+/// The file of a recording, from which frames are read some at a time, so that it may be larger than
+/// memory. Where a format is only read whole, memory holds all of it.
+pub struct RecordingFile {
+    path: PathBuf,
+    variables: Variables,
+    format: Format,
+    frames: usize,
+    /// The first frame, or all.
+    first: Recording,
+}
+
+impl RecordingFile {
+    /// Reads all but the frames after the first, with what `variables` say of the file's arrays.
+    ///
+    /// # Errors
+    /// As [`Recording::read`], and variables that have no effect on that format.
+    pub fn open(path: &Path, variables: &Variables) -> Result<Self> {
+        let found = formats::read(path, variables, 0..1)?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            variables: variables.clone(),
+            format: found.format,
+            frames: found.frames,
+            first: found.recording,
+        })
+    }
+
+    /// What the file is.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// How many frames it holds.
+    pub fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// The first frame, or all, with what is common to the frames.
+    pub fn first(&self) -> &Recording {
+        &self.first
+    }
+
+    /// How many frames are read at a time: one at the least.
+    pub fn frames_at_a_time(&self) -> usize {
+        let frame = self.first.bytes() / self.first.frames().max(1);
+        (AT_A_TIME / frame.max(1)).max(1)
+    }
+
+    /// Some frames, and their places in what is returned.
+    ///
+    /// # Errors
+    /// As [`RecordingFile::open`].
+    pub fn read(&self, frames: Range<usize>) -> Result<(Cow<'_, Recording>, Range<usize>)> {
+        if frames.end <= self.first.frames() {
+            return Ok((Cow::Borrowed(&self.first), frames));
+        }
+        let Found { recording, .. } = formats::read(&self.path, &self.variables, frames)?;
+        let all = 0..recording.frames();
+        Ok((Cow::Owned(recording), all))
+    }
+
+    /// Stages the recording as a `.npz` archive, some frames at a time.
+    ///
+    /// # Errors
+    /// Data that are not valid, or a file that cannot be written.
+    pub fn stage_npz(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
+        let count = self.frames;
+        let frame = self.first.bytes() / self.first.frames().max(1);
+        outputs.stage(path, |sink| {
+            let mut npz = npz_writer::Writer::new(sink, product(&[frame, count]));
+            match &self.first {
+                Recording::Channel(data) => data.samples.begin_npz(count, &mut npz)?,
+                Recording::Aligned(data) => data.begin_npz(count, &mut npz)?,
+            }
+            for first in (0..count).step_by(self.frames_at_a_time()) {
+                let end = count.min(first + self.frames_at_a_time());
+                let (recording, own) = self.read(first..end)?;
+                match recording.as_ref() {
+                    Recording::Channel(data) => data.samples.append_npz(own, &mut npz)?,
+                    Recording::Aligned(data) => data.append_npz(own, &mut npz)?,
+                }
+            }
+            match &self.first {
+                Recording::Channel(data) => Ok(data.finish_npz(npz)?),
+                Recording::Aligned(data) => Ok(data.finish_npz(npz)?),
+            }
+        })
+    }
+}

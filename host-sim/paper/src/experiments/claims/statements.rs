@@ -1,0 +1,156 @@
+//! The claims of the paper, and the measures that each is judged by.
+
+use super::scene::SceneMeasure;
+
+/// What a claim says of ESMV's measure beside that of DAS.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Says {
+    Less,
+    More,
+    /// An error of the same order, or a smaller one.
+    AsSmall,
+}
+
+/// A claim, and the measure that it is judged by.
+pub struct Statement {
+    pub claim: &'static str,
+    pub place: &'static str,
+    pub measure: &'static str,
+    pub says: Says,
+    pub tissue_only: bool,
+    pub pick: fn(&SceneMeasure) -> Option<f64>,
+    pub paper: &'static str,
+}
+
+const fn statement(
+    claim: &'static str,
+    place: &'static str,
+    measure: &'static str,
+    says: Says,
+    pick: fn(&SceneMeasure) -> Option<f64>,
+    paper: &'static str,
+) -> Statement {
+    Statement {
+        claim,
+        place,
+        measure,
+        says,
+        tissue_only: false,
+        pick,
+        paper,
+    }
+}
+
+const ABSTRACT: &str = "abstract";
+const DISCUSSION: &str = "discussion";
+
+/// The claims.
+pub const STATEMENTS: [Statement; 12] = [
+    statement(
+        "The bone is localized as well as with DAS (PS)",
+        ABSTRACT,
+        "PS: mean localization error, mm",
+        Says::AsSmall,
+        |m| m.phase_symmetry.mean_mm,
+        "0.94, 0.97 → 0.84, 0.95",
+    ),
+    statement(
+        "The intensity around the surface has a smaller STD, by some 20 % (PS)",
+        ABSTRACT,
+        "PS: STD in region A, mm",
+        Says::Less,
+        |m| m.phase_symmetry.std_mm,
+        "0.53, 0.57 → 0.42, 0.45",
+    ),
+    statement(
+        "The same within 1 mm on both sides of the known surface",
+        "beside the abstract",
+        "PS: STD in ±1 mm, mm",
+        Says::Less,
+        |m| m.phase_symmetry.near_std_mm,
+        "–",
+    ),
+    statement(
+        "The noise inside the shadow is lower, by some 60 % (PS)",
+        ABSTRACT,
+        "PS: intensity C",
+        Says::Less,
+        |m| m.phase_symmetry.intensity_c,
+        "3.06, 5.16 → 1.24, 1.88",
+    ),
+    statement(
+        "The B-mode image localizes as well as that of DAS",
+        DISCUSSION,
+        "US: mean localization error, mm",
+        Says::AsSmall,
+        |m| m.b_mode.mean_mm,
+        "0.70, 0.90 → 0.66, 0.79",
+    ),
+    statement(
+        "The distribution in region A is narrower (B-mode)",
+        DISCUSSION,
+        "US: STD in region A, mm",
+        Says::Less,
+        |m| m.b_mode.std_mm,
+        "0.72, 0.85 → 0.65, 0.77",
+    ),
+    statement(
+        "The noise inside the bone is much lower (B-mode)",
+        DISCUSSION,
+        "US: intensity C",
+        Says::Less,
+        |m| m.b_mode.intensity_c,
+        "92.4, 125.5 → 16.8, 15.8",
+    ),
+    statement(
+        "The noise outside the bone is much lower (PS)",
+        DISCUSSION,
+        "PS: intensity B",
+        Says::Less,
+        |m| m.phase_symmetry.intensity_b,
+        "32.2, 32.2 → 6.60, 3.93",
+    ),
+    statement(
+        "The boundaries are thinner (PS)",
+        DISCUSSION,
+        "PS: thickness of ridges, mm",
+        Says::Less,
+        |m| m.phase_symmetry.thickness_mm,
+        "0.51 → 0.34",
+    ),
+    statement(
+        "More of the surface is detected (PS)",
+        "results, Fig. 3",
+        "PS: share of the surface found",
+        Says::More,
+        |m| m.phase_symmetry.found,
+        "–",
+    ),
+    statement(
+        "The surface is better told from what surrounds it (PS, paper's filter)",
+        ABSTRACT,
+        "PS: average precision",
+        Says::More,
+        |m| m.phase_symmetry.average_precision,
+        "–",
+    ),
+    statement(
+        "The same with the best filter for each beamformer",
+        ABSTRACT,
+        "PS, tuned: average precision",
+        Says::More,
+        |m| m.tuned.average_precision,
+        "–",
+    ),
+];
+
+/// The speckle around the bone is reduced; it takes tissue.
+pub const SPECKLE: Statement = Statement {
+    claim: "Speckle around the bone is reduced (B-mode)",
+    place: DISCUSSION,
+    measure: "US: intensity B",
+    says: Says::Less,
+    tissue_only: true,
+    pick: |m: &SceneMeasure| m.b_mode.intensity_b,
+    paper: "27.2, 63.1 → 4.71, 10.2 (water)",
+};

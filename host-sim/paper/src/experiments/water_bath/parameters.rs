@@ -1,0 +1,114 @@
+//! The parameters of the water bath.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::experiments::common::Receive;
+use crate::measure::registration::Point;
+use bonebeam_drive::config::Image;
+use bonebeam_simulate::Settings;
+
+/// The paper's threshold, HU.
+pub const THRESHOLD: f64 = -524.0;
+/// Where the specimen lies on the CT scanner's table: angles in radians and a shift in m. Any would do.
+pub const POSE: ([f64; 3], Point) = ([0.09, -0.14, 0.05], [12e-3, -7e-3, 31e-3]);
+/// The beamformers, as the paper has them: its rank 1 by β = 0.001 %, and exactly.
+pub const METHODS: [&str; 3] = ["das", "esmv-0.001", "esmv-rank1"];
+/// Those that are measured under every combination of sources.
+pub const FEATURED: [&str; 2] = ["das", "esmv-rank1"];
+/// The kinds of image.
+pub const KINDS: [&str; 2] = ["US", "PS"];
+
+/// Section `[water_bath]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WaterBath {
+    /// A closed surface as a PLY, STL or OBJ file in mm (+x towards the front, +z towards the head) in place of
+    /// the built-in vertebra.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) mesh: Option<PathBuf>,
+    /// The vertebra's height at the middle of the sweep, m from the middle of its body towards the head.
+    pub(super) height: f64,
+    /// Depth of its shallowest point, m.
+    pub(super) depth: f64,
+    /// Elevations of slices 1 and 2, m from the middle of the sweep.
+    pub(super) slices: [f64; 2],
+    /// Depths of the lines across them, m.
+    pub(super) lines: [f64; 2],
+    /// Slices of the volume.
+    pub(super) sweep: usize,
+    /// Distance between them, m.
+    pub(super) sweep_step: f64,
+    /// Scatterers on bone in the sweep, per mm² (assumed: fewer than in the two slices, for time).
+    pub(super) sweep_density: f64,
+    /// Thickness of the slab around a slice that has scatterers, m.
+    pub(super) thickness: f64,
+    /// Speed of sound that the scanner takes for granted, m/s; the water's is `simulation.c`.
+    pub(super) assumed_sound_speed: f64,
+    /// The CT scanner's voxels, m.
+    pub(super) ct_voxel: [f64; 3],
+    /// Full width at half maximum of its point spread, m (assumed).
+    pub(super) ct_blur: f64,
+    /// Density of bone and of the plastic balls, HU (assumed).
+    pub(super) ct_bone: f64,
+    /// See `ct_bone`.
+    pub(super) ct_ball: f64,
+    /// Standard deviation of a further error of picking along each axis, m, in the repeated registrations
+    /// (assumed).
+    pub(super) picking_error: f64,
+    /// Amplitude of the bone's echo that the array throws back, dB (assumed).
+    pub(super) reverberation: f64,
+    /// Amplitude of diffuse clutter in the bone's shadow in either slice, dB of a scatterer of bone. It gives
+    /// region C of DAS the level of the paper's Table I.
+    pub(super) clutter: [f64; 2],
+    /// Array, pulse, transmit, noise.
+    pub(super) simulation: Settings,
+    /// Delay and beamformer.
+    pub(super) receive: Receive,
+    /// The B-mode image.
+    pub(super) image: Image,
+}
+
+impl Default for WaterBath {
+    fn default() -> Self {
+        let mut receive = Receive::default();
+        receive.0.depth_end = Some(44.4e-3);
+        WaterBath {
+            mesh: None,
+            height: -4e-3,
+            depth: 15e-3,
+            slices: [0.0, -4.5e-3],
+            lines: [17.5e-3, 17.5e-3],
+            sweep: 61,
+            sweep_step: 0.5e-3,
+            sweep_density: 10.0,
+            thickness: 6e-3,
+            assumed_sound_speed: 1540.0,
+            ct_voxel: [0.19e-3, 0.19e-3, 0.3e-3],
+            ct_blur: 0.8e-3,
+            ct_bone: 1200.0,
+            ct_ball: 100.0,
+            picking_error: 0.1e-3,
+            reverberation: -25.0,
+            clutter: [3.0, 13.0],
+            // Two beams an element as the paper's 256, at the rate of its receiver; water of 20 °C.
+            simulation: Settings {
+                beams: 255,
+                beam_step: 0.5,
+                fs: 40e6,
+                c: 1480.0,
+                depth_end: 45e-3,
+                ..Settings::volume()
+            },
+            receive,
+            image: Image {
+                dynamic_range: 70.0,
+                rows: Some(512),
+                columns: Some(512),
+                median: true,
+                ..Image::default()
+            },
+        }
+    }
+}

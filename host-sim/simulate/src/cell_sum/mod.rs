@@ -1,0 +1,215 @@
+//! The echoes of every pair of elements, summed cell by cell in f32.
+//!
+//! Within a cell the echoes of a pair lie close together, so that few frequencies tell them: as many as the
+//! cell's echoes are long times the pulse's band. At each of these the sum over the scatterers is a product
+//! of matrices, H_ij(f_k) = Σ_s a_s·g_i(f_k, s)·g_j(f_k, s), with the times counted from whole samples n_i
+//! of a pair's row. A small inverse transform with the pulse's spectrum makes the cell's samples of it, which
+//! are added to the row at n_i + n_j. Nothing is interpolated between samples, and width, baffle and
+//! attenuation are those of each frequency. The elevation's response is interpolated over 1/ρ.
+//!
+//! The order of every sum is fixed by the phantom alone. Lanes hold frequencies and never mix, and tiles of
+//! pairs belong to one thread each: neither changes a bit.
+
+mod basis;
+mod elevation;
+mod legs;
+mod powers;
+mod scene;
+mod shape;
+mod tile;
+
+pub use scene::{Beam, Scene};
+pub use shape::longest;
+pub use tile::Tile;
+
+use std::collections::BTreeMap;
+
+use bonebeam::simd::{ComplexVector, Task, Vector};
+use rayon::prelude::*;
+
+use basis::Basis;
+use elevation::{MOST_NODES, Places, elevations};
+use legs::{BLOCK, Heard, Leg, beam_leg};
+use shape::Shape;
+use tile::TILE;
+
+use crate::Result;
+use crate::cells::Cell;
+use crate::checkpoint::Checkpoint;
+use crate::gauss_legendre::gauss_legendre;
+
+/// Sums all echoes into the tiles' rows, from the cell that the checkpoint has got to. `tick` is told the
+/// fraction of the scatterers that is done.
+pub struct Sum<'a> {
+    /// What is summed.
+    pub scene: &'a Scene<'a>,
+    /// The rows that are added to.
+    pub tiles: &'a mut Vec<Tile>,
+    /// Where an interrupted run goes on.
+    pub checkpoint: &'a mut Checkpoint,
+    /// Told of what is done.
+    pub tick: &'a (dyn Fn(f64) + Sync),
+}
+
+impl Task for Sum<'_> {
+    type Output = Result<()>;
+
+    fn run<V: Vector>(self, zero: V) -> Result<()> {
+        let Sum {
+            scene,
+            tiles,
+            checkpoint,
+            tick,
+        } = self;
+        let mut work = Work::new(zero, scene, tiles.len());
+        let mut done = 0;
+        let mut rows: Vec<_> = tiles.iter_mut().map(|tile| &mut tile.rows).collect();
+        let begin = checkpoint.load(&mut rows)?;
+        for (index, cell) in scene.cells.iter().enumerate() {
+            done += cell.members.len();
+            if index >= begin {
+                work.add(zero, scene, cell, tiles);
+                let rows = tiles.iter().map(|tile| &tile.rows[..]);
+                checkpoint.save_at_times(index + 1, rows)?;
+                tick(done as f64 / scene.sources.len() as f64);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The memory of the sum.
+struct Work<V> {
+    /// Bases by samples and samples before.
+    bases: BTreeMap<(usize, usize), Basis<V>>,
+    heard: Vec<Heard>,
+    /// `[source][place][vector]`.
+    elevation: Vec<ComplexVector<V>>,
+    /// `[element][vector][source]`.
+    legs: Vec<ComplexVector<V>>,
+    /// `[beam][vector][source]`, where there are beams.
+    beam_legs: Vec<ComplexVector<V>>,
+    /// Whether an element hears anything of the cell.
+    lit: Vec<bool>,
+    /// Of each tile, `[pair][vector]`.
+    sums: Vec<Vec<ComplexVector<V>>>,
+    quadratures: Vec<Vec<(f64, f64)>>,
+}
+
+impl<V: Vector> Work<V> {
+    fn new(_: V, scene: &Scene<'_>, tiles: usize) -> Self {
+        Work {
+            bases: BTreeMap::new(),
+            heard: Vec::new(),
+            elevation: Vec::new(),
+            legs: Vec::new(),
+            beam_legs: Vec::new(),
+            lit: vec![false; scene.element_x.len()],
+            sums: vec![Vec::new(); tiles],
+            quadratures: (0..MOST_NODES).map(|n| gauss_legendre(n.max(1))).collect(),
+        }
+    }
+
+    /// Adds a cell's echoes to the rows.
+    fn add(&mut self, zero: V, scene: &Scene<'_>, cell: &Cell, tiles: &mut [Tile]) {
+        let shape = Shape::of(cell, scene);
+        let basis = (self.bases)
+            .entry((shape.samples, shape.before))
+            .or_insert_with(|| Basis::new(zero, scene, &shape));
+        let elements = scene.element_x.len().next_multiple_of(2);
+        let vectors = basis.vectors;
+        let nothing = ComplexVector::from_real(zero);
+        self.legs.resize(elements * vectors * BLOCK, nothing);
+        self.lit.fill(false);
+        for sums in &mut self.sums {
+            sums.clear();
+            sums.resize(TILE * TILE * vectors, nothing);
+        }
+        let places = Places::of(cell, scene, basis.highest());
+        for members in cell.members.chunks(BLOCK) {
+            let hear = |&k: &u32| Heard::new(&scene.sources[k as usize], scene);
+            members
+                .par_iter()
+                .map(hear)
+                .collect_into_vec(&mut self.heard);
+            for heard in &self.heard {
+                for (element, lit) in self.lit.iter_mut().enumerate() {
+                    *lit |= heard.sees(element);
+                }
+            }
+            if let Some(places) = places {
+                let (basis, quadratures) = (&*basis, &self.quadratures);
+                self.elevation
+                    .resize(BLOCK * places.count * vectors, nothing);
+                self.elevation
+                    .par_chunks_exact_mut(places.count * vectors)
+                    .zip(&self.heard)
+                    .for_each(|(table, heard)| {
+                        zero.vectorize(
+                            #[inline(always)]
+                            || elevations(zero, scene, basis, heard.y, places, quadratures, table),
+                        );
+                    });
+            }
+            let (basis, heard, elevation) = (&*basis, &self.heard, &self.elevation);
+            self.legs
+                .par_chunks_exact_mut(vectors * BLOCK)
+                .take(scene.element_x.len())
+                .enumerate()
+                .for_each(|(element, legs)| {
+                    let leg = Leg {
+                        scene,
+                        basis,
+                        element,
+                        origin: shape.origins[element],
+                        places,
+                        elevation,
+                    };
+                    zero.vectorize(
+                        #[inline(always)]
+                        || leg.fill(zero, heard, legs),
+                    );
+                });
+            if let Some(beams) = scene.beams {
+                let legs = &self.legs;
+                let count = beams.len().next_multiple_of(2);
+                self.beam_legs.resize(count * vectors * BLOCK, nothing);
+                self.beam_legs
+                    .par_chunks_exact_mut(vectors * BLOCK)
+                    .zip(beams)
+                    .enumerate()
+                    .for_each(|(index, (out, beam))| {
+                        let left = shape.lefts[index];
+                        zero.vectorize(
+                            #[inline(always)]
+                            || beam_leg(zero, beam, scene, basis, &shape.origins, left, legs, out),
+                        );
+                    });
+            }
+            let legs = &self.legs;
+            let lefts = match scene.beams {
+                Some(_) => &self.beam_legs,
+                None => legs,
+            };
+            tiles
+                .par_iter()
+                .zip(&mut self.sums)
+                .for_each(|(tile, sums)| {
+                    zero.vectorize(
+                        #[inline(always)]
+                        || tile.multiply(lefts, legs, vectors, heard.len(), sums),
+                    );
+                });
+        }
+        let (basis, lit) = (&*basis, &self.lit);
+        tiles
+            .par_iter_mut()
+            .zip(&self.sums)
+            .for_each(|(tile, sums)| {
+                zero.vectorize(
+                    #[inline(always)]
+                    || tile.deposit(zero, scene, basis, &shape, lit, sums),
+                );
+            });
+    }
+}

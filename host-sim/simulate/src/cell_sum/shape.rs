@@ -1,0 +1,73 @@
+//! How a cell's echoes lie in time.
+
+use super::powers::GROUP;
+use super::scene::{Beam, Scene};
+use crate::cells::Cell;
+use crate::pulse::FLOOR;
+use crate::record::Window;
+
+/// How a cell's echoes lie in time.
+pub struct Shape {
+    /// Samples of a pair's row that hold them, a multiple of 16.
+    pub samples: usize,
+    /// How many of these lie before the first echo's centre.
+    pub before: usize,
+    /// The whole sample that each element's times are counted from.
+    pub origins: Vec<i64>,
+    /// The same of each beam; those of the elements where there are none.
+    pub lefts: Vec<i64>,
+}
+
+impl Shape {
+    /// The shape of a cell's echoes.
+    pub fn of(cell: &Cell, scene: &Scene<'_>) -> Self {
+        let Window { rate, start, .. } = scene.window;
+        let half = scene.pulse.half_length(FLOOR);
+        let ranges = |x: f64| cell.ranges(x).map(|r| r / scene.response.c);
+        let origin = |time: f64| ((time - 0.5 * start) * rate).floor() as i64;
+        let mut longest = 0.0f64;
+        let origins: Vec<i64> = (scene.element_x.iter())
+            .map(|&x| {
+                let [nearest, furthest] = ranges(x);
+                longest = longest.max(furthest - nearest);
+                origin(nearest)
+            })
+            .collect();
+        let mut longest_left = longest;
+        let lefts = match scene.beams {
+            None => origins.clone(),
+            Some(beams) => {
+                let left = |beam: &Beam| {
+                    let mut span = [f64::INFINITY, f64::NEG_INFINITY];
+                    for (i, advance) in beam.elements.clone().zip(&beam.advance) {
+                        let [nearest, furthest] = ranges(scene.element_x[i]);
+                        span = [
+                            span[0].min(nearest - advance),
+                            span[1].max(furthest - advance),
+                        ];
+                    }
+                    longest_left = longest_left.max(span[1] - span[0]);
+                    origin(span[0])
+                };
+                beams.iter().map(left).collect()
+            }
+        };
+        let before = ((half - 2.0 * cell.strips[0]) * rate).ceil() + 1.0;
+        let after = (half + 2.0 * cell.strips[1] + longest + longest_left) * rate + 3.0;
+        Shape {
+            samples: ((before + after.ceil()) as usize).next_multiple_of(GROUP),
+            before: before as usize,
+            origins,
+            lefts,
+        }
+    }
+}
+
+/// The longest time that a cell's echoes take, s.
+pub fn longest(scene: &Scene<'_>) -> f64 {
+    let samples = scene
+        .cells
+        .iter()
+        .map(|cell| Shape::of(cell, scene).samples);
+    samples.max().unwrap_or(0) as f64 / scene.window.rate
+}

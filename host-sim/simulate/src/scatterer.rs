@@ -1,0 +1,41 @@
+//! Point scatterers: as a phantom lists them, and as the sums take them.
+
+/// A point scatterer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Scatterer {
+    /// Lateral position, m.
+    pub x: f64,
+    /// Elevation: distance from the image plane, m.
+    pub y: f64,
+    /// Depth, m.
+    pub z: f64,
+    /// Reflected amplitude.
+    pub amplitude: f64,
+}
+
+/// A scatterer as the sum takes it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+    pub amplitude: f64,
+    /// The place that has to be seen for it to be heard.
+    pub seen_at: [f64; 3],
+    /// Whether it is heard past any bone.
+    pub unhidden: bool,
+}
+
+impl Source {
+    /// Heard where it is seen.
+    pub fn at([x, y, z]: [f64; 3], amplitude: f64) -> Self {
+        Source {
+            x,
+            y,
+            z,
+            amplitude,
+            seen_at: [x, y, z],
+            unhidden: false,
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! No crate has a circle of files that use each other.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+/// The crates of the project.
+const CRATES: [&str; 13] = [
+    "bonebeam-c",
+    "core",
+    "firmware",
+    "firmware/front-end",
+    "host-sim",
+    "host-sim/bench",
+    "host-sim/drive",
+    "host-sim/files",
+    "host-sim/oracle",
+    "host-sim/paper",
+    "host-sim/simulate",
+    "python",
+    "tests",
+];
+
+/// Circles that are left.
+const KNOWN: [&str; 2] = [
+    "bonebeam-c: beamformer, iq_lines",
+    "core: focus::iq, focus::iq::fixed",
+];
+
+/// The parts of a path, of a module or of an item.
+type Names = Vec<String>;
+
+/// What a file says, without comments and unit tests.
+#[derive(Default)]
+struct File {
+    /// The paths of its `use` lines, and whether they are public.
+    imports: Vec<(bool, Names)>,
+    /// The paths within its code.
+    paths: Vec<Names>,
+}
+
+fn names(path: &str) -> Names {
+    let parts = path.split("::").map(str::trim);
+    parts.filter(|p| !p.is_empty()).map(String::from).collect()
+}
+
+/// The paths of a `use` line: `a::{b, c::d}` is `a::b` and `a::c::d`.
+fn expand(tree: &str) -> Vec<Names> {
+    let Some((prefix, inner)) = tree.split_once('{') else {
+        let mut path = names(tree.split(" as ").next().unwrap());
+        path.pop_if(|last| last == "self");
+        return vec![path];
+    };
+    let inner = inner.rsplit_once('}').unwrap().0;
+    let mut depth = 0;
+    let parts = inner.split(|c| {
+        depth += i32::from(c == '{') - i32::from(c == '}');
+        c == ',' && depth == 0
+    });
+    let paths = parts
+        .filter(|part| !part.trim().is_empty())
+        .flat_map(expand);
+    paths.map(|path| [names(prefix), path].concat()).collect()
+}
+
+impl File {
+    fn read(path: &Path) -> Self {
+        let text = fs::read_to_string(path).unwrap();
+        let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+        let code: String = (code.lines())
+            .map(|line| format!("{}\n", line.split("//").next().unwrap()))
+            .collect();
+        let mut file = File::default();
+        for statement in code.split(';') {
+            let (before, tree) = statement.rsplit_once("use ").unwrap_or(("code", ""));
+            let public = before.ends_with("pub ") || before.ends_with(") ");
+            if public || before.is_empty() || before.ends_with('\n') {
+                let paths = expand(tree).into_iter();
+                file.imports.extend(paths.map(|path| (public, path)));
+            } else {
+                let words = statement.split(|c: char| !(c.is_alphanumeric() || "_:".contains(c)));
+                let paths = words.filter(|word| word.contains("::")).map(names);
+                file.paths.extend(paths);
+            }
+        }
+        file
+    }
+}
+
+/// The files of a crate by the paths of their modules.
+struct Crate(BTreeMap<Names, File>);
+
+impl Crate {
+    fn add(&mut self, folder: &Path, module: &Names) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_stem().unwrap().to_str().unwrap();
+            let child = [&module[..], &[name.to_owned()]].concat();
+            if path.is_dir() {
+                self.add(&path, &child);
+            } else if path.extension().is_some_and(|e| e == "rs") && name != "main" {
+                let own = name == "lib" || name == "mod";
+                let module = if own { module.clone() } else { child };
+                self.0.insert(module, File::read(&path));
+            }
+        }
+    }
+
+    /// A path from the root of the crate; none for a path of another crate.
+    fn absolute(&self, module: &Names, path: &[String]) -> Option<Names> {
+        let supers = path.iter().take_while(|part| *part == "super").count();
+        let (start, rest) = match path.first()?.as_str() {
+            "crate" => (0, 1),
+            "self" => (module.len(), 1),
+            "super" => (module.len().checked_sub(supers)?, supers),
+            child => {
+                let child = [&module[..], &[child.to_owned()]].concat();
+                self.0.get(&child)?;
+                (module.len(), 0)
+            }
+        };
+        Some([&module[..start], &path[rest..]].concat())
+    }
+
+    /// The module that defines the item of a path. A module that only imports the item does not.
+    fn home(&self, path: &Names) -> Option<Names> {
+        let length = (0..=path.len())
+            .rev()
+            .find(|&n| self.0.contains_key(&path[..n]))?;
+        let (module, rest) = (path[..length].to_vec(), &path[length..]);
+        let imports = &self.0[&module].imports;
+        let import = rest.first().and_then(|item| {
+            let mut found = imports
+                .iter()
+                .filter(|(_, import)| import.last() == Some(item));
+            found.next().map(|(_, import)| import)
+        });
+        match import.map(|import| self.absolute(&module, import)) {
+            None => Some(module),
+            Some(import) => import
+                .filter(|import| import != path)
+                .and_then(|p| self.home(&p)),
+        }
+    }
+
+    /// The modules that a module uses. A public `use` passes an item on and uses nothing.
+    fn uses(&self, module: &Names) -> BTreeSet<Names> {
+        let file = &self.0[module];
+        let imports = file.imports.iter().filter(|(public, _)| !public);
+        let paths = imports.map(|(_, path)| path).chain(&file.paths);
+        let homes = paths.filter_map(|path| self.home(&self.absolute(module, path)?));
+        homes.filter(|home| home != module).collect()
+    }
+
+    /// The circles: modules of which each leads to all others.
+    fn circles(&self) -> BTreeSet<BTreeSet<Names>> {
+        let uses: BTreeMap<_, _> = self.0.keys().map(|m| (m, self.uses(m))).collect();
+        let reach = |module: &Names| {
+            let (mut found, mut next) = (BTreeSet::new(), vec![module.clone()]);
+            while let Some(module) = next.pop() {
+                let new = uses[&module]
+                    .iter()
+                    .filter(|used| found.insert((*used).clone()));
+                next.extend(new.cloned());
+            }
+            found
+        };
+        let all: BTreeMap<_, _> = self.0.keys().map(|m| (m, reach(m))).collect();
+        let circle = |(module, reach): (&&Names, &BTreeSet<Names>)| {
+            let back = reach.iter().filter(|other| all[other].contains(*module));
+            back.cloned().collect::<BTreeSet<Names>>()
+        };
+        all.iter()
+            .map(circle)
+            .filter(|circle| !circle.is_empty())
+            .collect()
+    }
+}
+
+#[test]
+fn no_files_use_each_other() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut found = Vec::new();
+    for name in CRATES {
+        let mut files = Crate(BTreeMap::new());
+        files.add(&root.join(name).join("src"), &Vec::new());
+        assert!(!files.0.is_empty(), "{name}");
+        for circle in files.circles() {
+            let modules: Vec<String> = circle.iter().map(|m| m.join("::")).collect();
+            found.push(format!("{name}: {}", modules.join(", ")));
+        }
+    }
+    assert_eq!(found, KNOWN);
+}
