@@ -22,10 +22,7 @@ const CRATES: [&str; 13] = [
 ];
 
 /// Circles that are left.
-const KNOWN: [&str; 2] = [
-    "bonebeam-c: beamformer, iq_lines",
-    "core: focus::iq, focus::iq::fixed",
-];
+const KNOWN: [&str; 1] = ["core: focus::iq, focus::iq::fixed"];
 
 /// The parts of a path, of a module or of an item.
 type Names = Vec<String>;

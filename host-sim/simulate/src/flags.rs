@@ -1,0 +1,211 @@
+//! The flags of a simulation.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::section::{Kind, Simulate};
+use crate::{Baffle, Error, NoiseSpectrum, Result};
+
+/// The flags that go over the section.
+#[derive(Debug, Args)]
+pub struct SimulateFlags {
+    /// What is imaged
+    #[arg(value_enum, required_unless_present = "path")]
+    phantom: Option<Kind>,
+
+    /// How far the point lies to the right of the middle element, m [default: 0]
+    #[arg(long, value_name = "M", help_heading = "Point")]
+    offset: Option<f64>,
+
+    /// Elevation of the point, m [default: 0]
+    #[arg(long, value_name = "M", help_heading = "Point")]
+    elevation: Option<f64>,
+
+    /// Depth of the point, m [default: the transmit focus]
+    #[arg(long, value_name = "M", help_heading = "Point")]
+    point_depth: Option<f64>,
+
+    /// A closed surface (.ply, .stl, .obj) in mm, +x towards the front and +z towards the head, in place
+    /// of the built-in vertebra
+    #[arg(long, value_name = "FILE", help_heading = "Vertebra")]
+    mesh: Option<PathBuf>,
+
+    /// Height of the slice, m [default: 0]
+    #[arg(long, value_name = "M", help_heading = "Vertebra")]
+    slice: Option<f64>,
+
+    /// Depth of the bone's shallowest point, m [default: 0.015]
+    #[arg(long, value_name = "M", help_heading = "Bone")]
+    depth: Option<f64>,
+
+    /// Soft tissue around the bone, not water
+    #[arg(long, help_heading = "Vertebra")]
+    tissue: bool,
+
+    /// Image of the bone at twice its depth, as an echo between bone and array makes it, dB
+    #[arg(long, value_name = "DB", help_heading = "Bone")]
+    reverberation: Option<f64>,
+
+    /// Diffuse clutter in the bone's shadow: behind the surface that a line straight down meets first, and
+    /// nowhere else. 30 scatterers per mm³ (per mm² for the vertebra in the image plane), each so many dB of one
+    /// on the bone
+    #[arg(long, value_name = "DB", help_heading = "Bone")]
+    clutter: Option<f64>,
+
+    /// Thickness of the slab of scatterers around the image plane, m [default: 0.006]
+    #[arg(long, value_name = "M", help_heading = "Volume")]
+    thickness: Option<f64>,
+
+    /// Scatterers of tissue per mm³ [default: 222 around a vertebra, else 60]
+    #[arg(long, value_name = "N", help_heading = "Volume")]
+    tissue_density: Option<f64>,
+
+    /// Electronic noise, dB relative to the largest sample of the record [default: none for the
+    /// point, -40 for the vertebra, -60 for volumes]
+    #[arg(long, value_name = "DB", help_heading = "Scanner")]
+    noise: Option<f64>,
+
+    /// Write I/Q in place of RF: demodulated with the centre frequency and decimated
+    #[arg(long, help_heading = "Scanner")]
+    iq: bool,
+
+    /// No electronic noise
+    #[arg(long, conflicts_with = "noise", help_heading = "Scanner")]
+    noise_free: bool,
+
+    /// What the noise's spectrum is [default: transducer]
+    #[arg(long, value_enum, help_heading = "Scanner")]
+    noise_spectrum: Option<NoiseSpectrum>,
+
+    /// Bits of the converter; its range is the largest sample [default: samples are not rounded]
+    #[arg(long, value_name = "N", help_heading = "Scanner")]
+    adc_bits: Option<u32>,
+
+    /// Height of an element, m; 0 for no elevation [default: 0, for volumes 0.004]
+    #[arg(long, value_name = "M", help_heading = "Scanner")]
+    element_height: Option<f64>,
+
+    /// Focus of the lens in elevation, m [default for volumes: 0.019]
+    #[arg(long, value_name = "M", help_heading = "Scanner")]
+    elevation_focus: Option<f64>,
+
+    /// What surrounds the elements [default: rigid]
+    #[arg(long, value_enum, help_heading = "Scanner")]
+    baffle: Option<Baffle>,
+
+    /// Attenuation, dB/(cm·MHz) one way [default: 0]
+    #[arg(long, value_name = "DB", help_heading = "Scanner")]
+    attenuation: Option<f64>,
+
+    /// Seed of noise and tissue [default: 1]
+    #[arg(long, value_name = "N", help_heading = "Scanner")]
+    seed: Option<u64>,
+
+    /// Depth of the transmit focus, m [default: 0.015]
+    #[arg(long, value_name = "M", help_heading = "Scanner")]
+    focus: Option<f64>,
+
+    /// Transmit f-number [default: 2.8]
+    #[arg(long, help_heading = "Scanner")]
+    f_number: Option<f64>,
+
+    /// How many beams [default: 128]
+    #[arg(long, value_name = "N", help_heading = "Scanner")]
+    beams: Option<usize>,
+
+    /// Where the first beam lies, in pitches from the first element [default: 0]
+    #[arg(long, value_name = "PITCHES", help_heading = "Scanner")]
+    first_beam: Option<f64>,
+
+    /// Distance between the beams, in pitches [default: 1]
+    #[arg(long, value_name = "PITCHES", help_heading = "Scanner")]
+    beam_step: Option<f64>,
+
+    /// Shallowest depth that the record serves, m [default: 0.012 for the point, 0.005 for the
+    /// vertebra]
+    #[arg(long, value_name = "M", help_heading = "Scanner")]
+    depth_start: Option<f64>,
+
+    /// Greatest depth that the record serves, m [default: 0.018 for the point, 0.04 for the
+    /// vertebra]
+    #[arg(long, value_name = "M", help_heading = "Scanner")]
+    depth_end: Option<f64>,
+}
+
+impl Simulate {
+    /// What the flags say in place of the section's values.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] for a flag of the other phantom.
+    pub fn apply(&mut self, flags: &SimulateFlags) -> Result<()> {
+        self.phantom = flags.phantom.unwrap_or(self.phantom);
+        self.offset = flags.offset.unwrap_or(self.offset);
+        self.mesh = flags.mesh.clone().or(self.mesh.take());
+        self.slice = flags.slice.unwrap_or(self.slice);
+        self.depth = flags.depth.unwrap_or(self.depth);
+        self.tissue |= flags.tissue;
+        self.iq |= flags.iq;
+        self.elevation = flags.elevation.unwrap_or(self.elevation);
+        self.point_depth = flags.point_depth.or(self.point_depth);
+        self.thickness = flags.thickness.unwrap_or(self.thickness);
+        self.tissue_density = flags.tissue_density.or(self.tissue_density);
+        self.reverberation = flags.reverberation.or(self.reverberation);
+        self.clutter = flags.clutter.or(self.clutter);
+        let scanner = self.scanner();
+        scanner.noise = match flags.noise_free {
+            true => None,
+            false => flags.noise.or(scanner.noise),
+        };
+        scanner.noise_spectrum = flags.noise_spectrum.unwrap_or(scanner.noise_spectrum);
+        scanner.adc_bits = flags.adc_bits.or(scanner.adc_bits);
+        scanner.element_height = flags.element_height.unwrap_or(scanner.element_height);
+        scanner.elevation_focus = flags.elevation_focus.or(scanner.elevation_focus);
+        scanner.baffle = flags.baffle.unwrap_or(scanner.baffle);
+        scanner.attenuation = flags.attenuation.unwrap_or(scanner.attenuation);
+        scanner.seed = flags.seed.unwrap_or(scanner.seed);
+        scanner.focus = flags.focus.unwrap_or(scanner.focus);
+        scanner.f_number = flags.f_number.unwrap_or(scanner.f_number);
+        scanner.beams = flags.beams.unwrap_or(scanner.beams);
+        scanner.first_beam = flags.first_beam.unwrap_or(scanner.first_beam);
+        scanner.beam_step = flags.beam_step.unwrap_or(scanner.beam_step);
+        scanner.depth_start = flags.depth_start.unwrap_or(scanner.depth_start);
+        scanner.depth_end = flags.depth_end.unwrap_or(scanner.depth_end);
+        flags.refuse_those_of_the_other(self.phantom)
+    }
+}
+
+impl SimulateFlags {
+    /// A flag that would have no effect is a mistake.
+    fn refuse_those_of_the_other(&self, phantom: Kind) -> Result<()> {
+        let point = phantom == Kind::Point;
+        let flags = [
+            ("--offset", self.offset.is_some(), point),
+            ("--elevation", self.elevation.is_some(), point),
+            ("--point-depth", self.point_depth.is_some(), point),
+            ("--mesh", self.mesh.is_some(), phantom.is_vertebra()),
+            ("--slice", self.slice.is_some(), phantom.is_vertebra()),
+            ("--tissue", self.tissue, phantom.is_vertebra()),
+            ("--depth", self.depth.is_some(), phantom.has_bone()),
+            (
+                "--reverberation",
+                self.reverberation.is_some(),
+                phantom.has_bone(),
+            ),
+            ("--thickness", self.thickness.is_some(), phantom.is_volume()),
+            (
+                "--tissue-density",
+                self.tissue_density.is_some(),
+                phantom.is_volume(),
+            ),
+            ("--clutter", self.clutter.is_some(), phantom.has_bone()),
+        ];
+        match flags.iter().find(|(_, given, has)| *given && !has) {
+            None => Ok(()),
+            Some((flag, ..)) => Err(Error::Usage(format!(
+                "{flag} has no effect on the phantom {}",
+                phantom.name()
+            ))),
+        }
+    }
+}
