@@ -16,7 +16,7 @@ pub const DELAY_SHIFT: f32 = 3e-5;
 /// 5e-7 of the largest each and either way, add up as their squares do.
 pub const FILTER_IN_F32: f32 = 3e-6;
 
-pub use bonebeam_oracle::validate::tolerances::{BEAMFORMED, PHASE_SYMMETRY};
+pub use bonebeam_oracle::verify::tolerances::{BEAMFORMED, PHASE_SYMMETRY};
 
 /// z of a rank that splits a cluster of eigenvalues, where changes of R's entries by rounding do not explain
 /// an error beyond [`BEAMFORMED`]: the eigensolver's own, as large again.
