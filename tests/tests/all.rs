@@ -4,6 +4,7 @@ mod beamform_bits;
 mod beamform_errors;
 mod beamform_f64;
 mod beamform_properties;
+mod circles;
 mod common;
 mod delay;
 mod delay_errors;
