@@ -22,9 +22,10 @@ const CRATES: [&str; 13] = [
 ];
 
 /// Circles that are left.
-const KNOWN: [&str; 3] = [
+const KNOWN: [&str; 4] = [
     "core: beamform::parameters, beamform::postfilter",
-    "core: focus::iq, focus::iq::fixed",
+    "core: focus::delay, focus::iq, focus::iq::fixed, focus::stage",
+    "host-sim/drive: beamform, beamform::pieces",
     "host-sim/drive: config::beamform, config::core, methods",
 ];
 
