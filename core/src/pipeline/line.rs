@@ -210,7 +210,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         LinePipeline {
             scan: self.scan,
             delay: &self.delay,
-            beamformer: self.beamformer.clone(),
+            beamformer: self.beamformer,
             adaptive: self.adaptive.clone(),
         }
     }

@@ -285,12 +285,12 @@ impl<'a> DelayStage<'a> {
         match (&self.stage, frame) {
             (Stage::Rf(delay), Frame::Rf(rf)) => {
                 let rf = rf.as_standard_layout();
-                let records = records(rf.view(), range, |rf, elements| Record::new(rf, elements))?;
+                let records = records(rf.view(), range, Record::new)?;
                 if self.upsampled {
                     let rf = rf.as_slice().expect("a standard layout is contiguous");
                     let by = (&**delay, scan);
                     let compounded = Compounded::new(self.set, by, transmits, rf, lines)?;
-                    return work(&Source::Upsampled(compounded));
+                    return work(&Source::Upsampled(Box::new(compounded)));
                 }
                 work(&Source::Rf(Recorded {
                     pipeline: LinePipeline::by(delay, scan, beamformer)?,

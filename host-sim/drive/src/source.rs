@@ -20,7 +20,7 @@ pub enum Source<'a> {
     /// I/Q.
     Iq(Recorded<'a, IqDelay>),
     /// RF of transmits that are compounded, each record upsampled once for some lines.
-    Upsampled(Compounded<'a>),
+    Upsampled(Box<Compounded<'a>>),
 }
 
 /// The transmits of a frame.
