@@ -541,13 +541,18 @@ fn a_signal_leaves_the_outputs_whole_or_none() {
                     "lines.npz",
                     "--image",
                     "lines.png",
+                    // So that the program runs for longer than the signals are apart.
+                    "--rows",
+                    "2048",
+                    "--columns",
+                    "2048",
                 ])
                 .current_dir(folder.path())
                 .stdout(Stdio::null())
                 .stderr(Stdio::null())
                 .spawn()
                 .unwrap();
-            std::thread::sleep(Duration::from_millis(4 * step));
+            std::thread::sleep(Duration::from_millis(12 * step));
             let sent = Command::new("kill")
                 .args([format!("-{number}"), child.id().to_string()])
                 .stderr(Stdio::null())
