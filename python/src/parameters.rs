@@ -4,8 +4,9 @@ use bonebeam::beamform::{Method, Parameters, Postfilter};
 use bonebeam_drive::config::{Beamform, BeamformFlags, Image, PhaseSymmetry};
 use bonebeam_drive::methods::CHOICES;
 use bonebeam_simulate::Simulate;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use serde_json::json;
+use serde_json::{Map, Value, json};
 
 use crate::error::refused;
 
@@ -18,7 +19,23 @@ impl BeamformParameters {
     /// From the keys that are given, as JSON.
     #[new]
     fn new(section: &str) -> PyResult<Self> {
-        let mut section: Beamform = serde_json::from_str(section).map_err(refused)?;
+        let given: Map<String, Value> = serde_json::from_str(section).map_err(refused)?;
+        // One by one, so that an error names the key.
+        for (key, value) in &given {
+            let alone = Map::from_iter([(key.clone(), value.clone())]);
+            if let Err(error) = serde_json::from_value::<Beamform>(Value::Object(alone)) {
+                let message = format!("`{key}`: {error}");
+                return Err(match value {
+                    Value::Number(_) => PyValueError::new_err(message),
+                    _ if error.to_string().starts_with("invalid type") => {
+                        PyTypeError::new_err(message)
+                    }
+                    _ => PyValueError::new_err(message),
+                });
+            }
+        }
+        let mut section: Beamform =
+            serde_json::from_value(Value::Object(given)).map_err(refused)?;
         section.validate().map_err(refused)?;
         section.resolve();
         Ok(Self(section))

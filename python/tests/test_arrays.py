@@ -198,7 +198,7 @@ def test_wrong_counts_are_value_errors(aligned):
             bonebeam.beamform(aligned, **arguments)
     with pytest.raises(ValueError, match="unknown method `mvdr`, expected one of das, mv"):
         bonebeam.beamform(aligned, method="mvdr")
-    with pytest.raises(TypeError):
+    with pytest.raises(TypeError, match="`diagonal_loading`: invalid type"):
         bonebeam.beamform(aligned, diagonal_loading="much")
 
 

@@ -5,6 +5,7 @@
 //! that have begun to take their places all do.
 
 use std::collections::BTreeSet;
+#[cfg(all(unix, feature = "signals"))]
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -1,6 +1,6 @@
 //! What the core's results are compared with: the same kernels written a second time.
 //!
-//! [`reference`] has them plainly in f32, to the bit, and in f64 from the equations. [`verify`] compares the
+//! [`reference`](mod@reference) has them plainly in f32, to the bit, and in f64 from the equations. [`verify`] compares the
 //! core with both. [`golden`] writes vectors of every stage for other implementations.
 
 pub mod golden;

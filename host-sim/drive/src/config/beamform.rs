@@ -84,7 +84,7 @@ impl From<Reading> for IqReading {
 
 /// Section `[beamform]`.
 ///
-/// With `remote`, serde's functions for the host's keys are methods of this type; the module [`core`](super::core)
+/// With `remote`, serde's functions for the host's keys are methods of this type; the module `core`
 /// adds the keys of the core's table to them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(remote = "Self", deny_unknown_fields, default)]
