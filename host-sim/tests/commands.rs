@@ -459,6 +459,13 @@ fn a_bone_map_is_the_phase_symmetry_of_the_image() {
         "beamform data.npz -o lines.npz --bone-map again.npy --config lines.npz.config.toml";
     run(&folder, again);
     assert!(bytes("again.npy") == bytes("map.npy"));
+    // An image of no size asked for is padded.
+    run(
+        &folder,
+        "beamform data.npz -o own.npz --image own.npy --bone-map own-map.npy",
+    );
+    run(&folder, "phase-symmetry own.npy -o own-ps.npy --pad");
+    assert!(bytes("own-map.npy") == bytes("own-ps.npy"));
 }
 
 #[test]

@@ -66,7 +66,8 @@ pub struct Arguments {
     image_flags: ImageFlags,
 
     /// Also the phase symmetry of the image, of the first frame, from its grey levels before they are rounded:
-    /// float32 [row, column] as .npy; as .png with its largest value at 255
+    /// float32 [row, column] as .npy; as .png with its largest value at 255. With --pad if the image's size is not
+    /// given
     #[arg(long, value_name = "MAP.npy", help_heading = "Bone map")]
     bone_map: Option<PathBuf>,
 
@@ -172,6 +173,10 @@ pub fn run(arguments: Arguments) -> Result<()> {
     config.image.apply(&arguments.image_flags);
     config.phase_symmetry.apply(&arguments.phase_symmetry);
     config.beamform.resolve();
+    let any_size = config.image.rows.is_none() && config.image.columns.is_none();
+    if arguments.bone_map.is_some() && any_size && config.phase_symmetry.resize.is_none() {
+        config.phase_symmetry.pad = true;
+    }
     config.validate()?;
 
     let config_path = Config::path_beside(&arguments.output);
