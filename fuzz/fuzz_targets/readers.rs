@@ -5,9 +5,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use host_sim::config::Config;
-use bonebeam_files::{ChannelData, Recording, Transmits, image};
+use bonebeam_files::{ChannelData, Recording, Result, Transmits, image};
+use bonebeam_formats::Variables;
 use bonebeam_simulate::slice_mesh;
+use host_sim::config::Config;
 use libfuzzer_sys::fuzz_target;
 
 /// What a file is called: the first byte of an input chooses.
@@ -43,12 +44,16 @@ fn place(name: &str) -> PathBuf {
     folder.join(format!("bonebeam-fuzz-{}-{name}", std::process::id()))
 }
 
+fn read(path: &Path) -> Result<Recording> {
+    Ok(bonebeam_formats::read(path, &Variables::default(), 0..usize::MAX)?.recording)
+}
+
 fn recording(path: &Path) {
     let again = place("again.npz");
-    match Recording::read(path) {
+    match read(path) {
         Ok(Recording::Channel(data)) => {
             data.write(&again).expect("valid data are written");
-            let Ok(Recording::Channel(copy)) = Recording::read(&again) else {
+            let Ok(Recording::Channel(copy)) = read(&again) else {
                 panic!("what was written is not read");
             };
             let (data, copy) = (settled(data), settled(copy));
@@ -57,7 +62,7 @@ fn recording(path: &Path) {
         }
         Ok(Recording::Aligned(data)) => {
             data.write(&again).expect("valid data are written");
-            let Ok(Recording::Aligned(copy)) = Recording::read(&again) else {
+            let Ok(Recording::Aligned(copy)) = read(&again) else {
                 panic!("what was written is not read");
             };
             assert_eq!(data, copy);

@@ -8,9 +8,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry};
-use bonebeam_files::Variables;
 use bonebeam_files::atomic::Outputs;
 use bonebeam_files::settings::read_toml_with;
+use bonebeam_formats::Variables;
 use bonebeam_simulate::Simulate;
 use serde::{Deserialize, Serialize};
 

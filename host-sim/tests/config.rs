@@ -6,8 +6,8 @@ use std::fs;
 
 use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size, parse_scale};
 use bonebeam_drive::methods::Choice;
-use bonebeam_files::Variables;
 use bonebeam_files::atomic::Outputs;
+use bonebeam_formats::Variables;
 use bonebeam_simulate::Settings;
 use bonebeam_simulate::{Kind, Simulate};
 use host_sim::Error;

@@ -246,7 +246,7 @@ fn changed_files_are_read_or_refused() {
     let changed = folder.path().join("changed");
     let whole = folder.path().join("data.h5");
     hdf5(&whole, small_rf);
-    assert!(bonebeam_files::Recording::read(&whole).is_ok());
+    assert!(common::read(&whole).is_ok());
     let numbers: Vec<u8> = (0..8 * 300)
         .flat_map(|n| f64::from(n % 37).to_le_bytes())
         .collect();
@@ -278,7 +278,7 @@ fn changed_files_are_read_or_refused() {
                 }
             }
             fs::write(&changed, &bytes).unwrap();
-            refused += usize::from(bonebeam_files::Recording::read(&changed).is_err());
+            refused += usize::from(common::read(&changed).is_err());
         }
     }
     assert!(refused > 400, "only {refused} were refused");

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use bonebeam_files::{
-    AlignedData, BeamRays, ChannelData, Lines, Recording, Samples, Transmits, atomic, image,
+    AlignedData, BeamRays, ChannelData, Lines, Samples, Transmits, atomic, image,
 };
 use common::{Npz, channel_data_without, column_major_ramp, ramp, scalar, vector};
 use ndarray::{Array1, Array2, Array3, Array4, ArrayD, Axis, arr0};
@@ -31,7 +31,7 @@ fn channel_data(transmits: Transmits) -> ChannelData {
 
 /// Reads a file that must be refused, and returns the one-line error.
 fn refused(path: &Path) -> String {
-    let error = match Recording::read(path) {
+    let error = match common::read(path) {
         Ok(_) => panic!("{} was accepted", path.display()),
         Err(error) => error,
     };

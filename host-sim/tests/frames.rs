@@ -9,7 +9,8 @@ use std::process::Command;
 
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::frame::beamform_channel_data;
-use bonebeam_files::{ChannelData, Recording, RecordingFile, Variables};
+use bonebeam_files::{ChannelData, Recording};
+use bonebeam_formats::{RecordingFile, Variables};
 use common::{Npz, channel_data_without, scalar};
 use ndarray::{Array, Array3, Array4, ArrayD, Axis, ShapeBuilder};
 use ndarray_npy::{NpzReader, WritableElement, WriteNpyExt};

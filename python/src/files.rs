@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use bonebeam_files::{self as files, ChannelData, Recording, Samples, Transmits, Variables};
+use bonebeam_files::{ChannelData, Recording, Samples, Transmits};
+use bonebeam_formats::{self as formats, Variables};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -11,7 +12,7 @@ use crate::error::refused;
 
 /// A recording's file.
 #[pyclass(frozen, module = "bonebeam._native")]
-pub struct RecordingFile(files::RecordingFile);
+pub struct RecordingFile(formats::RecordingFile);
 
 #[pymethods]
 impl RecordingFile {
@@ -19,7 +20,7 @@ impl RecordingFile {
     #[new]
     fn new(py: Python<'_>, path: PathBuf, variables: &str) -> PyResult<Self> {
         let variables: Variables = serde_json::from_str(variables).map_err(refused)?;
-        let file = py.detach(|| files::RecordingFile::open(&path, &variables));
+        let file = py.detach(|| formats::RecordingFile::open(&path, &variables));
         Ok(Self(file.map_err(refused)?))
     }
 

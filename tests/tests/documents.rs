@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use bonebeam::beamform::{Method, Parameter, Parameters, Postfilter};
 use bonebeam_drive::config::BeamformFlags;
-use bonebeam_files::Format;
+use bonebeam_formats::Format;
 use host_sim::config::Config;
 use tempfile::tempdir;
 

@@ -1,4 +1,5 @@
-//! The files: recordings in many formats, beamformed lines as `.npz`, images as `.npy` and PNG.
+//! The files of this program: recordings and beamformed lines as `.npz`, images as `.npy` and PNG. Recordings of
+//! others are read by the crate `bonebeam-formats`.
 //!
 //! Everything read is validated before it is returned, and every error names the file, the key,
 //! the index and what would be right. Everything written is written whole or not at all.
@@ -7,7 +8,6 @@ mod aligned;
 pub mod atomic;
 mod channel_data;
 mod error;
-pub mod formats;
 #[cfg(feature = "png")]
 pub mod image;
 pub mod leftovers;
@@ -19,7 +19,6 @@ pub mod npz;
 mod npz_writer;
 mod partial;
 mod recording;
-mod recording_file;
 mod samples;
 pub mod settings;
 pub mod terminal;
@@ -32,12 +31,10 @@ mod volume;
 pub use aligned::AlignedData;
 pub use channel_data::ChannelData;
 pub use error::{Error, Result};
-pub use formats::{Format, Variables};
 pub use lines::{BeamRays, Lines};
 pub use npy::read_array;
 pub use partial::Partial;
 pub use recording::Recording;
-pub use recording_file::RecordingFile;
 pub use samples::{Frame, Samples};
 pub use transmits::Transmits;
 pub use truth::{Truth, ply, stage_surface};
@@ -47,7 +44,7 @@ use std::io;
 use std::path::Path;
 
 /// The error for a file whose contents are wrong.
-fn file_error(path: &Path, message: impl Into<String>) -> Error {
+pub fn file_error(path: &Path, message: impl Into<String>) -> Error {
     Error::File {
         path: path.to_path_buf(),
         message: message.into(),

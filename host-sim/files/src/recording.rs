@@ -1,11 +1,16 @@
 //! A recording of any format in memory.
 
+use std::borrow::Cow;
 use std::ops::Range;
+use std::path::Path;
 
 use ndarray::Axis;
 use num_complex::Complex;
 
-use super::{AlignedData, ChannelData};
+use super::atomic::Outputs;
+use super::{AlignedData, ChannelData, npz, npz_writer};
+use crate::Result;
+use crate::memory::product;
 
 /// A recording, of a kind that its keys tell.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +22,63 @@ pub enum Recording {
 }
 
 impl Recording {
+    /// Some frames of a `.npz` archive of either kind, and how many frames it holds.
+    ///
+    /// # Errors
+    /// The file cannot be opened, its keys are of both kinds or of neither, or what it holds is not valid.
+    pub fn read_npz(path: &Path, frames: Range<usize>) -> Result<(Self, usize)> {
+        let file = &mut npz::Reader::open(path)?;
+        match (file.has("rf") || file.has("iq"), file.has("x")) {
+            (true, false) => {
+                let (data, frames) = ChannelData::from_npz(file, frames)?;
+                Ok((Recording::Channel(data), frames))
+            }
+            (false, true) => {
+                let (data, frames) = AlignedData::from_npz(file, frames)?;
+                Ok((Recording::Aligned(data), frames))
+            }
+            (true, true) => Err(file.error(
+                "holds both `rf` or `iq` (channel data) and `x` (aligned data); expected one of them",
+            )),
+            (false, false) => Err(file.error(
+                "holds neither `rf` or `iq` (channel data) nor `x` (aligned data); expected one of them",
+            )),
+        }
+    }
+
+    /// Stages a recording of `count` frames as a `.npz` archive, with the frames of `parts`, which follow each
+    /// other, and all else of this one. Each part is a recording, and which of its frames are meant.
+    ///
+    /// # Errors
+    /// Those of a part; data that are not valid; a file that cannot be written.
+    pub fn stage_npz<'a>(
+        &self,
+        count: usize,
+        parts: impl Iterator<Item = Result<(Cow<'a, Recording>, Range<usize>)>>,
+        path: &Path,
+        outputs: &mut Outputs,
+    ) -> Result<()> {
+        let frame = self.bytes() / self.frames().max(1);
+        outputs.stage(path, |sink| {
+            let mut npz = npz_writer::Writer::new(sink, product(&[frame, count]));
+            match self {
+                Recording::Channel(data) => data.samples.begin_npz(count, &mut npz)?,
+                Recording::Aligned(data) => data.begin_npz(count, &mut npz)?,
+            }
+            for part in parts {
+                let (recording, own) = part?;
+                match recording.as_ref() {
+                    Recording::Channel(data) => data.samples.append_npz(own, &mut npz)?,
+                    Recording::Aligned(data) => data.append_npz(own, &mut npz)?,
+                }
+            }
+            match self {
+                Recording::Channel(data) => Ok(data.finish_npz(npz)?),
+                Recording::Aligned(data) => Ok(data.finish_npz(npz)?),
+            }
+        })
+    }
+
     /// How many frames there are.
     pub fn frames(&self) -> usize {
         match self {

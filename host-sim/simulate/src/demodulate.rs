@@ -3,10 +3,10 @@
 use ndarray::Array4;
 use num_complex::Complex;
 use rayon::prelude::*;
-use rustfft::FftPlanner;
-use std::f64::consts::TAU;
 
 use bonebeam_files::{ChannelData, Samples};
+
+use super::fourier::{Fourier, unit};
 
 /// The I/Q of RF data, demodulated with the centre frequency and kept at every so many samples: at the
 /// lowest rate that is a whole part of the record's and at least 2·f₀. What lies beyond half of that rate
@@ -22,12 +22,8 @@ pub fn demodulate(data: ChannelData) -> ChannelData {
     let rows = rf.as_slice().unwrap_or_default().par_chunks(samples);
     let mut iq = vec![Complex::new(0.0f32, 0.0); frames * transmits * elements * kept];
     // Zeros behind each row, so that its end does not come round to its beginning.
-    let length = 2 * samples;
-    let mut planner = FftPlanner::new();
-    let (forward, inverse) = (
-        planner.plan_fft_forward(length),
-        planner.plan_fft_inverse(length),
-    );
+    let length = (2 * samples).next_power_of_two();
+    let transform = Fourier::new(length);
     let half_band = data.fs / every as f64 / 2.0;
     let into = iq.par_chunks_mut(kept).zip(rows).enumerate();
     into.for_each(|(index, (into, row))| {
@@ -36,17 +32,17 @@ pub fn demodulate(data: ChannelData) -> ChannelData {
         for (value, &sample) in spectrum.iter_mut().zip(row) {
             *value = Complex::new(f64::from(sample), 0.0);
         }
-        forward.process(&mut spectrum);
+        let mut scratch = Vec::new();
+        transform.forward(&mut spectrum, &mut scratch);
         for (k, value) in spectrum.iter_mut().enumerate() {
             let frequency = k as f64 * data.fs / length as f64;
             let inside = k <= length / 2 && (frequency - data.f0).abs() < half_band;
             *value *= if inside { 2.0 / length as f64 } else { 0.0 };
         }
-        inverse.process(&mut spectrum);
+        transform.inverse(&mut spectrum, &mut scratch);
         for (n, value) in into.iter_mut().enumerate() {
             let t = t0 + (n * every) as f64 / data.fs;
-            let turned = Complex::from_polar(1.0, -TAU * (data.f0 * t).fract());
-            let y = spectrum[n * every] * turned;
+            let y = spectrum[n * every] * unit(-data.f0 * t);
             *value = Complex::new(y.re as f32, y.im as f32);
         }
     });

@@ -22,7 +22,8 @@ use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
 use bonebeam_files::terminal::{digits, print, warn};
-use bonebeam_files::{Lines, Recording, RecordingFile, Transmits};
+use bonebeam_files::{Lines, Recording, Transmits};
+use bonebeam_formats::RecordingFile;
 use bonebeam_paper::report::figure;
 
 /// Beamform channel data: one complex value a beam and depth.

@@ -6,9 +6,10 @@ use clap::Args;
 
 use super::{ConfigArgument, VariableArguments, load_config, recording_help};
 use crate::Result;
+use bonebeam_files::Recording;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::{print, warn};
-use bonebeam_files::{Recording, RecordingFile};
+use bonebeam_formats::RecordingFile;
 
 /// Write a recording of any format as an .npz archive.
 ///

@@ -11,7 +11,8 @@ use bonebeam_drive::config::{Beamform, BeamformFlags, Image};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::policy::doubts;
 use bonebeam_files::terminal::{digits, print};
-use bonebeam_files::{AlignedData, ChannelData, Recording, RecordingFile, Samples, Transmits};
+use bonebeam_files::{AlignedData, ChannelData, Recording, Samples, Transmits};
+use bonebeam_formats::RecordingFile;
 
 /// Tell what a recording holds, and what would be done with it.
 ///

@@ -7,7 +7,8 @@ use serde::Serialize;
 use crate::{Error, Result};
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::image::Image;
-use bonebeam_files::{Format, Lines};
+use bonebeam_files::Lines;
+use bonebeam_formats::Format;
 use bonebeam_paper::measure::point::LateralProfile;
 
 /// A beamforming run.

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 use crate::config::Config;
 use crate::{Error, Result};
-use bonebeam_files::{Format, Variables};
+use bonebeam_formats::{Format, Variables};
 
 /// The file of `--config`, or the defaults.
 fn load_config(path: Option<&Path>) -> Result<Config> {

@@ -2,6 +2,8 @@
 
 pub mod program;
 
+use bonebeam_files::Recording;
+use bonebeam_formats::Variables;
 use std::fs::File;
 use std::path::Path;
 
@@ -24,6 +26,12 @@ impl Npz {
     pub fn finish(self) {
         self.0.finish().unwrap();
     }
+}
+
+/// All frames of a recording, in the format that the file turns out to be of.
+pub fn read(path: &Path) -> bonebeam_files::Result<Recording> {
+    let all = 0..usize::MAX;
+    Ok(bonebeam_formats::read(path, &Variables::default(), all)?.recording)
 }
 
 pub fn scalar(value: f64) -> ArrayD<f64> {

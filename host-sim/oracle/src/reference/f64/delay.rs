@@ -4,7 +4,7 @@
 use bonebeam::focus::{DelayParameters, ScanLine};
 use bonebeam::geometry::{Array, TransmitLaw};
 use num_complex::Complex;
-use rustfft::FftPlanner;
+use rustfft::FftPlannerScalar;
 use std::f64::consts::PI;
 
 /// Sinc lobes on either side of a sample, and output samples beyond either end of the line.
@@ -18,7 +18,7 @@ pub fn line(parameters: &DelayParameters, scan_line: &ScanLine, rf: &[f32]) -> V
     let p = parameters;
     let mut out = vec![Complex::new(0.0, 0.0); p.output_samples * p.elements];
     let samples = p.output_samples + 2 * MARGIN;
-    let mut planner = FftPlanner::new();
+    let mut planner = FftPlannerScalar::new();
     let forward = planner.plan_fft_forward(samples);
     let inverse = planner.plan_fft_inverse(samples);
     for m in scan_line.active.first..scan_line.active.first + scan_line.active.count {

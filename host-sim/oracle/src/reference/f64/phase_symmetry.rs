@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use ndarray::{Array2, ArrayView2, Axis, Zip};
 use num_complex::Complex;
-use rustfft::FftPlanner;
+use rustfft::FftPlannerScalar;
 
 /// `PS` of Eq. 10 for scales `r0` (cycles per pixel) and a noise threshold.
 pub fn phase_symmetry(image: ArrayView2<f64>, scales: &[f64], threshold: f64) -> Array2<f64> {
@@ -55,7 +55,7 @@ fn frequency(k: usize, n: usize) -> f64 {
 }
 
 fn transform(data: &mut Array2<Complex<f64>>, inverse: bool) {
-    let mut planner = FftPlanner::new();
+    let mut planner = FftPlannerScalar::new();
     for axis in [Axis(1), Axis(0)] {
         let length = data.len_of(axis);
         let fft = if inverse {

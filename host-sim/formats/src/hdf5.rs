@@ -13,10 +13,9 @@ use rust_hdf5::{
     ReadNumeric, StorageLayout,
 };
 
-use super::super::{cannot_be_opened, file_error};
-use super::guard::{Told, claim, guarded, room};
-use super::values::{Part, Source, Values, array};
-use crate::{Error, Result};
+use crate::guard::{Told, claim, guarded, room};
+use crate::values::{Part, Source, Values, array};
+use bonebeam_files::{Error, Result, cannot_be_opened, file_error};
 
 /// Where an HDF5 file may begin in one of MATLAB's.
 const USER_BLOCK: u64 = 512;

@@ -1,10 +1,12 @@
-//! The formats that recordings come in, a file each; this one recognises them by what they hold.
+//! The formats that recordings come in, a file each; [`read`] recognises them by what they hold. A file too
+//! large for memory is read some frames at a time: [`RecordingFile`].
 
 mod guard;
 mod hdf5;
 mod keyed;
 mod mat5;
 mod picmus;
+mod recording_file;
 mod sonix;
 mod uff;
 mod values;
@@ -12,6 +14,7 @@ mod variables;
 mod waves;
 mod zea;
 
+pub use recording_file::RecordingFile;
 pub use variables::{Given, Variables};
 
 use std::fs::File;
@@ -19,8 +22,7 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
-use super::{AlignedData, ChannelData, Recording, cannot_be_opened, file_error, npz};
-use crate::{Error, Result};
+use bonebeam_files::{ChannelData, Error, Recording, Result, cannot_be_opened, file_error};
 use hdf5::Store;
 use keyed::Keyed;
 use mat5::Mat5;
@@ -168,27 +170,13 @@ pub fn read(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<
     Err(file_error(path, format!("{what}; {}", expected())))
 }
 
-/// What an archive holds, told by its keys.
 fn npz_archive(path: &Path, frames: Range<usize>) -> Result<Found> {
-    let file = &mut npz::Reader::open(path)?;
-    let channel_data = file.has("rf") || file.has("iq");
-    match (channel_data, file.has("x")) {
-        (true, false) => channel(ChannelData::from_npz(file, frames), Format::Npz),
-        (false, true) => {
-            let (data, frames) = AlignedData::from_npz(file, frames)?;
-            Ok(Found {
-                recording: Recording::Aligned(data),
-                format: Format::Npz,
-                frames,
-            })
-        }
-        (true, true) => Err(file.error(
-            "holds both `rf` or `iq` (channel data) and `x` (aligned data); expected one of them",
-        )),
-        (false, false) => Err(file.error(
-            "holds neither `rf` or `iq` (channel data) nor `x` (aligned data); expected one of them",
-        )),
-    }
+    let (recording, frames) = Recording::read_npz(path, frames)?;
+    Ok(Found {
+        recording,
+        format: Format::Npz,
+        frames,
+    })
 }
 
 fn read_hdf5(

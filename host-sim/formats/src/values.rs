@@ -5,8 +5,8 @@ use std::ops::Range;
 use ndarray::{ArrayD, IxDyn};
 use num_complex::Complex;
 
-use super::guard::Told;
-use crate::{Error, Result};
+use crate::guard::Told;
+use bonebeam_files::{Error, Result};
 
 /// Samples, row-major in the order of axes that the file's users see.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,11 +4,10 @@
 use ndarray::Axis;
 use num_complex::Complex;
 
-use super::super::{ChannelData, Samples, Transmits};
-use super::hdf5::Store;
-use super::values::{Source, Values};
-use super::variables::Variables;
-use crate::Result;
+use crate::hdf5::Store;
+use crate::values::{Source, Values};
+use crate::variables::Variables;
+use bonebeam_files::{ChannelData, Result, Samples, Transmits};
 
 /// The group that everything lies in.
 const GROUP: &str = "US/US_DATASET0000";

@@ -9,12 +9,10 @@ use std::path::{Path, PathBuf};
 
 use ndarray::{Array4, ArrayD};
 
-use super::super::{ChannelData, Samples, cannot_be_opened, file_error};
-use super::keyed::Keyed;
-use super::values::{Part, Source, Values};
-use super::variables::{CHANNELS, Given, Variables};
-use crate::memory;
-use crate::{Error, Result};
+use crate::keyed::Keyed;
+use crate::values::{Part, Source, Values};
+use crate::variables::{CHANNELS, Given, Variables};
+use bonebeam_files::{ChannelData, Error, Result, Samples, cannot_be_opened, file_error, memory};
 
 /// The header of a file: a number, how many records, and how many samples each has.
 const HEADER: usize = 12;

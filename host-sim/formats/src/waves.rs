@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 
-use super::super::Transmits;
+use bonebeam_files::Transmits;
 
 /// How far an element's delay may be from that of a law, in periods of the centre frequency.
 const TOLERANCE: f64 = 0.1;

@@ -1,29 +1,16 @@
-//! Recordings read from files: whole, or a few frames at a time.
+//! Recordings read from files a few frames at a time.
 
 use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::atomic::Outputs;
-use super::formats::{self, Found};
-use super::{Format, Recording, Variables, npz_writer};
-use crate::Result;
-use crate::memory::product;
+use bonebeam_files::atomic::Outputs;
+use bonebeam_files::{Recording, Result};
+
+use crate::{Format, Found, Variables};
 
 /// How many bytes of samples are read at a time, where a frame is not more.
 const AT_A_TIME: usize = 16 << 20;
-
-impl Recording {
-    /// Reads channel data or aligned data, in the format that the file or folder turns out to be of.
-    ///
-    /// # Errors
-    /// The file cannot be opened, is of a format that is not read, holds several kinds of data or
-    /// none, or what it holds is not valid.
-    pub fn read(path: &Path) -> Result<Self> {
-        let found = formats::read(path, &Variables::default(), 0..usize::MAX)?;
-        Ok(found.recording)
-    }
-}
 
 /// The file of a recording, from which frames are read some at a time, so that it may be larger than
 /// memory. Where a format is only read whole, memory holds all of it.
@@ -40,9 +27,9 @@ impl RecordingFile {
     /// Reads all but the frames after the first, with what `variables` say of the file's arrays.
     ///
     /// # Errors
-    /// As [`Recording::read`], and variables that have no effect on that format.
+    /// As [`crate::read`], and variables that have no effect on that format.
     pub fn open(path: &Path, variables: &Variables) -> Result<Self> {
-        let found = formats::read(path, variables, 0..1)?;
+        let found = crate::read(path, variables, 0..1)?;
         Ok(Self {
             path: path.to_path_buf(),
             variables: variables.clone(),
@@ -81,7 +68,7 @@ impl RecordingFile {
         if frames.end <= self.first.frames() {
             return Ok((Cow::Borrowed(&self.first), frames));
         }
-        let Found { recording, .. } = formats::read(&self.path, &self.variables, frames)?;
+        let Found { recording, .. } = crate::read(&self.path, &self.variables, frames)?;
         let all = 0..recording.frames();
         Ok((Cow::Owned(recording), all))
     }
@@ -91,26 +78,9 @@ impl RecordingFile {
     /// # Errors
     /// Data that are not valid, or a file that cannot be written.
     pub fn stage_npz(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
-        let count = self.frames;
-        let frame = self.first.bytes() / self.first.frames().max(1);
-        outputs.stage(path, |sink| {
-            let mut npz = npz_writer::Writer::new(sink, product(&[frame, count]));
-            match &self.first {
-                Recording::Channel(data) => data.samples.begin_npz(count, &mut npz)?,
-                Recording::Aligned(data) => data.begin_npz(count, &mut npz)?,
-            }
-            for first in (0..count).step_by(self.frames_at_a_time()) {
-                let end = count.min(first + self.frames_at_a_time());
-                let (recording, own) = self.read(first..end)?;
-                match recording.as_ref() {
-                    Recording::Channel(data) => data.samples.append_npz(own, &mut npz)?,
-                    Recording::Aligned(data) => data.append_npz(own, &mut npz)?,
-                }
-            }
-            match &self.first {
-                Recording::Channel(data) => Ok(data.finish_npz(npz)?),
-                Recording::Aligned(data) => Ok(data.finish_npz(npz)?),
-            }
-        })
+        let step = self.frames_at_a_time();
+        let parts = (0..self.frames).step_by(step);
+        let parts = parts.map(|first| self.read(first..self.frames.min(first + step)));
+        self.first.stage_npz(self.frames, parts, path, outputs)
     }
 }

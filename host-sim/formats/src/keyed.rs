@@ -6,10 +6,9 @@ use std::ops::Range;
 
 use ndarray::{ArrayD, Axis, IxDyn};
 
-use super::super::{ChannelData, Samples, Transmits};
-use super::values::{Source, Values};
-use super::variables::{AXES, Given, Variables};
-use crate::{Error, Result};
+use crate::values::{Source, Values};
+use crate::variables::{AXES, Given, Variables};
+use bonebeam_files::{ChannelData, Error, Result, Samples, Transmits};
 
 /// The axes of samples, in the order of [`ChannelData`].
 const ORDER: [&str; 4] = ["frame", "transmit", "element", "sample"];

@@ -7,12 +7,11 @@ use std::ops::Range;
 use ndarray::{Array2, Array4, Axis, Ix5};
 use num_complex::Complex;
 
-use super::super::{ChannelData, Samples};
-use super::hdf5::Store;
-use super::values::{Source, Values};
-use super::variables::Variables;
-use super::waves::{Fired, Wave};
-use crate::Result;
+use crate::hdf5::Store;
+use crate::values::{Source, Values};
+use crate::variables::Variables;
+use crate::waves::{Fired, Wave};
+use bonebeam_files::{ChannelData, Result, Samples};
 
 /// How fast zea's waveforms are sampled, Hz.
 const WAVEFORM_RATE: f64 = 250e6;

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::sync::Once;
 
-use crate::memory;
+use bonebeam_files::memory;
 
 /// How many times its length a file's array may be: recordings shrink to a half or a tenth.
 const MAX_INFLATION: u64 = 100;

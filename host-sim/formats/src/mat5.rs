@@ -12,11 +12,9 @@ use flate2::read::ZlibDecoder;
 use ndarray::{ArrayD, IxDyn, ShapeBuilder};
 use num_complex::Complex;
 
-use super::super::{cannot_be_opened, file_error};
-use super::guard::{CONVERSIONS, Told, claim};
-use super::values::{Part, Source, Values};
-use crate::memory;
-use crate::{Error, Result};
+use crate::guard::{CONVERSIONS, Told, claim};
+use crate::values::{Part, Source, Values};
+use bonebeam_files::{Error, Result, cannot_be_opened, file_error, memory};
 
 /// The header that every file begins with, bytes.
 const HEADER: usize = 128;
