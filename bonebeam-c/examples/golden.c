@@ -237,7 +237,7 @@ static void iq(void) {
     bonebeam_iq *stage;
     /* Linear, which the counts are read by, comes first and last. */
     for (int i = 0; i < 4; i++) {
-        parameters.reading = i % 3;
+        parameters.interpolation = i % 3;
         stage = iq_stage(&parameters);
         check(bonebeam_iq_line(stage, &line, i < 3 ? &floats : &counted, aligned), names[i]);
         print(names[i], aligned, 2 * LINE * ELEMENTS);
@@ -246,7 +246,7 @@ static void iq(void) {
     bonebeam_scan_line down = line;
     down.wave.law = BONEBEAM_LAW_FOCUSED;
     down.origin = (bonebeam_element){.x = 0.3e-3};
-    parameters.reading = BONEBEAM_READING_LINEAR_FIXED;
+    parameters.interpolation = BONEBEAM_INTERPOLATION_LINEAR_FIXED;
     stage = iq_stage(&parameters);
     check(bonebeam_iq_line(stage, &line, &counted, aligned), "iq-fixed");
     print("iq-fixed", aligned, 2 * LINE * ELEMENTS);
@@ -269,7 +269,7 @@ static void iq_lines(void) {
                 .output_samples = OUTPUTS,
                 .elements = ELEMENTS,
                 .record_samples = SAMPLES,
-                .reading = BONEBEAM_READING_SINC,
+                .interpolation = BONEBEAM_INTERPOLATION_SINC,
             },
         .aperture = {.elements = ELEMENTS, .pitch = 0.2e-3, .f_number = 0.7, .min_elements = 8},
         .lines = {-1.1e-3, 1.1e-3, 3},

@@ -105,17 +105,17 @@ typedef enum {
   BONEBEAM_LOGARITHM_POLYNOMIAL = 1,
 } bonebeam_logarithm;
 
-// Interpolation of I/Q. `IqReading::for_band` in the core's documentation says which is enough.
+// Interpolation of I/Q. `IqInterpolation::for_band` in the core's documentation says which is enough.
 typedef enum {
   // Linear.
-  BONEBEAM_READING_LINEAR = 0,
+  BONEBEAM_INTERPOLATION_LINEAR = 0,
   // Cubic, through four samples.
-  BONEBEAM_READING_CUBIC = 1,
+  BONEBEAM_INTERPOLATION_CUBIC = 1,
   // A windowed sinc of 12 taps.
-  BONEBEAM_READING_SINC = 2,
-  // Linear in fixed point, of counts only. `IqReading::LinearFixed` in the core's documentation has the limits.
-  BONEBEAM_READING_LINEAR_FIXED = 3,
-} bonebeam_reading;
+  BONEBEAM_INTERPOLATION_SINC = 2,
+  // Linear in fixed point, of counts only. `IqInterpolation::LinearFixed` in the core's documentation has the limits.
+  BONEBEAM_INTERPOLATION_LINEAR_FIXED = 3,
+} bonebeam_interpolation;
 
 // A beamformer of aligned samples.
 typedef struct bonebeam_beamformer bonebeam_beamformer;
@@ -201,8 +201,8 @@ typedef struct {
   // RF: not 0 computes the filters in single precision, for processors that compute doubles in software. It
   // takes a fiftieth of the instructions, and lines have other bits.
   int32_t single_precision;
-  // I/Q: one of `bonebeam_reading`.
-  int32_t reading;
+  // I/Q: one of `bonebeam_interpolation`.
+  int32_t interpolation;
 } bonebeam_delay_parameters;
 
 // One transmit.

@@ -1,11 +1,11 @@
 //! The delay stage: one scan line of one transmit, from RF to aligned analytic samples.
 
 use crate::Complex;
-use crate::iq::Reading;
+use crate::iq::Interpolation;
 use crate::memory::{array, bytes_of, complex_mut, new, one, one_mut, sum};
 use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
-use bonebeam::focus::{Delay, DelayParameters as Rf, IqParameters as Iq, Record, Stage};
+use bonebeam::delay::{Delay, DelayParameters as Rf, IqParameters as Iq, Record, Stage};
 use core::ffi::c_void;
 
 /// The parameters of a delay stage, of RF or of I/Q. SI units.
@@ -33,8 +33,8 @@ pub struct DelayParameters {
     /// RF: not 0 computes the filters in single precision, for processors that compute doubles in software. It
     /// takes a fiftieth of the instructions, and lines have other bits.
     pub single_precision: i32,
-    /// I/Q: one of `bonebeam_reading`.
-    pub reading: i32,
+    /// I/Q: one of `bonebeam_interpolation`.
+    pub interpolation: i32,
 }
 
 impl DelayParameters {
@@ -62,7 +62,7 @@ impl DelayParameters {
             output_samples: self.output_samples,
             elements: self.elements,
             record_samples: self.record_samples,
-            reading: Reading::core(self.reading)?,
+            interpolation: Interpolation::core(self.interpolation)?,
         })
     }
 }

@@ -5,20 +5,20 @@ use crate::delay::DelayParameters;
 use crate::memory::{array, bytes_of, complex, complex_mut, new, one, one_mut, sum};
 use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
-use bonebeam::focus::{IqDelay, IqLayout, IqParameters, IqReading, IqSamples, Stage};
+use bonebeam::delay::{IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Stage};
 use core::ffi::c_void;
 
-/// Interpolation of I/Q. `IqReading::for_band` in the core's documentation says which is enough.
+/// Interpolation of I/Q. `IqInterpolation::for_band` in the core's documentation says which is enough.
 #[repr(C)]
 #[derive(Clone, Copy)]
-pub enum Reading {
+pub enum Interpolation {
     /// Linear.
     Linear = 0,
     /// Cubic, through four samples.
     Cubic = 1,
     /// A windowed sinc of 12 taps.
     Sinc = 2,
-    /// Linear in fixed point, of counts only. `IqReading::LinearFixed` in the core's documentation has the limits.
+    /// Linear in fixed point, of counts only. `IqInterpolation::LinearFixed` in the core's documentation has the limits.
     LinearFixed = 3,
 }
 
@@ -46,14 +46,22 @@ pub struct IqRecord {
     pub layout: i32,
 }
 
-impl Reading {
+impl Interpolation {
     /// The core's reading.
-    pub(crate) fn core(number: i32) -> Result<IqReading, Status> {
+    pub(crate) fn core(number: i32) -> Result<IqInterpolation, Status> {
         match number {
-            reading if reading == Reading::Linear as i32 => Ok(IqReading::Linear),
-            reading if reading == Reading::Cubic as i32 => Ok(IqReading::Cubic),
-            reading if reading == Reading::Sinc as i32 => Ok(IqReading::Sinc),
-            reading if reading == Reading::LinearFixed as i32 => Ok(IqReading::LinearFixed),
+            interpolation if interpolation == Interpolation::Linear as i32 => {
+                Ok(IqInterpolation::Linear)
+            }
+            interpolation if interpolation == Interpolation::Cubic as i32 => {
+                Ok(IqInterpolation::Cubic)
+            }
+            interpolation if interpolation == Interpolation::Sinc as i32 => {
+                Ok(IqInterpolation::Sinc)
+            }
+            interpolation if interpolation == Interpolation::LinearFixed as i32 => {
+                Ok(IqInterpolation::LinearFixed)
+            }
             _ => Err(Status::Parameter),
         }
     }
@@ -68,7 +76,7 @@ impl IqRecord {
     pub(crate) unsafe fn core<'a>(
         &self,
         p: &IqParameters,
-    ) -> Result<bonebeam::focus::IqRecord<'a>, Status> {
+    ) -> Result<bonebeam::delay::IqRecord<'a>, Status> {
         let layout = match self.layout {
             layout if layout == Layout::Planar as i32 => IqLayout::Planar,
             layout if layout == Layout::Interleaved as i32 => IqLayout::Interleaved,
@@ -83,7 +91,7 @@ impl IqRecord {
                 true => IqSamples::Counts(array(self.counts.cast(), count)?, self.scale),
             }
         };
-        Ok(bonebeam::focus::IqRecord::new(samples, layout, p.elements)?)
+        Ok(bonebeam::delay::IqRecord::new(samples, layout, p.elements)?)
     }
 }
 

@@ -9,7 +9,7 @@ use crate::status::{Status, status};
 use crate::workspace::{Workspace, with_view};
 use crate::{Axis, Complex};
 use bonebeam::beamform::Sizes;
-use bonebeam::focus::IqDelay;
+use bonebeam::delay::IqDelay;
 use bonebeam::geometry::{Array, Depth, Lines, Scan, ScanParameters};
 use bonebeam::pipeline::{DepthGate, IqInput, LineLengths, LineMemory, LinePipeline};
 use core::ffi::c_void;
@@ -90,7 +90,7 @@ impl IqScan {
         }
         let input = IqInput {
             demodulation_frequency: delay.demodulation_frequency,
-            reading: Some(delay.reading),
+            interpolation: Some(delay.interpolation),
         };
         // SAFETY: by the caller's promise.
         let beamformer = unsafe { beamformer.core()? };

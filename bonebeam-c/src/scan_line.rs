@@ -3,7 +3,7 @@
 use crate::Range;
 use crate::memory::{array, array_mut, one_mut};
 use crate::status::{Status, status};
-use bonebeam::focus::{Compounding, ScanLine as CoreLine};
+use bonebeam::delay::{Compounding, ScanLine as CoreLine};
 use bonebeam::geometry::{self, Array, Ray, Transmit, TransmitLaw};
 
 /// The transmitted waves.

@@ -1,7 +1,7 @@
 //! RF to bone map in fixed memory; `firmware/src/bin/bone_map.rs` runs it on a Cortex-M7.
 use bonebeam::Error;
 use bonebeam::beamform::{self, Workspace};
-use bonebeam::focus::Record;
+use bonebeam::delay::Record;
 use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::pipeline::{Frame, Memory, Parameters, Pipeline, Sizes};
 
@@ -28,7 +28,7 @@ pub const PARAMETERS: Parameters = Parameters {
     scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
     threshold: 10.0,
     strip: 8,
-    stretch: 64,
+    block: 64,
 };
 const SIZES: Sizes = match PARAMETERS.sizes() {
     Ok(sizes) => sizes,

@@ -2,7 +2,7 @@
 //! `bone_map.rs`, which starts from RF.
 use bonebeam::Error;
 use bonebeam::beamform::{self, Workspace};
-use bonebeam::focus::{IqLayout, IqRecord, IqSamples};
+use bonebeam::delay::{IqLayout, IqRecord, IqSamples};
 use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::pipeline::{Frame, IqInput, Memory, Parameters, Pipeline, Sizes};
 
@@ -30,11 +30,11 @@ const PARAMETERS: Parameters = Parameters {
     scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
     threshold: 10.0,
     strip: 8,
-    stretch: 32,
+    block: 32,
 };
 const INPUT: IqInput = IqInput {
     demodulation_frequency: 5e6,
-    reading: None,
+    interpolation: None,
 };
 const SIZES: Sizes = match PARAMETERS.sizes_of_iq() {
     Ok(sizes) => sizes,

@@ -2,7 +2,7 @@
 
 use crate::beamform::{Slices, Storage, Workspace, WorkspaceView};
 use crate::covariance::Averaging;
-use crate::focus::IqSamples;
+use crate::delay::IqSamples;
 use crate::phase_symmetry::{
     External, GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, StripMemory, StripSlices,
 };
@@ -55,7 +55,7 @@ impl<A: Averaging<V>, V: Vector> Format for WorkspaceView<'_, A, V> {
     }
 }
 
-impl<D: crate::focus::Stage> Format for Frame<'_, '_, D> {
+impl<D: crate::delay::Stage> Format for Frame<'_, '_, D> {
     fn format(&self, f: Formatter<'_>) {
         defmt::write!(f, "Frame({})", self.pipeline.sizes());
     }

@@ -26,8 +26,8 @@ const fn step(sparse: usize) -> usize {
 
 pub mod beamform;
 pub mod covariance;
+pub mod delay;
 mod error;
-pub mod focus;
 #[cfg(feature = "defmt")]
 mod formats;
 pub mod geometry;

@@ -3,7 +3,7 @@
 use bonebeam::Complex;
 use bonebeam::beamform::{Storage, Workspace};
 use bonebeam::covariance::{Forward, ForwardBackward};
-use bonebeam::focus::{Delay, DelayParameters, IqDelay};
+use bonebeam::delay::{Delay, DelayParameters, IqDelay};
 use bonebeam::phase_symmetry::{LogGaborTables, StripMemory};
 use bonebeam_tests::Workspaces;
 use cortex_m_semihosting::hprintln;
@@ -22,18 +22,18 @@ where
 
 /// Bytes of a line of 64 elements, focused and beamformed so many samples at a time with K = 2: from RF of
 /// 20 MHz, from RF of 100 MHz, and from I/Q.
-const fn line(stretch: usize) -> [usize; 3] {
+const fn line(block: usize) -> [usize; 3] {
     const ELEMENTS: usize = 64;
     const LENGTH: usize = 1024;
-    let held = if stretch + 4 < LENGTH {
-        stretch + 4
+    let held = if block + 4 < LENGTH {
+        block + 4
     } else {
         LENGTH
     };
     let aligned = held * ELEMENTS * size_of::<Complex<f32>>();
     [
-        aligned + size_of::<f32>() * rf(1, LENGTH).stretch_scratch_len(1, held),
-        aligned + size_of::<f32>() * rf(5, LENGTH).stretch_scratch_len(1, held),
+        aligned + size_of::<f32>() * rf(1, LENGTH).block_scratch_len(1, held),
+        aligned + size_of::<f32>() * rf(5, LENGTH).block_scratch_len(1, held),
         aligned + size_of::<f32>() * 7 * ELEMENTS,
     ]
 }
@@ -83,10 +83,10 @@ pub fn print() {
     hprintln!("RAM phase symmetry filter tables {}", LogGaborTables::BYTES);
     hprintln!("RAM delay stage {}", Delay::BYTES);
     hprintln!("RAM delay stage, I/Q {}", IqDelay::BYTES);
-    for stretch in [1024, 128, 64, 32] {
-        let [slow, fast, iq] = line(stretch);
+    for block in [1024, 128, 64, 32] {
+        let [slow, fast, iq] = line(block);
         hprintln!(
-            "RAM line of 1024, 64 elements, stretches of {stretch}: RF 20 MHz {slow}, RF 100 MHz {fast}, I/Q {iq}"
+            "RAM line of 1024, 64 elements, stretches of {block}: RF 20 MHz {slow}, RF 100 MHz {fast}, I/Q {iq}"
         );
     }
     hprintln!("RAM golden cases, all workspaces {}", Workspaces::BYTES);

@@ -5,8 +5,8 @@
 
 use arbitrary::Arbitrary;
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameter, Parameters, Postfilter, Run, Sizes, Slices,
-    WorkspaceView, constant_runs,
+    AlignedLine, Beamformer, Method, Parameter, Parameters, Postfilter, Segment, Sizes, Slices,
+    WorkspaceView, constant_segments,
 };
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
@@ -71,8 +71,8 @@ fuzz_target!(|input: Input| {
     );
     let line = AlignedLine::new(&x, elements).expect("finite samples of whole rows");
     let set = instruction_set(input.set);
-    let runs: Vec<Run> = (0..set.dispatch(Width))
-        .map(|k| Run {
+    let segments: Vec<Segment> = (0..set.dispatch(Width))
+        .map(|k| Segment {
             line,
             first_element: k % (elements - count + 1),
             first_sample: usize::from(input.first_samples[k % 4]) % samples,
@@ -80,7 +80,7 @@ fuzz_target!(|input: Input| {
         .collect();
     let lines = Lines {
         beamformer,
-        runs: &runs,
+        segments: &segments,
         count,
         samples,
         forward: input.forward,
@@ -116,12 +116,12 @@ impl Task for Width {
 fn line_is_runs<A: Averaging<f32>>(lines: Lines<'_>) {
     let Lines {
         beamformer,
-        runs,
+        segments,
         count,
         samples,
         ..
     } = lines;
-    let line = runs[0].line;
+    let line = segments[0].line;
     let active = |sample: usize| Active {
         first: match sample < samples / 2 {
             true => 0,
@@ -138,15 +138,15 @@ fn line_is_runs<A: Averaging<f32>>(lines: Lines<'_>) {
         return;
     }
     let mut by_runs = vec![Complex::ZERO; samples];
-    for (first_sample, samples, active) in constant_runs(samples, active) {
-        let run = Run {
+    for (first_sample, samples, active) in constant_segments(samples, active) {
+        let segment = Segment {
             line,
             first_element: active.first,
             first_sample,
         };
         let z = &mut by_runs[first_sample..first_sample + samples];
-        let runs = beamformer.runs(&mut memory.view(), &[run], active.count, &mut [z]);
-        runs.expect("what a line takes");
+        let segments = beamformer.segments(&mut memory.view(), &[segment], active.count, &mut [z]);
+        segments.expect("what a line takes");
     }
     assert_eq!(
         finite_complex_bits(&z),
@@ -173,7 +173,7 @@ enum Content {
 #[derive(Clone, Copy)]
 struct Lines<'a> {
     beamformer: Beamformer,
-    runs: &'a [Run<'a>],
+    segments: &'a [Segment<'a>],
     count: usize,
     samples: usize,
     forward: bool,
@@ -205,27 +205,27 @@ impl Lines<'_> {
         };
         if let Content::OfOtherRuns = self.memory {
             // In another order, so that every lane had other data.
-            let mut others = self.runs.to_vec();
+            let mut others = self.segments.to_vec();
             others.reverse();
             self.pass(&mut memory, &others)?;
         }
-        self.pass(&mut memory, self.runs)
+        self.pass(&mut memory, self.segments)
     }
 
     fn pass<A: Averaging<V>, V: Vector>(
         self,
         memory: &mut Memory<A, V>,
-        runs: &[Run],
+        segments: &[Segment],
     ) -> Result<Vec<Complex<f32>>, Error> {
         let mut lines = Vec::new();
-        for runs in runs.chunks(V::LANES) {
-            let mut z: Vec<Vec<_>> = runs
+        for segments in segments.chunks(V::LANES) {
+            let mut z: Vec<Vec<_>> = segments
                 .iter()
-                .map(|run| vec![Complex::ZERO; self.samples - run.first_sample])
+                .map(|segment| vec![Complex::ZERO; self.samples - segment.first_sample])
                 .collect();
             let mut slices: Vec<_> = z.iter_mut().map(|z| z.as_mut_slice()).collect();
             self.beamformer
-                .runs(&mut memory.view(), runs, self.count, &mut slices)?;
+                .segments(&mut memory.view(), segments, self.count, &mut slices)?;
             lines.extend(z.into_iter().flatten());
         }
         Ok(lines)

@@ -6,7 +6,7 @@
 use std::cell::RefCell;
 
 use arbitrary::Arbitrary;
-use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
+use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};

@@ -74,13 +74,13 @@ def test_channel_data_have_the_bits_of_the_command(command, folder, request, kin
             assert same_bits(lines[key], expected[key]), key
 
 
-@pytest.mark.parametrize("rf_reading", ["filtered", "upsampled"])
-def test_rf_is_read_as_by_the_command(command, folder, plane, rf_reading):
+@pytest.mark.parametrize("rf_interpolation", ["filtered", "upsampled"])
+def test_rf_is_read_as_by_the_command(command, folder, plane, rf_interpolation):
     recording = folder / "recording.npz"
     np.savez(recording, **plane.keys())
     # Records of less than 2.5 times the output rate are upsampled.
     common = {"output_rate": 25e6, "depth_start": 0.012, "depth_end": 0.018}
-    asked = {"rf_reading": rf_reading, **common}
+    asked = {"rf_interpolation": rf_interpolation, **common}
     words = flags({"method": "mv", **asked})
     assert command("beamform", recording, *words, "-o", folder / "lines.npz") == ""
     expected = np.load(folder / "lines.npz")
@@ -91,13 +91,13 @@ def test_rf_is_read_as_by_the_command(command, folder, plane, rf_reading):
             assert same_bits(lines[key], expected[key]), key
     # It is another way to nearly the same.
     usual = bonebeam.beamform(plane, method="mv", **common).z
-    assert same_bits(told.z, usual) == (rf_reading == "filtered")
+    assert same_bits(told.z, usual) == (rf_interpolation == "filtered")
 
 
 def test_a_reading_that_there_is_not_is_refused_in_the_words_of_the_command(command, folder, point):
     recording = folder / "recording.npz"
     np.savez(recording, **point.keys())
-    asked = {"rf_reading": "upsampled"}
+    asked = {"rf_interpolation": "upsampled"}
     told = command("beamform", recording, *flags(asked), "-o", folder / "lines.npz")
     assert "these make a line each" in told
     for function in (bonebeam.beamform, bonebeam.delay):
@@ -105,7 +105,7 @@ def test_a_reading_that_there_is_not_is_refused_in_the_words_of_the_command(comm
             function(point, **asked)
         assert told.endswith(str(refused.value))
     with pytest.raises(ValueError, match="unknown variant `cubic`"):
-        bonebeam.delay(point, rf_reading="cubic")
+        bonebeam.delay(point, rf_interpolation="cubic")
 
 
 def test_images_and_maps_have_the_bits_of_the_command(command, folder, point):

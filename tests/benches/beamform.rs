@@ -2,7 +2,7 @@
 //! as ratios; `host-sim bench` compares with other implementations.
 
 use bonebeam::Complex;
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam_drive::beamform::Memory;
@@ -102,9 +102,9 @@ impl Timed<'_, '_> {
         let x: Vec<_> = (0..V::LANES)
             .map(|lane| wave(self.elements, lane as u32))
             .collect();
-        let runs: Vec<_> = x
+        let segments: Vec<_> = x
             .iter()
-            .map(|x| Run {
+            .map(|x| Segment {
                 line: AlignedLine::new(x, self.elements).expect("finite samples"),
                 first_element: 0,
                 first_sample: 0,
@@ -118,9 +118,9 @@ impl Timed<'_, '_> {
             .bench_local(|| {
                 let mut out: Vec<_> = z.iter_mut().map(|lane| lane.as_mut_slice()).collect();
                 beamformer
-                    .runs(
+                    .segments(
                         &mut memory.view(),
-                        black_box(&runs),
+                        black_box(&segments),
                         self.elements,
                         &mut out,
                     )

@@ -2,7 +2,7 @@
 //! `cargo bench -p bonebeam-tests --bench delay`. Read it as ratios.
 
 use bonebeam::Complex;
-use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage, hilbert_taps};
+use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage, hilbert_taps};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::{Lanes, Vector};
 use divan::{Bencher, black_box};

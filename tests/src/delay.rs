@@ -4,7 +4,7 @@
 //! The record is the real parts of the golden snapshots read as 8 elements of 192 samples: numbers
 //! for the arithmetic, not a scene.
 
-use bonebeam::focus::{
+use bonebeam::delay::{
     Compounding, Contribution, Delay, DelayParameters, Record, ScanLine, Stage, UPSAMPLING,
     Upsampled,
 };
@@ -100,7 +100,7 @@ pub struct UpsampledMemory {
     record: [f32; RECORD],
     padded: [f32; PADDED],
     centre: [i32; VALUES],
-    lags: [i32; VALUES],
+    receive_delays: [i32; VALUES],
     values: [f32; 6 * VALUES],
 }
 
@@ -110,7 +110,7 @@ impl UpsampledMemory {
             record: [0.0; RECORD],
             padded: [0.0; PADDED],
             centre: [0; VALUES],
-            lags: [0; VALUES],
+            receive_delays: [0; VALUES],
             values: [0.0; 6 * VALUES],
         }
     }
@@ -178,12 +178,12 @@ pub(crate) fn upsampled_lines<V: Vector>(
         {
             let element = line.active.first + k;
             let samples = &REAL_PARTS[element * 64..][..64];
-            upsampled.lags(zero, line, element, &mut memory.lags)?;
+            upsampled.receive_delays(zero, line, element, &mut memory.receive_delays)?;
             upsampled.record(zero, samples, &mut memory.padded, &mut memory.record)?;
             let contribution = Contribution {
                 record: &memory.record,
                 centre: &memory.centre,
-                lags: &memory.lags,
+                receive_delays: &memory.receive_delays,
             };
             upsampled.add(zero, &contribution, values)?;
         }

@@ -3,9 +3,9 @@
 //!
 //! The records are the golden snapshots: numbers for the arithmetic, not a scene.
 
-use bonebeam::focus::{
-    Compounding, Delay, IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples, Record,
-    ScanLine, Stage,
+use bonebeam::delay::{
+    Compounding, Delay, IqDelay, IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples,
+    Record, ScanLine, Stage,
 };
 use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::Vector;
@@ -28,15 +28,15 @@ pub const PARAMETERS: IqParameters = IqParameters {
     output_samples: OUTPUTS,
     elements: ELEMENTS,
     record_samples: SAMPLES,
-    reading: IqReading::Linear,
+    interpolation: IqInterpolation::Linear,
 };
 const SCRATCH: usize = PARAMETERS.scratch_len(1);
 
 /// The readings, and what the hashes are called.
-pub const READINGS: [(&str, IqReading); 3] = [
-    ("iq-linear", IqReading::Linear),
-    ("iq-cubic", IqReading::Cubic),
-    ("iq-sinc", IqReading::Sinc),
+pub const INTERPOLATIONS: [(&str, IqInterpolation); 3] = [
+    ("iq-linear", IqInterpolation::Linear),
+    ("iq-cubic", IqInterpolation::Cubic),
+    ("iq-sinc", IqInterpolation::Sinc),
 ];
 
 /// The snapshots as counts, `[sample][element]` as they are.
@@ -109,9 +109,9 @@ pub(crate) fn lines<V: Vector>(
     )?;
     let counts = IqSamples::Counts(&COUNTS, 1e-3);
     let counts = IqRecord::new(counts, IqLayout::Interleaved, ELEMENTS)?;
-    for (name, reading) in READINGS {
+    for (name, interpolation) in INTERPOLATIONS {
         let delay = IqDelay::new(IqParameters {
-            reading,
+            interpolation,
             ..PARAMETERS
         })?;
         delay.line(zero, &line(), &floats, scratch, x)?;
@@ -121,7 +121,7 @@ pub(crate) fn lines<V: Vector>(
     delay.line(zero, &line(), &counts, scratch, x)?;
     report("iq-counts", hash::complex(x));
     let delay = IqDelay::new(IqParameters {
-        reading: IqReading::LinearFixed,
+        interpolation: IqInterpolation::LinearFixed,
         ..PARAMETERS
     })?;
     // Along a ray; then straight down, where places grow evenly.

@@ -5,7 +5,7 @@ use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Run, Slices, WorkspaceView};
+use bonebeam::beamform::{AlignedLine, Beamformer, Segment, Slices, WorkspaceView};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::image::median;
 use bonebeam::phase_symmetry::{
@@ -80,19 +80,19 @@ fn beamformer<A: Averaging<V>, V: Vector>(
     let mut workspace = WorkspaceView::<A, V>::new(zero, sizes, slices)?;
     let line = AlignedLine::new(x, ELEMENTS)?;
     for place in [0, (V::LANES - 1) / 2, V::LANES - 1] {
-        let runs: Vec<Run<'_>> = (0..V::LANES)
-            .map(|lane| Run {
+        let segments: Vec<Segment<'_>> = (0..V::LANES)
+            .map(|lane| Segment {
                 line,
                 first_element: 0,
                 first_sample: lane.abs_diff(place),
             })
             .collect();
-        let mut z: Vec<_> = runs
+        let mut z: Vec<_> = segments
             .iter()
-            .map(|run| vec![Complex::new(0.0, 0.0); SAMPLES - run.first_sample])
+            .map(|segment| vec![Complex::new(0.0, 0.0); SAMPLES - segment.first_sample])
             .collect();
         let mut out: Vec<_> = z.iter_mut().map(Vec::as_mut_slice).collect();
-        beamformer.runs(&mut workspace, &runs, ELEMENTS, &mut out)?;
+        beamformer.segments(&mut workspace, &segments, ELEMENTS, &mut out)?;
         report(case.name, hash::complex(&z[place]));
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! Lines of a pipeline from I/Q counts, in stretches shorter than the aperture's growth.
 
 use bonebeam::beamform::{self, Method, Workspace};
-use bonebeam::focus::{IqLayout, IqRecord, IqSamples};
+use bonebeam::delay::{IqLayout, IqRecord, IqSamples};
 use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::pipeline::{IqInput, LineMemory, LinePipeline};
 use bonebeam::{Complex, Error};
@@ -55,7 +55,7 @@ impl Memory {
 pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
     let input = IqInput {
         demodulation_frequency: 5.1e6,
-        reading: None,
+        interpolation: None,
     };
     let lines = LinePipeline::of_iq(Scan::of_iq(SCAN)?, input, BEAMFORMER)?;
     let samples = IqSamples::Counts(&COUNTS, 1e-3);

@@ -4,7 +4,7 @@ use crate::common;
 
 use bonebeam::Error;
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameters, Run, Sizes, Slices, Storage, Workspace,
+    AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, Slices, Storage, Workspace,
     WorkspaceView,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
@@ -200,13 +200,13 @@ fn a_run_outside_its_line() {
     let mut workspace = Workspace::<8, 4, 0>::new();
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     for first_sample in [4, 5, 6, usize::MAX] {
-        let run = Run {
+        let segment = Segment {
             line,
             first_element: 0,
             first_sample,
         };
         let mut z = [Complex::ONE; 2];
-        let refused = beamformer.runs(&mut workspace.view(), &[run], 8, &mut [&mut z]);
+        let refused = beamformer.segments(&mut workspace.view(), &[segment], 8, &mut [&mut z]);
         assert!(
             matches!(
                 refused,
@@ -248,7 +248,7 @@ fn the_host_names_beam_sample_and_element() {
 #[test]
 fn more_runs_than_lanes_or_fewer_outputs() {
     let x = [Complex::ONE; 40];
-    let run = Run {
+    let segment = Segment {
         line: AlignedLine::new(&x, 8).expect("finite"),
         first_element: 0,
         first_sample: 0,
@@ -256,8 +256,13 @@ fn more_runs_than_lanes_or_fewer_outputs() {
     let mut workspace = Workspace::<8, 4, 0>::new();
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     let mut z = [Complex::I; 5];
-    let refused = beamformer.runs(&mut workspace.view(), &[run; 2], 8, &mut [&mut z, &mut []]);
-    let name = "runs";
+    let refused = beamformer.segments(
+        &mut workspace.view(),
+        &[segment; 2],
+        8,
+        &mut [&mut z, &mut []],
+    );
+    let name = "segments";
     let (actual, capacity) = (2, 1);
     assert_eq!(
         refused,
@@ -267,7 +272,7 @@ fn more_runs_than_lanes_or_fewer_outputs() {
             capacity
         })
     );
-    let refused = beamformer.runs(&mut workspace.view(), &[run], 8, &mut []);
+    let refused = beamformer.segments(&mut workspace.view(), &[segment], 8, &mut []);
     let (name, actual, expected) = ("z", 0, 1);
     assert_eq!(
         refused,
@@ -390,7 +395,7 @@ fn no_runs_and_a_window_beyond_counting() {
         });
         let refused = beamformer
             .expect("valid")
-            .runs(&mut workspace.view(), &[], 4, &mut []);
+            .segments(&mut workspace.view(), &[], 4, &mut []);
         let name = "temporal_half_window";
         let (actual, capacity) = (temporal_half_window, 1);
         assert_eq!(
@@ -483,14 +488,14 @@ fn memory_fits_what_is_within_or_nothing_is_put_out() {
 #[test]
 fn a_run_of_no_samples_ends_with_its_line() {
     let x = [Complex::ONE; 40];
-    let run = Run {
+    let segment = Segment {
         line: AlignedLine::new(&x, 8).expect("finite"),
         first_element: 0,
         first_sample: 5,
     };
     let mut workspace = Workspace::<8, 4, 0>::new();
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
-    let done = beamformer.runs(&mut workspace.view(), &[run], 8, &mut [&mut []]);
+    let done = beamformer.segments(&mut workspace.view(), &[segment], 8, &mut [&mut []]);
     assert_eq!(done, Ok(()));
 }
 

@@ -24,7 +24,7 @@ const CRATES: [&str; 13] = [
 /// Circles that are left.
 const KNOWN: [&str; 4] = [
     "core: beamform::parameters, beamform::postfilter",
-    "core: focus::delay, focus::iq, focus::iq::fixed, focus::stage",
+    "core: delay::iq, delay::iq::fixed, delay::rf, delay::stage",
     "host-sim/drive: beamform, beamform::pieces",
     "host-sim/drive: config::beamform, config::core, methods",
 ];

@@ -3,7 +3,7 @@
 use crate::common;
 
 use bonebeam::Complex;
-use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
+use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
 use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::{Lanes, Vector};
 use bonebeam_drive::config::Beamform;

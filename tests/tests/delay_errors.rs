@@ -1,6 +1,6 @@
 //! The delay stage refuses what is wrong, by name, before it writes anything.
 
-use bonebeam::focus::{Compounding, Delay, DelayParameters, MAX_SAMPLES, Record, ScanLine, Stage};
+use bonebeam::delay::{Compounding, Delay, DelayParameters, MAX_SAMPLES, Record, ScanLine, Stage};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
 

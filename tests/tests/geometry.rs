@@ -4,7 +4,7 @@
 use crate::common;
 
 use bonebeam::Complex;
-use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
+use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
 use bonebeam::geometry::{
     Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
 };
@@ -202,7 +202,7 @@ fn a_point_on_the_line_becomes_a_flat_wavefront_and_the_f64_reference_agrees() {
                 p.output_start = 2.0 * r / C - 100.0 / 20e6;
                 p.output_samples = 200;
                 let line = line(array, ray, law);
-                let elements: Vec<[f64; 2]> = (0..ELEMENTS).map(|m| array.place(m)).collect();
+                let elements: Vec<[f64; 2]> = (0..ELEMENTS).map(|m| array.position(m)).collect();
                 let point = ray.point(r);
                 let transmit = arrival(law, &elements, point, r);
                 let mut rf = Vec::new();
@@ -277,7 +277,7 @@ fn the_aperture_is_centred_on_the_ray_and_grows_along_it() {
         .collect();
     let scan = scan(array, Lines::Rays(&rays));
     for line in 0..rays.len() {
-        assert!((scan.foot(line) - line as f64 / 2.0).abs() < 1e-3);
+        assert!((scan.aperture_centre(line) - line as f64 / 2.0).abs() < 1e-3);
         for sample in 0..scan.samples() {
             let active = scan.active(line, sample);
             // The rule for a linear array, with the place in elements and the distance along the ray.

@@ -3,9 +3,9 @@
 
 use crate::common;
 
-use bonebeam::focus::{
-    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
-    IqSamples, MAX_SAMPLES, Record, ScanLine, Stage, hilbert_taps,
+use bonebeam::delay::{
+    Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
+    IqRecord, IqSamples, MAX_SAMPLES, Record, ScanLine, Stage, hilbert_taps,
 };
 use bonebeam::geometry::{
     Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
@@ -22,7 +22,11 @@ const C: f64 = 1540.0;
 const F0: f64 = 5e6;
 const ELEMENTS: usize = 21;
 const PITCH: f64 = 0.3e-3;
-const READINGS: [IqReading; 3] = [IqReading::Linear, IqReading::Cubic, IqReading::Sinc];
+const INTERPOLATIONS: [IqInterpolation; 3] = [
+    IqInterpolation::Linear,
+    IqInterpolation::Cubic,
+    IqInterpolation::Sinc,
+];
 const ZERO: Complex<f32> = Complex::new(0.0, 0.0);
 
 fn convex() -> Vec<Element> {
@@ -31,7 +35,7 @@ fn convex() -> Vec<Element> {
         .collect()
 }
 
-fn parameters(fs: f64, samples: usize, reading: IqReading) -> IqParameters {
+fn parameters(fs: f64, samples: usize, interpolation: IqInterpolation) -> IqParameters {
     IqParameters {
         sound_speed: C,
         sampling_rate: fs,
@@ -41,7 +45,7 @@ fn parameters(fs: f64, samples: usize, reading: IqReading) -> IqParameters {
         output_samples: (samples as f64 * 15e6 / fs) as usize + 5,
         elements: ELEMENTS,
         record_samples: samples,
-        reading,
+        interpolation,
     }
 }
 
@@ -149,12 +153,12 @@ fn equals_the_f32_reference_to_the_bit_on_every_instruction_set() {
     let convex = convex();
     let mut seed = 0;
     for (fs, samples) in [(10e6, 300), (4.7e6, 170), (40e6, 900)] {
-        for reading in READINGS {
-            let p = parameters(fs, samples, reading);
+        for interpolation in INTERPOLATIONS {
+            let p = parameters(fs, samples, interpolation);
             for line in lines(&convex) {
                 seed += 1;
                 let iq = noise(ELEMENTS * samples, seed);
-                let what = format!("{fs}, {reading:?}, {line:?}");
+                let what = format!("{fs}, {interpolation:?}, {line:?}");
                 let record = planar(&iq).with_phase(0.7).unwrap();
                 let mut expected = vec![Complex::new(7.0, 7.0); p.output_samples * ELEMENTS];
                 reference::f32::iq::line(&p, &line, (&iq, 1.0, 0.7), &mut expected);
@@ -190,8 +194,8 @@ fn counts_and_either_order_have_the_bits_of_complex_numbers() {
             .map(|&[i, q]| Complex::new(scale * f32::from(i), scale * f32::from(q)))
             .collect()
     };
-    for reading in READINGS {
-        let p = parameters(10e6, samples, reading);
+    for interpolation in INTERPOLATIONS {
+        let p = parameters(10e6, samples, interpolation);
         for line in lines(&convex) {
             // A power of two changes no rounding, so that scaling first or last is the same.
             let scale = 1.0 / 4096.0;
@@ -205,7 +209,7 @@ fn counts_and_either_order_have_the_bits_of_complex_numbers() {
             ] {
                 let record = IqRecord::new(samples, layout, ELEMENTS).unwrap();
                 let ours = core_line(0.0f32, &p, &line, &record);
-                assert_same_bits(&ours, &expected, &format!("{reading:?} {layout:?}"));
+                assert_same_bits(&ours, &expected, &format!("{interpolation:?} {layout:?}"));
             }
             // Any scale: the reference's order.
             let record = IqRecord::new(IqSamples::Counts(&counts, 0.3), IqLayout::Planar, ELEMENTS);
@@ -245,7 +249,7 @@ fn echoes(
     };
     let (mut iq, mut rf) = (Vec::new(), Vec::new());
     for m in 0..ELEMENTS {
-        let [ex, ez] = line.array.place(m);
+        let [ex, ez] = line.array.position(m);
         let arrivals: Vec<f64> = (points.iter())
             .map(|&[x, z]| transmit(x, z) + (x - ex).hypot(z - ez) / C)
             .collect();
@@ -297,8 +301,8 @@ fn the_documented_errors_hold_against_the_reference_and_against_rf() {
     const RF_RATE: f64 = 80e6;
     for (bandwidth, fs, bounds) in ERRORS {
         for line in lines(&convex) {
-            for (reading, bound) in READINGS.into_iter().zip(bounds) {
-                let mut p = parameters(fs, (30e-6 * fs) as usize, reading);
+            for (interpolation, bound) in INTERPOLATIONS.into_iter().zip(bounds) {
+                let mut p = parameters(fs, (30e-6 * fs) as usize, interpolation);
                 p.output_rate = 40e6;
                 p.output_start = 5e-6;
                 p.output_samples = 800;
@@ -308,7 +312,7 @@ fn the_documented_errors_hold_against_the_reference_and_against_rf() {
                 let scene = (bandwidth * F0, RF_RATE, rf_samples);
                 let (iq, rf) = echoes(&p, &line, &points, scene);
                 let ours = core_line(0.0f32, &p, &line, &planar(&iq));
-                let what = format!("{bandwidth}, {fs}, {reading:?}");
+                let what = format!("{bandwidth}, {fs}, {interpolation:?}");
                 let exact = reference::f64::iq::line(&p, &line, &iq);
                 let error = worst(&ours, exact.iter().copied());
                 println!("{what}: {error:.2e}");
@@ -351,8 +355,11 @@ fn the_documented_errors_hold_against_the_reference_and_against_rf() {
 #[test]
 fn the_default_is_the_cheapest_within_a_thousandth() {
     for (bandwidth, fs, errors) in ERRORS {
-        let reading = IqReading::for_band(fs, bandwidth * F0);
-        let chosen = READINGS.iter().position(|r| *r == reading).unwrap();
+        let interpolation = IqInterpolation::for_band(fs, bandwidth * F0);
+        let chosen = INTERPOLATIONS
+            .iter()
+            .position(|r| *r == interpolation)
+            .unwrap();
         assert!(errors[chosen] <= 1e-3, "{bandwidth} {fs}");
         assert!(
             errors[..chosen]
@@ -405,7 +412,7 @@ fn extreme_geometry_gives_the_bits_of_the_reference_and_never_nan_or_infinity() 
             output_samples: 20,
             elements: 3,
             record_samples: 10,
-            reading: READINGS[round % 3],
+            interpolation: INTERPOLATIONS[round % 3],
         };
         let line = ScanLine {
             transmit: Transmit::new(law, extreme(true)),
@@ -431,7 +438,7 @@ fn extreme_geometry_gives_the_bits_of_the_reference_and_never_nan_or_infinity() 
 
 #[test]
 fn what_is_wrong_is_named() {
-    let good = parameters(10e6, 100, IqReading::Cubic);
+    let good = parameters(10e6, 100, IqInterpolation::Cubic);
     let name = |change: fn(&mut IqParameters)| {
         let mut p = good;
         change(&mut p);
@@ -539,7 +546,7 @@ fn counted(samples: usize, seed: u64) -> (Vec<[i16; 2]>, Vec<Complex<f32>>) {
 fn fixed_point_equals_the_reference_to_the_bit() {
     let convex = convex();
     for (fs, samples) in [(10e6, 300), (4.7e6, 170), (40e6, 900)] {
-        let p = parameters(fs, samples, IqReading::LinearFixed);
+        let p = parameters(fs, samples, IqInterpolation::LinearFixed);
         for (seed, line) in lines(&convex).into_iter().enumerate() {
             let (counts, floats) = counted(samples, seed as u64);
             let interleaved: Vec<[i16; 2]> = (0..ELEMENTS * samples)
@@ -578,7 +585,7 @@ fn the_documented_errors_of_fixed_point_hold() {
     let bounds = [8.0e-2, 3.7e-2, 1.4e-2, 1.2e-3, 2.3e-2, 6.4e-2];
     for ((bandwidth, fs, _), bound) in ERRORS.into_iter().zip(bounds) {
         for line in lines(&convex) {
-            let mut p = parameters(fs, (30e-6 * fs) as usize, IqReading::LinearFixed);
+            let mut p = parameters(fs, (30e-6 * fs) as usize, IqInterpolation::LinearFixed);
             p.output_rate = 40e6;
             p.output_start = 5e-6;
             p.output_samples = 800;
@@ -625,7 +632,7 @@ fn fixed_point_takes_extreme_geometry_and_refuses_what_it_cannot_read() {
             output_samples: 20,
             elements: 3,
             record_samples: 10,
-            reading: IqReading::LinearFixed,
+            interpolation: IqInterpolation::LinearFixed,
         };
         let ray = if round % 2 == 0 {
             Ray::down(extreme())
@@ -657,7 +664,7 @@ fn fixed_point_takes_extreme_geometry_and_refuses_what_it_cannot_read() {
         }
     }
     assert!(read > 300 && refused > 300, "{read} {refused}");
-    let good = parameters(10e6, 100, IqReading::LinearFixed);
+    let good = parameters(10e6, 100, IqInterpolation::LinearFixed);
     let name = |p: IqParameters| match IqDelay::new(p) {
         Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
         other => panic!("{other:?}"),
@@ -726,7 +733,7 @@ fn assert_reference(
 
 /// A scene where a place is a number of samples: a line straight down from the middle one of three elements, a
 /// sample a second of a wave of 2 m/s. The place at t is t − t0, the depth t.
-fn plain(reading: IqReading) -> (IqParameters, ScanLine<'static>) {
+fn plain(interpolation: IqInterpolation) -> (IqParameters, ScanLine<'static>) {
     let p = IqParameters {
         sound_speed: 2.0,
         sampling_rate: 1.0,
@@ -736,7 +743,7 @@ fn plain(reading: IqReading) -> (IqParameters, ScanLine<'static>) {
         output_samples: 40,
         elements: 3,
         record_samples: 200,
-        reading,
+        interpolation,
     };
     let line = ScanLine {
         transmit: Transmit::new(TransmitLaw::Focused, 0.0),
@@ -751,7 +758,7 @@ fn plain(reading: IqReading) -> (IqParameters, ScanLine<'static>) {
 #[test]
 fn fixed_point_reads_to_the_end_of_a_record_and_no_further() {
     let convex = convex();
-    let mut p = parameters(10e6, 60, IqReading::LinearFixed);
+    let mut p = parameters(10e6, 60, IqInterpolation::LinearFixed);
     p.output_samples = 120;
     for (seed, line) in lines(&convex).into_iter().enumerate() {
         let (counts, _) = counted(60, seed as u64);
@@ -765,7 +772,7 @@ fn fixed_point_has_the_bits_of_the_reference_where_nothing_is_above_and_far_from
     let (counts, _) = counted(200, 5);
     let counts = &counts[..600];
     let before = noise(120, 6);
-    let (p, line) = plain(IqReading::LinearFixed);
+    let (p, line) = plain(IqInterpolation::LinearFixed);
     // The first sample lies at depth 0; what stood there stays.
     let mut at_five = line;
     at_five.transmit.t0 = -5.0;
@@ -805,18 +812,21 @@ fn places_beyond_two_to_the_23_are_left_alone_as_in_the_reference() {
     let (counts, _) = counted(200, 5);
     let counts = &counts[..600];
     let before = vec![Complex::new(-0.0, -0.0); 120];
-    for reading in READINGS.into_iter().chain([IqReading::LinearFixed]) {
+    for interpolation in INTERPOLATIONS
+        .into_iter()
+        .chain([IqInterpolation::LinearFixed])
+    {
         for law in [
             TransmitLaw::Focused,
             TransmitLaw::Element { x: 0.0, z: 0.0 },
         ] {
-            let (mut p, mut line) = plain(reading);
+            let (mut p, mut line) = plain(interpolation);
             line.transmit.law = law;
             // The first place, and the last one: before, at and behind the limit.
             for aside in [-45.0, -39.0, -38.0, -20.0, -1.0, 0.0, 1.0, 5.0] {
                 p.output_start = 1.0;
                 line.transmit.t0 = 1.0 + FAR - aside;
-                let what = format!("{reading:?} {aside}");
+                let what = format!("{interpolation:?} {aside}");
                 assert_reference(&p, &line, (counts, 0.3, 0.7), &before, &what);
                 p.output_start = FAR + aside;
                 line.transmit.t0 = 0.0;
@@ -825,14 +835,14 @@ fn places_beyond_two_to_the_23_are_left_alone_as_in_the_reference() {
         }
     }
     // As many turns as there are numbers.
-    for reading in READINGS {
+    for interpolation in INTERPOLATIONS {
         for demodulation_frequency in [2.0, -2.0] {
-            let (mut p, mut line) = plain(reading);
+            let (mut p, mut line) = plain(interpolation);
             (p.sound_speed, p.sampling_rate, p.output_samples) = (1.0, 2.0, 1);
             p.demodulation_frequency = demodulation_frequency;
             p.output_start = f64::MAX / 2.0;
             line.transmit.t0 = p.output_start;
-            let what = format!("{reading:?} {demodulation_frequency}");
+            let what = format!("{interpolation:?} {demodulation_frequency}");
             assert_reference(&p, &line, (counts, 0.3, 0.0), &before[..3], &what);
         }
     }
@@ -842,7 +852,7 @@ fn places_beyond_two_to_the_23_are_left_alone_as_in_the_reference() {
 /// matter.
 #[test]
 fn fixed_point_of_a_line_that_ends_near_the_limit_is_even() {
-    let (mut p, mut line) = plain(IqReading::LinearFixed);
+    let (mut p, mut line) = plain(IqInterpolation::LinearFixed);
     p.record_samples = 65_000;
     p.output_rate = 1.0 / 1000.37;
     p.output_start = 1.0;
@@ -858,7 +868,7 @@ fn fixed_point_of_a_line_that_ends_near_the_limit_is_even() {
 
 #[test]
 fn fixed_point_reads_elements_below_8191_samples_way() {
-    let (mut p, mut line) = plain(IqReading::LinearFixed);
+    let (mut p, mut line) = plain(IqInterpolation::LinearFixed);
     p.elements = 1;
     // Two samples a metre.
     (p.sound_speed, p.sampling_rate) = (1.0, 2.0);
@@ -905,17 +915,17 @@ fn fixed_point_reads_elements_below_8191_samples_way() {
 
 #[test]
 fn memory_and_the_way_of_reading_follow_from_the_parameters() {
-    let p = parameters(10e6, 100, IqReading::Cubic);
+    let p = parameters(10e6, 100, IqInterpolation::Cubic);
     // Seven numbers an element, up to full vectors.
     for (lanes, elements) in [(0, 21), (1, 21), (4, 24), (8, 24), (16, 32)] {
         assert_eq!(p.scratch_len(lanes), 7 * elements, "{lanes}");
     }
     // A pulse of 60 % of 5 MHz: 3 MHz, of which 96 MHz are 32 times as much.
-    for (sampling_rate, reading) in [
-        (96e6, IqReading::Linear),
-        (95e6, IqReading::Cubic),
-        (24e6, IqReading::Cubic),
-        (23e6, IqReading::Sinc),
+    for (sampling_rate, interpolation) in [
+        (96e6, IqInterpolation::Linear),
+        (95e6, IqInterpolation::Cubic),
+        (24e6, IqInterpolation::Cubic),
+        (23e6, IqInterpolation::Sinc),
     ] {
         let scan = Scan::of_iq(ScanParameters {
             array: Array::linear(16, PITCH),
@@ -930,8 +940,8 @@ fn memory_and_the_way_of_reading_follow_from_the_parameters() {
             f_number: 1.5,
             min_elements: 8,
         });
-        let found = IqParameters::of(&scan.unwrap(), 4.8e6).reading;
-        assert_eq!(found, reading, "{sampling_rate}");
+        let found = IqParameters::of(&scan.unwrap(), 4.8e6).interpolation;
+        assert_eq!(found, interpolation, "{sampling_rate}");
     }
 }
 
@@ -950,7 +960,7 @@ fn a_sample_of_which_both_parts_are_too_large_is_named() {
 /// still behind it.
 #[test]
 fn fixed_point_of_an_element_far_ahead_has_the_bits_of_the_reference() {
-    let (mut p, line) = plain(IqReading::LinearFixed);
+    let (mut p, line) = plain(IqInterpolation::LinearFixed);
     (p.elements, p.record_samples) = (1, 65_536);
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let counts: Vec<[i16; 2]> = (0..65_536).map(|_| rng.random()).collect();

@@ -3,10 +3,11 @@
 
 use crate::common;
 
-use bonebeam::beamform::{self, AlignedLine, Method, Run, constant_runs};
+use bonebeam::beamform::{self, AlignedLine, Method, Segment, constant_segments};
 use bonebeam::covariance::{Covariance, ForwardBackward};
-use bonebeam::focus::{
-    Compounding, Delay, DelayParameters, IqParameters, IqReading, IqRecord, Record, ScanLine, Stage,
+use bonebeam::delay::{
+    Compounding, Delay, DelayParameters, IqInterpolation, IqParameters, IqRecord, Record, ScanLine,
+    Stage,
 };
 use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::pipeline::{
@@ -337,7 +338,7 @@ fn runs_of_a_block_have_the_lines_bits_and_stay_within_it() {
     let record = Record::new(&rf, ELEMENTS).unwrap();
     let mut scratch = vec![0.0; lines.scratch_len(1)];
     let mut x = vec![Complex::ZERO; lines.aligned_len()];
-    let (first, samples, active) = constant_runs(scan.samples(), |n| scan.active(7, n))
+    let (first, samples, active) = constant_segments(scan.samples(), |n| scan.active(7, n))
         .max_by_key(|(_, samples, _)| *samples)
         .unwrap();
     let mut memory =
@@ -345,14 +346,14 @@ fn runs_of_a_block_have_the_lines_bits_and_stay_within_it() {
     let memory = memory.as_mut().unwrap();
     let mut run = |block: Block, x: &mut [Complex<f32>]| {
         let line = lines.align(0.0f32, block, [(focused(), &record)], &mut scratch, x);
-        let run = Run {
+        let segment = Segment {
             line: line.unwrap(),
             first_element: active.first,
             first_sample: first,
         };
         let mut z = vec![Complex::ZERO; samples];
         let core = lines.beamformer();
-        core.runs(&mut memory.view(), &[run], active.count, &mut [&mut z])?;
+        core.segments(&mut memory.view(), &[segment], active.count, &mut [&mut z])?;
         Ok(z)
     };
     let expected = run(Block::of_line(&scan, 7), &mut x).unwrap();
@@ -450,7 +451,7 @@ const PARAMETERS_OF_IQ: Parameters = Parameters {
         output_rate: 15e6,
         ..PARAMETERS.scan
     },
-    stretch: 24,
+    block: 24,
     ..PARAMETERS
 };
 
@@ -498,7 +499,7 @@ fn a_frame_of_iq_has_the_hosts_bits_and_the_bone_where_it_is() {
         PARAMETERS_OF_IQ,
         IqInput {
             demodulation_frequency: f64::NAN,
-            reading: None,
+            interpolation: None,
         },
     );
     assert!(matches!(
@@ -512,21 +513,21 @@ fn a_frame_of_iq_has_the_hosts_bits_and_the_bone_where_it_is() {
 
 #[test]
 fn iq_is_read_as_told() {
-    let reading = |told| {
+    let interpolation = |told| {
         let scan = Scan::of_iq(PARAMETERS_OF_IQ.scan).unwrap();
         let beamformer = PARAMETERS_OF_IQ.beamformer;
         let lines = LinePipeline::of_iq(scan, iq_input(told), beamformer).unwrap();
-        lines.delay().parameters().reading
+        lines.delay().parameters().interpolation
     };
     for told in [
-        IqReading::Linear,
-        IqReading::Cubic,
-        IqReading::Sinc,
-        IqReading::LinearFixed,
+        IqInterpolation::Linear,
+        IqInterpolation::Cubic,
+        IqInterpolation::Sinc,
+        IqInterpolation::LinearFixed,
     ] {
-        assert_eq!(reading(Some(told)), told);
+        assert_eq!(interpolation(Some(told)), told);
     }
     let scan = Scan::of_iq(PARAMETERS_OF_IQ.scan).unwrap();
     let own = IqParameters::of(&scan, iq_input(None).demodulation_frequency);
-    assert_eq!(reading(None), own.reading);
+    assert_eq!(interpolation(None), own.interpolation);
 }

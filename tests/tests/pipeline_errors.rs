@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use bonebeam::focus::Record;
+use bonebeam::delay::Record;
 use bonebeam::geometry::{Depth, Lines, Scan};
 use bonebeam::phase_symmetry::LogGabor;
 use bonebeam::pipeline::{DepthGate, Frame, MemoryView, Parameters, Pipeline};

@@ -2,12 +2,12 @@
 //! it does not depend on.
 
 use bonebeam::Complex;
-use bonebeam::focus::{
+use bonebeam::delay::{
     Compounding, Contribution, Delay, DelayParameters, ScanLine, Upsampled, hilbert_taps,
 };
 use bonebeam::geometry::{Active, Array, Element, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::{InstructionSet, Task, Vector};
-use bonebeam_drive::config::{Beamform, RfReading};
+use bonebeam_drive::config::{Beamform, RfInterpolation};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_files::{ChannelData, Transmits};
 use bonebeam_oracle::reference;
@@ -52,7 +52,7 @@ impl Task for Compound<'_> {
         let length = upsampled.line_len();
         let active = self.waves[0].0.active;
         let mut values = vec![0.0; active.count * length];
-        let (mut centre, mut lags) = (vec![0; length], vec![0; length]);
+        let (mut centre, mut receive_delays) = (vec![0; length], vec![0; length]);
         // Whatever is not overwritten shows.
         let mut record = vec![f32::NAN; upsampled.record_len()];
         let mut padded = vec![f32::NAN; upsampled.scratch_len()];
@@ -64,14 +64,16 @@ impl Task for Compound<'_> {
                 upsampled
                     .record(zero, samples, &mut padded, &mut record)
                     .unwrap();
-                upsampled.lags(zero, line, element, &mut lags).unwrap();
+                upsampled
+                    .receive_delays(zero, line, element, &mut receive_delays)
+                    .unwrap();
                 // In stretches, of which the last is shorter.
                 for start in (0..length).step_by(STRETCH) {
                     let own = start..length.min(start + STRETCH);
                     let contribution = Contribution {
                         record: &record,
                         centre: &centre[own.clone()],
-                        lags: &lags[own.clone()],
+                        receive_delays: &receive_delays[own.clone()],
                     };
                     let values = &mut values[own];
                     upsampled.add(zero, &contribution, values).unwrap();
@@ -214,7 +216,7 @@ fn places_are_those_of_the_law_or_far_in_front_of_the_record() {
 fn lags_are_paths_or_behind_any_record() {
     let delay = Delay::new(EXACT).unwrap();
     let upsampled = Upsampled::new(&delay).unwrap();
-    let mut lags = vec![7; upsampled.line_len()];
+    let mut receive_delays = vec![7; upsampled.line_len()];
     for x in [0.0, 9.0, 1e3, 4e4, 1e5, 3e5, 1e9, 1e30] {
         for depth in [0.0, -40.0] {
             let elements = [Element {
@@ -229,8 +231,10 @@ fn lags_are_paths_or_behind_any_record() {
                 },
                 0.0,
             );
-            upsampled.lags(0.0f32, &line, 0, &mut lags).unwrap();
-            for (n, &lag) in lags.iter().enumerate() {
+            upsampled
+                .receive_delays(0.0f32, &line, 0, &mut receive_delays)
+                .unwrap();
+            for (n, &lag) in receive_delays.iter().enumerate() {
                 let z = n as f64 - 3.0;
                 let path = x.hypot(z - depth);
                 let units = (path - z) / EXACT.sound_speed * A_SAMPLE;
@@ -264,7 +268,7 @@ fn nothing_is_added_from_beyond_the_record() {
         let contribution = Contribution {
             record: &record,
             centre: &centre,
-            lags: &[0; 300],
+            receive_delays: &[0; 300],
         };
         let mut line = [0.75; 300];
         upsampled.add(0.0f32, &contribution, &mut line).unwrap();
@@ -306,9 +310,9 @@ fn recording() -> ChannelData {
     }
 }
 
-fn parameters(reading: RfReading) -> Beamform {
+fn parameters(interpolation: RfInterpolation) -> Beamform {
     Beamform {
-        rf_reading: Some(reading),
+        rf_interpolation: Some(interpolation),
         depth_start: Some(3e-3),
         depth_end: Some(19e-3),
         ..Beamform::default()
@@ -318,11 +322,12 @@ fn parameters(reading: RfReading) -> Beamform {
 #[test]
 fn is_the_delay_stages_own_way_to_what_straight_lines_leave() {
     let data = recording();
-    let [filtered, upsampled] = [RfReading::Filtered, RfReading::Upsampled].map(|reading| {
-        let stage = DelayStage::new(&data, &parameters(reading)).unwrap();
-        let x = stage.delay(0..stage.beam_x().len()).unwrap();
-        (stage, x)
-    });
+    let [filtered, upsampled] =
+        [RfInterpolation::Filtered, RfInterpolation::Upsampled].map(|interpolation| {
+            let stage = DelayStage::new(&data, &parameters(interpolation)).unwrap();
+            let x = stage.delay(0..stage.beam_x().len()).unwrap();
+            (stage, x)
+        });
     let (stage, filtered) = filtered;
     let (_, upsampled) = upsampled;
     let largest = filtered.iter().map(|y| y.norm()).fold(0.0, f32::max);
@@ -344,7 +349,7 @@ fn is_the_delay_stages_own_way_to_what_straight_lines_leave() {
 #[test]
 fn frames_do_not_depend_on_the_threads_the_instruction_set_or_the_range_of_beams() {
     let data = recording();
-    let parameters = parameters(RfReading::Upsampled);
+    let parameters = parameters(RfInterpolation::Upsampled);
     let stage = DelayStage::new(&data, &parameters).unwrap();
     let beams = stage.beam_x().len();
     let frames = [1, 2, 7].map(|threads| {
@@ -369,7 +374,7 @@ fn what_cannot_be_upsampled_is_refused() {
         let error = DelayStage::new(data, parameters).err().unwrap();
         error.to_string()
     };
-    let parameters = parameters(RfReading::Upsampled);
+    let parameters = parameters(RfInterpolation::Upsampled);
     let mut fast = recording();
     fast.fs = 60e6;
     assert!(refused(&fast, &parameters).contains("2.5 times"));

@@ -81,9 +81,9 @@ impl<'a> AlignedLine<'a> {
         })
     }
 
-    /// A stretch of a line of `samples`: whole snapshots from sample `first` on, of magnitudes up to
-    /// `largest`. The working scale is that magnitude's, so that it is the same for all stretches.
-    pub(crate) fn stretch(
+    /// A block of a line of `samples`: whole snapshots from sample `first` on, of magnitudes up to
+    /// `largest`. The working scale is that magnitude's, so that it is the same for all blocks.
+    pub(crate) fn block(
         x: &'a [Complex<f32>],
         elements: NonZeroUsize,
         (first, samples): (usize, usize),

@@ -3,7 +3,7 @@
 use super::aligned_line::AlignedLine;
 use super::methods::Method;
 use super::parameters::Beamformer;
-use super::run::{Run, constant_runs, runs_within};
+use super::segment::{Segment, constant_segments, segments_within};
 use super::sizes::Sizes;
 use super::view::WorkspaceView;
 use crate::Error;
@@ -17,11 +17,11 @@ impl Beamformer {
     /// Beamforms one beam: `z[n]` from the samples of `line`, with the active set `active(n)`.
     ///
     /// One active set serves the whole time window of a sample. Samples without an active element
-    /// are 0. See [`Beamformer::runs`] for scale and cost. `active` is asked twice for each sample:
+    /// are 0. See [`Beamformer::segments`] for scale and cost. `active` is asked twice for each sample:
     /// the whole line is checked before anything is put out.
     ///
     /// # Errors
-    /// As [`Beamformer::runs`]; [`Error::Length`] where `z` is not as long as the line.
+    /// As [`Beamformer::segments`]; [`Error::Length`] where `z` is not as long as the line.
     #[inline]
     pub fn line<A: Averaging<f32>>(
         &self,
@@ -32,14 +32,14 @@ impl Beamformer {
     ) -> Result<(), Error> {
         check_length("z", z.len(), line.samples())?;
         let sizes = workspace.sizes;
-        self.stretch(workspace, sizes, line, 0, active, z)
+        self.block(workspace, sizes, line, 0, active, z)
     }
 
-    /// The samples of a line from `first` on, as many as `z` holds. `first` begins a run or a block of a
-    /// run's time windows. Inlined, so that the compiler knows the workspace's `sizes` where they are constants; read
+    /// The samples of a line from `first` on, as many as `z` holds. `first` begins a segment or a block of a
+    /// segment's time windows. Inlined, so that the compiler knows the workspace's `sizes` where they are constants; read
     /// once a line, since a kernel might change them for all that the compiler knows.
     #[inline(always)]
-    pub(crate) fn stretch<A: Averaging<f32>>(
+    pub(crate) fn block<A: Averaging<f32>>(
         &self,
         workspace: &mut WorkspaceView<'_, A>,
         sizes: Sizes,
@@ -49,22 +49,22 @@ impl Beamformer {
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         let active = |sample| active(first + sample);
-        let run = |sample, set: Active| Run {
+        let segment = |sample, set: Active| Segment {
             line,
             first_element: set.first,
             first_sample: first + sample,
         };
-        for (first_sample, samples, set) in constant_runs(z.len(), &active) {
-            self.check_run(&run(first_sample, set), set.count, samples)?;
+        for (first_sample, samples, set) in constant_segments(z.len(), &active) {
+            self.check_segment(&segment(first_sample, set), set.count, samples)?;
             if set.count > 0 && self.parameters().method.direct().is_none() {
                 self.check_sizes(set.count, sizes)?;
             }
         }
-        for (first_sample, samples, set) in constant_runs(z.len(), &active) {
-            let run = run(first_sample, set);
+        for (first_sample, samples, set) in constant_segments(z.len(), &active) {
+            let segment = segment(first_sample, set);
             let out = z.get_mut(first_sample..first_sample + samples);
             let out = out.unwrap_or_default();
-            self.runs_within(workspace, sizes, &[run], set.count, &mut [out])?;
+            self.segments_within(workspace, sizes, &[segment], set.count, &mut [out])?;
         }
         Ok(())
     }
@@ -87,12 +87,12 @@ impl Beamformer {
     ) -> Result<(), Error> {
         check_length("z", z.len(), line.samples())?;
         let sizes = workspace.sizes;
-        self.stretch_within(workspace, sizes, line, (0, adaptive), active, z)
+        self.block_within(workspace, sizes, line, (0, adaptive), active, z)
     }
 
-    /// As [`Beamformer::stretch`], with what is `adaptive` counted from `first`.
+    /// As [`Beamformer::block`], with what is `adaptive` counted from `first`.
     #[inline(always)]
-    pub(crate) fn stretch_within<A: Averaging<f32>>(
+    pub(crate) fn block_within<A: Averaging<f32>>(
         &self,
         workspace: &mut WorkspaceView<'_, A>,
         sizes: Sizes,
@@ -104,17 +104,17 @@ impl Beamformer {
         let samples = z.len();
         let active = |sample| active(first + sample);
         let method = self.parameters().method;
-        let run = |sample, set: Active| Run {
+        let segment = |sample, set: Active| Segment {
             line,
             first_element: set.first,
             first_sample: first + sample,
         };
         let within = || {
             let temporal_half_window = self.parameters().temporal_half_window;
-            runs_within(samples, &active, adaptive.clone(), temporal_half_window)
+            segments_within(samples, &active, adaptive.clone(), temporal_half_window)
         };
-        for (first, length, set) in constant_runs(samples, &active) {
-            self.check_run(&run(first, set), set.count, length)?;
+        for (first, length, set) in constant_segments(samples, &active) {
+            self.check_segment(&segment(first, set), set.count, length)?;
         }
         if method.direct().is_none() {
             for (.., set) in within().filter(|(.., set)| set.count > 0) {
@@ -123,23 +123,29 @@ impl Beamformer {
         }
         for (first, length, set) in within() {
             let out = z.get_mut(first..first + length).unwrap_or_default();
-            self.runs_within(workspace, sizes, &[run(first, set)], set.count, &mut [out])?;
+            self.segments_within(
+                workspace,
+                sizes,
+                &[segment(first, set)],
+                set.count,
+                &mut [out],
+            )?;
         }
-        // Over what came with a run above the samples wanted, too.
+        // Over what came with a segment above the samples wanted, too.
         let Some(das) = Method::Das.direct() else {
             return Ok(());
         };
         let start = adaptive.start.min(samples);
         for rest in [0..start, adaptive.end.clamp(start, samples)..samples] {
-            for (first, length, set) in constant_runs(rest.len(), |n| active(rest.start + n)) {
+            for (first, length, set) in constant_segments(rest.len(), |n| active(rest.start + n)) {
                 let first = rest.start + first;
                 let out = z.get_mut(first..first + length).unwrap_or_default();
                 match set.count {
                     0 => out.fill(Complex::new(0.0, 0.0)),
-                    count => self.direct_runs(
+                    count => self.direct_segments(
                         &das,
                         workspace.zero,
-                        &[run(first, set)],
+                        &[segment(first, set)],
                         count,
                         &mut [out],
                     ),

@@ -1,7 +1,7 @@
 //! The beamformers: weights from a covariance, and a whole line from aligned samples (Eq. 1, 4–8).
 //!
 //! [`Beamformer`] holds validated [`Parameters`]; a [`Workspace`] holds the memory. One beam goes
-//! through [`Beamformer::line`]; where speed counts, [`Beamformer::runs`] does as many runs of samples
+//! through [`Beamformer::line`]; where speed counts, [`Beamformer::segments`] does as many segments of samples
 //! at once as a vector has lanes, with the same bits.
 
 mod aligned_line;
@@ -9,8 +9,8 @@ mod line;
 mod methods;
 mod parameters;
 mod postfilter;
-mod run;
-mod runs;
+mod segment;
+mod segments;
 mod sizes;
 mod snapshot;
 mod table;
@@ -22,7 +22,7 @@ pub use aligned_line::AlignedLine;
 pub use methods::Method;
 pub use parameters::{Beamformer, Parameters};
 pub use postfilter::Postfilter;
-pub use run::{Run, constant_runs, runs_within};
+pub use segment::{Segment, constant_segments, segments_within};
 pub use sizes::{Lengths, Sizes};
 pub use table::{Parameter, Range};
 pub use view::{Slices, WorkspaceView};

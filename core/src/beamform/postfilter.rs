@@ -1,7 +1,7 @@
 //! Postfilters: a real factor for each sample, from the aligned samples, that multiplies a method's output.
 
 use super::parameters::Parameters;
-use super::run::Run;
+use super::segment::Segment;
 use super::snapshot::gather;
 use super::table::{Parameter, choices};
 use crate::simd::{ComplexVector, Scalar, Vector};
@@ -20,27 +20,27 @@ choices! {
 /// Active elements that are gathered at a time.
 const BLOCK: usize = 8;
 
-/// Multiplies `z[lane][i]`, sample `first_sample + i` of its run, by the factor of that sample.
+/// Multiplies `z[lane][i]`, sample `first_sample + i` of its segment, by the factor of that sample.
 #[inline(always)]
 pub(super) fn postfilter<V: Vector>(
     parameters: &Parameters,
     zero: V,
-    runs: &[Run<'_>],
+    segments: &[Segment<'_>],
     count: usize,
     z: &mut [&mut [Complex<f32>]],
 ) {
     if parameters.postfilter != Postfilter::None {
-        apply(parameters.postfilter, zero, runs, count, z);
+        apply(parameters.postfilter, zero, segments, count, z);
     }
 }
 
-/// Apart, so that a beamformer without a postfilter pays one comparison a run.
+/// Apart, so that a beamformer without a postfilter pays one comparison a segment.
 #[cold]
 #[inline(never)]
 fn apply<V: Vector>(
     postfilter: Postfilter,
     zero: V,
-    runs: &[Run<'_>],
+    segments: &[Segment<'_>],
     count: usize,
     z: &mut [&mut [Complex<f32>]],
 ) {
@@ -50,7 +50,7 @@ fn apply<V: Vector>(
             zero,
             z,
             #[inline(always)]
-            |i| coherence(zero, runs, i, count),
+            |i| coherence(zero, segments, i, count),
         ),
     }
 }
@@ -74,11 +74,11 @@ fn multiply<V: Vector>(zero: V, z: &mut [&mut [Complex<f32>]], factor: impl Fn(i
     );
 }
 
-/// The coherence factor of each run's sample `i`: both sums ascending from zero, at the line's working scale,
+/// The coherence factor of each segment's sample `i`: both sums ascending from zero, at the line's working scale,
 /// so that squares neither overflow nor, above −300 dB of the line's largest sample, underflow. A sample
 /// without power has the factor 0. Rounding is cut at 1.
 #[inline(always)]
-fn coherence<V: Vector>(zero: V, runs: &[Run<'_>], i: isize, count: usize) -> V {
+fn coherence<V: Vector>(zero: V, segments: &[Segment<'_>], i: isize, count: usize) -> V {
     let zero = zero.zero();
     let mut sum = ComplexVector::from_real(zero);
     let mut power = zero;
@@ -87,7 +87,7 @@ fn coherence<V: Vector>(zero: V, runs: &[Run<'_>], i: isize, count: usize) -> V 
         let Some(block) = block.get_mut(..(count - first).min(BLOCK)) else {
             return zero;
         };
-        gather(zero, runs, i, first, block);
+        gather(zero, segments, i, first, block);
         for &mut x in block {
             sum = sum + x;
             power = power + x.norm_sqr();

@@ -1,18 +1,18 @@
-//! One sample of a vector's lanes of runs, from memory into lanes.
+//! One sample of a vector's lanes of segments, from memory into lanes.
 
-use super::run::Run;
+use super::segment::Segment;
 use crate::covariance::Averaging;
 use crate::covariance::lag_sums::subaperture_sum;
 use crate::instructions::prefetch;
 use crate::simd::{ComplexVector, MOST_LANES, Vector, transpose};
 use num_complex::Complex;
 
-/// The `active` elements of the runs' sample `i`, their subapertures' `sum`, and that in the solver's
+/// The `active` elements of the segments' sample `i`, their subapertures' `sum`, and that in the solver's
 /// coordinates, the `data`.
 #[inline(never)]
 pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
     zero: V,
-    runs: &[Run<'_>],
+    segments: &[Segment<'_>],
     i: isize,
     active: &mut [ComplexVector<V>],
     sum: &mut [ComplexVector<V>],
@@ -22,14 +22,14 @@ pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
         #[inline(always)]
         || {
             let zero = zero.zero();
-            gather(zero, runs, i, 0, active);
+            gather(zero, segments, i, 0, active);
             subaperture_sum(zero, active, sum);
             A::data(sum, data);
         },
     );
 }
 
-/// The active elements of each run's sample `i` (counted from the run's first) from active element `first`
+/// The active elements of each segment's sample `i` (counted from the segment's first) from active element `first`
 /// on, at the line's working scale; zero outside the record.
 ///
 /// A register of consecutive elements is read at once and the lanes' registers transposed: whole
@@ -38,18 +38,18 @@ pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
 #[inline(always)]
 pub(super) fn gather<V: Vector>(
     zero: V,
-    runs: &[Run<'_>],
+    segments: &[Segment<'_>],
     i: isize,
     first: usize,
     snapshot: &mut [ComplexVector<V>],
 ) {
     if V::LANES == 1 {
         // Without the squares' memory, which a microcontroller would clear each time.
-        let [run, ..] = runs else {
+        let [segment, ..] = segments else {
             return;
         };
-        let active = elements_of(run, i, first);
-        let scale = zero.splat(run.line.scale());
+        let active = elements_of(segment, i, first);
+        let scale = zero.splat(segment.line.scale());
         let (inside, outside) = snapshot.split_at_mut(if active.len() < snapshot.len() {
             active.len()
         } else {
@@ -67,17 +67,17 @@ pub(super) fn gather<V: Vector>(
     let mut rows: [&[Complex<f32>]; MOST_LANES] = [&[]; MOST_LANES];
     let mut scales = [zero; MOST_LANES];
     let lanes = rows.iter_mut().zip(&mut scales);
-    for (run, (row, scale)) in runs.iter().zip(lanes) {
-        let next = elements_of(run, i + 1, first);
+    for (segment, (row, scale)) in segments.iter().zip(lanes) {
+        let next = elements_of(segment, i + 1, first);
         prefetch(next.get(..snapshot.len()).unwrap_or(next));
-        *row = elements_of(run, i, first);
-        *scale = zero.splat(run.line.scale());
+        *row = elements_of(segment, i, first);
+        *scale = zero.splat(segment.line.scale());
     }
     // A register holds both parts of half as many elements.
     for (block, snapshot) in snapshot.chunks_mut(V::LANES / 2).enumerate() {
         let mut square = [zero; MOST_LANES];
         let lanes = square.iter_mut().zip(rows.iter().zip(&scales));
-        for (square, (row, &scale)) in lanes.take(runs.len()) {
+        for (square, (row, &scale)) in lanes.take(segments.len()) {
             let row = row.get(block * (V::LANES / 2)..).unwrap_or(&[]);
             *square = elements(zero, row) * scale;
         }
@@ -88,15 +88,17 @@ pub(super) fn gather<V: Vector>(
     }
 }
 
-/// The run's sample `i` from its active element `first` on, and what follows; nothing outside the
+/// The segment's sample `i` from its active element `first` on, and what follows; nothing outside the
 /// record.
 #[inline(always)]
-fn elements_of<'a>(run: &Run<'a>, i: isize, first: usize) -> &'a [Complex<f32>] {
-    let sample = run.first_sample.checked_add_signed(i);
-    match sample.filter(|&n| n < run.line.samples()) {
+fn elements_of<'a>(segment: &Segment<'a>, i: isize, first: usize) -> &'a [Complex<f32>] {
+    let sample = segment.first_sample.checked_add_signed(i);
+    match sample.filter(|&n| n < segment.line.samples()) {
         Some(sample) => {
-            let samples = run.line.samples_from(sample);
-            samples.get(run.first_element + first..).unwrap_or_default()
+            let samples = segment.line.samples_from(sample);
+            samples
+                .get(segment.first_element + first..)
+                .unwrap_or_default()
         }
         None => &[],
     }

@@ -5,7 +5,7 @@ use crate::Error;
 use crate::covariance::{Averaging, Covariance, ForwardBackward};
 use crate::linalg::panels::PanelColumn;
 use crate::linalg::tridiagonal::Tridiagonal;
-use crate::simd::{ComplexVector, Vector, first};
+use crate::simd::{ComplexVector, Vector, split_front};
 
 /// The memory that a beamformer works in, as slices: of a [`Workspace`](super::Workspace), or of a
 /// caller who knows the sizes only at run time.
@@ -96,7 +96,7 @@ impl<'a, A: Averaging<V>, V: Vector> WorkspaceView<'a, A, V> {
             }
         }
         let mut slices = slices;
-        let snapshot = first(&mut slices.complex, sizes.elements);
+        let snapshot = split_front(&mut slices.complex, sizes.elements);
         let parts = Parts::new(sizes.subaperture, sizes.temporal_half_window, A::COVARIANCE);
         Ok(Self::cut(zero, sizes, parts, snapshot, slices))
     }
@@ -126,17 +126,17 @@ impl<'a, A: Averaging<V>, V: Vector> WorkspaceView<'a, A, V> {
             zero,
             sizes,
             snapshot,
-            ring: first(&mut complex, parts.ring),
-            lags: first(&mut complex, parts.lags),
+            ring: split_front(&mut complex, parts.ring),
+            lags: split_front(&mut complex, parts.lags),
             solver: Solver {
-                matrix: first(&mut scalars, parts.matrix).as_chunks_mut().0,
-                factor: first(&mut scalars, parts.factor).as_chunks_mut().0,
-                rows: first(&mut scalars, parts.rows).as_chunks_mut().0,
-                vector: first(&mut scalars, parts.padded),
-                phases: first(&mut scalars, parts.padded),
-                tridiagonal: Tridiagonal::new([(); 4].map(|()| first(&mut reals, length))),
-                values: first(&mut reals, length),
-                work: first(&mut complex, parts.work),
+                matrix: split_front(&mut scalars, parts.matrix).as_chunks_mut().0,
+                factor: split_front(&mut scalars, parts.factor).as_chunks_mut().0,
+                rows: split_front(&mut scalars, parts.rows).as_chunks_mut().0,
+                vector: split_front(&mut scalars, parts.padded),
+                phases: split_front(&mut scalars, parts.padded),
+                tridiagonal: Tridiagonal::new([(); 4].map(|()| split_front(&mut reals, length))),
+                values: split_front(&mut reals, length),
+                work: split_front(&mut complex, parts.work),
             },
         }
     }

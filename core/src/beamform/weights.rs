@@ -3,7 +3,7 @@
 use super::aligned_line::AlignedLine;
 use super::methods::{Method, Subspace, at_least_floor, rank_order, weighted_sum};
 use super::parameters::Beamformer;
-use super::run::Run;
+use super::segment::Segment;
 use super::view::{Solver, WorkspaceView};
 use crate::Error;
 use crate::covariance::Averaging;
@@ -22,7 +22,7 @@ impl Beamformer {
     /// mean snapshot of the subapertures. A sample without power has weights 0.
     ///
     /// # Errors
-    /// As [`Beamformer::runs`]; [`Error::Length`] where `weights` is too short;
+    /// As [`Beamformer::segments`]; [`Error::Length`] where `weights` is too short;
     /// [`Error::Parameter`] for a sample outside the line or an empty active set.
     pub fn weights<A: Averaging<f32>>(
         &self,
@@ -32,12 +32,12 @@ impl Beamformer {
         sample: usize,
         weights: &mut [Complex<f32>],
     ) -> Result<usize, Error> {
-        let run = Run {
+        let segment = Segment {
             line,
             first_element: active.first,
             first_sample: sample,
         };
-        self.check_run(&run, active.count, 1)?;
+        self.check_segment(&segment, active.count, 1)?;
         if active.count == 0 {
             return Err(Error::Parameter {
                 name: "active elements",
@@ -60,15 +60,15 @@ impl Beamformer {
             });
         };
         if let Some(direct) = direct {
-            (direct.weights)(&run, weights);
+            (direct.weights)(&segment, weights);
             return Ok(length);
         }
-        let mut silent = true;
+        let mut zero_power = true;
         for push in 0..=2 * self.parameters().temporal_half_window {
-            let pushed = self.push(workspace, &[run], active.count, length, push);
-            silent = pushed.unwrap_or(true);
+            let pushed = self.push(workspace, &[segment], active.count, length, push);
+            zero_power = pushed.unwrap_or(true);
         }
-        if silent {
+        if zero_power {
             weights.fill(Complex::new(0.0, 0.0));
         } else {
             match method {
@@ -165,7 +165,7 @@ fn eigenspace_weights<A: Averaging<f32>>(
     };
     eigen(0.0, matrix, n, &mut reduction, values, vector, next);
     // What is left of the matrix gives way.
-    let (Some(shares), Some(order)) = (
+    let (Some(metrics), Some(order)) = (
         reduction.tridiagonal.diagonal.get_mut(..n),
         reduction.tridiagonal.eigenvector.get_mut(..n),
     ) else {
@@ -173,18 +173,18 @@ fn eigenspace_weights<A: Averaging<f32>>(
     };
     // The eigenvalues are kept apart, since the ranking moves them.
     let kept = filtered.iter_mut().zip(result.iter_mut());
-    let found = shares.iter_mut().zip(vector.iter().zip(&*values));
-    for ((entry, eigenvalue), (share, (projection, &value))) in kept.zip(found) {
+    let found = metrics.iter_mut().zip(vector.iter().zip(&*values));
+    for ((entry, eigenvalue), (metric, (projection, &value))) in kept.zip(found) {
         eigenvalue.re = at_least_floor(value);
-        *share = projection.norm_sqr() / eigenvalue.re;
+        *metric = projection.norm_sqr() / eigenvalue.re;
         *entry = projection.complex();
     }
-    let total = rank_order(0.0, values, shares, order);
+    let total = rank_order(0.0, values, metrics, order);
     let mut before = 0.0;
-    for (place, (&index, &metric)) in order.iter().zip(&*values).enumerate() {
+    for (position, (&index, &metric)) in order.iter().zip(&*values).enumerate() {
         let k = index as usize;
         if let (Some(entry), Some(eigenvalue)) = (filtered.get_mut(k), result.get(k)) {
-            *entry = if subspace.has(place, before, total) {
+            *entry = if subspace.has(position, before, total) {
                 entry.divide(eigenvalue.re * total)
             } else {
                 nothing

@@ -32,9 +32,9 @@ pub trait Basis<V: Vector> {
     /// The same as data.
     const COVARIANCE: Covariance;
 
-    /// Takes the forward sums of the lags `lag..lag + LAGS` into `lags`: `rows[place][k]` is that of
-    /// lag `lag + k`, the entry at `(lag + k + place, place)`. There is a row for each place of `lag`;
-    /// what stands beyond the last place of a longer lag is to be left out.
+    /// Takes the forward sums of the lags `lag..lag + LAGS` into `lags`: `rows[column][k]` is that of
+    /// lag `lag + k`, the entry at `(lag + k + column, column)`. There is a row for each column of `lag`;
+    /// what stands beyond the last column of a longer lag is to be left out.
     fn keep<const LAGS: usize>(
         lags: &mut [ComplexVector<V>],
         subaperture: usize,
@@ -98,7 +98,7 @@ mod tests {
             let diagonal_loading = DiagonalLoading {
                 factor: 0.5,
                 added: 0.0,
-                silent: false,
+                zero_power: false,
             };
             let panels = subaperture.div_ceil(TILE);
             let mut matrix = vec![[A::Scalar::from_real(9.0); TILE]; panel(panels)];

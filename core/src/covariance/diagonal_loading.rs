@@ -16,14 +16,14 @@ pub struct DiagonalLoading<V: Vector> {
     pub added: V,
     /// The lanes whose trace is zero (or below `2⁻¹⁰⁰`): their matrix becomes the identity, so that
     /// the solvers stay finite, and their output is to be zero.
-    pub silent: V::Mask,
+    pub zero_power: V::Mask,
 }
 
 impl<V: Vector> DiagonalLoading<V> {
     /// For a matrix of `subaperture` rows and the loading `Δ`.
     #[inline(always)]
     pub fn new(trace: V, subaperture: usize, diagonal_loading: f32) -> Self {
-        let silent = trace.less(trace.splat(NOTHING));
+        let zero_power = trace.less(trace.splat(NOTHING));
         let mut factor = trace.zero();
         for (factor, trace) in factor.lanes_mut().iter_mut().zip(trace.lanes()) {
             // 2^-e for a trace in [2^e, 2^(e+1)).
@@ -35,8 +35,8 @@ impl<V: Vector> DiagonalLoading<V> {
         let added = trace.splat(diagonal_loading / subaperture as f32) * (trace * factor);
         DiagonalLoading {
             factor,
-            added: V::select(silent, trace.splat(1.0), added),
-            silent,
+            added: V::select(zero_power, trace.splat(1.0), added),
+            zero_power,
         }
     }
 }
@@ -50,8 +50,8 @@ mod tests {
         let root = 1.0 / (1u64 << 50) as f32;
         let least = root * root;
         let loading = DiagonalLoading::new(least, 4, 0.05);
-        assert!(!loading.silent && loading.factor * least == 1.0);
+        assert!(!loading.zero_power && loading.factor * least == 1.0);
         let loading = DiagonalLoading::new(least.next_down(), 4, 0.05);
-        assert!(loading.silent && loading.factor == 0.0 && loading.added == 1.0);
+        assert!(loading.zero_power && loading.factor == 0.0 && loading.added == 1.0);
     }
 }

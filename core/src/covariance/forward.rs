@@ -8,7 +8,7 @@ use crate::simd::{ComplexVector, Scalar, Vector, copy};
 
 /// `R` of Eq. 2 as it is: complex Hermitian.
 ///
-/// Kept: every entry on and below the diagonal, place by place, with the lags ascending.
+/// Kept: every entry on and below the diagonal, column by column, with the lags ascending.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Forward;
@@ -20,9 +20,9 @@ impl Forward {
     }
 
     #[inline(always)]
-    fn index(subaperture: usize, lag: usize, place: usize) -> usize {
-        // Σ (L − t) for t < place.
-        place * (2 * subaperture + 1 - place) / 2 + lag
+    fn index(subaperture: usize, lag: usize, column: usize) -> usize {
+        // Σ (L − t) for t < column.
+        column * (2 * subaperture + 1 - column) / 2 + lag
     }
 }
 
@@ -39,20 +39,20 @@ impl<V: Vector> Basis<V> for Forward {
         rows: &[[ComplexVector<V>; LAGS]],
     ) {
         let mut lags = lags.get_mut(lag..).unwrap_or_default();
-        for (place, row) in rows.iter().enumerate() {
-            let places = rows.len() - place;
-            for (kept, &r) in lags.iter_mut().zip(row).take(places) {
+        for (column, row) in rows.iter().enumerate() {
+            let columns = rows.len() - column;
+            for (kept, &r) in lags.iter_mut().zip(row).take(columns) {
                 *kept = r;
             }
-            lags = lags.get_mut(subaperture - place..).unwrap_or_default();
+            lags = lags.get_mut(subaperture - column..).unwrap_or_default();
         }
     }
 
     #[inline(always)]
     fn trace(lag: impl Fn(usize) -> Option<ComplexVector<V>>, subaperture: usize) -> Option<V> {
         let mut trace = lag(0)?.re.zero();
-        for place in 0..subaperture {
-            trace = trace + lag(Self::index(subaperture, 0, place))?.re;
+        for column in 0..subaperture {
+            trace = trace + lag(Self::index(subaperture, 0, column))?.re;
         }
         Some(trace)
     }

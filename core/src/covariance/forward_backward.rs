@@ -20,8 +20,8 @@ const SQRT_2: f32 = core::f32::consts::SQRT_2;
 
 /// `R_FB` of Eq. 3: solved as a real symmetric matrix.
 ///
-/// Kept: `f(lag, place)`, an entry of the forward sums plus its mirror image along the diagonal,
-/// `r(lag, place) + r(lag, L−1−lag−place)`, for `2·place ≤ L−1−lag`; place by place, with the lags
+/// Kept: `f(lag, column)`, an entry of the forward sums plus its mirror image along the diagonal,
+/// `r(lag, column) + r(lag, L−1−lag−column)`, for `2·column ≤ L−1−lag`; column by column, with the lags
 /// ascending.
 ///
 /// Order, for pairs `j ≤ i`, with `f = f(i−j, j)` and `g = f(L−1−i−j, j)`: sum `i` with sum `j`
@@ -36,14 +36,14 @@ pub struct ForwardBackward;
 impl ForwardBackward {
     /// How many lag sums are kept of a sample.
     pub(super) const fn lag_count(subaperture: usize) -> usize {
-        let places = subaperture.div_ceil(2);
-        places.saturating_mul(subaperture - places + 1)
+        let columns = subaperture.div_ceil(2);
+        columns.saturating_mul(subaperture - columns + 1)
     }
 
     #[inline(always)]
-    fn index(subaperture: usize, lag: usize, place: usize) -> usize {
-        // Σ (L − 2t) for t < place.
-        place * (subaperture + 1 - place) + lag
+    fn index(subaperture: usize, lag: usize, column: usize) -> usize {
+        // Σ (L − 2t) for t < column.
+        column * (subaperture + 1 - column) + lag
     }
 
     /// Pair `i` with pair `j ≤ i`: sum-sum, difference-sum, sum-difference, difference-difference.
@@ -116,7 +116,7 @@ impl<V: Vector> Basis<V> for ForwardBackward {
         lag: usize,
         rows: &[[ComplexVector<V>; LAGS]],
     ) {
-        // A place and its mirror image come nearer to each other with every row.
+        // A column and its mirror image come nearer to each other with every row.
         let (mut rows, mut lags, mut next) =
             (rows, lags.get_mut(lag..).unwrap_or_default(), subaperture);
         while let [first, ..] = rows {
@@ -145,8 +145,8 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     fn trace(lag: impl Fn(usize) -> Option<ComplexVector<V>>, subaperture: usize) -> Option<V> {
         let half = subaperture / 2;
         let mut trace = lag(0)?.re.zero();
-        for place in 0..half {
-            trace = trace + lag(Self::index(subaperture, 0, place))?.re;
+        for column in 0..half {
+            trace = trace + lag(Self::index(subaperture, 0, column))?.re;
         }
         trace = trace + trace;
         if subaperture % 2 == 1 {
@@ -261,14 +261,14 @@ impl<V: Vector> Basis<V> for ForwardBackward {
         let (pairs, last) = v.as_chunks::<2>();
         let mut ends = scratch.iter_mut();
         for &[sum, difference] in pairs {
-            let turned = ComplexVector {
+            let rotated = ComplexVector {
                 re: -difference.im,
                 im: difference.re,
             };
             let one_half = sum.re.splat(0.5);
             if let (Some(first), Some(last)) = (ends.next(), ends.next_back()) {
-                *first = (sum + turned).scale(one_half);
-                *last = (sum - turned).scale(one_half);
+                *first = (sum + rotated).scale(one_half);
+                *last = (sum - rotated).scale(one_half);
             }
         }
         if let ([last], Some(middle)) = (last, ends.next()) {

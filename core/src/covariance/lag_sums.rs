@@ -4,11 +4,11 @@ use super::Averaging;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
 /// Takes each entry `r = Σ_l x[l+i]·x*[l+j]`, `l = 0..=count−subaperture`, of the inner sum of Eq. 2 on
-/// and below the diagonal, with `lag = i − j` and `place = j`, into `lags`, as the averaging keeps it.
+/// and below the diagonal, with `lag = i − j` and `column = j`, into `lags`, as the averaging keeps it.
 ///
 /// `x` holds the `count` active elements. Along a diagonal only the products
-/// `p_i = x[i+lag]·x*[i]` are met: place 0 is their sum over `i = 0..P`, ascending from zero, with
-/// `P = count − subaperture + 1`; from place `j` to the next the sum slides, `(r + p_{j+P}) − p_j`. The
+/// `p_i = x[i+lag]·x*[i]` are met: column 0 is their sum over `i = 0..P`, ascending from zero, with
+/// `P = count − subaperture + 1`; from column `j` to the next the sum slides, `(r + p_{j+P}) − p_j`. The
 /// subtraction stays within one sample, so an echo never leaks into the samples around it.
 ///
 /// Two lags go side by side, since each is one chain of dependent additions; without vectors four,
@@ -63,7 +63,7 @@ fn group<A: Averaging<V>, V: Vector, const LAGS: usize>(
     );
 }
 
-/// Puts the sums of lag `lag + k` at place `j` into `rows[j][k]`. None where `x` or `rows` is too short.
+/// Puts the sums of lag `lag + k` at column `j` into `rows[j][k]`. None where `x` or `rows` is too short.
 #[inline(always)]
 fn diagonals<V: Vector, const LAGS: usize>(
     zero: V,
@@ -73,7 +73,7 @@ fn diagonals<V: Vector, const LAGS: usize>(
     rows: &mut [[ComplexVector<V>; LAGS]],
 ) -> Option<()> {
     let subapertures = x.len() - subaperture + 1;
-    // The last place of the shortest lag.
+    // The last column of the shortest lag.
     let last = rows.len() - 1;
     let mut sums = [ComplexVector::from_real(zero); LAGS];
     let lost = if subapertures < last {
@@ -99,8 +99,8 @@ fn diagonals<V: Vector, const LAGS: usize>(
             sums[k] = sums[k] + product[k];
         }
     }
-    // What enters from here on, at the places that all the lags have: a row's products give way to
-    // its sums. With more places than subapertures, what is lost later enters before, at the first of them.
+    // What enters from here on, at the columns that all the lags have: a row's products give way to
+    // its sums. With more columns than subapertures, what is lost later enters before, at the first of them.
     let (ahead, behind) = (ahead.get(rest..)?, behind.get(rest..)?);
     let whole = last + 1 - LAGS;
     let entering = rows.len().saturating_sub(subapertures);
@@ -118,23 +118,23 @@ fn diagonals<V: Vector, const LAGS: usize>(
     let ahead = ahead.get(whole..)?.get(..LAGS - 1)?;
     let behind = behind.get(whole..)?.get(..LAGS - 1)?;
     for j in 0..LAGS {
-        let place = whole + j;
+        let column = whole + j;
         for k in 0..LAGS - 1 - j {
             let product = ahead[j + k].mul_conj(behind[j]);
-            let entry = &mut rows.get_mut(place)?[k];
+            let entry = &mut rows.get_mut(column)?[k];
             let leaving = *entry;
             *entry = sums[k];
-            if let Some(row) = rows.get_mut(place + subapertures) {
+            if let Some(row) = rows.get_mut(column + subapertures) {
                 row[k] = product;
             }
             sums[k] = (sums[k] + product) - leaving;
         }
-        rows.get_mut(place)?[LAGS - 1 - j] = sums[LAGS - 1 - j];
+        rows.get_mut(column)?[LAGS - 1 - j] = sums[LAGS - 1 - j];
     }
     Some(())
 }
 
-/// Puts the sums where the products are that they lose, and moves them on to the next place.
+/// Puts the sums where the products are that they lose, and moves them on to the next column.
 #[inline(always)]
 fn slide<V: Vector, const LAGS: usize>(
     sums: &mut [ComplexVector<V>; LAGS],
@@ -167,14 +167,14 @@ fn products<V: Vector, const LAGS: usize>(
 #[inline(always)]
 pub fn subaperture_sum<V: Vector>(zero: V, x: &[ComplexVector<V>], s: &mut [ComplexVector<V>]) {
     let subapertures = x.len() - s.len() + 1;
-    let (Some((first, entering)), [place, s @ ..]) = (x.split_at_checked(subapertures), s) else {
+    let (Some((first, entering)), [column, s @ ..]) = (x.split_at_checked(subapertures), s) else {
         return;
     };
     let mut sum = ComplexVector::from_real(zero);
     for &value in first {
         sum = sum + value;
     }
-    *place = sum;
+    *column = sum;
     for ((s, &entering), &leaving) in s.iter_mut().zip(entering).zip(x) {
         sum = (sum + entering) - leaving;
         *s = sum;

@@ -8,7 +8,7 @@
 use crate::simd::{ComplexVector, Vector, copy};
 
 /// Numbers whose suffix sums are formed together, half the widest registers.
-const PIECE: usize = 8;
+const CHUNK: usize = 8;
 
 /// How many sets of lag sums a window of `2K+1` samples takes; `usize::MAX` at most.
 pub const fn sets(temporal_half_window: usize) -> usize {
@@ -41,7 +41,7 @@ pub fn slot<V: Vector>(
 /// Makes the block's slots suffix sums, but for the first: the whole older block is never a window's
 /// suffix.
 ///
-/// A piece of all slots at a time: its sums then stay in registers, and nothing that was just written
+/// A chunk of all slots at a time: its sums then stay in registers, and nothing that was just written
 /// to a slot is read again (4 % of MV and of rank 1 with 21 samples at 128/64).
 #[inline(never)]
 fn suffixes<V: Vector>(memory: &mut [ComplexVector<V>], size: usize, length: usize) {
@@ -51,12 +51,12 @@ fn suffixes<V: Vector>(memory: &mut [ComplexVector<V>], size: usize, length: usi
     first.re.vectorize(
         #[inline(always)]
         || {
-            let whole = size - size % PIECE;
-            for first in (0..whole).step_by(PIECE) {
-                piece::<V, PIECE>(memory, size, length, first);
+            let whole = size - size % CHUNK;
+            for first in (0..whole).step_by(CHUNK) {
+                chunk::<V, CHUNK>(memory, size, length, first);
             }
             for first in whole..size {
-                piece::<V, 1>(memory, size, length, first);
+                chunk::<V, 1>(memory, size, length, first);
             }
         },
     );
@@ -64,7 +64,7 @@ fn suffixes<V: Vector>(memory: &mut [ComplexVector<V>], size: usize, length: usi
 
 /// The numbers `first..first + N` of the suffix sums.
 #[inline(always)]
-fn piece<V: Vector, const N: usize>(
+fn chunk<V: Vector, const N: usize>(
     memory: &mut [ComplexVector<V>],
     size: usize,
     length: usize,

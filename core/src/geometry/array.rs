@@ -90,9 +90,9 @@ impl Array<'_> {
         }
     }
 
-    /// The place (x, z) of an element, m; NaN beyond the last.
+    /// The position (x, z) of an element, m; NaN beyond the last.
     #[inline]
-    pub const fn place(&self, index: usize) -> [f64; 2] {
+    pub const fn position(&self, index: usize) -> [f64; 2] {
         let Element { x, z, .. } = self.element(index);
         [x, z]
     }
@@ -103,7 +103,7 @@ impl Array<'_> {
     }
 
     /// Where the line of a ray crosses the array, in elements from element 0; beyond the ends, as if
-    /// the array went on. NaN where the two elements that it lies between are at one place.
+    /// the array went on. NaN where the two elements that it lies between are at one position.
     ///
     /// Straight down from a linear array that is `(x − x₀)/pitch`. Else it lies between the two
     /// neighbours on either side of the ray's line, by their distances from it.
@@ -112,15 +112,15 @@ impl Array<'_> {
     /// use bonebeam::geometry::{Array, Ray};
     ///
     /// let array = Array::linear(64, 0.3e-3);
-    /// assert!((array.foot(&Ray::down(0.0)) - 31.5).abs() < 1e-12);
-    /// assert!((array.foot(&Ray::new(3e-3, 0.0, 0.5)) - 41.5).abs() < 1e-9);
+    /// assert!((array.aperture_centre(&Ray::down(0.0)) - 31.5).abs() < 1e-12);
+    /// assert!((array.aperture_centre(&Ray::new(3e-3, 0.0, 0.5)) - 41.5).abs() < 1e-9);
     /// ```
-    pub fn foot(&self, ray: &Ray) -> f64 {
+    pub fn aperture_centre(&self, ray: &Ray) -> f64 {
         if self.is_linear() && ray.is_down() {
             return (ray.x() - self.x(0)) / self.pitch();
         }
         let side = |element| {
-            let [across, _] = ray.coordinates(self.place(element));
+            let [across, _] = ray.coordinates(self.position(element));
             across
         };
         // The two between which it is, by halves.
@@ -137,8 +137,8 @@ impl Array<'_> {
         low as f64 - left / (right - left)
     }
 
-    /// The ray that goes out along the array's normal at a place between two elements, in elements from
-    /// element 0: place and angle are between theirs. Beyond the ends it is that of the end.
+    /// The ray that goes out along the array's normal at a position between two elements, in elements from
+    /// element 0: position and angle are between theirs. Beyond the ends it is that of the end.
     ///
     /// ```
     /// use bonebeam::geometry::{Array, Element, Ray};
@@ -149,11 +149,15 @@ impl Array<'_> {
     /// let array = Array::At { elements: &arc, pitch: 0.5e-3 };
     /// assert_eq!(array.normal(8.0), Ray::new(arc[8].x, arc[8].z, 4.0 * 0.5e-3 / 40e-3));
     /// ```
-    pub fn normal(&self, place: f64) -> Ray {
+    pub fn normal(&self, position: f64) -> Ray {
         let last = self.elements().saturating_sub(1);
-        let place = if place > 0.0 { place } else { 0.0 };
-        let low = (place as usize).min(last);
-        let part = if low < last { place - low as f64 } else { 0.0 };
+        let position = if position > 0.0 { position } else { 0.0 };
+        let low = (position as usize).min(last);
+        let part = if low < last {
+            position - low as f64
+        } else {
+            0.0
+        };
         let (a, b) = (self.element(low), self.element((low + 1).min(last)));
         let between = |a: f64, b: f64| a + part * (b - a);
         Ray::new(
@@ -266,7 +270,7 @@ mod tests {
             for beyond in [9, 10, usize::MAX] {
                 assert!(array.x(beyond).is_nan());
                 assert!(array.element(beyond).x.is_nan());
-                assert!(array.place(beyond)[0].is_nan());
+                assert!(array.position(beyond)[0].is_nan());
             }
         }
     }
@@ -278,7 +282,7 @@ mod tests {
             elements: &arc,
             pitch: 0.5e-3,
         };
-        for (place, end) in [
+        for (position, end) in [
             (-3.0, 0),
             (f64::NEG_INFINITY, 0),
             (8.0, 8),
@@ -287,11 +291,11 @@ mod tests {
             (f64::INFINITY, 8),
         ] {
             let Element { x, z, angle } = arc[end];
-            assert_eq!(array.normal(place), Ray::new(x, z, angle), "{place}");
+            assert_eq!(array.normal(position), Ray::new(x, z, angle), "{position}");
         }
-        // The place −0 is the place 0, to the bit.
+        // The position −0 is the position 0, to the bit.
         let array = Array::LinearAt(&[-0.0, 1e-3]);
-        let bits = |place| array.normal(place).x().to_bits();
+        let bits = |position| array.normal(position).x().to_bits();
         assert_eq!(bits(-0.0), bits(0.0));
     }
 
@@ -308,8 +312,8 @@ mod tests {
             for m in 1..elements.len() - 1 {
                 let Element { x, z, .. } = elements[m];
                 for angle in [-0.2, 0.0, 0.3] {
-                    let foot = array.foot(&Ray::new(x, z, angle));
-                    assert_eq!(foot, m as f64, "{angle}");
+                    let centre = array.aperture_centre(&Ray::new(x, z, angle));
+                    assert_eq!(centre, m as f64, "{angle}");
                 }
             }
         }

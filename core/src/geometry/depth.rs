@@ -1,6 +1,6 @@
-//! A place along a scan line.
+//! A position along a scan line.
 
-/// A place along a scan line: its depth, or the time to it and back.
+/// A position along a scan line: its depth, or the time to it and back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Depth {

@@ -7,6 +7,7 @@
 //! said of depth is, along a ray, the distance from its beginning.
 
 mod aperture;
+mod aperture_table;
 mod array;
 mod axis;
 mod depth;
@@ -14,9 +15,9 @@ mod lines;
 mod ray;
 mod scan;
 mod transmit;
-mod widths;
 
 pub use aperture::{Active, Aperture, ApertureParameters};
+pub use aperture_table::{ApertureCentre, ApertureTable};
 pub use array::{Array, Element};
 pub use axis::Axis;
 pub use depth::Depth;
@@ -24,4 +25,3 @@ pub use lines::Lines;
 pub use ray::Ray;
 pub use scan::{Scan, ScanParameters};
 pub use transmit::{Transmit, TransmitLaw};
-pub use widths::{Foot, Widths};

@@ -62,12 +62,12 @@ impl Ray {
         self.angle
     }
 
-    /// The place (x, z) at the distance `r` m along it.
+    /// The position (x, z) at the distance `r` m along it.
     pub const fn point(&self, r: f64) -> [f64; 2] {
         [self.x + r * self.sine, self.z + r * self.cosine]
     }
 
-    /// How far to the right of the ray's line a place lies, m; and how far along it from the beginning:
+    /// How far to the right of the ray's line a position lies, m; and how far along it from the beginning:
     /// (Δx·cos θ − Δz·sin θ, Δx·sin θ + Δz·cos θ).
     pub const fn coordinates(&self, [x, z]: [f64; 2]) -> [f64; 2] {
         let (dx, dz) = (x - self.x, z - self.z);
@@ -115,7 +115,7 @@ mod tests {
             let [across, along] = ray.coordinates(ray.point(r));
             assert!(libm::fabs(across) < 1e-17 && libm::fabs(along - r) < 1e-17);
         }
-        // A place to the right of a ray that goes down to the right.
+        // A position to the right of a ray that goes down to the right.
         let [across, along] = ray.coordinates([5e-3, 1e-3]);
         assert!(libm::fabs(across - 7e-3 * libm::cos(0.4)) < 1e-17);
         assert!(libm::fabs(along - 7e-3 * libm::sin(0.4)) < 1e-17);

@@ -181,18 +181,18 @@ impl<'a> Scan<'a> {
 
     /// The active elements of a line at an output sample; none for a line that the scan does not have.
     pub fn active(&self, line: usize, sample: usize) -> Active {
-        self.active_at(self.foot(line), sample)
+        self.active_at(self.aperture_centre(line), sample)
     }
 
-    /// Where a line leaves the array, in elements from element 0: [`Array::foot`].
-    pub fn foot(&self, line: usize) -> f64 {
-        self.parameters.array.foot(&self.ray(line))
+    /// Where a line leaves the array, in elements from element 0: [`Array::aperture_centre`].
+    pub fn aperture_centre(&self, line: usize) -> f64 {
+        self.parameters.array.aperture_centre(&self.ray(line))
     }
 
     /// The active elements, at an output sample, of a line with this foot: [`Aperture::active`] at the
     /// distance along the line.
-    pub fn active_at(&self, foot: f64, sample: usize) -> Active {
-        self.aperture.active(foot, self.depth(sample))
+    pub fn active_at(&self, centre: f64, sample: usize) -> Active {
+        self.aperture.active(centre, self.depth(sample))
     }
 
     /// A line as a ray; NaN for one that the scan does not have.
@@ -225,7 +225,7 @@ const fn deeper(start: f64, end: f64) -> Result<(), Error> {
     Err(Error::Parameter {
         name: "end",
         value: end,
-        expected: "a place below the start",
+        expected: "a position below the start",
     })
 }
 

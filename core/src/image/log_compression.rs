@@ -84,10 +84,10 @@ pub fn log_compression_with(
     check_length("log compression output", out.len(), envelope.len())?;
     check_range(dynamic_range)?;
     check_not_negative("reference envelope", reference)?;
-    // Those of what is refused, and of −0, lie above the largest float's. A whole piece at a time, since that needs
+    // Those of what is refused, and of −0, lie above the largest float's. A whole chunk at a time, since that needs
     // no branch a sample.
     let doubtful = |value: &f32| value.to_bits() > f32::MAX.to_bits();
-    let any = |piece: &[f32]| piece.iter().fold(false, |any, value| any | doubtful(value));
+    let any = |chunk: &[f32]| chunk.iter().fold(false, |any, value| any | doubtful(value));
     if envelope.chunks(256).any(any) {
         check_finite("envelope", envelope)?;
         for &value in envelope {

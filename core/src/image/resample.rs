@@ -60,17 +60,17 @@ pub fn resample(
     // A few columns at a time, whose places among the beams serve all rows.
     const AT_A_TIME: usize = 64;
     for first in (0..columns.count).step_by(AT_A_TIME) {
-        let mut places = [None; AT_A_TIME];
+        let mut positions = [None; AT_A_TIME];
         let end = (first + AT_A_TIME).min(columns.count);
-        for (place, column) in places.iter_mut().zip(first..end) {
-            *place = beams.locate(columns.position(column));
+        for (position, column) in positions.iter_mut().zip(first..end) {
+            *position = beams.locate(columns.position(column));
         }
         for (row, pixels) in out.chunks_exact_mut(columns.count).enumerate() {
             let along_samples = samples.locate(rows.position(row));
             let pixels = pixels.get_mut(first..end).unwrap_or_default();
-            for (pixel, place) in pixels.iter_mut().zip(places) {
+            for (pixel, position) in pixels.iter_mut().zip(positions) {
                 *pixel = 0.0;
-                if let (Some(beam), Some(sample)) = (place, along_samples)
+                if let (Some(beam), Some(sample)) = (position, along_samples)
                     && let Some(value) = interpolate(data, samples.count, beam, sample)
                 {
                     *pixel = value;

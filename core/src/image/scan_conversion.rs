@@ -51,11 +51,11 @@ impl Fan {
 /// let quarter = core::f64::consts::FRAC_PI_4;
 /// let angles = Axis { first: -quarter, step: 2.0 * quarter, count: 2 };
 /// let samples = Axis { first: 1.0, step: 1.0, count: 2 };
-/// let place = Fan { x: 0.0, z: 0.0, radius: 0.0 };
+/// let fan = Fan { x: 0.0, z: 0.0, radius: 0.0 };
 /// // Straight below, 1.5 deep.
 /// let (row, column) = (Axis { first: 1.5, step: 1.0, count: 1 }, Axis { first: 0.0, step: 1.0, count: 1 });
 /// let mut pixel = [0.0];
-/// scan_convert(&[1.0, 2.0, 3.0, 4.0], place, angles, samples, row, column, &mut pixel)?;
+/// scan_convert(&[1.0, 2.0, 3.0, 4.0], fan, angles, samples, row, column, &mut pixel)?;
 /// assert_eq!(pixel, [2.5]);
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
@@ -83,9 +83,9 @@ pub fn scan_convert(
         let v = rows.position(row) - fan.z;
         for (column, pixel) in pixels.iter_mut().enumerate() {
             let u = columns.position(column) - fan.x;
-            let place = angles.locate(libm::atan2(u, v));
+            let position = angles.locate(libm::atan2(u, v));
             let distance = libm::sqrt(u * u + v * v) - fan.radius;
-            let value = place
+            let value = position
                 .zip(samples.locate(distance))
                 .and_then(|(line, sample)| interpolate(data, samples.count, line, sample));
             *pixel = value.unwrap_or(0.0);

@@ -54,7 +54,7 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
                 break;
             };
             done = rest;
-            let (Some((tile, panel)), Some((place, own))) = (
+            let (Some((tile, panel)), Some((slot, own))) = (
                 panel.split_last(),
                 own.get_mut(..=j).and_then(<[_]>::split_last_mut),
             ) else {
@@ -63,7 +63,7 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
             let mut sums = entry;
             subtract_products(&mut sums, own, panel);
             divide(&mut sums, tile);
-            *place = sums;
+            *slot = sums;
         }
         let mut sums = *last;
         subtract_products(&mut sums, own, own);
@@ -83,13 +83,13 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
             }
         }
         *diagonal = sums;
-        let Some((before, [place, ..])) = rows.split_at_mut_checked(i) else {
+        let Some((before, [slot, ..])) = rows.split_at_mut_checked(i) else {
             break;
         };
-        let mut row = *place;
+        let mut row = *slot;
         subtract_products(&mut row, before, own);
         divide(&mut row, &sums);
-        *place = row;
+        *slot = row;
     }
     definite
 }

@@ -5,7 +5,7 @@ use super::householder::Reduction;
 use super::panels::{PanelColumn, TILE};
 use crate::simd::{Scalar, Vector};
 
-/// The share of the eigenvalue below which a step towards it is the last.
+/// The fraction of the eigenvalue below which a step towards it is the last.
 const LAST_STEP: f32 = 1e-6;
 
 /// Leaves the unit eigenvector to the largest eigenvalue of the matrix `a` of `n` rows in the

@@ -33,7 +33,7 @@ pub struct Reduction<'a, 't, S, V> {
 
 impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
     /// Reduces the matrix `a` of `n` rows less the mean of its diagonal (the sum ascending from zero,
-    /// divided by `n`), which is returned: the vectors stay, and the errors, which are a share of the
+    /// divided by `n`), which is returned: the vectors stay, and the errors, which are a fraction of the
     /// largest entry, shrink where the eigenvalues crowd far from zero.
     ///
     /// Each pass over the matrix takes off what the last reflection takes and multiplies what is left

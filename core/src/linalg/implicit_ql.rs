@@ -1,7 +1,7 @@
 //! All eigenvalues of a real symmetric tridiagonal matrix in each lane: implicit QL.
 //!
 //! A lane looks for one eigenvalue after another, from the first row on. Each has a row, a block below
-//! it and a count of steps of its own. A pass turns the rows of all lanes' blocks at once, from the
+//! it and a count of steps of its own. A pass rotates the rows of all lanes' blocks at once, from the
 //! lowest end to the highest begin; a lane keeps what its own block gets of that. On covariances this
 //! takes 7 to 24 % more rotations than one lane alone.
 
@@ -11,7 +11,7 @@ use crate::simd::{ComplexVector, Mask, Scalar, Vector};
 /// entry in the way is dropped: the result stays finite and orthonormal.
 const STEP_LIMIT: f32 = 40.0;
 
-/// An off-diagonal entry is zero where it is at most this share of its diagonal neighbours.
+/// An off-diagonal entry is zero where it is at most this fraction of its diagonal neighbours.
 const NEGLIGIBLE: f32 = 1.0 / 16_777_216.0; // 2^-24
 
 /// Or below this, of a matrix with trace near 1: the squares of the rotations keep all their bits.
@@ -109,7 +109,7 @@ impl<V: Vector> Search<V> {
             let row = zero.splat(i as f32);
             let splits = if i + 1 < n {
                 let entry = e[i].abs();
-                !share([d[i], d[i + 1]]).less(entry) | entry.less(zero.splat(NOTHING))
+                !threshold([d[i], d[i + 1]]).less(entry) | entry.less(zero.splat(NOTHING))
             } else {
                 zero.less(one)
             };
@@ -162,7 +162,7 @@ impl<V: Vector> Search<V> {
             let mut length = 0;
             for (&neighbours, entry) in d.array_windows().zip(e) {
                 let entry = entry.abs();
-                if !share(neighbours).less(entry).all() || entry.less(nothing).all() {
+                if !threshold(neighbours).less(entry).all() || entry.less(nothing).all() {
                     break;
                 }
                 length += 1;
@@ -195,13 +195,13 @@ impl<V: Vector> Search<V> {
 
 /// What an off-diagonal entry between two of the diagonal is at most where it counts as zero.
 #[inline(always)]
-fn share<V: Vector>([here, below]: [V; 2]) -> V {
+fn threshold<V: Vector>([here, below]: [V; 2]) -> V {
     here.splat(NEGLIGIBLE) * (here.abs() + below.abs())
 }
 
 /// One implicit QL step on each lane's block.
 ///
-/// What a pass has of a row is kept in registers until the next one is turned with it, then written
+/// What a pass has of a row is kept in registers until the next one is rotated with it, then written
 /// once: a lane's own part of a value in memory is costly to write on some processors.
 #[inline(always)]
 fn ql_step<S: Scalar<V>, V: Vector>(
@@ -261,12 +261,12 @@ fn ql_step<S: Scalar<V>, V: Vector>(
         *e_slot = V::select(inside, coupling, e_below);
         // The root is above zero where the power is, which is there before it. The cosine comes first,
         // since the next rotation waits for it.
-        let turned = inside & zero.less(power);
-        c = V::select(turned, g / r, c);
-        s = V::select(turned, f / r, s);
+        let rotated = inside & zero.less(power);
+        c = V::select(rotated, g / r, c);
+        s = V::select(rotated, f / r, s);
         let under = d_below - p;
         let t = (d_here - under) * s + c * (b + b);
-        let split = inside & !turned;
+        let split = inside & !rotated;
         if split.any() {
             // The block has split below: what is done so far stands, the next step goes on.
             d_below = V::select(split, under, d_below);
@@ -281,14 +281,14 @@ fn ql_step<S: Scalar<V>, V: Vector>(
                 return;
             }
         }
-        p = V::select(turned, s * t, p);
-        d[i + 1] = V::select(turned, under + p, d_below);
-        g = V::select(turned, c * t - b, g);
-        (x[i + 1], x_below) = turn(turned, [x_here, x_below], s, c);
-        (y[i + 1], y_below) = turn(turned, [y_here, y_below], s, c);
+        p = V::select(rotated, s * t, p);
+        d[i + 1] = V::select(rotated, under + p, d_below);
+        g = V::select(rotated, c * t - b, g);
+        (x[i + 1], x_below) = rotate(rotated, [x_here, x_below], s, c);
+        (y[i + 1], y_below) = rotate(rotated, [y_here, y_below], s, c);
         (d_below, e_below) = (d_here, e_here);
         if V::LANES > 1 {
-            let ends = turned & !block.first.less(row);
+            let ends = rotated & !block.first.less(row);
             if ends.any() {
                 d_below = V::select(ends, d_here - p, d_here);
                 e_below = V::select(ends, g, e_here);
@@ -307,20 +307,20 @@ fn ql_step<S: Scalar<V>, V: Vector>(
     y[0] = y_below;
 }
 
-/// The right one of two neighbours, turned, and the left one, in the lanes of `turned`; in the others, as
+/// The right one of two neighbours, rotated, and the left one, in the lanes of `rotated`; in the others, as
 /// they are.
 #[inline(always)]
-fn turn<S: Scalar<V>, V: Vector>(turned: V::Mask, [left, right]: [S; 2], s: V, c: V) -> (S, S) {
+fn rotate<S: Scalar<V>, V: Vector>(rotated: V::Mask, [left, right]: [S; 2], s: V, c: V) -> (S, S) {
     (
-        S::select(turned, left.scale(s) + right.scale(c), right),
-        S::select(turned, left.scale(c) - right.scale(s), left),
+        S::select(rotated, left.scale(s) + right.scale(c), right),
+        S::select(rotated, left.scale(c) - right.scale(s), left),
     )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    /// Beside a diagonal of zeros nothing is small by its share.
+    /// Beside a diagonal of zeros nothing is small by its fraction.
     #[test]
     fn an_entry_counts_from_2_to_the_minus_50() {
         let least = 1.0 / (1u64 << 50) as f32;
@@ -357,7 +357,7 @@ mod tests {
         }
     }
 
-    /// Where the squares of what is to be turned next are 0 in f32, a step ends: the rows below are turned,
+    /// Where the squares of what is to be rotated next are 0 in f32, a step ends: the rows below are rotated,
     /// those above are as they were.
     #[test]
     fn a_block_that_splits_under_way_is_turned_so_far() {

@@ -24,7 +24,7 @@ use super::inner_product::inner_product;
 use super::matrix_vector::times_vector;
 use super::panels::{PanelColumn, TILE, panel, trace};
 use super::tridiagonal::Tridiagonal;
-use crate::simd::{Mask, Scalar, Vector, at, at_mut};
+use crate::simd::{Mask, Scalar, Vector, get, get_mut};
 
 /// The error of `e₁` at which a lane is done.
 pub const ACCURACY: f32 = 2e-6;
@@ -38,14 +38,14 @@ const FIRST_LOOK: usize = 2;
 /// A lane that seems so many times farther from done than it may be is not looked at.
 const FAR: f32 = 8.0;
 
-/// A basis vector shorter than this share of the eigenvalue is made of rounding errors.
+/// A basis vector shorter than this fraction of the eigenvalue is made of rounding errors.
 const EXHAUSTED: f32 = 1e-6;
 
 /// What is left of the other vectors in a basis vector that is as long as what was subtracted: a
 /// rounding error or two.
 const ROUNDING: f32 = 1e-7;
 
-/// The share of the gap below which a step towards `θ` is the last.
+/// The fraction of the gap below which a step towards `θ` is the last.
 const LAST_STEP: f32 = 1e-3;
 
 /// The most steps on a matrix of `n` rows: up to about the cost of [`dominant_eigenpair`](super::dominant_eigenpair).
@@ -97,9 +97,9 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     let steps = step_limit(n);
     let never = ignored & !ignored;
     let (Some(kept), Some(first), Some(next)) = (
-        at_mut::<V, _, _>(kept, ..steps),
-        at::<V, _, _>(a, 0),
-        at::<V, _, _>(a, 1),
+        get_mut::<V, _, _>(kept, ..steps),
+        get::<V, _, _>(a, 0),
+        get::<V, _, _>(a, 1),
     ) else {
         return (zero, never);
     };
@@ -129,8 +129,8 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
             first_column(a, second, vector);
         } else {
             let (Some(basis), Some(components)) = (
-                at::<V, _, _>(basis, ..k * tiles),
-                at_mut::<V, _, _>(&mut components, ..k),
+                get::<V, _, _>(basis, ..k * tiles),
+                get_mut::<V, _, _>(&mut components, ..k),
             ) else {
                 break;
             };
@@ -168,15 +168,15 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
             if due.any() {
                 bound = tridiagonal.largest(k + 1, bound, zero.splat(LAST_STEP) * gap, due);
                 let (Some(known), Some(errors)) = (
-                    at::<V, _, _>(&reciprocals, ..k),
-                    at::<V, _, _>(&errors, ..k),
+                    get::<V, _, _>(&reciprocals, ..k),
+                    get::<V, _, _>(&errors, ..k),
                 ) else {
                     break;
                 };
                 let residual = residual(tridiagonal, bound, known, errors);
                 // A NaN is not below it.
                 let arrived = due & residual.less(zero.splat(ACCURACY) * gap);
-                let Some(y) = at::<V, _, _>(tridiagonal.eigenvector, ..=k) else {
+                let Some(y) = get::<V, _, _>(tridiagonal.eigenvector, ..=k) else {
                     break;
                 };
                 for (kept, &y) in kept.iter_mut().zip(y) {
@@ -193,10 +193,10 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
         }
         if !end {
             let reciprocal = V::select(longer, one / V::select(longer, beta, one), zero);
-            let Some(next) = at_mut::<V, _, _>(basis, k * tiles..) else {
+            let Some(next) = get_mut::<V, _, _>(basis, k * tiles..) else {
                 break;
             };
-            let Some(next) = at_mut::<V, _, _>(next, ..tiles) else {
+            let Some(next) = get_mut::<V, _, _>(next, ..tiles) else {
                 break;
             };
             scale(vector, reciprocal, next);
@@ -214,7 +214,7 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
         }
     }
     if done.any()
-        && let Some(basis) = at::<V, _, _>(basis, ..stored * tiles)
+        && let Some(basis) = get::<V, _, _>(basis, ..stored * tiles)
     {
         combine(basis, kept, second, vector);
     }
@@ -223,17 +223,17 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
 
 /// Puts a value into its place, which is there: a basis has no more vectors than there is room for.
 #[inline(always)]
-fn put<V: Vector, T>(places: &mut [T], place: usize, value: T) {
-    if let Some(place) = at_mut::<V, _, _>(places, place) {
-        *place = value;
+fn put<V: Vector, T>(slots: &mut [T], slot: usize, value: T) {
+    if let Some(slot) = get_mut::<V, _, _>(slots, slot) {
+        *slot = value;
     }
 }
 
 /// The entry of row `k` on the diagonal, and what couples it to the row before.
 #[inline(always)]
 fn row<V: Vector>(tridiagonal: &Tridiagonal<'_, V>, k: usize) -> Option<(V, V)> {
-    let coupling = at::<V, _, _>(tridiagonal.off_diagonal, k.wrapping_sub(1))?;
-    let entry = at::<V, _, _>(tridiagonal.diagonal, k)?;
+    let coupling = get::<V, _, _>(tridiagonal.off_diagonal, k.wrapping_sub(1))?;
+    let entry = get::<V, _, _>(tridiagonal.diagonal, k)?;
     Some((*entry, *coupling))
 }
 
@@ -290,9 +290,9 @@ fn residual<V: Vector>(
     let k = reciprocals.len();
     let open_row = tridiagonal.eigenvector_upwards(k + 1, theta, reciprocals);
     let (Some(&next), Some(&last), Some(behind)) = (
-        at::<V, _, _>(tridiagonal.off_diagonal, k),
-        at::<V, _, _>(tridiagonal.eigenvector, k),
-        at::<V, _, _>(tridiagonal.eigenvector, 1..=k),
+        get::<V, _, _>(tridiagonal.off_diagonal, k),
+        get::<V, _, _>(tridiagonal.eigenvector, k),
+        get::<V, _, _>(tridiagonal.eigenvector, 1..=k),
     ) else {
         return open_row;
     };
@@ -325,7 +325,7 @@ fn first_column<S: Scalar<V>, V: Vector>(
     w: &mut [PanelColumn<S>],
 ) {
     for (i, w) in w.iter_mut().enumerate() {
-        let Some([first, next]) = at::<V, _, _>(a, panel(i)..panel(i) + 2) else {
+        let Some([first, next]) = get::<V, _, _>(a, panel(i)..panel(i) + 2) else {
             break;
         };
         for r in 0..TILE {
@@ -338,7 +338,7 @@ fn first_column<S: Scalar<V>, V: Vector>(
 /// Clears the entry that the start vector has.
 #[inline(always)]
 fn clear<S: Scalar<V>, V: Vector>(w: &mut [PanelColumn<S>], second: V::Mask) {
-    if let Some([first, next, ..]) = at_mut::<V, _, _>(w, 0) {
+    if let Some([first, next, ..]) = get_mut::<V, _, _>(w, 0) {
         let zero = S::from_real(first.real().zero());
         *first = S::select(second, *first, zero);
         *next = S::select(second, zero, *next);
@@ -357,14 +357,14 @@ fn step<S: Scalar<V>, V: Vector>(
     components: &mut [S],
 ) -> V {
     let newest = basis.len().wrapping_sub(w.len());
-    let Some(newest) = at::<V, _, _>(basis, newest..) else {
+    let Some(newest) = get::<V, _, _>(basis, newest..) else {
         return shift.zero();
     };
     times_vector(a, shift, newest, w);
     clear(w, second);
     orthogonalise(shift.zero(), basis, w, components);
     let last = components.len().wrapping_sub(1);
-    at::<V, _, _>(components, last).map_or(shift.zero(), |along| along.real())
+    get::<V, _, _>(components, last).map_or(shift.zero(), |along| along.real())
 }
 
 /// [`step`] as a function of its own, with a microcontroller's few registers to itself. Its arguments
@@ -400,7 +400,7 @@ fn orthogonalise<S: Scalar<V>, V: Vector>(
     for (i, w) in w.iter_mut().enumerate() {
         let mut rest = *w;
         for (&component, v) in components.iter().zip(basis.chunks_exact(tiles)) {
-            let Some(v) = at::<V, _, _>(v, i) else {
+            let Some(v) = get::<V, _, _>(v, i) else {
                 break;
             };
             for r in 0..TILE {
@@ -411,7 +411,7 @@ fn orthogonalise<S: Scalar<V>, V: Vector>(
     }
 }
 
-/// `Σ_k v_k·y_k`, `k` ascending from zero; the start vector's share is its entry.
+/// `Σ_k v_k·y_k`, `k` ascending from zero; the start vector's fraction is its entry.
 #[inline(always)]
 fn combine<S: Scalar<V>, V: Vector>(
     basis: &[PanelColumn<S>],
@@ -430,7 +430,7 @@ fn combine<S: Scalar<V>, V: Vector>(
     for (i, vector) in vector.iter_mut().enumerate() {
         let mut sums = [S::from_real(zero); TILE];
         for (&y, v) in kept.iter().zip(basis.chunks_exact(tiles)) {
-            let Some(v) = at::<V, _, _>(v, i) else {
+            let Some(v) = get::<V, _, _>(v, i) else {
                 break;
             };
             for r in 0..TILE {
@@ -439,7 +439,7 @@ fn combine<S: Scalar<V>, V: Vector>(
         }
         *vector = sums;
     }
-    if let Some([first, next, ..]) = at_mut::<V, _, _>(vector, 0) {
+    if let Some([first, next, ..]) = get_mut::<V, _, _>(vector, 0) {
         let start = S::from_real(start);
         *first = S::select(second, *first, start);
         *next = S::select(second, start, *next);

@@ -32,11 +32,11 @@ pub fn times_vector<S: Scalar<V>, V: Vector>(
         let Some((diagonal, rest)) = rest.split_at_checked(TILE) else {
             break;
         };
-        let Some((above, [place, ..])) = y.split_at_mut_checked(i) else {
+        let Some((above, [slot, ..])) = y.split_at_mut_checked(i) else {
             break;
         };
         panels = rest;
-        *place = panel_times_vector((before, diagonal), shift, (v, *own), above);
+        *slot = panel_times_vector((before, diagonal), shift, (v, *own), above);
     }
 }
 

@@ -132,11 +132,11 @@ impl<V: Vector> Tridiagonal<'_, V> {
         };
         *last = entry;
         let rows_up = diagonal.iter().zip(off_diagonal).zip(reciprocals);
-        for (place, ((&alpha, &beta), &reciprocal)) in vector.iter_mut().zip(rows_up).rev() {
+        for (slot, ((&alpha, &beta), &reciprocal)) in vector.iter_mut().zip(rows_up).rev() {
             let row = (theta - alpha) * entry - behind;
             behind = beta * entry;
             entry = row * reciprocal;
-            *place = entry;
+            *slot = entry;
             sum = sum + entry * entry;
         }
         let left = ((theta - *first) * entry - behind).abs();

@@ -42,9 +42,9 @@ impl PhaseSymmetry {
             line,
             gains,
         } = memory;
-        let place = 2 * self.rows * columns.start;
+        let offset = 2 * self.rows * columns.start;
         let strip = &mut strip[..2 * self.rows * columns.len()];
-        let strip = view_or_read(spectrum, place, strip)?;
+        let strip = view_or_read(spectrum, offset, strip)?;
         for mirrored in [false, true] {
             let half = Half::new(self, &columns, mirrored, strip);
             if half.wanted.is_empty() {
@@ -56,9 +56,9 @@ impl PhaseSymmetry {
             );
             for rows in self.row_strips() {
                 let [from, to] = [rows.start, rows.end].map(|row| 2 * row * half.wanted.len());
-                let first = self.place(half.wanted.start, mirrored);
-                let place = self.columns * rows.start + first * rows.len();
-                filtered.write_at(2 * place, &sums[from..to])?;
+                let first = self.offset(half.wanted.start, mirrored);
+                let offset = self.columns * rows.start + first * rows.len();
+                filtered.write_at(2 * offset, &sums[from..to])?;
             }
         }
         Ok(())
@@ -66,7 +66,7 @@ impl PhaseSymmetry {
 
     /// Where a column of the half spectrum, or its mirror image, stands among the filtered ones:
     /// the mirror images come after the half spectrum, in its order.
-    fn place(&self, column: usize, mirrored: bool) -> usize {
+    fn offset(&self, column: usize, mirrored: bool) -> usize {
         if mirrored {
             self.columns / 2 + column
         } else {
@@ -76,11 +76,11 @@ impl PhaseSymmetry {
 
     /// Where a column of the image's spectrum stands among the filtered ones.
     #[inline(always)]
-    pub(super) fn filtered_place(&self, column: usize) -> usize {
+    pub(super) fn filtered_offset(&self, column: usize) -> usize {
         if column <= self.columns / 2 {
             column
         } else {
-            self.place(self.columns - column, true)
+            self.offset(self.columns - column, true)
         }
     }
 }
@@ -118,7 +118,7 @@ impl<'a> Half<'a> {
         }
     }
 
-    /// From the spectrum into the sums buffer, in pieces for the strips of rows.
+    /// From the spectrum into the sums buffer, in tiles for the strips of rows.
     #[inline(always)]
     fn filter<V: Vector, F: Fft<V>, G: Gains<V>>(
         &self,
@@ -200,7 +200,7 @@ impl<'a> Half<'a> {
         first..end.saturating_sub(group.first).min(group.lanes)
     }
 
-    /// A group's columns into their pieces, by squares of as many rows as a vector has lanes: lanes become
+    /// A group's columns into their tiles, by squares of as many rows as a vector has lanes: lanes become
     /// rows. The strips are made of whole squares.
     #[inline(always)]
     fn store_squares<V: Vector>(
@@ -214,25 +214,25 @@ impl<'a> Half<'a> {
         let lanes = self.lanes(group);
         for strip in self.bank.row_strips() {
             let height = strip.len();
-            let piece = self.piece(&strip, group.first + lanes.start, out);
-            for (place, bins) in line[strip].chunks_exact(V::LANES).enumerate() {
+            let tile = self.tile(&strip, group.first + lanes.start, out);
+            for (chunk, bins) in line[strip].chunks_exact(V::LANES).enumerate() {
                 let (mut re, mut im): ([V; MOST_LANES], [V; MOST_LANES]) = ([zero; _], [zero; _]);
                 for (k, bin) in bins.iter().enumerate() {
                     (re[k], im[k]) = (bin.re * scale, bin.im * scale);
                 }
                 transpose(&mut re);
                 transpose(&mut im);
-                let columns = piece.chunks_exact_mut(2 * height);
+                let columns = tile.chunks_exact_mut(2 * height);
                 for (k, column) in lanes.clone().zip(columns) {
                     let (above, below) = column.split_at_mut(height);
-                    store_partial(re[k], above, place * V::LANES, V::LANES);
-                    store_partial(im[k], below, place * V::LANES, V::LANES);
+                    store_partial(re[k], above, chunk * V::LANES, V::LANES);
+                    store_partial(im[k], below, chunk * V::LANES, V::LANES);
                 }
             }
         }
     }
 
-    /// A group's columns into their pieces, lane by lane.
+    /// A group's columns into their tiles, lane by lane.
     #[inline(always)]
     fn store_lanes<V: Vector>(
         &self,
@@ -245,9 +245,9 @@ impl<'a> Half<'a> {
         let lanes = self.lanes(group);
         for strip in self.bank.row_strips() {
             let height = strip.len();
-            let piece = self.piece(&strip, group.first + lanes.start, out);
+            let tile = self.tile(&strip, group.first + lanes.start, out);
             let bins = &line[strip];
-            for (k, column) in lanes.clone().zip(piece.chunks_exact_mut(2 * height)) {
+            for (k, column) in lanes.clone().zip(tile.chunks_exact_mut(2 * height)) {
                 let (re, im) = column.split_at_mut(height);
                 for ((re, im), bin) in re.iter_mut().zip(im).zip(bins) {
                     *re = (bin.re * scale).lanes()[k];
@@ -258,9 +258,9 @@ impl<'a> Half<'a> {
     }
 
     /// The columns from one on at a strip of rows, in the sums buffer, which holds the wanted columns in
-    /// pieces for the strips of rows.
+    /// tiles for the strips of rows.
     #[inline(always)]
-    fn piece<'b>(&self, rows: &Range<usize>, column: usize, out: &'b mut [f32]) -> &'b mut [f32] {
+    fn tile<'b>(&self, rows: &Range<usize>, column: usize, out: &'b mut [f32]) -> &'b mut [f32] {
         let columns = self.wanted.len();
         let before = 2 * (column - self.wanted.start) * rows.len();
         &mut out[2 * columns * rows.start..2 * columns * rows.end][before..]

@@ -1,9 +1,9 @@
-//! External memory: what does not fit the fast one, reached a stretch at a time.
+//! External memory: what does not fit the fast one, reached a block at a time.
 
 use crate::Error;
 use crate::simd::copy;
 
-/// Numbers that can be read from any place on: SDRAM, a file, a slice.
+/// Numbers that can be read from any offset on: SDRAM, a file, a slice.
 ///
 /// ```
 /// use bonebeam::Error;
@@ -33,9 +33,9 @@ pub trait ReadAt {
     }
 }
 
-/// Numbers that can be read and written at any place.
+/// Numbers that can be read and written at any offset.
 pub trait WriteAt: ReadAt {
-    /// Copies numbers to the places from `first` on.
+    /// Copies numbers to the offsets from `first` on.
     ///
     /// # Errors
     /// [`Error::Memory`] where the memory fails or ends too early.

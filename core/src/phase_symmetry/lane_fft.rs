@@ -52,8 +52,8 @@ impl LaneFft {
         for block in line.chunks_exact_mut(2 * half) {
             let (even, odd) = block.split_at_mut(half);
             for (k, (a, b)) in even.iter_mut().zip(odd).enumerate() {
-                let turned = product(self.twiddle(zero, k, 2 * half), *b);
-                (*a, *b) = (sum(*a, turned), difference(*a, turned));
+                let rotated = product(self.twiddle(zero, k, 2 * half), *b);
+                (*a, *b) = (sum(*a, rotated), difference(*a, rotated));
             }
         }
     }

@@ -37,33 +37,33 @@ impl PhaseSymmetry {
     ) -> Result<(), Error> {
         let zero = self.check(kernels, memory)?;
         self.check_step(filter, &rows, self.row_strips())?;
-        let (height, place) = (rows.len(), rows.start * self.columns);
+        let (height, offset) = (rows.len(), rows.start * self.columns);
         let area = height * self.columns;
         let StripSlices {
             strip, sums, line, ..
         } = memory;
-        let strip = view_or_read(filtered, 2 * place, &mut strip[..2 * area])?;
+        let strip = view_or_read(filtered, 2 * offset, &mut strip[..2 * area])?;
         let line = &mut line[..self.columns];
         let last = filter + 1 == self.filters();
         if !last
-            && let Some(above) = symmetry.view_mut(place, area)
-            && let Some(below) = amplitude.view_mut(place, area)
+            && let Some(above) = symmetry.view_mut(offset, area)
+            && let Some(below) = amplitude.view_mut(offset, area)
         {
             self.add(zero, kernels.fft, filter, strip, line, [above, below]);
             return Ok(());
         }
         let (above, below) = sums[..2 * area].split_at_mut(area);
         if filter > 0 {
-            symmetry.read_at(place, above)?;
-            amplitude.read_at(place, below)?;
+            symmetry.read_at(offset, above)?;
+            amplitude.read_at(offset, below)?;
         }
         self.add(zero, kernels.fft, filter, strip, line, [above, below]);
         if !last {
-            amplitude.write_at(place, below)?;
-            return symmetry.write_at(place, above);
+            amplitude.write_at(offset, below)?;
+            return symmetry.write_at(offset, above);
         }
         divide(above, below, height);
-        symmetry.write_at(place, below)
+        symmetry.write_at(offset, below)
     }
 
     /// Adds a strip to the sums, which the first filter begins.
@@ -108,7 +108,7 @@ impl PhaseSymmetry {
                     fft,
                     #[inline(always)]
                     |column| {
-                        let at = 2 * height * self.filtered_place(column);
+                        let at = 2 * height * self.filtered_offset(column);
                         Complex {
                             re: load_partial(zero, re, at, lanes),
                             im: load_partial(zero, im, at, lanes),

@@ -56,15 +56,15 @@ impl PhaseSymmetry {
                 || self.transform_strip_of_rows(zero, fft, pixels, line, strip),
             );
             for columns in self.column_strips() {
-                let piece = &strip[2 * height * columns.start..2 * height * columns.end];
-                let place = self.rows * columns.start + rows.start * columns.len();
-                spectrum.write_at(2 * place, piece)?;
+                let tile = &strip[2 * height * columns.start..2 * height * columns.end];
+                let offset = self.rows * columns.start + rows.start * columns.len();
+                spectrum.write_at(2 * offset, tile)?;
             }
         }
         Ok(())
     }
 
-    /// The left half of the transforms of a strip's rows, in pieces for the strips of columns.
+    /// The left half of the transforms of a strip's rows, in tiles for the strips of columns.
     #[inline(always)]
     fn transform_strip_of_rows<V: Vector, F: Fft<V>>(
         &self,
@@ -93,8 +93,8 @@ impl PhaseSymmetry {
                 );
                 for columns in self.column_strips() {
                     let width = columns.len();
-                    let piece = &mut strip[2 * height * columns.start..];
-                    let rows = piece.chunks_exact_mut(2 * width).skip(first);
+                    let tile = &mut strip[2 * height * columns.start..];
+                    let rows = tile.chunks_exact_mut(2 * width).skip(first);
                     for (k, row) in rows.enumerate().take(lanes) {
                         let (re, im) = row.split_at_mut(width);
                         let bins = &line[columns.clone()];
@@ -117,15 +117,15 @@ impl PhaseSymmetry {
         memory: &mut StripSlices<'_, V>,
     ) -> Result<(), Error> {
         for columns in self.column_strips() {
-            let (place, width) = (2 * self.rows * columns.start, columns.len());
+            let (offset, width) = (2 * self.rows * columns.start, columns.len());
             let strip = &mut memory.strip[..2 * self.rows * width];
-            spectrum.read_at(place, strip)?;
+            spectrum.read_at(offset, strip)?;
             let line = &mut memory.line[..self.rows];
             zero.vectorize(
                 #[inline(always)]
                 || transform_strip_of_columns(zero, fft, strip, width, line),
             );
-            spectrum.write_at(place, strip)?;
+            spectrum.write_at(offset, strip)?;
         }
         Ok(())
     }

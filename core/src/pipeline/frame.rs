@@ -4,12 +4,12 @@ use super::memory::{MemoryView, Parts};
 use super::{LineLengths, LineMemory, Pipeline};
 use crate::beamform::WorkspaceView;
 use crate::covariance::Averaging;
+use crate::delay::{Delay, Stage};
 use crate::error::check_length;
-use crate::focus::{Delay, Stage};
-use crate::geometry::{Transmit, Widths};
+use crate::geometry::{ApertureTable, Transmit};
 use crate::image::envelope;
 use crate::phase_symmetry::{External, Kernels, LogGabor, Microfft, StripSlices};
-use crate::simd::first;
+use crate::simd::split_front;
 use crate::{Complex, Error};
 
 /// A [`Pipeline`] of RF or I/Q with memory to work in: one frame after another, a line at a time, one output at a
@@ -20,7 +20,7 @@ use crate::{Complex, Error};
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
 /// use bonebeam::Complex;
 /// use bonebeam::beamform::Workspace;
-/// use bonebeam::focus::Record;
+/// use bonebeam::delay::Record;
 /// use bonebeam::geometry::{Transmit, TransmitLaw};
 /// use bonebeam::phase_symmetry::LogGabor;
 /// use bonebeam::pipeline::{Frame, MemoryView, Parameters, Pipeline};
@@ -47,7 +47,7 @@ use crate::{Complex, Error};
 /// #     scales: &[0.125],
 /// #     threshold: 10.0,
 /// #     strip: 8,
-/// #     stretch: 32,
+/// #     block: 32,
 /// # };
 /// let pipeline = Pipeline::new(parameters)?;
 /// let sizes = pipeline.sizes();
@@ -68,7 +68,7 @@ use crate::{Complex, Error};
 pub struct Frame<'p, 'm, D = Delay> {
     pub(crate) pipeline: &'p Pipeline<'p, D>,
     filters: LogGabor<'m>,
-    widths: Widths<'m>,
+    apertures: ApertureTable<'m>,
     envelopes: &'m mut [f32],
     image: &'m mut [f32],
     map: &'m mut [f32],
@@ -80,7 +80,7 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     /// Frames of `pipeline` in `memory`. Fills the table of apertures: once serves all frames.
     ///
     /// # Errors
-    /// [`Error::Length`] where the memory has other sizes than [`Pipeline::sizes`]; as [`Widths::new`].
+    /// [`Error::Length`] where the memory has other sizes than [`Pipeline::sizes`]; as [`ApertureTable::new`].
     pub fn new(pipeline: &'p Pipeline<'p, D>, memory: MemoryView<'m>) -> Result<Self, Error> {
         let sizes = pipeline.sizes();
         let Parts {
@@ -92,15 +92,15 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
         check_length("real memory", memory.real.len(), sizes.real)?;
         check_length("complex memory", memory.complex.len(), sizes.complex)?;
         let mut work = memory.real;
-        let envelopes = first(&mut work, envelopes);
-        let widths = first(&mut work, widths);
-        let [image, map] = [(); 2].map(|()| first(&mut work, pixels));
+        let envelopes = split_front(&mut work, envelopes);
+        let widths = split_front(&mut work, widths);
+        let [image, map] = [(); 2].map(|()| split_front(&mut work, pixels));
         envelopes.fill(0.0);
         image.fill(0.0);
         Ok(Frame {
             pipeline,
             filters: memory.filters,
-            widths: Widths::new(pipeline.lines().scan(), widths)?,
+            apertures: ApertureTable::new(pipeline.lines().scan(), widths)?,
             envelopes,
             image,
             map,
@@ -141,13 +141,13 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
         };
         let (mut work, mut complex) = (&mut *self.work, &mut *self.complex);
         let memory = LineMemory {
-            scratch: first(&mut work, scratch),
-            aligned: first(&mut complex, aligned),
+            scratch: split_front(&mut work, scratch),
+            aligned: split_front(&mut complex, aligned),
         };
-        let z = first(&mut complex, samples);
+        let z = split_front(&mut complex, samples);
         let pipeline = self.pipeline.lines();
-        let foot = Widths::foot(pipeline.scan(), line);
-        let active = |sample| self.widths.active(foot, sample);
+        let centre = ApertureTable::centre(pipeline.scan(), line);
+        let active = |sample| self.apertures.active(centre, sample);
         pipeline.line_with(line, transmits, memory, workspace, active, z)?;
         envelope(z, envelopes)?;
         Ok(z)
@@ -159,7 +159,7 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     /// None: lines are finite.
     pub fn image(&mut self) -> Result<&[f32], Error> {
         let mut work = &mut *self.work;
-        let work = first(&mut work, self.pipeline.sizes().parts.b_mode);
+        let work = split_front(&mut work, self.pipeline.sizes().parts.b_mode);
         let b_mode = self.pipeline.b_mode();
         b_mode.image(0.0f32, self.envelopes, work, self.image)?;
         Ok(self.image)
@@ -179,14 +179,14 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
             ..
         } = self.pipeline.sizes().parts;
         let (mut work, mut complex) = (&mut *self.work, &mut *self.complex);
-        let mut spectrum = first(&mut work, spectrum);
-        let mut filtered = first(&mut work, 2 * pixels);
-        let mut amplitude = first(&mut work, pixels);
+        let mut spectrum = split_front(&mut work, spectrum);
+        let mut filtered = split_front(&mut work, 2 * pixels);
+        let mut amplitude = split_front(&mut work, pixels);
         let mut buffers = StripSlices {
-            strip: first(&mut work, strip),
-            sums: first(&mut work, strip),
-            line: first(&mut complex, side),
-            gains: first(&mut work, side),
+            strip: split_front(&mut work, strip),
+            sums: split_front(&mut work, strip),
+            line: split_front(&mut complex, side),
+            gains: split_front(&mut work, side),
         };
         let mut external = External {
             image: &mut &*self.image,

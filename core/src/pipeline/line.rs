@@ -1,12 +1,12 @@
-//! From the records of transmits to a beamformed line, a stretch after the other.
+//! From the records of transmits to a beamformed line, a block after the other.
 
 use super::DepthGate;
 use crate::beamform::{AlignedLine, Beamformer, Parameters, WorkspaceView};
 use crate::covariance::Averaging;
-use crate::error::{check_length, none};
-use crate::focus::{
-    Compounding, Delay, DelayParameters, IqDelay, IqParameters, IqReading, ScanLine, Stage,
+use crate::delay::{
+    Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqParameters, ScanLine, Stage,
 };
+use crate::error::{check_length, none};
 use crate::geometry::{Active, Scan, Transmit};
 use crate::simd::Vector;
 use crate::{Complex, Error};
@@ -18,13 +18,13 @@ use core::ops::Range;
 ///
 /// Holds no memory to work in, so that threads can share it. [`LinePipeline::line`] is the whole way;
 /// [`LinePipeline::align`] is the first half, for programs that beamform many lines at once
-/// ([`Beamformer::runs`]).
+/// ([`Beamformer::segments`]).
 ///
 /// ```
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
 /// use bonebeam::Complex;
 /// use bonebeam::beamform::Parameters;
-/// use bonebeam::focus::Record;
+/// use bonebeam::delay::Record;
 /// use bonebeam::geometry::{Scan, Transmit, TransmitLaw};
 /// use bonebeam::pipeline::{Block, LinePipeline};
 ///
@@ -70,7 +70,7 @@ pub struct IqInput {
     /// The frequency that the records were demodulated with, Hz.
     pub demodulation_frequency: f64,
     /// How they are read between their samples; without it as [`IqParameters::of`].
-    pub reading: Option<IqReading>,
+    pub interpolation: Option<IqInterpolation>,
 }
 
 /// A block of a line's aligned samples: where it begins, and which elements are computed.
@@ -97,7 +97,7 @@ impl Block {
     }
 }
 
-/// What a line is worked out in: the lengths are those of [`LinePipeline::lengths`] for any stretch, and the
+/// What a line is worked out in: the lengths are those of [`LinePipeline::lengths`] for any block, and the
 /// bits the same.
 pub struct LineMemory<'m> {
     /// For the delay stage.
@@ -180,10 +180,10 @@ impl<'a> LinePipeline<'a, IqDelay> {
     /// As [`IqDelay::new`] and [`Beamformer::new`].
     pub fn of_iq(scan: Scan<'a>, iq: IqInput, beamformer: Parameters) -> Result<Self, Error> {
         let parameters = IqParameters::of(&scan, iq.demodulation_frequency);
-        let reading = iq.reading.unwrap_or(parameters.reading);
+        let interpolation = iq.interpolation.unwrap_or(parameters.interpolation);
         Ok(LinePipeline {
             delay: IqDelay::new(IqParameters {
-                reading,
+                interpolation,
                 ..parameters
             })?,
             beamformer: Beamformer::new(beamformer)?,
@@ -245,14 +245,14 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         self.scan.samples() * self.scan.elements()
     }
 
-    /// The lengths of the memory for lines that are worked out `stretch` samples at a time, or as many as
+    /// The lengths of the memory for lines that are worked out `block` samples at a time, or as many as
     /// the time window takes.
-    pub fn lengths(&self, stretch: usize) -> LineLengths {
+    pub fn lengths(&self, block: usize) -> LineLengths {
         let half_window = self.beamformer.parameters().temporal_half_window;
-        let held = held(self.scan.samples(), half_window, stretch);
+        let buffered = buffered(self.scan.samples(), half_window, block);
         LineLengths {
-            scratch: self.delay.scratch_len(1, held),
-            aligned: held * self.scan.elements(),
+            scratch: self.delay.scratch_len(1, buffered),
+            aligned: buffered * self.scan.elements(),
         }
     }
 
@@ -282,7 +282,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         };
         let largest = self.compound(zero, block, transmits, scratch, out)?;
         let whole = (block.first, self.scan.samples());
-        Ok(AlignedLine::stretch(out, elements, whole, largest))
+        Ok(AlignedLine::block(out, elements, whole, largest))
     }
 
     /// The last sample whose time window reads one before `end`.
@@ -326,7 +326,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 compounding,
             };
             self.delay
-                .stretch(zero, &line, record, block.first, scratch, out)?;
+                .block(zero, &line, record, block.first, scratch, out)?;
             let of_record = D::largest(record);
             if of_record > largest {
                 largest = of_record;
@@ -348,10 +348,10 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     }
 
     /// A beamformed line: [`LinePipeline::align`], then [`Beamformer::line`], or [`Beamformer::line_within`] the
-    /// gate, for a stretch of the line after the other, as long as the memory allows. The transmits are gone
+    /// gate, for a block of the line after the other, as long as the memory allows. The transmits are gone
     /// through once for each.
     ///
-    /// The beamformer's working scale is that of the records, so that it is the same for all stretches:
+    /// The beamformer's working scale is that of the records, so that it is the same for all blocks:
     /// samples 300 dB below what the records hold are at the end of the floats' range.
     ///
     /// # Errors
@@ -393,15 +393,15 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let LineMemory { scratch, aligned } = memory;
         let sizes = workspace.sizes();
         let half_window = self.beamformer.parameters().temporal_half_window;
-        let stretch = self.stretch(aligned.len(), elements)?;
+        let block = self.block(aligned.len(), elements)?;
         let transmits = transmits.into_iter();
-        let mut held = 0..0;
-        for own in Cuts::new(samples, half_window, stretch, &active) {
+        let mut buffered = 0..0;
+        for own in Cuts::new(samples, half_window, block, &active) {
             let needed = own.start.saturating_sub(half_window)
                 ..own.end.saturating_add(half_window).min(samples);
-            // What the stretch before read, too, goes to the front.
-            let kept = (held.end - needed.start) * elements.get();
-            let from = (needed.start - held.start) * elements.get();
+            // What the block before read, too, goes to the front.
+            let kept = (buffered.end - needed.start) * elements.get();
+            let from = (needed.start - buffered.start) * elements.get();
             if let Some(before) = aligned.get_mut(..from + kept)
                 && from <= before.len()
             {
@@ -413,78 +413,82 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             // Deeper sets contain shallower ones: that of the last sample whose time window reads these.
             let block = Block {
                 line,
-                first: held.end,
+                first: buffered.end,
                 active: active(self.deepest(needed.end)),
             };
             let largest = self.compound(0.0f32, block, transmits.clone(), scratch, new)?;
-            let x = AlignedLine::stretch(x, elements, (needed.start, samples), largest);
+            let x = AlignedLine::block(x, elements, (needed.start, samples), largest);
             let out = z.get_mut(own.clone()).unwrap_or_default();
             let within = |sample: usize| sample.max(own.start).min(own.end) - own.start;
             let adaptive = within(self.adaptive.start)..within(self.adaptive.end);
             if adaptive.len() == own.len() {
                 self.beamformer
-                    .stretch(workspace, sizes, x, own.start, &active, out)?;
+                    .block(workspace, sizes, x, own.start, &active, out)?;
             } else {
                 let at = (own.start, adaptive);
                 self.beamformer
-                    .stretch_within(workspace, sizes, x, at, &active, out)?;
+                    .block_within(workspace, sizes, x, at, &active, out)?;
             }
-            held = needed;
+            buffered = needed;
         }
         Ok(())
     }
 
     /// How many samples are put out at a time with so many aligned samples.
-    fn stretch(&self, aligned: usize, elements: NonZeroUsize) -> Result<usize, Error> {
+    fn block(&self, aligned: usize, elements: NonZeroUsize) -> Result<usize, Error> {
         let samples = self.scan.samples();
         let half_window = self.beamformer.parameters().temporal_half_window;
-        let room = aligned / elements;
-        if room >= samples {
+        let capacity = aligned / elements;
+        if capacity >= samples {
             return Ok(samples);
         }
-        let fewest = held(samples, half_window, 0);
-        if room < fewest {
+        let fewest = buffered(samples, half_window, 0);
+        if capacity < fewest {
             return Err(Error::Length {
                 name: "memory for aligned samples",
                 actual: aligned,
                 expected: fewest * elements.get(),
             });
         }
-        Ok(room - 2 * half_window)
+        Ok(capacity - 2 * half_window)
     }
 }
 
-/// How many aligned samples lie in memory where `stretch` samples of a line are put out at a time: a block of
+/// How many aligned samples lie in memory where `block` samples of a line are put out at a time: a block of
 /// the time window at least.
-pub(super) const fn held(samples: usize, half_window: usize, stretch: usize) -> usize {
+pub(super) const fn buffered(samples: usize, half_window: usize, block: usize) -> usize {
     let margins = half_window.saturating_mul(2);
-    let block = margins.saturating_add(1);
-    let outputs = if stretch < block { block } else { stretch };
-    let held = outputs.saturating_add(margins);
-    if held < samples { held } else { samples }
+    let window = margins.saturating_add(1);
+    let outputs = if block < window { window } else { block };
+    let buffered = outputs.saturating_add(margins);
+    if buffered < samples {
+        buffered
+    } else {
+        samples
+    }
 }
 
 /// Where a line is cut: where the active set changes, and at multiples of the time window's block from
 /// there.
 struct Cuts<F> {
     samples: usize,
+    window: usize,
     block: usize,
-    stretch: usize,
     active: F,
     /// The first sample that is not put out yet.
     first: usize,
     /// Where the active set changed last before that, and the set.
-    run: (usize, Active),
+    segment: (usize, Active),
 }
 
 impl<F: Fn(usize) -> Active> Cuts<F> {
-    /// Stretches of at most so many samples; a block at least.
-    fn new(samples: usize, half_window: usize, stretch: usize, active: F) -> Self {
+    /// Blocks of at most so many samples; a block at least.
+    fn new(samples: usize, half_window: usize, block: usize, active: F) -> Self {
         Cuts {
             samples,
-            block: half_window.saturating_mul(2).saturating_add(1),
-            stretch,
-            run: (0, active(0)),
+            window: half_window.saturating_mul(2).saturating_add(1),
+            block,
+            segment: (0, active(0)),
             active,
             first: 0,
         }
@@ -499,16 +503,16 @@ impl<F: Fn(usize) -> Active> Iterator for Cuts<F> {
         if first >= self.samples {
             return None;
         }
-        let last = first.saturating_add(self.stretch).min(self.samples);
+        let last = first.saturating_add(self.block).min(self.samples);
         let mut end = last;
         if last < self.samples {
             end = first + 1;
             for sample in first + 1..=last {
                 let set = (self.active)(sample);
-                if set != self.run.1 {
-                    self.run = (sample, set);
+                if set != self.segment.1 {
+                    self.segment = (sample, set);
                     end = sample;
-                } else if (sample - self.run.0).is_multiple_of(self.block) {
+                } else if (sample - self.segment.0).is_multiple_of(self.window) {
                     end = sample;
                 }
             }
@@ -531,15 +535,15 @@ mod tests {
             count: [3, 4, 9, 9][sample / 30],
         };
         for half_window in [0, 1, 5, 10] {
-            let block = 2 * half_window + 1;
-            for stretch in (block..=2 * samples).step_by(crate::step(41)) {
+            let window = 2 * half_window + 1;
+            for block in (window..=2 * samples).step_by(crate::step(41)) {
                 let mut next = 0;
-                for own in Cuts::new(samples, half_window, stretch, active) {
-                    assert!(own.start == next && !own.is_empty() && own.len() <= stretch);
+                for own in Cuts::new(samples, half_window, block, active) {
+                    assert!(own.start == next && !own.is_empty() && own.len() <= block);
                     let changed = (0..=own.start)
                         .rfind(|&n| n == 0 || active(n) != active(n - 1))
                         .unwrap_or(0);
-                    assert_eq!((own.start - changed) % block, 0, "{half_window} {stretch}");
+                    assert_eq!((own.start - changed) % window, 0, "{half_window} {block}");
                     next = own.end;
                 }
                 assert_eq!(next, samples);

@@ -1,8 +1,8 @@
 //! The memory of a frame.
 
-use super::line::held;
+use super::line::buffered;
 use super::{LineLengths, Parameters};
-use crate::focus::{DelayParameters, IqParameters};
+use crate::delay::{DelayParameters, IqParameters};
 use crate::geometry::Scan;
 use crate::phase_symmetry::{self, LogGabor};
 use crate::{Complex, Error};
@@ -78,7 +78,7 @@ impl Parameters<'_> {
     /// #   scales: &[0.125],
     /// #   threshold: 10.0,
     /// #   strip: 8,
-    /// #   stretch: usize::MAX,
+    /// #   block: usize::MAX,
     /// };
     /// const SIZES: Sizes = match PARAMETERS.sizes() {
     ///     Ok(sizes) => sizes,
@@ -94,7 +94,7 @@ impl Parameters<'_> {
         match Scan::new(self.scan) {
             Ok(scan) => {
                 let delay = DelayParameters::of(&scan);
-                let scratch = delay.stretch_scratch_len(1, self.held(&scan));
+                let scratch = delay.block_scratch_len(1, self.buffered(&scan));
                 Ok(self.sizes_of(&scan, scratch))
             }
             Err(error) => Err(error),
@@ -117,9 +117,9 @@ impl Parameters<'_> {
     }
 
     /// Aligned samples in memory at a time.
-    const fn held(&self, scan: &Scan<'_>) -> usize {
+    const fn buffered(&self, scan: &Scan<'_>) -> usize {
         let half_window = self.beamformer.temporal_half_window;
-        held(scan.samples(), half_window, self.stretch)
+        buffered(scan.samples(), half_window, self.block)
     }
 
     const fn sizes_of(&self, scan: &Scan<'_>, scratch: usize) -> Sizes {
@@ -134,7 +134,7 @@ impl Parameters<'_> {
             pixels,
             line: LineLengths {
                 scratch,
-                aligned: elements.saturating_mul(self.held(scan)),
+                aligned: elements.saturating_mul(self.buffered(scan)),
             },
             b_mode: envelopes.saturating_add(before_median),
             spectrum: strips.spectrum_len(),

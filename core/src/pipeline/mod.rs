@@ -8,8 +8,8 @@
 //!
 //! A [`DepthGate`] bounds the depths in which the beamformer works: elsewhere is DAS.
 //!
-//! A line is worked out in stretches ([`Parameters::stretch`]), so that the memory for it does not grow with
-//! it. The bits are the same for all stretches.
+//! A line is worked out in blocks ([`Parameters::block`]), so that the memory for it does not grow with
+//! it. The bits are the same for all blocks.
 //!
 //! Each stage can be used by itself: [`LinePipeline`] delays and beamforms lines,
 //! [`BMode`] makes images of them, [`PhaseSymmetry`] bone maps of images.
@@ -26,7 +26,7 @@ pub use memory::{Memory, MemoryView, Sizes};
 
 use crate::Error;
 use crate::beamform;
-use crate::focus::{Delay, IqDelay, Stage};
+use crate::delay::{Delay, IqDelay, Stage};
 use crate::geometry::{Axis, Lines, Scan, ScanParameters};
 use crate::image::{BMode, BModeParameters, Logarithm, PixelGrid};
 use crate::phase_symmetry::{self, PhaseSymmetry};
@@ -57,7 +57,7 @@ pub struct Parameters<'a> {
     pub strip: usize,
     /// How many samples of a line are focused and beamformed at a time: as many as the time window at least, the
     /// whole line at most. It changes memory and time, never the line.
-    pub stretch: usize,
+    pub block: usize,
 }
 
 /// The plan of all stages.
@@ -90,7 +90,7 @@ pub struct Parameters<'a> {
 ///     scales: &[0.125, 0.0625],
 ///     threshold: 10.0,
 ///     strip: 8,
-///     stretch: 64,
+///     block: 64,
 /// })?;
 /// assert_eq!(pipeline.lines().scan().samples(), 208);
 /// assert_eq!(pipeline.b_mode().parameters().grid.z0, 4e-3);
@@ -127,7 +127,7 @@ impl<'a> Pipeline<'a, &'a Delay> {
     /// ```
     /// # use bonebeam::beamform;
     /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
-    /// use bonebeam::focus::{Delay, DelayParameters};
+    /// use bonebeam::delay::{Delay, DelayParameters};
     /// use bonebeam::geometry::Scan;
     /// use bonebeam::pipeline::{Parameters, Pipeline};
     ///
@@ -154,7 +154,7 @@ impl<'a> Pipeline<'a, &'a Delay> {
     /// #   scales: &[0.125],
     /// #   threshold: 10.0,
     /// #   strip: 8,
-    /// #   stretch: 64,
+    /// #   block: 64,
     /// };
     /// const SCAN: Scan = match Scan::new(PARAMETERS.scan) {
     ///     Ok(scan) => scan,
@@ -210,9 +210,9 @@ impl<'a> Pipeline<'a, IqDelay> {
     ///     scales: &[0.125, 0.0625],
     ///     threshold: 10.0,
     ///     strip: 8,
-    ///     stretch: 32,
+    ///     block: 32,
     /// };
-    /// let iq = IqInput { demodulation_frequency: 5e6, reading: None };
+    /// let iq = IqInput { demodulation_frequency: 5e6, interpolation: None };
     /// let pipeline = Pipeline::of_iq(parameters, iq)?;
     /// assert_eq!(pipeline.lines().scan().samples(), 104);
     /// assert_eq!(*pipeline.sizes(), parameters.sizes_of_iq()?);

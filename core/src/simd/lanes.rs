@@ -145,7 +145,7 @@ impl<S: Simd> Dot for Lanes<S> {
         term: impl Fn(usize) -> Option<Term<'a, BLOCKS, LINES>>,
     ) -> Option<[[f32; PARTIAL_SUMS]; LINES]> {
         let simd = self.0.token();
-        let (mut dots, y) = (halves(simd, &term, 0)?, halves(simd, &term, 8)?);
+        let (mut dots, y) = (two_sums(simd, &term, 0)?, two_sums(simd, &term, 8)?);
         for line in 0..LINES {
             dots[line] = neighbours(dots[line], y[line]);
         }
@@ -185,12 +185,12 @@ fn in_halves<S: Simd>(x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
 
 /// Two sums for each of the products from the k-th on.
 #[inline(always)]
-fn halves<'a, S: Simd, const BLOCKS: usize, const LINES: usize>(
+fn two_sums<'a, S: Simd, const BLOCKS: usize, const LINES: usize>(
     simd: S,
     term: &impl Fn(usize) -> Option<Term<'a, BLOCKS, LINES>>,
     k: usize,
 ) -> Option<[f32x16<S>; LINES]> {
-    let (mut x, y) = (quarters(simd, term, k)?, quarters(simd, term, k + 4)?);
+    let (mut x, y) = (four_sums(simd, term, k)?, four_sums(simd, term, k + 4)?);
     for line in 0..LINES {
         x[line] = neighbours(x[line], y[line]);
     }
@@ -199,12 +199,12 @@ fn halves<'a, S: Simd, const BLOCKS: usize, const LINES: usize>(
 
 /// Four sums for each of the products from the k-th on.
 #[inline(always)]
-fn quarters<'a, S: Simd, const BLOCKS: usize, const LINES: usize>(
+fn four_sums<'a, S: Simd, const BLOCKS: usize, const LINES: usize>(
     simd: S,
     term: &impl Fn(usize) -> Option<Term<'a, BLOCKS, LINES>>,
     k: usize,
 ) -> Option<[f32x16<S>; LINES]> {
-    let (mut x, y) = (eighths(simd, term, k)?, eighths(simd, term, k + 2)?);
+    let (mut x, y) = (eight_sums(simd, term, k)?, eight_sums(simd, term, k + 2)?);
     for line in 0..LINES {
         x[line] = in_quarters(x[line], y[line]);
     }
@@ -213,7 +213,7 @@ fn quarters<'a, S: Simd, const BLOCKS: usize, const LINES: usize>(
 
 /// Eight sums for each of the products from the k-th on.
 #[inline(always)]
-fn eighths<'a, S: Simd, const BLOCKS: usize, const LINES: usize>(
+fn eight_sums<'a, S: Simd, const BLOCKS: usize, const LINES: usize>(
     simd: S,
     term: &impl Fn(usize) -> Option<Term<'a, BLOCKS, LINES>>,
     k: usize,

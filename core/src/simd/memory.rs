@@ -27,7 +27,7 @@ pub(crate) fn load_at<V: Vector>(zero: V, from: &[f32], at: usize) -> Option<V> 
 /// The item or items of `values` at `index`, which is within. With several lanes by an index, which leaves
 /// more registers to what is computed; with one lane there is then no call of a panic.
 #[inline(always)]
-pub(crate) fn at<V: Vector, T, I: SliceIndex<[T]>>(values: &[T], index: I) -> Option<&I::Output> {
+pub(crate) fn get<V: Vector, T, I: SliceIndex<[T]>>(values: &[T], index: I) -> Option<&I::Output> {
     if V::LANES > 1 {
         Some(&values[index])
     } else {
@@ -37,7 +37,7 @@ pub(crate) fn at<V: Vector, T, I: SliceIndex<[T]>>(values: &[T], index: I) -> Op
 
 /// [`at`], to be written.
 #[inline(always)]
-pub(crate) fn at_mut<V: Vector, T, I: SliceIndex<[T]>>(
+pub(crate) fn get_mut<V: Vector, T, I: SliceIndex<[T]>>(
     values: &mut [T],
     index: I,
 ) -> Option<&mut I::Output> {
@@ -50,7 +50,7 @@ pub(crate) fn at_mut<V: Vector, T, I: SliceIndex<[T]>>(
 
 /// Takes the first `length` numbers off `from`, which is as long at least.
 #[inline(always)]
-pub(crate) fn first<'a, T>(from: &mut &'a mut [T], length: usize) -> &'a mut [T] {
+pub(crate) fn split_front<'a, T>(from: &mut &'a mut [T], length: usize) -> &'a mut [T] {
     from.split_off_mut(..length).unwrap_or_default()
 }
 

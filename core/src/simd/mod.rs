@@ -47,7 +47,7 @@ pub use dispatch::{InstructionSet, Task, UnknownInstructionSet};
 pub(crate) use dot::{Dot, PARTIAL_SUMS, Term};
 #[cfg(feature = "simd")]
 pub use lanes::Lanes;
-pub(crate) use memory::{MOST_LANES, at, at_mut, copy, first, load, load_at, transpose};
+pub(crate) use memory::{MOST_LANES, copy, get, get_mut, load, load_at, split_front, transpose};
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -132,7 +132,7 @@ pub trait Vector:
     /// computed with another.
     fn interleave(self, other: Self) -> (Self, Self);
 
-    /// The inverse of [`Vector::interleave`]: of both one after the other, the values at even places
+    /// The inverse of [`Vector::interleave`]: of both one after the other, the values at even indices
     /// and those at odd ones.
     fn deinterleave(self, other: Self) -> (Self, Self);
 

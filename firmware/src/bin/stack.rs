@@ -19,11 +19,11 @@ use core::hint::black_box;
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Storage, Workspace};
 use bonebeam::covariance::{Averaging, Forward};
-use bonebeam::focus::{
-    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
-    IqSamples, Record, ScanLine, Stage,
+use bonebeam::delay::{
+    Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
+    IqRecord, IqSamples, Record, ScanLine, Stage,
 };
-use bonebeam::geometry::{Active, Array, Axis, Ray, Scan, Transmit, TransmitLaw, Widths};
+use bonebeam::geometry::{Active, ApertureTable, Array, Axis, Ray, Scan, Transmit, TransmitLaw};
 use bonebeam::image::{
     BMode, BModeParameters, Fan, Logarithm, PixelGrid, envelope, largest, log_compression,
     log_compression_with, median, resample, scan_convert,
@@ -77,7 +77,7 @@ const IQ: IqParameters = IqParameters {
     output_samples: SAMPLES,
     elements: ELEMENTS,
     record_samples: SAMPLES - 10,
-    reading: IqReading::Linear,
+    interpolation: IqInterpolation::Linear,
 };
 const SCRATCH: usize = {
     let [a, b] = [RF.scratch_len(1), FASTER.scratch_len(1)];
@@ -222,13 +222,16 @@ fn delay(arrays: &mut Arrays) -> Result<(), Error> {
     of("IqRecord::new", || IqRecord::new(samples, layout, ELEMENTS))?;
     let record = IqRecord::new(samples, layout, ELEMENTS)?;
     of("IqDelay::new", || IqDelay::new(black_box(IQ)))?;
-    for (name, reading) in [
-        ("IqDelay::line, linear", IqReading::Linear),
-        ("IqDelay::line, cubic", IqReading::Cubic),
-        ("IqDelay::line, sinc", IqReading::Sinc),
-        ("IqDelay::line, fixed point", IqReading::LinearFixed),
+    for (name, interpolation) in [
+        ("IqDelay::line, linear", IqInterpolation::Linear),
+        ("IqDelay::line, cubic", IqInterpolation::Cubic),
+        ("IqDelay::line, sinc", IqInterpolation::Sinc),
+        ("IqDelay::line, fixed point", IqInterpolation::LinearFixed),
     ] {
-        let delay = IqDelay::new(IqParameters { reading, ..IQ })?;
+        let delay = IqDelay::new(IqParameters {
+            interpolation,
+            ..IQ
+        })?;
         let scratch = &mut scratch[..IQ.scratch_len(1)];
         of(name, || delay.line(0.0f32, &line(), &record, scratch, out))?;
     }
@@ -444,7 +447,9 @@ fn pipeline(arrays: &mut Arrays) -> Result<(), Error> {
     let pipeline = Pipeline::by(&DELAY, example::PARAMETERS)?;
     let scan = pipeline.lines().scan();
     let widths = &mut arrays.work[..scan.samples()];
-    of("Widths::new", || Widths::new(scan, widths).map(drop))?;
+    of("ApertureTable::new", || {
+        ApertureTable::new(scan, widths).map(drop)
+    })?;
     of("Frame::new", || {
         Frame::new(&pipeline, memory.view()).map(drop)
     })?;

@@ -2,7 +2,7 @@
 
 use bonebeam::Error;
 use bonebeam::beamform::Workspace;
-use bonebeam::focus::{IqDelay, IqLayout, IqRecord, IqSamples};
+use bonebeam::delay::{IqDelay, IqLayout, IqRecord, IqSamples};
 use bonebeam::pipeline::{Frame, Memory, Pipeline, Sizes};
 
 use crate::scan::{ELEMENTS, INPUT, PARAMETERS, ScanBlock, TRANSMIT};

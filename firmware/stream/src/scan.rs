@@ -4,7 +4,7 @@
 //! [`echoes`] stands in for a recording: firmware/build.rs makes the blocks of it that are compiled in.
 
 use bonebeam::beamform::{self, Method};
-use bonebeam::focus::IqReading;
+use bonebeam::delay::IqInterpolation;
 use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::pipeline::{IqInput, Parameters};
 
@@ -50,14 +50,14 @@ pub const PARAMETERS: Parameters<'static> = Parameters {
     scales: &[1.0 / 4.0, 1.0 / 8.0, 1.0 / 16.0],
     threshold: 10.0,
     strip: 8,
-    stretch: LENGTH,
+    block: LENGTH,
 };
 
 /// What the front end demodulates with; read to 10⁻³ of the pulse's peak. docs/integration.md has what the other
 /// readings cost, and how far they err.
 pub const INPUT: IqInput = IqInput {
     demodulation_frequency: 5e6,
-    reading: Some(IqReading::for_band(RATE, 3e6)),
+    interpolation: Some(IqInterpolation::for_band(RATE, 3e6)),
 };
 
 /// The geometry.

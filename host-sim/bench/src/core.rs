@@ -1,6 +1,6 @@
 //! The core's beamformer as the sections use it: a beam a lane, whole lines, one thread.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Run};
+use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Segment};
 use bonebeam::covariance::Covariance;
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, Array3, Axis};
@@ -34,10 +34,10 @@ pub fn with_core(
         sizes: beamformer.sizes(elements),
     };
     let mut memory = needs.memory(set)?;
-    let mut runs = Vec::new();
+    let mut segments = Vec::new();
     for line in lines.axis_iter(Axis(0)) {
         let line = line.to_slice().expect("a standard layout");
-        runs.push(Run {
+        segments.push(Segment {
             line: AlignedLine::new(line, elements)?,
             first_element: 0,
             first_sample: 0,
@@ -49,8 +49,8 @@ pub fn with_core(
             .map(|row| row.into_slice().expect("a standard layout"))
             .collect();
         let lanes = memory.lanes();
-        for (runs, z) in runs.chunks(lanes).zip(rows.chunks_mut(lanes)) {
-            memory.runs(&beamformer, runs, elements, z)?;
+        for (segments, z) in segments.chunks(lanes).zip(rows.chunks_mut(lanes)) {
+            memory.segments(&beamformer, segments, elements, z)?;
         }
         Ok(())
     })

@@ -16,7 +16,7 @@ use super::settings::{Section, Settings};
 use super::snapshots::{Scene, snapshots};
 use super::timing::{fastest, side_by_side};
 use crate::Result;
-use bonebeam_drive::config::{self, Reading, RfReading};
+use bonebeam_drive::config::{self, Interpolation, RfInterpolation};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::frame::beamform_channel_data;
 use bonebeam_drive::methods::Choice;
@@ -86,9 +86,13 @@ fn in_the_base_band(data: ChannelData) -> ChannelData {
 }
 
 /// Seconds an output sample of the delay stage: a recording a call, another one each time.
-fn delay(settings: &Settings, data: &ChannelData, iq_reading: Option<Reading>) -> Result<f64> {
+fn delay(
+    settings: &Settings,
+    data: &ChannelData,
+    iq_interpolation: Option<Interpolation>,
+) -> Result<f64> {
     let parameters = config::Beamform {
-        iq_reading,
+        iq_interpolation,
         // Every element is active at every depth.
         f_number: 0.1,
         depth_start: Some(5e-3),
@@ -154,17 +158,17 @@ fn compounded(settings: &Settings) -> Result<Row> {
         c: InVivo::SOUND_SPEED,
         lens_delay: 0.0,
     };
-    let parameters = |reading: RfReading, lines: usize| config::Beamform {
+    let parameters = |interpolation: RfInterpolation, lines: usize| config::Beamform {
         method: Choice::named("das").expect("a row of the table"),
-        rf_reading: Some(reading),
+        rf_interpolation: Some(interpolation),
         line_count: Some(lines),
         depth_start: Some(start),
         depth_end: Some(end),
         ..config::Beamform::default()
     };
     let few = lines.div_ceil(EVERY);
-    let upsampled = parameters(RfReading::Upsampled, lines);
-    let filtered = parameters(RfReading::Filtered, few);
+    let upsampled = parameters(RfInterpolation::Upsampled, lines);
+    let filtered = parameters(RfInterpolation::Filtered, few);
     let frame = |parameters| beamform_channel_data(&data, parameters, &|_| {});
     pool(1)?.install(|| {
         frame(&upsampled)?;
@@ -228,13 +232,13 @@ pub fn against_beamforming(
     let slow = delay(settings, &recording(SLOW_RATE, HALFWAY), None)?;
     let iq = in_the_base_band(recording(SLOW_RATE, HALFWAY));
     let mut iq_rows = Vec::new();
-    for (label, reading) in [
-        ("I/Q, linear", Reading::Linear),
-        ("I/Q, cubic", Reading::Cubic),
-        ("I/Q, windowed sinc", Reading::Sinc),
+    for (label, interpolation) in [
+        ("I/Q, linear", Interpolation::Linear),
+        ("I/Q, cubic", Interpolation::Cubic),
+        ("I/Q, windowed sinc", Interpolation::Sinc),
     ] {
         step(label);
-        iq_rows.push((label, delay(settings, &iq, Some(reading))?));
+        iq_rows.push((label, delay(settings, &iq, Some(interpolation))?));
     }
     let echo = snapshots(Scene::Echo, (BEAMS, SAMPLES, InVivo::ELEMENTS));
     let mut beside_method = |label: &str, method: Method, temporal_half_window: usize| {

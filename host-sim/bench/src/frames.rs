@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
-use bonebeam::focus::Record;
+use bonebeam::delay::Record;
 use bonebeam::geometry::{Active, Transmit, TransmitLaw};
 use bonebeam::pipeline::Pipeline;
 use rayon::ThreadPool;

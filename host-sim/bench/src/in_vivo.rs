@@ -58,7 +58,7 @@ impl InVivo {
             scales: &[1.0 / 128.0, 1.0 / 256.0, 1.0 / 512.0],
             threshold: 15.0,
             strip: phase_symmetry::Parameters::STRIP,
-            stretch: usize::MAX,
+            block: usize::MAX,
         })?)
     }
 }

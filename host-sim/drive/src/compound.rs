@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use bonebeam::beamform::AlignedLine;
-use bonebeam::focus::{Compounding, Contribution, Delay, ScanLine, Upsampled};
+use bonebeam::delay::{Compounding, Contribution, Delay, ScanLine, Upsampled};
 use bonebeam::geometry::{Active, Scan, Transmit};
 use bonebeam::pipeline::Block;
 use bonebeam::simd::{InstructionSet, Task, Vector};
@@ -24,7 +24,7 @@ pub struct Compounded<'a> {
     transmits: &'a [Transmit<'a>],
     lines: Range<usize>,
     /// Where each leaves the array.
-    feet: Vec<f64>,
+    centres: Vec<f64>,
     /// `[element, line, value]`. Values of samples at which an element is not active are incomplete.
     values: Vec<f32>,
 }
@@ -46,7 +46,10 @@ impl<'a> Compounded<'a> {
             upsampled: Upsampled::new(delay)?,
             scan,
             transmits,
-            feet: lines.clone().map(|line| scan.foot(line)).collect(),
+            centres: lines
+                .clone()
+                .map(|line| scan.aperture_centre(line))
+                .collect(),
             lines,
             values: Vec::new(),
         };
@@ -81,8 +84,8 @@ impl<'a> Compounded<'a> {
     }
 
     fn active(&self, line: usize, sample: usize) -> Range<usize> {
-        let foot = self.feet[line - self.lines.start];
-        range(self.scan.active_at(foot, sample))
+        let centre = self.centres[line - self.lines.start];
+        range(self.scan.active_at(centre, sample))
     }
 
     fn line(&self, transmit: usize, line: usize) -> ScanLine<'_> {
@@ -148,47 +151,57 @@ impl Task for Values<'_, '_> {
             )
         };
         let of_elements = of_elements.enumerate();
-        of_elements.try_for_each_init(memory, |(lags, scratch, records), (group, values)| {
-            let elements = group * TOGETHER..p.elements.min((group + 1) * TOGETHER);
-            // [element, line], as the lags and the values.
-            let mut first = Vec::with_capacity(elements.len() * lines);
-            for element in elements.clone() {
-                first.extend(of.lines.clone().map(|line| of.first(line, element)));
-            }
-            for (k, lags) in lags.chunks_exact_mut(length).enumerate() {
-                if first.get(k).is_some_and(Option::is_some) {
-                    let (line, element) = (of.lines.start + k % lines, elements.start + k / lines);
-                    upsampled.lags(zero, &of.line(0, line), element, lags)?;
+        of_elements.try_for_each_init(
+            memory,
+            |(receive_delays, scratch, records), (group, values)| {
+                let elements = group * TOGETHER..p.elements.min((group + 1) * TOGETHER);
+                // [element, line], as the lags and the values.
+                let mut first = Vec::with_capacity(elements.len() * lines);
+                for element in elements.clone() {
+                    first.extend(of.lines.clone().map(|line| of.first(line, element)));
                 }
-            }
-            for (transmit, centres) in centres.chunks_exact(of_lines).enumerate() {
-                for (element, record) in elements.clone().zip(records.chunks_exact_mut(record_len))
-                {
-                    let row = (transmit * p.elements + element) * p.record_samples;
-                    let samples = &rf[row..row + p.record_samples];
-                    upsampled.record(zero, samples, scratch, record)?;
-                }
-                for (line, centre) in centres.chunks_exact(length).enumerate() {
-                    for (element, record) in records.chunks_exact(record_len).enumerate() {
-                        let own = element * lines + line;
-                        let Some(&Some(first)) = first.get(own) else {
-                            continue;
-                        };
-                        let contribution = Contribution {
-                            record,
-                            centre: &centre[first..],
-                            lags: &lags[own * length..][first..length],
-                        };
-                        let values = &mut values[own * length..][first..length];
-                        upsampled.add(zero, &contribution, values)?;
+                for (k, receive_delays) in receive_delays.chunks_exact_mut(length).enumerate() {
+                    if first.get(k).is_some_and(Option::is_some) {
+                        let (line, element) =
+                            (of.lines.start + k % lines, elements.start + k / lines);
+                        upsampled.receive_delays(
+                            zero,
+                            &of.line(0, line),
+                            element,
+                            receive_delays,
+                        )?;
                     }
                 }
-            }
-            for value in values {
-                *value *= scale;
-            }
-            Ok::<(), bonebeam::Error>(())
-        })?;
+                for (transmit, centres) in centres.chunks_exact(of_lines).enumerate() {
+                    for (element, record) in
+                        elements.clone().zip(records.chunks_exact_mut(record_len))
+                    {
+                        let row = (transmit * p.elements + element) * p.record_samples;
+                        let samples = &rf[row..row + p.record_samples];
+                        upsampled.record(zero, samples, scratch, record)?;
+                    }
+                    for (line, centre) in centres.chunks_exact(length).enumerate() {
+                        for (element, record) in records.chunks_exact(record_len).enumerate() {
+                            let own = element * lines + line;
+                            let Some(&Some(first)) = first.get(own) else {
+                                continue;
+                            };
+                            let contribution = Contribution {
+                                record,
+                                centre: &centre[first..],
+                                receive_delays: &receive_delays[own * length..][first..length],
+                            };
+                            let values = &mut values[own * length..][first..length];
+                            upsampled.add(zero, &contribution, values)?;
+                        }
+                    }
+                }
+                for value in values {
+                    *value *= scale;
+                }
+                Ok::<(), bonebeam::Error>(())
+            },
+        )?;
         Ok(values)
     }
 }

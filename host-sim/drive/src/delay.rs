@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use bonebeam::beamform::Parameters;
-use bonebeam::focus::{
+use bonebeam::delay::{
     Delay, DelayParameters, IqLayout, IqRecord, IqSamples, MAX_DECIMATION, MAX_SAMPLES, Record,
     Upsampled,
 };
@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use super::beams::{self, Beams};
 use super::compound::Compounded;
 use super::source::{Recorded, Source};
-use crate::config::{Beamform, RfReading};
+use crate::config::{Beamform, RfInterpolation};
 use crate::{Error, Result};
 use bonebeam_files::terminal::{digits, short};
 use bonebeam_files::{BeamRays, ChannelData, Frame, Lines, Samples, Transmits};
@@ -40,7 +40,7 @@ pub struct DelayStage<'a> {
     beams: Beams,
     beam_x: Vec<f64>,
     /// Where each beam leaves the array, in elements.
-    feet: Vec<f64>,
+    centres: Vec<f64>,
     /// Without array and lines.
     parameters: ScanParameters<'static>,
     aperture: Aperture,
@@ -112,13 +112,13 @@ impl<'a> DelayStage<'a> {
             Samples::Iq { f_demod, .. } => {
                 let iq = IqInput {
                     demodulation_frequency: f_demod,
-                    reading: parameters.iq_reading.map(Into::into),
+                    interpolation: parameters.iq_interpolation.map(Into::into),
                 };
                 LinePipeline::of_iq(scan, iq, Parameters::DEFAULT)?;
                 Stage::Iq(iq)
             }
         };
-        let upsampled = parameters.rf_reading == Some(RfReading::Upsampled);
+        let upsampled = parameters.rf_interpolation == Some(RfInterpolation::Upsampled);
         if upsampled {
             check_upsampling(&stage, &beams)?;
         }
@@ -129,7 +129,9 @@ impl<'a> DelayStage<'a> {
         });
         Ok(Self {
             beam_x: beams.rays.iter().map(Ray::x).collect(),
-            feet: (0..scan.lines()).map(|line| scan.foot(line)).collect(),
+            centres: (0..scan.lines())
+                .map(|line| scan.aperture_centre(line))
+                .collect(),
             aperture: *scan.aperture(),
             start: scan.start(),
             samples: scan.samples(),
@@ -191,9 +193,9 @@ impl<'a> DelayStage<'a> {
     /// The active elements of a beam at an output sample; none for a beam that there is not.
     pub fn active(&self, beam: usize, sample: usize) -> Active {
         let time = self.start + sample as f64 / self.parameters.output_rate;
-        let foot = self.feet.get(beam).copied().unwrap_or(f64::NAN);
+        let centre = self.centres.get(beam).copied().unwrap_or(f64::NAN);
         self.aperture
-            .active(foot, self.parameters.sound_speed * time / 2.0)
+            .active(centre, self.parameters.sound_speed * time / 2.0)
     }
 
     /// Where the beams begin and go, where that is not straight down from z = 0.
@@ -379,18 +381,18 @@ fn check_rate(rate: f64, data: &ChannelData) -> Result<()> {
 fn check_upsampling(stage: &Stage, beams: &Beams) -> Result<()> {
     let Stage::Rf(delay) = stage else {
         return Err(Error::Usage(
-            "--rf-reading upsampled has no effect on I/Q; give --iq-reading".into(),
+            "--rf-interpolation upsampled has no effect on I/Q; give --iq-interpolation".into(),
         ));
     };
     if beams.own {
         return Err(Error::Usage(
-            "--rf-reading upsampled is for transmits that are compounded; these make a line each"
+            "--rf-interpolation upsampled is for transmits that are compounded; these make a line each"
                 .into(),
         ));
     }
     Upsampled::new(delay).map(drop).map_err(|error| {
         Error::Usage(format!(
-            "--rf-reading upsampled cannot read this record: {error}"
+            "--rf-interpolation upsampled cannot read this record: {error}"
         ))
     })
 }

@@ -1,7 +1,7 @@
 //! The core's pipeline over threads and the widest vectors: RF or I/Q → lines → image → bone map.
 
 use bonebeam::covariance::Covariance;
-use bonebeam::focus::Stage;
+use bonebeam::delay::Stage;
 use bonebeam::geometry::Scan;
 use bonebeam::image::BMode;
 use bonebeam::pipeline::Pipeline;
@@ -47,8 +47,10 @@ impl<'p> Frames<'p> {
         let parameters = *lines.beamformer().parameters();
         let beamformer = Plan::new(set, parameters, covariance, scan.elements())?;
         let beamformer = beamformer.within(lines.adaptive());
-        let feet: Vec<f64> = (0..scan.lines()).map(|line| scan.foot(line)).collect();
-        let active = |line: usize, sample: usize| scan.active_at(feet[line], sample);
+        let centres: Vec<f64> = (0..scan.lines())
+            .map(|line| scan.aperture_centre(line))
+            .collect();
+        let active = |line: usize, sample: usize| scan.active_at(centres[line], sample);
         let shape = (scan.samples(), scan.elements());
         let tiles = beamformer.tiles_of_lines(0..scan.lines(), shape, &active)?;
         Ok(Frames {

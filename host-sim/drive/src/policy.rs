@@ -6,7 +6,7 @@ use bonebeam_files::{ChannelData, Recording, Samples};
 use num_complex::Complex;
 
 use crate::beamform::TILE;
-use crate::config::{Beamform, Image, LONGER_SIDE, RfReading};
+use crate::config::{Beamform, Image, LONGER_SIDE, RfInterpolation};
 use crate::delay::LINES_UPSAMPLED;
 use crate::{Error, Result};
 
@@ -94,8 +94,8 @@ pub fn working_memory(
             let (_, transmits, elements, _) = data.samples.dim();
             let lines = parameters.line_count.unwrap_or(transmits.max(2 * elements));
             // The real parts of every element, and where every transmit is read.
-            let upsampled = match parameters.rf_reading {
-                Some(RfReading::Upsampled) => {
+            let upsampled = match parameters.rf_interpolation {
+                Some(RfInterpolation::Upsampled) => {
                     let rows = elements.saturating_add(transmits);
                     let at_a_time = lines.min(LINES_UPSAMPLED);
                     product(&[rows, at_a_time, samples, size_of::<f32>()])

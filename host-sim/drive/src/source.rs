@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use bonebeam::beamform::AlignedLine;
-use bonebeam::focus::{Delay, IqDelay, Stage};
+use bonebeam::delay::{Delay, IqDelay, Stage};
 use bonebeam::geometry::{Scan, Transmit};
 use bonebeam::pipeline::{Block, LinePipeline};
 use bonebeam::simd::{InstructionSet, Task, Vector};

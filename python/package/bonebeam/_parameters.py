@@ -16,8 +16,8 @@ Method = Literal["das", "mv", "esmv", "esmv-rank1"]
 Postfilter = Literal["none", "coherence-factor"]
 Covariance = Literal["forward", "forward-backward"]
 LineKind = Literal["down", "normals", "sector"]
-Reading = Literal["linear", "cubic", "sinc"]
-RfReading = Literal["filtered", "upsampled"]
+Interpolation = Literal["linear", "cubic", "sinc"]
+RfInterpolation = Literal["filtered", "upsampled"]
 
 
 class BeamformerParameters(TypedDict, total=False):
@@ -61,9 +61,9 @@ class DelayParameters(TypedDict, total=False):
         ``sector``; by default what fits the array.
     line_count: Number of these lines; two an element by default.
     sector: Angle from the first to the last line of a sector, rad; pi/2 by default.
-    rf_reading: Interpolation of compounded RF: ``filtered`` for each line, the default, or ``upsampled`` once for
+    rf_interpolation: Interpolation of compounded RF: ``filtered`` for each line, the default, or ``upsampled`` once for
         all, within 3e-3 of that and faster if many transmits make a line.
-    iq_reading: Interpolation of I/Q: ``linear``, ``cubic`` or ``sinc``; by default the cheapest within 1e-3.
+    iq_interpolation: Interpolation of I/Q: ``linear``, ``cubic`` or ``sinc``; by default the cheapest within 1e-3.
     depth_start: Shallowest depth, m; by default where the record begins.
     depth_end: Greatest depth, m; by default where the record ends.
     sound_speed: m/s, in place of the data's.
@@ -75,8 +75,8 @@ class DelayParameters(TypedDict, total=False):
     lines: LineKind | None
     line_count: int | None
     sector: float | None
-    rf_reading: RfReading | None
-    iq_reading: Reading | None
+    rf_interpolation: RfInterpolation | None
+    iq_interpolation: Interpolation | None
     depth_start: float | None
     depth_end: float | None
     sound_speed: float | None

@@ -1,7 +1,7 @@
 //! The scan, the records and the lines of a small frame, by RF and by I/Q.
 
 use bonebeam::beamform::{self, Method, Workspace};
-use bonebeam::focus::{IqLayout, IqReading, IqRecord, IqSamples};
+use bonebeam::delay::{IqInterpolation, IqLayout, IqRecord, IqSamples};
 use bonebeam::geometry::{
     Array, Axis as Positions, Depth, Lines, ScanParameters, Transmit, TransmitLaw,
 };
@@ -35,7 +35,7 @@ pub const PARAMETERS: Parameters = Parameters {
     scales: &[1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0],
     threshold: 10.0,
     strip: 8,
-    stretch: usize::MAX,
+    block: usize::MAX,
 };
 /// The sizes of its memory.
 pub const SIZES: Sizes = match PARAMETERS.sizes() {
@@ -80,7 +80,7 @@ pub fn focused() -> Transmit<'static> {
 
 pub const DEMODULATION: f64 = 5.2e6;
 /// The scan of `PARAMETERS` by a front end that demodulates.
-pub fn iq_parameters(stretch: usize) -> Parameters<'static> {
+pub fn iq_parameters(block: usize) -> Parameters<'static> {
     Parameters {
         scan: ScanParameters {
             sampling_rate: 12.5e6,
@@ -88,15 +88,15 @@ pub fn iq_parameters(stretch: usize) -> Parameters<'static> {
             output_rate: 15e6,
             ..PARAMETERS.scan
         },
-        stretch,
+        block,
         ..PARAMETERS
     }
 }
 
-pub fn iq_input(reading: Option<IqReading>) -> IqInput {
+pub fn iq_input(interpolation: Option<IqInterpolation>) -> IqInput {
     IqInput {
         demodulation_frequency: DEMODULATION,
-        reading,
+        interpolation,
     }
 }
 

@@ -2,7 +2,7 @@
 //! core, the f32 reference, the f64 reference.
 
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameter, Parameters, Postfilter, Run, constant_runs,
+    AlignedLine, Beamformer, Method, Parameter, Parameters, Postfilter, Segment, constant_segments,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
@@ -259,17 +259,17 @@ fn core_group<A: Averaging<V>, V: Vector>(
     let longest = lines.iter().find(|line| line.active.len() == samples);
     let sets = &longest.expect("a line").active;
     let mut memory = line_memory::<A, V>(zero, &beamformer, longest.expect("a line"));
-    for (first, count, set) in constant_runs(samples, |n| sets[n]) {
-        let run = |line: &'_ Line| {
+    for (first, count, set) in constant_segments(samples, |n| sets[n]) {
+        let segment = |line: &'_ Line| {
             let length = line.active.len();
             (first.min(length), line.active[first.min(length - 1)].first)
         };
-        let runs: Vec<_> = lines
+        let segments: Vec<_> = lines
             .iter()
-            .map(|line| Run {
+            .map(|line| Segment {
                 line: line.delayed(),
-                first_element: run(line).1,
-                first_sample: run(line).0,
+                first_element: segment(line).1,
+                first_sample: segment(line).0,
             })
             .collect();
         let mut out: Vec<&mut [Complex<f32>]> = z
@@ -280,7 +280,7 @@ fn core_group<A: Averaging<V>, V: Vector>(
             })
             .collect();
         beamformer
-            .runs(&mut memory.view(), &runs, set.count, &mut out)
+            .segments(&mut memory.view(), &segments, set.count, &mut out)
             .expect("runs that fit");
     }
     z

@@ -1,24 +1,24 @@
 //! Delay and sum.
 
 use crate::beamform::aligned_line::AlignedLine;
-use crate::beamform::run::Run;
+use crate::beamform::segment::Segment;
 use num_complex::Complex;
 
 /// Elements whose additions are written out, so that a loop's bookkeeping is shared.
 const BLOCK: usize = 8;
 
-/// The means over the run's `count` active elements: each the sum in ascending order from zero,
+/// The means over the segment's `count` active elements: each the sum in ascending order from zero,
 /// divided by the count, straight from the aligned samples.
 ///
 /// At the line's own scale where the sum can neither overflow nor lose bits to the end of the floats'
 /// range, else at its working scale; both give the same bits, but for samples below `2⁻¹²⁶` of the
 /// line's largest.
 #[inline(always)]
-pub(in crate::beamform) fn das(run: &Run<'_>, count: usize, z: &mut [Complex<f32>]) {
-    let line = &run.line;
-    let samples = line.samples_from(run.first_sample);
+pub(in crate::beamform) fn das(segment: &Segment<'_>, count: usize, z: &mut [Complex<f32>]) {
+    let line = &segment.line;
+    let samples = line.samples_from(segment.first_sample);
     for (z, snapshot) in z.iter_mut().zip(samples.chunks_exact(line.elements())) {
-        let active = snapshot.get(run.first_element..);
+        let active = snapshot.get(segment.first_element..);
         let Some(active) = active.and_then(|active| active.get(..count)) else {
             return;
         };
@@ -31,7 +31,7 @@ pub(in crate::beamform) fn das(run: &Run<'_>, count: usize, z: &mut [Complex<f32
 }
 
 /// `1/count` each.
-pub(in crate::beamform) fn weights(_: &Run<'_>, weights: &mut [Complex<f32>]) {
+pub(in crate::beamform) fn weights(_: &Segment<'_>, weights: &mut [Complex<f32>]) {
     weights.fill(Complex::new(1.0 / weights.len() as f32, 0.0));
 }
 
@@ -67,13 +67,13 @@ mod tests {
         let largest = f32::from_bits((127 + 60) << 23);
         let weak = Complex::new(1.2345678e-24, -7.654321e-24);
         let x = [Complex::new(largest, 0.0), weak];
-        let run = Run {
+        let segment = Segment {
             line: AlignedLine::new(&x, 1).expect("finite"),
             first_element: 0,
             first_sample: 0,
         };
         let mut z = [Complex::new(0.0, 0.0); 2];
-        das(&run, 1, &mut z);
+        das(&segment, 1, &mut z);
         assert_eq!(z, x);
     }
 }

@@ -18,12 +18,12 @@ use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 ///
 /// With `λ₁` and `e₁` no back substitution is needed: `w_p = e₁(e₁ᴴa)/(λ₁·aᴴR⁻¹a)`, and
 /// `aᴴR⁻¹a = ‖G⁻¹a‖²` from one forward solve. The Lanczos iteration serves the lanes where it arrives,
-/// [`dominant_eigenpair`] the others but for the `silent` ones. Also returns the lanes that this is true of:
+/// [`dominant_eigenpair`] the others but for the `zero_power` ones. Also returns the lanes that this is true of:
 /// where `R` is singular in f32, the caller takes [`esmv`] instead.
 ///
 /// `e₁ᴴa` is taken as `e₁ᴴ(R·a)/λ₁`. For an echo from aside its terms cancel, and an error of `e₁` would
 /// count whole beside what they leave; so it counts `λ₂/λ₁` times at most, and the roundings of `R·a`,
-/// each a share of an entry of `e₁`, average out.
+/// each a fraction of an entry of `e₁`, average out.
 ///
 /// Cost: those, one product of the matrix with a vector, and one factorisation with a row below it.
 #[inline(always)]
@@ -32,13 +32,13 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     solver: &mut Solver<'_, A::Scalar, V>,
     subaperture: usize,
     s: &[ComplexVector<V>],
-    silent: V::Mask,
+    zero_power: V::Mask,
 ) -> (ComplexVector<V>, V::Mask) {
     let zero = zero.zero();
     let padded = subaperture.next_multiple_of(TILE);
     let nothing = ComplexVector::from_real(zero);
     let Some(vector) = solver.vector.get_mut(..padded) else {
-        return (nothing, silent & !silent);
+        return (nothing, zero_power & !zero_power);
     };
     let (tiles, _) = vector.as_chunks_mut();
     let (mut eigenvalue, arrived) = lanczos(
@@ -51,9 +51,9 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
             tridiagonal: &mut solver.tridiagonal,
             kept: solver.values,
         },
-        silent,
+        zero_power,
     );
-    let left = !(arrived | silent);
+    let left = !(arrived | zero_power);
     if left.any() {
         let mut reduction = Reduction {
             panels: solver.factor,
@@ -121,7 +121,8 @@ fn by_eigenpair<A: Averaging<V>, V: Vector>(
     }
     let steering = solver.rows.as_flattened_mut().get_mut(..padded);
     let (vector, _) = vector.as_chunks();
-    let (Some(steering), Some(turned)) = (steering, solver.factor.get_mut(..vector.len())) else {
+    let (Some(steering), Some(transformed)) = (steering, solver.factor.get_mut(..vector.len()))
+    else {
         return (nothing, none);
     };
     let Some((entries, beyond)) = steering.split_at_mut_checked(subaperture) else {
@@ -131,8 +132,8 @@ fn by_eigenpair<A: Averaging<V>, V: Vector>(
         *entry = A::Scalar::from_real(zero.splat(A::steering(i, subaperture)));
     }
     beyond.fill(A::Scalar::from_real(zero));
-    times_vector(solver.matrix, zero, steering.as_chunks().0, turned);
-    let projection = inner_product(zero, vector, turned);
+    times_vector(solver.matrix, zero, steering.as_chunks().0, transformed);
+    let projection = inner_product(zero, vector, transformed);
     let (rows, _) = steering.as_chunks_mut();
     let definite = factorise::<_, _, 1>(zero, solver.matrix, solver.factor, rows, padded / TILE);
     // ‖G⁻¹a‖², ascending from zero.
@@ -200,7 +201,7 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         data,
     );
     // What is left of the matrix gives way.
-    let (Some(shares), Some(order)) = (
+    let (Some(metrics), Some(order)) = (
         tridiagonal.diagonal.get_mut(..subaperture),
         tridiagonal.eigenvector.get_mut(..subaperture),
     ) else {
@@ -208,24 +209,24 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
     };
     let terms = data;
     let projected = steering.iter().zip(&mut *terms);
-    for ((steering, term), (share, &value)) in projected.zip(shares.iter_mut().zip(&*values)) {
+    for ((steering, term), (metric, &value)) in projected.zip(metrics.iter_mut().zip(&*values)) {
         let value = at_least_floor(value);
         *term = steering.conj_mul_complex(*term).divide(value);
-        *share = steering.norm_sqr() / value;
+        *metric = steering.norm_sqr() / value;
     }
-    let total = rank_order(zero, values, shares, order);
+    let total = rank_order(zero, values, metrics, order);
     let mut sum = nothing;
-    // The metric before each place.
+    // The metric before each position.
     let mut before = zero;
-    for (place, (&index, &metric)) in order.iter().zip(&*values).enumerate() {
-        let kept = subspace.has(place, before, total);
+    for (position, (&index, &metric)) in order.iter().zip(&*values).enumerate() {
+        let kept = subspace.has(position, before, total);
         if kept.any() {
             let term = ComplexVector {
                 re: gather(zero, |k| terms.get(k).map(|term| term.re), index),
                 im: gather(zero, |k| terms.get(k).map(|term| term.im), index),
             };
             sum = ComplexVector::select(kept, sum + term, sum);
-        } else if place > 0 {
+        } else if position > 0 {
             // No rule takes up again what it has left out: the metric does not fall.
             break;
         }
@@ -235,19 +236,19 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
 }
 
 /// Orders each lane's eigenvalues: `order` gets their indices, largest first, equal ones in the order
-/// found. Of the `shares` `|e_kᴴa|²/λ_k` `values` become the cross-spectral metric (Eq. 8)
+/// found. Of the `metrics` `|e_kᴴa|²/λ_k` `values` become the cross-spectral metric (Eq. 8)
 /// `c_j = Σ_{k≤j} |e_kᴴa|²/λ_k`. Returns `c_L`.
 #[inline(always)]
 pub(in crate::beamform) fn rank_order<V: Vector>(
     zero: V,
     values: &mut [V],
-    shares: &[V],
+    metrics: &[V],
     order: &mut [V],
 ) -> V {
     sort(zero, values, order);
     let mut total = zero;
     for (sum, &index) in values.iter_mut().zip(&*order) {
-        total = total + gather(zero, |k| shares.get(k).copied(), index);
+        total = total + gather(zero, |k| metrics.get(k).copied(), index);
         *sum = total;
     }
     total
@@ -273,12 +274,12 @@ fn insert<V: Vector>(values: &mut [V], order: &mut [V]) {
         let (Some(values), Some(order)) = (values.get_mut(..end), order.get_mut(..end)) else {
             return;
         };
-        let mut places = values.iter_mut().zip(order).rev();
-        let Some((mut value_slot, mut index_slot)) = places.next() else {
+        let mut slots = values.iter_mut().zip(order).rev();
+        let Some((mut value_slot, mut index_slot)) = slots.next() else {
             return;
         };
         let (value, index) = (*value_slot, *index_slot);
-        for (before, index_before) in places {
+        for (before, index_before) in slots {
             if !before.less(value).all() {
                 break;
             }
@@ -357,25 +358,30 @@ pub(in crate::beamform) enum Subspace {
     All,
     /// Those of so many of the largest eigenvalues.
     Largest(usize),
-    /// Those of the largest eigenvalues that make up this share of the cross-spectral metric (Eq. 8).
-    Share(f32),
+    /// Those of the largest eigenvalues that make up this fraction of the cross-spectral metric (Eq. 8).
+    CrossSpectral(f32),
     /// All but the largest eigenvalue's.
     AllButLargest,
 }
 
 impl Subspace {
-    /// The lanes in which the subspace has the eigenvector at a place of the descending order, given the
+    /// The lanes in which the subspace has the eigenvector at a position of the descending order, given the
     /// cross-spectral metric of those before it, and that of all.
     #[inline(always)]
-    pub(in crate::beamform) fn has<V: Vector>(self, place: usize, before: V, total: V) -> V::Mask {
+    pub(in crate::beamform) fn has<V: Vector>(
+        self,
+        position: usize,
+        before: V,
+        total: V,
+    ) -> V::Mask {
         let all = total.mask(|_| true);
         match self {
             Subspace::All => all,
-            Subspace::Largest(rank) if place < rank => all,
-            Subspace::AllButLargest if place > 0 => all,
+            Subspace::Largest(rank) if position < rank => all,
+            Subspace::AllButLargest if position > 0 => all,
             // The first always, another where those before it are not enough.
-            Subspace::Share(_) if place == 0 => all,
-            Subspace::Share(beta) => before.less(total.splat(beta) * total),
+            Subspace::CrossSpectral(_) if position == 0 => all,
+            Subspace::CrossSpectral(beta) => before.less(total.splat(beta) * total),
             _ => !all,
         }
     }
@@ -385,16 +391,16 @@ impl Subspace {
 mod tests {
     use super::*;
 
-    /// Even where a share of the metric is too small for f32.
+    /// Even where a fraction of the metric is too small for f32.
     #[test]
     fn a_share_has_the_first_eigenvector() {
         let least = f32::from_bits(1);
         for beta in [least, 0.5, 1.0] {
             for total in [0.0, least, 0.25, 1.0] {
-                assert!(Subspace::Share(beta).has(0, 0.0, total));
+                assert!(Subspace::CrossSpectral(beta).has(0, 0.0, total));
             }
         }
         // And no other where it is enough.
-        assert!(!Subspace::Share(least).has(1, 0.25, 0.25));
+        assert!(!Subspace::CrossSpectral(least).has(1, 0.25, 0.25));
     }
 }

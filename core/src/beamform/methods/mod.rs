@@ -9,7 +9,7 @@ mod mv;
 
 pub(super) use eigenspace::{Subspace, at_least_floor, rank_order};
 
-use super::run::Run;
+use super::segment::Segment;
 use super::table::{Parameter, Range, choices, range};
 use super::view::Solver;
 use crate::covariance::Averaging;
@@ -78,12 +78,12 @@ const STEPS: Parameter = Parameter {
 };
 
 /// A method that takes no covariance, and so neither a subaperture nor memory: it works straight on the
-/// aligned samples of a run's `count` active elements.
+/// aligned samples of a segment's `count` active elements.
 pub(super) struct Direct {
     /// Makes `z`.
-    pub(super) output: fn(run: &Run<'_>, count: usize, z: &mut [Complex<f32>]),
-    /// Makes the weights of the run's first sample, one an active element.
-    pub(super) weights: fn(run: &Run<'_>, weights: &mut [Complex<f32>]),
+    pub(super) output: fn(segment: &Segment<'_>, count: usize, z: &mut [Complex<f32>]),
+    /// Makes the weights of the segment's first sample, one an active element.
+    pub(super) weights: fn(segment: &Segment<'_>, weights: &mut [Complex<f32>]),
 }
 
 impl Method {
@@ -104,7 +104,7 @@ impl Method {
     /// The eigenvectors that the other methods' weights are made of.
     pub(super) fn subspace(self) -> Subspace {
         match self {
-            Method::EsmvBeta(beta) => Subspace::Share(beta),
+            Method::EsmvBeta(beta) => Subspace::CrossSpectral(beta),
             Method::EsmvRank(rank) => Subspace::Largest(rank),
             Method::EsmvRank1 | Method::EsmvRank1Steps(_) => Subspace::Largest(1),
             Method::EsmvExcludeFirst => Subspace::AllButLargest,
@@ -114,7 +114,7 @@ impl Method {
 }
 
 /// `wᴴs` for the loaded covariance in the solver's panels and the data `s` in the solver's
-/// coordinates. What it is in the `silent` lanes means nothing.
+/// coordinates. What it is in the `zero_power` lanes means nothing.
 #[inline(always)]
 pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
     zero: V,
@@ -122,7 +122,7 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
     solver: &mut Solver<'_, A::Scalar, V>,
     subaperture: usize,
     s: &[ComplexVector<V>],
-    silent: V::Mask,
+    zero_power: V::Mask,
 ) -> ComplexVector<V> {
     let nothing = ComplexVector::from_real(zero);
     let (sum, solved) = match method {
@@ -138,7 +138,7 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
             solver,
             s,
             #[inline(always)]
-            move |solver, s| esmv_rank1::<A, V>(zero, solver, subaperture, s, silent),
+            move |solver, s| esmv_rank1::<A, V>(zero, solver, subaperture, s, zero_power),
         ),
         Method::EsmvRank1Steps(steps) => {
             return solve(
@@ -149,9 +149,9 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
                 move |solver, s| esmv_rank1_steps::<A, V>(zero, steps, solver, subaperture, s),
             );
         }
-        _ => (nothing, silent & !silent),
+        _ => (nothing, zero_power & !zero_power),
     };
-    if (solved | silent).all() {
+    if (solved | zero_power).all() {
         return sum;
     }
     // The other methods, and the lanes that the faster solvers leave.
@@ -166,7 +166,7 @@ pub(super) fn weighted_sum<A: Averaging<V>, V: Vector>(
     ComplexVector::select(solved, sum, exact)
 }
 
-/// Runs a kernel on the loaded matrix and the data: a function of its own for each (see `runs`).
+/// Runs a kernel on the loaded matrix and the data: a function of its own for each (see `segments`).
 #[inline(never)]
 fn solve<S: Scalar<V>, V: Vector, R>(
     zero: V,

@@ -1,6 +1,6 @@
 //! The delay stage, for records of three rates: RF to aligned analytic samples at 20 MHz.
 
-use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage, hilbert_taps};
+use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage, hilbert_taps};
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
 

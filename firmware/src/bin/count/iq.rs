@@ -1,7 +1,8 @@
 //! The delay stage from I/Q, 16-bit counts as a front end sends them, by each reading.
 
-use bonebeam::focus::{
-    Compounding, IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples, ScanLine, Stage,
+use bonebeam::delay::{
+    Compounding, IqDelay, IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine,
+    Stage,
 };
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::{Complex, Error};
@@ -20,11 +21,11 @@ const START: f64 = 2.0 * 10e-3 / SOUND_SPEED;
 
 /// A reading, its name and its taps, and the bound on the instructions per output sample of an element (see
 /// `beamform.rs`).
-const CASES: [(IqReading, &str, usize, u32); 4] = [
-    (IqReading::LinearFixed, "iq-fixed", 2, 63),
-    (IqReading::Linear, "iq", 2, 255),
-    (IqReading::Cubic, "iq", 4, 340),
-    (IqReading::Sinc, "iq", 12, 700),
+const CASES: [(IqInterpolation, &str, usize, u32); 4] = [
+    (IqInterpolation::LinearFixed, "iq-fixed", 2, 63),
+    (IqInterpolation::Linear, "iq", 2, 255),
+    (IqInterpolation::Cubic, "iq", 4, 340),
+    (IqInterpolation::Sinc, "iq", 12, 700),
 ];
 
 pub const PARAMETERS: IqParameters = IqParameters {
@@ -36,7 +37,7 @@ pub const PARAMETERS: IqParameters = IqParameters {
     output_samples: OUTPUTS,
     elements: ELEMENTS,
     record_samples: RECORD,
-    reading: IqReading::Linear,
+    interpolation: IqInterpolation::Linear,
 };
 const SCRATCH: usize = PARAMETERS.scratch_len(1);
 
@@ -83,9 +84,9 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
         compounding: Compounding::Replace,
     };
     let mut within = true;
-    for (reading, name, taps, bound) in CASES {
+    for (interpolation, name, taps, bound) in CASES {
         let delay = IqDelay::new(IqParameters {
-            reading,
+            interpolation,
             ..PARAMETERS
         })?;
         let mut outcome = Ok(());

@@ -4,7 +4,7 @@
 use core::hint::black_box;
 
 use bonebeam::Error;
-use bonebeam::focus::{Delay, DelayParameters, IqDelay};
+use bonebeam::delay::{Delay, DelayParameters, IqDelay};
 use static_cell::ConstStaticCell;
 
 use crate::counter::Counter;

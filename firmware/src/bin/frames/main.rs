@@ -12,7 +12,7 @@
 mod counter;
 
 use bonebeam::beamform::{self, Method};
-use bonebeam::focus::{IqLayout, IqParameters, IqReading, IqRecord, IqSamples};
+use bonebeam::delay::{IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples};
 use bonebeam::pipeline::{Block, DepthGate, IqInput, Parameters, Pipeline};
 use bonebeam::{Complex, Error};
 use cortex_m_rt::entry;
@@ -80,11 +80,11 @@ const CASES: [Case; 6] = [
         902_000,
     ),
 ];
-const READINGS: [(&str, IqReading); 4] = [
-    ("fixed", IqReading::LinearFixed),
-    ("linear", IqReading::Linear),
-    ("cubic", IqReading::Cubic),
-    ("sinc", IqReading::Sinc),
+const INTERPOLATIONS: [(&str, IqInterpolation); 4] = [
+    ("fixed", IqInterpolation::LinearFixed),
+    ("linear", IqInterpolation::Linear),
+    ("cubic", IqInterpolation::Cubic),
+    ("sinc", IqInterpolation::Sinc),
 ];
 
 /// The memory of the chain, a block, and what a line is focused in.
@@ -136,8 +136,8 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
     });
     outcome?;
     hprintln!("set-up {} {}", set_up.instructions, set_up.stack);
-    for (name, reading) in READINGS {
-        let plan = plan(&CASES[0], reading)?;
+    for (name, interpolation) in INTERPOLATIONS {
+        let plan = plan(&CASES[0], interpolation)?;
         let mut sum = 0;
         for beam in 0..BEAMS {
             load(block, beam);
@@ -161,8 +161,8 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
     }
     let (mut picture, mut within) = (None, true);
     for case in CASES {
-        for (reading_name, reading) in READINGS {
-            let plan = plan(&case, reading)?;
+        for (interpolation_name, interpolation) in INTERPOLATIONS {
+            let plan = plan(&case, interpolation)?;
             let mut chain = Chain::new(&plan, memory)?;
             let (mut sum, mut most, mut stack) = (0, 0, 0);
             for beam in 0..BEAMS {
@@ -175,7 +175,7 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
                 stack = stack.max(cost.stack);
             }
             let (name, mean) = (case.name, sum / BEAMS as u32);
-            hprintln!("line {name} {reading_name} {mean} {most} {stack}");
+            hprintln!("line {name} {interpolation_name} {mean} {most} {stack}");
             let (image, map) = match picture {
                 Some(picture) => picture,
                 None => {
@@ -187,8 +187,8 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
             };
             picture = Some((image, map));
             let frame = sum + image + map / MAP_EVERY;
-            hprintln!("frame {name} {reading_name} {frame}");
-            if reading == IqReading::LinearFixed {
+            hprintln!("frame {name} {interpolation_name} {frame}");
+            if interpolation == IqInterpolation::LinearFixed {
                 let real_time = REAL_TIME.iter().find(|(method, _)| *method == name);
                 within &= (set_up.instructions..=case.bound).contains(&mean);
                 within &= real_time.is_none_or(|(_, least)| frame <= CYCLES / least);
@@ -200,7 +200,7 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
     Ok(within)
 }
 
-fn plan(case: &Case, reading: IqReading) -> Result<Plan, Error> {
+fn plan(case: &Case, interpolation: IqInterpolation) -> Result<Plan, Error> {
     let parameters = Parameters {
         beamformer: beamform::Parameters {
             method: case.method,
@@ -209,7 +209,7 @@ fn plan(case: &Case, reading: IqReading) -> Result<Plan, Error> {
         ..PARAMETERS
     };
     let input = IqInput {
-        reading: Some(reading),
+        interpolation: Some(interpolation),
         ..INPUT
     };
     let plan = Pipeline::of_iq(parameters, input)?;

@@ -2,8 +2,8 @@
 
 use crate::{opaque, take};
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameters, Run, Sizes, Slices, Workspace, WorkspaceView,
-    constant_runs, runs_within,
+    AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, Slices, Workspace, WorkspaceView,
+    constant_segments, segments_within,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
@@ -50,16 +50,16 @@ fn one<A: Averaging<f32>>(method: Method) -> Result<(), Error> {
     beamformer.line(&mut view, line, |_| active(), opaque(&mut z[..]))?;
     let (adaptive, z_within) = (opaque(0)..opaque(1), opaque(&mut z[..]));
     beamformer.line_within(&mut view, line, |_| active(), adaptive, z_within)?;
-    let run = Run {
+    let segment = Segment {
         line,
         first_element: opaque(1),
         first_sample: opaque(1),
     };
-    let runs = [run; 2];
+    let segments = [segment; 2];
     let mut out = [opaque(&mut z[..]), opaque(&mut other[..])];
-    beamformer.runs(
+    beamformer.segments(
         &mut view,
-        opaque(&runs[..]),
+        opaque(&segments[..]),
         opaque(1),
         opaque(&mut out[..]),
     )
@@ -81,9 +81,9 @@ fn memory() {
     take(opaque(Workspace::<16, 8, 0>::new()).view().sizes());
     take(opaque(Workspace::<16, 8, 1, Forward>::new()).view().sizes());
     take(WorkspaceView::empty(0.0f32).sizes());
-    constant_runs(opaque(1), |_| active()).for_each(take);
+    constant_segments(opaque(1), |_| active()).for_each(take);
     let wanted = opaque(0)..opaque(1);
-    runs_within(opaque(1), |_| active(), wanted, opaque(1)).for_each(take);
+    segments_within(opaque(1), |_| active(), wanted, opaque(1)).for_each(take);
     let mut number = ComplexVector::from_real(opaque(0.0f32));
     number.set_lane(opaque(1), Complex::ZERO);
     take(number.lane(opaque(1)));

@@ -2,8 +2,8 @@
 
 use crate::{opaque, take};
 use bonebeam::geometry::{
-    Aperture, ApertureParameters, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters,
-    Transmit, TransmitLaw, Widths,
+    Aperture, ApertureParameters, ApertureTable, Array, Axis, Depth, Element, Lines, Ray, Scan,
+    ScanParameters, Transmit, TransmitLaw,
 };
 
 /// Calls all of it.
@@ -17,7 +17,7 @@ pub fn all() {
     for array in arrays(&[0.0; 5]).into_iter().chain([curved]) {
         take((array.elements(), array.x(opaque(1)), array.pitch()));
         take((array.element(opaque(1)), array.normal(opaque(1.0))));
-        take(array.foot(&opaque(Ray::down(1.0))));
+        take(array.aperture_centre(&opaque(Ray::down(1.0))));
         let lines = [
             Lines::Even(axis()),
             Lines::At(opaque(&[0.0; 5])),
@@ -51,8 +51,8 @@ fn scan(array: Array<'_>, lines: Lines<'_>) {
         take((scan.time(opaque(1)), scan.depth(opaque(1)), scan.depths()));
         take((scan.active(opaque(1), opaque(1)), scan.widest(opaque(1))));
         take((scan.parameters(), scan.aperture()));
-        if let Ok(widths) = Widths::new(&scan, opaque(&mut [0.0; 5])) {
-            take(widths.active(opaque(Widths::foot(&scan, opaque(1))), opaque(1)));
+        if let Ok(table) = ApertureTable::new(&scan, opaque(&mut [0.0; 5])) {
+            take(table.active(opaque(ApertureTable::centre(&scan, opaque(1))), opaque(1)));
         }
     }
 }

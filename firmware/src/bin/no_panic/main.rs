@@ -19,7 +19,7 @@
 #![no_main]
 
 mod beamform;
-mod focus;
+mod delay;
 mod geometry;
 mod image;
 mod phase_symmetry;
@@ -31,7 +31,7 @@ use cortex_m_rt::entry;
 #[entry]
 fn main() -> ! {
     geometry::all();
-    focus::all();
+    delay::all();
     beamform::all();
     image::all();
     phase_symmetry::all();

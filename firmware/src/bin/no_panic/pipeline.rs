@@ -3,7 +3,7 @@
 use crate::geometry::{arrays, axis, parameters as scan_parameters, transmit};
 use crate::{opaque, take};
 use bonebeam::beamform::{self, Method, Workspace, WorkspaceView};
-use bonebeam::focus::{Delay, DelayParameters, IqLayout, IqRecord, IqSamples, Record, Stage};
+use bonebeam::delay::{Delay, DelayParameters, IqLayout, IqRecord, IqSamples, Record, Stage};
 use bonebeam::geometry::{Lines, Scan};
 use bonebeam::phase_symmetry::LogGabor;
 use bonebeam::pipeline::{
@@ -30,7 +30,7 @@ pub fn all() {
             scales: opaque(&scales[..]),
             threshold: opaque(1.0),
             strip: opaque(1),
-            stretch: opaque(1),
+            block: opaque(1),
         };
         take((parameters.sizes(), parameters.sizes_of_iq()));
         take(rf(parameters));
@@ -58,7 +58,7 @@ fn rf(parameters: Parameters) -> Result<(), Error> {
 fn iq(parameters: Parameters) -> Result<(), Error> {
     let input = IqInput {
         demodulation_frequency: opaque(1.0),
-        reading: opaque(None),
+        interpolation: opaque(None),
     };
     let samples = [Complex::ZERO; 100];
     let samples = IqSamples::Float(opaque(&samples[..]));

@@ -1,7 +1,7 @@
 //! The scan of the image `stream` without blocks, pool, sequence and pipeline.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Workspace};
-use bonebeam::focus::{
+use bonebeam::delay::{
     Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine, Stage,
 };
 use bonebeam::geometry::Axis;
@@ -27,7 +27,7 @@ const STRIPS: Sizes = Sizes {
 /// None: the scan is valid.
 pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
     let delay = IqDelay::new(IqParameters {
-        reading: INPUT.reading.unwrap(),
+        interpolation: INPUT.interpolation.unwrap(),
         ..IqParameters::of(&SCAN, INPUT.demodulation_frequency)
     })?;
     let beamformer = Beamformer::new(PARAMETERS.beamformer)?;

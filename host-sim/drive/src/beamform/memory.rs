@@ -1,6 +1,6 @@
 //! A thread's memory for the core's beamformer: as much as the sizes take, which are known at run time.
 
-use bonebeam::beamform::{Beamformer, Run, Sizes, Slices, WorkspaceView};
+use bonebeam::beamform::{Beamformer, Segment, Sizes, Slices, WorkspaceView};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::simd::{ComplexVector, InstructionSet, Task, Vector};
 use num_complex::Complex;
@@ -82,17 +82,17 @@ fn too_much(sizes: Sizes, bytes: usize) -> Error {
 
 /// A [`Memory`] whose lanes and covariance are chosen at run time.
 pub trait AnyMemory: Send {
-    /// How many runs it takes at a time.
+    /// How many segments it takes at a time.
     fn lanes(&self) -> usize;
 
-    /// See [`Beamformer::runs`].
+    /// See [`Beamformer::segments`].
     ///
     /// # Errors
     /// What the core refuses.
-    fn runs(
+    fn segments(
         &mut self,
         beamformer: &Beamformer,
-        runs: &[Run<'_>],
+        segments: &[Segment<'_>],
         count: usize,
         z: &mut [&mut [Complex<f32>]],
     ) -> std::result::Result<(), bonebeam::Error>;
@@ -103,14 +103,14 @@ impl<A: Averaging<V>, V: Vector> AnyMemory for Memory<A, V> {
         V::LANES
     }
 
-    fn runs(
+    fn segments(
         &mut self,
         beamformer: &Beamformer,
-        runs: &[Run<'_>],
+        segments: &[Segment<'_>],
         count: usize,
         z: &mut [&mut [Complex<f32>]],
     ) -> std::result::Result<(), bonebeam::Error> {
-        beamformer.runs(&mut self.view(), runs, count, z)
+        beamformer.segments(&mut self.view(), segments, count, z)
     }
 }
 

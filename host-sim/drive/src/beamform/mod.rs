@@ -1,11 +1,11 @@
-//! Drives the core's beamformer over frames: as many runs at a time as there are lanes, on all
+//! Drives the core's beamformer over frames: as many segments at a time as there are lanes, on all
 //! threads.
 
 mod memory;
 mod pieces;
 
 use crate::{Error, Result};
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Run};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::Active;
 use bonebeam::simd::InstructionSet;
@@ -220,8 +220,8 @@ impl Plan {
         let window = parameters.temporal_half_window;
         let adaptive = adaptive_runs(lines.clone(), samples, active, &self.adaptive, window);
         let others = other_runs(lines, samples, active, &self.adaptive);
-        let of = |runs: &[Piece], by_das: bool, window: usize| {
-            let tiles = tiles(runs, most, self.lanes, window).into_iter();
+        let of = |segments: &[Piece], by_das: bool, window: usize| {
+            let tiles = tiles(segments, most, self.lanes, window).into_iter();
             tiles.map(move |tile| Tile { by_das, ..tile })
         };
         let adaptive = of(&adaptive, false, window);
@@ -326,23 +326,23 @@ impl Plan {
         let mut rest = &mut z[..];
         for group in groups(&tile.pieces, self.lanes) {
             let mut out = Vec::with_capacity(group.len());
-            let mut runs = Vec::with_capacity(group.len());
+            let mut segments = Vec::with_capacity(group.len());
             for piece in group {
                 let (own, behind) = rest.split_at_mut(piece.samples);
                 out.push(own);
                 rest = behind;
-                runs.push(Run {
+                segments.push(Segment {
                     line: line(piece),
                     first_element: piece.active.first,
                     first_sample: piece.first_sample,
                 });
             }
-            memory.runs(beamformer, &runs, group[0].active.count, &mut out)?;
+            memory.segments(beamformer, &segments, group[0].active.count, &mut out)?;
         }
         Ok(())
     }
 
-    /// Puts a tile's outputs into the lines; returns how many. What comes with a run above the samples wanted
+    /// Puts a tile's outputs into the lines; returns how many. What comes with a segment above the samples wanted
     /// stays behind.
     fn put(
         &self,

@@ -1,16 +1,16 @@
-//! How a frame is cut for the lanes: runs of one active set, and stretches of long runs.
+//! How a frame is cut for the lanes: segments of one active set, and stretches of long segments.
 
 use std::cmp::Reverse;
 use std::ops::Range;
 
-use bonebeam::beamform::{constant_runs, runs_within};
+use bonebeam::beamform::{constant_segments, segments_within};
 use bonebeam::geometry::Active;
 use bonebeam::pipeline::Block;
 use rayon::prelude::*;
 
 use super::Apertures;
 
-/// Samples of one beam with one active set: a run, or a stretch of one.
+/// Samples of one beam with one active set: a segment, or a stretch of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
     pub beam: usize,
@@ -92,7 +92,7 @@ impl Tile {
     }
 }
 
-/// Runs as tiles of up to `most` samples, or as tiles of a group each, whose blocks do not matter. Long runs are
+/// Runs as tiles of up to `most` samples, or as tiles of a group each, whose blocks do not matter. Long segments are
 /// cut at multiples of the time window's block: no bit changes.
 pub fn tiles(
     runs: &[Piece],
@@ -161,12 +161,12 @@ pub fn adaptive_runs(
 ) -> Vec<Piece> {
     in_order(beams, |beam| {
         let active = |sample| active(beam, sample);
-        let runs = runs_within(samples, active, within.clone(), temporal_half_window);
+        let runs = segments_within(samples, active, within.clone(), temporal_half_window);
         runs.map(|run| piece(beam, samples, run)).collect()
     })
 }
 
-/// The runs of all samples but those `within`, for DAS, which has no time window.
+/// The segments of all samples but those `within`, for DAS, which has no time window.
 pub fn other_runs(
     beams: Range<usize>,
     samples: usize,
@@ -178,7 +178,7 @@ pub fn other_runs(
         let rest = [0..start, end.max(start)..samples].into_iter();
         let runs = rest.flat_map(|rest| {
             let start = rest.start;
-            let runs = constant_runs(rest.len(), move |sample| active(beam, start + sample));
+            let runs = constant_segments(rest.len(), move |sample| active(beam, start + sample));
             runs.map(move |(first, length, set)| piece(beam, samples, (start + first, length, set)))
         });
         runs.collect()
@@ -202,10 +202,10 @@ fn piece(beam: usize, of: usize, (first_sample, samples, active): (usize, usize,
     }
 }
 
-/// Cuts long runs into stretches where that fills lanes. Below the depth of full aperture every beam near
+/// Cuts long segments into stretches where that fills lanes. Below the depth of full aperture every beam near
 /// the array's ends has a number of active elements of its own, and two beams would fill two lanes.
 ///
-/// A time window of `2K+1` samples is summed in blocks of as many, so a run is cut at multiples of them:
+/// A time window of `2K+1` samples is summed in blocks of as many, so a segment is cut at multiples of them:
 /// no bit changes.
 fn stretches(runs: &[Piece], lanes: usize, temporal_half_window: usize) -> Vec<Piece> {
     let of_count = |alike: &[Piece]| best(alike, lanes, temporal_half_window);
@@ -215,7 +215,7 @@ fn stretches(runs: &[Piece], lanes: usize, temporal_half_window: usize) -> Vec<P
     alike.into_par_iter().flat_map_iter(of_count).collect()
 }
 
-/// The cheapest way to cut runs of one number of active elements.
+/// The cheapest way to cut segments of one number of active elements.
 fn best(runs: &[Piece], lanes: usize, temporal_half_window: usize) -> Vec<Piece> {
     let block = temporal_half_window.saturating_mul(2).saturating_add(1);
     let head = 2.0 * temporal_half_window as f64 * COVARIANCE;
@@ -285,7 +285,7 @@ mod tests {
         }
     }
 
-    /// Every sample once, and every stretch begins at a block of its run.
+    /// Every sample once, and every stretch begins at a block of its segment.
     #[test]
     fn nothing_is_lost_and_blocks_stay_whole() {
         let runs: Vec<Piece> = (0..11).map(|beam| run(beam, 700 - 40 * beam)).collect();
@@ -306,7 +306,7 @@ mod tests {
         }
     }
 
-    /// Above and below a gate, too, and wherever runs are cut.
+    /// Above and below a gate, too, and wherever segments are cut.
     #[test]
     fn tiles_have_every_sample_once_with_its_time_window() {
         let (beams, samples) = (20, 300);
@@ -329,7 +329,7 @@ mod tests {
                         outputs <= most.max(beams * (2 * window + 1)),
                         "{most} {outputs}"
                     );
-                    // Between runs that touch nothing is aligned twice, and elsewhere nothing in vain.
+                    // Between segments that touch nothing is aligned twice, and elsewhere nothing in vain.
                     assert!(tile.held() <= outputs + tile.blocks.len() * 4 * window + outputs / 4);
                     for piece in &tile.pieces {
                         let (block, length) = &tile.blocks[tile.block_of(piece)];
@@ -357,7 +357,7 @@ mod tests {
             stretches(&[run(0, 467), run(1, 31)], 1, 2),
             [run(0, 467), run(1, 31)]
         );
-        // Nor is a run cut that is no longer than a block.
+        // Nor is a segment cut that is no longer than a block.
         assert_eq!(stretches(&runs[..3], 8, 10), runs[..3]);
     }
 }

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use bonebeam::beamform::Parameters;
 use bonebeam::covariance::Covariance;
-use bonebeam::focus::{IqReading, MAX_DECIMATION};
+use bonebeam::delay::{IqInterpolation, MAX_DECIMATION};
 use bonebeam::geometry::Axis;
 use bonebeam::pipeline::DepthGate;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -52,7 +52,7 @@ pub enum LineKind {
 /// How RF is read between its samples, where transmits are compounded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub enum RfReading {
+pub enum RfInterpolation {
     /// By the delay stage's filter, for each line anew
     Filtered,
     /// Upsampled 16 times by that filter, once for all lines, then along straight lines: within 3e-3 of the
@@ -63,7 +63,7 @@ pub enum RfReading {
 /// How I/Q is read between its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub enum Reading {
+pub enum Interpolation {
     /// Along straight lines
     Linear,
     /// Along cubic polynomials
@@ -72,12 +72,12 @@ pub enum Reading {
     Sinc,
 }
 
-impl From<Reading> for IqReading {
-    fn from(reading: Reading) -> Self {
-        match reading {
-            Reading::Linear => IqReading::Linear,
-            Reading::Cubic => IqReading::Cubic,
-            Reading::Sinc => IqReading::Sinc,
+impl From<Interpolation> for IqInterpolation {
+    fn from(interpolation: Interpolation) -> Self {
+        match interpolation {
+            Interpolation::Linear => IqInterpolation::Linear,
+            Interpolation::Cubic => IqInterpolation::Cubic,
+            Interpolation::Sinc => IqInterpolation::Sinc,
         }
     }
 }
@@ -132,10 +132,10 @@ pub struct Beamform {
     pub sector: f64,
     /// How RF of compounded transmits is read; without it, by the delay stage's filter.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub rf_reading: Option<RfReading>,
+    pub rf_interpolation: Option<RfInterpolation>,
     /// How I/Q is read; without it, the cheapest way that is right to 10⁻³ for a pulse of 60 % bandwidth.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub iq_reading: Option<Reading>,
+    pub iq_interpolation: Option<Interpolation>,
     /// The shallowest depth of the lines, m; without it, where the record begins.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_start: Option<f64>,
@@ -216,11 +216,11 @@ pub struct BeamformFlags {
 
     /// How RF is read where transmits are compounded [default: filtered]
     #[arg(long, value_enum, help_heading = "Delay (channel data only)")]
-    rf_reading: Option<RfReading>,
+    rf_interpolation: Option<RfInterpolation>,
 
     /// How I/Q is read between its samples [default: the cheapest within 1e-3 of a pulse's peak]
     #[arg(long, value_enum, help_heading = "Delay (channel data only)")]
-    iq_reading: Option<Reading>,
+    iq_interpolation: Option<Interpolation>,
 
     /// Shallowest depth of the lines, m [default: where the record begins]
     #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
@@ -277,8 +277,8 @@ impl BeamformFlags {
             ("--lines", self.lines.is_some()),
             ("--line-count", self.line_count.is_some()),
             ("--sector", self.sector.is_some()),
-            ("--rf-reading", self.rf_reading.is_some()),
-            ("--iq-reading", self.iq_reading.is_some()),
+            ("--rf-interpolation", self.rf_interpolation.is_some()),
+            ("--iq-interpolation", self.iq_interpolation.is_some()),
             ("--depth-start", self.depth_start.is_some()),
             ("--depth-end", self.depth_end.is_some()),
         ]
@@ -308,8 +308,8 @@ impl Default for Beamform {
             lines: None,
             line_count: None,
             sector: std::f64::consts::FRAC_PI_2,
-            rf_reading: None,
-            iq_reading: None,
+            rf_interpolation: None,
+            iq_interpolation: None,
             depth_start: None,
             depth_end: None,
             sound_speed: None,
@@ -332,8 +332,8 @@ impl Beamform {
         self.lines = flags.lines.or(self.lines);
         self.line_count = flags.line_count.or(self.line_count);
         self.sector = flags.sector.unwrap_or(self.sector);
-        self.rf_reading = flags.rf_reading.or(self.rf_reading);
-        self.iq_reading = flags.iq_reading.or(self.iq_reading);
+        self.rf_interpolation = flags.rf_interpolation.or(self.rf_interpolation);
+        self.iq_interpolation = flags.iq_interpolation.or(self.iq_interpolation);
         self.depth_start = flags.depth_start.or(self.depth_start);
         self.depth_end = flags.depth_end.or(self.depth_end);
         self.sound_speed = flags.sound_speed.or(self.sound_speed);

@@ -1,7 +1,7 @@
 //! The scene of the golden vectors: lines of 16 elements each, cut out of the recording that `verify` makes.
 
 use bonebeam::beamform::{Method, Parameters};
-use bonebeam::focus::{DelayParameters, hilbert_taps};
+use bonebeam::delay::{DelayParameters, hilbert_taps};
 use ndarray::Axis;
 
 use crate::verify::recording::recording;

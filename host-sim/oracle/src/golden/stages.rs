@@ -3,7 +3,7 @@
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Workspace};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
-use bonebeam::focus::{Compounding, Delay, Record, ScanLine, Stage as _};
+use bonebeam::delay::{Compounding, Delay, Record, ScanLine, Stage as _};
 use bonebeam::geometry::{Active, Array, Axis, Ray, Transmit, TransmitLaw};
 use bonebeam::image::{envelope, largest, log_compression, resample};
 use ndarray::ArrayView2;

@@ -1,6 +1,6 @@
 //! The delay stage of focused channel data against the f32 reference.
 
-use bonebeam::focus::{Compounding, DelayParameters, ScanLine, hilbert_taps};
+use bonebeam::delay::{Compounding, DelayParameters, ScanLine, hilbert_taps};
 use bonebeam::geometry::{Array, Ray, Transmit, TransmitLaw};
 use ndarray::{Array3, Axis};
 use num_complex::Complex;

@@ -4,9 +4,9 @@ use std::hash::Hasher;
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
-use bonebeam::focus::{
-    Compounding, Contribution, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading,
-    IqRecord, IqSamples, Record, ScanLine, Stage, Upsampled, hilbert_taps,
+use bonebeam::delay::{
+    Compounding, Contribution, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout,
+    IqParameters, IqRecord, IqSamples, Record, ScanLine, Stage, Upsampled, hilbert_taps,
 };
 use bonebeam::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
 use bonebeam::simd::InstructionSet;
@@ -211,7 +211,7 @@ fn upsampled(data: &ChannelData) -> Result<Verdict> {
     let upsampled = Upsampled::new(&delay)?;
     let length = upsampled.line_len();
     let mut values = vec![0.0; (elements - 2) * length];
-    let (mut centre, mut lags) = (vec![0; length], vec![0; length]);
+    let (mut centre, mut receive_delays) = (vec![0; length], vec![0; length]);
     let mut fine = vec![0.0; upsampled.record_len()];
     let mut padded = vec![0.0; upsampled.scratch_len()];
     for (line, rf) in &waves {
@@ -220,11 +220,11 @@ fn upsampled(data: &ChannelData) -> Result<Verdict> {
             let element = line.active.first + k;
             let samples = &rf[element * record_samples..][..record_samples];
             upsampled.record(0.0f32, samples, &mut padded, &mut fine)?;
-            upsampled.lags(0.0f32, line, element, &mut lags)?;
+            upsampled.receive_delays(0.0f32, line, element, &mut receive_delays)?;
             let contribution = Contribution {
                 record: &fine,
                 centre: &centre,
-                lags: &lags,
+                receive_delays: &receive_delays,
             };
             upsampled.add(0.0f32, &contribution, values)?;
         }
@@ -266,12 +266,12 @@ fn iq_readings(data: &ChannelData) -> Result<Vec<Verdict>> {
         },
         compounding: Compounding::Replace,
     };
-    let readings = [
-        ("linear", IqReading::Linear),
-        ("cubic", IqReading::Cubic),
-        ("sinc", IqReading::Sinc),
+    let interpolations = [
+        ("linear", IqInterpolation::Linear),
+        ("cubic", IqInterpolation::Cubic),
+        ("sinc", IqInterpolation::Sinc),
     ];
-    let verdicts = readings.map(|(name, reading)| {
+    let verdicts = interpolations.map(|(name, interpolation)| {
         let parameters = IqParameters {
             sound_speed: data.c,
             sampling_rate: data.fs,
@@ -281,7 +281,7 @@ fn iq_readings(data: &ChannelData) -> Result<Vec<Verdict>> {
             output_samples: 240,
             elements,
             record_samples,
-            reading,
+            interpolation,
         };
         let delay = IqDelay::new(parameters)?;
         let mut core = vec![Complex::ZERO; parameters.output_samples * elements];

@@ -1,13 +1,13 @@
 //! The delay stage: RF of one transmit → aligned analytic samples of one scan line, plain loops.
 
-use bonebeam::focus::{Compounding, DelayParameters, ScanLine};
+use bonebeam::delay::{Compounding, DelayParameters, ScanLine};
 use bonebeam::geometry::{Array, Ray, TransmitLaw};
 use num_complex::Complex;
 use std::f64::consts::PI;
 
 use super::filter::{Filter, Record, kaiser};
 
-/// The line of `bonebeam::focus::Delay::line`. `rf`: row-major `[element][sample]`. `out`: row-major
+/// The line of `bonebeam::delay::Delay::line`. `rf`: row-major `[element][sample]`. `out`: row-major
 /// `[output sample][element]`. The caller's sizes must fit.
 pub fn line(
     parameters: &DelayParameters,
@@ -18,7 +18,7 @@ pub fn line(
     line_by(parameters, Filter::new, scan_line, rf, out);
 }
 
-/// [`line()`] of a stage that `bonebeam::focus::Delay::set_in_f32` has set.
+/// [`line()`] of a stage that `bonebeam::delay::Delay::set_in_f32` has set.
 pub fn line_in_f32(
     parameters: &DelayParameters,
     scan_line: &ScanLine,
@@ -197,7 +197,7 @@ impl Path {
     }
 }
 
-/// The line of `bonebeam::focus::Upsampled`, of one scan line and record a transmit. `rf` and `out` as in
+/// The line of `bonebeam::delay::Upsampled`, of one scan line and record a transmit. `rf` and `out` as in
 /// [`line()`].
 pub fn upsampled(
     parameters: &DelayParameters,

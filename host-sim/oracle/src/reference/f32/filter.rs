@@ -1,6 +1,6 @@
 //! The windowed sinc that reads a record between its samples, tabulated in f64 or in f32.
 
-use bonebeam::focus::DelayParameters;
+use bonebeam::delay::DelayParameters;
 use std::f64::consts::PI;
 
 /// An element's record: sample 0 is `values[zero]`, what is not there is 0.
@@ -109,7 +109,7 @@ impl Filter {
         sum
     }
 
-    /// The value at a place, added up in the order of `bonebeam::focus::Delay`.
+    /// The value at a place, added up in the order of `bonebeam::delay::Delay`.
     pub fn at(&self, record: &Record, whole: i64, fraction: f32) -> f32 {
         let phases = self.rows.len() - 1;
         let scaled = fraction * phases as f32;

@@ -1,7 +1,7 @@
 //! The delay stage of I/Q: baseband samples of one transmit → aligned analytic samples of one scan line,
 //! plain loops.
 
-use bonebeam::focus::{Compounding, IqParameters, IqReading, ScanLine};
+use bonebeam::delay::{Compounding, IqInterpolation, IqParameters, ScanLine};
 use bonebeam::geometry::{Array, TransmitLaw};
 use num_complex::Complex;
 use std::f64::consts::PI;
@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use super::delay::{Path, place, transmit};
 use super::filter::kaiser;
 
-/// The line of `bonebeam::focus::IqDelay::line`. `iq`: row-major `[element][sample]`, to be multiplied by
+/// The line of `bonebeam::delay::IqDelay::line`. `iq`: row-major `[element][sample]`, to be multiplied by
 /// `scale`; `phase`: of the demodulator, rad. `out`: row-major `[output sample][element]`. The caller's
 /// sizes must fit.
 pub fn line(
@@ -32,7 +32,7 @@ pub fn line(
             p.sampling_rate,
         );
         for n in 0..p.output_samples {
-            let y = if p.reading == IqReading::LinearFixed {
+            let y = if p.interpolation == IqInterpolation::LinearFixed {
                 fixed(p, scan_line, (record, scale, phase), m, n)
             } else {
                 delayed(p, scan_line, (record, scale, phase), &path, &sinc, n)
@@ -79,7 +79,7 @@ fn delayed(
     }
     let floor = libm::floorf(position);
     let middle = libm::floor(axis) as i64 - path.ahead as i64 + floor as i64;
-    let y = read(p.reading, record, middle, position - floor, sinc);
+    let y = read(p.interpolation, record, middle, position - floor, sinc);
     let (cosine, sine) = turn(turns);
     let (cosine, sine) = (cosine * scale, sine * scale);
     Some(Complex::new(
@@ -118,7 +118,7 @@ fn scaled_down(x: f64, bits: i32) -> i64 {
     libm::floor(x * 2f64.powi(bits)) as i64
 }
 
-/// `IqReading::LinearFixed`: `record` holds counts, which are whole numbers.
+/// `IqInterpolation::LinearFixed`: `record` holds counts, which are whole numbers.
 fn fixed(
     p: &IqParameters,
     scan_line: &ScanLine,
@@ -198,7 +198,7 @@ fn place_of(scan_line: &ScanLine, m: usize) -> [f64; 2] {
 
 /// The record between its samples `middle` and the next one.
 fn read(
-    reading: IqReading,
+    interpolation: IqInterpolation,
     record: &[Complex<f32>],
     middle: i64,
     weight: f32,
@@ -212,12 +212,12 @@ fn read(
     };
     let parts =
         |of: &dyn Fn(fn(Complex<f32>) -> f32) -> f32| Complex::new(of(|y| y.re), of(|y| y.im));
-    match reading {
-        IqReading::Linear => {
+    match interpolation {
+        IqInterpolation::Linear => {
             let (a, b) = (at(0), at(1));
             parts(&|part| part(a) + weight * (part(b) - part(a)))
         }
-        IqReading::Cubic => {
+        IqInterpolation::Cubic => {
             let u = weight;
             let p = (1.0f32 / 6.0) * (u * (u - 1.0));
             let q = 0.5 * ((u + 1.0) * (u - 2.0));
@@ -227,8 +227,8 @@ fn read(
                 (term(0) + term(1)) + (term(2) + term(3))
             })
         }
-        IqReading::LinearFixed => unreachable!("it has a function of its own"),
-        IqReading::Sinc => {
+        IqInterpolation::LinearFixed => unreachable!("it has a function of its own"),
+        IqInterpolation::Sinc => {
             let phase = ((weight * 64.0) as usize).min(63);
             let between = weight * 64.0 - phase as f32;
             parts(&|part| {

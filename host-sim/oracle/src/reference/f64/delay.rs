@@ -1,7 +1,7 @@
 //! The delay stage from its definition: geometry in f64, a sinc four times as long as the core's
 //! evaluated where it is needed, and the analytic signal by the DFT.
 
-use bonebeam::focus::{DelayParameters, ScanLine};
+use bonebeam::delay::{DelayParameters, ScanLine};
 use bonebeam::geometry::{Array, TransmitLaw};
 use num_complex::Complex;
 use rustfft::FftPlannerScalar;

@@ -1,7 +1,7 @@
 //! The delay stage of I/Q from its definition: geometry in f64, a sinc of 32 lobes a side evaluated where
 //! it is needed, and the exponential function.
 
-use bonebeam::focus::{IqParameters, ScanLine};
+use bonebeam::delay::{IqParameters, ScanLine};
 use num_complex::Complex;
 use std::f64::consts::TAU;
 

@@ -3,38 +3,38 @@
 //!
 //! [`Stage::line`] reads a record through its filter once a line, and forms an analytic signal once a
 //! transmit: with n transmits into as many lines that is nearly all of the work. Here the filter is applied
-//! once a record, at [`UPSAMPLING`] places between two samples, and a value is one product.
+//! once a record, at [`UPSAMPLING`] positions between two samples, and a value is one product.
 //!
-//! Places are integers in units of 2⁻¹⁵ of a sample, so that the transmit's part, which all elements share,
+//! Positions are integers in units of 2⁻¹⁵ of a sample, so that the transmit's part, which all elements share,
 //! and the element's, which all transmits share, are each worked out once and added.
 
-use super::focus::Destination;
+use super::align::Destination;
 use super::groups::Group;
 use super::{Compounding, Delay, FAR, ScanLine};
-use crate::error::check_length;
 #[cfg(doc)]
-use crate::focus::Stage;
-use crate::focus::interpolate::MOST_TAPS;
-use crate::focus::stage::check_line;
-use crate::simd::{PARTIAL_SUMS, Vector, copy, first, load};
+use crate::delay::Stage;
+use crate::delay::interpolate::MOST_TAPS;
+use crate::delay::stage::check_line;
+use crate::error::check_length;
+use crate::simd::{PARTIAL_SUMS, Vector, copy, load, split_front};
 use crate::{Complex, Error};
 
 /// Samples that are made of each recorded one.
 pub const UPSAMPLING: usize = 16;
-/// Units of a place between two of those.
+/// Units of a position between two of those.
 const UNITS: u32 = 1 << 11;
 /// The range of an f32's fraction bits.
 const FRACTION: u32 = 1 << 23;
-/// Units of a place between two recorded samples.
+/// Units of a position between two recorded samples.
 const UNITS_A_SAMPLE: f64 = (UPSAMPLING as u32 * UNITS) as f64;
-/// Places are at most this far from the record's beginning, either way, and so are lags: their sum fits.
+/// Positions are at most this far from the record's beginning, either way, and so are receive delays: their sum fits.
 const FARTHEST: i32 = (1 << 30) - 1;
 /// The longest record: all of it is nearer.
 const MOST_SAMPLES: usize = 1 << 14;
 /// Recorded samples whose upsampled ones are worked out together.
 const BLOCKS: usize = 4;
 /// Values of a line that are read together.
-const READINGS: usize = 128;
+const BATCH: usize = 128;
 
 /// The upsampling of records for a delay stage, and the way from there to lines.
 #[derive(Clone, Debug)]
@@ -50,10 +50,10 @@ pub struct Upsampled<'a> {
 pub struct Contribution<'a> {
     /// The element's record: [`Upsampled::record`].
     pub record: &'a [f32],
-    /// The transmit's part of the places: [`Upsampled::centre`].
+    /// The transmit's part of the positions: [`Upsampled::centre`].
     pub centre: &'a [i32],
-    /// The element's part: [`Upsampled::lags`].
-    pub lags: &'a [i32],
+    /// The element's part: [`Upsampled::receive_delays`].
+    pub receive_delays: &'a [i32],
 }
 
 impl<'a> Upsampled<'a> {
@@ -61,7 +61,7 @@ impl<'a> Upsampled<'a> {
     ///
     /// # Errors
     /// [`Error::Parameter`] for a record sampled at 2.5 times the output rate or more, which is to be
-    /// halved first, [`Error::Capacity`] for one of more than 16,384 samples.
+    /// decimated first, [`Error::Capacity`] for one of more than 16,384 samples.
     pub fn new(delay: &'a Delay) -> Result<Self, Error> {
         let p = &delay.parameters;
         if delay.interpolator.halvings() > 0 {
@@ -174,14 +174,14 @@ impl<'a> Upsampled<'a> {
     /// f64: `p = ((τ_tx(z) + z/c) − t0)·fs` as in [`Stage::line`], then ⌊(p + taps/2 + 1)·2¹⁵ + ½⌋.
     ///
     /// # Errors
-    /// As [`Stage::line`], and [`Error::Length`] for `places` of another length.
-    pub fn centre(&self, line: &ScanLine, places: &mut [i32]) -> Result<(), Error> {
+    /// As [`Stage::line`], and [`Error::Length`] for `positions` of another length.
+    pub fn centre(&self, line: &ScanLine, positions: &mut [i32]) -> Result<(), Error> {
         let p = &self.delay.parameters;
-        check_length("places", places.len(), self.line_len())?;
+        check_length("positions", positions.len(), self.line_len())?;
         let transmit = check_line(line, p.elements, p.sound_speed, &[])?;
         let reach = self.delay.hilbert.reach() as f64;
         let before = (self.taps() / 2 + 1) as f64;
-        for (n, place) in places.iter_mut().enumerate() {
+        for (n, slot) in positions.iter_mut().enumerate() {
             let t = p.output_start + (n as f64 - reach) / p.output_rate;
             let z = p.sound_speed * t / 2.0;
             let position =
@@ -190,7 +190,7 @@ impl<'a> Upsampled<'a> {
             let farthest = f64::from(FARTHEST);
             // False for a NaN.
             let near = z as f32 > 0.0 && units >= 1.0 - farthest && units < farthest;
-            *place = if near {
+            *slot = if near {
                 // Cut towards 0, and from there down to the whole number below.
                 let cut = units as i32;
                 cut - i32::from(f64::from(cut) > units)
@@ -203,30 +203,30 @@ impl<'a> Upsampled<'a> {
 
     /// How much later an element is read than one straight above the line, in the same units.
     ///
-    /// f32: the lag of [`Stage::line`], less `ahead`, times 2¹⁵, cut to an integer.
+    /// f32: the receive delay of [`Stage::line`], less `ahead`, times 2¹⁵, cut to an integer.
     ///
     /// # Errors
-    /// [`Error::Length`] for `lags` of another length.
-    pub fn lags<V: Vector>(
+    /// [`Error::Length`] for `receive_delays` of another length.
+    pub fn receive_delays<V: Vector>(
         &self,
         zero: V,
         line: &ScanLine,
         element: usize,
-        lags: &mut [i32],
+        receive_delays: &mut [i32],
     ) -> Result<(), Error> {
         let p = &self.delay.parameters;
-        check_length("lags", lags.len(), self.line_len())?;
-        let lag = self.delay.lag(line, element);
+        check_length("receive_delays", receive_delays.len(), self.line_len())?;
+        let receive_delay = self.delay.receive_delay(line, element);
         let reach = self.delay.hilbert.reach() as f64;
         let mut depths = [0.0f32; PARTIAL_SUMS];
         zero.vectorize(
             #[inline(always)]
             || {
                 let units = zero.splat(UNITS_A_SAMPLE as f32);
-                let (far, ahead) = (zero.splat(FAR as f32), zero.splat(lag.ahead()));
+                let (far, ahead) = (zero.splat(FAR as f32), zero.splat(receive_delay.ahead()));
                 let most = zero.splat(FARTHEST as f32 / 2.0);
-                let (blocks, _) = lags.as_chunks_mut::<PARTIAL_SUMS>();
-                for (block, lags) in blocks.iter_mut().enumerate() {
+                let (blocks, _) = receive_delays.as_chunks_mut::<PARTIAL_SUMS>();
+                for (block, receive_delays) in blocks.iter_mut().enumerate() {
                     for (k, depth) in depths.iter_mut().enumerate() {
                         let n = (block * PARTIAL_SUMS + k) as f64;
                         let t = p.output_start + (n - reach) / p.output_rate;
@@ -234,11 +234,11 @@ impl<'a> Upsampled<'a> {
                     }
                     for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
                         let z = load(zero, &depths[at..]);
-                        let samples = lag.samples(z);
+                        let samples = receive_delay.samples(z);
                         let valid = zero.less(z) & samples.less(far);
                         let late = (samples - ahead) * units;
                         let late = V::select(valid & late.abs().less(most), late, most);
-                        late.truncate(&mut lags[at..at + V::LANES]);
+                        late.truncate(&mut receive_delays[at..at + V::LANES]);
                     }
                 }
             },
@@ -246,10 +246,10 @@ impl<'a> Upsampled<'a> {
         Ok(())
     }
 
-    /// Adds an element's values to a line, or to a stretch of one: as many as `line` has, whose places are
-    /// `centre` and `lags`.
+    /// Adds an element's values to a line, or to a block of one: as many as `line` has, whose positions are
+    /// `centre` and `receive_delays`.
     ///
-    /// With the place in units, `i` whole upsampled samples and the rest `u`, f32:
+    /// With the position in units, `i` whole upsampled samples and the rest `u`, f32:
     /// `value + (record_i + (u/2¹¹)·(record_{i+1} − record_i))`. Cost: two products, three additions a
     /// value.
     ///
@@ -264,18 +264,18 @@ impl<'a> Upsampled<'a> {
         let Contribution {
             record,
             centre,
-            lags,
+            receive_delays,
         } = *contribution;
         check_length("record", record.len(), self.record_len())?;
         check_length("centre", centre.len(), line.len())?;
-        check_length("lags", lags.len(), line.len())?;
+        check_length("receive_delays", receive_delays.len(), line.len())?;
         zero.vectorize(
             #[inline(always)]
             || {
-                let mut readings = Readings::NONE;
-                let places = centre.chunks(READINGS).zip(lags.chunks(READINGS));
-                for (line, (centre, lags)) in line.chunks_mut(READINGS).zip(places) {
-                    readings.add(record, centre, lags, line);
+                let mut batch = Batch::NONE;
+                let positions = centre.chunks(BATCH).zip(receive_delays.chunks(BATCH));
+                for (line, (centre, receive_delays)) in line.chunks_mut(BATCH).zip(positions) {
+                    batch.add(record, centre, receive_delays, line);
                 }
             },
         );
@@ -306,7 +306,7 @@ impl<'a> Upsampled<'a> {
         let line_len = self.block_len(samples);
         check_length("lines", lines.len(), line.active.count * line_len)?;
         let mut scratch = scratch;
-        let rows = first(&mut scratch, V::LANES * p.rows());
+        let rows = split_front(&mut scratch, V::LANES * p.rows());
         let half = V::LANES.div_ceil(2);
         for (k, lines) in lines.chunks((V::LANES * line_len).max(1)).enumerate() {
             let start = line.active.first + k * V::LANES;
@@ -338,36 +338,38 @@ impl defmt::Format for Upsampled<'_> {
 }
 
 /// Values of a line that are worked on together: how they are read, and what is read.
-struct Readings {
-    at: [u32; READINGS],
-    weight: [f32; READINGS],
-    pairs: [[f32; 2]; READINGS],
+struct Batch {
+    at: [u32; BATCH],
+    weight: [f32; BATCH],
+    pairs: [[f32; 2]; BATCH],
 }
 
-impl Readings {
-    const NONE: Self = Readings {
-        at: [0; READINGS],
-        weight: [0.0; READINGS],
-        pairs: [[0.0; 2]; READINGS],
+impl Batch {
+    const NONE: Self = Batch {
+        at: [0; BATCH],
+        weight: [0.0; BATCH],
+        pairs: [[0.0; 2]; BATCH],
     };
 
-    /// Adds to as many values, or fewer. Places, then what is read there, then values: neither waits for the
+    /// Adds to as many values, or fewer. Positions, then what is read there, then values: neither waits for the
     /// other.
     #[inline(always)]
-    fn add(&mut self, record: &[f32], centre: &[i32], lags: &[i32], line: &mut [f32]) {
+    fn add(&mut self, record: &[f32], centre: &[i32], receive_delays: &[i32], line: &mut [f32]) {
         let last = (record.len() - 2) as i32 * UNITS as i32;
-        let count = line.len().min(READINGS);
+        let count = line.len().min(BATCH);
         let at = &mut self.at[..count];
         let weight = &mut self.weight[..count];
         let pairs = &mut self.pairs[..count];
-        let places = at.iter_mut().zip(&mut *weight);
-        for ((at, weight), (centre, lag)) in places.zip(centre.iter().zip(lags)) {
-            let place = (centre + lag).max(0).min(last) as u32;
-            *at = place / UNITS;
-            // (place mod 2¹¹)/2¹¹, exactly, as the fraction of a number from 1 to below 2. A conversion and
+        let positions = at.iter_mut().zip(&mut *weight);
+        for ((at, weight), (centre, receive_delay)) in
+            positions.zip(centre.iter().zip(receive_delays))
+        {
+            let position = (centre + receive_delay).max(0).min(last) as u32;
+            *at = position / UNITS;
+            // (position mod 2¹¹)/2¹¹, exactly, as the fraction of a number from 1 to below 2. A conversion and
             // a product would do as well, but LLVM joins them for a Cortex-M55's vectors to one
             // instruction of the wrong power of two.
-            let fraction = (place % UNITS) * (FRACTION / UNITS);
+            let fraction = (position % UNITS) * (FRACTION / UNITS);
             *weight = f32::from_bits(1f32.to_bits() + fraction) - 1.0;
         }
         for (pair, &at) in pairs.iter_mut().zip(&*at) {

@@ -7,9 +7,9 @@
 //!
 //! f32 cannot hold that number (at sample 6000 its step is 5·10⁻⁴). So the part common
 //! to all elements, that of an element at a = d = 0, is computed once per pixel in f64, and an element
-//! adds only its lag behind it, (√(ρ² + d²) − r)·fs/c. Of that a·fs/c is the same at all depths and taken
+//! adds only its receive delay behind it, (√(ρ² + d²) − r)·fs/c. Of that a·fs/c is the same at all depths and taken
 //! in f64 once; the rest is (√(ρ² + d²) − ρ)·fs/c = (fs·d²/c)/(|ρ| + √(ρ² + d²)) + (|ρ| − ρ)·fs/c, which
-//! suffers no cancellation in f32: its error is at most seven roundings, 4·10⁻⁷ of the lag, or five where
+//! suffers no cancellation in f32: its error is at most seven roundings, 4·10⁻⁷ of the receive delay, or five where
 //! a = 0. At F# 1.5, down
 //! to 40 mm at 100 MHz, that was at most 2.2·10⁻⁵ samples, 7·10⁻⁶ rad at 5 MHz.
 
@@ -170,7 +170,7 @@ impl<'a> TransmitDelay<'a> {
             Shape::Delays { delays, array, ray } => {
                 let mut first = f64::INFINITY;
                 for (element, &delay) in delays.iter().enumerate() {
-                    let [across, along] = ray.coordinates(array.place(element));
+                    let [across, along] = ray.coordinates(array.position(element));
                     let arrival = delay + distance(along, across * across) / self.c;
                     // False for a NaN; one that does not fire has no time.
                     if delay.is_finite() && arrival < first {
@@ -184,9 +184,9 @@ impl<'a> TransmitDelay<'a> {
     }
 }
 
-/// How far, in samples, one element lags behind an element on the line.
+/// How far, in samples, one element follows an element on the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct ReceiveLag {
+pub(super) struct ReceiveDelay {
     /// d², m².
     square: f32,
     /// fs·d²/c, samples · m.
@@ -202,16 +202,16 @@ pub(super) struct ReceiveLag {
     level: bool,
 }
 
-impl ReceiveLag {
-    /// The element at `place` (x, z), for a line, sound speed `c` m/s and sampling rate `fs` Hz.
-    pub(super) fn new(place: [f64; 2], ray: &Ray, c: f64, fs: f64) -> Self {
-        let [across, along] = ray.coordinates(place);
+impl ReceiveDelay {
+    /// The element at `position` (x, z), for a line, sound speed `c` m/s and sampling rate `fs` Hz.
+    pub(super) fn new(position: [f64; 2], ray: &Ray, c: f64, fs: f64) -> Self {
+        let [across, along] = ray.coordinates(position);
         let square = across * across;
         let shift = along * fs / c;
         let whole = libm::ceil(shift);
         // Too far to be read, so that no position comes near the record.
         let near = whole > -FAR && whole < FAR;
-        ReceiveLag {
+        ReceiveDelay {
             square: square as f32,
             scaled: (fs * square / c) as f32,
             along: along as f32,
@@ -226,26 +226,26 @@ impl ReceiveLag {
         }
     }
 
-    /// Whether the element lies as far along the line as its beginning, so that [`ReceiveLag::level`]
+    /// Whether the element lies as far along the line as its beginning, so that [`ReceiveDelay::level`]
     /// serves.
     pub(super) fn is_level(&self) -> bool {
         self.level
     }
 
-    /// How many whole samples before the line's position [`ReceiveLag::samples`] counts from.
+    /// How many whole samples before the line's position [`ReceiveDelay::samples`] counts from.
     pub(super) fn ahead(&self) -> f32 {
         self.ahead
     }
 
-    /// The lag at `r` > 0 m of an element at a = 0, in samples: `scaled/(r + √(r·r + square))`, f32.
+    /// The receive delay at `r` > 0 m of an element at a = 0, in samples: `scaled/(r + √(r·r + square))`, f32.
     #[inline(always)]
     pub(super) fn level<V: Vector>(&self, r: V) -> V {
         r.splat(self.scaled) / (r + (r * r + r.splat(self.square)).sqrt())
     }
 
-    /// The lag at `r` > 0 m, in samples from [`ReceiveLag::ahead`] before the line's position: with
+    /// The receive delay at `r` > 0 m, in samples from [`ReceiveDelay::ahead`] before the line's position: with
     /// ρ = r − along, `(scaled/(|ρ| + √(ρ·ρ + square)) + (|ρ| − ρ)·rate) + part`, f32. That of
-    /// [`ReceiveLag::level`] where that serves.
+    /// [`ReceiveDelay::level`] where that serves.
     #[inline(always)]
     pub(super) fn samples<V: Vector>(&self, r: V) -> V {
         let [square, scaled, along, rate, part, _] = self.numbers();
@@ -269,7 +269,7 @@ impl ReceiveLag {
         ]
     }
 
-    /// [`ReceiveLag::samples`] of the first five of those numbers, an element each lane.
+    /// [`ReceiveDelay::samples`] of the first five of those numbers, an element each lane.
     #[inline(always)]
     pub(super) fn samples_of<V: Vector>(r: V, [square, scaled, along, rate, part]: [V; 5]) -> V {
         let before = r - along;
@@ -375,20 +375,21 @@ mod tests {
     fn the_lag_of_any_element_is_its_path() {
         let fs = 100e6;
         let ray = Ray::new(1e-3, -0.5e-3, 0.6);
-        for place in [[0.0, 0.0], [9e-3, -2e-3], [-15e-3, -4e-3], [5e-3, 10e-3]] {
-            let lag = ReceiveLag::new(place, &ray, C, fs);
-            assert!(!lag.is_level());
+        for position in [[0.0, 0.0], [9e-3, -2e-3], [-15e-3, -4e-3], [5e-3, 10e-3]] {
+            let receive_delay = ReceiveDelay::new(position, &ray, C, fs);
+            assert!(!receive_delay.is_level());
             for step in (1..400).step_by(crate::step(57)) {
                 let r = f64::from(step as f32 * 0.1e-3);
                 let [x, z] = ray.point(r);
-                let exact = (libm::hypot(x - place[0], z - place[1]) - r) * fs / C;
-                let ours = f64::from(lag.samples(r as f32)) - f64::from(lag.ahead());
+                let exact = (libm::hypot(x - position[0], z - position[1]) - r) * fs / C;
+                let ours =
+                    f64::from(receive_delay.samples(r as f32)) - f64::from(receive_delay.ahead());
                 // Seven roundings of what is added, and those of `part`.
-                let size = exact + f64::from(lag.ahead()) + 1.0;
+                let size = exact + f64::from(receive_delay.ahead()) + 1.0;
                 let error = libm::fabs(ours - exact);
                 assert!(
                     error <= 7.0 * size / 16_777_216.0 + 1e-9,
-                    "{place:?} {r}: {error}"
+                    "{position:?} {r}: {error}"
                 );
             }
         }
@@ -398,12 +399,15 @@ mod tests {
     fn the_lag_of_a_level_element_has_the_same_bits_either_way() {
         let ray = Ray::down(0.2e-3);
         for step in -40..40 {
-            let place = [f64::from(step) * 0.31e-3, 0.0];
-            let lag = ReceiveLag::new(place, &ray, C, 40e6);
-            assert!(lag.is_level() && lag.ahead() == 0.0);
+            let position = [f64::from(step) * 0.31e-3, 0.0];
+            let receive_delay = ReceiveDelay::new(position, &ray, C, 40e6);
+            assert!(receive_delay.is_level() && receive_delay.ahead() == 0.0);
             for z in (1..300).step_by(crate::step(43)) {
                 let z = z as f32 * 0.137e-3;
-                assert_eq!(lag.level(z).to_bits(), lag.samples(z).to_bits());
+                assert_eq!(
+                    receive_delay.level(z).to_bits(),
+                    receive_delay.samples(z).to_bits()
+                );
             }
         }
     }
@@ -417,12 +421,13 @@ mod tests {
             for part in 0..=60 {
                 let d = z / 3.0 * f64::from(part) / 20.0;
                 let exact = (libm::hypot(z, d) - z) * fs / C;
-                let lag = ReceiveLag::new([d, 0.0], &Ray::down(0.0), C, fs).level(z as f32);
-                let error = libm::fabs(f64::from(lag) - exact);
+                let receive_delay =
+                    ReceiveDelay::new([d, 0.0], &Ray::down(0.0), C, fs).level(z as f32);
+                let error = libm::fabs(f64::from(receive_delay) - exact);
                 // 1e-9: the rounding of the exact value, which cancels.
                 assert!(
                     error <= 5.0 * exact / 16_777_216.0 + 1e-9,
-                    "{z} {d}: {lag} for {exact}"
+                    "{z} {d}: {receive_delay} for {exact}"
                 );
                 if part <= 20 {
                     worst_within_f_1_5 = worst_within_f_1_5.max(error);

@@ -4,9 +4,9 @@ use crate::common;
 
 use bonebeam::beamform::{self, AlignedLine, Beamformer, Method, Slices, WorkspaceView};
 use bonebeam::covariance::{Averaging, Covariance, ForwardBackward};
-use bonebeam::focus::{
-    Compounding, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading, IqRecord,
-    IqSamples, Record, ScanLine, Stage,
+use bonebeam::delay::{
+    Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
+    IqRecord, IqSamples, Record, ScanLine, Stage,
 };
 use bonebeam::geometry::{Depth, Ray, Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::pipeline::{DepthGate, LineLengths, LineMemory as LineSlices, LinePipeline};
@@ -17,11 +17,11 @@ use common::frames::{
     DEMODULATION, ELEMENTS, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,
 };
 
-const READINGS: [IqReading; 4] = [
-    IqReading::Linear,
-    IqReading::Cubic,
-    IqReading::Sinc,
-    IqReading::LinearFixed,
+const INTERPOLATIONS: [IqInterpolation; 4] = [
+    IqInterpolation::Linear,
+    IqInterpolation::Cubic,
+    IqInterpolation::Sinc,
+    IqInterpolation::LinearFixed,
 ];
 
 /// 2⁸⁰.
@@ -44,12 +44,12 @@ impl<D: Stage> Task for Stretches<'_, '_, D> {
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
         let mut out = vec![Complex::new(f32::NAN, f32::NAN); self.samples * self.elements];
-        for (stretch, out) in out.chunks_mut(self.length * self.elements).enumerate() {
+        for (block, out) in out.chunks_mut(self.length * self.elements).enumerate() {
             let length = out.len() / self.elements;
             let mut scratch = vec![f32::NAN; self.delay.scratch_len(V::LANES, length)];
-            let first = stretch * self.length;
+            let first = block * self.length;
             self.delay
-                .stretch(zero, self.line, self.record, first, &mut scratch, out)
+                .block(zero, self.line, self.record, first, &mut scratch, out)
                 .unwrap();
         }
         out
@@ -132,9 +132,9 @@ fn a_stretch_of_a_line_has_the_bits_of_the_whole() {
             ray: Ray::new(0.3e-3, 0.0, angle),
             ..ScanLine::of(&scan, 20, Transmit::new(law, 1e-7), Compounding::Replace)
         };
-        for reading in READINGS {
+        for interpolation in INTERPOLATIONS {
             let p = IqParameters {
-                reading,
+                interpolation,
                 ..IqParameters::of(&scan, DEMODULATION)
             };
             let delay = IqDelay::new(p).unwrap();
@@ -144,7 +144,7 @@ fn a_stretch_of_a_line_has_the_bits_of_the_whole() {
                 &line,
                 &record,
                 shape,
-                &format!("{reading:?}, {law:?}"),
+                &format!("{interpolation:?}, {law:?}"),
             );
         }
     }
@@ -157,23 +157,20 @@ fn a_stretch_of_a_line_has_the_bits_of_the_whole() {
     let mut scratch = vec![0.0; Stage::scratch_len(&delay, 1, 2)];
     let mut out = [Complex::ZERO; 2 * ELEMENTS];
     let behind = scan.samples() - 1;
-    let refused = delay.stretch(0.0f32, &line, &record, behind, &mut scratch, &mut out);
+    let refused = delay.block(0.0f32, &line, &record, behind, &mut scratch, &mut out);
     assert!(matches!(
         refused,
-        Err(Error::Capacity {
-            name: "stretch",
-            ..
-        })
+        Err(Error::Capacity { name: "block", .. })
     ));
 }
 
-/// A line by the pipeline with memory for `stretch` samples at a time.
+/// A line by the pipeline with memory for `block` samples at a time.
 fn line_of<'r, D: Stage>(
     lines: &LinePipeline<'_, D>,
     record: &'r D::Record<'r>,
-    stretch: usize,
+    block: usize,
 ) -> Vec<Complex<f32>> {
-    let LineLengths { scratch, aligned } = lines.lengths(stretch);
+    let LineLengths { scratch, aligned } = lines.lengths(block);
     let memory = LineSlices {
         scratch: &mut vec![f32::NAN; scratch],
         aligned: &mut vec![Complex::new(f32::NAN, f32::NAN); aligned],
@@ -211,7 +208,7 @@ fn line_of_stages<D: Stage>(
     let mut scratch = vec![0.0; lines.scratch_len(1)];
     lines
         .delay()
-        .stretch(0.0f32, &line, record, 0, &mut scratch, &mut x)
+        .block(0.0f32, &line, record, 0, &mut scratch, &mut x)
         .unwrap();
     let mut z = vec![Complex::ZERO; scan.samples()];
     let x = AlignedLine::new(&x, ELEMENTS).unwrap();
@@ -259,13 +256,13 @@ fn assert_lines_alike<'r, D: Stage>(
     assert!(silent < expected.len() / 2, "{what}: {silent}");
     let mut before = 0;
     // The first is less than a time window; the last is the whole line.
-    for stretch in [1, 21, 22, 40, 45, 64, 100, usize::MAX] {
-        let lengths = lines.lengths(stretch);
+    for block in [1, 21, 22, 40, 45, 64, 100, usize::MAX] {
+        let lengths = lines.lengths(block);
         assert!(lengths.aligned >= before);
         before = lengths.aligned;
         assert!(
-            bits(&line_of(lines, record, stretch)) == expected,
-            "{what}: {stretch}"
+            bits(&line_of(lines, record, block)) == expected,
+            "{what}: {block}"
         );
     }
 }
@@ -285,12 +282,9 @@ fn the_bits_of_a_gated_line_do_not_depend_on_the_stretch() {
             let lines = LinePipeline::of_iq(scan, iq_input(None), beamformer).unwrap();
             let lines = lines.with_gate(DepthGate { from, to }).unwrap();
             let whole = bits(&line_of(&lines, &record, usize::MAX));
-            for stretch in [1, 21, 30, 50] {
-                let cut = bits(&line_of(&lines, &record, stretch));
-                assert!(
-                    cut == whole,
-                    "{from} {to}, {temporal_half_window}: {stretch}"
-                );
+            for block in [1, 21, 30, 50] {
+                let cut = bits(&line_of(&lines, &record, block));
+                assert!(cut == whole, "{from} {to}, {temporal_half_window}: {block}");
             }
         }
     }
@@ -317,9 +311,9 @@ fn the_bits_do_not_depend_on_the_stretch_where_most_of_a_line_is_next_to_nothing
             beamformer.method = method;
             let lines = LinePipeline::of_iq(scan, iq_input(None), beamformer).unwrap();
             let whole = bits(&line_of(&lines, &record, usize::MAX));
-            for stretch in [3, 10, 50] {
-                let cut = bits(&line_of(&lines, &record, stretch));
-                assert!(cut == whole, "{faint}, {method:?}, {stretch}");
+            for block in [3, 10, 50] {
+                let cut = bits(&line_of(&lines, &record, block));
+                assert!(cut == whole, "{faint}, {method:?}, {block}");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The kernels of the delay stage: over lanes of samples where a record is halved, positions are worked
+//! The kernels of the delay stage: over lanes of samples where a record is decimated, positions are worked
 //! out and read, over lanes of elements where the analytic signal is formed.
 
 use core::ops::Range;
@@ -7,22 +7,22 @@ use core::slice;
 use super::groups::{Group, Groups};
 use super::{CHUNK, Compounding, Delay, FAR, STEP, ScanLine, Source};
 use crate::Complex;
-use crate::focus::analytic::GROUP;
-use crate::focus::decimator::streams_len;
-use crate::focus::delay_law::ReceiveLag;
-use crate::focus::interpolate::Places;
+use crate::delay::analytic::GROUP;
+use crate::delay::decimator::streams_len;
+use crate::delay::delay_law::ReceiveDelay;
+use crate::delay::interpolate::TapPositions;
 use crate::geometry::{Array, Ray};
-use crate::simd::{MOST_LANES, PARTIAL_SUMS, Vector, copy, first, load, load_at, transpose};
+use crate::simd::{MOST_LANES, PARTIAL_SUMS, Vector, copy, load, load_at, split_front, transpose};
 
 /// The bytes of a cache line: rows that lie across two of them take longer.
 const CACHE_LINE: usize = 64;
 
-/// By how many samples lags in f32 may err where they are largest.
+/// By how many samples receive delays in f32 may err where they are largest.
 const ROUNDING: usize = 3;
 
 /// The scratch slice by what it holds.
 struct Scratch<'a> {
-    /// The samples of a stretch of depths, a lane each element.
+    /// The samples of a block of depths, a lane each element.
     rows: &'a mut [f32],
     /// The values along the line of as many elements as there are lanes.
     lines: &'a mut [f32],
@@ -40,14 +40,14 @@ struct CentrePath<'a> {
 /// Where an element is read.
 struct ElementPath<'a> {
     centre: &'a CentrePath<'a>,
-    lag: ReceiveLag,
+    receive_delay: ReceiveDelay,
 }
 
 /// What reading an element takes.
 struct Buffers<'a> {
     streams: &'a mut [f32],
-    halved: &'a mut [f32],
-    places: [Places; STEP],
+    decimated: &'a mut [f32],
+    positions: [TapPositions; STEP],
 }
 
 /// Where the analytic signals of a group go.
@@ -61,7 +61,7 @@ pub(super) struct Destination<'a> {
 impl Delay {
     /// The line, once everything has been checked.
     #[inline(always)]
-    pub(super) fn focus<V: Vector>(
+    pub(super) fn align<V: Vector>(
         &self,
         zero: V,
         source: &Source,
@@ -104,11 +104,11 @@ impl Delay {
         let aligned = scratch.as_ptr().align_offset(CACHE_LINE);
         let aligned = aligned.min(CACHE_LINE / size_of::<f32>() - 1);
         let mut rest = scratch.get_mut(aligned..).unwrap_or_default();
-        let rows = first(&mut rest, V::LANES * p.rows());
-        let halved = first(&mut rest, V::LANES.min(2) * p.halved_len());
-        let streams = first(&mut rest, streams_len(p.halvings()));
-        let lines = first(&mut rest, V::LANES * line_len);
-        let [depth, whole, fraction] = [(); 3].map(|()| first(&mut rest, line_len));
+        let rows = split_front(&mut rest, V::LANES * p.rows());
+        let decimated = split_front(&mut rest, V::LANES.min(2) * p.decimated_len());
+        let streams = split_front(&mut rest, streams_len(p.halvings()));
+        let lines = split_front(&mut rest, V::LANES * line_len);
+        let [depth, whole, fraction] = [(); 3].map(|()| split_front(&mut rest, line_len));
         Scratch {
             rows,
             lines,
@@ -119,8 +119,8 @@ impl Delay {
             },
             buffers: Buffers {
                 streams,
-                halved,
-                places: [Places::ZERO; STEP],
+                decimated,
+                positions: [TapPositions::ZERO; STEP],
             },
         }
     }
@@ -131,7 +131,7 @@ impl Delay {
         let range = line.active.first..line.active.first + line.active.count;
         let sum = mirror(&line.array, range.clone(), &line.ray);
         Groups::new(range, lanes, sum, |left, right| {
-            self.lag(line, left) == self.lag(line, right)
+            self.receive_delay(line, left) == self.receive_delay(line, right)
         })
     }
 
@@ -153,7 +153,7 @@ impl Delay {
         let (line, record, line_len) = (source.line, source.record, centre.depth.len().max(1));
         let path = |element: usize| ElementPath {
             centre: &*centre,
-            lag: self.lag(line, element),
+            receive_delay: self.receive_delay(line, element),
         };
         if group.mirrored {
             let half = V::LANES.div_ceil(2);
@@ -193,8 +193,8 @@ impl Delay {
             whole,
             fraction,
         } = centre;
-        let places = depth.iter_mut().zip(&mut **whole).zip(&mut **fraction);
-        for (n, ((depth, whole), fraction)) in places.enumerate() {
+        let positions = depth.iter_mut().zip(&mut **whole).zip(&mut **fraction);
+        for (n, ((depth, whole), fraction)) in positions.enumerate() {
             let t = p.output_start + ((source.first + n) as f64 - reach) / p.output_rate;
             let z = p.sound_speed * t / 2.0;
             let position = ((transmit.time(z) + z / p.sound_speed) - t0) * rate;
@@ -206,19 +206,27 @@ impl Delay {
         }
     }
 
-    /// The lag of an element.
+    /// The receive delay of an element.
     #[inline(always)]
-    pub(super) fn lag(&self, line: &ScanLine, element: usize) -> ReceiveLag {
-        let place = line.array.place(element);
-        ReceiveLag::new(place, &line.ray, self.parameters.sound_speed, self.rate())
+    pub(super) fn receive_delay(&self, line: &ScanLine, element: usize) -> ReceiveDelay {
+        let position = line.array.position(element);
+        ReceiveDelay::new(
+            position,
+            &line.ray,
+            self.parameters.sound_speed,
+            self.rate(),
+        )
     }
 
-    /// The samples of a halved record that an element is read at: deeper is never earlier, so that
+    /// The samples of a decimated record that an element is read at: deeper is never earlier, so that
     /// those of the first and the last readable depth enclose them.
     #[inline(always)]
     fn span(&self, path: &ElementPath) -> Range<usize> {
-        let ElementPath { centre, lag } = path;
-        if !lag.is_level() {
+        let ElementPath {
+            centre,
+            receive_delay,
+        } = path;
+        if !receive_delay.is_level() {
             return self.widest_span(path);
         }
         let depths = centre.depth.iter().zip(&*centre.whole);
@@ -230,12 +238,12 @@ impl Delay {
         };
         let last = readable.next_back().unwrap_or(first);
         let position = |((&depth, &whole), &fraction): ((&f32, &f32), &f32)| {
-            f64::from(whole) + f64::from(fraction + lag.level(depth))
+            f64::from(whole) + f64::from(fraction + receive_delay.level(depth))
         };
         self.around(position(first), position(last))
     }
 
-    /// The samples that the filter needs between two positions of a halved record.
+    /// The samples that the filter needs between two positions of a decimated record.
     #[inline(always)]
     fn around(&self, first: f64, last: f64) -> Range<usize> {
         let origin = self.interpolator.decimator().origin();
@@ -249,12 +257,15 @@ impl Delay {
     /// The same for an element that the line comes nearer to at first, by all positions.
     #[inline(never)]
     fn widest_span(&self, path: &ElementPath) -> Range<usize> {
-        let ElementPath { centre, lag } = path;
+        let ElementPath {
+            centre,
+            receive_delay,
+        } = path;
         let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
         let depths = centre.depth.iter().zip(&*centre.whole);
         for ((&depth, &whole), &fraction) in depths.zip(&*centre.fraction) {
-            let within = f64::from(fraction + lag.samples(depth));
-            let position = f64::from(whole) - f64::from(lag.ahead()) + within;
+            let within = f64::from(fraction + receive_delay.samples(depth));
+            let position = f64::from(whole) - f64::from(receive_delay.ahead()) + within;
             // False for a NaN, and where nothing is read.
             if depth > 0.0 && within < FAR {
                 if position < first {
@@ -288,53 +299,53 @@ impl Delay {
             || {
                 let Buffers {
                     streams,
-                    halved,
-                    places,
+                    decimated,
+                    positions,
                 } = buffers;
-                let records = self.halve(zero, path, records, streams, halved);
+                let records = self.decimate(zero, path, records, streams, decimated);
                 let line_len = path.centre.depth.len();
                 for start in (0..line_len).step_by(STEP * PARTIAL_SUMS) {
                     let end = (start + STEP * PARTIAL_SUMS).min(line_len);
                     let sixteens = (end - start) / PARTIAL_SUMS;
-                    let places = places.get_mut(..sixteens).unwrap_or_default();
+                    let positions = positions.get_mut(..sixteens).unwrap_or_default();
                     let length = records.first().map_or(0, |record| record.len());
-                    if path.lag.is_level() {
-                        self.locate::<V, true>(zero, path, start, length, places);
+                    if path.receive_delay.is_level() {
+                        self.locate::<V, true>(zero, path, start, length, positions);
                     } else {
-                        self.locate::<V, false>(zero, path, start, length, places);
+                        self.locate::<V, false>(zero, path, start, length, positions);
                     }
                     let values = lines.each_mut().map(
                         #[inline(always)]
                         |line| line.get_mut(start..end).unwrap_or_default(),
                     );
-                    self.interpolator.read(zero, records, places, values);
+                    self.interpolator.read(zero, records, positions, values);
                 }
             },
         );
     }
 
-    /// The records at the rate at which they are read: themselves, or what is needed of them halved.
+    /// The records at the rate at which they are read: themselves, or what is needed of them decimated.
     #[inline(always)]
-    fn halve<'a, V: Vector, const LINES: usize>(
+    fn decimate<'a, V: Vector, const LINES: usize>(
         &self,
         zero: V,
         path: &ElementPath,
         mut records: [&'a [f32]; LINES],
         streams: &mut [f32],
-        halved: &'a mut [f32],
+        decimated: &'a mut [f32],
     ) -> [&'a [f32]; LINES] {
         let decimator = self.interpolator.decimator();
         if decimator.halvings() > 0 {
             let needed = self.span(path);
-            let halved = halved.chunks_exact_mut(self.parameters.halved_len().max(1));
-            for (record, halved) in records.iter_mut().zip(halved) {
-                *record = decimator.decimate(zero, record, needed.clone(), streams, halved);
+            let decimated = decimated.chunks_exact_mut(self.parameters.decimated_len().max(1));
+            for (record, decimated) in records.iter_mut().zip(decimated) {
+                *record = decimator.decimate(zero, record, needed.clone(), streams, decimated);
             }
         }
         records
     }
 
-    /// The places in a record of `length` where the output samples from `start` on are read.
+    /// The positions in a record of `length` where the output samples from `start` on are read.
     #[inline(always)]
     fn locate<V: Vector, const LEVEL: bool>(
         &self,
@@ -342,27 +353,30 @@ impl Delay {
         path: &ElementPath,
         start: usize,
         length: usize,
-        places: &mut [Places],
+        positions: &mut [TapPositions],
     ) {
-        let ElementPath { centre, lag } = path;
+        let ElementPath {
+            centre,
+            receive_delay,
+        } = path;
         let origin = self.interpolator.decimator().origin();
         let locator = self.interpolator.locator(zero, (origin, length));
         let far = zero.splat(FAR as f32);
-        let ahead = zero.splat(lag.ahead());
+        let ahead = zero.splat(receive_delay.ahead());
         let depth = sixteens(centre.depth, start).zip(sixteens(centre.whole, start));
         let centre = depth.zip(sixteens(centre.fraction, start));
-        for (places, ((depth, whole), fraction)) in places.iter_mut().zip(centre) {
+        for (positions, ((depth, whole), fraction)) in positions.iter_mut().zip(centre) {
             for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
                 let z = load(zero, &depth[at..]);
                 let (whole, fraction) = (load(zero, &whole[at..]), load(zero, &fraction[at..]));
                 let (whole, position) = if LEVEL {
-                    (whole, fraction + lag.level(z))
+                    (whole, fraction + receive_delay.level(z))
                 } else {
-                    (whole - ahead, fraction + lag.samples(z))
+                    (whole - ahead, fraction + receive_delay.samples(z))
                 };
                 // False for a NaN too, which an infinite over an infinite extent would give.
                 let valid = zero.less(z) & position.less(far);
-                locator.locate((whole, position), valid, (places, at));
+                locator.locate((whole, position), valid, (positions, at));
             }
         }
     }
@@ -391,13 +405,13 @@ impl Delay {
                 let Some((before, _)) = rows.split_at_mut_checked(behind) else {
                     return;
                 };
-                turn(zero, lines, line_len, 0, before);
+                transpose_lines(zero, lines, line_len, 0, before);
                 for (chunk, out) in out.chunks_mut((CHUNK * elements).max(1)).enumerate() {
                     let n = chunk * CHUNK + 2 * self.hilbert.reach();
                     let Some(new) = rows.get_mut(behind..) else {
                         return;
                     };
-                    turn(zero, lines, line_len, n, new);
+                    transpose_lines(zero, lines, line_len, n, new);
                     self.put_chunk(zero, rows, destination, out);
                     if kept <= rows.len() {
                         rows.copy_within(kept.., 0);
@@ -467,7 +481,7 @@ fn level(array: &Array, ray: &Ray) -> Option<f64> {
     (array.is_linear() && ray.is_down()).then(|| ray.x())
 }
 
-/// Puts the real and imaginary parts of a group's elements into their places in `out`.
+/// Puts the real and imaginary parts of a group's elements into their positions in `out`.
 #[inline(always)]
 fn put_row<V: Vector>(
     destination: &Destination,
@@ -499,7 +513,7 @@ fn put_row<V: Vector>(
     }
 }
 
-/// Puts parts by turns into `out`, which may be shorter.
+/// Puts parts by cycles into `out`, which may be shorter.
 #[inline(always)]
 fn put_parts(compounding: Compounding, parts: &[f32], out: &mut [Complex<f32>]) {
     let values = parts.as_chunks::<2>().0;
@@ -527,7 +541,13 @@ fn put_values(compounding: Compounding, values: &[[f32; 2]], out: &mut [Complex<
 
 /// The samples from `first` on of `lines`, a row each sample.
 #[inline(always)]
-fn turn<V: Vector>(zero: V, lines: &[f32], line_len: usize, first: usize, rows: &mut [f32]) {
+fn transpose_lines<V: Vector>(
+    zero: V,
+    lines: &[f32],
+    line_len: usize,
+    first: usize,
+    rows: &mut [f32],
+) {
     for (block, rows) in rows.chunks_mut(V::LANES * V::LANES).enumerate() {
         let mut square = [zero; MOST_LANES];
         for (samples, line) in square.iter_mut().zip(lines.chunks_exact(line_len.max(1))) {
@@ -546,7 +566,7 @@ fn turn<V: Vector>(zero: V, lines: &[f32], line_len: usize, first: usize, rows: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::focus::DelayParameters;
+    use crate::delay::DelayParameters;
     use crate::geometry::Element;
 
     const PITCH: f64 = 0.3e-3;
@@ -612,7 +632,7 @@ mod tests {
         for range in [19..20, 19..19] {
             assert!(none(&array, range, &Ray::down(array.x(19))));
         }
-        // All in one place: on the line, and beside it.
+        // All in one position: on the line, and beside it.
         let together = Array::LinearAt(&[0.0; 24]);
         for x in [0.0, 1e-3, -1e-3] {
             assert!(none(&together, range.clone(), &Ray::down(x)), "{x}");

@@ -65,12 +65,12 @@ impl Filter {
         if x == 0.0 {
             return window;
         }
-        window * (sine_of_half_turns(x) / (PI * x))
+        window * (sin_pi(x) / (PI * x))
     }
 }
 
 /// sin πx of an x below 2²² in magnitude.
-fn sine_of_half_turns(x: f32) -> f32 {
+fn sin_pi(x: f32) -> f32 {
     let whole = (x + INTEGERS) - INTEGERS;
     let r = x - whole;
     let square = r * r;

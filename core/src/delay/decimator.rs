@@ -1,6 +1,6 @@
 //! Decimation by powers of two: half-band FIR filters.
 //!
-//! A record 2.5 times as fast as the output, or more, is halved until it is slower than that. Each
+//! A record 2.5 times as fast as the output, or more, is decimated until it is slower than that. Each
 //! halving is `y[j] = x[2j]/2 + Σ_k h_k·(x[2j−k] + x[2j+k])`, k = 1, 3, …, 2P − 1, with
 //! h_k ∝ sin(πk/2)/(πk)·kaiser(k/2P, β) that add up to 1/4:
 //!
@@ -8,20 +8,20 @@
 //!   fold onto that is removed, both to 2.5·10⁻⁴.
 //! - Those before: P = 4, β = 8.5, and 1.6·10⁻⁴.
 //!
-//! What else is above half the output rate is left to the filter that reads the halved record
+//! What else is above half the output rate is left to the filter that reads the decimated record
 //! ([`interpolate`](super::interpolate)).
 //!
-//! Lanes are samples. Those at even and at odd places are kept apart, so that a filter lies over
+//! Lanes are samples. Those at even and at odd positions are kept apart, so that a filter lies over
 //! consecutive ones. A record streams through, some samples at a time; what a filter reaches back for
 //! stays in front of the new ones.
 
 use super::kaiser::Kaiser;
-use crate::simd::{Vector, copy, first as take_first, load};
+use crate::simd::{Vector, copy, load, split_front as take_first};
 use core::ops::Range;
 use core::slice::ChunksExactMut;
 
-/// Records this many times as fast as the output, or more, are halved.
-const HALVED_FROM: f64 = 2.5;
+/// Records this many times as fast as the output, or more, are decimated.
+const DECIMATED_FROM: f64 = 2.5;
 /// How often, at most: from 16 to 2 times the output rate.
 const MAX_HALVINGS: usize = 3;
 /// Taps on one side of the last filter that are not zero, and of those before; the shapes of their
@@ -30,21 +30,21 @@ const LAST: usize = 6;
 const BEFORE: usize = 4;
 const LAST_BETA: f64 = 6.5;
 const BEFORE_BETA: f64 = 8.5;
-/// Samples in front of sample 0 of a halved record: half of what both filters reach.
+/// Samples in front of sample 0 of a decimated record: half of what both filters reach.
 const MARGIN: usize = LAST + BEFORE - 1;
 /// Samples that come out together, at most.
 const CHUNK: usize = 64;
-/// Samples of even place, and of odd place, that stay in front of new ones: at least 2P − 1, and a
+/// Samples of even index, and of odd index, that stay in front of new ones: at least 2P − 1, and a
 /// whole number of registers.
 const OLD: usize = 16;
 /// Samples after which no filter reaches back any more to where they began on nothing.
 const LEAD: usize = 32;
 
-/// How often records sampled at `ratio` times the output rate are halved, up to a ratio of 16.
+/// How often records sampled at `ratio` times the output rate are decimated, up to a ratio of 16.
 pub(super) const fn halvings(ratio: f64) -> usize {
     let mut halvings = 0;
     let mut after = ratio;
-    while after >= HALVED_FROM && halvings < MAX_HALVINGS {
+    while after >= DECIMATED_FROM && halvings < MAX_HALVINGS {
         after /= 2.0;
         halvings += 1;
     }
@@ -52,8 +52,8 @@ pub(super) const fn halvings(ratio: f64) -> usize {
 }
 
 /// Samples that a record of `samples` becomes after so many halvings, with those in front of sample 0
-/// and all that the filters reach behind; 0 where it is not halved.
-pub(super) const fn halved_len(halvings: usize, samples: usize) -> usize {
+/// and all that the filters reach behind; 0 where it is not decimated.
+pub(super) const fn decimated_len(halvings: usize, samples: usize) -> usize {
     if halvings == 0 {
         return 0;
     }
@@ -83,7 +83,7 @@ const fn pairs(halvings: usize, halving: usize) -> usize {
     if halving + 1 < halvings { BEFORE } else { LAST }
 }
 
-/// Samples of even place, and of odd place, that a halving keeps.
+/// Samples of even index, and of odd index, that a halving keeps.
 const fn stream_len(halvings: usize, halving: usize) -> usize {
     OLD + (CHUNK << (halvings - 1 - halving))
 }
@@ -130,8 +130,8 @@ impl Decimator {
         if self.halvings == 0 { 0 } else { MARGIN }
     }
 
-    /// `record` at the rate of the last halving: `halved`, of [`halved_len`], or itself where
-    /// it is not to be halved. What is not recorded is 0. What is not `needed` may stay as it was.
+    /// `record` at the rate of the last halving: `decimated`, of [`decimated_len`], or itself where
+    /// it is not to be decimated. What is not recorded is 0. What is not `needed` may stay as it was.
     /// `streams`: [`streams_len`].
     ///
     /// Order, f32: `x[2j]/2`, then in ascending k, `+ h_k · (earlier + later)`.
@@ -142,7 +142,7 @@ impl Decimator {
         record: &'a [f32],
         needed: Range<usize>,
         streams: &mut [f32],
-        halved: &'a mut [f32],
+        decimated: &'a mut [f32],
     ) -> &'a [f32] {
         if self.halvings == 0 {
             return record;
@@ -161,15 +161,15 @@ impl Decimator {
             }
         });
         // In front of the record everything is 0, so filters may begin there on nothing.
-        let start = needed.start.min(halved.len());
+        let start = needed.start.min(decimated.len());
         let begin = start.saturating_sub(LEAD) / OLD * OLD;
-        let end = needed.end.min(halved.len()).next_multiple_of(OLD);
+        let end = needed.end.min(decimated.len()).next_multiple_of(OLD);
         // The first sample of a halving's first outputs, and then of its first new inputs.
         let mut first = begin as isize - MARGIN as isize;
         for halving in (0..self.halvings).rev() {
             first = 2 * (first + pairs(self.halvings, halving) as isize - 1);
         }
-        let needed = halved.get_mut(begin..end).unwrap_or_default();
+        let needed = decimated.get_mut(begin..end).unwrap_or_default();
         for outputs in needed.chunks_mut(CHUNK) {
             let inputs = outputs.len() << self.halvings;
             streams[0].take_record(zero, record, first, inputs);
@@ -177,24 +177,24 @@ impl Decimator {
             for halving in 1..self.halvings {
                 if let Some([from, to]) = streams.get_mut(halving - 1..=halving) {
                     let outputs = outputs.len() << (self.halvings - halving);
-                    to.take_halved(zero, from, &BEFORE_TAPS, outputs);
+                    to.take_decimated(zero, from, &BEFORE_TAPS, outputs);
                     from.advance(outputs);
                 }
             }
             let Some(last) = streams.get_mut(self.halvings - 1) else {
                 break;
             };
-            let places = outputs.chunks_exact_mut(V::LANES);
-            for (inputs, place) in last.inputs(V::LANES).zip(places) {
-                copy(filter(zero, &LAST_TAPS, inputs).lanes(), place);
+            let slots = outputs.chunks_exact_mut(V::LANES);
+            for (inputs, slot) in last.inputs(V::LANES).zip(slots) {
+                copy(filter(zero, &LAST_TAPS, inputs).lanes(), slot);
             }
             last.advance(outputs.len());
         }
-        halved
+        decimated
     }
 }
 
-/// A halving's samples of even place and of odd place: [`OLD`] ones, then new ones.
+/// A halving's samples of even index and of odd index: [`OLD`] ones, then new ones.
 struct Stream<'a> {
     even: &'a mut [f32],
     odd: &'a mut [f32],
@@ -231,7 +231,7 @@ impl Stream<'_> {
 
     /// Takes `length` outputs of the halving before as new samples.
     #[inline(always)]
-    fn take_halved<V: Vector>(
+    fn take_decimated<V: Vector>(
         &mut self,
         zero: V,
         from: &Stream,
@@ -252,7 +252,7 @@ impl Stream<'_> {
         }
     }
 
-    /// The places of new samples of even and of odd place, a vector each.
+    /// The positions of new samples of even and of odd index, a vector each.
     #[inline(always)]
     fn new_ones<V: Vector>(&mut self) -> [ChunksExactMut<'_, f32>; 2] {
         [&mut *self.even, &mut *self.odd].map(
@@ -264,7 +264,7 @@ impl Stream<'_> {
         )
     }
 
-    /// What so many outputs are made of, and then the next ones: samples of even and of odd place.
+    /// What so many outputs are made of, and then the next ones: samples of even and of odd index.
     #[inline(always)]
     fn inputs<'s>(&'s self, outputs: usize) -> impl Iterator<Item = [&'s [f32]; 2]> {
         let windows = |samples: &'s [f32]| samples.windows(OLD + outputs).step_by(outputs);
@@ -287,7 +287,7 @@ impl Stream<'_> {
     }
 }
 
-/// As many outputs of a filter as there are lanes, from samples of even and of odd place.
+/// As many outputs of a filter as there are lanes, from samples of even and of odd index.
 #[inline(always)]
 fn filter<V: Vector, const PAIRS: usize>(
     zero: V,
@@ -295,24 +295,24 @@ fn filter<V: Vector, const PAIRS: usize>(
     [even, odd]: [&[f32]; 2],
 ) -> V {
     let middle = OLD + 1 - PAIRS;
-    let mut y = zero.splat(0.5) * from_place(zero, even, middle);
+    let mut y = zero.splat(0.5) * from_index(zero, even, middle);
     for (k, &tap) in taps.iter().enumerate() {
-        let earlier = from_place(zero, odd, middle - 1 - k);
-        let later = from_place(zero, odd, middle + k);
+        let earlier = from_index(zero, odd, middle - 1 - k);
+        let later = from_index(zero, odd, middle + k);
         y = y + zero.splat(tap) * (earlier + later);
     }
     y
 }
 
-/// The samples from `place` on, 0..=[`OLD`]. With the widest registers, from two that lie on a cache
-/// line each: a register across two lines would take two loads, for every place.
+/// The samples from `position` on, 0..=[`OLD`]. With the widest registers, from two that lie on a cache
+/// line each: a register across two lines would take two loads, for every position.
 #[inline(always)]
-fn from_place<V: Vector>(zero: V, samples: &[f32], place: usize) -> V {
+fn from_index<V: Vector>(zero: V, samples: &[f32], index: usize) -> V {
     if V::LANES == OLD {
         let next = samples.get(OLD..).unwrap_or_default();
-        return load(zero, samples).slide(load(zero, next), place);
+        return load(zero, samples).slide(load(zero, next), index);
     }
-    load(zero, samples.get(place..).unwrap_or_default())
+    load(zero, samples.get(index..).unwrap_or_default())
 }
 
 /// The taps of a half-band filter for k = 1, 3, ….
@@ -343,12 +343,12 @@ mod tests {
 
     /// A record's samples after the halvings, from sample 0 on, and how many there are.
     fn decimated(decimator: &Decimator, record: &[f32]) -> ([f32; 700], usize) {
-        let (mut streams, mut halved) = ([f32::NAN; 1200], [f32::NAN; 700]);
-        let length = halved_len(decimator.halvings(), record.len());
+        let (mut streams, mut decimated) = ([f32::NAN; 1200], [f32::NAN; 700]);
+        let length = decimated_len(decimator.halvings(), record.len());
         let streams = &mut streams[..streams_len(decimator.halvings())];
-        decimator.decimate(0.0f32, record, 0..length, streams, &mut halved[..length]);
-        halved[..length].rotate_left(MARGIN);
-        (halved, length)
+        decimator.decimate(0.0f32, record, 0..length, streams, &mut decimated[..length]);
+        decimated[..length].rotate_left(MARGIN);
+        (decimated, length)
     }
 
     #[test]
@@ -372,9 +372,9 @@ mod tests {
                 folding += usize::from(expected == 0.0);
                 let wave = |k: usize| libm::cos(PI * frequency / ratio * k as f64 + 0.3);
                 let record: [f32; 400] = core::array::from_fn(|k| wave(k) as f32);
-                let (halved, _) = decimated(&decimator, &record);
+                let (decimated, _) = decimated(&decimator, &record);
                 for j in 8..400 / every - 8 {
-                    let error = f64::from(halved[j]) - expected * wave(every * j);
+                    let error = f64::from(decimated[j]) - expected * wave(every * j);
                     assert!(
                         libm::fabs(error) < tolerance,
                         "{ratio} {frequency} at {j}: {error}"
@@ -392,7 +392,7 @@ mod tests {
             let decimator = Decimator::new(ratio);
             let mut streams = [f32::NAN; 1200];
             let streams = &mut streams[..streams_len(decimator.halvings())];
-            let length = halved_len(decimator.halvings(), record.len());
+            let length = decimated_len(decimator.halvings(), record.len());
             let mut whole = [f32::NAN; 700];
             decimator.decimate(0.0f32, &record, 0..length, streams, &mut whole[..length]);
             for start in (0..length).step_by(crate::step(400)) {
@@ -418,28 +418,29 @@ mod tests {
     fn what_is_needed_does_not_depend_on_the_lanes() {
         use crate::simd::{InstructionSet, Task};
 
-        struct Halve<'a>(&'a Decimator, &'a [f32], Range<usize>, &'a mut [f32]);
-        impl Task for Halve<'_> {
+        struct Decimate<'a>(&'a Decimator, &'a [f32], Range<usize>, &'a mut [f32]);
+        impl Task for Decimate<'_> {
             type Output = ();
             fn run<V: Vector>(self, zero: V) {
-                let Halve(decimator, record, needed, halved) = self;
+                let Decimate(decimator, record, needed, decimated) = self;
                 let mut streams = [f32::NAN; 1200];
                 let streams = &mut streams[..streams_len(decimator.halvings())];
-                decimator.decimate(zero, record, needed, streams, halved);
+                decimator.decimate(zero, record, needed, streams, decimated);
             }
         }
         let record: [f32; 1000] = core::array::from_fn(|k| libm::sinf((k * k) as f32));
         for ratio in [3.0, 5.0, 11.0].into_iter().step_by(crate::step(2)) {
             let decimator = Decimator::new(ratio);
-            let length = halved_len(decimator.halvings(), record.len());
+            let length = decimated_len(decimator.halvings(), record.len());
             for start in (0..length).step_by(crate::step(400)) {
                 for end in [start + 1, start + 70, length] {
                     let needed = start..end.min(length);
                     let mut one = [f32::NAN; 700];
-                    Halve(&decimator, &record, needed.clone(), &mut one[..length]).run(0.0f32);
+                    Decimate(&decimator, &record, needed.clone(), &mut one[..length]).run(0.0f32);
                     for set in InstructionSet::available() {
                         let mut many = [f32::NAN; 700];
-                        let task = Halve(&decimator, &record, needed.clone(), &mut many[..length]);
+                        let task =
+                            Decimate(&decimator, &record, needed.clone(), &mut many[..length]);
                         set.dispatch(task);
                         for n in needed.clone() {
                             assert_eq!(one[n].to_bits(), many[n].to_bits(), "{set:?} {ratio} {n}");
@@ -465,14 +466,14 @@ mod tests {
         assert_eq!(halvings(f64::INFINITY), MAX_HALVINGS);
     }
 
-    /// Once halved, 5 samples in front and 4 where the filter before begins, those of the record, 6 behind, in
+    /// Once decimated, 5 samples in front and 4 where the filter before begins, those of the record, 6 behind, in
     /// registers of 16.
     #[test]
     fn a_halved_record_takes_what_its_filters_reach() {
         assert_eq!(Decimator::new(5.0).origin(), 9);
-        assert_eq!([66, 67].map(|samples| halved_len(1, samples)), [48, 48]);
-        assert_eq!([68, 98].map(|samples| halved_len(1, samples)), [64, 64]);
-        assert_eq!(halved_len(0, 66), 0);
+        assert_eq!([66, 67].map(|samples| decimated_len(1, samples)), [48, 48]);
+        assert_eq!([68, 98].map(|samples| decimated_len(1, samples)), [64, 64]);
+        assert_eq!(decimated_len(0, 66), 0);
     }
 
     #[test]
@@ -483,10 +484,10 @@ mod tests {
             for samples in (1..=400).step_by(crate::step(399)) {
                 let mut padded = [0.0; 512];
                 padded[..samples].copy_from_slice(&record[..samples]);
-                let (halved, all) = decimated(&decimator, &padded);
-                let end = halved_len(decimator.halvings(), samples) - MARGIN;
+                let (decimated, all) = decimated(&decimator, &padded);
+                let end = decimated_len(decimator.halvings(), samples) - MARGIN;
                 assert!(
-                    halved[end..all - MARGIN].iter().all(|&y| y == 0.0),
+                    decimated[end..all - MARGIN].iter().all(|&y| y == 0.0),
                     "{ratio}: {samples} samples"
                 );
             }
@@ -503,9 +504,9 @@ mod tests {
                 let mut record = [0.0; 100 + 8];
                 record[samples - 1..][..every].fill(1.0);
                 for record in [&record[..samples - 1 + every], &record] {
-                    let (halved, length) = decimated(&decimator, record);
+                    let (decimated, length) = decimated(&decimator, record);
                     let mut sum = 0.0;
-                    for &y in &halved[..length] {
+                    for &y in &decimated[..length] {
                         sum += y;
                     }
                     assert!(libm::fabsf(sum - 1.0) < 2e-3, "{ratio} {samples}: {sum}");

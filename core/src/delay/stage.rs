@@ -2,20 +2,20 @@
 
 use super::delay_law::TransmitDelay;
 use super::{Delay, IqDelay, ScanLine};
+use crate::delay::Compounding;
 use crate::error::{check_length, finite};
-use crate::focus::Compounding;
 use crate::simd::Vector;
 use crate::{Complex, Error};
 
 /// A delay stage: [`Delay`] of RF or [`IqDelay`] of I/Q.
 ///
-/// It makes any stretch of a line by itself, with memory for the stretch. A sample's bits do not depend on
+/// It makes any block of a line by itself, with memory for the block. A sample's bits do not depend on
 /// how a line is cut.
 pub trait Stage: Sealed {
     /// What the elements recorded of one transmit.
     type Record<'r>: Copy + Sync;
 
-    /// Length of the scratch slice for stretches of so many samples, f32, for vectors of so many lanes (1
+    /// Length of the scratch slice for blocks of so many samples, f32, for vectors of so many lanes (1
     /// for `f32`).
     fn scratch_len(&self, lanes: usize, samples: usize) -> usize;
 
@@ -30,10 +30,10 @@ pub trait Stage: Sealed {
     /// Before anything is written: [`Error::Length`] for a slice of the wrong length or a record or array of
     /// another shape; [`Error::Parameter`] for a law, t0, position or active range that is not
     /// possible; [`Error::NonFinite`] with the flat index into `out`, when adding. Of I/Q read by
-    /// [`IqReading::LinearFixed`], [`Error::Parameter`] for samples that are not counts, and for elements 8191
+    /// [`IqInterpolation::LinearFixed`], [`Error::Parameter`] for samples that are not counts, and for elements 8191
     /// or more samples' way from the line.
     ///
-    /// [`IqReading::LinearFixed`]: super::IqReading::LinearFixed
+    /// [`IqInterpolation::LinearFixed`]: super::IqInterpolation::LinearFixed
     fn line<V: Vector>(
         &self,
         zero: V,
@@ -48,7 +48,7 @@ pub trait Stage: Sealed {
             ..
         } = self.shape();
         check_length("out", out.len(), elements * output_samples)?;
-        self.stretch(zero, line, record, 0, scratch, out)
+        self.block(zero, line, record, 0, scratch, out)
     }
 
     /// The samples of a line from output sample `first` on, as many as `out` holds, to the bit as
@@ -58,8 +58,8 @@ pub trait Stage: Sealed {
     /// ends is read, and up to full thirty-twos.
     ///
     /// # Errors
-    /// As [`Stage::line`]; [`Error::Capacity`] for a stretch that ends behind the line.
-    fn stretch<V: Vector>(
+    /// As [`Stage::line`]; [`Error::Capacity`] for a block that ends behind the line.
+    fn block<V: Vector>(
         &self,
         zero: V,
         line: &ScanLine,
@@ -74,7 +74,7 @@ pub trait Stage: Sealed {
         let end = first.saturating_add(samples);
         if end > shape.output_samples {
             return Err(Error::Capacity {
-                name: "stretch",
+                name: "block",
                 actual: end,
                 capacity: shape.output_samples,
             });
@@ -192,9 +192,9 @@ pub(super) fn check_line<'a>(
         });
     }
     if line.compounding == Compounding::Add {
-        // A whole piece at a time, since that needs no branch a sample.
+        // A whole chunk at a time, since that needs no branch a sample.
         let infinite = |y: &Complex<f32>| !y.re.is_finite() | !y.im.is_finite();
-        let any = |piece: &[Complex<f32>]| piece.iter().fold(false, |any, y| any | infinite(y));
+        let any = |chunk: &[Complex<f32>]| chunk.iter().fold(false, |any, y| any | infinite(y));
         if out.chunks(256).any(any) {
             let index = out.iter().position(infinite).unwrap_or(0);
             return Err(Error::NonFinite { name: "out", index });

@@ -2,8 +2,8 @@
 
 use core::num::NonZeroUsize;
 
+use crate::delay::MAX_MAGNITUDE;
 use crate::error::{check_length, finite, none};
-use crate::focus::MAX_MAGNITUDE;
 use crate::magnitude::largest_part;
 use crate::{Complex, Error};
 
@@ -35,7 +35,7 @@ pub struct IqRecord<'a> {
     elements: NonZeroUsize,
     length: usize,
     /// Of the demodulator's phase.
-    turns: f64,
+    cycles: f64,
     /// The largest magnitude.
     largest: f32,
 }
@@ -45,7 +45,7 @@ impl<'a> IqRecord<'a> {
     /// ±[`MAX_MAGNITUDE`]. Demodulated with e^(−j2π·f_demod·t), with t from the same moment as t0.
     ///
     /// ```
-    /// use bonebeam::focus::{IqLayout, IqRecord, IqSamples};
+    /// use bonebeam::delay::{IqLayout, IqRecord, IqSamples};
     ///
     /// // Two samples of each of three elements, as an ADC of 16 bits delivers them.
     /// let counts = [[0, 0], [1, -1], [300, 20], [-4, 0], [5, 5], [0, 7]];
@@ -88,7 +88,7 @@ impl<'a> IqRecord<'a> {
             layout,
             elements,
             length,
-            turns: 0.0,
+            cycles: 0.0,
             largest,
         })
     }
@@ -101,7 +101,7 @@ impl<'a> IqRecord<'a> {
     pub fn with_phase(self, phase: f64) -> Result<Self, Error> {
         finite("iq phase", phase)?;
         Ok(IqRecord {
-            turns: phase / (2.0 * core::f64::consts::PI),
+            cycles: phase / (2.0 * core::f64::consts::PI),
             ..self
         })
     }
@@ -116,13 +116,13 @@ impl<'a> IqRecord<'a> {
         self.length
     }
 
-    /// What neither part of an aligned sample exceeds: a reading makes at most 2.3 of 1, and a turn √2.
-    pub(in crate::focus) fn largest_aligned(&self) -> f32 {
+    /// What neither part of an aligned sample exceeds: a reading makes at most 2.3 of 1, and a cycle √2.
+    pub(in crate::delay) fn largest_aligned(&self) -> f32 {
         4.0 * self.largest
     }
 
-    pub(super) fn turns(&self) -> f64 {
-        self.turns
+    pub(super) fn cycles(&self) -> f64 {
+        self.cycles
     }
 
     /// What the samples are to be multiplied by.
@@ -275,7 +275,7 @@ impl defmt::Format for IqRecord<'_> {
 mod tests {
     use super::*;
 
-    /// 2.3 of a reading times √2 of a turn, of samples of any size, as numbers and as counts.
+    /// 2.3 of a reading times √2 of a cycle, of samples of any size, as numbers and as counts.
     #[test]
     fn the_bound_of_aligned_samples_grows_with_the_samples() {
         for largest in [0.0, 1e-20f32, 1e-3, 1.0, 1000.0, MAX_MAGNITUDE] {

@@ -8,17 +8,17 @@
 //! a Hilbert reach beyond both ends, so that its first and last samples are as good as the others.
 //!
 //! As many elements as there are lanes are worked on together (`groups`). Lanes are samples of one element
-//! where its record is halved and read, and elements where the analytic signal is formed; numbers change
-//! places in squares of as many registers as there are lanes.
+//! where its record is decimated and read, and elements where the analytic signal is formed; numbers change
+//! positions in squares of as many registers as there are lanes.
 
-mod focus;
+mod align;
 mod groups;
 mod upsampled;
 
 pub use upsampled::{Contribution, UPSAMPLING, Upsampled};
 
 use super::analytic::{HilbertTransformer, hilbert_taps, reach};
-use super::decimator::{halved_len, halvings, streams_len};
+use super::decimator::{decimated_len, halvings, streams_len};
 use super::interpolate::Interpolator;
 use super::record::Record;
 use super::stage::{self, Shape, Stage};
@@ -85,12 +85,12 @@ impl DelayParameters {
     /// A line has output_samples, up to full
     /// thirty-twos, + 2·reach values, with the reach of the Hilbert transformer (2N − 1), up to full
     /// sixteens. There are three lines and one a lane; a lane also takes 32 + 2·reach values. If records
-    /// are halved, there is room for the halved record and its margins (for two of them with several
-    /// lanes), and for up to 448 values that pass through the filters (992 where it is halved three
+    /// are decimated, there is room for the decimated record and its margins (for two of them with several
+    /// lanes), and for up to 448 values that pass through the filters (992 where it is decimated three
     /// times). 15 values are room for the rows to begin on a cache line.
     ///
     /// ```
-    /// use bonebeam::focus::DelayParameters;
+    /// use bonebeam::delay::DelayParameters;
     ///
     /// const PARAMETERS: DelayParameters = DelayParameters {
     ///     sound_speed: 1540.0,
@@ -107,7 +107,7 @@ impl DelayParameters {
     /// assert_eq!(SCRATCH.len(), 4 * 96 + 62 + 15);
     /// ```
     pub const fn scratch_len(&self, lanes: usize) -> usize {
-        self.stretch_scratch_len(lanes, self.output_samples)
+        self.block_scratch_len(lanes, self.output_samples)
     }
 
     /// What the filters do not depend on.
@@ -117,14 +117,14 @@ impl DelayParameters {
         check_shapes(self.output_samples, self.record_samples, self.elements)
     }
 
-    /// Length of the scratch slice of [`Stage::stretch`] for stretches of so many samples, f32. Room for
-    /// halved records is that of whole ones.
-    pub const fn stretch_scratch_len(&self, lanes: usize, samples: usize) -> usize {
+    /// Length of the scratch slice of [`Stage::block`] for blocks of so many samples, f32. Room for
+    /// decimated records is that of whole ones.
+    pub const fn block_scratch_len(&self, lanes: usize, samples: usize) -> usize {
         let records = if lanes < 2 { lanes } else { 2 };
-        let halved = records * self.halved_len() + streams_len(self.halvings());
+        let decimated = records * self.decimated_len() + streams_len(self.halvings());
         let line_len = self.line_len(samples);
         let lines = lanes.saturating_mul(line_len + self.rows());
-        lines.saturating_add(PARTIAL_SUMS - 1 + halved + 3 * line_len)
+        lines.saturating_add(PARTIAL_SUMS - 1 + decimated + 3 * line_len)
     }
 
     /// So many output samples with the margins, up to full sixteens.
@@ -143,8 +143,8 @@ impl DelayParameters {
     }
 
     /// Room for an element's record after the halvings.
-    const fn halved_len(&self) -> usize {
-        halved_len(self.halvings(), within_limits(self.record_samples))
+    const fn decimated_len(&self) -> usize {
+        decimated_len(self.halvings(), within_limits(self.record_samples))
     }
 
     const fn halvings(&self) -> usize {
@@ -211,10 +211,10 @@ type Source<'a> = stage::Source<'a, Record<'a>>;
 
 /// A delay stage: validated parameters and their filters. [`Stage::line`] focuses a line.
 ///
-/// Order of operations. The record is halved h times to the rate f = fs/2ʰ. Per depth, f64, with
+/// Order of operations. The record is decimated h times to the rate f = fs/2ʰ. Per depth, f64, with
 /// n from −reach: t = start + n/fout; z = c·t/2; p = ((τ_tx(z) + z/c) − t0)·f; then z, ⌊p⌋ and
-/// p − ⌊p⌋ as f32. Per element, f32: q = (p − ⌊p⌋) + lag(z); the record is read at (⌊p⌋ − ahead) + ⌊q⌋
-/// and q − ⌊q⌋, where ahead and the lag are those of the element (0 and the plain lag where the line
+/// p − ⌊p⌋ as f32. Per element, f32: q = (p − ⌊p⌋) + receive_delay(z); the record is read at (⌊p⌋ − ahead) + ⌊q⌋
+/// and q − ⌊q⌋, where ahead and the receive delay are those of the element (0 and the plain receive delay where the line
 /// goes straight down from a linear array). The real part is that value, the imaginary part its Hilbert transform; adding
 /// is real to real, imaginary to imaginary.
 ///
@@ -224,7 +224,7 @@ type Source<'a> = stage::Source<'a, Record<'a>>;
 /// 16·f/fout, and twice as many for the one before that. For the paper's 100 → 20 MHz 61 products
 /// and 99 additions. With several lanes,
 /// two elements at the same distance on either side of the line share the position and the
-/// coefficients (taps products, 2·taps additions, the division and the root); a record is halved
+/// coefficients (taps products, 2·taps additions, the division and the root); a record is decimated
 /// only where it is read. Per output sample
 /// three f64 divisions, and a root for
 /// [`TransmitLaw::Element`](crate::geometry::TransmitLaw::Element). RAM: the stage, the scratch, and
@@ -233,7 +233,7 @@ type Source<'a> = stage::Source<'a, Record<'a>>;
 /// ```
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
 /// use bonebeam::Complex;
-/// use bonebeam::focus::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
+/// use bonebeam::delay::{Compounding, Delay, DelayParameters, Record, ScanLine, Stage};
 /// use bonebeam::geometry::{Ray, Scan, Transmit, TransmitLaw};
 ///
 /// # const PARAMETERS: ScanParameters = ScanParameters {
@@ -290,7 +290,7 @@ impl Delay {
     /// a quarter of a million where it is in hardware.
     ///
     /// ```
-    /// use bonebeam::focus::{Delay, DelayParameters};
+    /// use bonebeam::delay::{Delay, DelayParameters};
     ///
     /// static DELAY: Delay = match Delay::new(DelayParameters {
     ///     sound_speed: 1540.0,
@@ -331,7 +331,7 @@ impl Delay {
     /// range of depths or number of elements costs next to nothing.
     ///
     /// ```
-    /// use bonebeam::focus::{Delay, DelayParameters};
+    /// use bonebeam::delay::{Delay, DelayParameters};
     ///
     /// # const PARAMETERS: DelayParameters = DelayParameters {
     /// #     sound_speed: 1540.0,
@@ -362,7 +362,7 @@ impl Delay {
     /// bits. It takes 0.2 million instructions on a Cortex-M7, a tenth of a line's.
     ///
     /// ```
-    /// use bonebeam::focus::{Delay, DelayParameters};
+    /// use bonebeam::delay::{Delay, DelayParameters};
     ///
     /// # const PARAMETERS: DelayParameters = DelayParameters {
     /// #     sound_speed: 1540.0,
@@ -424,7 +424,7 @@ impl Stage for Delay {
     type Record<'r> = Record<'r>;
 
     fn scratch_len(&self, lanes: usize, samples: usize) -> usize {
-        self.parameters.stretch_scratch_len(lanes, samples)
+        self.parameters.block_scratch_len(lanes, samples)
     }
 
     fn largest(record: &Record<'_>) -> f32 {
@@ -454,7 +454,7 @@ impl Stage for Delay {
     ) -> Result<(), Error> {
         zero.vectorize(
             #[inline(always)]
-            || self.focus(zero, source, scratch, out),
+            || self.align(zero, source, scratch, out),
         );
         Ok(())
     }

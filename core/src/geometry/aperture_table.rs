@@ -12,7 +12,7 @@ use crate::error::check_length;
 /// How wide the aperture is at each sample of a scan's lines.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Widths<'m> {
+pub struct ApertureTable<'m> {
     elements: i64,
     /// Elements before they are cut at the array's ends, as whole numbers.
     widths: &'m [f32],
@@ -21,16 +21,16 @@ pub struct Widths<'m> {
 /// Where a line stands, in steps of 2⁻²⁰ pitches from element 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Foot(i64);
+pub struct ApertureCentre(i64);
 
-impl<'m> Widths<'m> {
+impl<'m> ApertureTable<'m> {
     /// Works out the table in `memory`: [`Scan::samples`] numbers, contents irrelevant. Once serves all
     /// lines of all frames of a scan.
     ///
     /// Cost: a division and a rounding in f64 a sample.
     ///
     /// ```
-    /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Widths};
+    /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, ApertureTable};
     /// # let scan = Scan::new(ScanParameters {
     /// #     array: Array::linear(16, 0.3e-3),
     /// #     lines: Lines::Even(Axis::centred(64, 0.1e-3)),
@@ -45,16 +45,16 @@ impl<'m> Widths<'m> {
     /// #     min_elements: 8,
     /// # })?;
     /// let mut memory = vec![0.0; scan.samples()];
-    /// let widths = Widths::new(&scan, &mut memory)?;
-    /// let foot = Widths::foot(&scan, 20);
-    /// assert_eq!(widths.active(foot, 100), scan.active(20, 100));
+    /// let table = ApertureTable::new(&scan, &mut memory)?;
+    /// let centre = ApertureTable::centre(&scan, 20);
+    /// assert_eq!(table.active(centre, 100), scan.active(20, 100));
     /// # Ok::<(), bonebeam::Error>(())
     /// ```
     ///
     /// # Errors
     /// [`Error::Length`]; [`Error::Capacity`] for more than 2²⁴ elements, which an f32 does not count.
     pub fn new(scan: &Scan<'_>, memory: &'m mut [f32]) -> Result<Self, Error> {
-        check_length("aperture widths", memory.len(), scan.samples())?;
+        check_length("aperture table", memory.len(), scan.samples())?;
         const LARGEST: usize = 1 << f32::MANTISSA_DIGITS;
         if scan.elements() > LARGEST {
             return Err(Error::Capacity {
@@ -66,35 +66,35 @@ impl<'m> Widths<'m> {
         for (sample, width) in memory.iter_mut().enumerate() {
             *width = scan.aperture().width(scan.depth(sample)) as f32;
         }
-        Ok(Widths {
+        Ok(ApertureTable {
             elements: scan.elements() as i64,
             widths: memory,
         })
     }
 
     /// Where a line of the scan stands: once a line.
-    pub fn foot(scan: &Scan<'_>, line: usize) -> Foot {
-        let steps = libm::round(scan.foot(line) * GRID);
+    pub fn centre(scan: &Scan<'_>, line: usize) -> ApertureCentre {
+        let steps = libm::round(scan.aperture_centre(line) * GRID);
         // A line that is nowhere is far away.
-        Foot(if steps.is_nan() { FAR } else { steps as i64 })
+        ApertureCentre(if steps.is_nan() { FAR } else { steps as i64 })
     }
 
     /// The active elements at a sample, as [`Scan::active`] has them; none beyond the last sample.
-    pub fn active(&self, foot: Foot, sample: usize) -> Active {
+    pub fn active(&self, centre: ApertureCentre, sample: usize) -> Active {
         let none = Active { first: 0, count: 0 };
         let Some(&width) = self.widths.get(sample) else {
             return none;
         };
         let width = width as i64;
         // ⌈foot − width/2⌉, both doubled: the shift rounds down, so signs are turned before and after.
-        let foot = if foot.0 > FAR {
+        let centre = if centre.0 > FAR {
             FAR
-        } else if foot.0 < -FAR {
+        } else if centre.0 < -FAR {
             -FAR
         } else {
-            foot.0
+            centre.0
         };
-        let first = -(((width << GRID_BITS) - 2 * foot) >> (GRID_BITS + 1));
+        let first = -(((width << GRID_BITS) - 2 * centre) >> (GRID_BITS + 1));
         let end = (first + width).min(self.elements);
         let first = first.max(0);
         if first < end {
@@ -157,13 +157,13 @@ mod tests {
                     for lines in [Lines::At(&at), Lines::Even(Axis::centred(31, 0.17e-3))] {
                         let scan = scan(elements, lines, f_number, fewest);
                         let mut memory = vec![f32::NAN; scan.samples()];
-                        let widths = Widths::new(&scan, &mut memory).unwrap();
+                        let table = ApertureTable::new(&scan, &mut memory).unwrap();
                         // One line more than there are.
                         for line in (0..=scan.lines()).step_by(crate::step(6)) {
-                            let foot = Widths::foot(&scan, line);
+                            let centre = ApertureTable::centre(&scan, line);
                             for sample in (0..scan.samples()).step_by(crate::step(201)) {
                                 assert_eq!(
-                                    widths.active(foot, sample),
+                                    table.active(centre, sample),
                                     scan.active(line, sample),
                                     "{elements} elements, line {line}, sample {sample}"
                                 );
@@ -180,18 +180,18 @@ mod tests {
         let scan = scan(16, Lines::At(&[0.0]), 1.5, 8);
         let mut memory = vec![0.0; scan.samples() + 1];
         assert_eq!(
-            Widths::new(&scan, &mut memory).err(),
+            ApertureTable::new(&scan, &mut memory).err(),
             Some(Error::Length {
-                name: "aperture widths",
+                name: "aperture table",
                 actual: scan.samples() + 1,
                 expected: scan.samples()
             })
         );
         let short = &mut memory[..scan.samples()];
-        let widths = Widths::new(&scan, short).unwrap();
-        assert_eq!(widths.active(Foot(0), scan.samples()).count, 0);
+        let table = ApertureTable::new(&scan, short).unwrap();
+        assert_eq!(table.active(ApertureCentre(0), scan.samples()).count, 0);
         let many = self::scan((1 << 24) + 1, Lines::At(&[0.0]), 1.5, 8);
-        let refused = Widths::new(&many, &mut memory[..many.samples()]);
+        let refused = ApertureTable::new(&many, &mut memory[..many.samples()]);
         assert!(matches!(refused, Err(Error::Capacity { .. })));
     }
 }

@@ -27,7 +27,7 @@ pub(super) const GROUP: usize = 8;
 /// ⌈2·output_rate/f₀⌉, almost four periods of f₀ a side; from 1 to [`MAX_HILBERT_TAPS`].
 ///
 /// ```
-/// assert_eq!(bonebeam::focus::hilbert_taps(20e6, 5e6), 8);
+/// assert_eq!(bonebeam::delay::hilbert_taps(20e6, 5e6), 8);
 /// ```
 pub const fn hilbert_taps(output_rate: f64, centre_frequency: f64) -> usize {
     let wanted = 2.0 * (output_rate / centre_frequency);
@@ -181,8 +181,8 @@ mod tests {
                     worst_envelope =
                         worst_envelope.max(libm::fabs(libm::hypot(re, im) - magnitude));
                     if magnitude > 0.1 {
-                        let turn = libm::atan2(im * re - re * exact_im, re * re + im * exact_im);
-                        worst_phase = worst_phase.max(libm::fabs(turn));
+                        let phase = libm::atan2(im * re - re * exact_im, re * re + im * exact_im);
+                        worst_phase = worst_phase.max(libm::fabs(phase));
                     }
                 }
             }

@@ -9,7 +9,7 @@ use core::num::NonZeroUsize;
 /// is there already.
 ///
 /// The filters multiply it by less than 17 (`no_parameters_multiply_more`, below). What is below half the
-/// last place of the largest float, 2¹⁰³ = 1.01·10³¹, is lost where it is added to that: a gain of 100
+/// last position of the largest float, 2¹⁰³ = 1.01·10³¹, is lost where it is added to that: a gain of 100
 /// would still do.
 pub const MAX_MAGNITUDE: f32 = 1e29;
 
@@ -35,7 +35,7 @@ impl<'a> Record<'a> {
     /// ±[`MAX_MAGNITUDE`].
     ///
     /// ```
-    /// use bonebeam::focus::Record;
+    /// use bonebeam::delay::Record;
     ///
     /// let record = Record::new(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], 2)?;
     /// assert_eq!((record.elements(), record.samples()), (2, 3));
@@ -113,9 +113,9 @@ impl defmt::Format for Record<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::focus::MAX_HILBERT_TAPS;
-    use crate::focus::analytic::HilbertTransformer;
-    use crate::focus::interpolate::Interpolator;
+    use crate::delay::MAX_HILBERT_TAPS;
+    use crate::delay::analytic::HilbertTransformer;
+    use crate::delay::interpolate::Interpolator;
 
     /// The filters as they are, over all rates and pulses that change them: the ratio of the rates, and of
     /// the pulse's frequency to them from where the window is widest to where it is narrowest. The filters

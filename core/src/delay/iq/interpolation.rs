@@ -12,54 +12,54 @@
 //! | 32 | 8.8·10⁻⁴ | 3.6·10⁻⁶ | 3.2·10⁻⁴ |
 
 use crate::Complex;
-use crate::focus::kaiser::Kaiser;
-use crate::focus::sine::sin;
+use crate::delay::kaiser::Kaiser;
+use crate::delay::sine::sin;
 use core::f64::consts::PI;
 
 /// How I/Q is read between two samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum IqReading {
+pub enum IqInterpolation {
     /// Along the line between the two.
     Linear,
     /// Along the cubic polynomial through the two and their neighbours.
     Cubic,
     /// By a windowed sinc of 12 taps.
     Sinc,
-    /// Along the line, in fixed point, and turned by a table: for processors without f64, at about a third of
-    /// the instructions of [`IqReading::Linear`]. Of counts only, of f_demod below twice the rate, of up to 65 536
-    /// samples of 4096 elements, and of elements within 8191 samples' way of the line. The turn errs by up to
+    /// Along the line, in fixed point, and rotated by a table: for processors without f64, at about a third of
+    /// the instructions of [`IqInterpolation::Linear`]. Of counts only, of f_demod below twice the rate, of up to 65 536
+    /// samples of 4096 elements, and of elements within 8191 samples' way of the line. The cycle errs by up to
     /// 7.7·10⁻⁴ + 10⁻⁴·f_demod/fs rad beside what the line errs.
     LinearFixed,
 }
 
-impl IqReading {
+impl IqInterpolation {
     /// The cheapest that errs by at most 10⁻³ of the peak of a pulse of so much bandwidth (at −6 dB, both
     /// ways), both in Hz: linear from 32 times the bandwidth on, cubic from 8 times on. The sinc needs
     /// 3.3 times; below that the samples themselves do not hold the pulse to 10⁻³.
     ///
     /// ```
-    /// use bonebeam::focus::IqReading;
+    /// use bonebeam::delay::IqInterpolation;
     ///
     /// // 60 % of 5 MHz.
-    /// assert_eq!(IqReading::for_band(10e6, 3e6), IqReading::Sinc);
-    /// assert_eq!(IqReading::for_band(25e6, 3e6), IqReading::Cubic);
-    /// assert_eq!(IqReading::for_band(100e6, 3e6), IqReading::Linear);
+    /// assert_eq!(IqInterpolation::for_band(10e6, 3e6), IqInterpolation::Sinc);
+    /// assert_eq!(IqInterpolation::for_band(25e6, 3e6), IqInterpolation::Cubic);
+    /// assert_eq!(IqInterpolation::for_band(100e6, 3e6), IqInterpolation::Linear);
     /// ```
     pub const fn for_band(sampling_rate: f64, bandwidth: f64) -> Self {
         if sampling_rate >= 32.0 * bandwidth {
-            IqReading::Linear
+            IqInterpolation::Linear
         } else if sampling_rate >= 8.0 * bandwidth {
-            IqReading::Cubic
+            IqInterpolation::Cubic
         } else {
-            IqReading::Sinc
+            IqInterpolation::Sinc
         }
     }
 }
 
-/// What a reading makes of the samples around a place.
+/// What a reading makes of the samples around a position.
 pub(super) trait Read<const TAPS: usize> {
-    /// The value `weight` (0..1) of a sample after the one in the middle: the one before the place is
+    /// The value `weight` (0..1) of a sample after the one in the middle: the one before the position is
     /// `samples[TAPS/2 − 1]`.
     fn read(&self, samples: &[Complex<f32>; TAPS], weight: f32) -> Complex<f32>;
 }
@@ -160,9 +160,9 @@ impl Read<TAPS> for Sinc {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::focus::kaiser;
+    use crate::delay::kaiser;
 
-    /// The worst error over sub-sample phases and places, of a Gaussian envelope whose peak is 1.
+    /// The worst error over sub-sample phases and positions, of a Gaussian envelope whose peak is 1.
     fn error<const TAPS: usize>(read: &impl Read<TAPS>, ratio: f64) -> f64 {
         // e^(−a·t²), t in samples, of −6 dB at ±B/2.
         let a = (PI / ratio) * (PI / ratio) / (4.0 * libm::log(libm::pow(10.0, 6.0 / 20.0)));
@@ -170,8 +170,8 @@ mod tests {
         let mut worst = 0.0f64;
         for phase in (0..40).step_by(crate::step(10)) {
             let weight = f64::from(phase) / 40.0;
-            for place in (-200..200).step_by(crate::step(20)) {
-                let t = f64::from(place) * 0.05;
+            for position in (-200..200).step_by(crate::step(20)) {
+                let t = f64::from(position) * 0.05;
                 let sample = |k: usize| {
                     let at = t - weight + k as f64 - (TAPS / 2 - 1) as f64;
                     let envelope = pulse(at) as f32;

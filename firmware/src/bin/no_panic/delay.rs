@@ -2,9 +2,9 @@
 
 use crate::geometry::{arrays, axis, parameters, transmit};
 use crate::{opaque, take};
-use bonebeam::focus::{
-    Compounding, Contribution, Delay, DelayParameters, IqDelay, IqLayout, IqParameters, IqReading,
-    IqRecord, IqSamples, Record, ScanLine, Stage, Upsampled, hilbert_taps,
+use bonebeam::delay::{
+    Compounding, Contribution, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout,
+    IqParameters, IqRecord, IqSamples, Record, ScanLine, Stage, Upsampled, hilbert_taps,
 };
 use bonebeam::geometry::{Lines, Scan};
 use bonebeam::{Complex, Error};
@@ -25,7 +25,7 @@ pub fn all() {
 fn rf(scan: &Scan) -> Result<(), Error> {
     let mut parameters = DelayParameters::of(scan);
     take(opaque(parameters).scratch_len(opaque(1)));
-    take(opaque(parameters).stretch_scratch_len(opaque(1), opaque(1)));
+    take(opaque(parameters).block_scratch_len(opaque(1), opaque(1)));
     parameters.hilbert_taps = opaque(1);
     let mut delay = Delay::new(opaque(parameters))?;
     take(delay.set(opaque(parameters)));
@@ -37,7 +37,7 @@ fn rf(scan: &Scan) -> Result<(), Error> {
     let (scratch, out) = (&mut [0.0; 100][..], &mut [Complex::ZERO; 100][..]);
     let (scratch, out) = (opaque(scratch), opaque(out));
     take(delay.line(0.0f32, &opaque(line(scan)), &record, scratch, out));
-    delay.stretch(
+    delay.block(
         0.0f32,
         &opaque(line(scan)),
         &record,
@@ -54,15 +54,15 @@ fn upsampled(scan: &Scan) -> Result<(), Error> {
     take(upsampled.line_len());
     let (mut reals, mut places) = ([[0.0; 100]; 4], [[0; 100]; 2]);
     let [samples, scratch, record, values] = opaque(reals.each_mut().map(|x| &mut x[..]));
-    let [centre, lags] = opaque(places.each_mut().map(|x| &mut x[..]));
+    let [centre, receive_delays] = opaque(places.each_mut().map(|x| &mut x[..]));
     let line = line(scan);
     take(upsampled.record(0.0f32, samples, scratch, record));
     take(upsampled.centre(&line, centre));
-    take(upsampled.lags(0.0f32, &line, opaque(1), lags));
+    take(upsampled.receive_delays(0.0f32, &line, opaque(1), receive_delays));
     let contribution = Contribution {
         record,
         centre,
-        lags,
+        receive_delays,
     };
     take(upsampled.add(0.0f32, &contribution, values));
     let mut out = [Complex::ZERO; 100];
@@ -72,7 +72,7 @@ fn upsampled(scan: &Scan) -> Result<(), Error> {
 fn iq(scan: &Scan) -> Result<(), Error> {
     let mut parameters = IqParameters::of(scan, opaque(1.0));
     take(opaque(parameters).scratch_len(opaque(1)));
-    parameters.reading = opaque(IqReading::Cubic);
+    parameters.interpolation = opaque(IqInterpolation::Cubic);
     let delay = IqDelay::new(opaque(parameters))?;
     take(delay.parameters());
     let samples = [Complex::ZERO; 100];
@@ -87,7 +87,7 @@ fn iq(scan: &Scan) -> Result<(), Error> {
         let (scratch, out) = (&mut [0.0; 100][..], &mut [Complex::ZERO; 100][..]);
         let (scratch, out) = (opaque(scratch), opaque(out));
         take(delay.line(0.0f32, &opaque(line(scan)), &record, scratch, out));
-        take(delay.stretch(
+        take(delay.block(
             0.0f32,
             &opaque(line(scan)),
             &record,

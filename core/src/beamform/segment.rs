@@ -7,7 +7,7 @@ use core::ops::Range;
 /// Consecutive samples of one beam that have one active set: what a lane works on.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Run<'a> {
+pub struct Segment<'a> {
     /// The beam.
     pub line: AlignedLine<'a>,
     /// The first active element.
@@ -17,7 +17,7 @@ pub struct Run<'a> {
 }
 
 /// Splits `0..samples` where the active set changes: `(first sample, number of samples, active)`.
-pub fn constant_runs(
+pub fn constant_segments(
     samples: usize,
     active: impl Fn(usize) -> Active,
 ) -> impl Iterator<Item = (usize, usize, Active)> {
@@ -31,24 +31,24 @@ pub fn constant_runs(
         while end < samples && active(end) == set {
             end += 1;
         }
-        let run = (start, end - start, set);
+        let segment = (start, end - start, set);
         start = end;
-        Some(run)
+        Some(segment)
     })
 }
 
-/// The runs of [`constant_runs`] that the samples `wanted` lie in, each cut to what these take.
+/// The segments of [`constant_segments`] that the samples `wanted` lie in, each cut to what these take.
 ///
-/// A time window of `2K+1` samples is summed in blocks counted from a run's first sample, so a run is cut
+/// A time window of `2K+1` samples is summed in blocks counted from a segment's first sample, so a segment is cut
 /// above `wanted` at a whole number of blocks: up to `2K` samples come with it that are not wanted.
-pub fn runs_within(
+pub fn segments_within(
     samples: usize,
     active: impl Fn(usize) -> Active,
     wanted: Range<usize>,
     temporal_half_window: usize,
 ) -> impl Iterator<Item = (usize, usize, Active)> {
     let block = temporal_half_window.saturating_mul(2).saturating_add(1);
-    constant_runs(samples, active).filter_map(move |(first, samples, set)| {
+    constant_segments(samples, active).filter_map(move |(first, samples, set)| {
         let end = (first + samples).min(wanted.end);
         let above = wanted.start.saturating_sub(first);
         let first = first + above - above.checked_rem(block).unwrap_or(0);
@@ -73,10 +73,10 @@ mod tests {
     #[test]
     fn a_run_has_a_wanted_sample() {
         for (start, end) in (0..=10).flat_map(|start| (start..=10).map(move |end| (start, end))) {
-            let runs: Vec<_> = runs_within(10, active, start..end, 1).collect();
+            let segments: Vec<_> = segments_within(10, active, start..end, 1).collect();
             let with_wanted = (0..2).filter(|k| (start..end).any(|sample| sample / 5 == *k));
-            assert_eq!(runs.len(), with_wanted.count(), "{start}..{end}");
-            for (first, samples, set) in runs {
+            assert_eq!(segments.len(), with_wanted.count(), "{start}..{end}");
+            for (first, samples, set) in segments {
                 assert!(samples > 0 && active(first) == set && active(first + samples - 1) == set);
             }
         }

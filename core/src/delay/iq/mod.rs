@@ -1,29 +1,29 @@
 //! One scan line of one transmit from I/Q: baseband samples → aligned analytic samples.
 //!
 //! Each active element is read where an RF record would be, `(τ_tx + τ_rx − t0)·fs`
-//! ([`delay_law`](super::delay_law)), and what is read is turned by e^(+j2π·f_demod·(τ_tx + τ_rx)):
+//! ([`delay_law`](super::delay_law)), and what is read is rotated by e^(+j2π·f_demod·(τ_tx + τ_rx)):
 //! what the analytic signal of the RF would have been there, up to the demodulator's band. No filter
 //! follows, so that there is neither a line nor a margin to be held.
 //!
 //! Lanes are elements: those of a group lie side by side in the output.
 
 mod fixed;
-mod reading;
+mod interpolation;
+mod phasor;
 mod record;
-mod turn;
 
-pub use reading::IqReading;
+pub use interpolation::IqInterpolation;
 pub use record::{IqLayout, IqRecord, IqSamples};
 
-use super::delay_law::{ReceiveLag, TransmitDelay};
+use super::delay_law::{ReceiveDelay, TransmitDelay};
 use super::stage::{self, Shape, Stage};
 use super::{FAR, ScanLine, check_shapes, finite, positive};
+use crate::delay::Compounding;
 use crate::error::attempt;
-use crate::focus::Compounding;
 use crate::geometry::Scan;
 use crate::simd::{MOST_LANES, Vector, load};
 use crate::{Complex, Error};
-use reading::{Cubic, Linear, Read, SINC};
+use interpolation::{Cubic, Linear, Read, SINC};
 use record::{Sample, Window};
 
 /// Shapes and rates of a delay stage for I/Q. SI units.
@@ -40,14 +40,14 @@ pub struct IqParameters {
     pub output_rate: f64,
     /// Two-way time of output sample 0, s.
     pub output_start: f64,
-    /// Output samples, 1..=[`MAX_SAMPLES`](crate::focus::MAX_SAMPLES).
+    /// Output samples, 1..=[`MAX_SAMPLES`](crate::delay::MAX_SAMPLES).
     pub output_samples: usize,
     /// Elements of the array.
     pub elements: usize,
-    /// Samples of each element's record, 1..=[`MAX_SAMPLES`](crate::focus::MAX_SAMPLES).
+    /// Samples of each element's record, 1..=[`MAX_SAMPLES`](crate::delay::MAX_SAMPLES).
     pub record_samples: usize,
     /// How the record is read between its samples.
-    pub reading: IqReading,
+    pub interpolation: IqInterpolation,
 }
 
 impl IqParameters {
@@ -64,7 +64,7 @@ impl IqParameters {
             output_samples: scan.samples(),
             elements: scan.elements(),
             record_samples: p.record_samples,
-            reading: IqReading::for_band(p.sampling_rate, 0.6 * p.centre_frequency),
+            interpolation: IqInterpolation::for_band(p.sampling_rate, 0.6 * p.centre_frequency),
         }
     }
 
@@ -75,26 +75,26 @@ impl IqParameters {
         self.elements
             .div_ceil(lanes)
             .saturating_mul(lanes)
-            .saturating_mul(LAG)
+            .saturating_mul(DELAY_NUMBERS)
     }
 }
 
-/// Numbers that are kept of an element's lag.
-const LAG: usize = 7;
-/// Turns beyond this many are not told apart.
-const MOST_TURNS: f32 = (1 << 22) as f32;
-/// The largest f_demod/fs: what a record can be read at is then within [`MOST_TURNS`].
-const MAX_TURNS_A_SAMPLE: f64 = 1e6;
+/// Numbers that are kept of an element's receive delay.
+const DELAY_NUMBERS: usize = 7;
+/// Cycles beyond this many are not told apart.
+const MOST_CYCLES: f32 = (1 << 22) as f32;
+/// The largest f_demod/fs: what a record can be read at is then within [`MOST_CYCLES`].
+const MAX_CYCLES_PER_SAMPLE: f64 = 1e6;
 
 /// A delay stage for I/Q: validated parameters. The table of its sinc is a constant, 3 KiB.
 /// [`Stage::line`] focuses a line.
 ///
 /// Order of operations. Per depth, f64: t = start + n/fout; r = c·t/2; τ = τ_tx(r) + r/c;
 /// p = (τ − t0)·fs; v = τ·f_demod + phase/2π; then r, ⌊p⌋, p − ⌊p⌋ and v − ⌊v⌋ as f32. Per element,
-/// f32: q = (p − ⌊p⌋) + lag(r); the record is read at (⌊p⌋ − ahead) + ⌊q⌋ and q − ⌊q⌋, as
-/// [`IqReading`] says; turns = (v − ⌊v⌋) + (lag(r)·(f_demod/fs) + its own), where its own makes up for
+/// f32: q = (p − ⌊p⌋) + receive_delay(r); the record is read at (⌊p⌋ − ahead) + ⌊q⌋ and q − ⌊q⌋, as
+/// [`IqInterpolation`] says; cycles = (v − ⌊v⌋) + (receive_delay(r)·(f_demod/fs) + its own), where its own makes up for
 /// `ahead`; cosine and sine of that, times the scale; `re·cos − im·sin` and `re·sin + im·cos`.
-/// [`IqReading::LinearFixed`] works in whole numbers instead: see `core/src/focus/iq/fixed.rs`.
+/// [`IqInterpolation::LinearFixed`] works in whole numbers instead: see `core/src/delay/iq/fixed.rs`.
 ///
 /// Cost per output sample and active element, beside the reading (linear: 2 products, 4 additions;
 /// cubic: 17 and 13; sinc: 37 and 48): 21 products, 20 additions, a division and a root. Per output
@@ -104,7 +104,7 @@ const MAX_TURNS_A_SAMPLE: f64 = 1e6;
 /// ```
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
 /// use bonebeam::Complex;
-/// use bonebeam::focus::{
+/// use bonebeam::delay::{
 ///     Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine, Stage,
 /// };
 /// use bonebeam::geometry::{Scan, Transmit, TransmitLaw};
@@ -158,13 +158,13 @@ pub struct IqDelay {
     parameters: IqParameters,
 }
 
-/// Where an element straight above the line is read at an output sample, and the turns there.
+/// Where an element straight above the line is read at an output sample, and the cycles there.
 #[derive(Clone, Copy)]
 struct Centre {
     depth: f32,
     whole: f32,
     fraction: f32,
-    turns: f32,
+    cycles: f32,
 }
 
 /// What a line is focused from.
@@ -184,9 +184,9 @@ impl IqDelay {
         attempt!(positive("sampling_rate", p.sampling_rate));
         attempt!(positive("output_rate", p.output_rate));
         attempt!(finite("demodulation_frequency", p.demodulation_frequency));
-        let turns = p.demodulation_frequency / p.sampling_rate;
+        let cycles = p.demodulation_frequency / p.sampling_rate;
         // Not by `contains`, which is no `const fn`; false for a NaN.
-        let possible = turns >= -MAX_TURNS_A_SAMPLE && turns <= MAX_TURNS_A_SAMPLE;
+        let possible = cycles >= -MAX_CYCLES_PER_SAMPLE && cycles <= MAX_CYCLES_PER_SAMPLE;
         if !possible {
             return Err(Error::Parameter {
                 name: "demodulation_frequency",
@@ -194,8 +194,8 @@ impl IqDelay {
                 expected: "at most a million times the sampling rate",
             });
         }
-        let fixed = matches!(p.reading, IqReading::LinearFixed);
-        let few = turns > -fixed::MAX_TURNS_A_SAMPLE && turns < fixed::MAX_TURNS_A_SAMPLE;
+        let fixed = matches!(p.interpolation, IqInterpolation::LinearFixed);
+        let few = cycles > -fixed::MAX_CYCLES_PER_SAMPLE && cycles < fixed::MAX_CYCLES_PER_SAMPLE;
         if fixed && !few {
             return Err(Error::Parameter {
                 name: "demodulation_frequency",
@@ -238,15 +238,15 @@ impl IqDelay {
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
-        let lags = self.lags::<V>(source.line, scratch);
+        let receive_delays = self.receive_delays::<V>(source.line, scratch);
         match source.record.kind() {
             IqSamples::Float(samples) => {
                 let window = source.record.window(samples);
-                self.values_of(zero, read, source, &window, lags, out);
+                self.values_of(zero, read, source, &window, receive_delays, out);
             }
             IqSamples::Counts(samples, _) => {
                 let window = source.record.window(samples);
-                self.values_of(zero, read, source, &window, lags, out);
+                self.values_of(zero, read, source, &window, receive_delays, out);
             }
         }
     }
@@ -258,7 +258,7 @@ impl IqDelay {
         read: &impl Read<TAPS>,
         source: &Source,
         window: &Window<'_, T>,
-        lags: &[f32],
+        receive_delays: &[f32],
         out: &mut [Complex<f32>],
     ) {
         let Source {
@@ -278,19 +278,25 @@ impl IqDelay {
                         row.fill(Complex::new(0.0, 0.0));
                     }
                     let n = first + n;
-                    let centre = self.centre(transmit, record.turns(), line.transmit.t0, n);
+                    let centre = self.centre(transmit, record.cycles(), line.transmit.t0, n);
                     let Some(row) = row.get_mut(active.clone()) else {
                         return;
                     };
                     if centre.depth > 0.0 {
                         let groups = row
                             .chunks_mut(V::LANES)
-                            .zip(lags.chunks_exact(LAG * V::LANES));
-                        for (group, (row, lag)) in groups.enumerate() {
+                            .zip(receive_delays.chunks_exact(DELAY_NUMBERS * V::LANES));
+                        for (group, (row, receive_delay)) in groups.enumerate() {
                             let first = active.start + group * V::LANES;
                             let source = (window, record.scale());
-                            let values =
-                                self.values(zero, read, &centre, lag, source, (first, row.len()));
+                            let values = self.values(
+                                zero,
+                                read,
+                                &centre,
+                                receive_delay,
+                                source,
+                                (first, row.len()),
+                            );
                             put(line.compounding, values, row);
                         }
                     }
@@ -299,49 +305,54 @@ impl IqDelay {
         );
     }
 
-    /// The lags of the active elements, a group of lanes after the other.
+    /// The receive delays of the active elements, a group of lanes after the other.
     #[inline(always)]
-    fn lags<'s, V: Vector>(&self, line: &ScanLine, scratch: &'s mut [f32]) -> &'s [f32] {
+    fn receive_delays<'s, V: Vector>(&self, line: &ScanLine, scratch: &'s mut [f32]) -> &'s [f32] {
         let p = &self.parameters;
         let active = line.active.first..line.active.first + line.active.count;
         let a_sample = p.demodulation_frequency / p.sampling_rate;
         for (k, element) in active.enumerate() {
-            let lag = ReceiveLag::new(
-                line.array.place(element),
+            let receive_delay = ReceiveDelay::new(
+                line.array.position(element),
                 &line.ray,
                 p.sound_speed,
                 p.sampling_rate,
             );
-            // The turns of the whole samples that `ahead` takes off.
-            let whole = f64::from(lag.ahead()) * a_sample;
-            let turns = (libm::ceil(whole) - whole) as f32;
-            let group = (k / V::LANES) * LAG * V::LANES + k % V::LANES;
-            for (row, value) in lag.numbers().into_iter().chain([turns]).enumerate() {
-                if let Some(place) = scratch.get_mut(group + row * V::LANES) {
-                    *place = value;
+            // The cycles of the whole samples that `ahead` takes off.
+            let whole = f64::from(receive_delay.ahead()) * a_sample;
+            let cycles = (libm::ceil(whole) - whole) as f32;
+            let group = (k / V::LANES) * DELAY_NUMBERS * V::LANES + k % V::LANES;
+            for (row, value) in receive_delay
+                .numbers()
+                .into_iter()
+                .chain([cycles])
+                .enumerate()
+            {
+                if let Some(slot) = scratch.get_mut(group + row * V::LANES) {
+                    *slot = value;
                 }
             }
         }
         scratch
     }
 
-    /// Depth, place and turns of an element straight above the line at output sample `n`; depth 0 where
+    /// Depth, position and cycles of an element straight above the line at output sample `n`; depth 0 where
     /// nothing can be read.
     #[inline(always)]
-    fn centre(&self, transmit: &TransmitDelay, turns: f64, t0: f64, n: usize) -> Centre {
+    fn centre(&self, transmit: &TransmitDelay, cycles: f64, t0: f64, n: usize) -> Centre {
         let p = &self.parameters;
         let t = p.output_start + n as f64 / p.output_rate;
         let r = p.sound_speed * t / 2.0;
         let flight = transmit.time(r) + r / p.sound_speed;
         let position = (flight - t0) * p.sampling_rate;
-        let turns = flight * p.demodulation_frequency + turns;
-        let near = position > -FAR && position < FAR && turns > -f64::MAX && turns < f64::MAX;
+        let cycles = flight * p.demodulation_frequency + cycles;
+        let near = position > -FAR && position < FAR && cycles > -f64::MAX && cycles < f64::MAX;
         if !near {
             return Centre {
                 depth: 0.0,
                 whole: 0.0,
                 fraction: 0.0,
-                turns: 0.0,
+                cycles: 0.0,
             };
         }
         let floor = libm::floor(position);
@@ -349,7 +360,7 @@ impl IqDelay {
             depth: r as f32,
             whole: floor as f32,
             fraction: (position - floor) as f32,
-            turns: (turns - libm::floor(turns)) as f32,
+            cycles: (cycles - libm::floor(cycles)) as f32,
         }
     }
 
@@ -360,40 +371,40 @@ impl IqDelay {
         zero: V,
         read: &impl Read<TAPS>,
         centre: &Centre,
-        lag: &[f32],
+        receive_delay: &[f32],
         (window, scale): (&Window<'_, T>, f32),
         (first, count): (usize, usize),
     ) -> (V, V) {
         let p = &self.parameters;
         let [square, scaled, along, rate, part, ahead, own] = [0, 1, 2, 3, 4, 5, 6].map(
             #[inline(always)]
-            |row| load(zero, &lag[row * V::LANES..]),
+            |row| load(zero, &receive_delay[row * V::LANES..]),
         );
         let depth = zero.splat(centre.depth);
-        let lag = ReceiveLag::samples_of(depth, [square, scaled, along, rate, part]);
-        let position = zero.splat(centre.fraction) + lag;
+        let receive_delay = ReceiveDelay::samples_of(depth, [square, scaled, along, rate, part]);
+        let position = zero.splat(centre.fraction) + receive_delay;
         let a_sample = (p.demodulation_frequency / p.sampling_rate) as f32;
-        let turns = zero.splat(centre.turns) + (lag * zero.splat(a_sample) + own);
+        let cycles = zero.splat(centre.cycles) + (receive_delay * zero.splat(a_sample) + own);
         // False for a NaN, too.
         let valid =
-            position.less(zero.splat(FAR as f32)) & turns.abs().less(zero.splat(MOST_TURNS));
+            position.less(zero.splat(FAR as f32)) & cycles.abs().less(zero.splat(MOST_CYCLES));
         let position = V::select(valid, position, zero);
-        let turns = V::select(valid, turns, zero);
+        let cycles = V::select(valid, cycles, zero);
 
         // Below 2²³ and not negative, so that truncation is the floor.
         let mut floors = [0i32; MOST_LANES];
         position.truncate(&mut floors);
         let (mut re, mut im) = (zero, zero);
         let lanes = re.lanes_mut().iter_mut().zip(im.lanes_mut()).take(count);
-        let places = position.lanes().iter().zip(ahead.lanes()).zip(&floors);
-        for (k, ((re, im), ((position, ahead), &floor))) in lanes.zip(places).enumerate() {
+        let positions = position.lanes().iter().zip(ahead.lanes()).zip(&floors);
+        for (k, ((re, im), ((position, ahead), &floor))) in lanes.zip(positions).enumerate() {
             let weight = position - floor as f32;
             let start = (centre.whole - ahead) as i32 + floor - (TAPS as i32 / 2 - 1);
             let y = read.read(&window.taps(first + k, start), weight);
             (*re, *im) = (y.re, y.im);
         }
 
-        let (cosine, sine) = turn::turn(turns);
+        let (cosine, sine) = phasor::phasor(cycles);
         let (re, im) = (V::select(valid, re, zero), V::select(valid, im, zero));
         let scale = zero.splat(scale);
         let (cosine, sine) = (cosine * scale, sine * scale);
@@ -433,11 +444,11 @@ impl Stage for IqDelay {
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        match self.parameters.reading {
-            IqReading::Linear => self.read(zero, &Linear, source, scratch, out),
-            IqReading::Cubic => self.read(zero, &Cubic, source, scratch, out),
-            IqReading::Sinc => self.read(zero, &SINC, source, scratch, out),
-            IqReading::LinearFixed => {
+        match self.parameters.interpolation {
+            IqInterpolation::Linear => self.read(zero, &Linear, source, scratch, out),
+            IqInterpolation::Cubic => self.read(zero, &Cubic, source, scratch, out),
+            IqInterpolation::Sinc => self.read(zero, &SINC, source, scratch, out),
+            IqInterpolation::LinearFixed => {
                 let IqSamples::Counts(samples, _) = source.record.kind() else {
                     return Err(Error::Parameter {
                         name: "iq",

@@ -4,7 +4,7 @@
 //! is a little above half the output rate where the recorded rate is higher: reading at the output
 //! instants is then a proper decimation, which keeps noise above the output band from folding into
 //! it (white noise falls by fs/output rate, to 5 %). Records sampled at 2.5 times the output rate or
-//! more are first halved (`decimator`) to 1.25 to 2.5 times. The filter spans at least 12.8 output
+//! more are first decimated (`decimator`) to 1.25 to 2.5 times. The filter spans at least 12.8 output
 //! intervals (16 recorded ones where it only interpolates).
 //!
 //! Worst error, relative to the pulse's peak, on a Gaussian pulse e^{−at²}·cos 2πf₀t of 5 MHz and
@@ -25,7 +25,7 @@
 mod read;
 mod single;
 
-pub(super) use read::Places;
+pub(super) use read::TapPositions;
 
 use super::decimator::Decimator;
 use super::kaiser::Kaiser;
@@ -86,7 +86,7 @@ impl Interpolator {
 
     /// Becomes the filter from `sampling_rate` to `output_rate` for a pulse around `centre_frequency`, Hz.
     ///
-    /// With the rate fs of the record, halved while it is at least 2.5·fout: 16 taps and 150 phases where
+    /// With the rate fs of the record, decimated while it is at least 2.5·fout: 16 taps and 150 phases where
     /// fs ≤ 1.25·fout, else 32 and 75; cut-off κ = min(1, q·fout/fs) of fs/2 with q = 1.08, or 1.02 with 32
     /// taps (κ = 1 where fs ≤ fout and it only interpolates), h(u) = κ·sinc(κu)·kaiser(2u/taps, β). β
     /// follows Kaiser's design formula, within 4..10, for a transition from 1.425 f₀ to its mirror image
@@ -142,8 +142,8 @@ impl Interpolator {
         for row in 0..=self.phases / 2 {
             let fraction = row as f32 * phase;
             for tap in 0..taps {
-                let place = tap as f32 - (taps / 2 - 1) as f32;
-                self.put(row, tap, filter.at(place - fraction));
+                let position = tap as f32 - (taps / 2 - 1) as f32;
+                self.put(row, tap, filter.at(position - fraction));
             }
         }
         self.single = true;
@@ -155,7 +155,7 @@ impl Interpolator {
         self.single
     }
 
-    /// How often the record is halved, taps and phases; and what they are worked out from.
+    /// How often the record is decimated, taps and phases; and what they are worked out from.
     const fn design(
         &mut self,
         sampling_rate: f64,
@@ -199,8 +199,8 @@ impl Interpolator {
 
     const fn write(&mut self, at: usize, value: f32) {
         // `get_mut` is not for constants.
-        if let Some((_, [place, ..])) = self.table.0.as_flattened_mut().split_at_mut_checked(at) {
-            *place = value;
+        if let Some((_, [slot, ..])) = self.table.0.as_flattened_mut().split_at_mut_checked(at) {
+            *slot = value;
         }
     }
 
@@ -230,12 +230,12 @@ impl Interpolator {
         rows.map(sum).fold(0.0, f64::max)
     }
 
-    /// How often the record is halved before this filter.
+    /// How often the record is decimated before this filter.
     pub(super) const fn halvings(&self) -> usize {
         self.decimator.halvings()
     }
 
-    /// The filters that halve it.
+    /// The filters that decimate it.
     pub(super) fn decimator(&self) -> &Decimator {
         &self.decimator
     }
@@ -264,7 +264,7 @@ const fn sinc(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::decimator::{halved_len, streams_len};
+    use super::super::decimator::{decimated_len, streams_len};
     use super::super::kaiser;
     use super::*;
     use core::f64::consts::PI;
@@ -323,20 +323,20 @@ mod tests {
         assert!(worst < 5e-7, "{worst}");
     }
 
-    /// The value at `position` of a record, halved as it is to be.
+    /// The value at `position` of a record, decimated as it is to be.
     fn at(filter: &Interpolator, record: &[f32], position: f64) -> f32 {
         let decimator = filter.decimator();
-        let (mut halved, mut streams) = ([0.0; 620], [0.0; 1200]);
-        let halved = &mut halved[..halved_len(decimator.halvings(), record.len())];
+        let (mut decimated, mut streams) = ([0.0; 620], [0.0; 1200]);
+        let decimated = &mut decimated[..decimated_len(decimator.halvings(), record.len())];
         let streams = &mut streams[..streams_len(decimator.halvings())];
-        let record = decimator.decimate(0.0f32, record, 0..usize::MAX, streams, halved);
+        let record = decimator.decimate(0.0f32, record, 0..usize::MAX, streams, decimated);
         let position = position / (1 << filter.halvings()) as f64;
         let whole = libm::floor(position);
         let position = (whole as f32, (position - whole) as f32);
-        let (mut places, mut values) = ([Places::ZERO], [f32::NAN; PARTIAL_SUMS]);
+        let (mut positions, mut values) = ([TapPositions::ZERO], [f32::NAN; PARTIAL_SUMS]);
         let locator = filter.locator(0.0f32, (decimator.origin(), record.len()));
-        locator.locate(position, true, (&mut places[0], 0));
-        filter.read(0.0f32, [record], &places, [&mut values]);
+        locator.locate(position, true, (&mut positions[0], 0));
+        filter.read(0.0f32, [record], &positions, [&mut values]);
         values[0]
     }
 
@@ -578,10 +578,10 @@ mod tests {
         let record = [1.0f32; 40];
         for (valid, expected) in [(true, 1.0f32), (false, 0.0)] {
             let mut values = [f32::NAN; PARTIAL_SUMS];
-            let mut places = [Places::ZERO];
+            let mut positions = [TapPositions::ZERO];
             let locator = filter.locator(0.0f32, (0, record.len()));
-            locator.locate((20.0, 0.0), valid, (&mut places[0], 0));
-            filter.read(0.0f32, [&record], &places, [&mut values]);
+            locator.locate((20.0, 0.0), valid, (&mut positions[0], 0));
+            filter.read(0.0f32, [&record], &positions, [&mut values]);
             assert!(libm::fabsf(values[0] - expected) < 1e-6, "{valid}");
         }
     }

@@ -1,59 +1,59 @@
-//! I/Q counts in fixed point: the line between two samples, turned by a table.
+//! I/Q counts in fixed point: the line between two samples, rotated by a table.
 //!
-//! For processors without f64, and where the delay stage must cost little. Places, weights and turns are whole
+//! For processors without f64, and where the delay stage must cost little. Positions, weights and cycles are whole
 //! numbers:
 //!
-//! - The place of an element straight above the line is p·2³² and its turns v·2⁴⁴. Where the transmit wave's
+//! - The position of an element straight above the line is p·2³² and its cycles v·2⁴⁴. Where the transmit wave's
 //!   path grows evenly with depth (focused and plane waves), both grow by the same whole number from sample to
 //!   sample. f64 is needed once a line then, else once a sample.
-//! - An element's lag is worked out in f32 at every sample ([`delay_law`](crate::focus::delay_law)), and cut
+//! - An element's receive delay is worked out in f32 at every sample ([`delay_law`](crate::delay::delay_law)), and cut
 //!   to 2⁻¹⁸ samples: l. Straight down from a linear array, how far it lies aside is an f32, too: that of element
 //!   0 and its pitches.
-//! - It is read at ⌊p·2¹³⌋ + ⌊l/2⁵⌋, and turned by v + l·⌊f_demod/fs·2²⁶ + ½⌋.
+//! - It is read at ⌊p·2¹³⌋ + ⌊l/2⁵⌋, and rotated by v + l·⌊f_demod/fs·2²⁶ + ½⌋.
 //! - Between the samples a and b: a·(2¹³ − w) + b·w, with the weight w of 13 bits.
-//! - Cosine and sine stand in a table of 4096 places a turn, of 14 bits; the nearest place serves.
+//! - Cosine and sine stand in a table of 4096 positions a cycle, of 14 bits; the nearest position serves.
 //! - `⌊re·cos/2¹⁶⌋ − ⌊im·sin/2¹⁶⌋` and `⌊re·sin/2¹⁶⌋ + ⌊im·cos/2¹⁶⌋`, in 2⁻¹¹ of a count, times the scale in f32.
 //!
-//! Beside the line's own error the place errs by up to 2⁻¹² samples, and the turn by half a place of the table,
+//! Beside the line's own error the position errs by up to 2⁻¹² samples, and the cycle by half a position of the table,
 //! 7.7·10⁻⁴ rad, and 10⁻⁴·f_demod/fs rad. Records have up to 2¹⁶ samples and elements lie within 8191 samples' way of the
-//! line, so that places and lags fit a word.
+//! line, so that positions and receive delays fit a word.
 
 use super::record::Window;
-use super::{IqDelay, LAG, Source, turn};
-use crate::focus::delay_law::ReceiveLag;
-use crate::focus::{Compounding, FAR};
+use super::{DELAY_NUMBERS, IqDelay, Source, phasor};
+use crate::delay::delay_law::ReceiveDelay;
+use crate::delay::{Compounding, FAR};
 use crate::instructions::sqrt;
 use crate::{Complex, Error};
 
-/// Bits of a sample's fraction: of places, and of weights.
-const PLACE_BITS: u32 = 13;
-/// Bits of a lag's fraction of a sample.
-const LAG_BITS: u32 = 18;
-const LAGS: f32 = (1 << LAG_BITS) as f32;
-/// Bits of the turns that a sample makes.
+/// Bits of a sample's fraction: of positions, and of weights.
+const POSITION_BITS: u32 = 13;
+/// Bits of a receive delay's fraction of a sample.
+const DELAY_BITS: u32 = 18;
+const DELAY_SCALE: f32 = (1 << DELAY_BITS) as f32;
+/// Bits of the cycles that a sample makes.
 const RATE_BITS: u32 = 26;
 /// The largest f_demod/fs, of which so many bits are left.
-pub(super) const MAX_TURNS_A_SAMPLE: f64 = 2.0;
-/// Places of the table a turn, as bits, and those of its numbers.
+pub(super) const MAX_CYCLES_PER_SAMPLE: f64 = 2.0;
+/// Positions of the table a cycle, as bits, and those of its numbers.
 const TABLE_BITS: u32 = 12;
 const TABLE: usize = 1 << TABLE_BITS;
 const NUMBERS: f32 = 16384.0;
-/// The longest record, and the most elements: a place in 2⁻¹³ samples and the index of a sample fit 32 bits.
+/// The longest record, and the most elements: a position in 2⁻¹³ samples and the index of a sample fit 32 bits.
 pub(super) const MAX_SAMPLES: usize = 1 << 16;
 pub(super) const MAX_ELEMENTS: usize = 1 << 12;
-/// How far an element may lie from the line, in samples: its lag fits 32 bits.
+/// How far an element may lie from the line, in samples: its receive delay fits 32 bits.
 const REACH: f32 = 8191.0;
-/// A place that is outside of it on either side, however far an element lies ahead.
-const FARTHEST: i64 = (MAX_SAMPLES as i64 + REACH as i64) << PLACE_BITS;
+/// A position that is outside of it on either side, however far an element lies ahead.
+const FARTHEST: i64 = (MAX_SAMPLES as i64 + REACH as i64) << POSITION_BITS;
 /// What a count is in the numbers that come out.
-const COUNT: f32 = (1 << PLACE_BITS) as f32 * NUMBERS / 65536.0;
+const COUNT: f32 = (1 << POSITION_BITS) as f32 * NUMBERS / 65536.0;
 
 /// Cosine in the lower and sine in the upper half of a word.
-static TURNS: [u32; TABLE] = {
+static PHASORS: [u32; TABLE] = {
     let mut table = [0; TABLE];
     let mut k = 0;
     while k < TABLE {
-        let (cosine, sine) = turn::whole_turn(k as f32 / TABLE as f32);
+        let (cosine, sine) = phasor::constant_phasor(k as f32 / TABLE as f32);
         table[k] = half(cosine) | half(sine) << 16;
         k += 1;
     }
@@ -69,20 +69,20 @@ const fn half(x: f32) -> u32 {
 
 /// Where an element straight above the line is read at an output sample.
 #[derive(Clone, Copy)]
-struct Place {
+struct Centre {
     depth: f32,
     /// In 2⁻³² samples.
     position: i64,
-    /// In 2⁻⁴⁴ turns, whatever the whole ones.
-    turns: i64,
+    /// In 2⁻⁴⁴ cycles, whatever the whole ones.
+    cycles: i64,
 }
 
-/// The places of a line's output samples.
+/// The positions of a line's output samples.
 enum Centres {
     /// At sample 0, and from a sample to the next.
     Even {
-        first: Place,
-        step: Place,
+        first: Centre,
+        step: Centre,
     },
     Each,
 }
@@ -90,7 +90,7 @@ enum Centres {
 /// A row's part that is put out, and what it is made from.
 struct Row<'a> {
     window: &'a Window<'a, [i16; 2]>,
-    lags: &'a [f32],
+    receive_delays: &'a [f32],
     first_element: usize,
     /// f_demod/fs, and the scale of what comes out.
     rate: i32,
@@ -100,7 +100,7 @@ struct Row<'a> {
 }
 
 impl IqDelay {
-    /// The samples of a line, as [`Stage::stretch`](super::Stage::stretch).
+    /// The samples of a line, as [`Stage::block`](super::Stage::block).
     #[inline(never)]
     pub(super) fn fixed(
         &self,
@@ -111,15 +111,15 @@ impl IqDelay {
     ) -> Result<(), Error> {
         let line = source.line;
         let active = line.active.first..line.active.first + line.active.count;
-        let level = self.fixed_lags(source, scratch)?;
+        let level = self.fixed_delays(source, scratch)?;
         let centres = self.centres(source);
         let a_sample = self.parameters.demodulation_frequency / self.parameters.sampling_rate;
         let row = Row {
             window,
-            lags: scratch,
+            receive_delays: scratch,
             first_element: active.start,
             rate: libm::round(a_sample * (1u32 << RATE_BITS) as f64) as i32,
-            table: &TURNS,
+            table: &PHASORS,
             scale: source.record.scale() * (1.0 / COUNT),
             add: line.compounding == Compounding::Add,
         };
@@ -129,25 +129,25 @@ impl IqDelay {
             .chunks_exact_mut(self.parameters.elements.max(1))
             .enumerate()
         {
-            let place = self.place(source, &centres, source.first + n);
+            let centre = self.fixed_centre(source, &centres, source.first + n);
             let (before, rest) = out.split_at_mut_checked(active.start).unwrap_or_default();
             let (own, behind) = rest.split_at_mut_checked(active.len()).unwrap_or_default();
             if !row.add {
                 before.fill(zero);
                 behind.fill(zero);
             }
-            match place {
-                Some(place) if level && dense && !row.add => {
-                    row.put::<true, true, false>(&place, own)
+            match centre {
+                Some(centre) if level && dense && !row.add => {
+                    row.put::<true, true, false>(&centre, own)
                 }
-                Some(place) => {
+                Some(centre) => {
                     if !row.add {
                         own.fill(zero);
                     }
                     match (level, dense) {
-                        (true, true) => row.put::<true, true, true>(&place, own),
-                        (true, false) => row.put::<true, false, true>(&place, own),
-                        _ => row.put::<false, false, true>(&place, own),
+                        (true, true) => row.put::<true, true, true>(&centre, own),
+                        (true, false) => row.put::<true, false, true>(&centre, own),
+                        _ => row.put::<false, false, true>(&centre, own),
                     }
                 }
                 None if row.add => {}
@@ -157,12 +157,12 @@ impl IqDelay {
         Ok(())
     }
 
-    /// The lags of the active elements, one after the other; whether all lie as far along the line as its
+    /// The receive delays of the active elements, one after the other; whether all lie as far along the line as its
     /// beginning.
     ///
     /// # Errors
     /// [`Error::Parameter`] for an element that is out of reach.
-    fn fixed_lags(&self, source: &Source, scratch: &mut [f32]) -> Result<bool, Error> {
+    fn fixed_delays(&self, source: &Source, scratch: &mut [f32]) -> Result<bool, Error> {
         let p = &self.parameters;
         let Source { line, .. } = source;
         let level = line.array.is_linear() && line.ray.is_down();
@@ -173,8 +173,8 @@ impl IqDelay {
             0 | 1 => 0.0,
             _ => line.array.pitch() as f32,
         };
-        for (k, lag) in scratch
-            .as_chunks_mut::<LAG>()
+        for (k, receive_delay) in scratch
+            .as_chunks_mut::<DELAY_NUMBERS>()
             .0
             .iter_mut()
             .take(line.active.count)
@@ -185,12 +185,13 @@ impl IqDelay {
                 let across = first + element as f32 * pitch;
                 let square = across * across;
                 // In 2⁻¹⁸ samples at once.
-                let scaled = square * (rate * LAGS);
+                let scaled = square * (rate * DELAY_SCALE);
                 (across.abs(), [square, scaled, 0.0, 0.0, 0.0, 0.0])
             } else {
-                let place = line.array.place(element);
-                let lag = ReceiveLag::new(place, &line.ray, p.sound_speed, p.sampling_rate);
-                let numbers = lag.numbers();
+                let position = line.array.position(element);
+                let receive_delay =
+                    ReceiveDelay::new(position, &line.ray, p.sound_speed, p.sampling_rate);
+                let numbers = receive_delay.numbers();
                 let [square, _, along, ..] = numbers;
                 (sqrt(square) + 2.0 * along.abs(), numbers)
             };
@@ -199,8 +200,8 @@ impl IqDelay {
             if !near {
                 return Err(out_of_reach(distance));
             }
-            for (lag, number) in lag.iter_mut().zip(numbers) {
-                *lag = number;
+            for (receive_delay, number) in receive_delay.iter_mut().zip(numbers) {
+                *receive_delay = number;
             }
         }
         Ok(level)
@@ -212,10 +213,10 @@ impl IqDelay {
             return Centres::Each;
         };
         let last = (p.output_samples - 1) as f64;
-        let Some(first) = self.exact_place(source, 0) else {
+        let Some(first) = self.exact_centre(source, 0) else {
             return Centres::Each;
         };
-        // The wave runs along the line: no place is before the first.
+        // The wave runs along the line: no position is before the first.
         let [last_position, _] = self.flight(source, last);
         let near = last_position < FAR;
         if !near {
@@ -225,49 +226,51 @@ impl IqDelay {
         let step = (1.0 + slope) / (2.0 * p.output_rate);
         Centres::Even {
             first,
-            step: Place {
+            step: Centre {
                 depth: (p.sound_speed / (2.0 * p.output_rate)) as f32,
                 position: whole(step * p.sampling_rate, 32),
-                turns: fraction(step * p.demodulation_frequency),
+                cycles: fraction(step * p.demodulation_frequency),
             },
         }
     }
 
-    /// The place of output sample `n`; none where nothing can be read.
+    /// The position of output sample `n`; none where nothing can be read.
     #[inline(always)]
-    fn place(&self, source: &Source, centres: &Centres, n: usize) -> Option<Place> {
-        let place = match centres {
-            Centres::Each => self.exact_place(source, n)?,
-            Centres::Even { first, step } => Place {
+    fn fixed_centre(&self, source: &Source, centres: &Centres, n: usize) -> Option<Centre> {
+        let centre = match centres {
+            Centres::Each => self.exact_centre(source, n)?,
+            Centres::Even { first, step } => Centre {
                 depth: first.depth + n as f32 * step.depth,
                 position: first.position + n as i64 * step.position,
-                turns: first.turns.wrapping_add(step.turns.wrapping_mul(n as i64)),
+                cycles: first
+                    .cycles
+                    .wrapping_add(step.cycles.wrapping_mul(n as i64)),
             },
         };
-        (place.depth > 0.0 && place.depth < f32::MAX).then_some(place)
+        (centre.depth > 0.0 && centre.depth < f32::MAX).then_some(centre)
     }
 
-    /// Position and turns at output sample `n`.
+    /// Position and cycles at output sample `n`.
     fn flight(&self, source: &Source, n: f64) -> [f64; 2] {
         let p = &self.parameters;
         let r = p.sound_speed * (p.output_start + n / p.output_rate) / 2.0;
         let flight = source.transmit.time(r) + r / p.sound_speed;
         [
             (flight - source.line.transmit.t0) * p.sampling_rate,
-            flight * p.demodulation_frequency + source.record.turns(),
+            flight * p.demodulation_frequency + source.record.cycles(),
         ]
     }
 
     #[inline(never)]
-    fn exact_place(&self, source: &Source, n: usize) -> Option<Place> {
+    fn exact_centre(&self, source: &Source, n: usize) -> Option<Centre> {
         let p = &self.parameters;
         let n = n as f64;
-        let [position, turns] = self.flight(source, n);
+        let [position, cycles] = self.flight(source, n);
         let near = position > -FAR && position < FAR;
-        (near && turns.is_finite()).then(|| Place {
+        (near && cycles.is_finite()).then(|| Centre {
             depth: (p.sound_speed * (p.output_start + n / p.output_rate) / 2.0) as f32,
             position: whole(position, 32),
-            turns: fraction(turns),
+            cycles: fraction(cycles),
         })
     }
 }
@@ -286,9 +289,9 @@ fn whole(x: f64, bits: u32) -> i64 {
     libm::floor(x * (1u64 << bits) as f64) as i64
 }
 
-/// The part of a turn, in 2⁻⁴⁴.
-fn fraction(turns: f64) -> i64 {
-    whole(turns - libm::floor(turns), LAG_BITS + RATE_BITS)
+/// The part of a cycle, in 2⁻⁴⁴.
+fn fraction(cycles: f64) -> i64 {
+    whole(cycles - libm::floor(cycles), DELAY_BITS + RATE_BITS)
 }
 
 impl Row<'_> {
@@ -296,16 +299,16 @@ impl Row<'_> {
     #[inline(never)]
     fn put<const LEVEL: bool, const DENSE: bool, const ADD: bool>(
         &self,
-        place: &Place,
+        centre: &Centre,
         out: &mut [Complex<f32>],
     ) {
         // Far outside a record counts as less far outside, so that it fits.
-        let middle = (place.position >> (32 - PLACE_BITS)).clamp(-FARTHEST, FARTHEST) as i32;
+        let middle = (centre.position >> (32 - POSITION_BITS)).clamp(-FARTHEST, FARTHEST) as i32;
         // So that cutting rounds.
-        let turns = place
-            .turns
-            .wrapping_add(1 << (LAG_BITS + RATE_BITS - TABLE_BITS - 1));
-        let (depth, square) = (place.depth, place.depth * place.depth);
+        let cycles = centre
+            .cycles
+            .wrapping_add(1 << (DELAY_BITS + RATE_BITS - TABLE_BITS - 1));
+        let (depth, square) = (centre.depth, centre.depth * centre.depth);
         let Window {
             samples,
             element,
@@ -320,30 +323,32 @@ impl Row<'_> {
         let last = length.saturating_sub(1);
         let next = samples.get(sample..).unwrap_or_default();
         let first = self.first_element * element;
-        let (lags, _) = self.lags.as_chunks::<LAG>();
-        for (k, (out, lag)) in out.iter_mut().zip(lags).enumerate() {
+        let (receive_delays, _) = self.receive_delays.as_chunks::<DELAY_NUMBERS>();
+        for (k, (out, receive_delay)) in out.iter_mut().zip(receive_delays).enumerate() {
             let first = first + k * element;
-            let lag = lag_at::<LEVEL>([depth, square], lag);
-            let at = middle + (lag >> (LAG_BITS - PLACE_BITS));
+            let receive_delay = receive_delay_at::<LEVEL>([depth, square], receive_delay);
+            let at = middle + (receive_delay >> (DELAY_BITS - POSITION_BITS));
             // What is negative becomes large: at most 2¹⁹, times 2¹² elements.
-            let index = (at as u32 >> PLACE_BITS) as usize;
+            let index = (at as u32 >> POSITION_BITS) as usize;
             let start = first + index * sample;
             // Where elements lie side by side, the last sample's have no next.
             let within = DENSE || index < last;
             let pair = next.get(start).zip(samples.get(start));
             let [a, b] = match pair {
                 Some((&b, &a)) if within => [a, b],
-                _ => self.window.edge(first, (at >> PLACE_BITS) as u32),
+                _ => self.window.edge(first, (at >> POSITION_BITS) as u32),
             };
             let [a_re, a_im] = a.map(i32::from);
             let [b_re, b_im] = b.map(i32::from);
-            let weight = at & ((1 << PLACE_BITS) - 1);
-            let before = (1 << PLACE_BITS) - weight;
+            let weight = at & ((1 << POSITION_BITS) - 1);
+            let before = (1 << POSITION_BITS) - weight;
             let re = a_re * before + b_re * weight;
             let im = a_im * before + b_im * weight;
-            let turn = turns.wrapping_add(i64::from(lag).wrapping_mul(i64::from(self.rate)));
-            let turn = self.table[(turn >> (LAG_BITS + RATE_BITS - TABLE_BITS)) as usize % TABLE];
-            let (cosine, sine) = (turn as i16, (turn >> 16) as i16);
+            let phase =
+                cycles.wrapping_add(i64::from(receive_delay).wrapping_mul(i64::from(self.rate)));
+            let phasor =
+                self.table[(phase >> (DELAY_BITS + RATE_BITS - TABLE_BITS)) as usize % TABLE];
+            let (cosine, sine) = (phasor as i16, (phasor >> 16) as i16);
             let value = Complex::new(
                 (part(re, cosine) - part(im, sine)) as f32 * self.scale,
                 (part(re, sine) + part(im, cosine)) as f32 * self.scale,
@@ -353,15 +358,18 @@ impl Row<'_> {
     }
 }
 
-/// The lag of an element at `depth`, in 2⁻¹⁸ samples, cut.
+/// The receive delay of an element at `depth`, in 2⁻¹⁸ samples, cut.
 #[inline(always)]
-fn lag_at<const LEVEL: bool>([depth, depth_square]: [f32; 2], lag: &[f32; LAG]) -> i32 {
-    let &[square, scaled, along, rate, part, ahead, ..] = lag;
+fn receive_delay_at<const LEVEL: bool>(
+    [depth, depth_square]: [f32; 2],
+    receive_delay: &[f32; DELAY_NUMBERS],
+) -> i32 {
+    let &[square, scaled, along, rate, part, ahead, ..] = receive_delay;
     if LEVEL {
         return (scaled / (depth + sqrt(depth_square + square))) as i32;
     }
-    let lag = ReceiveLag::samples_of(depth, [square, scaled, along, rate, part]);
-    ((lag * LAGS) as i32).saturating_sub((ahead * LAGS) as i32)
+    let receive_delay = ReceiveDelay::samples_of(depth, [square, scaled, along, rate, part]);
+    ((receive_delay * DELAY_SCALE) as i32).saturating_sub((ahead * DELAY_SCALE) as i32)
 }
 
 /// `⌊a·b/2¹⁶⌋`.

@@ -1,4 +1,4 @@
-//! The kernel's drive: a vector's lanes of sample runs, from aligned samples to `z`.
+//! The kernel's drive: a vector's lanes of sample segments, from aligned samples to `z`.
 //!
 //! Each stage (snapshot, lag sums, matrix, solver) is a function of its own, never inlined: the
 //! compiler then knows that what its arguments refer to does not overlap, and keeps what it counts in
@@ -8,7 +8,7 @@
 use super::methods::{Direct, weighted_sum};
 use super::parameters::{Beamformer, Parameters};
 use super::postfilter::postfilter;
-use super::run::Run;
+use super::segment::Segment;
 use super::sizes::Sizes;
 use super::snapshot::snapshot;
 use super::view::WorkspaceView;
@@ -23,59 +23,59 @@ use core::ops::Range;
 use num_complex::Complex;
 
 impl Beamformer {
-    /// Beamforms up to `V::LANES` runs with the same number `count` of active elements, one in each
+    /// Beamforms up to `V::LANES` segments with the same number `count` of active elements, one in each
     /// lane: `z[lane][i]` is sample `first_sample + i`.
     ///
-    /// Runs may differ in beam, depth and length. A lane's bits do not depend on the other lanes nor
-    /// on `V`, but for `K > 0` on where its run begins: the time window's blocks are counted from
-    /// there, so give [`constant_runs`] whole. The scale is that of the input: a unit signal from
+    /// Segments may differ in beam, depth and length. A lane's bits do not depend on the other lanes nor
+    /// on `V`, but for `K > 0` on where its segment begins: the time window's blocks are counted from
+    /// there, so give [`constant_segments`] whole. The scale is that of the input: a unit signal from
     /// straight ahead gives 1 with DAS and MV. With `count = 0`, `z` is 0.
     ///
-    /// [`constant_runs`]: super::constant_runs()
+    /// [`constant_segments`]: super::constant_segments()
     ///
     /// Cost a sample and lane, in flops with `P = count − L + 1`: DAS `2·count`. The others: the
     /// covariance `6(count·L − L²/2) + 4PL + 4L²` once, whatever `K` is, and three additions a number
-    /// for the time window; a run of `n` samples takes `n + 2K` covariances. MV adds `L³/3 + 3L²`;
+    /// for the time window; a segment of `n` samples takes `n + 2K` covariances. MV adds `L³/3 + 3L²`;
     /// rank 1 `L³/3 + L²`, and `2L²` a Lanczos step, of which an echo takes 2 or 3, or `4L³/3` where
     /// no eigenvalue stands out; the full eigensolver, which serves the other methods and the lanes
     /// whose matrix is singular, `4L³/3` and the QL steps. Forward multiplies these by 4. RAM: the
     /// workspace.
     ///
     /// # Errors
-    /// [`Error::Capacity`] where there are more runs than lanes, or `count`, `L` or `2K+1` exceeds the
-    /// workspace; [`Error::Length`] where `z` is not as long as `runs`; [`Error::Parameter`] where
-    /// `K` is beyond a record or a run is outside its line.
+    /// [`Error::Capacity`] where there are more segments than lanes, or `count`, `L` or `2K+1` exceeds the
+    /// workspace; [`Error::Length`] where `z` is not as long as `segments`; [`Error::Parameter`] where
+    /// `K` is beyond a record or a segment is outside its line.
     #[inline]
-    pub fn runs<A: Averaging<V>, V: Vector>(
+    pub fn segments<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut WorkspaceView<'_, A, V>,
-        runs: &[Run<'_>],
+        segments: &[Segment<'_>],
         count: usize,
         z: &mut [&mut [Complex<f32>]],
     ) -> Result<(), Error> {
-        self.runs_within(workspace, workspace.sizes, runs, count, z)
+        self.segments_within(workspace, workspace.sizes, segments, count, z)
     }
 
-    /// [`Beamformer::runs`] with the workspace's sizes as a value of its own: see `fitting_runs`.
+    /// [`Beamformer::segments`] with the workspace's sizes as a value of its own: see `fitting_segments`.
     #[inline(always)]
-    pub(super) fn runs_within<A: Averaging<V>, V: Vector>(
+    pub(super) fn segments_within<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut WorkspaceView<'_, A, V>,
         sizes: Sizes,
-        runs: &[Run<'_>],
+        segments: &[Segment<'_>],
         count: usize,
         z: &mut [&mut [Complex<f32>]],
     ) -> Result<(), Error> {
-        if runs.len() > V::LANES {
+        if segments.len() > V::LANES {
             return Err(Error::Capacity {
-                name: "runs",
-                actual: runs.len(),
+                name: "segments",
+                actual: segments.len(),
                 capacity: V::LANES,
             });
         }
-        check_length("z", z.len(), runs.len())?;
-        for (run, z) in runs.iter().zip(z.iter()) {
-            self.check_run(run, count, z.len())?;
+        check_length("z", z.len(), segments.len())?;
+        for (segment, z) in segments.iter().zip(z.iter()) {
+            self.check_segment(segment, count, z.len())?;
         }
         if count == 0 {
             for z in z.iter_mut() {
@@ -84,49 +84,49 @@ impl Beamformer {
             return Ok(());
         }
         if let Some(direct) = self.parameters().method.direct() {
-            self.direct_runs(&direct, workspace.zero, runs, count, z);
+            self.direct_segments(&direct, workspace.zero, segments, count, z);
             return Ok(());
         }
         let subaperture = self.check_sizes(count, sizes)?;
-        self.fitting_runs(workspace, runs, count, subaperture, z);
-        postfilter(self.parameters(), workspace.zero, runs, count, z);
+        self.fitting_segments(workspace, segments, count, subaperture, z);
+        postfilter(self.parameters(), workspace.zero, segments, count, z);
         Ok(())
     }
 
-    /// Runs of a method without covariance.
+    /// Segments of a method without covariance.
     #[inline(always)]
-    pub(super) fn direct_runs<V: Vector>(
+    pub(super) fn direct_segments<V: Vector>(
         &self,
         direct: &Direct,
         zero: V,
-        runs: &[Run<'_>],
+        segments: &[Segment<'_>],
         count: usize,
         z: &mut [&mut [Complex<f32>]],
     ) {
-        for (run, z) in runs.iter().zip(z.iter_mut()) {
-            (direct.output)(run, count, z);
+        for (segment, z) in segments.iter().zip(z.iter_mut()) {
+            (direct.output)(segment, count, z);
         }
-        postfilter(self.parameters(), zero, runs, count, z);
+        postfilter(self.parameters(), zero, segments, count, z);
     }
 
-    /// Runs that fit, with the vector's instructions. Not inlined: where sizes are constants, as those of
+    /// Segments that fit, with the vector's instructions. Not inlined: where sizes are constants, as those of
     /// a [`Workspace`](super::Workspace), the compiler knows of an argument that the subaperture is not
     /// longer, and writes short loops out (7 % fewer instructions of rank 1 at 16/8 on a Cortex-M7).
     #[inline(never)]
-    fn fitting_runs<A: Averaging<V>, V: Vector>(
+    fn fitting_segments<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut WorkspaceView<'_, A, V>,
-        runs: &[Run<'_>],
+        segments: &[Segment<'_>],
         count: usize,
         subaperture: usize,
         z: &mut [&mut [Complex<f32>]],
     ) {
-        // A lane without a run keeps its zeros.
+        // A lane without a segment keeps its zeros.
         let zero = workspace.zero;
         workspace.snapshot.fill(ComplexVector::from_real(zero));
         zero.vectorize(
             #[inline(always)]
-            || self.lanes(workspace, runs, count, subaperture, z),
+            || self.lanes(workspace, segments, count, subaperture, z),
         );
     }
 
@@ -134,7 +134,7 @@ impl Beamformer {
     fn lanes<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut WorkspaceView<'_, A, V>,
-        runs: &[Run<'_>],
+        segments: &[Segment<'_>],
         count: usize,
         subaperture: usize,
         z: &mut [&mut [Complex<f32>]],
@@ -146,21 +146,21 @@ impl Beamformer {
             }
         }
         for push in 0..longest + 2 * self.parameters().temporal_half_window {
-            if let Some(silent) = self.push(workspace, runs, count, subaperture, push) {
+            if let Some(zero_power) = self.push(workspace, segments, count, subaperture, push) {
                 let i = push - 2 * self.parameters().temporal_half_window;
-                let value = self.output(workspace, count, subaperture, i, silent);
-                emit(runs, z, i, value);
+                let value = self.output(workspace, count, subaperture, i, zero_power);
+                emit(segments, z, i, value);
             }
         }
     }
 
-    /// Takes the run's sample `push − K` into the covariance; from push `2K` on, the loaded
+    /// Takes the segment's sample `push − K` into the covariance; from push `2K` on, the loaded
     /// covariance of sample `push − 2K` is complete, and the lanes without power are returned.
     #[inline(always)]
     pub(super) fn push<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut WorkspaceView<'_, A, V>,
-        runs: &[Run<'_>],
+        segments: &[Segment<'_>],
         count: usize,
         subaperture: usize,
         push: usize,
@@ -185,7 +185,7 @@ impl Beamformer {
             return None;
         };
         let sample = push as isize - temporal_half_window as isize;
-        snapshot::<A, V>(zero, runs, sample, active, sum, data);
+        snapshot::<A, V>(zero, segments, sample, active, sum, data);
         let size = A::COVARIANCE.lag_count(subaperture);
         let lags = time_window::slot(window, size, temporal_half_window, push);
         lag_sums::<A, V>(zero, active, subaperture, work, lags);
@@ -214,7 +214,7 @@ impl Beamformer {
         })
     }
 
-    /// `z` of sample `i` of the runs, at the runs' working scale.
+    /// `z` of sample `i` of the segments, at the segments' working scale.
     #[inline(always)]
     fn output<A: Averaging<V>, V: Vector>(
         &self,
@@ -222,7 +222,7 @@ impl Beamformer {
         count: usize,
         subaperture: usize,
         i: usize,
-        silent: V::Mask,
+        zero_power: V::Mask,
     ) -> ComplexVector<V> {
         let Parameters {
             method,
@@ -233,49 +233,49 @@ impl Beamformer {
         let data = slot_of(i + temporal_half_window, temporal_half_window, subaperture);
         let data = workspace.ring.get(data).unwrap_or_default();
         let (zero, solver) = (workspace.zero, &mut workspace.solver);
-        let sum = weighted_sum::<A, V>(zero, method, solver, subaperture, data, silent);
+        let sum = weighted_sum::<A, V>(zero, method, solver, subaperture, data, zero_power);
         let gain = zero.splat(A::gain(count - subaperture + 1));
-        ComplexVector::select(silent, ComplexVector::from_real(zero), sum.divide(gain))
+        ComplexVector::select(zero_power, ComplexVector::from_real(zero), sum.divide(gain))
     }
 
-    /// The run lies within its line and the time window within the record.
-    pub(super) fn check_run(
+    /// The segment lies within its line and the time window within the record.
+    pub(super) fn check_segment(
         &self,
-        run: &Run<'_>,
+        segment: &Segment<'_>,
         count: usize,
         samples: usize,
     ) -> Result<(), Error> {
         let temporal_half_window = self.parameters().temporal_half_window;
-        if temporal_half_window >= run.line.samples() {
+        if temporal_half_window >= segment.line.samples() {
             return Err(Error::Parameter {
                 name: "temporal_half_window",
                 value: temporal_half_window as f64,
                 expected: "fewer than the record's samples",
             });
         }
-        let (elements, record) = (run.line.elements(), run.line.samples());
-        if run.first_element > elements || count > elements - run.first_element {
+        let (elements, record) = (segment.line.elements(), segment.line.samples());
+        if segment.first_element > elements || count > elements - segment.first_element {
             return Err(Error::Parameter {
                 name: "first element",
-                value: run.first_element as f64,
+                value: segment.first_element as f64,
                 expected: "an active set within the line's elements",
             });
         }
-        if run.first_sample > record || samples > record - run.first_sample {
+        if segment.first_sample > record || samples > record - segment.first_sample {
             return Err(Error::Parameter {
                 name: "first sample",
-                value: run.first_sample as f64,
-                expected: "a run within the line's samples",
+                value: segment.first_sample as f64,
+                expected: "a segment within the line's samples",
             });
         }
         let reach = |sample: usize| sample.saturating_add(temporal_half_window).min(record);
-        let window = run.first_sample.saturating_sub(temporal_half_window)
-            ..reach(run.first_sample + samples);
-        if !run.line.holds(window) {
+        let window = segment.first_sample.saturating_sub(temporal_half_window)
+            ..reach(segment.first_sample + samples);
+        if !segment.line.holds(window) {
             return Err(Error::Parameter {
                 name: "first sample",
-                value: run.first_sample as f64,
-                expected: "a run whose time windows lie within the line's block",
+                value: segment.first_sample as f64,
+                expected: "a segment whose time windows lie within the line's block",
             });
         }
         Ok(())
@@ -324,17 +324,17 @@ fn loaded_matrix<A: Averaging<V>, V: Vector>(
     parameters: &Parameters,
     matrix: &mut [PanelColumn<A::Scalar>],
 ) -> V::Mask {
-    let silent = zero.vectorize(
+    let zero_power = zero.vectorize(
         #[inline(always)]
         || {
             let trace = A::trace(&lag, subaperture)?;
             let loading = DiagonalLoading::new(trace, subaperture, parameters.diagonal_loading);
             A::matrix(&lag, subaperture, &loading, matrix)?;
-            Some(loading.silent)
+            Some(loading.zero_power)
         },
     );
-    match silent {
-        Some(silent) => silent,
+    match zero_power {
+        Some(zero_power) => zero_power,
         None => zero.mask(|_| true),
     }
 }
@@ -342,14 +342,14 @@ fn loaded_matrix<A: Averaging<V>, V: Vector>(
 /// Puts sample `i` of the lanes out, at the line's own scale.
 #[inline(always)]
 fn emit<V: Vector>(
-    runs: &[Run<'_>],
+    segments: &[Segment<'_>],
     z: &mut [&mut [Complex<f32>]],
     i: usize,
     value: ComplexVector<V>,
 ) {
-    for (lane, (run, z)) in runs.iter().zip(z).enumerate() {
+    for (lane, (segment, z)) in segments.iter().zip(z).enumerate() {
         if let Some(z) = z.get_mut(i) {
-            *z = run.line.unscale(value.lane(lane));
+            *z = segment.line.unscale(value.lane(lane));
         }
     }
 }

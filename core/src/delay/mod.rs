@@ -1,28 +1,28 @@
 //! Channel data → aligned analytic samples.
 //!
-//! [`Delay`] turns the RF of one transmit (a [`Record`]) into the aligned analytic samples of one scan
+//! [`Delay`] cycles the RF of one transmit (a [`Record`]) into the aligned analytic samples of one scan
 //! line, by delay laws (`delay_law`), a filter that interpolates and decimates (`interpolate`, behind
 //! half-band filters where the record is much faster than the output, `decimator`) and a Hilbert
 //! transformer (`analytic`). [`IqDelay`] does so from I/Q (an [`IqRecord`]), by the same laws.
 
 mod analytic;
 mod decimator;
-mod delay;
 mod delay_law;
 mod interpolate;
 mod iq;
 mod kaiser;
 mod record;
+mod rf;
 mod sine;
 mod stage;
 
 pub use analytic::{MAX_HILBERT_TAPS, hilbert_taps};
-pub use delay::{
+pub use interpolate::MAX_DECIMATION;
+pub use iq::{IqDelay, IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples};
+pub use record::{MAX_MAGNITUDE, Record};
+pub use rf::{
     Compounding, Contribution, Delay, DelayParameters, MAX_SAMPLES, ScanLine, UPSAMPLING, Upsampled,
 };
-pub use interpolate::MAX_DECIMATION;
-pub use iq::{IqDelay, IqLayout, IqParameters, IqReading, IqRecord, IqSamples};
-pub use record::{MAX_MAGNITUDE, Record};
 pub use stage::Stage;
 
 use crate::Error;

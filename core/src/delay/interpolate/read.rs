@@ -8,7 +8,7 @@ const INTEGERS: f32 = 8_388_608.0;
 
 /// Where sixteen values are read.
 #[derive(Clone, Copy)]
-pub(in super::super) struct Places {
+pub(in super::super) struct TapPositions {
     /// The first sample under the filter; negative in front of the record.
     first: [i32; PARTIAL_SUMS],
     /// Where the row of the table begins, and how far the position lies towards the next one.
@@ -16,16 +16,16 @@ pub(in super::super) struct Places {
     weight: [f32; PARTIAL_SUMS],
 }
 
-impl Places {
+impl TapPositions {
     /// Sample 0, at a whole position.
-    pub(in super::super) const ZERO: Places = Places {
+    pub(in super::super) const ZERO: TapPositions = TapPositions {
         first: [0; PARTIAL_SUMS],
         row: [0; PARTIAL_SUMS],
         weight: [0.0; PARTIAL_SUMS],
     };
 }
 
-/// What working out places takes, in all lanes: once a record rather than once a vector.
+/// What working out positions takes, in all lanes: once a record rather than once a vector.
 pub(in super::super) struct Locator<V> {
     integers: V,
     phases: V,
@@ -37,7 +37,7 @@ pub(in super::super) struct Locator<V> {
 }
 
 impl<V: Vector> Locator<V> {
-    /// Works out the places `at` and on, where a vector of positions is read: `whole` (an integer below 2²³ in magnitude)
+    /// Works out the positions `at` and on, where a vector of positions is read: `whole` (an integer below 2²³ in magnitude)
     /// plus `position` (0..2²³) after the record's sample 0; nowhere unless `valid`.
     ///
     /// f32: q = ⌊position⌋; s = (position − q)·phases; the row is min(⌊s⌋, phases − 1), the weight
@@ -47,7 +47,7 @@ impl<V: Vector> Locator<V> {
         &self,
         (whole, position): (V, V),
         valid: V::Mask,
-        (places, at): (&mut Places, usize),
+        (positions, at): (&mut TapPositions, usize),
     ) {
         let position = V::select(valid, position, whole.zero());
         let q = floor(position, self.integers);
@@ -60,15 +60,15 @@ impl<V: Vector> Locator<V> {
         let reached = self.before.less(first) & first.less(self.length);
         let first = V::select(valid & reached, first, self.length);
 
-        let stretch = at..at + V::LANES;
-        first.truncate(&mut places.first[stretch.clone()]);
-        (row * self.row_len).truncate(&mut places.row[stretch.clone()]);
-        places.weight[stretch].copy_from_slice((s - row).lanes());
+        let range = at..at + V::LANES;
+        first.truncate(&mut positions.first[range.clone()]);
+        (row * self.row_len).truncate(&mut positions.row[range.clone()]);
+        positions.weight[range].copy_from_slice((s - row).lanes());
     }
 }
 
 impl Interpolator {
-    /// Works out places in a record of `length` whose sample 0 is `record[origin]`.
+    /// Works out positions in a record of `length` whose sample 0 is `record[origin]`.
     #[inline(always)]
     pub(in super::super) fn locator<V: Vector>(
         &self,
@@ -87,22 +87,22 @@ impl Interpolator {
         }
     }
 
-    /// The values of each of `records`, all of one length, at as many of `places`; samples outside
+    /// The values of each of `records`, all of one length, at as many of `positions`; samples outside
     /// the record read as 0.
     ///
     /// Order, f32: that of [`Dot::blended_dots`], with the samples, the row and the next one. Cost:
-    /// 2·taps products and 3·taps additions a place, of which records share taps and 2·taps.
+    /// 2·taps products and 3·taps additions a position, of which records share taps and 2·taps.
     #[inline(always)]
     pub(in super::super) fn read<V: Vector, const LINES: usize>(
         &self,
         zero: V,
         records: [&[f32]; LINES],
-        places: &[Places],
+        positions: &[TapPositions],
         values: [&mut [f32]; LINES],
     ) {
         match self.blocks {
-            1 => self.read_blocks::<V, 1, LINES>(zero, records, places, values),
-            _ => self.read_blocks::<V, MAX_BLOCKS, LINES>(zero, records, places, values),
+            1 => self.read_blocks::<V, 1, LINES>(zero, records, positions, values),
+            _ => self.read_blocks::<V, MAX_BLOCKS, LINES>(zero, records, positions, values),
         }
     }
 
@@ -111,7 +111,7 @@ impl Interpolator {
         &self,
         zero: V,
         records: [&[f32]; LINES],
-        places: &[Places],
+        positions: &[TapPositions],
         values: [&mut [f32]; LINES],
     ) {
         let table = self.table.0.as_flattened();
@@ -119,22 +119,22 @@ impl Interpolator {
             #[inline(always)]
             |values| values.as_chunks_mut::<PARTIAL_SUMS>().0.iter_mut(),
         );
-        for places in places {
+        for positions in positions {
             let dots = zero.blended_dots(
                 #[inline(always)]
                 |k| {
-                    let rows = window(table, places.row[k], 2 * BLOCKS * PARTIAL_SUMS)?;
+                    let rows = window(table, positions.row[k], 2 * BLOCKS * PARTIAL_SUMS)?;
                     let mut samples = [&[[0.0; PARTIAL_SUMS]; BLOCKS]; LINES];
                     for (samples, record) in samples.iter_mut().zip(records) {
-                        let under = window(record, places.first[k], BLOCKS * PARTIAL_SUMS)?;
+                        let under = window(record, positions.first[k], BLOCKS * PARTIAL_SUMS)?;
                         *samples = under.as_chunks().0.first_chunk()?;
                     }
-                    term(samples, rows, places.weight[k])
+                    term(samples, rows, positions.weight[k])
                 },
             );
             let dots = match dots {
                 Some(dots) => dots,
-                None => records.map(|record| at_the_edge::<BLOCKS>(record, table, places)),
+                None => records.map(|record| at_the_edge::<BLOCKS>(record, table, positions)),
             };
             for (values, dots) in values.iter_mut().zip(dots) {
                 if let Some(values) = values.next() {
@@ -175,10 +175,10 @@ fn term<'a, const BLOCKS: usize, const LINES: usize>(
 fn at_the_edge<const BLOCKS: usize>(
     record: &[f32],
     table: &[f32],
-    places: &Places,
+    positions: &TapPositions,
 ) -> [f32; PARTIAL_SUMS] {
     let mut samples = [[[0.0; PARTIAL_SUMS]; BLOCKS]; PARTIAL_SUMS];
-    for (samples, &first) in samples.iter_mut().zip(&places.first) {
+    for (samples, &first) in samples.iter_mut().zip(&positions.first) {
         for (k, sample) in samples.as_flattened_mut().iter_mut().enumerate() {
             // In front of the record, indices wrap around, to where there is nothing either.
             let index = (first as isize).wrapping_add(k as isize) as usize;
@@ -187,8 +187,8 @@ fn at_the_edge<const BLOCKS: usize>(
     }
     // One lane or many, the bits are the same.
     let dots = 0.0f32.blended_dots(|k| {
-        let rows = window(table, places.row[k], 2 * BLOCKS * PARTIAL_SUMS)?;
-        term([&samples[k]], rows, places.weight[k])
+        let rows = window(table, positions.row[k], 2 * BLOCKS * PARTIAL_SUMS)?;
+        term([&samples[k]], rows, positions.weight[k])
     });
     match dots {
         Some([dots]) => dots,
