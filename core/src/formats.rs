@@ -61,7 +61,7 @@ impl<D: crate::delay::Stage> Format for Frame<'_, '_, D> {
     }
 }
 
-/// Of memory behind a trait, and of kernels, there is nothing to be told.
+/// Memory behind a trait and kernels have nothing to print.
 impl Format for External<'_> {
     fn format(&self, f: Formatter<'_>) {
         defmt::write!(f, "External");

@@ -86,7 +86,7 @@ pub fn print() {
     for block in [1024, 128, 64, 32] {
         let [slow, fast, iq] = line(block);
         hprintln!(
-            "RAM line of 1024, 64 elements, stretches of {block}: RF 20 MHz {slow}, RF 100 MHz {fast}, I/Q {iq}"
+            "RAM line of 1024, 64 elements, blocks of {block}: RF 20 MHz {slow}, RF 100 MHz {fast}, I/Q {iq}"
         );
     }
     hprintln!("RAM golden cases, all workspaces {}", Workspaces::BYTES);

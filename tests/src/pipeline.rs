@@ -1,4 +1,4 @@
-//! Lines of a pipeline from I/Q counts, in stretches shorter than the aperture's growth.
+//! Lines of a pipeline from I/Q counts, in blocks shorter than the aperture's growth.
 
 use bonebeam::beamform::{self, Method, Workspace};
 use bonebeam::delay::{IqLayout, IqRecord, IqSamples};

@@ -105,7 +105,7 @@ fn assert_same_bits(left: &[Complex<f32>], right: &[Complex<f32>], what: &str) {
     }
 }
 
-/// `ours` has the bits of the reference, which has no lanes, stretches or shared tables.
+/// `ours` has the bits of the reference, which has no lanes, blocks or shared tables.
 fn assert_reference(
     ours: &[Complex<f32>],
     p: &DelayParameters,

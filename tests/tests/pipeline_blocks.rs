@@ -1,4 +1,4 @@
-//! Lines in stretches, from RF and from I/Q: the bits of the whole, whatever a line is cut into.
+//! Lines in blocks, from RF and from I/Q: the bits of the whole, whatever a line is cut into.
 
 use crate::common;
 
@@ -27,7 +27,7 @@ const INTERPOLATIONS: [IqInterpolation; 4] = [
 /// 2⁸⁰.
 const LOUD: f32 = (1u128 << 80) as f32;
 
-/// Every stretch of a line alone, over any lanes.
+/// Every block of a line alone, over any lanes.
 struct Stretches<'a, 'r, D: Stage> {
     delay: &'a D,
     line: &'a ScanLine<'a>,
@@ -61,7 +61,7 @@ fn bits(x: &[Complex<f32>]) -> Vec<[u32; 2]> {
 }
 
 /// The delay stage's samples do not depend on how a line is cut.
-fn assert_stretches_alike<D: Stage>(
+fn assert_blocks_alike<D: Stage>(
     delay: &D,
     line: &ScanLine,
     record: &D::Record<'_>,
@@ -116,7 +116,7 @@ fn a_stretch_of_a_line_has_the_bits_of_the_whole() {
             let record = Record::new(&rf, ELEMENTS).unwrap();
             let delay = Delay::new(p).unwrap();
             let shape = (ELEMENTS, scan.samples());
-            assert_stretches_alike(
+            assert_blocks_alike(
                 &delay,
                 &line,
                 &record,
@@ -139,7 +139,7 @@ fn a_stretch_of_a_line_has_the_bits_of_the_whole() {
             };
             let delay = IqDelay::new(p).unwrap();
             let shape = (ELEMENTS, scan.samples());
-            assert_stretches_alike(
+            assert_blocks_alike(
                 &delay,
                 &line,
                 &record,

@@ -1,8 +1,8 @@
 //! The beamformers: weights from a covariance, and a whole line from aligned samples (Eq. 1, 4–8).
 //!
 //! [`Beamformer`] holds validated [`Parameters`]; a [`Workspace`] holds the memory. One beam goes
-//! through [`Beamformer::line`]; where speed counts, [`Beamformer::segments`] does as many segments of samples
-//! at once as a vector has lanes, with the same bits.
+//! through [`Beamformer::line`]; where speed counts, [`Beamformer::segments`] does as many segments at
+//! once as a vector has lanes, with the same bits.
 
 mod aligned_line;
 mod line;

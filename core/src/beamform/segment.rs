@@ -1,10 +1,10 @@
-//! Samples of one beam with one active set.
+//! Samples of one line with one active aperture.
 
 use super::aligned_line::AlignedLine;
 use crate::geometry::Active;
 use core::ops::Range;
 
-/// Consecutive samples of one beam that have one active set: what a lane works on.
+/// Consecutive samples of one line with one active aperture: the work of a lane.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Segment<'a> {

@@ -1,4 +1,4 @@
-//! The kernel's drive: a vector's lanes of sample segments, from aligned samples to `z`.
+//! The kernel's drive: a segment in each lane, from aligned samples to `z`.
 //!
 //! Each stage (snapshot, lag sums, matrix, solver) is a function of its own, never inlined: the
 //! compiler then knows that what its arguments refer to does not overlap, and keeps what it counts in

@@ -167,14 +167,14 @@ fn products<V: Vector, const LAGS: usize>(
 #[inline(always)]
 pub fn subaperture_sum<V: Vector>(zero: V, x: &[ComplexVector<V>], s: &mut [ComplexVector<V>]) {
     let subapertures = x.len() - s.len() + 1;
-    let (Some((first, entering)), [column, s @ ..]) = (x.split_at_checked(subapertures), s) else {
+    let (Some((first, entering)), [slot, s @ ..]) = (x.split_at_checked(subapertures), s) else {
         return;
     };
     let mut sum = ComplexVector::from_real(zero);
     for &value in first {
         sum = sum + value;
     }
-    *column = sum;
+    *slot = sum;
     for ((s, &entering), &leaving) in s.iter_mut().zip(entering).zip(x) {
         sum = (sum + entering) - leaving;
         *s = sum;

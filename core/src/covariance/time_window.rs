@@ -18,7 +18,7 @@ pub const fn sets(temporal_half_window: usize) -> usize {
     }
 }
 
-/// Where sample `push` of a run (counted from 0) is to be written in `memory`, before [`window`]
+/// Where sample `push` of a segment (counted from 0) is to be written in `memory`, before [`window`]
 /// is asked for. `size` numbers make a set.
 ///
 /// At the beginning of a block the block before becomes suffix sums, newest first.

@@ -184,7 +184,7 @@ impl<'a> TransmitDelay<'a> {
     }
 }
 
-/// How far, in samples, one element follows an element on the line.
+/// Receive delay of one element, in samples after an element on the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ReceiveDelay {
     /// d², m².

@@ -1,6 +1,6 @@
 //! Channel data → aligned analytic samples.
 //!
-//! [`Delay`] cycles the RF of one transmit (a [`Record`]) into the aligned analytic samples of one scan
+//! [`Delay`] makes the RF of one transmit (a [`Record`]) into the aligned analytic samples of one scan
 //! line, by delay laws (`delay_law`), a filter that interpolates and decimates (`interpolate`, behind
 //! half-band filters where the record is much faster than the output, `decimator`) and a Hilbert
 //! transformer (`analytic`). [`IqDelay`] does so from I/Q (an [`IqRecord`]), by the same laws.

@@ -87,7 +87,7 @@ const fn odd(x: f64) -> (f64, f64) {
     (z * x, rest)
 }
 
-/// The cosine of `x + below`, of an eighth of a cycle at most.
+/// The cosine of `x + below`, for angles up to π/4.
 const fn cosine(x: f64, below: f64) -> f64 {
     let z = x * x;
     let square = z * z;

@@ -9,7 +9,7 @@ use super::{Active, Scan};
 use crate::Error;
 use crate::error::check_length;
 
-/// How wide the aperture is at each sample of a scan's lines.
+/// The aperture's width at each sample of a scan's lines.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ApertureTable<'m> {
@@ -18,7 +18,7 @@ pub struct ApertureTable<'m> {
     widths: &'m [f32],
 }
 
-/// Where a line stands, in steps of 2⁻²⁰ pitches from element 0.
+/// The aperture centre of a line, in steps of 2⁻²⁰ pitches from element 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ApertureCentre(i64);
@@ -72,7 +72,7 @@ impl<'m> ApertureTable<'m> {
         })
     }
 
-    /// Where a line of the scan stands: once a line.
+    /// The aperture centre of a line; computed once a line.
     pub fn centre(scan: &Scan<'_>, line: usize) -> ApertureCentre {
         let steps = libm::round(scan.aperture_centre(line) * GRID);
         // A line that is nowhere is far away.
@@ -86,7 +86,7 @@ impl<'m> ApertureTable<'m> {
             return none;
         };
         let width = width as i64;
-        // ⌈foot − width/2⌉, both doubled: the shift rounds down, so signs are turned before and after.
+        // ⌈centre − width/2⌉, both doubled: the shift rounds down, so the sign changes before and after.
         let centre = if centre.0 > FAR {
             FAR
         } else if centre.0 < -FAR {

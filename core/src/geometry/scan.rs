@@ -74,7 +74,7 @@ impl<'a> Scan<'a> {
     pub const fn new(parameters: ScanParameters<'a>) -> Result<Self, Error> {
         match more_than_twice(parameters.output_rate, parameters.centre_frequency) {
             Ok(()) => Self::of_iq(parameters),
-            // What is wrong with the numbers themselves is told first.
+            // Numbers that are out of range are reported first.
             Err(error) => match Self::of_iq(parameters) {
                 Ok(_) => Err(error),
                 Err(first) => Err(first),
@@ -189,7 +189,7 @@ impl<'a> Scan<'a> {
         self.parameters.array.aperture_centre(&self.ray(line))
     }
 
-    /// The active elements, at an output sample, of a line with this foot: [`Aperture::active`] at the
+    /// The active elements, at an output sample, of a line with this aperture centre: [`Aperture::active`] at the
     /// distance along the line.
     pub fn active_at(&self, centre: f64, sample: usize) -> Active {
         self.aperture.active(centre, self.depth(sample))

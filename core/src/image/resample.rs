@@ -57,7 +57,7 @@ pub fn resample(
         return Ok(());
     }
 
-    // A few columns at a time, whose places among the beams serve all rows.
+    // A few columns at a time, whose positions among the beams serve all rows.
     const AT_A_TIME: usize = 64;
     for first in (0..columns.count).step_by(AT_A_TIME) {
         let mut positions = [None; AT_A_TIME];
@@ -121,7 +121,7 @@ pub(super) fn interpolate(
     Some(between(between(*a, *b, q), between(*c, *d, q), p))
 }
 
-/// The values at a place and the next one.
+/// The values at an index and the next one.
 fn pair(data: &[f32], at: usize) -> Option<&[f32; 2]> {
     data.get(at..)?.first_chunk()
 }

@@ -6,11 +6,11 @@ use crate::Error;
 use crate::error::{check_length, finite};
 use crate::geometry::Axis;
 
-/// Lines that go out from one place: a sector, or the normals of a convex array.
+/// Lines that go out from one point: a sector, or the normals of a convex array.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fan {
-    /// The lateral position of the place, m.
+    /// The lateral position of the point, m.
     pub x: f64,
     /// Its depth, m: above the array for a convex one.
     pub z: f64,
@@ -37,7 +37,7 @@ impl Fan {
 /// `[row][column]` with row 0 shallowest. The lines lie at `angles` (rad, from the z axis) of a `fan`, and
 /// their samples at the distances `samples` from where they begin.
 ///
-/// A pixel `u = x − x₀`, `v = z − z₀` from the fan's place lies at the angle `atan2(u, v)` and the distance
+/// A pixel `u = x − x₀`, `v = z − z₀` from the fan's apex lies at the angle `atan2(u, v)` and the distance
 /// `√(u² + v²) − radius`, in f64; between four data points as in
 /// [`resample()`](super::resample()). Outside the data it is 0.
 ///

@@ -320,7 +320,7 @@ fn rotate<S: Scalar<V>, V: Vector>(rotated: V::Mask, [left, right]: [S; 2], s: V
 #[cfg(test)]
 mod tests {
     use super::*;
-    /// Beside a diagonal of zeros nothing is small by its fraction.
+    /// Beside a diagonal of zeros no entry is relatively small.
     #[test]
     fn an_entry_counts_from_2_to_the_minus_50() {
         let least = 1.0 / (1u64 << 50) as f32;

@@ -221,10 +221,10 @@ pub fn lanczos<S: Scalar<V>, V: Vector>(
     (eigenvalue, done)
 }
 
-/// Puts a value into its place, which is there: a basis has no more vectors than there is room for.
+/// Sets `values[index]`; the basis has no more vectors than fit, so `index` is in bounds.
 #[inline(always)]
-fn put<V: Vector, T>(slots: &mut [T], slot: usize, value: T) {
-    if let Some(slot) = get_mut::<V, _, _>(slots, slot) {
+fn put<V: Vector, T>(values: &mut [T], index: usize, value: T) {
+    if let Some(slot) = get_mut::<V, _, _>(values, index) {
         *slot = value;
     }
 }
@@ -411,7 +411,7 @@ fn orthogonalise<S: Scalar<V>, V: Vector>(
     }
 }
 
-/// `Σ_k v_k·y_k`, `k` ascending from zero; the start vector's fraction is its entry.
+/// `Σ_k v_k·y_k`, `k` ascending from zero; the start vector's term is its entry.
 #[inline(always)]
 fn combine<S: Scalar<V>, V: Vector>(
     basis: &[PanelColumn<S>],

@@ -9,7 +9,7 @@ use core::ops::Range;
 /// The most scales of a bank.
 pub const MAX_SCALES: usize = 8;
 
-/// What a bank of filters is told.
+/// The parameters of a bank of filters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters<'a> {

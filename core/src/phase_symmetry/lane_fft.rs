@@ -93,7 +93,7 @@ impl<V: Vector> Fft<V> for LaneFft {
             return;
         }
         let bits = length.trailing_zeros();
-        // Two levels without products. The input is taken from four places on, one after the other, as
+        // Two levels without products. The input is taken from four indices on, one after the other, as
         // memory is read fastest; what comes of it lies in bit-reversed order.
         for at in 0..length / 4 {
             // A quarter of the longest line is counted by eight bits.

@@ -2,7 +2,7 @@
 
 use crate::simd::Vector;
 
-/// Puts `lines` lines into the lanes of vectors: `work` is told the first line of each vector, and how
+/// Puts `lines` lines into the lanes of vectors: `work` gets the first line of each vector, and how
 /// many there are in it. It is compiled twice, for whole vectors and for the rest, so that the former are
 /// read and written by single instructions.
 #[inline(always)]
@@ -16,7 +16,7 @@ pub(super) fn in_groups<V: Vector>(lines: usize, mut work: impl FnMut(usize, usi
     }
 }
 
-/// The first `lanes` numbers from place `at` on, in the lanes of a vector that is otherwise `rest`.
+/// The first `lanes` numbers of `from[at..]`, in the lanes of a vector that is otherwise `rest`.
 #[inline(always)]
 pub(super) fn load_partial<V: Vector>(rest: V, from: &[f32], at: usize, lanes: usize) -> V {
     let mut vector = rest;
@@ -32,7 +32,7 @@ pub(super) fn load_partial<V: Vector>(rest: V, from: &[f32], at: usize, lanes: u
     vector
 }
 
-/// The first `lanes` lanes, to as many numbers from place `at` on.
+/// The first `lanes` lanes, to as many numbers of `to[at..]`.
 #[inline(always)]
 pub(super) fn store_partial<V: Vector>(vector: V, to: &mut [f32], at: usize, lanes: usize) {
     if V::LANES == 1 {

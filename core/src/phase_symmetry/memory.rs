@@ -108,7 +108,7 @@ impl Sizes {
 
 /// The five matrices in external memory. Their contents need not be initialised.
 ///
-/// What is read and written at a time lies in one piece or in a few long ones: complex numbers are
+/// What is read and written at a time lies in one range or in a few long ones: complex numbers are
 /// in strips, and of each strip line after line, the real parts of all its columns (or rows), then
 /// the imaginary ones.
 pub struct External<'a> {

@@ -1,4 +1,4 @@
-//! From the records of transmits to a beamformed line, a block after the other.
+//! From the records of transmits to a beamformed line, block by block.
 
 use super::DepthGate;
 use crate::beamform::{AlignedLine, Beamformer, Parameters, WorkspaceView};
@@ -97,8 +97,7 @@ impl Block {
     }
 }
 
-/// What a line is worked out in: the lengths are those of [`LinePipeline::lengths`] for any block, and the
-/// bits the same.
+/// Memory for one line: the lengths are those of [`LinePipeline::lengths`] for any block, with the same bits.
 pub struct LineMemory<'m> {
     /// For the delay stage.
     pub scratch: &'m mut [f32],
@@ -348,8 +347,8 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     }
 
     /// A beamformed line: [`LinePipeline::align`], then [`Beamformer::line`], or [`Beamformer::line_within`] the
-    /// gate, for a block of the line after the other, as long as the memory allows. The transmits are gone
-    /// through once for each.
+    /// gate, block by block, as long as the memory allows. The transmits are gone
+    /// through once for each block.
     ///
     /// The beamformer's working scale is that of the records, so that it is the same for all blocks:
     /// samples 300 dB below what the records hold are at the end of the floats' range.
@@ -454,8 +453,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     }
 }
 
-/// How many aligned samples lie in memory where `block` samples of a line are put out at a time: a block of
-/// the time window at least.
+/// Number of aligned samples in memory for an output block of `block` samples, of `2K + 1` at least.
 pub(super) const fn buffered(samples: usize, half_window: usize, block: usize) -> usize {
     let margins = half_window.saturating_mul(2);
     let window = margins.saturating_add(1);
@@ -468,7 +466,7 @@ pub(super) const fn buffered(samples: usize, half_window: usize, block: usize) -
     }
 }
 
-/// Where a line is cut: where the active set changes, and at multiples of the time window's block from
+/// Cuts a line into blocks: where the active set changes, and at multiples of the time window's length from
 /// there.
 struct Cuts<F> {
     samples: usize,
@@ -482,7 +480,7 @@ struct Cuts<F> {
 }
 
 impl<F: Fn(usize) -> Active> Cuts<F> {
-    /// Blocks of at most so many samples; a block at least.
+    /// Blocks of at most `block` samples, which is at least the time window's length.
     fn new(samples: usize, half_window: usize, block: usize, active: F) -> Self {
         Cuts {
             samples,

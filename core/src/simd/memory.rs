@@ -16,7 +16,7 @@ pub(crate) fn load<V: Vector>(zero: V, from: &[f32]) -> V {
     vector
 }
 
-/// As many numbers as there are lanes from place `at` on, if there are.
+/// Loads one vector from `from[at..]`; `None` past the end.
 #[inline(always)]
 pub(crate) fn load_at<V: Vector>(zero: V, from: &[f32], at: usize) -> Option<V> {
     let mut vector = zero;
@@ -24,8 +24,8 @@ pub(crate) fn load_at<V: Vector>(zero: V, from: &[f32], at: usize) -> Option<V> 
     Some(vector)
 }
 
-/// The item or items of `values` at `index`, which is within. With several lanes by an index, which leaves
-/// more registers to what is computed; with one lane there is then no call of a panic.
+/// Returns `values[index]`; `index` must be in bounds. Vector builds index directly, which saves registers; the
+/// scalar build uses `get`, so that no panic is linked.
 #[inline(always)]
 pub(crate) fn get<V: Vector, T, I: SliceIndex<[T]>>(values: &[T], index: I) -> Option<&I::Output> {
     if V::LANES > 1 {
@@ -35,7 +35,7 @@ pub(crate) fn get<V: Vector, T, I: SliceIndex<[T]>>(values: &[T], index: I) -> O
     }
 }
 
-/// [`at`], to be written.
+/// [`get`], mutable.
 #[inline(always)]
 pub(crate) fn get_mut<V: Vector, T, I: SliceIndex<[T]>>(
     values: &mut [T],
@@ -48,7 +48,7 @@ pub(crate) fn get_mut<V: Vector, T, I: SliceIndex<[T]>>(
     }
 }
 
-/// Takes the first `length` numbers off `from`, which is as long at least.
+/// Splits the first `length` numbers off `from`, which is at least as long.
 #[inline(always)]
 pub(crate) fn split_front<'a, T>(from: &mut &'a mut [T], length: usize) -> &'a mut [T] {
     from.split_off_mut(..length).unwrap_or_default()
@@ -63,8 +63,7 @@ pub(crate) fn copy<T: Copy>(from: &[T], to: &mut [T]) {
     }
 }
 
-/// The rows of a square become its columns: vector `k` gets lane `k` of every vector. Only the first
-/// vectors count, as many as one has lanes.
+/// Transposes the first `V::LANES` vectors: vector `k` gets lane `k` of every vector.
 #[inline(always)]
 pub(crate) fn transpose<V: Vector>(square: &mut [V; MOST_LANES]) {
     // Each round moves one more bit of the row's number into the lane's.

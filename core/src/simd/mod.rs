@@ -273,7 +273,7 @@ mod tests {
         for k in 0..V::LANES {
             assert_eq!(vector.lane(k), Complex::new(2.0, 0.0));
         }
-        // As many integers as there is room for.
+        // As many integers as fit.
         for length in 0..V::LANES + 2 {
             let mut integers = std::vec![7; length];
             vector.re.truncate(&mut integers);

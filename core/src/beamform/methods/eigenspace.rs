@@ -18,7 +18,7 @@ use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
 ///
 /// With `λ₁` and `e₁` no back substitution is needed: `w_p = e₁(e₁ᴴa)/(λ₁·aᴴR⁻¹a)`, and
 /// `aᴴR⁻¹a = ‖G⁻¹a‖²` from one forward solve. The Lanczos iteration serves the lanes where it arrives,
-/// [`dominant_eigenpair`] the others but for the `zero_power` ones. Also returns the lanes that this is true of:
+/// [`dominant_eigenpair`] the others except the `zero_power` ones. Also returns the lanes that this is true of:
 /// where `R` is singular in f32, the caller takes [`esmv`] instead.
 ///
 /// `e₁ᴴa` is taken as `e₁ᴴ(R·a)/λ₁`. For an echo from aside its terms cancel, and an error of `e₁` would

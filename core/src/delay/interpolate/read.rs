@@ -6,7 +6,7 @@ use crate::simd::{Dot, PARTIAL_SUMS, Term, Vector};
 /// 2²³: from here to its double, floats are the integers.
 const INTEGERS: f32 = 8_388_608.0;
 
-/// Where sixteen values are read.
+/// The positions of sixteen values: samples, rows of the filter's table, weights.
 #[derive(Clone, Copy)]
 pub(in super::super) struct TapPositions {
     /// The first sample under the filter; negative in front of the record.
@@ -25,7 +25,7 @@ impl TapPositions {
     };
 }
 
-/// What working out positions takes, in all lanes: once a record rather than once a vector.
+/// Constants of the computation of positions, in all lanes: made once a record.
 pub(in super::super) struct Locator<V> {
     integers: V,
     phases: V,
@@ -37,8 +37,8 @@ pub(in super::super) struct Locator<V> {
 }
 
 impl<V: Vector> Locator<V> {
-    /// Works out the positions `at` and on, where a vector of positions is read: `whole` (an integer below 2²³ in magnitude)
-    /// plus `position` (0..2²³) after the record's sample 0; nowhere unless `valid`.
+    /// Computes `positions` from index `at` on, for a vector of positions: `whole` (an integer below 2²³ in
+    /// magnitude) plus `position` (0..2²³) after the record's sample 0; nowhere unless `valid`.
     ///
     /// f32: q = ⌊position⌋; s = (position − q)·phases; the row is min(⌊s⌋, phases − 1), the weight
     /// s − row.

@@ -1,20 +1,20 @@
-//! I/Q counts in fixed point: the line between two samples, rotated by a table.
+//! I/Q counts in fixed point: linear interpolation, the carrier phase from a table.
 //!
-//! For processors without f64, and where the delay stage must cost little. Positions, weights and cycles are whole
+//! For processors without f64, and where the delay stage must cost little. Positions, weights and phases are whole
 //! numbers:
 //!
-//! - The position of an element straight above the line is p·2³² and its cycles v·2⁴⁴. Where the transmit wave's
+//! - The position of an element straight above the line is p·2³² and its phase v·2⁴⁴, in cycles. Where the transmit wave's
 //!   path grows evenly with depth (focused and plane waves), both grow by the same whole number from sample to
 //!   sample. f64 is needed once a line then, else once a sample.
 //! - An element's receive delay is worked out in f32 at every sample ([`delay_law`](crate::delay::delay_law)), and cut
 //!   to 2⁻¹⁸ samples: l. Straight down from a linear array, how far it lies aside is an f32, too: that of element
 //!   0 and its pitches.
-//! - It is read at ⌊p·2¹³⌋ + ⌊l/2⁵⌋, and rotated by v + l·⌊f_demod/fs·2²⁶ + ½⌋.
+//! - It is read at ⌊p·2¹³⌋ + ⌊l/2⁵⌋, and its phase is v + l·⌊f_demod/fs·2²⁶ + ½⌋.
 //! - Between the samples a and b: a·(2¹³ − w) + b·w, with the weight w of 13 bits.
-//! - Cosine and sine stand in a table of 4096 positions a cycle, of 14 bits; the nearest position serves.
+//! - Cosine and sine stand in a table of 4096 phases of 14 bits; the nearest one serves.
 //! - `⌊re·cos/2¹⁶⌋ − ⌊im·sin/2¹⁶⌋` and `⌊re·sin/2¹⁶⌋ + ⌊im·cos/2¹⁶⌋`, in 2⁻¹¹ of a count, times the scale in f32.
 //!
-//! Beside the line's own error the position errs by up to 2⁻¹² samples, and the cycle by half a position of the table,
+//! Beside the line's own error the position errs by up to 2⁻¹² samples, and the phase by half a step of the table,
 //! 7.7·10⁻⁴ rad, and 10⁻⁴·f_demod/fs rad. Records have up to 2¹⁶ samples and elements lie within 8191 samples' way of the
 //! line, so that positions and receive delays fit a word.
 
@@ -30,11 +30,11 @@ const POSITION_BITS: u32 = 13;
 /// Bits of a receive delay's fraction of a sample.
 const DELAY_BITS: u32 = 18;
 const DELAY_SCALE: f32 = (1 << DELAY_BITS) as f32;
-/// Bits of the cycles that a sample makes.
+/// Fraction bits of f_demod/fs, in cycles per sample.
 const RATE_BITS: u32 = 26;
 /// The largest f_demod/fs, of which so many bits are left.
 pub(super) const MAX_CYCLES_PER_SAMPLE: f64 = 2.0;
-/// Positions of the table a cycle, as bits, and those of its numbers.
+/// Phases of the table, as bits, and the scale of its numbers.
 const TABLE_BITS: u32 = 12;
 const TABLE: usize = 1 << TABLE_BITS;
 const NUMBERS: f32 = 16384.0;
@@ -73,7 +73,7 @@ struct Centre {
     depth: f32,
     /// In 2⁻³² samples.
     position: i64,
-    /// In 2⁻⁴⁴ cycles, whatever the whole ones.
+    /// Carrier phase modulo 1, in 2⁻⁴⁴ cycles.
     cycles: i64,
 }
 
@@ -250,7 +250,7 @@ impl IqDelay {
         (centre.depth > 0.0 && centre.depth < f32::MAX).then_some(centre)
     }
 
-    /// Position and cycles at output sample `n`.
+    /// Position in samples and carrier phase in cycles at output sample `n`.
     fn flight(&self, source: &Source, n: f64) -> [f64; 2] {
         let p = &self.parameters;
         let r = p.sound_speed * (p.output_start + n / p.output_rate) / 2.0;
@@ -280,7 +280,7 @@ fn out_of_reach(distance: f32) -> Error {
     Error::Parameter {
         name: "element's way to the line",
         value: f64::from(distance),
-        expected: "below 8191 samples, for a reading in fixed point",
+        expected: "below 8191 samples, for interpolation in fixed point",
     }
 }
 
@@ -289,7 +289,7 @@ fn whole(x: f64, bits: u32) -> i64 {
     libm::floor(x * (1u64 << bits) as f64) as i64
 }
 
-/// The part of a cycle, in 2⁻⁴⁴.
+/// The fraction of a number of cycles, in 2⁻⁴⁴.
 fn fraction(cycles: f64) -> i64 {
     whole(cycles - libm::floor(cycles), DELAY_BITS + RATE_BITS)
 }

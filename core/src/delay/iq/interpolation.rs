@@ -1,4 +1,4 @@
-//! Reading I/Q between its samples.
+//! Interpolation of I/Q between its samples.
 //!
 //! Worst error, of the pulse's peak, on a Gaussian pulse of the bandwidth B at −6 dB, by the rate of the
 //! record over B:
@@ -26,9 +26,9 @@ pub enum IqInterpolation {
     Cubic,
     /// By a windowed sinc of 12 taps.
     Sinc,
-    /// Along the line, in fixed point, and rotated by a table: for processors without f64, at about a third of
+    /// Linear in fixed point, carrier phase from a table: for processors without f64, at about a third of
     /// the instructions of [`IqInterpolation::Linear`]. Of counts only, of f_demod below twice the rate, of up to 65 536
-    /// samples of 4096 elements, and of elements within 8191 samples' way of the line. The cycle errs by up to
+    /// samples of 4096 elements, and of elements within 8191 samples' way of the line. The phase errs by up to
     /// 7.7·10⁻⁴ + 10⁻⁴·f_demod/fs rad beside what the line errs.
     LinearFixed,
 }
@@ -57,7 +57,7 @@ impl IqInterpolation {
     }
 }
 
-/// What a reading makes of the samples around a position.
+/// Interpolates the samples around a position.
 pub(super) trait Read<const TAPS: usize> {
     /// The value `weight` (0..1) of a sample after the one in the middle: the one before the position is
     /// `samples[TAPS/2 − 1]`.
@@ -200,10 +200,10 @@ mod tests {
                 error(&Cubic, ratio),
                 error(&SINC, ratio),
             ];
-            for (found, told) in found.iter().zip([linear, cubic, sinc]) {
+            for (found, documented) in found.iter().zip([linear, cubic, sinc]) {
                 assert!(
-                    *found <= told && *found > 0.8 * told,
-                    "{ratio}: {found} {told}"
+                    *found <= documented && *found > 0.8 * documented,
+                    "{ratio}: {found} {documented}"
                 );
             }
         }

@@ -1,7 +1,7 @@
 //! One scan line of one transmit from I/Q: baseband samples → aligned analytic samples.
 //!
 //! Each active element is read where an RF record would be, `(τ_tx + τ_rx − t0)·fs`
-//! ([`delay_law`](super::delay_law)), and what is read is rotated by e^(+j2π·f_demod·(τ_tx + τ_rx)):
+//! ([`delay_law`](super::delay_law)), and the interpolated value is multiplied by e^(+j2π·f_demod·(τ_tx + τ_rx)):
 //! what the analytic signal of the RF would have been there, up to the demodulator's band. No filter
 //! follows, so that there is neither a line nor a margin to be held.
 //!
@@ -81,7 +81,7 @@ impl IqParameters {
 
 /// Numbers that are kept of an element's receive delay.
 const DELAY_NUMBERS: usize = 7;
-/// Cycles beyond this many are not told apart.
+/// The largest number of cycles whose fraction is kept in f32.
 const MOST_CYCLES: f32 = (1 << 22) as f32;
 /// The largest f_demod/fs: what a record can be read at is then within [`MOST_CYCLES`].
 const MAX_CYCLES_PER_SAMPLE: f64 = 1e6;
@@ -96,7 +96,7 @@ const MAX_CYCLES_PER_SAMPLE: f64 = 1e6;
 /// `ahead`; cosine and sine of that, times the scale; `re·cos − im·sin` and `re·sin + im·cos`.
 /// [`IqInterpolation::LinearFixed`] works in whole numbers instead: see `core/src/delay/iq/fixed.rs`.
 ///
-/// Cost per output sample and active element, beside the reading (linear: 2 products, 4 additions;
+/// Cost per output sample and active element, beside the interpolation (linear: 2 products, 4 additions;
 /// cubic: 17 and 13; sinc: 37 and 48): 21 products, 20 additions, a division and a root. Per output
 /// sample a few f64 operations, two divisions among them. RAM: the stage, the scratch and about
 /// 1 KiB of stack.
@@ -158,7 +158,7 @@ pub struct IqDelay {
     parameters: IqParameters,
 }
 
-/// Where an element straight above the line is read at an output sample, and the cycles there.
+/// Where an element straight above the line is read at an output sample, and the carrier phase there, in cycles.
 #[derive(Clone, Copy)]
 struct Centre {
     depth: f32,
@@ -200,7 +200,7 @@ impl IqDelay {
             return Err(Error::Parameter {
                 name: "demodulation_frequency",
                 value: p.demodulation_frequency,
-                expected: "less than twice the sampling rate, for a reading in fixed point",
+                expected: "less than twice the sampling rate, for interpolation in fixed point",
             });
         }
         let sizes = [
@@ -229,7 +229,7 @@ impl IqDelay {
         &self.parameters
     }
 
-    /// The line by a reading, whatever the samples are.
+    /// The line by one interpolation, for samples of either type.
     fn read<V: Vector, const TAPS: usize>(
         &self,
         zero: V,
@@ -318,7 +318,7 @@ impl IqDelay {
                 p.sound_speed,
                 p.sampling_rate,
             );
-            // The cycles of the whole samples that `ahead` takes off.
+            // The phase of the whole samples that `ahead` takes off, in cycles.
             let whole = f64::from(receive_delay.ahead()) * a_sample;
             let cycles = (libm::ceil(whole) - whole) as f32;
             let group = (k / V::LANES) * DELAY_NUMBERS * V::LANES + k % V::LANES;
@@ -336,7 +336,7 @@ impl IqDelay {
         scratch
     }
 
-    /// Depth, position and cycles of an element straight above the line at output sample `n`; depth 0 where
+    /// Depth, position and carrier phase of an element straight above the line at output sample `n`; depth 0 where
     /// nothing can be read.
     #[inline(always)]
     fn centre(&self, transmit: &TransmitDelay, cycles: f64, t0: f64, n: usize) -> Centre {
@@ -453,7 +453,7 @@ impl Stage for IqDelay {
                     return Err(Error::Parameter {
                         name: "iq",
                         value: 0.0,
-                        expected: "counts, for a reading in fixed point",
+                        expected: "counts, for interpolation in fixed point",
                     });
                 };
                 self.fixed(source, &source.record.window(samples), scratch, out)?;

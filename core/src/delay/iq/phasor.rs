@@ -1,4 +1,4 @@
-//! Phase rotation: cosine and sine of a number of cycles, by two polynomials.
+//! Phasors: cosine and sine of a phase in cycles, by two polynomials.
 //!
 //! With x the distance to the nearest whole cycle, −½..½, and y = x²:
 //!
@@ -20,7 +20,7 @@ const COSINE: [f32; 5] = [-19.739_05, 64.930_28, -85.286_85, 58.852_547, -21.162
 /// S₀ to S₄.
 const SINE: [f32; 5] = [6.283_056, -41.331_215, 81.366_81, -74.478, 32.781_4];
 
-/// cos 2πφ and sin 2πφ of a number of cycles below 2²² in magnitude.
+/// cos 2πφ and sin 2πφ of a phase φ in cycles, below 2²² in magnitude.
 #[inline(always)]
 pub(super) fn phasor<V: Vector>(cycles: V) -> (V, V) {
     let integers = cycles.splat(INTEGERS);
@@ -35,7 +35,7 @@ pub(super) fn phasor<V: Vector>(cycles: V) -> (V, V) {
     (cycles.splat(1.0) + cosine * y, sine * x)
 }
 
-/// The same of 0 to 1 cycle in a constant, by the same operations.
+/// [`phasor`] for constants, from 0 to 1 cycle, by the same operations.
 pub(super) const fn constant_phasor(cycles: f32) -> (f32, f32) {
     let x = cycles - ((cycles + INTEGERS) - INTEGERS);
     let y = x * x;
@@ -56,7 +56,7 @@ mod tests {
     #[test]
     fn the_documented_error_holds() {
         let mut worst = [0.0f64; 2];
-        // All of a cycle either way, in steps of 2⁻²⁰, and beside them.
+        // A whole cycle either way, in steps of 2⁻²⁰, and beside them.
         for step in (-(1 << 20)..=1 << 20).step_by(crate::step(99_991)) {
             for aside in [0.0, 3e-7] {
                 let cycles = step as f32 / (1 << 20) as f32 + aside;

@@ -116,7 +116,7 @@ impl<'a> IqRecord<'a> {
         self.length
     }
 
-    /// What neither part of an aligned sample exceeds: a reading makes at most 2.3 of 1, and a cycle √2.
+    /// What neither part of an aligned sample exceeds: interpolation makes at most 2.3 of 1, and rotation √2.
     pub(in crate::delay) fn largest_aligned(&self) -> f32 {
         4.0 * self.largest
     }
@@ -275,7 +275,7 @@ impl defmt::Format for IqRecord<'_> {
 mod tests {
     use super::*;
 
-    /// 2.3 of a reading times √2 of a cycle, of samples of any size, as numbers and as counts.
+    /// 2.3 of interpolation times √2 of rotation, of samples of any size, as numbers and as counts.
     #[test]
     fn the_bound_of_aligned_samples_grows_with_the_samples() {
         for largest in [0.0, 1e-20f32, 1e-3, 1.0, 1000.0, MAX_MAGNITUDE] {

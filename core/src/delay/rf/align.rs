@@ -513,7 +513,7 @@ fn put_row<V: Vector>(
     }
 }
 
-/// Puts parts by cycles into `out`, which may be shorter.
+/// Puts real and imaginary parts alternately into `out`, which may be shorter.
 #[inline(always)]
 fn put_parts(compounding: Compounding, parts: &[f32], out: &mut [Complex<f32>]) {
     let values = parts.as_chunks::<2>().0;
