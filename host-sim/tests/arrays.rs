@@ -21,7 +21,7 @@ const T0: f64 = -0.8e-6;
 /// The pulse's bandwidth at −6 dB.
 const BANDWIDTH: f64 = 0.6 * F0;
 /// I/Q against RF with the default reading: 9·10⁻⁴ of the pulse's peak at 3.33 times the bandwidth
-/// (tests/iq.rs), and the 1.6·10⁻³ of RF read at 32 MHz and put out at 20 MHz.
+/// (tests/iq/mod.rs), and the 1.6·10⁻³ of RF read at 32 MHz and put out at 20 MHz.
 const IQ_AGAINST_RF: f32 = 2.5e-3;
 
 /// An array: its elements' positions and normals.

@@ -1,8 +1,9 @@
 //! The pipeline, from RF and from I/Q: frames have the bits of the stages and of the host's drive; bones where they
 //! are; a plan of one's own delay stage.
 
-use crate::common;
+mod iq;
 
+use crate::common;
 use bonebeam::beamform::{self, AlignedLine, Method, Segment, constant_segments};
 use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::delay::{
@@ -438,96 +439,4 @@ fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
             refused => panic!("{expected}: {refused:?}"),
         }
     }
-}
-
-const IQ_SIZES: Sizes = match PARAMETERS_OF_IQ.sizes_of_iq() {
-    Ok(sizes) => sizes,
-    Err(_) => panic!("the scan is not valid"),
-};
-const PARAMETERS_OF_IQ: Parameters = Parameters {
-    scan: ScanParameters {
-        sampling_rate: 12.5e6,
-        record_samples: 220,
-        output_rate: 15e6,
-        ..PARAMETERS.scan
-    },
-    block: 24,
-    ..PARAMETERS
-};
-
-/// A frame of I/Q in a static's memory: bits of the host's drive and threads, and the bone.
-#[test]
-fn a_frame_of_iq_has_the_hosts_bits_and_the_bone_where_it_is() {
-    assert_eq!(PARAMETERS_OF_IQ, iq_parameters(24));
-    let counts: Vec<Vec<[i16; 2]>> = (0..LINES).map(counts).collect();
-    let records: Vec<IqRecord> = counts.iter().map(|counts| counted(counts)).collect();
-    let pipeline = Pipeline::of_iq(PARAMETERS_OF_IQ, iq_input(None)).unwrap();
-    let mut memory = Box::new(Memory::<{ IQ_SIZES.real }, { IQ_SIZES.complex }>::new());
-    let mut frame = Frame::new(&pipeline, memory.view()).unwrap();
-    let mut workspace = LineMemory::new();
-    let mut z = Vec::new();
-    for (line, record) in records.iter().enumerate() {
-        let line = frame.line(line, [(focused(), record)], &mut workspace.view());
-        z.extend_from_slice(line.unwrap());
-    }
-    let image = frame.image().unwrap().to_vec();
-    let map = frame.bone_map().unwrap().to_vec();
-
-    let mut frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
-    let source = Source::Iq(Recorded {
-        pipeline: pipeline.lines().by_reference(),
-        transmits: &[focused(); LINES],
-        records: &records,
-        of_line: &|line| line..line + 1,
-    });
-    let lines = frames.lines(&source).unwrap();
-    assert_eq!(lines.as_slice().unwrap(), z);
-    assert_eq!(frames.run(&source).unwrap().as_slice().unwrap(), map);
-
-    let grid = pipeline.b_mode().parameters().grid;
-    for column in 16..48 {
-        let depth = surface(grid.column_axis().position(column));
-        for pixels in [&image, &map] {
-            let row = (0..64)
-                .max_by(|&a, &b| pixels[a * 64 + column].total_cmp(&pixels[b * 64 + column]))
-                .unwrap();
-            let error = grid.row_axis().position(row) - depth;
-            assert!(error.abs() < 0.3e-3, "column {column}: {error}");
-        }
-    }
-    let refused = Pipeline::of_iq(
-        PARAMETERS_OF_IQ,
-        IqInput {
-            demodulation_frequency: f64::NAN,
-            interpolation: None,
-        },
-    );
-    assert!(matches!(
-        refused,
-        Err(Error::Parameter {
-            name: "demodulation_frequency",
-            ..
-        })
-    ));
-}
-
-#[test]
-fn iq_is_read_as_told() {
-    let interpolation = |told| {
-        let scan = Scan::of_iq(PARAMETERS_OF_IQ.scan).unwrap();
-        let beamformer = PARAMETERS_OF_IQ.beamformer;
-        let lines = LinePipeline::of_iq(scan, iq_input(told), beamformer).unwrap();
-        lines.delay().parameters().interpolation
-    };
-    for told in [
-        IqInterpolation::Linear,
-        IqInterpolation::Cubic,
-        IqInterpolation::Sinc,
-        IqInterpolation::LinearFixed,
-    ] {
-        assert_eq!(interpolation(Some(told)), told);
-    }
-    let scan = Scan::of_iq(PARAMETERS_OF_IQ.scan).unwrap();
-    let own = IqParameters::of(&scan, iq_input(None).demodulation_frequency);
-    assert_eq!(interpolation(None), own.interpolation);
 }

@@ -1,15 +1,14 @@
 //! The commands from file to file: what their flags mean, and that runs can be repeated.
 
+mod help;
+mod pictures;
+mod simulate;
+
 use crate::common;
-
-use bonebeam::beamform::{Parameters, Postfilter};
-use bonebeam::covariance::Covariance;
-use std::f64::consts::TAU;
-use std::fs;
-use std::process::Command;
-
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use bonebeam::beamform::{Parameters, Postfilter};
+use bonebeam::covariance::Covariance;
 use bonebeam_drive::config::{Beamform, Image};
 use bonebeam_drive::methods::Choice;
 use bonebeam_files::{AlignedData, ChannelData, Lines, Transmits, image};
@@ -17,6 +16,9 @@ use common::{Npz, scalar, vector};
 use host_sim::config::Config;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
+use std::f64::consts::TAU;
+use std::fs;
+use std::process::Command;
 use tempfile::{TempDir, tempdir};
 
 /// Runs the program in a folder of its own; it must succeed.
@@ -36,8 +38,10 @@ const C: f64 = 1540.0;
 const FS: f64 = 40e6;
 const F0: f64 = 5e6;
 const T0: f64 = -1e-6;
+
 /// Steered to one side only, so that their signs matter.
 const ANGLES: [f64; 3] = [0.1, 0.2, 0.3];
+
 /// The reflecting point, (x, z) in m: on element 20, off every grid in depth.
 const POINT: (f64, f64) = (4.5 * PITCH, 11.234e-3);
 
@@ -386,116 +390,6 @@ fn aligned_data_are_not_delayed_again() {
     assert_eq!(lines.c, 1480.0);
 }
 
-#[test]
-fn an_image_has_the_size_and_the_depths_asked_for() {
-    let folder = tempdir().unwrap();
-    let [focused, ..] = laws();
-    point(focused)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
-    // 10 mm down from 6 mm and 8 mm across, at 0.1 mm a pixel: the point lies 5.234 mm below the
-    // top and 1.35 mm to the right of the middle.
-    let command = "beamform data.npz -o lines.npz --method das --depth-start 0.006 \
-                   --image image.npy --rows 101 --columns 81 --depth 0.016 --width 0.008";
-    run(&folder, command);
-    let pixels = image::read(&folder.path().join("image.npy")).unwrap();
-    assert_eq!(pixels.dim(), (101, 81));
-    let (mut best, mut place) = (0.0, (0, 0));
-    for (at, &level) in pixels.indexed_iter() {
-        if level > best {
-            (best, place) = (level, at);
-        }
-    }
-    // Half a line is 1.5 pixels; a depth sample is 0.4 pixels.
-    assert!(
-        place.0.abs_diff(52) <= 1 && place.1.abs_diff(53) <= 2,
-        "{place:?}"
-    );
-}
-
-/// The map of `beamform` is that of `phase-symmetry` of the image in f32, not of its rounded picture.
-#[test]
-fn a_bone_map_is_the_phase_symmetry_of_the_image() {
-    let folder = tempdir().unwrap();
-    let [focused, ..] = laws();
-    point(focused)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
-    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
-    let beamform = "beamform data.npz -o lines.npz --method das";
-    let filter = "--scales 2^-3,2^-4 --threshold 5";
-    for (size, flags) in [
-        ("--rows 64 --columns 64", filter.to_owned()),
-        ("--rows 70 --columns 90", format!("{filter} --pad")),
-        (
-            "--rows 70 --columns 90",
-            format!("{filter} --resize 64x128"),
-        ),
-    ] {
-        let command = format!("{beamform} --image image.npy {size} --bone-map map.npy {flags}");
-        run(&folder, &command);
-        run(
-            &folder,
-            &format!("{beamform} {size} --bone-map map.png {flags}"),
-        );
-        let command = format!("phase-symmetry image.npy -o ps.npy --image ps.png {flags}");
-        run(&folder, &command);
-        assert!(bytes("map.npy") == bytes("ps.npy"), "{size} {flags}");
-        assert!(bytes("map.png") == bytes("ps.png"), "{size} {flags}");
-        let map = image::read(&folder.path().join("map.npy")).unwrap();
-        assert!(map.iter().any(|&symmetry| symmetry > 0.1), "{size} {flags}");
-    }
-    image::write(
-        &image::read(&folder.path().join("image.npy")).unwrap(),
-        &folder.path().join("image.png"),
-    )
-    .unwrap();
-    run(
-        &folder,
-        "phase-symmetry image.png -o rounded.npy --config lines.npz.config.toml",
-    );
-    assert!(bytes("rounded.npy") != bytes("map.npy"));
-    let again =
-        "beamform data.npz -o lines.npz --bone-map again.npy --config lines.npz.config.toml";
-    run(&folder, again);
-    assert!(bytes("again.npy") == bytes("map.npy"));
-    // An image of no size asked for is padded.
-    run(
-        &folder,
-        "beamform data.npz -o own.npz --image own.npy --bone-map own-map.npy",
-    );
-    run(&folder, "phase-symmetry own.npy -o own-ps.npy --pad");
-    assert!(bytes("own-map.npy") == bytes("own-ps.npy"));
-}
-
-#[test]
-fn a_figure_has_axes_in_mm_and_the_image_in_it() {
-    let folder = tempdir().unwrap();
-    let [focused, ..] = laws();
-    point(focused)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
-    let beamform = "beamform data.npz -o lines.npz --method das --depth-start 0.006 --depth 0.016 \
-                    --dynamic-range 50";
-    run(&folder, &format!("{beamform} --image figure.svg"));
-    run(&folder, &format!("{beamform} --image image.png"));
-    let figure = fs::read_to_string(folder.path().join("figure.svg")).unwrap();
-    for part in [
-        "lateral, mm",
-        "depth, mm",
-        ">\n8\n</text>",
-        ">\n-50\n</text>",
-        "dB",
-    ] {
-        assert!(figure.contains(part), "no {part:?} in {figure:.3000}");
-    }
-    // Its pixels are those of the picture without axes.
-    let (_, data) = figure.split_once("data:image/png;base64,").unwrap();
-    let (data, _) = data.split_once('"').unwrap();
-    let bytes = STANDARD.decode(data).unwrap();
-    assert!(bytes == fs::read(folder.path().join("image.png")).unwrap());
-}
-
 /// The measures of a run as one line of JSON, for programs.
 #[test]
 fn a_run_tells_its_measures() {
@@ -522,192 +416,4 @@ fn a_run_tells_its_measures() {
     let [six, twelve] = ["/point/width_6db_m", "/point/width_12db_m"].map(number);
     assert!(six > 0.0 && six < twelve, "{six} m, {twelve} m");
     assert!(measures["image"].is_null());
-}
-
-#[test]
-fn completions_are_those_of_the_commands() {
-    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-            .args(["completions", shell])
-            .output()
-            .unwrap();
-        let text = String::from_utf8(output.stdout).unwrap();
-        for part in ["phase-symmetry", "depth-start", "convert", "esmv-rank1"] {
-            // PowerShell completes no values.
-            let known = text.contains(part) || (part == "esmv-rank1" && shell == "powershell");
-            assert!(known || shell == "elvish", "{shell}: no {part}");
-        }
-    }
-}
-
-#[test]
-fn info_tells_what_is_there_and_what_would_be_done() {
-    let folder = tempdir().unwrap();
-    let [focused, ..] = laws();
-    point(focused)
-        .write(&folder.path().join("data.npz"))
-        .unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(["info", "data.npz", "--depth-end", "0.015", "--method", "mv"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let text = String::from_utf8(output.stdout).unwrap();
-    for part in [
-        ".npz archive",
-        "RF: 1 frame, 32 transmits, 32 elements, 1000 samples",
-        "at 40 MHz, 8.000 times the centre frequency of 5 MHz",
-        "straight, pitch 0.3 mm (0.97 wavelengths)",
-        "focused beams at -4.6500 to 4.6500 mm, 11.0000 mm deep",
-        "32 of ",
-        // 38.5 µm a sample.
-        "390 samples, 0 to 14.9765 mm, at 20 MHz (4.000 f0), by mv",
-    ] {
-        assert!(text.contains(part), "no {part:?} in {text}");
-    }
-}
-
-#[test]
-fn phase_symmetry_marks_a_ridge_alike_for_every_strip() {
-    let folder = tempdir().unwrap();
-    // A bright line across a grey image, off the middle.
-    let picture = Array2::from_shape_fn((128, 64), |(row, _)| {
-        let d = (row as f32 - 40.0) / 3.0;
-        30.0 + 200.0 * (-d * d).exp()
-    });
-    image::write(&picture, &folder.path().join("image.npy")).unwrap();
-    let command = "phase-symmetry image.npy --scales 2^-4,2^-5 --threshold 5";
-    run(
-        &folder,
-        &format!("{command} -o all.npy --strip 128 --image all.png"),
-    );
-    let map = image::read(&folder.path().join("all.npy")).unwrap();
-    assert_eq!(map.dim(), (128, 64));
-    assert!(map.iter().all(|&v| (0.0..1.0).contains(&v)));
-    let brightest_row = |map: &Array2<f32>| {
-        let rows = map.outer_iter().map(|row| row[10]).enumerate();
-        rows.fold(
-            (0, 0.0),
-            |best, (row, v)| if v > best.1 { (row, v) } else { best },
-        )
-    };
-    let (row, value) = brightest_row(&map);
-    assert!(row == 40 && value > 0.0, "row {row}, {value}");
-    let (row, level) = brightest_row(&image::read(&folder.path().join("all.png")).unwrap());
-    assert_eq!((row, level), (40, 255.0));
-
-    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
-    for strip in [1, 7, 64] {
-        run(&folder, &format!("{command} -o strip.npy --strip {strip}"));
-        assert!(bytes("strip.npy") == bytes("all.npy"), "strip {strip}");
-    }
-    run(
-        &folder,
-        "phase-symmetry image.npy -o again.npy --config all.npy.config.toml",
-    );
-    assert!(bytes("again.npy") == bytes("all.npy"));
-    run(
-        &folder,
-        "phase-symmetry image.npy -o small.npy --resize 64x128",
-    );
-    assert_eq!(
-        image::read(&folder.path().join("small.npy")).unwrap().dim(),
-        (64, 128)
-    );
-}
-
-#[test]
-fn a_simulated_point_lies_at_the_focus() {
-    let folder = tempdir().unwrap();
-    // Nine beams, the middle one on element 64, a quarter of a pitch off the point.
-    run(
-        &folder,
-        "simulate point -o data.npz --offset 77e-6 --beams 9 --first-beam 60",
-    );
-    run(&folder, "beamform data.npz -o lines.npz --f-number 2.5");
-    let (x, z) = brightest(&Lines::read(&folder.path().join("lines.npz")).unwrap());
-    assert!((x - 0.154e-3).abs() < 1e-9, "x is {x}");
-    // A sample is 38.5 µm.
-    assert!((z - 15e-3).abs() < 39e-6, "z is {z}");
-}
-
-#[test]
-fn a_simulation_can_be_repeated_to_the_byte() {
-    let folder = tempdir().unwrap();
-    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
-    let flags = "--beams 3 --first-beam 62 --depth-start 0.013 --depth-end 0.016 --noise -30";
-    run(
-        &folder,
-        &format!("--threads 1 simulate vertebra -o a.npz {flags} --slice -0.008"),
-    );
-    run(
-        &folder,
-        "--threads 3 simulate -o b.npz --config a.npz.config.toml",
-    );
-    assert!(bytes("a.npz") == bytes("b.npz"));
-    run(
-        &folder,
-        "simulate -o c.npz --config a.npz.config.toml --seed 2",
-    );
-    assert!(bytes("a.npz") != bytes("c.npz"));
-    // Without noise there is nothing random, and the configuration says so.
-    run(
-        &folder,
-        "simulate -o d.npz --config a.npz.config.toml --noise-free",
-    );
-    run(
-        &folder,
-        "simulate -o e.npz --config d.npz.config.toml --seed 2",
-    );
-    assert!(bytes("d.npz") == bytes("e.npz"));
-}
-
-#[test]
-fn help_has_examples_that_name_real_flags() {
-    let help = |arguments: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-            .args(arguments)
-            .output()
-            .unwrap();
-        assert!(output.status.success());
-        String::from_utf8(output.stdout).unwrap()
-    };
-    for command in [
-        &["--help"][..],
-        &["simulate", "--help"],
-        &["beamform", "--help"],
-        &["phase-symmetry", "--help"],
-        &["paper", "--help"],
-    ] {
-        let text = help(command);
-        let (flags, examples) = text.split_once("Examples:").expect("examples");
-        let mut known = flags.to_owned();
-        if command == ["--help"] {
-            // The examples of the whole program also belong to its commands.
-            for name in ["simulate", "beamform", "phase-symmetry", "paper"] {
-                known += &help(&[name, "--help"]);
-            }
-        }
-        for word in examples
-            .split_whitespace()
-            .filter(|word| word.starts_with("--"))
-        {
-            assert!(known.contains(word), "{command:?}: {word}");
-        }
-    }
-}
-
-#[cfg(not(feature = "bench"))]
-#[test]
-fn a_build_without_the_benchmark_tells_how_to_get_it() {
-    for arguments in [&["bench"][..], &["bench", "--quick", "--help"]] {
-        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-            .args(arguments)
-            .output()
-            .unwrap();
-        let message = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
-        assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
-        assert!(message.contains("--features bench -- bench"), "{message}");
-    }
 }

@@ -1,0 +1,177 @@
+//! Decimation of tones, of parts of records, and over lanes.
+
+use super::*;
+use core::f64::consts::PI;
+
+/// A record's samples after the halvings, from sample 0 on, and how many there are.
+fn decimated(decimator: &Decimator, record: &[f32]) -> ([f32; 700], usize) {
+    let (mut streams, mut decimated) = ([f32::NAN; 1200], [f32::NAN; 700]);
+    let length = decimated_len(decimator.halvings(), record.len());
+    let streams = &mut streams[..streams_len(decimator.halvings())];
+    decimator.decimate(0.0f32, record, 0..length, streams, &mut decimated[..length]);
+    decimated[..length].rotate_left(MARGIN);
+    (decimated, length)
+}
+
+#[test]
+fn keeps_what_is_low_and_removes_what_would_fold_onto_it() {
+    let ratios = [2.5, 3.125, 4.0, 4.9, 5.0, 8.0, 10.0, 12.0, 16.0];
+    for ratio in ratios.into_iter().step_by(crate::step(8)) {
+        let decimator = Decimator::new(ratio);
+        let every = 1 << decimator.halvings();
+        // What the filters' errors come to, and roundings.
+        let tolerance = 2.5e-4 + 1.6e-4 * (decimator.halvings() - 1) as f64 + 1e-6;
+        let mut folding = 0;
+        for part in (1..=400).step_by(crate::step(100)) {
+            // In halves of the output rate, up to half the record's; then what it becomes.
+            let frequency = ratio * f64::from(part) / 400.0;
+            let rate = 2.0 * ratio / every as f64;
+            let folded = libm::fabs(frequency - libm::round(frequency / rate) * rate);
+            if folded > 0.7 {
+                continue;
+            }
+            let expected = if frequency <= 0.7 { 1.0 } else { 0.0 };
+            folding += usize::from(expected == 0.0);
+            let wave = |k: usize| libm::cos(PI * frequency / ratio * k as f64 + 0.3);
+            let record: [f32; 400] = core::array::from_fn(|k| wave(k) as f32);
+            let (decimated, _) = decimated(&decimator, &record);
+            for j in 8..400 / every - 8 {
+                let error = f64::from(decimated[j]) - expected * wave(every * j);
+                assert!(
+                    libm::fabs(error) < tolerance,
+                    "{ratio} {frequency} at {j}: {error}"
+                );
+            }
+        }
+        assert!(folding * crate::step(100) > 50, "{ratio}: {folding}");
+    }
+}
+
+#[test]
+fn what_is_not_needed_changes_nothing() {
+    let record: [f32; 1000] = core::array::from_fn(|k| libm::sinf((k * k) as f32));
+    for ratio in [3.0, 5.0, 11.0].into_iter().step_by(crate::step(2)) {
+        let decimator = Decimator::new(ratio);
+        let mut streams = [f32::NAN; 1200];
+        let streams = &mut streams[..streams_len(decimator.halvings())];
+        let length = decimated_len(decimator.halvings(), record.len());
+        let mut whole = [f32::NAN; 700];
+        decimator.decimate(0.0f32, &record, 0..length, streams, &mut whole[..length]);
+        for start in (0..length).step_by(crate::step(400)) {
+            for end in [start, start + 1, start + 70, usize::MAX] {
+                let mut part = [f32::NAN; 700];
+                let part = &mut part[..length];
+                decimator.decimate(0.0f32, &record, start..end, streams, part);
+                for n in start..end.min(length) {
+                    assert_eq!(part[n].to_bits(), whole[n].to_bits(), "{ratio} {start} {n}");
+                }
+            }
+        }
+        let (beyond, signed) = (usize::MAX, isize::MAX as usize);
+        for needed in [beyond..beyond, signed..beyond, signed + 10..0, 0..0] {
+            decimator.decimate(0.0f32, &record, needed, streams, &mut whole[..length]);
+        }
+    }
+}
+
+/// What is needed has the bits of one lane, over any lanes.
+#[cfg(feature = "simd")]
+#[test]
+fn what_is_needed_does_not_depend_on_the_lanes() {
+    use crate::simd::{InstructionSet, Task};
+
+    struct Decimate<'a>(&'a Decimator, &'a [f32], Range<usize>, &'a mut [f32]);
+    impl Task for Decimate<'_> {
+        type Output = ();
+        fn run<V: Vector>(self, zero: V) {
+            let Decimate(decimator, record, needed, decimated) = self;
+            let mut streams = [f32::NAN; 1200];
+            let streams = &mut streams[..streams_len(decimator.halvings())];
+            decimator.decimate(zero, record, needed, streams, decimated);
+        }
+    }
+    let record: [f32; 1000] = core::array::from_fn(|k| libm::sinf((k * k) as f32));
+    for ratio in [3.0, 5.0, 11.0].into_iter().step_by(crate::step(2)) {
+        let decimator = Decimator::new(ratio);
+        let length = decimated_len(decimator.halvings(), record.len());
+        for start in (0..length).step_by(crate::step(400)) {
+            for end in [start + 1, start + 70, length] {
+                let needed = start..end.min(length);
+                let mut one = [f32::NAN; 700];
+                Decimate(&decimator, &record, needed.clone(), &mut one[..length]).run(0.0f32);
+                for set in InstructionSet::available() {
+                    let mut many = [f32::NAN; 700];
+                    let task = Decimate(&decimator, &record, needed.clone(), &mut many[..length]);
+                    set.dispatch(task);
+                    for n in needed.clone() {
+                        assert_eq!(one[n].to_bits(), many[n].to_bits(), "{set:?} {ratio} {n}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn halves_down_to_between_1_25_and_2_5_times_the_output_rate() {
+    for tenth in 1..=160 {
+        let ratio = f64::from(tenth) / 10.0;
+        let halvings = Decimator::new(ratio).halvings();
+        let after = ratio / (1 << halvings) as f64;
+        assert!(
+            after < 2.5 && (halvings == 0 || after >= 1.25),
+            "{ratio}: {halvings}"
+        );
+        assert!(halvings <= MAX_HALVINGS);
+    }
+    assert_eq!(halvings(f64::INFINITY), MAX_HALVINGS);
+}
+
+/// Once decimated, 5 samples in front and 4 where the filter before begins, those of the record, 6 behind, in
+/// registers of 16.
+#[test]
+fn a_halved_record_takes_what_its_filters_reach() {
+    assert_eq!(Decimator::new(5.0).origin(), 9);
+    assert_eq!([66, 67].map(|samples| decimated_len(1, samples)), [48, 48]);
+    assert_eq!([68, 98].map(|samples| decimated_len(1, samples)), [64, 64]);
+    assert_eq!(decimated_len(0, 66), 0);
+}
+
+#[test]
+fn behind_the_halved_record_there_is_nothing() {
+    let record = [1.0; 512];
+    for ratio in [2.5, 4.9, 5.0, 16.0].into_iter().step_by(crate::step(3)) {
+        let decimator = Decimator::new(ratio);
+        for samples in (1..=400).step_by(crate::step(399)) {
+            let mut padded = [0.0; 512];
+            padded[..samples].copy_from_slice(&record[..samples]);
+            let (decimated, all) = decimated(&decimator, &padded);
+            let end = decimated_len(decimator.halvings(), samples) - MARGIN;
+            assert!(
+                decimated[end..all - MARGIN].iter().all(|&y| y == 0.0),
+                "{ratio}: {samples} samples"
+            );
+        }
+    }
+}
+
+#[test]
+fn an_impulse_loses_nothing_at_the_ends_and_short_records_fit() {
+    for ratio in [2.5, 4.9, 5.0, 16.0].into_iter().step_by(crate::step(3)) {
+        let decimator = Decimator::new(ratio);
+        let every = 1 << decimator.halvings();
+        for samples in (1..100).step_by(crate::step(60)) {
+            // As many impulses as come to one sample: their sum has no high frequencies.
+            let mut record = [0.0; 100 + 8];
+            record[samples - 1..][..every].fill(1.0);
+            for record in [&record[..samples - 1 + every], &record] {
+                let (decimated, length) = decimated(&decimator, record);
+                let mut sum = 0.0;
+                for &y in &decimated[..length] {
+                    sum += y;
+                }
+                assert!(libm::fabsf(sum - 1.0) < 2e-3, "{ratio} {samples}: {sum}");
+            }
+        }
+    }
+}

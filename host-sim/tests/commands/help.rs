@@ -1,0 +1,96 @@
+//! What commands say of recordings and of themselves.
+
+use super::*;
+
+#[test]
+fn completions_are_those_of_the_commands() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .args(["completions", shell])
+            .output()
+            .unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        for part in ["phase-symmetry", "depth-start", "convert", "esmv-rank1"] {
+            // PowerShell completes no values.
+            let known = text.contains(part) || (part == "esmv-rank1" && shell == "powershell");
+            assert!(known || shell == "elvish", "{shell}: no {part}");
+        }
+    }
+}
+
+#[test]
+fn info_tells_what_is_there_and_what_would_be_done() {
+    let folder = tempdir().unwrap();
+    let [focused, ..] = laws();
+    point(focused)
+        .write(&folder.path().join("data.npz"))
+        .unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(["info", "data.npz", "--depth-end", "0.015", "--method", "mv"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    for part in [
+        ".npz archive",
+        "RF: 1 frame, 32 transmits, 32 elements, 1000 samples",
+        "at 40 MHz, 8.000 times the centre frequency of 5 MHz",
+        "straight, pitch 0.3 mm (0.97 wavelengths)",
+        "focused beams at -4.6500 to 4.6500 mm, 11.0000 mm deep",
+        "32 of ",
+        // 38.5 µm a sample.
+        "390 samples, 0 to 14.9765 mm, at 20 MHz (4.000 f0), by mv",
+    ] {
+        assert!(text.contains(part), "no {part:?} in {text}");
+    }
+}
+
+#[test]
+fn help_has_examples_that_name_real_flags() {
+    let help = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .args(arguments)
+            .output()
+            .unwrap();
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    for command in [
+        &["--help"][..],
+        &["simulate", "--help"],
+        &["beamform", "--help"],
+        &["phase-symmetry", "--help"],
+        &["paper", "--help"],
+    ] {
+        let text = help(command);
+        let (flags, examples) = text.split_once("Examples:").expect("examples");
+        let mut known = flags.to_owned();
+        if command == ["--help"] {
+            // The examples of the whole program also belong to its commands.
+            for name in ["simulate", "beamform", "phase-symmetry", "paper"] {
+                known += &help(&[name, "--help"]);
+            }
+        }
+        for word in examples
+            .split_whitespace()
+            .filter(|word| word.starts_with("--"))
+        {
+            assert!(known.contains(word), "{command:?}: {word}");
+        }
+    }
+}
+
+#[cfg(not(feature = "bench"))]
+#[test]
+fn a_build_without_the_benchmark_tells_how_to_get_it() {
+    for arguments in [&["bench"][..], &["bench", "--quick", "--help"]] {
+        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .args(arguments)
+            .output()
+            .unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
+        assert!(message.contains("--features bench -- bench"), "{message}");
+    }
+}

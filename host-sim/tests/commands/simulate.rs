@@ -1,0 +1,49 @@
+//! Simulations by the command.
+
+use super::*;
+
+#[test]
+fn a_simulated_point_lies_at_the_focus() {
+    let folder = tempdir().unwrap();
+    // Nine beams, the middle one on element 64, a quarter of a pitch off the point.
+    run(
+        &folder,
+        "simulate point -o data.npz --offset 77e-6 --beams 9 --first-beam 60",
+    );
+    run(&folder, "beamform data.npz -o lines.npz --f-number 2.5");
+    let (x, z) = brightest(&Lines::read(&folder.path().join("lines.npz")).unwrap());
+    assert!((x - 0.154e-3).abs() < 1e-9, "x is {x}");
+    // A sample is 38.5 µm.
+    assert!((z - 15e-3).abs() < 39e-6, "z is {z}");
+}
+
+#[test]
+fn a_simulation_can_be_repeated_to_the_byte() {
+    let folder = tempdir().unwrap();
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    let flags = "--beams 3 --first-beam 62 --depth-start 0.013 --depth-end 0.016 --noise -30";
+    run(
+        &folder,
+        &format!("--threads 1 simulate vertebra -o a.npz {flags} --slice -0.008"),
+    );
+    run(
+        &folder,
+        "--threads 3 simulate -o b.npz --config a.npz.config.toml",
+    );
+    assert!(bytes("a.npz") == bytes("b.npz"));
+    run(
+        &folder,
+        "simulate -o c.npz --config a.npz.config.toml --seed 2",
+    );
+    assert!(bytes("a.npz") != bytes("c.npz"));
+    // Without noise there is nothing random, and the configuration says so.
+    run(
+        &folder,
+        "simulate -o d.npz --config a.npz.config.toml --noise-free",
+    );
+    run(
+        &folder,
+        "simulate -o e.npz --config d.npz.config.toml --seed 2",
+    );
+    assert!(bytes("d.npz") == bytes("e.npz"));
+}

@@ -1,0 +1,177 @@
+//! MATLAB and HDF5 files, and files with a byte changed.
+
+use super::*;
+
+/// A MATLAB file of version 5 that holds these elements.
+fn mat5(elements: &[u8]) -> Vec<u8> {
+    let mut bytes = b"MATLAB 5.0 MAT-file, written by a test".to_vec();
+    bytes.resize(124, b' ');
+    bytes.extend([0, 1, b'I', b'M']);
+    bytes.extend(elements);
+    bytes
+}
+
+/// An element of a MATLAB file: its type, its bytes, and what it claims to be longer than that.
+fn element(kind: u32, contents: &[u8], more: u32) -> Vec<u8> {
+    let mut bytes = kind.to_le_bytes().to_vec();
+    bytes.extend((contents.len() as u32 + more).to_le_bytes());
+    bytes.extend(contents);
+    bytes.resize(bytes.len().next_multiple_of(8), 0);
+    bytes
+}
+
+/// An array of doubles with these sides, these bytes of numbers, and what they claim to be longer.
+fn mat5_array(name: &str, sides: &[i32], numbers: &[u8], more: u32) -> Vec<u8> {
+    const DOUBLE: u32 = 6;
+    let flags: Vec<u8> = [DOUBLE, 0].into_iter().flat_map(u32::to_le_bytes).collect();
+    let sides: Vec<u8> = sides.iter().flat_map(|side| side.to_le_bytes()).collect();
+    let mut contents = element(6, &flags, 0);
+    contents.extend(element(5, &sides, 0));
+    contents.extend(element(1, name.as_bytes(), 0));
+    contents.extend(element(9, numbers, more));
+    element(14, &contents, 0)
+}
+
+/// The same, deflated as MATLAB does.
+fn deflated(array: &[u8]) -> Vec<u8> {
+    let mut deflated = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+    deflated.write_all(array).unwrap();
+    let contents = deflated.finish().unwrap();
+    let mut bytes = 15u32.to_le_bytes().to_vec();
+    bytes.extend((contents.len() as u32).to_le_bytes());
+    bytes.extend(contents);
+    bytes
+}
+
+#[test]
+fn matlab_files_that_claim_more_than_they_hold() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.mat");
+    let beamform = "beamform data.mat -o lines.npz --variable tx_angle=0";
+    let eight = [0; 64];
+    let bomb = mat5_array("rf", &[1, 8, 4_000_000], &vec![0; 8 * 8 * 4_000_000], 0);
+    for (elements, part) in [
+        (mat5_array("rf", &[1, 8, 1], &eight, 1 << 30), "rf"),
+        (mat5_array("rf", &[65_536, 65_536, 8], &[], 0), "rf"),
+        (mat5_array("rf", &[1, -8, -1], &eight, 0), "rf"),
+        (mat5_array("rf", &[i32::MAX, i32::MAX, 2], &eight, 0), "rf"),
+        (mat5_array("rf", &[0, 8, 1], &[], 0), "rf"),
+        (element(14, &[0; 64], 1 << 31), "truncated"),
+        (element(15, b"no zlib stream", 0), "damaged"),
+        (element(14, &[0xff; 40], 0), "has no `rf`"),
+        (deflated(&bomb), "claims"),
+        (deflated(&bomb[..60]), "`rf`"),
+        (Vec::new(), "has no `rf`"),
+    ] {
+        fs::write(&path, mat5(&elements)).unwrap();
+        refused(&folder, beamform, DATA, &["data.mat", part]);
+    }
+}
+
+/// HDF5 with the keys of channel data, of which one is made by `make`.
+fn hdf5(path: &Path, make: impl FnOnce(&rust_hdf5::H5File)) {
+    let file = rust_hdf5::H5File::create(path).unwrap();
+    let numbers = |name: &str, values: &[f64]| {
+        let dataset = file.new_dataset::<f64>().shape([values.len()]);
+        dataset.create(name).unwrap().write_raw(values).unwrap();
+    };
+    for (name, value) in [("fs", 40e6), ("f0", 5e6), ("c", 1540.0), ("t0", 0.0)] {
+        numbers(name, &[value]);
+    }
+    numbers("tx_angle", &[0.0]);
+    let x: Vec<f64> = (0..8).map(|m| f64::from(m) * 0.3e-3).collect();
+    numbers("element_x", &x);
+    make(&file);
+    file.close().unwrap();
+}
+
+fn small_rf(file: &rust_hdf5::H5File) {
+    let rf: Vec<f32> = (0..8 * 300).map(|n| (n % 37) as f32).collect();
+    let dataset = file.new_dataset::<f32>().shape([1usize, 8, 300]);
+    let dataset = dataset.chunk(&[1, 4, 100]).shuffle_deflate(4);
+    let dataset = dataset.create("rf").unwrap();
+    dataset.write_raw(&rf).unwrap();
+}
+
+#[test]
+fn hdf5_files_that_claim_more_than_they_hold() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("data.h5");
+    let beamform = "beamform data.h5 -o lines.npz";
+    for chunk in [[1usize, 8, 1 << 20], [1, 1, 1 << 30]] {
+        hdf5(&path, |file| {
+            let dataset = file.new_dataset::<f32>().shape([1usize, 8, 1 << 40]);
+            dataset.chunk(&chunk).create("rf").unwrap();
+        });
+        refused(&folder, beamform, DATA, &["data.h5", "`rf` claims"]);
+    }
+    hdf5(&path, |file| {
+        let dataset = file.new_dataset::<f32>().shape([1usize, 8]);
+        dataset.create("rf").unwrap();
+    });
+    refused(&folder, beamform, DATA, &["data.h5", "shape [1, 8]"]);
+    // A rank of f32 that a name of text stands for.
+    hdf5(&path, |file| {
+        file.write_vlen_strings("rf", &["no", "numbers"]).unwrap();
+    });
+    refused(&folder, beamform, DATA, &["data.h5", "`rf`", "numbers"]);
+    hdf5(&path, |file| {
+        file.create_soft_link("rf", "/rf").unwrap();
+    });
+    refused(&folder, beamform, DATA, &["data.h5", "rf"]);
+    hdf5(&path, |file| {
+        file.create_external_link("rf", "/etc/other.h5", "/rf")
+            .unwrap();
+    });
+    refused(
+        &folder,
+        beamform,
+        DATA,
+        &["data.h5", "`rf`", "another file"],
+    );
+}
+
+/// Whatever byte is changed, and wherever the file ends, it is read or refused; nothing panics.
+#[test]
+fn changed_files_are_read_or_refused() {
+    let folder = tempdir().unwrap();
+    let changed = folder.path().join("changed");
+    let whole = folder.path().join("data.h5");
+    hdf5(&whole, small_rf);
+    assert!(common::read(&whole).is_ok());
+    let numbers: Vec<u8> = (0..8 * 300)
+        .flat_map(|n| f64::from(n % 37).to_le_bytes())
+        .collect();
+    let array = mat5_array("rf", &[1, 8, 300], &numbers, 0);
+    let files = [
+        fs::read(&whole).unwrap(),
+        mat5(&array),
+        mat5(&deflated(&array)),
+    ];
+    // A linear congruential generator: the same changes in every run.
+    let mut state = 1u64;
+    let mut random = |below: usize| {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 33) as usize % below
+    };
+    let mut refused = 0;
+    for bytes in &files {
+        for round in 0..400 {
+            let mut bytes = bytes.clone();
+            if round % 4 == 0 {
+                bytes.truncate(random(bytes.len()));
+            }
+            for _ in 0..1 + round % 3 {
+                let place = random(bytes.len().max(1));
+                if let Some(byte) = bytes.get_mut(place) {
+                    *byte = [0, 0xff, 0x7f, *byte ^ 1 << random(8)][random(4)];
+                }
+            }
+            fs::write(&changed, &bytes).unwrap();
+            refused += usize::from(common::read(&changed).is_err());
+        }
+    }
+    assert!(refused > 400, "only {refused} were refused");
+}

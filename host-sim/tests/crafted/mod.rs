@@ -1,0 +1,285 @@
+//! Files and command lines made to do harm: each is refused in one line, at once, in bounded memory.
+
+mod containers;
+mod outputs;
+
+use crate::common;
+use common::channel_data_without;
+use common::program::names;
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::{TempDir, tempdir};
+use zip::CompressionMethod;
+use zip::write::{SimpleFileOptions, ZipWriter};
+
+/// The exit status of a wrong command line or configuration.
+const USAGE: i32 = 2;
+
+/// The exit status of wrong data.
+const DATA: i32 = 1;
+
+/// No refusal takes as long, however busy the machine is.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Runs the program with at most 4 GB of address space; it must be refused with this status, and with
+/// one line that holds all of `parts`.
+fn refused(folder: &TempDir, arguments: &str, status: i32, parts: &[&str]) {
+    let before = names(folder.path());
+    let begin = Instant::now();
+    let output = Command::new("sh")
+        .arg("-c")
+        .arg(format!("ulimit -v 4000000; exec \"$0\" {arguments}"))
+        .arg(env!("CARGO_BIN_EXE_host-sim"))
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(status), "{arguments}: {message}");
+    assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
+    assert!(message.len() < 5000, "{arguments}: {} bytes", message.len());
+    for part in parts {
+        assert!(
+            message.contains(part),
+            "{arguments}: no `{part}`: {message}"
+        );
+    }
+    assert!(begin.elapsed() < PATIENCE, "{arguments}");
+    assert_eq!(names(folder.path()), before, "{arguments}");
+}
+
+/// An `.npy` array of version 1 with this dtype and shape, and these bytes of numbers.
+fn npy(descr: &str, shape: &str, numbers: &[u8]) -> Vec<u8> {
+    let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(numbers);
+    bytes
+}
+
+/// Channel data in which one member is these bytes.
+fn recording(folder: &TempDir, key: &str, bytes: &[u8]) {
+    let path = folder.path().join("data.npz");
+    channel_data_without(&path, &[key]).finish();
+    let file = fs::OpenOptions::new()
+        .read(true)
+        .write(true)
+        .open(&path)
+        .unwrap();
+    let mut archive = ZipWriter::new_append(file).unwrap();
+    let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
+    archive.start_file(format!("{key}.npy"), options).unwrap();
+    archive.write_all(bytes).unwrap();
+    archive.finish().unwrap();
+}
+
+const BEAMFORM: &str = "beamform data.npz -o lines.npz";
+const FILTER: &str = "phase-symmetry image.npy -o ps.npy";
+
+#[test]
+fn arrays_that_claim_more_than_they_hold() {
+    let folder = tempdir().unwrap();
+    let image = folder.path().join("image.npy");
+    let nested = format!("{}{}", "(".repeat(40), ")".repeat(40));
+    let mut long = npy("<f4", "(64, 64)", &[]);
+    long[6] = 2;
+    long.splice(8..10, u32::MAX.to_le_bytes());
+    for (bytes, part) in [
+        (npy(">f4", "(1000000, 1000000)", b"abc"), "truncated"),
+        (npy("<f4", "(1000000, 1000000)", b"abc"), "truncated"),
+        (npy("<f4", "(0, 18446744073709551615)", &[]), "no memory"),
+        (npy(">f8", "(4294967296, 4294967296)", &[]), "no memory"),
+        (npy("<f4", &nested, &[]), "nests too deep"),
+        (long, "4294967295 bytes"),
+    ] {
+        fs::write(&image, &bytes).unwrap();
+        refused(&folder, FILTER, DATA, &["image.npy", part]);
+        for key in ["rf", "fs", "t0", "element_x", "tx_angle"] {
+            recording(&folder, key, &bytes);
+            refused(&folder, BEAMFORM, DATA, &["data.npz", key, part]);
+        }
+        fs::remove_file(folder.path().join("data.npz")).unwrap();
+    }
+}
+
+#[test]
+fn a_member_that_inflates_without_end() {
+    let folder = tempdir().unwrap();
+    let numbers = vec![0u8; 4 * 8 * 1_000_000];
+    recording(&folder, "rf", &npy("<f4", "(1, 8, 1000000)", &numbers));
+    refused(&folder, BEAMFORM, DATA, &["data.npz", "`rf` inflates"]);
+}
+
+#[test]
+fn folders_whose_channels_do_not_fit() {
+    let folder = tempdir().unwrap();
+    let daq = folder.path().join("daq");
+    fs::create_dir(&daq).unwrap();
+    let beamform = "beamform daq -o lines.npz --variable fs=40e6 --variable f0=5e6 --variable c=1540 \
+                    --variable t0=0 --variable pitch=0.3e-3 --variable tx_angle=0";
+    refused(&folder, beamform, DATA, &["daq", "CH000.daq"]);
+    let channel = |number: usize, header: [i32; 3], samples: usize| {
+        let mut bytes: Vec<u8> = header.iter().flat_map(|n| n.to_le_bytes()).collect();
+        bytes.resize(12 + 2 * samples, 0);
+        fs::write(daq.join(format!("CH{number:03}.daq")), bytes).unwrap();
+    };
+    for (header, samples, part) in [
+        ([7, 1, 300], 299, "expected 612"),
+        ([7, i32::MAX, i32::MAX], 300, "bytes; expected"),
+        ([7, -1, 300], 300, "counts no samples"),
+        ([7, 0, 300], 0, "counts no samples"),
+    ] {
+        (0..8).for_each(|number| channel(number, [7, 1, 300], 300));
+        channel(3, header, samples);
+        refused(&folder, beamform, DATA, &["CH003.daq", part]);
+    }
+    fs::write(daq.join("CH003.daq"), b"short").unwrap();
+    refused(&folder, beamform, DATA, &["CH003.daq", "truncated"]);
+    fs::remove_file(daq.join("CH003.daq")).unwrap();
+    refused(&folder, beamform, DATA, &["daq", "CH003.daq is missing"]);
+    channel(3, [7, 2, 150], 300);
+    refused(&folder, beamform, DATA, &["CH003.daq", "other records"]);
+    channel(3, [7, 1, 300], 300);
+    let angles = format!("{beamform} --variable tx_angle=0,0.1");
+    refused(
+        &folder,
+        &angles,
+        DATA,
+        &["daq", "multiple of the 2 transmits"],
+    );
+    let unknown = format!("{beamform} --variable channel=board");
+    refused(&folder, &unknown, USAGE, &["`channel`", "channels"]);
+}
+
+#[test]
+fn a_picture_too_large() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("image.png");
+    bonebeam_files::image::write(&ndarray::Array2::zeros((2, 20_000)), &path).unwrap();
+    let filter = "phase-symmetry image.png -o ps.npy";
+    let expected = &["image.png: is too large an image", "16384 × 16384"];
+    refused(&folder, filter, DATA, expected);
+}
+
+#[test]
+fn meshes_that_claim_or_reach_too_far() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("mesh.ply");
+    let simulate = "simulate vertebra --mesh mesh.ply -o out.npz";
+    let head = "ply\nformat ascii 1.0\n";
+    fs::write(
+        &path,
+        format!("{head}element vertex 1000000000000\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"),
+    )
+    .unwrap();
+    refused(
+        &folder,
+        simulate,
+        DATA,
+        &["mesh.ply", "1000000000000", "vertex"],
+    );
+    let properties = "property float x\nproperty float y\nproperty float z\n";
+    fs::write(
+        &path,
+        format!(
+            "{head}element vertex 3\n{properties}element face 1\nproperty list uchar int \
+             vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1e30 0\n3 0 1 2\n"
+        ),
+    )
+    .unwrap();
+    refused(&folder, simulate, DATA, &["mesh.ply", "vertex 2", "mm"]);
+    // A line of ten million characters, and escape sequences.
+    let mut text = head.as_bytes().to_vec();
+    text.extend(b"\x1b[31m".repeat(2_000_000));
+    fs::write(&path, text).unwrap();
+    refused(&folder, simulate, DATA, &["mesh.ply"]);
+}
+
+#[test]
+fn absurd_settings() {
+    let folder = tempdir().unwrap();
+    for flag in [
+        "--f-number 1e-300",
+        "--f-number 1e300",
+        "--focus 1e300",
+        "--focus 1e-300",
+        "--beam-step 1e-300",
+        "--beams 1000000000000",
+        "--depth-end 1e300",
+    ] {
+        refused(
+            &folder,
+            &format!("simulate vertebra {flag} -o a.npz"),
+            USAGE,
+            &["must"],
+        );
+    }
+    for setting in [
+        "pitch = 1e300",
+        "pitch = 1e-300",
+        "receive_f_number = 1e-300",
+        "c = 1.0",
+        "c = 1e300",
+        "fs = 1e12",
+        "f0 = 1e300",
+        "f0 = 1e-300",
+    ] {
+        let config = folder.path().join("config.toml");
+        fs::write(&config, format!("[simulate.scanner]\n{setting}\n")).unwrap();
+        let name = setting.split(' ').next().unwrap();
+        let simulate = "simulate vertebra --config config.toml -o a.npz";
+        refused(&folder, simulate, USAGE, &[name]);
+    }
+    // Possible settings whose record no machine here would hold.
+    let config = folder.path().join("config.toml");
+    fs::write(
+        &config,
+        "[simulate.scanner]\nelements = 1024\nbeams = 1024\nbeam_step = 0.5\nfs = 1e9\n",
+    )
+    .unwrap();
+    let simulate = "simulate vertebra --config config.toml -o a.npz";
+    refused(&folder, simulate, USAGE, &["GiB"]);
+}
+
+/// Four gigabytes of address space are enough for what is usual, and what needs more is told.
+#[test]
+fn a_limit_of_memory_is_an_error() {
+    let folder = tempdir().unwrap();
+    let within = |arguments: &str| {
+        Command::new("sh")
+            .arg("-c")
+            .arg(format!("ulimit -v 4000000; exec \"$0\" {arguments}"))
+            .arg(env!("CARGO_BIN_EXE_host-sim"))
+            .current_dir(folder.path())
+            .output()
+            .unwrap()
+    };
+    for arguments in [
+        "simulate vertebra --beams 8 --first-beam 60 -o data.npz",
+        "beamform data.npz -o lines.npz --image lines.png",
+        "beamform data.npz -o mv.npz --method mv --image large.png --rows 2048 --columns 2048 --median",
+        "phase-symmetry lines.png --resize 1024x1024 -o ps.npy",
+        "--quick",
+    ] {
+        let output = within(arguments);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{arguments}: {message}");
+    }
+    // Possible here, but not in this much memory.
+    let config = folder.path().join("config.toml");
+    let settings = "elements = 512\nbeams = 512\nfs = 60e6\n";
+    fs::write(&config, format!("[simulate.scanner]\n{settings}")).unwrap();
+    let simulate = "simulate vertebra --config config.toml -o large.npz";
+    refused(&folder, simulate, DATA, &["the record needs", "GiB"]);
+    // A file that is as long as it says, of which a copy does not fit.
+    let numbers = folder.path().join("image.npy");
+    let sparse = npy("<f4", "(20000, 20000)", &[]);
+    let length = sparse.len() as u64 + 4 * 20_000 * 20_000;
+    fs::write(&numbers, &sparse).unwrap();
+    let file = fs::OpenOptions::new().write(true).open(&numbers).unwrap();
+    file.set_len(length).unwrap();
+    refused(&folder, FILTER, DATA, &["image.npy", "memory"]);
+}

@@ -1,0 +1,124 @@
+//! Names, streams and signals that outputs cannot go by.
+
+use super::*;
+
+#[test]
+fn names_that_cannot_be_outputs() {
+    let folder = tempdir().unwrap();
+    channel_data_without(&folder.path().join("data.npz"), &[]).finish();
+    // The lines' own name fits; that of the configuration beside it does not.
+    let long = format!("{}.npz", "x".repeat(240));
+    let beamform = format!("beamform data.npz -o {long} --image lines.png");
+    refused(&folder, &beamform, DATA, &["longer than the system allows"]);
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("nowhere/lines.npz", folder.path().join("lines.npz")).unwrap();
+        refused(&folder, BEAMFORM, DATA, &["lines.npz", "symbolic link"]);
+    }
+}
+
+#[test]
+fn an_output_name_with_escape_sequences_is_told_without_them() {
+    let folder = tempdir().unwrap();
+    let beamform = "beamform \"$(printf 'a\\033[31mb\\nc.npz')\" -o lines.npz";
+    refused(&folder, beamform, DATA, &["a\\u{1b}[31mb\\nc.npz"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_an_error_and_a_closed_one_is_not() {
+    let folder = tempdir().unwrap();
+    let program = env!("CARGO_BIN_EXE_host-sim");
+    for arguments in [&["--help"][..], &["--quick"]] {
+        let full = fs::File::create("/dev/full").unwrap();
+        let output = Command::new(program)
+            .args(arguments)
+            .current_dir(folder.path())
+            .stdout(full)
+            .stderr(Stdio::piped())
+            .output()
+            .unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(DATA), "{message}");
+        assert!(message.contains("standard output"), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        let mut child = Command::new(program)
+            .args(arguments)
+            .current_dir(folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), message.as_str()), (Some(0), ""));
+    }
+    // Nobody can be told, but the status tells it.
+    let full = || fs::File::create("/dev/full").unwrap();
+    let status = Command::new(program)
+        .args(["beamform", "missing.npz", "-o", "lines.npz"])
+        .current_dir(folder.path())
+        .stdout(full())
+        .stderr(full())
+        .status()
+        .unwrap();
+    assert_eq!(status.code(), Some(DATA));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_leaves_the_outputs_whole_or_none() {
+    let whole = [
+        "data.npz",
+        "lines.npz",
+        "lines.npz.config.toml",
+        "lines.png",
+    ];
+    let mut interrupted = 0;
+    for (number, signal, status) in [("2", "INT", 130), ("15", "TERM", 143)] {
+        for step in 0..12 {
+            let folder = tempdir().unwrap();
+            channel_data_without(&folder.path().join("data.npz"), &[]).finish();
+            let mut child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+                .args([
+                    "beamform",
+                    "data.npz",
+                    "-o",
+                    "lines.npz",
+                    "--image",
+                    "lines.png",
+                    // So that the program runs for longer than the signals are apart.
+                    "--rows",
+                    "2048",
+                    "--columns",
+                    "2048",
+                ])
+                .current_dir(folder.path())
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .unwrap();
+            std::thread::sleep(Duration::from_millis(12 * step));
+            let sent = Command::new("kill")
+                .args([format!("-{number}"), child.id().to_string()])
+                .stderr(Stdio::null())
+                .status()
+                .unwrap();
+            let ended = child.wait().unwrap();
+            let found = names(folder.path());
+            match ended.code() {
+                Some(0) => assert_eq!(found, whole),
+                // Before the program has begun to catch it, the system ends it, and nothing is there.
+                None => assert_eq!(found, ["data.npz"], "{signal}"),
+                Some(code) => {
+                    interrupted += 1;
+                    assert!(sent.success());
+                    assert_eq!(code, status, "SIG{signal}");
+                    assert!(found == ["data.npz"] || found == whole, "{found:?}");
+                }
+            }
+        }
+    }
+    assert!(interrupted > 0, "no signal came while the program ran");
+}

@@ -1,0 +1,256 @@
+//! The bits of the references, of constant stages and of every instruction set.
+
+use super::*;
+
+#[test]
+fn a_stage_that_is_set_is_a_new_one() {
+    let element_x = line_up(5);
+    let line = line_of(TransmitLaw::Focused, &element_x);
+    let rf = noise(5 * 400, 3);
+    let first = parameters(40e6, 20e6, 5, 400);
+    // Each from the one before: what keeps the filters, what changes one of them, and both.
+    let all = [
+        DelayParameters {
+            sound_speed: 1580.0,
+            ..first
+        },
+        DelayParameters {
+            output_start: 1e-6,
+            output_samples: 31,
+            ..first
+        },
+        DelayParameters {
+            hilbert_taps: 3,
+            ..first
+        },
+        DelayParameters {
+            centre_frequency: 3e6,
+            ..first
+        },
+        parameters(100e6, 20e6, 5, 400),
+        parameters(20e6, 20e6, 5, 400),
+        DelayParameters {
+            hilbert_taps: 31,
+            output_rate: 30e6,
+            ..first
+        },
+    ];
+    let mut delay = Delay::new(first).unwrap();
+    for p in all {
+        delay.set(p).unwrap();
+        assert_eq!(delay.parameters(), &p);
+        // A refusal leaves everything, whichever parameter is wrong.
+        for wrong in [
+            DelayParameters {
+                sound_speed: 0.0,
+                ..parameters(60e6, 20e6, 5, 400)
+            },
+            DelayParameters {
+                hilbert_taps: 0,
+                ..parameters(60e6, 20e6, 5, 400)
+            },
+            DelayParameters {
+                hilbert_taps: 4,
+                ..parameters(600e6, 20e6, 5, 400)
+            },
+        ] {
+            delay.set(wrong).unwrap_err();
+        }
+        let mut out = vec![ZERO; p.output_samples * 5];
+        line_by(&delay, 0.0f32, &line, &rf, &mut out);
+        assert_same_bits(&out, &core_line(&p, &line, &rf), &format!("{p:?}"));
+    }
+}
+
+/// The compiler computes it by other means than the processor.
+#[test]
+fn a_constant_stage_is_one_made_when_the_program_runs() {
+    const PARAMETERS: DelayParameters = DelayParameters {
+        sound_speed: C,
+        sampling_rate: 100e6,
+        centre_frequency: F0,
+        output_rate: 20e6,
+        output_start: 0.0,
+        output_samples: 87,
+        elements: 5,
+        record_samples: 400,
+        hilbert_taps: HILBERT_TAPS,
+    };
+    static DELAY: Delay = match Delay::new(PARAMETERS) {
+        Ok(delay) => delay,
+        Err(_) => panic!("the parameters are not valid"),
+    };
+    let element_x = line_up(5);
+    let line = line_of(TransmitLaw::Focused, &element_x);
+    let rf = noise(5 * 400, 3);
+    let mut out = vec![ZERO; 87 * 5];
+    line_by(&DELAY, 0.0f32, &line, &rf, &mut out);
+    let p = std::hint::black_box(PARAMETERS);
+    assert_same_bits(&out, &core_line(&p, &line, &rf), "constant");
+}
+
+#[test]
+fn equals_the_f32_reference_to_the_bit() {
+    let mut seed = 0;
+    for (fs, fout) in [
+        (20e6, 20e6),
+        (100e6, 20e6),
+        (40e6, 20e6),
+        (50e6, 20e6),
+        (20e6, 40e6),
+        (62.5e6, 5e6),
+        (75e6, 20e6),
+        (80e6, 5e6),
+    ] {
+        for law in LAWS {
+            for (elements, record_samples, taps) in [(1, 1, 1), (5, 211, 8), (13, 1777, 33)] {
+                seed += 1;
+                let rf = noise(elements * record_samples, seed);
+                let element_x = line_up(elements);
+                let mut p = parameters(fs, fout, elements, record_samples);
+                p.output_start = -1.3e-6;
+                p.hilbert_taps = taps;
+                let line = ScanLine {
+                    transmit: Transmit { law, t0: 0.37e-6 },
+                    ray: Ray::down(-0.41e-3),
+                    active: Active {
+                        first: elements / 3,
+                        count: elements - elements / 3,
+                    },
+                    ..line_of(law, &element_x)
+                };
+                let what = format!("{fs} -> {fout}, {law:?}, {elements} elements");
+                let mut ours = core_line(&p, &line, &rf);
+                let mut reference = vec![Complex::new(7.0, 7.0); ours.len()];
+                reference::f32::delay::line(&p, &line, &rf, &mut reference);
+                assert_same_bits(&ours, &reference, &what);
+                assert!(
+                    record_samples == 1 || ours.iter().any(|y| y.im != 0.0),
+                    "{what}: empty"
+                );
+
+                // Once more, on top.
+                let line = ScanLine {
+                    ray: Ray::down(0.2e-3),
+                    compounding: Compounding::Add,
+                    ..line
+                };
+                line_into(0.0f32, &p, &line, &rf, &mut ours);
+                reference::f32::delay::line(&p, &line, &rf, &mut reference);
+                assert_same_bits(&ours, &reference, &what);
+            }
+        }
+    }
+}
+
+/// As both references have it: to the bit of the f32 one, and near the line of a filter in f64.
+#[test]
+fn a_filter_in_f32_equals_its_reference_to_the_bit() {
+    let element_x = line_up(5);
+    let mut delay = Delay::new(parameters(20e6, 20e6, 1, 1)).unwrap();
+    for (fs, fout, f0) in [
+        (20e6, 20e6, 5e6),
+        (20e6, 20e6, 6.6e6),
+        (20e6, 40e6, 5e6),
+        (25e6, 20e6, 5e6),
+        (40e6, 20e6, 5e6),
+        (41.66e6, 20.83e6, 4.2e6),
+        (62.5e6, 8e6, 2e6),
+        (100e6, 20e6, 5e6),
+        (80e6, 5e6, 1.5e6),
+    ] {
+        for law in LAWS {
+            let p = DelayParameters {
+                centre_frequency: f0,
+                ..parameters(fs, fout, 5, 911)
+            };
+            let (rf, line) = (noise(5 * 911, 21), line_of(law, &element_x));
+            delay.set_in_f32(p).unwrap();
+            let mut ours = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * 5];
+            line_by(&delay, 0.0f32, &line, &rf, &mut ours);
+            let mut reference = vec![Complex::new(7.0, 7.0); ours.len()];
+            reference::f32::delay::line_in_f32(&p, &line, &rf, &mut reference);
+            let what = format!("{fs} -> {fout}, {f0}, {law:?}");
+            assert_same_bits(&ours, &reference, &what);
+
+            let in_f64 = core_line(&p, &line, &rf);
+            assert!(ours != in_f64, "{what}: no other bits");
+            let errors = ours.iter().zip(&in_f64).map(|(a, b)| (a - b).norm());
+            let worst = errors.fold(0.0, f32::max);
+            assert!(worst < FILTER_IN_F32, "{what}: {worst}");
+        }
+    }
+}
+
+/// The line, and another one added to it, with the vectors of `zero`.
+fn twice<V: Vector>(
+    zero: V,
+    p: &DelayParameters,
+    line: &ScanLine,
+    rf: &[f32],
+) -> Vec<Complex<f32>> {
+    let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
+    line_into(zero, p, line, rf, &mut out);
+    let add = ScanLine {
+        compounding: Compounding::Add,
+        ray: Ray::down(line.ray.x() - 0.5 * PITCH),
+        ..*line
+    };
+    line_into(zero, p, &add, rf, &mut out);
+    out
+}
+
+#[test]
+fn every_instruction_set_gives_the_bits_of_one_lane() {
+    let level = Level::new();
+    for (fs, fout) in [(100e6, 20e6), (40e6, 20e6), (20e6, 20e6), (80e6, 5e6)] {
+        // Elements that do not fill a vector, or some and a part; lines that end within one.
+        for (elements, record_samples) in [(5, 211), (37, 1777)] {
+            let rf = noise(elements * record_samples, elements as u64);
+            let element_x = line_up(elements);
+            let mut p = parameters(fs, fout, elements, record_samples);
+            // A line that begins where none of its elements needs the record's beginning, too.
+            for (x, start) in [
+                (0.3e-3, 0.0),
+                (0.0, 0.0),
+                (0.0, 0.4 * record_samples as f64 / fs),
+                (1.5 * PITCH, 0.0),
+                (-17.0 * PITCH, 0.0),
+                (-40.0 * PITCH, 0.0),
+            ] {
+                p.output_start = start;
+                let line = ScanLine {
+                    ray: Ray::down(x),
+                    active: Active {
+                        first: 1,
+                        count: elements - 2,
+                    },
+                    ..line_of(TransmitLaw::Plane { angle: 0.1 }, &element_x)
+                };
+                let one = twice(0.0f32, &p, &line, &rf);
+                let check = |many: Option<Vec<_>>, name: &str| match many {
+                    Some(many) => assert_same_bits(&many, &one, name),
+                    None => println!("this machine has no {name}"),
+                };
+                #[cfg(target_arch = "x86_64")]
+                {
+                    let many = level.as_sse2();
+                    let many = many.map(|simd| twice(Lanes::new(simd), &p, &line, &rf));
+                    check(many, "SSE2");
+                    let many = level.as_avx2();
+                    let many = many.map(|simd| twice(Lanes::new(simd), &p, &line, &rf));
+                    check(many, "AVX2");
+                    let many = level.as_avx512();
+                    let many = many.map(|simd| twice(Lanes::new(simd), &p, &line, &rf));
+                    check(many, "AVX-512");
+                }
+                #[cfg(target_arch = "aarch64")]
+                {
+                    let many = level.as_neon();
+                    let many = many.map(|simd| twice(Lanes::new(simd), &p, &line, &rf));
+                    check(many, "NEON");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! Frames of the drive.
+
+use super::*;
+
+/// Noise recorded of three transmits by an array of nine elements.
+fn recording(transmits: Transmits) -> ChannelData {
+    ChannelData {
+        samples: Array3::from_shape_vec((3, 9, 1500), noise(3 * 9 * 1500, 11))
+            .unwrap()
+            .into(),
+        fs: 100e6,
+        t0: vec![0.0, 1e-7, -2e-7],
+        element_x: line_up(9),
+        element_z: None,
+        element_angle: None,
+        c: C,
+        f0: F0,
+        transmits,
+        lens_delay: 0.0,
+    }
+}
+
+#[test]
+fn frames_do_not_depend_on_the_threads_or_on_the_range_of_beams() {
+    let focused = Transmits::Focused {
+        x: vec![-PITCH, 0.0, 0.4 * PITCH],
+        focus: vec![20e-3; 3],
+        f_number: None,
+    };
+    let plane = Transmits::Plane {
+        angle: vec![-0.1, 0.0, 0.2],
+    };
+    for transmits in [focused, plane] {
+        let data = recording(transmits);
+        let stage = DelayStage::new(&data, &Beamform::default()).unwrap();
+        let beams = stage.beam_x().len();
+        let frames = [1, 2, 7].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let frame = pool.build().unwrap().install(|| stage.delay(0..beams));
+            frame.unwrap()
+        });
+        assert_eq!(frames[0], frames[1]);
+        assert_eq!(frames[0], frames[2]);
+        assert!(frames[0].iter().any(|y| y.im != 0.0));
+        let part = stage.delay(1..beams).unwrap();
+        assert_eq!(part, frames[0].slice_axis(Axis(0), (1..).into()));
+    }
+}

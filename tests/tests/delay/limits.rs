@@ -1,0 +1,178 @@
+//! Extreme geometry, and the limits of records and of numbers.
+
+use super::*;
+
+#[test]
+fn extreme_geometry_gives_the_bits_of_the_reference_and_never_nan_or_infinity() {
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let mut extreme = |allow_negative: bool| {
+        let magnitude = 10f64.powf(rng.random_range(-60.0..60.0));
+        match rng.random_range(0..4) {
+            0 => 0.0,
+            1 if allow_negative => -magnitude,
+            2 => rng.random_range(0.0..1.0) * 1e-2,
+            _ => magnitude,
+        }
+    };
+    for round in 0..2000 {
+        let element_x = [extreme(true), extreme(true), 0.0];
+        let law = match extreme(true) {
+            v if v < 0.0 => TransmitLaw::Plane { angle: 1.5 },
+            0.0 => TransmitLaw::Focused,
+            v => TransmitLaw::Element { x: v, z: 0.0 },
+        };
+        let fs = extreme(false) + 1e-60;
+        let p = DelayParameters {
+            sound_speed: extreme(false) + 1e-60,
+            sampling_rate: fs,
+            centre_frequency: extreme(false) + 1e-60,
+            // Every other record is halved.
+            output_rate: if round % 2 == 0 { fs } else { fs / 3.0 },
+            output_start: extreme(true),
+            output_samples: 20,
+            elements: 3,
+            record_samples: 10,
+            hilbert_taps: 2,
+        };
+        let line = ScanLine {
+            transmit: Transmit {
+                law,
+                t0: extreme(true),
+            },
+            ray: Ray::down(extreme(true)),
+            ..line_of(law, &element_x)
+        };
+        let what = format!("{p:?} {line:?}");
+        let ours = core_line(&p, &line, &[1e29; 30]);
+        for y in &ours {
+            assert!(y.re.is_finite() && y.im.is_finite(), "{what}");
+        }
+        assert_reference(&ours, &p, &line, &[1e29; 30], &what);
+    }
+}
+
+/// Where a position on the axis is ±2²³ samples, nothing is read, although the element's lag, or its lead,
+/// brings the place near the record; one sample on, or back, it is. Depths and times are exact: c = 2, fs = 1.
+#[test]
+fn nothing_is_read_from_2_to_the_23_samples_on() {
+    let far = 8_388_608.0;
+    let deep = 2.0 * far - 100.0;
+    for (x, z, depth, t0, beside) in [
+        (4.0, deep, deep, deep - far, -1),
+        (2.0 * far, 0.0, 10.0, 10.0 + far, 1),
+    ] {
+        let p = DelayParameters {
+            sound_speed: 2.0,
+            output_start: depth - 9.0,
+            output_samples: 19,
+            ..parameters(1.0, 1.0, 1, 100)
+        };
+        let elements = [Element { x, z, angle: 0.0 }];
+        let line = ScanLine {
+            transmit: Transmit::new(TransmitLaw::Focused, t0),
+            ray: Ray::down(0.0),
+            array: Array::At {
+                elements: &elements,
+                pitch: 1.0,
+            },
+            ..line_of(TransmitLaw::Focused, &[0.0])
+        };
+        let rf = noise(100, 9);
+        let ours = core_line(&p, &line, &rf);
+        assert_reference(&ours, &p, &line, &rf, &format!("{depth}"));
+        assert!(ours[9].re == 0.0 && ours[(9 + beside) as usize].re != 0.0);
+    }
+}
+
+/// Straight towards an element the way there grows as the way back shrinks: every depth is read at one place.
+/// Depths and times are exact: c = 2, and a halved record's rate is 2.
+#[test]
+fn a_line_towards_an_element_reads_one_place() {
+    let p = DelayParameters {
+        sound_speed: 2.0,
+        output_start: 20.0,
+        output_samples: 32,
+        ..parameters(4.0, 1.0, 1, 2500)
+    };
+    let elements = [Element {
+        x: 0.0,
+        z: 1000.0,
+        angle: 0.0,
+    }];
+    let line = ScanLine {
+        ray: Ray::down(0.0),
+        array: Array::At {
+            elements: &elements,
+            pitch: 1.0,
+        },
+        ..line_of(TransmitLaw::Focused, &[0.0])
+    };
+    let rf = noise(2500, 13);
+    let ours = core_line(&p, &line, &rf);
+    assert_reference(&ours, &p, &line, &rf, "one place");
+    assert!(ours.iter().all(|y| y.re == ours[0].re && y.re != 0.0));
+}
+
+/// Lines all over a halved record, in front of it and behind it: only what they read is halved, and the
+/// rest of the memory is no numbers. Elements beside the line and in front of where it begins.
+#[test]
+fn any_part_of_a_halved_record_has_the_bits_of_the_reference() {
+    let samples = 700;
+    let rf = noise(3 * samples, 12);
+    let level = [-9e-3, 0.4e-3, 14e-3];
+    let elements =
+        [(-5e-3, 3e-3), (1e-3, 9e-3), (12e-3, -4e-3)].map(|(x, z)| Element { x, z, angle: 0.0 });
+    let arrays = [
+        Array::LinearAt(&level),
+        Array::At {
+            elements: &elements,
+            pitch: 6e-3,
+        },
+    ];
+    let mut read = 0;
+    for (array, fs) in arrays
+        .into_iter()
+        .flat_map(|a| [50e6, 100e6].map(|fs| (a, fs)))
+    {
+        let mut p = parameters(fs, 20e6, 3, samples);
+        (p.output_samples, p.hilbert_taps) = (32, 4);
+        let mut delay = Delay::new(p).unwrap();
+        // All residues of where they begin and end, and a depth of 0 at any of the line's samples.
+        let starts = (-60..400).step_by(3).map(|k| (k, 0.0));
+        let starts = starts.chain((0..130).map(|k| (k, 5.1e-6)));
+        for (k, late) in starts.chain((-60..0).map(|k| (k, -6.3e-6))) {
+            p.output_start = f64::from(k) / 20e6;
+            delay.set(p).unwrap();
+            let line = ScanLine {
+                transmit: Transmit::new(TransmitLaw::Focused, late),
+                array,
+                ..line_of(TransmitLaw::Focused, &level)
+            };
+            let mut ours = vec![ZERO; 3 * 32];
+            line_by(&delay, 0.0f32, &line, &rf, &mut ours);
+            let what = format!("{array:?} {fs} {k} {late}");
+            assert_reference(&ours, &p, &line, &rf, &what);
+            read += ours.iter().filter(|y| y.re != 0.0).count();
+        }
+    }
+    assert!(read > 5000, "{read}");
+}
+
+/// Half of the line lies so deep that the product c·t overflows: the other half is read all the same.
+#[test]
+fn depths_beyond_all_numbers_read_0_and_the_others_what_they_are() {
+    for fs in [50.0, 200.0] {
+        let p = DelayParameters {
+            sound_speed: 1e308,
+            output_start: 1.0,
+            output_samples: 80,
+            ..parameters(fs, 50.0, 2, 600)
+        };
+        let line = line_of(TransmitLaw::Focused, &[0.0, 1.0]);
+        let rf = noise(1200, 10);
+        let ours = core_line(&p, &line, &rf);
+        assert_reference(&ours, &p, &line, &rf, &format!("{fs}"));
+        assert!(ours[..70].iter().all(|y| y.re != 0.0));
+        assert!(ours[90..].iter().all(|y| y.re == 0.0));
+    }
+}

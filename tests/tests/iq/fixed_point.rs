@@ -1,0 +1,416 @@
+//! Counts, read and turned in fixed point.
+
+use super::*;
+
+/// Noise as counts, and the same numbers as f32.
+fn counted(samples: usize, seed: u64) -> (Vec<[i16; 2]>, Vec<Complex<f32>>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let counts: Vec<[i16; 2]> = (0..ELEMENTS * samples).map(|_| rng.random()).collect();
+    let floats = counts.iter();
+    let floats = floats.map(|&[i, q]| Complex::new(f32::from(i), f32::from(q)));
+    let floats = floats.collect();
+    (counts, floats)
+}
+
+#[test]
+fn fixed_point_equals_the_reference_to_the_bit() {
+    let convex = convex();
+    for (fs, samples) in [(10e6, 300), (4.7e6, 170), (40e6, 900)] {
+        let p = parameters(fs, samples, IqInterpolation::LinearFixed);
+        for (seed, line) in lines(&convex).into_iter().enumerate() {
+            let (counts, floats) = counted(samples, seed as u64);
+            let interleaved: Vec<[i16; 2]> = (0..ELEMENTS * samples)
+                .map(|i| counts[(i % ELEMENTS) * samples + i / ELEMENTS])
+                .collect();
+            let mut expected = vec![Complex::new(7.0, 7.0); p.output_samples * ELEMENTS];
+            reference::f32::iq::line(&p, &line, (&floats, 0.3, 0.7), &mut expected);
+            assert!(expected.iter().any(|y| *y != ZERO), "{line:?}: empty");
+            let mut twice = expected.clone();
+            let add = ScanLine {
+                compounding: Compounding::Add,
+                ..line
+            };
+            reference::f32::iq::line(&p, &add, (&floats, 0.3, 0.7), &mut twice);
+            for (counts, layout) in [
+                (&counts, IqLayout::Planar),
+                (&interleaved, IqLayout::Interleaved),
+            ] {
+                let record = IqRecord::new(IqSamples::Counts(counts, 0.3), layout, ELEMENTS);
+                let record = record.unwrap().with_phase(0.7).unwrap();
+                let what = format!("{fs}, {layout:?}, {line:?}");
+                assert_same_bits(&core_line(0.0f32, &p, &line, &record), &expected, &what);
+                for set in InstructionSet::available() {
+                    let ours = set.dispatch(Twice(&p, &line, &record));
+                    assert_same_bits(&ours, &twice, &format!("{what}: {set:?}"));
+                }
+            }
+        }
+    }
+}
+
+/// The table of docs/numerics.md, its last column: the pulse's peak has 16 000 counts.
+#[test]
+fn the_documented_errors_of_fixed_point_hold() {
+    let convex = convex();
+    let bounds = [8.0e-2, 3.7e-2, 1.4e-2, 1.2e-3, 2.3e-2, 6.4e-2];
+    for ((bandwidth, fs, _), bound) in ERRORS.into_iter().zip(bounds) {
+        for line in lines(&convex) {
+            let mut p = parameters(fs, (30e-6 * fs) as usize, IqInterpolation::LinearFixed);
+            p.output_rate = 40e6;
+            p.output_start = 5e-6;
+            p.output_samples = 800;
+            let [x, z] = line.ray.point(17e-3);
+            let (iq, _) = echoes(&p, &line, &[[x, z]], (bandwidth * F0, 1e6, 1));
+            let counts: Vec<[i16; 2]> = iq
+                .iter()
+                .map(|y| [y.re, y.im].map(|part| (16_000.0 * part).round() as i16))
+                .collect();
+            let samples = IqSamples::Counts(&counts, 1.0 / 16_000.0);
+            let record = IqRecord::new(samples, IqLayout::Planar, ELEMENTS).unwrap();
+            let ours = core_line(0.0f32, &p, &line, &record);
+            let exact = reference::f64::iq::line(&p, &line, &iq);
+            let error = worst(&ours, exact.iter().copied());
+            println!("{bandwidth}, {fs}: {error:.2e}");
+            assert!(error < bound, "{bandwidth}, {fs}: {error}");
+            assert!(
+                ours.iter().any(|y| y.norm() > 0.9),
+                "{bandwidth}, {fs}: empty"
+            );
+        }
+    }
+}
+
+#[test]
+fn fixed_point_takes_extreme_geometry_and_refuses_what_it_cannot_read() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let mut extreme = || {
+        let magnitude = 10f64.powf(rng.random_range(-40.0..40.0));
+        [magnitude, -magnitude, 0.0, 1e-2][rng.random_range(0..4)]
+    };
+    let counts = [[i16::MIN, i16::MAX]; 30];
+    let record = IqRecord::new(IqSamples::Counts(&counts, 1e24), IqLayout::Planar, 3).unwrap();
+    let (mut read, mut refused) = (0, 0);
+    for round in 0..3000 {
+        let x = [extreme(), extreme(), extreme()];
+        let fs = extreme().abs() + 1e-40;
+        let p = IqParameters {
+            sound_speed: extreme().abs() + 1e-40,
+            sampling_rate: fs,
+            demodulation_frequency: fs * [0.3, 1.9, -1.9, 0.0][round % 4],
+            output_rate: extreme().abs() + 1e-40,
+            output_start: extreme(),
+            output_samples: 20,
+            elements: 3,
+            record_samples: 10,
+            interpolation: IqInterpolation::LinearFixed,
+        };
+        let ray = if round % 2 == 0 {
+            Ray::down(extreme())
+        } else {
+            Ray::new(extreme(), extreme(), extreme())
+        };
+        let line = ScanLine {
+            transmit: Transmit::new(TransmitLaw::Plane { angle: 0.3 }, extreme()),
+            ray,
+            array: Array::LinearAt(&x),
+            active: Active { first: 0, count: 3 },
+            compounding: Compounding::Replace,
+        };
+        let mut out = vec![Complex::new(f32::NAN, 0.0); p.output_samples * p.elements];
+        let mut scratch = vec![0.0; p.scratch_len(1)];
+        let delay = IqDelay::new(p).unwrap();
+        match delay.line(0.0f32, &line, &record, &mut scratch, &mut out) {
+            Ok(()) => read += 1,
+            Err(Error::Parameter { name, .. }) => {
+                assert_eq!(name, "element's way to the line");
+                assert!(out.iter().all(|y| y.re.is_nan()), "written, then refused");
+                refused += 1;
+                continue;
+            }
+            Err(error) => panic!("{error}"),
+        }
+        for y in out {
+            assert!(y.re.is_finite() && y.im.is_finite(), "{p:?} {line:?}");
+        }
+    }
+    assert!(read > 300 && refused > 300, "{read} {refused}");
+    let good = parameters(10e6, 100, IqInterpolation::LinearFixed);
+    let name = |p: IqParameters| match IqDelay::new(p) {
+        Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
+        other => panic!("{other:?}"),
+    };
+    let demodulation_frequency = 20e6;
+    assert_eq!(
+        name(IqParameters {
+            demodulation_frequency,
+            ..good
+        }),
+        "demodulation_frequency"
+    );
+    let record_samples = 65_537;
+    assert_eq!(
+        name(IqParameters {
+            record_samples,
+            ..good
+        }),
+        "record_samples"
+    );
+    let elements = 4097;
+    assert_eq!(name(IqParameters { elements, ..good }), "elements");
+    let floats = noise(ELEMENTS * 100, 1);
+    let mut scratch = vec![0.0; good.scratch_len(1)];
+    let mut out = vec![ZERO; good.output_samples * ELEMENTS];
+    let refused = IqDelay::new(good).unwrap().line(
+        0.0f32,
+        &lines(&convex())[0],
+        &planar(&floats),
+        &mut scratch,
+        &mut out,
+    );
+    assert!(matches!(refused, Err(Error::Parameter { name: "iq", .. })));
+}
+
+/// The aligned samples of counts by both, onto the same numbers.
+fn assert_reference(
+    p: &IqParameters,
+    line: &ScanLine,
+    (counts, scale, phase): (&[[i16; 2]], f32, f64),
+    before: &[Complex<f32>],
+    what: &str,
+) {
+    let floats: Vec<_> = counts
+        .iter()
+        .map(|&[i, q]| Complex::new(f32::from(i), f32::from(q)))
+        .collect();
+    let mut expected = before.to_vec();
+    reference::f32::iq::line(p, line, (&floats, scale, phase), &mut expected);
+    let samples = p.record_samples;
+    let interleaved: Vec<[i16; 2]> = (0..counts.len())
+        .map(|i| counts[(i % p.elements) * samples + i / p.elements])
+        .collect();
+    for (counts, layout) in [
+        (counts, IqLayout::Planar),
+        (&interleaved[..], IqLayout::Interleaved),
+    ] {
+        let samples = IqSamples::Counts(counts, scale);
+        let record = IqRecord::new(samples, layout, p.elements).unwrap();
+        let record = record.with_phase(phase).unwrap();
+        let mut ours = before.to_vec();
+        line_into(0.0f32, p, line, &record, &mut ours);
+        assert_same_bits(&ours, &expected, &format!("{what}, {layout:?}, {line:?}"));
+    }
+}
+
+/// A scene where a place is a number of samples: a line straight down from the middle one of three elements, a
+/// sample a second of a wave of 2 m/s. The place at t is t − t0, the depth t.
+fn plain(interpolation: IqInterpolation) -> (IqParameters, ScanLine<'static>) {
+    let p = IqParameters {
+        sound_speed: 2.0,
+        sampling_rate: 1.0,
+        demodulation_frequency: 0.3,
+        output_rate: 1.0,
+        output_start: 0.0,
+        output_samples: 40,
+        elements: 3,
+        record_samples: 200,
+        interpolation,
+    };
+    let line = ScanLine {
+        transmit: Transmit::new(TransmitLaw::Focused, 0.0),
+        ray: Ray::down(0.0),
+        array: Array::linear(3, 7.0),
+        active: Active { first: 0, count: 3 },
+        compounding: Compounding::Add,
+    };
+    (p, line)
+}
+
+#[test]
+fn fixed_point_reads_to_the_end_of_a_record_and_no_further() {
+    let convex = convex();
+    let mut p = parameters(10e6, 60, IqInterpolation::LinearFixed);
+    p.output_samples = 120;
+    for (seed, line) in lines(&convex).into_iter().enumerate() {
+        let (counts, _) = counted(60, seed as u64);
+        let before = vec![ZERO; p.output_samples * ELEMENTS];
+        assert_reference(&p, &line, (&counts, 0.3, 0.7), &before, "end");
+    }
+}
+
+#[test]
+fn fixed_point_has_the_bits_of_the_reference_where_nothing_is_above_and_far_from_t0() {
+    let (counts, _) = counted(200, 5);
+    let counts = &counts[..600];
+    let before = noise(120, 6);
+    let (p, line) = plain(IqInterpolation::LinearFixed);
+    // The first sample lies at depth 0; what stood there stays.
+    let mut at_five = line;
+    at_five.transmit.t0 = -5.0;
+    assert_reference(&p, &at_five, (counts, 0.3, 0.0), &before, "depth 0");
+    // Whole samples, beyond the 64th too, and more than 2¹⁹ whole turns.
+    let mut at_sixty = line;
+    at_sixty.transmit.t0 = -60.0;
+    for phase in [0.7, -1e7, 1e7] {
+        assert_reference(&p, &at_sixty, (counts, 0.3, phase), &before, "turns");
+    }
+    // A scale below 0: zeros have its sign.
+    let replace = ScanLine {
+        compounding: Compounding::Replace,
+        ..at_five
+    };
+    let zeros = vec![[0; 2]; 600];
+    let samples = IqSamples::Counts(&zeros, -0.3);
+    let record = IqRecord::new(samples, IqLayout::Interleaved, 3).unwrap();
+    let floats = vec![ZERO; 600];
+    let (mut ours, mut expected) = (before.clone(), before.clone());
+    line_into(0.0f32, &p, &replace, &record, &mut ours);
+    reference::f32::iq::line(&p, &replace, (&floats, -0.3, 0.0), &mut expected);
+    assert_same_bits(&ours, &expected, "scale below 0");
+    // A depth that is the largest number.
+    let mut deepest = p;
+    deepest.sound_speed = 2f64.powi(100);
+    deepest.output_start = 2.0 * f64::from(f32::MAX) / deepest.sound_speed;
+    let mut there = line;
+    there.transmit.t0 = deepest.output_start - 50.0;
+    assert_reference(&deepest, &there, (counts, 0.3, 0.0), &before, "deepest");
+}
+
+/// Added to −0, whatever is read gives 0; where nothing is, −0 stays.
+#[test]
+fn places_beyond_two_to_the_23_are_left_alone_as_in_the_reference() {
+    const FAR: f64 = 8_388_608.0;
+    let (counts, _) = counted(200, 5);
+    let counts = &counts[..600];
+    let before = vec![Complex::new(-0.0, -0.0); 120];
+    for interpolation in INTERPOLATIONS
+        .into_iter()
+        .chain([IqInterpolation::LinearFixed])
+    {
+        for law in [
+            TransmitLaw::Focused,
+            TransmitLaw::Element { x: 0.0, z: 0.0 },
+        ] {
+            let (mut p, mut line) = plain(interpolation);
+            line.transmit.law = law;
+            // The first place, and the last one: before, at and behind the limit.
+            for aside in [-45.0, -39.0, -38.0, -20.0, -1.0, 0.0, 1.0, 5.0] {
+                p.output_start = 1.0;
+                line.transmit.t0 = 1.0 + FAR - aside;
+                let what = format!("{interpolation:?} {aside}");
+                assert_reference(&p, &line, (counts, 0.3, 0.7), &before, &what);
+                p.output_start = FAR + aside;
+                line.transmit.t0 = 0.0;
+                assert_reference(&p, &line, (counts, 0.3, 0.7), &before, &what);
+            }
+        }
+    }
+    // As many turns as there are numbers.
+    for interpolation in INTERPOLATIONS {
+        for demodulation_frequency in [2.0, -2.0] {
+            let (mut p, mut line) = plain(interpolation);
+            (p.sound_speed, p.sampling_rate, p.output_samples) = (1.0, 2.0, 1);
+            p.demodulation_frequency = demodulation_frequency;
+            p.output_start = f64::MAX / 2.0;
+            line.transmit.t0 = p.output_start;
+            let what = format!("{interpolation:?} {demodulation_frequency}");
+            assert_reference(&p, &line, (counts, 0.3, 0.0), &before[..3], &what);
+        }
+    }
+}
+
+/// Places grow evenly from the first sample to the last; one behind the last that were too far does not
+/// matter.
+#[test]
+fn fixed_point_of_a_line_that_ends_near_the_limit_is_even() {
+    let (mut p, mut line) = plain(IqInterpolation::LinearFixed);
+    p.record_samples = 65_000;
+    p.output_rate = 1.0 / 1000.37;
+    p.output_start = 1.0;
+    p.output_samples = 8386;
+    line.array = Array::linear(3, 6000.0);
+    let last = p.output_start + 8385.0 / p.output_rate;
+    assert!(last < 8_388_608.0 && last + 1.0 / p.output_rate > 8_388_608.0);
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let counts: Vec<[i16; 2]> = (0..3 * 65_000).map(|_| rng.random()).collect();
+    let before = vec![ZERO; 3 * p.output_samples];
+    assert_reference(&p, &line, (&counts, 0.3, 0.0), &before, "even");
+}
+
+#[test]
+fn fixed_point_reads_elements_below_8191_samples_way() {
+    let (mut p, mut line) = plain(IqInterpolation::LinearFixed);
+    p.elements = 1;
+    // Two samples a metre.
+    (p.sound_speed, p.sampling_rate) = (1.0, 2.0);
+    line.active.count = 1;
+    let counts = vec![[1i16, 2]; 200];
+    let record = IqRecord::new(IqSamples::Counts(&counts, 1.0), IqLayout::Planar, 1).unwrap();
+    let read = |array: Array| {
+        let line = ScanLine { array, ..line };
+        let mut out = vec![ZERO; p.output_samples];
+        let mut scratch = vec![0.0; p.scratch_len(1)];
+        let delay = IqDelay::new(p).unwrap();
+        let result = delay.line(0.0f32, &line, &record, &mut scratch, &mut out);
+        match result {
+            Ok(()) => Ok(out),
+            Err(Error::Parameter { name, value, .. }) => Err((name, value)),
+            Err(error) => panic!("{error}"),
+        }
+    };
+    let beyond = Err(("element's way to the line", 4095.5));
+    for sign in [1.0, -1.0] {
+        assert!(read(Array::LinearAt(&[sign * 4095.25])).is_ok());
+        assert_eq!(read(Array::LinearAt(&[sign * 4095.5])), beyond);
+        // How far it lies along the line counts twice.
+        let along = |z: f64| {
+            let element = Element {
+                x: 0.0,
+                z: sign * z,
+                angle: 0.0,
+            };
+            read(Array::At {
+                elements: &[element],
+                pitch: 1.0,
+            })
+        };
+        assert!(along(2047.5).is_ok());
+        assert_eq!(along(2047.75), beyond);
+    }
+    // One element alone has no pitch.
+    assert_eq!(
+        read(Array::LinearAt(&[0.0])),
+        read(Array::linear(1, 0.3e-3))
+    );
+}
+
+/// Places behind the longest record, and an element that hears them thousands of samples earlier: within the record, or
+/// still behind it.
+#[test]
+fn fixed_point_of_an_element_far_ahead_has_the_bits_of_the_reference() {
+    let (mut p, line) = plain(IqInterpolation::LinearFixed);
+    (p.elements, p.record_samples) = (1, 65_536);
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let counts: Vec<[i16; 2]> = (0..65_536).map(|_| rng.random()).collect();
+    for sign in [1.0, -1.0] {
+        let element = Element {
+            x: 0.0,
+            z: sign * 8000.0,
+            angle: 0.0,
+        };
+        let mut line = ScanLine {
+            array: Array::At {
+                elements: &[element],
+                pitch: 1.0,
+            },
+            active: Active { first: 0, count: 1 },
+            ..line
+        };
+        for position in [-100_000.0, -66_000.0, 66_000.0, 100_000.0] {
+            p.output_start = 10_000.0;
+            line.transmit.t0 = p.output_start - position;
+            let before = vec![ZERO; p.output_samples];
+            let what = format!("{sign} {position}");
+            assert_reference(&p, &line, (&counts, 0.3, 0.0), &before, &what);
+        }
+    }
+}

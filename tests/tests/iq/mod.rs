@@ -1,0 +1,472 @@
+//! I/Q: the delay stage against both references and against the RF of the same echoes, and its
+//! invariants.
+
+mod fixed_point;
+mod refused;
+
+use crate::common;
+
+use bonebeam::delay::{
+    Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
+    IqRecord, IqSamples, MAX_SAMPLES, Record, ScanLine, Stage, hilbert_taps,
+};
+use bonebeam::geometry::{
+    Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit, TransmitLaw,
+};
+use bonebeam::simd::{InstructionSet, Task, Vector};
+use bonebeam::{Complex, Error};
+use bonebeam_oracle::reference;
+use common::tolerances::{DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::f64::consts::{PI, TAU};
+
+const C: f64 = 1540.0;
+const F0: f64 = 5e6;
+const ELEMENTS: usize = 21;
+const PITCH: f64 = 0.3e-3;
+const INTERPOLATIONS: [IqInterpolation; 3] = [
+    IqInterpolation::Linear,
+    IqInterpolation::Cubic,
+    IqInterpolation::Sinc,
+];
+const ZERO: Complex<f32> = Complex::new(0.0, 0.0);
+
+fn convex() -> Vec<Element> {
+    (0..ELEMENTS)
+        .map(|m| Element::convex(ELEMENTS, PITCH, 40e-3, m))
+        .collect()
+}
+
+fn parameters(fs: f64, samples: usize, interpolation: IqInterpolation) -> IqParameters {
+    IqParameters {
+        sound_speed: C,
+        sampling_rate: fs,
+        demodulation_frequency: 4.8e6,
+        output_rate: 15e6,
+        output_start: -0.5e-6,
+        output_samples: (samples as f64 * 15e6 / fs) as usize + 5,
+        elements: ELEMENTS,
+        record_samples: samples,
+        interpolation,
+    }
+}
+
+/// A line and a law for each: straight down, of a sector, and along a convex array's normal.
+fn lines(convex: &[Element]) -> [ScanLine<'_>; 4] {
+    let linear = Array::linear(ELEMENTS, PITCH);
+    let array = Array::At {
+        elements: convex,
+        pitch: PITCH,
+    };
+    let line = |array, ray, law| ScanLine {
+        transmit: Transmit::new(law, 0.37e-6),
+        ray,
+        array,
+        active: Active {
+            first: 2,
+            count: ELEMENTS - 3,
+        },
+        compounding: Compounding::Replace,
+    };
+    [
+        line(linear, Ray::down(0.41e-3), TransmitLaw::Focused),
+        line(
+            linear,
+            Ray::down(-0.6e-3),
+            TransmitLaw::Plane { angle: 0.15 },
+        ),
+        line(
+            linear,
+            Ray::new(0.0, 0.0, 0.6),
+            TransmitLaw::VirtualSource { x: 1e-3, z: -8e-3 },
+        ),
+        line(
+            array,
+            array.normal(15.2),
+            TransmitLaw::Element {
+                x: 1e-3,
+                z: -0.1e-3,
+            },
+        ),
+    ]
+}
+
+fn noise(length: usize, seed: u64) -> Vec<Complex<f32>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut number = || rng.random_range(-1.0f32..1.0);
+    (0..length)
+        .map(|_| Complex::new(number(), number()))
+        .collect()
+}
+
+fn planar(iq: &[Complex<f32>]) -> IqRecord<'_> {
+    IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, ELEMENTS).unwrap()
+}
+
+fn core_line<V: Vector>(
+    zero: V,
+    p: &IqParameters,
+    line: &ScanLine,
+    record: &IqRecord,
+) -> Vec<Complex<f32>> {
+    let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
+    line_into(zero, p, line, record, &mut out);
+    out
+}
+
+fn line_into<V: Vector>(
+    zero: V,
+    p: &IqParameters,
+    line: &ScanLine,
+    record: &IqRecord,
+    out: &mut [Complex<f32>],
+) {
+    let delay = IqDelay::new(*p).unwrap();
+    let mut scratch = vec![f32::NAN; p.scratch_len(V::LANES)];
+    delay.line(zero, line, record, &mut scratch, out).unwrap();
+}
+
+fn assert_same_bits(left: &[Complex<f32>], right: &[Complex<f32>], what: &str) {
+    assert_eq!(left.len(), right.len());
+    for (index, (a, b)) in left.iter().zip(right).enumerate() {
+        let same = a.re.to_bits() == b.re.to_bits() && a.im.to_bits() == b.im.to_bits();
+        assert!(same, "{what}: {a} and {b} at {index}");
+    }
+}
+
+struct Twice<'a>(&'a IqParameters, &'a ScanLine<'a>, &'a IqRecord<'a>);
+
+impl Task for Twice<'_> {
+    type Output = Vec<Complex<f32>>;
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        let Twice(p, line, record) = self;
+        let mut out = core_line(zero, p, line, record);
+        let add = ScanLine {
+            compounding: Compounding::Add,
+            ..*line
+        };
+        line_into(zero, p, &add, record, &mut out);
+        out
+    }
+}
+
+#[test]
+fn equals_the_f32_reference_to_the_bit_on_every_instruction_set() {
+    let convex = convex();
+    let mut seed = 0;
+    for (fs, samples) in [(10e6, 300), (4.7e6, 170), (40e6, 900)] {
+        for interpolation in INTERPOLATIONS {
+            let p = parameters(fs, samples, interpolation);
+            for line in lines(&convex) {
+                seed += 1;
+                let iq = noise(ELEMENTS * samples, seed);
+                let what = format!("{fs}, {interpolation:?}, {line:?}");
+                let record = planar(&iq).with_phase(0.7).unwrap();
+                let mut expected = vec![Complex::new(7.0, 7.0); p.output_samples * ELEMENTS];
+                reference::f32::iq::line(&p, &line, (&iq, 1.0, 0.7), &mut expected);
+                assert_same_bits(&core_line(0.0f32, &p, &line, &record), &expected, &what);
+                assert!(expected.iter().any(|y| *y != ZERO), "{what}: empty");
+                // Once more, on top.
+                let add = ScanLine {
+                    compounding: Compounding::Add,
+                    ..line
+                };
+                reference::f32::iq::line(&p, &add, (&iq, 1.0, 0.7), &mut expected);
+                for set in InstructionSet::available() {
+                    let ours = set.dispatch(Twice(&p, &line, &record));
+                    assert_same_bits(&ours, &expected, &format!("{what}: {set:?}"));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn counts_and_either_order_have_the_bits_of_complex_numbers() {
+    let convex = convex();
+    let samples = 200;
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let counts: Vec<[i16; 2]> = (0..ELEMENTS * samples).map(|_| rng.random()).collect();
+    let turned: Vec<[i16; 2]> = (0..ELEMENTS * samples)
+        .map(|i| counts[(i % ELEMENTS) * samples + i / ELEMENTS])
+        .collect();
+    let complex = |counts: &[[i16; 2]], scale: f32| -> Vec<Complex<f32>> {
+        let parts = counts.iter();
+        parts
+            .map(|&[i, q]| Complex::new(scale * f32::from(i), scale * f32::from(q)))
+            .collect()
+    };
+    for interpolation in INTERPOLATIONS {
+        let p = parameters(10e6, samples, interpolation);
+        for line in lines(&convex) {
+            // A power of two changes no rounding, so that scaling first or last is the same.
+            let scale = 1.0 / 4096.0;
+            let floats = complex(&counts, scale);
+            let expected = core_line(0.0f32, &p, &line, &planar(&floats));
+            let interleaved = complex(&turned, scale);
+            for (samples, layout) in [
+                (IqSamples::Float(&interleaved), IqLayout::Interleaved),
+                (IqSamples::Counts(&counts, scale), IqLayout::Planar),
+                (IqSamples::Counts(&turned, scale), IqLayout::Interleaved),
+            ] {
+                let record = IqRecord::new(samples, layout, ELEMENTS).unwrap();
+                let ours = core_line(0.0f32, &p, &line, &record);
+                assert_same_bits(&ours, &expected, &format!("{interpolation:?} {layout:?}"));
+            }
+            // Any scale: the reference's order.
+            let record = IqRecord::new(IqSamples::Counts(&counts, 0.3), IqLayout::Planar, ELEMENTS);
+            let ours = core_line(0.0f32, &p, &line, &record.unwrap());
+            let mut reference = vec![ZERO; ours.len()];
+            reference::f32::iq::line(
+                &p,
+                &line,
+                (&complex(&counts, 1.0), 0.3, 0.0),
+                &mut reference,
+            );
+            assert_same_bits(&ours, &reference, "scaled");
+        }
+    }
+}
+
+/// The envelope of a Gaussian pulse of so much bandwidth at −6 dB, Hz.
+fn envelope(t: f64, bandwidth: f64) -> f64 {
+    let a = (PI * bandwidth).powi(2) / (4.0 * 10f64.powf(6.0 / 20.0).ln());
+    (-a * t * t).exp()
+}
+
+/// Echoes of points (x, z) as I/Q and as RF: on each element a pulse around 5 MHz centred on the time
+/// that the wave takes.
+fn echoes(
+    p: &IqParameters,
+    line: &ScanLine,
+    points: &[[f64; 2]],
+    (bandwidth, rf_rate, rf_samples): (f64, f64, usize),
+) -> (Vec<Complex<f32>>, Vec<f32>) {
+    let transmit = |x: f64, z: f64| match line.transmit.law {
+        TransmitLaw::Focused => (x - line.ray.x()).hypot(z) / C,
+        TransmitLaw::Plane { angle } => (x * angle.sin() + z * angle.cos()) / C,
+        TransmitLaw::Element { x: ex, z: ez } => (x - ex).hypot(z - ez) / C,
+        TransmitLaw::VirtualSource { x: sx, z: sz } => ((x - sx).hypot(z - sz) - sx.hypot(sz)) / C,
+        TransmitLaw::Delays(_) => unreachable!("not one of `lines`"),
+    };
+    let (mut iq, mut rf) = (Vec::new(), Vec::new());
+    for m in 0..ELEMENTS {
+        let [ex, ez] = line.array.position(m);
+        let arrivals: Vec<f64> = (points.iter())
+            .map(|&[x, z]| transmit(x, z) + (x - ex).hypot(z - ez) / C)
+            .collect();
+        for k in 0..p.record_samples {
+            let t = line.transmit.t0 + k as f64 / p.sampling_rate;
+            let mut sum = Complex::new(0.0, 0.0);
+            for arrival in &arrivals {
+                let late = t - arrival;
+                let angle = TAU * (F0 * late - p.demodulation_frequency * t);
+                sum += Complex::from_polar(envelope(late, bandwidth), angle);
+            }
+            iq.push(Complex::new(sum.re as f32, sum.im as f32));
+        }
+        for k in 0..rf_samples {
+            let t = line.transmit.t0 + k as f64 / rf_rate;
+            let echo = |arrival: &f64| {
+                let late = t - arrival;
+                envelope(late, bandwidth) * (TAU * F0 * late).cos()
+            };
+            rf.push(arrivals.iter().map(echo).sum::<f64>() as f32);
+        }
+    }
+    (iq, rf)
+}
+
+/// The largest difference, of a peak of 1.
+fn worst(ours: &[Complex<f32>], exact: impl Iterator<Item = Complex<f64>>) -> f64 {
+    let difference = |(y, e): (&Complex<f32>, Complex<f64>)| {
+        (f64::from(y.re) - e.re).hypot(f64::from(y.im) - e.im)
+    };
+    ours.iter().zip(exact).map(difference).fold(0.0, f64::max)
+}
+
+/// The table of docs/numerics.md: rate over bandwidth, and the largest error of each reading on echoes,
+/// against the f64 reference and against the delayed analytic samples of the RF.
+const ERRORS: [(f64, f64, [f64; 3]); 6] = [
+    // bandwidth of 5 MHz, complex rate, linear, cubic, sinc
+    (0.6, 10e6, [8.0e-2, 2.4e-2, 6.9e-4]),
+    (0.6, 15e6, [3.7e-2, 5.5e-3, 3.6e-4]),
+    (0.6, 25e6, [1.4e-2, 7.7e-4, 3.5e-4]),
+    (0.6, 100e6, [8.5e-4, 1.2e-5, 3.4e-4]),
+    (0.3, 10e6, [2.3e-2, 2.1e-3, 3.6e-4]),
+    (0.8, 15e6, [6.4e-2, 1.6e-2, 3.9e-4]),
+];
+
+#[test]
+fn the_documented_errors_hold_against_the_reference_and_against_rf() {
+    let convex = convex();
+    const RF_RATE: f64 = 80e6;
+    for (bandwidth, fs, bounds) in ERRORS {
+        for line in lines(&convex) {
+            for (interpolation, bound) in INTERPOLATIONS.into_iter().zip(bounds) {
+                let mut p = parameters(fs, (30e-6 * fs) as usize, interpolation);
+                p.output_rate = 40e6;
+                p.output_start = 5e-6;
+                p.output_samples = 800;
+                let [x, z] = line.ray.point(17e-3);
+                let points = [[x, z], [x + 1e-3, z - 6e-3]];
+                let rf_samples = (30e-6 * RF_RATE) as usize;
+                let scene = (bandwidth * F0, RF_RATE, rf_samples);
+                let (iq, rf) = echoes(&p, &line, &points, scene);
+                let ours = core_line(0.0f32, &p, &line, &planar(&iq));
+                let what = format!("{bandwidth}, {fs}, {interpolation:?}");
+                let exact = reference::f64::iq::line(&p, &line, &iq);
+                let error = worst(&ours, exact.iter().copied());
+                println!("{what}: {error:.2e}");
+                assert!(error < bound, "{what}: {error}");
+                assert!(ours.iter().any(|y| y.norm() > 0.95), "{what}: empty");
+
+                // The RF of the same echoes: the same samples.
+                let of_rf = DelayParameters {
+                    sound_speed: C,
+                    sampling_rate: RF_RATE,
+                    centre_frequency: F0,
+                    output_rate: p.output_rate,
+                    output_start: p.output_start,
+                    output_samples: p.output_samples,
+                    elements: ELEMENTS,
+                    record_samples: rf_samples,
+                    hilbert_taps: hilbert_taps(p.output_rate, F0),
+                };
+                let mut analytic = vec![ZERO; ours.len()];
+                let mut scratch = vec![0.0; of_rf.scratch_len(1)];
+                let delay = Delay::new(of_rf).unwrap();
+                let record = Record::new(&rf, ELEMENTS).unwrap();
+                delay
+                    .line(0.0f32, &line, &record, &mut scratch, &mut analytic)
+                    .unwrap();
+                let wide = |y: &Complex<f32>| Complex::new(f64::from(y.re), f64::from(y.im));
+                let error = worst(&ours, analytic.iter().map(wide));
+                // A pulse of 80 % reaches down to where the Hilbert transformer errs more.
+                let of_rf = if bandwidth > 0.6 {
+                    DELAYED_PULSE_20_MHZ
+                } else {
+                    DELAYED_PULSE_40_MHZ
+                };
+                assert!(error < bound + of_rf, "{what}, RF: {error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_default_is_the_cheapest_within_a_thousandth() {
+    for (bandwidth, fs, errors) in ERRORS {
+        let interpolation = IqInterpolation::for_band(fs, bandwidth * F0);
+        let chosen = INTERPOLATIONS
+            .iter()
+            .position(|r| *r == interpolation)
+            .unwrap();
+        assert!(errors[chosen] <= 1e-3, "{bandwidth} {fs}");
+        assert!(
+            errors[..chosen]
+                .iter()
+                .all(|&error| error > 1e-3 || fs < 8.0 * bandwidth * F0)
+        );
+    }
+}
+
+#[test]
+fn extreme_geometry_gives_the_bits_of_the_reference_and_never_nan_or_infinity() {
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let mut extreme = |allow_negative: bool| {
+        let magnitude = 10f64.powf(rng.random_range(-60.0..60.0));
+        match rng.random_range(0..4) {
+            0 => 0.0,
+            1 if allow_negative => -magnitude,
+            2 => rng.random_range(0.0..1.0) * 1e-2,
+            _ => magnitude,
+        }
+    };
+    let iq = vec![Complex::new(1e29, -1e29); 30];
+    for round in 0..3000 {
+        let elements = [0, 1, 2].map(|_| Element {
+            x: extreme(true),
+            z: extreme(true),
+            angle: 0.0,
+        });
+        let delays = [extreme(true), extreme(true), f64::NAN];
+        let law = match round % 5 {
+            0 => TransmitLaw::Plane { angle: 1.5 },
+            1 => TransmitLaw::Focused,
+            2 => TransmitLaw::VirtualSource {
+                x: extreme(true),
+                z: extreme(true),
+            },
+            3 => TransmitLaw::Delays(&delays),
+            _ => TransmitLaw::Element {
+                x: extreme(true),
+                z: extreme(true),
+            },
+        };
+        let fs = extreme(false) + 1e-60;
+        let p = IqParameters {
+            sound_speed: extreme(false) + 1e-60,
+            sampling_rate: fs,
+            demodulation_frequency: fs * [0.3, 0.9e6, -7.0, 0.0][round % 4],
+            output_rate: fs,
+            output_start: extreme(true),
+            output_samples: 20,
+            elements: 3,
+            record_samples: 10,
+            interpolation: INTERPOLATIONS[round % 3],
+        };
+        let line = ScanLine {
+            transmit: Transmit::new(law, extreme(true)),
+            ray: Ray::new(extreme(true), extreme(true), extreme(true)),
+            array: Array::At {
+                elements: &elements,
+                pitch: 1.0,
+            },
+            active: Active { first: 0, count: 3 },
+            compounding: Compounding::Replace,
+        };
+        let what = format!("{p:?} {line:?}");
+        let record = IqRecord::new(IqSamples::Float(&iq), IqLayout::Planar, 3).unwrap();
+        let ours = core_line(0.0f32, &p, &line, &record);
+        for y in &ours {
+            assert!(y.re.is_finite() && y.im.is_finite(), "{what}");
+        }
+        let mut reference = vec![Complex::new(7.0, 7.0); ours.len()];
+        reference::f32::iq::line(&p, &line, (&iq, 1.0, 0.0), &mut reference);
+        assert_same_bits(&ours, &reference, &what);
+    }
+}
+
+#[test]
+fn memory_and_the_way_of_reading_follow_from_the_parameters() {
+    let p = parameters(10e6, 100, IqInterpolation::Cubic);
+    // Seven numbers an element, up to full vectors.
+    for (lanes, elements) in [(0, 21), (1, 21), (4, 24), (8, 24), (16, 32)] {
+        assert_eq!(p.scratch_len(lanes), 7 * elements, "{lanes}");
+    }
+    // A pulse of 60 % of 5 MHz: 3 MHz, of which 96 MHz are 32 times as much.
+    for (sampling_rate, interpolation) in [
+        (96e6, IqInterpolation::Linear),
+        (95e6, IqInterpolation::Cubic),
+        (24e6, IqInterpolation::Cubic),
+        (23e6, IqInterpolation::Sinc),
+    ] {
+        let scan = Scan::of_iq(ScanParameters {
+            array: Array::linear(16, PITCH),
+            lines: Lines::Even(Axis::centred(5, 0.1e-3)),
+            sound_speed: C,
+            centre_frequency: F0,
+            sampling_rate,
+            record_samples: 256,
+            output_rate: 15e6,
+            start: Depth::Metres(4e-3),
+            end: Depth::Metres(12e-3),
+            f_number: 1.5,
+            min_elements: 8,
+        });
+        let found = IqParameters::of(&scan.unwrap(), 4.8e6).interpolation;
+        assert_eq!(found, interpolation, "{sampling_rate}");
+    }
+}

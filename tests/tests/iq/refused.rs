@@ -1,0 +1,110 @@
+//! Parameters, lines and samples that are refused.
+
+use super::*;
+
+#[test]
+fn what_is_wrong_is_named() {
+    let good = parameters(10e6, 100, IqInterpolation::Cubic);
+    let name = |change: fn(&mut IqParameters)| {
+        let mut p = good;
+        change(&mut p);
+        match IqDelay::new(p) {
+            Err(Error::Parameter { name, .. } | Error::Capacity { name, .. }) => name,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(name(|p| p.sound_speed = 0.0), "sound_speed");
+    assert_eq!(name(|p| p.sampling_rate = f64::NAN), "sampling_rate");
+    assert_eq!(name(|p| p.output_rate = -1.0), "output_rate");
+    assert_eq!(name(|p| p.output_start = f64::INFINITY), "output_start");
+    assert_eq!(name(|p| p.output_samples = 0), "output_samples");
+    assert_eq!(
+        name(|p| p.record_samples = MAX_SAMPLES + 1),
+        "record_samples"
+    );
+    assert_eq!(name(|p| p.elements = 0), "elements");
+    assert_eq!(name(|p| p.elements = usize::MAX), "elements");
+    let demodulation = "demodulation_frequency";
+    assert_eq!(name(|p| p.demodulation_frequency = f64::NAN), demodulation);
+    assert_eq!(name(|p| p.demodulation_frequency = 1e14), demodulation);
+
+    let mut iq = noise(ELEMENTS * 100, 1);
+    let record = |iq: &[Complex<f32>], elements: usize| {
+        IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, elements).map(|_| ())
+    };
+    assert_eq!(
+        record(&iq, 0).unwrap_err().to_string().split(' ').next(),
+        Some("elements")
+    );
+    assert!(matches!(
+        record(&iq[1..], ELEMENTS),
+        Err(Error::Length { name: "iq", .. })
+    ));
+    assert!(matches!(
+        record(&[], 2),
+        Err(Error::Length { name: "iq", .. })
+    ));
+    iq[777].im = 2e29;
+    assert!(matches!(
+        record(&iq, ELEMENTS),
+        Err(Error::Parameter { name: "iq", .. })
+    ));
+    iq[777].im = f32::NAN;
+    assert_eq!(
+        record(&iq, ELEMENTS),
+        Err(Error::NonFinite {
+            name: "iq",
+            index: 777
+        })
+    );
+    for scale in [f32::NAN, 1e25] {
+        let counts = IqSamples::Counts(&[[1, 2]], scale);
+        let error = IqRecord::new(counts, IqLayout::Planar, 1).unwrap_err();
+        assert!(matches!(
+            error,
+            Error::Parameter {
+                name: "iq scale",
+                ..
+            }
+        ));
+    }
+
+    let convex = convex();
+    let [line, ..] = lines(&convex);
+    let iq = noise(ELEMENTS * 100, 1);
+    let delay = IqDelay::new(good).unwrap();
+    let refused = |line: &ScanLine, scratch: usize, out: usize| {
+        let mut out = vec![Complex::new(5.0, 6.0); out];
+        let scratch = &mut vec![0.0; scratch];
+        let result = delay.line(0.0f32, line, &planar(&iq), scratch, &mut out);
+        assert!(out.iter().all(|y| *y == Complex::new(5.0, 6.0)));
+        result.unwrap_err().to_string()
+    };
+    let (scratch, out) = (good.scratch_len(1), good.output_samples * ELEMENTS);
+    assert!(refused(&line, scratch - 1, out).starts_with("scratch"));
+    assert!(refused(&line, scratch, out + 1).starts_with("out"));
+    let beyond = ScanLine {
+        active: Active {
+            first: 1,
+            count: ELEMENTS,
+        },
+        ..line
+    };
+    assert!(refused(&beyond, scratch, out).starts_with("active"));
+    let nowhere = ScanLine {
+        ray: Ray::new(0.0, f64::NAN, 0.0),
+        ..line
+    };
+    assert!(refused(&nowhere, scratch, out).starts_with("line depth"));
+}
+
+#[test]
+fn a_sample_of_which_both_parts_are_too_large_is_named() {
+    let mut iq = noise(ELEMENTS * 10, 1);
+    iq[77] = Complex::new(-2e29, 3e29);
+    let refused = IqRecord::new(IqSamples::Float(&iq), IqLayout::Planar, ELEMENTS);
+    let Err(Error::Parameter { name, value, .. }) = refused else {
+        panic!("{refused:?}");
+    };
+    assert_eq!((name, value), ("iq", f64::from(-2e29f32)));
+}
