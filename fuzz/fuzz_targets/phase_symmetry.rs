@@ -6,12 +6,13 @@
 use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
+use bonebeam::Error;
 use bonebeam::phase_symmetry::{
     External, GainTables, Kernels, LaneFft, LogGabor, Parameters, PhaseSymmetry, ReadAt, Sizes,
-    StripSlices, WriteAt,
+    WriteAt,
 };
 use bonebeam::simd::{InstructionSet, Task, Vector};
-use bonebeam::{Complex, Error};
+use bonebeam_drive::phase_symmetry::Memory;
 use bonebeam_fuzz::{finite_bits, instruction_set, samples};
 use libfuzzer_sys::fuzz_target;
 
@@ -121,7 +122,7 @@ impl Task for Strip<'_> {
             fft: &*FFT,
             gains: &LogGabor::fixed(),
         };
-        let mut memory = Memory::new(zero, bank.sizes());
+        let mut memory = Memory::new(zero, f32::NAN, bank.sizes());
         let memory = &mut memory.slices();
         let columns = bank
             .column_strips()
@@ -206,40 +207,11 @@ impl Task for Map<'_> {
             amplitude: &mut &mut *full(sizes.amplitude_len()),
             symmetry: &mut &mut *symmetry,
         };
-        let mut memory = Memory::new(zero, sizes);
+        let mut memory = Memory::new(zero, f32::NAN, sizes);
         self.bank
             .run(&kernels, &mut external, &mut memory.slices(), &mut |_| {})
             .expect("an image of the bank's size");
         check_range(&symmetry);
         finite_bits(&symmetry)
-    }
-}
-
-/// Fast memory, full of NaN.
-struct Memory<V> {
-    strip: Vec<f32>,
-    sums: Vec<f32>,
-    line: Vec<Complex<V>>,
-    gains: Vec<V>,
-}
-
-impl<V: Vector> Memory<V> {
-    fn new(zero: V, sizes: Sizes) -> Self {
-        let nan = zero.splat(f32::NAN);
-        Memory {
-            strip: vec![f32::NAN; sizes.strip_len()],
-            sums: vec![f32::NAN; sizes.sums_len()],
-            line: vec![Complex { re: nan, im: nan }; sizes.line_len()],
-            gains: vec![nan; sizes.gains_len()],
-        }
-    }
-
-    fn slices(&mut self) -> StripSlices<'_, V> {
-        StripSlices {
-            strip: &mut self.strip,
-            sums: &mut self.sums,
-            line: &mut self.line,
-            gains: &mut self.gains,
-        }
     }
 }

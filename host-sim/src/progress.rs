@@ -58,8 +58,7 @@ impl Progress {
     fn change(&self, change: impl FnOnce(&mut State)) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         change(&mut state);
-        if self.shown && state.drawn.is_none_or(|drawn| drawn.elapsed() >= PERIOD) {
-            state.drawn = Some(Instant::now());
+        if self.shown && state.is_due(Instant::now()) {
             self.write(&format!("\r{}\x1b[K", state.line(self.begin.elapsed())));
         }
     }
@@ -73,6 +72,15 @@ impl Progress {
 }
 
 impl State {
+    /// Whether to draw at `now`: at most once a [`PERIOD`].
+    fn is_due(&mut self, now: Instant) -> bool {
+        let due = self.drawn.is_none_or(|drawn| now - drawn >= PERIOD);
+        if due {
+            self.drawn = Some(now);
+        }
+        due
+    }
+
     fn line(&self, elapsed: Duration) -> String {
         let message: String = self.message.chars().take(LONGEST).collect();
         if self.steps == 0 {
@@ -117,11 +125,31 @@ mod tests {
         assert_eq!(line, format!("beamforming          {bar}  25 %  30s"));
         state.done = 1;
         assert!(state.line(Duration::from_secs(10)).ends_with("  0 %   3h"));
+        state.done = 250;
+        assert!(state.line(Duration::from_secs(100)).ends_with(" 25 %   5m"));
         state.done = 0;
         assert!(state.line(Duration::ZERO).ends_with("  0 %     "));
         state.done = 2000;
         assert!(state.line(Duration::ZERO).ends_with("100 %   0s"));
         state.steps = 0;
         assert_eq!(state.line(Duration::ZERO), "beamforming");
+    }
+
+    #[test]
+    fn the_bar_knows_its_state_and_is_drawn_once_a_period() {
+        let progress = Progress::new("reading", 3);
+        progress.set(1, 4);
+        progress.set_message("writing".into());
+        let mut state = progress.state.into_inner().unwrap();
+        assert_eq!(
+            (&state.message[..], state.done, state.steps),
+            ("writing", 1, 4)
+        );
+        let begin = Instant::now();
+        state.drawn = None;
+        assert!(state.is_due(begin));
+        assert!(!state.is_due(begin + PERIOD / 2));
+        assert!(state.is_due(begin + PERIOD));
+        assert!(!state.is_due(begin + PERIOD + PERIOD / 2));
     }
 }

@@ -154,9 +154,9 @@ fn brightest(lines: &Lines) -> [f64; 2] {
     place(lines, best.0, best.1)
 }
 
-fn parameters(method: &str) -> Beamform {
+fn parameters(method: Choice) -> Beamform {
     let mut parameters = Beamform {
-        method: Choice::named(method).unwrap(),
+        method,
         depth_start: Some(24e-3),
         depth_end: Some(33e-3),
         ..Beamform::default()
@@ -238,18 +238,18 @@ fn a_point_lies_where_it_is_and_iq_gives_the_lines_of_rf() {
         for lens in [0.0, 0.3e-6] {
             let rf = recording(&probe, transmits.clone(), point, (false, lens));
             let iq = recording(&probe, transmits.clone(), point, (true, lens));
-            let methods = ["das", "mv", "esmv", "esmv-rank1"];
-            for method in &methods[..if lens == 0.0 { 1 } else { 4 }] {
+            let methods = Choice::all();
+            for &method in &methods[..if lens == 0.0 { 1 } else { methods.len() }] {
                 let parameters = parameters(method);
                 let lines = beamform_channel_data(&rf, &parameters, &|_| {}).unwrap();
                 let [x, z] = brightest(&lines);
                 let off = (x - point[0]).hypot(z - point[1]);
-                assert!(off < 0.35e-3, "{what}, {method}: {x} {z}");
-                if *method != "das" {
+                assert!(off < 0.35e-3, "{what}, {method:?}: {x} {z}");
+                if method != Choice::Das {
                     // The weights of the others follow the data wherever there is nothing but noise.
                     let of_iq = beamform_channel_data(&iq, &parameters, &|_| {}).unwrap();
                     let [ix, iz] = brightest(&of_iq);
-                    assert!((ix - x).hypot(iz - z) < 0.1e-3, "{what}, {method}, I/Q");
+                    assert!((ix - x).hypot(iz - z) < 0.1e-3, "{what}, {method:?}, I/Q");
                     continue;
                 }
                 let of_iq = beamform_channel_data(&iq, &parameters, &|_| {}).unwrap();
@@ -270,7 +270,7 @@ fn lines_fit_the_array_or_are_those_asked_for() {
     let angles = |lines: &Lines| lines.rays.as_ref().map(|rays| rays.angle.clone());
     for (what, probe, point, transmits) in scenes() {
         let data = recording(&probe, transmits, point, (true, 0.0));
-        let lines = beamform_channel_data(&data, &parameters("das"), &|_| {}).unwrap();
+        let lines = beamform_channel_data(&data, &parameters(Choice::Das), &|_| {}).unwrap();
         let count = lines.beam_x.len();
         match what {
             "linear, sources" | "linear, delays" => {
@@ -308,7 +308,7 @@ fn lines_fit_the_array_or_are_those_asked_for() {
         lines: Some(LineKind::Sector),
         line_count: Some(31),
         sector: 0.6,
-        ..parameters("das")
+        ..parameters(Choice::Das)
     };
     let lines = beamform_channel_data(&data, &asked, &|_| {}).unwrap();
     let angles = angles(&lines).unwrap();
@@ -320,7 +320,7 @@ fn lines_fit_the_array_or_are_those_asked_for() {
 fn a_fan_becomes_an_image_with_the_point_in_its_place() {
     for (what, probe, point, transmits) in scenes() {
         let data = recording(&probe, transmits, point, (true, 0.0));
-        let lines = beamform_channel_data(&data, &parameters("das"), &|_| {}).unwrap();
+        let lines = beamform_channel_data(&data, &parameters(Choice::Das), &|_| {}).unwrap();
         let grid = grid_of_lines(&lines, 300, 300).unwrap();
         let image = b_mode(&lines, 40.0, &grid, false).unwrap();
         let brightest = |best: (usize, usize), (place, &level): ((usize, usize), &f32)| {
@@ -371,7 +371,7 @@ fn frames_are_beamformed_each_by_itself() {
     };
     data.write(&path).unwrap();
 
-    let parameters = parameters("esmv-rank1");
+    let parameters = parameters(Choice::EsmvRank1);
     let recording = Recording::Channel(data.clone());
     let frames = Frames::new(&recording, &parameters).unwrap();
     let all = frames.lines(&recording, 0..3, &|_| {}).unwrap();

@@ -99,7 +99,7 @@ fn the_written_configuration_is_read_back_as_it_was() {
             ..Simulate::default()
         },
         beamform: Beamform {
-            method: Choice::named("esmv").unwrap(),
+            method: Choice::Esmv,
             beta: Some(1e-5),
             core: Parameters {
                 temporal_half_window: 10,

@@ -10,6 +10,7 @@ memory. Without zea its files are written by h5py in zea's layout, and that is s
 import json
 import os
 import random
+import re
 import resource
 import shlex
 import shutil
@@ -32,13 +33,13 @@ ANGLES = np.array([-0.125, 0.0, 0.125])
 POINT = (1.25e-3, 12.5e-3)
 # The memory that a refusal may take, bytes.
 LIMIT = 4 << 30
-METHODS = ("das", "mv", "esmv", "esmv-rank1")
 # How far lines of places in float32 are off, of the largest: a phase of 2 pi 1e-8 m / (C / F0), three ways.
 NEAR = 1e-3
 # Frames of 0.35 MB, of files that are larger than the memory that they are beamformed in, bytes.
 MANY, LITTLE = 700, 200 << 20
 
 program = None
+methods = ()
 folder = None
 failures = []
 count = 0
@@ -304,7 +305,7 @@ def read_alike(path, kind, samples, *flags, exact=True, **expected):
     check(alike(by_itself, again), f"{path.name}: lines differ from those of its archive")
     if exact:
         write_npz(reference, kind, samples, **expected)
-    for method in METHODS:
+    for method in methods:
         own, _ = lines(path, "--method", method, *flags)
         theirs, _ = lines(reference, "--method", method)
         check(alike(own, theirs), f"{path.name}: {method}: lines have other bits than numpy's archive")
@@ -514,7 +515,7 @@ def beamformed_alike(path, kind, samples, **told):
     reference = folder / "reference.npz"
     common = dict(fs=FS, f0=F0, c=C, t0=0.0, **({} if kind == "rf" else {"f_demod": F0}))
     np.savez(reference, **{kind: samples[0]}, **common, **told)
-    for method in METHODS:
+    for method in methods:
         ours, failed = lines(path, "--method", method)
         theirs, refused = lines(reference, "--method", method)
         if ours is None or theirs is None:
@@ -735,6 +736,9 @@ except ImportError:
 
 later = set()
 program = str(Path(sys.argv[1]).resolve())
+# The program names its methods where it is asked for one that it does not have.
+unknown = subprocess.run([program, "beamform", "--method", "?"], capture_output=True, text=True).stderr
+methods = re.search(r"possible values: (.*?)]", unknown)[1].split(", ")
 with tempfile.TemporaryDirectory() as temporary:
     folder = Path(sys.argv[2] if len(sys.argv) > 2 else temporary).resolve()
     folder.mkdir(exist_ok=True)

@@ -103,7 +103,7 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
     let command =
         "beamform large.npz -o lines.npz --method das --depth-start 0.01 --depth-end 0.011";
     let parameters = Beamform {
-        method: bonebeam_drive::methods::Choice::named("das").unwrap(),
+        method: bonebeam_drive::methods::Choice::Das,
         depth_start: Some(0.01),
         depth_end: Some(0.011),
         ..Beamform::default()

@@ -1,8 +1,8 @@
 //! The command's sections, from Python's arguments.
 
 use bonebeam::beamform::{Method, Parameters, Postfilter};
-use bonebeam_drive::config::{Beamform, BeamformFlags, Image, PhaseSymmetry};
-use bonebeam_drive::methods::CHOICES;
+use bonebeam_drive::config::{Beamform, BeamformFlags, Image, Kind, PhaseSymmetry};
+use bonebeam_drive::methods::Choice;
 use bonebeam_simulate::Simulate;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -25,12 +25,11 @@ impl BeamformParameters {
             let alone = Map::from_iter([(key.clone(), value.clone())]);
             if let Err(error) = serde_json::from_value::<Beamform>(Value::Object(alone)) {
                 let message = format!("`{key}`: {error}");
-                return Err(match value {
-                    Value::Number(_) => PyValueError::new_err(message),
-                    _ if error.to_string().starts_with("invalid type") => {
-                        PyTypeError::new_err(message)
-                    }
-                    _ => PyValueError::new_err(message),
+                let kind = BeamformFlags::kind(key);
+                return Err(if kind.is_some() && kind != kind_of(value) {
+                    PyTypeError::new_err(message)
+                } else {
+                    PyValueError::new_err(message)
                 });
             }
         }
@@ -39,6 +38,15 @@ impl BeamformParameters {
         section.validate().map_err(refused)?;
         section.resolve();
         Ok(Self(section))
+    }
+}
+
+fn kind_of(value: &Value) -> Option<Kind> {
+    match value {
+        Value::Number(_) => Some(Kind::Number),
+        Value::String(_) => Some(Kind::Name),
+        Value::Bool(_) => Some(Kind::Switch),
+        _ => None,
     }
 }
 
@@ -114,7 +122,7 @@ pub fn tables() -> PyResult<String> {
     let examples: Vec<_> = examples.map(Beamform::of).collect();
     let tables = json!({
         "keys": BeamformFlags::keys(),
-        "methods": CHOICES.map(|choice| choice.name),
+        "methods": Choice::all(),
         "postfilters": Postfilter::EXAMPLES.map(|postfilter| postfilter.key()),
         "examples": examples,
     });

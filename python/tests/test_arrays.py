@@ -196,10 +196,11 @@ def test_wrong_counts_are_value_errors(aligned):
     for arguments in [{"rank": -1, "method": "esmv"}, {"threads": 0}, {"temporal_half_window": 2**70}]:
         with pytest.raises(ValueError):
             bonebeam.beamform(aligned, **arguments)
-    with pytest.raises(ValueError, match="unknown method `mvdr`, expected one of das, mv"):
+    with pytest.raises(ValueError, match="unknown variant `mvdr`, expected one of `das`, `mv`"):
         bonebeam.beamform(aligned, method="mvdr")
-    with pytest.raises(TypeError, match="`diagonal_loading`: invalid type"):
-        bonebeam.beamform(aligned, diagonal_loading="much")
+    for wrong in [{"diagonal_loading": "much"}, {"f_number": True}, {"method": 1}, {"exclude_first": "no"}]:
+        with pytest.raises(TypeError, match=f"`{next(iter(wrong))}`: invalid type"):
+            bonebeam.beamform(aligned, **wrong)
 
 
 def test_a_beamformer_is_for_so_many_elements():

@@ -159,7 +159,7 @@ fn compounded(settings: &Settings) -> Result<Row> {
         lens_delay: 0.0,
     };
     let parameters = |interpolation: RfInterpolation, lines: usize| config::Beamform {
-        method: Choice::named("das").expect("a row of the table"),
+        method: Choice::Das,
         rf_interpolation: Some(interpolation),
         line_count: Some(lines),
         depth_start: Some(start),

@@ -7,6 +7,8 @@ use bonebeam::covariance::Covariance;
 use bonebeam::delay::Record;
 use bonebeam::geometry::{Active, Transmit, TransmitLaw};
 use bonebeam::pipeline::Pipeline;
+use ndarray::ArrayView3;
+use num_complex::Complex;
 use rayon::ThreadPool;
 
 use super::in_vivo::InVivo;
@@ -140,80 +142,98 @@ fn in_vivo_frame(
         of_line: &|line| line / lines_each..line / lines_each + 1,
     });
     step("the frame in vivo");
-    let two = pool(2)?;
-    two.install(|| {
-        let mut frames = Frames::with_instruction_set(
-            settings.instruction_set,
-            pipeline,
-            Covariance::ForwardBackward,
-        )?;
-        frames.align(source)?;
-        let beamformer = *pipeline.lines().beamformer().parameters();
-        let plan = beamform::Plan::new(
-            settings.instruction_set,
-            beamformer,
-            Covariance::ForwardBackward,
-            scan.elements(),
-        )?;
-        let active = |line: usize, sample: usize| scan.active(line, sample);
-        let lines_of_x = || plan.run(x.view(), &active, &|_| {});
-        let lines = lines_of_x()?;
-        let picture = frames.image(lines.view())?;
-        frames.bone_map(picture.view())?;
-        let budget = settings.budget;
-        let row = |stage: &str, seconds: f64| {
-            Row::new(
-                format!("the frame in vivo, two cores: {stage}"),
-                Quantity::milliseconds(seconds),
-            )
+    pool(2)?.install(|| {
+        let plan = |pipeline| {
+            let set = settings.instruction_set;
+            Frames::with_instruction_set(set, pipeline, Covariance::ForwardBackward)
         };
-        let stages = [
-            row(
-                "delay",
-                fastest(budget, || {
-                    black_box(frames.align(source).is_ok());
-                }),
-            ),
-            row("lines", fastest(budget, || drop(black_box(lines_of_x())))),
-            row(
-                "image",
-                fastest(budget, || drop(black_box(frames.image(lines.view())))),
-            ),
-            row(
-                "phase symmetry",
-                fastest(budget, || drop(black_box(frames.bone_map(picture.view())))),
-            ),
-        ];
-        let mut aligned_to_map = || {
-            let lines = lines_of_x()?;
-            let image = frames.image(lines.view())?;
-            frames.bone_map(image.view())
-        };
-        aligned_to_map()?;
-        let seconds = fastest(2 * budget, || drop(black_box(aligned_to_map())));
-        let aligned = row("aligned samples to bone map", seconds)
-            .result(1.0 / seconds, "frames/s")
-            .target(Target::AtLeast(15.0));
-        let mut by_beta = Frames::with_instruction_set(
-            settings.instruction_set,
-            by_beta,
-            Covariance::ForwardBackward,
-        )?;
-        frames.run(source)?;
-        by_beta.run(source)?;
-        let seconds = side_by_side(
-            2 * budget,
-            [&mut || drop(black_box(frames.run(source))), &mut || {
-                drop(black_box(by_beta.run(source)))
-            }],
-        );
-        let target = Target::AtLeast(if settings.is_wide() { 16.0 } else { 10.0 });
-        let whole = ["rank 1", "β = 1 %"].into_iter().zip(seconds);
-        let whole = whole.map(|(method, seconds)| {
-            row(&format!("RF to bone map, {method}"), seconds)
-                .result(1.0 / seconds, "frames/s")
-                .target(target)
-        });
-        Ok(stages.into_iter().chain([aligned]).chain(whole).collect())
+        let mut rank1 = plan(pipeline)?;
+        let mut rows = stages(&mut rank1, pipeline, source, x.view(), settings)?;
+        rows.extend(whole([&mut rank1, &mut plan(by_beta)?], source, settings)?);
+        Ok(rows)
     })
+}
+
+fn in_vivo_row(stage: &str, seconds: f64) -> Row {
+    Row::new(
+        format!("the frame in vivo, two cores: {stage}"),
+        Quantity::milliseconds(seconds),
+    )
+}
+
+/// Each stage, and all of them from the aligned samples `x` on.
+fn stages(
+    frames: &mut Frames<'_>,
+    pipeline: &Pipeline<'_>,
+    source: &Source<'_>,
+    x: ArrayView3<'_, Complex<f32>>,
+    settings: &Settings,
+) -> Result<Vec<Row>> {
+    frames.align(source)?;
+    let scan = *pipeline.lines().scan();
+    let plan = beamform::Plan::new(
+        settings.instruction_set,
+        *pipeline.lines().beamformer().parameters(),
+        Covariance::ForwardBackward,
+        scan.elements(),
+    )?;
+    let active = |line: usize, sample: usize| scan.active(line, sample);
+    let lines_of_x = || plan.run(x, &active, &|_| {});
+    let lines = lines_of_x()?;
+    let picture = frames.image(lines.view())?;
+    frames.bone_map(picture.view())?;
+    let budget = settings.budget;
+    let mut rows = vec![
+        in_vivo_row(
+            "delay",
+            fastest(budget, || {
+                black_box(frames.align(source).is_ok());
+            }),
+        ),
+        in_vivo_row("lines", fastest(budget, || drop(black_box(lines_of_x())))),
+        in_vivo_row(
+            "image",
+            fastest(budget, || drop(black_box(frames.image(lines.view())))),
+        ),
+        in_vivo_row(
+            "phase symmetry",
+            fastest(budget, || drop(black_box(frames.bone_map(picture.view())))),
+        ),
+    ];
+    let mut aligned_to_map = || {
+        let lines = lines_of_x()?;
+        let image = frames.image(lines.view())?;
+        frames.bone_map(image.view())
+    };
+    aligned_to_map()?;
+    let seconds = fastest(2 * budget, || drop(black_box(aligned_to_map())));
+    let aligned = in_vivo_row("aligned samples to bone map", seconds)
+        .result(1.0 / seconds, "frames/s")
+        .target(Target::AtLeast(15.0));
+    rows.push(aligned);
+    Ok(rows)
+}
+
+/// From RF to the bone map, by rank 1 and by β.
+fn whole(
+    [rank1, by_beta]: [&mut Frames<'_>; 2],
+    source: &Source<'_>,
+    settings: &Settings,
+) -> Result<Vec<Row>> {
+    rank1.run(source)?;
+    by_beta.run(source)?;
+    let seconds = side_by_side(
+        2 * settings.budget,
+        [&mut || drop(black_box(rank1.run(source))), &mut || {
+            drop(black_box(by_beta.run(source)))
+        }],
+    );
+    let target = Target::AtLeast(if settings.is_wide() { 16.0 } else { 10.0 });
+    let whole = ["rank 1", "β = 1 %"].into_iter().zip(seconds);
+    let whole = whole.map(|(method, seconds)| {
+        in_vivo_row(&format!("RF to bone map, {method}"), seconds)
+            .result(1.0 / seconds, "frames/s")
+            .target(target)
+    });
+    Ok(whole.collect())
 }

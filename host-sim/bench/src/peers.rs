@@ -232,7 +232,7 @@ impl Recording {
             lens_delay: 0.0,
         };
         let parameters = Beamform {
-            method: Choice::named("das").expect("a row of the table"),
+            method: Choice::Das,
             // The same elements at all depths of a line.
             f_number: 1e-3,
             depth_start: Some(7e-3),

@@ -1,14 +1,11 @@
 //! The beamformers by name: those that can be asked for, and those that are compared.
 //!
-//! A method of the core is one row here for the command line and the configuration, and one more to
-//! stand in the figures, the tables and the checks.
-
-use std::fmt;
+//! A method of the core is a [`Choice`] with [`Options`] for the command line and the configuration, which the
+//! compiler asks for, and a row of [`COMPARED`] to stand in the figures, the tables and the checks.
 
 use bonebeam::beamform::Method;
 use clap::ValueEnum;
-use clap::builder::PossibleValue;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 /// What some methods are told beside their name: keys of the configuration and flags.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,53 +20,19 @@ pub struct Options {
     pub power_steps: Option<usize>,
 }
 
-/// A beamformer that can be asked for by name.
-#[derive(Clone, Copy)]
-pub struct Choice {
-    /// The value of `--method` and of the key `method`.
-    pub name: &'static str,
-    /// What it is, for the command's help.
-    help: &'static str,
-    /// The keys of [`Options`] that it takes.
-    pub takes: &'static [&'static str],
-    /// The core's method.
-    pub method: fn(&Options) -> Method,
+/// A beamformer that can be asked for by name: the value of `--method` and of the key `method`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Choice {
+    /// Delay and sum
+    Das,
+    /// Minimum variance (Capon)
+    Mv,
+    /// Eigenspace minimum variance, by β or by a fixed rank
+    Esmv,
+    /// Eigenspace minimum variance with a signal subspace of rank 1
+    EsmvRank1,
 }
-
-/// Every beamformer that can be asked for.
-pub const CHOICES: [Choice; 4] = [
-    Choice {
-        name: "das",
-        help: "Delay and sum",
-        takes: &[],
-        method: |_| Method::Das,
-    },
-    Choice {
-        name: "mv",
-        help: "Minimum variance (Capon)",
-        takes: &[],
-        method: |_| Method::Mv,
-    },
-    Choice {
-        name: "esmv",
-        help: "Eigenspace minimum variance, by β or by a fixed rank",
-        takes: &["beta", "rank"],
-        method: |options| match options.rank {
-            Some(rank) => Method::EsmvRank(rank),
-            None => Method::EsmvBeta(options.beta.unwrap_or(default_beta()) as f32),
-        },
-    },
-    Choice {
-        name: "esmv-rank1",
-        help: "Eigenspace minimum variance with a signal subspace of rank 1",
-        takes: &["exclude_first", "power_steps"],
-        method: |options| match (options.exclude_first, options.power_steps) {
-            (true, _) => Method::EsmvExcludeFirst,
-            (false, Some(steps)) => Method::EsmvRank1Steps(steps),
-            (false, None) => Method::EsmvRank1,
-        },
-    },
-];
 
 /// One of the beamformers that are compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,47 +80,73 @@ const fn compared(key: &'static str, name: &'static str, method: Method) -> Comp
 }
 
 impl Choice {
-    /// The beamformer of this name.
-    pub fn named(name: &str) -> Option<Self> {
-        CHOICES.into_iter().find(|choice| choice.name == name)
+    /// Every choice.
+    pub fn all() -> &'static [Self] {
+        Self::value_variants()
     }
 
-    /// The name of a method of the core, and what is told beside it.
-    pub fn of(method: Method) -> (&'static str, Options) {
-        let none = Options::default();
-        match method {
-            Method::Das => ("das", none),
-            Method::Mv => ("mv", none),
+    /// The name on the command line and in files.
+    pub fn name(self) -> String {
+        let value = self.to_possible_value().expect("no value is hidden");
+        value.get_name().to_owned()
+    }
+
+    /// The keys of [`Options`] that it takes.
+    pub fn takes(self) -> &'static [&'static str] {
+        match self {
+            Choice::Das | Choice::Mv => &[],
+            Choice::Esmv => &["beta", "rank"],
+            Choice::EsmvRank1 => &["exclude_first", "power_steps"],
+        }
+    }
+
+    /// The core's method.
+    pub fn method(self, options: &Options) -> Method {
+        match (self, *options) {
+            (Choice::Das, _) => Method::Das,
+            (Choice::Mv, _) => Method::Mv,
+            (
+                Choice::Esmv,
+                Options {
+                    rank: Some(rank), ..
+                },
+            ) => Method::EsmvRank(rank),
+            (Choice::Esmv, Options { beta, .. }) => {
+                Method::EsmvBeta(beta.unwrap_or(default_beta()) as f32)
+            }
+            (Choice::EsmvRank1, options) => match (options.exclude_first, options.power_steps) {
+                (true, _) => Method::EsmvExcludeFirst,
+                (false, Some(steps)) => Method::EsmvRank1Steps(steps),
+                (false, None) => Method::EsmvRank1,
+            },
+        }
+    }
+
+    /// The choice for a method of the core, with its options.
+    pub fn of(method: Method) -> (Self, Options) {
+        let mut options = Options::default();
+        let choice = match method {
+            Method::Das => Choice::Das,
+            Method::Mv => Choice::Mv,
             Method::EsmvBeta(beta) => {
-                let beta = Some(crate::config::plain(beta.into()));
-                ("esmv", Options { beta, ..none })
+                options.beta = Some(crate::config::plain(beta.into()));
+                Choice::Esmv
             }
             Method::EsmvRank(rank) => {
-                let rank = Some(rank);
-                ("esmv", Options { rank, ..none })
+                options.rank = Some(rank);
+                Choice::Esmv
             }
-            Method::EsmvRank1 => ("esmv-rank1", none),
+            Method::EsmvRank1 => Choice::EsmvRank1,
             Method::EsmvRank1Steps(steps) => {
-                let power_steps = Some(steps);
-                (
-                    "esmv-rank1",
-                    Options {
-                        power_steps,
-                        ..none
-                    },
-                )
+                options.power_steps = Some(steps);
+                Choice::EsmvRank1
             }
             Method::EsmvExcludeFirst => {
-                let exclude_first = true;
-                (
-                    "esmv-rank1",
-                    Options {
-                        exclude_first,
-                        ..none
-                    },
-                )
+                options.exclude_first = true;
+                Choice::EsmvRank1
             }
-        }
+        };
+        (choice, options)
     }
 }
 
@@ -167,45 +156,6 @@ pub fn default_beta() -> f64 {
     row.expect("a method with an argument").default
 }
 
-impl PartialEq for Choice {
-    fn eq(&self, other: &Self) -> bool {
-        self.name == other.name
-    }
-}
-
-impl fmt::Debug for Choice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name)
-    }
-}
-
-impl Serialize for Choice {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name)
-    }
-}
-
-impl<'de> Deserialize<'de> for Choice {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let name = String::deserialize(deserializer)?;
-        Choice::named(&name).ok_or_else(|| {
-            let known = CHOICES.map(|choice| choice.name).join(", ");
-            let message = format!("unknown method `{name}`, expected one of {known}");
-            serde::de::Error::custom(message)
-        })
-    }
-}
-
-impl ValueEnum for Choice {
-    fn value_variants<'a>() -> &'a [Self] {
-        &CHOICES
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name).help(self.help))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -213,9 +163,8 @@ mod tests {
     #[test]
     fn every_method_of_the_core_can_be_asked_for() {
         for method in Method::EXAMPLES {
-            let (name, options) = Choice::of(method);
-            let choice = Choice::named(name).expect("a row of the table");
-            assert_eq!((choice.method)(&options), method);
+            let (choice, options) = Choice::of(method);
+            assert_eq!(choice.method(&options), method);
         }
     }
 }

@@ -199,7 +199,7 @@ fn to_be_done(data: &ChannelData, config: &Config) -> Vec<Fact> {
                     mm(last),
                     mhz(rate),
                     rate / data.f0,
-                    parameters.method.name
+                    parameters.method.name()
                 ),
             ));
             let across = stage.beam_x()[beams - 1] - stage.beam_x()[0];
@@ -244,7 +244,7 @@ fn of_aligned_data(data: &AlignedData, frames: usize, parameters: &Beamform) -> 
             "lines",
             format!(
                 "{beams} of {samples} samples, by {}",
-                parameters.method.name
+                parameters.method.name()
             ),
         ),
     ]

@@ -240,7 +240,7 @@ fn the_written_configuration_repeats_the_run() {
     let written = Config::read(&folder.path().join("a.npz.config.toml")).unwrap();
     let expected = Config {
         beamform: Beamform {
-            method: Choice::named("esmv").unwrap(),
+            method: Choice::Esmv,
             rank: Some(3),
             core: Parameters {
                 temporal_half_window: 2,

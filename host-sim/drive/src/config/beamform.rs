@@ -11,11 +11,11 @@ use bonebeam::delay::{IqInterpolation, MAX_DECIMATION};
 use bonebeam::geometry::Axis;
 use bonebeam::pipeline::DepthGate;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, ValueEnum};
+use clap::{ArgAction, Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
 use super::core::{CoreFlags, check_rows};
-use crate::methods::{CHOICES, Choice, Options, default_beta};
+use crate::methods::{Choice, Options, default_beta};
 use crate::{Error, Result};
 use bonebeam_files::settings::{LENGTHS, check_count, check_positive, out_of_range};
 use bonebeam_files::terminal::short;
@@ -239,6 +239,17 @@ pub struct BeamformFlags {
     beam_spacing: Option<f64>,
 }
 
+/// What the values of a key are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Numbers: the core's parameters, and more.
+    Number,
+    /// Names out of a list.
+    Name,
+    /// True or false.
+    Switch,
+}
+
 /// The covariances by name.
 fn covariances() -> impl TypedValueParser<Value = Covariance> {
     const NAMES: [(&str, &str, Covariance); 2] = [
@@ -268,6 +279,17 @@ impl BeamformFlags {
         flags.get_arguments().map(key).collect()
     }
 
+    /// The kind of a key's values.
+    pub fn kind(key: &str) -> Option<Kind> {
+        let flags = Self::augment_args(clap::Command::new(""));
+        let flag = flags.get_arguments().find(|flag| flag.get_id() == key)?;
+        Some(match flag.get_action() {
+            ArgAction::SetTrue => Kind::Switch,
+            _ if flag.get_possible_values().is_empty() => Kind::Number,
+            _ => Kind::Name,
+        })
+    }
+
     /// The flags that only channel data heed, and whether each was given.
     pub fn of_delay(&self) -> [(&'static str, bool); 10] {
         [
@@ -293,7 +315,7 @@ impl BeamformFlags {
 impl Default for Beamform {
     fn default() -> Self {
         Self {
-            method: Choice::named("esmv-rank1").expect("a row of the table"),
+            method: Choice::EsmvRank1,
             beta: None,
             rank: None,
             exclude_first: false,
@@ -362,7 +384,7 @@ impl Beamform {
     /// Fills in β where the method needs it and has neither β nor a rank, so that the written
     /// configuration tells it.
     pub fn resolve(&mut self) {
-        let by_beta = self.method.takes.contains(&"beta");
+        let by_beta = self.method.takes().contains(&"beta");
         if by_beta && self.rank.is_none() && self.beta.is_none() {
             self.beta = Some(default_beta());
         }
@@ -447,9 +469,9 @@ impl Beamform {
 
     /// The section of a beamformer.
     pub fn of(core: Parameters) -> Self {
-        let (name, options) = Choice::of(core.method);
+        let (method, options) = Choice::of(core.method);
         Beamform {
-            method: Choice::named(name).expect("a row of the table"),
+            method,
             beta: options.beta,
             rank: options.rank,
             exclude_first: options.exclude_first,
@@ -465,7 +487,7 @@ impl Beamform {
     /// The core's parameters.
     pub fn parameters(&self) -> Parameters {
         Parameters {
-            method: (self.method.method)(&Options {
+            method: self.method.method(&Options {
                 beta: self.beta,
                 rank: self.rank,
                 exclude_first: self.exclude_first,
@@ -498,43 +520,13 @@ impl Beamform {
         if let Some(c) = self.sound_speed {
             check_positive(SECTION, "sound_speed", c, SOUND_SPEEDS, " (m/s)")?;
         }
-        let deepest = LENGTHS[1];
-        self.validate_gate(deepest)?;
-        let start = self.depth_start.unwrap_or(0.0);
-        if !(0.0..=deepest).contains(&start) {
-            let expected = format!("at least 0 and at most {deepest} (m)");
-            return Err(out_of_range(SECTION, "depth_start", start, &expected));
-        }
-        match self.depth_end {
-            Some(end) if !(end > start && end <= deepest) => {
-                let expected = format!(
-                    "more than the start of {}, at most {deepest} (m)",
-                    short(start)
-                );
-                Err(out_of_range(SECTION, "depth_end", end, &expected))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    fn validate_gate(&self, deepest: f64) -> Result<()> {
-        let start = self.adaptive_depth_start.unwrap_or(0.0);
-        if !(0.0..=deepest).contains(&start) {
-            let expected = format!("at least 0 and at most {deepest} (m)");
-            let key = "adaptive_depth_start";
-            return Err(out_of_range(SECTION, key, start, &expected));
-        }
-        match self.adaptive_depth_end {
-            Some(end) if !(end > start && end <= deepest) => {
-                let expected = format!(
-                    "more than the start of {}, at most {deepest} (m)",
-                    short(start)
-                );
-                let key = "adaptive_depth_end";
-                Err(out_of_range(SECTION, key, end, &expected))
-            }
-            _ => Ok(()),
-        }
+        let (keys, depths) = (
+            ["adaptive_depth_start", "adaptive_depth_end"],
+            [self.adaptive_depth_start, self.adaptive_depth_end],
+        );
+        check_depths(keys, depths)?;
+        let keys = ["depth_start", "depth_end"];
+        check_depths(keys, [self.depth_start, self.depth_end])
     }
 
     fn validate_method(&self) -> Result<()> {
@@ -545,10 +537,11 @@ impl Beamform {
             ("power_steps", self.power_steps.is_some()),
         ];
         for (key, given) in given {
-            if given && !self.method.takes.contains(&key) {
+            if given && !self.method.takes().contains(&key) {
                 let flag = key.replace('_', "-");
-                let takers = CHOICES.iter().filter(|choice| choice.takes.contains(&key));
-                let takers: Vec<&str> = takers.map(|choice| choice.name).collect();
+                let takers = Choice::all().iter();
+                let takers = takers.filter(|choice| choice.takes().contains(&key));
+                let takers: Vec<String> = takers.map(|choice| choice.name()).collect();
                 return Err(Error::Usage(format!(
                     "--{flag} needs --method {}",
                     takers.join(" or ")
@@ -565,5 +558,23 @@ impl Beamform {
             return Err(Error::Usage(message.into()));
         }
         Ok(())
+    }
+}
+
+/// Depths are within what lengths may be, and in order.
+fn check_depths(keys: [&str; 2], [start, end]: [Option<f64>; 2]) -> Result<()> {
+    let deepest = LENGTHS[1];
+    let start = start.unwrap_or(0.0);
+    if !(0.0..=deepest).contains(&start) {
+        let expected = format!("at least 0 and at most {deepest} (m)");
+        return Err(out_of_range(SECTION, keys[0], start, &expected));
+    }
+    match end {
+        Some(end) if !(end > start && end <= deepest) => {
+            let start = short(start);
+            let expected = format!("more than the start of {start}, at most {deepest} (m)");
+            Err(out_of_range(SECTION, keys[1], end, &expected))
+        }
+        _ => Ok(()),
     }
 }

@@ -7,6 +7,6 @@ mod phase_symmetry;
 
 pub(crate) use core::plain;
 
-pub use beamform::{Beamform, BeamformFlags, Interpolation, LineKind, RfInterpolation};
+pub use beamform::{Beamform, BeamformFlags, Interpolation, Kind, LineKind, RfInterpolation};
 pub use image::{Image, ImageFlags, LONGER_SIDE};
 pub use phase_symmetry::{PhaseSymmetry, PhaseSymmetryFlags, Size, parse_scale};

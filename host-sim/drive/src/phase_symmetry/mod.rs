@@ -97,14 +97,6 @@ struct Map<'a> {
     map: ArrayViewMut2<'a, f32>,
 }
 
-impl Task for Map<'_> {
-    type Output = Result<()>;
-
-    fn run<V: Vector>(self, zero: V) -> Self::Output {
-        self.plan.run_on(zero, self.image, self.progress, self.map)
-    }
-}
-
 impl Plan {
     /// Computes the filters' gains for images of `(rows, columns)` pixels.
     ///
@@ -177,18 +169,22 @@ impl Plan {
             map,
         })
     }
+}
 
-    fn run_on<V: Vector>(
-        &mut self,
-        zero: V,
-        image: ArrayView2<f32>,
-        progress: &mut dyn FnMut(usize, usize),
-        map: ArrayViewMut2<f32>,
-    ) -> Result<()> {
-        let bank = *self.gains.bank();
+impl Task for Map<'_> {
+    type Output = Result<()>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        let Map {
+            plan,
+            image,
+            progress,
+            map,
+        } = self;
+        let bank = *plan.gains.bank();
         let kernels = Kernels {
-            fft: &self.fft,
-            gains: &self.gains,
+            fft: &plan.fft,
+            gains: &plan.gains,
         };
         let sizes = bank.sizes();
         let Sizes {
@@ -215,12 +211,12 @@ impl Plan {
         let image = image.as_standard_layout();
 
         let threads = rayon::current_num_threads();
-        let memory = Memory::new(zero, sizes);
+        let memory = Memory::new(zero, 0.0, sizes);
         let mut memories = vec![memory; threads];
         bank.spectrum(
             &kernels,
             &mut image.as_slice().unwrap_or_default(),
-            &mut self.spectrum.as_mut_slice(),
+            &mut plan.spectrum.as_mut_slice(),
             &mut memories[0].slices(),
         )?;
         let column_strips: Vec<Range<usize>> = bank.column_strips().collect();
@@ -230,9 +226,9 @@ impl Plan {
         let band = row_share * strip * columns;
         let width = 2 * strip * columns;
         for filter in 0..bank.filters() {
-            let spectrum = self.spectrum.as_slice();
+            let spectrum = plan.spectrum.as_slice();
             let shares = column_strips.chunks(column_share);
-            Band::cut(&mut self.filtered, width, shares, columns)
+            Band::cut(&mut plan.filtered, width, shares, columns)
                 .into_par_iter()
                 .zip(column_strips.par_chunks(column_share))
                 .zip(&mut memories)
@@ -248,11 +244,11 @@ impl Plan {
                         )
                     })
                 })?;
-            let filtered = self.filtered.as_slice();
+            let filtered = plan.filtered.as_slice();
             row_strips
                 .par_chunks(row_share)
                 .zip(sums.par_chunks_mut(band))
-                .zip(self.amplitude.par_chunks_mut(band))
+                .zip(plan.amplitude.par_chunks_mut(band))
                 .zip(&mut memories)
                 .enumerate()
                 .try_for_each(|(k, (((strips, symmetry), amplitude), memory))| {
@@ -273,7 +269,7 @@ impl Plan {
 
 /// The fast memory of one thread.
 #[derive(Clone)]
-struct Memory<V> {
+pub struct Memory<V> {
     strip: Vec<f32>,
     sums: Vec<f32>,
     line: Vec<Complex<V>>,
@@ -281,16 +277,19 @@ struct Memory<V> {
 }
 
 impl<V: Vector> Memory<V> {
-    fn new(zero: V, sizes: Sizes) -> Self {
+    /// Memory for images and strips of these sizes, full of `value`.
+    pub fn new(zero: V, value: f32, sizes: Sizes) -> Self {
+        let lanes = zero.splat(value);
         Memory {
-            strip: vec![0.0; sizes.strip_len()],
-            sums: vec![0.0; sizes.sums_len()],
-            line: vec![Complex { re: zero, im: zero }; sizes.line_len()],
-            gains: vec![zero; sizes.gains_len()],
+            strip: vec![value; sizes.strip_len()],
+            sums: vec![value; sizes.sums_len()],
+            line: vec![Complex::new(lanes, lanes); sizes.line_len()],
+            gains: vec![lanes; sizes.gains_len()],
         }
     }
 
-    fn slices(&mut self) -> StripSlices<'_, V> {
+    /// The slices, which is what the core takes.
+    pub fn slices(&mut self) -> StripSlices<'_, V> {
         StripSlices {
             strip: &mut self.strip,
             sums: &mut self.sums,

@@ -17,16 +17,61 @@ const STYLE: &str = include_str!("style.css");
 /// # Errors
 /// A plot cannot be drawn.
 pub fn page(report: &Report<'_>) -> Result<String> {
-    let passed = report.checks_passed();
     let parameters = report.job.toml()?;
     let comparisons = report.comparisons();
-    let checks = &report.job.common().checks;
     let experiments = report
         .outcomes
         .iter()
         .map(|(name, outcome)| experiment(name, outcome));
     let experiments = experiments.collect::<Result<Vec<_>>>()?;
     let body = html! {
+        (header(report))
+        main {
+            @for experiment in experiments { (experiment) }
+            section #paper {
+                h2 { "Beside the paper" }
+                p {
+                    "Where the paper has two figures they are its two slices. Its bones are real, "
+                    "in a real water bath, registered to CT; these are simulated, so only the "
+                    "direction of a difference compares."
+                }
+                div .tables {
+                    @for table in tables::comparisons(&comparisons) { (self::table(&table)) }
+                }
+                h3 { "Why the figures differ" }
+                (notes(&comparisons))
+            }
+            section #tables {
+                h2 { "All beamformers" }
+                p {
+                    "A uniform image says nothing and yet scores well in mean error and STD: read "
+                    "every figure against that row."
+                }
+                div .tables { @for table in report.tables() { (self::table(table)) } }
+            }
+            (checks(report))
+            section #parameters {
+                h2 { "Parameters" }
+                p {
+                    "As in " code { "config.toml" } ", which "
+                    code { "host-sim --config config.toml" } " takes again. SI units."
+                }
+                pre { (parameters) }
+            }
+        }
+        footer {
+            p { "host-sim " (env!("CARGO_PKG_VERSION")) ". All numbers are in " code { "report.json" } "." }
+        }
+    };
+    Ok(document(
+        "Bonebeam: from channel data to bone surfaces",
+        &body,
+    ))
+}
+
+/// The title, what the page is, and its parts.
+fn header(report: &Report<'_>) -> Markup {
+    html! {
         header {
             h1 { "From channel data to bone surfaces" }
             p .lead {
@@ -35,7 +80,7 @@ pub fn page(report: &Report<'_>) -> Result<String> {
                 "methods come from; nothing is adjusted to look like it."
             }
             p {
-                @if passed {
+                @if report.checks_passed() {
                     span .good { "All checks passed." }
                     " The core agrees bit for bit with its plain f32 reference and within the "
                     "stated bounds with the f64 one, ill-conditioned samples aside, which are "
@@ -64,60 +109,28 @@ pub fn page(report: &Report<'_>) -> Result<String> {
                 a href="#parameters" { "Parameters" }
             }
         }
-        main {
-            @for experiment in experiments { (experiment) }
-            section #paper {
-                h2 { "Beside the paper" }
-                p {
-                    "Where the paper has two figures they are its two slices. Its bones are real, "
-                    "in a real water bath, registered to CT; these are simulated, so only the "
-                    "direction of a difference compares."
-                }
-                div .tables {
-                    @for table in tables::comparisons(&comparisons) { (self::table(&table)) }
-                }
-                h3 { "Why the figures differ" }
-                (notes(&comparisons))
+    }
+}
+
+/// What the references say.
+fn checks(report: &Report<'_>) -> Markup {
+    let every = &report.job.common().checks;
+    html! {
+        section #checks {
+            h2 { "Checks" }
+            p {
+                "The core's results against a plain f32 reference, to the bit, and against an "
+                "f64 reference written from the equations: errors of lines relative to the "
+                "line's largest value, of B-mode images in grey levels, of phase symmetry "
+                "absolute. One beam in " (every.every_f32) " goes through the f32 reference "
+                "and one in " (every.every_f64) " through the f64 one. Left out of the f64 "
+                "comparison, and counted: results of the first eigenvector where λ₂ > 0.99 λ₁, "
+                "whose eigenvector is held to its bound instead, and samples beyond the bound "
+                "whose value already moves as far when the covariance is rounded to f32."
             }
-            section #tables {
-                h2 { "All beamformers" }
-                p {
-                    "A uniform image says nothing and yet scores well in mean error and STD: read "
-                    "every figure against that row."
-                }
-                div .tables { @for table in report.tables() { (self::table(table)) } }
-            }
-            section #checks {
-                h2 { "Checks" }
-                p {
-                    "The core's results against a plain f32 reference, to the bit, and against an "
-                    "f64 reference written from the equations: errors of lines relative to the "
-                    "line's largest value, of B-mode images in grey levels, of phase symmetry "
-                    "absolute. One beam in " (checks.every_f32) " goes through the f32 reference "
-                    "and one in " (checks.every_f64) " through the f64 one. Left out of the f64 "
-                    "comparison, and counted: results of the first eigenvector where λ₂ > 0.99 λ₁, "
-                    "whose eigenvector is held to its bound instead, and samples beyond the bound "
-                    "whose value already moves as far when the covariance is rounded to f32."
-                }
-                (table(&tables::checks(&report.checks())))
-            }
-            section #parameters {
-                h2 { "Parameters" }
-                p {
-                    "As in " code { "config.toml" } ", which "
-                    code { "host-sim --config config.toml" } " takes again. SI units."
-                }
-                pre { (parameters) }
-            }
+            (table(&tables::checks(&report.checks())))
         }
-        footer {
-            p { "host-sim " (env!("CARGO_PKG_VERSION")) ". All numbers are in " code { "report.json" } "." }
-        }
-    };
-    Ok(document(
-        "Bonebeam: from channel data to bone surfaces",
-        &body,
-    ))
+    }
 }
 
 /// The page of a title and a body.

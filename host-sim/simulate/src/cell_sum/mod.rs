@@ -82,6 +82,13 @@ impl Task for Sum<'_> {
 struct Work<V> {
     /// Bases by samples and samples before.
     bases: BTreeMap<(usize, usize), Basis<V>>,
+    block: BlockMemory<V>,
+    /// Of each tile, `[pair][vector]`.
+    sums: Vec<Vec<ComplexVector<V>>>,
+}
+
+/// The memory of a block of a cell's sources.
+struct BlockMemory<V> {
     heard: Vec<Heard>,
     /// `[source][place][vector]`.
     elevation: Vec<ComplexVector<V>>,
@@ -91,104 +98,60 @@ struct Work<V> {
     beam_legs: Vec<ComplexVector<V>>,
     /// Whether an element hears anything of the cell.
     lit: Vec<bool>,
-    /// Of each tile, `[pair][vector]`.
-    sums: Vec<Vec<ComplexVector<V>>>,
     quadratures: Vec<Vec<(f64, f64)>>,
+}
+
+/// What the blocks of a cell have in common.
+struct OfCell<'a, V> {
+    scene: &'a Scene<'a>,
+    shape: &'a Shape,
+    basis: &'a Basis<V>,
+    places: Option<Places>,
 }
 
 impl<V: Vector> Work<V> {
     fn new(_: V, scene: &Scene<'_>, tiles: usize) -> Self {
         Work {
             bases: BTreeMap::new(),
-            heard: Vec::new(),
-            elevation: Vec::new(),
-            legs: Vec::new(),
-            beam_legs: Vec::new(),
-            lit: vec![false; scene.element_x.len()],
+            block: BlockMemory {
+                heard: Vec::new(),
+                elevation: Vec::new(),
+                legs: Vec::new(),
+                beam_legs: Vec::new(),
+                lit: vec![false; scene.element_x.len()],
+                quadratures: (0..MOST_NODES).map(|n| gauss_legendre(n.max(1))).collect(),
+            },
             sums: vec![Vec::new(); tiles],
-            quadratures: (0..MOST_NODES).map(|n| gauss_legendre(n.max(1))).collect(),
         }
     }
 
     /// Adds a cell's echoes to the rows.
     fn add(&mut self, zero: V, scene: &Scene<'_>, cell: &Cell, tiles: &mut [Tile]) {
-        let shape = Shape::of(cell, scene);
+        let shape = &Shape::of(cell, scene);
         let basis = (self.bases)
             .entry((shape.samples, shape.before))
-            .or_insert_with(|| Basis::new(zero, scene, &shape));
-        let elements = scene.element_x.len().next_multiple_of(2);
+            .or_insert_with(|| Basis::new(zero, scene, shape));
+        let basis = &*basis;
+        let of = OfCell {
+            scene,
+            shape,
+            basis,
+            places: Places::of(cell, scene, basis.highest()),
+        };
         let vectors = basis.vectors;
-        let nothing = ComplexVector::from_real(zero);
-        self.legs.resize(elements * vectors * BLOCK, nothing);
-        self.lit.fill(false);
+        self.block.lit.fill(false);
         for sums in &mut self.sums {
             sums.clear();
-            sums.resize(TILE * TILE * vectors, nothing);
+            sums.resize(TILE * TILE * vectors, ComplexVector::from_real(zero));
         }
-        let places = Places::of(cell, scene, basis.highest());
         for members in cell.members.chunks(BLOCK) {
-            let hear = |&k: &u32| Heard::new(&scene.sources[k as usize], scene);
-            members
-                .par_iter()
-                .map(hear)
-                .collect_into_vec(&mut self.heard);
-            for heard in &self.heard {
-                for (element, lit) in self.lit.iter_mut().enumerate() {
-                    *lit |= heard.sees(element);
-                }
-            }
-            if let Some(places) = places {
-                let (basis, quadratures) = (&*basis, &self.quadratures);
-                self.elevation
-                    .resize(BLOCK * places.count * vectors, nothing);
-                self.elevation
-                    .par_chunks_exact_mut(places.count * vectors)
-                    .zip(&self.heard)
-                    .for_each(|(table, heard)| {
-                        zero.vectorize(
-                            #[inline(always)]
-                            || elevations(zero, scene, basis, heard.y, places, quadratures, table),
-                        );
-                    });
-            }
-            let (basis, heard, elevation) = (&*basis, &self.heard, &self.elevation);
-            self.legs
-                .par_chunks_exact_mut(vectors * BLOCK)
-                .take(scene.element_x.len())
-                .enumerate()
-                .for_each(|(element, legs)| {
-                    let leg = Leg {
-                        scene,
-                        basis,
-                        element,
-                        origin: shape.origins[element],
-                        places,
-                        elevation,
-                    };
-                    zero.vectorize(
-                        #[inline(always)]
-                        || leg.fill(zero, heard, legs),
-                    );
-                });
-            if let Some(beams) = scene.beams {
-                let legs = &self.legs;
-                let count = beams.len().next_multiple_of(2);
-                self.beam_legs.resize(count * vectors * BLOCK, nothing);
-                self.beam_legs
-                    .par_chunks_exact_mut(vectors * BLOCK)
-                    .zip(beams)
-                    .enumerate()
-                    .for_each(|(index, (out, beam))| {
-                        let left = shape.lefts[index];
-                        zero.vectorize(
-                            #[inline(always)]
-                            || beam_leg(zero, beam, scene, basis, &shape.origins, left, legs, out),
-                        );
-                    });
-            }
-            let legs = &self.legs;
+            self.block.hear(scene, members);
+            self.block.elevations(zero, &of);
+            self.block.legs(zero, &of);
+            self.block.beam_legs(zero, &of);
+            let (legs, sources) = (&self.block.legs, self.block.heard.len());
             let lefts = match scene.beams {
-                Some(_) => &self.beam_legs,
+                Some(_) => &self.block.beam_legs,
                 None => legs,
             };
             tiles
@@ -197,18 +160,108 @@ impl<V: Vector> Work<V> {
                 .for_each(|(tile, sums)| {
                     zero.vectorize(
                         #[inline(always)]
-                        || tile.multiply(lefts, legs, vectors, heard.len(), sums),
+                        || tile.multiply(lefts, legs, vectors, sources, sums),
                     );
                 });
         }
-        let (basis, lit) = (&*basis, &self.lit);
+        let lit = &self.block.lit;
         tiles
             .par_iter_mut()
             .zip(&self.sums)
             .for_each(|(tile, sums)| {
                 zero.vectorize(
                     #[inline(always)]
-                    || tile.deposit(zero, scene, basis, &shape, lit, sums),
+                    || tile.deposit(zero, scene, basis, shape, lit, sums),
+                );
+            });
+    }
+}
+
+impl<V: Vector> BlockMemory<V> {
+    /// The sources, and which elements hear them.
+    fn hear(&mut self, scene: &Scene<'_>, members: &[u32]) {
+        let hear = |&k: &u32| Heard::new(&scene.sources[k as usize], scene);
+        members
+            .par_iter()
+            .map(hear)
+            .collect_into_vec(&mut self.heard);
+        for heard in &self.heard {
+            for (element, lit) in self.lit.iter_mut().enumerate() {
+                *lit |= heard.sees(element);
+            }
+        }
+    }
+
+    /// The responses of the elevation, where it has any.
+    fn elevations(&mut self, zero: V, of: &OfCell<'_, V>) {
+        let Some(places) = of.places else {
+            return;
+        };
+        let (scene, basis, quadratures) = (of.scene, of.basis, &self.quadratures);
+        let length = places.count * basis.vectors;
+        self.elevation
+            .resize(BLOCK * length, ComplexVector::from_real(zero));
+        self.elevation
+            .par_chunks_exact_mut(length)
+            .zip(&self.heard)
+            .for_each(|(table, heard)| {
+                zero.vectorize(
+                    #[inline(always)]
+                    || elevations(zero, scene, basis, heard.y, places, quadratures, table),
+                );
+            });
+    }
+
+    /// The legs between the sources and the elements.
+    fn legs(&mut self, zero: V, of: &OfCell<'_, V>) {
+        let length = of.basis.vectors * BLOCK;
+        let elements = of.scene.element_x.len();
+        let (heard, elevation) = (&self.heard, &self.elevation);
+        self.legs.resize(
+            elements.next_multiple_of(2) * length,
+            ComplexVector::from_real(zero),
+        );
+        self.legs
+            .par_chunks_exact_mut(length)
+            .take(elements)
+            .enumerate()
+            .for_each(|(element, legs)| {
+                let leg = Leg {
+                    scene: of.scene,
+                    basis: of.basis,
+                    element,
+                    origin: of.shape.origins[element],
+                    places: of.places,
+                    elevation,
+                };
+                zero.vectorize(
+                    #[inline(always)]
+                    || leg.fill(zero, heard, legs),
+                );
+            });
+    }
+
+    /// The legs between the beams and the sources, where there are beams.
+    fn beam_legs(&mut self, zero: V, of: &OfCell<'_, V>) {
+        let (scene, basis, shape) = (of.scene, of.basis, of.shape);
+        let Some(beams) = scene.beams else {
+            return;
+        };
+        let length = basis.vectors * BLOCK;
+        let legs = &self.legs;
+        self.beam_legs.resize(
+            beams.len().next_multiple_of(2) * length,
+            ComplexVector::from_real(zero),
+        );
+        self.beam_legs
+            .par_chunks_exact_mut(length)
+            .zip(beams)
+            .enumerate()
+            .for_each(|(index, (out, beam))| {
+                let left = shape.lefts[index];
+                zero.vectorize(
+                    #[inline(always)]
+                    || beam_leg(zero, beam, scene, basis, &shape.origins, left, legs, out),
                 );
             });
     }

@@ -186,50 +186,19 @@ pub fn shown(
     let view = &made.view;
     let map = zone_map(view);
     let (image, filter) = claims.display(Medium::Tissue);
-    let mut pictures = Vec::new();
-    let mut views = Vec::new();
-    for (key, name, pixels) in [
+    let range = image.dynamic_range;
+    let with = |zone| mixed(das, esmv, &map, zone);
+    let views = [
         ("das", "DAS", das.clone()),
         ("rank1", "ESMV rank 1", esmv.clone()),
-        (
-            "echo",
-            "DAS, echo of rank 1",
-            mixed(das, esmv, &map, Zone::Echo),
-        ),
-        (
-            "halo",
-            "DAS, halo of rank 1",
-            mixed(das, esmv, &map, Zone::Halo),
-        ),
-        (
-            "rest",
-            "DAS, rest of rank 1",
-            mixed(das, esmv, &map, Zone::Rest),
-        ),
-    ] {
-        let ridges = ridges(&pixels, filter)?;
-        let score = precision(&ridges, &view.hits, &view.grid);
-        let score = score.map_or(String::new(), |v| format!(", average precision {v:.2}"));
-        let both = vec![
-            picture(
-                format!("mechanism-{key}.png"),
-                format!("{name}: B-mode over {} dB", image.dynamic_range),
-                pixels,
-                &view.grid,
-            ),
-            picture(
-                format!("mechanism-{key}-ps.png"),
-                format!("{name}: phase symmetry{score}"),
-                ridges,
-                &view.grid,
-            ),
-        ];
-        pictures.extend(both.clone());
-        views.push(Shown {
-            name: name.into(),
-            pictures: both,
-        });
-    }
+        ("echo", "DAS, echo of rank 1", with(Zone::Echo)),
+        ("halo", "DAS, halo of rank 1", with(Zone::Halo)),
+        ("rest", "DAS, rest of rank 1", with(Zone::Rest)),
+    ]
+    .map(|(key, name, pixels)| shown_image([key, name], pixels, view, filter, range));
+    let views = views.into_iter().collect::<Result<Vec<_>>>()?;
+    let pictures = views.iter().flat_map(|shown| shown.pictures.clone());
+    let pictures = pictures.collect();
     let mut views = views.into_iter();
     let mut parts = Vec::new();
     if let Some(reference) = views.next() {
@@ -239,9 +208,45 @@ pub fn shown(
             others: views.collect(),
             first: 0,
             outline: beside(&view.hits, &view.grid),
-            scales: scales(image.dynamic_range),
+            scales: scales(range),
         }));
     }
+    parts.push(Part::Plots(plots([das, esmv], view, &map, range)));
+    Ok(Some(Figure { parts, pictures }))
+}
+
+/// An image and its phase symmetry.
+fn shown_image(
+    [key, name]: [&str; 2],
+    pixels: Array2<f32>,
+    view: &View,
+    filter: &PhaseSymmetry,
+    range: f64,
+) -> Result<Shown> {
+    let ridges = ridges(&pixels, filter)?;
+    let score = precision(&ridges, &view.hits, &view.grid);
+    let score = score.map_or(String::new(), |v| format!(", average precision {v:.2}"));
+    Ok(Shown {
+        name: name.into(),
+        pictures: vec![
+            picture(
+                format!("mechanism-{key}.png"),
+                format!("{name}: B-mode over {range} dB"),
+                pixels,
+                &view.grid,
+            ),
+            picture(
+                format!("mechanism-{key}-ps.png"),
+                format!("{name}: phase symmetry{score}"),
+                ridges,
+                &view.grid,
+            ),
+        ],
+    })
+}
+
+/// The levels of the tissue in DAS's image and in that of rank-1 ESMV.
+fn plots([das, esmv]: [&Array2<f32>; 2], view: &View, map: &Array2<Zone>, range: f64) -> Vec<Plot> {
     type Points = Vec<(f64, Option<f64>)>;
     let curves = |points: &dyn Fn(&Array2<f32>) -> Points| {
         [("DAS", das), ("ESMV rank 1", esmv)]
@@ -253,10 +258,9 @@ pub fn shown(
             })
             .collect::<Vec<_>>()
     };
-    let range = image.dynamic_range;
-    let share = |image: &Array2<f32>| histogram(&levels(image, view, &map, Zone::Rest), range);
+    let share = |image: &Array2<f32>| histogram(&levels(image, view, map, Zone::Rest), range);
     let sideways = |image: &Array2<f32>| sideways(image, view, range);
-    parts.push(Part::Plots(vec![
+    vec![
         Plot {
             caption: "Levels of the tissue away from echoes".into(),
             x: "dB re the image's peak",
@@ -275,8 +279,7 @@ pub fn shown(
             marks: Vec::new(),
             curves: curves(&sideways),
         },
-    ]));
-    Ok(Some(Figure { parts, pictures }))
+    ]
 }
 
 /// The share of the grey levels in bins of 2 dB.

@@ -19,9 +19,8 @@ mod tuning;
 
 use crate::{Error, Result};
 use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_range};
-use bonebeam_simulate::Settings;
 
-use super::{Context, Experiment, Outcome, Overrides, Shows};
+use super::{Context, Experiment, Outcome, Overrides, Shows, common};
 use geometry::Geometries;
 use judge::{ClaimsResult, judge};
 pub use parameters::Claims;
@@ -47,11 +46,7 @@ impl Experiment for Claims {
             seeds: 2,
             tuning_seeds: 1,
             half_windows: vec![2],
-            simulation: Settings {
-                beams: 64,
-                beam_step: 2.0,
-                ..full.simulation
-            },
+            simulation: common::quick(full.simulation),
             ..full
         }
     }

@@ -18,6 +18,15 @@ use crate::{Error, Result};
 use bonebeam_drive::config::{Image, PhaseSymmetry};
 use bonebeam_simulate::Settings;
 
+/// Fewer beams, for a first look.
+pub fn quick(simulation: Settings) -> Settings {
+    Settings {
+        beams: 64,
+        beam_step: 2.0,
+        ..simulation
+    }
+}
+
 /// Fills in what follows from the scanner for receiver and image, where it is not told.
 pub fn resolve(simulation: &Settings, receive: &mut Receive, image: &mut Image) {
     receive.resolve(simulation);

@@ -148,11 +148,7 @@ impl Experiment for Spine {
         Spine {
             thickness: 2e-3,
             density: 10e9,
-            simulation: Settings {
-                beams: 64,
-                beam_step: 2.0,
-                ..full.simulation
-            },
+            simulation: common::quick(full.simulation),
             ..full
         }
     }

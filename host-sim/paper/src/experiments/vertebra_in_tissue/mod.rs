@@ -36,10 +36,8 @@ impl Experiment for VertebraInTissue {
             tissue_density: 20.0,
             thickness: 3e-3,
             simulation: Settings {
-                beams: 64,
-                beam_step: 2.0,
                 fs: 40e6,
-                ..full.simulation
+                ..common::quick(full.simulation)
             },
             ..full
         }

@@ -58,157 +58,113 @@ pub fn table_one(measured: &[Measured]) -> Vec<Comparison> {
 
 /// The row of a beamformer by its place in [`COMPARED`].
 fn row_of(slice: &Measured, index: usize) -> Option<&[Row; 2]> {
-    let place = METHODS.iter().position(|key| *key == COMPARED[index].key)?;
-    slice.table.get(place)
+    slice.table.get(place(index)?)
+}
+
+/// The place in [`METHODS`] of a beamformer by its place in [`COMPARED`].
+fn place(index: usize) -> Option<usize> {
+    METHODS.iter().position(|key| *key == COMPARED[index].key)
 }
 
 /// A figure of one profile.
-type Pick = fn(&Line, &Profile) -> Option<f64>;
+#[derive(Clone, Copy)]
+enum Quantity {
+    /// The peak's depth below the contour, mm.
+    Bias,
+    /// How far the grey falls within 0.55 mm below the peak.
+    Fall,
+    /// The mean grey from 30 to 40 mm.
+    Noise,
+    /// The peak's width at a grey level, mm.
+    Width(f64),
+    /// The grey of a sidewall, the left one or the right one.
+    Sidewall(usize),
+    /// Its width at a grey level, mm.
+    SidewallWidth(usize, f64),
+}
 
-/// The figures of Figs. 8 and 9 beside the paper's.
-pub fn line_comparisons(measured: &[Measured]) -> Vec<Comparison> {
-    let down: Pick = |line, p| line.noise(p);
-    let bias: Pick = |line, p| Some(line.peak(p, line.first())?.at_mm - line.first()?);
-    let fall: Pick = |line, p| line.drop_below(p, line.peak(p, line.first()));
-    let right: fn(&Line, &Profile, f64) -> Option<f64> =
-        |line, p, level| line.width(p, line.peak(p, line.sidewalls()[1]), level);
-    let left: fn(&Line, &Profile, f64) -> Option<f64> =
-        |line, p, level| line.width(p, line.peak(p, line.sidewalls()[0]), level);
-    let tip: fn(&Line, &Profile, f64) -> Option<f64> =
-        |line, p, level| line.width(p, line.peak(p, line.first()), level);
-    // Slice, kind of image, way of the line (0 down), quantity, how, the paper's two.
-    type Entry = (
-        usize,
-        usize,
-        usize,
-        &'static str,
-        Box<dyn Fn(&Line, &Profile) -> Option<f64>>,
-        Paper,
-    );
-    let entries: Vec<Entry> = vec![
+const LEFT: usize = 0;
+const RIGHT: usize = 1;
+
+/// A quantity of Figs. 8 and 9: the figure's letter, the quantity's name, and the paper's two values. Fig. 8 is the
+/// first slice, 9 the second; a and b are of the first kind of image, c and d of the second; b and d go across.
+type Entry = (&'static str, &'static str, Quantity, Paper);
+
+const FIGURES: [Entry; 14] = {
+    use Quantity::{Bias, Fall, Noise, Sidewall, SidewallWidth, Width};
+    [
+        ("8a", "peak below the contour, mm", Bias, [&[1.12], &[1.12]]),
+        ("8a", "grey from 30 to 40 mm", Noise, [&[69.01], &[14.33]]),
+        ("8a", "width at 200, mm", Width(200.0), [&[1.03], &[0.73]]),
         (
-            0,
-            0,
-            0,
-            "Fig. 8a: peak below the contour, mm",
-            Box::new(bias),
-            [&[1.12], &[1.12]],
-        ),
-        (
-            0,
-            0,
-            0,
-            "Fig. 8a: grey from 30 to 40 mm",
-            Box::new(down),
-            [&[69.01], &[14.33]],
-        ),
-        (
-            0,
-            0,
-            0,
-            "Fig. 8a: width at 200, mm",
-            Box::new(move |l, p| tip(l, p, 200.0)),
-            [&[1.03], &[0.73]],
-        ),
-        (
-            0,
-            0,
-            1,
-            "Fig. 8b: right sidewall's width at 150, mm",
-            Box::new(move |l, p| right(l, p, 150.0)),
+            "8b",
+            "right sidewall's width at 150, mm",
+            SidewallWidth(RIGHT, 150.0),
             [&[1.39], &[0.75]],
         ),
+        ("8c", "width at 200, mm", Width(200.0), [&[0.44], &[0.30]]),
         (
-            0,
-            1,
-            0,
-            "Fig. 8c: width at 200, mm",
-            Box::new(move |l, p| tip(l, p, 200.0)),
-            [&[0.44], &[0.30]],
-        ),
-        (
-            0,
-            1,
-            0,
-            "Fig. 8c: fall within 0.55 mm below the peak",
-            Box::new(fall),
+            "8c",
+            "fall within 0.55 mm below the peak",
+            Fall,
             [&[129.0], &[218.0]],
         ),
+        ("8c", "grey from 30 to 40 mm", Noise, [&[24.50], &[4.67]]),
         (
-            0,
-            1,
-            0,
-            "Fig. 8c: grey from 30 to 40 mm",
-            Box::new(down),
-            [&[24.50], &[4.67]],
-        ),
-        (
-            0,
-            1,
-            1,
-            "Fig. 8d: right sidewall's width at 100, mm",
-            Box::new(move |l, p| right(l, p, 100.0)),
+            "8d",
+            "right sidewall's width at 100, mm",
+            SidewallWidth(RIGHT, 100.0),
             [&[0.51], &[0.34]],
         ),
+        ("9a", "grey from 30 to 40 mm", Noise, [&[69.01], &[14.33]]),
         (
-            1,
-            0,
-            0,
-            "Fig. 9a: grey from 30 to 40 mm",
-            Box::new(down),
-            [&[69.01], &[14.33]],
-        ),
-        (
-            1,
-            0,
-            1,
-            "Fig. 9b: grey of the left sidewall",
-            Box::new(|l, p| Some(l.peak(p, l.sidewalls()[0])?.grey)),
+            "9b",
+            "grey of the left sidewall",
+            Sidewall(LEFT),
             [&[81.0], &[136.0]],
         ),
         (
-            1,
-            0,
-            1,
-            "Fig. 9b: grey of the right sidewall",
-            Box::new(|l, p| Some(l.peak(p, l.sidewalls()[1])?.grey)),
+            "9b",
+            "grey of the right sidewall",
+            Sidewall(RIGHT),
             [&[55.0], &[126.0]],
         ),
+        ("9c", "width at 150, mm", Width(150.0), [&[0.59], &[0.29]]),
+        ("9c", "grey from 30 to 40 mm", Noise, [&[20.35], &[4.62]]),
         (
-            1,
-            1,
-            0,
-            "Fig. 9c: width at 150, mm",
-            Box::new(move |l, p| tip(l, p, 150.0)),
-            [&[0.59], &[0.29]],
-        ),
-        (
-            1,
-            1,
-            0,
-            "Fig. 9c: grey from 30 to 40 mm",
-            Box::new(down),
-            [&[20.35], &[4.62]],
-        ),
-        (
-            1,
-            1,
-            1,
-            "Fig. 9d: left sidewall's width at 50, mm",
-            Box::new(move |l, p| left(l, p, 50.0)),
+            "9d",
+            "left sidewall's width at 50, mm",
+            SidewallWidth(LEFT, 50.0),
             [&[0.71], &[0.45]],
         ),
-    ];
-    let compared = entries
-        .into_iter()
-        .map(|(slice, image, way, quantity, pick, paper)| {
-            let slice = &measured[slice];
-            let line = [&slice.down, &slice.across][way];
-            let here = |index: usize| {
-                let place = METHODS.iter().position(|key| *key == COMPARED[index].key)?;
-                pick(line, &slice.profiles[place][image][way])
-            };
-            comparison("Image lines (Figs. 8 and 9)", quantity, here, paper, LINES)
-        });
+    ]
+};
+
+impl Quantity {
+    fn of(self, line: &Line, p: &Profile) -> Option<f64> {
+        let first = line.peak(p, line.first());
+        let sidewall = |side: usize| line.peak(p, line.sidewalls()[side]);
+        match self {
+            Quantity::Bias => Some(first?.at_mm - line.first()?),
+            Quantity::Fall => line.drop_below(p, first),
+            Quantity::Noise => line.noise(p),
+            Quantity::Width(level) => line.width(p, first, level),
+            Quantity::Sidewall(side) => Some(sidewall(side)?.grey),
+            Quantity::SidewallWidth(side, level) => line.width(p, sidewall(side), level),
+        }
+    }
+}
+
+/// The figures of Figs. 8 and 9 beside the paper's.
+pub fn line_comparisons(measured: &[Measured]) -> Vec<Comparison> {
+    let compared = FIGURES.iter().map(|(figure, name, quantity, paper)| {
+        let slice = &measured[usize::from(figure.starts_with('9'))];
+        let image = usize::from(figure.ends_with(['c', 'd']));
+        let way = usize::from(figure.ends_with(['b', 'd']));
+        let line = [&slice.down, &slice.across][way];
+        let here = |index: usize| quantity.of(line, &slice.profiles[place(index)?][image][way]);
+        let name = format!("Fig. {figure}: {name}");
+        comparison("Image lines (Figs. 8 and 9)", &name, here, *paper, LINES)
+    });
     compared.collect()
 }

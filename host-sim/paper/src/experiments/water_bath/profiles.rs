@@ -1,6 +1,6 @@
 //! Image lines down through the spinous process and across its sidewalls (the paper's Figs. 8 and 9).
 
-use ndarray::{Array2, Axis};
+use ndarray::{Array2, ArrayView1};
 use serde::Serialize;
 
 use crate::measure::profile::{largest, width};
@@ -45,29 +45,29 @@ impl Line {
     /// The column nearest to the lateral place, m, down the image.
     pub fn down(grid: &PixelGrid, distance: &Array2<f64>, x: f64) -> (Self, usize) {
         let column = nearest((x - grid.x0) / grid.pixel, grid.columns);
-        let at_mm: Vec<f64> = (0..grid.rows)
-            .map(|k| 1e3 * (grid.z0 + k as f64 * grid.pixel))
-            .collect();
-        let line = Line {
-            place_mm: 1e3 * (grid.x0 + column as f64 * grid.pixel),
-            contour_mm: crossings(&at_mm, &distance.index_axis(Axis(1), column).to_vec()),
-            at_mm,
-        };
-        (line, column)
+        let place = grid.x0 + column as f64 * grid.pixel;
+        let distance = distance.column(column);
+        (Self::new(place, grid.z0, grid.pixel, distance), column)
     }
 
     /// The row nearest to the depth, m, across the image.
     pub fn across(grid: &PixelGrid, distance: &Array2<f64>, z: f64) -> (Self, usize) {
         let row = nearest((z - grid.z0) / grid.pixel, grid.rows);
-        let at_mm: Vec<f64> = (0..grid.columns)
-            .map(|k| 1e3 * (grid.x0 + k as f64 * grid.pixel))
+        let place = grid.z0 + row as f64 * grid.pixel;
+        let distance = distance.row(row);
+        (Self::new(place, grid.x0, grid.pixel, distance), row)
+    }
+
+    /// The line at a place, by the distances of its pixels, of which the first lies at `first`, m.
+    fn new(place: f64, first: f64, pixel: f64, distance: ArrayView1<f64>) -> Self {
+        let at_mm: Vec<f64> = (0..distance.len())
+            .map(|k| 1e3 * (first + k as f64 * pixel))
             .collect();
-        let line = Line {
-            place_mm: 1e3 * (grid.z0 + row as f64 * grid.pixel),
-            contour_mm: crossings(&at_mm, &distance.index_axis(Axis(0), row).to_vec()),
+        Line {
+            place_mm: 1e3 * place,
+            contour_mm: crossings(&at_mm, &distance.to_vec()),
             at_mm,
-        };
-        (line, row)
+        }
     }
 
     /// The contour's first crossing: the surface that the line meets from above.
