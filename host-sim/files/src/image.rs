@@ -239,6 +239,13 @@ mod tests {
             (Grayscale, Sixteen, wide(&[128, 65_535]), None, [0.0, 255.0]),
             (Grayscale, Sixteen, wide(&[129, 385]), None, [1.0, 1.0]),
             (GrayscaleAlpha, Eight, vec![7, 0, 9, 255], None, [7.0, 9.0]),
+            (
+                GrayscaleAlpha,
+                Sixteen,
+                wide(&[129, 0, 65_535, 9]),
+                None,
+                [1.0, 255.0],
+            ),
             (Rgb, Eight, colours.to_vec(), None, [54.0, 147.0]),
             (
                 Rgba,

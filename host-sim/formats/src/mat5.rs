@@ -363,6 +363,8 @@ fn by_columns<T: Clone>(sides: &[usize], values: Vec<T>) -> Told<ArrayD<T>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use flate2::Compression;
+    use flate2::read::ZlibEncoder;
 
     /// Numbers of 4 or 2 bytes in the byte order of a file.
     fn order(big_endian: bool, mut bytes: Vec<u8>) -> Vec<u8> {
@@ -482,5 +484,76 @@ mod tests {
                 .to_string()
                 .contains("-struct")
         );
+    }
+    /// The least and the largest number of every type, by columns, in a plain array and in two deflated ones.
+    #[test]
+    fn extremes_columns_and_every_array_of_a_file_are_read() {
+        macro_rules! check {
+            ($kind:literal, $type:ty, $big:ident) => {{
+                let numbers = [
+                    <$type>::MIN,
+                    <$type>::MAX,
+                    0 as $type,
+                    1 as $type,
+                    2 as $type,
+                    3 as $type,
+                ];
+                let order = |v: $type| order($big, v.to_le_bytes().to_vec());
+                check(
+                    $big,
+                    $kind,
+                    &numbers.map(order).concat(),
+                    numbers.map(|v| v as f64),
+                );
+            }};
+        }
+        for big in [false, true] {
+            check!(1, i8, big);
+            check!(2, u8, big);
+            check!(3, i16, big);
+            check!(4, u16, big);
+            check!(5, i32, big);
+            check!(6, u32, big);
+            check!(7, f32, big);
+            check!(9, f64, big);
+            check!(12, i64, big);
+            check!(13, u64, big);
+        }
+    }
+
+    fn check(big: bool, kind: u32, bytes: &[u8], [a, b, c, d, e, f]: [f64; 6]) {
+        let word = |word: u32| order(big, word.to_le_bytes().to_vec());
+        let array = |name: &[u8]| {
+            let parts = [
+                element(big, 6, &[word(6), word(0)].concat()),
+                element(big, 5, &[word(2), word(3)].concat()),
+                element(big, 1, name),
+                element(big, kind, bytes),
+            ];
+            element(big, ARRAY, &parts.concat())
+        };
+        let deflated = |name: &[u8]| {
+            let mut inside = Vec::new();
+            let array = array(name);
+            let mut deflater = ZlibEncoder::new(&array[..], Compression::fast());
+            deflater.read_to_end(&mut inside).unwrap();
+            [word(DEFLATED), word(inside.len() as u32), inside].concat()
+        };
+        let mut file = vec![b' '; HEADER];
+        file[126..].copy_from_slice(if big { b"MI" } else { b"IM" });
+        file.extend([array(b"plain"), deflated(b"a"), deflated(b"deflated")].concat());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mat");
+        fs::write(&path, file).unwrap();
+        let file = Mat5::open(&path).unwrap();
+        assert_eq!(file.names(), ["plain", "a", "deflated"]);
+        for name in file.names() {
+            let numbers = file.numbers(&name).unwrap();
+            assert_eq!(
+                numbers,
+                ndarray::arr2(&[[a, c, e], [b, d, f]]).into_dyn(),
+                "{kind} {big}"
+            );
+        }
     }
 }

@@ -7,7 +7,6 @@ mod pieces;
 use crate::{Error, Result};
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
 use bonebeam::covariance::Covariance;
-use bonebeam::geometry::Active;
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, ArrayView3, ArrayViewMut2, Axis};
 use num_complex::Complex;
@@ -19,6 +18,7 @@ use super::source::Source;
 use memory::AnyMemory;
 pub use memory::Memory;
 pub use memory::Needs;
+pub use pieces::Apertures;
 pub(super) use pieces::Tile;
 use pieces::{Piece, adaptive_runs, groups, largest, other_runs, tiles};
 
@@ -29,9 +29,6 @@ const DEPTHS: usize = 256;
 /// So many tiles a thread keep all of them busy to the end, if so many samples a lane are left to each.
 const TILES_A_THREAD: usize = 4;
 const FEWEST: usize = 64;
-
-/// The active elements of a beam at a sample: `active(beam, sample)`.
-pub type Apertures<'a> = dyn Fn(usize, usize) -> Active + Sync + 'a;
 
 /// Hears of output samples just finished, how many, from any thread.
 pub type Finished<'a> = dyn Fn(usize) + Sync + 'a;

@@ -8,7 +8,8 @@ use bonebeam::geometry::Active;
 use bonebeam::pipeline::Block;
 use rayon::prelude::*;
 
-use super::Apertures;
+/// The active elements of a beam at a sample: `active(beam, sample)`.
+pub type Apertures<'a> = dyn Fn(usize, usize) -> Active + Sync + 'a;
 
 /// Samples of one beam with one active set: a segment, or a stretch of one.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,290 @@
+//! The parameters of delay and beamformer: the section, its flags, and what the core gets.
+//!
+//! The core's parameters come from its table: see [`core`](super::core). A key of the host is a field of [`Beamform`],
+//! with its range in [`Beamform::validate`] and its flag in [`BeamformFlags`].
+
+mod flags;
+mod section;
+mod validate;
+
+pub use flags::{BeamformFlags, Kind};
+
+use std::ops::Range;
+
+use bonebeam::beamform::Parameters;
+use bonebeam::covariance::Covariance;
+use bonebeam::delay::{IqInterpolation, MAX_DECIMATION};
+use bonebeam::geometry::Axis;
+use bonebeam::pipeline::DepthGate;
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+use crate::methods::{Choice, Options, default_beta};
+use crate::{Error, Result};
+use bonebeam_files::terminal::short;
+use bonebeam_files::{ChannelData, Samples};
+
+/// Samples of the lines a period of the centre frequency, where nothing else is asked for: the paper's
+/// 20 MHz at 5 MHz.
+const PERIOD_SAMPLES: f64 = 4.0;
+/// Where the band of a pulse of 60 % ends, over its centre frequency.
+const UPPER_EDGE: f64 = 1.3;
+/// What the decimator keeps, over the output rate: 0.7 of its half.
+const KEPT: f64 = 0.35;
+/// Which way the lines of compounded transmits go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum LineKind {
+    /// Straight down from the array
+    Down,
+    /// Along the normals of a curved array
+    Normals,
+    /// A fan from the array's middle
+    Sector,
+}
+
+/// How RF is read between its samples, where transmits are compounded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum RfInterpolation {
+    /// By the delay stage's filter, for each line anew
+    Filtered,
+    /// Upsampled 16 times by that filter, once for all lines, then along straight lines: within 3e-3 of the
+    /// other, for many transmits several times as fast
+    Upsampled,
+}
+
+/// How I/Q is read between its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Interpolation {
+    /// Along straight lines
+    Linear,
+    /// Along cubic polynomials
+    Cubic,
+    /// By a windowed sinc of 12 taps
+    Sinc,
+}
+
+impl From<Interpolation> for IqInterpolation {
+    fn from(interpolation: Interpolation) -> Self {
+        match interpolation {
+            Interpolation::Linear => IqInterpolation::Linear,
+            Interpolation::Cubic => IqInterpolation::Cubic,
+            Interpolation::Sinc => IqInterpolation::Sinc,
+        }
+    }
+}
+
+/// Section `[beamform]`.
+///
+/// With `remote`, serde's functions for the host's keys are methods of this type; the module `core`
+/// adds the keys of the core's table to them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(remote = "Self", deny_unknown_fields, default)]
+pub struct Beamform {
+    /// The beamformer.
+    pub method: Choice,
+    /// ESMV: β of the cross-spectral rank rule (Eq. 8), above 0 and at most 1; without a rank the
+    /// default is 0.01.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beta: Option<f64>,
+    /// ESMV: a fixed rank of the signal subspace in place of β.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rank: Option<usize>,
+    /// Rank-1 ESMV: all eigenvectors but the first instead of only the first (Fig. 2c).
+    pub exclude_first: bool,
+    /// Rank-1 ESMV: the eigenvector by so many steps of power iteration, 1 to 64, in place of one that is
+    /// right to f32's accuracy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power_steps: Option<usize>,
+    /// The parameters of the core's table, and the postfilter. [`Beamform::parameters`] adds the method.
+    #[serde(skip)]
+    pub core: Parameters,
+    /// Forward only (Eq. 2), or forward-backward (Eq. 3).
+    pub covariance: Covariance,
+    /// The shallowest depth at which the beamformer is used, m; DAS above. Without it, where the lines begin.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adaptive_depth_start: Option<f64>,
+    /// The greatest depth at which the beamformer is used, m; DAS below. Without it, where the lines end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adaptive_depth_end: Option<f64>,
+    /// The receive f-number: depth over aperture.
+    pub f_number: f64,
+    /// The fewest active elements at any depth.
+    pub min_elements: usize,
+    /// The sampling rate of the beamformed lines, Hz; without it, [`Beamform::rate`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub output_rate: Option<f64>,
+    /// Which way the lines of compounded transmits go; without it, what fits the array.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lines: Option<LineKind>,
+    /// How many there are; without it, two an element.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line_count: Option<usize>,
+    /// The angle of a sector from its first to its last line, rad.
+    pub sector: f64,
+    /// How RF of compounded transmits is read; without it, by the delay stage's filter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rf_interpolation: Option<RfInterpolation>,
+    /// How I/Q is read; without it, the cheapest way that is right to 10⁻³ for a pulse of 60 % bandwidth.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub iq_interpolation: Option<Interpolation>,
+    /// The shallowest depth of the lines, m; without it, where the record begins.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_start: Option<f64>,
+    /// The greatest depth of the lines, m; without it, where the record ends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_end: Option<f64>,
+    /// The speed of sound, m/s, in place of the file's; aligned data tell none, 1540 is assumed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sound_speed: Option<f64>,
+    /// Aligned data that do not tell where their beams are: the distance between them, m.
+    pub beam_spacing: f64,
+}
+
+impl Default for Beamform {
+    fn default() -> Self {
+        Self {
+            method: Choice::EsmvRank1,
+            beta: None,
+            rank: None,
+            exclude_first: false,
+            power_steps: None,
+            core: Parameters::DEFAULT,
+            covariance: Covariance::ForwardBackward,
+            adaptive_depth_start: None,
+            adaptive_depth_end: None,
+            f_number: 1.5,
+            min_elements: 8,
+            output_rate: None,
+            lines: None,
+            line_count: None,
+            sector: std::f64::consts::FRAC_PI_2,
+            rf_interpolation: None,
+            iq_interpolation: None,
+            depth_start: None,
+            depth_end: None,
+            sound_speed: None,
+            beam_spacing: 0.308e-3,
+        }
+    }
+}
+
+impl Beamform {
+    /// Fills in β where the method needs it and has neither β nor a rank, so that the written
+    /// configuration tells it.
+    pub fn resolve(&mut self) {
+        let by_beta = self.method.takes().contains(&"beta");
+        if by_beta && self.rank.is_none() && self.beta.is_none() {
+            self.beta = Some(default_beta());
+        }
+    }
+
+    /// The samples that the beamformer makes, of lines of these depths; the others are DAS.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for depths between which there is no sample.
+    pub fn adaptive_samples(&self, depths: &Axis) -> Result<Range<usize>> {
+        let (start, end) = (self.adaptive_depth_start, self.adaptive_depth_end);
+        if start.is_none() && end.is_none() {
+            return Ok(0..depths.count);
+        }
+        let from = start.unwrap_or(f64::MIN);
+        let to = end.unwrap_or(f64::MAX);
+        DepthGate { from, to }.samples(depths).map_err(|_| {
+            let edge = |name: &str, edge: Option<f64>| {
+                edge.map(|depth| format!("--adaptive-depth-{name} {}", short(depth)))
+            };
+            let told: Vec<String> = edge("start", start)
+                .into_iter()
+                .chain(edge("end", end))
+                .collect();
+            Error::Usage(format!(
+                "no sample lies within {}; the lines reach from {:.6} m to {:.6} m",
+                told.join(" and "),
+                depths.first,
+                depths.last()
+            ))
+        })
+    }
+
+    /// The sampling rate of the lines of a record of centre frequency `f0` and sampling rate `fs`, Hz:
+    /// the one asked for, else 4·f0, which holds a pulse of 80 % bandwidth; at most `fs` and at least
+    /// what the decimator reaches.
+    pub fn rate(&self, f0: f64, fs: f64) -> f64 {
+        let slowest = fs / MAX_DECIMATION as f64;
+        self.output_rate
+            .unwrap_or_else(|| (PERIOD_SAMPLES * f0).min(fs).max(slowest))
+    }
+
+    /// [`Beamform::rate`] of a recording. I/Q tells as much as RF at twice its rate, and gives the same
+    /// lines.
+    pub fn rate_of(&self, data: &ChannelData) -> f64 {
+        match data.samples {
+            Samples::Rf(_) => self.rate(data.f0, data.fs),
+            Samples::Iq { .. } => self.rate(data.f0, 2.0 * data.fs),
+        }
+    }
+
+    /// What a rate that was asked for, or that of the record, leaves out of a pulse's band: sentences for
+    /// a person.
+    pub fn doubts(&self, f0: f64, fs: f64) -> Option<String> {
+        let mhz = |hertz: f64| format!("{:.4} MHz", hertz / 1e6);
+        let rate = self.rate(f0, fs);
+        let reaches = UPPER_EDGE * f0;
+        if fs < 2.0 * reaches {
+            return Some(format!(
+                "`fs` of {} is {:.2} times `f0`: a pulse around {} usually reaches {}, and what lies above \
+                 {} is folded; if the record is band-sampled, make I/Q of it (`iq`, `f_demod`)",
+                mhz(fs),
+                fs / f0,
+                mhz(f0),
+                mhz(reaches),
+                mhz(fs / 2.0)
+            ));
+        }
+        if KEPT * rate < reaches && rate < fs && rate > 2.0 * f0 {
+            return Some(format!(
+                "--output-rate is {}: the lines keep what lies below {}, and a pulse around {} usually \
+                 reaches {}; {} and more keep it",
+                mhz(rate),
+                mhz(KEPT * rate),
+                mhz(f0),
+                mhz(reaches),
+                mhz((PERIOD_SAMPLES * f0).min(fs))
+            ));
+        }
+        None
+    }
+
+    /// The section of a beamformer.
+    pub fn of(core: Parameters) -> Self {
+        let (method, options) = Choice::of(core.method);
+        Beamform {
+            method,
+            beta: options.beta,
+            rank: options.rank,
+            exclude_first: options.exclude_first,
+            power_steps: options.power_steps,
+            core: Parameters {
+                method: Parameters::DEFAULT.method,
+                ..core
+            },
+            ..Beamform::default()
+        }
+    }
+
+    /// The core's parameters.
+    pub fn parameters(&self) -> Parameters {
+        Parameters {
+            method: self.method.method(&Options {
+                beta: self.beta,
+                rank: self.rank,
+                exclude_first: self.exclude_first,
+                power_steps: self.power_steps,
+            }),
+            ..self.core
+        }
+    }
+}

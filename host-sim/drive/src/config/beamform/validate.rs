@@ -1,0 +1,100 @@
+//! The ranges of the section's values.
+
+use super::super::core::check_rows;
+use super::Beamform;
+use crate::methods::Choice;
+use crate::{Error, Result};
+use bonebeam_files::settings::{LENGTHS, check_count, check_positive, out_of_range};
+use bonebeam_files::terminal::short;
+
+const SECTION: &str = "beamform";
+/// What an aperture, a rate, a medium and a spacing can be.
+const F_NUMBERS: [f64; 2] = [1e-3, 1e6];
+const RATES: [f64; 2] = [1e3, 10e9];
+const SOUND_SPEEDS: [f64; 2] = [100.0, 20e3];
+const SPACINGS: [f64; 2] = [1e-6, 1.0];
+/// How many lines there can be.
+const LINE_COUNTS: std::ops::RangeInclusive<usize> = 2..=65536;
+
+impl Beamform {
+    /// Checks every value, and that they do not contradict each other.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] naming the flag, the key, the value and the range.
+    pub fn validate(&self) -> Result<()> {
+        self.validate_method()?;
+        check_rows(SECTION, &self.parameters())?;
+        check_positive(SECTION, "f_number", self.f_number, F_NUMBERS, "")?;
+        check_count(SECTION, "min_elements", self.min_elements)?;
+        if let Some(rate) = self.output_rate {
+            check_positive(SECTION, "output_rate", rate, RATES, " (Hz)")?;
+        }
+        check_positive(SECTION, "beam_spacing", self.beam_spacing, SPACINGS, " (m)")?;
+        if let Some(count) = self.line_count.filter(|count| !LINE_COUNTS.contains(count)) {
+            return Err(out_of_range(SECTION, "line_count", count, "2 to 65536"));
+        }
+        if !(self.sector > 0.0 && self.sector < std::f64::consts::PI) {
+            let expected = "above 0 and below pi (rad)";
+            return Err(out_of_range(SECTION, "sector", self.sector, expected));
+        }
+        if let Some(c) = self.sound_speed {
+            check_positive(SECTION, "sound_speed", c, SOUND_SPEEDS, " (m/s)")?;
+        }
+        let (keys, depths) = (
+            ["adaptive_depth_start", "adaptive_depth_end"],
+            [self.adaptive_depth_start, self.adaptive_depth_end],
+        );
+        check_depths(keys, depths)?;
+        let keys = ["depth_start", "depth_end"];
+        check_depths(keys, [self.depth_start, self.depth_end])
+    }
+
+    fn validate_method(&self) -> Result<()> {
+        let given = [
+            ("beta", self.beta.is_some()),
+            ("rank", self.rank.is_some()),
+            ("exclude_first", self.exclude_first),
+            ("power_steps", self.power_steps.is_some()),
+        ];
+        for (key, given) in given {
+            if given && !self.method.takes().contains(&key) {
+                let flag = key.replace('_', "-");
+                let takers = Choice::all().iter();
+                let takers = takers.filter(|choice| choice.takes().contains(&key));
+                let takers: Vec<String> = takers.map(|choice| choice.name()).collect();
+                return Err(Error::Usage(format!(
+                    "--{flag} needs --method {}",
+                    takers.join(" or ")
+                )));
+            }
+        }
+        if self.beta.is_some() && self.rank.is_some() {
+            let message = "--beta and --rank both decide the rank; give one of them";
+            return Err(Error::Usage(message.into()));
+        }
+        if self.exclude_first && self.power_steps.is_some() {
+            let message = "--exclude-first takes all eigenvectors but one, --power-steps finds that one only; \
+                           give one of them";
+            return Err(Error::Usage(message.into()));
+        }
+        Ok(())
+    }
+}
+
+/// Depths are within what lengths may be, and in order.
+fn check_depths(keys: [&str; 2], [start, end]: [Option<f64>; 2]) -> Result<()> {
+    let deepest = LENGTHS[1];
+    let start = start.unwrap_or(0.0);
+    if !(0.0..=deepest).contains(&start) {
+        let expected = format!("at least 0 and at most {deepest} (m)");
+        return Err(out_of_range(SECTION, keys[0], start, &expected));
+    }
+    match end {
+        Some(end) if !(end > start && end <= deepest) => {
+            let start = short(start);
+            let expected = format!("more than the start of {start}, at most {deepest} (m)");
+            Err(out_of_range(SECTION, keys[1], end, &expected))
+        }
+        _ => Ok(()),
+    }
+}
