@@ -270,11 +270,11 @@ mod tests {
             let bytes = of(descr, shape);
             assert_eq!(end(&bytes), Ok(bytes.len() + expected));
         }
-        let wide = array(
-            2,
-            "{'descr': '<f8', 'fortran_order': False, 'shape': (4,)}\n",
-        );
-        assert_eq!(end(&wide), Ok(wide.len() + 32));
+        for version in [2, 3] {
+            let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (4,)}\n";
+            let wide = array(version, header);
+            assert_eq!(end(&wide), Ok(wide.len() + 32));
+        }
     }
 
     #[test]
