@@ -119,12 +119,8 @@ impl Mat5 {
                     });
                 }
             }
-            // Only arrays that are not deflated are padded.
-            at = if deflated {
-                end
-            } else {
-                end.next_multiple_of(8)
-            };
+            // An array's length counts its padding.
+            at = end;
         }
         Ok(())
     }
