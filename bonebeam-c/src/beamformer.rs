@@ -2,7 +2,7 @@
 
 use crate::memory::{array, array_mut, bytes_of, complex, complex_mut, new, one, one_mut, sum};
 use crate::status::{Status, status};
-use crate::workspace::{Workspace, with_view};
+use crate::workspace::{Workspace, need_bytes, with_view};
 use crate::{Complex, Range};
 use bonebeam::beamform::{self, AlignedLine, Beamformer, Method, Postfilter};
 use bonebeam::geometry::{self, Aperture, ApertureParameters};
@@ -82,8 +82,8 @@ impl BeamformParameters {
     unsafe fn plan(&self, elements: usize) -> Result<(Beamformer, usize), Status> {
         // SAFETY: by the caller's promise.
         let beamformer = Beamformer::new(unsafe { self.core()? })?;
-        let bytes = Workspace::bytes(beamformer.sizes(elements), self.covariance()?);
-        Ok((beamformer, bytes))
+        let need = beamformer.sizes(elements).need(self.covariance()?);
+        Ok((beamformer, need_bytes(need)))
     }
 }
 

@@ -92,7 +92,7 @@ static ANY: Delay = match Delay::new(Rf {
 impl DelayStage {
     fn set(&mut self, parameters: &DelayParameters) -> Result<(), Status> {
         let rf = parameters.rf();
-        if rf.scratch_len(1) > self.scratch.len() {
+        if rf.need(1).real > self.scratch.len() {
             return Err(Status::Storage);
         }
         match parameters.single_precision {
@@ -108,7 +108,7 @@ impl DelayStage {
 pub unsafe extern "C" fn bonebeam_delay_bytes(parameters: *const DelayParameters) -> usize {
     // SAFETY: by the caller's promise.
     unsafe { one(parameters) }.map_or(0, |parameters| {
-        let scratch = parameters.rf().scratch_len(1);
+        let scratch = parameters.rf().need(1).real;
         sum(&[
             bytes_of::<DelayStage>(1),
             bytes_of::<Delay>(1),
@@ -167,7 +167,7 @@ pub unsafe extern "C" fn bonebeam_delay_line(
         // The stage has checked that these products are possible.
         let record = Record::new(array(rf, p.elements * p.record_samples)?, p.elements)?;
         let out = complex_mut(out, p.elements * p.output_samples)?;
-        let scratch = scratch.get_mut(..p.scratch_len(1)).ok_or(Status::Length)?;
+        let scratch = scratch.get_mut(..p.need(1).real).ok_or(Status::Length)?;
         Ok(stage.line(0.0f32, &line, &record, scratch, out)?)
     })
 }

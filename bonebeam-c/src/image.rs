@@ -93,7 +93,7 @@ pub unsafe extern "C" fn bonebeam_resample(
         let [beams, samples, rows, columns] = axes.map(Axis::core);
         let levels = array(levels, product(beams.count, samples.count)?)?;
         let out = array_mut(out, product(rows.count, columns.count)?)?;
-        Ok(resample(levels, beams, samples, rows, columns, out)?)
+        Ok(resample(levels, [beams, samples], [rows, columns], out)?)
     })
 }
 

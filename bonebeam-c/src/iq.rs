@@ -107,7 +107,7 @@ pub unsafe extern "C" fn bonebeam_iq_bytes(parameters: *const DelayParameters) -
     // SAFETY: by the caller's promise.
     let parameters = unsafe { one(parameters) }.and_then(DelayParameters::iq);
     parameters.map_or(0, |parameters| {
-        let scratch = parameters.scratch_len(1);
+        let scratch = parameters.need(1).real;
         sum(&[bytes_of::<IqStage>(1), bytes_of::<f32>(scratch)])
     })
 }
@@ -124,7 +124,7 @@ pub unsafe extern "C" fn bonebeam_iq_new(
     unsafe {
         new(memory, bytes, iq, |bytes| {
             let stage = IqDelay::new(one(parameters)?.iq()?)?;
-            let scratch = bytes.zeros(stage.parameters().scratch_len(1))?;
+            let scratch = bytes.zeros(stage.parameters().need(1).real)?;
             Ok(IqStage { stage, scratch })
         })
     }

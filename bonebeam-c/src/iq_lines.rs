@@ -6,12 +6,13 @@ use crate::iq::IqRecord;
 use crate::memory::{array, bytes_of, complex_mut, new, one, one_mut, sum};
 use crate::scan_line::Wave;
 use crate::status::{Status, status};
-use crate::workspace::{Workspace, with_view};
+use crate::workspace::{Workspace, need_bytes, scratch, with_view};
 use crate::{Axis, Complex};
 use bonebeam::beamform::Sizes;
 use bonebeam::delay::IqDelay;
 use bonebeam::geometry::{Array, Depth, Lines, Scan, ScanParameters};
-use bonebeam::pipeline::{DepthGate, IqInput, LineLengths, LineMemory, LinePipeline};
+use bonebeam::memory::{Need, Scratch};
+use bonebeam::pipeline::{DepthGate, IqInput, LinePipeline};
 use core::ffi::c_void;
 
 /// The most transmits that one line is compounded of.
@@ -48,15 +49,14 @@ pub struct IqWave {
 /// The lines of a scan of I/Q: delay stage, apertures and beamformer.
 pub struct IqLines {
     pipeline: LinePipeline<'static, IqDelay>,
-    scratch: &'static mut [f32],
-    aligned: &'static mut [bonebeam::Complex<f32>],
+    scratch: Scratch<'static>,
     workspace: Workspace,
 }
 
 /// A pipeline and the sizes of its memory.
 struct Plan {
     pipeline: LinePipeline<'static, IqDelay>,
-    lengths: LineLengths,
+    need: Need,
     sizes: Sizes,
 }
 
@@ -105,7 +105,7 @@ impl IqScan {
         let count = |line| pipeline.scan().active(line, deepest).count;
         let elements = (0..scan.lines()).map(count).max().unwrap_or(0);
         Ok(Plan {
-            lengths: pipeline.lengths(self.block),
+            need: pipeline.need(self.block),
             sizes: pipeline.beamformer().sizes(elements),
             pipeline,
         })
@@ -124,9 +124,8 @@ pub unsafe extern "C" fn bonebeam_iq_lines_bytes(
         let plan = scan.plan(beamformer)?;
         Ok::<_, Status>(sum(&[
             bytes_of::<IqLines>(1),
-            bytes_of::<f32>(plan.lengths.scratch),
-            bytes_of::<Complex>(plan.lengths.aligned),
-            Workspace::bytes(plan.sizes, beamformer.covariance()?),
+            need_bytes(plan.need),
+            need_bytes(plan.sizes.need(beamformer.covariance()?)),
         ]))
     };
     bytes().unwrap_or(0)
@@ -148,8 +147,7 @@ pub unsafe extern "C" fn bonebeam_iq_lines_new(
             let plan = scan.plan(beamformer)?;
             Ok(IqLines {
                 pipeline: plan.pipeline,
-                scratch: bytes.zeros(plan.lengths.scratch)?,
-                aligned: bytes.zeros(plan.lengths.aligned)?,
+                scratch: scratch(bytes, plan.need)?,
                 workspace: Workspace::new(bytes, plan.sizes, beamformer.covariance()?)?,
             })
         })
@@ -179,13 +177,10 @@ pub unsafe extern "C" fn bonebeam_iq_lines_line(
         }
         let waves = records.iter().flatten();
         let waves = waves.map(|(transmit, record)| (*transmit, record));
-        let memory = LineMemory {
-            scratch: &mut *own.scratch,
-            aligned: &mut *own.aligned,
-        };
+        let scratch = own.scratch.reborrow();
         let z = complex_mut(z, p.output_samples)?;
         let pipeline = &own.pipeline;
-        with_view!(&mut own.workspace, view => pipeline.line(index, waves, memory, view, z)?);
+        with_view!(&mut own.workspace, view => pipeline.line(index, waves, scratch, view, z)?);
         Ok(())
     })
 }

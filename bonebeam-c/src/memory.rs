@@ -2,7 +2,6 @@
 
 use crate::Complex;
 use crate::status::{Status, status};
-use bonebeam::simd::ComplexVector;
 use core::ffi::c_void;
 use core::slice;
 
@@ -109,8 +108,6 @@ pub fn sum(parts: &[usize]) -> usize {
 pub unsafe trait Zeros {}
 // SAFETY: a float.
 unsafe impl Zeros for f32 {}
-// SAFETY: two floats.
-unsafe impl Zeros for ComplexVector<f32> {}
 // SAFETY: two floats.
 unsafe impl Zeros for bonebeam::Complex<f32> {}
 

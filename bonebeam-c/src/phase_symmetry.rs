@@ -2,7 +2,7 @@
 
 use crate::memory::{Bytes, array, array_mut, bytes_of, new, one, one_mut, sum};
 use crate::status::{Status, status};
-use bonebeam::Complex;
+use crate::workspace::{need_bytes, scratch};
 use bonebeam::phase_symmetry::{
     External, Kernels, LogGabor, Microfft, Parameters, PhaseSymmetry, Sizes, StripSlices,
 };
@@ -53,13 +53,7 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry_bytes(
     // SAFETY: by the caller's promise.
     unsafe { one(parameters) }.map_or(0, |parameters| {
         let sizes = parameters.sizes();
-        sum(&[
-            bytes_of::<PhaseSymmetryObject>(1),
-            bytes_of::<f32>(sizes.strip_len()),
-            bytes_of::<f32>(sizes.sums_len()),
-            bytes_of::<Complex<f32>>(sizes.line_len()),
-            bytes_of::<f32>(sizes.gains_len()),
-        ])
+        sum(&[bytes_of::<PhaseSymmetryObject>(1), need_bytes(sizes.need())])
     })
 }
 
@@ -101,12 +95,7 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry_new(
                     scales: array(parameters.scales, parameters.scale_count)?,
                     threshold: parameters.threshold,
                 })?,
-                strip: StripSlices {
-                    strip: fast.zeros(sizes.strip_len())?,
-                    sums: fast.zeros(sizes.sums_len())?,
-                    line: fast.zeros(sizes.line_len())?,
-                    gains: fast.zeros(sizes.gains_len())?,
-                },
+                strip: StripSlices::new(sizes, scratch(fast, sizes.need())?)?,
                 spectrum: slow.zeros(sizes.spectrum_len())?,
                 filtered: slow.zeros(sizes.filtered_len())?,
                 amplitude: slow.zeros(sizes.amplitude_len())?,

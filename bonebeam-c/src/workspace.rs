@@ -1,18 +1,18 @@
-//! The beamformers' working memory, for either covariance.
+//! The stages' working memory, and the beamformers' for either covariance.
 
-use crate::memory::{Bytes, Zeros, bytes_of, sum};
+use crate::memory::{Bytes, bytes_of, sum};
 use crate::status::Status;
-use bonebeam::beamform::{Sizes, Slices, WorkspaceView};
+use bonebeam::beamform::{self, Sizes};
 #[cfg(feature = "forward")]
 use bonebeam::covariance::Forward;
-use bonebeam::covariance::{Averaging, Covariance, ForwardBackward};
-use bonebeam::simd::ComplexVector;
+use bonebeam::covariance::{Covariance, ForwardBackward};
+use bonebeam::memory::{Need, Scratch};
 
 /// A workspace in the caller's bytes.
 pub(crate) enum Workspace {
     #[cfg(feature = "forward")]
-    Forward(WorkspaceView<'static, Forward>),
-    ForwardBackward(WorkspaceView<'static, ForwardBackward>),
+    Forward(beamform::Workspace<'static, Forward>),
+    ForwardBackward(beamform::Workspace<'static, ForwardBackward>),
 }
 
 /// Evaluates an expression of the view in a workspace.
@@ -28,47 +28,39 @@ macro_rules! with_view {
 pub(crate) use with_view;
 
 impl Workspace {
-    /// Bytes of a workspace.
-    pub(crate) fn bytes(sizes: Sizes, covariance: Covariance) -> usize {
-        let lengths = sizes.lengths(covariance);
-        sum(&[
-            bytes_of::<ComplexVector<f32>>(lengths.complex),
-            match covariance {
-                Covariance::Forward => bytes_of::<ComplexVector<f32>>(lengths.scalars),
-                Covariance::ForwardBackward => bytes_of::<f32>(lengths.scalars),
-            },
-            bytes_of::<f32>(lengths.reals),
-        ])
-    }
-
     /// A workspace in `bytes`. Refuses a covariance that is not compiled in.
     pub(crate) fn new(
         bytes: &mut Bytes,
         sizes: Sizes,
         covariance: Covariance,
     ) -> Result<Self, Status> {
+        let scratch = scratch(bytes, sizes.need(covariance))?;
         match covariance {
             #[cfg(feature = "forward")]
-            Covariance::Forward => Ok(Workspace::Forward(view(bytes, sizes)?)),
+            Covariance::Forward => Ok(Workspace::Forward(beamform::Workspace::new(
+                0.0, sizes, scratch,
+            )?)),
             #[cfg(not(feature = "forward"))]
             Covariance::Forward => Err(Status::Parameter),
-            Covariance::ForwardBackward => Ok(Workspace::ForwardBackward(view(bytes, sizes)?)),
+            Covariance::ForwardBackward => Ok(Workspace::ForwardBackward(
+                beamform::Workspace::new(0.0, sizes, scratch)?,
+            )),
         }
     }
 }
 
-fn view<A: Averaging<f32>>(
-    bytes: &mut Bytes,
-    sizes: Sizes,
-) -> Result<WorkspaceView<'static, A>, Status>
-where
-    A::Scalar: Zeros,
-{
-    let lengths = sizes.lengths(A::COVARIANCE);
-    let slices = Slices {
-        complex: bytes.zeros(lengths.complex)?,
-        scalars: bytes.zeros(lengths.scalars)?,
-        reals: bytes.zeros(lengths.reals)?,
-    };
-    Ok(WorkspaceView::new(0.0, sizes, slices)?)
+/// Bytes of a stage's memory.
+pub(crate) fn need_bytes(need: Need) -> usize {
+    sum(&[
+        bytes_of::<f32>(need.real),
+        bytes_of::<bonebeam::Complex<f32>>(need.complex),
+    ])
+}
+
+/// The memory of a stage in `bytes`.
+pub(crate) fn scratch(bytes: &mut Bytes, need: Need) -> Result<Scratch<'static>, Status> {
+    Ok(Scratch {
+        real: bytes.zeros(need.real)?,
+        complex: bytes.zeros(need.complex)?,
+    })
 }

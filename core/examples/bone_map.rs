@@ -1,14 +1,12 @@
 //! RF to bone map in fixed memory; `firmware/src/bin/bone_map.rs` runs it on a Cortex-M7.
-use bonebeam::Error;
-use bonebeam::beamform::{self, Workspace};
-use bonebeam::delay::Record;
-use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::pipeline::{Frame, Memory, Parameters, Pipeline, Sizes};
+use bonebeam::prelude::*;
 
+/// Elements of the array.
+const ELEMENTS: usize = 16;
 /// A scan of 16 elements, and what becomes of it.
 pub const PARAMETERS: Parameters = Parameters {
     scan: ScanParameters {
-        array: Array::linear(16, 0.3e-3),
+        array: Array::linear(ELEMENTS, 0.3e-3),
         lines: Lines::Even(Axis::centred(64, 0.15e-3)),
         sound_speed: 1540.0,
         centre_frequency: 5e6,
@@ -30,25 +28,22 @@ pub const PARAMETERS: Parameters = Parameters {
     strip: 8,
     block: 64,
 };
-const SIZES: Sizes = match PARAMETERS.sizes() {
-    Ok(sizes) => sizes,
+const NEED: Need = match PARAMETERS.need(Covariance::ForwardBackward) {
+    Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
-/// Fits a `static`, as does the next.
-pub type FrameMemory = Memory<{ SIZES.real }, { SIZES.complex }>;
-/// One output at a time.
-pub type LineMemory =
-    Workspace<{ SIZES.elements }, { SIZES.subaperture }, { SIZES.temporal_half_window }>;
+/// All memory of a frame. It fits a `static`.
+pub type FrameMemory = Memory<{ NEED.real }, { NEED.complex }>;
 
 /// The hash of a frame's bone map, 64 × 64 pixels.
-pub fn bone_map(frame: &mut FrameMemory, line: &mut LineMemory) -> Result<u64, Error> {
+pub fn bone_map(memory: &mut FrameMemory) -> Result<u64, Error> {
     let pipeline = Pipeline::new(PARAMETERS)?;
-    let mut frame = Frame::new(&pipeline, frame.view())?;
+    let mut frame = Frame::new(&pipeline, memory.scratch())?;
     for k in 0..PARAMETERS.scan.lines.count() {
         let rf = echoes(PARAMETERS.scan.lines.x(k));
         let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
-        let record = Record::new(&rf, SIZES.elements)?;
-        frame.line(k, [(transmit, &record)], &mut line.view())?;
+        let record = Record::new(&rf, ELEMENTS)?;
+        frame.line(k, [(transmit, &record)])?;
     }
     frame.image()?;
     let map = frame.bone_map()?;
@@ -57,9 +52,9 @@ pub fn bone_map(frame: &mut FrameMemory, line: &mut LineMemory) -> Result<u64, E
 }
 
 /// In place of a scanner: to each element a pulse from every point of a bent surface near the line.
-fn echoes(line_x: f64) -> [f32; SIZES.elements * PARAMETERS.scan.record_samples] {
+fn echoes(line_x: f64) -> [f32; ELEMENTS * PARAMETERS.scan.record_samples] {
     let scan = &PARAMETERS.scan;
-    let mut rf = [0.0; SIZES.elements * PARAMETERS.scan.record_samples];
+    let mut rf = [0.0; ELEMENTS * PARAMETERS.scan.record_samples];
     for (m, rf) in rf.chunks_exact_mut(scan.record_samples).enumerate() {
         for x in (-3..=3).map(|k| line_x + f64::from(k) * 0.1e-3) {
             let (z, d) = (8e-3 + 60.0 * x * x, scan.array.x(m) - x);
@@ -76,7 +71,7 @@ fn echoes(line_x: f64) -> [f32; SIZES.elements * PARAMETERS.scan.record_samples]
 
 #[cfg(not(target_os = "none"))]
 fn main() -> Result<(), Error> {
-    let (mut frame, mut line) = (Box::new(FrameMemory::new()), LineMemory::new());
-    println!("bone-map {:016x}", bone_map(&mut frame, &mut line)?);
+    let mut memory = Box::new(FrameMemory::new());
+    println!("bone-map {:016x}", bone_map(&mut memory)?);
     Ok(())
 }

@@ -1,10 +1,6 @@
 //! I/Q to bone map in fixed memory: 16-bit counts as a front end sends them, read where they lie. As
 //! `bone_map.rs`, which starts from RF.
-use bonebeam::Error;
-use bonebeam::beamform::{self, Workspace};
-use bonebeam::delay::{IqLayout, IqRecord, IqSamples};
-use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::pipeline::{Frame, IqInput, Memory, Parameters, Pipeline, Sizes};
+use bonebeam::prelude::*;
 
 const ELEMENTS: usize = 16;
 const SAMPLES: usize = 208;
@@ -36,31 +32,29 @@ const INPUT: IqInput = IqInput {
     demodulation_frequency: 5e6,
     interpolation: None,
 };
-const SIZES: Sizes = match PARAMETERS.sizes_of_iq() {
-    Ok(sizes) => sizes,
+const NEED: Need = match PARAMETERS.need_of_iq(Covariance::ForwardBackward) {
+    Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
-type FrameMemory = Memory<{ SIZES.real }, { SIZES.complex }>;
-type LineMemory =
-    Workspace<{ SIZES.elements }, { SIZES.subaperture }, { SIZES.temporal_half_window }>;
+type FrameMemory = Memory<{ NEED.real }, { NEED.complex }>;
 
 fn main() -> Result<(), Error> {
-    let (mut memory, mut line) = (Box::new(FrameMemory::new()), LineMemory::new());
+    let mut memory = Box::new(FrameMemory::new());
     let pipeline = Pipeline::of_iq(PARAMETERS, INPUT)?;
-    let mut frame = Frame::new(&pipeline, memory.view())?;
+    let mut frame = Frame::new(&pipeline, memory.scratch())?;
     let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
     for k in 0..PARAMETERS.scan.lines.count() {
         let counts = echoes(PARAMETERS.scan.lines.x(k));
         let samples = IqSamples::Counts(counts.as_flattened(), 1.0);
         let record = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)?;
-        frame.line(k, [(transmit, &record)], &mut line.view())?;
+        frame.line(k, [(transmit, &record)])?;
     }
     frame.image()?;
     let map = frame.bone_map()?;
     let brightest = (0..map.len()).max_by(|&a, &b| map[a].total_cmp(&map[b]));
     let row = brightest.unwrap_or(0) / PARAMETERS.columns;
     println!("brightest in row {row} of {}", PARAMETERS.rows);
-    println!("memory: {} bytes", FrameMemory::BYTES + LineMemory::BYTES);
+    println!("memory: {} bytes", FrameMemory::BYTES);
     Ok(())
 }
 

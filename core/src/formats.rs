@@ -1,12 +1,13 @@
 //! `defmt::Format` of what is memory: how much there is of it, not what it holds.
 
-use crate::beamform::{Slices, Storage, Workspace, WorkspaceView};
+use crate::beamform::Workspace;
 use crate::covariance::Averaging;
 use crate::delay::IqSamples;
+use crate::memory::{Memory, Scratch};
 use crate::phase_symmetry::{
-    External, GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, StripMemory, StripSlices,
+    External, GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, StripSlices,
 };
-use crate::pipeline::{Frame, LineMemory, Memory, MemoryView};
+use crate::pipeline::Frame;
 use crate::simd::{ComplexVector, Vector};
 use defmt::{Format, Formatter};
 
@@ -23,11 +24,7 @@ macro_rules! bytes {
 }
 
 bytes! {
-    [const M: usize, const L: usize, const K: usize, A: Storage<L, K>] Workspace<M, L, K, A>:
-        "Workspace", memory => size_of_val(memory);
-    [A: Averaging<V>, V: Vector] Slices<'_, A, V>: "Slices", memory =>
-        size_of_val(memory.complex) + size_of_val(memory.scalars) + size_of_val(memory.reals);
-    [const N: usize, const S: usize] StripMemory<N, S>: "StripMemory", memory => size_of_val(memory);
+    [V] Scratch<'_, V>: "Scratch", memory => size_of_val(memory.real) + size_of_val(memory.complex);
     [V] StripSlices<'_, V>: "StripSlices", memory =>
         size_of_val(memory.strip)
             + size_of_val(memory.sums)
@@ -39,25 +36,21 @@ bytes! {
     [] LaneFft: "LaneFft", memory => size_of_val(memory);
     [const REAL: usize, const COMPLEX: usize] Memory<REAL, COMPLEX>: "Memory", memory =>
         size_of_val(memory);
-    [] MemoryView<'_>: "MemoryView", memory =>
-        size_of_val(memory.real) + size_of_val(memory.complex);
-    [] LineMemory<'_>: "LineMemory", memory =>
-        size_of_val(memory.scratch) + size_of_val(memory.aligned);
     [] IqSamples<'_>: "IqSamples", memory => match memory {
         IqSamples::Float(samples) => size_of_val(*samples),
         IqSamples::Counts(samples, _) => size_of_val(*samples),
     };
 }
 
-impl<A: Averaging<V>, V: Vector> Format for WorkspaceView<'_, A, V> {
+impl<A: Averaging<V>, V: Vector> Format for Workspace<'_, A, V> {
     fn format(&self, f: Formatter<'_>) {
-        defmt::write!(f, "WorkspaceView({})", self.sizes());
+        defmt::write!(f, "Workspace({})", self.sizes());
     }
 }
 
-impl<D: crate::delay::Stage> Format for Frame<'_, '_, D> {
+impl<D: crate::delay::Stage, A: Averaging<f32>> Format for Frame<'_, '_, D, A> {
     fn format(&self, f: Formatter<'_>) {
-        defmt::write!(f, "Frame({})", self.pipeline.sizes());
+        defmt::write!(f, "Frame({})", self.pipeline.need(A::COVARIANCE));
     }
 }
 

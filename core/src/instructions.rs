@@ -1,4 +1,4 @@
-//! Two instructions that no safe function of stable Rust's `core` reaches: the core's only `unsafe`.
+//! What no safe function of stable Rust's `core` does, two instructions and a cast: the core's only `unsafe`.
 //!
 //! [`sqrt`]: `libm::sqrtf` is one instruction where the compiler's targets promise it (x86-64,
 //! AArch64), and about a hundred on a Cortex-M, whose FPU has the instruction as well. Both round
@@ -8,8 +8,26 @@
 //! [`prefetch`]: lanes of beams that lie far apart in memory are read some cache lines at a time,
 //! which no processor foresees; asked for a sample ahead, they come while that sample is computed
 //! (some 5 % of the time of the in-vivo frame's lines). It changes no bit.
+//!
+//! [`vectors`]: a caller's complex memory is one slice, of `num_complex`'s numbers, whatever the stage. Arithmetic
+//! over lanes cannot be defined for these outside their own crate, so that the beamformers compute with
+//! [`ComplexVector`].
 
+use crate::simd::ComplexVector;
 use num_complex::Complex;
+
+/// The same numbers as complex vectors.
+#[inline(always)]
+#[allow(unsafe_code)]
+pub(crate) fn vectors<V>(complex: &mut [Complex<V>]) -> &mut [ComplexVector<V>] {
+    const {
+        assert!(size_of::<Complex<V>>() == size_of::<ComplexVector<V>>());
+        assert!(align_of::<Complex<V>>() == align_of::<ComplexVector<V>>());
+    }
+    // SAFETY: both types are `repr(C)` with the same two fields in the same order. The slice is borrowed for as
+    // long as the result.
+    unsafe { core::slice::from_raw_parts_mut(complex.as_mut_ptr().cast(), complex.len()) }
+}
 
 /// `√x`, correctly rounded; NaN for a negative `x`.
 #[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]

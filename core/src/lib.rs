@@ -1,5 +1,10 @@
 //! **bonebeam**: from ultrasound channel data to bone surfaces, in fixed memory.
 //!
+//! An application uses the names at the crate's root: [`Parameters`] describe a scan, its beamformer and its image; a
+//! [`Pipeline`] is the plan that follows from them; a [`Frame`] is a plan at work in a [`Memory`], on one [`Record`] a
+//! transmit. The [`prelude`] has these names and the types of their fields. The modules are for toolmakers: each stage
+//! by itself, memory of sizes known at run time, vectors of several lanes.
+//!
 //! The flow: [`focus`] (recorded data → aligned analytic samples) → [`beamform`] (one line, by way
 //! of [`covariance`], its factorisation and eigenvectors) → [`image`] (decibels, isotropic pixels) →
 //! [`phase_symmetry`] (the ridge filter).
@@ -35,12 +40,27 @@ pub mod image;
 mod instructions;
 mod linalg;
 mod magnitude;
+pub mod memory;
 pub mod phase_symmetry;
 pub mod pipeline;
 pub mod simd;
 
+pub use delay::Record;
 pub use error::Error;
+pub use memory::Memory;
 pub use num_complex::Complex;
+pub use pipeline::{Frame, Parameters, Pipeline};
+
+/// The names that an application needs, from channel data to bone maps: `use bonebeam::prelude::*`.
+pub mod prelude {
+    pub use crate::beamform::{self, Method};
+    pub use crate::covariance::Covariance;
+    pub use crate::delay::{IqInterpolation, IqLayout, IqRecord, IqSamples};
+    pub use crate::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
+    pub use crate::memory::{Need, Scratch};
+    pub use crate::pipeline::{DepthGate, IqInput};
+    pub use crate::{Complex, Error, Frame, Memory, Parameters, Pipeline, Record};
+}
 
 /// The code of the package's README must run.
 #[cfg(doctest)]

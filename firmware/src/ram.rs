@@ -1,23 +1,42 @@
 //! What RAM the core takes in typical configurations.
 
 use bonebeam::Complex;
-use bonebeam::beamform::{Storage, Workspace};
-use bonebeam::covariance::{Forward, ForwardBackward};
+use bonebeam::beamform::Sizes;
+use bonebeam::covariance::Covariance;
 use bonebeam::delay::{Delay, DelayParameters, IqDelay};
-use bonebeam::phase_symmetry::{LogGaborTables, StripMemory};
+use bonebeam::memory::Need;
+use bonebeam::phase_symmetry::{self, LogGaborTables};
 use bonebeam_tests::Workspaces;
 use cortex_m_semihosting::hprintln;
 
 /// A beamformer's bytes forward-backward and forward, one line at a time.
-const fn beamformer<const M: usize, const L: usize, const K: usize>() -> [usize; 2]
-where
-    ForwardBackward: Storage<L, K>,
-    Forward: Storage<L, K>,
-{
+const fn beamformer(
+    elements: usize,
+    subaperture: usize,
+    temporal_half_window: usize,
+) -> [usize; 2] {
+    let sizes = Sizes {
+        elements,
+        subaperture,
+        temporal_half_window,
+    };
     [
-        Workspace::<M, L, K>::BYTES,
-        Workspace::<M, L, K, Forward>::BYTES,
+        bytes(sizes.need(Covariance::ForwardBackward)),
+        bytes(sizes.need(Covariance::Forward)),
     ]
+}
+
+const fn strips(side: usize, strip: usize) -> usize {
+    let sizes = phase_symmetry::Sizes {
+        rows: side,
+        columns: side,
+        strip,
+    };
+    bytes(sizes.need())
+}
+
+const fn bytes(need: Need) -> usize {
+    need.real * size_of::<f32>() + need.complex * size_of::<Complex<f32>>()
 }
 
 /// Bytes of a line of 64 elements, focused and beamformed so many samples at a time with K = 2: from RF of
@@ -32,8 +51,8 @@ const fn line(block: usize) -> [usize; 3] {
     };
     let aligned = held * ELEMENTS * size_of::<Complex<f32>>();
     [
-        aligned + size_of::<f32>() * rf(1, LENGTH).block_scratch_len(1, held),
-        aligned + size_of::<f32>() * rf(5, LENGTH).block_scratch_len(1, held),
+        aligned + size_of::<f32>() * rf(1, LENGTH).block_need(1, held).real,
+        aligned + size_of::<f32>() * rf(5, LENGTH).block_need(1, held).real,
         aligned + size_of::<f32>() * 7 * ELEMENTS,
     ]
 }
@@ -56,27 +75,27 @@ const fn rf(ratio: usize, samples: usize) -> DelayParameters {
 /// Prints one line a configuration: `RAM`, its name, bytes.
 pub fn print() {
     for (sizes, [both_bytes, forward_bytes]) in [
-        ("M=16 L=8 K=0", beamformer::<16, 8, 0>()),
-        ("M=16 L=8 K=2", beamformer::<16, 8, 2>()),
-        ("M=32 L=16 K=0", beamformer::<32, 16, 0>()),
-        ("M=32 L=16 K=2", beamformer::<32, 16, 2>()),
-        ("M=64 L=32 K=0", beamformer::<64, 32, 0>()),
-        ("M=64 L=32 K=2", beamformer::<64, 32, 2>()),
-        ("M=128 L=64 K=0", beamformer::<128, 64, 0>()),
-        ("M=128 L=64 K=2", beamformer::<128, 64, 2>()),
+        ("M=16 L=8 K=0", beamformer(16, 8, 0)),
+        ("M=16 L=8 K=2", beamformer(16, 8, 2)),
+        ("M=32 L=16 K=0", beamformer(32, 16, 0)),
+        ("M=32 L=16 K=2", beamformer(32, 16, 2)),
+        ("M=64 L=32 K=0", beamformer(64, 32, 0)),
+        ("M=64 L=32 K=2", beamformer(64, 32, 2)),
+        ("M=128 L=64 K=0", beamformer(128, 64, 0)),
+        ("M=128 L=64 K=2", beamformer(128, 64, 2)),
     ] {
         hprintln!("RAM beamformer {sizes} forward-backward {both_bytes}");
         hprintln!("RAM beamformer {sizes} forward {forward_bytes}");
     }
     for (sizes, bytes) in [
-        ("64x64 strip 1", StripMemory::<64, 1>::BYTES),
-        ("64x64 strip 8", StripMemory::<64, 8>::BYTES),
-        ("64x64 strip 64", StripMemory::<64, 64>::BYTES),
-        ("128x128 strip 1", StripMemory::<128, 1>::BYTES),
-        ("128x128 strip 8", StripMemory::<128, 8>::BYTES),
-        ("128x128 strip 32", StripMemory::<128, 32>::BYTES),
-        ("512x512 strip 1", StripMemory::<512, 1>::BYTES),
-        ("512x512 strip 8", StripMemory::<512, 8>::BYTES),
+        ("64x64 strip 1", strips(64, 1)),
+        ("64x64 strip 8", strips(64, 8)),
+        ("64x64 strip 64", strips(64, 64)),
+        ("128x128 strip 1", strips(128, 1)),
+        ("128x128 strip 8", strips(128, 8)),
+        ("128x128 strip 32", strips(128, 32)),
+        ("512x512 strip 1", strips(512, 1)),
+        ("512x512 strip 8", strips(512, 8)),
     ] {
         hprintln!("RAM phase symmetry {sizes} {bytes}");
     }

@@ -5,15 +5,17 @@
 
 use arbitrary::Arbitrary;
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameter, Parameters, Postfilter, Segment, Sizes, Slices,
-    WorkspaceView, constant_segments,
+    AlignedLine, Beamformer, Method, Parameter, Parameters, Postfilter, Segment, Sizes, Workspace,
+    constant_segments,
 };
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
-use bonebeam::simd::{ComplexVector, InstructionSet, Task, Vector};
+use bonebeam::memory::Scratch;
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};
 use bonebeam_fuzz::{complex, finite_complex_bits, instruction_set, size, within};
 use libfuzzer_sys::fuzz_target;
+use std::marker::PhantomData;
 
 #[derive(Arbitrary, Debug)]
 struct Input {
@@ -236,30 +238,29 @@ impl Lines<'_> {
 struct Memory<A: Averaging<V>, V: Vector> {
     zero: V,
     sizes: Sizes,
-    complex: Vec<ComplexVector<V>>,
-    scalars: Vec<A::Scalar>,
-    reals: Vec<V>,
+    real: Vec<V>,
+    complex: Vec<Complex<V>>,
+    averaging: PhantomData<A>,
 }
 
 impl<A: Averaging<V>, V: Vector> Memory<A, V> {
     fn new(zero: V, sizes: Sizes, content: f32) -> Self {
-        let lengths = sizes.lengths(A::COVARIANCE);
+        let need = sizes.need(A::COVARIANCE);
         let content = zero.splat(content);
         Memory {
             zero,
             sizes,
-            complex: vec![ComplexVector::from_real(content); lengths.complex],
-            scalars: vec![A::scalar(content); lengths.scalars],
-            reals: vec![content; lengths.reals],
+            real: vec![content; need.real],
+            complex: vec![Complex::new(content, content); need.complex],
+            averaging: PhantomData,
         }
     }
 
-    fn view(&mut self) -> WorkspaceView<'_, A, V> {
-        let slices = Slices {
+    fn view(&mut self) -> Workspace<'_, A, V> {
+        let scratch = Scratch {
+            real: &mut self.real,
             complex: &mut self.complex,
-            scalars: &mut self.scalars,
-            reals: &mut self.reals,
         };
-        WorkspaceView::new(self.zero, self.sizes, slices).expect("slices of these lengths")
+        Workspace::new(self.zero, self.sizes, scratch).expect("memory of the length needed")
     }
 }

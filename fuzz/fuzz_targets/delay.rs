@@ -187,7 +187,7 @@ impl Task for Lined<'_> {
     fn run<V: Vector>(self, zero: V) -> Self::Output {
         let parameters = self.delay.parameters();
         // What is in the memory does not matter.
-        let mut scratch = vec![f32::NAN; parameters.scratch_len(V::LANES)];
+        let mut scratch = vec![f32::NAN; parameters.need(V::LANES).real];
         let mut x =
             vec![Complex::new(f32::NAN, f32::NAN); parameters.output_samples * parameters.elements];
         for line in [self.line].into_iter().chain(self.again) {

@@ -134,7 +134,7 @@ impl Task for Pixels<'_> {
     type Output = Result<Vec<f32>, Error>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
-        let mut work = vec![f32::NAN; self.b_mode.work_len()];
+        let mut work = vec![f32::NAN; self.b_mode.need().real];
         let mut pixels = vec![f32::NAN; self.b_mode.parameters().grid.pixels()];
         self.b_mode
             .image(zero, self.envelopes, &mut work, &mut pixels)?;

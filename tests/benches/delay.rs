@@ -52,7 +52,7 @@ fn bench<V: Vector>(bencher: Bencher<'_, '_>, zero: V, rate: u64) {
         },
         compounding: Compounding::Replace,
     };
-    let mut scratch = vec![0.0; parameters.scratch_len(V::LANES)];
+    let mut scratch = vec![0.0; parameters.need(V::LANES).real];
     let mut out = vec![Complex::ZERO; SAMPLES * ELEMENTS];
     bencher
         .counter(divan::counter::ItemsCount::new(SAMPLES * ELEMENTS))

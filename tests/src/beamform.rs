@@ -1,10 +1,11 @@
 //! The beamformers on the golden snapshots: M = 32, L = 16, K = 2.
 
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameters, Postfilter, Workspace, WorkspaceView,
+    AlignedLine, Beamformer, Method, Parameters, Postfilter, Sizes, Workspace,
 };
-use bonebeam::covariance::{Averaging, Forward};
+use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::{Active, Aperture, ApertureParameters};
+use bonebeam::memory::{self, Need};
 use bonebeam::{Complex, Error};
 
 use crate::hash;
@@ -99,18 +100,26 @@ pub fn growing() -> Result<impl Fn(usize) -> Active, Error> {
     Ok(move |n| aperture.active(9.5, 2e-3 + n as f64 * 0.3e-3))
 }
 
+const SIZES: Sizes = Sizes {
+    elements: ELEMENTS,
+    subaperture: SUBAPERTURE,
+    temporal_half_window: TEMPORAL,
+};
+const FORWARD_NEED: Need = SIZES.need(Covariance::Forward);
+const BACKWARD_NEED: Need = SIZES.need(Covariance::ForwardBackward);
+
 /// The memory of the cases.
 pub struct Memory {
-    forward: Workspace<ELEMENTS, SUBAPERTURE, TEMPORAL, Forward>,
-    forward_backward: Workspace<ELEMENTS, SUBAPERTURE, TEMPORAL>,
+    forward: memory::Memory<{ FORWARD_NEED.real }, { FORWARD_NEED.complex }>,
+    forward_backward: memory::Memory<{ BACKWARD_NEED.real }, { BACKWARD_NEED.complex }>,
     z: [Complex<f32>; SAMPLES],
 }
 
 impl Memory {
     pub(crate) const fn new() -> Self {
         Memory {
-            forward: Workspace::new(),
-            forward_backward: Workspace::new(),
+            forward: memory::Memory::new(),
+            forward_backward: memory::Memory::new(),
             z: [Complex::new(0.0, 0.0); SAMPLES],
         }
     }
@@ -122,7 +131,9 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
         forward_backward,
         z,
     } = memory;
-    let (forward, forward_backward) = (&mut forward.view(), &mut forward_backward.view());
+    let forward = &mut Workspace::<Forward>::new(0.0, SIZES, forward.scratch())?;
+    let forward_backward =
+        &mut Workspace::<ForwardBackward>::new(0.0, SIZES, forward_backward.scratch())?;
     let all = |_| Active {
         first: 0,
         count: ELEMENTS,
@@ -150,7 +161,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
 
 fn beamform<A: Averaging<f32>>(
     case: Case,
-    workspace: &mut WorkspaceView<'_, A>,
+    workspace: &mut Workspace<'_, A>,
     active: impl Fn(usize) -> Active,
     z: &mut [Complex<f32>],
     report: &mut impl FnMut(&str, u64),

@@ -44,7 +44,7 @@ pub const HALVED: DelayParameters = DelayParameters {
     ..PARAMETERS
 };
 /// No other case takes more.
-const SCRATCH: usize = HALVED.scratch_len(1);
+const SCRATCH: usize = HALVED.need(1).real;
 
 /// The lines and what their hashes are called, in this order into one output: the first
 /// replaces what stands there, the others add to it.
@@ -129,7 +129,7 @@ impl Memory {
 impl Memory {
     /// Scratch and output of [`PARAMETERS`].
     pub(crate) fn slices(&mut self) -> (&mut [f32], &mut [Complex<f32>]) {
-        (&mut self.scratch[..PARAMETERS.scratch_len(1)], &mut self.x)
+        (&mut self.scratch[..PARAMETERS.need(1).real], &mut self.x)
     }
 }
 
@@ -140,7 +140,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
         upsampled,
     } = memory;
     lines(0.0f32, scratch, x, report)?;
-    let scratch = &mut scratch[..UPSAMPLED.scratch_len(1)];
+    let scratch = &mut scratch[..UPSAMPLED.need(1).real];
     upsampled_lines(0.0f32, upsampled, scratch, x, report)?;
     filter_in_f32(memory, report)
 }
@@ -204,7 +204,7 @@ pub(crate) fn lines<V: Vector>(
     let delay = Delay::new(PARAMETERS)?;
     let record = Record::new(&REAL_PARTS, ELEMENTS)?;
     for (name, line) in LINES {
-        let scratch = &mut scratch[..PARAMETERS.scratch_len(V::LANES)];
+        let scratch = &mut scratch[..PARAMETERS.need(V::LANES).real];
         delay.line(zero, &line, &record, scratch, x)?;
         report(name, hash::complex(x));
     }

@@ -82,7 +82,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     let polynomial = &mut image[..LENGTH];
     log_compression_with(by, magnitudes, reference, DYNAMIC_RANGE, polynomial)?;
     report("log-compression-polynomial", hash::real(polynomial));
-    resample(levels, BEAMS, DEPTHS, ROWS, COLUMNS, image)?;
+    resample(levels, [BEAMS, DEPTHS], [ROWS, COLUMNS], image)?;
     report("resample", hash::real(image));
     median(0.0f32, image, SIDE, smooth)?;
     report("median", hash::real(smooth));

@@ -30,7 +30,7 @@ pub const PARAMETERS: IqParameters = IqParameters {
     record_samples: SAMPLES,
     interpolation: IqInterpolation::Linear,
 };
-const SCRATCH: usize = PARAMETERS.scratch_len(1);
+const SCRATCH: usize = PARAMETERS.need(1).real;
 
 /// The readings, and what the hashes are called.
 pub const INTERPOLATIONS: [(&str, IqInterpolation); 3] = [

@@ -5,13 +5,14 @@ use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Segment, Slices, WorkspaceView};
+use bonebeam::beamform::{AlignedLine, Beamformer, Segment, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::image::median;
+use bonebeam::memory::Scratch;
 use bonebeam::phase_symmetry::{
     External, GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, PhaseSymmetry, StripSlices,
 };
-use bonebeam::simd::{ComplexVector, InstructionSet, Task, Vector};
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};
 
 use crate::snapshots::{ELEMENTS, PERIODIC, SAMPLES, SNAPSHOTS};
@@ -50,14 +51,14 @@ impl Task for Cases<'_> {
 }
 
 fn delay_lines<V: Vector>(zero: V, report: &mut dyn FnMut(&str, u64)) -> Result<(), Error> {
-    let mut scratch = vec![0.0; delay::HALVED.scratch_len(V::LANES)];
+    let mut scratch = vec![0.0; delay::HALVED.need(V::LANES).real];
     let mut x = vec![Complex::new(0.0, 0.0); delay::SAMPLES * delay::ELEMENTS];
     delay::lines(zero, &mut scratch, &mut x, report)?;
     let mut memory = delay::UpsampledMemory::new();
-    scratch.truncate(delay::UPSAMPLED.scratch_len(V::LANES));
+    scratch.truncate(delay::UPSAMPLED.need(V::LANES).real);
     delay::upsampled_lines(zero, &mut memory, &mut scratch, &mut x, report)?;
     iq::rays(zero, &mut scratch, &mut x, report)?;
-    let mut scratch = vec![0.0; iq::PARAMETERS.scratch_len(V::LANES)];
+    let mut scratch = vec![0.0; iq::PARAMETERS.need(V::LANES).real];
     let mut x = vec![Complex::new(0.0, 0.0); iq::OUTPUTS * ELEMENTS];
     iq::lines(zero, &mut scratch, &mut x, report)
 }
@@ -71,13 +72,12 @@ fn beamformer<A: Averaging<V>, V: Vector>(
 ) -> Result<(), Error> {
     let beamformer = Beamformer::new(case.parameters)?;
     let sizes = beamformer.sizes(ELEMENTS);
-    let lengths = sizes.lengths(A::COVARIANCE);
-    let slices = Slices {
-        complex: &mut vec![ComplexVector::from_real(zero); lengths.complex],
-        scalars: &mut vec![A::scalar(zero); lengths.scalars],
-        reals: &mut vec![zero; lengths.reals],
+    let need = sizes.need(A::COVARIANCE);
+    let scratch = Scratch {
+        real: &mut vec![zero; need.real],
+        complex: &mut vec![Complex { re: zero, im: zero }; need.complex],
     };
-    let mut workspace = WorkspaceView::<A, V>::new(zero, sizes, slices)?;
+    let mut workspace = Workspace::<A, V>::new(zero, sizes, scratch)?;
     let line = AlignedLine::new(x, ELEMENTS)?;
     for place in [0, (V::LANES - 1) / 2, V::LANES - 1] {
         let segments: Vec<Segment<'_>> = (0..V::LANES)

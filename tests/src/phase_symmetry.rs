@@ -1,9 +1,10 @@
 //! Phase symmetry of a 64 × 64 image in strips of several heights, which all have one hash.
 
 use bonebeam::Error;
+use bonebeam::memory::{self, Need};
 use bonebeam::phase_symmetry::{
     External, Kernels, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, Sizes,
-    StripMemory,
+    StripSlices,
 };
 
 use crate::hash;
@@ -23,6 +24,7 @@ const SIZES: Sizes = Sizes {
     columns: SIDE,
     strip: SIDE,
 };
+const NEED: Need = SIZES.need();
 /// `r₀`, cycles per pixel.
 pub const SCALES: [f64; 3] = [1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0];
 /// `T_n`.
@@ -63,7 +65,7 @@ pub(crate) const fn parameters(strip: usize) -> Parameters<'static> {
 /// The memory of the cases.
 pub struct Memory {
     tables: LogGaborTables,
-    fast: StripMemory<SIDE, SIDE>,
+    fast: memory::Memory<{ NEED.real }, { NEED.complex }>,
     spectrum: [f32; SIZES.spectrum_len()],
     filtered: [f32; SIZES.filtered_len()],
     amplitude: [f32; SIZES.amplitude_len()],
@@ -74,7 +76,7 @@ impl Memory {
     pub(crate) const fn new() -> Self {
         Memory {
             tables: LogGaborTables::new(),
-            fast: StripMemory::new(),
+            fast: memory::Memory::new(),
             spectrum: [0.0; SIZES.spectrum_len()],
             filtered: [0.0; SIZES.filtered_len()],
             amplitude: [0.0; SIZES.amplitude_len()],
@@ -97,7 +99,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
             symmetry: &mut &mut memory.symmetry[..],
         };
         let bank = PhaseSymmetry::new(&parameters(strip))?;
-        let fast = &mut memory.fast.slices();
+        let fast = &mut StripSlices::new(bank.sizes(), memory.fast.scratch())?;
         bank.run(&kernels, &mut external, fast, &mut |_| {})?;
         report(name, hash::real(&memory.symmetry));
     }

@@ -1,9 +1,11 @@
 //! Lines of a pipeline from I/Q counts, in blocks shorter than the aperture's growth.
 
-use bonebeam::beamform::{self, Method, Workspace};
+use bonebeam::beamform::{self, Method, Sizes, Workspace};
+use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::delay::{IqLayout, IqRecord, IqSamples};
 use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::pipeline::{IqInput, LineMemory, LinePipeline};
+use bonebeam::memory::{self, Need};
+use bonebeam::pipeline::{IqInput, LinePipeline};
 use bonebeam::{Complex, Error};
 
 use crate::hash;
@@ -33,20 +35,24 @@ const LENGTH: usize = 44;
 const STRETCH: usize = 7;
 const HELD: usize = STRETCH + 2;
 
+const SIZES: Sizes = BEAMFORMER.sizes(ELEMENTS);
+/// The elements' lags and the aligned samples.
+const LINE: Need = Need {
+    real: 7 * ELEMENTS,
+    complex: HELD * ELEMENTS,
+};
+const NEED: Need = LINE.and(SIZES.need(Covariance::ForwardBackward));
+
 /// The memory of the case.
 pub struct Memory {
-    scratch: [f32; 7 * ELEMENTS],
-    aligned: [Complex<f32>; HELD * ELEMENTS],
-    workspace: Workspace<ELEMENTS, { ELEMENTS / 2 }, 1>,
+    scratch: memory::Memory<{ NEED.real }, { NEED.complex }>,
     z: [Complex<f32>; LENGTH],
 }
 
 impl Memory {
     pub(crate) const fn new() -> Self {
         Memory {
-            scratch: [0.0; 7 * ELEMENTS],
-            aligned: [Complex::new(0.0, 0.0); HELD * ELEMENTS],
-            workspace: Workspace::new(),
+            scratch: memory::Memory::new(),
             z: [Complex::new(0.0, 0.0); LENGTH],
         }
     }
@@ -66,13 +72,11 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     {
         // Two waves, compounded.
         let wave = |angle| (Transmit::new(TransmitLaw::Plane { angle }, 0.1e-6), &record);
-        let place = LineMemory {
-            scratch: &mut memory.scratch,
-            aligned: &mut memory.aligned,
-        };
-        let mut workspace = memory.workspace.view();
+        let mut scratch = memory.scratch.scratch();
+        let own = scratch.take(lines.need(STRETCH))?;
+        let mut workspace = Workspace::<ForwardBackward>::new(0.0, SIZES, scratch)?;
         let waves = [wave(-0.1), wave(0.15)];
-        lines.line(line, waves, place, &mut workspace, &mut memory.z)?;
+        lines.line(line, waves, own, &mut workspace, &mut memory.z)?;
         report(name, hash::complex(&memory.z));
     }
     Ok(())

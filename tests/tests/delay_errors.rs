@@ -118,7 +118,7 @@ fn sizes_are_refused_from_the_first_that_is_too_large() {
     }
 }
 
-/// Of lines of the length in `DelayParameters::scratch_len`.
+/// Of lines of the length in `DelayParameters::need`.
 #[test]
 fn the_scratch_has_the_documented_length() {
     let of = |sampling_rate: f64, lanes: usize| {
@@ -129,7 +129,7 @@ fn the_scratch_has_the_documented_length() {
             hilbert_taps: 16,
             ..GOOD
         };
-        p.scratch_len(lanes)
+        p.need(lanes).real
     };
     // 70 up to 96, and 62, up to 160; 32 and 62 a lane.
     for lanes in [1, 2, 4, 8, 16] {
@@ -174,7 +174,7 @@ fn bad_calls_are_refused_before_anything_is_written() {
         );
         result.unwrap_err()
     };
-    let scratch = GOOD.scratch_len(1);
+    let scratch = GOOD.need(1).real;
     let length = |name, actual, expected| Error::Length {
         name,
         actual,

@@ -105,7 +105,7 @@ fn core_line<V: Vector>(
     let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
     let delay = Delay::new(*p).unwrap();
     let record = Record::new(rf, p.elements).unwrap();
-    let mut scratch = vec![f32::NAN; p.scratch_len(V::LANES)];
+    let mut scratch = vec![f32::NAN; p.need(V::LANES).real];
     delay
         .line(zero, line, &record, &mut scratch, &mut out)
         .unwrap();

@@ -135,7 +135,7 @@ fn resampling_reproduces_a_bilinear_function() {
     // From one column left of the data and one row above to beyond the other ends.
     let (rows, columns) = (axis(9.9, 0.137, 80), axis(-4.1, 0.137, 64));
     let mut out = vec![f32::NAN; 80 * 64];
-    resample(&data, beams, samples, rows, columns, &mut out).unwrap();
+    resample(&data, [beams, samples], [rows, columns], &mut out).unwrap();
     for row in 0..80 {
         for column in 0..64 {
             let (z, x) = (9.9 + 0.137 * row as f64, -4.1 + 0.137 * column as f64);
@@ -156,7 +156,7 @@ fn resampling_at_the_data_transposes_them_exactly() {
         .map(|_| rng.random_range(0.0..255.0))
         .collect();
     let mut out = vec![f32::NAN; data.len()];
-    resample(&data, x, z, z, x, &mut out).unwrap();
+    resample(&data, [x, z], [z, x], &mut out).unwrap();
     for beam in 0..65 {
         for sample in 0..101 {
             assert_eq!(out[sample * 65 + beam], data[beam * 101 + sample]);
@@ -170,7 +170,7 @@ fn rounding_does_not_blank_an_edge() {
     let tenths = axis(0.0, 0.1, 4);
     assert!((tenths.first + 3.0 * tenths.step) / tenths.step > 3.0);
     let mut out = [f32::NAN; 16];
-    resample(&[9.0; 16], tenths, tenths, tenths, tenths, &mut out).unwrap();
+    resample(&[9.0; 16], [tenths, tenths], [tenths, tenths], &mut out).unwrap();
     assert_eq!(out, [9.0; 16]);
 }
 
@@ -229,7 +229,7 @@ fn the_core_has_the_bits_of_the_f32_reference() {
     let (beams, samples) = (axis(-5e-3, 0.4e-3, 29), axis(10e-3, 0.0385e-3, 333));
     let (rows, columns) = (axis(9.7e-3, 0.11e-3, 130), axis(-5.3e-3, 0.11e-3, 120));
     let mut pixels = vec![0.0; 130 * 120];
-    resample(&levels, beams, samples, rows, columns, &mut pixels).unwrap();
+    resample(&levels, [beams, samples], [rows, columns], &mut pixels).unwrap();
     let expected = plain::resample(
         &levels,
         positions(beams),
@@ -369,11 +369,11 @@ fn bad_input_is_named_and_nothing_is_written() {
             let mut axes = [good; 4];
             axes[place] = bad;
             let [beams, samples, rows, columns] = axes;
-            assert!(resample(&data, beams, samples, rows, columns, &mut pixels).is_err());
+            assert!(resample(&data, [beams, samples], [rows, columns], &mut pixels).is_err());
         }
     }
     let single = axis(0.0, 1.0, 1);
-    let message = resample(&[1.0; 2], single, good, good, good, &mut pixels);
+    let message = resample(&[1.0; 2], [single, good], [good, good], &mut pixels);
     assert!(
         message
             .unwrap_err()
@@ -381,7 +381,7 @@ fn bad_input_is_named_and_nothing_is_written() {
             .contains("number of beams is 1")
     );
     let holed = [1.0, 1.0, f32::INFINITY, 1.0];
-    let message = resample(&holed, good, good, good, good, &mut pixels);
+    let message = resample(&holed, [good, good], [good, good], &mut pixels);
     assert!(message.unwrap_err().to_string().contains("index 2"));
 
     assert!(median(0.0f32, &holed, 2, &mut pixels).is_err());
@@ -396,8 +396,14 @@ fn bad_input_is_named_and_nothing_is_written() {
 fn no_rows_of_very_many_columns_are_nothing() {
     let two = axis(0.0, 1.0, 2);
     let (none, many) = (axis(0.0, 1.0, 0), axis(0.0, 1.0, usize::MAX / 4));
-    assert_eq!(resample(&[1.0; 4], two, two, none, many, &mut []), Ok(()));
-    assert_eq!(resample(&[1.0; 4], two, two, many, none, &mut []), Ok(()));
+    assert_eq!(
+        resample(&[1.0; 4], [two, two], [none, many], &mut []),
+        Ok(())
+    );
+    assert_eq!(
+        resample(&[1.0; 4], [two, two], [many, none], &mut []),
+        Ok(())
+    );
     assert_eq!(median(0.0f32, &[], usize::MAX, &mut []), Ok(()));
 }
 

@@ -2,15 +2,16 @@
 
 use crate::common;
 
-use bonebeam::beamform::{self, AlignedLine, Beamformer, Method, Slices, WorkspaceView};
-use bonebeam::covariance::{Averaging, Covariance, ForwardBackward};
+use bonebeam::beamform::{self, AlignedLine, Beamformer, Method, Workspace};
+use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
     IqRecord, IqSamples, Record, ScanLine, Stage,
 };
 use bonebeam::geometry::{Depth, Ray, Scan, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::pipeline::{DepthGate, LineLengths, LineMemory as LineSlices, LinePipeline};
-use bonebeam::simd::{ComplexVector, InstructionSet, Task, Vector};
+use bonebeam::memory::Scratch;
+use bonebeam::pipeline::{DepthGate, LinePipeline};
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};
 use bonebeam_drive::methods::COMPARED;
 use common::frames::{
@@ -46,7 +47,7 @@ impl<D: Stage> Task for Stretches<'_, '_, D> {
         let mut out = vec![Complex::new(f32::NAN, f32::NAN); self.samples * self.elements];
         for (block, out) in out.chunks_mut(self.length * self.elements).enumerate() {
             let length = out.len() / self.elements;
-            let mut scratch = vec![f32::NAN; self.delay.scratch_len(V::LANES, length)];
+            let mut scratch = vec![f32::NAN; self.delay.need(V::LANES, length).real];
             let first = block * self.length;
             self.delay
                 .block(zero, self.line, self.record, first, &mut scratch, out)
@@ -154,7 +155,7 @@ fn a_stretch_of_a_line_has_the_bits_of_the_whole() {
     let line = ScanLine::of(&scan, 0, focused(), Compounding::Replace);
     let rf = record(0);
     let record = Record::new(&rf, ELEMENTS).unwrap();
-    let mut scratch = vec![0.0; Stage::scratch_len(&delay, 1, 2)];
+    let mut scratch = vec![0.0; Stage::need(&delay, 1, 2).real];
     let mut out = [Complex::ZERO; 2 * ELEMENTS];
     let behind = scan.samples() - 1;
     let refused = delay.block(0.0f32, &line, &record, behind, &mut scratch, &mut out);
@@ -170,10 +171,10 @@ fn line_of<'r, D: Stage>(
     record: &'r D::Record<'r>,
     block: usize,
 ) -> Vec<Complex<f32>> {
-    let LineLengths { scratch, aligned } = lines.lengths(block);
-    let memory = LineSlices {
-        scratch: &mut vec![f32::NAN; scratch],
-        aligned: &mut vec![Complex::new(f32::NAN, f32::NAN); aligned],
+    let need = lines.need(block);
+    let memory = Scratch {
+        real: &mut vec![f32::NAN; need.real],
+        complex: &mut vec![Complex::new(f32::NAN, f32::NAN); need.complex],
     };
     let mut z = vec![Complex::ZERO; lines.scan().samples()];
     with_workspace(lines.beamformer(), |workspace| {
@@ -185,16 +186,15 @@ fn line_of<'r, D: Stage>(
 
 fn with_workspace<T>(
     beamformer: &Beamformer,
-    work: impl FnOnce(&mut WorkspaceView<'_, ForwardBackward>) -> T,
+    work: impl FnOnce(&mut Workspace<'_, ForwardBackward>) -> T,
 ) -> T {
     let sizes = beamformer.sizes(ELEMENTS);
-    let lengths = sizes.lengths(Covariance::ForwardBackward);
-    let slices = Slices {
-        complex: &mut vec![ComplexVector::from_real(0.0f32); lengths.complex],
-        scalars: &mut vec![ForwardBackward::scalar(0.0f32); lengths.scalars],
-        reals: &mut vec![0.0f32; lengths.reals],
+    let need = sizes.need(Covariance::ForwardBackward);
+    let scratch = Scratch {
+        real: &mut vec![0.0f32; need.real],
+        complex: &mut vec![Complex::ZERO; need.complex],
     };
-    work(&mut WorkspaceView::new(0.0f32, sizes, slices).unwrap())
+    work(&mut Workspace::new(0.0f32, sizes, scratch).unwrap())
 }
 
 /// The line of whole stages, one after the other.
@@ -205,7 +205,7 @@ fn line_of_stages<D: Stage>(
     let scan = lines.scan();
     let line = ScanLine::of(scan, 5, focused(), Compounding::Replace);
     let mut x = vec![Complex::ZERO; lines.aligned_len()];
-    let mut scratch = vec![0.0; lines.scratch_len(1)];
+    let mut scratch = vec![0.0; lines.align_need(1).real];
     lines
         .delay()
         .block(0.0f32, &line, record, 0, &mut scratch, &mut x)
@@ -257,9 +257,9 @@ fn assert_lines_alike<'r, D: Stage>(
     let mut before = 0;
     // The first is less than a time window; the last is the whole line.
     for block in [1, 21, 22, 40, 45, 64, 100, usize::MAX] {
-        let lengths = lines.lengths(block);
-        assert!(lengths.aligned >= before);
-        before = lengths.aligned;
+        let need = lines.need(block);
+        assert!(need.complex >= before);
+        before = need.complex;
         assert!(
             bits(&line_of(lines, record, block)) == expected,
             "{what}: {block}"
@@ -412,9 +412,9 @@ fn memory_for_a_stretch_does_not_grow_with_the_line_and_less_is_refused() {
         LinePipeline::of_iq(scan, iq_input(None), PARAMETERS.beamformer).unwrap()
     };
     let lines = long(12e-3);
-    assert_eq!(lines.lengths(20), long(60e-3).lengths(20));
-    assert_eq!(lines.lengths(20).aligned, (20 + 2) * ELEMENTS);
-    assert_eq!(lines.lengths(usize::MAX).aligned, lines.aligned_len());
+    assert_eq!(lines.need(20), long(60e-3).need(20));
+    assert_eq!(lines.need(20).complex, (20 + 2) * ELEMENTS);
+    assert_eq!(lines.need(usize::MAX).complex, lines.aligned_len());
     let rf = |end: f64| {
         let scan = ScanParameters {
             end: Depth::Metres(end),
@@ -422,19 +422,19 @@ fn memory_for_a_stretch_does_not_grow_with_the_line_and_less_is_refused() {
         };
         LinePipeline::new(Scan::new(scan).unwrap(), PARAMETERS.beamformer).unwrap()
     };
-    assert_eq!(rf(12e-3).lengths(20), rf(60e-3).lengths(20));
+    assert_eq!(rf(12e-3).need(20), rf(60e-3).need(20));
 
     let counts = counts(5);
     let record = counted(&counts);
-    let fewest = lines.lengths(0);
-    assert_eq!(fewest.aligned, (3 + 2) * ELEMENTS);
+    let fewest = lines.need(0);
+    assert_eq!(fewest.complex, (3 + 2) * ELEMENTS);
     for (shorter, name, length) in [
-        ((1, 0), "scratch", fewest.scratch),
-        ((0, 1), "memory for aligned samples", fewest.aligned),
+        ((1, 0), "scratch", fewest.real),
+        ((0, 1), "memory for aligned samples", fewest.complex),
     ] {
-        let memory = LineSlices {
-            scratch: &mut vec![0.0; fewest.scratch - shorter.0],
-            aligned: &mut vec![Complex::ZERO; fewest.aligned - shorter.1],
+        let memory = Scratch {
+            real: &mut vec![0.0; fewest.real - shorter.0],
+            complex: &mut vec![Complex::ZERO; fewest.complex - shorter.1],
         };
         let mut z = vec![Complex::ZERO; lines.scan().samples()];
         let refused = with_workspace(lines.beamformer(), |workspace| {

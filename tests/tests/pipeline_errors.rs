@@ -2,12 +2,13 @@
 
 use crate::common;
 
+use bonebeam::covariance::Covariance;
 use bonebeam::delay::Record;
 use bonebeam::geometry::{Depth, Lines, Scan};
-use bonebeam::phase_symmetry::LogGabor;
-use bonebeam::pipeline::{DepthGate, Frame, MemoryView, Parameters, Pipeline};
+use bonebeam::memory::Scratch;
+use bonebeam::pipeline::{DepthGate, Frame, Parameters, Pipeline};
 use bonebeam::{Complex, Error};
-use common::frames::{ELEMENTS, LINES, LineMemory, PARAMETERS, SIZES, focused, record};
+use common::frames::{ELEMENTS, LINES, NEED, PARAMETERS, focused, record};
 
 #[test]
 fn a_gate_that_is_none_is_refused() {
@@ -34,31 +35,26 @@ fn a_gate_that_is_none_is_refused() {
 #[test]
 fn sizes_follow_from_the_parameters_and_others_are_refused() {
     let pipeline = Pipeline::new(PARAMETERS).unwrap();
-    assert_eq!(*pipeline.sizes(), SIZES);
-    assert_eq!((SIZES.elements, SIZES.subaperture), (ELEMENTS, 8));
-    assert_eq!(SIZES.temporal_half_window, 1);
-    let (mut real, mut complex) = (vec![0.0; SIZES.real], vec![Complex::ZERO; SIZES.complex]);
+    assert_eq!(pipeline.need(Covariance::ForwardBackward), NEED);
+    let (mut real, mut complex) = (vec![0.0; NEED.real], vec![Complex::ZERO; NEED.complex]);
     for (shorter, name) in [(0, "real memory"), (1, "complex memory")] {
-        let memory = MemoryView {
+        let memory = Scratch {
             real: &mut real[1 - shorter..],
             complex: &mut complex[shorter..],
-            filters: LogGabor::fixed(),
         };
         match Frame::new(&pipeline, memory).map(drop) {
             Err(Error::Length { name: n, .. }) => assert_eq!(n, name),
             other => panic!("{other:?}"),
         }
     }
-    let memory = MemoryView {
+    let memory = Scratch {
         real: &mut real,
         complex: &mut complex,
-        filters: LogGabor::fixed(),
     };
     let mut frame = Frame::new(&pipeline, memory).unwrap();
-    let mut workspace = LineMemory::new();
     let rf = record(0);
     let record = Record::new(&rf, ELEMENTS).unwrap();
-    let error = frame.line(LINES, [(focused(), &record)], &mut workspace.view());
+    let error = frame.line(LINES, [(focused(), &record)]);
     assert!(matches!(error, Err(Error::Capacity { name: "line", .. })));
     // Before the first line everything is black, and symmetric about nothing.
     assert!(frame.image().unwrap().iter().all(|&pixel| pixel == 0.0));

@@ -55,7 +55,7 @@ impl Task for Compound<'_> {
         let (mut centre, mut receive_delays) = (vec![0; length], vec![0; length]);
         // Whatever is not overwritten shows.
         let mut record = vec![f32::NAN; upsampled.record_len()];
-        let mut padded = vec![f32::NAN; upsampled.scratch_len()];
+        let mut padded = vec![f32::NAN; upsampled.need().real];
         for (line, rf) in self.waves {
             upsampled.centre(line, &mut centre).unwrap();
             for (k, values) in values.chunks_exact_mut(length).enumerate() {
@@ -81,7 +81,7 @@ impl Task for Compound<'_> {
             }
         }
         let mut out = vec![Complex::new(f32::NAN, f32::NAN); p.output_samples * p.elements];
-        let mut scratch = vec![f32::NAN; p.scratch_len(V::LANES)];
+        let mut scratch = vec![f32::NAN; p.need(V::LANES).real];
         let line = &self.waves[0].0;
         upsampled
             .analytic(zero, line, &values, &mut scratch, &mut out)
@@ -256,7 +256,7 @@ fn nothing_is_added_from_beyond_the_record() {
     let delay = Delay::new(EXACT).unwrap();
     let upsampled = Upsampled::new(&delay).unwrap();
     let mut record = vec![f32::NAN; upsampled.record_len()];
-    let mut scratch = vec![f32::NAN; upsampled.scratch_len()];
+    let mut scratch = vec![f32::NAN; upsampled.need().real];
     upsampled
         .record(0.0f32, &noise(300), &mut scratch, &mut record)
         .unwrap();

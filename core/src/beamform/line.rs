@@ -5,7 +5,7 @@ use super::methods::Method;
 use super::parameters::Beamformer;
 use super::segment::{Segment, constant_segments, segments_within};
 use super::sizes::Sizes;
-use super::view::WorkspaceView;
+use super::workspace::Workspace;
 use crate::Error;
 use crate::covariance::Averaging;
 use crate::error::check_length;
@@ -25,7 +25,7 @@ impl Beamformer {
     #[inline]
     pub fn line<A: Averaging<f32>>(
         &self,
-        workspace: &mut WorkspaceView<'_, A>,
+        workspace: &mut Workspace<'_, A>,
         line: AlignedLine<'_>,
         active: impl Fn(usize) -> Active,
         z: &mut [Complex<f32>],
@@ -41,7 +41,7 @@ impl Beamformer {
     #[inline(always)]
     pub(crate) fn block<A: Averaging<f32>>(
         &self,
-        workspace: &mut WorkspaceView<'_, A>,
+        workspace: &mut Workspace<'_, A>,
         sizes: Sizes,
         line: AlignedLine<'_>,
         first: usize,
@@ -79,7 +79,7 @@ impl Beamformer {
     #[inline]
     pub fn line_within<A: Averaging<f32>>(
         &self,
-        workspace: &mut WorkspaceView<'_, A>,
+        workspace: &mut Workspace<'_, A>,
         line: AlignedLine<'_>,
         active: impl Fn(usize) -> Active,
         adaptive: Range<usize>,
@@ -94,7 +94,7 @@ impl Beamformer {
     #[inline(always)]
     pub(crate) fn block_within<A: Averaging<f32>>(
         &self,
-        workspace: &mut WorkspaceView<'_, A>,
+        workspace: &mut Workspace<'_, A>,
         sizes: Sizes,
         line: AlignedLine<'_>,
         (first, adaptive): (usize, Range<usize>),

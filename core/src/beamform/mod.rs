@@ -1,6 +1,6 @@
 //! The beamformers: weights from a covariance, and a whole line from aligned samples (Eq. 1, 4–8).
 //!
-//! [`Beamformer`] holds validated [`Parameters`]; a [`Workspace`] holds the memory. One beam goes
+//! [`Beamformer`] holds validated [`Parameters`]; a [`Workspace`] is its memory. One beam goes
 //! through [`Beamformer::line`]; where speed counts, [`Beamformer::segments`] does as many segments at
 //! once as a vector has lanes, with the same bits.
 
@@ -14,7 +14,6 @@ mod segments;
 mod sizes;
 mod snapshot;
 mod table;
-mod view;
 mod weights;
 mod workspace;
 
@@ -23,7 +22,6 @@ pub use methods::Method;
 pub use parameters::{Beamformer, Parameters};
 pub use postfilter::Postfilter;
 pub use segment::{Segment, constant_segments, segments_within};
-pub use sizes::{Lengths, Sizes};
+pub use sizes::Sizes;
 pub use table::{Parameter, Range};
-pub use view::{Slices, WorkspaceView};
-pub use workspace::{Storage, Workspace};
+pub use workspace::Workspace;

@@ -11,7 +11,7 @@ use super::postfilter::postfilter;
 use super::segment::Segment;
 use super::sizes::Sizes;
 use super::snapshot::snapshot;
-use super::view::WorkspaceView;
+use super::workspace::Workspace;
 use crate::Error;
 use crate::covariance::diagonal_loading::DiagonalLoading;
 use crate::covariance::lag_sums::lag_sums;
@@ -48,7 +48,7 @@ impl Beamformer {
     #[inline]
     pub fn segments<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut WorkspaceView<'_, A, V>,
+        workspace: &mut Workspace<'_, A, V>,
         segments: &[Segment<'_>],
         count: usize,
         z: &mut [&mut [Complex<f32>]],
@@ -60,7 +60,7 @@ impl Beamformer {
     #[inline(always)]
     pub(super) fn segments_within<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut WorkspaceView<'_, A, V>,
+        workspace: &mut Workspace<'_, A, V>,
         sizes: Sizes,
         segments: &[Segment<'_>],
         count: usize,
@@ -110,12 +110,12 @@ impl Beamformer {
     }
 
     /// Segments that fit, with the vector's instructions. Not inlined: where sizes are constants, as those of
-    /// a [`Workspace`](super::Workspace), the compiler knows of an argument that the subaperture is not
+    /// a workspace in a [`Memory`](crate::Memory), the compiler knows of an argument that the subaperture is not
     /// longer, and writes short loops out (7 % fewer instructions of rank 1 at 16/8 on a Cortex-M7).
     #[inline(never)]
     fn fitting_segments<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut WorkspaceView<'_, A, V>,
+        workspace: &mut Workspace<'_, A, V>,
         segments: &[Segment<'_>],
         count: usize,
         subaperture: usize,
@@ -133,7 +133,7 @@ impl Beamformer {
     #[inline(always)]
     fn lanes<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut WorkspaceView<'_, A, V>,
+        workspace: &mut Workspace<'_, A, V>,
         segments: &[Segment<'_>],
         count: usize,
         subaperture: usize,
@@ -159,14 +159,14 @@ impl Beamformer {
     #[inline(always)]
     pub(super) fn push<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut WorkspaceView<'_, A, V>,
+        workspace: &mut Workspace<'_, A, V>,
         segments: &[Segment<'_>],
         count: usize,
         subaperture: usize,
         push: usize,
     ) -> Option<V::Mask> {
         let temporal_half_window = self.parameters().temporal_half_window;
-        let WorkspaceView {
+        let Workspace {
             zero,
             snapshot: active,
             ring,
@@ -218,7 +218,7 @@ impl Beamformer {
     #[inline(always)]
     fn output<A: Averaging<V>, V: Vector>(
         &self,
-        workspace: &mut WorkspaceView<'_, A, V>,
+        workspace: &mut Workspace<'_, A, V>,
         count: usize,
         subaperture: usize,
         i: usize,

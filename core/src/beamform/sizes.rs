@@ -3,17 +3,19 @@
 use crate::covariance::{Covariance, time_window};
 use crate::linalg::lanczos::step_limit;
 use crate::linalg::panels::TILE;
+use crate::memory::Need;
 
 /// The largest shapes that a beamformer is to work on: what its memory follows from.
 ///
 /// ```
 /// use bonebeam::beamform::Sizes;
 /// use bonebeam::covariance::Covariance;
+/// use bonebeam::memory::Need;
 ///
 /// const SIZES: Sizes = Sizes { elements: 32, subaperture: 16, temporal_half_window: 2 };
-/// // The lengths are constants, so that arrays can have them.
-/// const COMPLEX: usize = SIZES.lengths(Covariance::ForwardBackward).complex;
-/// assert_eq!(COMPLEX, 576);
+/// // A constant, so that arrays can have the lengths.
+/// const NEED: Need = SIZES.need(Covariance::ForwardBackward);
+/// assert_eq!(NEED.complex, 576);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -26,41 +28,37 @@ pub struct Sizes {
     pub temporal_half_window: usize,
 }
 
-/// How long the slices of a [`WorkspaceView`](super::WorkspaceView) are at the least; see
-/// [`Slices`](super::Slices).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Lengths {
-    /// Complex vectors.
-    pub complex: usize,
-    /// Numbers of the covariance matrix.
-    pub scalars: usize,
-    /// Real vectors.
-    pub reals: usize,
-}
-
 impl Sizes {
-    /// The lengths of the slices; where a length cannot be counted, so large that no memory holds it.
+    /// The memory of a [`Workspace`](super::Workspace).
     ///
     /// With `S` lag sums kept of a sample (forward `L(L+1)/2`, forward-backward a quarter of `L(L+2)`
     /// for an even `L`), and 1 set of them for `K = 0`, else `2K+2`: `M + (5+K)·L + sets·S` complex
-    /// vectors, about `L² + 10·L` scalars, `5·L` reals.
-    pub const fn lengths(self, covariance: Covariance) -> Lengths {
+    /// vectors, `5·L` real ones, and about `L² + 10·L` numbers of the matrix, which are complex for forward
+    /// and real for forward-backward.
+    #[inline(always)]
+    pub const fn need(self, covariance: Covariance) -> Need {
         let length = self.subaperture;
         let parts = Parts::new(length, self.temporal_half_window, covariance);
-        Lengths {
+        let need = Need {
+            real: length.saturating_mul(5),
             complex: self
                 .elements
                 .saturating_add(parts.work)
                 .saturating_add(parts.ring)
                 .saturating_add(parts.lags),
-            scalars: parts
-                .matrix
-                .saturating_add(parts.factor)
-                .saturating_add(parts.rows)
-                .saturating_add(parts.padded.saturating_mul(2)),
-            reals: length.saturating_mul(5),
-        }
+        };
+        let scalars = parts
+            .matrix
+            .saturating_add(parts.factor)
+            .saturating_add(parts.rows)
+            .saturating_add(parts.padded.saturating_mul(2));
+        need.and(match covariance {
+            Covariance::Forward => Need {
+                real: 0,
+                complex: scalars,
+            },
+            Covariance::ForwardBackward => Need::real(scalars),
+        })
     }
 }
 
@@ -77,6 +75,7 @@ pub(super) struct Parts {
 }
 
 impl Parts {
+    #[inline(always)]
     pub(super) const fn new(
         subaperture: usize,
         temporal_half_window: usize,

@@ -4,7 +4,7 @@ use super::aligned_line::AlignedLine;
 use super::methods::{Method, Subspace, at_least_floor, rank_order, weighted_sum};
 use super::parameters::Beamformer;
 use super::segment::Segment;
-use super::view::{Solver, WorkspaceView};
+use super::workspace::{Solver, Workspace};
 use crate::Error;
 use crate::covariance::Averaging;
 use crate::geometry::Active;
@@ -26,7 +26,7 @@ impl Beamformer {
     /// [`Error::Parameter`] for a sample outside the line or an empty active set.
     pub fn weights<A: Averaging<f32>>(
         &self,
-        workspace: &mut WorkspaceView<'_, A>,
+        workspace: &mut Workspace<'_, A>,
         line: AlignedLine<'_>,
         active: Active,
         sample: usize,
@@ -84,11 +84,11 @@ impl Beamformer {
 /// covariance in the solver's panels.
 fn kernel_weights<A: Averaging<f32>>(
     method: Method,
-    workspace: &mut WorkspaceView<'_, A>,
+    workspace: &mut Workspace<'_, A>,
     weights: &mut [Complex<f32>],
 ) {
     let n = weights.len();
-    let WorkspaceView { ring, solver, .. } = workspace;
+    let Workspace { ring, solver, .. } = workspace;
     let Some(unit) = ring.get_mut(..n) else {
         return;
     };
@@ -123,7 +123,7 @@ fn kernel_weights<A: Averaging<f32>>(
 /// two of them at a time, the first among the matrix's own numbers.
 fn eigenspace_weights<A: Averaging<f32>>(
     subspace: Subspace,
-    workspace: &mut WorkspaceView<'_, A>,
+    workspace: &mut Workspace<'_, A>,
     weights: &mut [Complex<f32>],
 ) {
     let n = weights.len();

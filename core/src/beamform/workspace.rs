@@ -1,157 +1,112 @@
-//! The beamformer's memory where its sizes are known at compile time.
+//! The beamformer's memory, cut into the parts that its kernels work on.
 
 use super::sizes::{Parts, Sizes};
-use super::view::{Slices, WorkspaceView};
-use crate::covariance::{Averaging, Covariance, Forward, ForwardBackward};
-use crate::simd::ComplexVector;
+use crate::Error;
+use crate::covariance::{Averaging, ForwardBackward};
+use crate::instructions::vectors;
+use crate::linalg::panels::PanelColumn;
+use crate::linalg::tridiagonal::Tridiagonal;
+use crate::memory::Scratch;
+use crate::simd::{ComplexVector, Vector, split_front};
 
-/// All the memory that a beamformer needs, for one output at a time; a plain struct for a `static`.
+/// The memory of a beamformer, cut to its shapes.
 ///
-/// For up to `M` active elements, subapertures of up to `L` (4, 8, … 64, 96 or 128) and time windows of
-/// up to `2K+1` samples (`K` up to 10). `A` is [`ForwardBackward`] or [`Forward`]. Memory for other
-/// sizes, or for the lanes of a vector: [`WorkspaceView::new`].
-///
-/// RAM is [`Workspace::BYTES`]: the lengths of [`Sizes::lengths`], with 8 bytes a complex number and
-/// 4 a scalar (8 forward) and a real.
+/// `A` is [`Forward`](crate::covariance::Forward) or [`ForwardBackward`], `V` a vector: `f32` for one
+/// output at a time, a processor's registers for as many as they have lanes. The kernels are compiled
+/// once for all sizes.
 ///
 /// ```
-/// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Workspace};
+/// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Sizes, Workspace};
+/// use bonebeam::covariance::{Covariance, ForwardBackward};
+/// use bonebeam::memory::{Memory, Need};
 /// use bonebeam::{Complex, geometry::Active};
 ///
-/// // 16 elements, L = 8, K = 2. On a target, such a workspace is a `static`.
-/// let mut workspace = Workspace::<16, 8, 2>::new();
+/// const SIZES: Sizes = Sizes { elements: 16, subaperture: 8, temporal_half_window: 2 };
+/// const NEED: Need = SIZES.need(Covariance::ForwardBackward);
+/// // On a target, this is a `static`.
+/// let mut memory = Memory::<{ NEED.real }, { NEED.complex }>::new();
+/// let mut workspace = Workspace::<ForwardBackward>::new(0.0, SIZES, memory.scratch())?;
+///
 /// let samples = [Complex::new(1.0, 0.0); 100 * 16];
 /// let mut z = [Complex::default(); 100];
 /// let beamformer = Beamformer::new(Parameters { temporal_half_window: 2, ..Default::default() })?;
 /// let line = AlignedLine::new(&samples, 16)?;
 /// let all = |_| Active { first: 0, count: 16 };
-/// beamformer.line(&mut workspace.view(), line, all, &mut z)?;
+/// beamformer.line(&mut workspace, line, all, &mut z)?;
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
-///
-/// Sizes that cannot be are refused by the compiler:
-///
-/// ```compile_fail
-/// # use bonebeam::beamform::Workspace;
-/// let _ = Workspace::<16, 9, 2>::new();
-/// ```
-///
-/// ```compile_fail
-/// # use bonebeam::beamform::Workspace;
-/// let _ = Workspace::<4, 8, 2>::new();
-/// ```
-pub struct Workspace<
-    const M: usize,
-    const L: usize,
-    const K: usize,
-    A: Storage<L, K> = ForwardBackward,
-> {
-    snapshot: [ComplexVector<f32>; M],
-    complex: A::Complex,
-    scalars: A::Scalars,
-    reals: [[f32; L]; 5],
+pub struct Workspace<'a, A: Averaging<V> = ForwardBackward, V: Vector = f32> {
+    /// What new vectors are made from.
+    pub(super) zero: V,
+    pub(super) sizes: Sizes,
+    /// The active elements of one sample.
+    pub(super) snapshot: &'a mut [ComplexVector<V>],
+    /// The last `K + 1` samples' subaperture sums, in turn.
+    pub(super) ring: &'a mut [ComplexVector<V>],
+    /// The time window's sets of lag sums.
+    pub(super) lags: &'a mut [ComplexVector<V>],
+    pub(super) solver: Solver<'a, A::Scalar, V>,
 }
 
-impl<const M: usize, const L: usize, const K: usize, A: Storage<L, K>> Workspace<M, L, K, A> {
-    /// The size in bytes.
-    pub const BYTES: usize = size_of::<Self>();
+/// What the solvers work on.
+pub(super) struct Solver<'a, S, V> {
+    /// The loaded covariance in panels.
+    pub(super) matrix: &'a mut [PanelColumn<S>],
+    /// The Lanczos basis, the Cholesky factor in panels, or the matrix while it is reduced.
+    pub(super) factor: &'a mut [PanelColumn<S>],
+    /// Steering vector and data below the matrix, or a reduction's vectors.
+    pub(super) rows: &'a mut [PanelColumn<S>],
+    /// The eigenvector of the largest eigenvalue, or `Eᴴa`.
+    pub(super) vector: &'a mut [S],
+    pub(super) tridiagonal: Tridiagonal<'a, V>,
+    pub(super) phases: &'a mut [S],
+    /// Eigenvalues; later the cross-spectral metric.
+    pub(super) values: &'a mut [V],
+    /// The subaperture sum, then the lag sums under way; later `Eᴴx`.
+    pub(super) work: &'a mut [ComplexVector<V>],
+}
 
-    /// What fits.
-    pub const SIZES: Sizes = Sizes {
-        elements: M,
-        subaperture: L,
-        temporal_half_window: K,
-    };
-
-    /// A workspace, all zero.
-    pub const fn new() -> Self {
-        const {
-            assert!(M >= 1, "M, the number of elements, is at least 1");
-            assert!(L <= M, "L, the subaperture, is at most M, the elements");
-        }
-        Workspace {
-            snapshot: [ComplexVector { re: 0.0, im: 0.0 }; M],
-            complex: A::COMPLEX,
-            scalars: A::SCALARS,
-            reals: [[0.0; L]; 5],
-        }
-    }
-
-    /// The memory as slices, which is what a beamformer takes.
-    #[inline]
-    pub fn view(&mut self) -> WorkspaceView<'_, A> {
-        WorkspaceView::cut(
-            0.0,
-            Self::SIZES,
-            const { Parts::new(L, K, A::COVARIANCE) },
-            &mut self.snapshot,
-            Slices {
-                complex: self.complex.as_mut(),
-                scalars: self.scalars.as_mut(),
-                reals: self.reals.as_flattened_mut(),
+impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
+    /// A workspace for shapes of up to `sizes` over the lanes of `zero`, a vector of zeros, in memory of
+    /// [`Sizes::need`]. Inlined, so that the compiler knows the sizes if they are constants.
+    ///
+    /// # Errors
+    /// [`Error::Length`] if the memory is shorter.
+    #[inline(always)]
+    pub fn new(zero: V, sizes: Sizes, scratch: Scratch<'a, V>) -> Result<Self, Error> {
+        let length = sizes.subaperture;
+        let parts = Parts::new(length, sizes.temporal_half_window, A::COVARIANCE);
+        let mut scratch = scratch;
+        let Scratch { mut real, complex } = scratch.take(sizes.need(A::COVARIANCE))?;
+        let mut complex = vectors(complex);
+        let mut scalars = |length| A::scalars(&mut real, &mut complex, length);
+        let (matrix, factor, rows) = (
+            scalars(parts.matrix),
+            scalars(parts.factor),
+            scalars(parts.rows),
+        );
+        let (vector, phases) = (scalars(parts.padded), scalars(parts.padded));
+        Ok(Workspace {
+            zero,
+            sizes,
+            snapshot: split_front(&mut complex, sizes.elements),
+            ring: split_front(&mut complex, parts.ring),
+            lags: split_front(&mut complex, parts.lags),
+            solver: Solver {
+                matrix: matrix.as_chunks_mut().0,
+                factor: factor.as_chunks_mut().0,
+                rows: rows.as_chunks_mut().0,
+                vector,
+                phases,
+                tridiagonal: Tridiagonal::new([(); 4].map(|()| split_front(&mut real, length))),
+                values: split_front(&mut real, length),
+                work: split_front(&mut complex, parts.work),
             },
-        )
+        })
+    }
+
+    /// The shapes that fit.
+    pub fn sizes(&self) -> Sizes {
+        self.sizes
     }
 }
-
-impl<const M: usize, const L: usize, const K: usize, A: Storage<L, K>> Default
-    for Workspace<M, L, K, A>
-{
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-/// The arrays of a [`Workspace`] whose lengths follow from `L` and `K`.
-///
-/// Stable Rust computes no array's length from a const parameter, so there is one implementation for
-/// each `L` and `K`.
-#[diagnostic::on_unimplemented(
-    message = "no `Workspace` has a subaperture of L = {L} and a half-window of K = {K}",
-    label = "L = {L}, K = {K}",
-    note = "a Workspace has subapertures of L = 4, 8, … 64, 96 or 128, and a half-window K of 0 to 10",
-    note = "memory of any size is a matter of slices: `WorkspaceView::new`"
-)]
-pub trait Storage<const L: usize, const K: usize>: Averaging<f32> {
-    /// The array of complex numbers, but for the snapshot's.
-    type Complex: AsMut<[ComplexVector<f32>]>;
-
-    /// The array of the matrix's numbers.
-    type Scalars: AsMut<[Self::Scalar]>;
-
-    /// Zeros.
-    const COMPLEX: Self::Complex;
-
-    /// Zeros.
-    const SCALARS: Self::Scalars;
-}
-
-/// [`Storage`] of both averagings for all `K` with each `L`.
-macro_rules! storage {
-    ($($l:literal)*) => {
-        $(storage!($l: 0 1 2 3 4 5 6 7 8 9 10);)*
-    };
-    ($l:literal: $($k:literal)*) => {
-        $(
-            storage!(Forward, ComplexVector<f32>, ComplexVector { re: 0.0, im: 0.0 }, $l, $k);
-            storage!(ForwardBackward, f32, 0.0, $l, $k);
-        )*
-    };
-    ($averaging:ident, $scalar:ty, $zero:expr, $l:literal, $k:literal) => {
-        #[doc(hidden)]
-        impl Storage<$l, $k> for $averaging {
-            type Complex = [ComplexVector<f32>; {
-                let sizes = Sizes { elements: 0, subaperture: $l, temporal_half_window: $k };
-                sizes.lengths(Covariance::$averaging).complex
-            }];
-            type Scalars = [$scalar; {
-                let sizes = Sizes { elements: 0, subaperture: $l, temporal_half_window: $k };
-                sizes.lengths(Covariance::$averaging).scalars
-            }];
-            const COMPLEX: Self::Complex = [ComplexVector { re: 0.0, im: 0.0 }; _];
-            const SCALARS: Self::Scalars = [$zero; _];
-        }
-    };
-}
-
-storage!(4 8 12 16 20 24 28 32 36 40 44 48 52 56 60 64 96 128);

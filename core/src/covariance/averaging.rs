@@ -13,13 +13,7 @@ pub(crate) const RIGHT_SIDES: usize = 3;
 ///
 /// `A::COVARIANCE` is the averaging as data, `A::Scalar` the number of its matrix: a
 /// [`ComplexVector`] or a `V`.
-pub trait Averaging<V: Vector>: Basis<V> {
-    /// A real number as one of the matrix: what memory is filled with.
-    #[inline(always)]
-    fn scalar(value: V) -> Self::Scalar {
-        Self::Scalar::from_real(value)
-    }
-}
+pub trait Averaging<V: Vector>: Basis<V> {}
 
 impl<A: Basis<V>, V: Vector> Averaging<V> for A {}
 
@@ -31,6 +25,13 @@ pub trait Basis<V: Vector> {
 
     /// The same as data.
     const COVARIANCE: Covariance;
+
+    /// Splits `length` of the matrix's numbers off the memory that has numbers of their kind.
+    fn scalars<'a>(
+        real: &mut &'a mut [V],
+        complex: &mut &'a mut [ComplexVector<V>],
+        length: usize,
+    ) -> &'a mut [Self::Scalar];
 
     /// Takes the forward sums of the lags `lag..lag + LAGS` into `lags`: `rows[column][k]` is that of
     /// lag `lag + k`, the entry at `(lag + k + column, column)`. There is a row for each column of `lag`;

@@ -4,7 +4,7 @@ use super::Covariance;
 use super::averaging::{Basis, RIGHT_SIDES};
 use super::diagonal_loading::DiagonalLoading;
 use crate::linalg::panels::{PanelColumn, TILE, panel};
-use crate::simd::{ComplexVector, Scalar, Vector, copy};
+use crate::simd::{ComplexVector, Scalar, Vector, copy, split_front};
 
 /// `R` of Eq. 2 as it is: complex Hermitian.
 ///
@@ -30,6 +30,15 @@ impl<V: Vector> Basis<V> for Forward {
     type Scalar = ComplexVector<V>;
 
     const COVARIANCE: Covariance = Covariance::Forward;
+
+    #[inline(always)]
+    fn scalars<'a>(
+        _real: &mut &'a mut [V],
+        complex: &mut &'a mut [ComplexVector<V>],
+        length: usize,
+    ) -> &'a mut [Self::Scalar] {
+        split_front(complex, length)
+    }
 
     #[inline(always)]
     fn keep<const LAGS: usize>(

@@ -13,7 +13,7 @@ use super::Covariance;
 use super::averaging::{Basis, RIGHT_SIDES};
 use super::diagonal_loading::DiagonalLoading;
 use crate::linalg::panels::{PanelColumn, TILE, columns_mut};
-use crate::simd::{ComplexVector, Scalar, Vector, copy};
+use crate::simd::{ComplexVector, Scalar, Vector, copy, split_front};
 
 const FRAC_1_SQRT_2: f32 = core::f32::consts::FRAC_1_SQRT_2;
 const SQRT_2: f32 = core::f32::consts::SQRT_2;
@@ -108,6 +108,15 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     type Scalar = V;
 
     const COVARIANCE: Covariance = Covariance::ForwardBackward;
+
+    #[inline(always)]
+    fn scalars<'a>(
+        real: &mut &'a mut [V],
+        _complex: &mut &'a mut [ComplexVector<V>],
+        length: usize,
+    ) -> &'a mut [Self::Scalar] {
+        split_front(real, length)
+    }
 
     #[inline(always)]
     fn keep<const LAGS: usize>(

@@ -4,6 +4,7 @@ use super::delay_law::TransmitDelay;
 use super::{Delay, IqDelay, ScanLine};
 use crate::delay::Compounding;
 use crate::error::{check_length, finite};
+use crate::memory::Need;
 use crate::simd::Vector;
 use crate::{Complex, Error};
 
@@ -15,13 +16,13 @@ pub trait Stage: Sealed {
     /// What the elements recorded of one transmit.
     type Record<'r>: Copy + Sync;
 
-    /// Length of the scratch slice for blocks of so many samples, f32, for vectors of so many lanes (1
-    /// for `f32`).
-    fn scratch_len(&self, lanes: usize, samples: usize) -> usize;
+    /// The scratch for blocks of so many samples, for vectors of so many lanes (1 for `f32`): real numbers only,
+    /// f32 for all vectors, and so a bare slice.
+    fn need(&self, lanes: usize, samples: usize) -> Need;
 
     /// The aligned analytic samples of one scan line.
     ///
-    /// `zero`: any vector of the instruction set to compute with. `scratch`: [`Stage::scratch_len`] values
+    /// `zero`: any vector of the instruction set to compute with. `scratch`: [`Stage::need`] values
     /// for the line's samples, contents irrelevant. `out`: row-major `[output sample][element]`, the scale of
     /// the record. Samples outside the record, and depths of 0 or less, read as 0. [`Delay`] and [`IqDelay`]
     /// tell the order of operations and the cost.
@@ -52,7 +53,7 @@ pub trait Stage: Sealed {
     }
 
     /// The samples of a line from output sample `first` on, as many as `out` holds, to the bit as
-    /// [`Stage::line`] has them. `scratch`: [`Stage::scratch_len`] values for so many.
+    /// [`Stage::line`] has them. `scratch`: [`Stage::need`] values for so many.
     ///
     /// Cost: that of as many samples of a line; for RF also of the margins: up to a Hilbert reach beyond both
     /// ends is read, and up to full thirty-twos.
@@ -79,8 +80,8 @@ pub trait Stage: Sealed {
                 capacity: shape.output_samples,
             });
         }
-        let scratch_len = self.scratch_len(V::LANES, samples);
-        check_length("scratch", scratch.len(), scratch_len)?;
+        let Need { real, .. } = self.need(V::LANES, samples);
+        check_length("scratch", scratch.len(), real)?;
         let [elements, record_samples] = Self::shape_of(record);
         check_length("element_x", line.array.elements(), shape.elements)?;
         check_length("record elements", elements, shape.elements)?;
@@ -146,8 +147,8 @@ pub struct Source<'a, R> {
 impl<S: Stage> Stage for &S {
     type Record<'r> = S::Record<'r>;
 
-    fn scratch_len(&self, lanes: usize, samples: usize) -> usize {
-        S::scratch_len(self, lanes, samples)
+    fn need(&self, lanes: usize, samples: usize) -> Need {
+        S::need(self, lanes, samples)
     }
 
     fn largest(record: &Self::Record<'_>) -> f32 {

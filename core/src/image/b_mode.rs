@@ -6,6 +6,7 @@ use super::{
 use crate::Error;
 use crate::error::check_length;
 use crate::geometry::Axis;
+use crate::memory::Need;
 use crate::simd::Vector;
 
 /// What a [`BMode`] image is made of.
@@ -101,22 +102,22 @@ impl BMode {
         lines.count.saturating_mul(samples.count)
     }
 
-    /// Length of the work slice of [`BMode::image`]: the grey levels of all lines, and for the median
+    /// The scratch of [`BMode::image`], real numbers: the grey levels of all lines, and for the median
     /// the pixels before it.
-    pub fn work_len(&self) -> usize {
-        self.envelopes_len().saturating_add(self.scratch_len())
+    pub fn need(&self) -> Need {
+        Need::real(self.envelopes_len()).and(self.pixels_need())
     }
 
-    /// Length of the scratch slice of [`BMode::pixels`]: as many as the pixels, or 0 without the median.
-    pub fn scratch_len(&self) -> usize {
+    /// The scratch of [`BMode::pixels`]: as many real numbers as pixels, or 0 without the median.
+    pub fn pixels_need(&self) -> Need {
         let BModeParameters { grid, median, .. } = &self.parameters;
-        if *median { grid.pixels() } else { 0 }
+        Need::real(if *median { grid.pixels() } else { 0 })
     }
 
     /// The image of all lines' envelopes, row-major `[row][column]`.
     ///
     /// `zero`: any vector of the instruction set to compute with; the pixels do not depend on it.
-    /// `work`: [`BMode::work_len`] values, contents irrelevant.
+    /// `work`: [`BMode::need`] values, contents irrelevant.
     ///
     /// # Errors
     /// [`Error::Length`]; [`Error::NonFinite`] or [`Error::Parameter`] for an envelope that is not a
@@ -129,7 +130,7 @@ impl BMode {
         out: &mut [f32],
     ) -> Result<(), Error> {
         check_length("envelopes", envelopes.len(), self.envelopes_len())?;
-        check_length("work", work.len(), self.work_len())?;
+        check_length("work", work.len(), self.need().real)?;
         let (levels, scratch) = work.split_at_mut(self.envelopes_len());
         self.levels(envelopes, largest(envelopes), levels)?;
         self.pixels(zero, levels, scratch, out)
@@ -148,7 +149,7 @@ impl BMode {
         log_compression::log_compression_with(logarithm, envelopes, reference, dynamic_range, out)
     }
 
-    /// The image of all lines' grey levels, `[line][sample]`. `scratch`: [`BMode::scratch_len`] values.
+    /// The image of all lines' grey levels, `[line][sample]`. `scratch`: [`BMode::pixels_need`] values.
     ///
     /// # Errors
     /// As [`resample()`](super::resample()) and [`median()`](super::median()).
@@ -165,13 +166,13 @@ impl BMode {
             grid,
             ..
         } = self.parameters;
-        check_length("scratch", scratch.len(), self.scratch_len())?;
+        check_length("scratch", scratch.len(), self.pixels_need().real)?;
         check_length("image", out.len(), grid.pixels())?;
         let (rows, columns) = (grid.row_axis(), grid.column_axis());
         let to_pixels = |out: &mut [f32]| match self.fan {
-            None => resample::resample(levels, lines, samples, rows, columns, out),
+            None => resample::resample(levels, [lines, samples], [rows, columns], out),
             Some(fan) => {
-                scan_conversion::scan_convert(levels, fan, lines, samples, rows, columns, out)
+                scan_conversion::scan_convert(levels, fan, [lines, samples], [rows, columns], out)
             }
         };
         if !self.parameters.median {
@@ -212,8 +213,14 @@ mod tests {
         let (mut levels, mut expected) = ([0.0; 12], [0.0; 81]);
         log_compression::log_compression(&envelopes, 1.0, 40.0, &mut levels).unwrap();
         let (rows, columns) = (grid.row_axis(), grid.column_axis());
-        scan_conversion::scan_convert(&levels, fan, lines, samples, rows, columns, &mut expected)
-            .unwrap();
+        scan_conversion::scan_convert(
+            &levels,
+            fan,
+            [lines, samples],
+            [rows, columns],
+            &mut expected,
+        )
+        .unwrap();
         assert!(expected.iter().filter(|&&pixel| pixel > 0.0).count() > 20);
 
         let (mut work, mut image) = ([0.0; 12], [0.0; 81]);

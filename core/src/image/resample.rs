@@ -24,7 +24,7 @@ use crate::geometry::Axis;
 /// let two = Axis { first: 0.0, step: 1.0, count: 2 };
 /// let middle = Axis { first: 0.5, step: 1.0, count: 1 };
 /// let mut pixel = [0.0];
-/// bonebeam::image::resample(&[0.0, 1.0, 2.0, 3.0], two, two, middle, middle, &mut pixel)?;
+/// bonebeam::image::resample(&[0.0, 1.0, 2.0, 3.0], [two, two], [middle, middle], &mut pixel)?;
 /// assert_eq!(pixel, [1.5]);
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
@@ -35,10 +35,8 @@ use crate::geometry::Axis;
 /// into `data`. `out` is then untouched.
 pub fn resample(
     data: &[f32],
-    beams: Axis,
-    samples: Axis,
-    rows: Axis,
-    columns: Axis,
+    [beams, samples]: [Axis; 2],
+    [rows, columns]: [Axis; 2],
     out: &mut [f32],
 ) -> Result<(), Error> {
     check_axes(&beams, &samples, &rows, &columns)?;

@@ -55,7 +55,7 @@ impl Fan {
 /// // Straight below, 1.5 deep.
 /// let (row, column) = (Axis { first: 1.5, step: 1.0, count: 1 }, Axis { first: 0.0, step: 1.0, count: 1 });
 /// let mut pixel = [0.0];
-/// scan_convert(&[1.0, 2.0, 3.0, 4.0], fan, angles, samples, row, column, &mut pixel)?;
+/// scan_convert(&[1.0, 2.0, 3.0, 4.0], fan, [angles, samples], [row, column], &mut pixel)?;
 /// assert_eq!(pixel, [2.5]);
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
@@ -66,10 +66,8 @@ impl Fan {
 pub fn scan_convert(
     data: &[f32],
     fan: Fan,
-    angles: Axis,
-    samples: Axis,
-    rows: Axis,
-    columns: Axis,
+    [angles, samples]: [Axis; 2],
+    [rows, columns]: [Axis; 2],
     out: &mut [f32],
 ) -> Result<(), Error> {
     check_axes(&angles, &samples, &rows, &columns)?;
@@ -123,7 +121,7 @@ mod tests {
         let columns = Axis::centred(80 / every, 0.9e-3 * every as f64);
         let mut out = [f32::NAN; 60 * 80];
         let out = &mut out[..rows.count * columns.count];
-        scan_convert(&data, fan, angles, samples, rows, columns, out).unwrap();
+        scan_convert(&data, fan, [angles, samples], [rows, columns], out).unwrap();
         let mut inside = 0;
         for (k, &pixel) in out.iter().enumerate() {
             let (x, z) = (
@@ -149,7 +147,7 @@ mod tests {
         let axis = Axis::centred(2, 1.0);
         let name = |x, z, radius| {
             let fan = Fan { x, z, radius };
-            match scan_convert(&[0.0; 4], fan, axis, axis, axis, axis, &mut [0.0; 4]) {
+            match scan_convert(&[0.0; 4], fan, [axis, axis], [axis, axis], &mut [0.0; 4]) {
                 Err(Error::Parameter { name, .. }) => name,
                 other => panic!("{other:?}"),
             }

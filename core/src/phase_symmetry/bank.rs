@@ -26,15 +26,17 @@ pub struct Parameters<'a> {
 ///
 /// ```
 /// use bonebeam::Error;
+/// use bonebeam::memory::{Memory, Need};
 /// use bonebeam::phase_symmetry::{
 ///     External, Kernels, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, Sizes,
-///     StripMemory,
+///     StripSlices,
 /// };
 ///
 /// const SIZES: Sizes = Sizes { rows: 64, columns: 64, strip: 16 };
+/// const NEED: Need = SIZES.need();
 /// // On a microcontroller these are statics; all but the first two may lie in slow memory.
 /// let mut tables = LogGaborTables::new();
-/// let mut memory = StripMemory::<64, 16>::new();
+/// let mut memory = Memory::<{ NEED.real }, { NEED.complex }>::new();
 /// let mut spectrum = [0.0; SIZES.spectrum_len()];
 /// let mut filtered = [0.0; SIZES.filtered_len()];
 /// let mut amplitude = [0.0; SIZES.amplitude_len()];
@@ -61,7 +63,7 @@ pub struct Parameters<'a> {
 ///         amplitude: &mut &mut amplitude[..],
 ///         symmetry: &mut &mut symmetry[..],
 ///     },
-///     &mut memory.slices(),
+///     &mut StripSlices::new(SIZES, memory.scratch())?,
 ///     &mut |_| {},
 /// )?;
 /// assert!(symmetry[20 * 64] > 0.3 && symmetry[50 * 64] < 0.1);

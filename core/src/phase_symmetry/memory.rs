@@ -1,18 +1,21 @@
 //! The memory that phase symmetry works in: how much of it, the fast one and the external one.
 
 use super::external::{ReadAt, WriteAt};
+use crate::Error;
+use crate::memory::{Need, Scratch};
+use crate::simd::split_front;
 use num_complex::Complex;
 
 /// An image's size, and how much of it is worked on at a time. What memory they take follows, at compile
 /// time as well; a length beyond `usize::MAX` is given as that:
 ///
 /// ```
-/// use bonebeam::phase_symmetry::{Sizes, StripMemory};
+/// use bonebeam::phase_symmetry::Sizes;
 ///
 /// const SIZES: Sizes = Sizes { rows: 128, columns: 64, strip: 16 };
 /// static SPECTRUM: [f32; SIZES.spectrum_len()] = [0.0; SIZES.spectrum_len()];
 /// assert_eq!(SPECTRUM.len(), 2 * 128 * 33);
-/// assert_eq!(StripMemory::<128, 16>::BYTES, 34_304);
+/// assert_eq!(SIZES.need().real, 2 * SIZES.strip_len() + 128);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -27,6 +30,26 @@ pub struct Sizes {
 }
 
 impl Sizes {
+    /// The fast memory for one line at a time, [`StripSlices::new`]: `4·S·N + N` real numbers and N complex ones,
+    /// 16·S·N + 12·N bytes, with N the longer side and S the strip height.
+    ///
+    /// | N \\ S | 1 | 16 | 64 | N |
+    /// |---:|---:|---:|---:|---:|
+    /// | 64 | 1.8 kB | 17.2 kB | 66.3 kB | 66.3 kB |
+    /// | 128 | 3.6 kB | 34.3 kB | 132.6 kB | 263.7 kB |
+    /// | 512 | 14.3 kB | 137.2 kB | 530.4 kB | 4.2 MB |
+    ///
+    /// With it go the filter tables, [`super::LogGaborTables::BYTES`] for all sizes and scales. The external memory
+    /// of R × C pixels is 20·R·C + 4·R·(C + 2) bytes, the image included: 98.8 kB for 64 × 64 and 6.3 MB for
+    /// 512 × 512.
+    pub const fn need(&self) -> Need {
+        let strips = Need::real(self.strip_len()).and(Need::real(self.sums_len()));
+        strips.and(Need {
+            real: self.gains_len(),
+            complex: self.line_len(),
+        })
+    }
+
     /// Numbers in [`StripSlices::strip`]: `2·S·N`, with N the longer side and S the strip height.
     pub const fn strip_len(&self) -> usize {
         self.height()
@@ -125,8 +148,8 @@ pub struct External<'a> {
     pub symmetry: &'a mut dyn WriteAt,
 }
 
-/// Fast memory as slices: of a [`StripMemory`], or of sizes that are known only at run time. Each may be
-/// longer than said. Whatever is too short is refused with [`crate::Error::Capacity`].
+/// Fast memory, cut to an image's size: by [`StripSlices::new`], or for the lanes of a vector by hand. Each slice may
+/// be longer than said. Whatever is too short is refused with [`crate::Error::Capacity`].
 ///
 /// The vectors are those that are computed with: `f32` for one line at a time, a processor's registers for
 /// as many as they have lanes.
@@ -197,79 +220,19 @@ pub struct StripSlices<'a, V> {
     pub gains: &'a mut [V],
 }
 
-/// Fast memory for images of sides up to `N` in strips of up to `S` rows or columns, one line at a
-/// time: 16·S·N + 12·N bytes.
-///
-/// | N \\ S | 1 | 16 | 64 | N |
-/// |---:|---:|---:|---:|---:|
-/// | 64 | 1.8 kB | 17.2 kB | 66.3 kB | 66.3 kB |
-/// | 128 | 3.6 kB | 34.3 kB | 132.6 kB | 263.7 kB |
-/// | 512 | 14.3 kB | 137.2 kB | 530.4 kB | 4.2 MB |
-///
-/// With them go the filter tables, [`super::LogGaborTables::BYTES`] for all sizes and scales. The
-/// external memory of R × C pixels is 20·R·C + 4·R·(C + 2) bytes, the image included: 98.8 kB for
-/// 64 × 64 and 6.3 MB for 512 × 512.
-///
-/// ```
-/// use bonebeam::phase_symmetry::StripMemory;
-///
-/// const MEMORY: StripMemory<64, 1> = StripMemory::new();
-/// assert_eq!(size_of_val(&MEMORY), 1_792);
-/// ```
-///
-/// Sizes that cannot be do not compile:
-///
-/// ```compile_fail
-/// # use bonebeam::phase_symmetry::StripMemory;
-/// let memory = StripMemory::<100, 1>::new(); // "N, the longer side, is 64, 128, 256, 512 or 1024"
-/// ```
-#[derive(Clone, Debug)]
-pub struct StripMemory<const N: usize, const S: usize> {
-    strip: [[[f32; N]; 2]; S],
-    sums: [[[f32; N]; 2]; S],
-    line: [Complex<f32>; N],
-    gains: [f32; N],
-}
-
-impl<const N: usize, const S: usize> StripMemory<N, S> {
-    /// What it takes.
-    pub const BYTES: usize = size_of::<Self>();
-
-    const SHAPES: () = {
-        assert!(
-            super::fft::is_supported(N),
-            "N, the longer side, is 64, 128, 256, 512 or 1024"
-        );
-        assert!(
-            1 <= S && S <= N,
-            "S, the strip height, is at least 1 and at most N"
-        );
-    };
-
-    /// Memory that fits a `static`.
-    pub const fn new() -> Self {
-        const { Self::SHAPES };
-        StripMemory {
-            strip: [[[0.0; N]; 2]; S],
-            sums: [[[0.0; N]; 2]; S],
-            line: [Complex::new(0.0, 0.0); N],
-            gains: [0.0; N],
-        }
-    }
-
-    /// The slices for [`super::PhaseSymmetry::run`].
-    pub fn slices(&mut self) -> StripSlices<'_, f32> {
-        StripSlices {
-            strip: self.strip.as_flattened_mut().as_flattened_mut(),
-            sums: self.sums.as_flattened_mut().as_flattened_mut(),
-            line: &mut self.line,
-            gains: &mut self.gains,
-        }
-    }
-}
-
-impl<const N: usize, const S: usize> Default for StripMemory<N, S> {
-    fn default() -> Self {
-        Self::new()
+impl<'a> StripSlices<'a, f32> {
+    /// The buffers for one line at a time, in memory of [`Sizes::need`].
+    ///
+    /// # Errors
+    /// [`Error::Length`] if the memory is shorter.
+    pub fn new(sizes: Sizes, scratch: Scratch<'a>) -> Result<Self, Error> {
+        let mut scratch = scratch;
+        let mut scratch = scratch.take(sizes.need())?;
+        Ok(StripSlices {
+            strip: split_front(&mut scratch.real, sizes.strip_len()),
+            sums: split_front(&mut scratch.real, sizes.sums_len()),
+            line: scratch.complex,
+            gains: scratch.real,
+        })
     }
 }

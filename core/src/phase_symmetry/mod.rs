@@ -30,6 +30,6 @@ pub use fft::{Fft, Microfft};
 pub use gains::{GainTables, Gains, LaneColumns};
 pub use lane_fft::LaneFft;
 pub use log_gabor::{LogGabor, LogGaborTables};
-pub use memory::{External, Sizes, StripMemory, StripSlices};
+pub use memory::{External, Sizes, StripSlices};
 pub use spectrum::MAX_PIXEL;
 pub use strip::Kernels;

@@ -49,15 +49,22 @@ impl PhaseSymmetry {
             && let Some(above) = symmetry.view_mut(offset, area)
             && let Some(below) = amplitude.view_mut(offset, area)
         {
-            self.add(zero, kernels.fft, filter, strip, line, [above, below]);
+            if filter == 0 {
+                above.fill(0.0);
+                below.fill(0.0);
+            }
+            self.add(zero, kernels.fft, strip, line, [above, below]);
             return Ok(());
         }
         let (above, below) = sums[..2 * area].split_at_mut(area);
         if filter > 0 {
             symmetry.read_at(offset, above)?;
             amplitude.read_at(offset, below)?;
+        } else {
+            above.fill(0.0);
+            below.fill(0.0);
         }
-        self.add(zero, kernels.fft, filter, strip, line, [above, below]);
+        self.add(zero, kernels.fft, strip, line, [above, below]);
         if !last {
             amplitude.write_at(offset, below)?;
             return symmetry.write_at(offset, above);
@@ -66,20 +73,15 @@ impl PhaseSymmetry {
         symmetry.write_at(offset, below)
     }
 
-    /// Adds a strip to the sums, which the first filter begins.
+    /// Adds a strip to the sums.
     fn add<V: Vector, F: Fft<V>>(
         &self,
         zero: V,
         fft: &F,
-        filter: usize,
         strip: &[f32],
         line: &mut [Complex<V>],
         [above, below]: [&mut [f32]; 2],
     ) {
-        if filter == 0 {
-            above.fill(0.0);
-            below.fill(0.0);
-        }
         zero.vectorize(
             #[inline(always)]
             || self.add_strip(zero, fft, strip, line, [above, below]),

@@ -107,8 +107,10 @@ impl PhaseSymmetry {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::memory::Scratch;
     use crate::phase_symmetry::external::ReadAt;
-    use crate::phase_symmetry::{LogGabor, Microfft, Parameters, Sizes, StripMemory};
+    use crate::phase_symmetry::{LogGabor, Microfft, Parameters, Sizes};
+    use num_complex::Complex;
     use std::vec::Vec;
 
     /// Memory that fails where a number is read before it is written.
@@ -161,10 +163,15 @@ mod tests {
             fft: &Microfft,
             gains: &LogGabor::fixed(),
         };
-        let mut memory = StripMemory::<64, 24>::new();
+        let need = sizes.need();
+        let scratch = Scratch {
+            real: &mut std::vec![0.0; need.real],
+            complex: &mut std::vec![Complex::ZERO; need.complex],
+        };
+        let mut memory = StripSlices::new(sizes, scratch).unwrap();
         let mut heard = Vec::new();
         let mut progress = |done| heard.push(done);
-        bank.run(&kernels, &mut external, &mut memory.slices(), &mut progress)
+        bank.run(&kernels, &mut external, &mut memory, &mut progress)
             .unwrap();
         assert!((1..=6).eq(heard));
         let map: Option<Vec<f32>> = symmetry.0.into_iter().collect();

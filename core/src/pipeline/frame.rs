@@ -1,16 +1,17 @@
 //! A pipeline at work.
 
-use super::memory::{MemoryView, Parts};
-use super::{LineLengths, LineMemory, Pipeline};
-use crate::beamform::WorkspaceView;
-use crate::covariance::Averaging;
+use super::Pipeline;
+use super::memory::Parts;
+use crate::beamform::{Sizes, Workspace};
+use crate::covariance::{Averaging, ForwardBackward};
 use crate::delay::{Delay, Stage};
-use crate::error::check_length;
 use crate::geometry::{ApertureTable, Transmit};
 use crate::image::envelope;
+use crate::memory::Scratch;
 use crate::phase_symmetry::{External, Kernels, LogGabor, Microfft, StripSlices};
 use crate::simd::split_front;
 use crate::{Complex, Error};
+use core::marker::PhantomData;
 
 /// A [`Pipeline`] of RF or I/Q with memory to work in: one frame after another, a line at a time, one output at a
 /// time, as on a microcontroller.
@@ -19,11 +20,11 @@ use crate::{Complex, Error};
 /// # use bonebeam::beamform;
 /// # use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
 /// use bonebeam::Complex;
-/// use bonebeam::beamform::Workspace;
+/// use bonebeam::covariance::Covariance;
 /// use bonebeam::delay::Record;
 /// use bonebeam::geometry::{Transmit, TransmitLaw};
-/// use bonebeam::phase_symmetry::LogGabor;
-/// use bonebeam::pipeline::{Frame, MemoryView, Parameters, Pipeline};
+/// use bonebeam::memory::Scratch;
+/// use bonebeam::pipeline::{Frame, Parameters, Pipeline};
 ///
 /// # let parameters = Parameters {
 /// #     scan: ScanParameters {
@@ -50,63 +51,79 @@ use crate::{Complex, Error};
 /// #     block: 32,
 /// # };
 /// let pipeline = Pipeline::new(parameters)?;
-/// let sizes = pipeline.sizes();
-/// let (mut real, mut complex) = (vec![0.0; sizes.real], vec![Complex::new(0.0, 0.0); sizes.complex]);
-/// let memory = MemoryView { real: &mut real, complex: &mut complex, filters: LogGabor::fixed() };
-/// let mut frame = Frame::new(&pipeline, memory)?;
-/// let mut workspace = Workspace::<16, 8, 0>::new();
+/// let need = pipeline.need(Covariance::ForwardBackward);
+/// let mut real = vec![0.0; need.real];
+/// let mut complex = vec![Complex::new(0.0, 0.0); need.complex];
+/// let scratch = Scratch { real: &mut real, complex: &mut complex };
+/// let mut frame = Frame::new(&pipeline, scratch)?;
 ///
 /// let rf = vec![0.0; 16 * 512]; // what the elements recorded of one transmit
 /// let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
 /// for line in 0..64 {
-///     frame.line(line, [(transmit, &Record::new(&rf, 16)?)], &mut workspace.view())?;
+///     frame.line(line, [(transmit, &Record::new(&rf, 16)?)])?;
 /// }
 /// assert_eq!(frame.image()?.len(), 64 * 64);
 /// assert_eq!(frame.bone_map()?.len(), 64 * 64);
 /// # Ok::<(), bonebeam::Error>(())
 /// ```
-pub struct Frame<'p, 'm, D = Delay> {
+///
+/// `A` is the beamformer's averaging: [`ForwardBackward`], or
+/// [`Forward`](crate::covariance::Forward) by [`Frame::with_averaging`].
+pub struct Frame<'p, 'm, D = Delay, A = ForwardBackward> {
     pub(crate) pipeline: &'p Pipeline<'p, D>,
     filters: LogGabor<'m>,
     apertures: ApertureTable<'m>,
     envelopes: &'m mut [f32],
     image: &'m mut [f32],
     map: &'m mut [f32],
-    work: &'m mut [f32],
-    complex: &'m mut [Complex<f32>],
+    scratch: Scratch<'m>,
+    averaging: PhantomData<A>,
 }
 
 impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
-    /// Frames of `pipeline` in `memory`. Fills the table of apertures: once serves all frames.
+    /// Frames of `pipeline` with forward-backward averaging, in memory of [`Pipeline::need`]. Fills the table of
+    /// apertures: once serves all frames.
     ///
     /// # Errors
-    /// [`Error::Length`] where the memory has other sizes than [`Pipeline::sizes`]; as [`ApertureTable::new`].
-    pub fn new(pipeline: &'p Pipeline<'p, D>, memory: MemoryView<'m>) -> Result<Self, Error> {
-        let sizes = pipeline.sizes();
-        let Parts {
-            envelopes,
-            widths,
-            pixels,
-            ..
-        } = sizes.parts;
-        check_length("real memory", memory.real.len(), sizes.real)?;
-        check_length("complex memory", memory.complex.len(), sizes.complex)?;
-        let mut work = memory.real;
-        let envelopes = split_front(&mut work, envelopes);
-        let widths = split_front(&mut work, widths);
-        let [image, map] = [(); 2].map(|()| split_front(&mut work, pixels));
+    /// [`Error::Length`] if the memory is shorter; as [`ApertureTable::new`].
+    pub fn new(pipeline: &'p Pipeline<'p, D>, scratch: Scratch<'m>) -> Result<Self, Error> {
+        Self::with_averaging(pipeline, scratch)
+    }
+}
+
+impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
+    /// [`Frame::new`] with any averaging of the covariance.
+    ///
+    /// # Errors
+    /// As [`Frame::new`].
+    pub fn with_averaging(
+        pipeline: &'p Pipeline<'p, D>,
+        scratch: Scratch<'m>,
+    ) -> Result<Self, Error> {
+        let parts = &pipeline.parts;
+        scratch.check(parts.need(A::COVARIANCE))?;
+        let mut scratch = scratch;
+        let envelopes = split_front(&mut scratch.real, parts.envelopes);
+        let widths = split_front(&mut scratch.real, parts.samples);
+        let [image, map] =
+            [(); 2].map(|()| split_front(&mut scratch.real, parts.strips.image_len()));
         envelopes.fill(0.0);
         image.fill(0.0);
         Ok(Frame {
             pipeline,
-            filters: memory.filters,
+            filters: LogGabor::fixed(),
             apertures: ApertureTable::new(pipeline.lines().scan(), widths)?,
             envelopes,
             image,
             map,
-            work,
-            complex: memory.complex,
+            scratch,
+            averaging: PhantomData,
         })
+    }
+
+    /// The same frames with filters of phase symmetry from elsewhere: [`LogGabor::new`] if flash is slow.
+    pub fn with_filters(self, filters: LogGabor<'m>) -> Self {
+        Frame { filters, ..self }
     }
 
     /// Line `line` from its transmits (their mean), beamformed; its envelope is kept for the image.
@@ -117,20 +134,37 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     ///
     /// [`LinePipeline::line`]: super::LinePipeline::line
     #[inline]
-    pub fn line<'r, A: Averaging<f32>>(
+    pub fn line<'r>(
         &mut self,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
-        workspace: &mut WorkspaceView<'_, A>,
+    ) -> Result<&[Complex<f32>], Error>
+    where
+        D::Record<'r>: 'r,
+    {
+        self.line_by(self.pipeline.parts.beamformer, line, transmits)
+    }
+
+    /// [`Frame::line`] with the beamformer's shapes as an argument,
+    /// [`beamform::Parameters::sizes`](crate::beamform::Parameters::sizes). If they are constants in every call of a
+    /// program, the compiler writes short loops out: a tenth fewer instructions of rank 1 with 16 elements on a
+    /// Cortex-M7.
+    ///
+    /// # Errors
+    /// As [`Frame::line`]; [`Error::Length`] or [`Error::Capacity`] for shapes of another beamformer.
+    #[inline]
+    pub fn line_by<'r>(
+        &mut self,
+        sizes: Sizes,
+        line: usize,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
     ) -> Result<&[Complex<f32>], Error>
     where
         D::Record<'r>: 'r,
     {
         let Parts {
-            line: LineLengths { scratch, aligned },
-            samples,
-            ..
-        } = self.pipeline.sizes().parts;
+            samples, line: own, ..
+        } = self.pipeline.parts;
         let lines = self.pipeline.lines().scan().lines();
         let Some(envelopes) = self.envelopes.chunks_exact_mut(samples.max(1)).nth(line) else {
             return Err(Error::Capacity {
@@ -139,16 +173,14 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
                 capacity: lines.saturating_sub(1),
             });
         };
-        let (mut work, mut complex) = (&mut *self.work, &mut *self.complex);
-        let memory = LineMemory {
-            scratch: split_front(&mut work, scratch),
-            aligned: split_front(&mut complex, aligned),
-        };
-        let z = split_front(&mut complex, samples);
+        let mut scratch = self.scratch.reborrow();
+        let z = split_front(&mut scratch.complex, samples);
+        let memory = scratch.take(own)?;
+        let mut workspace = Workspace::<A>::new(0.0, sizes, scratch)?;
         let pipeline = self.pipeline.lines();
         let centre = ApertureTable::centre(pipeline.scan(), line);
         let active = |sample| self.apertures.active(centre, sample);
-        pipeline.line_with(line, transmits, memory, workspace, active, z)?;
+        pipeline.line_with(line, transmits, memory, &mut workspace, active, z)?;
         envelope(z, envelopes)?;
         Ok(z)
     }
@@ -158,8 +190,8 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     /// # Errors
     /// None: lines are finite.
     pub fn image(&mut self) -> Result<&[f32], Error> {
-        let mut work = &mut *self.work;
-        let work = split_front(&mut work, self.pipeline.sizes().parts.b_mode);
+        let mut work = &mut *self.scratch.real;
+        let work = split_front(&mut work, self.pipeline.parts.b_mode);
         let b_mode = self.pipeline.b_mode();
         b_mode.image(0.0f32, self.envelopes, work, self.image)?;
         Ok(self.image)
@@ -171,23 +203,12 @@ impl<'p, 'm, D: Stage> Frame<'p, 'm, D> {
     /// # Errors
     /// None: images are finite.
     pub fn bone_map(&mut self) -> Result<&mut [f32], Error> {
-        let Parts {
-            pixels,
-            spectrum,
-            strip,
-            side,
-            ..
-        } = self.pipeline.sizes().parts;
-        let (mut work, mut complex) = (&mut *self.work, &mut *self.complex);
-        let mut spectrum = split_front(&mut work, spectrum);
-        let mut filtered = split_front(&mut work, 2 * pixels);
-        let mut amplitude = split_front(&mut work, pixels);
-        let mut buffers = StripSlices {
-            strip: split_front(&mut work, strip),
-            sums: split_front(&mut work, strip),
-            line: split_front(&mut complex, side),
-            gains: split_front(&mut work, side),
-        };
+        let sizes = self.pipeline.parts.strips;
+        let mut scratch = self.scratch.reborrow();
+        let mut spectrum = split_front(&mut scratch.real, sizes.spectrum_len());
+        let mut filtered = split_front(&mut scratch.real, sizes.filtered_len());
+        let mut amplitude = split_front(&mut scratch.real, sizes.amplitude_len());
+        let mut buffers = StripSlices::new(sizes, scratch)?;
         let mut external = External {
             image: &mut &*self.image,
             spectrum: &mut spectrum,

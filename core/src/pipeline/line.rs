@@ -1,13 +1,14 @@
 //! From the records of transmits to a beamformed line, block by block.
 
 use super::DepthGate;
-use crate::beamform::{AlignedLine, Beamformer, Parameters, WorkspaceView};
+use crate::beamform::{AlignedLine, Beamformer, Parameters, Workspace};
 use crate::covariance::Averaging;
 use crate::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqParameters, ScanLine, Stage,
 };
 use crate::error::{check_length, none};
 use crate::geometry::{Active, Scan, Transmit};
+use crate::memory::{Need, Scratch};
 use crate::simd::Vector;
 use crate::{Complex, Error};
 use core::num::NonZeroUsize;
@@ -42,7 +43,7 @@ use core::ops::Range;
 /// #     min_elements: 8,
 /// # };
 /// let lines = LinePipeline::new(Scan::new(PARAMETERS)?, Parameters::DEFAULT)?;
-/// let mut scratch = vec![0.0; lines.scratch_len(1)];
+/// let mut scratch = vec![0.0; lines.align_need(1).real];
 /// let mut aligned = vec![Complex::new(0.0, 0.0); lines.aligned_len()];
 /// let rf = vec![0.0; 16 * 512];
 /// let record = Record::new(&rf, 16)?;
@@ -95,24 +96,6 @@ impl Block {
             active: scan.widest(line),
         }
     }
-}
-
-/// Memory for one line: the lengths are those of [`LinePipeline::lengths`] for any block, with the same bits.
-pub struct LineMemory<'m> {
-    /// For the delay stage.
-    pub scratch: &'m mut [f32],
-    /// For the aligned samples.
-    pub aligned: &'m mut [Complex<f32>],
-}
-
-/// How long the slices of a [`LineMemory`] are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct LineLengths {
-    /// [`LineMemory::scratch`].
-    pub scratch: usize,
-    /// [`LineMemory::aligned`].
-    pub aligned: usize,
 }
 
 impl<'a> LinePipeline<'a> {
@@ -234,9 +217,9 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         &self.beamformer
     }
 
-    /// Length of the delay stage's scratch slice for whole lines and vectors of so many lanes.
-    pub fn scratch_len(&self, lanes: usize) -> usize {
-        self.delay.scratch_len(lanes, self.scan.samples())
+    /// The delay stage's scratch for whole lines and vectors of so many lanes.
+    pub fn align_need(&self, lanes: usize) -> Need {
+        self.delay.need(lanes, self.scan.samples())
     }
 
     /// Length of a line's aligned samples, `[sample][element]`.
@@ -244,15 +227,15 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         self.scan.samples() * self.scan.elements()
     }
 
-    /// The lengths of the memory for lines that are worked out `block` samples at a time, or as many as
-    /// the time window takes.
-    pub fn lengths(&self, block: usize) -> LineLengths {
+    /// The memory for lines that are worked out `block` samples at a time, or as many as the time window takes:
+    /// real for the delay stage, complex for the aligned samples. The beamformer's workspace is not part of it.
+    pub fn need(&self, block: usize) -> Need {
         let half_window = self.beamformer.parameters().temporal_half_window;
         let buffered = buffered(self.scan.samples(), half_window, block);
-        LineLengths {
-            scratch: self.delay.scratch_len(1, buffered),
-            aligned: buffered * self.scan.elements(),
-        }
+        self.delay.need(1, buffered).and(Need {
+            real: 0,
+            complex: buffered * self.scan.elements(),
+        })
     }
 
     /// Aligned analytic samples of a line, `[sample][element]`, as many as `out` holds: the mean over the
@@ -260,7 +243,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     /// is that of the records, the same for all blocks of a line.
     ///
     /// `zero`: any vector of the instruction set to compute with. `scratch`:
-    /// [`LinePipeline::scratch_len`] values at least, contents irrelevant.
+    /// [`LinePipeline::align_need`] values at least, contents irrelevant.
     ///
     /// # Errors
     /// [`Error::Parameter`] for no transmits; [`Error::Capacity`] for a block that ends behind the line; as
@@ -305,7 +288,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     {
         let samples = out.len() / self.scan.elements().max(1);
         let actual = scratch.len();
-        let expected = self.delay.scratch_len(V::LANES, samples);
+        let expected = self.delay.need(V::LANES, samples).real;
         let Some(scratch) = scratch.get_mut(..expected) else {
             return Err(Error::Length {
                 name: "scratch",
@@ -355,20 +338,20 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     ///
     /// # Errors
     /// As those two; [`Error::Length`] where `z` is not as long as the line, or the memory not one of
-    /// [`LinePipeline::lengths`]. `z` may be changed in part.
+    /// [`LinePipeline::need`]. `z` may be changed in part.
     pub fn line<'r, A: Averaging<f32>>(
         &self,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
-        memory: LineMemory<'_>,
-        workspace: &mut WorkspaceView<'_, A>,
+        scratch: Scratch<'_>,
+        workspace: &mut Workspace<'_, A>,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error>
     where
         D::Record<'r>: 'r,
     {
         let active = |sample| self.scan.active(line, sample);
-        self.line_with(line, transmits, memory, workspace, active, z)
+        self.line_with(line, transmits, scratch, workspace, active, z)
     }
 
     /// [`LinePipeline::line`] with the active sets from elsewhere.
@@ -376,8 +359,8 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         &self,
         line: usize,
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
-        memory: LineMemory<'_>,
-        workspace: &mut WorkspaceView<'_, A>,
+        scratch: Scratch<'_>,
+        workspace: &mut Workspace<'_, A>,
         active: impl Fn(usize) -> Active,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error>
@@ -389,7 +372,10 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let Some(elements) = NonZeroUsize::new(self.scan.elements()) else {
             return Ok(());
         };
-        let LineMemory { scratch, aligned } = memory;
+        let Scratch {
+            real: scratch,
+            complex: aligned,
+        } = scratch;
         let sizes = workspace.sizes();
         let half_window = self.beamformer.parameters().temporal_half_window;
         let block = self.block(aligned.len(), elements)?;

@@ -2,9 +2,8 @@
 //!
 //! A [`Pipeline`] is a plan: validated parameters and the tables that follow from them. It works in no
 //! memory of its own, so that it can be shared between threads. A [`Frame`] is a plan with memory: RF or
-//! I/Q goes in line by line, an image and a bone map come out. Its sizes are known when the program is
-//! compiled ([`Parameters::sizes`]), for a `static` [`Memory`]; or they follow at run time, for slices
-//! ([`MemoryView`]).
+//! I/Q goes in line by line, an image and a bone map come out. [`Parameters::need`] is its memory, known when the
+//! program is compiled; [`Pipeline::need`] is the same at run time.
 //!
 //! A [`DepthGate`] bounds the depths in which the beamformer works: elsewhere is DAS.
 //!
@@ -21,15 +20,17 @@ mod memory;
 
 pub use depth_gate::DepthGate;
 pub use frame::Frame;
-pub use line::{Block, IqInput, LineLengths, LineMemory, LinePipeline};
-pub use memory::{Memory, MemoryView, Sizes};
+pub use line::{Block, IqInput, LinePipeline};
 
 use crate::Error;
 use crate::beamform;
+use crate::covariance::Covariance;
 use crate::delay::{Delay, IqDelay, Stage};
 use crate::geometry::{Axis, Lines, Scan, ScanParameters};
 use crate::image::{BMode, BModeParameters, Logarithm, PixelGrid};
+use crate::memory::Need;
 use crate::phase_symmetry::{self, PhaseSymmetry};
+use memory::Parts;
 
 /// What a [`Pipeline`] is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,7 +103,7 @@ pub struct Pipeline<'a, D = Delay> {
     lines: LinePipeline<'a, D>,
     b_mode: BMode,
     phase_symmetry: PhaseSymmetry,
-    sizes: Sizes,
+    parts: Parts,
 }
 
 impl<'a> Pipeline<'a> {
@@ -116,7 +117,7 @@ impl<'a> Pipeline<'a> {
         let scan = Scan::new(parameters.scan)?;
         even(&parameters.scan.lines)?;
         let lines = LinePipeline::new(scan, parameters.beamformer)?;
-        Self::of_lines(lines, parameters, parameters.sizes()?)
+        Self::of_lines(lines, parameters, parameters.parts()?)
     }
 }
 
@@ -175,7 +176,7 @@ impl<'a> Pipeline<'a, &'a Delay> {
         let scan = Scan::new(parameters.scan)?;
         even(&parameters.scan.lines)?;
         let lines = LinePipeline::by(delay, scan, parameters.beamformer)?;
-        Self::of_lines(lines, parameters, parameters.sizes()?)
+        Self::of_lines(lines, parameters, parameters.parts()?)
     }
 }
 
@@ -185,6 +186,7 @@ impl<'a> Pipeline<'a, IqDelay> {
     /// ```
     /// # use bonebeam::Error;
     /// use bonebeam::beamform;
+    /// use bonebeam::covariance::Covariance;
     /// use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
     /// use bonebeam::pipeline::{IqInput, Parameters, Pipeline};
     ///
@@ -215,7 +217,8 @@ impl<'a> Pipeline<'a, IqDelay> {
     /// let iq = IqInput { demodulation_frequency: 5e6, interpolation: None };
     /// let pipeline = Pipeline::of_iq(parameters, iq)?;
     /// assert_eq!(pipeline.lines().scan().samples(), 104);
-    /// assert_eq!(*pipeline.sizes(), parameters.sizes_of_iq()?);
+    /// let covariance = Covariance::ForwardBackward;
+    /// assert_eq!(pipeline.need(covariance), parameters.need_of_iq(covariance)?);
     /// # Ok::<(), Error>(())
     /// ```
     ///
@@ -225,7 +228,7 @@ impl<'a> Pipeline<'a, IqDelay> {
         let scan = Scan::of_iq(parameters.scan)?;
         even(&parameters.scan.lines)?;
         let lines = LinePipeline::of_iq(scan, iq, parameters.beamformer)?;
-        Self::of_lines(lines, parameters, parameters.sizes_of_iq()?)
+        Self::of_lines(lines, parameters, parameters.parts_of_iq()?)
     }
 }
 
@@ -233,7 +236,7 @@ impl<'a, D: Stage> Pipeline<'a, D> {
     fn of_lines(
         of_scan: LinePipeline<'a, D>,
         parameters: Parameters<'a>,
-        sizes: Sizes,
+        parts: Parts,
     ) -> Result<Self, Error> {
         let (lines, samples) = (even(&parameters.scan.lines)?, of_scan.scan().depths());
         let (rows, columns) = (parameters.rows, parameters.columns);
@@ -252,7 +255,7 @@ impl<'a, D: Stage> Pipeline<'a, D> {
                 scales: parameters.scales,
                 threshold: parameters.threshold,
             })?,
-            sizes,
+            parts,
         })
     }
 
@@ -282,9 +285,9 @@ impl<'a, D: Stage> Pipeline<'a, D> {
         &self.phase_symmetry
     }
 
-    /// The sizes of the memory that a [`Frame`] works in.
-    pub fn sizes(&self) -> &Sizes {
-        &self.sizes
+    /// The memory that a [`Frame`] works in, by the averaging of its beamformer.
+    pub fn need(&self, covariance: Covariance) -> Need {
+        self.parts.need(covariance)
     }
 }
 

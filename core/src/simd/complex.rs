@@ -6,6 +6,7 @@ use num_complex::Complex;
 
 /// As many complex numbers as a register holds real ones, one a lane.
 #[derive(Clone, Copy, Debug)]
+#[repr(C)]
 pub struct ComplexVector<V> {
     /// Real parts.
     pub re: V,

@@ -10,16 +10,15 @@ mod example;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hprintln;
-use example::{FrameMemory, LineMemory, bone_map};
+use example::{FrameMemory, bone_map};
 use firmware::exit;
 use static_cell::ConstStaticCell;
 
-static FRAME: ConstStaticCell<FrameMemory> = ConstStaticCell::new(FrameMemory::new());
-static LINE: ConstStaticCell<LineMemory> = ConstStaticCell::new(LineMemory::new());
+static MEMORY: ConstStaticCell<FrameMemory> = ConstStaticCell::new(FrameMemory::new());
 
 #[entry]
 fn main() -> ! {
-    match bone_map(FRAME.take(), LINE.take()) {
+    match bone_map(MEMORY.take()) {
         Ok(hash) => {
             hprintln!("bone-map {hash:016x}");
             exit(EXIT_SUCCESS)

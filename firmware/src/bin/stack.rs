@@ -17,8 +17,8 @@ mod example;
 
 use core::hint::black_box;
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Storage, Workspace};
-use bonebeam::covariance::{Averaging, Forward};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Workspace};
+use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqLayout, IqParameters,
     IqRecord, IqSamples, Record, ScanLine, Stage,
@@ -28,9 +28,10 @@ use bonebeam::image::{
     BMode, BModeParameters, Fan, Logarithm, PixelGrid, envelope, largest, log_compression,
     log_compression_with, median, resample, scan_convert,
 };
+use bonebeam::memory::{Memory, Need, Scratch};
 use bonebeam::phase_symmetry::{
     self, External, GainTables, Gains, Kernels, LaneFft, LogGabor, LogGaborTables, Microfft,
-    PhaseSymmetry, StripMemory, scale_for_display,
+    PhaseSymmetry, StripSlices, scale_for_display,
 };
 use bonebeam::pipeline::{Frame, Pipeline};
 use bonebeam::{Complex, Error};
@@ -80,9 +81,18 @@ const IQ: IqParameters = IqParameters {
     interpolation: IqInterpolation::Linear,
 };
 const SCRATCH: usize = {
-    let [a, b] = [RF.scratch_len(1), FASTER.scratch_len(1)];
+    let [a, b] = [RF.need(1).real, FASTER.need(1).real];
     if a > b { a } else { b }
 };
+
+const SIZES: Sizes = Sizes {
+    elements: ELEMENTS,
+    subaperture: 8,
+    temporal_half_window: 2,
+};
+const NEED: Need = SIZES
+    .need(Covariance::Forward)
+    .or(SIZES.need(Covariance::ForwardBackward));
 
 struct Arrays {
     noise: [f32; PIXELS],
@@ -97,12 +107,10 @@ struct Arrays {
     spectrum: [f32; STRIPS.spectrum_len()],
     filtered: [f32; STRIPS.filtered_len()],
     gains: [f32; STRIPS.gain_tables_len(SCALES.len())],
-    strip: StripMemory<SIDE, 8>,
+    strip: Memory<{ STRIPS.need().real }, { STRIPS.need().complex }>,
     tables: LogGaborTables,
-    both: Workspace<ELEMENTS, 8, 2>,
-    forward: Workspace<ELEMENTS, 8, 2, Forward>,
+    workspace: Memory<{ NEED.real }, { NEED.complex }>,
     frame: example::FrameMemory,
-    line: example::LineMemory,
 }
 
 static ARRAYS: ConstStaticCell<Arrays> = ConstStaticCell::new(Arrays {
@@ -118,12 +126,10 @@ static ARRAYS: ConstStaticCell<Arrays> = ConstStaticCell::new(Arrays {
     spectrum: [0.0; STRIPS.spectrum_len()],
     filtered: [0.0; STRIPS.filtered_len()],
     gains: [0.0; STRIPS.gain_tables_len(SCALES.len())],
-    strip: StripMemory::new(),
+    strip: Memory::new(),
     tables: LogGaborTables::new(),
-    both: Workspace::new(),
-    forward: Workspace::new(),
+    workspace: Memory::new(),
     frame: example::FrameMemory::new(),
-    line: example::LineMemory::new(),
 });
 
 #[entry]
@@ -212,7 +218,7 @@ fn delay(arrays: &mut Arrays) -> Result<(), Error> {
     for (name, parameters) in [("40 to 20 MHz", RF), ("100 to 20 MHz", FASTER)] {
         hprintln!("{name}:");
         of("Delay::set", || delay.set(black_box(parameters)))?;
-        let scratch = &mut scratch[..parameters.scratch_len(1)];
+        let scratch = &mut scratch[..parameters.need(1).real];
         of("Delay::line", || {
             delay.line(0.0f32, &line(), &record, scratch, out)
         })?;
@@ -232,7 +238,7 @@ fn delay(arrays: &mut Arrays) -> Result<(), Error> {
             interpolation,
             ..IQ
         })?;
-        let scratch = &mut scratch[..IQ.scratch_len(1)];
+        let scratch = &mut scratch[..IQ.need(1).real];
         of(name, || delay.line(0.0f32, &line(), &record, scratch, out))?;
     }
     Ok(())
@@ -258,18 +264,19 @@ fn beamform(arrays: &mut Arrays) -> Result<(), Error> {
         ("ESMV without the first", Method::EsmvExcludeFirst),
     ] {
         hprintln!("{name}, forward-backward, then forward:");
-        beamformed(&mut arrays.both, method, x, z)?;
-        beamformed(&mut arrays.forward, method, x, z)?;
+        beamformed::<ForwardBackward>(arrays.workspace.scratch(), method, x, z)?;
+        beamformed::<Forward>(arrays.workspace.scratch(), method, x, z)?;
     }
     Ok(())
 }
 
-fn beamformed<A: Averaging<f32> + Storage<8, 2>>(
-    workspace: &mut Workspace<ELEMENTS, 8, 2, A>,
+fn beamformed<A: Averaging<f32>>(
+    scratch: Scratch<'_>,
     method: Method,
     x: &[Complex<f32>],
     z: &mut [Complex<f32>],
 ) -> Result<(), Error> {
+    let mut workspace = Workspace::<A>::new(0.0, SIZES, scratch)?;
     let beamformer = Beamformer::new(Parameters {
         method,
         temporal_half_window: 2,
@@ -282,7 +289,7 @@ fn beamformed<A: Averaging<f32> + Storage<8, 2>>(
         count: (8 + n / 8).min(ELEMENTS),
     };
     of("Beamformer::line", || {
-        beamformer.line(&mut workspace.view(), x, active, z)
+        beamformer.line(&mut workspace, x, active, z)
     })
 }
 
@@ -314,7 +321,7 @@ fn image(arrays: &mut Arrays) -> Result<(), Error> {
     let (rows, columns) = (Axis::centred(SIDE, 0.1e-3), Axis::centred(SIDE, 0.1e-3));
     let (pixels, rest) = work.split_at_mut(PIXELS);
     of("resample", || {
-        resample(levels, lines, samples, rows, columns, pixels)
+        resample(levels, [lines, samples], [rows, columns], pixels)
     })?;
     let fan = Fan {
         x: 0.0,
@@ -330,7 +337,7 @@ fn image(arrays: &mut Arrays) -> Result<(), Error> {
         },
     );
     of("scan_convert", || {
-        scan_convert(levels, fan, angles, depths, rows, columns, pixels)
+        scan_convert(levels, fan, [angles, depths], [rows, columns], pixels)
     })?;
     of("median", || {
         median(0.0f32, pixels, SIDE, &mut rest[..PIXELS])
@@ -345,7 +352,7 @@ fn image(arrays: &mut Arrays) -> Result<(), Error> {
     };
     of("BMode::new", || BMode::new(black_box(parameters)))?;
     let b_mode = BMode::new(parameters)?;
-    let work = &mut work[..b_mode.work_len()];
+    let work = &mut work[..b_mode.need().real];
     of("BMode::image", || b_mode.image(0.0f32, image, work, out))
 }
 
@@ -384,6 +391,7 @@ fn phase_symmetry(arrays: &mut Arrays) -> Result<(), Error> {
         GainTables::new(&filters, &bank, &mut gains[..])
     })?;
     let tables = GainTables::new(&filters, &bank, &mut gains[..])?;
+    let strip = &mut StripSlices::new(STRIPS, strip.scratch())?;
     let mut external = External {
         image: &mut &image[..],
         spectrum: &mut &mut spectrum[..],
@@ -413,16 +421,14 @@ fn map(
     name: &str,
     bank: &PhaseSymmetry,
     gains: &impl Gains<f32>,
-    strip: &mut StripMemory<SIDE, 8>,
+    strip: &mut StripSlices<'_, f32>,
     external: &mut External<'_>,
 ) -> Result<(), Error> {
     let kernels = Kernels {
         fft: &Microfft,
         gains,
     };
-    of(name, || {
-        bank.run(&kernels, external, &mut strip.slices(), &mut |_| {})
-    })
+    of(name, || bank.run(&kernels, external, strip, &mut |_| {}))
 }
 
 const SCAN: Scan = match Scan::new(example::PARAMETERS.scan) {
@@ -437,7 +443,7 @@ static DELAY: Delay = match Delay::new(DelayParameters::of(&SCAN)) {
 
 #[inline(never)]
 fn pipeline(arrays: &mut Arrays) -> Result<(), Error> {
-    let (memory, workspace) = (&mut arrays.frame, &mut arrays.line);
+    let memory = &mut arrays.frame;
     of("Pipeline::new", || {
         Pipeline::new(black_box(example::PARAMETERS))
     })?;
@@ -451,15 +457,15 @@ fn pipeline(arrays: &mut Arrays) -> Result<(), Error> {
         ApertureTable::new(scan, widths).map(drop)
     })?;
     of("Frame::new", || {
-        Frame::new(&pipeline, memory.view()).map(drop)
+        Frame::new(&pipeline, memory.scratch()).map(drop)
     })?;
-    let mut frame = Frame::new(&pipeline, memory.view())?;
+    let mut frame = Frame::new(&pipeline, memory.scratch())?;
     let record = Record::new(&arrays.rf, ELEMENTS)?;
     let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
     for line in 0..example::PARAMETERS.scan.lines.count() {
         let entry = || {
             let transmits = [(transmit, &record)];
-            frame.line(line, transmits, &mut workspace.view()).map(drop)
+            frame.line(line, transmits).map(drop)
         };
         if line == 0 {
             of("Frame::line", entry)?;

@@ -1,9 +1,11 @@
 //! From blocks to a bone map: what the main loop does, for the scan of [`scan`](crate::scan).
 
 use bonebeam::Error;
-use bonebeam::beamform::Workspace;
+use bonebeam::beamform::Sizes;
+use bonebeam::covariance::Covariance;
 use bonebeam::delay::{IqDelay, IqLayout, IqRecord, IqSamples};
-use bonebeam::pipeline::{Frame, Memory, Pipeline, Sizes};
+use bonebeam::memory::{Memory, Need};
+use bonebeam::pipeline::{Frame, Pipeline};
 
 use crate::scan::{ELEMENTS, INPUT, PARAMETERS, ScanBlock, TRANSMIT};
 
@@ -18,44 +20,20 @@ pub fn plan() -> Result<Plan, Error> {
     Pipeline::of_iq(PARAMETERS, INPUT)
 }
 
-const SIZES: Sizes = match PARAMETERS.sizes_of_iq() {
-    Ok(sizes) => sizes,
+const NEED: Need = match PARAMETERS.need_of_iq(Covariance::ForwardBackward) {
+    Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
 
+/// The beamformer's shapes. They are constants, which makes its loops shorter.
+const SIZES: Sizes = PARAMETERS.beamformer.sizes(ELEMENTS);
+
 /// The memory of a [`Chain`], for a `static`.
-pub struct ChainMemory {
-    frame: Memory<{ SIZES.real }, { SIZES.complex }>,
-    line: Workspace<{ SIZES.elements }, { SIZES.subaperture }, { SIZES.temporal_half_window }>,
-}
-
-impl ChainMemory {
-    /// What it takes.
-    pub const BYTES: usize = size_of::<Self>();
-
-    /// All zero.
-    pub const fn new() -> Self {
-        ChainMemory {
-            frame: Memory::new(),
-            line: Workspace::new(),
-        }
-    }
-}
-
-impl Default for ChainMemory {
-    fn default() -> Self {
-        Self::new()
-    }
-}
+pub type ChainMemory = Memory<{ NEED.real }, { NEED.complex }>;
 
 /// A plan at work on blocks: a line at a time, then image and map.
 pub struct Chain<'m> {
     frame: Frame<'m, 'm, IqDelay>,
-    line: &'m mut Workspace<
-        { SIZES.elements },
-        { SIZES.subaperture },
-        { SIZES.temporal_half_window },
-    >,
 }
 
 impl<'m> Chain<'m> {
@@ -66,8 +44,7 @@ impl<'m> Chain<'m> {
     /// subaperture and time window, another reading and a depth gate change none.
     pub fn new(plan: &'m Plan, memory: &'m mut ChainMemory) -> Result<Self, Error> {
         Ok(Chain {
-            frame: Frame::new(plan, memory.frame.view())?,
-            line: &mut memory.line,
+            frame: Frame::new(plan, memory.scratch())?,
         })
     }
 
@@ -79,9 +56,7 @@ impl<'m> Chain<'m> {
         let samples = IqSamples::Counts(block.samples.as_flattened(), 1.0);
         let record = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)?;
         let transmits = [(TRANSMIT, &record)];
-        self.frame
-            .line(line, transmits, &mut self.line.view())
-            .map(drop)
+        self.frame.line_by(SIZES, line, transmits).map(drop)
     }
 
     /// The image of the lines, row-major, 0 to 255.

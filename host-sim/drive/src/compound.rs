@@ -146,7 +146,7 @@ impl Task for Values<'_, '_> {
         let memory = || {
             (
                 vec![0; TOGETHER * of_lines],
-                vec![0.0; upsampled.scratch_len()],
+                vec![0.0; upsampled.need().real],
                 vec![0.0; TOGETHER * record_len],
             )
         };
@@ -227,7 +227,7 @@ impl Task for Analytic<'_, '_> {
         let p = of.delay.parameters();
         let length = of.upsampled.line_len();
         let own_length = of.upsampled.block_len(x.len() / p.elements);
-        let stage_len = p.scratch_len(V::LANES);
+        let stage_len = p.need(V::LANES).real;
         scratch.resize(stage_len, 0.0);
         let mut own = Vec::with_capacity(block.active.count * own_length);
         for element in range(block.active) {

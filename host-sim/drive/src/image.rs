@@ -134,7 +134,7 @@ impl Task for Pixels<'_> {
         let Pixels { b_mode, levels } = self;
         let grid = b_mode.parameters().grid;
         let mut pixels = Array2::zeros((grid.rows, grid.columns));
-        let mut scratch = vec![0.0; b_mode.scratch_len()];
+        let mut scratch = vec![0.0; b_mode.pixels_need().real];
         let out = pixels.as_slice_mut().unwrap_or_default();
         b_mode.pixels(zero, levels, &mut scratch, out)?;
         Ok(pixels)
@@ -169,10 +169,11 @@ pub fn resize(image: ArrayView2<f32>, rows: usize, columns: usize) -> Result<Arr
     let mut resized = Array2::zeros((rows, columns));
     core::resample(
         transposed.as_slice().unwrap_or_default(),
-        axis(1.0, image.ncols()),
-        axis(1.0, image.nrows()),
-        axis(step(image.nrows(), rows).max(f64::MIN_POSITIVE), rows),
-        axis(step(image.ncols(), columns).max(f64::MIN_POSITIVE), columns),
+        [axis(1.0, image.ncols()), axis(1.0, image.nrows())],
+        [
+            axis(step(image.nrows(), rows).max(f64::MIN_POSITIVE), rows),
+            axis(step(image.ncols(), columns).max(f64::MIN_POSITIVE), columns),
+        ],
         resized.as_slice_mut().unwrap_or_default(),
     )?;
     Ok(resized)

@@ -127,7 +127,7 @@ impl<'x, D: Stage> Task for Align<'_, '_, 'x, D> {
         } = self;
         let pipeline = &recorded.pipeline;
         let samples = x.len() / pipeline.scan().elements();
-        let needed = pipeline.delay().scratch_len(V::LANES, samples);
+        let needed = pipeline.delay().need(V::LANES, samples).real;
         scratch.resize(scratch.len().max(needed), 0.0);
         let own = (recorded.of_line)(block.line);
         let transmits = recorded.transmits[own.clone()].iter().copied();

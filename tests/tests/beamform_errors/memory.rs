@@ -3,49 +3,43 @@
 use super::*;
 
 /// A workspace takes what the documentation says.
-fn assert_bytes<const M: usize, const L: usize, const K: usize, A: Storage<L, K>>(
-    s: usize,
-    lag_sums: usize,
-    basis: usize,
-) {
-    let sets = if K == 0 { 1 } else { 2 * K + 2 };
-    let lengths = Workspace::<M, L, K, A>::SIZES.lengths(A::COVARIANCE);
-    assert_eq!(lengths.complex, M + (5 + K) * L + sets * lag_sums);
-    assert_eq!(lengths.scalars, L * L + 10 * L + basis);
-    assert_eq!(lengths.reals, 5 * L);
-    let formula = 8 * lengths.complex + 4 * s * lengths.scalars + 4 * lengths.reals;
-    assert_eq!(Workspace::<M, L, K, A>::BYTES, formula);
+fn assert_need(sizes: [usize; 3], covariance: Covariance, lag_sums: usize, basis: usize) {
+    let [m, l, k] = sizes;
+    let sets = if k == 0 { 1 } else { 2 * k + 2 };
+    let scalars = l * l + 10 * l + basis;
+    let mut expected = Need {
+        real: 5 * l,
+        complex: m + (5 + k) * l + sets * lag_sums,
+    };
+    match covariance {
+        Covariance::Forward => expected.complex += scalars,
+        Covariance::ForwardBackward => expected.real += scalars,
+    }
+    assert_eq!(of(sizes).need(covariance), expected);
 }
 
 #[test]
 fn memory_is_what_the_documentation_says() {
-    assert_bytes::<4, 4, 0, ForwardBackward>(1, 6, 0);
+    let (both, forward) = (Covariance::ForwardBackward, Covariance::Forward);
+    assert_need([4, 4, 0], both, 6, 0);
     // With L = 8 the Lanczos basis is longer than a factor.
-    assert_bytes::<16, 8, 2, ForwardBackward>(1, 20, 8);
-    assert_bytes::<32, 16, 2, ForwardBackward>(1, 72, 0);
-    assert_bytes::<128, 64, 10, ForwardBackward>(1, 32 * 33, 0);
-    assert_bytes::<7, 4, 0, Forward>(2, 10, 0);
-    assert_bytes::<33, 20, 3, Forward>(2, 210, 0);
-    assert_bytes::<256, 128, 10, Forward>(2, 64 * 129, 0);
+    assert_need([16, 8, 2], both, 20, 8);
+    assert_need([32, 16, 2], both, 72, 0);
+    assert_need([128, 64, 10], both, 32 * 33, 0);
+    assert_need([7, 4, 0], forward, 10, 0);
+    assert_need([33, 20, 3], forward, 210, 0);
+    assert_need([256, 128, 10], forward, 64 * 129, 0);
 }
 
 /// A line through slices for 6 elements, L = 3 and K = 1, each shorter than it has to be by so many.
-fn short(by: [usize; 3]) -> Result<(), Error> {
-    let sizes = Sizes {
-        elements: 6,
-        subaperture: 3,
-        temporal_half_window: 1,
+fn short(by: [usize; 2]) -> Result<(), Error> {
+    let sizes = of([6, 3, 1]);
+    let need = sizes.need(Covariance::Forward);
+    let scratch = Scratch {
+        real: &mut vec![0.0; need.real - by[0]],
+        complex: &mut vec![Complex::ZERO; need.complex - by[1]],
     };
-    let lengths = sizes.lengths(Covariance::Forward);
-    let mut complex = vec![ComplexVector::from_real(0.0f32); lengths.complex - by[0]];
-    let mut scalars = vec![Forward::scalar(0.0f32); lengths.scalars - by[1]];
-    let mut reals = vec![0.0; lengths.reals - by[2]];
-    let slices = Slices {
-        complex: &mut complex,
-        scalars: &mut scalars,
-        reals: &mut reals,
-    };
-    let mut view = WorkspaceView::<Forward>::new(0.0, sizes, slices)?;
+    let mut view = Workspace::<Forward>::new(0.0, sizes, scratch)?;
     assert_eq!(view.sizes(), sizes);
     let x = [Complex::ONE; 40];
     let parameters = Parameters {
@@ -59,14 +53,14 @@ fn short(by: [usize; 3]) -> Result<(), Error> {
 
 #[test]
 fn slices_that_are_too_short() {
-    assert_eq!(short([0; 3]), Ok(()));
-    let names = ["complex", "scalars", "reals"];
+    assert_eq!(short([0; 2]), Ok(()));
+    let names = ["real", "complex"];
     for (slice, name) in names.into_iter().enumerate() {
-        let mut by = [0; 3];
+        let mut by = [0; 2];
         by[slice] = 1;
         let message = short(by).expect_err("a short slice").to_string();
         assert!(
-            message.starts_with(&format!("slice `{name}` has length ")),
+            message.starts_with(&format!("{name} memory has length ")),
             "{message}"
         );
     }
@@ -81,15 +75,10 @@ fn sizes_that_no_memory_has() {
         [usize::MAX; 3],
         [1 << 40, 1 << 40, 1 << 40],
     ] {
-        let [elements, subaperture, temporal_half_window] = sizes;
-        let sizes = Sizes {
-            elements,
-            subaperture,
-            temporal_half_window,
-        };
+        let sizes = of(sizes);
         for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
-            let lengths = sizes.lengths(covariance);
-            assert!(lengths.complex >= 1 << 40, "{sizes:?}: {lengths:?}");
+            let need = sizes.need(covariance);
+            assert!(need.complex >= 1 << 40, "{sizes:?}: {need:?}");
         }
         let refused = Memory::<Forward, f32>::new(0.0, sizes);
         let error = refused.err().expect("more than there is");
@@ -106,7 +95,8 @@ fn das_needs_no_memory() {
     let x = [Complex::new(2.0, -1.0); 40];
     let line = AlignedLine::new(&x, 8).expect("finite");
     let all = |_| Active { first: 0, count: 8 };
-    let mut view = WorkspaceView::empty(0.0f32);
+    let mut memory = memory([0; 3]);
+    let mut view = memory.view();
     let beamformer = |method| {
         Beamformer::new(Parameters {
             method,
@@ -146,7 +136,8 @@ fn no_active_element_needs_no_memory() {
     let beamformer = beamformer.expect("valid");
     for first in [0, 8] {
         let none = |_| Active { first, count: 0 };
-        let mut view = WorkspaceView::empty(0.0f32);
+        let mut memory = memory([0; 3]);
+        let mut view = memory.view();
         let mut z = [Complex::I; 5];
         assert_eq!(beamformer.line(&mut view, line, none, &mut z), Ok(()));
         assert_eq!(z, [Complex::ZERO; 5]);
@@ -162,7 +153,7 @@ fn memory_fits_what_is_within_or_nothing_is_put_out() {
     let x = [Complex::ONE; 40];
     let line = AlignedLine::new(&x, 8).expect("finite");
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
-    let mut workspace = Workspace::<6, 4, 0>::new();
+    let mut workspace = memory([6, 4, 0]);
     let active = |n| Active {
         first: 0,
         count: if n < 3 { 6 } else { 7 },

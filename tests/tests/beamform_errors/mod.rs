@@ -4,13 +4,10 @@ mod memory;
 
 use crate::common;
 use bonebeam::Error;
-use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, Slices, Storage, Workspace,
-    WorkspaceView,
-};
-use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, Workspace};
+use bonebeam::covariance::{Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
-use bonebeam::simd::ComplexVector;
+use bonebeam::memory::{Need, Scratch};
 use bonebeam_drive::beamform::Memory;
 use common::lines::COVARIANCES;
 use ndarray::Array3;
@@ -115,11 +112,24 @@ fn a_subaperture_is_never_longer_than_its_aperture() {
     }
 }
 
+/// `[M, L, K]`.
+fn of([elements, subaperture, temporal_half_window]: [usize; 3]) -> Sizes {
+    Sizes {
+        elements,
+        subaperture,
+        temporal_half_window,
+    }
+}
+
+fn memory(sizes: [usize; 3]) -> Memory<ForwardBackward, f32> {
+    Memory::new(0.0, of(sizes)).expect("little memory")
+}
+
 /// A line of 5 samples of 8 elements through a workspace for 6 elements, L = 4 and K = 1.
 fn run(parameters: Parameters, active: Active, length: usize) -> Result<(), Error> {
     let x = [Complex::ONE; 40];
     let line = AlignedLine::new(&x, 8)?;
-    let mut workspace = Workspace::<6, 4, 1>::new();
+    let mut workspace = memory([6, 4, 1]);
     let mut z = vec![Complex::ZERO; length];
     Beamformer::new(parameters)?.line(&mut workspace.view(), line, |_| active, &mut z)
 }
@@ -181,7 +191,7 @@ fn what_does_not_fit() {
 fn a_line_is_refused_before_anything_is_put_out() {
     let x = [Complex::ONE; 40];
     let line = AlignedLine::new(&x, 8).expect("finite");
-    let mut workspace = Workspace::<6, 4, 0>::new();
+    let mut workspace = memory([6, 4, 0]);
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     // The last sample's aperture exceeds the capacity, or the array.
     for last in [Active { first: 0, count: 7 }, Active { first: 4, count: 5 }] {
@@ -198,7 +208,7 @@ fn a_line_is_refused_before_anything_is_put_out() {
 fn a_run_outside_its_line() {
     let x = [Complex::ONE; 40];
     let line = AlignedLine::new(&x, 8).expect("finite");
-    let mut workspace = Workspace::<8, 4, 0>::new();
+    let mut workspace = memory([8, 4, 0]);
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     for first_sample in [4, 5, 6, usize::MAX] {
         let segment = Segment {
@@ -254,7 +264,7 @@ fn more_runs_than_lanes_or_fewer_outputs() {
         first_element: 0,
         first_sample: 0,
     };
-    let mut workspace = Workspace::<8, 4, 0>::new();
+    let mut workspace = memory([8, 4, 0]);
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     let mut z = [Complex::I; 5];
     let refused = beamformer.segments(
@@ -289,7 +299,7 @@ fn more_runs_than_lanes_or_fewer_outputs() {
 /// K is refused whether there are runs or not.
 #[test]
 fn no_runs_and_a_window_beyond_counting() {
-    let mut workspace = Workspace::<6, 4, 1>::new();
+    let mut workspace = memory([6, 4, 1]);
     for temporal_half_window in [2, 1 << 34, usize::MAX] {
         let beamformer = Beamformer::new(Parameters {
             temporal_half_window,
@@ -319,7 +329,7 @@ fn a_run_of_no_samples_ends_with_its_line() {
         first_element: 0,
         first_sample: 5,
     };
-    let mut workspace = Workspace::<8, 4, 0>::new();
+    let mut workspace = memory([8, 4, 0]);
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
     let done = beamformer.segments(&mut workspace.view(), &[segment], 8, &mut [&mut []]);
     assert_eq!(done, Ok(()));
@@ -331,7 +341,7 @@ fn each_sample_is_asked_twice_for_its_active_set() {
     let x = [Complex::ONE; 40];
     let line = AlignedLine::new(&x, 8).expect("finite");
     let beamformer = Beamformer::new(Parameters::default()).expect("valid");
-    let mut workspace = Workspace::<8, 4, 0>::new();
+    let mut workspace = memory([8, 4, 0]);
     let asked = [const { std::cell::Cell::new(0) }; 5];
     let all = |n: usize| {
         asked[n].set(asked[n].get() + 1);

@@ -1,11 +1,13 @@
 //! The scan, the records and the lines of a small frame, by RF and by I/Q.
 
-use bonebeam::beamform::{self, Method, Workspace};
+use bonebeam::beamform::{self, Method};
+use bonebeam::covariance::Covariance;
 use bonebeam::delay::{IqInterpolation, IqLayout, IqRecord, IqSamples};
 use bonebeam::geometry::{
     Array, Axis as Positions, Depth, Lines, ScanParameters, Transmit, TransmitLaw,
 };
-use bonebeam::pipeline::{IqInput, Parameters, Sizes};
+use bonebeam::memory::Need;
+use bonebeam::pipeline::{IqInput, Parameters};
 
 pub const ELEMENTS: usize = 16;
 pub const LINES: usize = 40;
@@ -37,13 +39,11 @@ pub const PARAMETERS: Parameters = Parameters {
     strip: 8,
     block: usize::MAX,
 };
-/// The sizes of its memory.
-pub const SIZES: Sizes = match PARAMETERS.sizes() {
-    Ok(sizes) => sizes,
+/// Its memory.
+pub const NEED: Need = match PARAMETERS.need(Covariance::ForwardBackward) {
+    Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
-/// The memory of its beamformer.
-pub type LineMemory = Workspace<ELEMENTS, { SIZES.subaperture }, { SIZES.temporal_half_window }>;
 
 /// How deep the surface lies at a lateral position, m.
 pub fn surface(x: f64) -> f64 {

@@ -98,7 +98,7 @@ fn line_by<V: Vector>(
 ) {
     let p = delay.parameters();
     let record = Record::new(rf, p.elements).unwrap();
-    let mut scratch = vec![f32::NAN; p.scratch_len(V::LANES)];
+    let mut scratch = vec![f32::NAN; p.need(V::LANES).real];
     delay.line(zero, line, &record, &mut scratch, out).unwrap();
 }
 

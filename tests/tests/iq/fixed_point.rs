@@ -117,7 +117,7 @@ fn fixed_point_takes_extreme_geometry_and_refuses_what_it_cannot_read() {
             compounding: Compounding::Replace,
         };
         let mut out = vec![Complex::new(f32::NAN, 0.0); p.output_samples * p.elements];
-        let mut scratch = vec![0.0; p.scratch_len(1)];
+        let mut scratch = vec![0.0; p.need(1).real];
         let delay = IqDelay::new(p).unwrap();
         match delay.line(0.0f32, &line, &record, &mut scratch, &mut out) {
             Ok(()) => read += 1,
@@ -158,7 +158,7 @@ fn fixed_point_takes_extreme_geometry_and_refuses_what_it_cannot_read() {
     let elements = 4097;
     assert_eq!(name(IqParameters { elements, ..good }), "elements");
     let floats = noise(ELEMENTS * 100, 1);
-    let mut scratch = vec![0.0; good.scratch_len(1)];
+    let mut scratch = vec![0.0; good.need(1).real];
     let mut out = vec![ZERO; good.output_samples * ELEMENTS];
     let refused = IqDelay::new(good).unwrap().line(
         0.0f32,
@@ -348,7 +348,7 @@ fn fixed_point_reads_elements_below_8191_samples_way() {
     let read = |array: Array| {
         let line = ScanLine { array, ..line };
         let mut out = vec![ZERO; p.output_samples];
-        let mut scratch = vec![0.0; p.scratch_len(1)];
+        let mut scratch = vec![0.0; p.need(1).real];
         let delay = IqDelay::new(p).unwrap();
         let result = delay.line(0.0f32, &line, &record, &mut scratch, &mut out);
         match result {

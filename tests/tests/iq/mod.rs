@@ -123,7 +123,7 @@ fn line_into<V: Vector>(
     out: &mut [Complex<f32>],
 ) {
     let delay = IqDelay::new(*p).unwrap();
-    let mut scratch = vec![f32::NAN; p.scratch_len(V::LANES)];
+    let mut scratch = vec![f32::NAN; p.need(V::LANES).real];
     delay.line(zero, line, record, &mut scratch, out).unwrap();
 }
 
@@ -335,7 +335,7 @@ fn the_documented_errors_hold_against_the_reference_and_against_rf() {
                     hilbert_taps: hilbert_taps(p.output_rate, F0),
                 };
                 let mut analytic = vec![ZERO; ours.len()];
-                let mut scratch = vec![0.0; of_rf.scratch_len(1)];
+                let mut scratch = vec![0.0; of_rf.need(1).real];
                 let delay = Delay::new(of_rf).unwrap();
                 let record = Record::new(&rf, ELEMENTS).unwrap();
                 delay
@@ -444,7 +444,7 @@ fn memory_and_the_way_of_reading_follow_from_the_parameters() {
     let p = parameters(10e6, 100, IqInterpolation::Cubic);
     // Seven numbers an element, up to full vectors.
     for (lanes, elements) in [(0, 21), (1, 21), (4, 24), (8, 24), (16, 32)] {
-        assert_eq!(p.scratch_len(lanes), 7 * elements, "{lanes}");
+        assert_eq!(p.need(lanes).real, 7 * elements, "{lanes}");
     }
     // A pulse of 60 % of 5 MHz: 3 MHz, of which 96 MHz are 32 times as much.
     for (sampling_rate, interpolation) in [

@@ -80,7 +80,7 @@ fn what_is_wrong_is_named() {
         assert!(out.iter().all(|y| *y == Complex::new(5.0, 6.0)));
         result.unwrap_err().to_string()
     };
-    let (scratch, out) = (good.scratch_len(1), good.output_samples * ELEMENTS);
+    let (scratch, out) = (good.need(1).real, good.output_samples * ELEMENTS);
     assert!(refused(&line, scratch - 1, out).starts_with("scratch"));
     assert!(refused(&line, scratch, out + 1).starts_with("out"));
     let beyond = ScanLine {

@@ -1,6 +1,33 @@
 //! Fast memory, external memory and fixed workspaces.
 
 use super::*;
+use bonebeam::memory::Scratch;
+
+/// Fast memory.
+struct Strips {
+    sizes: core::Sizes,
+    real: Vec<f32>,
+    complex: Vec<Complex<f32>>,
+}
+
+impl Strips {
+    fn new(sizes: core::Sizes) -> Self {
+        let need = sizes.need();
+        Strips {
+            sizes,
+            real: vec![f32::NAN; need.real],
+            complex: vec![Complex::new(f32::NAN, f32::NAN); need.complex],
+        }
+    }
+
+    fn slices(&mut self) -> core::StripSlices<'_, f32> {
+        let scratch = Scratch {
+            real: &mut self.real,
+            complex: &mut self.complex,
+        };
+        core::StripSlices::new(self.sizes, scratch).unwrap()
+    }
+}
 
 /// External memory that counts, and fails at a given access.
 struct Counting {
@@ -80,7 +107,7 @@ impl core::WriteAt for Fast {
 fn fast_memory_is_worked_on_where_it_lies_and_gives_the_same_bits() {
     let image = test_image(128, 64, 7);
     let bank = bank(128, 64, &THREE, 3.0, 5).unwrap();
-    let mut memory = core::StripMemory::<128, 5>::new();
+    let mut memory = Strips::new(bank.sizes());
     let mut tables = core::LogGaborTables::new();
     let kernels = core::Kernels {
         fft: &core::Microfft,
@@ -117,7 +144,7 @@ fn on_target(
 ) -> Result<(Array2<f32>, usize), bonebeam::Error> {
     let (rows, columns) = image.dim();
     let bank = bank(rows, columns, &THREE, 3.0, strip)?;
-    let mut memory = core::StripMemory::<128, 5>::new();
+    let mut memory = Strips::new(bank.sizes());
     let mut tables = core::LogGaborTables::new();
     let kernels = core::Kernels {
         fft: &core::Microfft,
@@ -188,9 +215,18 @@ fn a_slice_refuses_what_does_not_lie_in_it() {
 #[test]
 fn memory_is_what_the_documentation_says() {
     assert_eq!(core::LogGaborTables::BYTES, 17_920);
-    assert_eq!(core::StripMemory::<64, 1>::BYTES, 1_792);
-    assert_eq!(core::StripMemory::<64, 64>::BYTES, 66_304);
-    assert_eq!(core::StripMemory::<512, 16>::BYTES, 137_216);
+    let bytes = |rows, strip| {
+        let columns = 64;
+        let sizes = core::Sizes {
+            rows,
+            columns,
+            strip,
+        };
+        4 * sizes.need().real + 8 * sizes.need().complex
+    };
+    assert_eq!(bytes(64, 1), 1_792);
+    assert_eq!(bytes(64, 64), 66_304);
+    assert_eq!(bytes(512, 16), 137_216);
     assert_eq!(core::LaneFft::BYTES, 4_096);
     let bank = bank(512, 512, &THREE, 15.0, 16).unwrap();
     assert_eq!(4 * bank.gain_tables_len(), 5_003_276);

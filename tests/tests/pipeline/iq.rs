@@ -2,8 +2,8 @@
 
 use super::*;
 
-const IQ_SIZES: Sizes = match PARAMETERS_OF_IQ.sizes_of_iq() {
-    Ok(sizes) => sizes,
+const IQ_NEED: Need = match PARAMETERS_OF_IQ.need_of_iq(Covariance::ForwardBackward) {
+    Ok(need) => need,
     Err(_) => panic!("the scan is not valid"),
 };
 
@@ -25,12 +25,11 @@ fn a_frame_of_iq_has_the_hosts_bits_and_the_bone_where_it_is() {
     let counts: Vec<Vec<[i16; 2]>> = (0..LINES).map(counts).collect();
     let records: Vec<IqRecord> = counts.iter().map(|counts| counted(counts)).collect();
     let pipeline = Pipeline::of_iq(PARAMETERS_OF_IQ, iq_input(None)).unwrap();
-    let mut memory = Box::new(Memory::<{ IQ_SIZES.real }, { IQ_SIZES.complex }>::new());
-    let mut frame = Frame::new(&pipeline, memory.view()).unwrap();
-    let mut workspace = LineMemory::new();
+    let mut memory = Box::new(Memory::<{ IQ_NEED.real }, { IQ_NEED.complex }>::new());
+    let mut frame = Frame::new(&pipeline, memory.scratch()).unwrap();
     let mut z = Vec::new();
     for (line, record) in records.iter().enumerate() {
-        let line = frame.line(line, [(focused(), record)], &mut workspace.view());
+        let line = frame.line(line, [(focused(), record)]);
         z.extend_from_slice(line.unwrap());
     }
     let image = frame.image().unwrap().to_vec();

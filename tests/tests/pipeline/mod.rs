@@ -11,9 +11,8 @@ use bonebeam::delay::{
     Stage,
 };
 use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::pipeline::{
-    Block, DepthGate, Frame, IqInput, LinePipeline, Memory, Parameters, Pipeline, Sizes,
-};
+use bonebeam::memory::{Memory, Need};
+use bonebeam::pipeline::{Block, DepthGate, Frame, IqInput, LinePipeline, Parameters, Pipeline};
 use bonebeam::{Complex, Error};
 use bonebeam_drive::beamform::{Memory as LaneMemory, beamform};
 use bonebeam_drive::config;
@@ -24,8 +23,8 @@ use bonebeam_drive::pipeline::Frames;
 use bonebeam_drive::source::{Recorded, Source};
 use bonebeam_files::{ChannelData, Lines as FileLines, Transmits};
 use common::frames::{
-    ELEMENTS, LINES, LineMemory, PARAMETERS, SIZES, counted, counts, focused, iq_input,
-    iq_parameters, record, surface,
+    ELEMENTS, LINES, NEED, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,
+    surface,
 };
 use ndarray::Array3;
 
@@ -35,18 +34,13 @@ fn frame(parameters: Parameters) -> (Vec<Complex<f32>>, Vec<f32>, Vec<f32>) {
 }
 
 fn frame_of(pipeline: &Pipeline) -> (Vec<Complex<f32>>, Vec<f32>, Vec<f32>) {
-    let mut memory = Box::new(Memory::<{ SIZES.real }, { SIZES.complex }>::new());
-    let mut frame = Frame::new(pipeline, memory.view()).unwrap();
-    let mut workspace = LineMemory::new();
+    let mut memory = Box::new(Memory::<{ NEED.real }, { NEED.complex }>::new());
+    let mut frame = Frame::new(pipeline, memory.scratch()).unwrap();
     let mut z = Vec::new();
     for line in 0..LINES {
         let rf = record(line);
         let record = Record::new(&rf, ELEMENTS).unwrap();
-        z.extend_from_slice(
-            frame
-                .line(line, [(focused(), &record)], &mut workspace.view())
-                .unwrap(),
-        );
+        z.extend_from_slice(frame.line(line, [(focused(), &record)]).unwrap());
     }
     let image = frame.image().unwrap().to_vec();
     // Once more: nothing of it was consumed.
@@ -222,7 +216,7 @@ fn a_line_is_the_mean_of_its_transmits() {
         .each_ref()
         .map(|rf| Record::new(rf, ELEMENTS).unwrap());
     let transmits = laws.map(|law| Transmit::new(law, 1e-7));
-    let mut scratch = vec![0.0; lines.scratch_len(1)];
+    let mut scratch = vec![0.0; lines.align_need(1).real];
     let mut x = vec![Complex::new(f32::NAN, 0.0); lines.aligned_len()];
     let pairs = || transmits.into_iter().zip(&records);
     lines
@@ -268,7 +262,7 @@ fn a_block_is_aligned_for_the_elements_asked_for() {
     let rf = record(line);
     let record = Record::new(&rf, ELEMENTS).unwrap();
     let transmits = || [(focused(), &record)];
-    let mut scratch = vec![0.0; lines.scratch_len(1)];
+    let mut scratch = vec![0.0; lines.align_need(1).real];
     let mut whole = vec![Complex::ZERO; lines.aligned_len()];
     lines
         .align(
@@ -337,7 +331,7 @@ fn runs_of_a_block_have_the_lines_bits_and_stay_within_it() {
     let lines = LinePipeline::new(scan, beamformer).unwrap();
     let rf = record(7);
     let record = Record::new(&rf, ELEMENTS).unwrap();
-    let mut scratch = vec![0.0; lines.scratch_len(1)];
+    let mut scratch = vec![0.0; lines.align_need(1).real];
     let mut x = vec![Complex::ZERO; lines.aligned_len()];
     let (first, samples, active) = constant_segments(scan.samples(), |n| scan.active(7, n))
         .max_by_key(|(_, samples, _)| *samples)
@@ -391,7 +385,8 @@ fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
         Pipeline::new(PARAMETERS).unwrap(),
         Pipeline::by(&DELAY, PARAMETERS).unwrap(),
     );
-    assert_eq!(own.sizes(), by.sizes());
+    let covariance = Covariance::ForwardBackward;
+    assert_eq!(own.need(covariance), by.need(covariance));
     let lines = own.lines();
     let elements = SCAN.elements();
     let rf: Vec<f32> = (0..elements * PARAMETERS.scan.record_samples)
@@ -399,7 +394,7 @@ fn a_plan_by_a_constant_delay_stage_makes_the_same_lines() {
         .collect();
     let record = Record::new(&rf, elements).unwrap();
     let transmit = Transmit::new(TransmitLaw::Focused, 0.0);
-    let mut scratch = vec![0.0; lines.scratch_len(1)];
+    let mut scratch = vec![0.0; lines.align_need(1).real];
     let mut aligned = [(); 2].map(|()| vec![Complex::new(0.0, 0.0); lines.aligned_len()]);
     let [of_own, of_by] = &mut aligned;
     let transmits = [(transmit, &record)];

@@ -1,6 +1,6 @@
 //! Eigenspace minimum variance (Eq. 5–8).
 
-use crate::beamform::view::Solver;
+use crate::beamform::workspace::Solver;
 use crate::covariance::Averaging;
 use crate::linalg::FLOOR;
 use crate::linalg::cholesky::factorise;

@@ -11,7 +11,7 @@ pub(super) use eigenspace::{Subspace, at_least_floor, rank_order};
 
 use super::segment::Segment;
 use super::table::{Parameter, Range, choices, range};
-use super::view::Solver;
+use super::workspace::Solver;
 use crate::covariance::Averaging;
 use crate::simd::{ComplexVector, Mask, Scalar, Vector};
 use eigenspace::{esmv, esmv_rank1, esmv_rank1_steps};
@@ -91,7 +91,7 @@ impl Method {
     pub const MOST_STEPS: usize = STEPS.range.most as usize;
 
     /// The kernels of a method that takes no covariance.
-    pub(super) fn direct(self) -> Option<Direct> {
+    pub(super) const fn direct(self) -> Option<Direct> {
         match self {
             Method::Das => Some(Direct {
                 output: das::das,

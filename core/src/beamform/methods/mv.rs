@@ -1,6 +1,6 @@
 //! Minimum variance (Eq. 1, 4).
 
-use crate::beamform::view::Solver;
+use crate::beamform::workspace::Solver;
 use crate::covariance::{Averaging, RIGHT_SIDES};
 use crate::linalg::cholesky::factorise;
 use crate::linalg::panels::TILE;

@@ -21,6 +21,7 @@ use super::{FAR, ScanLine, check_shapes, finite, positive};
 use crate::delay::Compounding;
 use crate::error::attempt;
 use crate::geometry::Scan;
+use crate::memory::Need;
 use crate::simd::{MOST_LANES, Vector, load};
 use crate::{Complex, Error};
 use interpolation::{Cubic, Linear, Read, SINC};
@@ -68,14 +69,12 @@ impl IqParameters {
         }
     }
 
-    /// Length of the scratch slice of [`Stage::line`], f32, for vectors of so many lanes (1 for `f32`):
-    /// seven numbers an element, up to full vectors.
-    pub const fn scratch_len(&self, lanes: usize) -> usize {
+    /// The scratch of [`Stage::line`] for vectors of so many lanes (1 for `f32`): seven real numbers an element, up
+    /// to full vectors.
+    pub const fn need(&self, lanes: usize) -> Need {
         let lanes = if lanes < 1 { 1 } else { lanes };
-        self.elements
-            .div_ceil(lanes)
-            .saturating_mul(lanes)
-            .saturating_mul(DELAY_NUMBERS)
+        let elements = self.elements.div_ceil(lanes).saturating_mul(lanes);
+        Need::real(elements.saturating_mul(DELAY_NUMBERS))
     }
 }
 
@@ -125,7 +124,7 @@ const MAX_CYCLES_PER_SAMPLE: f64 = 1e6;
 /// // 10 MHz are enough for a pulse around 5 MHz, of which I/Q holds the band only.
 /// let scan = Scan::of_iq(PARAMETERS)?;
 /// let delay = IqDelay::new(IqParameters::of(&scan, 5e6))?;
-/// let mut scratch = vec![0.0; delay.parameters().scratch_len(1)];
+/// let mut scratch = vec![0.0; delay.parameters().need(1).real];
 /// let mut aligned = vec![Complex::new(0.0, 0.0); scan.samples() * scan.elements()];
 ///
 /// // The echo of a point 8 mm below the array's middle, a pulse of 0.5 µs, as a front end sends it:
@@ -415,8 +414,8 @@ impl IqDelay {
 impl Stage for IqDelay {
     type Record<'r> = IqRecord<'r>;
 
-    fn scratch_len(&self, lanes: usize, _: usize) -> usize {
-        self.parameters.scratch_len(lanes)
+    fn need(&self, lanes: usize, _: usize) -> Need {
+        self.parameters.need(lanes)
     }
 
     fn largest(record: &IqRecord<'_>) -> f32 {

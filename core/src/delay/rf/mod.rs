@@ -25,6 +25,7 @@ use super::stage::{self, Shape, Stage};
 use super::{FAR, check_shapes, finite, positive};
 use crate::error::attempt;
 use crate::geometry::{Active, Array, Ray, Scan, Transmit};
+use crate::memory::Need;
 use crate::simd::{PARTIAL_SUMS, Vector};
 use crate::{Complex, Error};
 
@@ -80,7 +81,8 @@ impl DelayParameters {
         }
     }
 
-    /// Length of the scratch slice of [`Stage::line`], f32, for vectors of so many lanes (1 for `f32`).
+    /// The scratch of [`Stage::line`] for vectors of so many lanes (1 for `f32`): real numbers only, f32 for all
+    /// vectors, and so a bare slice.
     ///
     /// A line has output_samples, up to full
     /// thirty-twos, + 2·reach values, with the reach of the Hilbert transformer (2N − 1), up to full
@@ -103,11 +105,11 @@ impl DelayParameters {
     ///     record_samples: 192,
     ///     hilbert_taps: 8,
     /// };
-    /// static SCRATCH: [f32; PARAMETERS.scratch_len(1)] = [0.0; PARAMETERS.scratch_len(1)];
+    /// static SCRATCH: [f32; PARAMETERS.need(1).real] = [0.0; PARAMETERS.need(1).real];
     /// assert_eq!(SCRATCH.len(), 4 * 96 + 62 + 15);
     /// ```
-    pub const fn scratch_len(&self, lanes: usize) -> usize {
-        self.block_scratch_len(lanes, self.output_samples)
+    pub const fn need(&self, lanes: usize) -> Need {
+        self.block_need(lanes, self.output_samples)
     }
 
     /// What the filters do not depend on.
@@ -117,14 +119,14 @@ impl DelayParameters {
         check_shapes(self.output_samples, self.record_samples, self.elements)
     }
 
-    /// Length of the scratch slice of [`Stage::block`] for blocks of so many samples, f32. Room for
+    /// The scratch of [`Stage::block`] for blocks of so many samples. Room for
     /// decimated records is that of whole ones.
-    pub const fn block_scratch_len(&self, lanes: usize, samples: usize) -> usize {
+    pub const fn block_need(&self, lanes: usize, samples: usize) -> Need {
         let records = if lanes < 2 { lanes } else { 2 };
         let decimated = records * self.decimated_len() + streams_len(self.halvings());
         let line_len = self.line_len(samples);
         let lines = lanes.saturating_mul(line_len + self.rows());
-        lines.saturating_add(PARTIAL_SUMS - 1 + decimated + 3 * line_len)
+        Need::real(lines.saturating_add(PARTIAL_SUMS - 1 + decimated + 3 * line_len))
     }
 
     /// So many output samples with the margins, up to full sixteens.
@@ -251,7 +253,7 @@ type Source<'a> = stage::Source<'a, Record<'a>>;
 /// # };
 /// let scan = Scan::new(PARAMETERS)?;
 /// let delay = Delay::new(DelayParameters::of(&scan))?;
-/// let mut scratch = vec![0.0; delay.parameters().scratch_len(1)];
+/// let mut scratch = vec![0.0; delay.parameters().need(1).real];
 /// let mut aligned = vec![Complex::new(0.0, 0.0); scan.samples() * scan.elements()];
 ///
 /// // One sample of 1 on every element, where the echo of a point 8 mm below the array's middle arrives.
@@ -423,8 +425,8 @@ impl Delay {
 impl Stage for Delay {
     type Record<'r> = Record<'r>;
 
-    fn scratch_len(&self, lanes: usize, samples: usize) -> usize {
-        self.parameters.block_scratch_len(lanes, samples)
+    fn need(&self, lanes: usize, samples: usize) -> Need {
+        self.parameters.block_need(lanes, samples)
     }
 
     fn largest(record: &Record<'_>) -> f32 {

@@ -16,6 +16,7 @@ use crate::delay::Stage;
 use crate::delay::interpolate::MOST_TAPS;
 use crate::delay::stage::check_line;
 use crate::error::check_length;
+use crate::memory::Need;
 use crate::simd::{PARTIAL_SUMS, Vector, copy, load, split_front};
 use crate::{Complex, Error};
 
@@ -99,9 +100,9 @@ impl<'a> Upsampled<'a> {
         (self.delay.parameters.record_samples + self.taps() + 2) * UPSAMPLING
     }
 
-    /// Length of the memory that [`Upsampled::record`] works in.
-    pub fn scratch_len(&self) -> usize {
-        self.delay.parameters.record_samples + 2 * self.taps() + 2 + BLOCKS
+    /// The scratch of [`Upsampled::record`], real numbers.
+    pub fn need(&self) -> Need {
+        Need::real(self.delay.parameters.record_samples + 2 * self.taps() + 2 + BLOCKS)
     }
 
     /// Values of a line: its samples, and what the Hilbert transformer reaches for at either end.
@@ -129,7 +130,7 @@ impl<'a> Upsampled<'a> {
         record: &mut [f32],
     ) -> Result<(), Error> {
         check_length("rf", samples.len(), self.delay.parameters.record_samples)?;
-        check_length("scratch", scratch.len(), self.scratch_len())?;
+        check_length("scratch", scratch.len(), self.need().real)?;
         check_length("record", record.len(), self.record_len())?;
         zero.vectorize(
             #[inline(always)]
@@ -285,7 +286,7 @@ impl<'a> Upsampled<'a> {
     /// The analytic samples of a line or of a block of one, as many as `out` holds, of the values `lines` of its
     /// active elements, each of [`Upsampled::block_len`] from the block's first sample on (the line's end may
     /// come before; values behind it are not read for these samples). Other elements become 0. `scratch`:
-    /// [`DelayParameters::scratch_len`](super::DelayParameters::scratch_len) values, contents irrelevant.
+    /// [`DelayParameters::need`](super::DelayParameters::need) values, contents irrelevant.
     /// Order and cost as the analytic signal of [`Stage::line`].
     ///
     /// # Errors
@@ -299,7 +300,7 @@ impl<'a> Upsampled<'a> {
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         let p = &self.delay.parameters;
-        check_length("scratch", scratch.len(), p.scratch_len(V::LANES))?;
+        check_length("scratch", scratch.len(), p.need(V::LANES).real)?;
         let samples = out.len() / p.elements.max(1);
         check_length("out", out.len(), p.elements * samples.min(p.output_samples))?;
         check_line(line, p.elements, p.sound_speed, &[])?;

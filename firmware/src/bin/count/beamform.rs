@@ -1,8 +1,9 @@
 //! Beamformers of three sizes, forward-backward, K = 0.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Storage, Workspace};
-use bonebeam::covariance::ForwardBackward;
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Sizes, Workspace};
+use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::geometry::Active;
+use bonebeam::memory::{Memory, Need};
 use bonebeam::{Complex, Error};
 use cortex_m_semihosting::hprintln;
 
@@ -70,11 +71,23 @@ const fn case(name: &'static str, method: Method, echo: f32, bounds: [u32; 3]) -
     }
 }
 
+const fn sizes(elements: usize) -> Sizes {
+    Sizes {
+        elements,
+        subaperture: elements / 2,
+        temporal_half_window: 0,
+    }
+}
+
+const fn need(elements: usize) -> Need {
+    sizes(elements).need(Covariance::ForwardBackward)
+}
+
 /// The memory of the cases.
 pub struct Workspaces {
-    m16: Workspace<16, 8, 0>,
-    m32: Workspace<32, 16, 0>,
-    m64: Workspace<64, 32, 0>,
+    m16: Memory<{ need(16).real }, { need(16).complex }>,
+    m32: Memory<{ need(32).real }, { need(32).complex }>,
+    m64: Memory<{ need(64).real }, { need(64).complex }>,
     x: [Complex<f32>; SAMPLES * LARGEST],
     z: [Complex<f32>; SAMPLES],
 }
@@ -84,9 +97,9 @@ impl Workspaces {
     pub const fn new() -> Self {
         let zero = Complex::new(0.0, 0.0);
         Workspaces {
-            m16: Workspace::new(),
-            m32: Workspace::new(),
-            m64: Workspace::new(),
+            m16: Memory::new(),
+            m32: Memory::new(),
+            m64: Memory::new(),
             x: [zero; SAMPLES * LARGEST],
             z: [zero; SAMPLES],
         }
@@ -104,29 +117,26 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
     } = workspaces;
     let mut within = true;
     for case in &CASES {
-        within &= line(counter, m16, case, case.bounds[0], x, z)?;
-        within &= line(counter, m32, case, case.bounds[1], x, z)?;
-        within &= line(counter, m64, case, case.bounds[2], x, z)?;
+        within &= line::<16, _, _>(counter, m16, case, case.bounds[0], x, z)?;
+        within &= line::<32, _, _>(counter, m32, case, case.bounds[1], x, z)?;
+        within &= line::<64, _, _>(counter, m64, case, case.bounds[2], x, z)?;
     }
     for case in CASES.iter().filter(|case| case.echo > 0.0) {
-        within &= spread(counter, m16, case, x)?;
-        within &= spread(counter, m32, case, x)?;
-        within &= spread(counter, m64, case, x)?;
+        within &= spread::<16, _, _>(counter, m16, case, x)?;
+        within &= spread::<32, _, _>(counter, m32, case, x)?;
+        within &= spread::<64, _, _>(counter, m64, case, x)?;
     }
     Ok(within)
 }
 
 /// Counts one sample of every kind of data, and prints `spread NAME SIZE MEAN LEAST MOST`; whether what takes
 /// constant time does.
-fn spread<const M: usize, const L: usize>(
+fn spread<const M: usize, const REAL: usize, const COMPLEX: usize>(
     counter: &mut Counter,
-    workspace: &mut Workspace<M, L, 0>,
+    memory: &mut Memory<REAL, COMPLEX>,
     case: &Case,
     x: &mut [Complex<f32>],
-) -> Result<bool, Error>
-where
-    ForwardBackward: Storage<L, 0>,
-{
+) -> Result<bool, Error> {
     let x = &mut x[..M];
     let beamformer = Beamformer::new(Parameters {
         method: case.method,
@@ -140,7 +150,8 @@ where
         let line = AlignedLine::new(x, M)?;
         let mut outcome = Ok(());
         let cost = counter.count(|| {
-            outcome = beamformer.line(&mut workspace.view(), line, all, &mut z);
+            outcome = Workspace::<ForwardBackward>::new(0.0, sizes(M), memory.scratch())
+                .and_then(|mut workspace| beamformer.line(&mut workspace, line, all, &mut z));
         });
         outcome?;
         sum += cost.instructions;
@@ -162,17 +173,14 @@ where
     Ok(constant)
 }
 
-fn line<const M: usize, const L: usize>(
+fn line<const M: usize, const REAL: usize, const COMPLEX: usize>(
     counter: &mut Counter,
-    workspace: &mut Workspace<M, L, 0>,
+    memory: &mut Memory<REAL, COMPLEX>,
     case: &Case,
     bound: u32,
     x: &mut [Complex<f32>],
     z: &mut [Complex<f32>],
-) -> Result<bool, Error>
-where
-    ForwardBackward: Storage<L, 0>,
-{
+) -> Result<bool, Error> {
     let x = &mut x[..SAMPLES * M];
     snapshots(x, M, case.echo);
     let beamformer = Beamformer::new(Parameters {
@@ -182,14 +190,17 @@ where
     let all = |_| Active { first: 0, count: M };
     let mut outcome = Ok(());
     let cost = counter.count(|| {
-        outcome = AlignedLine::new(x, M)
-            .and_then(|line| beamformer.line(&mut workspace.view(), line, all, z));
+        outcome = AlignedLine::new(x, M).and_then(|line| {
+            let scratch = memory.scratch();
+            let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes(M), scratch)?;
+            beamformer.line(&mut workspace, line, all, z)
+        });
     });
     outcome?;
     let name = case.name;
     for (n, z) in z.iter().enumerate() {
         hprintln!("value {name} {M} {n} {:e} {:e}", z.re, z.im);
     }
-    let bytes = Workspace::<M, L, 0>::BYTES;
+    let bytes = Memory::<REAL, COMPLEX>::BYTES;
     Ok(report(name, M, SAMPLES, &cost, bytes, bound))
 }

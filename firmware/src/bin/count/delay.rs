@@ -19,7 +19,7 @@ const START: f64 = 2.0 * 10e-3 / SOUND_SPEED;
 /// What a record goes beyond the first and the last sample on the axis, outputs.
 const BEYOND: usize = 32;
 pub const FASTEST: usize = 5;
-const SCRATCH: usize = parameters(FASTEST).scratch_len(1);
+const SCRATCH: usize = parameters(FASTEST).need(1).real;
 
 /// Sampling rate over output rate, and the bound on the instructions per output sample of an element
 /// (see `beamform.rs`).
@@ -80,7 +80,7 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
         };
         let rf = &mut workspaces.rf[..ELEMENTS * parameters.record_samples];
         input::rf(rf);
-        let scratch = &mut workspaces.scratch[..parameters.scratch_len(1)];
+        let scratch = &mut workspaces.scratch[..parameters.need(1).real];
         let scratch_bytes = size_of_val(scratch);
         let out = &mut workspaces.out;
         let mut outcome = Ok(());

@@ -39,7 +39,7 @@ pub const PARAMETERS: IqParameters = IqParameters {
     record_samples: RECORD,
     interpolation: IqInterpolation::Linear,
 };
-const SCRATCH: usize = PARAMETERS.scratch_len(1);
+const SCRATCH: usize = PARAMETERS.need(1).real;
 
 /// The memory of the cases.
 pub struct Workspaces {

@@ -3,9 +3,10 @@
 use core::hint::black_box;
 
 use bonebeam::Error;
+use bonebeam::memory::{Memory, Scratch};
 use bonebeam::phase_symmetry::{
     External, GainTables, Gains, Kernels, LogGabor, LogGaborTables, Microfft, Parameters,
-    PhaseSymmetry, Sizes, StripMemory,
+    PhaseSymmetry, Sizes, StripSlices,
 };
 use cortex_m_semihosting::hprintln;
 
@@ -39,8 +40,7 @@ const ON_THE_FLY: &str = "phase-symmetry-on-the-fly";
 pub struct Workspaces {
     tables: LogGaborTables,
     gains: [f32; GAINS],
-    m64: StripMemory<64, STRIP>,
-    m128: StripMemory<128, STRIP>,
+    fast: Memory<{ sizes(LARGEST).need().real }, { sizes(LARGEST).need().complex }>,
     external: Arrays,
 }
 
@@ -59,8 +59,7 @@ impl Workspaces {
         Workspaces {
             tables: LogGaborTables::new(),
             gains: [0.0; GAINS],
-            m64: StripMemory::new(),
-            m128: StripMemory::new(),
+            fast: Memory::new(),
             external: Arrays {
                 image: [0.0; sizes(LARGEST).image_len()],
                 spectrum: [0.0; sizes(LARGEST).spectrum_len()],
@@ -78,25 +77,24 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
     let Workspaces {
         tables,
         gains,
-        m64,
-        m128,
+        fast,
         external,
     } = workspaces;
     let cost = counter.count(|| black_box(LogGabor::new(tables)));
     let bytes = LogGaborTables::BYTES;
     let copied = report("set-up-log-gabor", 64, 1, &cost, bytes, COPY_BOUND);
     let filters = &LogGabor::new(tables);
-    let small = side(
+    let small = side::<64>(
         counter,
-        m64,
+        fast.scratch(),
         filters,
         gains,
         external,
         [5800, 7600, 10_000_000],
     )?;
-    let large = side(
+    let large = side::<LARGEST>(
         counter,
-        m128,
+        fast.scratch(),
         filters,
         gains,
         external,
@@ -108,7 +106,7 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
 /// One size; the bounds are those with tables, on the fly, and of making the tables.
 fn side<const SIDE: usize>(
     counter: &mut Counter,
-    memory: &mut StripMemory<SIDE, STRIP>,
+    scratch: Scratch<'_>,
     filters: &LogGabor<'_>,
     gains: &mut [f32],
     external: &mut Arrays,
@@ -131,6 +129,7 @@ fn side<const SIDE: usize>(
     let [first, second, set_up] = bounds;
     let within = report("set-up-gains", SIDE, 1, &cost, gain_bytes, set_up);
     let tables = &GainTables::new(filters, &bank, gains)?;
+    let memory = &mut StripSlices::new(bank.sizes(), scratch)?;
     let cost = map(counter, memory, &bank, tables, external)?;
     for n in (0..SIDE * SIDE).step_by(PRINTED) {
         hprintln!("value {TABLES} {SIDE} {n} {:e} 0", external.symmetry[n]);
@@ -138,23 +137,24 @@ fn side<const SIDE: usize>(
     // All but the image and the map.
     let sizes = bank.sizes();
     let stores = 4 * (sizes.spectrum_len() + sizes.filtered_len() + sizes.amplitude_len());
-    let bytes = StripMemory::<SIDE, STRIP>::BYTES + stores;
+    let need = sizes.need();
+    let bytes = 4 * need.real + 8 * need.complex + stores;
     let within = report(TABLES, SIDE, SIDE * SIDE, &cost, bytes + gain_bytes, first) && within;
     let cost = map(counter, memory, &bank, filters, external)?;
     let bytes = bytes + LogGaborTables::BYTES;
     Ok(report(ON_THE_FLY, SIDE, SIDE * SIDE, &cost, bytes, second) && within)
 }
 
-fn map<const SIDE: usize>(
+fn map(
     counter: &mut Counter,
-    memory: &mut StripMemory<SIDE, STRIP>,
+    memory: &mut StripSlices<'_, f32>,
     bank: &PhaseSymmetry,
     gains: &impl Gains<f32>,
     arrays: &mut Arrays,
 ) -> Result<Cost, Error> {
     let sizes = bank.sizes();
     let pixels = sizes.image_len();
-    image(&mut arrays.image[..pixels], SIDE);
+    image(&mut arrays.image[..pixels], sizes.columns);
     let mut external = External {
         image: &mut &arrays.image[..pixels],
         spectrum: &mut &mut arrays.spectrum[..sizes.spectrum_len()],
@@ -168,7 +168,6 @@ fn map<const SIDE: usize>(
     };
     let mut outcome = Ok(());
     let cost = counter.count(|| {
-        let memory = &mut memory.slices();
         outcome = bank.run(&kernels, &mut external, memory, &mut |_| {});
     });
     outcome?;

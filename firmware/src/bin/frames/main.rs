@@ -34,7 +34,9 @@ static RECORDING: &[u8; BEAMS * BLOCK] = include_bytes!(concat!(env!("OUT_DIR"),
 /// Bytes of a block's samples.
 const BLOCK: usize = SAMPLES * ELEMENTS * 4;
 /// Numbers of the elements' lags.
-const LAGS: usize = IqParameters::of(&SCAN, INPUT.demodulation_frequency).scratch_len(1);
+const LAGS: usize = IqParameters::of(&SCAN, INPUT.demodulation_frequency)
+    .need(1)
+    .real;
 
 /// Half of the scan's depth, 4.6 to 24.3 mm: the middle, where the surface lies.
 const GATE: DepthGate = DepthGate {

@@ -2,11 +2,12 @@
 
 use crate::{opaque, take};
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, Slices, Workspace, WorkspaceView,
-    constant_segments, segments_within,
+    AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, Workspace, constant_segments,
+    segments_within,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
+use bonebeam::memory::{Memory, Need};
 use bonebeam::simd::ComplexVector;
 use bonebeam::{Complex, Error};
 
@@ -43,13 +44,14 @@ fn one<A: Averaging<f32>>(method: Method) -> Result<(), Error> {
         beamformer.subaperture(opaque(1)),
     ));
     take(beamformer.parameters());
-    let mut memory = Memory::<A>::new();
-    let mut view = memory.view()?;
-    take(view.sizes());
+    let mut memory = Memory::<100, 100>::new();
+    let scratch = opaque(memory.scratch());
+    let mut workspace = opaque(Workspace::<A>::new(0.0, sizes(), scratch)?);
+    take(workspace.sizes());
     let (mut z, mut other) = ([Complex::ZERO; 100], [Complex::ZERO; 100]);
-    beamformer.line(&mut view, line, |_| active(), opaque(&mut z[..]))?;
+    beamformer.line(&mut workspace, line, |_| active(), opaque(&mut z[..]))?;
     let (adaptive, z_within) = (opaque(0)..opaque(1), opaque(&mut z[..]));
-    beamformer.line_within(&mut view, line, |_| active(), adaptive, z_within)?;
+    beamformer.line_within(&mut workspace, line, |_| active(), adaptive, z_within)?;
     let segment = Segment {
         line,
         first_element: opaque(1),
@@ -58,7 +60,7 @@ fn one<A: Averaging<f32>>(method: Method) -> Result<(), Error> {
     let segments = [segment; 2];
     let mut out = [opaque(&mut z[..]), opaque(&mut other[..])];
     beamformer.segments(
-        &mut view,
+        &mut workspace,
         opaque(&segments[..]),
         opaque(1),
         opaque(&mut out[..]),
@@ -69,18 +71,30 @@ fn weights_of<A: Averaging<f32>>(method: Method) -> Result<usize, Error> {
     let x = [Complex::ZERO; 100];
     let line = AlignedLine::new(opaque(&x[..]), opaque(1))?;
     let beamformer = Beamformer::new(parameters(method))?;
-    let mut memory = Memory::<A>::new();
-    let mut view = memory.view()?;
+    let mut memory = Memory::<100, 100>::new();
+    let scratch = opaque(memory.scratch());
+    let mut workspace = opaque(Workspace::<A>::new(0.0, sizes(), scratch)?);
     let mut z = [Complex::ZERO; 100];
-    beamformer.weights(&mut view, line, active(), opaque(1), opaque(&mut z[..]))
+    beamformer.weights(
+        &mut workspace,
+        line,
+        active(),
+        opaque(1),
+        opaque(&mut z[..]),
+    )
 }
 
 /// Workspaces, sizes, runs.
 fn memory() {
-    take(sizes().lengths(opaque(Covariance::Forward)));
-    take(opaque(Workspace::<16, 8, 0>::new()).view().sizes());
-    take(opaque(Workspace::<16, 8, 1, Forward>::new()).view().sizes());
-    take(WorkspaceView::empty(0.0f32).sizes());
+    let need = sizes().need(opaque(Covariance::Forward));
+    take((
+        need.and(opaque(need)),
+        need.or(opaque(Need::real(opaque(1)))),
+    ));
+    let mut memory = opaque(Memory::<64, 64>::new());
+    let mut scratch = opaque(memory.scratch());
+    take(scratch.take(opaque(need)).map(|_| ()));
+    take(opaque(scratch.reborrow()).real);
     constant_segments(opaque(1), |_| active()).for_each(take);
     let wanted = opaque(0)..opaque(1);
     segments_within(opaque(1), |_| active(), wanted, opaque(1)).for_each(take);
@@ -95,30 +109,5 @@ fn sizes() -> Sizes {
         elements,
         subaperture,
         temporal_half_window,
-    }
-}
-
-struct Memory<A: Averaging<f32>> {
-    complex: [ComplexVector<f32>; 100],
-    scalars: [A::Scalar; 100],
-    reals: [f32; 100],
-}
-
-impl<A: Averaging<f32>> Memory<A> {
-    fn new() -> Self {
-        Memory {
-            complex: [ComplexVector::from_real(0.0); 100],
-            scalars: [A::scalar(0.0); 100],
-            reals: [0.0; 100],
-        }
-    }
-
-    fn view(&mut self) -> Result<WorkspaceView<'_, A>, Error> {
-        let slices = Slices {
-            complex: opaque(&mut self.complex[..]),
-            scalars: opaque(&mut self.scalars[..]),
-            reals: opaque(&mut self.reals[..]),
-        };
-        Ok(opaque(WorkspaceView::new(0.0, sizes(), slices)?))
     }
 }

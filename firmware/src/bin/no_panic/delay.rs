@@ -24,8 +24,8 @@ pub fn all() {
 
 fn rf(scan: &Scan) -> Result<(), Error> {
     let mut parameters = DelayParameters::of(scan);
-    take(opaque(parameters).scratch_len(opaque(1)));
-    take(opaque(parameters).block_scratch_len(opaque(1), opaque(1)));
+    take(opaque(parameters).need(opaque(1)).real);
+    take(opaque(parameters).block_need(opaque(1), opaque(1)).real);
     parameters.hilbert_taps = opaque(1);
     let mut delay = Delay::new(opaque(parameters))?;
     take(delay.set(opaque(parameters)));
@@ -50,7 +50,7 @@ fn rf(scan: &Scan) -> Result<(), Error> {
 fn upsampled(scan: &Scan) -> Result<(), Error> {
     let delay = Delay::new(opaque(DelayParameters::of(scan)))?;
     let upsampled = Upsampled::new(&delay)?;
-    take((upsampled.record_len(), upsampled.scratch_len()));
+    take((upsampled.record_len(), upsampled.need().real));
     take(upsampled.line_len());
     let (mut reals, mut places) = ([[0.0; 100]; 4], [[0; 100]; 2]);
     let [samples, scratch, record, values] = opaque(reals.each_mut().map(|x| &mut x[..]));
@@ -71,7 +71,7 @@ fn upsampled(scan: &Scan) -> Result<(), Error> {
 
 fn iq(scan: &Scan) -> Result<(), Error> {
     let mut parameters = IqParameters::of(scan, opaque(1.0));
-    take(opaque(parameters).scratch_len(opaque(1)));
+    take(opaque(parameters).need(opaque(1)).real);
     parameters.interpolation = opaque(IqInterpolation::Cubic);
     let delay = IqDelay::new(opaque(parameters))?;
     take(delay.parameters());

@@ -16,7 +16,7 @@ pub fn all() {
     take(envelope(opaque(&z[..]), to));
     take(largest(from));
     take(log_compression(from, opaque(1.0), opaque(1.0), to));
-    take(resample(from, axis(), axis(), axis(), axis(), to));
+    take(resample(from, [axis(), axis()], [axis(), axis()], to));
     take(median(0.0f32, from, opaque(1), to));
     take(b_mode(from, to));
 }
@@ -38,8 +38,8 @@ fn b_mode(from: &[f32], to: &mut [f32]) -> Result<(), Error> {
     take(b_mode.parameters());
     take((
         b_mode.envelopes_len(),
-        b_mode.work_len(),
-        b_mode.scratch_len(),
+        b_mode.need().real,
+        b_mode.pixels_need().real,
     ));
     let mut work = [0.0; 100];
     let work = opaque(&mut work[..]);

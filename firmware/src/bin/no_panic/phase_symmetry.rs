@@ -2,9 +2,10 @@
 
 use crate::{opaque, take};
 use bonebeam::Complex;
+use bonebeam::memory::Memory;
 use bonebeam::phase_symmetry::{
     Fft, LaneFft, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, ReadAt, Sizes,
-    StripMemory, WriteAt, scale_for_display,
+    StripSlices, WriteAt, scale_for_display,
 };
 
 /// Calls it.
@@ -13,7 +14,6 @@ pub fn all() {
     let mut tables = LogGaborTables::new();
     take(LogGabor::new(opaque(&mut tables)));
     take(scale_for_display(opaque(&mut [0.0; 100][..])));
-    take(opaque(StripMemory::<64, 1>::new()).slices().strip);
     let mut memory = [0.0; 100];
     let mut memory = opaque(&mut memory[..]);
     take(memory.write_at(opaque(1), opaque(&[0.0; 9][..])));
@@ -21,15 +21,20 @@ pub fn all() {
     take((&*memory).read_at(opaque(1), opaque(&mut [0.0; 9][..])));
     let [rows, columns, strip] = opaque([64; 3]);
     let scales = [0.1; 5];
+    let sizes = Sizes {
+        rows,
+        columns,
+        strip,
+    };
+    take(sizes.need());
     let bank = PhaseSymmetry::new(&Parameters {
-        sizes: Sizes {
-            rows,
-            columns,
-            strip,
-        },
+        sizes,
         scales: opaque(&scales[..]),
         threshold: opaque(1.0),
     });
+    let mut memory = Memory::<64, 64>::new();
+    let strips = StripSlices::new(sizes, opaque(memory.scratch()));
+    take(strips.map(|strips| opaque(strips.strip)));
     if let Ok(bank) = bank {
         take((bank.sizes(), bank.filters(), bank.gain_tables_len()));
     }

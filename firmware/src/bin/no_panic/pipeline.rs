@@ -2,19 +2,17 @@
 
 use crate::geometry::{arrays, axis, parameters as scan_parameters, transmit};
 use crate::{opaque, take};
-use bonebeam::beamform::{self, Method, Workspace, WorkspaceView};
+use bonebeam::beamform::{self, Method, Workspace};
+use bonebeam::covariance::{Covariance, Forward, ForwardBackward};
 use bonebeam::delay::{Delay, DelayParameters, IqLayout, IqRecord, IqSamples, Record, Stage};
 use bonebeam::geometry::{Lines, Scan};
+use bonebeam::memory::Scratch;
 use bonebeam::phase_symmetry::LogGabor;
-use bonebeam::pipeline::{
-    Block, DepthGate, Frame, IqInput, LineMemory, LinePipeline, Memory, MemoryView, Parameters,
-    Pipeline,
-};
+use bonebeam::pipeline::{Block, DepthGate, Frame, IqInput, LinePipeline, Parameters, Pipeline};
 use bonebeam::{Complex, Error};
 
 /// Calls all of it.
 pub fn all() {
-    take(opaque(Memory::<64, 64>::new()).view().real);
     let (x, scales) = ([0.0; 5], [0.1; 5]);
     for array in arrays(&x) {
         let parameters = Parameters {
@@ -32,7 +30,11 @@ pub fn all() {
             strip: opaque(1),
             block: opaque(1),
         };
-        take((parameters.sizes(), parameters.sizes_of_iq()));
+        let covariance = opaque(Covariance::Forward);
+        take((
+            parameters.need(covariance),
+            parameters.need_of_iq(covariance),
+        ));
         take(rf(parameters));
         take(iq(parameters));
     }
@@ -81,19 +83,18 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
         pipeline.lines(),
         pipeline.b_mode(),
         pipeline.phase_symmetry(),
-        pipeline.sizes(),
+        pipeline.need(opaque(Covariance::Forward)),
     ));
     let (mut real, mut complex) = ([0.0; 100], [Complex::ZERO; 100]);
-    let memory = MemoryView {
+    let scratch = Scratch {
         real: opaque(&mut real[..]),
         complex: opaque(&mut complex[..]),
-        filters: opaque(LogGabor::fixed()),
     };
-    let mut frame = Frame::new(pipeline, memory)?;
-    let mut workspace = Workspace::<16, 8, 1>::new();
-    let transmits = [(transmit(), record)];
-    take(frame.line(opaque(1), opaque(transmits), &mut workspace.view())?);
+    let mut frame = Frame::new(pipeline, scratch)?.with_filters(opaque(LogGabor::fixed()));
+    take(frame.line(opaque(1), opaque([(transmit(), record)]))?);
     take(frame.image()?);
+    let mut frame = Frame::<_, Forward>::with_averaging(pipeline, opaque(Scratch::empty()))?;
+    take(frame.line(opaque(1), opaque([(transmit(), record)]))?);
     Ok(())
 }
 
@@ -105,9 +106,9 @@ fn lines<'r, D: Stage>(pipeline: &LinePipeline<D>, record: &'r D::Record<'r>) ->
         pipeline.beamformer(),
     ));
     take((
-        pipeline.scratch_len(opaque(1)),
+        pipeline.align_need(opaque(1)).real,
         pipeline.aligned_len(),
-        pipeline.lengths(opaque(1)),
+        pipeline.need(opaque(1)),
     ));
     let (mut scratch, mut aligned, mut z) =
         ([0.0; 100], [Complex::ZERO; 100], [Complex::ZERO; 100]);
@@ -115,7 +116,17 @@ fn lines<'r, D: Stage>(pipeline: &LinePipeline<D>, record: &'r D::Record<'r>) ->
     let transmits = opaque([(transmit(), record)]);
     let block = opaque(Block::of_line(pipeline.scan(), opaque(1)));
     take(pipeline.align(0.0f32, block, transmits, scratch, aligned));
-    let memory = LineMemory { scratch, aligned };
-    let mut view = WorkspaceView::empty(0.0f32);
-    pipeline.line(opaque(1), transmits, memory, &mut view, opaque(&mut z[..]))
+    let own = Scratch {
+        real: scratch,
+        complex: aligned,
+    };
+    let sizes = pipeline.beamformer().sizes(opaque(1));
+    let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes, opaque(Scratch::empty()))?;
+    pipeline.line(
+        opaque(1),
+        transmits,
+        own,
+        &mut workspace,
+        opaque(&mut z[..]),
+    )
 }

@@ -1,14 +1,16 @@
 //! The scan of the image `stream` without blocks, pool, sequence and pipeline.
 
 use bonebeam::beamform::{AlignedLine, Beamformer, Workspace};
+use bonebeam::covariance::{Covariance, ForwardBackward};
 use bonebeam::delay::{
     Compounding, IqDelay, IqLayout, IqParameters, IqRecord, IqSamples, ScanLine, Stage,
 };
 use bonebeam::geometry::Axis;
 use bonebeam::image::{BMode, BModeParameters, Logarithm, PixelGrid, envelope};
+use bonebeam::memory::Scratch;
 use bonebeam::phase_symmetry::{
     External, Kernels, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, Sizes,
-    StripMemory,
+    StripSlices,
 };
 use bonebeam::{Complex, Error};
 use stream::scan::{self, BEAMS, ELEMENTS, INPUT, LENGTH, PARAMETERS, SCAN, TRANSMIT};
@@ -31,8 +33,14 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
         ..IqParameters::of(&SCAN, INPUT.demodulation_frequency)
     })?;
     let beamformer = Beamformer::new(PARAMETERS.beamformer)?;
-    let mut workspace = Box::new(Workspace::<ELEMENTS, { ELEMENTS / 2 }, 0>::new());
-    let mut scratch = vec![0.0; delay.parameters().scratch_len(1)];
+    let sizes = beamformer.sizes(ELEMENTS);
+    let need = sizes.need(Covariance::ForwardBackward);
+    let own = Scratch {
+        real: &mut vec![0.0; need.real],
+        complex: &mut vec![Complex::new(0.0, 0.0); need.complex],
+    };
+    let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes, own)?;
+    let mut scratch = vec![0.0; delay.parameters().need(1).real];
     let mut aligned = vec![Complex::new(0.0, 0.0); ELEMENTS * LENGTH];
     let mut z = vec![Complex::new(0.0, 0.0); LENGTH];
     let mut envelopes = vec![0.0; BEAMS * LENGTH];
@@ -47,7 +55,7 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
         delay.line(0.0f32, &line, &record, &mut scratch, &mut aligned)?;
         let x = AlignedLine::new(&aligned, ELEMENTS)?;
         let active = |sample| SCAN.active(beam, sample);
-        beamformer.line(&mut workspace.view(), x, active, &mut z)?;
+        beamformer.line(&mut workspace, x, active, &mut z)?;
         envelope(&z, envelopes)?;
     }
     let (lines, samples) = (Axis::centred(BEAMS, 0.5e-3), SCAN.depths());
@@ -59,7 +67,7 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
         logarithm: Logarithm::Exact,
         median: true,
     })?;
-    let (mut work, mut image) = (vec![0.0; b_mode.work_len()], vec![0.0; PIXELS]);
+    let (mut work, mut image) = (vec![0.0; b_mode.need().real], vec![0.0; PIXELS]);
     b_mode.image(0.0f32, &envelopes, &mut work, &mut image)?;
     let bank = PhaseSymmetry::new(&Parameters {
         sizes: STRIPS,
@@ -71,6 +79,11 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
     let mut filtered = vec![0.0; STRIPS.filtered_len()];
     let mut amplitude = vec![0.0; STRIPS.amplitude_len()];
     let mut map = vec![0.0; PIXELS];
+    let need = STRIPS.need();
+    let fast = Scratch {
+        real: &mut vec![0.0; need.real],
+        complex: &mut vec![Complex::new(0.0, 0.0); need.complex],
+    };
     bank.run(
         &Kernels {
             fft: &Microfft,
@@ -83,7 +96,7 @@ pub fn by_the_core() -> Result<(Vec<f32>, Vec<f32>), Error> {
             amplitude: &mut &mut amplitude[..],
             symmetry: &mut &mut map[..],
         },
-        &mut StripMemory::<SIDE, SIDE>::new().slices(),
+        &mut StripSlices::new(STRIPS, fast)?,
         &mut |_| {},
     )?;
     Ok((image, map))

@@ -1,9 +1,11 @@
 //! A thread's memory for the core's beamformer: as much as the sizes take, which are known at run time.
 
-use bonebeam::beamform::{Beamformer, Segment, Sizes, Slices, WorkspaceView};
+use bonebeam::beamform::{Beamformer, Segment, Sizes, Workspace};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
-use bonebeam::simd::{ComplexVector, InstructionSet, Task, Vector};
+use bonebeam::memory::Scratch;
+use bonebeam::simd::{InstructionSet, Task, Vector};
 use num_complex::Complex;
+use std::marker::PhantomData;
 
 use crate::{Error, Result};
 
@@ -14,9 +16,9 @@ const MOST: usize = 1 << 30;
 pub struct Memory<A: Averaging<V>, V: Vector> {
     zero: V,
     sizes: Sizes,
-    complex: Vec<ComplexVector<V>>,
-    scalars: Vec<A::Scalar>,
-    reals: Vec<V>,
+    real: Vec<V>,
+    complex: Vec<Complex<V>>,
+    averaging: PhantomData<fn() -> A>,
 }
 
 impl<A: Averaging<V>, V: Vector> Memory<A, V> {
@@ -25,16 +27,9 @@ impl<A: Averaging<V>, V: Vector> Memory<A, V> {
     /// # Errors
     /// [`Error::Usage`] where that is more than 1 GiB, or more than there is.
     pub fn new(zero: V, sizes: Sizes) -> Result<Self> {
-        let lengths = sizes.lengths(A::COVARIANCE);
-        let bytes = [
-            (lengths.complex, size_of::<ComplexVector<V>>()),
-            (lengths.scalars, size_of::<A::Scalar>()),
-            (lengths.reals, size_of::<V>()),
-        ]
-        .into_iter()
-        .fold(0, |sum: usize, (length, size)| {
-            sum.saturating_add(length.saturating_mul(size))
-        });
+        let need = sizes.need(A::COVARIANCE);
+        let real = need.real.saturating_mul(size_of::<V>());
+        let bytes = real.saturating_add(need.complex.saturating_mul(size_of::<Complex<V>>()));
         if bytes > MOST {
             return Err(too_much(sizes, bytes));
         }
@@ -42,20 +37,19 @@ impl<A: Averaging<V>, V: Vector> Memory<A, V> {
         Ok(Memory {
             zero,
             sizes,
-            complex: filled(ComplexVector::from_real(zero), lengths.complex).map_err(no_room)?,
-            scalars: filled(A::scalar(zero), lengths.scalars).map_err(no_room)?,
-            reals: filled(zero, lengths.reals).map_err(no_room)?,
+            real: filled(zero, need.real).map_err(no_room)?,
+            complex: filled(Complex::new(zero, zero), need.complex).map_err(no_room)?,
+            averaging: PhantomData,
         })
     }
 
-    /// The slices, which is what the core takes.
-    pub fn view(&mut self) -> WorkspaceView<'_, A, V> {
-        let slices = Slices {
+    /// The workspace, which is what the core takes.
+    pub fn view(&mut self) -> Workspace<'_, A, V> {
+        let scratch = Scratch {
+            real: &mut self.real,
             complex: &mut self.complex,
-            scalars: &mut self.scalars,
-            reals: &mut self.reals,
         };
-        WorkspaceView::new(self.zero, self.sizes, slices).expect("slices of these lengths")
+        Workspace::new(self.zero, self.sizes, scratch).expect("memory of the length needed")
     }
 }
 

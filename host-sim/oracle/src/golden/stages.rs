@@ -1,7 +1,7 @@
 //! Every stage's numbers, by the core and, for what the core keeps to itself, by the f32 reference, which
 //! has the same bits.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Workspace};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::delay::{Compounding, Delay, Record, ScanLine, Stage as _};
 use bonebeam::geometry::{Active, Array, Axis, Ray, Transmit, TransmitLaw};
@@ -16,6 +16,7 @@ use super::scene::{
 use crate::Result;
 use crate::reference::f32 as reference;
 use crate::reference::f32::beamform::{Intermediates, intermediates};
+use bonebeam_drive::beamform::Memory;
 use bonebeam_drive::phase_symmetry;
 
 /// The numbers of a stage, row-major.
@@ -123,7 +124,7 @@ fn focus(stages: &mut Stages) -> Result<Vec<Complex<f32>>> {
     let (data, records) = scene::records();
     let delay_parameters = scene::delay(&data);
     let delay = Delay::new(delay_parameters)?;
-    let mut scratch = vec![0.0; delay_parameters.scratch_len(1)];
+    let mut scratch = vec![0.0; delay_parameters.need(1).real];
     let rf: Vec<f32> = records.iter().flat_map(|r| r.rf.iter().copied()).collect();
     let recorded = delay_parameters.record_samples;
     stages.add(
@@ -297,8 +298,8 @@ fn image(stages: &mut Stages, z: &[Complex<f32>]) -> Result<Vec<f32>> {
         count,
     };
     let mut image = vec![0.0; SIDE * SIDE];
-    let sides = [axis(LINES), axis(SAMPLES), axis(SIDE), axis(SIDE)];
-    resample(&levels, sides[0], sides[1], sides[2], sides[3], &mut image)?;
+    let (data, pixels) = ([axis(LINES), axis(SAMPLES)], [axis(SIDE); 2]);
+    resample(&levels, data, pixels, &mut image)?;
     stages.add(
         "envelope",
         "of rank-1 ESMV, forward-backward",
@@ -362,29 +363,30 @@ fn ridges(stages: &mut Stages, image: &[f32]) -> Result<()> {
 }
 
 /// The weights of every sample of a line.
-fn line_weights<A>(x: &[Complex<f32>], method: Method) -> Result<Vec<Complex<f32>>>
-where
-    A: Averaging<f32> + bonebeam::beamform::Storage<SUBAPERTURE, 2>,
-{
-    let mut workspace = Workspace::<ELEMENTS, SUBAPERTURE, 2, A>::new();
+fn line_weights<A: Averaging<f32>>(
+    x: &[Complex<f32>],
+    method: Method,
+) -> Result<Vec<Complex<f32>>> {
     let beamformer = Beamformer::new(parameters(method))?;
+    let mut memory = Memory::<A, f32>::new(0.0, beamformer.sizes(ELEMENTS))?;
     let line = AlignedLine::new(x, ELEMENTS)?;
     let mut all = Vec::new();
     for sample in 0..SAMPLES {
         let mut weights = [Complex::ZERO; SUBAPERTURE];
-        beamformer.weights(&mut workspace.view(), line, ALL, sample, &mut weights)?;
+        beamformer.weights(&mut memory.view(), line, ALL, sample, &mut weights)?;
         all.extend(weights);
     }
     Ok(all)
 }
 
 /// A line with all elements active.
-fn beamform<A>(x: &[Complex<f32>], method: Method, z: &mut [Complex<f32>]) -> Result<()>
-where
-    A: Averaging<f32> + bonebeam::beamform::Storage<SUBAPERTURE, 2>,
-{
-    let mut workspace = Workspace::<ELEMENTS, SUBAPERTURE, 2, A>::new();
+fn beamform<A: Averaging<f32>>(
+    x: &[Complex<f32>],
+    method: Method,
+    z: &mut [Complex<f32>],
+) -> Result<()> {
     let beamformer = Beamformer::new(parameters(method))?;
+    let mut memory = Memory::<A, f32>::new(0.0, beamformer.sizes(ELEMENTS))?;
     let line = AlignedLine::new(x, ELEMENTS)?;
-    Ok(beamformer.line(&mut workspace.view(), line, |_| ALL, z)?)
+    Ok(beamformer.line(&mut memory.view(), line, |_| ALL, z)?)
 }

@@ -155,7 +155,7 @@ fn delay_laws(data: &ChannelData) -> Result<Vec<Verdict>> {
         };
         let mut core = vec![Complex::ZERO; parameters.output_samples * elements];
         let mut expected = core.clone();
-        let mut scratch = vec![0.0; parameters.scratch_len(1)];
+        let mut scratch = vec![0.0; parameters.need(1).real];
         let checked = Record::new(&record, elements)?;
         delay.line(0.0f32, &line, &checked, &mut scratch, &mut core)?;
         reference::f32::delay::line(&parameters, &line, &record, &mut expected);
@@ -213,7 +213,7 @@ fn upsampled(data: &ChannelData) -> Result<Verdict> {
     let mut values = vec![0.0; (elements - 2) * length];
     let (mut centre, mut receive_delays) = (vec![0; length], vec![0; length]);
     let mut fine = vec![0.0; upsampled.record_len()];
-    let mut padded = vec![0.0; upsampled.scratch_len()];
+    let mut padded = vec![0.0; upsampled.need().real];
     for (line, rf) in &waves {
         upsampled.centre(line, &mut centre)?;
         for (k, values) in values.chunks_exact_mut(length).enumerate() {
@@ -231,7 +231,7 @@ fn upsampled(data: &ChannelData) -> Result<Verdict> {
     }
     let mut core = vec![Complex::ZERO; parameters.output_samples * elements];
     let mut expected = core.clone();
-    let mut scratch = vec![0.0; parameters.scratch_len(1)];
+    let mut scratch = vec![0.0; parameters.need(1).real];
     upsampled.analytic(0.0f32, &waves[0].0, &values, &mut scratch, &mut core)?;
     let waves: Vec<(ScanLine<'_>, &[f32])> =
         waves.iter().map(|(line, rf)| (*line, &rf[..])).collect();
@@ -286,7 +286,7 @@ fn iq_readings(data: &ChannelData) -> Result<Vec<Verdict>> {
         let delay = IqDelay::new(parameters)?;
         let mut core = vec![Complex::ZERO; parameters.output_samples * elements];
         let mut expected = core.clone();
-        let mut scratch = vec![0.0; parameters.scratch_len(1)];
+        let mut scratch = vec![0.0; parameters.need(1).real];
         delay.line(0.0f32, &line, &record, &mut scratch, &mut core)?;
         reference::f32::iq::line(&parameters, &line, (iq, 1.0, 0.0), &mut expected);
         let bits = Bits::complex(&core, &expected);

@@ -1,0 +1,229 @@
+//! The memory of all stages: how much each needs, and where it is.
+//!
+//! Each stage says how many numbers it needs, a [`Need`], by a `const` function of its sizes or parameters. Each
+//! takes them as a [`Scratch`]: two slices, of real and of complex numbers. A [`Memory`] is the same with sizes
+//! that are known at compile time, for a `static`.
+//!
+//! ```
+//! use bonebeam::beamform::{Sizes, Workspace};
+//! use bonebeam::covariance::{Covariance, ForwardBackward};
+//! use bonebeam::memory::{Memory, Need};
+//!
+//! const SIZES: Sizes = Sizes { elements: 16, subaperture: 8, temporal_half_window: 2 };
+//! const NEED: Need = SIZES.need(Covariance::ForwardBackward);
+//! // On a target, this is a `static`.
+//! let mut memory = Memory::<{ NEED.real }, { NEED.complex }>::new();
+//! let workspace = Workspace::<ForwardBackward>::new(0.0, SIZES, memory.scratch())?;
+//! assert_eq!(workspace.sizes(), SIZES);
+//! # Ok::<(), bonebeam::Error>(())
+//! ```
+//!
+//! If the sizes are known only at run time, a `Scratch` borrows any two slices:
+//!
+//! ```
+//! # use bonebeam::beamform::Sizes;
+//! # use bonebeam::covariance::Covariance;
+//! use bonebeam::Complex;
+//! use bonebeam::memory::Scratch;
+//!
+//! # let sizes = Sizes { elements: 48, subaperture: 23, temporal_half_window: 1 };
+//! let need = sizes.need(Covariance::Forward);
+//! let mut real = vec![0.0f32; need.real];
+//! let mut complex = vec![Complex::new(0.0, 0.0); need.complex];
+//! let scratch = Scratch { real: &mut real, complex: &mut complex };
+//! ```
+
+use crate::simd::split_front;
+use crate::{Complex, Error};
+
+/// How many numbers a stage needs to work in. Counts beyond `usize::MAX` are given as that.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Need {
+    /// Real numbers, or vectors of them.
+    pub real: usize,
+    /// Complex numbers, or vectors of them.
+    pub complex: usize,
+}
+
+impl Need {
+    /// Real numbers only.
+    #[inline(always)]
+    pub const fn real(real: usize) -> Self {
+        Need { real, complex: 0 }
+    }
+
+    /// Both at the same time.
+    ///
+    /// ```
+    /// use bonebeam::memory::Need;
+    ///
+    /// let (a, b) = (Need { real: 5, complex: 2 }, Need { real: 3, complex: 4 });
+    /// assert_eq!(a.and(b), Need { real: 8, complex: 6 });
+    /// assert_eq!(a.or(b), Need { real: 5, complex: 4 });
+    /// ```
+    #[inline(always)]
+    pub const fn and(self, other: Need) -> Self {
+        Need {
+            real: self.real.saturating_add(other.real),
+            complex: self.complex.saturating_add(other.complex),
+        }
+    }
+
+    /// One after the other: the larger number of each kind.
+    pub const fn or(self, other: Need) -> Self {
+        Need {
+            real: larger(self.real, other.real),
+            complex: larger(self.complex, other.complex),
+        }
+    }
+}
+
+const fn larger(a: usize, b: usize) -> usize {
+    if a > b { a } else { b }
+}
+
+/// Memory for a stage to work in, at least as much as its [`Need`]. Contents are irrelevant.
+///
+/// `V` is `f32`, or the vector of a stage that computes several lanes at once.
+#[derive(Debug)]
+pub struct Scratch<'a, V = f32> {
+    /// Real numbers.
+    pub real: &'a mut [V],
+    /// Complex numbers.
+    pub complex: &'a mut [Complex<V>],
+}
+
+impl<'a, V> Scratch<'a, V> {
+    /// No memory, for a stage that needs none.
+    pub const fn empty() -> Self {
+        Scratch {
+            real: &mut [],
+            complex: &mut [],
+        }
+    }
+
+    /// The same memory, borrowed for one call.
+    #[inline(always)]
+    pub fn reborrow(&mut self) -> Scratch<'_, V> {
+        Scratch {
+            real: self.real,
+            complex: self.complex,
+        }
+    }
+
+    /// Refuses slices that are shorter than `need`.
+    #[inline(always)]
+    pub(crate) fn check(&self, need: Need) -> Result<(), Error> {
+        at_least("real memory", self.real.len(), need.real)?;
+        at_least("complex memory", self.complex.len(), need.complex)
+    }
+
+    /// Splits the first `need` off; the rest stays.
+    ///
+    /// # Errors
+    /// [`Error::Length`] if one of the slices is shorter. Nothing is then split off.
+    #[inline(always)]
+    pub fn take(&mut self, need: Need) -> Result<Scratch<'a, V>, Error> {
+        self.check(need)?;
+        Ok(Scratch {
+            real: split_front(&mut self.real, need.real),
+            complex: split_front(&mut self.complex, need.complex),
+        })
+    }
+}
+
+/// Refuses a slice that is shorter than a stage needs.
+#[inline(always)]
+fn at_least(name: &'static str, actual: usize, expected: usize) -> Result<(), Error> {
+    if actual >= expected {
+        return Ok(());
+    }
+    Err(Error::Length {
+        name,
+        actual,
+        expected,
+    })
+}
+
+/// Memory of `REAL` and `COMPLEX` numbers, those of a [`Need`], for a `static`.
+#[derive(Clone, Debug)]
+pub struct Memory<const REAL: usize, const COMPLEX: usize> {
+    real: [f32; REAL],
+    complex: [Complex<f32>; COMPLEX],
+}
+
+impl<const REAL: usize, const COMPLEX: usize> Memory<REAL, COMPLEX> {
+    /// The size in bytes: 4 for each real number, 8 for each complex one.
+    pub const BYTES: usize = size_of::<Self>();
+
+    /// Memory, all zero.
+    pub const fn new() -> Self {
+        Memory {
+            real: [0.0; REAL],
+            complex: [Complex::new(0.0, 0.0); COMPLEX],
+        }
+    }
+
+    /// The memory as a stage takes it.
+    #[inline]
+    pub fn scratch(&mut self) -> Scratch<'_> {
+        Scratch {
+            real: &mut self.real,
+            complex: &mut self.complex,
+        }
+    }
+}
+
+impl<const REAL: usize, const COMPLEX: usize> Default for Memory<REAL, COMPLEX> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::string::ToString;
+
+    #[test]
+    fn needs_that_cannot_be_counted_are_the_most_that_can() {
+        let most = Need::real(usize::MAX);
+        let some = Need {
+            real: 1,
+            complex: 2,
+        };
+        assert_eq!(
+            (most.and(some).real, most.and(some).complex),
+            (usize::MAX, 2)
+        );
+    }
+
+    #[test]
+    fn memory_is_split_in_order_and_too_much_is_refused() {
+        let mut memory = Memory::<3, 2>::new();
+        let mut scratch = memory.scratch();
+        let some = Need {
+            real: 2,
+            complex: 1,
+        };
+        let taken = scratch.take(some).unwrap();
+        taken.real.fill(1.0);
+        taken.complex.fill(Complex::I);
+        let refused = scratch.take(some).unwrap_err();
+        assert_eq!(refused.to_string(), "real memory has length 1, expected 2");
+        let refused = scratch
+            .take(Need {
+                real: 1,
+                complex: 2,
+            })
+            .unwrap_err();
+        assert_eq!(
+            refused.to_string(),
+            "complex memory has length 1, expected 2"
+        );
+        assert_eq!((scratch.real.len(), scratch.complex.len()), (1, 1));
+        assert_eq!(memory.real, [1.0, 1.0, 0.0]);
+        assert_eq!(memory.complex, [Complex::I, Complex::ZERO]);
+    }
+}
