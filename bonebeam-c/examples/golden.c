@@ -80,6 +80,9 @@ static bonebeam_delay *delay_stage(const bonebeam_delay_parameters *parameters) 
     return stage;
 }
 
+static const bonebeam_number half_window_1[] = {{"temporal_half_window", 1}};
+static const bonebeam_number half_window_2[] = {{"temporal_half_window", 2}};
+
 static bonebeam_beamformer *beamformer(const bonebeam_beamform_parameters *parameters, size_t elements) {
     bonebeam_beamformer *own;
     size_t bytes = fits(bonebeam_beamformer_bytes(parameters, elements), FAST);
@@ -277,9 +280,8 @@ static void iq_lines(void) {
     };
     const bonebeam_beamform_parameters parameters = {
         .method = "mv",
-        .temporal_half_window = 1,
-        .diagonal_loading = 0.05f,
-        .subaperture_ratio = 0.5,
+        .numbers = half_window_1,
+        .count = 1,
     };
     const bonebeam_iq_wave waves[2] = {
         {{.law = BONEBEAM_LAW_PLANE, .angle = -0.1, .t0 = 0.1e-6}, counted},
@@ -356,9 +358,8 @@ static void beamform(void) {
             .method = cases[i].method,
             .covariance = cases[i].forward ? BONEBEAM_COVARIANCE_FORWARD : BONEBEAM_COVARIANCE_FORWARD_BACKWARD,
             .argument = cases[i].argument,
-            .temporal_half_window = 2,
-            .diagonal_loading = 0.05f,
-            .subaperture_ratio = 0.5,
+            .numbers = half_window_2,
+            .count = 1,
         };
         const bonebeam_range *active = cases[i].grows ? growing : all;
         bonebeam_beamformer *own = beamformer(&parameters, ELEMENTS);
@@ -369,9 +370,8 @@ static void beamform(void) {
     /* The growing aperture, adaptive within a depth gate and DAS elsewhere. */
     bonebeam_beamform_parameters parameters = {
         .method = "mv",
-        .temporal_half_window = 2,
-        .diagonal_loading = 0.05f,
-        .subaperture_ratio = 0.5,
+        .numbers = half_window_2,
+        .count = 1,
     };
     const bonebeam_range gate = {13, 25};
     bonebeam_beamformer *own = beamformer(&parameters, ELEMENTS);
@@ -381,13 +381,16 @@ static void beamform(void) {
     /* The first four elements' samples over and over again: covariances of rank 4 at most, without loading. */
     static bonebeam_complex periodic[LENGTH];
     for (int n = 0; n < LENGTH; n++) periodic[n] = snapshots[n - n % ELEMENTS + n % ELEMENTS % 4];
-    parameters.diagonal_loading = 0.0f;
+    const bonebeam_number unloaded[] = {{"temporal_half_window", 2}, {"diagonal_loading", 0}};
+    parameters.numbers = unloaded;
+    parameters.count = 2;
     own = beamformer(&parameters, ELEMENTS);
     check(bonebeam_beamformer_line(own, periodic, SAMPLES, ELEMENTS, all, NULL, z), "mv-singular");
     print("mv-singular", z, 2 * SAMPLES);
 
     static const char *const postfilters[] = {"coherence-factor"};
-    parameters.diagonal_loading = 0.05f;
+    parameters.numbers = half_window_2;
+    parameters.count = 1;
     for (size_t i = 0; i < sizeof postfilters / sizeof *postfilters; i++) {
         parameters.postfilter = postfilters[i];
         own = beamformer(&parameters, ELEMENTS);
@@ -464,9 +467,8 @@ static void refusals(void) {
     bonebeam_beamformer *own = NULL;
     bonebeam_beamform_parameters parameters = {
         .method = "mv",
-        .temporal_half_window = 2,
-        .diagonal_loading = 0.05f,
-        .subaperture_ratio = 0.5,
+        .numbers = half_window_2,
+        .count = 1,
     };
     size_t bytes = bonebeam_beamformer_bytes(&parameters, 16);
     /* The bound of docs/c.md, on every processor. */
@@ -495,12 +497,20 @@ static void refusals(void) {
     parameters.postfilter = "coherence";
     faults += bonebeam_beamformer_new(memory, FAST, &parameters, 16, &own) != BONEBEAM_STATUS_PARAMETER;
     parameters.postfilter = NULL;
+    static const bonebeam_number wrong[] = {{"half_window", 1}, {"subaperture_ratio", 1.5}, {"temporal_half_window", 0.5}, {NULL, 0}};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        parameters.numbers = wrong + i;
+        const bonebeam_status expected = wrong[i].name ? BONEBEAM_STATUS_PARAMETER : pointer;
+        faults += bonebeam_beamformer_new(memory, FAST, &parameters, 16, &own) != expected;
+    }
+    parameters.numbers = NULL;
+    faults += bonebeam_beamformer_new(memory, FAST, &parameters, 16, &own) != pointer;
     faults += own != NULL;
 
     bonebeam_complex z[1] = {{7.0f, 7.0f}};
     const bonebeam_range all = {0, 16}, beyond = {1, 16};
     parameters.method = "mv";
-    parameters.temporal_half_window = 0;
+    parameters.count = 0;
     own = beamformer(&parameters, 15);
     faults += bonebeam_beamformer_line(own, snapshots, 1, 16, &all, NULL, z) != BONEBEAM_STATUS_CAPACITY;
     parameters.method = "das";

@@ -152,6 +152,15 @@ typedef struct {
   size_t count;
 } bonebeam_range;
 
+// A parameter by its name in the tables of docs/numerics.md: "temporal_half_window", "diagonal_loading",
+// "subaperture_ratio" and others. Of several with one name the last counts.
+typedef struct {
+  // The name.
+  const char *name;
+  // The value.
+  double value;
+} bonebeam_number;
+
 // The parameters of a beamformer.
 typedef struct {
   // The key of a method: "das", "mv", "esmv-rank1" and others in the tables of docs/numerics.md.
@@ -162,12 +171,10 @@ typedef struct {
   double argument;
   // One of `bonebeam_covariance`.
   int32_t covariance;
-  // `K`: the covariance is averaged over `2K + 1` samples.
-  size_t temporal_half_window;
-  // `Δ`, for instance 0.05.
-  float diagonal_loading;
-  // Subaperture over active elements, above 0, at most 1; for instance 0.5.
-  double subaperture_ratio;
+  // The parameters that do not have their defaults, `count` of them; may be null for none.
+  const bonebeam_number *numbers;
+  // How many `numbers` there are.
+  size_t count;
 } bonebeam_beamform_parameters;
 
 // A complex number.

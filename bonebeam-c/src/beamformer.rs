@@ -30,40 +30,58 @@ pub struct BeamformParameters {
     pub argument: f64,
     /// One of `bonebeam_covariance`.
     pub covariance: i32,
-    /// `K`: the covariance is averaged over `2K + 1` samples.
-    pub temporal_half_window: usize,
-    /// `Δ`, for instance 0.05.
-    pub diagonal_loading: f32,
-    /// Subaperture over active elements, above 0, at most 1; for instance 0.5.
-    pub subaperture_ratio: f64,
+    /// The parameters that do not have their defaults, `count` of them; may be null for none.
+    pub numbers: *const Number,
+    /// How many `numbers` there are.
+    pub count: usize,
+}
+
+/// A parameter by its name in the tables of docs/numerics.md: "temporal_half_window", "diagonal_loading",
+/// "subaperture_ratio" and others. Of several with one name the last counts.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Number {
+    /// The name.
+    pub name: *const c_char,
+    /// The value.
+    pub value: f64,
 }
 
 impl BeamformParameters {
     /// The core's parameters.
     ///
     /// # Safety
-    /// The keys are strings that end with a zero.
+    /// Keys and names are strings that end with a zero, and there are `count` numbers.
     pub(crate) unsafe fn core(&self) -> Result<beamform::Parameters, Status> {
         // SAFETY: by the caller's promise.
-        let (method, postfilter) = unsafe {
+        let (method, postfilter, numbers) = unsafe {
             (
                 choice(self.method, Method::EXAMPLES, Method::key)?,
                 match self.postfilter.is_null() {
                     true => Postfilter::None,
                     false => choice(self.postfilter, Postfilter::EXAMPLES, Postfilter::key)?,
                 },
+                match self.count {
+                    0 => &[],
+                    count => array(self.numbers, count)?,
+                },
             )
         };
         if let Some(row) = method.parameter() {
             row.check(self.argument)?;
         }
-        Ok(beamform::Parameters {
+        let mut parameters = beamform::Parameters {
             method: method.with_argument(self.argument),
             postfilter,
-            temporal_half_window: self.temporal_half_window,
-            diagonal_loading: self.diagonal_loading,
-            subaperture_ratio: self.subaperture_ratio,
-        })
+            ..beamform::Parameters::DEFAULT
+        };
+        for number in numbers {
+            // SAFETY: by the caller's promise.
+            let row = unsafe { choice(number.name, beamform::Parameters::TABLE, |row| row.name)? };
+            row.check(number.value)?;
+            parameters.set(row.name, number.value);
+        }
+        Ok(parameters)
     }
 
     pub(crate) fn covariance(&self) -> Result<bonebeam::covariance::Covariance, Status> {
