@@ -13,7 +13,7 @@
 //! over lanes cannot be defined for these outside their own crate, so that the beamformers compute with
 //! [`ComplexVector`].
 
-use crate::simd::ComplexVector;
+use crate::complex_vector::ComplexVector;
 use num_complex::Complex;
 
 /// The same numbers as complex vectors.

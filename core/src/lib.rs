@@ -30,6 +30,7 @@ const fn step(sparse: usize) -> usize {
 }
 
 pub mod beamform;
+mod complex_vector;
 pub mod covariance;
 pub mod delay;
 mod error;

@@ -1,7 +1,7 @@
 //! A pipeline at work.
 
-use super::Pipeline;
-use super::memory::Parts;
+use super::{Parts, Pipeline};
+
 use crate::beamform::{Sizes, Workspace};
 use crate::covariance::{Averaging, ForwardBackward};
 use crate::delay::{Delay, Stage};

@@ -13,7 +13,7 @@ use crate::phase_symmetry;
 /// How the memory of a frame is divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(super) struct Parts {
+pub(crate) struct Parts {
     /// Samples of a line.
     pub(super) samples: usize,
     /// Samples of all lines.

@@ -30,7 +30,7 @@ use crate::geometry::{Axis, Lines, Scan, ScanParameters};
 use crate::image::{BMode, BModeParameters, Logarithm, PixelGrid};
 use crate::memory::Need;
 use crate::phase_symmetry::{self, PhaseSymmetry};
-use memory::Parts;
+pub(crate) use memory::Parts;
 
 /// What a [`Pipeline`] is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]

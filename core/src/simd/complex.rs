@@ -1,18 +1,9 @@
 //! Complex vectors, and what the linear algebra needs of a number.
 
 use super::Vector;
+pub use crate::complex_vector::ComplexVector;
 use core::ops::{Add, Sub};
 use num_complex::Complex;
-
-/// As many complex numbers as a register holds real ones, one a lane.
-#[derive(Clone, Copy, Debug)]
-#[repr(C)]
-pub struct ComplexVector<V> {
-    /// Real parts.
-    pub re: V,
-    /// Imaginary parts.
-    pub im: V,
-}
 
 impl<V: Vector> ComplexVector<V> {
     /// A real vector as a complex one.

@@ -144,7 +144,10 @@ fn on_target(
 ) -> Result<(Array2<f32>, usize), bonebeam::Error> {
     let (rows, columns) = image.dim();
     let bank = bank(rows, columns, &THREE, 3.0, strip)?;
-    let mut memory = Strips::new(bank.sizes());
+    let mut memory = Strips::new(core::Sizes {
+        strip: 5,
+        ..bank.sizes()
+    });
     let mut tables = core::LogGaborTables::new();
     let kernels = core::Kernels {
         fft: &core::Microfft,
