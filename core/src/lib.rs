@@ -5,7 +5,7 @@
 //! transmit. The [`prelude`] has these names and the types of their fields. The modules are for toolmakers: each stage
 //! by itself, memory of sizes known at run time, vectors of several lanes.
 //!
-//! The flow: [`focus`] (recorded data → aligned analytic samples) → [`beamform`] (one line, by way
+//! The flow: [`delay`] (recorded data → aligned analytic samples) → [`beamform`] (one line, by way
 //! of [`covariance`], its factorisation and eigenvectors) → [`image`] (decibels, isotropic pixels) →
 //! [`phase_symmetry`] (the ridge filter).
 //!
