@@ -80,7 +80,7 @@ fuzz_target!(|input: Input| {
             first_sample: usize::from(input.first_samples[k % 4]) % samples,
         })
         .collect();
-    let lines = Lines {
+    let lines = LinesTask {
         beamformer,
         segments: &segments,
         count,
@@ -93,12 +93,12 @@ fuzz_target!(|input: Input| {
         true => Content::OfOtherRuns,
         false => Content::NaN,
     };
-    let found = set.dispatch(Lines { memory, ..lines });
+    let found = set.dispatch(LinesTask { memory, ..lines });
     assert_eq!(bits(&expected), bits(&found), "{}", set.name());
     if expected.is_ok() {
         match input.forward {
-            true => line_is_runs::<Forward>(lines),
-            false => line_is_runs::<ForwardBackward>(lines),
+            true => line_is_segments::<Forward>(lines),
+            false => line_is_segments::<ForwardBackward>(lines),
         }
     }
 });
@@ -114,9 +114,9 @@ impl Task for Width {
     }
 }
 
-/// A whole line, whose elements change half-way, has the bits of its runs.
-fn line_is_runs<A: Averaging<f32>>(lines: Lines<'_>) {
-    let Lines {
+/// A whole line, whose elements change half-way, has the bits of its segments.
+fn line_is_segments<A: Averaging<f32>>(lines: LinesTask<'_>) {
+    let LinesTask {
         beamformer,
         segments,
         count,
@@ -153,7 +153,7 @@ fn line_is_runs<A: Averaging<f32>>(lines: Lines<'_>) {
     assert_eq!(
         finite_complex_bits(&z),
         finite_complex_bits(&by_runs),
-        "a line against its runs"
+        "a line against its segments"
     );
 }
 
@@ -171,9 +171,9 @@ enum Content {
     OfOtherRuns,
 }
 
-/// As many runs at a time as there are lanes.
+/// As many segments at a time as there are lanes.
 #[derive(Clone, Copy)]
-struct Lines<'a> {
+struct LinesTask<'a> {
     beamformer: Beamformer,
     segments: &'a [Segment<'a>],
     count: usize,
@@ -182,7 +182,7 @@ struct Lines<'a> {
     memory: Content,
 }
 
-impl Task for Lines<'_> {
+impl Task for LinesTask<'_> {
     type Output = Result<Vec<Complex<f32>>, Error>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {
@@ -193,7 +193,7 @@ impl Task for Lines<'_> {
     }
 }
 
-impl Lines<'_> {
+impl LinesTask<'_> {
     fn beamform<A: Averaging<V>, V: Vector>(self, zero: V) -> Result<Vec<Complex<f32>>, Error> {
         let sizes = self.beamformer.sizes(self.count);
         let larger = Sizes {

@@ -58,7 +58,7 @@ fn recording(path: &Path) {
             };
             let (data, copy) = (settled(data), settled(copy));
             assert_eq!(data, copy);
-            data.doubts();
+            data.warnings();
         }
         Ok(Recording::Aligned(data)) => {
             data.write(&again).expect("valid data are written");

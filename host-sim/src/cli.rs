@@ -14,7 +14,7 @@ use crate::commands::{
 };
 use crate::{Error, Result};
 use bonebeam_drive::threads;
-use bonebeam_files::leftovers::remove_at_signals;
+use bonebeam_files::temporary_files::remove_at_signals;
 use bonebeam_files::terminal::{complain, print};
 
 /// From ultrasound channel data to bone surfaces: simulates, beamforms and filters with the bonebeam core.
@@ -123,8 +123,8 @@ fn finish(outcome: Result<()>) -> ExitCode {
 fn one_line(error: &clap::Error) -> String {
     let text = error.render().to_string();
     let lines = text.lines().map(str::trim);
-    let told = lines.take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"));
-    let words: Vec<&str> = told.filter(|l| !l.is_empty()).collect();
+    let reported = lines.take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"));
+    let words: Vec<&str> = reported.filter(|l| !l.is_empty()).collect();
     let message = words.join(" ");
     message
         .strip_prefix("error: ")

@@ -68,9 +68,9 @@ impl Config {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn stage(&self, command: &str, path: &Path, outputs: &mut Outputs) -> Result<()> {
+    pub fn add_to(&self, command: &str, path: &Path, outputs: &mut Outputs) -> Result<()> {
         let version = env!("CARGO_PKG_VERSION");
-        outputs.stage(path, |sink| {
+        outputs.add(path, |sink| {
             let command = command.escape_debug();
             write!(
                 sink,

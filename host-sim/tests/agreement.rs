@@ -8,8 +8,8 @@ use std::process::Command;
 use bonebeam::beamform::{Method, Parameters, Postfilter};
 use bonebeam::geometry::Active;
 use bonebeam_drive::config::Beamform;
-use bonebeam_files::{AlignedData, Lines};
-use bonebeam_oracle::verify::beamform::Frame;
+use bonebeam_files::{AlignedData, BeamformedLines};
+use bonebeam_oracle::verify::beamform::AlignedFrame;
 use ndarray::{Array3, Axis};
 use num_complex::Complex;
 use rand::{RngExt, SeedableRng};
@@ -44,7 +44,7 @@ fn flags(section: &Beamform) -> Vec<String> {
     flags
 }
 
-fn beamform(folder: &Path, parameters: Parameters, covariance: Covariance) -> Lines {
+fn beamform(folder: &Path, parameters: Parameters, covariance: Covariance) -> BeamformedLines {
     let section = Beamform {
         covariance,
         ..Beamform::of(parameters)
@@ -63,7 +63,7 @@ fn beamform(folder: &Path, parameters: Parameters, covariance: Covariance) -> Li
         "{}",
         String::from_utf8_lossy(&run.stderr)
     );
-    Lines::read(&output).expect("lines that were just written")
+    BeamformedLines::read(&output).expect("lines that were just written")
 }
 
 fn assert_agrees(elements: usize) {
@@ -102,7 +102,7 @@ fn assert_agrees(elements: usize) {
                 )
             };
             let z = Method::EXAMPLES.map(line);
-            let frame = Frame {
+            let frame = AlignedFrame {
                 x: &x,
                 active: |_, _| Active {
                     first: 0,

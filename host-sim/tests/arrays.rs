@@ -5,10 +5,10 @@ use std::f64::consts::{PI, TAU};
 use std::process::Command;
 
 use bonebeam_drive::config::{Beamform, LineKind};
-use bonebeam_drive::frame::{Frames, beamform_channel_data};
+use bonebeam_drive::frame::{RecordingFrames, beamform_channel_data};
 use bonebeam_drive::image::{b_mode, grid_of_lines};
-use bonebeam_drive::methods::Choice;
-use bonebeam_files::{ChannelData, Lines, Recording, Samples, Transmits};
+use bonebeam_drive::methods::MethodName;
+use bonebeam_files::{BeamformedLines, ChannelData, Recording, Samples, Transmits};
 use ndarray::{Array2, Array3, Array4, Axis};
 use num_complex::Complex;
 use tempfile::{TempDir, tempdir};
@@ -63,11 +63,11 @@ fn recording(
     [x, z]: [f64; 2],
     (iq, lens): (bool, f64),
 ) -> ChannelData {
-    let place = |m: usize| (probe.x[m], probe.z.as_ref().map_or(0.0, |z| z[m]));
+    let position = |m: usize| (probe.x[m], probe.z.as_ref().map_or(0.0, |z| z[m]));
     let arrival = |t: usize| match &transmits {
         Transmits::Plane { angle } => (x * angle[t].sin() + z * angle[t].cos()) / C,
         Transmits::Element { index } => {
-            let (ex, ez) = place(index[t]);
+            let (ex, ez) = position(index[t]);
             (x - ex).hypot(z - ez) / C
         }
         Transmits::VirtualSource { x: sx, z: sz } => {
@@ -79,7 +79,7 @@ fn recording(
         }
         Transmits::Delays { delay } => {
             let one = |m: usize| {
-                let (ex, ez) = place(m);
+                let (ex, ez) = position(m);
                 delay[(t, m)] + (x - ex).hypot(z - ez) / C
             };
             // NaN is left aside by `min`.
@@ -99,7 +99,7 @@ fn recording(
     let samples = (48e-6 * fs) as usize;
     let shape = (transmits.len(), ELEMENTS, samples);
     let at = |t: usize, m: usize, n: usize| {
-        let (ex, ez) = place(m);
+        let (ex, ez) = position(m);
         let time = T0 + n as f64 / fs;
         let late = time - arrival(t) - (x - ex).hypot(z - ez) / C - 2.0 * lens;
         (height(t) * envelope(late), late, time)
@@ -134,7 +134,7 @@ fn recording(
 }
 
 /// Where a beam's sample lies, (x, z) m.
-fn place(lines: &Lines, beam: usize, sample: usize) -> [f64; 2] {
+fn position(lines: &BeamformedLines, beam: usize, sample: usize) -> [f64; 2] {
     let r = lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
     let (z, angle) = match &lines.rays {
         None => (0.0, 0.0),
@@ -143,18 +143,18 @@ fn place(lines: &Lines, beam: usize, sample: usize) -> [f64; 2] {
     [lines.beam_x[beam] + r * angle.sin(), z + r * angle.cos()]
 }
 
-fn brightest(lines: &Lines) -> [f64; 2] {
+fn brightest(lines: &BeamformedLines) -> [f64; 2] {
     let norms = lines.z.mapv(|z| z.norm());
     let mut best = (0, 0);
-    for (place, &norm) in norms.indexed_iter() {
+    for (position, &norm) in norms.indexed_iter() {
         if norm > norms[best] {
-            best = place;
+            best = position;
         }
     }
-    place(lines, best.0, best.1)
+    position(lines, best.0, best.1)
 }
 
-fn parameters(method: Choice) -> Beamform {
+fn parameters(method: MethodName) -> Beamform {
     let mut parameters = Beamform {
         method,
         depth_start: Some(24e-3),
@@ -238,14 +238,14 @@ fn a_point_lies_where_it_is_and_iq_gives_the_lines_of_rf() {
         for lens in [0.0, 0.3e-6] {
             let rf = recording(&probe, transmits.clone(), point, (false, lens));
             let iq = recording(&probe, transmits.clone(), point, (true, lens));
-            let methods = Choice::all();
+            let methods = MethodName::all();
             for &method in &methods[..if lens == 0.0 { 1 } else { methods.len() }] {
                 let parameters = parameters(method);
                 let lines = beamform_channel_data(&rf, &parameters, &|_| {}).unwrap();
                 let [x, z] = brightest(&lines);
                 let off = (x - point[0]).hypot(z - point[1]);
                 assert!(off < 0.35e-3, "{what}, {method:?}: {x} {z}");
-                if method != Choice::Das {
+                if method != MethodName::Das {
                     // The weights of the others follow the data wherever there is nothing but noise.
                     let of_iq = beamform_channel_data(&iq, &parameters, &|_| {}).unwrap();
                     let [ix, iz] = brightest(&of_iq);
@@ -256,9 +256,9 @@ fn a_point_lies_where_it_is_and_iq_gives_the_lines_of_rf() {
                 assert_eq!(of_iq.rays, lines.rays);
                 let peak = lines.z.iter().fold(0.0f32, |peak, z| peak.max(z.norm()));
                 assert!(peak > 0.02, "{what}: {peak}");
-                for ((place, a), b) in lines.z.indexed_iter().zip(&of_iq.z) {
+                for ((position, a), b) in lines.z.indexed_iter().zip(&of_iq.z) {
                     let error = (a - b).norm();
-                    assert!(error < IQ_AGAINST_RF, "{what} at {place:?}: {a} {b}");
+                    assert!(error < IQ_AGAINST_RF, "{what} at {position:?}: {a} {b}");
                 }
             }
         }
@@ -267,10 +267,10 @@ fn a_point_lies_where_it_is_and_iq_gives_the_lines_of_rf() {
 
 #[test]
 fn lines_fit_the_array_or_are_those_asked_for() {
-    let angles = |lines: &Lines| lines.rays.as_ref().map(|rays| rays.angle.clone());
+    let angles = |lines: &BeamformedLines| lines.rays.as_ref().map(|rays| rays.angle.clone());
     for (what, probe, point, transmits) in scenes() {
         let data = recording(&probe, transmits, point, (true, 0.0));
-        let lines = beamform_channel_data(&data, &parameters(Choice::Das), &|_| {}).unwrap();
+        let lines = beamform_channel_data(&data, &parameters(MethodName::Das), &|_| {}).unwrap();
         let count = lines.beam_x.len();
         match what {
             "linear, sources" | "linear, delays" => {
@@ -308,7 +308,7 @@ fn lines_fit_the_array_or_are_those_asked_for() {
         lines: Some(LineKind::Sector),
         line_count: Some(31),
         sector: 0.6,
-        ..parameters(Choice::Das)
+        ..parameters(MethodName::Das)
     };
     let lines = beamform_channel_data(&data, &asked, &|_| {}).unwrap();
     let angles = angles(&lines).unwrap();
@@ -317,15 +317,15 @@ fn lines_fit_the_array_or_are_those_asked_for() {
 }
 
 #[test]
-fn a_fan_becomes_an_image_with_the_point_in_its_place() {
+fn a_fan_becomes_an_image_with_the_point_at_its_position() {
     for (what, probe, point, transmits) in scenes() {
         let data = recording(&probe, transmits, point, (true, 0.0));
-        let lines = beamform_channel_data(&data, &parameters(Choice::Das), &|_| {}).unwrap();
+        let lines = beamform_channel_data(&data, &parameters(MethodName::Das), &|_| {}).unwrap();
         let grid = grid_of_lines(&lines, 300, 300).unwrap();
         let image = b_mode(&lines, 40.0, &grid, false).unwrap();
-        let brightest = |best: (usize, usize), (place, &level): ((usize, usize), &f32)| {
+        let brightest = |best: (usize, usize), (position, &level): ((usize, usize), &f32)| {
             if level > image.pixels[best] {
-                place
+                position
             } else {
                 best
             }
@@ -371,9 +371,9 @@ fn frames_are_beamformed_each_by_itself() {
     };
     data.write(&path).unwrap();
 
-    let parameters = parameters(Choice::EsmvRank1);
+    let parameters = parameters(MethodName::EsmvRank1);
     let recording = Recording::Channel(data.clone());
-    let frames = Frames::new(&recording, &parameters).unwrap();
+    let frames = RecordingFrames::new(&recording, &parameters).unwrap();
     let all = frames.lines(&recording, 0..3, &|_| {}).unwrap();
     for (lines, data) in all.iter().zip(&single) {
         assert_eq!(
@@ -422,7 +422,7 @@ fn a_simulated_scene_has_the_same_lines_as_iq() {
             &format!("beamform {name}.npz --method das {depths} -o lines.npz"),
         )
         .unwrap();
-        Lines::read(&folder.path().join("lines.npz")).unwrap()
+        BeamformedLines::read(&folder.path().join("lines.npz")).unwrap()
     });
     let peak = lines[0].z.iter().fold(0.0f32, |peak, z| peak.max(z.norm()));
     for (a, b) in lines[0].z.iter().zip(&lines[1].z) {

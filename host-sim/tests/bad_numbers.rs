@@ -305,8 +305,8 @@ fn doubtful_values_are_warned_of() {
     let far = [("start", "0.01"), ("end", "0.0005"), ("end", "0.04")];
     for (flag, depth) in far {
         let arguments = format!("{BEAMFORM} --depth-{flag} {depth}");
-        let told = format!("--depth-{flag} is {depth} m");
-        fails(&folder, &arguments, USAGE, &[&told, "the record holds"]);
+        let message = format!("--depth-{flag} is {depth} m");
+        fails(&folder, &arguments, USAGE, &[&message, "the record holds"]);
     }
     let path = folder.path().join("data.npz");
     channel_data_without(&path, &["tx_angle"])

@@ -5,7 +5,7 @@ use bonebeam::covariance::Covariance;
 use std::fs;
 
 use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size, parse_scale};
-use bonebeam_drive::methods::Choice;
+use bonebeam_drive::methods::MethodName;
 use bonebeam_files::atomic::Outputs;
 use bonebeam_formats::Variables;
 use bonebeam_simulate::Settings;
@@ -99,7 +99,7 @@ fn the_written_configuration_is_read_back_as_it_was() {
             ..Simulate::default()
         },
         beamform: Beamform {
-            method: Choice::Esmv,
+            method: MethodName::Esmv,
             beta: Some(1e-5),
             core: Parameters {
                 temporal_half_window: 10,
@@ -127,13 +127,13 @@ fn the_written_configuration_is_read_back_as_it_was() {
         },
         variables: {
             let mut variables = Variables::default();
-            for told in [
+            for given in [
                 "rf=RcvData",
                 "c=1480",
                 "tx_angle=0,0.1",
                 "axes=sample,element",
             ] {
-                variables.take(told).unwrap();
+                variables.take(given).unwrap();
             }
             variables
         },
@@ -142,7 +142,7 @@ fn the_written_configuration_is_read_back_as_it_was() {
         let mut outputs = Outputs::new();
         // Whatever is on the command line stays within the comment.
         config
-            .stage("beamform 'a\nb.npz'", &path, &mut outputs)
+            .add_to("beamform 'a\nb.npz'", &path, &mut outputs)
             .unwrap();
         outputs.commit().unwrap();
         assert_eq!(Config::read(&path).unwrap(), config);

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 use std::process::Command;
 
-use bonebeam_files::{ChannelData, Lines, Transmits, image};
+use bonebeam_files::{BeamformedLines, ChannelData, Transmits, image};
 use ndarray::{Array3, Axis};
 use tempfile::{TempDir, tempdir};
 
@@ -56,7 +56,7 @@ fn run(folder: &TempDir, arguments: &str) -> [String; 2] {
 }
 
 fn peak(folder: &TempDir) -> f32 {
-    let lines = Lines::read(&folder.path().join("lines.npz")).unwrap();
+    let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
     lines.z.iter().map(|z| z.norm()).fold(0.0, f32::max)
 }
 
@@ -68,12 +68,12 @@ fn a_probe_of_any_frequency_keeps_its_band() {
             .write(&folder.path().join("data.npz"))
             .unwrap();
         let das = "beamform data.npz -o lines.npz --method das";
-        let [said, warned] = run(&folder, das);
+        let [printed, warned] = run(&folder, das);
         assert_eq!(warned, "");
-        let lines = Lines::read(&folder.path().join("lines.npz")).unwrap();
+        let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
         assert_eq!(lines.fs, 4.0 * f0);
         let rate = format!("at {} MHz (4.000 f0)", 4.0 * f0 / 1e6);
-        assert!(said.contains(&rate), "{said}");
+        assert!(printed.contains(&rate), "{printed}");
         let level = peak(&folder);
         run(&folder, &format!("{das} --output-rate {}", RECORDED * f0));
         // The grid of samples may miss the peak by an eighth of a period of the envelope: under 0.2 dB.
@@ -108,7 +108,7 @@ fn a_record_of_few_samples_a_period_is_told() {
             .write(&folder.path().join("data.npz"))
             .unwrap();
         let [_, warned] = run(&folder, "beamform data.npz -o lines.npz --method das");
-        let lines = Lines::read(&folder.path().join("lines.npz")).unwrap();
+        let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
         assert_eq!(lines.fs, rate * 6e6);
         assert_eq!(warned.contains("band-sampled"), folded, "{rate}: {warned}");
     }
@@ -116,14 +116,14 @@ fn a_record_of_few_samples_a_period_is_told() {
 
 #[test]
 fn elements_far_apart_are_told() {
-    for (pitch, told) in [(1.0, false), (1.5, false), (1.7, true), (3.0, true)] {
+    for (pitch, warns) in [(1.0, false), (1.5, false), (1.7, true), (3.0, true)] {
         let folder = tempdir().unwrap();
         let mut data = point(5e6, RECORDED);
         data.element_x.iter_mut().for_each(|x| *x *= pitch);
         data.write(&folder.path().join("data.npz")).unwrap();
         let das = "beamform data.npz -o lines.npz --method das";
         let [_, warned] = run(&folder, das);
-        assert_eq!(warned.contains("grating lobes"), told, "{pitch}: {warned}");
+        assert_eq!(warned.contains("grating lobes"), warns, "{pitch}: {warned}");
         // What it names is enough.
         if let Some((_, needed)) = warned.split_once("; ") {
             let needed = needed.split(' ').next().unwrap();
@@ -146,7 +146,7 @@ fn images_have_square_pixels_and_no_margin() {
             run(&folder, &format!("{beamform}{flags}"));
             let pixels = image::read(&folder.path().join("image.npy")).unwrap();
             let (rows, columns) = pixels.dim();
-            let lines = Lines::read(&folder.path().join("lines.npz")).unwrap();
+            let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
             let width = lines.beam_x[lines.beam_x.len() - 1] - lines.beam_x[0];
             let height = C * (lines.z.ncols() - 1) as f64 / lines.fs / 2.0;
             let expected = (columns - 1) as f64 * height / width;

@@ -110,9 +110,13 @@ impl Runs {
     fn check(&self, output: &Output, found: &Files, failures: &[i32], what: &str) -> bool {
         let message = String::from_utf8_lossy(&output.stderr);
         let code = output.status.code();
-        let told: Vec<(&str, usize)> = found.iter().map(|(n, b)| (n.as_str(), b.len())).collect();
+        let reported: Vec<(&str, usize)> =
+            found.iter().map(|(n, b)| (n.as_str(), b.len())).collect();
         if code == Some(0) {
-            assert!(*found == self.new, "{what}: not the new outputs: {told:?}");
+            assert!(
+                *found == self.new,
+                "{what}: not the new outputs: {reported:?}"
+            );
             return true;
         }
         assert!(
@@ -121,7 +125,7 @@ impl Runs {
         );
         assert!(
             *found == self.old,
-            "{what}: not the old outputs: {told:?}: {message}"
+            "{what}: not the old outputs: {reported:?}: {message}"
         );
         if code == Some(DATA) {
             assert!(message.starts_with("host-sim: "), "{what}: {message}");

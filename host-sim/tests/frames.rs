@@ -103,7 +103,7 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
     let command =
         "beamform large.npz -o lines.npz --method das --depth-start 0.01 --depth-end 0.011";
     let parameters = Beamform {
-        method: bonebeam_drive::methods::Choice::Das,
+        method: bonebeam_drive::methods::MethodName::Das,
         depth_start: Some(0.01),
         depth_end: Some(0.011),
         ..Beamform::default()
@@ -117,10 +117,10 @@ fn a_file_larger_than_memory_is_beamformed_frame_by_frame() {
         assert_eq!(own, expected(&path, frame, &parameters), "frame {frame}");
     }
     // It is told and converted in the same memory.
-    let told = run(&folder, "info large.npz", Some(LIMIT)).unwrap();
+    let reported = run(&folder, "info large.npz", Some(LIMIT)).unwrap();
     assert!(
-        told.contains("50 frames, 2 transmits, 4 elements"),
-        "{told}"
+        reported.contains("50 frames, 2 transmits, 4 elements"),
+        "{reported}"
     );
     run(&folder, "convert large.npz -o converted.npz", Some(LIMIT)).unwrap();
     let copy = folder.path().join("converted.npz");
@@ -232,8 +232,8 @@ fn aligned_data_have_frames() {
     let single = [one(0), one(1), one(2)];
     assert_eq!(single[0].shape(), [2, 20]);
     archive(x.clone().into_dyn());
-    let said = run(&folder, command, None).unwrap();
-    assert!(said.starts_with("3 frames of 2 lines"), "{said}");
+    let printed = run(&folder, command, None).unwrap();
+    assert!(printed.starts_with("3 frames of 2 lines"), "{printed}");
     let z = lines(&folder);
     assert_eq!(z.shape(), [3, 2, 20]);
     for (frame, single) in single.iter().enumerate() {

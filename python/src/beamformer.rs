@@ -90,13 +90,13 @@ impl Beamformer {
             count: x.dim().2,
         };
         // Checked to be neither negative nor beyond the elements.
-        let told = |active: &ArrayView3<'_, i64>, beam: usize, sample: usize| Active {
+        let given = |active: &ArrayView3<'_, i64>, beam: usize, sample: usize| Active {
             first: active[[beam, sample, 0]] as usize,
             count: active[[beam, sample, 1]] as usize,
         };
         let of = |beam: usize, sample: usize| {
-            let told = active.as_ref().map(|active| told(active, beam, sample));
-            told.unwrap_or(all)
+            let given = active.as_ref().map(|active| given(active, beam, sample));
+            given.unwrap_or(all)
         };
         self.pool.install(|| self.plan.run_into(x, &of, &|_| {}, z))
     }

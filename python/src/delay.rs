@@ -4,9 +4,9 @@ use std::num::NonZeroUsize;
 
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::frame;
-use bonebeam_drive::policy::{doubts, working_memory};
+use bonebeam_drive::policy::{warnings, working_memory};
 use bonebeam_files::memory;
-use bonebeam_files::{BeamRays, ChannelData, Frame, Recording, Transmits};
+use bonebeam_files::{BeamRays, ChannelData, FrameSamples, Recording, Transmits};
 use ndarray::{Array, Array3, Dimension, IntoDimension};
 use numpy::{
     Complex32, IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods,
@@ -20,7 +20,7 @@ use crate::threads::threads;
 
 /// One frame of channel data of Python: its fields are the keys of a recording.
 #[derive(FromPyObject)]
-pub struct Record<'py> {
+pub struct FrameArrays<'py> {
     rf: Option<PyReadonlyArray3<'py, f32>>,
     iq: Option<PyReadonlyArray3<'py, Complex32>>,
     f_demod: Option<f64>,
@@ -42,12 +42,12 @@ pub struct Record<'py> {
     tx_delay: Option<PyReadonlyArray2<'py, f64>>,
 }
 
-impl Record<'_> {
+impl FrameArrays<'_> {
     /// The samples, where they lie.
-    fn frame(&self) -> PyResult<Frame<'_>> {
+    fn frame(&self) -> PyResult<FrameSamples<'_>> {
         match (&self.rf, &self.iq, self.f_demod) {
-            (Some(rf), None, None) => Ok(Frame::Rf(rf.as_array())),
-            (None, Some(iq), Some(f_demod)) => Ok(Frame::Iq {
+            (Some(rf), None, None) => Ok(FrameSamples::Rf(rf.as_array())),
+            (None, Some(iq), Some(f_demod)) => Ok(FrameSamples::Iq {
                 iq: iq.as_array(),
                 f_demod,
             }),
@@ -56,7 +56,7 @@ impl Record<'_> {
     }
 
     /// All but the samples, checked with them as what is read from a file.
-    fn channel_data(&self, py: Python<'_>, frame: &Frame<'_>) -> PyResult<ChannelData> {
+    fn channel_data(&self, py: Python<'_>, frame: &FrameSamples<'_>) -> PyResult<ChannelData> {
         let data = ChannelData {
             samples: frame.none(),
             fs: self.fs,
@@ -107,10 +107,10 @@ impl Record<'_> {
 }
 
 /// A value a beam; none where the beams go straight down from z = 0.
-type Places = Option<Py<PyArray1<f64>>>;
+type Positions = Option<Py<PyArray1<f64>>>;
 
 /// Depths and angles of beams that are rays.
-fn places(py: Python<'_>, rays: Option<BeamRays>) -> [Places; 2] {
+fn positions(py: Python<'_>, rays: Option<BeamRays>) -> [Positions; 2] {
     let arrays = rays.map(|rays| [rays.z, rays.angle].map(|v| Some(v.into_pyarray(py).unbind())));
     arrays.unwrap_or_default()
 }
@@ -124,10 +124,10 @@ pub struct Aligned {
     fs: f64,
     t0: f64,
     beam_x: Py<PyArray1<f64>>,
-    beam_z: Places,
-    beam_angle: Places,
+    beam_z: Positions,
+    beam_angle: Positions,
     c: f64,
-    doubts: Vec<String>,
+    warnings: Vec<String>,
 }
 
 /// Memory for a result of that shape: the caller's, where there is any.
@@ -157,7 +157,7 @@ fn written<'py, D: Dimension>(
 #[pyfunction]
 pub fn delay<'py>(
     py: Python<'py>,
-    data: Record<'py>,
+    data: FrameArrays<'py>,
     parameters: &BeamformParameters,
     out: Option<Bound<'py, PyArray3<Complex32>>>,
     threads: Option<NonZeroUsize>,
@@ -166,7 +166,7 @@ pub fn delay<'py>(
     let frame = data.frame()?;
     let data = data.channel_data(py, &frame)?;
     let parameters = &parameters.0;
-    let doubts = doubts(&data, parameters).map_err(refused)?;
+    let warnings = warnings(&data, parameters).map_err(refused)?;
     let stage = DelayStage::new(&data, parameters).map_err(refused)?;
     let (beams, samples, elements) = (stage.beam_x().len(), stage.samples(), data.samples.dim().2);
     let x = written(py, out, (beams, samples, elements), "aligned data")?;
@@ -179,7 +179,7 @@ pub fn delay<'py>(
         let active = stage.active(beam, sample);
         [active.first, active.count][k] as i64
     });
-    let [beam_z, beam_angle] = places(py, stage.beam_rays());
+    let [beam_z, beam_angle] = positions(py, stage.beam_rays());
     Ok(Aligned {
         x: x.unbind(),
         active: active.into_pyarray(py).unbind(),
@@ -189,7 +189,7 @@ pub fn delay<'py>(
         beam_z,
         beam_angle,
         c: stage.sound_speed(),
-        doubts,
+        warnings,
     })
 }
 
@@ -200,17 +200,17 @@ pub struct BeamformedLines {
     fs: f64,
     t0: f64,
     beam_x: Py<PyArray1<f64>>,
-    beam_z: Places,
-    beam_angle: Places,
+    beam_z: Positions,
+    beam_angle: Positions,
     c: f64,
-    doubts: Vec<String>,
+    warnings: Vec<String>,
 }
 
 /// Delays and beamforms channel data, some beams at a time, into `out` where it is given.
 #[pyfunction]
 pub fn beamform_channel_data<'py>(
     py: Python<'py>,
-    data: Record<'py>,
+    data: FrameArrays<'py>,
     parameters: &BeamformParameters,
     out: Option<Bound<'py, PyArray2<Complex32>>>,
     threads: Option<NonZeroUsize>,
@@ -219,7 +219,7 @@ pub fn beamform_channel_data<'py>(
     let frame = data.frame()?;
     let data = data.channel_data(py, &frame)?;
     let parameters = &parameters.0;
-    let doubts = doubts(&data, parameters).map_err(refused)?;
+    let warnings = warnings(&data, parameters).map_err(refused)?;
     let recording = Recording::Channel(data);
     memory::check(
         working_memory(&recording, parameters, None, 1),
@@ -229,7 +229,7 @@ pub fn beamform_channel_data<'py>(
     let Recording::Channel(data) = &recording else {
         unreachable!("it was made above");
     };
-    let frames = frame::Frames::of_channel_data(data, parameters).map_err(refused)?;
+    let frames = frame::RecordingFrames::of_channel_data(data, parameters).map_err(refused)?;
     let stage = frames.stage().expect("channel data have one");
     let shape = (stage.beam_x().len(), stage.samples());
     let z = written(py, out, shape, "lines")?;
@@ -238,7 +238,7 @@ pub fn beamform_channel_data<'py>(
     py.detach(|| pool.install(|| frames.frame(frame, &|_| {}, view)))
         .map_err(refused)?;
     drop(memory);
-    let [beam_z, beam_angle] = places(py, stage.beam_rays());
+    let [beam_z, beam_angle] = positions(py, stage.beam_rays());
     Ok(BeamformedLines {
         z: z.unbind(),
         fs: parameters.rate_of(data),
@@ -247,7 +247,7 @@ pub fn beamform_channel_data<'py>(
         beam_z,
         beam_angle,
         c: stage.sound_speed(),
-        doubts,
+        warnings,
     })
 }
 

@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 
 use bonebeam_drive::image::image_of;
 use bonebeam_drive::phase_symmetry::of_image;
-use bonebeam_files::{BeamRays, Lines};
+use bonebeam_files::{BeamRays, BeamformedLines};
 use numpy::{Complex32, IntoPyArray, PyArray2, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
 
@@ -35,7 +35,7 @@ pub fn bmode<'py>(
 ) -> PyResult<Pixels<'py>> {
     let section = parameters::image(dynamic_range, rows, columns, depth, width, median)?;
     let pool = self::threads(threads)?;
-    let lines = Lines {
+    let lines = BeamformedLines {
         z: z.as_array(),
         fs,
         t0,

@@ -2,7 +2,7 @@
 
 use bonebeam::beamform::{Method, Parameters, Postfilter};
 use bonebeam_drive::config::{Beamform, BeamformFlags, Image, Kind, PhaseSymmetry};
-use bonebeam_drive::methods::Choice;
+use bonebeam_drive::methods::MethodName;
 use bonebeam_simulate::Simulate;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -122,7 +122,7 @@ pub fn tables() -> PyResult<String> {
     let examples: Vec<_> = examples.map(Beamform::of).collect();
     let tables = json!({
         "keys": BeamformFlags::keys(),
-        "methods": Choice::all(),
+        "methods": MethodName::all(),
         "postfilters": Postfilter::EXAMPLES.map(|postfilter| postfilter.key()),
         "examples": examples,
     });

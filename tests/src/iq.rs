@@ -124,7 +124,7 @@ pub(crate) fn lines<V: Vector>(
         interpolation: IqInterpolation::LinearFixed,
         ..PARAMETERS
     })?;
-    // Along a ray; then straight down, where places grow evenly.
+    // Along a ray; then straight down, where positions grow evenly.
     for (name, ray, law) in [
         ("iq-fixed", line().ray, line().transmit.law),
         ("iq-fixed-down", Ray::down(0.3e-3), TransmitLaw::Focused),

@@ -79,12 +79,12 @@ fn beamformer<A: Averaging<V>, V: Vector>(
     };
     let mut workspace = Workspace::<A, V>::new(zero, sizes, scratch)?;
     let line = AlignedLine::new(x, ELEMENTS)?;
-    for place in [0, (V::LANES - 1) / 2, V::LANES - 1] {
+    for lane_index in [0, (V::LANES - 1) / 2, V::LANES - 1] {
         let segments: Vec<Segment<'_>> = (0..V::LANES)
             .map(|lane| Segment {
                 line,
                 first_element: 0,
-                first_sample: lane.abs_diff(place),
+                first_sample: lane.abs_diff(lane_index),
             })
             .collect();
         let mut z: Vec<_> = segments
@@ -93,7 +93,7 @@ fn beamformer<A: Averaging<V>, V: Vector>(
             .collect();
         let mut out: Vec<_> = z.iter_mut().map(Vec::as_mut_slice).collect();
         beamformer.segments(&mut workspace, &segments, ELEMENTS, &mut out)?;
-        report(case.name, hash::complex(&z[place]));
+        report(case.name, hash::complex(&z[lane_index]));
     }
     Ok(())
 }

@@ -237,7 +237,7 @@ fn hard_data() {
 
 #[test]
 fn every_number_of_lanes() {
-    // Lines of different data, place and length, so that lanes stop at different times; hard data
+    // Lines of different data, position and length, so that lanes stop at different times; hard data
     // beside them, so that a lane that is silent or slow to converge is not alone.
     let mut lines: Vec<Line> = (0..19)
         .map(|k| {

@@ -6,7 +6,7 @@ use crate::common;
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::geometry::Active;
 use bonebeam_oracle::reference::f64::beamform::Sample;
-use bonebeam_oracle::verify::beamform::{Exemption, Frame, Judgement};
+use bonebeam_oracle::verify::beamform::{AlignedFrame, Exemption, Judgement};
 use bonebeam_oracle::verify::tolerances::ROUNDING;
 use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, frame, stacked, variants, widen};
 use common::tolerances::{BEAMFORMED, BEYOND_ROUNDING};
@@ -31,7 +31,7 @@ fn assert_agrees(line: &Line, range: Range<usize>, base: Parameters, methods: &[
                 parameters,
             )
         };
-        let frame = Frame {
+        let frame = AlignedFrame {
             x: &x,
             active: |_, n: usize| line.active[n],
             covariance,
@@ -314,7 +314,7 @@ fn a_hundred_thousand_samples_of_undecided_ranks_and_split_clusters() {
                 };
                 (frame(&lines, parameters, covariance), parameters)
             });
-            let judged = Frame {
+            let judged = AlignedFrame {
                 x: &x,
                 active: |beam: usize, n: usize| lines[beam].active[n],
                 covariance,

@@ -359,15 +359,15 @@ proptest! {
     }
 
     #[test]
-    fn data_that_are_not_finite_are_refused_with_their_place(
+    fn data_that_are_not_finite_are_refused_with_their_index(
         line in noise(),
-        place in any::<prop::sample::Index>(),
+        position in any::<prop::sample::Index>(),
         value in prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY]),
         imaginary in any::<bool>(),
     ) {
         let elements = line.x.ncols();
         let mut x = line.x.into_raw_vec_and_offset().0;
-        let index = place.index(x.len());
+        let index = position.index(x.len());
         if imaginary {
             x[index].im = value;
         } else {

@@ -280,7 +280,7 @@ fn the_aperture_is_centred_on_the_ray_and_grows_along_it() {
         assert!((scan.aperture_centre(line) - line as f64 / 2.0).abs() < 1e-3);
         for sample in 0..scan.samples() {
             let active = scan.active(line, sample);
-            // The rule for a linear array, with the place in elements and the distance along the ray.
+            // The rule for a linear array, with the position in elements and the distance along the ray.
             let expected = scan
                 .aperture()
                 .active(line as f64 / 2.0, scan.depth(sample));

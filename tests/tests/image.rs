@@ -6,7 +6,7 @@ use bonebeam::geometry::Axis;
 use bonebeam::image::{envelope, largest, log_compression, median, resample};
 use bonebeam::{Complex, Error};
 use bonebeam_drive::image::{PixelGrid, b_mode, grid_of_lines, resize};
-use bonebeam_files::Lines;
+use bonebeam_files::BeamformedLines;
 use bonebeam_oracle::reference;
 use common::tolerances;
 use ndarray::{Array2, array};
@@ -19,14 +19,14 @@ fn axis(first: f64, step: f64, count: usize) -> Axis {
 }
 
 /// Beamformed lines of random samples over four orders of magnitude.
-fn random_lines(beams: usize, samples: usize, seed: u64) -> Lines {
+fn random_lines(beams: usize, samples: usize, seed: u64) -> BeamformedLines {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let z = Array2::from_shape_simple_fn((beams, samples), || {
         let level = 10f32.powf(rng.random_range(-4.0..0.0f32));
         let mut part = || rng.random_range(-1.0..1.0f32) * level;
         Complex::new(part(), part())
     });
-    Lines {
+    BeamformedLines {
         z,
         fs: 20e6,
         t0: 13e-6,
@@ -365,9 +365,9 @@ fn bad_input_is_named_and_nothing_is_written() {
         axis(0.0, f64::INFINITY, 2),
         axis(0.0, 1.0, usize::MAX),
     ] {
-        for place in 0..4 {
+        for index in 0..4 {
             let mut axes = [good; 4];
-            axes[place] = bad;
+            axes[index] = bad;
             let [beams, samples, rows, columns] = axes;
             assert!(resample(&data, [beams, samples], [rows, columns], &mut pixels).is_err());
         }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use bonebeam_files::Lines;
+use bonebeam_files::BeamformedLines;
 use bonebeam_paper::measure::point::LateralProfile;
 use bonebeam_paper::measure::profile::{largest, width};
 use bonebeam_paper::measure::registration::{
@@ -133,7 +133,7 @@ fn width_interpolates_its_crossings() {
 }
 
 /// Lines whose envelope is f(x) over the beams times a parabola over depth, its vertex at 15 mm.
-fn lines(x: &[f64], f: impl Fn(f64) -> f64) -> Lines {
+fn lines(x: &[f64], f: impl Fn(f64) -> f64) -> BeamformedLines {
     let (fs, c) = (20e6, 1540.0);
     let t0 = 2.0 * 14.0e-3 / c;
     let z = Array2::from_shape_fn((x.len(), 60), |(beam, n)| {
@@ -141,7 +141,7 @@ fn lines(x: &[f64], f: impl Fn(f64) -> f64) -> Lines {
         let along = 1.0 - ((depth - 15e-3) / 2e-3).powi(2);
         Complex::from_polar((f(x[beam]) * along) as f32, 0.7 * n as f32)
     });
-    Lines {
+    BeamformedLines {
         z,
         fs,
         t0,

@@ -91,7 +91,7 @@ fn assert_blocks_alike<D: Stage>(
 }
 
 #[test]
-fn a_stretch_of_a_line_has_the_bits_of_the_whole() {
+fn a_block_of_a_line_has_the_bits_of_the_whole() {
     let laws = [
         (TransmitLaw::Focused, 0.0),
         (TransmitLaw::Plane { angle: 0.2 }, 0.3),
@@ -222,7 +222,7 @@ fn line_of_stages<D: Stage>(
 
 /// Every length, all methods, time windows and a growing aperture.
 #[test]
-fn the_bits_do_not_depend_on_the_stretch() {
+fn the_bits_do_not_depend_on_the_block() {
     let rf = record(5);
     let rf = Record::new(&rf, ELEMENTS).unwrap();
     let counts = counts(5);
@@ -267,9 +267,9 @@ fn assert_lines_alike<'r, D: Stage>(
     }
 }
 
-/// Both ends of a depth gate within stretches, at their ends, and beyond them.
+/// Both ends of a depth gate within blocks, at their ends, and beyond them.
 #[test]
-fn the_bits_of_a_gated_line_do_not_depend_on_the_stretch() {
+fn the_bits_of_a_gated_line_do_not_depend_on_the_block() {
     let counts = counts(5);
     let record = counted(&counts);
     for (from, to) in [(0.0, 7.02e-3), (6.31e-3, 9e-3), (9.5e-3, 1.0)] {
@@ -290,10 +290,10 @@ fn the_bits_of_a_gated_line_do_not_depend_on_the_stretch() {
     }
 }
 
-/// The working scale is that of the record, not that of a stretch: samples so faint that their squares are no
-/// floats any more are 0 in every stretch, or in none.
+/// The working scale is that of the record, not that of a block: samples so faint that their squares are no
+/// floats any more are 0 in every block, or in none.
 #[test]
-fn the_bits_do_not_depend_on_the_stretch_where_most_of_a_line_is_next_to_nothing() {
+fn the_bits_do_not_depend_on_the_block_where_most_of_a_line_is_next_to_nothing() {
     let counts = counts(5);
     let scan = Scan::of_iq(iq_parameters(0).scan).unwrap();
     let mut beamformer = PARAMETERS.beamformer;
@@ -402,7 +402,7 @@ fn no_part_of_an_aligned_sample_exceeds_the_largest_of_its_record() {
 }
 
 #[test]
-fn memory_for_a_stretch_does_not_grow_with_the_line_and_less_is_refused() {
+fn memory_for_a_block_does_not_grow_with_the_line_and_less_is_refused() {
     let long = |end: f64| {
         let scan = ScanParameters {
             end: Depth::Metres(end),

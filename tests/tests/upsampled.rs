@@ -67,7 +67,7 @@ impl Task for Compound<'_> {
                 upsampled
                     .receive_delays(zero, line, element, &mut receive_delays)
                     .unwrap();
-                // In stretches, of which the last is shorter.
+                // In blocks, of which the last is shorter.
                 for start in (0..length).step_by(STRETCH) {
                     let own = start..length.min(start + STRETCH);
                     let contribution = Contribution {
@@ -145,7 +145,7 @@ fn every_instruction_set_has_the_bits_of_the_reference() {
     }
 }
 
-/// One sample a second, and one a metre of depth: times are places without roundings.
+/// One sample a second, and one a metre of depth: times are positions without roundings.
 const EXACT: DelayParameters = DelayParameters {
     sound_speed: 2.0,
     sampling_rate: 1.0,
@@ -157,7 +157,7 @@ const EXACT: DelayParameters = DelayParameters {
     record_samples: 300,
     hilbert_taps: 2,
 };
-/// Units of a place between two recorded samples.
+/// Units of a position between two recorded samples.
 const A_SAMPLE: f64 = 32_768.0;
 /// No lag is larger, either way.
 const MOST: i32 = 1 << 29;
@@ -178,14 +178,14 @@ fn straight_down(array: Array<'_>, t0: f64) -> ScanLine<'_> {
 
 /// Depths are −3, −2, …: an echo from z comes at z.
 #[test]
-fn places_are_those_of_the_law_or_far_in_front_of_the_record() {
+fn positions_are_those_of_the_law_or_far_in_front_of_the_record() {
     let farthest = f64::from((1 << 30) - 1);
     let delay = Delay::new(EXACT).unwrap();
     let upsampled = Upsampled::new(&delay).unwrap();
     let taps = upsampled.record_len() / 16 - EXACT.record_samples - 2;
     let before = (taps / 2 + 1) as f64;
     let half = 0.5 / A_SAMPLE;
-    // Where depth 100 lies at the farthest place, and one unit nearer.
+    // Where depth 100 lies at the farthest position, and one unit nearer.
     let last = 100.0 - ((farthest - 0.5) / A_SAMPLE - before);
     for t0 in [
         0.0,
@@ -197,16 +197,19 @@ fn places_are_those_of_the_law_or_far_in_front_of_the_record() {
         1e6,
         -1e6,
     ] {
-        let mut places = vec![7; upsampled.line_len()];
+        let mut positions = vec![7; upsampled.line_len()];
         let line = straight_down(Array::LinearAt(&[0.0]), t0);
-        upsampled.centre(&line, &mut places).unwrap();
-        for (n, &place) in places.iter().enumerate() {
+        upsampled.centre(&line, &mut positions).unwrap();
+        for (n, &position) in positions.iter().enumerate() {
             let z = n as f64 - 3.0;
             let units = ((z - t0 + before) * A_SAMPLE + 0.5).floor();
             if z > 0.0 && units.abs() < farthest {
-                assert_eq!(f64::from(place), units, "{t0} {z}");
+                assert_eq!(f64::from(position), units, "{t0} {z}");
             } else {
-                assert!(place < -MOST && place > -2 * MOST, "{t0} {z}: {place}");
+                assert!(
+                    position < -MOST && position > -2 * MOST,
+                    "{t0} {z}: {position}"
+                );
             }
         }
     }

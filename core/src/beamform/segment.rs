@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_has_a_wanted_sample() {
+    fn a_segment_has_a_wanted_sample() {
         for (start, end) in (0..=10).flat_map(|start| (start..=10).map(move |end| (start, end))) {
             let segments: Vec<_> = segments_within(10, active, start..end, 1).collect();
             let with_wanted = (0..2).filter(|k| (start..end).any(|sample| sample / 5 == *k));

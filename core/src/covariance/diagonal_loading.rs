@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_trace_below_300_db_is_silent() {
+    fn a_trace_below_300_db_has_zero_power() {
         let root = 1.0 / (1u64 << 50) as f32;
         let least = root * root;
         let loading = DiagonalLoading::new(least, 4, 0.05);

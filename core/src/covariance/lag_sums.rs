@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn sums_that_slide_are_those_of_each_place() {
+    fn sums_that_slide_are_those_of_each_column() {
         assert_direct::<1>();
         assert_direct::<2>();
         assert_direct::<4>();

@@ -313,7 +313,7 @@ mod tests {
 
     /// The laws from their definitions, at points of a ray that goes aside.
     #[test]
-    fn a_source_sends_from_its_place_or_to_it() {
+    fn a_source_sends_from_its_position_or_to_it() {
         let ray = Ray::new(2e-3, -1e-3, 0.3);
         let array = Array::linear(8, 0.3e-3);
         for [x, z] in [[1e-3, -20e-3], [-3e-3, 25e-3], [0.0, 0.0]] {
@@ -372,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lag_of_any_element_is_its_path() {
+    fn the_receive_delay_of_any_element_is_its_path() {
         let fs = 100e6;
         let ray = Ray::new(1e-3, -0.5e-3, 0.6);
         for position in [[0.0, 0.0], [9e-3, -2e-3], [-15e-3, -4e-3], [5e-3, 10e-3]] {
@@ -396,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lag_of_a_level_element_has_the_same_bits_either_way() {
+    fn the_receive_delay_of_a_level_element_has_the_same_bits_either_way() {
         let ray = Ray::down(0.2e-3);
         for step in -40..40 {
             let position = [f64::from(step) * 0.31e-3, 0.0];
@@ -413,7 +413,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lag_is_right_to_five_roundings() {
+    fn the_receive_delay_is_right_to_five_roundings() {
         let fs = 100e6;
         let mut worst_within_f_1_5 = 0.0f64;
         for step in (1..=400).step_by(crate::step(57)) {

@@ -360,7 +360,7 @@ mod tests {
     /// Where the squares of what is to be rotated next are 0 in f32, a step ends: the rows below are rotated,
     /// those above are as they were.
     #[test]
-    fn a_block_that_splits_under_way_is_turned_so_far() {
+    fn a_block_that_splits_under_way_is_rotated_so_far() {
         let small = f32::from_bits((127 - 40) << 23); // 2^-40
         let (mut d, mut e) = ([0.0, 0.0, 1.0], [small, small, 9.0]);
         let mut x = [1.0, 2.0, 0.25 / small];

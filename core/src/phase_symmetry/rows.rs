@@ -156,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quotients_are_turned_and_stay_below_one() {
+    fn quotients_are_rotated_and_stay_below_one() {
         // Two rows of three columns. The sums of a bright line without noise may round to the same.
         let mut above = [1.0, 3.0, 0.0, 1e-3, 2.0, 0.0];
         let mut below = [2.0, 4.0, 0.0, 1e-3, 2.0, 1.0];

@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn the_frequency_is_a_fraction_of_a_turn() {
+    fn the_frequency_is_a_fraction_of_a_cycle() {
         assert_eq!(frequency_word(5e6, 40e6), Some(8192));
         assert_eq!(frequency_word(0.0, 65e6), Some(0));
         assert_eq!(frequency_word(32.5e6, 65e6), Some(32768));

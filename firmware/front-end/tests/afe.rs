@@ -252,14 +252,14 @@ fn what_the_demodulator_does_not_take_is_refused_unsent() {
     ] {
         let refused = run(&[], |afe| afe.demodulate(&setup));
         let Err(Error::Range {
-            name: told,
+            name: reported,
             value: number,
             ..
         }) = refused
         else {
             panic!("{setup:?} was not refused: {refused:?}");
         };
-        assert_eq!((told, number), (name, value));
+        assert_eq!((reported, number), (name, value));
     }
 
     let mut plain = Afe::new(Part::Afe5808a, Spi::<u8>::new(&[]), Pin::new(&[]));

@@ -12,7 +12,7 @@ use super::core::{Core, with_core};
 use super::naive::{Naive, Shape};
 use super::report::{Quantity, Row, Table, Target};
 use super::settings::{Section, Settings};
-use super::snapshots::{Scene, snapshots};
+use super::snapshots::{Wavefield, snapshots};
 use super::timing::side_by_side;
 use crate::{Error, Result};
 
@@ -30,7 +30,7 @@ struct Comparison {
     /// The slowest of them counts.
     methods: &'static [Method],
     covariance: Covariance,
-    scene: Scene,
+    wavefield: Wavefield,
     one_lane: bool,
     /// At least so many times as fast, at each of [`SIZES`].
     targets: Option<[f64; 4]>,
@@ -53,7 +53,7 @@ const COMPARISONS: [Comparison; 10] = [
         name: "rank-1 ESMV",
         methods: &[Method::EsmvRank1],
         covariance: Covariance::ForwardBackward,
-        scene: Scene::Echo,
+        wavefield: Wavefield::Echo,
         one_lane: false,
         targets: Some([80.0, 40.0, 50.0, 40.0]),
     },
@@ -61,7 +61,7 @@ const COMPARISONS: [Comparison; 10] = [
         name: "rank-1 ESMV, noise alone",
         methods: &[Method::EsmvRank1],
         covariance: Covariance::ForwardBackward,
-        scene: Scene::Noise,
+        wavefield: Wavefield::Noise,
         one_lane: false,
         targets: Some([80.0, 40.0, 50.0, 40.0]),
     },
@@ -69,7 +69,7 @@ const COMPARISONS: [Comparison; 10] = [
         name: "MV",
         methods: &[Method::Mv],
         covariance: Covariance::ForwardBackward,
-        scene: Scene::Echo,
+        wavefield: Wavefield::Echo,
         one_lane: false,
         targets: Some([60.0, 15.0, 25.0, 20.0]),
     },
@@ -77,7 +77,7 @@ const COMPARISONS: [Comparison; 10] = [
         name: "MV, forward",
         methods: &[Method::Mv],
         covariance: Covariance::Forward,
-        scene: Scene::Echo,
+        wavefield: Wavefield::Echo,
         one_lane: false,
         targets: Some([20.0, 5.0, 5.0, 5.0]),
     },
@@ -85,7 +85,7 @@ const COMPARISONS: [Comparison; 10] = [
         name: "rank-1 ESMV, forward",
         methods: &[Method::EsmvRank1],
         covariance: Covariance::Forward,
-        scene: Scene::Echo,
+        wavefield: Wavefield::Echo,
         one_lane: false,
         targets: Some([20.0, 5.0, 5.0, 5.0]),
     },
@@ -93,7 +93,7 @@ const COMPARISONS: [Comparison; 10] = [
         name: "ESMV by β and others",
         methods: ALL_EIGENVECTORS,
         covariance: Covariance::ForwardBackward,
-        scene: Scene::Echo,
+        wavefield: Wavefield::Echo,
         one_lane: false,
         targets: Some([45.0, 24.0, 30.0, 25.0]),
     },
@@ -101,7 +101,7 @@ const COMPARISONS: [Comparison; 10] = [
         name: "ESMV by β and others, noise alone",
         methods: ALL_EIGENVECTORS,
         covariance: Covariance::ForwardBackward,
-        scene: Scene::Noise,
+        wavefield: Wavefield::Noise,
         one_lane: false,
         targets: Some([45.0, 24.0, 30.0, 25.0]),
     },
@@ -109,7 +109,7 @@ const COMPARISONS: [Comparison; 10] = [
         name: "ESMV by β and others, forward",
         methods: ALL_EIGENVECTORS,
         covariance: Covariance::Forward,
-        scene: Scene::Echo,
+        wavefield: Wavefield::Echo,
         one_lane: false,
         targets: Some([20.0, 11.0, 16.0, 16.0]),
     },
@@ -117,7 +117,7 @@ const COMPARISONS: [Comparison; 10] = [
         name: "ESMV by β and others, forward, noise alone",
         methods: ALL_EIGENVECTORS,
         covariance: Covariance::Forward,
-        scene: Scene::Noise,
+        wavefield: Wavefield::Noise,
         one_lane: false,
         targets: Some([20.0, 11.0, 16.0, 16.0]),
     },
@@ -125,7 +125,7 @@ const COMPARISONS: [Comparison; 10] = [
         name: "MV, one lane",
         methods: &[Method::Mv],
         covariance: Covariance::ForwardBackward,
-        scene: Scene::Echo,
+        wavefield: Wavefield::Echo,
         one_lane: true,
         targets: None,
     },
@@ -183,7 +183,7 @@ impl Comparison {
             true => (InstructionSet::Scalar, 1),
             false => (settings.instruction_set, BEAMS),
         };
-        let x = snapshots(self.scene, (beams, settings.samples, shape.elements));
+        let x = snapshots(self.wavefield, (beams, settings.samples, shape.elements));
         let mut slowest: Option<Row> = None;
         let mut largest_difference = 0.0f64;
         for &method in self.methods {

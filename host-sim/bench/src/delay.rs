@@ -13,13 +13,13 @@ use super::core::with_core;
 use super::in_vivo::InVivo;
 use super::report::{Quantity, Row, Table, Target};
 use super::settings::{Section, Settings};
-use super::snapshots::{Scene, snapshots};
+use super::snapshots::{Wavefield, snapshots};
 use super::timing::{fastest, side_by_side};
 use crate::Result;
 use bonebeam_drive::config::{self, Interpolation, RfInterpolation};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::frame::beamform_channel_data;
-use bonebeam_drive::methods::Choice;
+use bonebeam_drive::methods::MethodName;
 use bonebeam_drive::threads::pool;
 use bonebeam_files::{ChannelData, Samples, Transmits};
 
@@ -159,7 +159,7 @@ fn compounded(settings: &Settings) -> Result<Row> {
         lens_delay: 0.0,
     };
     let parameters = |interpolation: RfInterpolation, lines: usize| config::Beamform {
-        method: Choice::Das,
+        method: MethodName::Das,
         rf_interpolation: Some(interpolation),
         line_count: Some(lines),
         depth_start: Some(start),
@@ -240,7 +240,7 @@ pub fn against_beamforming(
         step(label);
         iq_rows.push((label, delay(settings, &iq, Some(interpolation))?));
     }
-    let echo = snapshots(Scene::Echo, (BEAMS, SAMPLES, InVivo::ELEMENTS));
+    let echo = snapshots(Wavefield::Echo, (BEAMS, SAMPLES, InVivo::ELEMENTS));
     let mut beside_method = |label: &str, method: Method, temporal_half_window: usize| {
         step(label);
         let parameters = Parameters {

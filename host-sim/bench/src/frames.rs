@@ -14,13 +14,13 @@ use rayon::ThreadPool;
 use super::in_vivo::InVivo;
 use super::report::{Quantity, Row, Table, Target};
 use super::settings::{Section, Settings};
-use super::simulated::{Around, recording};
-use super::snapshots::{Scene, snapshots};
+use super::simulated::{Medium, recording};
+use super::snapshots::{Wavefield, snapshots};
 use super::timing::{fastest, side_by_side};
 use crate::{Error, Result};
 use bonebeam_drive::beamform;
 use bonebeam_drive::pipeline::Frames;
-use bonebeam_drive::source::{Recorded, Source};
+use bonebeam_drive::source::{LineSource, Recorded};
 use bonebeam_drive::threads::pool;
 use bonebeam_files::ChannelData;
 
@@ -35,8 +35,8 @@ pub fn frames(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Resul
     let mut rows = gpu_frame(settings, step)?;
     step("the frame in vivo: its recording");
     let data = match settings.quick {
-        true => recording(Around::Water, 8, 16.0)?,
-        false => recording(Around::Tissue, 64, 2.0)?,
+        true => recording(Medium::Water, 8, 16.0)?,
+        false => recording(Medium::Tissue, 64, 2.0)?,
     };
     let pipeline = |method| InVivo::pipeline(method, data.samples.dim().3);
     let [rank1, beta] = [Method::EsmvRank1, Method::EsmvBeta(0.01)].map(pipeline);
@@ -64,7 +64,7 @@ pub fn frames(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Resul
 
 fn gpu_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Vec<Row>> {
     let (beams, samples, elements) = (80, 400, 64);
-    let x = snapshots(Scene::Echo, (beams, samples, elements));
+    let x = snapshots(Wavefield::Echo, (beams, samples, elements));
     let parameters = Parameters {
         method: Method::Mv,
         temporal_half_window: 1,
@@ -119,7 +119,7 @@ fn in_vivo_frame(
     step("the frame in vivo: data");
     let scan = *pipeline.lines().scan();
     let size = (scan.lines(), scan.samples(), scan.elements());
-    let x = snapshots(Scene::Echo, size);
+    let x = snapshots(Wavefield::Echo, size);
     let rf = data.samples.rf(0);
     let rf = rf.ok_or_else(|| Error::Data("the simulated recording is not RF".into()))?;
     let records = rf
@@ -135,7 +135,7 @@ fn in_vivo_frame(
         .map(|&t0| Transmit::new(TransmitLaw::Focused, t0))
         .collect();
     let lines_each = scan.lines() / transmits.len();
-    let source = &Source::Rf(Recorded {
+    let source = &LineSource::Rf(Recorded {
         pipeline: pipeline.lines().by_reference(),
         transmits: &transmits,
         records: &records,
@@ -165,7 +165,7 @@ fn in_vivo_row(stage: &str, seconds: f64) -> Row {
 fn stages(
     frames: &mut Frames<'_>,
     pipeline: &Pipeline<'_>,
-    source: &Source<'_>,
+    source: &LineSource<'_>,
     x: ArrayView3<'_, Complex<f32>>,
     settings: &Settings,
 ) -> Result<Vec<Row>> {
@@ -217,7 +217,7 @@ fn stages(
 /// From RF to the bone map, by rank 1 and by β.
 fn whole(
     [rank1, by_beta]: [&mut Frames<'_>; 2],
-    source: &Source<'_>,
+    source: &LineSource<'_>,
     settings: &Settings,
 ) -> Result<Vec<Row>> {
     rank1.run(source)?;

@@ -134,19 +134,19 @@ def fastest(work, seconds):
 
 def main(folder, budget):
     x, given = np.load(f"{folder}/x.npy"), dict(np.load(f"{folder}/delay.npz"))
-    told = {}
+    results = {}
     for peer, data in ((ustb, x), (zea, x), (ultraspy, given)):
         name = peer.__name__
         try:
             work, lines = peer(data)
             # What it compiles is not counted.
             np.save(f"{folder}/{name}.npy", lines(work()).astype(np.complex64))
-            told[name] = {"seconds": fastest(work, budget)}
+            results[name] = {"seconds": fastest(work, budget)}
         except ImportError as error:
-            told[name] = {"left_out": str(error)}
+            results[name] = {"left_out": str(error)}
         except Exception as error:  # Another version's interface, say: the others are measured all the same.
-            told[name] = {"left_out": f"{type(error).__name__}: {error}".splitlines()[0]}
-    print(json.dumps(told))
+            results[name] = {"left_out": f"{type(error).__name__}: {error}".splitlines()[0]}
+    print(json.dumps(results))
 
 
 if __name__ == "__main__":

@@ -18,16 +18,16 @@ use serde::Deserialize;
 
 use super::report::{Quantity, Row, Table};
 use super::settings::{Section, Settings};
-use super::snapshots::{Scene, snapshots};
+use super::snapshots::{Wavefield, snapshots};
 use super::timing::fastest;
 use crate::{Error, Result};
 use bonebeam_drive::beamform::Plan;
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::frame::beamform_channel_data;
-use bonebeam_drive::methods::Choice;
+use bonebeam_drive::methods::MethodName;
 use bonebeam_drive::threads::pool;
-use bonebeam_files::{ChannelData, Lines, Transmits, npy, npz};
+use bonebeam_files::{BeamformedLines, ChannelData, Transmits, npy, npz};
 
 const SCRIPT: &str = include_str!("peers.py");
 /// Beams, samples, elements: the frame of the GPU's paper.
@@ -79,7 +79,7 @@ pub fn peers(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result
 }
 
 fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
-    let x = snapshots(Scene::Echo, FRAME);
+    let x = snapshots(Wavefield::Echo, FRAME);
     let recording = Recording::new();
     step("Python");
     let mut method = format!(
@@ -101,11 +101,14 @@ fn measure(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<T
     let folder = tempfile::tempdir().map_err(|e| Error::Data(e.to_string()))?;
     match python(folder.path(), &x, &recording, settings.budget) {
         Err(reason) => method.push_str(&format!(" All were left out: {reason}.")),
-        Ok(told) => {
+        Ok(results) => {
             for peer in &PEERS {
                 step(peer.name);
-                let Some(seconds) = told.get(peer.name).and_then(|told| told.seconds) else {
-                    let reason = told.get(peer.name).and_then(|told| told.left_out.clone());
+                let Some(seconds) = results.get(peer.name).and_then(|results| results.seconds)
+                else {
+                    let reason = results
+                        .get(peer.name)
+                        .and_then(|results| results.left_out.clone());
                     let reason = reason.unwrap_or_default();
                     method.push_str(&format!(" {} was left out: {reason}.", peer.name));
                     continue;
@@ -194,7 +197,7 @@ struct Recording {
     /// The analytic signal of each element, [transmit, element, sample].
     analytic: Array3<Complex<f32>>,
     /// Where the lines are, and the first active element and how many there are of each.
-    lines: Lines,
+    lines: BeamformedLines,
     active: Array2<i64>,
 }
 
@@ -232,7 +235,7 @@ impl Recording {
             lens_delay: 0.0,
         };
         let parameters = Beamform {
-            method: Choice::Das,
+            method: MethodName::Das,
             // The same elements at all depths of a line.
             f_number: 1e-3,
             depth_start: Some(7e-3),
@@ -255,7 +258,7 @@ impl Recording {
         }
     }
 
-    fn beamform(&self) -> Result<Lines> {
+    fn beamform(&self) -> Result<BeamformedLines> {
         beamform_channel_data(&self.data, &self.parameters, &|_| {})
     }
 

@@ -14,7 +14,7 @@ use super::operations;
 use super::peak::peak;
 use super::report::{Quantity, Row, Table, Target};
 use super::settings::{LINE, Section, Settings};
-use super::snapshots::{Scene, snapshots};
+use super::snapshots::{Wavefield, snapshots};
 use super::timing::{fastest, side_by_side};
 use crate::Result;
 
@@ -45,7 +45,7 @@ pub fn share_of_peak(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -
                 set.name()
             );
             step(&name);
-            let x = snapshots(Scene::Echo, (BEAMS, settings.samples, elements));
+            let x = snapshots(Wavefield::Echo, (BEAMS, settings.samples, elements));
             let mut z = Array2::zeros((BEAMS, settings.samples));
             let mut seconds = f64::NAN;
             alone(set, Method::Mv, temporal_half_window, &x, &mut |core| {
@@ -85,7 +85,7 @@ pub fn share_of_peak(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -
 /// What the core refuses.
 pub fn time_window(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Table> {
     let set = settings.instruction_set;
-    let x = snapshots(Scene::Echo, (BEAMS, LINE, 128));
+    let x = snapshots(Wavefield::Echo, (BEAMS, LINE, 128));
     let mut z = Array2::zeros((BEAMS, LINE));
     let mut rows = Vec::new();
     for (name, method) in [("MV", Method::Mv), ("rank-1 ESMV", Method::EsmvRank1)] {

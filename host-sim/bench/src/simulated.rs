@@ -13,7 +13,7 @@ use super::in_vivo::InVivo;
 use super::machine::lanes;
 use super::report::{Quantity, Row, Table, Target};
 use super::settings::{Section, Settings};
-use super::snapshots::{Scene, snapshots};
+use super::snapshots::{Wavefield, snapshots};
 use super::timing::side_by_side;
 use crate::Result;
 use bonebeam_drive::beamform::Plan;
@@ -29,7 +29,7 @@ const DEPTH: f64 = 15e-3;
 
 /// Whether soft tissue surrounds the bone, or water.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Around {
+pub(super) enum Medium {
     Tissue,
     Water,
 }
@@ -38,7 +38,7 @@ pub(super) enum Around {
 ///
 /// # Errors
 /// What the simulator refuses.
-pub(super) fn recording(around: Around, beams: usize, beam_step: f64) -> Result<ChannelData> {
+pub(super) fn recording(medium: Medium, beams: usize, beam_step: f64) -> Result<ChannelData> {
     let scanner = simulate::Settings {
         elements: InVivo::ELEMENTS,
         pitch: InVivo::PITCH,
@@ -50,9 +50,9 @@ pub(super) fn recording(around: Around, beams: usize, beam_step: f64) -> Result<
         ..simulate::Settings::vertebra()
     };
     let bone = Phantom::vertebra(SLICE, DEPTH)?;
-    let phantom = match around {
-        Around::Tissue => bone.with_tissue(&Tissue::default()),
-        Around::Water => bone,
+    let phantom = match medium {
+        Medium::Tissue => bone.with_tissue(&Tissue::default()),
+        Medium::Water => bone,
     };
     channel_data(&scanner, &phantom, Summation::Cells, &|_| {})
 }
@@ -89,7 +89,7 @@ const METHODS: [(&str, Method); 2] = [
 fn vertebra(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<Vec<Row>> {
     let (beams, beam_step) = if settings.quick { (8, 16.0) } else { (32, 4.0) };
     step("recordings");
-    let data = [Around::Tissue, Around::Water].map(|around| recording(around, beams, beam_step));
+    let data = [Medium::Tissue, Medium::Water].map(|medium| recording(medium, beams, beam_step));
     let [tissue, water] = data;
     let (tissue, water) = (tissue?, water?);
     let parameters = config::Beamform {
@@ -106,10 +106,10 @@ fn vertebra(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<
     let (water, _) = aligned(&water)?;
     let active = |beam: usize, sample: usize| stage.active(beam, sample);
     let frames = [
-        snapshots(Scene::Echo, tissue.dim()),
+        snapshots(Wavefield::Echo, tissue.dim()),
         tissue,
         water,
-        snapshots(Scene::Noise, (beams, stage.samples(), InVivo::ELEMENTS)),
+        snapshots(Wavefield::Noise, (beams, stage.samples(), InVivo::ELEMENTS)),
     ];
     let mut rows = Vec::new();
     for (name, method) in METHODS {
@@ -180,7 +180,7 @@ fn below_full_aperture(
     let lanes = lanes(settings.instruction_set);
     let frame = |beams: usize| {
         snapshots(
-            Scene::Echo,
+            Wavefield::Echo,
             (counts.len() * beams, samples, InVivo::ELEMENTS),
         )
     };

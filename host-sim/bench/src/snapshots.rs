@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 /// What the elements receive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scene {
+pub enum Wavefield {
     /// An echo from aside, of another direction in every beam, whose complex amplitude fluctuates
     /// along the depth as speckle does, and white noise 20 dB below it.
     Echo,
@@ -23,15 +23,15 @@ const STEEPEST: f32 = 0.5;
 /// Snapshots `[beam, sample, element]`. Components of the noise are uniform: what it takes to
 /// compute does not depend on their distribution.
 pub fn snapshots(
-    scene: Scene,
+    wavefield: Wavefield,
     (beams, samples, elements): (usize, usize, usize),
 ) -> Array3<Complex<f32>> {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut uniform = move || random.random_range(-1.0f32..1.0);
     let mut pair = move || Complex::new(uniform(), uniform());
-    let (level, noise) = match scene {
-        Scene::Echo => (1.0, 0.1),
-        Scene::Noise => (0.0, 1.0),
+    let (level, noise) = match wavefield {
+        Wavefield::Echo => (1.0, 0.1),
+        Wavefield::Noise => (0.0, 1.0),
     };
     let keep = 1.0 - 1.0 / PULSE;
     // A fluctuation of the variance of its innovations.

@@ -144,20 +144,20 @@ fn through_foci(data: &ChannelData, array: &Array<'_>, kind: LineKind) -> Option
             LineKind::Sector => Ray::new(middle, 0.0, libm::atan2(x - middle, z)),
         })
         .collect();
-    let place = |ray: &Ray| match kind {
+    let along = |ray: &Ray| match kind {
         LineKind::Down => ray.x(),
         LineKind::Normals | LineKind::Sector => ray.angle(),
     };
-    rays.is_sorted_by(|a, b| place(a) < place(b))
+    rays.is_sorted_by(|a, b| along(a) < along(b))
         .then_some(rays)
 }
 
 /// The array's normal that goes through a place.
-fn normal_through(array: &Array<'_>, place: [f64; 2]) -> Ray {
+fn normal_through(array: &Array<'_>, position: [f64; 2]) -> Ray {
     let (mut low, mut high) = (0.0, (array.elements() - 1) as f64);
     for _ in 0..HALVINGS {
         let middle = (low + high) / 2.0;
-        let [right, _] = array.normal(middle).coordinates(place);
+        let [right, _] = array.normal(middle).coordinates(position);
         if right > 0.0 {
             low = middle;
         } else {

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::Result;
 
-/// Elements that a thread adds together: they read the transmits' parts of the places, which are too many for
+/// Elements that a thread adds together: they read the transmits' parts of the positions, which are too many for
 /// any cache, once, and their records fit in the second one.
 const TOGETHER: usize = 2;
 
@@ -135,9 +135,9 @@ impl Task for Values<'_, '_> {
         }
         // All elements share them.
         let mut centres = vec![0; of.transmits.len() * of_lines];
-        let places = centres.par_chunks_exact_mut(length).enumerate();
-        places.try_for_each(|(k, places)| {
-            upsampled.centre(&of.line(k / lines, of.lines.start + k % lines), places)
+        let positions = centres.par_chunks_exact_mut(length).enumerate();
+        positions.try_for_each(|(k, positions)| {
+            upsampled.centre(&of.line(k / lines, of.lines.start + k % lines), positions)
         })?;
         let mut values = vec![0.0; p.elements * of_lines];
         let scale = 1.0 / of.transmits.len() as f32;

@@ -8,8 +8,8 @@ use bonebeam::delay::{
     Upsampled,
 };
 use bonebeam::geometry::{
-    Active, Aperture, Array, Axis, Depth, Element, Lines as ScanLines, Ray, Scan, ScanParameters,
-    Transmit, TransmitLaw,
+    Active, Aperture, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit,
+    TransmitLaw,
 };
 use bonebeam::pipeline::{IqInput, LinePipeline};
 use bonebeam::simd::InstructionSet;
@@ -19,11 +19,11 @@ use rayon::prelude::*;
 
 use super::beams::{self, Beams};
 use super::compound::Compounded;
-use super::source::{Recorded, Source};
+use super::source::{LineSource, Recorded};
 use crate::config::{Beamform, RfInterpolation};
 use crate::{Error, Result};
 use bonebeam_files::terminal::{digits, short};
-use bonebeam_files::{BeamRays, ChannelData, Frame, Lines, Samples, Transmits};
+use bonebeam_files::{BeamRays, BeamformedLines, ChannelData, FrameSamples, Samples, Transmits};
 
 /// Lines of records that are upsampled, at a time: as few times as memory allows.
 pub(crate) const LINES_UPSAMPLED: usize = 128;
@@ -88,7 +88,7 @@ impl<'a> DelayStage<'a> {
         let beams = Beams::new(data, &array, parameters)?;
         let own = ScanParameters {
             array: Array::LinearAt(&[]),
-            lines: ScanLines::Rays(&[]),
+            lines: Lines::Rays(&[]),
             sound_speed: c,
             centre_frequency: data.f0,
             sampling_rate: data.fs,
@@ -208,8 +208,8 @@ impl<'a> DelayStage<'a> {
     }
 
     /// Beamformed lines `z` with where and when they are.
-    pub fn lines<Z>(&self, z: Z) -> Lines<Z> {
-        Lines {
+    pub fn lines<Z>(&self, z: Z) -> BeamformedLines<Z> {
+        BeamformedLines {
             z,
             fs: self.parameters.output_rate,
             t0: self.start,
@@ -238,7 +238,7 @@ impl<'a> DelayStage<'a> {
     /// What the core refuses: samples beyond its range, or of another shape.
     pub fn delay_into(
         &self,
-        frame: Frame<'_>,
+        frame: FrameSamples<'_>,
         beams: Range<usize>,
         x: &mut [Complex<f32>],
     ) -> Result<()> {
@@ -266,10 +266,10 @@ impl<'a> DelayStage<'a> {
     /// What the core refuses, and the errors of `work`.
     pub(super) fn source(
         &self,
-        frame: Frame<'_>,
+        frame: FrameSamples<'_>,
         lines: Range<usize>,
         beamformer: Parameters,
-        work: &mut dyn FnMut(&Source<'_>) -> Result<()>,
+        work: &mut dyn FnMut(&LineSource<'_>) -> Result<()>,
     ) -> Result<()> {
         let scan = scan(self.data, self.array(), &self.beams, self.parameters)?;
         let (own, first) = (self.beams.own, lines.start);
@@ -285,23 +285,23 @@ impl<'a> DelayStage<'a> {
         };
         // What is not in row-major order is put into it, and each transmit is checked, once.
         match (&self.stage, frame) {
-            (Stage::Rf(delay), Frame::Rf(rf)) => {
+            (Stage::Rf(delay), FrameSamples::Rf(rf)) => {
                 let rf = rf.as_standard_layout();
                 let records = records(rf.view(), range, Record::new)?;
                 if self.upsampled {
                     let rf = rf.as_slice().expect("a standard layout is contiguous");
                     let by = (&**delay, scan);
                     let compounded = Compounded::new(self.set, by, transmits, rf, lines)?;
-                    return work(&Source::Upsampled(Box::new(compounded)));
+                    return work(&LineSource::Upsampled(Box::new(compounded)));
                 }
-                work(&Source::Rf(Recorded {
+                work(&LineSource::Rf(Recorded {
                     pipeline: LinePipeline::by(delay, scan, beamformer)?,
                     transmits,
                     records: &records,
                     of_line: &of_line,
                 }))
             }
-            (Stage::Iq(input), Frame::Iq { iq, f_demod }) => {
+            (Stage::Iq(input), FrameSamples::Iq { iq, f_demod }) => {
                 // Demodulated from the moment of t0, which a lens puts off.
                 let late = (2.0 * self.data.lens_delay * f_demod).rem_euclid(1.0);
                 let phase = late * std::f64::consts::TAU;
@@ -311,7 +311,7 @@ impl<'a> DelayStage<'a> {
                         .with_phase(phase)
                 })?;
                 let pipeline = LinePipeline::of_iq(scan, *input, beamformer)?;
-                work(&Source::Iq(Recorded {
+                work(&LineSource::Iq(Recorded {
                     pipeline: pipeline.by_reference(),
                     transmits,
                     records: &records,
@@ -338,7 +338,7 @@ fn scan<'s>(
 ) -> Result<Scan<'s>> {
     let parameters = ScanParameters {
         array,
-        lines: ScanLines::Rays(&beams.rays),
+        lines: Lines::Rays(&beams.rays),
         ..parameters
     };
     Ok(match data.samples {

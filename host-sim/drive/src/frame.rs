@@ -12,13 +12,13 @@ use super::beamform::{Plan, Tile};
 use super::delay::DelayStage;
 use crate::config::Beamform;
 use crate::{Error, Result};
-use bonebeam_files::{AlignedData, ChannelData, Frame, Lines, Recording};
+use bonebeam_files::{AlignedData, BeamformedLines, ChannelData, FrameSamples, Recording};
 
 /// The speed of sound that lines tell where neither the file nor the configuration does, m/s.
 pub const DEFAULT_SOUND_SPEED: f64 = 1540.0;
 
 /// Beamforming of a recording's frames: tables and the memory of threads, made once for all of them.
-pub struct Frames<'a> {
+pub struct RecordingFrames<'a> {
     plan: Plan,
     of: Of<'a>,
     parameters: &'a Beamform,
@@ -30,7 +30,7 @@ enum Of<'a> {
     Aligned,
 }
 
-impl<'a> Frames<'a> {
+impl<'a> RecordingFrames<'a> {
     /// For the frames of a recording, of which one is known at least.
     ///
     /// # Errors
@@ -42,10 +42,10 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// As [`Frames::new`], of channel data.
+    /// As [`RecordingFrames::new`], of channel data.
     ///
     /// # Errors
-    /// As [`Frames::new`].
+    /// As [`RecordingFrames::new`].
     pub fn of_channel_data(data: &'a ChannelData, parameters: &'a Beamform) -> Result<Self> {
         let stage = DelayStage::new(data, parameters)?;
         let (lines, samples) = (stage.rays().len(), stage.samples());
@@ -58,17 +58,17 @@ impl<'a> Frames<'a> {
             Ok((lines.clone(), plan.tiles_of_lines(lines, shape, &active)?))
         });
         let passes = passes.collect::<Result<_>>()?;
-        Ok(Frames {
+        Ok(RecordingFrames {
             plan,
             of: Of::Channel(Box::new(stage), passes),
             parameters,
         })
     }
 
-    /// As [`Frames::new`], of aligned data. All their elements are active at every depth.
+    /// As [`RecordingFrames::new`], of aligned data. All their elements are active at every depth.
     ///
     /// # Errors
-    /// As [`Frames::new`].
+    /// As [`RecordingFrames::new`].
     pub fn of_aligned_data(data: &AlignedData, parameters: &'a Beamform) -> Result<Self> {
         let (.., samples, elements) = data.x.dim();
         let c = parameters.sound_speed.unwrap_or(DEFAULT_SOUND_SPEED);
@@ -77,7 +77,7 @@ impl<'a> Frames<'a> {
             step: c / data.fs / 2.0,
             count: samples,
         })?;
-        Ok(Frames {
+        Ok(RecordingFrames {
             plan: plan(parameters, elements)?.within(adaptive),
             of: Of::Aligned,
             parameters,
@@ -99,7 +99,7 @@ impl<'a> Frames<'a> {
     /// What the core refuses: see [`Plan::run`].
     pub fn frame(
         &self,
-        frame: Frame<'_>,
+        frame: FrameSamples<'_>,
         progress: &(dyn Fn(f64) + Sync),
         mut z: ArrayViewMut2<'_, Complex<f32>>,
     ) -> Result<()> {
@@ -120,13 +120,13 @@ impl<'a> Frames<'a> {
     /// Lines of some frames of such a recording, which may be another part of the same file.
     ///
     /// # Errors
-    /// [`Error::Usage`] for frames that there are not; as [`Frames::frame`].
+    /// [`Error::Usage`] for frames that there are not; as [`RecordingFrames::frame`].
     pub fn lines(
         &self,
         recording: &Recording,
         frames: Range<usize>,
         progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<Vec<Lines>> {
+    ) -> Result<Vec<BeamformedLines>> {
         match recording {
             Recording::Channel(data) => self.of_frames(data, frames, progress),
             Recording::Aligned(data) => self.of_aligned(data, frames, progress),
@@ -138,7 +138,7 @@ impl<'a> Frames<'a> {
         data: &ChannelData,
         frames: Range<usize>,
         progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<Vec<Lines>> {
+    ) -> Result<Vec<BeamformedLines>> {
         let stage = self.stage().ok_or_else(other_kind)?;
         let (start, count) = (frames.start, frames.len() as f64);
         let lines = frames.map(|index| {
@@ -157,7 +157,7 @@ impl<'a> Frames<'a> {
         data: &AlignedData,
         frames: Range<usize>,
         progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<Vec<Lines>> {
+    ) -> Result<Vec<BeamformedLines>> {
         let (held, beams, samples, elements) = data.x.dim();
         let all = Active {
             first: 0,
@@ -174,7 +174,7 @@ impl<'a> Frames<'a> {
                 return Err(no_frame(index, held));
             }
             let x = data.x.index_axis(Axis(0), index);
-            Ok(Lines {
+            Ok(BeamformedLines {
                 z: self.plan.run(x, &|_, _| all, &count)?,
                 fs: data.fs,
                 t0: data.t0,
@@ -190,13 +190,14 @@ impl<'a> Frames<'a> {
 /// Beamforms the first frame of channel data. `progress` hears the fraction done, from any thread.
 ///
 /// # Errors
-/// As [`Frames::new`] and [`Frames::frame`].
+/// As [`RecordingFrames::new`] and [`RecordingFrames::frame`].
 pub fn beamform_channel_data(
     data: &ChannelData,
     parameters: &Beamform,
     progress: &(dyn Fn(f64) + Sync),
-) -> Result<Lines> {
-    let mut lines = Frames::of_channel_data(data, parameters)?.of_frames(data, 0..1, progress)?;
+) -> Result<BeamformedLines> {
+    let mut lines =
+        RecordingFrames::of_channel_data(data, parameters)?.of_frames(data, 0..1, progress)?;
     Ok(lines.remove(0))
 }
 

@@ -8,7 +8,7 @@ use num_complex::Complex;
 use rayon::prelude::*;
 
 use bonebeam_files::terminal::short;
-use bonebeam_files::{BeamRays, Lines};
+use bonebeam_files::{BeamRays, BeamformedLines};
 
 use crate::config;
 use crate::{Error, Result};
@@ -17,7 +17,7 @@ pub use bonebeam::image::PixelGrid;
 
 /// An image of isotropic pixels.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Image {
+pub struct BModeImage {
     /// Grey levels 0..255, `[row, column]`, row 0 shallowest.
     pub pixels: Array2<f32>,
     /// The lateral position of column 0 (m).
@@ -32,7 +32,7 @@ pub struct Image {
 ///
 /// # Errors
 /// Beams that are not evenly spaced.
-pub fn grid_of_lines(lines: &Lines, rows: usize, columns: usize) -> Result<PixelGrid> {
+pub fn grid_of_lines(lines: &BeamformedLines, rows: usize, columns: usize) -> Result<PixelGrid> {
     let samples = sample_axis(lines);
     match layout(lines)? {
         Layout::Even(beams) => Ok(PixelGrid::of_lines(&beams, &samples, rows, columns)),
@@ -47,14 +47,14 @@ pub fn grid_of_lines(lines: &Lines, rows: usize, columns: usize) -> Result<Pixel
 ///
 /// # Errors
 /// As [`grid_of_lines`].
-pub fn grid_of_picture(lines: &Lines, image: &config::Image) -> Result<PixelGrid> {
+pub fn grid_of_picture(lines: &BeamformedLines, image: &config::Image) -> Result<PixelGrid> {
     let [width, height] = extent_of_lines(lines);
     let [rows, columns] = image.sides(width, height);
     grid_of_lines(lines, rows, columns)
 }
 
 /// How far lines reach across and down, m.
-fn extent_of_lines(lines: &Lines) -> [f64; 2] {
+fn extent_of_lines(lines: &BeamformedLines) -> [f64; 2] {
     let across = lines.beam_x[lines.beam_x.len() - 1] - lines.beam_x[0];
     let samples = sample_axis(lines);
     [across, samples.last() - samples.first]
@@ -69,11 +69,11 @@ fn extent_of_lines(lines: &Lines) -> [f64; 2] {
 /// Beams that are neither evenly spaced nor an even fan, and what the core refuses: a NaN or infinite sample, a
 /// dynamic range or pixel size that is not positive, fewer than two beams or samples.
 pub fn b_mode<S: Data<Elem = Complex<f32>>>(
-    lines: &Lines<ArrayBase<S, Ix2>>,
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     dynamic_range: f32,
     grid: &PixelGrid,
     median: bool,
-) -> Result<Image> {
+) -> Result<BModeImage> {
     let parameters = |axis: Axis| BModeParameters {
         lines: axis,
         samples: sample_axis(lines),
@@ -86,7 +86,7 @@ pub fn b_mode<S: Data<Elem = Complex<f32>>>(
         Layout::Even(beams) => BMode::new(parameters(beams))?,
         Layout::Fan { fan, angles } => BMode::of_fan(parameters(angles), fan)?,
     };
-    Ok(Image {
+    Ok(BModeImage {
         pixels: pixels(InstructionSet::detect(), &b_mode, lines.z.view())?,
         x0: grid.x0,
         z0: grid.z0,
@@ -191,11 +191,13 @@ pub fn check_beams(beam_x: &[f64]) -> Result<()> {
 enum Layout {
     /// Straight down, evenly spaced.
     Even(Axis),
-    /// From one place, at even angles.
+    /// From one position, at even angles.
     Fan { fan: Fan, angles: Axis },
 }
 
-fn layout<S: Data<Elem = Complex<f32>>>(lines: &Lines<ArrayBase<S, Ix2>>) -> Result<Layout> {
+fn layout<S: Data<Elem = Complex<f32>>>(
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
+) -> Result<Layout> {
     match &lines.rays {
         None => beam_axis(&lines.beam_x).map(Layout::Even),
         Some(rays) => fan(lines, rays),
@@ -203,7 +205,9 @@ fn layout<S: Data<Elem = Complex<f32>>>(lines: &Lines<ArrayBase<S, Ix2>>) -> Res
 }
 
 /// From where to where lines reach, across and down, m.
-pub fn extent<S: Data<Elem = Complex<f32>>>(lines: &Lines<ArrayBase<S, Ix2>>) -> [[f64; 2]; 2] {
+pub fn extent<S: Data<Elem = Complex<f32>>>(
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
+) -> [[f64; 2]; 2] {
     let samples = sample_axis(lines);
     let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for (beam, &x) in lines.beam_x.iter().enumerate() {
@@ -212,8 +216,8 @@ pub fn extent<S: Data<Elem = Complex<f32>>>(lines: &Lines<ArrayBase<S, Ix2>>) ->
             Some(rays) => (rays.z[beam], rays.angle[beam]),
         };
         for r in [samples.first, samples.last()] {
-            let place = [x + r * angle.sin(), z + r * angle.cos()];
-            for (range, at) in extent.iter_mut().zip(place) {
+            let position = [x + r * angle.sin(), z + r * angle.cos()];
+            for (range, at) in extent.iter_mut().zip(position) {
                 *range = [range[0].min(at), range[1].max(at)];
             }
         }
@@ -221,18 +225,18 @@ pub fn extent<S: Data<Elem = Complex<f32>>>(lines: &Lines<ArrayBase<S, Ix2>>) ->
     extent
 }
 
-/// The fan of beams at even angles from one place.
+/// The fan of beams at even angles from one position.
 ///
 /// # Errors
 /// Angles that do not ascend evenly, to a hundredth of a step; a beam that begins off the arc through
 /// the first and the last by more than a hundredth of what lies between two; an array that is concave.
 fn fan<S: Data<Elem = Complex<f32>>>(
-    lines: &Lines<ArrayBase<S, Ix2>>,
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     rays: &BeamRays,
 ) -> Result<Layout> {
     let needs = |what: String| {
         Err(Error::Data(format!(
-            "an image needs beams straight down, or beams that fan out evenly from one place: {what}"
+            "an image needs beams straight down, or beams that fan out evenly from one position: {what}"
         )))
     };
     let last = lines.beam_x.len() - 1;
@@ -313,7 +317,7 @@ fn beam_axis(beam_x: &[f64]) -> Result<Axis> {
 }
 
 /// The depths of the samples: half the two-way time times the speed of sound.
-fn sample_axis<S: Data<Elem = Complex<f32>>>(lines: &Lines<ArrayBase<S, Ix2>>) -> Axis {
+fn sample_axis<S: Data<Elem = Complex<f32>>>(lines: &BeamformedLines<ArrayBase<S, Ix2>>) -> Axis {
     Axis {
         first: lines.c * lines.t0 / 2.0,
         step: lines.c / lines.fs / 2.0,
@@ -326,9 +330,9 @@ fn sample_axis<S: Data<Elem = Complex<f32>>>(lines: &Lines<ArrayBase<S, Ix2>>) -
 /// # Errors
 /// A depth above the lines, beams that are not evenly spaced.
 pub fn image_of<S: Data<Elem = Complex<f32>>>(
-    lines: &Lines<ArrayBase<S, Ix2>>,
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     parameters: &config::Image,
-) -> Result<Image> {
+) -> Result<BModeImage> {
     let depth = |sample: usize| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
     let [beams, [first, last]] = match lines.rays {
         None => [

@@ -1,6 +1,6 @@
 //! The beamformers by name: those that can be asked for, and those that are compared.
 //!
-//! A method of the core is a [`Choice`] with [`Options`] for the command line and the configuration, which the
+//! A method of the core is a [`MethodName`] with [`Options`] for the command line and the configuration, which the
 //! compiler asks for, and a row of [`COMPARED`] to stand in the figures, the tables and the checks.
 
 use bonebeam::beamform::Method;
@@ -23,7 +23,7 @@ pub struct Options {
 /// A beamformer that can be asked for by name: the value of `--method` and of the key `method`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub enum Choice {
+pub enum MethodName {
     /// Delay and sum
     Das,
     /// Minimum variance (Capon)
@@ -36,7 +36,7 @@ pub enum Choice {
 
 /// One of the beamformers that are compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Compared {
+pub struct ComparedMethod {
     /// Its name in files and in the report's data.
     pub key: &'static str,
     /// Its name for people.
@@ -50,8 +50,8 @@ pub struct Compared {
 
 /// The beamformers that the paper's figures compare, in the order of tables and pictures. The first
 /// is the reference for levels.
-pub const COMPARED: [Compared; 7] = [
-    Compared {
+pub const COMPARED: [ComparedMethod; 7] = [
+    ComparedMethod {
         featured: true,
         ..compared("das", "DAS", Method::Das)
     },
@@ -59,7 +59,7 @@ pub const COMPARED: [Compared; 7] = [
     compared("esmv-10", "ESMV β = 10 %", Method::EsmvBeta(0.1)),
     compared("esmv-1", "ESMV β = 1 %", Method::EsmvBeta(0.01)),
     compared("esmv-0.001", "ESMV β = 0.001 %", Method::EsmvBeta(1e-5)),
-    Compared {
+    ComparedMethod {
         featured: true,
         ..compared("esmv-rank1", "ESMV rank 1", Method::EsmvRank1)
     },
@@ -70,8 +70,8 @@ pub const COMPARED: [Compared; 7] = [
     ),
 ];
 
-const fn compared(key: &'static str, name: &'static str, method: Method) -> Compared {
-    Compared {
+const fn compared(key: &'static str, name: &'static str, method: Method) -> ComparedMethod {
+    ComparedMethod {
         key,
         name,
         method,
@@ -79,7 +79,7 @@ const fn compared(key: &'static str, name: &'static str, method: Method) -> Comp
     }
 }
 
-impl Choice {
+impl MethodName {
     /// Every choice.
     pub fn all() -> &'static [Self] {
         Self::value_variants()
@@ -94,31 +94,33 @@ impl Choice {
     /// The keys of [`Options`] that it takes.
     pub fn takes(self) -> &'static [&'static str] {
         match self {
-            Choice::Das | Choice::Mv => &[],
-            Choice::Esmv => &["beta", "rank"],
-            Choice::EsmvRank1 => &["exclude_first", "power_steps"],
+            MethodName::Das | MethodName::Mv => &[],
+            MethodName::Esmv => &["beta", "rank"],
+            MethodName::EsmvRank1 => &["exclude_first", "power_steps"],
         }
     }
 
     /// The core's method.
     pub fn method(self, options: &Options) -> Method {
         match (self, *options) {
-            (Choice::Das, _) => Method::Das,
-            (Choice::Mv, _) => Method::Mv,
+            (MethodName::Das, _) => Method::Das,
+            (MethodName::Mv, _) => Method::Mv,
             (
-                Choice::Esmv,
+                MethodName::Esmv,
                 Options {
                     rank: Some(rank), ..
                 },
             ) => Method::EsmvRank(rank),
-            (Choice::Esmv, Options { beta, .. }) => {
+            (MethodName::Esmv, Options { beta, .. }) => {
                 Method::EsmvBeta(beta.unwrap_or(default_beta()) as f32)
             }
-            (Choice::EsmvRank1, options) => match (options.exclude_first, options.power_steps) {
-                (true, _) => Method::EsmvExcludeFirst,
-                (false, Some(steps)) => Method::EsmvRank1Steps(steps),
-                (false, None) => Method::EsmvRank1,
-            },
+            (MethodName::EsmvRank1, options) => {
+                match (options.exclude_first, options.power_steps) {
+                    (true, _) => Method::EsmvExcludeFirst,
+                    (false, Some(steps)) => Method::EsmvRank1Steps(steps),
+                    (false, None) => Method::EsmvRank1,
+                }
+            }
         }
     }
 
@@ -126,24 +128,24 @@ impl Choice {
     pub fn of(method: Method) -> (Self, Options) {
         let mut options = Options::default();
         let choice = match method {
-            Method::Das => Choice::Das,
-            Method::Mv => Choice::Mv,
+            Method::Das => MethodName::Das,
+            Method::Mv => MethodName::Mv,
             Method::EsmvBeta(beta) => {
                 options.beta = Some(crate::config::plain(beta.into()));
-                Choice::Esmv
+                MethodName::Esmv
             }
             Method::EsmvRank(rank) => {
                 options.rank = Some(rank);
-                Choice::Esmv
+                MethodName::Esmv
             }
-            Method::EsmvRank1 => Choice::EsmvRank1,
+            Method::EsmvRank1 => MethodName::EsmvRank1,
             Method::EsmvRank1Steps(steps) => {
                 options.power_steps = Some(steps);
-                Choice::EsmvRank1
+                MethodName::EsmvRank1
             }
             Method::EsmvExcludeFirst => {
                 options.exclude_first = true;
-                Choice::EsmvRank1
+                MethodName::EsmvRank1
             }
         };
         (choice, options)
@@ -163,7 +165,7 @@ mod tests {
     #[test]
     fn every_method_of_the_core_can_be_asked_for() {
         for method in Method::EXAMPLES {
-            let (choice, options) = Choice::of(method);
+            let (choice, options) = MethodName::of(method);
             assert_eq!(choice.method(&options), method);
         }
     }

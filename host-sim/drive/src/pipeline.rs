@@ -10,7 +10,7 @@ use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 
 use super::beamform::{Plan, Tile};
-use super::source::Source;
+use super::source::LineSource;
 use super::{image, phase_symmetry};
 use crate::Result;
 
@@ -67,7 +67,7 @@ impl<'p> Frames<'p> {
     ///
     /// # Errors
     /// What the core refuses.
-    pub fn lines(&self, source: &Source<'_>) -> Result<Array2<Complex<f32>>> {
+    pub fn lines(&self, source: &LineSource<'_>) -> Result<Array2<Complex<f32>>> {
         let mut z = Array2::zeros((self.scan.lines(), self.scan.samples()));
         let tiles = &self.tiles;
         self.beamformer
@@ -79,7 +79,7 @@ impl<'p> Frames<'p> {
     ///
     /// # Errors
     /// What the core refuses.
-    pub fn align(&self, source: &Source<'_>) -> Result<()> {
+    pub fn align(&self, source: &LineSource<'_>) -> Result<()> {
         self.beamformer.align(&self.tiles, source)
     }
 
@@ -103,7 +103,7 @@ impl<'p> Frames<'p> {
     ///
     /// # Errors
     /// As the steps.
-    pub fn run(&mut self, source: &Source<'_>) -> Result<Array2<f32>> {
+    pub fn run(&mut self, source: &LineSource<'_>) -> Result<Array2<f32>> {
         let z = self.lines(source)?;
         let image = self.image(z.view())?;
         self.bone_map(image.view())

@@ -17,14 +17,17 @@ const FAR_BEYOND: f64 = 2.0;
 ///
 /// # Errors
 /// As [`check_depths`].
-pub fn doubts(data: &ChannelData, parameters: &Beamform) -> Result<Vec<String>> {
+pub fn warnings(data: &ChannelData, parameters: &Beamform) -> Result<Vec<String>> {
     let band = match data.samples {
-        Samples::Rf(_) => parameters.doubts(data.f0, data.fs),
+        Samples::Rf(_) => parameters.warnings(data.f0, data.fs),
         Samples::Iq { .. } => None,
     };
     let depths = check_depths(data, parameters)?;
-    let told = data.doubts().into_iter().chain(band);
-    Ok(told.chain(sparse(data, parameters)).chain(depths).collect())
+    let reported = data.warnings().into_iter().chain(band);
+    Ok(reported
+        .chain(sparse(data, parameters))
+        .chain(depths)
+        .collect())
 }
 
 /// Elements so far apart that the receive aperture has grating lobes within the angles that it takes in.

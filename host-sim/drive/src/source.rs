@@ -14,7 +14,7 @@ use super::compound::Compounded;
 use crate::Result;
 
 /// Where the aligned samples of lines come from.
-pub enum Source<'a> {
+pub enum LineSource<'a> {
     /// RF.
     Rf(Recorded<'a, Delay>),
     /// I/Q.
@@ -35,12 +35,12 @@ pub struct Recorded<'a, D: Stage> {
     pub of_line: &'a (dyn Fn(usize) -> Range<usize> + Sync),
 }
 
-impl<'a> Source<'a> {
+impl<'a> LineSource<'a> {
     fn scan(&self) -> &Scan<'a> {
         match self {
-            Source::Rf(recorded) => recorded.pipeline.scan(),
-            Source::Iq(recorded) => recorded.pipeline.scan(),
-            Source::Upsampled(compounded) => compounded.scan(),
+            LineSource::Rf(recorded) => recorded.pipeline.scan(),
+            LineSource::Iq(recorded) => recorded.pipeline.scan(),
+            LineSource::Upsampled(compounded) => compounded.scan(),
         }
     }
 
@@ -65,9 +65,9 @@ impl<'a> Source<'a> {
         x: &'x mut [Complex<f32>],
     ) -> Result<AlignedLine<'x>> {
         match self {
-            Source::Rf(recorded) => set.dispatch(recorded.task(block, scratch, x)),
-            Source::Iq(recorded) => set.dispatch(recorded.task(block, scratch, x)),
-            Source::Upsampled(compounded) => compounded.align(set, block, scratch, x),
+            LineSource::Rf(recorded) => set.dispatch(recorded.task(block, scratch, x)),
+            LineSource::Iq(recorded) => set.dispatch(recorded.task(block, scratch, x)),
+            LineSource::Upsampled(compounded) => compounded.align(set, block, scratch, x),
         }
     }
 

@@ -56,7 +56,7 @@ impl AlignedData {
     /// The data are not valid, or the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         let mut outputs = Outputs::new();
-        self.stage(path, &mut outputs)?;
+        self.add_to(path, &mut outputs)?;
         outputs.commit()
     }
 
@@ -64,10 +64,10 @@ impl AlignedData {
     ///
     /// # Errors
     /// As [`AlignedData::write`].
-    pub fn stage(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
+    pub fn add_to(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         self.check().map_err(|message| file_error(path, message))?;
         let frames = self.x.dim().0;
-        outputs.stage(path, |sink| {
+        outputs.add(path, |sink| {
             let mut npz = npz_writer::Writer::new(sink, self.x.len() * size_of::<Complex<f32>>());
             self.begin_npz(frames, &mut npz)?;
             self.append_npz(0..frames, &mut npz)?;

@@ -11,7 +11,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::file_error;
-use super::leftovers;
+use super::temporary_files;
 use crate::{Error, Result};
 
 /// What an output's contents are written to: seekable, as a zip archive needs it.
@@ -73,13 +73,13 @@ impl Write for Sink<'_> {
 
 impl Seek for Sink<'_> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        let place = match (self.failed, to) {
+        let target = match (self.failed, to) {
             (false, to) => self.file.seek(to),
-            (true, SeekFrom::Start(place)) => Ok(place),
+            (true, SeekFrom::Start(target)) => Ok(target),
             (true, SeekFrom::Current(step)) => Ok(self.position.saturating_add_signed(step)),
             (true, SeekFrom::End(_)) => Ok(self.position),
         };
-        self.position = self.note(place)?;
+        self.position = self.note(target)?;
         Ok(self.position)
     }
 }
@@ -88,24 +88,24 @@ impl Seek for Sink<'_> {
 /// together at [`Outputs::commit`]; dropped before that, they leave nothing behind.
 #[derive(Default)]
 pub struct Outputs {
-    staged: Vec<Staged>,
+    pending: Vec<Pending>,
 }
 
 /// A temporary file beside the place where it belongs; removed when it is dropped.
-struct Staged {
+struct Pending {
     file: File,
     /// Where the file is; none where it has its place.
     temporary: Option<PathBuf>,
-    place: PathBuf,
+    target: PathBuf,
 }
 
-impl Drop for Staged {
+impl Drop for Pending {
     fn drop(&mut self) {
         if let Some(temporary) = &self.temporary {
-            let mut turn = leftovers::turn();
+            let mut registered = temporary_files::lock();
             // What cannot be removed stays: there is nobody to tell.
             let _ = fs::remove_file(temporary);
-            turn.forget(temporary);
+            registered.forget(temporary);
         }
     }
 }
@@ -121,12 +121,12 @@ impl Outputs {
     /// # Errors
     /// The folder does not exist or cannot be written, `path` is something other than a file, the
     /// disk is full, or `contents` fails. The error names the path; nothing is left behind.
-    pub fn stage<F>(&mut self, path: &Path, contents: F) -> Result<()>
+    pub fn add<F>(&mut self, path: &Path, contents: F) -> Result<()>
     where
         F: FnOnce(&mut Sink<'_>) -> std::result::Result<(), Box<dyn StdError>>,
     {
-        let mut staged = open(path)?;
-        let mut sink = Sink::new(&mut staged.file);
+        let mut pending = open(path)?;
+        let mut sink = Sink::new(&mut pending.file);
         contents(&mut sink)
             .and_then(|()| Ok(sink.finish()?))
             .map_err(|e| match e.downcast::<Error>() {
@@ -136,31 +136,31 @@ impl Outputs {
             })?;
         drop(sink);
         // Some file systems tell of a full disk only here; after the rename it would be too late.
-        staged
+        pending
             .file
             .sync_all()
             .map_err(|e| file_error(path, format!("cannot be written: {e}")))?;
-        self.staged.push(staged);
+        self.pending.push(pending);
         Ok(())
     }
 
     /// Gives every staged file its name.
     ///
     /// # Errors
-    /// A rename fails, which after a successful [`Outputs::stage`] takes a change of the folder
+    /// A rename fails, which after a successful [`Outputs::add`] takes a change of the folder
     /// in between.
     pub fn commit(mut self) -> Result<()> {
         let _alone = self.lock_folders();
         // A signal waits until all are in their places.
-        let mut turn = leftovers::turn();
-        for staged in &mut self.staged {
-            if let Some(temporary) = &staged.temporary {
-                fs::rename(temporary, &staged.place)
-                    .map_err(|e| file_error(&staged.place, format!("cannot be written: {e}")))?;
-                turn.forget(temporary);
+        let mut registered = temporary_files::lock();
+        for pending in &mut self.pending {
+            if let Some(temporary) = &pending.temporary {
+                fs::rename(temporary, &pending.target)
+                    .map_err(|e| file_error(&pending.target, format!("cannot be written: {e}")))?;
+                registered.forget(temporary);
             }
             // From here on another run may have a file of that name.
-            staged.temporary = None;
+            pending.temporary = None;
         }
         Ok(())
     }
@@ -169,8 +169,11 @@ impl Outputs {
     /// The locks end with what is returned. A file system that has no locks goes without.
     fn lock_folders(&self) -> Vec<File> {
         // By one name each and in order, so that no run waits for itself or for one that waits for it.
-        let places = self.staged.iter().map(|staged| folder_of(&staged.place));
-        let folders: BTreeSet<PathBuf> = places.filter_map(|f| fs::canonicalize(f).ok()).collect();
+        let targets = self
+            .pending
+            .iter()
+            .map(|pending| folder_of(&pending.target));
+        let folders: BTreeSet<PathBuf> = targets.filter_map(|f| fs::canonicalize(f).ok()).collect();
         let open = folders.iter().filter_map(|folder| File::open(folder).ok());
         open.filter(lock).collect()
     }
@@ -194,8 +197,8 @@ fn lock(folder: &File) -> bool {
 }
 
 /// The folder of a file.
-fn folder_of(place: &Path) -> &Path {
-    match place.parent() {
+fn folder_of(target: &Path) -> &Path {
+    match target.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     }
@@ -204,20 +207,20 @@ fn folder_of(place: &Path) -> &Path {
 /// Writes one file whole or not at all.
 ///
 /// # Errors
-/// As [`Outputs::stage`].
+/// As [`Outputs::add`].
 pub fn write<F>(path: &Path, contents: F) -> Result<()>
 where
     F: FnOnce(&mut Sink<'_>) -> std::result::Result<(), Box<dyn StdError>>,
 {
     let mut outputs = Outputs::new();
-    outputs.stage(path, contents)?;
+    outputs.add(path, contents)?;
     outputs.commit()
 }
 
 /// Tells before a long computation whether its output could be written.
 ///
 /// # Errors
-/// As [`Outputs::stage`].
+/// As [`Outputs::add`].
 pub fn check_writable(path: &Path) -> Result<()> {
     open(path).map(drop)
 }
@@ -231,40 +234,40 @@ pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
     let mut taken: Vec<(PathBuf, &Path)> = Vec::new();
     for input in inputs {
         // An input that cannot be found is told when it is read.
-        if let Ok(place) = fs::canonicalize(input) {
-            taken.push((place, input));
+        if let Ok(target) = fs::canonicalize(input) {
+            taken.push((target, input));
         }
     }
     for output in outputs {
-        let place = &open(output)?.place;
-        let place = match (place.parent(), place.file_name()) {
+        let target = &open(output)?.target;
+        let target = match (target.parent(), target.file_name()) {
             (Some(folder), Some(name)) => {
                 let folder = if folder.as_os_str().is_empty() {
                     Path::new(".")
                 } else {
                     folder
                 };
-                fs::canonicalize(folder).map_or(place.clone(), |folder| folder.join(name))
+                fs::canonicalize(folder).map_or(target.clone(), |folder| folder.join(name))
             }
-            _ => place.clone(),
+            _ => target.clone(),
         };
-        if let Some((_, other)) = taken.iter().find(|(other, _)| *other == place) {
+        if let Some((_, other)) = taken.iter().find(|(other, _)| *other == target) {
             return Err(Error::Usage(format!(
                 "{} would overwrite {}: they are one file; give the output another name",
                 output.display(),
                 other.display()
             )));
         }
-        taken.push((place, output));
+        taken.push((target, output));
     }
     Ok(())
 }
 
 /// A temporary file beside `path`, and the place where it belongs (symbolic links followed).
-fn open(path: &Path) -> Result<Staged> {
+fn open(path: &Path) -> Result<Pending> {
     // A rename would replace a symbolic link or a device; the person meant what it stands for.
-    let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    match fs::symlink_metadata(&place) {
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    match fs::symlink_metadata(&target) {
         Ok(found) if found.is_symlink() => {
             return Err(file_error(
                 path,
@@ -287,7 +290,7 @@ fn open(path: &Path) -> Result<Staged> {
         }
         _ => {}
     }
-    let folder = folder_of(&place);
+    let folder = folder_of(&target);
     if !folder.is_dir() {
         let state = if folder.exists() {
             "is not a folder"
@@ -299,7 +302,7 @@ fn open(path: &Path) -> Result<Staged> {
             format!("its folder {} {state}", folder.display()),
         ));
     }
-    let mut turn = leftovers::turn();
+    let mut registered = temporary_files::lock();
     let (file, temporary) = temporary(folder).map_err(|e| {
         let reason = e.kind();
         file_error(
@@ -310,11 +313,11 @@ fn open(path: &Path) -> Result<Staged> {
             ),
         )
     })?;
-    turn.add(&temporary);
-    Ok(Staged {
+    registered.add(&temporary);
+    Ok(Pending {
         file,
         temporary: Some(temporary),
-        place,
+        target,
     })
 }
 

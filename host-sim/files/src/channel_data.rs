@@ -7,7 +7,7 @@ use std::path::Path;
 use ndarray::{arr0, aview1};
 
 use super::atomic::Outputs;
-use super::samples::{Frame, Samples};
+use super::samples::{FrameSamples, Samples};
 use super::transmits::Transmits;
 use super::{file_error, npz, npz_writer, units, validate};
 use crate::Result;
@@ -97,7 +97,7 @@ impl ChannelData {
     /// The data are not valid, or the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         let mut outputs = Outputs::new();
-        self.stage(path, &mut outputs)?;
+        self.add_to(path, &mut outputs)?;
         outputs.commit()
     }
 
@@ -105,10 +105,10 @@ impl ChannelData {
     ///
     /// # Errors
     /// As [`ChannelData::write`].
-    pub fn stage(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
+    pub fn add_to(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         self.check().map_err(|message| file_error(path, message))?;
         let frames = self.samples.frames();
-        outputs.stage(path, |sink| {
+        outputs.add(path, |sink| {
             let mut npz = npz_writer::Writer::new(sink, self.samples.bytes());
             self.samples.begin_npz(frames, &mut npz)?;
             self.samples.append_npz(0..frames, &mut npz)?;
@@ -176,11 +176,11 @@ impl ChannelData {
         self.check_keys()
     }
 
-    /// The same of data without a frame ([`Frame::none`]), with one that lies elsewhere.
+    /// The same of data without a frame ([`FrameSamples::none`]), with one that lies elsewhere.
     ///
     /// # Errors
     /// That sentence.
-    pub fn check_with(&self, frame: &Frame<'_>) -> std::result::Result<(), String> {
+    pub fn check_with(&self, frame: &FrameSamples<'_>) -> std::result::Result<(), String> {
         frame.check()?;
         self.check_keys()
     }
@@ -239,20 +239,20 @@ impl ChannelData {
     }
 
     /// What is accepted, but probably not meant: sentences for a person.
-    pub fn doubts(&self) -> Vec<String> {
-        let mut doubts = Vec::new();
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
         match &self.transmits {
             Transmits::Focused { focus, .. } => {
                 let far = |focus: &&f64| **focus > FAR_FOCUS;
                 if let Some(focus) = focus.iter().find(far) {
                     let hint = units::LENGTH.hint(*focus);
-                    doubts.push(format!("`tx_focus` is {} m{hint}", digits(*focus)));
+                    warnings.push(format!("`tx_focus` is {} m{hint}", digits(*focus)));
                 }
             }
             Transmits::Plane { angle } => {
                 let steep = |angle: &&f64| angle.abs() > STEEP;
                 if let Some(angle) = angle.iter().find(steep) {
-                    doubts.push(format!(
+                    warnings.push(format!(
                         "`tx_angle` is {} rad, which is {:.0} degrees; perhaps it is in degrees",
                         digits(*angle),
                         angle.to_degrees()
@@ -262,12 +262,12 @@ impl ChannelData {
             Transmits::VirtualSource { z, .. } => {
                 if let Some(z) = z.iter().find(|z| z.abs() > FAR_FOCUS) {
                     let hint = units::LENGTH.hint(*z);
-                    doubts.push(format!("`tx_source_z` is {} m{hint}", digits(*z)));
+                    warnings.push(format!("`tx_source_z` is {} m{hint}", digits(*z)));
                 }
             }
             Transmits::Element { .. } | Transmits::Delays { .. } => {}
         }
-        doubts
+        warnings
     }
 
     /// The depths between which there is anything recorded after some transmit, m, at a speed of

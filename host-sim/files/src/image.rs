@@ -44,10 +44,10 @@ pub fn read(path: &Path) -> Result<Array2<f32>> {
 ///
 /// # Errors
 /// The name ends in neither, or the file cannot be written.
-pub fn stage(pixels: &Array2<f32>, path: &Path, outputs: &mut Outputs) -> Result<()> {
+pub fn add_to(pixels: &Array2<f32>, path: &Path, outputs: &mut Outputs) -> Result<()> {
     match Format::of(path)? {
-        Format::Png => outputs.stage(path, |sink| Ok(write_png(pixels, sink)?)),
-        Format::Npy => outputs.stage(path, |sink| Ok(npy::write(pixels, sink)?)),
+        Format::Png => outputs.add(path, |sink| Ok(write_png(pixels, sink)?)),
+        Format::Npy => outputs.add(path, |sink| Ok(npy::write(pixels, sink)?)),
     }
 }
 
@@ -62,13 +62,13 @@ pub fn png(pixels: &Array2<f32>) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Writes an image as [`stage`] does, whole or not at all.
+/// Writes an image as [`add_to`] does, whole or not at all.
 ///
 /// # Errors
-/// As [`stage`].
+/// As [`add_to`].
 pub fn write(pixels: &Array2<f32>, path: &Path) -> Result<()> {
     let mut outputs = Outputs::new();
-    stage(pixels, path, &mut outputs)?;
+    add_to(pixels, path, &mut outputs)?;
     outputs.commit()
 }
 

@@ -13,7 +13,7 @@ use crate::{Error, Result};
 
 /// Beamformed lines. Sample n lies at the depth c·(t0 + n/fs)/2.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lines<Z = Array2<Complex<f32>>> {
+pub struct BeamformedLines<Z = Array2<Complex<f32>>> {
     /// The beamformer's output, [beam, sample]: its own, or a view of somebody else's.
     pub z: Z,
     /// The sampling rate, Hz.
@@ -37,7 +37,7 @@ pub struct BeamRays {
     pub angle: Vec<f64>,
 }
 
-impl Lines {
+impl BeamformedLines {
     /// Reads the keys `z`, `fs`, `t0`, `beam_x`, `c` and, if they are there, `beam_z` and `beam_angle` of a
     /// `.npz` file.
     ///
@@ -72,17 +72,17 @@ impl Lines {
     /// The lines are not valid, or the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         let mut outputs = Outputs::new();
-        self.stage(path, &mut outputs)?;
+        self.add_to(path, &mut outputs)?;
         outputs.commit()
     }
 
     /// Stages the file, to appear together with the run's other outputs.
     ///
     /// # Errors
-    /// As [`Lines::write`].
-    pub fn stage(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
+    /// As [`BeamformedLines::write`].
+    pub fn add_to(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         self.check().map_err(|message| file_error(path, message))?;
-        outputs.stage(path, |sink| {
+        outputs.add(path, |sink| {
             let mut npz = npz_writer::Writer::new(sink, self.z.len() * size_of::<Complex<f32>>());
             npz.add("z", &self.z)?;
             Ok(self.finish_npz(npz)?)
@@ -107,8 +107,8 @@ impl Lines {
     ///
     /// # Errors
     /// Those of `next`, other frames than there should be, or of other shapes than the first; as
-    /// [`Lines::write`].
-    pub fn stage_frames(
+    /// [`BeamformedLines::write`].
+    pub fn add_frames_to(
         count: usize,
         path: &Path,
         outputs: &mut Outputs,
@@ -119,7 +119,7 @@ impl Lines {
         let first = frames.first().ok_or_else(|| wrong("has no frames"))?;
         let first = first.clone();
         let (beams, samples) = first.z.dim();
-        outputs.stage(path, |sink| {
+        outputs.add(path, |sink| {
             let bytes = product(&[count, beams, samples, size_of::<Complex<f32>>()]);
             let mut npz = npz_writer::Writer::new(sink, bytes);
             npz.begin::<Complex<f32>>("z", &[count, beams, samples])?;
@@ -148,7 +148,7 @@ impl Lines {
     }
 }
 
-impl<S: Data<Elem = Complex<f32>>> Lines<ArrayBase<S, Ix2>> {
+impl<S: Data<Elem = Complex<f32>>> BeamformedLines<ArrayBase<S, Ix2>> {
     /// The same, where every value is one that a file may hold.
     ///
     /// # Errors

@@ -51,7 +51,7 @@ mod tests {
 
     #[test]
     fn sizes_are_told_in_a_unit_that_fits() {
-        for (bytes, told) in [
+        for (bytes, expected) in [
             (0, "0 bytes"),
             (1023, "1023 bytes"),
             (1024, "1.0 KiB"),
@@ -59,7 +59,7 @@ mod tests {
             ((1 << 30) - 1, "1024.0 MiB"),
             (3 << 29, "1.5 GiB"),
         ] {
-            assert_eq!(size(bytes), told);
+            assert_eq!(size(bytes), expected);
         }
     }
 }

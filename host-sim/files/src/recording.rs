@@ -51,7 +51,7 @@ impl Recording {
     ///
     /// # Errors
     /// Those of a part; data that are not valid; a file that cannot be written.
-    pub fn stage_npz<'a>(
+    pub fn add_npz_to<'a>(
         &self,
         count: usize,
         parts: impl Iterator<Item = Result<(Cow<'a, Recording>, Range<usize>)>>,
@@ -59,7 +59,7 @@ impl Recording {
         outputs: &mut Outputs,
     ) -> Result<()> {
         let frame = self.bytes() / self.frames().max(1);
-        outputs.stage(path, |sink| {
+        outputs.add(path, |sink| {
             let mut npz = npz_writer::Writer::new(sink, product(&[frame, count]));
             match self {
                 Recording::Channel(data) => data.samples.begin_npz(count, &mut npz)?,

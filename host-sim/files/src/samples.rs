@@ -27,7 +27,7 @@ pub enum Samples {
 
 /// The samples of one frame, [transmit, element, sample], where they lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Frame<'a> {
+pub enum FrameSamples<'a> {
     /// See [`Samples::Rf`].
     Rf(ArrayView3<'a, f32>),
     /// See [`Samples::Iq`].
@@ -48,12 +48,12 @@ impl From<Array3<f32>> for Samples {
     }
 }
 
-impl Frame<'_> {
+impl FrameSamples<'_> {
     /// How many transmits, elements and samples there are.
     pub fn dim(&self) -> (usize, usize, usize) {
         match self {
-            Frame::Rf(rf) => rf.dim(),
-            Frame::Iq { iq, .. } => iq.dim(),
+            FrameSamples::Rf(rf) => rf.dim(),
+            FrameSamples::Iq { iq, .. } => iq.dim(),
         }
     }
 
@@ -62,8 +62,8 @@ impl Frame<'_> {
         let (transmits, elements, samples) = self.dim();
         let shape = (0, transmits, elements, samples);
         match *self {
-            Frame::Rf(_) => Samples::Rf(Array4::default(shape)),
-            Frame::Iq { f_demod, .. } => Samples::Iq {
+            FrameSamples::Rf(_) => Samples::Rf(Array4::default(shape)),
+            FrameSamples::Iq { f_demod, .. } => Samples::Iq {
                 iq: Array4::default(shape),
                 f_demod,
             },
@@ -73,8 +73,8 @@ impl Frame<'_> {
     /// At least one sample, and all of them finite.
     pub(super) fn check(&self) -> std::result::Result<(), String> {
         match self {
-            Frame::Rf(rf) => validate::samples("rf", rf, &AXES[1..]),
-            Frame::Iq { iq, .. } => validate::samples("iq", iq, &AXES[1..]),
+            FrameSamples::Rf(rf) => validate::samples("rf", rf, &AXES[1..]),
+            FrameSamples::Iq { iq, .. } => validate::samples("iq", iq, &AXES[1..]),
         }
     }
 }
@@ -102,10 +102,10 @@ impl Samples {
     }
 
     /// One frame, in place; `None` beyond the last.
-    pub fn frame(&self, frame: usize) -> Option<Frame<'_>> {
+    pub fn frame(&self, frame: usize) -> Option<FrameSamples<'_>> {
         (frame < self.frames()).then(|| match self {
-            Samples::Rf(rf) => Frame::Rf(rf.index_axis(Axis(0), frame)),
-            Samples::Iq { iq, f_demod } => Frame::Iq {
+            Samples::Rf(rf) => FrameSamples::Rf(rf.index_axis(Axis(0), frame)),
+            Samples::Iq { iq, f_demod } => FrameSamples::Iq {
                 iq: iq.index_axis(Axis(0), frame),
                 f_demod: *f_demod,
             },
@@ -115,8 +115,8 @@ impl Samples {
     /// The RF of one frame; `None` for I/Q and beyond the last frame.
     pub fn rf(&self, frame: usize) -> Option<ArrayView3<'_, f32>> {
         match self.frame(frame)? {
-            Frame::Rf(rf) => Some(rf),
-            Frame::Iq { .. } => None,
+            FrameSamples::Rf(rf) => Some(rf),
+            FrameSamples::Iq { .. } => None,
         }
     }
 

@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn a_measured_value_has_six_digits() {
-        for (value, told) in [
+        for (value, expected) in [
             (6.6000000000000005, "6.6"),
             (0.019_049_999_862_909_32, "0.01905"),
             (1540.0, "1540"),
@@ -88,20 +88,20 @@ mod tests {
             (0.0, "0"),
             (f64::INFINITY, "inf"),
         ] {
-            assert_eq!(digits(value), told);
+            assert_eq!(digits(value), expected);
         }
         assert_eq!(digits(f64::NAN), "NaN");
     }
 
     #[test]
     fn a_value_of_many_digits_is_told_by_its_exponent() {
-        for (value, told) in [
+        for (value, expected) in [
             (1e300, "1e300"),
             (-1e-300, "-1e-300"),
             (0.1, "0.1"),
             (3.0, "3"),
         ] {
-            assert_eq!(short(value), told);
+            assert_eq!(short(value), expected);
         }
         assert_eq!(short(u64::MAX), "18446744073709551615");
     }

@@ -77,8 +77,8 @@ impl Transmits {
             &["tx_source_x", "tx_source_z"],
             &["tx_delay"],
         ];
-        let told = laws.map(|keys| keys.iter().any(|key| file.has(key)));
-        match told {
+        let given = laws.map(|keys| keys.iter().any(|key| file.has(key)));
+        match given {
             [true, false, false, false, false] => Ok(Self::Focused {
                 x: file.vector("tx_x", transmits, of)?,
                 focus: file.vector_or_scalar("tx_focus", transmits, of)?,

@@ -27,8 +27,8 @@ impl Truth {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn stage(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
-        outputs.stage(path, |sink| {
+    pub fn add_to(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
+        outputs.add(path, |sink| {
             let mut npz = npz_writer::Writer::new(sink, self.scatterers.len() * 4);
             npz.add("scatterers", &self.scatterers)?;
             npz.add("on_bone", &arr0(self.on_bone as i64))?;
@@ -49,13 +49,13 @@ impl Truth {
 ///
 /// # Errors
 /// It cannot be written.
-pub fn stage_surface(
+pub fn add_surface_to(
     path: &Path,
     vertices: &[[f64; 3]],
     triangles: &[[u32; 3]],
     outputs: &mut Outputs,
 ) -> Result<()> {
-    outputs.stage(path, |sink| Ok(write_ply(sink, vertices, triangles)?))
+    outputs.add(path, |sink| Ok(write_ply(sink, vertices, triangles)?))
 }
 
 /// The bytes of the same.

@@ -103,14 +103,14 @@ pub fn check_axis(
     if count == shape[axis] {
         return Ok(());
     }
-    let told = format!(
+    let message = format!(
         "`{key}` has length {count}; expected {}, one for each {of}",
         shape[axis]
     );
     match shape.iter().position(|&side| side == count) {
-        None => Err(told),
+        None => Err(message),
         Some(other) => Err(format!(
-            "{told}: `{samples}` has shape {shape:?}, and its {} axis is that long, not the {}; its axes \
+            "{message}: `{samples}` has shape {shape:?}, and its {} axis is that long, not the {}; its axes \
              are probably swapped, expected [{}]",
             PLACES[other],
             PLACES[axis],

@@ -78,7 +78,7 @@ mod tests {
     use nifti::{IntoNdArray, NiftiHeader, NiftiObject, ReaderOptions};
 
     #[test]
-    fn a_volume_is_read_again_with_its_place() {
+    fn a_volume_is_read_again_with_its_position() {
         let voxels =
             Array3::from_shape_fn((3, 4, 5), |(x, y, z)| (100 * x + 10 * y + z) as i16 - 50);
         let folder = tempfile::tempdir().unwrap();

@@ -15,7 +15,7 @@ const SMALL: u64 = 16 << 20;
 pub const CONVERSIONS: usize = 4;
 
 /// What came of reading a part of a file, or what is wrong with it: a sentence without its subject.
-pub type Told<T> = Result<T, String>;
+pub type ReadResult<T> = Result<T, String>;
 
 thread_local! {
     static QUIET: Cell<bool> = const { Cell::new(false) };
@@ -25,7 +25,7 @@ thread_local! {
 ///
 /// # Errors
 /// Those of `read`, and a panic.
-pub fn guarded<T>(read: impl FnOnce() -> Told<T>) -> Told<T> {
+pub fn guarded<T>(read: impl FnOnce() -> ReadResult<T>) -> ReadResult<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let others = take_hook();
@@ -45,7 +45,7 @@ pub fn guarded<T>(read: impl FnOnce() -> Told<T>) -> Told<T> {
 ///
 /// # Errors
 /// A shape that no file of that length has.
-pub fn claim(shape: &[usize], element: usize, length: u64) -> Told<usize> {
+pub fn claim(shape: &[usize], element: usize, length: u64) -> ReadResult<usize> {
     let too_large = || format!("claims a shape of {shape:?}, more than its file can hold");
     let sides = shape.iter().copied().chain([element]);
     let bytes = sides
@@ -62,7 +62,7 @@ pub fn claim(shape: &[usize], element: usize, length: u64) -> Told<usize> {
 ///
 /// # Errors
 /// As [`claim`], or a shape that no memory holds.
-pub fn room(shape: &[usize], element: usize, length: u64) -> Told<usize> {
+pub fn claim_in_memory(shape: &[usize], element: usize, length: u64) -> ReadResult<usize> {
     let bytes = claim(shape, element, length)?;
     memory::check(bytes.saturating_mul(CONVERSIONS), "the array")
         .map_err(|e| format!("is too large: {e}"))?;
@@ -82,10 +82,10 @@ mod tests {
 
     #[test]
     fn a_shape_beyond_the_file_is_refused() {
-        assert_eq!(room(&[3, 4], 8, 10), Ok(96));
+        assert_eq!(claim_in_memory(&[3, 4], 8, 10), Ok(96));
         for shape in [&[1 << 40][..], &[usize::MAX, 2], &[1 << 20, 1 << 20]] {
-            room(shape, 4, 1000).unwrap_err();
+            claim_in_memory(shape, 4, 1000).unwrap_err();
         }
-        assert_eq!(room(&[1 << 40, 0], 4, 1000), Ok(0));
+        assert_eq!(claim_in_memory(&[1 << 40, 0], 4, 1000), Ok(0));
     }
 }

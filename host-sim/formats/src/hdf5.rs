@@ -13,8 +13,8 @@ use rust_hdf5::{
     ReadNumeric, StorageLayout,
 };
 
-use crate::guard::{Told, claim, guarded, room};
-use crate::values::{Part, Source, Values, array};
+use crate::guard::{ReadResult, claim, claim_in_memory, guarded};
+use crate::values::{AxisRange, NamedArrays, Values, array};
 use bonebeam_files::{Error, Result, cannot_be_opened, file_error};
 
 /// Where an HDF5 file may begin in one of MATLAB's.
@@ -105,7 +105,7 @@ impl Store {
     }
 
     /// A dataset of this file.
-    fn dataset(&self, name: &str) -> Told<H5Dataset> {
+    fn dataset(&self, name: &str) -> ReadResult<H5Dataset> {
         self.check_links(name)?;
         let dataset = self.file.dataset(name).map_err(|e| match e {
             Hdf5Error::NotFound(_) => "is missing".to_owned(),
@@ -120,7 +120,7 @@ impl Store {
     }
 
     /// No step of the path leads out of the file.
-    fn check_links(&self, name: &str) -> Told<()> {
+    fn check_links(&self, name: &str) -> ReadResult<()> {
         let mut group = self.file.root_group();
         let mut steps = name.split('/').filter(|step| !step.is_empty()).peekable();
         while let Some(step) = steps.next() {
@@ -144,13 +144,13 @@ impl Store {
         Ok(())
     }
 
-    fn about<T>(&self, name: &str, outcome: Told<T>) -> Result<T> {
+    fn about<T>(&self, name: &str, outcome: ReadResult<T>) -> Result<T> {
         outcome.map_err(|message| self.error(format!("`{name}` {message}")))
     }
 
     /// What is read of a dataset, in the file's order of axes, and what its numbers are; memory has room
     /// for them.
-    fn plan(&self, dataset: &H5Dataset, part: Option<Part>) -> Told<(Slice, Kind)> {
+    fn plan(&self, dataset: &H5Dataset, part: Option<AxisRange>) -> ReadResult<(Slice, Kind)> {
         if dataset.is_null() {
             return Err("is empty".into());
         }
@@ -173,16 +173,16 @@ impl Store {
             slice.shape[axis] = end - slice.start[axis];
             slice.is_whole = slice.shape == whole;
         }
-        room(&slice.shape, element, self.length)?;
+        claim_in_memory(&slice.shape, element, self.length)?;
         if let Some(chunk) = dataset.chunk_dims() {
-            room(&chunk, element, self.length)?;
+            claim_in_memory(&chunk, element, self.length)?;
         }
         let kind = kind(&dataset.datatype().map_err(|e| damaged(&e))?)?;
         Ok((slice, kind))
     }
 
     /// In the order of axes that the file's users see.
-    fn ordered<T: Clone>(&self, shape: &[usize], values: Vec<T>) -> Told<ArrayD<T>> {
+    fn ordered<T: Clone>(&self, shape: &[usize], values: Vec<T>) -> ReadResult<ArrayD<T>> {
         let values = array(shape, values)?;
         Ok(match self.matlab {
             true => values.reversed_axes().as_standard_layout().into_owned(),
@@ -190,7 +190,7 @@ impl Store {
         })
     }
 
-    fn read_numbers(&self, name: &str) -> Told<ArrayD<f64>> {
+    fn read_numbers(&self, name: &str) -> ReadResult<ArrayD<f64>> {
         let dataset = self.dataset(name)?;
         let (slice, kind) = self.plan(&dataset, None)?;
         let values = match kind {
@@ -208,7 +208,7 @@ impl Store {
         !self.has(name) && self.has_group(name)
     }
 
-    fn read_samples(&self, name: &str, part: Option<Part>) -> Told<Values> {
+    fn read_samples(&self, name: &str, part: Option<AxisRange>) -> ReadResult<Values> {
         if self.is_in_two(name) {
             let half =
                 |half: &str| match self.read_samples(&format!("{name}/{half}"), part.clone())? {
@@ -274,8 +274,8 @@ impl Store {
         Ok(Values::Real(self.ordered(shape, real)?))
     }
 
-    /// The shape for [`Source::shape_for_parts`].
-    fn shape_of_parts(&self, name: &str) -> Told<Option<Vec<usize>>> {
+    /// The shape for [`NamedArrays::shape_for_parts`].
+    fn shape_of_parts(&self, name: &str) -> ReadResult<Option<Vec<usize>>> {
         if self.is_in_two(name) {
             return self.shape_of_parts(&format!("{name}/real"));
         }
@@ -315,7 +315,7 @@ impl Slice {
     }
 }
 
-impl Source for Store {
+impl NamedArrays for Store {
     fn error(&self, message: String) -> Error {
         file_error(&self.path, message)
     }
@@ -338,13 +338,13 @@ impl Source for Store {
         self.about(name, guarded(|| self.shape_of_parts(name)))
     }
 
-    fn samples(&self, name: &str, part: Option<Part>) -> Result<Values> {
+    fn samples(&self, name: &str, part: Option<AxisRange>) -> Result<Values> {
         self.about(name, guarded(|| self.read_samples(name, part)))
     }
 }
 
 /// What a datatype's numbers are read as.
-fn kind(datatype: &DatatypeMessage) -> Told<Kind> {
+fn kind(datatype: &DatatypeMessage) -> ReadResult<Kind> {
     match datatype {
         DatatypeMessage::FloatingPoint { size: 8, .. } => Ok(Kind::Double),
         DatatypeMessage::FloatingPoint { size: 2 | 4, .. } => Ok(Kind::Single),

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use ndarray::{ArrayD, Axis, IxDyn};
 
-use crate::values::{Source, Values};
+use crate::values::{NamedArrays, Values};
 use crate::variables::{AXES, Given, Variables};
 use bonebeam_files::{ChannelData, Error, Result, Samples, Transmits};
 
@@ -16,7 +16,7 @@ const ORDER: [&str; 4] = ["frame", "transmit", "element", "sample"];
 /// The arrays of a file, by the keys that channel data have.
 pub struct Keyed<'a> {
     /// The file.
-    pub source: &'a dyn Source,
+    pub source: &'a dyn NamedArrays,
     /// What it calls them.
     pub variables: &'a Variables,
 }
@@ -231,13 +231,13 @@ impl Keyed<'_> {
         let Some(Given::Names(names)) = self.variables.get(AXES) else {
             return Ok(None);
         };
-        let place = |name: &String| ORDER.iter().position(|known| known == name);
-        let places: Option<Vec<usize>> = names.iter().map(place).collect();
-        let once = |places: &Vec<usize>| {
-            let needed = (1..4).all(|axis| places.contains(&axis));
-            needed && (0..4).all(|axis| places.iter().filter(|&&p| p == axis).count() <= 1)
+        let index = |name: &String| ORDER.iter().position(|known| known == name);
+        let indices: Option<Vec<usize>> = names.iter().map(index).collect();
+        let once = |indices: &Vec<usize>| {
+            let needed = (1..4).all(|axis| indices.contains(&axis));
+            needed && (0..4).all(|axis| indices.iter().filter(|&&p| p == axis).count() <= 1)
         };
-        places.filter(once).map(Some).ok_or_else(|| {
+        indices.filter(once).map(Some).ok_or_else(|| {
             Error::Usage(format!(
                 "`{AXES}` in [variables] is {}; expected transmit, element and sample once each, and \
                  frame where there are frames",
@@ -265,20 +265,20 @@ impl Keyed<'_> {
             values = values.insert_axis(end);
         }
         let contract: Vec<usize> = (4 - count..4).collect();
-        let mut places = axes.unwrap_or(&contract).to_vec();
-        if values.ndim() != places.len() {
+        let mut indices = axes.unwrap_or(&contract).to_vec();
+        if values.ndim() != indices.len() {
             return Err(self.source.error(format!(
                 "`{name}` has shape {shape:?}; expected [transmit, element, sample], or with a frame axis \
                  before them; another order is told by --variable axes=sample,element,transmit"
             )));
         }
-        if !places.contains(&0) {
-            places.push(0);
+        if !indices.contains(&0) {
+            indices.push(0);
             let end = Axis(values.ndim());
             values = values.insert_axis(end);
         }
         let order: Vec<usize> = (0..4)
-            .filter_map(|axis| places.iter().position(|&place| place == axis))
+            .filter_map(|axis| indices.iter().position(|&index| index == axis))
             .collect();
         let values = values.permuted_axes(IxDyn(&order));
         let values = values.as_standard_layout().into_owned();
@@ -297,9 +297,9 @@ impl Keyed<'_> {
             ("tx_source_x", given("tx_source_x") || given("tx_source_z")),
             ("tx_delay", given("tx_delay")),
         ];
-        let mut told = laws.iter().filter(|(_, given)| *given).map(|(key, _)| *key);
-        let law = told.next().ok_or_else(|| self.no_law())?;
-        if let Some(other) = told.next() {
+        let mut given = laws.iter().filter(|(_, given)| *given).map(|(key, _)| *key);
+        let law = given.next().ok_or_else(|| self.no_law())?;
+        if let Some(other) = given.next() {
             return Err(self.source.error(format!(
                 "tells several delay laws at once (`{law}`, `{other}`); expected exactly one"
             )));
@@ -378,7 +378,7 @@ impl Keyed<'_> {
 /// where there is one frame.
 fn frame_axis(axes: Option<&[usize]>, rank: usize) -> Option<usize> {
     let axis = match axes {
-        Some(axes) => axes.iter().position(|&place| place == 0)?,
+        Some(axes) => axes.iter().position(|&index| index == 0)?,
         None if rank < ORDER.len() => return None,
         None => 0,
     };

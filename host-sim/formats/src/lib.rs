@@ -186,21 +186,21 @@ fn read_hdf5(
     frames: Range<usize>,
 ) -> Result<Found> {
     let store = Store::open(path, matlab)?;
-    let told = |keys: &[&str]| {
+    let only = |keys: &[&str]| {
         let only = variables.only_numbers(keys);
         only.map_err(|e| file_error(path, e))
     };
     if !matlab && picmus::is(&store) {
-        told(&["fs", "c", "f0", "lens_delay"])?;
+        only(&["fs", "c", "f0", "lens_delay"])?;
         let data = picmus::read(&store, variables);
         return channel(data.map(|data| (data, 1)), Format::Picmus);
     }
     if !matlab && uff::is(&store) {
-        told(&["fs", "c", "f0", "f_demod", "lens_delay"])?;
+        only(&["fs", "c", "f0", "f_demod", "lens_delay"])?;
         return channel(uff::read(&store, variables, frames), Format::Uff);
     }
     if !matlab && zea::is(&store) {
-        told(&["fs", "c", "f0", "lens_delay"])?;
+        only(&["fs", "c", "f0", "lens_delay"])?;
         return channel(zea::read(&store, variables, frames), Format::Zea);
     }
     let keyed = Keyed {

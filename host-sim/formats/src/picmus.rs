@@ -5,7 +5,7 @@ use ndarray::Axis;
 use num_complex::Complex;
 
 use crate::hdf5::Store;
-use crate::values::{Source, Values};
+use crate::values::{NamedArrays, Values};
 use crate::variables::Variables;
 use bonebeam_files::{ChannelData, Result, Samples, Transmits};
 
@@ -34,7 +34,7 @@ pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
             geometry.shape()
         )));
     }
-    let place = |axis: usize| geometry.index_axis(Axis(0), axis).iter().copied().collect();
+    let coordinate = |axis: usize| geometry.index_axis(Axis(0), axis).iter().copied().collect();
     let modulation = one("modulation_frequency")?;
     let samples = match store.samples(&at("data"), None)? {
         Values::Complex(samples) if samples.ndim() == 3 => samples,
@@ -56,16 +56,16 @@ pub fn read(store: &Store, variables: &Variables) -> Result<ChannelData> {
         },
         false => Samples::Rf(samples.mapv(|sample: Complex<f32>| sample.re)),
     };
-    let told = (modulation > 0.0).then_some(modulation);
+    let given = (modulation > 0.0).then_some(modulation);
     let data = ChannelData {
         samples,
         fs: variables.number("fs").unwrap_or(one("sampling_frequency")?),
         t0: vec![one("initial_time")?; angle.len()],
-        element_x: place(0),
-        element_z: Some(place(2)).filter(|z: &Vec<f64>| z.iter().any(|&z| z != 0.0)),
+        element_x: coordinate(0),
+        element_z: Some(coordinate(2)).filter(|z: &Vec<f64>| z.iter().any(|&z| z != 0.0)),
         element_angle: None,
         c: variables.number("c").unwrap_or(one("sound_speed")?),
-        f0: variables.number("f0").or(told).unwrap_or(CENTRE_FREQUENCY),
+        f0: variables.number("f0").or(given).unwrap_or(CENTRE_FREQUENCY),
         transmits: Transmits::Plane { angle },
         lens_delay: variables.number("lens_delay").unwrap_or(0.0),
     };

@@ -77,10 +77,10 @@ impl RecordingFile {
     ///
     /// # Errors
     /// Data that are not valid, or a file that cannot be written.
-    pub fn stage_npz(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
+    pub fn add_npz_to(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         let step = self.frames_at_a_time();
         let parts = (0..self.frames).step_by(step);
         let parts = parts.map(|first| self.read(first..self.frames.min(first + step)));
-        self.first.stage_npz(self.frames, parts, path, outputs)
+        self.first.add_npz_to(self.frames, parts, path, outputs)
     }
 }

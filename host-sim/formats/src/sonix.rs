@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use ndarray::{Array4, ArrayD};
 
 use crate::keyed::Keyed;
-use crate::values::{Part, Source, Values};
+use crate::values::{AxisRange, NamedArrays, Values};
 use crate::variables::{CHANNELS, Given, Variables};
 use bonebeam_files::{ChannelData, Error, Result, Samples, cannot_be_opened, file_error, memory};
 
@@ -27,7 +27,7 @@ struct Folder {
     path: PathBuf,
 }
 
-impl Source for Folder {
+impl NamedArrays for Folder {
     fn error(&self, message: String) -> Error {
         file_error(&self.path, message)
     }
@@ -44,7 +44,7 @@ impl Source for Folder {
         Ok(None)
     }
 
-    fn samples(&self, name: &str, _: Option<Part>) -> Result<Values> {
+    fn samples(&self, name: &str, _: Option<AxisRange>) -> Result<Values> {
         Err(self.error(format!("has no array `{name}`; a folder has none")))
     }
 }
@@ -110,9 +110,9 @@ pub fn read(
             .map_err(|e| file_error(&path, cannot_be_opened(&e)))?;
         let (pairs, _) = bytes.as_chunks::<2>();
         for (record, pairs) in pairs.chunks_exact(samples).enumerate() {
-            let place = (record / transmits, record % transmits, element);
+            let index = (record / transmits, record % transmits, element);
             for (n, pair) in pairs.iter().enumerate() {
-                rf[(place.0, place.1, place.2, n)] = f32::from(i16::from_le_bytes(*pair));
+                rf[(index.0, index.1, index.2, n)] = f32::from(i16::from_le_bytes(*pair));
             }
         }
     }

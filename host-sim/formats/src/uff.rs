@@ -5,7 +5,7 @@ use std::ops::Range;
 use num_complex::Complex;
 
 use crate::hdf5::Store;
-use crate::values::{Source, Values};
+use crate::values::{NamedArrays, Values};
 use crate::variables::Variables;
 use bonebeam_files::{ChannelData, Result, Samples, Transmits};
 
@@ -25,7 +25,7 @@ enum Kind {
     /// A plane wave, rad.
     Plane(f64),
     /// A source at (x, z), and the point from which its time counts.
-    Source([f64; 2], [f64; 2]),
+    VirtualSource([f64; 2], [f64; 2]),
 }
 
 /// The group that holds the channel data.
@@ -66,9 +66,9 @@ pub fn read(
     let waves = waves(store, &at("sequence"))?;
     let modulation = optional("modulation_frequency")?.unwrap_or(0.0);
     let modulation = variables.number("f_demod").unwrap_or(modulation);
-    let told = [optional("pulse/center_frequency")?, Some(modulation)];
-    let told = told.into_iter().flatten().find(|&f0| f0 > 0.0);
-    let f0 = variables.number("f0").or(told).ok_or_else(|| {
+    let given = [optional("pulse/center_frequency")?, Some(modulation)];
+    let given = given.into_iter().flatten().find(|&f0| f0 > 0.0);
+    let f0 = variables.number("f0").or(given).ok_or_else(|| {
         store.error("tells no centre frequency (`pulse`); tell it by --variable f0=HZ".into())
     })?;
     let c = match variables.number("c") {
@@ -131,15 +131,15 @@ fn elements(store: &Store, probe: &str) -> Result<[Vec<f64>; 3]> {
         )));
     }
     let pitch = store.scalar(&at("pitch"))?;
-    let places = (0..count as usize).map(|m| m as f64 - (count - 1.0) / 2.0);
+    let indices = (0..count as usize).map(|m| m as f64 - (count - 1.0) / 2.0);
     if !store.has(&at("radius")) {
-        let x: Vec<f64> = places.map(|place| place * pitch).collect();
+        let x: Vec<f64> = indices.map(|index| index * pitch).collect();
         let zero = vec![0.0; x.len()];
         return Ok([x, zero.clone(), zero]);
     }
     let radius = store.scalar(&at("radius"))?;
     let step = 2.0 * (pitch / 2.0 / radius).asin();
-    let angles: Vec<f64> = places.map(|place| place * step).collect();
+    let angles: Vec<f64> = indices.map(|index| index * step).collect();
     let along = |f: fn(f64) -> f64| angles.iter().map(move |&a| radius * f(a));
     let x = along(f64::sin).collect();
     let z = along(f64::cos).map(|z| z - radius).collect();
@@ -180,17 +180,18 @@ fn wave(store: &Store, name: &str) -> Result<Wave> {
         }
     }
     let delay = optional("delay")?.unwrap_or(0.0);
-    let place = |distance: f64, azimuth: f64| [distance * azimuth.sin(), distance * azimuth.cos()];
+    let position =
+        |distance: f64, azimuth: f64| [distance * azimuth.sin(), distance * azimuth.cos()];
     let origin = match optional("origin/distance")?.unwrap_or(0.0) {
         distance if distance.is_finite() && distance != 0.0 => {
-            place(distance, optional("origin/azimuth")?.unwrap_or(0.0))
+            position(distance, optional("origin/azimuth")?.unwrap_or(0.0))
         }
         _ => [0.0, 0.0],
     };
     let kind = match front {
         0.0 => Kind::Plane(azimuth),
         1.0 if !distance.is_finite() => Kind::Plane(azimuth),
-        1.0 => Kind::Source(place(distance, azimuth), origin),
+        1.0 => Kind::VirtualSource(position(distance, azimuth), origin),
         _ => {
             return Err(store.error(format!(
                 "`{name}` is not a transmitted wave (wavefront {front}); expected plane or spherical ones"
@@ -205,7 +206,7 @@ fn law(waves: &[Wave], start: f64, c: f64) -> Option<(Transmits, Vec<f64>)> {
     let start = |wave: &Wave| start + wave.delay;
     let plane = |wave: &Wave| match wave.kind {
         Kind::Plane(angle) => Some(angle),
-        Kind::Source(..) => None,
+        Kind::VirtualSource(..) => None,
     };
     let angle: Option<Vec<f64>> = waves.iter().map(plane).collect();
     if let Some(angle) = angle {
@@ -214,7 +215,7 @@ fn law(waves: &[Wave], start: f64, c: f64) -> Option<(Transmits, Vec<f64>)> {
     }
     let source = |wave: &Wave| match wave.kind {
         Kind::Plane(_) => None,
-        Kind::Source(source, origin) => Some((source, origin)),
+        Kind::VirtualSource(source, origin) => Some((source, origin)),
     };
     let sources: Vec<_> = waves.iter().map(source).collect::<Option<_>>()?;
     // Each straight below its own origin: one line a transmit.
@@ -294,10 +295,11 @@ fn samples(
             for (transmit, wave) in waves.iter().enumerate() {
                 let phase = -std::f64::consts::TAU * modulation * wave.delay;
                 if phase != 0.0 {
-                    let turn = Complex::from_polar(1.0, phase);
+                    let phasor = Complex::from_polar(1.0, phase);
                     let mut own = iq.index_axis_mut(ndarray::Axis(1), transmit);
                     own.mapv_inplace(|sample| {
-                        let wide = Complex::new(f64::from(sample.re), f64::from(sample.im)) * turn;
+                        let wide =
+                            Complex::new(f64::from(sample.re), f64::from(sample.im)) * phasor;
                         Complex::new(wide.re as f32, wide.im as f32)
                     });
                 }

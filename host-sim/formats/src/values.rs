@@ -5,7 +5,7 @@ use std::ops::Range;
 use ndarray::{ArrayD, IxDyn};
 use num_complex::Complex;
 
-use crate::guard::Told;
+use crate::guard::ReadResult;
 use bonebeam_files::{Error, Result};
 
 /// Samples, row-major in the order of axes that the file's users see.
@@ -27,11 +27,11 @@ impl Values {
     }
 }
 
-/// A part of an array: an axis, and which places along it. What lies beyond the array is left out.
-pub type Part = (usize, Range<usize>);
+/// A part of an array: an axis, and which indices along it. What lies beyond the array is left out.
+pub type AxisRange = (usize, Range<usize>);
 
 /// Named arrays: what the file's format is made of, whatever it calls them.
-pub trait Source {
+pub trait NamedArrays {
     /// An error about this file.
     fn error(&self, message: String) -> Error;
 
@@ -54,7 +54,7 @@ pub trait Source {
     ///
     /// # Errors
     /// None of that name, of another type, or damaged.
-    fn samples(&self, name: &str, part: Option<Part>) -> Result<Values>;
+    fn samples(&self, name: &str, part: Option<AxisRange>) -> Result<Values>;
 
     /// Whether there is an array of that name.
     fn has(&self, name: &str) -> bool {
@@ -64,7 +64,7 @@ pub trait Source {
     /// One number, of an array that holds just that.
     ///
     /// # Errors
-    /// As [`Source::numbers`], and more than one number.
+    /// As [`NamedArrays::numbers`], and more than one number.
     fn scalar(&self, name: &str) -> Result<f64> {
         let numbers = self.numbers(name)?;
         match numbers.len() {
@@ -76,7 +76,7 @@ pub trait Source {
     /// The numbers of an array along one axis, whichever other axes of length 1 it has.
     ///
     /// # Errors
-    /// As [`Source::numbers`], and more than one axis.
+    /// As [`NamedArrays::numbers`], and more than one axis.
     fn vector(&self, name: &str) -> Result<Vec<f64>> {
         let numbers = self.numbers(name)?;
         if numbers.shape().iter().filter(|&&side| side > 1).count() > 1 {
@@ -93,7 +93,7 @@ pub trait Source {
 ///
 /// # Errors
 /// Another number of them than the shape has.
-pub fn array<T>(shape: &[usize], values: Vec<T>) -> Told<ArrayD<T>> {
+pub fn array<T>(shape: &[usize], values: Vec<T>) -> ReadResult<ArrayD<T>> {
     let count = values.len();
     ArrayD::from_shape_vec(IxDyn(shape), values)
         .map_err(|_| format!("holds {count} numbers in a shape of {shape:?}"))

@@ -13,12 +13,12 @@ pub enum Wave {
     /// A plane wave, rad.
     Plane(f64),
     /// From a source behind the array or towards one before it, at (x, z) in m; and where its beam begins.
-    Source([f64; 2], [f64; 2]),
+    VirtualSource([f64; 2], [f64; 2]),
 }
 
 /// Delays with which elements fire, and when recording begins, in the file's time.
 pub struct Fired<'a> {
-    /// The places (x, z) of the elements, m.
+    /// The positions (x, z) of the elements, m.
     pub elements: &'a [[f64; 2]],
     /// When each fires, s, [transmit, element]; NaN where it does not.
     pub delay: Array2<f64>,
@@ -71,7 +71,7 @@ impl Fired<'_> {
         let mut focus = Vec::new();
         for wave in waves {
             match wave {
-                Wave::Source([sx, sz], [ox, oz]) if *sz > 0.0 && sx == ox && *oz == 0.0 => {
+                Wave::VirtualSource([sx, sz], [ox, oz]) if *sz > 0.0 && sx == ox && *oz == 0.0 => {
                     x.push(*sx);
                     focus.push(*sz);
                 }
@@ -93,7 +93,7 @@ impl Fired<'_> {
     fn plane(&self, waves: &[Wave]) -> Option<Law> {
         let angle = |wave: &Wave| match wave {
             Wave::Plane(angle) => Some(*angle),
-            Wave::Source(..) => None,
+            Wave::VirtualSource(..) => None,
         };
         let angle: Vec<f64> = waves.iter().map(angle).collect::<Option<_>>()?;
         let t0 = self.origins(|transmit, [x, z]| {
@@ -105,7 +105,7 @@ impl Fired<'_> {
 
     fn sources(&self, waves: &[Wave]) -> Option<Law> {
         let source = |wave: &Wave| match wave {
-            Wave::Source(source, _) => Some(*source),
+            Wave::VirtualSource(source, _) => Some(*source),
             Wave::Plane(_) => None,
         };
         let sources: Vec<[f64; 2]> = waves.iter().map(source).collect::<Option<_>>()?;
@@ -173,7 +173,7 @@ mod tests {
             let wave = fired(&elements, |[x, z]| {
                 sign * ((x - sx).hypot(z - sz) - sx.hypot(sz)) / C
             });
-            let (law, t0) = wave.law(&[Wave::Source(source, [0.0, 0.0])]);
+            let (law, t0) = wave.law(&[Wave::VirtualSource(source, [0.0, 0.0])]);
             let (x, z) = (vec![sx], vec![sz]);
             assert_eq!(law, Transmits::VirtualSource { x, z });
             assert!((t0[0] - 5e-6).abs() < 1e-15);

@@ -8,7 +8,7 @@ use ndarray::{Array2, Array4, Axis, Ix5};
 use num_complex::Complex;
 
 use crate::hdf5::Store;
-use crate::values::{Source, Values};
+use crate::values::{NamedArrays, Values};
 use crate::variables::Variables;
 use crate::waves::{Fired, Wave};
 use bonebeam_files::{ChannelData, Result, Samples};
@@ -122,7 +122,7 @@ pub fn read(
     Ok((data, held))
 }
 
-/// The places (x, z) of the elements.
+/// The positions (x, z) of the elements.
 fn elements(store: &Store, scan: &dyn Fn(&str) -> String) -> Result<Vec<[f64; 2]>> {
     let names = ["probe/probe_geometry".to_owned(), scan("probe_geometry")];
     let name = names
@@ -137,15 +137,15 @@ fn elements(store: &Store, scan: &dyn Fn(&str) -> String) -> Result<Vec<[f64; 2]
         )));
     }
     let mut elements = Vec::new();
-    for (index, place) in geometry.axis_iter(Axis(0)).enumerate() {
-        if place[1].abs() > OUT_OF_PLANE {
+    for (index, position) in geometry.axis_iter(Axis(0)).enumerate() {
+        if position[1].abs() > OUT_OF_PLANE {
             return Err(store.error(format!(
                 "`{name}` is out of the image plane by {} m at element {index}; expected one row of \
                  elements, not a matrix",
-                place[1]
+                position[1]
             )));
         }
-        elements.push([place[0], place[2]]);
+        elements.push([position[0], position[2]]);
     }
     Ok(elements)
 }
@@ -215,10 +215,10 @@ fn peaks(
 
 /// The time of the largest of the envelope, s: of the waveform times a carrier, averaged over a period.
 fn envelope_peak(waveform: impl Iterator<Item = f64>, f0: f64) -> f64 {
-    let turn = |n: usize| std::f64::consts::TAU * f0 * n as f64 / WAVEFORM_RATE;
+    let phase = |n: usize| std::f64::consts::TAU * f0 * n as f64 / WAVEFORM_RATE;
     let mixed: Vec<Complex<f64>> = waveform
         .enumerate()
-        .map(|(n, value)| Complex::from_polar(value, -turn(n)))
+        .map(|(n, value)| Complex::from_polar(value, -phase(n)))
         .collect();
     let half = (0.5 * WAVEFORM_RATE / f0)
         .round()
@@ -229,14 +229,14 @@ fn envelope_peak(waveform: impl Iterator<Item = f64>, f0: f64) -> f64 {
             .iter()
             .sum::<Complex<f64>>()
     };
-    let (mut best, mut place) = (0.0, 0);
+    let (mut best, mut peak) = (0.0, 0);
     for n in 0..mixed.len() {
         let level = sum(n).norm_sqr();
         if level > best {
-            (best, place) = (level, n);
+            (best, peak) = (level, n);
         }
     }
-    place as f64 / WAVEFORM_RATE
+    peak as f64 / WAVEFORM_RATE
 }
 
 fn waves(store: &Store, scan: &dyn Fn(&str) -> String, transmits: usize) -> Result<Vec<Wave>> {
@@ -253,15 +253,15 @@ fn waves(store: &Store, scan: &dyn Fn(&str) -> String, transmits: usize) -> Resu
     }
     let mut origins = vec![[0.0; 2]; transmits];
     if store.has(&scan("transmit_origins")) {
-        let places = store.numbers(&scan("transmit_origins"))?;
-        if places.shape() != [transmits, 3] {
+        let positions = store.numbers(&scan("transmit_origins"))?;
+        if positions.shape() != [transmits, 3] {
             return Err(store.error(format!(
                 "`transmit_origins` has shape {:?}; expected [{transmits} transmits, 3]",
-                places.shape()
+                positions.shape()
             )));
         }
-        for (origin, place) in origins.iter_mut().zip(places.axis_iter(Axis(0))) {
-            *origin = [place[0], place[2]];
+        for (origin, position) in origins.iter_mut().zip(positions.axis_iter(Axis(0))) {
+            *origin = [position[0], position[2]];
         }
     }
     let waves = angles.iter().zip(&focus).zip(&origins);
@@ -271,7 +271,7 @@ fn waves(store: &Store, scan: &dyn Fn(&str) -> String, transmits: usize) -> Resu
             focus if !focus.is_finite() => Wave::Plane(*angle),
             focus => {
                 let (sine, cosine) = angle.sin_cos();
-                Wave::Source([x + focus * sine, z + focus * cosine], [x, z])
+                Wave::VirtualSource([x + focus * sine, z + focus * cosine], [x, z])
             }
         })
         .collect())
@@ -310,14 +310,14 @@ fn samples(
         return Ok((Samples::Rf(rf), shape[0]));
     }
     let f_demod = f_demod()?;
-    let turns: Vec<Complex<f64>> = t0
+    let phasors: Vec<Complex<f64>> = t0
         .iter()
         .map(|t0| Complex::from_polar(1.0, -std::f64::consts::TAU * f_demod * t0))
         .collect();
     let iq = Array4::from_shape_fn(order, |(f, t, e, n)| {
         let [re, im] = [0, 1].map(|part| f64::from(values[(f, t, n, e, part)]));
-        let turned = Complex::new(re, im) * turns[t];
-        Complex::new(turned.re as f32, turned.im as f32)
+        let rotated = Complex::new(re, im) * phasors[t];
+        Complex::new(rotated.re as f32, rotated.im as f32)
     });
     Ok((Samples::Iq { iq, f_demod }, shape[0]))
 }

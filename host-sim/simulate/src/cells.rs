@@ -1,10 +1,10 @@
-//! Scatterers grouped by place, so that the echoes of a group are short.
+//! Scatterers grouped by position, so that the echoes of a group are short.
 //!
 //! An element at (x_i, 0, 0) hears the point (x, y, z) after √((x − x_i)² + ρ²)/c with ρ = √(y² + z²):
 //! the cells are squares of x and ρ.
 
 use super::response::Response;
-use super::scatterer::Source;
+use super::scatterer::PointSource;
 
 /// Beyond every scene, m.
 const FAR: f64 = 1e3;
@@ -12,14 +12,14 @@ const FAR: f64 = 1e3;
 /// Scatterers of one square.
 #[derive(Clone, Debug)]
 pub struct Cell {
-    /// Its scatterers, as places in the list of all.
+    /// Its scatterers, as indices in the list of all.
     pub members: Vec<u32>,
     /// The least x and ρ, m.
     pub corner: [f64; 2],
     /// The greatest x and ρ, m.
     pub end: [f64; 2],
-    /// The least and greatest delay of an element's strips from its centre's, s.
-    pub strips: [f64; 2],
+    /// The least and greatest delay of an element's patches from its centre's, s.
+    pub patches: [f64; 2],
     /// The least and greatest z, m.
     pub depths: [f64; 2],
     /// The greatest |y|, m.
@@ -27,8 +27,8 @@ pub struct Cell {
 }
 
 /// Groups the sources into squares of side `side`, m, by rows of depth. The order depends on the list alone.
-pub fn cells(sources: &[Source], side: f64, response: &Response) -> Vec<Cell> {
-    let square = |s: &Source| {
+pub fn cells(sources: &[PointSource], side: f64, response: &Response) -> Vec<Cell> {
+    let square = |s: &PointSource| {
         let rho = (s.y * s.y + s.z * s.z).sqrt();
         [(rho / side).floor() as i64, (s.x / side).floor() as i64]
     };
@@ -42,26 +42,26 @@ pub fn cells(sources: &[Source], side: f64, response: &Response) -> Vec<Cell> {
 }
 
 impl Cell {
-    fn new(members: &[u32], sources: &[Source], response: &Response) -> Self {
+    fn new(members: &[u32], sources: &[PointSource], response: &Response) -> Self {
         let mut cell = Cell {
             members: members.to_vec(),
             corner: [f64::INFINITY; 2],
             end: [f64::NEG_INFINITY; 2],
-            strips: [0.0; 2],
+            patches: [0.0; 2],
             depths: [f64::INFINITY, 0.0],
             elevation: 0.0,
         };
         for &k in members {
             let s = &sources[k as usize];
-            let place = [s.x, (s.y * s.y + s.z * s.z).sqrt()];
+            let position = [s.x, (s.y * s.y + s.z * s.z).sqrt()];
             for axis in 0..2 {
-                cell.corner[axis] = cell.corner[axis].min(place[axis]);
-                cell.end[axis] = cell.end[axis].max(place[axis]);
+                cell.corner[axis] = cell.corner[axis].min(position[axis]);
+                cell.end[axis] = cell.end[axis].max(position[axis]);
             }
-            // The place weighs the most right below an element, the lens far away.
+            // The position weighs the most right below an element, the lens far away.
             for rho in [s.z, FAR] {
-                let [least, greatest] = response.strip_delays(rho, s.y);
-                cell.strips = [cell.strips[0].min(least), cell.strips[1].max(greatest)];
+                let [least, greatest] = response.patch_delays(rho, s.y);
+                cell.patches = [cell.patches[0].min(least), cell.patches[1].max(greatest)];
             }
             cell.depths = [cell.depths[0].min(s.z), cell.depths[1].max(s.z)];
             cell.elevation = cell.elevation.max(s.y.abs());

@@ -28,11 +28,11 @@ use super::fourier::{Fourier, unit};
 use super::noise::Noise;
 use super::phantom::Phantom;
 use super::pulse::{DIRECT_FLOOR, FLOOR};
-use super::record::{Window, row_rate};
 use super::response::Response;
-use super::scatterer::Source;
+use super::scatterer::PointSource;
 use super::settings::Settings;
 use super::shadow::Shadow;
+use super::time_axis::{Window, row_rate};
 
 /// How echoes are summed over the scatterers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,7 +93,7 @@ pub fn resumed_channel_data(
     for i in beams.iter().flat_map(|beam| beam.elements.clone()) {
         transmits[i] = true;
     }
-    let scene = Scene {
+    let acquisition = Acquisition {
         settings,
         sources: &sources,
         shadow: phantom.shadow(),
@@ -103,8 +103,10 @@ pub fn resumed_channel_data(
     };
     progress(0.0);
     let (window, pairs) = match summation {
-        Summation::Direct => scene.direct(&|done| progress(SUM_SHARE * done))?,
-        Summation::Cells => scene.cells(set, checkpoint, &|done| progress(SUM_SHARE * done))?,
+        Summation::Direct => acquisition.direct(&|done| progress(SUM_SHARE * done))?,
+        Summation::Cells => {
+            acquisition.cells(set, checkpoint, &|done| progress(SUM_SHARE * done))?
+        }
     };
     let done = AtomicUsize::new(0);
     let tick = || {
@@ -121,7 +123,7 @@ pub fn resumed_channel_data(
             settings.depth_start, settings.depth_end
         )));
     }
-    let record = settings.record();
+    let record = settings.time_axis();
     receive(settings, &mut rf);
     let shape = (beams.len(), settings.elements, record.samples);
     Ok(ChannelData {
@@ -130,7 +132,7 @@ pub fn resumed_channel_data(
             .into(),
         fs: settings.fs,
         t0: vec![record.t0; beams.len()],
-        element_x: scene.element_x,
+        element_x: acquisition.element_x,
         element_z: None,
         element_angle: None,
         c: settings.c,
@@ -150,7 +152,11 @@ pub fn resumed_channel_data(
 /// # Errors
 /// Samples of another record than that of the settings.
 pub fn add_noise(settings: &Settings, data: &mut ChannelData) -> Result<()> {
-    let expected = [settings.beams, settings.elements, settings.record().samples];
+    let expected = [
+        settings.beams,
+        settings.elements,
+        settings.time_axis().samples,
+    ];
     let refused = |found: &[usize]| {
         Error::Data(format!(
             "the record has shape {found:?}; expected RF of one frame, {expected:?}"
@@ -173,7 +179,7 @@ fn receive(settings: &Settings, rf: &mut [f32]) {
     if let Some(level) = settings.noise {
         let peak = rf.par_iter().map(|v| v.abs()).reduce(|| 0.0, f32::max);
         let rms = f64::from(peak) * libm::pow(10.0, level / 20.0);
-        Noise::new(settings, settings.record().samples, rms).add_to(rf);
+        Noise::new(settings, settings.time_axis().samples, rms).add_to(rf);
     }
     if let Some(bits) = settings.adc_bits {
         quantise(rf, bits);
@@ -181,9 +187,9 @@ fn receive(settings: &Settings, rf: &mut [f32]) {
 }
 
 /// What is heard, and by whom.
-struct Scene<'a> {
+struct Acquisition<'a> {
     settings: &'a Settings,
-    sources: &'a [Source],
+    sources: &'a [PointSource],
     shadow: Shadow,
     element_x: Vec<f64>,
     transmits: &'a [bool],
@@ -198,28 +204,28 @@ enum Spectra {
     Beams(Vec<Vec<Complex<f64>>>),
 }
 
-impl Scene<'_> {
+impl Acquisition<'_> {
     fn direct(&self, tick: &(dyn Fn(f64) + Sync)) -> Result<(Window, Spectra)> {
         let settings = self.settings;
-        let scene = direct_sum::Scene {
+        let input = direct_sum::DirectSumInput {
             sources: self.sources,
             shadow: &self.shadow,
             element_x: &self.element_x,
             response: Response::new(settings),
             pulse: settings.pulse(),
         };
-        let band = scene.pulse.band(DIRECT_FLOOR);
-        let window = settings.window(band, settings.fs, 2.0 * scene.reach());
+        let band = input.pulse.band(DIRECT_FLOOR);
+        let window = settings.window(band, settings.fs, 2.0 * input.reach());
         let legs = [settings.elements, self.sources.len(), window.bins, 16];
         self.check_memory(&window, product(&legs))?;
-        let legs = scene.all_legs(&window);
+        let legs = input.all_legs(&window);
         let elements = settings.elements;
         let done = AtomicUsize::new(0);
         let rows = (0..elements)
             .into_par_iter()
             .flat_map_iter(|i| {
                 let row = |j: usize| match self.transmits[i] || self.transmits[j] {
-                    true => scene.pair(&window, &legs[i], &legs[j]),
+                    true => input.pair(&window, &legs[i], &legs[j]),
                     false => Vec::new(),
                 };
                 let rows: Vec<_> = (i..elements).map(row).collect();
@@ -242,7 +248,7 @@ impl Scene<'_> {
         let rate = row_rate(settings.fs, band);
         let side = CELL * settings.c * 2.0 * pulse.half_length(FLOOR);
         let cells = cells(self.sources, side, &response);
-        let mut scene = cell_sum::Scene {
+        let mut input = cell_sum::CellSumInput {
             sources: self.sources,
             cells: &cells,
             shadow: &self.shadow,
@@ -254,24 +260,24 @@ impl Scene<'_> {
             beams: None,
         };
         // Few beams have fewer rows than the pairs of their elements, though longer ones.
-        let pairs = scene.pairs();
+        let pairs = input.pairs();
         if self.beams.len() * settings.elements * FEW <= pairs {
-            scene.beams = Some(self.beams);
+            input.beams = Some(self.beams);
         }
-        let longest = cell_sum::longest(&scene);
-        scene.window = settings.window(band, rate, longest);
+        let longest = cell_sum::longest(&input);
+        input.window = settings.window(band, rate, longest);
         let legs = [settings.elements, 64, longest_frequencies(longest, band), 8];
-        self.check_memory(&scene.window, product(&legs))?;
-        let mut tiles = Tile::all(&scene);
+        self.check_memory(&input.window, product(&legs))?;
+        let mut tiles = Tile::all(&input);
         set.dispatch(Sum {
-            scene: &scene,
+            input: &input,
             tiles: &mut tiles,
             checkpoint,
             tick,
         })?;
-        let beams = scene.beams.map(<[Beam]>::len);
-        let spectra = spectra(&scene.window, tiles, settings.elements, beams);
-        Ok((scene.window, spectra))
+        let beams = input.beams.map(<[Beam]>::len);
+        let spectra = spectra(&input.window, tiles, settings.elements, beams);
+        Ok((input.window, spectra))
     }
 
     /// Asks for the memory of the record, of the pairs and of `legs` bytes before any is taken.
@@ -346,7 +352,7 @@ fn form_beams(
     beams: &[Beam],
     tick: &(dyn Fn() + Sync),
 ) -> Vec<f32> {
-    let samples = settings.record().samples;
+    let samples = settings.time_axis().samples;
     let mut rf = vec![0.0f32; beams.len() * settings.elements * samples];
     let plan = Fourier::new(window.samples);
     rf.par_chunks_mut(settings.elements * samples)
@@ -391,13 +397,13 @@ fn form_beams(
                 plan.inverse(&mut x, &mut scratch);
                 let (a, b) = rows.split_at_mut(samples);
                 // What hears nothing stays silent; the other's roundings are none of its.
-                let silent = |sum: &[Complex<f64>]| sum.iter().all(|v| *v == Complex::default());
-                if !silent(&first) {
+                let is_zero = |sum: &[Complex<f64>]| sum.iter().all(|v| *v == Complex::default());
+                if !is_zero(&first) {
                     for (sample, value) in a.iter_mut().zip(&x[window.lead..]) {
                         *sample = value.re as f32;
                     }
                 }
-                if !silent(&second) {
+                if !is_zero(&second) {
                     for (sample, value) in b.iter_mut().zip(&x[window.lead..]) {
                         *sample = value.im as f32;
                     }

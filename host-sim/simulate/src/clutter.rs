@@ -29,7 +29,7 @@ pub struct Clutter {
     pub thickness: f64,
     /// The greatest depth of the diffuse scatterers, m.
     pub depth_end: f64,
-    /// Seed of their places, which are not those of a [`Block`] of the same seed.
+    /// Seed of their positions, which are not those of a [`Block`] of the same seed.
     pub seed: u64,
 }
 

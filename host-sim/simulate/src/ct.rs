@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::{Error, Result};
 use bonebeam_files::memory::{self, product};
 
-use super::marching_tetrahedra::{Grid, surface_of_values};
+use super::marching_tetrahedra::{VolumeGrid, isosurface_of_values};
 use super::surface::{Surface, crossing};
 
 /// Lines through a voxel, either way: along them what lies inside is exact, across them a face that lies along
@@ -41,7 +41,7 @@ impl CtScanner {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CtVolume {
     /// The voxels' centres.
-    pub grid: Grid,
+    pub grid: VolumeGrid,
     /// Hounsfield units, x growing fastest, then y.
     pub hu: Vec<i16>,
 }
@@ -58,7 +58,7 @@ impl CtVolume {
         memory::check(product(&[grid.len(), 10]), "the CT volume")?;
         let mut contrast = vec![0.0f32; grid.len()];
         for (surface, hu) in parts {
-            let lines = Lines::new(surface, &grid);
+            let lines = LineCrossings::new(surface, &grid);
             contrast
                 .par_chunks_mut(nx)
                 .enumerate()
@@ -89,13 +89,13 @@ impl CtVolume {
 
     /// The surface at a level, HU, which is denser inside.
     pub fn surface(&self, level: f64) -> Surface {
-        surface_of_values(&self.grid, |node| level - f64::from(self.hu[node]))
+        isosurface_of_values(&self.grid, |node| level - f64::from(self.hu[node]))
     }
 }
 
 impl CtScanner {
     /// Voxels around the parts, with room for the blur.
-    fn grid(&self, parts: &[(&Surface, f64)]) -> Result<Grid> {
+    fn grid(&self, parts: &[(&Surface, f64)]) -> Result<VolumeGrid> {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for vertex in parts.iter().flat_map(|(surface, _)| surface.vertices()) {
             for axis in 0..3 {
@@ -111,7 +111,7 @@ impl CtScanner {
             let length = high[axis] - low[axis] + 2.0 * margin[axis];
             (length / self.voxel[axis]).ceil() as usize + 1
         });
-        Ok(Grid {
+        Ok(VolumeGrid {
             corner: [0, 1, 2].map(|axis| low[axis] - margin[axis]),
             step: self.voxel,
             nodes,
@@ -120,18 +120,18 @@ impl CtScanner {
 }
 
 /// Where lines along x enter and leave a surface, [`LINES`]² of them in each row of voxels.
-struct Lines {
+struct LineCrossings {
     /// Of every line: x, and +1 where it enters.
     crossings: Vec<Vec<(f64, i32)>>,
     /// Lines along y.
     across: usize,
 }
 
-impl Lines {
-    fn new(surface: &Surface, grid: &Grid) -> Self {
+impl LineCrossings {
+    fn new(surface: &Surface, grid: &VolumeGrid) -> Self {
         let [across, down] = [1, 2].map(|axis| grid.nodes[axis] * LINES);
         let mut crossings = vec![Vec::new(); across * down];
-        let place = |axis: usize, line: usize| {
+        let position = |axis: usize, line: usize| {
             let voxels = (line as f64 + 0.5) / LINES as f64 - 0.5;
             grid.corner[axis] + voxels * grid.step[axis]
         };
@@ -140,16 +140,16 @@ impl Lines {
                 let voxels = (v - grid.corner[axis]) / grid.step[axis];
                 (voxels + 0.5) * LINES as f64 - 0.5
             };
-            let places = triangle.map(|v| index(v[axis]));
-            let first = places.into_iter().fold(f64::INFINITY, f64::min);
-            let last = places.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            let positions = triangle.map(|v| index(v[axis]));
+            let first = positions.into_iter().fold(f64::INFINITY, f64::min);
+            let last = positions.into_iter().fold(f64::NEG_INFINITY, f64::max);
             // A cast of a negative value is 0; a line too many is harmless.
             first as usize..(last.ceil() as usize + 1).min(count)
         };
         for triangle in surface.corners() {
             for z in range(&triangle, 2, down) {
                 for y in range(&triangle, 1, across) {
-                    let p = [place(1, y), place(2, z)];
+                    let p = [position(1, y), position(2, z)];
                     if let Some((x, left)) = crossing(&triangle, p, [1, 2, 0]) {
                         // The outer normal of a triangle that turns left in y and z points towards +x.
                         let step = if left { -1 } else { 1 };
@@ -161,11 +161,11 @@ impl Lines {
         for line in &mut crossings {
             line.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
-        Lines { crossings, across }
+        LineCrossings { crossings, across }
     }
 
     /// Adds `contrast` times the share of each voxel of the row that lies inside.
-    fn fill(&self, grid: &Grid, [y, z]: [usize; 2], contrast: f32, voxels: &mut [f32]) {
+    fn fill(&self, grid: &VolumeGrid, [y, z]: [usize; 2], contrast: f32, voxels: &mut [f32]) {
         let share = contrast / (LINES * LINES) as f32;
         for line in 0..LINES * LINES {
             let [across, down] = [y * LINES + line % LINES, z * LINES + line / LINES];
@@ -184,7 +184,7 @@ impl Lines {
     }
 }
 
-/// Adds `share` to the voxels between two places, and parts of it to those at the ends.
+/// Adds `share` to the voxels between two positions, and parts of it to those at the ends.
 fn add(voxels: &mut [f32], from: f64, to: f64, share: f32) {
     let last = voxels.len();
     let first = from.max(0.0) as usize;

@@ -8,15 +8,15 @@ use rayon::prelude::*;
 
 use super::fourier::unit;
 use super::pulse::{DIRECT_FLOOR, Pulse};
-use super::record::Window;
 use super::response::Response;
-use super::scatterer::Source;
+use super::scatterer::PointSource;
 use super::shadow::Shadow;
+use super::time_axis::Window;
 
 /// What the sum is made of.
-pub struct Scene<'a> {
+pub struct DirectSumInput<'a> {
     /// The scatterers.
-    pub sources: &'a [Source],
+    pub sources: &'a [PointSource],
     /// Which elements hear which.
     pub shadow: &'a Shadow,
     /// The elements' lateral positions, m.
@@ -37,17 +37,17 @@ pub struct Legs {
     response: Vec<Complex<f64>>,
 }
 
-impl Scene<'_> {
+impl DirectSumInput<'_> {
     /// By how much an echo reaches beyond the time of its centres, s.
     pub fn reach(&self) -> f64 {
-        let strips = self.sources.iter().map(|s| {
-            let near = self.response.strip_delays(s.z, s.y);
-            let far = self.response.strip_delays(1e3, s.y);
+        let patches = self.sources.iter().map(|s| {
+            let near = self.response.patch_delays(s.z, s.y);
+            let far = self.response.patch_delays(1e3, s.y);
             let all = [near, far].concat();
             all.into_iter()
                 .fold(0.0f64, |most, delay| most.max(delay.abs()))
         });
-        self.pulse.half_length(DIRECT_FLOOR) + 2.0 * strips.fold(0.0, f64::max)
+        self.pulse.half_length(DIRECT_FLOOR) + 2.0 * patches.fold(0.0, f64::max)
     }
 
     /// The legs of an element.

@@ -57,7 +57,7 @@ impl Fourier {
 
 /// e^{j2π·cycles}.
 pub fn unit(cycles: f64) -> Complex<f64> {
-    // Whole turns taken off first, exactly: the angle stays small and its rounding, too.
+    // Whole cycles taken off first, exactly: the angle stays small and its rounding, too.
     let (sin, cos) = libm::sincos(TAU * (cycles - libm::rint(cycles)));
     Complex::new(cos, sin)
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::chain::{Point, Segment};
 
 /// The rectangle that is searched for contours, and how finely.
-pub struct Grid {
+pub struct PlaneGrid {
     /// The corner with the smallest coordinates, m.
     pub corner: Point,
     /// Distance between nodes, m.
@@ -14,7 +14,7 @@ pub struct Grid {
     pub nodes: [usize; 2],
 }
 
-impl Grid {
+impl PlaneGrid {
     fn point(&self, i: usize, j: usize) -> Point {
         [
             self.corner[0] + i as f64 * self.step,
@@ -25,7 +25,7 @@ impl Grid {
 
 /// The segments of the curve f = 0, linear within each cell's edges. Where a cell's corners
 /// alternate in sign, the mean of the four decides which of them belong together.
-pub fn contour(grid: &Grid, f: impl Fn(Point) -> f64 + Sync) -> Vec<Segment> {
+pub fn contour(grid: &PlaneGrid, f: impl Fn(Point) -> f64 + Sync) -> Vec<Segment> {
     let [columns, rows] = grid.nodes;
     let values: Vec<f64> = (0..columns * rows)
         .into_par_iter()
@@ -90,7 +90,7 @@ mod tests {
     /// of the step s falls short of the arc of radius r by (s/r)²/24 of its length, 4e-5 here.
     #[test]
     fn circles_give_closed_loops_of_their_length() {
-        let grid = Grid {
+        let grid = PlaneGrid {
             corner: [-3.0, -3.0],
             step: 0.03,
             nodes: [301, 201],

@@ -14,7 +14,7 @@ use super::surface::Surface;
 
 /// A grid of nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grid {
+pub struct VolumeGrid {
     /// The first node, m.
     pub corner: [f64; 3],
     /// Distance of the nodes along each axis, m.
@@ -33,7 +33,7 @@ const TETRAHEDRA: [[usize; 4]; 6] = [
     [0, 5, 1, 7],
 ];
 
-impl Grid {
+impl VolumeGrid {
     /// Number of nodes.
     pub fn len(&self) -> usize {
         self.nodes.iter().product()
@@ -45,7 +45,7 @@ impl Grid {
     }
 
     /// Where a node lies; x grows fastest with its number, then y.
-    pub fn place(&self, node: usize) -> [f64; 3] {
+    pub fn position(&self, node: usize) -> [f64; 3] {
         let [nx, ny, _] = self.nodes;
         let index = [node % nx, node / nx % ny, node / nx / ny];
         [0, 1, 2].map(|k| self.corner[k] + index[k] as f64 * self.step[k])
@@ -53,32 +53,32 @@ impl Grid {
 }
 
 /// The surface on which `f` is zero, its triangles anticlockwise as seen from where `f` is positive.
-pub fn surface(grid: &Grid, f: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
+pub fn isosurface(grid: &VolumeGrid, f: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
     let values: Vec<f64> = (0..grid.len())
         .into_par_iter()
-        .map(|node| f(grid.place(node)))
+        .map(|node| f(grid.position(node)))
         .collect();
-    surface_of_values(grid, |node| values[node])
+    isosurface_of_values(grid, |node| values[node])
 }
 
 /// The surface of a ball, its corners on the sphere to a hundredth of the radius.
 pub fn ball(centre: [f64; 3], radius: f64) -> Surface {
     let step = radius / 10.0;
-    let grid = Grid {
+    let grid = VolumeGrid {
         corner: centre.map(|c| c - radius - 2.03 * step),
         step: [step; 3],
         nodes: [25; 3],
     };
-    surface(&grid, |p| {
+    isosurface(&grid, |p| {
         let d = [0, 1, 2].map(|k| p[k] - centre[k]);
         (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt() - radius
     })
 }
 
 /// The same of a function that is known at the nodes, by their number.
-pub fn surface_of_values(grid: &Grid, value: impl Fn(usize) -> f64) -> Surface {
+pub fn isosurface_of_values(grid: &VolumeGrid, value: impl Fn(usize) -> f64) -> Surface {
     let [nx, ny, nz] = grid.nodes;
-    let place = |node: usize| grid.place(node);
+    let position = |node: usize| grid.position(node);
     let mut vertices = Vec::new();
     let mut triangles = Vec::new();
     let mut known: HashMap<(usize, usize), u32, BuildHasherDefault<FnvHasher>> = HashMap::default();
@@ -98,7 +98,7 @@ pub fn surface_of_values(grid: &Grid, value: impl Fn(usize) -> f64) -> Surface {
             let (a, b) = (a.min(b), a.max(b));
             *known.entry((a, b)).or_insert_with(|| {
                 let w = value(a) / (value(a) - value(b));
-                let (p, q) = (place(a), place(b));
+                let (p, q) = (position(a), position(b));
                 vertices.push([0, 1, 2].map(|k| p[k] + w * (q[k] - p[k])));
                 (vertices.len() - 1) as u32
             })
@@ -139,7 +139,7 @@ pub fn surface_of_values(grid: &Grid, value: impl Fn(usize) -> f64) -> Surface {
     // A corner of the surface on a node belongs to several edges; such slivers do no harm.
     let surface = Surface::new(vertices, triangles);
     match surface.volume() < 0.0 {
-        true => surface.turned(),
+        true => surface.inside_out(),
         false => surface,
     }
 }

@@ -57,25 +57,25 @@ pub fn slice_ply(bytes: &[u8], slice: f64) -> Result<Outline> {
 pub fn read_mesh(path: &Path, slice: f64) -> Result<(Surface, Vec<String>)> {
     let mesh = read(path)?;
     let mut surface = mesh.placed(slice);
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     let found = surface
         .check()
         .map_err(|message| file_error(path, message))?;
     if found.inverted {
-        surface = surface.turned();
-        doubts.push(format!(
+        surface = surface.inside_out();
+        warnings.push(format!(
             "{}: the surface is inside out; its triangles are taken the other way round",
             path.display()
         ));
     }
     if found.mixed > 0 {
-        doubts.push(format!(
+        warnings.push(format!(
             "{}: at {} edges two triangles are wound against each other; the surface is taken as it is",
             path.display(),
             found.mixed
         ));
     }
-    Ok((surface, doubts))
+    Ok((surface, warnings))
 }
 
 fn file_error(path: &Path, message: String) -> Error {
@@ -95,10 +95,10 @@ struct Mesh {
 impl Mesh {
     /// In metres along the array's axes: lateral is the mesh's y, elevation its z, depth its x.
     fn placed(&self, slice: f64) -> Surface {
-        let place = |[x, y, z]: &[f64; 3]| [1e-3 * y, 1e-3 * z - slice, 1e-3 * x];
+        let position = |[x, y, z]: &[f64; 3]| [1e-3 * y, 1e-3 * z - slice, 1e-3 * x];
         let index = |k: usize| k as u32;
         Surface::new(
-            self.vertices.iter().map(place).collect(),
+            self.vertices.iter().map(position).collect(),
             self.triangles.iter().map(|t| t.map(index)).collect(),
         )
     }
@@ -128,7 +128,7 @@ fn read(path: &Path) -> Result<Mesh> {
     weld(raw).map_err(|message| file_error(path, message))
 }
 
-/// Joins corners at the same place, which STL has of every triangle, and checks them.
+/// Joins corners at the same position, which STL has of every triangle, and checks them.
 fn weld(raw: Raw) -> std::result::Result<Mesh, String> {
     let mut vertices = Vec::new();
     let mut known = BTreeMap::new();
@@ -149,7 +149,7 @@ fn weld(raw: Raw) -> std::result::Result<Mesh, String> {
             high[axis] = high[axis].max(value);
         }
         let fresh = vertices.len();
-        // 0 and −0 are one place.
+        // 0 and −0 are one position.
         let found = *known
             .entry(position.map(|v| (v + 0.0).to_bits()))
             .or_insert(fresh);

@@ -10,7 +10,7 @@ use crate::{Error, Result};
 
 use super::mesh::slice_mesh;
 use super::outline::Outline;
-use super::scatterer::{Scatterer, Source};
+use super::scatterer::{PointSource, Scatterer};
 use super::settings::Settings;
 use super::shadow::Shadow;
 use super::surface::Surface;
@@ -171,10 +171,10 @@ impl Phantom {
     }
 
     /// All that echoes: the scatterers, the clutter, the bone's image by reverberation.
-    pub(super) fn sources(&self) -> Vec<Source> {
-        let at = |s: &Scatterer| Source::at([s.x, s.y, s.z], s.amplitude);
+    pub(super) fn sources(&self) -> Vec<PointSource> {
+        let at = |s: &Scatterer| PointSource::at([s.x, s.y, s.z], s.amplitude);
         let scatterers = self.scatterers.iter().map(at);
-        let clutter = self.clutter.iter().map(|s| Source {
+        let clutter = self.clutter.iter().map(|s| PointSource {
             unhidden: true,
             ..at(s)
         });
@@ -182,7 +182,7 @@ impl Phantom {
             true => 0,
             false => self.on_bone.min(self.scatterers.len()),
         };
-        let image = self.scatterers[..bone].iter().map(|s| Source {
+        let image = self.scatterers[..bone].iter().map(|s| PointSource {
             z: 2.0 * s.z,
             amplitude: self.reverberation * s.amplitude,
             ..at(s)

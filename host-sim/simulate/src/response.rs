@@ -73,29 +73,29 @@ impl Response {
         self.loss * range
     }
 
-    /// Delay and weight of a strip of the element at height `strip` relative to its centre, for a
+    /// Delay and weight of a patch of the element at height `patch` relative to its centre, for a
     /// point at the in-plane distance `rho` and the elevation `y`: s, and r/r′.
-    pub fn strip(&self, strip: f64, rho: f64, y: f64) -> (f64, f64) {
+    pub fn patch(&self, patch: f64, rho: f64, y: f64) -> (f64, f64) {
         let range = (rho * rho + y * y).sqrt();
-        let other = (rho * rho + (y - strip) * (y - strip)).sqrt();
+        let other = (rho * rho + (y - patch) * (y - patch)).sqrt();
         // The difference of two roots without its cancellation.
-        let further = strip * (strip - 2.0 * y) / (other + range);
+        let further = patch * (patch - 2.0 * y) / (other + range);
         let lens = match self.focus {
             None => 0.0,
-            Some(focus) => strip * strip / ((strip * strip + focus * focus).sqrt() + focus),
+            Some(focus) => patch * patch / ((patch * patch + focus * focus).sqrt() + focus),
         };
         ((further - lens) / self.c, range / other)
     }
 
-    /// The least and the greatest delay of the strips, s; nothing for an element without height.
-    pub fn strip_delays(&self, rho: f64, y: f64) -> [f64; 2] {
+    /// The least and the greatest delay of the patches, s; nothing for an element without height.
+    pub fn patch_delays(&self, rho: f64, y: f64) -> [f64; 2] {
         let mut span = [0.0f64; 2];
         if self.height == 0.0 {
             return span;
         }
-        // The delay is smooth in the strip's place, with one turn; eighths come near enough to it.
+        // The delay is smooth in the patch's position, with one turn; eighths come near enough to it.
         for k in -8i32..=8 {
-            let (delay, _) = self.strip(f64::from(k) / 16.0 * self.height, rho, y);
+            let (delay, _) = self.patch(f64::from(k) / 16.0 * self.height, rho, y);
             span = [span[0].min(delay), span[1].max(delay)];
         }
         span
@@ -106,13 +106,13 @@ impl Response {
         if self.height == 0.0 {
             return Complex::new(1.0, 0.0);
         }
-        let [least, greatest] = self.strip_delays(rho, y);
+        let [least, greatest] = self.patch_delays(rho, y);
         // As many nodes as integrate a phase that turns so often to 1e-10.
         let nodes = 10 + (2.8 * f * (greatest - least)).ceil() as usize;
         let terms = gauss_legendre(nodes.min(MOST_NODES))
             .into_iter()
-            .map(|(place, weight)| {
-                let (delay, ratio) = self.strip(0.5 * self.height * place, rho, y);
+            .map(|(position, weight)| {
+                let (delay, ratio) = self.patch(0.5 * self.height * position, rho, y);
                 unit(-f * delay) * (0.5 * weight * ratio)
             });
         terms.sum()

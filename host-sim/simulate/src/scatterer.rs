@@ -15,21 +15,21 @@ pub struct Scatterer {
 
 /// A scatterer as the sum takes it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Source {
+pub(super) struct PointSource {
     pub x: f64,
     pub y: f64,
     pub z: f64,
     pub amplitude: f64,
-    /// The place that has to be seen for it to be heard.
+    /// The position that has to be seen for it to be heard.
     pub seen_at: [f64; 3],
     /// Whether it is heard past any bone.
     pub unhidden: bool,
 }
 
-impl Source {
+impl PointSource {
     /// Heard where it is seen.
     pub fn at([x, y, z]: [f64; 3], amplitude: f64) -> Self {
-        Source {
+        PointSource {
             x,
             y,
             z,

@@ -130,7 +130,7 @@ pub struct Built {
     /// The phantom.
     pub phantom: Phantom,
     /// What is probably not meant: sentences for a person.
-    pub doubts: Vec<String>,
+    pub warnings: Vec<String>,
 }
 
 impl Default for Simulate {
@@ -168,7 +168,7 @@ impl Simulate {
     /// A mesh that cannot be read, a slice that does not cut the bone, or a phantom outside the
     /// record.
     pub fn build(&self, scanner: &Settings) -> Result<Built> {
-        let mut doubts = Vec::new();
+        let mut warnings = Vec::new();
         let mut phantom = match self.phantom {
             Kind::Point => {
                 let mut phantom = Phantom::point(scanner, self.offset);
@@ -191,7 +191,7 @@ impl Simulate {
                     },
                 };
                 let (phantom, found) = bone.phantom(self.depth, self.thickness)?;
-                doubts = found;
+                warnings = found;
                 phantom
             }
         };
@@ -220,7 +220,7 @@ impl Simulate {
             seed: scanner.seed,
         };
         clutter.add(&mut phantom)?;
-        Ok(Built { phantom, doubts })
+        Ok(Built { phantom, warnings })
     }
 
     /// Where soft tissue is.

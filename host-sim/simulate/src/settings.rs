@@ -8,7 +8,7 @@ use bonebeam_files::terminal::short;
 
 use super::array::Array;
 use super::pulse::{DIRECT_FLOOR, FLOOR, Pulse};
-use super::record::{Record, Window, row_rate};
+use super::time_axis::{TimeAxis, Window, row_rate};
 
 /// What surrounds the elements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
@@ -167,14 +167,14 @@ impl Settings {
 
     /// The record that serves depths `depth_start` to `depth_end` with the receive aperture of
     /// `receive_f_number`.
-    pub fn record(&self) -> Record {
+    pub fn time_axis(&self) -> TimeAxis {
         let s = self;
         let half = s.pulse().half_length(DIRECT_FLOOR);
         let edge = 0.5 * s.depth_end / s.receive_f_number;
         let last = (s.depth_end + root_of_squares(s.depth_end, edge)) / s.c + half;
         // A whole number of samples, so that sample times are round numbers.
         let first = ((2.0 * s.depth_start / s.c - half) * s.fs).floor();
-        Record {
+        TimeAxis {
             fs: s.fs,
             t0: first / s.fs,
             samples: (last * s.fs - first).ceil() as usize,
@@ -183,7 +183,13 @@ impl Settings {
 
     /// The window of the record for a pulse of the frequencies `band`, as [`Window::new`] has it.
     pub(super) fn window(&self, band: [f64; 2], rate: f64, margin: f64) -> Window {
-        Window::new(self.record(), self.greatest_advance(), band, rate, margin)
+        Window::new(
+            self.time_axis(),
+            self.greatest_advance(),
+            band,
+            rate,
+            margin,
+        )
     }
 
     /// By how much an element `dx` beside a beam's axis fires ahead of one on it, s.
@@ -300,7 +306,7 @@ impl Settings {
 
     /// What the record takes, bytes.
     pub(super) fn record_bytes(&self) -> usize {
-        let samples = self.record().samples;
+        let samples = self.time_axis().samples;
         product(&[self.beams, self.elements, samples, size_of::<f32>()])
     }
 
@@ -314,7 +320,7 @@ impl Settings {
         // About twice what an echo is long.
         let margin = 4.0 * pulse.half_length(FLOOR);
         let window = self.window(band, row_rate(self.fs, band), margin);
-        let samples = self.record().samples;
+        let samples = self.time_axis().samples;
         if window.samples > MAX_WINDOW {
             return usage(format!(
                 "the record of {samples} samples needs transforms of {}, more than {MAX_WINDOW}; ask for less \

@@ -7,7 +7,7 @@
 
 use super::chain::Point;
 use super::outline::Outline;
-use super::scatterer::Source;
+use super::scatterer::PointSource;
 use super::surface::Surface;
 
 /// What lies less than this above a point does not hide it: a scatterer on the surface lies on what it
@@ -42,7 +42,7 @@ impl Shadow {
     }
 
     /// Sets the bits of the elements, at ascending x, that see the source, and clears the others.
-    pub fn seen(&self, source: &Source, element_x: &[f64], seen: &mut [u64]) {
+    pub fn seen(&self, source: &PointSource, element_x: &[f64], seen: &mut [u64]) {
         set(seen, 0, element_x.len());
         if source.unhidden {
             return;
@@ -87,7 +87,7 @@ pub fn visible(outline: &Outline, element_x: &[f64], points: &[Point]) -> Vec<Ve
     let mut all = vec![vec![false; points.len()]; element_x.len()];
     let mut seen = vec![0u64; element_x.len().div_ceil(64)];
     for (k, &[x, z]) in points.iter().enumerate() {
-        shadow.seen(&Source::at([x, 0.0, z], 1.0), element_x, &mut seen);
+        shadow.seen(&PointSource::at([x, 0.0, z], 1.0), element_x, &mut seen);
         for (element, row) in all.iter_mut().enumerate() {
             row[k] = seen[element / 64] >> (element % 64) & 1 == 1;
         }

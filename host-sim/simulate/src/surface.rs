@@ -56,10 +56,10 @@ impl Surface {
         self
     }
 
-    /// The surface with each corner where `place` puts it.
-    pub fn mapped(mut self, place: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
+    /// The surface with each corner where `map` puts it.
+    pub fn mapped(mut self, map: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
         for vertex in &mut self.vertices {
-            *vertex = place(*vertex);
+            *vertex = map(*vertex);
         }
         self
     }
@@ -73,7 +73,7 @@ impl Surface {
         self
     }
 
-    /// The shallowest point of the surface at the place (x, y), and the unit normal there, outwards.
+    /// The shallowest point of the surface at the position (x, y), and the unit normal there, outwards.
     pub fn shallowest(&self, x: f64, y: f64) -> Option<([f64; 3], [f64; 3])> {
         let hits = self.corners().filter_map(|triangle| {
             let (z, _) = crossing(&triangle, [x, y], [0, 1, 2])?;
@@ -85,7 +85,7 @@ impl Surface {
     }
 
     /// The surface with every triangle the other way round.
-    pub(super) fn turned(mut self) -> Self {
+    pub(super) fn inside_out(mut self) -> Self {
         self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         self
     }
@@ -250,9 +250,9 @@ impl StraightDown {
         lines.squares.resize(lines.columns * lines.rows, Vec::new());
         for triangle in surface.corners() {
             let range = |axis: usize, most: usize| {
-                let places = triangle.map(|v| lines.place(v[axis], axis));
-                let first = places.into_iter().fold(f64::INFINITY, f64::min);
-                let last = places.into_iter().fold(0.0, f64::max);
+                let squares = triangle.map(|v| lines.square(v[axis], axis));
+                let first = squares.into_iter().fold(f64::INFINITY, f64::min);
+                let last = squares.into_iter().fold(0.0, f64::max);
                 (first as usize).min(most - 1)..=(last as usize).min(most - 1)
             };
             let (columns, rows) = (range(0, lines.columns), range(1, lines.rows));
@@ -265,13 +265,13 @@ impl StraightDown {
         lines
     }
 
-    fn place(&self, value: f64, axis: usize) -> f64 {
+    fn square(&self, value: f64, axis: usize) -> f64 {
         (value - self.corner[axis]) / SQUARE
     }
 
     /// Where the line down at (x, y) crosses the surface, in no order.
     fn depths(&self, x: f64, y: f64) -> impl Iterator<Item = f64> + '_ {
-        let (column, row) = (self.place(x, 0), self.place(y, 1));
+        let (column, row) = (self.square(x, 0), self.square(y, 1));
         let within = column >= 0.0 && row >= 0.0;
         let (column, row) = (column as usize, row as usize);
         let within = within && column < self.columns && row < self.rows;
@@ -292,7 +292,7 @@ impl StraightDown {
 }
 
 /// Where a line along the last of the `axes` crosses a triangle, and whether the triangle turns left there
-/// in the plane of the first two. `p` is the line's place in that plane. Of the triangles that share an edge
+/// in the plane of the first two. `p` is the line's position in that plane. Of the triangles that share an edge
 /// or a corner one takes the line.
 pub(super) fn crossing(
     triangle: &[[f64; 3]; 3],
@@ -310,13 +310,13 @@ pub(super) fn crossing(
     };
     let [a, b, c] = *triangle;
     let w = [area(b, c), area(c, a), area(a, b)];
-    let turns = w.map(|w| w > 0.0);
-    if turns[0] != turns[1] || turns[1] != turns[2] {
+    let left_turns = w.map(|w| w > 0.0);
+    if left_turns[0] != left_turns[1] || left_turns[1] != left_turns[2] {
         return None;
     }
     let total = w[0] + w[1] + w[2];
     let at = (w[0] * a[along] + w[1] * b[along] + w[2] * c[along]) / total;
-    (total != 0.0).then_some((at, turns[0]))
+    (total != 0.0).then_some((at, left_turns[0]))
 }
 
 fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

@@ -10,7 +10,7 @@ use libm::pow;
 use crate::{Error, Result};
 
 use super::chain::closed_loops;
-use super::marching_squares::{Grid, contour};
+use super::marching_squares::{PlaneGrid, contour};
 use super::outline::Outline;
 
 type Vector = [f64; 3];
@@ -22,7 +22,7 @@ const FILLET: f64 = 3.0;
 /// the front, the spinous process's tip near z = 0. Slices from −20 to 16 mm cut the posterior
 /// parts.
 pub fn slice_vertebra(slice: f64) -> Result<Outline> {
-    let grid = Grid {
+    let grid = PlaneGrid {
         corner: [-55e-3, -5e-3],
         step: 0.1e-3,
         nodes: [1101, 901],

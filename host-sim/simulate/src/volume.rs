@@ -1,7 +1,7 @@
 //! Phantoms of a volume: bone surfaces, layers of tissue, levels of brightness.
 //!
 //! A lumbar spine is copies of the built-in vertebra, one above the other. Tissue is point scatterers at
-//! random places whose amplitude is that of the layer they lie in. Millimetres within this file.
+//! random positions whose amplitude is that of the layer they lie in. Millimetres within this file.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::{Error, Result};
 use bonebeam_files::memory::{self, product};
 
-use super::marching_tetrahedra::{self, Grid};
+use super::marching_tetrahedra::{self, VolumeGrid};
 use super::mesh::read_mesh;
 use super::phantom::Phantom;
 use super::scatterer::Scatterer;
@@ -62,7 +62,7 @@ pub struct Block {
     pub z: [f64; 2],
     /// Scatterers per m³.
     pub density: f64,
-    /// Seed of the places.
+    /// Seed of the positions.
     pub seed: u64,
 }
 
@@ -82,7 +82,7 @@ impl Bone<'_> {
     /// # Errors
     /// A mesh that cannot be read or is not closed; nothing of the bone below the array.
     pub fn surface(&self, depth: f64, thickness: f64) -> Result<(Surface, Vec<String>)> {
-        let (surface, doubts) = match self {
+        let (surface, warnings) = match self {
             Bone::Vertebra {
                 mesh: Some(path),
                 slice,
@@ -109,7 +109,7 @@ impl Bone<'_> {
         let top = surface
             .top(20e-3, 0.5 * thickness)
             .ok_or_else(|| Error::Usage("no bone lies below the array in this slice".into()))?;
-        Ok((surface.moved([0.0, 0.0, depth - top]), doubts))
+        Ok((surface.moved([0.0, 0.0, depth - top]), warnings))
     }
 
     /// The phantom of this bone in water: scatterers of amplitude 1 on its surface, within the slab.
@@ -117,7 +117,7 @@ impl Bone<'_> {
     /// # Errors
     /// As [`Bone::surface`].
     pub fn phantom(&self, depth: f64, thickness: f64) -> Result<(Phantom, Vec<String>)> {
-        let (surface, doubts) = self.surface(depth, thickness)?;
+        let (surface, warnings) = self.surface(depth, thickness)?;
         let [half, across] = [0.5 * thickness, 25e-3];
         let scatterers =
             surface.scatterers(ON_BONE, |[x, y, _]| x.abs() <= across && y.abs() <= half)?;
@@ -129,7 +129,7 @@ impl Bone<'_> {
             surface: Some(surface),
             ..Phantom::default()
         };
-        Ok((phantom, doubts))
+        Ok((phantom, warnings))
     }
 }
 
@@ -142,12 +142,12 @@ fn cut(thickness: f64, distance: impl Fn([f64; 3]) -> f64 + Sync) -> Surface {
         beyond.fold(distance(p), f64::max)
     };
     let nodes = half.map(|h| (2.0 * h / STEP).ceil() as usize + 5);
-    let grid = Grid {
+    let grid = VolumeGrid {
         corner: [0, 1, 2].map(|k| 1e-3 * (centre[k] - half[k] - 2.0 * STEP)),
         step: [1e-3 * STEP; 3],
         nodes,
     };
-    marching_tetrahedra::surface(&grid, |p| bone(p.map(|v| 1e3 * v)))
+    marching_tetrahedra::isosurface(&grid, |p| bone(p.map(|v| 1e3 * v)))
 }
 
 /// Signed distance to the lumbar spine, mm: three vertebrae, with a gap where they would touch. Anatomical
@@ -204,7 +204,7 @@ impl Block {
         })
     }
 
-    /// Adds scatterers at random places of the block, where there is an amplitude for the place.
+    /// Adds scatterers at random positions of the block, where there is an amplitude for the position.
     ///
     /// # Errors
     /// More scatterers than memory holds.
@@ -247,7 +247,7 @@ impl Block {
 /// lateral gradient; gradients fall by 50 dB. 0 dB is the brightest speckle.
 pub struct DynamicRange;
 
-/// Lateral places of the points, mm, from 0 dB on.
+/// Lateral positions of the points, mm, from 0 dB on.
 const POINTS: [f64; 6] = [-15.0, -9.0, -3.0, 3.0, 9.0, 15.0];
 /// Centres of the cysts, mm, and their levels, dB; radius 3 mm.
 const CYSTS: [([f64; 2], f64); 4] = [
@@ -261,7 +261,7 @@ const CYSTS: [([f64; 2], f64); 4] = [
 const POINT: f64 = 30.0;
 
 impl DynamicRange {
-    /// The level at a place in the image plane, m, in dB; −∞ where there is nothing.
+    /// The level at a position in the image plane, m, in dB; −∞ where there is nothing.
     pub fn level(x: f64, z: f64) -> f64 {
         let (x, z) = (1e3 * x, 1e3 * z);
         if x.abs() > 18.0 || !(12.0..=45.0).contains(&z) {

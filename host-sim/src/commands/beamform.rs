@@ -14,15 +14,15 @@ use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam::phase_symmetry::scale_for_display;
 use bonebeam_drive::config::{Beamform, BeamformFlags, ImageFlags, PhaseSymmetryFlags};
-use bonebeam_drive::frame::Frames as RecordingFrames;
+use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{check_beams, image_of};
 use bonebeam_drive::phase_symmetry;
-use bonebeam_drive::policy::{doubts, working_memory};
+use bonebeam_drive::policy::{warnings, working_memory};
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
 use bonebeam_files::terminal::{digits, print, warn};
-use bonebeam_files::{Lines, Recording, Transmits};
+use bonebeam_files::{BeamformedLines, Recording, Transmits};
 use bonebeam_formats::RecordingFile;
 use bonebeam_paper::report::figure;
 
@@ -56,7 +56,7 @@ pub struct Arguments {
 
     /// The frames A to B−1 of a recording of many, or frame A alone: A..B or A [default: all]
     #[arg(long, value_name = "A..B", value_parser = parse_frames)]
-    frames: Option<Frames>,
+    frames: Option<FrameRange>,
 
     /// Also an image of the lines, of the first frame: 0 to 255, as .png or .npy; as .svg with axes in mm
     /// and a grey bar in dB
@@ -98,34 +98,34 @@ Examples:
 
 /// Frames of a recording, as they are asked for: no end is all that there are.
 #[derive(Clone, Debug)]
-struct Frames {
+struct FrameRange {
     first: usize,
     end: Option<usize>,
 }
 
-fn parse_frames(text: &str) -> std::result::Result<Frames, String> {
+fn parse_frames(text: &str) -> std::result::Result<FrameRange, String> {
     let expected = "expected a frame such as 3, or a range such as 0..10 or 5..";
     let number = |text: &str| text.parse::<usize>().map_err(|_| expected.to_owned());
     match text.split_once("..") {
         None => {
             let first = number(text)?;
-            Ok(Frames {
+            Ok(FrameRange {
                 first,
                 end: Some(first.saturating_add(1)),
             })
         }
-        Some((first, "")) => Ok(Frames {
+        Some((first, "")) => Ok(FrameRange {
             first: number(first)?,
             end: None,
         }),
-        Some((first, end)) => Ok(Frames {
+        Some((first, end)) => Ok(FrameRange {
             first: number(first)?,
             end: Some(number(end)?),
         }),
     }
 }
 
-impl Frames {
+impl FrameRange {
     /// Those frames of a recording of so many.
     fn of(&self, frames: usize) -> Result<Range<usize>> {
         let range = self.first..self.end.unwrap_or(frames);
@@ -205,8 +205,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
         check_beams(beam_x).map_err(|e| about(&arguments.recording, e))?;
     }
     if let Recording::Channel(data) = first {
-        for doubt in doubts(data, &config.beamform)? {
-            warn(&format!("{}: {doubt}", arguments.recording.display()));
+        for warning in warnings(data, &config.beamform)? {
+            warn(&format!("{}: {warning}", arguments.recording.display()));
         }
     }
     let image = pictured.then_some(&config.image);
@@ -222,7 +222,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let bar = Progress::new("beamforming", 1000);
     let mut seconds = 0.0;
     // The lines of the next frames after so many.
-    let mut next = |done: usize| -> Result<Vec<Lines>> {
+    let mut next = |done: usize| -> Result<Vec<BeamformedLines>> {
         let start = frames.start + done;
         let block = start..frames.end.min(start + at_a_time);
         let share = |part: f64| (done as f64 + part * block.len() as f64) / frames.len() as f64;
@@ -238,22 +238,22 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let lines = match file.frames() {
         1 => {
             let lines = next(0)?.remove(0);
-            lines.stage(&arguments.output, &mut outputs)?;
+            lines.add_to(&arguments.output, &mut outputs)?;
             lines
         }
-        _ => Lines::stage_frames(frames.len(), &arguments.output, &mut outputs, next)?,
+        _ => BeamformedLines::add_frames_to(frames.len(), &arguments.output, &mut outputs, next)?,
     };
     bar.clear();
     let mut measures = Measures::new(&arguments.recording, file.format(), seconds, &lines);
-    let mut said = said_of_lines(first, &config.beamform, frames.len(), &lines);
+    let mut summary = summary_of_lines(first, &config.beamform, frames.len(), &lines);
     if pictured {
         let image = image_of(&lines, &config.image).map_err(|e| about(&arguments.recording, e))?;
         match &arguments.image {
             Some(path) if is_figure(path) => {
                 let figure = figure(&image, config.image.dynamic_range)?;
-                outputs.stage(path, |sink| Ok(sink.write_all(figure.as_bytes())?))?;
+                outputs.add(path, |sink| Ok(sink.write_all(figure.as_bytes())?))?;
             }
-            Some(path) => image::stage(&image.pixels, path, &mut outputs)?,
+            Some(path) => image::add_to(&image.pixels, path, &mut outputs)?,
             None => {}
         }
         if let Some(path) = &arguments.bone_map {
@@ -268,10 +268,10 @@ pub fn run(arguments: Arguments) -> Result<()> {
             if Format::of(path)? == Format::Png {
                 scale_for_display(map.as_slice_memory_order_mut().unwrap_or_default())?;
             }
-            image::stage(&map, path, &mut outputs)?;
+            image::add_to(&map, path, &mut outputs)?;
         }
         let (rows, columns) = image.pixels.dim();
-        said += &format!(
+        summary += &format!(
             "; an image of {rows} x {columns} pixels of {:.3} mm",
             1e3 * image.pixel
         );
@@ -282,11 +282,11 @@ pub fn run(arguments: Arguments) -> Result<()> {
     if let Recording::Channel(_) = first {
         config.beamform.output_rate = Some(lines.fs);
     }
-    config.stage(&command_line(), &config_path, &mut outputs)?;
+    config.add_to(&command_line(), &config_path, &mut outputs)?;
     outputs.commit()?;
     match arguments.json {
         true => print(&measures.json(&config.beamform)?),
-        false => print(&format!("{said}\n")),
+        false => print(&format!("{summary}\n")),
     }
 }
 
@@ -297,11 +297,11 @@ fn is_figure(path: &Path) -> bool {
 }
 
 /// What was made, with what was chosen where nothing was asked for.
-fn said_of_lines(
+fn summary_of_lines(
     recording: &Recording,
     parameters: &Beamform,
     frames: usize,
-    lines: &Lines,
+    lines: &BeamformedLines,
 ) -> String {
     let (beams, samples) = lines.z.dim();
     let of_frames = match frames {

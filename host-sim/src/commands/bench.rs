@@ -88,13 +88,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
     let mut outputs = Outputs::new();
     if let Some(path) = &arguments.output {
-        outputs.stage(path, |sink| {
+        outputs.add(path, |sink| {
             Ok(serde_json::to_writer_pretty(sink, &report)?)
         })?;
     }
     if let (Some(path), Some(document)) = (&arguments.docs, document) {
         let text = rewrite(&document, &report).map_err(|e| about(path, e))?;
-        outputs.stage(path, |sink| {
+        outputs.add(path, |sink| {
             Ok(std::io::Write::write_all(sink, text.as_bytes())?)
         })?;
     }

@@ -51,12 +51,12 @@ pub fn run(arguments: Arguments) -> Result<()> {
     check_outputs(&[&arguments.recording], &[&arguments.output])?;
     let file = RecordingFile::open(&arguments.recording, &config.variables)?;
     if let Recording::Channel(data) = file.first() {
-        for doubt in data.doubts() {
-            warn(&format!("{}: {doubt}", arguments.recording.display()));
+        for warning in data.warnings() {
+            warn(&format!("{}: {warning}", arguments.recording.display()));
         }
     }
     let mut outputs = Outputs::new();
-    file.stage_npz(&arguments.output, &mut outputs)?;
+    file.add_npz_to(&arguments.output, &mut outputs)?;
     outputs.commit()?;
     let format = file.format().name();
     print(&format!("{format} read, .npz archive written\n"))

@@ -9,7 +9,7 @@ use crate::Result;
 use crate::config::Config;
 use bonebeam_drive::config::{Beamform, BeamformFlags, Image};
 use bonebeam_drive::delay::DelayStage;
-use bonebeam_drive::policy::doubts;
+use bonebeam_drive::policy::warnings;
 use bonebeam_files::terminal::{digits, print};
 use bonebeam_files::{AlignedData, ChannelData, Recording, Samples, Transmits};
 use bonebeam_formats::RecordingFile;
@@ -151,11 +151,11 @@ fn of_channel_data(data: &ChannelData, frames: usize) -> Vec<Fact> {
             format!("{} us one way", digits(1e6 * data.lens_delay)),
         ));
     }
-    facts.push(("transmits", told(&data.transmits)));
+    facts.push(("transmits", law_names(&data.transmits)));
     facts
 }
 
-fn told(transmits: &Transmits) -> String {
+fn law_names(transmits: &Transmits) -> String {
     match transmits {
         Transmits::Focused { x, focus, .. } => format!(
             "focused beams at {}, {} deep",
@@ -211,8 +211,8 @@ fn to_be_done(data: &ChannelData, config: &Config) -> Vec<Fact> {
         }
         Err(error) => facts.push(("lines", format!("none: {error}"))),
     }
-    match doubts(data, parameters) {
-        Ok(doubts) => facts.extend(doubts.into_iter().map(|doubt| ("warning", doubt))),
+    match warnings(data, parameters) {
+        Ok(warnings) => facts.extend(warnings.into_iter().map(|warning| ("warning", warning))),
         Err(error) => facts.push(("warning", error.to_string())),
     }
     facts

@@ -9,7 +9,7 @@ use clap::Args;
 use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam_files::atomic::{Outputs, check_writable};
-use bonebeam_files::leftovers;
+use bonebeam_files::temporary_files;
 use bonebeam_files::terminal::print;
 use bonebeam_paper::experiments::{Job, MAIN_JOB, Overrides};
 use bonebeam_paper::report::{self, Page, Report};
@@ -91,11 +91,11 @@ pub(super) fn run_in(job: &Job, folder: &Path, page: Page) -> Result<()> {
 fn prepare(folder: &Path) -> Result<Vec<&Path>> {
     let new = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
     let created: Vec<&Path> = folder.ancestors().take_while(new).collect();
-    let mut turn = leftovers::turn();
+    let mut registered = temporary_files::lock();
     for folder in created.iter().rev() {
-        turn.add_folder(folder);
+        registered.add_folder(folder);
     }
-    drop(turn);
+    drop(registered);
     fs::create_dir_all(folder).map_err(|e| Error::File {
         path: folder.to_path_buf(),
         message: format!("the folder cannot be made: {}", e.kind()),
@@ -121,7 +121,7 @@ fn compute_and_write(job: &Job, folder: &Path, page: Page) -> Result<()> {
 
     let report = Report::new(job, &outcomes, page)?;
     let mut outputs = Outputs::new();
-    let names = report.stage(folder, &mut outputs)?;
+    let names = report.add_to(folder, &mut outputs)?;
     outputs.commit()?;
     let mut text = format!(
         "{}\n{} files in {}:\n",

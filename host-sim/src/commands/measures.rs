@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use crate::{Error, Result};
 use bonebeam_drive::config::Beamform;
-use bonebeam_drive::image::Image;
-use bonebeam_files::Lines;
+use bonebeam_drive::image::BModeImage;
+use bonebeam_files::BeamformedLines;
 use bonebeam_formats::Format;
 use bonebeam_paper::measure::point::LateralProfile;
 
@@ -68,7 +68,7 @@ struct WithParameters<'a> {
 
 impl Measures {
     /// Those of the lines.
-    pub fn new(input: &Path, format: Format, seconds: f64, lines: &Lines) -> Self {
+    pub fn new(input: &Path, format: Format, seconds: f64, lines: &BeamformedLines) -> Self {
         let (count, samples) = lines.z.dim();
         let depth = |sample: usize| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
         let powers = lines
@@ -107,7 +107,7 @@ impl Measures {
     }
 
     /// Those of the image, too.
-    pub fn add_image(&mut self, image: &Image) {
+    pub fn add_image(&mut self, image: &BModeImage) {
         let (rows, columns) = image.pixels.dim();
         let sum: f64 = image.pixels.iter().map(|&level| f64::from(level)).sum();
         self.image = Some(ImageMeasures {

@@ -8,7 +8,7 @@ use clap::Args;
 use super::main_job;
 use crate::{Error, Result};
 use bonebeam_files::cannot_be_opened;
-use bonebeam_paper::experiments::{Job, Overrides, PAPER, Wanted};
+use bonebeam_paper::experiments::{ExperimentFilter, Job, Overrides, PAPER};
 use bonebeam_paper::report::Page;
 
 /// Reproduce the paper: its figures, its tables, and what becomes of its claims.
@@ -23,7 +23,7 @@ use bonebeam_paper::report::Page;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
-    wanted: Wanted,
+    filter: ExperimentFilter,
 
     /// A coarser look at all of it
     #[arg(long)]
@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         None if arguments.quick => Job::quick(PAPER),
         None => Job::full(PAPER),
     };
-    job.select(&arguments.wanted, PAPER)?;
+    job.select(&arguments.filter, PAPER)?;
     let flags = [
         ("--mesh", arguments.mesh.is_some()),
         ("--only", !arguments.only.is_empty()),

@@ -78,12 +78,12 @@ pub fn run(arguments: Arguments) -> Result<()> {
     bar.clear();
 
     let mut outputs = Outputs::new();
-    image::stage(&map, &arguments.output, &mut outputs)?;
+    image::add_to(&map, &arguments.output, &mut outputs)?;
     if let Some(picture) = &arguments.picture {
         let mut levels = map;
         scale_for_display(levels.as_slice_memory_order_mut().unwrap_or_default())?;
-        image::stage(&levels, picture, &mut outputs)?;
+        image::add_to(&levels, picture, &mut outputs)?;
     }
-    config.stage(&command_line(), &config_path, &mut outputs)?;
+    config.add_to(&command_line(), &config_path, &mut outputs)?;
     outputs.commit()
 }

@@ -11,7 +11,7 @@ use crate::config::Config;
 use crate::progress::Progress;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::warn;
-use bonebeam_files::{Truth, stage_surface};
+use bonebeam_files::{Truth, add_surface_to};
 use bonebeam_simulate::{Checkpoint, DynamicRange, Kind, Phantom, SimulateFlags};
 
 /// Simulate the channel data of a point, of bone in water or in tissue, or of known levels.
@@ -71,7 +71,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
 
     let scanner = config.simulate.scanner().clone();
     let built = config.simulate.build(&scanner)?;
-    built.doubts.iter().for_each(|doubt| warn(doubt));
+    built.warnings.iter().for_each(|warning| warn(warning));
     let phantom = built.phantom;
     let mut checkpoint = Checkpoint::new(&partial, &scanner, &phantom)?;
     let bar = Progress::new("simulating", 1000);
@@ -82,12 +82,12 @@ pub fn run(arguments: Arguments) -> Result<()> {
     bar.clear();
 
     let mut outputs = Outputs::new();
-    data.stage(&arguments.output, &mut outputs)?;
-    config.stage(&command_line(), &config_path, &mut outputs)?;
+    data.add_to(&arguments.output, &mut outputs)?;
+    config.add_to(&command_line(), &config_path, &mut outputs)?;
     let known = config.simulate.phantom == Kind::DynamicRange;
-    truth_of(&phantom, known).stage(&truth, &mut outputs)?;
+    truth_of(&phantom, known).add_to(&truth, &mut outputs)?;
     if let Some(bone) = &phantom.surface {
-        stage_surface(&surface, bone.vertices(), bone.triangles(), &mut outputs)?;
+        add_surface_to(&surface, bone.vertices(), bone.triangles(), &mut outputs)?;
     }
     outputs.commit()?;
     checkpoint.finish();

@@ -10,8 +10,8 @@ use base64::engine::general_purpose::STANDARD;
 use bonebeam::beamform::{Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use bonebeam_drive::config::{Beamform, Image};
-use bonebeam_drive::methods::Choice;
-use bonebeam_files::{AlignedData, ChannelData, Lines, Transmits, image};
+use bonebeam_drive::methods::MethodName;
+use bonebeam_files::{AlignedData, BeamformedLines, ChannelData, Transmits, image};
 use common::{Npz, scalar, vector};
 use host_sim::config::Config;
 use ndarray::{Array2, Array3, Axis};
@@ -100,7 +100,7 @@ fn laws() -> [Transmits; 3] {
 }
 
 /// Where the largest envelope of the lines lies, (x, z) in m.
-fn brightest(lines: &Lines) -> (f64, f64) {
+fn brightest(lines: &BeamformedLines) -> (f64, f64) {
     let norms = lines.z.mapv(|z| z.norm());
     let mut best = (0, 0);
     for (place, &norm) in norms.indexed_iter() {
@@ -129,7 +129,8 @@ fn a_point_appears_where_it_is_with_every_delay_law_and_method() {
                 &folder,
                 &format!("beamform data.npz -o lines.npz --method {method} {depths}"),
             );
-            let (x, z) = brightest(&Lines::read(&folder.path().join("lines.npz")).unwrap());
+            let (x, z) =
+                brightest(&BeamformedLines::read(&folder.path().join("lines.npz")).unwrap());
             // Half a line, and half a sample of 38.5 µm.
             assert!((x - POINT.0).abs() < 0.5 * PITCH, "{method}: x is {x}");
             assert!(
@@ -147,7 +148,7 @@ fn depths_and_rate_are_those_asked_for() {
     point(plane).write(&folder.path().join("data.npz")).unwrap();
     let command = "beamform data.npz -o lines.npz --depth-start 0.005 --depth-end 0.015";
     run(&folder, &format!("{command} --output-rate 30.8e6"));
-    let lines = Lines::read(&folder.path().join("lines.npz")).unwrap();
+    let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
     // Two lines an element; 25 µm a sample: 401 of them from 5 to 15 mm.
     assert_eq!(lines.z.dim(), (2 * ELEMENTS - 1, 401));
     assert!((lines.beam_x[1] - lines.beam_x[0] - PITCH / 2.0).abs() < 1e-12);
@@ -179,7 +180,7 @@ fn the_method_works_between_the_depths_asked_for() {
                 &folder,
                 &format!("beamform {recording} -o lines.npz {flags}"),
             );
-            Lines::read(&folder.path().join("lines.npz")).unwrap()
+            BeamformedLines::read(&folder.path().join("lines.npz")).unwrap()
         };
         let (method, das) = (
             "--power-steps 4 --temporal-half-window 2",
@@ -240,7 +241,7 @@ fn the_written_configuration_repeats_the_run() {
     let written = Config::read(&folder.path().join("a.npz.config.toml")).unwrap();
     let expected = Config {
         beamform: Beamform {
-            method: Choice::Esmv,
+            method: MethodName::Esmv,
             rank: Some(3),
             core: Parameters {
                 temporal_half_window: 2,
@@ -341,7 +342,7 @@ fn sixteen_bit_samples_give_the_lines_of_the_same_numbers_in_f32() {
         .finish();
     let lines = |name: &str| {
         run(&folder, &format!("beamform {name}.npz -o lines.npz"));
-        Lines::read(&folder.path().join("lines.npz")).unwrap()
+        BeamformedLines::read(&folder.path().join("lines.npz")).unwrap()
     };
     assert_eq!(lines("f32"), lines("i16"));
 }
@@ -366,7 +367,7 @@ fn aligned_data_are_not_delayed_again() {
     };
     data.write(&path).unwrap();
     run(&folder, "beamform delayed.npz -o lines.npz --method das");
-    let lines = Lines::read(&folder.path().join("lines.npz")).unwrap();
+    let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
     let mean = Array2::from_shape_fn((3, 20), |(b, n)| {
         (0..8).map(|m| x[(b, n, m)]).sum::<Complex<f32>>() / 8.0
     });
@@ -385,7 +386,7 @@ fn aligned_data_are_not_delayed_again() {
         &folder,
         "beamform delayed.npz -o lines.npz --beam-spacing 0.002 --sound-speed 1480",
     );
-    let lines = Lines::read(&folder.path().join("lines.npz")).unwrap();
+    let lines = BeamformedLines::read(&folder.path().join("lines.npz")).unwrap();
     assert_eq!(lines.beam_x, [-2e-3, 0.0, 2e-3]);
     assert_eq!(lines.c, 1480.0);
 }

@@ -11,7 +11,7 @@ fn a_simulated_point_lies_at_the_focus() {
         "simulate point -o data.npz --offset 77e-6 --beams 9 --first-beam 60",
     );
     run(&folder, "beamform data.npz -o lines.npz --f-number 2.5");
-    let (x, z) = brightest(&Lines::read(&folder.path().join("lines.npz")).unwrap());
+    let (x, z) = brightest(&BeamformedLines::read(&folder.path().join("lines.npz")).unwrap());
     assert!((x - 0.154e-3).abs() < 1e-9, "x is {x}");
     // A sample is 38.5 µm.
     assert!((z - 15e-3).abs() < 39e-6, "z is {z}");

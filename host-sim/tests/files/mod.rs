@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 
 use bonebeam_files::{
-    AlignedData, BeamRays, ChannelData, Lines, Samples, Transmits, atomic, image,
+    AlignedData, BeamRays, BeamformedLines, ChannelData, Samples, Transmits, atomic, image,
 };
 use common::{Npz, channel_data_without, column_major_ramp, ramp, scalar, vector};
 use ndarray::{Array1, Array2, Array3, Array4, ArrayD, Axis, arr0};
@@ -188,7 +188,7 @@ fn aligned_data_and_lines_return_as_written() {
         assert_eq!(AlignedData::read(&path).unwrap(), delayed);
     }
     let z = x.index_axis(Axis(2), 1).to_owned();
-    let lines = Lines {
+    let lines = BeamformedLines {
         z,
         fs: 20e6,
         t0: 1e-5,
@@ -197,8 +197,8 @@ fn aligned_data_and_lines_return_as_written() {
         c: 1480.0,
     };
     lines.write(&path).unwrap();
-    assert_eq!(Lines::read(&path).unwrap(), lines);
-    let fan = Lines {
+    assert_eq!(BeamformedLines::read(&path).unwrap(), lines);
+    let fan = BeamformedLines {
         rays: Some(BeamRays {
             z: vec![-1e-3, -1e-3],
             angle: vec![-0.1, 0.1],
@@ -206,7 +206,7 @@ fn aligned_data_and_lines_return_as_written() {
         ..lines
     };
     fan.write(&path).unwrap();
-    assert_eq!(Lines::read(&path).unwrap(), fan);
+    assert_eq!(BeamformedLines::read(&path).unwrap(), fan);
 }
 
 #[test]

@@ -200,11 +200,11 @@ def _beamform_channel_data(
         raise ValueError(f"`out` has {len(z)} frames; expected {count}")
     first = None
     for index, frame in enumerate(_frames(data)):
-        place = z if z is None or count is None else z[index]
-        told = _native.beamform_channel_data(frame, parameters, place, threads)
+        target = z if z is None or count is None else z[index]
+        result = _native.beamform_channel_data(frame, parameters, target, threads)
         if first is None:
-            first = told
-            _warn(first.doubts)
+            first = result
+            _warn(first.warnings)
             if z is None and count is not None:
                 z = np.empty((count, *first.z.shape), np.complex64)
                 z[0] = first.z
@@ -246,11 +246,11 @@ def delay(
         raise ValueError(f"the channel data hold {len(_samples(data))} frames; expected one")
     (record,) = _frames(data)
     memory = None if out is None else _memory(out, _samples(record), 3)
-    told = _native.delay(record, checked, memory, threads)
-    _warn(told.doubts)
-    x = told.x if out is None else out
-    rays = (told.beam_z, told.beam_angle)
-    return AlignedData(x, told.fs, told.t0, told.beam_x, told.c, told.active, *rays)
+    result = _native.delay(record, checked, memory, threads)
+    _warn(result.warnings)
+    x = result.x if out is None else out
+    rays = (result.beam_z, result.beam_angle)
+    return AlignedData(x, result.fs, result.t0, result.beam_x, result.c, result.active, *rays)
 
 
 def _samples(data: ChannelData) -> npt.NDArray[Any]:
@@ -312,6 +312,6 @@ def _refuse(what: str, known: type, parameters: dict[str, Any], **given: Any) ->
             raise TypeError(f"beamform() got an unexpected keyword argument '{name}'")
 
 
-def _warn(doubts: list[str]) -> None:
-    for doubt in doubts:
-        warnings.warn(doubt, stacklevel=3)
+def _warn(messages: list[str]) -> None:
+    for message in messages:
+        warnings.warn(message, stacklevel=3)

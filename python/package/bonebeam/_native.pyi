@@ -32,7 +32,7 @@ class Aligned:
     beam_z: npt.NDArray[np.float64] | None
     beam_angle: npt.NDArray[np.float64] | None
     c: float
-    doubts: list[str]
+    warnings: list[str]
 
 class BeamformedLines:
     z: npt.NDArray[np.complex64]
@@ -42,7 +42,7 @@ class BeamformedLines:
     beam_z: npt.NDArray[np.float64] | None
     beam_angle: npt.NDArray[np.float64] | None
     c: float
-    doubts: list[str]
+    warnings: list[str]
 
 def defaults() -> str: ...
 def tables() -> str: ...

@@ -205,7 +205,7 @@ fn a_line_is_refused_before_anything_is_put_out() {
 }
 
 #[test]
-fn a_run_outside_its_line() {
+fn a_segment_outside_its_line() {
     let x = [Complex::ONE; 40];
     let line = AlignedLine::new(&x, 8).expect("finite");
     let mut workspace = memory([8, 4, 0]);
@@ -257,7 +257,7 @@ fn the_host_names_beam_sample_and_element() {
 }
 
 #[test]
-fn more_runs_than_lanes_or_fewer_outputs() {
+fn more_segments_than_lanes_or_fewer_outputs() {
     let x = [Complex::ONE; 40];
     let segment = Segment {
         line: AlignedLine::new(&x, 8).expect("finite"),
@@ -296,9 +296,9 @@ fn more_runs_than_lanes_or_fewer_outputs() {
     assert_eq!(z, [Complex::I; 5]);
 }
 
-/// K is refused whether there are runs or not.
+/// K is refused whether there are segments or not.
 #[test]
-fn no_runs_and_a_window_beyond_counting() {
+fn no_segments_and_a_window_beyond_counting() {
     let mut workspace = memory([6, 4, 1]);
     for temporal_half_window in [2, 1 << 34, usize::MAX] {
         let beamformer = Beamformer::new(Parameters {
@@ -322,7 +322,7 @@ fn no_runs_and_a_window_beyond_counting() {
 }
 
 #[test]
-fn a_run_of_no_samples_ends_with_its_line() {
+fn a_segment_of_no_samples_ends_with_its_line() {
     let x = [Complex::ONE; 40];
     let segment = Segment {
         line: AlignedLine::new(&x, 8).expect("finite"),

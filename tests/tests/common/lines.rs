@@ -216,20 +216,20 @@ pub fn core_lanes(
     parameters: Parameters,
     covariance: Covariance,
 ) -> Vec<Vec<Complex<f32>>> {
-    set.dispatch(Lines {
+    set.dispatch(LinesTask {
         lines,
         parameters,
         covariance,
     })
 }
 
-struct Lines<'a> {
+struct LinesTask<'a> {
     lines: &'a [Line],
     parameters: Parameters,
     covariance: Covariance,
 }
 
-impl Task for Lines<'_> {
+impl Task for LinesTask<'_> {
     type Output = Vec<Vec<Complex<f32>>>;
 
     fn run<V: Vector>(self, zero: V) -> Self::Output {

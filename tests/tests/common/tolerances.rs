@@ -23,7 +23,7 @@ pub use bonebeam_oracle::verify::tolerances::{BEAMFORMED, PHASE_SYMMETRY};
 pub const BEYOND_ROUNDING: f64 = 2.0 * BEAMFORMED;
 
 /// Two maps that are each within [`PHASE_SYMMETRY`] of the same exact one: moving an image moves
-/// every pixel to other places in the transforms, which round differently.
+/// every pixel to other indices in the transforms, which round differently.
 pub const PHASE_SYMMETRY_MOVED: f64 = 2.0 * PHASE_SYMMETRY;
 /// A division, a square root and two products, each rounded once (6e-8), of which the square root
 /// halves what it gets.

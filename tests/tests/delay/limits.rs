@@ -52,7 +52,7 @@ fn extreme_geometry_gives_the_bits_of_the_reference_and_never_nan_or_infinity() 
 }
 
 /// Where a position on the axis is ±2²³ samples, nothing is read, although the element's lag, or its lead,
-/// brings the place near the record; one sample on, or back, it is. Depths and times are exact: c = 2, fs = 1.
+/// brings the position near the record; one sample on, or back, it is. Depths and times are exact: c = 2, fs = 1.
 #[test]
 fn nothing_is_read_from_2_to_the_23_samples_on() {
     let far = 8_388_608.0;
@@ -84,10 +84,10 @@ fn nothing_is_read_from_2_to_the_23_samples_on() {
     }
 }
 
-/// Straight towards an element the way there grows as the way back shrinks: every depth is read at one place.
+/// Straight towards an element the way there grows as the way back shrinks: every depth is read at one position.
 /// Depths and times are exact: c = 2, and a halved record's rate is 2.
 #[test]
-fn a_line_towards_an_element_reads_one_place() {
+fn a_line_towards_an_element_reads_one_position() {
     let p = DelayParameters {
         sound_speed: 2.0,
         output_start: 20.0,

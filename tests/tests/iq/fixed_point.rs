@@ -201,8 +201,8 @@ fn assert_reference(
     }
 }
 
-/// A scene where a place is a number of samples: a line straight down from the middle one of three elements, a
-/// sample a second of a wave of 2 m/s. The place at t is t − t0, the depth t.
+/// A scene where a position is a number of samples: a line straight down from the middle one of three elements, a
+/// sample a second of a wave of 2 m/s. The position at t is t − t0, the depth t.
 fn plain(interpolation: IqInterpolation) -> (IqParameters, ScanLine<'static>) {
     let p = IqParameters {
         sound_speed: 2.0,
@@ -277,7 +277,7 @@ fn fixed_point_has_the_bits_of_the_reference_where_nothing_is_above_and_far_from
 
 /// Added to −0, whatever is read gives 0; where nothing is, −0 stays.
 #[test]
-fn places_beyond_two_to_the_23_are_left_alone_as_in_the_reference() {
+fn positions_beyond_two_to_the_23_are_left_alone_as_in_the_reference() {
     const FAR: f64 = 8_388_608.0;
     let (counts, _) = counted(200, 5);
     let counts = &counts[..600];
@@ -292,7 +292,7 @@ fn places_beyond_two_to_the_23_are_left_alone_as_in_the_reference() {
         ] {
             let (mut p, mut line) = plain(interpolation);
             line.transmit.law = law;
-            // The first place, and the last one: before, at and behind the limit.
+            // The first position, and the last one: before, at and behind the limit.
             for aside in [-45.0, -39.0, -38.0, -20.0, -1.0, 0.0, 1.0, 5.0] {
                 p.output_start = 1.0;
                 line.transmit.t0 = 1.0 + FAR - aside;
@@ -318,7 +318,7 @@ fn places_beyond_two_to_the_23_are_left_alone_as_in_the_reference() {
     }
 }
 
-/// Places grow evenly from the first sample to the last; one behind the last that were too far does not
+/// Positions grow evenly from the first sample to the last; one behind the last that were too far does not
 /// matter.
 #[test]
 fn fixed_point_of_a_line_that_ends_near_the_limit_is_even() {
@@ -383,7 +383,7 @@ fn fixed_point_reads_elements_below_8191_samples_way() {
     );
 }
 
-/// Places behind the longest record, and an element that hears them thousands of samples earlier: within the record, or
+/// Positions behind the longest record, and an element that hears them thousands of samples earlier: within the record, or
 /// still behind it.
 #[test]
 fn fixed_point_of_an_element_far_ahead_has_the_bits_of_the_reference() {

@@ -36,7 +36,7 @@ fn a_frame_of_iq_has_the_hosts_bits_and_the_bone_where_it_is() {
     let map = frame.bone_map().unwrap().to_vec();
 
     let mut frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
-    let source = Source::Iq(Recorded {
+    let source = LineSource::Iq(Recorded {
         pipeline: pipeline.lines().by_reference(),
         transmits: &[focused(); LINES],
         records: &records,
@@ -75,19 +75,19 @@ fn a_frame_of_iq_has_the_hosts_bits_and_the_bone_where_it_is() {
 
 #[test]
 fn iq_is_read_as_told() {
-    let interpolation = |told| {
+    let interpolation = |given| {
         let scan = Scan::of_iq(PARAMETERS_OF_IQ.scan).unwrap();
         let beamformer = PARAMETERS_OF_IQ.beamformer;
-        let lines = LinePipeline::of_iq(scan, iq_input(told), beamformer).unwrap();
+        let lines = LinePipeline::of_iq(scan, iq_input(given), beamformer).unwrap();
         lines.delay().parameters().interpolation
     };
-    for told in [
+    for given in [
         IqInterpolation::Linear,
         IqInterpolation::Cubic,
         IqInterpolation::Sinc,
         IqInterpolation::LinearFixed,
     ] {
-        assert_eq!(interpolation(Some(told)), told);
+        assert_eq!(interpolation(Some(given)), given);
     }
     let scan = Scan::of_iq(PARAMETERS_OF_IQ.scan).unwrap();
     let own = IqParameters::of(&scan, iq_input(None).demodulation_frequency);

@@ -20,8 +20,8 @@ use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::image::{b_mode, grid_of_lines};
 use bonebeam_drive::phase_symmetry::{self, phase_symmetry};
 use bonebeam_drive::pipeline::Frames;
-use bonebeam_drive::source::{Recorded, Source};
-use bonebeam_files::{ChannelData, Lines as FileLines, Transmits};
+use bonebeam_drive::source::{LineSource, Recorded};
+use bonebeam_files::{BeamformedLines, ChannelData, Transmits};
 use common::frames::{
     ELEMENTS, LINES, NEED, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,
     surface,
@@ -86,7 +86,7 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
     let drive = beamform(x.view(), &active, beamformer, covariance, &|_| {}).unwrap();
     assert_eq!(drive.as_slice().unwrap(), z);
 
-    let lines = FileLines {
+    let lines = BeamformedLines {
         z: drive,
         fs: p.output_rate,
         t0: stage.start(),
@@ -121,7 +121,7 @@ fn the_hosts_frames_have_the_bits_of_the_cores() {
         .iter()
         .map(|rf| Record::new(rf, ELEMENTS).unwrap())
         .collect();
-    let source = Source::Rf(Recorded {
+    let source = LineSource::Rf(Recorded {
         pipeline: pipeline.lines().by_reference(),
         transmits: &[focused(); LINES],
         records: &records,
@@ -190,7 +190,7 @@ fn a_depth_gate_parts_the_method_from_das() {
             assert_eq!(*z, expected, "{gate:?}: line {}", k / scan.samples());
         }
         let frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
-        let source = Source::Rf(Recorded {
+        let source = LineSource::Rf(Recorded {
             pipeline: pipeline.lines().by_reference(),
             transmits: &[focused(); LINES],
             records: &records,
@@ -320,9 +320,9 @@ fn a_block_is_aligned_for_the_elements_asked_for() {
     ));
 }
 
-/// Lanes take runs of blocks with the bits of the whole line, and none whose time window the block has not.
+/// Lanes take segments of blocks with the bits of the whole line, and none whose time window the block has not.
 #[test]
-fn runs_of_a_block_have_the_lines_bits_and_stay_within_it() {
+fn segments_of_a_block_have_the_lines_bits_and_stay_within_it() {
     let beamformer = beamform::Parameters {
         temporal_half_window: 2,
         ..PARAMETERS.beamformer

@@ -65,8 +65,8 @@ const GAUSS: [(f64, f64); 6] = [
     (0.932469514203152, 0.0856622461895852),
 ];
 
-/// One row straight from the model, in the time domain and f64: each element is a row of strips across
-/// its width, in its far field, and a column of strips along its height.
+/// One row straight from the model, in the time domain and f64: each element is a row of patches across
+/// its width, in its far field, and a column of patches along its height.
 fn reference_row(
     settings: &Settings,
     phantom: &Phantom,
@@ -79,40 +79,40 @@ fn reference_row(
     let width = settings.pitch - settings.kerf;
     // 17 elements at F# 2.8 and 15 mm, centred on the beam's own element.
     let aperture = (l as i32 - 8).max(0)..(l as i32 + 9).min(settings.elements as i32);
-    // Of every strip of an element: when it hears the scatterer, and how much of it.
-    let strips = |s: &Scatterer, e: usize| -> Vec<(f64, f64)> {
+    // Of every patch of an element: when it hears the scatterer, and how much of it.
+    let patches = |s: &Scatterer, e: usize| -> Vec<(f64, f64)> {
         let dx = s.x - data.element_x[e];
         let range = (dx * dx + s.y * s.y + s.z * s.z).sqrt();
         let obliquity = match settings.baffle {
             Baffle::Rigid => 1.0,
             Baffle::Soft => s.z / range,
         };
-        let mut strips = Vec::new();
+        let mut patches = Vec::new();
         for (u, wu) in GAUSS {
             let across = 0.5 * width * u * dx / range;
             if settings.element_height == 0.0 {
-                strips.push(((range + across) / c, wu * obliquity / range));
+                patches.push(((range + across) / c, wu * obliquity / range));
                 continue;
             }
             // Three panels of six nodes over the height.
             for (v, wv) in (0..3)
                 .flat_map(|p| GAUSS.map(|(v, w)| ((v + 2.0 * f64::from(p) - 2.0) / 3.0, w / 3.0)))
             {
-                let strip = 0.5 * settings.element_height * v;
-                let other = (dx * dx + s.z * s.z + (s.y - strip).powi(2)).sqrt();
-                let lens = settings.elevation_focus.map_or(0.0, |f| strip.hypot(f) - f);
-                strips.push(((other + across - lens) / c, wu * wv * obliquity / other));
+                let patch = 0.5 * settings.element_height * v;
+                let other = (dx * dx + s.z * s.z + (s.y - patch).powi(2)).sqrt();
+                let lens = settings.elevation_focus.map_or(0.0, |f| patch.hypot(f) - f);
+                patches.push(((other + across - lens) / c, wu * wv * obliquity / other));
             }
         }
-        strips
+        patches
     };
     let mut echoes = Vec::new();
     for s in &phantom.scatterers {
-        let receive = strips(s, j);
+        let receive = patches(s, j);
         for i in aperture.clone().map(|i| i as usize) {
             let dx = data.element_x[i] - data.element_x[l];
             let advance = ((dx * dx + focus * focus).sqrt() - focus) / c;
-            for (t, gt) in strips(s, i) {
+            for (t, gt) in patches(s, i) {
                 for (r, gr) in &receive {
                     echoes.push((t + r - advance, s.amplitude * gt * gr));
                 }
@@ -143,7 +143,7 @@ fn both_sums_agree_with_the_model_in_the_time_domain() {
         baffle: Baffle::Soft,
         ..flat.clone()
     };
-    // The reference's strips make a row with a lens cost what hundreds without do.
+    // The reference's patches make a row with a lens cost what hundreds without do.
     let all = [(16, 16), (3, 30), (31, 0)];
     for (settings, count, rows) in [(flat, 12, &all[..]), (with_lens, 2, &all[1..2])] {
         let mut phantom = random_points(count, 3);

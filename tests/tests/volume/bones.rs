@@ -13,8 +13,8 @@ fn bones_of_a_volume_have_their_scatterers_and_their_outline() {
         Bone::Laminae,
         Bone::FacetJoint,
     ] {
-        let (phantom, doubts) = bone.phantom(15e-3, 6e-3).unwrap();
-        assert!(doubts.is_empty());
+        let (phantom, warnings) = bone.phantom(15e-3, 6e-3).unwrap();
+        assert!(warnings.is_empty());
         let outline = phantom.bone.as_ref().expect("the plane cuts it");
         let all = &phantom.scatterers;
         assert!(

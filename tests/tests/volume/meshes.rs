@@ -5,12 +5,12 @@ use super::*;
 #[test]
 fn a_surface_from_a_function_is_closed_and_has_its_volume() {
     let sphere = |[x, y, z]: [f64; 3]| (x * x + y * y + (z - 10e-3).powi(2)).sqrt() - 3e-3;
-    let grid = Grid {
+    let grid = VolumeGrid {
         corner: [-3.5e-3, -3.5e-3, 6.5e-3],
         step: [0.1e-3; 3],
         nodes: [71, 71, 71],
     };
-    let surface = zero_surface(&grid, sphere);
+    let surface = isosurface(&grid, sphere);
     let exact = 4.0 / 3.0 * std::f64::consts::PI * 27e-9;
     // Chords lie h²/8r inside: 0.04 % of the radius, three times that of the volume.
     assert!(
@@ -122,17 +122,17 @@ fn meshes_that_are_no_bone_are_told() {
     assert!(fails("wrong.obj", "v 0 0 0\nf 1 2 9\n").contains("wrong.obj"));
     assert!(fails("far.stl", &stl(1e3, &FACES)).contains("1000 mm"));
     let inverted = FACES.map(|[a, b, c]| [a, c, b]);
-    let (surface, doubts) = read_text("inverted.stl", &stl(1.0, &inverted)).unwrap();
+    let (surface, warnings) = read_text("inverted.stl", &stl(1.0, &inverted)).unwrap();
     assert!(
-        surface.volume() > 0.0 && doubts[0].contains("inside out"),
-        "{doubts:?}"
+        surface.volume() > 0.0 && warnings[0].contains("inside out"),
+        "{warnings:?}"
     );
     let mut mixed = FACES;
     mixed[0].swap(0, 1);
-    let (_, doubts) = read_text("mixed.stl", &stl(1.0, &mixed)).unwrap();
+    let (_, warnings) = read_text("mixed.stl", &stl(1.0, &mixed)).unwrap();
     assert!(
-        doubts.iter().any(|d| d.contains("against each other")),
-        "{doubts:?}"
+        warnings.iter().any(|d| d.contains("against each other")),
+        "{warnings:?}"
     );
     let missing = read_mesh(Path::new("/nowhere/bone.stl"), 0.0).unwrap_err();
     assert!(missing.to_string().contains("/nowhere/bone.stl"));

@@ -9,9 +9,9 @@ use crate::common;
 use bonebeam::simd::InstructionSet;
 use bonebeam_files::ChannelData;
 use bonebeam_simulate::{
-    Baffle, Block, Bone, Checkpoint, CtScanner, CtVolume, DynamicRange, Grid, Layers, Phantom,
-    Scatterer, Settings, Summation, Surface, ball, channel_data, read_mesh, resumed_channel_data,
-    zero_surface,
+    Baffle, Block, Bone, Checkpoint, CtScanner, CtVolume, DynamicRange, Layers, Phantom, Scatterer,
+    Settings, Summation, Surface, VolumeGrid, ball, channel_data, isosurface, read_mesh,
+    resumed_channel_data,
 };
 use common::tolerances;
 use ndarray::Axis;
@@ -89,7 +89,7 @@ fn an_echo_falls_with_the_square_of_its_distance() {
 }
 
 #[test]
-fn directivity_is_that_of_a_strip_at_every_angle_and_frequency() {
+fn directivity_is_that_of_a_patch_at_every_angle_and_frequency() {
     // The spectrum of one element's echo, there and back, against that on the axis: sinc² at each frequency.
     let depth = 12e-3;
     for baffle in [Baffle::Rigid, Baffle::Soft] {
@@ -199,12 +199,12 @@ fn plate() -> Surface {
         ];
         d[0].max(d[1]).max(d[2])
     };
-    let grid = Grid {
+    let grid = VolumeGrid {
         corner: [-1.52e-3, -4.51e-3, 9.63e-3],
         step: [0.05e-3; 3],
         nodes: [62, 112, 16],
     };
-    zero_surface(&grid, box_distance)
+    isosurface(&grid, box_distance)
 }
 
 #[test]
@@ -227,7 +227,7 @@ fn a_plates_shadow_ends_where_geometry_puts_it() {
     // The transmitting element at 0.154 mm sees the point past the plate's side; the others each for itself.
     let x = 3.0e-3;
     for (element, heard) in heard(x, 0.0).into_iter().enumerate() {
-        // The straight line crosses the plate's lower and upper face at these places.
+        // The straight line crosses the plate's lower and upper face at these positions.
         let crossings = [9.9e-3, 10.1e-3]
             .map(|z: f64| element_x[element] + (x - element_x[element]) * z / 20e-3);
         let hidden = crossings.iter().any(|x| x.abs() < 1e-3);

@@ -12,12 +12,12 @@ fn blurred(axis: usize) -> f64 {
 #[test]
 fn a_threshold_below_the_middle_of_a_blurred_step_lies_outside_it() {
     let distance = |p: [f64; 3]| p.map(|v| v.abs() - 4e-3).into_iter().fold(-1.0, f64::max);
-    let grid = Grid {
+    let grid = VolumeGrid {
         corner: [-4.51e-3; 3],
         step: [0.22e-3; 3],
         nodes: [42; 3],
     };
-    let cube = zero_surface(&grid, distance);
+    let cube = isosurface(&grid, distance);
     let scan = CtVolume::scan(&[(&cube, 1200.0)], &CT).unwrap();
     // −524 HU is 0.2164 of the step: 0.7846 standard deviations outside. 100 HU is its middle.
     for (level, sigmas) in [(-524.0, 0.7846), (100.0, 0.0)] {

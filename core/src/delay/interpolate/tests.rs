@@ -309,7 +309,7 @@ fn outside_the_record_is_zero() {
 }
 
 #[test]
-fn a_place_that_is_not_valid_is_outside() {
+fn a_position_that_is_not_valid_is_outside() {
     let filter = filter(20e6, 20e6, F0).unwrap();
     let record = [1.0f32; 40];
     for (valid, expected) in [(true, 1.0f32), (false, 0.0)] {

@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_whole_place_returns_the_sample() {
+    fn a_whole_position_returns_the_sample() {
         let samples: [Complex<f32>; TAPS] =
             core::array::from_fn(|k| Complex::new(k as f32, 1.0 - k as f32));
         let near = |value: Complex<f32>, sample: Complex<f32>| (value - sample).norm() < 1e-5;

@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_turns_do_not_matter() {
+    fn whole_cycles_do_not_matter() {
         for cycles in [0.0f32, 0.25, 0.3125, -0.4375] {
             let (cosine, sine) = phasor(cycles);
             for whole in [1.0, -3.0, 1024.0, 65536.0] {

@@ -390,7 +390,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_of_the_farthest_places_fit_and_every_record_is_nearer() {
+    fn two_of_the_farthest_positions_fit_and_every_record_is_nearer() {
         assert!(FARTHEST.checked_add(FARTHEST).is_some());
         assert!(f64::from(FARTHEST) > (MOST_SAMPLES + MOST_TAPS) as f64 * UNITS_A_SAMPLE);
     }

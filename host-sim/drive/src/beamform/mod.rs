@@ -2,7 +2,7 @@
 //! threads.
 
 mod memory;
-mod pieces;
+mod work_items;
 
 use crate::{Error, Result};
 use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
@@ -14,13 +14,13 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::source::Source;
+use super::source::LineSource;
 use memory::AnyMemory;
 pub use memory::Memory;
 pub use memory::Needs;
-pub use pieces::Apertures;
-pub(super) use pieces::Tile;
-use pieces::{Piece, adaptive_runs, groups, largest, other_runs, tiles};
+pub use work_items::Apertures;
+pub(super) use work_items::Tile;
+use work_items::{WorkItem, adaptive_segments, groups, largest, other_segments, tiles};
 
 /// Bytes of aligned samples that a thread works on at a time.
 pub(crate) const TILE: usize = 4 << 20;
@@ -80,7 +80,7 @@ enum Input<'a, 's> {
     /// Aligned samples in memory, by beam.
     Aligned(&'a [AlignedLine<'a>]),
     /// Records, which are aligned a tile at a time.
-    Source(&'a Source<'s>),
+    Source(&'a LineSource<'s>),
 }
 
 impl Plan {
@@ -178,7 +178,7 @@ impl Plan {
     pub(super) fn run_source(
         &self,
         tiles: &[Tile],
-        source: &Source<'_>,
+        source: &LineSource<'_>,
         progress: &Finished<'_>,
         z: ArrayViewMut2<'_, Complex<f32>>,
     ) -> Result<()> {
@@ -191,7 +191,7 @@ impl Plan {
     ///
     /// # Errors
     /// What the core refuses.
-    pub(super) fn align(&self, tiles: &[Tile], source: &Source<'_>) -> Result<()> {
+    pub(super) fn align(&self, tiles: &[Tile], source: &LineSource<'_>) -> Result<()> {
         tiles.iter().par_bridge().try_for_each(|tile| {
             let mut worker = self.worker()?;
             self.blocks(tile, source, &mut worker.scratch, &mut worker.aligned)?;
@@ -200,7 +200,7 @@ impl Plan {
         })
     }
 
-    /// What the threads take, one after the other: groups of a whole frame's pieces, or, of up to `most` samples
+    /// What the threads take, one after the other: groups of a whole frame's work items, or, of up to `most` samples
     /// each, those of some lines.
     ///
     /// # Errors
@@ -215,9 +215,9 @@ impl Plan {
         let parameters = self.beamformer.parameters();
         check_window(parameters, samples)?;
         let window = parameters.temporal_half_window;
-        let adaptive = adaptive_runs(lines.clone(), samples, active, &self.adaptive, window);
-        let others = other_runs(lines, samples, active, &self.adaptive);
-        let of = |segments: &[Piece], by_das: bool, window: usize| {
+        let adaptive = adaptive_segments(lines.clone(), samples, active, &self.adaptive, window);
+        let others = other_segments(lines, samples, active, &self.adaptive);
+        let of = |segments: &[WorkItem], by_das: bool, window: usize| {
             let tiles = tiles(segments, most, self.lanes, window).into_iter();
             tiles.map(move |tile| Tile { by_das, ..tile })
         };
@@ -283,12 +283,12 @@ impl Plan {
     fn blocks<'x>(
         &self,
         tile: &Tile,
-        source: &Source<'_>,
+        source: &LineSource<'_>,
         scratch: &mut Vec<f32>,
         aligned: &'x mut Vec<Complex<f32>>,
     ) -> Result<Vec<AlignedLine<'x>>> {
         let elements = source.elements();
-        aligned.resize(aligned.len().max(tile.held() * elements), Complex::ZERO);
+        aligned.resize(aligned.len().max(tile.buffered() * elements), Complex::ZERO);
         let mut rest = &mut aligned[..];
         let blocks = tile.blocks.iter().map(|(block, samples)| {
             let (own, behind) = std::mem::take(&mut rest).split_at_mut(samples * elements);
@@ -298,7 +298,7 @@ impl Plan {
         blocks.collect()
     }
 
-    /// The outputs of a tile, piece after piece.
+    /// The outputs of a tile, item after item.
     fn tile(&self, worker: &mut Worker, tile: &Tile, input: Input<'_, '_>) -> Result<()> {
         let beamformer = match tile.by_das {
             true => &self.das,
@@ -314,24 +314,24 @@ impl Plan {
             Input::Aligned(_) => Vec::new(),
             Input::Source(source) => self.blocks(tile, source, scratch, aligned)?,
         };
-        let line = |piece: &Piece| match input {
-            Input::Aligned(lines) => lines[piece.beam],
-            Input::Source(_) => blocks[tile.block_of(piece)],
+        let line = |item: &WorkItem| match input {
+            Input::Aligned(lines) => lines[item.beam],
+            Input::Source(_) => blocks[tile.block_of(item)],
         };
-        let count = tile.pieces.iter().map(|piece| piece.samples).sum();
+        let count = tile.items.iter().map(|item| item.samples).sum();
         z.resize(z.len().max(count), Complex::ZERO);
         let mut rest = &mut z[..];
-        for group in groups(&tile.pieces, self.lanes) {
+        for group in groups(&tile.items, self.lanes) {
             let mut out = Vec::with_capacity(group.len());
             let mut segments = Vec::with_capacity(group.len());
-            for piece in group {
-                let (own, behind) = rest.split_at_mut(piece.samples);
+            for item in group {
+                let (own, behind) = rest.split_at_mut(item.samples);
                 out.push(own);
                 rest = behind;
                 segments.push(Segment {
-                    line: line(piece),
-                    first_element: piece.active.first,
-                    first_sample: piece.first_sample,
+                    line: line(item),
+                    first_element: item.active.first,
+                    first_sample: item.first_sample,
                 });
             }
             memory.segments(beamformer, &segments, group[0].active.count, &mut out)?;
@@ -349,17 +349,17 @@ impl Plan {
         z: &mut [Complex<f32>],
     ) -> usize {
         let (mut from, mut count) = (0, 0);
-        for piece in &tile.pieces {
-            let above = self.adaptive.start.saturating_sub(piece.first_sample);
+        for item in &tile.items {
+            let above = self.adaptive.start.saturating_sub(item.first_sample);
             let above = if tile.by_das {
                 0
             } else {
-                above.min(piece.samples)
+                above.min(item.samples)
             };
-            let own = &outputs[from + above..from + piece.samples];
-            let first = piece.beam * samples + piece.first_sample + above;
+            let own = &outputs[from + above..from + item.samples];
+            let first = item.beam * samples + item.first_sample + above;
             z[first..first + own.len()].copy_from_slice(own);
-            from += piece.samples;
+            from += item.samples;
             count += own.len();
         }
         count

@@ -6,15 +6,15 @@ use bonebeam::Error;
 use bonebeam::phase_symmetry::{ReadAt, WriteAt};
 
 /// A part of a matrix, from a place on.
-pub struct Part<'a> {
+pub struct MatrixPart<'a> {
     first: usize,
     data: &'a mut [f32],
 }
 
-impl<'a> Part<'a> {
+impl<'a> MatrixPart<'a> {
     /// `data`, as the numbers from `first` on.
     pub fn new(data: &'a mut [f32], first: usize) -> Self {
-        Part { first, data }
+        MatrixPart { first, data }
     }
 
     fn holds(&self, first: usize, length: usize) -> bool {
@@ -22,7 +22,7 @@ impl<'a> Part<'a> {
     }
 }
 
-impl ReadAt for Part<'_> {
+impl ReadAt for MatrixPart<'_> {
     fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error> {
         let first = first.checked_sub(self.first).ok_or(Error::Memory)?;
         (&*self.data).read_at(first, into)
@@ -35,7 +35,7 @@ impl ReadAt for Part<'_> {
     }
 }
 
-impl WriteAt for Part<'_> {
+impl WriteAt for MatrixPart<'_> {
     fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), Error> {
         let first = first.checked_sub(self.first).ok_or(Error::Memory)?;
         (&mut *self.data).write_at(first, from)
@@ -66,7 +66,7 @@ impl ReadAt for Whole<'_> {
 pub struct Band<'a> {
     /// The length of a strip of rows.
     width: usize,
-    parts: Vec<[Part<'a>; 2]>,
+    parts: Vec<[MatrixPart<'a>; 2]>,
 }
 
 impl<'a> Band<'a> {
@@ -95,8 +95,8 @@ impl<'a> Band<'a> {
                 let one = direct.split_off_mut(..lengths[0]).unwrap_or_default();
                 let other = mirrored.split_off_mut(..lengths[1]).unwrap_or_default();
                 band.parts.push([
-                    Part::new(one, first + start * column),
-                    Part::new(other, first + offset),
+                    MatrixPart::new(one, first + start * column),
+                    MatrixPart::new(other, first + offset),
                 ]);
             }
         }

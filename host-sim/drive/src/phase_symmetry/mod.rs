@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use crate::config;
 use crate::image::resize;
 use crate::{Error, Result};
-use bands::{Band, Part, Whole};
+use bands::{Band, MatrixPart, Whole};
 
 /// What phase symmetry can be told.
 #[derive(Clone, Debug, PartialEq)]
@@ -252,8 +252,8 @@ impl Task for Map<'_> {
                 .zip(&mut memories)
                 .enumerate()
                 .try_for_each(|(k, (((strips, symmetry), amplitude), memory))| {
-                    let mut symmetry = Part::new(symmetry, k * band);
-                    let mut amplitude = Part::new(amplitude, k * band);
+                    let mut symmetry = MatrixPart::new(symmetry, k * band);
+                    let mut amplitude = MatrixPart::new(amplitude, k * band);
                     strips.iter().try_for_each(|strip| {
                         let filtered = &mut Whole(filtered);
                         let sums: [&mut dyn WriteAt; 2] = [&mut symmetry, &mut amplitude];

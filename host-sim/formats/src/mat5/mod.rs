@@ -12,8 +12,8 @@ use flate2::read::ZlibDecoder;
 use ndarray::{ArrayD, IxDyn, ShapeBuilder};
 use num_complex::Complex;
 
-use crate::guard::{CONVERSIONS, Told, claim};
-use crate::values::{Part, Source, Values};
+use crate::guard::{CONVERSIONS, ReadResult, claim};
+use crate::values::{AxisRange, NamedArrays, Values};
 use bonebeam_files::{Error, Result, cannot_be_opened, file_error, memory};
 
 /// The header that every file begins with, bytes.
@@ -85,7 +85,7 @@ impl Mat5 {
         self.elements(bytes.get(at..)?).number(0)
     }
 
-    fn find(&mut self) -> Told<()> {
+    fn find(&mut self) -> ReadResult<()> {
         let truncated = || "is truncated or damaged".to_owned();
         let mut at = HEADER;
         while at + TAG <= self.bytes.len() {
@@ -133,7 +133,7 @@ impl Mat5 {
     }
 
     /// What follows the array's tag, inflated.
-    fn contents(&self, element: &Element) -> Told<Cow<'_, [u8]>> {
+    fn contents(&self, element: &Element) -> ReadResult<Cow<'_, [u8]>> {
         let body = &self.bytes[element.at.clone()];
         if !element.deflated {
             return Ok(body.get(TAG..).unwrap_or_default().into());
@@ -157,7 +157,7 @@ impl Mat5 {
 
     /// An array, with its sides in MATLAB's order, its numbers converted from f64, which holds all but the
     /// largest 64-bit integers. `convert` is told the array's class.
-    fn array<T>(&self, name: &str, convert: impl Fn(f64, u8) -> T) -> Told<Parts<T>> {
+    fn array<T>(&self, name: &str, convert: impl Fn(f64, u8) -> T) -> ReadResult<Parts<T>> {
         let mut named = self.arrays.iter().filter(|element| element.name == name);
         let element = named.next().ok_or("is missing")?;
         if !element.numbers {
@@ -194,12 +194,12 @@ impl Mat5 {
         })
     }
 
-    fn about<T>(&self, name: &str, outcome: Told<T>) -> Result<T> {
+    fn about<T>(&self, name: &str, outcome: ReadResult<T>) -> Result<T> {
         outcome.map_err(|message| self.error(format!("`{name}` {message}")))
     }
 }
 
-impl Source for Mat5 {
+impl NamedArrays for Mat5 {
     fn error(&self, message: String) -> Error {
         file_error(&self.path, message)
     }
@@ -224,7 +224,7 @@ impl Source for Mat5 {
         Ok(None)
     }
 
-    fn samples(&self, name: &str, _: Option<Part>) -> Result<Values> {
+    fn samples(&self, name: &str, _: Option<AxisRange>) -> Result<Values> {
         let read = || {
             let zero = |class| if class == UINT8 { 128.0 } else { 0.0 };
             let array = self.array(name, |v, class| (v - zero(class)) as f32)?;
@@ -350,7 +350,7 @@ impl<'a> Elements<'a> {
 }
 
 /// Numbers in MATLAB's order, whose first side runs fastest.
-fn by_columns<T: Clone>(sides: &[usize], values: Vec<T>) -> Told<ArrayD<T>> {
+fn by_columns<T: Clone>(sides: &[usize], values: Vec<T>) -> ReadResult<ArrayD<T>> {
     let array = ArrayD::from_shape_vec(IxDyn(sides).f(), values);
     let array = array.map_err(|e| format!("has a shape of {sides:?}: {e}"))?;
     Ok(array.as_standard_layout().into_owned())

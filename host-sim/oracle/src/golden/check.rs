@@ -91,7 +91,7 @@ fn numbers(path: &Path, stage: &Stage) -> Verdict {
         Some(i) => format!(
             "{} is {:e} ({:08x}); expected {:e} ({:08x}); the largest error is {:.1e} of the largest \
              number",
-            place(stage, i),
+            position(stage, i),
             found[i],
             found[i].to_bits(),
             expected[i],
@@ -107,7 +107,7 @@ fn numbers(path: &Path, stage: &Stage) -> Verdict {
 }
 
 /// The word of index `i`, by its place in the array.
-fn place(stage: &Stage, i: usize) -> String {
+fn position(stage: &Stage, i: usize) -> String {
     let parts = stage.values.parts();
     let mut rest = i / parts;
     let mut indices = Vec::new();

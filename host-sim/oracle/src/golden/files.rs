@@ -250,7 +250,7 @@ pub fn write(folder: &Path, stages: &[Stage]) -> Result<Manifest> {
     for stage in stages {
         let path = folder.join(format!("{}.npy", stage.name));
         let shape = IxDyn(&stage.shape);
-        outputs.stage(&path, |sink| {
+        outputs.add(&path, |sink| {
             match &stage.values {
                 Values::Real(values) => {
                     npy::write(&ArrayViewD::<f32>::from_shape(shape, values)?, sink)?;
@@ -266,7 +266,7 @@ pub fn write(folder: &Path, stages: &[Stage]) -> Result<Manifest> {
         })?;
     }
     for (name, text) in &texts {
-        outputs.stage(&folder.join(name), |sink| {
+        outputs.add(&folder.join(name), |sink| {
             Ok(sink.write_all(text.as_bytes())?)
         })?;
     }

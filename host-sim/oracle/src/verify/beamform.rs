@@ -23,7 +23,7 @@ use super::{Bits, Bound};
 const TRIALS: u64 = 4;
 
 /// Aligned lines, their active elements and the covariance that they were beamformed with.
-pub struct Frame<'a, A> {
+pub struct AlignedFrame<'a, A> {
     /// Aligned samples, `[beam, sample, element]`.
     pub x: &'a Array3<Complex<f32>>,
     /// The active elements of a beam at a sample.
@@ -65,7 +65,7 @@ impl Judgement {
     }
 }
 
-impl<A: Fn(usize, usize) -> Active + Sync> Frame<'_, A> {
+impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
     /// Compares the lines `z` `[beam, sample]` of every `step`-th beam with the f32 reference.
     pub fn bits(&self, z: &Array2<Complex<f32>>, parameters: Parameters, step: usize) -> Bits {
         let compared = self.beams(step).into_par_iter().map(|beam| {
@@ -82,10 +82,10 @@ impl<A: Fn(usize, usize) -> Active + Sync> Frame<'_, A> {
     }
 
     /// Compares lines by several methods with the f64 reference, every `step`-th beam, one [`Bound`]
-    /// a method: see [`Frame::judge`]. What is exempt is counted as ill-conditioned.
+    /// a method: see [`AlignedFrame::judge`]. What is exempt is counted as ill-conditioned.
     ///
     /// # Errors
-    /// As [`Frame::judge`].
+    /// As [`AlignedFrame::judge`].
     pub fn errors(
         &self,
         lines: &[(&Array2<Complex<f32>>, Parameters)],
@@ -172,7 +172,7 @@ impl<A: Fn(usize, usize) -> Active + Sync> Frame<'_, A> {
         scale: f64,
         (sample, eigenspace): (&Sample, &Eigenspace),
         parameters: Parameters,
-        place: (usize, usize),
+        position: (usize, usize),
     ) -> Result<Judgement> {
         let method = parameters.method;
         let right = sample.answers(eigenspace, method, RANK_RULE);
@@ -192,7 +192,7 @@ impl<A: Fn(usize, usize) -> Active + Sync> Frame<'_, A> {
                 method: if own { method } else { rank_1 },
                 ..parameters
             };
-            let shortfall = self.eigenvector_shortfall(sample, eigenspace, parameters, place)?;
+            let shortfall = self.eigenvector_shortfall(sample, eigenspace, parameters, position)?;
             Some(Exemption::FirstEigenvector { shortfall })
         } else if error > BEAMFORMED
             && moved_by_rounding(sample, eigenspace, method) > BEAMFORMED * scale

@@ -34,8 +34,8 @@ pub fn check(
         hilbert_taps: hilbert_taps(output_rate, data.f0),
     };
     let beams: Vec<usize> = (0..x.dim().0).step_by(step).collect();
-    let compared = beams.par_iter().map(|&place| {
-        let beam = first + place;
+    let compared = beams.par_iter().map(|&index| {
+        let beam = first + index;
         let line = ScanLine {
             transmit: Transmit {
                 law: TransmitLaw::Focused,
@@ -57,7 +57,7 @@ pub fn check(
             rf.as_slice().unwrap_or_default(),
             &mut expected,
         );
-        let line = x.index_axis(Axis(0), place);
+        let line = x.index_axis(Axis(0), index);
         Bits::complex(line.as_slice().unwrap_or_default(), &expected)
     });
     compared.reduce(Bits::default, Bits::add)

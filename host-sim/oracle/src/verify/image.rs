@@ -3,16 +3,16 @@
 use ndarray::Array2;
 
 use crate::reference::{f32 as plain, f64 as equations};
-use bonebeam_drive::image::{Image, PixelGrid};
-use bonebeam_files::Lines;
+use bonebeam_drive::image::{BModeImage, PixelGrid};
+use bonebeam_files::BeamformedLines;
 
 use super::tolerances::{EDGE, GREY_LEVEL_AT_60_DB};
 use super::{Bits, Bound, largest};
 
 /// Compares `image`, made of `lines` on `grid`, with both references; the error is in grey levels.
 pub fn check(
-    image: &Image,
-    lines: &Lines,
+    image: &BModeImage,
+    lines: &BeamformedLines,
     dynamic_range: f64,
     grid: &PixelGrid,
     median: bool,
@@ -45,8 +45,8 @@ pub fn check(
 }
 
 fn error(
-    image: &Image,
-    lines: &Lines,
+    image: &BModeImage,
+    lines: &BeamformedLines,
     dynamic_range: f64,
     grid: &PixelGrid,
     median: bool,

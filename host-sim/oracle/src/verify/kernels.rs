@@ -25,7 +25,7 @@ use bonebeam_drive::image::{b_mode, grid_of_lines};
 use bonebeam_drive::methods::COMPARED;
 use bonebeam_drive::phase_symmetry::{self, phase_symmetry};
 use bonebeam_drive::threads::pool;
-use bonebeam_files::{ChannelData, Lines};
+use bonebeam_files::{BeamformedLines, ChannelData};
 
 /// The methods that are not compared elsewhere: a rank that is fixed and not 1, and rank 1 in constant time.
 const OTHERS: [(&str, Method); 2] = [
@@ -84,7 +84,7 @@ pub fn verify(mut progress: impl FnMut(usize)) -> Result<Vec<Verdict>> {
     verdicts.extend(iq_readings(&data)?);
     verdicts.push(upsampled(&data)?);
     progress(verdicts.len());
-    let scene = Scene::new(&data)?;
+    let scene = AlignedRecording::new(&data)?;
     for covariance in [Covariance::Forward, Covariance::ForwardBackward] {
         for temporal_half_window in [0, 2, 10] {
             let compared = COMPARED.iter().map(|row| (row.name, row.method));
@@ -300,12 +300,12 @@ fn iq_readings(data: &ChannelData) -> Result<Vec<Verdict>> {
 }
 
 /// The recording, delayed, with an aperture that grows and is cut at the array's ends.
-struct Scene<'a> {
+struct AlignedRecording<'a> {
     stage: DelayStage<'a>,
     x: Array3<Complex<f32>>,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> AlignedRecording<'a> {
     fn new(data: &'a ChannelData) -> Result<Self> {
         let settings = config::Beamform {
             f_number: 1.0,
@@ -313,7 +313,7 @@ impl<'a> Scene<'a> {
         };
         let stage = DelayStage::new(data, &settings)?;
         let x = stage.delay(0..stage.beam_x().len())?;
-        Ok(Scene { stage, x })
+        Ok(AlignedRecording { stage, x })
     }
 
     fn active(&self, beam: usize, sample: usize) -> Active {
@@ -343,7 +343,7 @@ impl<'a> Scene<'a> {
         let name = format!("{name}, {side}, K={}", parameters.temporal_half_window);
         let z = self.beamform(parameters, covariance)?;
         let numbers = parts(&z);
-        let frame = verify::beamform::Frame {
+        let frame = verify::beamform::AlignedFrame {
             x: &self.x,
             active: |beam, sample| self.active(beam, sample),
             covariance,
@@ -412,7 +412,7 @@ impl<'a> Scene<'a> {
             method: Method::Das,
             ..Parameters::default()
         };
-        let lines = Lines {
+        let lines = BeamformedLines {
             z: self.beamform(parameters, Covariance::ForwardBackward)?,
             fs: 20e6,
             t0: self.stage.start(),

@@ -25,7 +25,7 @@ const BEAM_WIDTH: f64 = 0.6e-3;
 const PULSE_WIDTH: f64 = 0.09e-6;
 /// The time of the first sample.
 const START: f64 = 2.0 * 5e-3 / SOUND_SPEED - 0.5e-6;
-/// Scatterers on the surface, their distance sideways, m, and the noise beside an echo.
+/// Scatterers on the surface, their lateral distance, m, and the noise beside an echo.
 const SCATTERERS: usize = 141;
 const SPACING: f64 = 0.1e-3;
 const NOISE: f64 = 0.02;

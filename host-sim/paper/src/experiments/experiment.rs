@@ -19,7 +19,7 @@ pub trait Experiment: Serialize + DeserializeOwned + Default + Sync + 'static {
     const NAME: &'static str;
 
     /// What of the paper it shows; nothing, where it belongs to the main job alone.
-    const SHOWS: Shows = Shows::NOTHING;
+    const COVERS: Covers = Covers::NOTHING;
 
     /// Which of `--mesh`, `--only`, `--keep` and `--merge` of `host-sim paper` concern it.
     const FLAGS: &'static [&'static str] = &[];
@@ -49,7 +49,7 @@ pub trait Experiment: Serialize + DeserializeOwned + Default + Sync + 'static {
 
 /// What an experiment shows of the paper.
 #[derive(Clone, Copy, Debug)]
-pub struct Shows {
+pub struct Covers {
     /// The numbers of its figures.
     pub figures: &'static [u32],
     /// The numbers of its tables.
@@ -58,9 +58,9 @@ pub struct Shows {
     pub claims: bool,
 }
 
-impl Shows {
+impl Covers {
     /// Nothing of it.
-    pub const NOTHING: Shows = Shows {
+    pub const NOTHING: Covers = Covers {
         figures: &[],
         tables: &[],
         claims: false,

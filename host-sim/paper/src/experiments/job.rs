@@ -10,7 +10,7 @@ use toml::de::{DeTable, ValueDeserializer};
 use crate::{Error, Result};
 use bonebeam_files::settings::read_toml_with;
 
-use super::{Common, Context, Experiment, Outcome, Overrides, Progress, Shows};
+use super::{Common, Context, Covers, Experiment, Outcome, Overrides, Progress};
 
 /// All parameters of the main job, or of the paper.
 pub struct Job {
@@ -23,7 +23,7 @@ pub struct Job {
 
 /// Which experiments of the paper are wanted; all of them where nothing is named.
 #[derive(Clone, Debug, Default, clap::Args)]
-pub struct Wanted {
+pub struct ExperimentFilter {
     /// Only what shows this figure of the paper, such as 2; may be repeated
     #[arg(long, value_name = "N", value_delimiter = ',')]
     pub figure: Vec<u32>,
@@ -41,15 +41,15 @@ pub struct Wanted {
     pub experiment: Vec<String>,
 }
 
-impl Wanted {
+impl ExperimentFilter {
     fn takes(&self, kind: &Kind) -> bool {
-        let shows = &kind.shows;
+        let covers = &kind.covers;
         let none = self.figure.is_empty() && self.table.is_empty() && self.experiment.is_empty();
         (none && !self.claims)
             || self.experiment.iter().any(|name| name == kind.name)
-            || self.figure.iter().any(|n| shows.figures.contains(n))
-            || self.table.iter().any(|n| shows.tables.contains(n))
-            || (self.claims && shows.claims)
+            || self.figure.iter().any(|n| covers.figures.contains(n))
+            || self.table.iter().any(|n| covers.tables.contains(n))
+            || (self.claims && covers.claims)
     }
 
     /// What is asked for that no experiment shows is a mistake.
@@ -61,8 +61,12 @@ impl Wanted {
                 names.join(", ")
             )));
         }
-        let figures: Vec<u32> = list.iter().flat_map(|k| k.shows.figures).copied().collect();
-        let tables: Vec<u32> = list.iter().flat_map(|k| k.shows.tables).copied().collect();
+        let figures: Vec<u32> = list
+            .iter()
+            .flat_map(|k| k.covers.figures)
+            .copied()
+            .collect();
+        let tables: Vec<u32> = list.iter().flat_map(|k| k.covers.tables).copied().collect();
         for (name, wanted, known) in [
             ("figure", &self.figure, figures),
             ("table", &self.table, tables),
@@ -85,7 +89,7 @@ impl Wanted {
 /// An experiment of the list: how its parameters are made.
 pub struct Kind {
     name: &'static str,
-    shows: Shows,
+    covers: Covers,
     flags: &'static [&'static str],
     full: fn() -> Box<dyn AnyExperiment>,
     quick: fn() -> Box<dyn AnyExperiment>,
@@ -95,7 +99,7 @@ impl Kind {
     pub(super) const fn of<E: Experiment>() -> Self {
         Kind {
             name: E::NAME,
-            shows: E::SHOWS,
+            covers: E::COVERS,
             flags: E::FLAGS,
             full: || resolved(E::default()),
             quick: || resolved(E::quick()),
@@ -221,13 +225,13 @@ impl Job {
     ///
     /// # Errors
     /// A figure or a table that no experiment shows.
-    pub fn select(&mut self, wanted: &Wanted, list: &[Kind]) -> Result<()> {
-        wanted.check(list)?;
-        let keep: Vec<bool> = self.list.iter().map(|k| wanted.takes(k)).collect();
+    pub fn select(&mut self, filter: &ExperimentFilter, list: &[Kind]) -> Result<()> {
+        filter.check(list)?;
+        let keep: Vec<bool> = self.list.iter().map(|k| filter.takes(k)).collect();
         let mut places = keep.iter();
         self.experiments
             .retain(|_| places.next().copied().unwrap_or(true));
-        self.list.retain(|kind| wanted.takes(kind));
+        self.list.retain(|kind| filter.takes(kind));
         Ok(())
     }
 

@@ -19,8 +19,8 @@ mod vertebra_in_tissue;
 mod water_bath;
 
 pub use common::Common;
-pub use experiment::{Context, Experiment, Overrides, Progress, Shows};
-pub use job::{Job, Kind, Wanted};
+pub use experiment::{Context, Covers, Experiment, Overrides, Progress};
+pub use job::{ExperimentFilter, Job, Kind};
 pub use outcome::Outcome;
 
 /// The main job's experiments, in the order in which they run and are shown.

@@ -14,7 +14,7 @@ pub struct Outcome {
     /// The heading of its part of the page.
     pub title: &'static str,
     /// The page, from top to bottom.
-    pub parts: Vec<Part>,
+    pub parts: Vec<Section>,
     /// Every picture, to be written beside the page.
     pub pictures: Vec<Picture>,
     /// All measures of all beamformers.
@@ -33,7 +33,7 @@ pub struct Outcome {
 
 /// A part of the page.
 #[derive(Clone, Debug)]
-pub enum Part {
+pub enum Section {
     /// A heading within the experiment's.
     Heading(&'static str),
     /// A paragraph.
@@ -41,7 +41,7 @@ pub enum Part {
     /// Pictures.
     Gallery(Gallery),
     /// Pictures of one method beside those of another, which the reader chooses.
-    Beside(Beside),
+    SideBySide(SideBySide),
     /// Pictures in the colours of the same quantity, side by side.
     Coloured(Vec<Coloured>),
     /// A table at this place of the page.
@@ -65,7 +65,7 @@ pub struct Gallery {
 
 /// The pictures of one method beside those of another.
 #[derive(Clone, Debug)]
-pub struct Beside {
+pub struct SideBySide {
     /// Its name in the page, of letters, digits and hyphens.
     pub id: String,
     /// The method that stays.
@@ -232,14 +232,14 @@ pub struct Comparison {
     /// The quantity, with its unit.
     pub quantity: String,
     /// A value a beamformer; the same beamformers throughout a group.
-    pub values: Vec<BesidePaper>,
+    pub values: Vec<PaperComparison>,
     /// Where the set-ups differ, and why the figures do.
     pub note: &'static str,
 }
 
 /// A figure here and in the paper.
 #[derive(Clone, Debug, Serialize)]
-pub struct BesidePaper {
+pub struct PaperComparison {
     /// The beamformer's key.
     pub beamformer: &'static str,
     /// Its name for people.

@@ -1,7 +1,7 @@
 //! Measures on the image of a point scatterer (the paper's Fig. 2d).
 
 use crate::{Error, Result};
-use bonebeam_files::Lines;
+use bonebeam_files::BeamformedLines;
 
 use super::profile::{largest, width};
 
@@ -24,7 +24,7 @@ pub struct LateralProfile {
 
 impl LateralProfile {
     /// The profile of beamformed lines. An error when every sample is 0.
-    pub fn new(lines: &Lines) -> Result<Self> {
+    pub fn new(lines: &BeamformedLines) -> Result<Self> {
         let envelope = lines.z.mapv(|z| f64::from(z.re).hypot(f64::from(z.im)));
         let beams: Vec<Vec<f64>> = envelope
             .rows()

@@ -18,18 +18,18 @@ pub(super) const MARGIN: u32 = 10;
 pub(super) const SURFACE: RGBColor = RGBColor(255, 176, 0);
 
 /// Axes for a picture, and its place within them.
-pub struct Frame {
+pub struct PictureAxes {
     /// The axes, and the true surface if there is one.
     pub svg: String,
     /// Left, top, width and height of the picture's place, in per cent of the axes' size.
-    pub place: [f64; 4],
+    pub position: [f64; 4],
 }
 
 /// The axes of a picture, with the closed lines of `outline` over it.
 ///
 /// # Errors
 /// The drawing library fails.
-pub fn frame(picture: &Picture, outline: &[Vec<(f64, f64)>]) -> Result<Frame> {
+pub fn frame(picture: &Picture, outline: &[Vec<(f64, f64)>]) -> Result<PictureAxes> {
     let (rows, columns) = picture.pixels.dim();
     let height = (PICTURE_WIDTH as f64 * rows as f64 / columns as f64).round() as u32;
     let (width_all, height_all) = (LEFT + PICTURE_WIDTH + MARGIN, MARGIN + height + BOTTOM);
@@ -38,9 +38,9 @@ pub fn frame(picture: &Picture, outline: &[Vec<(f64, f64)>]) -> Result<Frame> {
         axes(root, &Extent::of(picture), outline, &PAGE)
     })?;
     let percent = |a: u32, of: u32| 100.0 * f64::from(a) / f64::from(of);
-    Ok(Frame {
+    Ok(PictureAxes {
         svg,
-        place: [
+        position: [
             percent(LEFT, width_all),
             percent(MARGIN, height_all),
             percent(PICTURE_WIDTH, width_all),
@@ -50,7 +50,7 @@ pub fn frame(picture: &Picture, outline: &[Vec<(f64, f64)>]) -> Result<Frame> {
 }
 
 /// What stands around a picture, in pixels.
-pub(super) struct Around {
+pub(super) struct Margins {
     /// Left of it, for depths.
     pub left: u32,
     /// What of that is left free at the edge.
@@ -96,7 +96,7 @@ impl Extent {
     }
 }
 
-const PAGE: Around = Around {
+const PAGE: Margins = Margins {
     left: LEFT,
     edge: 0,
     bottom: BOTTOM,
@@ -111,36 +111,36 @@ pub(super) fn axes<DB: DrawingBackend>(
     root: &DrawingArea<DB, Shift>,
     extent: &Extent,
     outline: &[Vec<(f64, f64)>],
-    around: &Around,
+    margins: &Margins,
 ) -> DrawResult
 where
     DB::ErrorType: 'static,
 {
     let ([left, right], [top, bottom]) = (extent.across, extent.down);
     let mut chart = ChartBuilder::on(root)
-        .margin_top(around.margin[0])
-        .margin_right(around.margin[1])
-        .margin_left(around.edge)
-        .x_label_area_size(around.bottom)
-        .y_label_area_size(around.left - around.edge)
+        .margin_top(margins.margin[0])
+        .margin_right(margins.margin[1])
+        .margin_left(margins.edge)
+        .x_label_area_size(margins.bottom)
+        .y_label_area_size(margins.left - margins.edge)
         .build_cartesian_2d(left..right, bottom..top)?;
     chart
         .configure_mesh()
         .disable_mesh()
         .x_desc("lateral, mm")
         .y_desc("depth, mm")
-        .x_labels(around.labels[0])
-        .y_labels(around.labels[1])
+        .x_labels(margins.labels[0])
+        .y_labels(margins.labels[1])
         .x_label_formatter(&tick)
         .y_label_formatter(&tick)
-        .axis_style(BLACK.stroke_width(around.line))
-        .axis_desc_style(("sans-serif", around.text[0]))
-        .label_style(("sans-serif", around.text[1]))
+        .axis_style(BLACK.stroke_width(margins.line))
+        .axis_desc_style(("sans-serif", margins.text[0]))
+        .label_style(("sans-serif", margins.text[1]))
         .draw()?;
     let inside = |p: &(f64, f64)| (left..=right).contains(&p.0) && (top..=bottom).contains(&p.1);
     for points in outline {
         for part in points.split(|p| !inside(p)).filter(|part| part.len() > 1) {
-            let style = SURFACE.stroke_width(around.line);
+            let style = SURFACE.stroke_width(margins.line);
             chart.draw_series(LineSeries::new(part.iter().copied(), style))?;
         }
     }

@@ -4,10 +4,10 @@ use ndarray::Array2;
 use plotters::style::RGBColor;
 
 use crate::Result;
-use bonebeam_drive::image::Image;
+use bonebeam_drive::image::BModeImage;
 use bonebeam_files::image::png;
 
-use super::axes::{Around, Extent, axes, draw};
+use super::axes::{Extent, Margins, axes, draw};
 use super::bar::Bar;
 use super::embedded::embedded;
 
@@ -28,7 +28,7 @@ const LEAST: u32 = 90;
 ///
 /// # Errors
 /// The picture cannot be encoded, or the drawing library fails.
-pub fn figure(image: &Image, dynamic_range: f64) -> Result<String> {
+pub fn figure(image: &BModeImage, dynamic_range: f64) -> Result<String> {
     let (rows, columns) = image.pixels.dim();
     let scale = LONGER_SIDE / rows.max(columns) as f64;
     let side = |count: usize| ((count as f64 * scale).round() as u32).max(LEAST);
@@ -37,7 +37,7 @@ pub fn figure(image: &Image, dynamic_range: f64) -> Result<String> {
         LEFT + width + GAP + BAR + LABELS + MARGIN,
         MARGIN + height + BOTTOM,
     );
-    let around = Around {
+    let margins = Margins {
         left: LEFT,
         edge: 0,
         bottom: BOTTOM,
@@ -51,14 +51,14 @@ pub fn figure(image: &Image, dynamic_range: f64) -> Result<String> {
         name: "dB",
         margins: [MARGIN, GAP, BOTTOM, MARGIN],
         labels: LABELS,
-        text: around.text,
-        line: around.line,
+        text: margins.text,
+        line: margins.line,
     };
     let corner = [1e3 * image.x0, 1e3 * image.z0];
     let extent = Extent::new((rows, columns), 1e3 * image.pixel, corner);
     let svg = draw(size, |root| {
         let (left, right) = root.split_horizontally(LEFT + width);
-        axes(&left, &extent, &[], &around)?;
+        axes(&left, &extent, &[], &margins)?;
         bar.draw(&right, |share| {
             let level = (255.0 * share) as u8;
             RGBColor(level, level, level)
@@ -73,8 +73,8 @@ fn labels(pixels: u32) -> usize {
 }
 
 /// The drawing on white, with the pixels under the axes.
-fn with_pixels(svg: &str, pixels: &Array2<f32>, place: [u32; 4]) -> Result<String> {
-    let [x, y, width, height] = place;
+fn with_pixels(svg: &str, pixels: &Array2<f32>, position: [u32; 4]) -> Result<String> {
+    let [x, y, width, height] = position;
     let address = embedded(&png(pixels)?);
     let begin = svg.find('>').map_or(0, |at| at + 1);
     let (head, rest) = svg.split_at(begin);

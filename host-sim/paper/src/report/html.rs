@@ -4,10 +4,10 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::Result;
 use crate::experiments::Outcome;
-use crate::experiments::outcome::{Comparison, Part, Table};
+use crate::experiments::outcome::{Comparison, Section, Table};
 use bonebeam_drive::methods::COMPARED;
 
-use super::pictures::Source;
+use super::pictures::PictureLocation;
 use super::{Report, pictures, plot, tables};
 
 const STYLE: &str = include_str!("style.css");
@@ -152,7 +152,7 @@ pub(super) fn document(title: &str, body: &Markup) -> String {
 
 /// An experiment's part of the page.
 fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
-    let parts = parts(outcome, Source::Beside)?;
+    let parts = parts(outcome, PictureLocation::SeparateFile)?;
     Ok(html! {
         section id=(name) {
             h2 { (outcome.title) }
@@ -165,16 +165,16 @@ fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
 ///
 /// # Errors
 /// A plot cannot be drawn, or a picture not encoded.
-pub(super) fn parts(outcome: &Outcome, source: Source) -> Result<Vec<Markup>> {
-    let part = |part: &Part| {
+pub(super) fn parts(outcome: &Outcome, source: PictureLocation) -> Result<Vec<Markup>> {
+    let part = |part: &Section| {
         Ok(match part {
-            Part::Heading(heading) => html! { h3 { (heading) } },
-            Part::Text(text) => html! { p { (text) } },
-            Part::Gallery(gallery) => pictures::gallery(gallery, source)?,
-            Part::Beside(beside) => pictures::beside(beside, source)?,
-            Part::Coloured(all) => pictures::coloured(all)?,
-            Part::Table(table) => self::table(table),
-            Part::Plots(plots) => plot::plots(plots)?,
+            Section::Heading(heading) => html! { h3 { (heading) } },
+            Section::Text(text) => html! { p { (text) } },
+            Section::Gallery(gallery) => pictures::gallery(gallery, source)?,
+            Section::SideBySide(beside) => pictures::beside(beside, source)?,
+            Section::Coloured(all) => pictures::coloured(all)?,
+            Section::Table(table) => self::table(table),
+            Section::Plots(plots) => plot::plots(plots)?,
         })
     };
     outcome.parts.iter().map(part).collect()

@@ -27,7 +27,7 @@ use serde::Serialize;
 
 use crate::Result;
 use crate::experiments::Outcome;
-use crate::experiments::outcome::{Coloured, Comparison, Part, Verdict};
+use crate::experiments::outcome::{Coloured, Comparison, Section, Verdict};
 use bonebeam_files::atomic::Outputs;
 use bonebeam_files::image;
 use bonebeam_oracle::verify::Check;
@@ -63,15 +63,15 @@ impl Report<'_> {
     ///
     /// # Errors
     /// A plot cannot be drawn or a file cannot be written.
-    pub fn stage(&self, folder: &Path, outputs: &mut Outputs) -> Result<Vec<String>> {
+    pub fn add_to(&self, folder: &Path, outputs: &mut Outputs) -> Result<Vec<String>> {
         let mut names = Vec::new();
         for picture in self.outcomes().flat_map(|o| &o.pictures) {
             let path = folder.join(&picture.file);
             match self.page {
-                Page::MainJob => image::stage(&picture.pixels, &path, outputs)?,
+                Page::MainJob => image::add_to(&picture.pixels, &path, outputs)?,
                 Page::Paper => {
                     let bytes = print::print(picture)?;
-                    outputs.stage(&path, |sink| Ok(sink.write_all(&bytes)?))?;
+                    outputs.add(&path, |sink| Ok(sink.write_all(&bytes)?))?;
                 }
             }
             names.push(picture.file.clone());
@@ -88,7 +88,7 @@ impl Report<'_> {
             experiments: self.outcomes.iter().map(|(n, o)| (*n, &o.data)).collect(),
         };
         for attachment in self.outcomes().flat_map(|o| &o.files) {
-            outputs.stage(&folder.join(&attachment.file), |sink| {
+            outputs.add(&folder.join(&attachment.file), |sink| {
                 Ok(sink.write_all(&attachment.bytes)?)
             })?;
             names.push(attachment.file.clone());
@@ -96,7 +96,7 @@ impl Report<'_> {
         for shown in self.outcomes().flat_map(coloured) {
             let bytes = print::print_coloured(shown)?;
             let file = &shown.picture.file;
-            outputs.stage(&folder.join(file), |sink| Ok(sink.write_all(&bytes)?))?;
+            outputs.add(&folder.join(file), |sink| Ok(sink.write_all(&bytes)?))?;
             names.push(file.clone());
         }
         let page = match self.page {
@@ -105,20 +105,20 @@ impl Report<'_> {
         };
         if self.page == Page::Paper {
             for (name, contents) in self.spreadsheets(&data.experiments)? {
-                outputs.stage(&folder.join(&name), |sink| {
+                outputs.add(&folder.join(&name), |sink| {
                     Ok(sink.write_all(contents.as_bytes())?)
                 })?;
                 names.push(name);
             }
         }
-        outputs.stage(&folder.join(DATA), |sink| {
+        outputs.add(&folder.join(DATA), |sink| {
             serde_json::to_writer_pretty(&mut *sink, &data)?;
             Ok(writeln!(sink)?)
         })?;
-        outputs.stage(&folder.join(PAGE), |sink| {
+        outputs.add(&folder.join(PAGE), |sink| {
             Ok(sink.write_all(page.as_bytes())?)
         })?;
-        outputs.stage(&folder.join(CONFIGURATION), |sink| {
+        outputs.add(&folder.join(CONFIGURATION), |sink| {
             let version = env!("CARGO_PKG_VERSION");
             let toml = self.job.toml()?;
             Ok(write!(
@@ -144,7 +144,7 @@ impl Report<'_> {
             let comparisons: Vec<&Comparison> = outcome.comparisons.iter().collect();
             let beside = tables::comparisons(&comparisons);
             let shown = outcome.parts.iter().filter_map(|part| match part {
-                Part::Table(table) => Some(table),
+                Section::Table(table) => Some(table),
                 _ => None,
             });
             let all = beside.iter().chain(&outcome.tables).chain(shown);
@@ -160,7 +160,7 @@ impl Report<'_> {
 /// The pictures of an outcome that are in colours.
 fn coloured(outcome: &Outcome) -> impl Iterator<Item = &Coloured> {
     let parts = outcome.parts.iter().filter_map(|part| match part {
-        Part::Coloured(all) => Some(all),
+        Section::Coloured(all) => Some(all),
         _ => None,
     });
     parts.flatten()

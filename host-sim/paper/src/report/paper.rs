@@ -8,7 +8,7 @@ use crate::experiments::Outcome;
 use crate::experiments::outcome::{Comparison, Ruling, Verdict};
 
 use super::html::{document, notes, parts, table};
-use super::pictures::Source;
+use super::pictures::PictureLocation;
 use super::{Report, tables};
 
 /// The page of a report.
@@ -88,7 +88,7 @@ pub fn page(report: &Report<'_>) -> Result<String> {
 
 /// An experiment's part of the page: its figures, then its numbers.
 fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
-    let parts = parts(outcome, Source::Within)?;
+    let parts = parts(outcome, PictureLocation::Embedded)?;
     let comparisons: Vec<&Comparison> = outcome.comparisons.iter().collect();
     Ok(html! {
         section id=(name) {

@@ -3,7 +3,7 @@
 use maud::{Markup, PreEscaped, html};
 
 use crate::Result;
-use crate::experiments::outcome::{Beside, Coloured, Gallery, Picture, Scale, View};
+use crate::experiments::outcome::{Coloured, Gallery, Picture, Scale, SideBySide, View};
 use bonebeam_files::image::png;
 
 use super::axes;
@@ -12,18 +12,18 @@ use super::embedded::embedded;
 
 /// Where the page has its pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum PictureLocation {
     /// Files beside it.
-    Beside,
+    SeparateFile,
     /// Itself.
-    Within,
+    Embedded,
 }
 
 /// Pictures side by side, with an outline that the reader can show where it is not always there.
 ///
 /// # Errors
 /// The axes cannot be drawn, or a picture not encoded.
-pub fn gallery(gallery: &Gallery, source: Source) -> Result<Markup> {
+pub fn gallery(gallery: &Gallery, source: PictureLocation) -> Result<Markup> {
     let card = |card: &Vec<Picture>| {
         let figures = card
             .iter()
@@ -56,7 +56,7 @@ pub fn gallery(gallery: &Gallery, source: Source) -> Result<Markup> {
 ///
 /// # Errors
 /// As [`gallery`].
-pub fn beside(beside: &Beside, source: Source) -> Result<Markup> {
+pub fn beside(beside: &SideBySide, source: PictureLocation) -> Result<Markup> {
     let column = |view: &View| {
         let figures = view.pictures.iter();
         let figures = figures.map(|shown| picture(shown, &beside.outline, source));
@@ -136,10 +136,14 @@ fn scales(scales: &[Scale]) -> Markup {
     }
 }
 
-fn picture(picture: &Picture, outline: &[Vec<(f64, f64)>], source: Source) -> Result<Markup> {
+fn picture(
+    picture: &Picture,
+    outline: &[Vec<(f64, f64)>],
+    source: PictureLocation,
+) -> Result<Markup> {
     let address = match source {
-        Source::Beside => picture.file.clone(),
-        Source::Within => embedded(&png(&picture.pixels)?),
+        PictureLocation::SeparateFile => picture.file.clone(),
+        PictureLocation::Embedded => embedded(&png(&picture.pixels)?),
     };
     framed(picture, outline, address)
 }
@@ -147,12 +151,12 @@ fn picture(picture: &Picture, outline: &[Vec<(f64, f64)>], source: Source) -> Re
 /// The picture at an address within its axes.
 fn framed(picture: &Picture, outline: &[Vec<(f64, f64)>], address: String) -> Result<Markup> {
     let frame = axes::frame(picture, outline)?;
-    let [left, top, width, height] = frame.place;
-    let place = format!("left:{left:.3}%;top:{top:.3}%;width:{width:.3}%;height:{height:.3}%");
+    let [left, top, width, height] = frame.position;
+    let style = format!("left:{left:.3}%;top:{top:.3}%;width:{width:.3}%;height:{height:.3}%");
     Ok(html! {
         figure {
             div .frame {
-                img src=(address) alt=(picture.caption) style=(place);
+                img src=(address) alt=(picture.caption) style=(style);
                 div .axes aria-hidden="true" { (PreEscaped(frame.svg)) }
             }
             figcaption { (picture.caption) }

@@ -60,23 +60,23 @@ fn in_words(plot: &Plot) -> String {
     let mut text = format!("{}. {} over {}.", plot.caption, plot.y, plot.x);
     for curve in &plot.curves {
         let points = || curve.points.iter().filter_map(|&(x, y)| Some((x, y?)));
-        let told = |point: Option<(f64, f64)>| {
+        let labelled = |point: Option<(f64, f64)>| {
             point.map_or("nothing".into(), |(x, y)| format!("{y:.1} at {x:.1}"))
         };
         let largest = points().max_by(|a, b| a.1.total_cmp(&b.1));
         text += &format!(
             " {}: from {} to {}, at the most {}.",
             curve.name,
-            told(points().next()),
-            told(points().next_back()),
-            told(largest)
+            labelled(points().next()),
+            labelled(points().next_back()),
+            labelled(largest)
         );
     }
     text
 }
 
-fn colour(place: usize) -> RGBColor {
-    PALETTE[place % PALETTE.len()]
+fn colour(index: usize) -> RGBColor {
+    PALETTE[index % PALETTE.len()]
 }
 
 /// The curves with their axes, as SVG.
@@ -138,11 +138,11 @@ fn curves_of(plot: &Plot) -> Result<String> {
         let mut next = 0;
         for (rank, (k, y)) in ends.into_iter().enumerate() {
             next = next.max(y - NAME / 2).min(lowest + NAME * rank as i32);
-            let place = (chart.backend_coord(&(x1, y0)).0 + 6, next);
+            let position = (chart.backend_coord(&(x1, y0)).0 + 6, next);
             let name = plot.curves[k].name.to_string();
             root.draw(&Text::new(
                 name,
-                place,
+                position,
                 ("sans-serif", 17).into_font().color(&colour(k)),
             ))?;
             next += NAME;

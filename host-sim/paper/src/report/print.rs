@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use crate::experiments::outcome::{Coloured, Picture};
 use crate::{Error, Result};
 
-use super::axes::{Around, Extent, axes, register_font};
+use super::axes::{Extent, Margins, axes, register_font};
 use super::bar::Bar;
 use super::colours::colour;
 
@@ -14,7 +14,7 @@ const WIDTH: usize = 1000;
 /// Dots a metre: 300 an inch.
 const DOTS: u32 = 11_811;
 /// Letters of 7 points.
-const AROUND: Around = Around {
+const MARGINS: Margins = Margins {
     left: 120,
     edge: 16,
     bottom: 100,
@@ -51,14 +51,14 @@ pub fn print_coloured(shown: &Coloured) -> Result<Vec<u8>> {
         range: [-shown.reach, shown.reach],
         name: shown.quantity,
         margins: [
-            AROUND.margin[0],
-            2 * AROUND.margin[1],
-            AROUND.bottom,
-            AROUND.edge,
+            MARGINS.margin[0],
+            2 * MARGINS.margin[1],
+            MARGINS.bottom,
+            MARGINS.edge,
         ],
         labels: 120,
-        text: AROUND.text,
-        line: AROUND.line,
+        text: MARGINS.text,
+        line: MARGINS.line,
     };
     let mut sheet = Sheet::new(&shown.picture, Some(&bar))?;
     sheet.fill(&shown.picture, |row, column| shown.at(row, column));
@@ -81,18 +81,18 @@ impl Sheet {
         register_font()?;
         let (rows, columns) = picture.pixels.dim();
         let dots = WIDTH.div_ceil(columns.max(1));
-        let beside = AROUND.left + (columns * dots) as u32 + AROUND.margin[1];
+        let beside = MARGINS.left + (columns * dots) as u32 + MARGINS.margin[1];
         let across = beside + bar.map_or(0, |_| BAR);
-        let down = AROUND.margin[0] + (rows * dots) as u32 + AROUND.bottom;
+        let down = MARGINS.margin[0] + (rows * dots) as u32 + MARGINS.bottom;
         let mut colours = vec![255; 3 * (across * down) as usize];
         {
             let root = BitMapBackend::with_buffer(&mut colours, (across, down));
             let root = root.into_drawing_area();
             let draw = || match bar {
-                None => axes(&root, &Extent::of(picture), &[], &AROUND),
+                None => axes(&root, &Extent::of(picture), &[], &MARGINS),
                 Some(bar) => {
                     let (left, right) = root.split_horizontally(beside);
-                    axes(&left, &Extent::of(picture), &[], &AROUND)?;
+                    axes(&left, &Extent::of(picture), &[], &MARGINS)?;
                     bar.draw(&right, |share| {
                         let [r, g, b] = colour(2.0 * share - 1.0).map(|v| (255.0 * v) as u8);
                         RGBColor(r, g, b)
@@ -113,7 +113,7 @@ impl Sheet {
     /// Puts the pixels within the axes.
     fn fill(&mut self, picture: &Picture, colour: impl Fn(usize, usize) -> [u8; 3]) {
         let (rows, columns) = picture.pixels.dim();
-        let [left, top] = [AROUND.left, AROUND.margin[0]].map(|v| v as usize);
+        let [left, top] = [MARGINS.left, MARGINS.margin[0]].map(|v| v as usize);
         for row in 0..rows * self.dots {
             let start = (top + row) * self.across + left;
             let line = &mut self.colours[3 * start..][..3 * columns * self.dots];

@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use crate::experiments::outcome::{BesidePaper, Comparison, Table, Verdict, number};
+use crate::experiments::outcome::{Comparison, PaperComparison, Table, Verdict, number};
 use bonebeam_oracle::verify::Check;
 
 /// The paper's figures, one or two.
-fn paper(value: &BesidePaper) -> String {
+fn paper(value: &PaperComparison) -> String {
     let all: Vec<String> = value.paper.iter().map(|&v| number(Some(v))).collect();
     if all.is_empty() {
         "–".into()

@@ -3,8 +3,8 @@
 use bonebeam::simd::{ComplexVector, Vector};
 use num_complex::Complex;
 
+use super::input::CellSumInput;
 use super::powers::GROUP;
-use super::scene::Scene;
 use super::shape::Shape;
 use crate::fourier::unit;
 use crate::pulse::FLOOR;
@@ -31,10 +31,10 @@ pub struct Basis<V> {
 
 impl<V: Vector> Basis<V> {
     /// The tables for echoes of that shape.
-    pub fn new(zero: V, scene: &Scene<'_>, shape: &Shape) -> Self {
+    pub fn new(zero: V, input: &CellSumInput<'_>, shape: &Shape) -> Self {
         let [samples, before] = [shape.samples, shape.before];
-        let step = scene.window.rate / samples as f64;
-        let [lowest, highest] = scene.pulse.band(FLOOR);
+        let step = input.window.rate / samples as f64;
+        let [lowest, highest] = input.pulse.band(FLOOR);
         let first = (lowest / step).ceil().max(1.0);
         let frequencies = ((highest / step).floor() - first + 1.0).max(1.0) as usize;
         // Never more than the row's rate tells apart.
@@ -43,10 +43,10 @@ impl<V: Vector> Basis<V> {
         let frequency = |k: usize| (first + k as f64) * step;
         let transform = (0..frequencies)
             .flat_map(|k| {
-                let weight = scene.pulse.spectrum(frequency(k)) * step;
+                let weight = input.pulse.spectrum(frequency(k)) * step;
                 let value = move |sample: usize| {
-                    let turn = (first + k as f64) * (sample as f64 - before as f64);
-                    unit(turn / samples as f64) * weight
+                    let cycles = (first + k as f64) * (sample as f64 - before as f64);
+                    unit(cycles / samples as f64) * weight
                 };
                 (0..samples).step_by(V::LANES).map(move |sample| {
                     let mut vector = ComplexVector::from_real(zero);
@@ -64,7 +64,7 @@ impl<V: Vector> Basis<V> {
                 (0..padded).step_by(V::LANES).map(move |k| {
                     let mut vector = zero;
                     for (lane, value) in vector.lanes_mut().iter_mut().enumerate() {
-                        *value = scene.response.directivity(frequency(k + lane), sin) as f32;
+                        *value = input.response.directivity(frequency(k + lane), sin) as f32;
                     }
                     vector
                 })

@@ -5,12 +5,12 @@ use std::f64::consts::TAU;
 use bonebeam::simd::{ComplexVector, Vector};
 
 use super::basis::Basis;
+use super::input::CellSumInput;
 use super::powers::Powers;
-use super::scene::Scene;
 use crate::cells::Cell;
 use crate::fourier::unit;
 
-/// By how many radians the elevation's phase turns at the most between the places that are interpolated
+/// By how many radians the elevation's phase changes at the most between the positions that are interpolated
 /// between by polynomials of degree 5: −95 dB.
 const ELEVATION_STEP: f64 = 0.4;
 
@@ -20,48 +20,48 @@ pub const MOST_NODES: usize = 128;
 
 /// The places in 1/ρ at which the elevation's response of a cell is known.
 #[derive(Clone, Copy)]
-pub struct Places {
+pub struct ElevationAxis {
     first: f64,
     step: f64,
     /// Their number.
     pub count: usize,
 }
 
-impl Places {
-    /// Enough places for the cell and for all elements; none where elevation changes nothing.
-    pub fn of(cell: &Cell, scene: &Scene<'_>, highest: f64) -> Option<Self> {
-        let response = &scene.response;
+impl ElevationAxis {
+    /// Enough positions for the cell and for all elements; none where elevation changes nothing.
+    pub fn of(cell: &Cell, input: &CellSumInput<'_>, highest: f64) -> Option<Self> {
+        let response = &input.response;
         if response.height == 0.0 {
             return None;
         }
-        let across = (scene.element_x.iter())
+        let across = (input.element_x.iter())
             .map(|x| (cell.corner[0] - x).abs().max((cell.end[0] - x).abs()))
             .fold(0.0, f64::max);
         let [nearest, deepest] = cell.depths;
         let furthest = (across * across + deepest * deepest).sqrt();
         let [low, high] = [1.0 / furthest, 1.0 / nearest];
-        let turn = [-0.5, 0.5].map(|edge| {
+        let phase = [-0.5, 0.5].map(|edge| {
             let delay = |rho| {
                 response
-                    .strip(edge * response.height, rho, cell.elevation)
+                    .patch(edge * response.height, rho, cell.elevation)
                     .0
             };
             TAU * highest * (delay(nearest) - delay(furthest)).abs()
         });
-        // Two places beyond either end, all at a distance above 0.
-        let intervals = (turn[0].max(turn[1]) / ELEVATION_STEP)
+        // Two positions beyond either end, all at a distance above 0.
+        let intervals = (phase[0].max(phase[1]) / ELEVATION_STEP)
             .max(4.0 * (high - low) / low)
             .ceil()
             .max(1.0);
         let step = ((high - low) / intervals).max(1e-3 * low);
-        Some(Places {
+        Some(ElevationAxis {
             first: low - 2.0 * step,
             step,
             count: intervals as usize + 6,
         })
     }
 
-    /// The first of the six places around one, and their weights.
+    /// The first of the six positions around one, and their weights.
     #[inline(always)]
     pub fn around(&self, rho: f64) -> (usize, [f32; 6]) {
         let at = (1.0 / rho - self.first) / self.step;
@@ -80,26 +80,26 @@ impl Places {
     }
 }
 
-/// The elevation's response of a source at elevation `y` at all places and frequencies.
+/// The elevation's response of a source at elevation `y` at all positions and frequencies.
 #[inline(always)]
 pub fn elevations<V: Vector>(
     zero: V,
-    scene: &Scene<'_>,
+    input: &CellSumInput<'_>,
     basis: &Basis<V>,
     y: f64,
-    places: Places,
+    axis: ElevationAxis,
     quadratures: &[Vec<(f64, f64)>],
     table: &mut [ComplexVector<V>],
 ) {
-    let response = &scene.response;
+    let response = &input.response;
     let highest = basis.highest();
-    for (place, out) in table.chunks_exact_mut(basis.vectors).enumerate() {
-        let rho = 1.0 / (places.first + place as f64 * places.step);
-        let [least, greatest] = response.strip_delays(rho, y);
+    for (index, out) in table.chunks_exact_mut(basis.vectors).enumerate() {
+        let rho = 1.0 / (axis.first + index as f64 * axis.step);
+        let [least, greatest] = response.patch_delays(rho, y);
         let nodes = 6 + (2.2 * highest * (greatest - least)).ceil() as usize;
         out.fill(ComplexVector::from_real(zero));
         for &(at, weight) in &quadratures[nodes.min(MOST_NODES - 1)] {
-            let (delay, ratio) = response.strip(0.5 * response.height * at, rho, y);
+            let (delay, ratio) = response.patch(0.5 * response.height * at, rho, y);
             let first = unit(-basis.lowest * delay) * (0.5 * weight * ratio);
             let mut powers = Powers::new(first, unit(-basis.step * delay));
             for (vector, sum) in out.iter_mut().enumerate() {

@@ -4,11 +4,11 @@ use bonebeam::simd::{ComplexVector, Vector};
 use num_complex::Complex;
 
 use super::basis::{Basis, DIRECTIVITY_STEPS};
-use super::elevation::Places;
+use super::elevation::ElevationAxis;
+use super::input::{Beam, CellSumInput};
 use super::powers::{Powers, plus_product};
-use super::scene::{Beam, Scene};
 use crate::fourier::unit;
-use crate::scatterer::Source;
+use crate::scatterer::PointSource;
 
 /// Sources that are worked on at a time: their legs stay in the cache.
 pub const BLOCK: usize = 64;
@@ -25,9 +25,9 @@ pub struct Heard {
 }
 
 impl Heard {
-    pub fn new(source: &Source, scene: &Scene<'_>) -> Self {
-        let mut seen = vec![0; scene.element_x.len().div_ceil(64)];
-        scene.shadow.seen(source, scene.element_x, &mut seen);
+    pub fn new(source: &PointSource, input: &CellSumInput<'_>) -> Self {
+        let mut seen = vec![0; input.element_x.len().div_ceil(64)];
+        input.shadow.seen(source, input.element_x, &mut seen);
         let root = source.amplitude.abs().sqrt();
         Heard {
             x: source.x,
@@ -48,11 +48,11 @@ impl Heard {
 
 /// One element's legs to the sources of a block.
 pub struct Leg<'a, V> {
-    pub scene: &'a Scene<'a>,
+    pub input: &'a CellSumInput<'a>,
     pub basis: &'a Basis<V>,
     pub element: usize,
     pub origin: i64,
-    pub places: Option<Places>,
+    pub elevation_axis: Option<ElevationAxis>,
     pub elevation: &'a [ComplexVector<V>],
 }
 
@@ -60,9 +60,9 @@ impl<V: Vector> Leg<'_, V> {
     /// Fills `[vector][source]`.
     #[inline(always)]
     pub fn fill(&self, zero: V, heard: &[Heard], legs: &mut [ComplexVector<V>]) {
-        let Leg { scene, basis, .. } = self;
-        let (response, window) = (&scene.response, &scene.window);
-        let x = scene.element_x[self.element];
+        let Leg { input, basis, .. } = self;
+        let (response, window) = (&input.response, &input.window);
+        let x = input.element_x[self.element];
         let vectors = basis.vectors;
         let from = 0.5 * window.start + self.origin as f64 / window.rate;
         for (s, heard) in heard.iter().enumerate() {
@@ -92,9 +92,9 @@ impl<V: Vector> Leg<'_, V> {
             let table = &basis.directivity[step * vectors..(step + 2) * vectors];
             let (here, next) = table.split_at(vectors);
 
-            let around = self.places.map(|places| {
-                let (first, weights) = places.around(rho);
-                let table = (s * places.count + first) * vectors;
+            let around = self.elevation_axis.map(|elevation_axis| {
+                let (first, weights) = elevation_axis.around(rho);
+                let table = (s * elevation_axis.count + first) * vectors;
                 (
                     &self.elevation[table..table + 6 * vectors],
                     weights.map(|w| zero.splat(w)),
@@ -131,7 +131,7 @@ impl<V: Vector> Leg<'_, V> {
 pub fn beam_leg<V: Vector>(
     zero: V,
     beam: &Beam,
-    scene: &Scene<'_>,
+    input: &CellSumInput<'_>,
     basis: &Basis<V>,
     origins: &[i64],
     left: i64,
@@ -140,7 +140,7 @@ pub fn beam_leg<V: Vector>(
 ) {
     out.fill(ComplexVector::from_real(zero));
     for (i, advance) in beam.elements.clone().zip(&beam.advance) {
-        let time = (origins[i] - left) as f64 / scene.window.rate - advance;
+        let time = (origins[i] - left) as f64 / input.window.rate - advance;
         let mut phases = Powers::new(unit(-basis.lowest * time), unit(-basis.step * time));
         for vector in 0..basis.vectors {
             let phase = phases.get(zero, vector);

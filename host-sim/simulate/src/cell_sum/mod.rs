@@ -12,13 +12,13 @@
 
 mod basis;
 mod elevation;
+mod input;
 mod legs;
 mod powers;
-mod scene;
 mod shape;
 mod tile;
 
-pub use scene::{Beam, Scene};
+pub use input::{Beam, CellSumInput};
 pub use shape::longest;
 pub use tile::Tile;
 
@@ -28,7 +28,7 @@ use bonebeam::simd::{ComplexVector, Task, Vector};
 use rayon::prelude::*;
 
 use basis::Basis;
-use elevation::{MOST_NODES, Places, elevations};
+use elevation::{ElevationAxis, MOST_NODES, elevations};
 use legs::{BLOCK, Heard, Leg, beam_leg};
 use shape::Shape;
 use tile::TILE;
@@ -42,7 +42,7 @@ use crate::gauss_legendre::gauss_legendre;
 /// fraction of the scatterers that is done.
 pub struct Sum<'a> {
     /// What is summed.
-    pub scene: &'a Scene<'a>,
+    pub input: &'a CellSumInput<'a>,
     /// The rows that are added to.
     pub tiles: &'a mut Vec<Tile>,
     /// Where an interrupted run goes on.
@@ -56,22 +56,22 @@ impl Task for Sum<'_> {
 
     fn run<V: Vector>(self, zero: V) -> Result<()> {
         let Sum {
-            scene,
+            input,
             tiles,
             checkpoint,
             tick,
         } = self;
-        let mut work = Work::new(zero, scene, tiles.len());
+        let mut work = Work::new(zero, input, tiles.len());
         let mut done = 0;
         let mut rows: Vec<_> = tiles.iter_mut().map(|tile| &mut tile.rows).collect();
         let begin = checkpoint.load(&mut rows)?;
-        for (index, cell) in scene.cells.iter().enumerate() {
+        for (index, cell) in input.cells.iter().enumerate() {
             done += cell.members.len();
             if index >= begin {
-                work.add(zero, scene, cell, tiles);
+                work.add(zero, input, cell, tiles);
                 let rows = tiles.iter().map(|tile| &tile.rows[..]);
                 checkpoint.save_at_times(index + 1, rows)?;
-                tick(done as f64 / scene.sources.len() as f64);
+                tick(done as f64 / input.sources.len() as f64);
             }
         }
         Ok(())
@@ -90,7 +90,7 @@ struct Work<V> {
 /// The memory of a block of a cell's sources.
 struct BlockMemory<V> {
     heard: Vec<Heard>,
-    /// `[source][place][vector]`.
+    /// `[source][elevation][vector]`.
     elevation: Vec<ComplexVector<V>>,
     /// `[element][vector][source]`.
     legs: Vec<ComplexVector<V>>,
@@ -103,14 +103,14 @@ struct BlockMemory<V> {
 
 /// What the blocks of a cell have in common.
 struct OfCell<'a, V> {
-    scene: &'a Scene<'a>,
+    input: &'a CellSumInput<'a>,
     shape: &'a Shape,
     basis: &'a Basis<V>,
-    places: Option<Places>,
+    elevation_axis: Option<ElevationAxis>,
 }
 
 impl<V: Vector> Work<V> {
-    fn new(_: V, scene: &Scene<'_>, tiles: usize) -> Self {
+    fn new(_: V, input: &CellSumInput<'_>, tiles: usize) -> Self {
         Work {
             bases: BTreeMap::new(),
             block: BlockMemory {
@@ -118,7 +118,7 @@ impl<V: Vector> Work<V> {
                 elevation: Vec::new(),
                 legs: Vec::new(),
                 beam_legs: Vec::new(),
-                lit: vec![false; scene.element_x.len()],
+                lit: vec![false; input.element_x.len()],
                 quadratures: (0..MOST_NODES).map(|n| gauss_legendre(n.max(1))).collect(),
             },
             sums: vec![Vec::new(); tiles],
@@ -126,17 +126,17 @@ impl<V: Vector> Work<V> {
     }
 
     /// Adds a cell's echoes to the rows.
-    fn add(&mut self, zero: V, scene: &Scene<'_>, cell: &Cell, tiles: &mut [Tile]) {
-        let shape = &Shape::of(cell, scene);
+    fn add(&mut self, zero: V, input: &CellSumInput<'_>, cell: &Cell, tiles: &mut [Tile]) {
+        let shape = &Shape::of(cell, input);
         let basis = (self.bases)
             .entry((shape.samples, shape.before))
-            .or_insert_with(|| Basis::new(zero, scene, shape));
+            .or_insert_with(|| Basis::new(zero, input, shape));
         let basis = &*basis;
         let of = OfCell {
-            scene,
+            input,
             shape,
             basis,
-            places: Places::of(cell, scene, basis.highest()),
+            elevation_axis: ElevationAxis::of(cell, input, basis.highest()),
         };
         let vectors = basis.vectors;
         self.block.lit.fill(false);
@@ -145,12 +145,12 @@ impl<V: Vector> Work<V> {
             sums.resize(TILE * TILE * vectors, ComplexVector::from_real(zero));
         }
         for members in cell.members.chunks(BLOCK) {
-            self.block.hear(scene, members);
+            self.block.hear(input, members);
             self.block.elevations(zero, &of);
             self.block.legs(zero, &of);
             self.block.beam_legs(zero, &of);
             let (legs, sources) = (&self.block.legs, self.block.heard.len());
-            let lefts = match scene.beams {
+            let lefts = match input.beams {
                 Some(_) => &self.block.beam_legs,
                 None => legs,
             };
@@ -171,7 +171,7 @@ impl<V: Vector> Work<V> {
             .for_each(|(tile, sums)| {
                 zero.vectorize(
                     #[inline(always)]
-                    || tile.deposit(zero, scene, basis, shape, lit, sums),
+                    || tile.deposit(zero, input, basis, shape, lit, sums),
                 );
             });
     }
@@ -179,8 +179,8 @@ impl<V: Vector> Work<V> {
 
 impl<V: Vector> BlockMemory<V> {
     /// The sources, and which elements hear them.
-    fn hear(&mut self, scene: &Scene<'_>, members: &[u32]) {
-        let hear = |&k: &u32| Heard::new(&scene.sources[k as usize], scene);
+    fn hear(&mut self, input: &CellSumInput<'_>, members: &[u32]) {
+        let hear = |&k: &u32| Heard::new(&input.sources[k as usize], input);
         members
             .par_iter()
             .map(hear)
@@ -194,11 +194,11 @@ impl<V: Vector> BlockMemory<V> {
 
     /// The responses of the elevation, where it has any.
     fn elevations(&mut self, zero: V, of: &OfCell<'_, V>) {
-        let Some(places) = of.places else {
+        let Some(elevation_axis) = of.elevation_axis else {
             return;
         };
-        let (scene, basis, quadratures) = (of.scene, of.basis, &self.quadratures);
-        let length = places.count * basis.vectors;
+        let (input, basis, quadratures) = (of.input, of.basis, &self.quadratures);
+        let length = elevation_axis.count * basis.vectors;
         self.elevation
             .resize(BLOCK * length, ComplexVector::from_real(zero));
         self.elevation
@@ -207,7 +207,17 @@ impl<V: Vector> BlockMemory<V> {
             .for_each(|(table, heard)| {
                 zero.vectorize(
                     #[inline(always)]
-                    || elevations(zero, scene, basis, heard.y, places, quadratures, table),
+                    || {
+                        elevations(
+                            zero,
+                            input,
+                            basis,
+                            heard.y,
+                            elevation_axis,
+                            quadratures,
+                            table,
+                        )
+                    },
                 );
             });
     }
@@ -215,7 +225,7 @@ impl<V: Vector> BlockMemory<V> {
     /// The legs between the sources and the elements.
     fn legs(&mut self, zero: V, of: &OfCell<'_, V>) {
         let length = of.basis.vectors * BLOCK;
-        let elements = of.scene.element_x.len();
+        let elements = of.input.element_x.len();
         let (heard, elevation) = (&self.heard, &self.elevation);
         self.legs.resize(
             elements.next_multiple_of(2) * length,
@@ -227,11 +237,11 @@ impl<V: Vector> BlockMemory<V> {
             .enumerate()
             .for_each(|(element, legs)| {
                 let leg = Leg {
-                    scene: of.scene,
+                    input: of.input,
                     basis: of.basis,
                     element,
                     origin: of.shape.origins[element],
-                    places: of.places,
+                    elevation_axis: of.elevation_axis,
                     elevation,
                 };
                 zero.vectorize(
@@ -243,8 +253,8 @@ impl<V: Vector> BlockMemory<V> {
 
     /// The legs between the beams and the sources, where there are beams.
     fn beam_legs(&mut self, zero: V, of: &OfCell<'_, V>) {
-        let (scene, basis, shape) = (of.scene, of.basis, of.shape);
-        let Some(beams) = scene.beams else {
+        let (input, basis, shape) = (of.input, of.basis, of.shape);
+        let Some(beams) = input.beams else {
             return;
         };
         let length = basis.vectors * BLOCK;
@@ -261,7 +271,7 @@ impl<V: Vector> BlockMemory<V> {
                 let left = shape.lefts[index];
                 zero.vectorize(
                     #[inline(always)]
-                    || beam_leg(zero, beam, scene, basis, &shape.origins, left, legs, out),
+                    || beam_leg(zero, beam, input, basis, &shape.origins, left, legs, out),
                 );
             });
     }

@@ -1,10 +1,10 @@
 //! How a cell's echoes lie in time.
 
+use super::input::{Beam, CellSumInput};
 use super::powers::GROUP;
-use super::scene::{Beam, Scene};
 use crate::cells::Cell;
 use crate::pulse::FLOOR;
-use crate::record::Window;
+use crate::time_axis::Window;
 
 /// How a cell's echoes lie in time.
 pub struct Shape {
@@ -20,13 +20,13 @@ pub struct Shape {
 
 impl Shape {
     /// The shape of a cell's echoes.
-    pub fn of(cell: &Cell, scene: &Scene<'_>) -> Self {
-        let Window { rate, start, .. } = scene.window;
-        let half = scene.pulse.half_length(FLOOR);
-        let ranges = |x: f64| cell.ranges(x).map(|r| r / scene.response.c);
+    pub fn of(cell: &Cell, input: &CellSumInput<'_>) -> Self {
+        let Window { rate, start, .. } = input.window;
+        let half = input.pulse.half_length(FLOOR);
+        let ranges = |x: f64| cell.ranges(x).map(|r| r / input.response.c);
         let origin = |time: f64| ((time - 0.5 * start) * rate).floor() as i64;
         let mut longest = 0.0f64;
-        let origins: Vec<i64> = (scene.element_x.iter())
+        let origins: Vec<i64> = (input.element_x.iter())
             .map(|&x| {
                 let [nearest, furthest] = ranges(x);
                 longest = longest.max(furthest - nearest);
@@ -34,13 +34,13 @@ impl Shape {
             })
             .collect();
         let mut longest_left = longest;
-        let lefts = match scene.beams {
+        let lefts = match input.beams {
             None => origins.clone(),
             Some(beams) => {
                 let left = |beam: &Beam| {
                     let mut span = [f64::INFINITY, f64::NEG_INFINITY];
                     for (i, advance) in beam.elements.clone().zip(&beam.advance) {
-                        let [nearest, furthest] = ranges(scene.element_x[i]);
+                        let [nearest, furthest] = ranges(input.element_x[i]);
                         span = [
                             span[0].min(nearest - advance),
                             span[1].max(furthest - advance),
@@ -52,8 +52,8 @@ impl Shape {
                 beams.iter().map(left).collect()
             }
         };
-        let before = ((half - 2.0 * cell.strips[0]) * rate).ceil() + 1.0;
-        let after = (half + 2.0 * cell.strips[1] + longest + longest_left) * rate + 3.0;
+        let before = ((half - 2.0 * cell.patches[0]) * rate).ceil() + 1.0;
+        let after = (half + 2.0 * cell.patches[1] + longest + longest_left) * rate + 3.0;
         Shape {
             samples: ((before + after.ceil()) as usize).next_multiple_of(GROUP),
             before: before as usize,
@@ -64,10 +64,10 @@ impl Shape {
 }
 
 /// The longest time that a cell's echoes take, s.
-pub fn longest(scene: &Scene<'_>) -> f64 {
-    let samples = scene
+pub fn longest(input: &CellSumInput<'_>) -> f64 {
+    let samples = input
         .cells
         .iter()
-        .map(|cell| Shape::of(cell, scene).samples);
-    samples.max().unwrap_or(0) as f64 / scene.window.rate
+        .map(|cell| Shape::of(cell, input).samples);
+    samples.max().unwrap_or(0) as f64 / input.window.rate
 }

@@ -3,11 +3,11 @@
 use bonebeam::simd::{ComplexVector, Vector};
 
 use super::basis::Basis;
+use super::input::{Beam, CellSumInput};
 use super::legs::BLOCK;
 use super::powers::plus_product;
-use super::scene::{Beam, Scene};
 use super::shape::Shape;
-use crate::record::Window;
+use crate::time_axis::Window;
 
 /// Elements of a tile, either way.
 pub const TILE: usize = 16;
@@ -19,34 +19,34 @@ pub struct Tile {
     /// Real and imaginary parts of each pair's row, one after the other.
     pub rows: Vec<f32>,
     first: [usize; 2],
-    /// The place of a pair among `pairs`.
-    place: Vec<Option<usize>>,
+    /// The index of a pair among `pairs`.
+    index: Vec<Option<usize>>,
 }
 
 impl Tile {
     /// The tiles of all pairs that are asked for, silent.
-    pub fn all(scene: &Scene<'_>) -> Vec<Tile> {
-        let elements = scene.element_x.len();
-        let lefts = scene.beams.map_or(elements, <[Beam]>::len);
+    pub fn all(input: &CellSumInput<'_>) -> Vec<Tile> {
+        let elements = input.element_x.len();
+        let lefts = input.beams.map_or(elements, <[Beam]>::len);
         let starts = |count: usize| (0..count).step_by(TILE);
         let mut tiles = Vec::new();
         for first in starts(lefts).flat_map(|i| starts(elements).map(move |j| [i, j])) {
             let mut pairs = Vec::new();
-            let mut place = vec![None; TILE * TILE];
+            let mut index = vec![None; TILE * TILE];
             for i in first[0]..(first[0] + TILE).min(lefts) {
                 for j in first[1]..(first[1] + TILE).min(elements) {
-                    if scene.wants(i, j) {
-                        place[(i - first[0]) * TILE + j - first[1]] = Some(pairs.len());
+                    if input.wants(i, j) {
+                        index[(i - first[0]) * TILE + j - first[1]] = Some(pairs.len());
                         pairs.push((i, j));
                     }
                 }
             }
             if !pairs.is_empty() {
                 tiles.push(Tile {
-                    rows: vec![0.0; pairs.len() * 2 * scene.window.row],
+                    rows: vec![0.0; pairs.len() * 2 * input.window.row],
                     pairs,
                     first,
-                    place,
+                    index,
                 });
             }
         }
@@ -54,7 +54,7 @@ impl Tile {
     }
 
     fn wants(&self, i: usize, j: usize) -> Option<usize> {
-        self.place[i * TILE + j]
+        self.index[i * TILE + j]
     }
 
     /// Adds the products of a block's legs, two by two at a time.
@@ -109,18 +109,18 @@ impl Tile {
     pub fn deposit<V: Vector>(
         &mut self,
         zero: V,
-        scene: &Scene<'_>,
+        input: &CellSumInput<'_>,
         basis: &Basis<V>,
         shape: &Shape,
         lit: &[bool],
         sums: &[ComplexVector<V>],
     ) {
-        let Window { row, needed, .. } = scene.window;
+        let Window { row, needed, .. } = input.window;
         let samples = shape.samples;
         let vectors = basis.vectors;
         let width = samples / V::LANES;
         for (pair, &(i, j)) in self.pairs.iter().enumerate() {
-            if scene.beams.is_none() && !lit[i] || !lit[j] {
+            if input.beams.is_none() && !lit[i] || !lit[j] {
                 continue;
             }
             let first = shape.lefts[i] + shape.origins[j] - shape.before as i64;
@@ -139,8 +139,8 @@ impl Tile {
             ) else {
                 continue;
             };
-            let place = (i - self.first[0]) * TILE + j - self.first[1];
-            let sums = &sums[place * vectors..(place + 1) * vectors];
+            let index = (i - self.first[0]) * TILE + j - self.first[1];
+            let sums = &sums[index * vectors..(index + 1) * vectors];
             for begin in (0..width).step_by(4) {
                 match width - begin {
                     1 => deposit_block::<V, 1>(zero, basis, sums, width, begin, re, im),

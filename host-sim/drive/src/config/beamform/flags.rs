@@ -6,14 +6,14 @@ use clap::{ArgAction, Args};
 
 use super::super::core::CoreFlags;
 use super::{Beamform, Interpolation, LineKind, RfInterpolation};
-use crate::methods::Choice;
+use crate::methods::MethodName;
 
 /// The flags that go over the section.
 #[derive(Debug, Args)]
 pub struct BeamformFlags {
     /// The beamformer [default: esmv-rank1]
     #[arg(long, value_enum, help_heading = "Beamformer")]
-    method: Option<Choice>,
+    method: Option<MethodName>,
 
     /// With esmv: the share of the power that the signal subspace keeps (Eq. 8), above 0 and at
     /// most 1 [default: 0.01]

@@ -19,7 +19,7 @@ use bonebeam::pipeline::DepthGate;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-use crate::methods::{Choice, Options, default_beta};
+use crate::methods::{MethodName, Options, default_beta};
 use crate::{Error, Result};
 use bonebeam_files::terminal::short;
 use bonebeam_files::{ChannelData, Samples};
@@ -84,7 +84,7 @@ impl From<Interpolation> for IqInterpolation {
 #[serde(remote = "Self", deny_unknown_fields, default)]
 pub struct Beamform {
     /// The beamformer.
-    pub method: Choice,
+    pub method: MethodName,
     /// ESMV: β of the cross-spectral rank rule (Eq. 8), above 0 and at most 1; without a rank the
     /// default is 0.01.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -146,7 +146,7 @@ pub struct Beamform {
 impl Default for Beamform {
     fn default() -> Self {
         Self {
-            method: Choice::EsmvRank1,
+            method: MethodName::EsmvRank1,
             beta: None,
             rank: None,
             exclude_first: false,
@@ -196,13 +196,13 @@ impl Beamform {
             let edge = |name: &str, edge: Option<f64>| {
                 edge.map(|depth| format!("--adaptive-depth-{name} {}", short(depth)))
             };
-            let told: Vec<String> = edge("start", start)
+            let reported: Vec<String> = edge("start", start)
                 .into_iter()
                 .chain(edge("end", end))
                 .collect();
             Error::Usage(format!(
                 "no sample lies within {}; the lines reach from {:.6} m to {:.6} m",
-                told.join(" and "),
+                reported.join(" and "),
                 depths.first,
                 depths.last()
             ))
@@ -229,7 +229,7 @@ impl Beamform {
 
     /// What a rate that was asked for, or that of the record, leaves out of a pulse's band: sentences for
     /// a person.
-    pub fn doubts(&self, f0: f64, fs: f64) -> Option<String> {
+    pub fn warnings(&self, f0: f64, fs: f64) -> Option<String> {
         let mhz = |hertz: f64| format!("{:.4} MHz", hertz / 1e6);
         let rate = self.rate(f0, fs);
         let reaches = UPPER_EDGE * f0;
@@ -260,7 +260,7 @@ impl Beamform {
 
     /// The section of a beamformer.
     pub fn of(core: Parameters) -> Self {
-        let (method, options) = Choice::of(core.method);
+        let (method, options) = MethodName::of(core.method);
         Beamform {
             method,
             beta: options.beta,

@@ -2,7 +2,7 @@
 
 use super::super::core::check_rows;
 use super::Beamform;
-use crate::methods::Choice;
+use crate::methods::MethodName;
 use crate::{Error, Result};
 use bonebeam_files::settings::{LENGTHS, check_count, check_positive, out_of_range};
 use bonebeam_files::terminal::short;
@@ -59,7 +59,7 @@ impl Beamform {
         for (key, given) in given {
             if given && !self.method.takes().contains(&key) {
                 let flag = key.replace('_', "-");
-                let takers = Choice::all().iter();
+                let takers = MethodName::all().iter();
                 let takers = takers.filter(|choice| choice.takes().contains(&key));
                 let takers: Vec<String> = takers.map(|choice| choice.name()).collect();
                 return Err(Error::Usage(format!(

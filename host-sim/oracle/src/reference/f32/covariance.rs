@@ -112,16 +112,16 @@ pub(super) fn real_form_trace(f: &[Vec<Complex<f32>>]) -> f32 {
 pub(super) fn real_form_of_data(s: &[Complex<f32>]) -> Vec<Complex<f32>> {
     let n = s.len();
     let half = n / 2;
-    let mut turned = Vec::new();
+    let mut rotated = Vec::new();
     for i in 0..half {
         let difference = s[i] - s[n - 1 - i];
-        turned.push(s[i] + s[n - 1 - i]);
-        turned.push(Complex::new(difference.im, -difference.re));
+        rotated.push(s[i] + s[n - 1 - i]);
+        rotated.push(Complex::new(difference.im, -difference.re));
     }
     if n % 2 == 1 {
-        turned.push(s[half] * SQRT_2);
+        rotated.push(s[half] * SQRT_2);
     }
-    turned
+    rotated
 }
 
 /// Forward-backward averaging: `Qᴴa/√2`.

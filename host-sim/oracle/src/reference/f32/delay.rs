@@ -5,7 +5,7 @@ use bonebeam::geometry::{Array, Ray, TransmitLaw};
 use num_complex::Complex;
 use std::f64::consts::PI;
 
-use super::filter::{Filter, Record, kaiser};
+use super::filter::{ElementRecord, Filter, kaiser};
 
 /// The line of `bonebeam::delay::Delay::line`. `rf`: row-major `[element][sample]`. `out`: row-major
 /// `[output sample][element]`. The caller's sizes must fit.
@@ -51,20 +51,20 @@ fn line_by(
         out.fill(Complex::new(0.0, 0.0));
     }
     for m in scan_line.active.first..scan_line.active.first + scan_line.active.count {
-        let mut record = Record {
+        let mut record = ElementRecord {
             values: rf[m * p.record_samples..][..p.record_samples].to_vec(),
             zero: 0,
         };
         for halving in 1..=halvings {
             record = if halving < halvings {
-                halved(&record, &half_band(4, 8.5))
+                decimated(&record, &half_band(4, 8.5))
             } else {
-                halved(&record, &half_band(6, 6.5))
+                decimated(&record, &half_band(6, 6.5))
             };
         }
         let path = Path::new(
             &scan_line.ray,
-            place(&scan_line.array, m),
+            element_position(&scan_line.array, m),
             p.sound_speed,
             rate,
         );
@@ -98,7 +98,7 @@ fn line_by(
 }
 
 /// Where an element is, m.
-pub fn place(array: &Array, m: usize) -> [f64; 2] {
+pub fn element_position(array: &Array, m: usize) -> [f64; 2] {
     match array {
         Array::Linear { elements, pitch } => {
             [(m as f64 - (elements - 1) as f64 / 2.0) * pitch, 0.0]
@@ -109,7 +109,7 @@ pub fn place(array: &Array, m: usize) -> [f64; 2] {
     }
 }
 
-/// How far to the right of a line a place lies, and how far along it.
+/// How far to the right of a line a position lies, and how far along it.
 pub fn beside(ray: &Ray, [x, z]: [f64; 2]) -> [f64; 2] {
     let (sine, cosine) = (libm::sin(ray.angle()), libm::cos(ray.angle()));
     let (x, z) = (x - ray.x(), z - ray.z());
@@ -119,8 +119,8 @@ pub fn beside(ray: &Ray, [x, z]: [f64; 2]) -> [f64; 2] {
 /// When the transmitted wave is at the distance `r` along the line, s.
 pub fn transmit(scan_line: &ScanLine, c: f64, r: f64) -> f64 {
     let ray = &scan_line.ray;
-    let distance = |place: [f64; 2]| {
-        let [across, along] = beside(ray, place);
+    let distance = |position: [f64; 2]| {
+        let [across, along] = beside(ray, position);
         libm::sqrt((r - along) * (r - along) + across * across)
     };
     match scan_line.transmit.law {
@@ -144,7 +144,7 @@ pub fn transmit(scan_line: &ScanLine, c: f64, r: f64) -> f64 {
         TransmitLaw::Delays(delays) => {
             let mut first = f64::INFINITY;
             for (m, &delay) in delays.iter().enumerate() {
-                let arrival = delay + distance(place(&scan_line.array, m)) / c;
+                let arrival = delay + distance(element_position(&scan_line.array, m)) / c;
                 if delay.is_finite() && arrival < first {
                     first = arrival;
                 }
@@ -168,9 +168,9 @@ pub struct Path {
 }
 
 impl Path {
-    /// For the element at `place`.
-    pub fn new(ray: &Ray, place: [f64; 2], c: f64, fs: f64) -> Self {
-        let [across, along] = beside(ray, place);
+    /// For the element at `position`.
+    pub fn new(ray: &Ray, position: [f64; 2], c: f64, fs: f64) -> Self {
+        let [across, along] = beside(ray, position);
         let shift = along * fs / c;
         let near = libm::ceil(shift).abs() < 8_388_608.0;
         Path {
@@ -188,12 +188,12 @@ impl Path {
         }
     }
 
-    /// The lag at the distance `r`, and `ahead` more.
-    pub fn lag(&self, r: f32) -> f32 {
+    /// The receive delay at the distance `r`, and `ahead` more.
+    pub fn receive_delay(&self, r: f32) -> f32 {
         let before = r - self.along;
         let size = before.abs();
-        let lag = self.scaled / (size + libm::sqrtf(before * before + self.square));
-        lag + (size - before) * self.rate + self.part
+        let receive_delay = self.scaled / (size + libm::sqrtf(before * before + self.square));
+        receive_delay + (size - before) * self.rate + self.part
     }
 }
 
@@ -218,7 +218,7 @@ pub fn upsampled(
     for m in active.first..active.first + active.count {
         let mut line = vec![0.0f32; p.output_samples + 2 * reach];
         for (scan_line, rf) in transmits {
-            let record = Record {
+            let record = ElementRecord {
                 values: rf[m * p.record_samples..][..p.record_samples].to_vec(),
                 zero: 0,
             };
@@ -227,8 +227,8 @@ pub fn upsampled(
                 let whole = i64::from(index / 16) - (taps / 2 + 1);
                 filter.sum(&record, whole, (index % 16) as f32 / 16.0)
             };
-            let place = place(&scan_line.array, m);
-            let path = Path::new(&scan_line.ray, place, p.sound_speed, p.sampling_rate);
+            let position = element_position(&scan_line.array, m);
+            let path = Path::new(&scan_line.ray, position, p.sound_speed, p.sampling_rate);
             for n in 0..line.len() {
                 let t = p.output_start + (n as f64 - reach as f64) / p.output_rate;
                 let z = p.sound_speed * t / 2.0;
@@ -239,17 +239,17 @@ pub fn upsampled(
                 let z = z as f32;
                 let near = z > 0.0 && units.abs() < f64::from(FARTHEST);
                 let centre = if near { units as i32 } else { -FARTHEST };
-                let lag = path.lag(z);
-                let late = (lag - path.ahead) * A_SAMPLE as f32;
+                let receive_delay = path.receive_delay(z);
+                let late = (receive_delay - path.ahead) * A_SAMPLE as f32;
                 let most = FARTHEST as f32 / 2.0;
-                let late = if z > 0.0 && lag < 8_388_608.0 && late.abs() < most {
+                let late = if z > 0.0 && receive_delay < 8_388_608.0 && late.abs() < most {
                     late
                 } else {
                     most
                 };
-                let place = (centre + late as i32).clamp(0, last);
-                let weight = (place % UNITS) as f32 / UNITS as f32;
-                let (here, next) = (fine(place / UNITS), fine(place / UNITS + 1));
+                let position = (centre + late as i32).clamp(0, last);
+                let weight = (position % UNITS) as f32 / UNITS as f32;
+                let (here, next) = (fine(position / UNITS), fine(position / UNITS + 1));
                 line[n] += here + weight * (next - here);
             }
         }
@@ -283,7 +283,7 @@ fn half_band(count: usize, beta: f64) -> Vec<f32> {
 }
 
 /// Half the rate, with all that the filter reaches.
-fn halved(record: &Record, taps: &[f32]) -> Record {
+fn decimated(record: &ElementRecord, taps: &[f32]) -> ElementRecord {
     let reach = 2 * taps.len() as i64 - 1;
     let first = (-record.zero - reach) / 2;
     let last = record.values.len() as i64 - 1 - record.zero;
@@ -296,7 +296,7 @@ fn halved(record: &Record, taps: &[f32]) -> Record {
         }
         values.push(y);
     }
-    Record {
+    ElementRecord {
         values,
         zero: -first,
     }
@@ -308,7 +308,7 @@ fn delayed(
     fs: f64,
     filter: &Filter,
     scan_line: &ScanLine,
-    record: &Record,
+    record: &ElementRecord,
     path: &Path,
     n: f64,
 ) -> f32 {
@@ -320,12 +320,12 @@ fn delayed(
     if axis.is_nan() || axis.abs() >= 8_388_608.0 || z <= 0.0 {
         return 0.0;
     }
-    let lag = if path.level {
+    let receive_delay = if path.level {
         path.scaled / (z + libm::sqrtf(z * z + path.square))
     } else {
-        path.lag(z)
+        path.receive_delay(z)
     };
-    let position = (axis - libm::floor(axis)) as f32 + lag;
+    let position = (axis - libm::floor(axis)) as f32 + receive_delay;
     if position.is_nan() || position >= 8_388_608.0 {
         return 0.0;
     }

@@ -4,14 +4,14 @@ use bonebeam::delay::DelayParameters;
 use std::f64::consts::PI;
 
 /// An element's record: sample 0 is `values[zero]`, what is not there is 0.
-pub struct Record {
+pub struct ElementRecord {
     /// All of them.
     pub values: Vec<f32>,
     /// Where sample 0 is.
     pub zero: i64,
 }
 
-impl Record {
+impl ElementRecord {
     /// A sample.
     pub fn at(&self, index: i64) -> f32 {
         let index = index + self.zero;
@@ -76,26 +76,26 @@ impl Filter {
                 return 0.0;
             }
             let window = scale * bessel_i0_in_f32(square * inside);
-            let turns = cutoff * u;
-            if turns == 0.0 {
+            let cycles = cutoff * u;
+            if cycles == 0.0 {
                 return window;
             }
-            window * (sine_in_f32(turns) / (PI as f32 * turns))
+            window * (sine_in_f32(cycles) / (PI as f32 * cycles))
         };
         let one = 1.0 / phases as f32;
         let mut rows = vec![vec![0.0; taps]; phases + 1];
         for row in 0..=phases / 2 {
             for tap in 0..taps {
-                let place = tap as f32 - (taps / 2 - 1) as f32;
-                rows[row][tap] = value(place - row as f32 * one);
+                let position = tap as f32 - (taps / 2 - 1) as f32;
+                rows[row][tap] = value(position - row as f32 * one);
                 rows[phases - row][taps - 1 - tap] = rows[row][tap];
             }
         }
         Filter { rows, taps }
     }
 
-    /// The value at a place, added up tap by tap.
-    pub fn sum(&self, record: &Record, whole: i64, fraction: f32) -> f32 {
+    /// The value at a position, added up tap by tap.
+    pub fn sum(&self, record: &ElementRecord, whole: i64, fraction: f32) -> f32 {
         let phases = self.rows.len() - 1;
         let scaled = fraction * phases as f32;
         let phase = (libm::floorf(scaled) as usize).min(phases - 1);
@@ -109,8 +109,8 @@ impl Filter {
         sum
     }
 
-    /// The value at a place, added up in the order of `bonebeam::delay::Delay`.
-    pub fn at(&self, record: &Record, whole: i64, fraction: f32) -> f32 {
+    /// The value at a position, added up in the order of `bonebeam::delay::Delay`.
+    pub fn at(&self, record: &ElementRecord, whole: i64, fraction: f32) -> f32 {
         let phases = self.rows.len() - 1;
         let scaled = fraction * phases as f32;
         let phase = (libm::floorf(scaled) as usize).min(phases - 1);

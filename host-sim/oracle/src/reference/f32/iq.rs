@@ -6,7 +6,7 @@ use bonebeam::geometry::{Array, TransmitLaw};
 use num_complex::Complex;
 use std::f64::consts::PI;
 
-use super::delay::{Path, place, transmit};
+use super::delay::{Path, element_position, transmit};
 use super::filter::kaiser;
 
 /// The line of `bonebeam::delay::IqDelay::line`. `iq`: row-major `[element][sample]`, to be multiplied by
@@ -27,7 +27,7 @@ pub fn line(
         let record = &iq[m * p.record_samples..][..p.record_samples];
         let path = Path::new(
             &scan_line.ray,
-            place(&scan_line.array, m),
+            element_position(&scan_line.array, m),
             p.sound_speed,
             p.sampling_rate,
         );
@@ -40,17 +40,17 @@ pub fn line(
             let Some(y) = y else {
                 continue;
             };
-            let place = &mut out[n * p.elements + m];
+            let slot = &mut out[n * p.elements + m];
             if scan_line.compounding == Compounding::Add {
-                *place = Complex::new(place.re + y.re, place.im + y.im);
+                *slot = Complex::new(slot.re + y.re, slot.im + y.im);
             } else {
-                *place = y;
+                *slot = y;
             }
         }
     }
 }
 
-/// The record of the element with this path, read and turned for output sample `n`.
+/// The record of the element with this path, read and rotated for output sample `n`.
 fn delayed(
     p: &IqParameters,
     scan_line: &ScanLine,
@@ -64,23 +64,23 @@ fn delayed(
     let r = c * t / 2.0;
     let flight = transmit(scan_line, c, r) + r / c;
     let axis = (flight - scan_line.transmit.t0) * p.sampling_rate;
-    let turns = flight * p.demodulation_frequency + phase / (2.0 * PI);
-    if axis.is_nan() || axis.abs() >= 8_388_608.0 || !turns.is_finite() || r as f32 <= 0.0 {
+    let cycles = flight * p.demodulation_frequency + phase / (2.0 * PI);
+    if axis.is_nan() || axis.abs() >= 8_388_608.0 || !cycles.is_finite() || r as f32 <= 0.0 {
         return None;
     }
-    let lag = path.lag(r as f32);
+    let receive_delay = path.receive_delay(r as f32);
     let a_sample = p.demodulation_frequency / p.sampling_rate;
     let whole = f64::from(path.ahead) * a_sample;
     let own = (libm::ceil(whole) - whole) as f32;
-    let turns = (turns - libm::floor(turns)) as f32 + (lag * a_sample as f32 + own);
-    let position = (axis - libm::floor(axis)) as f32 + lag;
-    if !(position < 8_388_608.0 && turns.abs() < 4_194_304.0) {
+    let cycles = (cycles - libm::floor(cycles)) as f32 + (receive_delay * a_sample as f32 + own);
+    let position = (axis - libm::floor(axis)) as f32 + receive_delay;
+    if !(position < 8_388_608.0 && cycles.abs() < 4_194_304.0) {
         return None;
     }
     let floor = libm::floorf(position);
     let middle = libm::floor(axis) as i64 - path.ahead as i64 + floor as i64;
     let y = read(p.interpolation, record, middle, position - floor, sinc);
-    let (cosine, sine) = turn(turns);
+    let (cosine, sine) = phasor(cycles);
     let (cosine, sine) = (cosine * scale, sine * scale);
     Some(Complex::new(
         y.re * cosine - y.im * sine,
@@ -88,9 +88,9 @@ fn delayed(
     ))
 }
 
-/// Depth, place in 2⁻³² samples and turns in 2⁻⁴⁴ of an element straight above the line at output sample `n`,
+/// Depth, position in 2⁻³² samples and cycles in 2⁻⁴⁴ of an element straight above the line at output sample `n`,
 /// from f64.
-fn fixed_place(
+fn fixed_centre(
     p: &IqParameters,
     scan_line: &ScanLine,
     phase: f64,
@@ -99,14 +99,14 @@ fn fixed_place(
     let r = p.sound_speed * (p.output_start + n as f64 / p.output_rate) / 2.0;
     let flight = transmit(scan_line, p.sound_speed, r) + r / p.sound_speed;
     let axis = (flight - scan_line.transmit.t0) * p.sampling_rate;
-    let turns = flight * p.demodulation_frequency + phase / (2.0 * PI);
-    if axis.is_nan() || axis.abs() >= 8_388_608.0 || !turns.is_finite() {
+    let cycles = flight * p.demodulation_frequency + phase / (2.0 * PI);
+    if axis.is_nan() || axis.abs() >= 8_388_608.0 || !cycles.is_finite() {
         return None;
     }
     Some((
         r as f32,
         scaled_down(axis, 32),
-        scaled_down(fraction(turns), 44),
+        scaled_down(fraction(cycles), 44),
     ))
 }
 
@@ -134,29 +134,29 @@ fn fixed(
         ),
         _ => None,
     };
-    let first = fixed_place(p, scan_line, phase, 0);
-    let last = fixed_place(p, scan_line, phase, p.output_samples - 1);
-    let place = match (slope, first, last) {
-        (Some(slope), Some((depth, position, turns)), Some(_)) => {
+    let first = fixed_centre(p, scan_line, phase, 0);
+    let last = fixed_centre(p, scan_line, phase, p.output_samples - 1);
+    let centre = match (slope, first, last) {
+        (Some(slope), Some((depth, position, cycles)), Some(_)) => {
             let step = (1.0 + slope) / (2.0 * p.output_rate);
             let depth_step = (p.sound_speed / (2.0 * p.output_rate)) as f32;
-            let turn_step = scaled_down(fraction(step * p.demodulation_frequency), 44);
+            let cycle_step = scaled_down(fraction(step * p.demodulation_frequency), 44);
             let n = n as i64;
             (
                 depth + n as f32 * depth_step,
                 position + n * scaled_down(step * p.sampling_rate, 32),
-                turns.wrapping_add(turn_step.wrapping_mul(n)),
+                cycles.wrapping_add(cycle_step.wrapping_mul(n)),
             )
         }
-        _ => fixed_place(p, scan_line, phase, n)?,
+        _ => fixed_centre(p, scan_line, phase, n)?,
     };
-    let (depth, position, turns) = place;
+    let (depth, position, cycles) = centre;
     if !(depth > 0.0 && depth < f32::MAX) {
         return None;
     }
     let level =
         !matches!(scan_line.array, Array::At { .. }) && ray.angle() == 0.0 && ray.z() == 0.0;
-    let lag = if level {
+    let receive_delay = if level {
         let rate = (p.sampling_rate / p.sound_speed) as f32;
         let first = (scan_line.array.x(0) - ray.x()) as f32;
         let across = first + m as f32 * scan_line.array.pitch() as f32;
@@ -164,13 +164,13 @@ fn fixed(
         let scaled = square * (rate * 262_144.0);
         (scaled / (depth + libm::sqrtf(depth * depth + square))) as i32
     } else {
-        let element = place_of(scan_line, m);
+        let element = position_of(scan_line, m);
         let path = Path::new(ray, element, p.sound_speed, p.sampling_rate);
-        let lag = (path.lag(depth) * 262_144.0) as i32;
-        lag - (path.ahead * 262_144.0) as i32
+        let receive_delay = (path.receive_delay(depth) * 262_144.0) as i32;
+        receive_delay - (path.ahead * 262_144.0) as i32
     };
-    let lag = i64::from(lag);
-    let at = (position >> 19) + (lag >> 5);
+    let receive_delay = i64::from(receive_delay);
+    let at = (position >> 19) + (receive_delay >> 5);
     let count = |index: i64| match usize::try_from(index) {
         Ok(index) if index < record.len() => [record[index].re as i64, record[index].im as i64],
         _ => [0, 0],
@@ -178,9 +178,11 @@ fn fixed(
     let (a, b, weight) = (count(at >> 13), count((at >> 13) + 1), at.rem_euclid(8192));
     let between = |part: usize| a[part] * (8192 - weight) + b[part] * weight;
     let rate = libm::round(p.demodulation_frequency / p.sampling_rate * 2f64.powi(26)) as i64;
-    let turns = turns.wrapping_add(lag * rate).wrapping_add(1 << 31);
-    let place = (turns >> 32).rem_euclid(4096);
-    let (cosine, sine) = turn(place as f32 / 4096.0);
+    let cycles = cycles
+        .wrapping_add(receive_delay * rate)
+        .wrapping_add(1 << 31);
+    let index = (cycles >> 32).rem_euclid(4096);
+    let (cosine, sine) = phasor(index as f32 / 4096.0);
     let number = |x: f32| libm::roundf(x * 16384.0) as i64;
     let product = |value: i64, number: i64| (value * number) >> 16;
     let (re, im) = (between(0), between(1));
@@ -192,8 +194,8 @@ fn fixed(
     ))
 }
 
-fn place_of(scan_line: &ScanLine, m: usize) -> [f64; 2] {
-    place(&scan_line.array, m)
+fn position_of(scan_line: &ScanLine, m: usize) -> [f64; 2] {
+    element_position(&scan_line.array, m)
 }
 
 /// The record between its samples `middle` and the next one.
@@ -262,8 +264,8 @@ fn sinc_table() -> Vec<Vec<f32>> {
 }
 
 /// cos 2πφ and sin 2πφ by the polynomials.
-fn turn(turns: f32) -> (f32, f32) {
-    let x = turns - ((turns + 12_582_912.0) - 12_582_912.0);
+fn phasor(cycles: f32) -> (f32, f32) {
+    let x = cycles - ((cycles + 12_582_912.0) - 12_582_912.0);
     let y = x * x;
     let cosine = [-19.739_05f32, 64.930_28, -85.286_85, 58.852_547, -21.162_6];
     let sine = [6.283_056f32, -41.331_215, 81.366_81, -74.478, 32.781_4];

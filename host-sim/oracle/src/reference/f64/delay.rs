@@ -70,7 +70,7 @@ pub fn flight(scan_line: &ScanLine, m: usize, c: f64, t: f64) -> ([f64; 2], f64)
         TransmitLaw::Delays(delays) => {
             let mut first = f64::INFINITY;
             for (m, &delay) in delays.iter().enumerate() {
-                let (ex, ez) = place(&scan_line.array, m);
+                let (ex, ez) = position(&scan_line.array, m);
                 if delay.is_finite() {
                     first = first.min(c * delay + (x - ex).hypot(z - ez));
                 }
@@ -78,12 +78,12 @@ pub fn flight(scan_line: &ScanLine, m: usize, c: f64, t: f64) -> ([f64; 2], f64)
             first
         }
     };
-    let (ex, ez) = place(&scan_line.array, m);
+    let (ex, ez) = position(&scan_line.array, m);
     ([x, z], (transmit + (x - ex).hypot(z - ez)) / c)
 }
 
 /// Where an element is, m.
-fn place(array: &Array, m: usize) -> (f64, f64) {
+fn position(array: &Array, m: usize) -> (f64, f64) {
     match array {
         Array::Linear { elements, pitch } => {
             ((m as f64 - (elements - 1) as f64 / 2.0) * pitch, 0.0)

@@ -4,7 +4,7 @@ use crate::Result;
 use crate::experiments::Context;
 use crate::experiments::common::pictures::{picture, ridges, scales};
 use crate::experiments::common::truth::beside;
-use crate::experiments::outcome::{Beside, Part, View};
+use crate::experiments::outcome::{Section, SideBySide, View};
 
 use super::geometry::Geometries;
 use super::mechanism::Figure;
@@ -62,7 +62,7 @@ pub fn shown(claims: &Claims, context: &Context<'_>, geometries: &Geometries) ->
             });
         }
         let reference = views.remove(0);
-        figure.parts.push(Part::Beside(Beside {
+        figure.parts.push(Section::SideBySide(SideBySide {
             id: format!("claims-{geometry}"),
             reference,
             others: views,

@@ -10,7 +10,7 @@ use bonebeam_simulate::{Bone, Outline, slice_mesh, slice_ply, slice_vertebra};
 
 use super::parameters::{Claims, GEOMETRIES};
 
-/// How far a seed moves the bone sideways and in depth at the most, m.
+/// How far a seed moves the bone laterally and in depth at the most, m.
 const SHIFT: f64 = 1e-3;
 
 /// The bones, at x = 0 and any depth.

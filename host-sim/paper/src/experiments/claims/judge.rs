@@ -10,7 +10,7 @@ use super::interval::Interval;
 use super::medium::{Medium, disturbance};
 use super::parameters::Claims;
 use super::scene::SceneResult;
-use super::statements::{SPECKLE, STATEMENTS, Says, Statement};
+use super::statements::{Direction, SPECKLE, STATEMENTS, Statement};
 use super::tuning::Tuned;
 
 /// Fewer scenes decide nothing.
@@ -159,11 +159,11 @@ fn cells(
                 beamformer: key.clone(),
                 means,
                 difference,
-                shown: match statement.says {
+                shown: match statement.direction {
                     _ if pairs.len() < FEWEST => None,
-                    Says::Less => decided(high < 0.0, low > 0.0),
-                    Says::More => decided(low > 0.0, high < 0.0),
-                    Says::AsSmall => {
+                    Direction::Less => decided(high < 0.0, low > 0.0),
+                    Direction::More => decided(low > 0.0, high < 0.0),
+                    Direction::AsSmall => {
                         let [das, esmv] = means.map(|v| v.abs().max(LEAST_ERROR));
                         Some(esmv <= SAME_ORDER * das)
                     }
@@ -272,11 +272,11 @@ fn factor(cells: &[Cell]) -> String {
             .map(|[shown, of]| *shown as f64 / *of as f64);
         let [low, high] = shares.fold([1.0f64, 0.0f64], |[l, h], s| [l.min(s), h.max(s)]);
         if best.as_ref().is_none_or(|(range, _)| high - low > *range) {
-            let told = counts
+            let counted = counts
                 .iter()
                 .map(|(level, [shown, of])| format!("{level} {shown} of {of}"));
-            let told: Vec<String> = told.collect();
-            best = Some((high - low, format!("{name}: {}", told.join(", "))));
+            let counted: Vec<String> = counted.collect();
+            best = Some((high - low, format!("{name}: {}", counted.join(", "))));
         }
     }
     best.map_or(String::new(), |(_, text)| text)

@@ -33,7 +33,7 @@ pub fn kept<T: Serialize + DeserializeOwned>(
     }
     let found = compute()?;
     let mut outputs = Outputs::new();
-    outputs.stage(&path, |sink| Ok(serde_json::to_writer(sink, &found)?))?;
+    outputs.add(&path, |sink| Ok(serde_json::to_writer(sink, &found)?))?;
     outputs.commit()?;
     Ok(found)
 }

@@ -10,7 +10,7 @@ use crate::experiments::common::bone::View;
 use crate::experiments::common::pictures::{picture, ridges, scales};
 use crate::experiments::common::truth::{beside, precision};
 use crate::experiments::common::variants::Variant;
-use crate::experiments::outcome::{Beside, Curve, Part, Picture, Plot, View as Shown};
+use crate::experiments::outcome::{Curve, Picture, Plot, Section, SideBySide, View as Shown};
 use crate::measure::contrast::moments;
 use bonebeam_drive::config::PhaseSymmetry;
 
@@ -21,7 +21,7 @@ use super::pose::one;
 
 /// The echo of the surface: signed distances, m.
 const ECHO: [f64; 2] = [-0.5e-3, 1.5e-3];
-/// Beside an echo: so far sideways at the same depth, m, which is what halos reach.
+/// Beside an echo: so far laterally at the same depth, m, which is what halos reach.
 const SIDEWAYS: f64 = 4e-3;
 /// The same depth, to so much, m.
 const SAME_DEPTH: f64 = 0.5e-3;
@@ -158,7 +158,7 @@ pub fn zones(
 /// The figure: one quiet scene in tissue.
 pub struct Figure {
     /// Pictures and plots.
-    pub parts: Vec<Part>,
+    pub parts: Vec<Section>,
     /// The pictures' files.
     pub pictures: Vec<Picture>,
 }
@@ -202,7 +202,7 @@ pub fn shown(
     let mut views = views.into_iter();
     let mut parts = Vec::new();
     if let Some(reference) = views.next() {
-        parts.push(Part::Beside(Beside {
+        parts.push(Section::SideBySide(SideBySide {
             id: "mechanism".into(),
             reference,
             others: views.collect(),
@@ -211,7 +211,7 @@ pub fn shown(
             scales: scales(range),
         }));
     }
-    parts.push(Part::Plots(plots([das, esmv], view, &map, range)));
+    parts.push(Section::Plots(plots([das, esmv], view, &map, range)));
     Ok(Some(Figure { parts, pictures }))
 }
 
@@ -259,7 +259,7 @@ fn plots([das, esmv]: [&Array2<f32>; 2], view: &View, map: &Array2<Zone>, range:
             .collect::<Vec<_>>()
     };
     let share = |image: &Array2<f32>| histogram(&levels(image, view, map, Zone::Rest), range);
-    let sideways = |image: &Array2<f32>| sideways(image, view, range);
+    let lateral_profile = |image: &Array2<f32>| lateral_profile(image, view, range);
     vec![
         Plot {
             caption: "Levels of the tissue away from echoes".into(),
@@ -277,7 +277,7 @@ fn plots([das, esmv]: [&Array2<f32>; 2], view: &View, map: &Array2<Zone>, range:
             x_range: [-10.0, 10.0],
             y_range: [-range, 0.0],
             marks: Vec::new(),
-            curves: curves(&sideways),
+            curves: curves(&lateral_profile),
         },
     ]
 }
@@ -297,7 +297,7 @@ fn histogram(grey: &[f64], range: f64) -> Vec<(f64, Option<f64>)> {
 }
 
 /// Mean level within the depth of the strongest echo of the surface, by the lateral distance from it.
-fn sideways(image: &Array2<f32>, view: &View, range: f64) -> Vec<(f64, Option<f64>)> {
+fn lateral_profile(image: &Array2<f32>, view: &View, range: f64) -> Vec<(f64, Option<f64>)> {
     let at = |(column, hit): (usize, &Option<f64>)| {
         let row = (hit.as_ref()?.round() as usize).min(image.nrows() - 1);
         Some((row, column, image[[row, column]]))

@@ -20,7 +20,7 @@ mod tuning;
 use crate::{Error, Result};
 use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_range};
 
-use super::{Context, Experiment, Outcome, Overrides, Shows, common};
+use super::{Context, Covers, Experiment, Outcome, Overrides, common};
 use geometry::Geometries;
 use judge::{ClaimsResult, judge};
 pub use parameters::Claims;
@@ -31,7 +31,7 @@ use tuning::Tuned;
 impl Experiment for Claims {
     const NAME: &'static str = "claims";
 
-    const SHOWS: Shows = Shows {
+    const COVERS: Covers = Covers {
         figures: &[],
         tables: &[],
         claims: true,

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::experiments::Outcome;
-use crate::experiments::outcome::{Attachment, Part, Table, data, number};
+use crate::experiments::outcome::{Attachment, Section, Table, data, number};
 
 use super::judge::{Claim, ClaimsResult};
 use super::mechanism::Figure;
@@ -20,7 +20,7 @@ pub fn outcome(
 ) -> Result<Outcome> {
     let seeds = result.scenes.iter().map(|s| s.seed);
     let seeds: std::collections::BTreeSet<u64> = seeds.collect();
-    let mut parts = vec![Part::Text(format!(
+    let mut parts = vec![Section::Text(format!(
         "DAS and rank-1 ESMV on {} scenes of {} seeds: two bones (the built-in vertebra and a mesh) in water and \
          in tissue, each once quiet (noise at −60 dB) and once disturbed (noise at −40 dB, clutter in the bone's \
          shadow, a reverberation of the bone). A seed moves the bone by up to 1 mm each way and has tissue, clutter \
@@ -30,28 +30,28 @@ pub fn outcome(
         result.scenes.len(),
         seeds.len()
     ))];
-    parts.push(Part::Table(absolute(result)));
+    parts.push(Section::Table(absolute(result)));
     for claim in &result.claims {
-        parts.push(Part::Table(differences(claim, result)));
+        parts.push(Section::Table(differences(claim, result)));
     }
-    parts.push(Part::Table(tuned(result)));
+    parts.push(Section::Table(tuned(result)));
     let mut pictures = bones.pictures;
     if !bones.parts.is_empty() {
-        parts.push(Part::Heading("The two bones in disturbed water"));
+        parts.push(Section::Heading("The two bones in disturbed water"));
         parts.extend(bones.parts);
     }
     if let Some(figure) = mechanism {
-        parts.push(Part::Heading(
+        parts.push(Section::Heading(
             "Where phase symmetry loses the bone in tissue",
         ));
-        parts.push(Part::Text(
+        parts.push(Section::Text(
             "The image of DAS with one part of that of rank-1 ESMV (forward, the longest time window) put into it: \
              the echo of the surface (0.5 mm before it to 1.5 mm behind), what lies within 4 mm beside it at the \
              same depth, where its halos are, and the rest. Average precision of phase symmetry with the paper's \
              filter over all scenes in tissue:"
                 .into(),
         ));
-        parts.push(Part::Table(zones(result)));
+        parts.push(Section::Table(zones(result)));
         parts.extend(figure.parts);
         pictures.extend(figure.pictures);
     }

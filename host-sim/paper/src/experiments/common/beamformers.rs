@@ -1,11 +1,11 @@
 //! Curves, tables and comparisons with a row for each of the beamformers that are compared.
 
-use crate::experiments::outcome::{BesidePaper, Comparison, Curve};
-use bonebeam_drive::methods::{COMPARED, Compared};
+use crate::experiments::outcome::{Comparison, Curve, PaperComparison};
+use bonebeam_drive::methods::{COMPARED, ComparedMethod};
 
 /// A curve a beamformer: `points` by its place in [`COMPARED`].
 pub fn curves(points: impl Fn(usize) -> Vec<(f64, Option<f64>)>) -> Vec<Curve> {
-    let curve = |(k, row): (usize, &Compared)| Curve {
+    let curve = |(k, row): (usize, &ComparedMethod)| Curve {
         name: row.name.into(),
         featured: row.featured,
         points: points(k),
@@ -25,12 +25,14 @@ pub fn comparison(
     note: &'static str,
 ) -> Comparison {
     let featured = COMPARED.iter().enumerate().filter(|(_, row)| row.featured);
-    let values = featured.zip(paper).map(|((k, row), paper)| BesidePaper {
-        beamformer: row.key,
-        name: row.name,
-        here: here(k),
-        paper: paper.to_vec(),
-    });
+    let values = featured
+        .zip(paper)
+        .map(|((k, row), paper)| PaperComparison {
+            beamformer: row.key,
+            name: row.name,
+            here: here(k),
+            paper: paper.to_vec(),
+        });
     Comparison {
         group: group.to_owned(),
         quantity: quantity.to_owned(),

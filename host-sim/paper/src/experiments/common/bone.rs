@@ -7,7 +7,7 @@ use crate::measure::signed_distance::{Region, measure};
 use crate::{Error, Result};
 use bonebeam_drive::config::Image;
 use bonebeam_drive::image::{PixelGrid, grid_of_picture};
-use bonebeam_files::Lines;
+use bonebeam_files::BeamformedLines;
 use bonebeam_simulate::Outline;
 
 use super::truth::{TOLERANCE, first_hits, precision};
@@ -74,7 +74,7 @@ impl View {
     pub fn once<'a>(
         view: &'a mut Option<Self>,
         bone: Option<&Outline>,
-        lines: &Lines,
+        lines: &BeamformedLines,
         image: &Image,
     ) -> Result<&'a Self> {
         let made = match view.take() {

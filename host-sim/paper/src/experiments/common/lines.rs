@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::Result;
 use bonebeam_drive::beamform::beamform;
 use bonebeam_drive::delay::DelayStage;
-use bonebeam_drive::methods::{COMPARED, Compared};
-use bonebeam_files::{ChannelData, Lines};
+use bonebeam_drive::methods::{COMPARED, ComparedMethod};
+use bonebeam_files::{BeamformedLines, ChannelData};
 use bonebeam_oracle::verify::{self, Check};
 
 use super::{Checks, Receive};
@@ -25,7 +25,7 @@ pub fn beamform_all(
     receive: &Receive,
     checks: Option<&Checks>,
     progress: Progress<'_>,
-) -> Result<(Vec<Lines>, Vec<Check>)> {
+) -> Result<(Vec<BeamformedLines>, Vec<Check>)> {
     let stage = DelayStage::new(data, &receive.0)?;
     let (beams, samples) = (stage.beam_x().len(), stage.samples());
     progress(&format!("{what}: delay"), 0.0);
@@ -86,7 +86,7 @@ impl Checked<'_> {
     /// Parameters that the core refuses.
     pub fn checks(
         &self,
-        results: &[(&Compared, &Array2<Complex<f32>>)],
+        results: &[(&ComparedMethod, &Array2<Complex<f32>>)],
         extent: &Checks,
     ) -> Result<Vec<Check>> {
         let receive = self.receive;
@@ -104,7 +104,7 @@ impl Checked<'_> {
             bits: delayed,
             error: None,
         };
-        let frame = verify::beamform::Frame {
+        let frame = verify::beamform::AlignedFrame {
             x: self.x,
             active: |beam: usize, sample: usize| self.stage.active(self.first + beam, sample),
             covariance: receive.0.covariance,

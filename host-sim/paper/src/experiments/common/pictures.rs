@@ -13,7 +13,7 @@ use bonebeam_drive::config;
 use bonebeam_drive::image::{PixelGrid, b_mode};
 use bonebeam_drive::methods::COMPARED;
 use bonebeam_drive::phase_symmetry::{Parameters, phase_symmetry};
-use bonebeam_files::Lines;
+use bonebeam_files::BeamformedLines;
 use bonebeam_oracle::verify::{self, Check};
 
 /// The two pictures of one method.
@@ -76,7 +76,7 @@ impl Studio<'_> {
     ///
     /// # Errors
     /// Lines that do not make an image.
-    pub fn pictures(&self, lines: &[Lines]) -> Result<(Vec<Pair>, Vec<Check>)> {
+    pub fn pictures(&self, lines: &[BeamformedLines]) -> Result<(Vec<Pair>, Vec<Check>)> {
         let made: Vec<(Pair, Vec<Check>)> = COMPARED
             .par_iter()
             .zip(lines)
@@ -90,7 +90,12 @@ impl Studio<'_> {
     ///
     /// # Errors
     /// Lines that do not make an image.
-    pub fn pair(&self, key: &'static str, name: &str, lines: &Lines) -> Result<(Pair, Vec<Check>)> {
+    pub fn pair(
+        &self,
+        key: &'static str,
+        name: &str,
+        lines: &BeamformedLines,
+    ) -> Result<(Pair, Vec<Check>)> {
         let range = self.image.dynamic_range;
         let median = self.image.median;
         let image = b_mode(lines, range as f32, &self.grid, median)?;

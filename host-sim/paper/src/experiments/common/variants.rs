@@ -12,7 +12,7 @@ use crate::Result;
 use bonebeam_drive::beamform::beamform;
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::methods::COMPARED;
-use bonebeam_files::{ChannelData, Lines};
+use bonebeam_files::{BeamformedLines, ChannelData};
 
 use super::Receive;
 use crate::experiments::Progress;
@@ -86,7 +86,7 @@ impl<'a> Aligned<'a> {
         receive: &Receive,
         what: &str,
         progress: Progress<'_>,
-    ) -> Result<Lines> {
+    ) -> Result<BeamformedLines> {
         let step = format!("{what}: {}", variant.name);
         let (beams, samples, _) = self.x.dim();
         let done = AtomicUsize::new(0);

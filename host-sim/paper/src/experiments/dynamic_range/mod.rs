@@ -14,7 +14,7 @@ use super::common::pictures::{picture, scales};
 use super::common::recording::recording;
 use super::common::variants::{Aligned, Variant};
 use super::common::{self, Receive};
-use super::outcome::{Beside, Curve, Part, Picture, Plot, Table, View, number};
+use super::outcome::{Curve, Picture, Plot, Section, SideBySide, Table, View, number};
 use super::{Context, Experiment, Outcome, Overrides};
 
 /// The dynamic range in which levels are measured, dB: below it nothing is told apart.
@@ -255,8 +255,8 @@ impl DynamicRange {
         }
     }
 
-    fn parts(&self, all: &[Measured]) -> Vec<Part> {
-        let mut parts = vec![Part::Text(format!(
+    fn parts(&self, all: &[Measured]) -> Vec<Section> {
+        let mut parts = vec![Section::Text(format!(
             "Points 10 dB apart at 8 mm, an axial gradient of 50 dB at the left, cysts of −∞, −20, −10 and +10 dB in \
              the middle and at the right, a lateral gradient of 50 dB below 38 mm. The truth is known, so that a \
              beamformer that stretches contrast is seen to. K = {}. A slope of 1 dB a dB is linear; the axial \
@@ -268,7 +268,7 @@ impl DynamicRange {
             pictures: vec![m.picture.clone()],
         });
         if let Some(reference) = views.next() {
-            parts.push(Part::Beside(Beside {
+            parts.push(Section::SideBySide(SideBySide {
                 id: "dynamic-range".into(),
                 reference,
                 others: views.collect(),
@@ -281,7 +281,7 @@ impl DynamicRange {
             }));
         }
         let offset = |m: &Measured| m.lateral_db.iter().map(|p| p[1]).fold(f64::MIN, f64::max);
-        parts.push(Part::Plots(vec![Plot {
+        parts.push(Section::Plots(vec![Plot {
             caption:
                 "The lateral gradient: level found by level that is there, each from its brightest"
                     .into(),

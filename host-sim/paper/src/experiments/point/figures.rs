@@ -4,7 +4,7 @@ use crate::Result;
 use crate::experiments::Outcome;
 use crate::experiments::common::beamformers::{Paper, comparison, curves};
 use crate::experiments::common::pictures::scales;
-use crate::experiments::outcome::{Comparison, Gallery, Part, Plot, Table, data, number};
+use crate::experiments::outcome::{Comparison, Gallery, Plot, Section, Table, data, number};
 use bonebeam_drive::methods::COMPARED;
 use bonebeam_oracle::verify::Check;
 
@@ -39,10 +39,10 @@ pub fn outcome(result: &PointResult, range: f64, checks: Vec<Check>) -> Result<O
     Ok(Outcome {
         title: "Point scatterer",
         parts: vec![
-            Part::Text(text),
+            Section::Text(text),
             // The finest sampling first.
-            Part::Plots(plots.rev().collect()),
-            Part::Gallery(gallery),
+            Section::Plots(plots.rev().collect()),
+            Section::Gallery(gallery),
         ],
         pictures: result
             .pictures

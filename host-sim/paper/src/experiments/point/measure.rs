@@ -6,7 +6,7 @@ use crate::Result;
 use crate::experiments::common::pictures::Pair;
 use crate::measure::point::LateralProfile;
 use bonebeam_drive::methods::COMPARED;
-use bonebeam_files::Lines;
+use bonebeam_files::BeamformedLines;
 
 /// The level of the main lobe's width, dB.
 const WIDTH_LEVEL: f64 = -12.0;
@@ -63,7 +63,7 @@ pub struct PointMeasure {
 ///
 /// # Errors
 /// Every sample is 0.
-pub fn measure(spacing: f64, offset: f64, lines: &[Lines]) -> Result<SamplingResult> {
+pub fn measure(spacing: f64, offset: f64, lines: &[BeamformedLines]) -> Result<SamplingResult> {
     let middle = lines[0].beam_x.len() / 2;
     let maxima: Vec<Vec<f64>> = lines.iter().map(beam_maxima).collect();
     let reference = maxima[0].iter().copied().fold(0.0, f64::max);
@@ -92,7 +92,7 @@ pub fn measure(spacing: f64, offset: f64, lines: &[Lines]) -> Result<SamplingRes
 }
 
 /// The largest envelope of each beam.
-fn beam_maxima(lines: &Lines) -> Vec<f64> {
+fn beam_maxima(lines: &BeamformedLines) -> Vec<f64> {
     let rows = lines.z.rows().into_iter();
     rows.map(|row| {
         let envelope = row.iter().map(|z| f64::from(z.re).hypot(f64::from(z.im)));

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::{Error, Result};
 use bonebeam_drive::config::Image;
 use bonebeam_drive::image::PixelGrid;
-use bonebeam_files::Lines;
+use bonebeam_files::BeamformedLines;
 use bonebeam_oracle::verify::Check;
 use bonebeam_simulate::{Phantom, Settings, Summation, channel_data};
 
@@ -159,7 +159,11 @@ impl Point {
     }
 
     /// Phase symmetry sees the whole square; what is shown is the paper's 3 mm of depth.
-    fn pictures(&self, common: &Common, lines: &[Lines]) -> Result<(Vec<Pair>, Vec<Check>)> {
+    fn pictures(
+        &self,
+        common: &Common,
+        lines: &[BeamformedLines],
+    ) -> Result<(Vec<Pair>, Vec<Check>)> {
         let Some(first) = lines.first() else {
             return Err(Error::Data("the point has no lines".into()));
         };

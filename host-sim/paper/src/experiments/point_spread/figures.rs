@@ -4,7 +4,8 @@ use crate::Result;
 use crate::experiments::Outcome;
 use crate::experiments::common::pictures::scales;
 use crate::experiments::outcome::{
-    Beside, BesidePaper, Comparison, Curve, Part, Picture, Plot, Table, View, data, number,
+    Comparison, Curve, PaperComparison, Picture, Plot, Section, SideBySide, Table, View, data,
+    number,
 };
 
 use super::measure::{PhaseResult, PointSpreadResult, ProfileMeasure};
@@ -28,7 +29,7 @@ pub fn outcome(
     pictures: Vec<Picture>,
 ) -> Result<Outcome> {
     let mut views = views.into_iter();
-    let mut parts = vec![Part::Text(format!(
+    let mut parts = vec![Section::Text(format!(
         "One point at the transmit focus of 15 mm, as in the paper's Fig. 2: (a) DAS, (b) ESMV with the largest \
          eigenvalue alone, (c) ESMV without it, (d) the two-way beam profiles. L = M/2, K = 0, forward \
          covariance (Eq. 5); forward-backward (FB) stands beside it. The point lies on a beam. Beams are {:.4} mm \
@@ -37,7 +38,7 @@ pub fn outcome(
         result.beam_spacing_mm
     ))];
     if let Some(reference) = views.next() {
-        parts.push(Part::Beside(Beside {
+        parts.push(Section::SideBySide(SideBySide {
             id: "fig2".into(),
             reference,
             others: views.collect(),
@@ -47,25 +48,25 @@ pub fn outcome(
         }));
     }
     parts.extend([
-        Part::Heading("Beam profiles (Fig. 2d)"),
-        Part::Plots(vec![
+        Section::Heading("Beam profiles (Fig. 2d)"),
+        Section::Plots(vec![
             profiles("Fine beams, forward covariance, as the paper's figure", &result.fine, false),
             profiles("Fine beams, forward-backward", &result.fine, true),
         ]),
-        Part::Heading("Where the point lies between the beams"),
-        Part::Text(
+        Section::Heading("Where the point lies between the beams"),
+        Section::Text(
             "One beam an element, as the paper has it, and the point moved from a beam to the middle between \
              two."
                 .into(),
         ),
-        Part::Plots(phase_plots(&result.phases)),
-        Part::Heading("Noise"),
-        Part::Text(
+        Section::Plots(phase_plots(&result.phases)),
+        Section::Heading("Noise"),
+        Section::Text(
             "Electronic noise with the transducer's spectrum. Channel SNR: the largest sample of the record over \
              the RMS of the noise. Means over the seeds, with the least and the largest."
                 .into(),
         ),
-        Part::Table(noise_table(result)),
+        Section::Table(noise_table(result)),
     ]);
     Ok(Outcome {
         title: "Fig. 2: a point scatterer",
@@ -213,7 +214,7 @@ fn comparisons(result: &PointSpreadResult) -> Vec<Comparison> {
         let keys = ["das", "esmv-rank1", "esmv-without-first"];
         let names = ["DAS", "ESMV rank 1", "ESMV without λ₁"];
         (0..3)
-            .map(|k| BesidePaper {
+            .map(|k| PaperComparison {
                 beamformer: keys[k],
                 name: names[k],
                 here: measures
@@ -234,7 +235,7 @@ fn comparisons(result: &PointSpreadResult) -> Vec<Comparison> {
     }
     let mut all = Vec::new();
     for (group, measures) in sets {
-        let mut add = |quantity: &str, values: Vec<BesidePaper>, note: &'static str| {
+        let mut add = |quantity: &str, values: Vec<PaperComparison>, note: &'static str| {
             all.push(Comparison {
                 group: group.clone(),
                 quantity: quantity.into(),

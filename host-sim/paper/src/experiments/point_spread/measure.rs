@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::Result;
 use crate::experiments::common::variants::Variant;
 use crate::measure::point::LateralProfile;
-use bonebeam_files::Lines;
+use bonebeam_files::BeamformedLines;
 
 /// The levels of the widths, dB: the paper's, and that of the FWHM.
 const LEVELS: [f64; 2] = [-12.0, -6.0];
@@ -85,7 +85,12 @@ pub struct SnrMeasure {
 
 impl ProfileMeasure {
     /// Measures the lines of a beamformer beside those of DAS; the point lies at `point`, m.
-    pub fn new(variant: &Variant, lines: &Lines, das: &Lines, point: f64) -> Result<Self> {
+    pub fn new(
+        variant: &Variant,
+        lines: &BeamformedLines,
+        das: &BeamformedLines,
+        point: f64,
+    ) -> Result<Self> {
         let profile = LateralProfile::new(lines)?;
         let reference = maxima(das).into_iter().fold(0.0, f64::max);
         let decibels = |v: f64| (20.0 * (v / reference).log10()).max(FLOOR_DB);
@@ -137,7 +142,7 @@ impl SnrResult {
 }
 
 /// The largest envelope of each beam.
-fn maxima(lines: &Lines) -> Vec<f64> {
+fn maxima(lines: &BeamformedLines) -> Vec<f64> {
     let rows = lines.z.rows().into_iter();
     rows.map(|row| {
         let envelope = row.iter().map(|z| f64::from(z.re).hypot(f64::from(z.im)));

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::{Error, Result};
 use bonebeam_drive::config::Image;
 use bonebeam_drive::image::{PixelGrid, b_mode};
-use bonebeam_files::Lines;
+use bonebeam_files::BeamformedLines;
 use bonebeam_files::settings::out_of_range;
 use bonebeam_simulate::{Phantom, Settings, Summation, add_noise, channel_data};
 
@@ -17,7 +17,7 @@ use super::common::Receive;
 use super::common::pictures::picture;
 use super::common::variants::{Aligned, Variant};
 use super::outcome::View;
-use super::{Context, Experiment, Outcome, Overrides, Shows};
+use super::{Context, Covers, Experiment, Outcome, Overrides};
 use measure::{PhaseResult, PointSpreadResult, ProfileMeasure, SnrResult};
 
 /// Half the depth that is shown, and half the width, m: the paper's 3 mm × 5 mm.
@@ -69,7 +69,7 @@ impl Default for PointSpread {
 impl Experiment for PointSpread {
     const NAME: &'static str = "point_spread";
 
-    const SHOWS: Shows = Shows {
+    const COVERS: Covers = Covers {
         figures: &[2],
         tables: &[],
         claims: false,
@@ -135,7 +135,8 @@ impl Experiment for PointSpread {
         }
         let (views, pictures) = self.pictures(&shown, &all)?;
         let phases = (0..=self.phases / 2).map(|phase| {
-            let thinned: Vec<Lines> = all.iter().map(|l| self.one_an_element(l, phase)).collect();
+            let thinned: Vec<BeamformedLines> =
+                all.iter().map(|l| self.one_an_element(l, phase)).collect();
             let measures = shown.iter().zip(&thinned);
             let measures = measures
                 .map(|(variant, lines)| ProfileMeasure::new(variant, lines, &thinned[0], point));
@@ -215,11 +216,11 @@ impl PointSpread {
 
     /// One beam an element of the lines, as the paper has it, with the point `phase` steps to the right of
     /// the nearest.
-    fn one_an_element(&self, lines: &Lines, phase: usize) -> Lines {
+    fn one_an_element(&self, lines: &BeamformedLines, phase: usize) -> BeamformedLines {
         let middle = lines.beam_x.len() / 2;
         let first = (middle - phase.min(middle)) % self.phases;
         let kept: Vec<usize> = (first..lines.beam_x.len()).step_by(self.phases).collect();
-        Lines {
+        BeamformedLines {
             z: lines.z.select(ndarray::Axis(0), &kept),
             beam_x: kept.iter().map(|&k| lines.beam_x[k]).collect(),
             ..lines.clone()
@@ -229,7 +230,7 @@ impl PointSpread {
     fn pictures(
         &self,
         variants: &[Variant],
-        all: &[Lines],
+        all: &[BeamformedLines],
     ) -> Result<(Vec<View>, Vec<super::outcome::Picture>)> {
         let Some(first) = all.first() else {
             return Err(Error::Data("the point has no lines".into()));

@@ -15,8 +15,8 @@ use super::common::recording::recording;
 use super::common::truth::beside;
 use super::common::variants::{Aligned, Variant};
 use super::common::{self, Receive};
-use super::outcome::{Beside, Part, Picture, Table, View as Shown, data, number};
-use super::{Context, Experiment, Outcome, Overrides, Shows};
+use super::outcome::{Picture, Section, SideBySide, Table, View as Shown, data, number};
+use super::{Context, Covers, Experiment, Outcome, Overrides};
 
 /// The layers' amplitudes are those of so many scatterers per m³.
 const LAYERS_DENSITY: f64 = 60e9;
@@ -44,7 +44,7 @@ pub struct Spine {
 }
 
 /// A figure of the paper.
-struct Scene {
+struct SpineScene {
     figure: u32,
     name: &'static str,
     bone: Bone<'static>,
@@ -56,8 +56,8 @@ struct Scene {
     scales: [i32; 2],
 }
 
-const SCENES: [Scene; 3] = [
-    Scene {
+const SCENES: [SpineScene; 3] = [
+    SpineScene {
         figure: 10,
         name: "laminae, sagittal",
         bone: Bone::Laminae,
@@ -65,7 +65,7 @@ const SCENES: [Scene; 3] = [
         range: 50.0,
         scales: [8, 9],
     },
-    Scene {
+    SpineScene {
         figure: 11,
         name: "spinous processes, sagittal",
         bone: Bone::SpinousProcesses,
@@ -73,7 +73,7 @@ const SCENES: [Scene; 3] = [
         range: 40.0,
         scales: [7, 9],
     },
-    Scene {
+    SpineScene {
         figure: 12,
         name: "laminae and facet joint, transversal",
         bone: Bone::FacetJoint,
@@ -135,7 +135,7 @@ impl Default for Spine {
 impl Experiment for Spine {
     const NAME: &'static str = "spine";
 
-    const SHOWS: Shows = Shows {
+    const COVERS: Covers = Covers {
         figures: &[10, 11, 12],
         tables: &[],
         claims: false,
@@ -171,7 +171,7 @@ impl Experiment for Spine {
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
         let scenes = SCENES.iter().map(|scene| self.scene(context, scene));
         let scenes = scenes.collect::<Result<Vec<_>>>()?;
-        let mut parts = vec![Part::Text(format!(
+        let mut parts = vec![Section::Text(format!(
             "The paper's Figs. 10 to 12 are of a volunteer. These are three vertebrae of the built-in model under \
              skin, fat, fasciae and muscle: they stand in for the views, not for the man. K = {}, L = M/2, F# 1.5, \
              3 × 3 median, dynamic range and r₀ as the paper has them for each view. An orange line stands 1 mm \
@@ -184,12 +184,12 @@ impl Experiment for Spine {
                 pictures: m.pictures.to_vec(),
             });
             if let Some(reference) = views.next() {
-                parts.push(Part::Heading(match scene.figure {
+                parts.push(Section::Heading(match scene.figure {
                     10 => "Fig. 10: laminae along the spine",
                     11 => "Fig. 11: spinous processes along the spine",
                     _ => "Fig. 12: laminae and a facet joint across the spine",
                 }));
-                parts.push(Part::Beside(Beside {
+                parts.push(Section::SideBySide(SideBySide {
                     id: format!("fig{}", scene.figure),
                     reference,
                     others: views.collect(),
@@ -213,7 +213,7 @@ impl Experiment for Spine {
 }
 
 impl Spine {
-    fn filter(&self, scene: &Scene) -> PhaseSymmetry {
+    fn filter(&self, scene: &SpineScene) -> PhaseSymmetry {
         let [from, to] = scene.scales;
         PhaseSymmetry {
             scales: (from..=to).map(|k| f64::from(-k).exp2()).collect(),
@@ -222,7 +222,7 @@ impl Spine {
         }
     }
 
-    fn phantom(&self, scene: &Scene) -> Result<Phantom> {
+    fn phantom(&self, scene: &SpineScene) -> Result<Phantom> {
         let (mut phantom, _) = scene.bone.phantom(scene.depth, self.thickness)?;
         let settings = &self.simulation;
         phantom.check_within(settings)?;
@@ -249,7 +249,7 @@ impl Spine {
         Ok(phantom)
     }
 
-    fn scene(&self, context: &Context<'_>, scene: &Scene) -> Result<SceneResult> {
+    fn scene(&self, context: &Context<'_>, scene: &SpineScene) -> Result<SceneResult> {
         let what = format!("fig{}", scene.figure);
         let phantom = self.phantom(scene)?;
         let data = recording(context, &what, &self.simulation, &phantom, &|done| {

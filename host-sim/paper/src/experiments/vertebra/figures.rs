@@ -5,7 +5,7 @@ use crate::Result;
 use crate::experiments::Outcome;
 use crate::experiments::common::beamformers::{Paper, comparison, curves};
 use crate::experiments::common::pictures::{Pair, scales};
-use crate::experiments::outcome::{Comparison, Gallery, Part, Plot, Table, data, number};
+use crate::experiments::outcome::{Comparison, Gallery, Plot, Section, Table, data, number};
 use bonebeam_drive::methods::COMPARED;
 use bonebeam_oracle::verify::Check;
 
@@ -56,7 +56,7 @@ pub fn outcome(
     })
 }
 
-fn parts(result: &VertebraResult, vertebra: &Vertebra) -> Vec<Part> {
+fn parts(result: &VertebraResult, vertebra: &Vertebra) -> Vec<Section> {
     let range = vertebra.image.dynamic_range;
     let featured = |pair: &&Pair| {
         let row = COMPARED.iter().find(|row| row.key == pair.beamformer);
@@ -76,7 +76,7 @@ fn parts(result: &VertebraResult, vertebra: &Vertebra) -> Vec<Part> {
         scales: Vec::new(),
     };
     vec![
-        Part::Text(format!(
+        Section::Text(format!(
             "A lumbar vertebra seen from behind: the spinous process in the middle, laminae and articular \
              processes beside it. Bone absorbs totally, so each element hears only what is not in its \
              shadow. {} beams recorded at {} MHz, transmit focus {:.0} mm; B-mode over {range} dB; phase \
@@ -85,25 +85,25 @@ fn parts(result: &VertebraResult, vertebra: &Vertebra) -> Vec<Part> {
             1e-6 * vertebra.simulation.fs,
             1e3 * vertebra.simulation.focus
         )),
-        Part::Gallery(first),
-        Part::Heading("Every beamformer"),
-        Part::Gallery(every),
-        Part::Heading("Image lines"),
-        Part::Text(format!(
+        Section::Gallery(first),
+        Section::Heading("Every beamformer"),
+        Section::Gallery(every),
+        Section::Heading("Image lines"),
+        Section::Text(format!(
             "The axial line goes down through the tip of the spinous process, the lateral one across the \
              laminae at {:.1} mm. Dashed: the known surface. The curves of β = 0.001 % lie almost wholly \
              beneath those of rank 1.",
             result.lateral_depth_mm
         )),
-        Part::Plots(line_plots(result)),
-        Part::Heading("Intensity by signed distance from the surface"),
-        Part::Text(
+        Section::Plots(line_plots(result)),
+        Section::Heading("Intensity by signed distance from the surface"),
+        Section::Text(
             "Mean grey level of all pixels at a distance from the known surface, inside the bone \
              positive. Region A of the paper reaches from −0.5 mm (phase symmetry: 0.1 mm) to 2.1 mm; B is \
              outside of it, C inside."
                 .into(),
         ),
-        Part::Plots(distance_plots(result)),
+        Section::Plots(distance_plots(result)),
     ]
 }
 

@@ -4,7 +4,7 @@ use crate::Result;
 use crate::experiments::Outcome;
 use crate::experiments::common::bone::BoneMeasure;
 use crate::experiments::common::pictures::scales;
-use crate::experiments::outcome::{Beside, Part, Table, View, data, number};
+use crate::experiments::outcome::{Section, SideBySide, Table, View, data, number};
 
 use super::measure::{TissueMeasure, TissueResult};
 use super::parameters::VertebraInTissue;
@@ -22,7 +22,7 @@ pub fn outcome(
         name: m.name.clone(),
         pictures: m.pictures.to_vec(),
     });
-    let mut parts = vec![Part::Text(format!(
+    let mut parts = vec![Section::Text(format!(
         "The built-in vertebra in soft tissue of equal scatterers, {:.0} per mm³, transmit focus {:.0} mm, \
          L = M/2, K = {}, forward covariance; B-mode over {:.0} dB and phase symmetry (PS) of scales 2⁻⁷ to \
          2⁻⁹ with a threshold of 15. An orange line stands 1 mm above the surface that a beam meets first. A \
@@ -35,7 +35,7 @@ pub fn outcome(
         number(result.das_c_db.map(f64::abs)),
     ))];
     if let Some(reference) = views.next() {
-        parts.push(Part::Beside(Beside {
+        parts.push(Section::SideBySide(SideBySide {
             id: "fig3".into(),
             reference,
             others: views.collect(),

@@ -11,7 +11,7 @@ use crate::experiments::outcome::Picture;
 use crate::measure::contrast::{cnr, gcnr, moments, speckle_snr};
 use crate::measure::signed_distance::Region;
 use bonebeam_drive::image::b_mode;
-use bonebeam_files::Lines;
+use bonebeam_files::BeamformedLines;
 
 /// The boxes of the paper: their side, left or right of the middle, and their depths, m.
 const BOXES: [(&str, f64, [f64; 2]); 2] = [("A", -1.0, [26e-3, 29e-3]), ("B", 1.0, [23e-3, 26e-3])];
@@ -60,7 +60,7 @@ impl VertebraInTissue {
     pub(super) fn measure(
         &self,
         variant: &Variant,
-        lines: &Lines,
+        lines: &BeamformedLines,
         view: &View,
     ) -> Result<TissueMeasure> {
         let range = self.image.dynamic_range;

@@ -14,14 +14,14 @@ use super::common::bone::View;
 use super::common::recording::recording;
 use super::common::truth::beside;
 use super::common::variants::{Aligned, Variant};
-use super::{Context, Experiment, Outcome, Overrides, Shows};
+use super::{Context, Covers, Experiment, Outcome, Overrides};
 use measure::TissueResult;
 pub use parameters::VertebraInTissue;
 
 impl Experiment for VertebraInTissue {
     const NAME: &'static str = "vertebra_in_tissue";
 
-    const SHOWS: Shows = Shows {
+    const COVERS: Covers = Covers {
         figures: &[3],
         tables: &[],
         claims: false,

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::experiments::Outcome;
 use crate::experiments::common::pictures::{Pair, scales};
 use crate::experiments::outcome::{
-    Attachment, Beside, Coloured, Curve, Part, Picture, Plot, Table, View, data, number,
+    Attachment, Coloured, Curve, Picture, Plot, Section, SideBySide, Table, View, data, number,
 };
 use crate::measure::registration::expected_fiducial_error;
 use crate::{Error, Result};
@@ -97,10 +97,10 @@ fn expected_fre(bath: &WaterBath) -> f64 {
     1e3 * expected_fiducial_error(4, square).sqrt()
 }
 
-fn parts(found: &Found<'_>) -> Vec<Part> {
+fn parts(found: &Found<'_>) -> Vec<Section> {
     let bath = found.bath;
     let all = found.registrations.of(Sources::ALL);
-    let mut parts = vec![Part::Text(format!(
+    let mut parts = vec![Section::Text(format!(
         "A vertebra with four balls of 2 mm, in water of {:.0} m/s that the scanner takes for {:.0} m/s. The CT \
          volume has {} × {} × {} voxels of {:.2} × {:.2} × {:.2} mm; its surface at −524 HU is brought to the \
          ultrasound volume by the balls' tips. The ultrasound volume has {} slices of {:.1} mm, each from one \
@@ -124,26 +124,28 @@ fn parts(found: &Found<'_>) -> Vec<Part> {
         all.towards_array_mm
     ))];
     for (k, (slice, measured)) in found.slices.iter().zip(found.measured).enumerate() {
-        parts.push(Part::Heading(["Slice 1 (Fig. 4)", "Slice 2 (Fig. 5)"][k]));
-        parts.push(Part::Beside(beside(k, slice, measured, bath)));
+        parts.push(Section::Heading(
+            ["Slice 1 (Fig. 4)", "Slice 2 (Fig. 5)"][k],
+        ));
+        parts.push(Section::SideBySide(beside(k, slice, measured, bath)));
     }
-    parts.push(Part::Heading(
+    parts.push(Section::Heading(
         "Intensity by signed distance (Figs. 6 and 7)",
     ));
-    parts.push(Part::Text(
+    parts.push(Section::Text(
         "Mean grey level of all pixels at a distance from the contour, inside positive. Region A reaches from \
          −0.5 mm (PS: 0.1 mm) to 2.1 mm; B is outside of it, C inside. The colour maps have every pixel's \
          grey level in the colour of its distance: blue outside, red inside."
             .into(),
     ));
     for (k, (slice, measured)) in found.slices.iter().zip(found.measured).enumerate() {
-        parts.push(Part::Coloured(distance_maps(k, slice, measured)));
-        parts.push(Part::Plots(distance_plots(k, measured)));
+        parts.push(Section::Coloured(distance_maps(k, slice, measured)));
+        parts.push(Section::Plots(distance_plots(k, measured)));
     }
-    parts.push(Part::Heading("Table I"));
-    parts.push(Part::Table(table(found.measured)));
-    parts.push(Part::Heading("Which source makes the bias"));
-    parts.push(Part::Text(format!(
+    parts.push(Section::Heading("Table I"));
+    parts.push(Section::Table(table(found.measured)));
+    parts.push(Section::Heading("Which source makes the bias"));
+    parts.push(Section::Text(format!(
         "Localisation error of Table I under every combination of sources. Registration: the balls picked at \
          their brightest voxel, or where their echo begins to be seen (half its grey level). A shift that all \
          balls have in common does not show in the FRE. Over {} registrations with a further picking error of \
@@ -154,14 +156,14 @@ fn parts(found: &Found<'_>) -> Vec<Part> {
         spread(&drawn(found.draws, 0, 0, 0)),
         spread(&drawn(found.draws, 0, 1, 1)),
     )));
-    parts.push(Part::Table(sources_table(found)));
-    parts.push(Part::Table(registrations_table(found.registrations)));
-    parts.push(Part::Heading("Image lines (Figs. 8 and 9)"));
-    parts.push(Part::Text(
+    parts.push(Section::Table(sources_table(found)));
+    parts.push(Section::Table(registrations_table(found.registrations)));
+    parts.push(Section::Heading("Image lines (Figs. 8 and 9)"));
+    parts.push(Section::Text(
         "Down through the spinous process, and across its sidewalls. Dashed: the contour.".into(),
     ));
     for (k, measured) in found.measured.iter().enumerate() {
-        parts.push(Part::Plots(line_plots(k, measured)));
+        parts.push(Section::Plots(line_plots(k, measured)));
     }
     parts
 }
@@ -185,14 +187,14 @@ fn name(key: &str) -> &'static str {
     row.map_or("", |row| row.name)
 }
 
-fn beside(k: usize, slice: &Images, measured: &Measured, bath: &WaterBath) -> Beside {
+fn beside(k: usize, slice: &Images, measured: &Measured, bath: &WaterBath) -> SideBySide {
     let view = |pair: &Pair| View {
         name: name(pair.beamformer).into(),
         pictures: pair.card(),
     };
     let mut views = slice.pairs.iter().map(view).collect::<Vec<_>>();
     let reference = views.remove(0);
-    Beside {
+    SideBySide {
         id: format!("water-bath-{}", k + 1),
         reference,
         first: views.len() - 1,

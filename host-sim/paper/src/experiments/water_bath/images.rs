@@ -12,8 +12,8 @@ use crate::experiments::common::{Checks, Receive};
 use bonebeam_drive::beamform::beamform;
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::image::{PixelGrid, b_mode};
-use bonebeam_drive::methods::{COMPARED, Compared};
-use bonebeam_files::{ChannelData, Lines, Transmits};
+use bonebeam_drive::methods::{COMPARED, ComparedMethod};
+use bonebeam_files::{BeamformedLines, ChannelData, Transmits};
 use bonebeam_oracle::verify::Check;
 use bonebeam_simulate::{Clutter, Phantom, Scatterer, Settings};
 
@@ -37,7 +37,7 @@ pub struct Images {
     pub checks: Vec<Check>,
 }
 
-fn methods(keys: &[&str]) -> Vec<&'static Compared> {
+fn methods(keys: &[&str]) -> Vec<&'static ComparedMethod> {
     let wanted = |key: &&str| COMPARED.iter().find(|row| row.key == *key);
     keys.iter().filter_map(wanted).collect()
 }
@@ -150,17 +150,17 @@ impl WaterBath {
         &self,
         data: &ChannelData,
         receive: &Receive,
-        methods: &[&Compared],
+        methods: &[&ComparedMethod],
         sound_speed: bool,
         checks: Option<(&str, &Checks)>,
-    ) -> Result<(Vec<Lines>, Vec<Check>)> {
+    ) -> Result<(Vec<BeamformedLines>, Vec<Check>)> {
         let mut section = receive.0.clone();
         section.sound_speed = Some(self.simulation.c * self.ratio(sound_speed));
         let stage = DelayStage::new(data, &section)?;
         let beams = stage.beam_x().len();
         let shape = (beams, stage.samples());
         let empty = || stage.lines(Array2::zeros(shape));
-        let mut all: Vec<Lines> = methods.iter().map(|_| empty()).collect();
+        let mut all: Vec<BeamformedLines> = methods.iter().map(|_| empty()).collect();
         let mut found = Vec::new();
         for first in (0..beams).step_by(BEAMS) {
             let range = first..(first + BEAMS).min(beams);

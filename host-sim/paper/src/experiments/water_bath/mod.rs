@@ -20,14 +20,14 @@ use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_rang
 use bonebeam_files::terminal::warn;
 
 use super::common;
-use super::{Context, Experiment, Outcome, Overrides, Shows};
+use super::{Context, Covers, Experiment, Outcome, Overrides};
 pub use parameters::WaterBath;
 use registration::{Ct, Registrations};
 use specimen::Specimen;
 
 impl Experiment for WaterBath {
     const NAME: &'static str = "water_bath";
-    const SHOWS: Shows = Shows {
+    const COVERS: Covers = Covers {
         figures: &[4, 5, 6, 7, 8, 9],
         tables: &[1],
         claims: false,
@@ -112,8 +112,8 @@ impl Experiment for WaterBath {
         progress("water bath: CT", 0.0);
         let length = self.sweep as f64 * self.sweep_step + 8e-3;
         let mesh = self.mesh.as_deref();
-        let (specimen, doubts) = Specimen::new(mesh, self.height, self.depth, length)?;
-        doubts.iter().for_each(|doubt| warn(doubt));
+        let (specimen, warnings) = Specimen::new(mesh, self.height, self.depth, length)?;
+        warnings.iter().for_each(|warning| warn(warning));
         let ct = Ct::new(self, &specimen)?;
 
         let volumes = self.volumes(&specimen, context)?;

@@ -48,7 +48,7 @@ impl Specimen {
             mesh,
             slice: height,
         };
-        let (bone, doubts) = bone.surface(depth, length)?;
+        let (bone, warnings) = bone.surface(depth, length)?;
         let mut centres = Vec::new();
         for [x, y] in GLUED {
             let (point, normal) = bone.shallowest(x, y).ok_or_else(|| {
@@ -75,7 +75,7 @@ impl Specimen {
                 centres,
                 whole,
             },
-            doubts,
+            warnings,
         ))
     }
 

@@ -2,7 +2,7 @@
 
 /// The record's samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Record {
+pub struct TimeAxis {
     /// Sampling frequency, Hz.
     pub fs: f64,
     /// Time of the first sample, s.
@@ -39,7 +39,7 @@ impl Window {
     /// The window of a record for a pulse of the frequencies `band`, Hz, with its rows at `rate`, Hz. Echoes
     /// that reach into the record may reach beyond it by `margin`, s, on either side; an element fires up to
     /// `advance`, s, early.
-    pub fn new(record: Record, advance: f64, band: [f64; 2], rate: f64, margin: f64) -> Self {
+    pub fn new(record: TimeAxis, advance: f64, band: [f64; 2], rate: f64, margin: f64) -> Self {
         let [lowest, highest] = band;
         let fs = record.fs;
         let decimation = (fs / rate).round() as usize;

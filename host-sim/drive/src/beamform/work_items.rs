@@ -1,4 +1,4 @@
-//! How a frame is cut for the lanes: segments of one active set, and stretches of long segments.
+//! How a frame is cut for the lanes: segments of one active set, and parts of long segments.
 
 use std::cmp::Reverse;
 use std::ops::Range;
@@ -11,9 +11,9 @@ use rayon::prelude::*;
 /// The active elements of a beam at a sample: `active(beam, sample)`.
 pub type Apertures<'a> = dyn Fn(usize, usize) -> Active + Sync + 'a;
 
-/// Samples of one beam with one active set: a segment, or a stretch of one.
+/// Samples of one beam with one active set: a segment, or a part of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Piece {
+pub struct WorkItem {
     pub beam: usize,
     pub first_sample: usize,
     pub samples: usize,
@@ -22,10 +22,10 @@ pub struct Piece {
     pub of: usize,
 }
 
-impl Piece {
+impl WorkItem {
     /// At most `length` samples of it from its sample `first` on.
     fn part(&self, first: usize, length: usize) -> Self {
-        Piece {
+        WorkItem {
             first_sample: self.first_sample + first,
             samples: length.min(self.samples - first),
             ..*self
@@ -33,35 +33,35 @@ impl Piece {
     }
 }
 
-/// What a covariance costs beside a whole output, about: a stretch begins with `2K` covariances.
+/// What a covariance costs beside a whole output, about: a part begins with `2K` covariances.
 const COVARIANCE: f64 = 0.5;
 
 /// So many groups have little to gain: at most the last one's lanes are not full.
 const MOST_GROUPS: usize = 16;
 
-/// The pieces that a thread beamforms at a time, and the blocks of aligned samples that they read: few enough to
+/// The work items that a thread beamforms at a time, and the blocks of aligned samples that they read: few enough to
 /// stay in its cache until the next tile overwrites them.
 #[derive(Clone, Debug, Default)]
 pub struct Tile {
     /// Whether DAS makes them: they are outside the depths of the beamformer.
     pub by_das: bool,
     /// In the order of [`groups`].
-    pub pieces: Vec<Piece>,
+    pub items: Vec<WorkItem>,
     /// From line to line and down each, with the number of samples.
     pub blocks: Vec<(Block, usize)>,
 }
 
 impl Tile {
-    fn new(runs: &[Piece], lanes: usize, temporal_half_window: usize) -> Self {
-        let mut by_line: Vec<&Piece> = runs.iter().collect();
-        by_line.sort_unstable_by_key(|piece| (piece.beam, piece.first_sample));
+    fn new(segments: &[WorkItem], lanes: usize, temporal_half_window: usize) -> Self {
+        let mut by_line: Vec<&WorkItem> = segments.iter().collect();
+        by_line.sort_unstable_by_key(|item| (item.beam, item.first_sample));
         let reach = 2 * temporal_half_window;
-        let touch = |a: &&Piece, b: &&Piece| {
+        let touch = |a: &&WorkItem, b: &&WorkItem| {
             a.beam == b.beam && b.first_sample <= a.first_sample + a.samples + reach
         };
-        let blocks = by_line.chunk_by(touch).map(|pieces| {
+        let blocks = by_line.chunk_by(touch).map(|items| {
             // Deeper sets contain shallower ones.
-            let (top, bottom) = (pieces[0], pieces[pieces.len() - 1]);
+            let (top, bottom) = (items[0], items[items.len() - 1]);
             let first = top.first_sample.saturating_sub(temporal_half_window);
             let end = bottom.first_sample + bottom.samples + temporal_half_window;
             let block = Block {
@@ -74,60 +74,60 @@ impl Tile {
         Tile {
             by_das: false,
             blocks: blocks.collect(),
-            pieces: stretches(runs, lanes, temporal_half_window),
+            items: cut_segments(segments, lanes, temporal_half_window),
         }
     }
 
-    /// Which of its blocks a piece reads.
-    pub fn block_of(&self, piece: &Piece) -> usize {
-        let place = (piece.beam, piece.first_sample);
+    /// Which of its blocks a work item reads.
+    pub fn block_of(&self, item: &WorkItem) -> usize {
+        let position = (item.beam, item.first_sample);
         let after = self
             .blocks
-            .partition_point(|(block, _)| (block.line, block.first) <= place);
+            .partition_point(|(block, _)| (block.line, block.first) <= position);
         after - 1
     }
 
     /// How many aligned samples it reads.
-    pub fn held(&self) -> usize {
+    pub fn buffered(&self) -> usize {
         self.blocks.iter().map(|(_, samples)| samples).sum()
     }
 }
 
-/// Runs as tiles of up to `most` samples, or as tiles of a group each, whose blocks do not matter. Long segments are
+/// Segments as tiles of up to `most` samples, or as tiles of a group each, whose blocks do not matter. Long segments are
 /// cut at multiples of the time window's block: no bit changes.
 pub fn tiles(
-    runs: &[Piece],
+    segments: &[WorkItem],
     most: Option<usize>,
     lanes: usize,
     temporal_half_window: usize,
 ) -> Vec<Tile> {
     let Some(most) = most else {
-        let pieces = stretches(runs, lanes, temporal_half_window);
-        let tile = |group: &[Piece]| Tile {
-            pieces: group.to_vec(),
+        let items = cut_segments(segments, lanes, temporal_half_window);
+        let tile = |group: &[WorkItem]| Tile {
+            items: group.to_vec(),
             ..Tile::default()
         };
-        return groups(&pieces, lanes).map(tile).collect();
+        return groups(&items, lanes).map(tile).collect();
     };
     let block = temporal_half_window.saturating_mul(2).saturating_add(1);
-    let mut parts: Vec<Vec<Piece>> = vec![Vec::new()];
-    let mut held = 0;
-    for alike in runs.chunk_by(|a, b| a.active.count == b.active.count) {
-        let total: usize = alike.iter().map(|run| run.samples).sum();
+    let mut parts: Vec<Vec<WorkItem>> = vec![Vec::new()];
+    let mut buffered = 0;
+    for alike in segments.chunk_by(|a, b| a.active.count == b.active.count) {
+        let total: usize = alike.iter().map(|segment| segment.samples).sum();
         if total > most {
             // From depth to depth, all of them.
             let length = (most / alike.len()).max(block) / block * block;
             for first in (0..alike[0].samples).step_by(length) {
-                let below = alike.iter().filter(|run| run.samples > first);
-                parts.push(below.map(|run| run.part(first, length)).collect());
+                let below = alike.iter().filter(|segment| segment.samples > first);
+                parts.push(below.map(|segment| segment.part(first, length)).collect());
             }
-            held = most;
+            buffered = most;
             continue;
         }
-        held += total;
-        if held > most {
+        buffered += total;
+        if buffered > most {
             parts.push(Vec::new());
-            held = total;
+            buffered = total;
         }
         parts.last_mut().expect("one at least").extend(alike);
     }
@@ -137,9 +137,9 @@ pub fn tiles(
         .collect()
 }
 
-/// Pieces of one number of active elements, at most one a lane.
-pub fn groups(pieces: &[Piece], lanes: usize) -> impl Iterator<Item = &[Piece]> {
-    let alike = pieces.chunk_by(|a, b| a.active.count == b.active.count);
+/// Work items of one number of active elements, at most one a lane.
+pub fn groups(items: &[WorkItem], lanes: usize) -> impl Iterator<Item = &[WorkItem]> {
+    let alike = items.chunk_by(|a, b| a.active.count == b.active.count);
     alike.flat_map(move |alike| alike.chunks(lanes))
 }
 
@@ -153,48 +153,57 @@ pub fn largest(beams: usize, samples: usize, active: &Apertures<'_>) -> usize {
 /// What makes the samples `within` of each beam, in the order in which they are best beamformed: lanes share the
 /// number of active elements, and the longest work comes first, so that threads end alike. Some above come with
 /// them.
-pub fn adaptive_runs(
+pub fn adaptive_segments(
     beams: Range<usize>,
     samples: usize,
     active: &Apertures<'_>,
     within: &Range<usize>,
     temporal_half_window: usize,
-) -> Vec<Piece> {
+) -> Vec<WorkItem> {
     in_order(beams, |beam| {
         let active = |sample| active(beam, sample);
-        let runs = segments_within(samples, active, within.clone(), temporal_half_window);
-        runs.map(|run| piece(beam, samples, run)).collect()
+        let segments = segments_within(samples, active, within.clone(), temporal_half_window);
+        segments
+            .map(|segment| work_item(beam, samples, segment))
+            .collect()
     })
 }
 
 /// The segments of all samples but those `within`, for DAS, which has no time window.
-pub fn other_runs(
+pub fn other_segments(
     beams: Range<usize>,
     samples: usize,
     active: &Apertures<'_>,
     within: &Range<usize>,
-) -> Vec<Piece> {
+) -> Vec<WorkItem> {
     let [start, end] = [within.start, within.end].map(|edge| edge.min(samples));
     in_order(beams, |beam| {
         let rest = [0..start, end.max(start)..samples].into_iter();
-        let runs = rest.flat_map(|rest| {
+        let segments = rest.flat_map(|rest| {
             let start = rest.start;
-            let runs = constant_segments(rest.len(), move |sample| active(beam, start + sample));
-            runs.map(move |(first, length, set)| piece(beam, samples, (start + first, length, set)))
+            let segments =
+                constant_segments(rest.len(), move |sample| active(beam, start + sample));
+            segments.map(move |(first, length, set)| {
+                work_item(beam, samples, (start + first, length, set))
+            })
         });
-        runs.collect()
+        segments.collect()
     })
 }
 
-fn in_order(beams: Range<usize>, of_beam: impl Fn(usize) -> Vec<Piece> + Sync) -> Vec<Piece> {
+fn in_order(beams: Range<usize>, of_beam: impl Fn(usize) -> Vec<WorkItem> + Sync) -> Vec<WorkItem> {
     let of_beam = |beam| of_beam(beam);
-    let mut runs: Vec<Piece> = beams.into_par_iter().flat_map_iter(of_beam).collect();
-    runs.par_sort_by_key(order);
-    runs
+    let mut segments: Vec<WorkItem> = beams.into_par_iter().flat_map_iter(of_beam).collect();
+    segments.par_sort_by_key(order);
+    segments
 }
 
-fn piece(beam: usize, of: usize, (first_sample, samples, active): (usize, usize, Active)) -> Piece {
-    Piece {
+fn work_item(
+    beam: usize,
+    of: usize,
+    (first_sample, samples, active): (usize, usize, Active),
+) -> WorkItem {
+    WorkItem {
         beam,
         of,
         first_sample,
@@ -203,68 +212,68 @@ fn piece(beam: usize, of: usize, (first_sample, samples, active): (usize, usize,
     }
 }
 
-/// Cuts long segments into stretches where that fills lanes. Below the depth of full aperture every beam near
+/// Cuts long segments into parts where that fills lanes. Below the depth of full aperture every beam near
 /// the array's ends has a number of active elements of its own, and two beams would fill two lanes.
 ///
 /// A time window of `2K+1` samples is summed in blocks of as many, so a segment is cut at multiples of them:
 /// no bit changes.
-fn stretches(runs: &[Piece], lanes: usize, temporal_half_window: usize) -> Vec<Piece> {
-    let of_count = |alike: &[Piece]| best(alike, lanes, temporal_half_window);
-    let alike: Vec<&[Piece]> = runs
+fn cut_segments(segments: &[WorkItem], lanes: usize, temporal_half_window: usize) -> Vec<WorkItem> {
+    let of_count = |alike: &[WorkItem]| best(alike, lanes, temporal_half_window);
+    let alike: Vec<&[WorkItem]> = segments
         .chunk_by(|a, b| a.active.count == b.active.count)
         .collect();
     alike.into_par_iter().flat_map_iter(of_count).collect()
 }
 
 /// The cheapest way to cut segments of one number of active elements.
-fn best(runs: &[Piece], lanes: usize, temporal_half_window: usize) -> Vec<Piece> {
+fn best(segments: &[WorkItem], lanes: usize, temporal_half_window: usize) -> Vec<WorkItem> {
     let block = temporal_half_window.saturating_mul(2).saturating_add(1);
     let head = 2.0 * temporal_half_window as f64 * COVARIANCE;
-    let cost = |pieces: &[Piece]| -> f64 {
+    let cost = |items: &[WorkItem]| -> f64 {
         // The first of a group is its longest.
-        let groups = pieces.chunks(lanes);
+        let groups = items.chunks(lanes);
         groups.map(|group| group[0].samples as f64 + head).sum()
     };
-    let total: usize = runs.iter().map(|run| run.samples).sum();
-    let mut best = (cost(runs), runs.to_vec());
-    let groups = runs.len().div_ceil(lanes);
+    let total: usize = segments.iter().map(|segment| segment.samples).sum();
+    let mut best = (cost(segments), segments.to_vec());
+    let groups = segments.len().div_ceil(lanes);
     if groups > MOST_GROUPS {
         return best.1;
     }
     // As long as so many groups of full lanes would make them, and whole blocks.
     for groups in groups..groups + 4 {
         let length = total.div_ceil(lanes * groups).next_multiple_of(block);
-        let pieces = cut(runs, length);
-        let cost = cost(&pieces);
+        let items = cut(segments, length);
+        let cost = cost(&items);
         if cost < best.0 {
-            best = (cost, pieces);
+            best = (cost, items);
         }
     }
     best.1
 }
 
-/// Stretches of at most `length` samples.
-fn cut(runs: &[Piece], length: usize) -> Vec<Piece> {
-    let stretches = |run: &Piece| {
-        let run = *run;
-        let firsts = (0..run.samples).step_by(length);
-        firsts.map(move |first| run.part(first, length))
+/// Parts of at most `length` samples.
+fn cut(segments: &[WorkItem], length: usize) -> Vec<WorkItem> {
+    let parts_of = |segment: &WorkItem| {
+        let segment = *segment;
+        let firsts = (0..segment.samples).step_by(length);
+        firsts.map(move |first| segment.part(first, length))
     };
-    let mut pieces: Vec<Piece> = runs.iter().flat_map(stretches).collect();
-    pieces.sort_by_key(order);
-    pieces
+    let mut items: Vec<WorkItem> = segments.iter().flat_map(parts_of).collect();
+    items.sort_by_key(order);
+    items
 }
 
-fn order(piece: &Piece) -> Reverse<(usize, usize)> {
-    Reverse((piece.active.count, piece.samples))
+fn order(item: &WorkItem) -> Reverse<(usize, usize)> {
+    Reverse((item.active.count, item.samples))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn run(beam: usize, samples: usize) -> Piece {
-        Piece {
+    fn segment(beam: usize, samples: usize) -> WorkItem {
+        WorkItem {
             beam,
             first_sample: 100,
             samples,
@@ -274,35 +283,36 @@ mod tests {
     }
 
     #[test]
-    fn two_long_runs_fill_all_lanes() {
+    fn two_long_segments_fill_all_lanes() {
         for (lanes, temporal_half_window) in [(16, 0), (8, 2), (4, 10)] {
-            let runs = [run(0, 467), run(1, 467)];
-            let pieces = stretches(&runs, lanes, temporal_half_window);
-            assert!(pieces.len() > lanes / 2, "{pieces:?}");
-            assert!(pieces.len() <= lanes);
+            let segments = [segment(0, 467), segment(1, 467)];
+            let items = cut_segments(&segments, lanes, temporal_half_window);
+            assert!(items.len() > lanes / 2, "{items:?}");
+            assert!(items.len() <= lanes);
             let block = 2 * temporal_half_window + 1;
             let fair = (2 * 467usize).div_ceil(lanes).next_multiple_of(block);
-            assert!(pieces.iter().all(|piece| piece.samples <= fair));
+            assert!(items.iter().all(|item| item.samples <= fair));
         }
     }
 
-    /// Every sample once, and every stretch begins at a block of its segment.
+    /// Every sample once, and every part begins at a block of its segment.
     #[test]
     fn nothing_is_lost_and_blocks_stay_whole() {
-        let runs: Vec<Piece> = (0..11).map(|beam| run(beam, 700 - 40 * beam)).collect();
+        let segments: Vec<WorkItem> = (0..11).map(|beam| segment(beam, 700 - 40 * beam)).collect();
         for temporal_half_window in [0, 1, 10, usize::MAX] {
-            let pieces = stretches(&runs, 8, temporal_half_window);
-            for run in &runs {
-                let mut own: Vec<&Piece> = pieces.iter().filter(|p| p.beam == run.beam).collect();
-                own.sort_by_key(|piece| piece.first_sample);
-                let mut next = run.first_sample;
-                for piece in own {
-                    assert_eq!((piece.first_sample, piece.active), (next, run.active));
+            let items = cut_segments(&segments, 8, temporal_half_window);
+            for segment in &segments {
+                let mut own: Vec<&WorkItem> =
+                    items.iter().filter(|p| p.beam == segment.beam).collect();
+                own.sort_by_key(|item| item.first_sample);
+                let mut next = segment.first_sample;
+                for item in own {
+                    assert_eq!((item.first_sample, item.active), (next, segment.active));
                     let block = temporal_half_window.saturating_mul(2).saturating_add(1);
-                    assert_eq!((next - run.first_sample) % block, 0);
-                    next += piece.samples;
+                    assert_eq!((next - segment.first_sample) % block, 0);
+                    next += item.samples;
                 }
-                assert_eq!(next, run.first_sample + run.samples);
+                assert_eq!(next, segment.first_sample + segment.samples);
             }
         }
     }
@@ -316,31 +326,33 @@ mod tests {
             count: (4 + beam % 3 + sample / 20).min(12),
         };
         for (window, gate) in [(0, 0..300), (2, 0..300), (10, 0..300), (2, 90..260)] {
-            let adaptive = adaptive_runs(0..beams, samples, &active, &gate, window);
-            let others = other_runs(0..beams, samples, &active, &gate);
+            let adaptive = adaptive_segments(0..beams, samples, &active, &gate, window);
+            let others = other_segments(0..beams, samples, &active, &gate);
             for most in [40, 700, 6000] {
                 let mut times = vec![0; beams * samples];
                 let of = tiles(&adaptive, Some(most), 8, window).into_iter();
                 let of = of.map(|tile| (tile, window, gate.clone()));
                 let das = tiles(&others, Some(most), 8, 0).into_iter();
                 for (tile, window, wanted) in of.chain(das.map(|tile| (tile, 0, 0..samples))) {
-                    let outputs: usize = tile.pieces.iter().map(|piece| piece.samples).sum();
+                    let outputs: usize = tile.items.iter().map(|item| item.samples).sum();
                     // A block of the time window of each line, at the least.
                     assert!(
                         outputs <= most.max(beams * (2 * window + 1)),
                         "{most} {outputs}"
                     );
                     // Between segments that touch nothing is aligned twice, and elsewhere nothing in vain.
-                    assert!(tile.held() <= outputs + tile.blocks.len() * 4 * window + outputs / 4);
-                    for piece in &tile.pieces {
-                        let (block, length) = &tile.blocks[tile.block_of(piece)];
-                        let end = piece.first_sample + piece.samples;
-                        assert_eq!(block.line, piece.beam);
-                        assert!(block.first <= piece.first_sample.saturating_sub(window));
+                    assert!(
+                        tile.buffered() <= outputs + tile.blocks.len() * 4 * window + outputs / 4
+                    );
+                    for item in &tile.items {
+                        let (block, length) = &tile.blocks[tile.block_of(item)];
+                        let end = item.first_sample + item.samples;
+                        assert_eq!(block.line, item.beam);
+                        assert!(block.first <= item.first_sample.saturating_sub(window));
                         assert!(block.first + length >= (end + window).min(samples));
-                        assert!(block.active.count >= piece.active.count);
-                        for sample in piece.first_sample.max(wanted.start)..end {
-                            times[piece.beam * samples + sample] += 1;
+                        assert!(block.active.count >= item.active.count);
+                        for sample in item.first_sample.max(wanted.start)..end {
+                            times[item.beam * samples + sample] += 1;
                         }
                     }
                 }
@@ -350,15 +362,15 @@ mod tests {
     }
 
     #[test]
-    fn full_groups_of_equal_runs_stay_whole() {
-        let runs: Vec<Piece> = (0..16).map(|beam| run(beam, 12)).collect();
-        assert_eq!(stretches(&runs, 8, 2), runs);
+    fn full_groups_of_equal_segments_stay_whole() {
+        let segments: Vec<WorkItem> = (0..16).map(|beam| segment(beam, 12)).collect();
+        assert_eq!(cut_segments(&segments, 8, 2), segments);
         // One lane is always full.
         assert_eq!(
-            stretches(&[run(0, 467), run(1, 31)], 1, 2),
-            [run(0, 467), run(1, 31)]
+            cut_segments(&[segment(0, 467), segment(1, 31)], 1, 2),
+            [segment(0, 467), segment(1, 31)]
         );
         // Nor is a segment cut that is no longer than a block.
-        assert_eq!(stretches(&runs[..3], 8, 10), runs[..3]);
+        assert_eq!(cut_segments(&segments[..3], 8, 10), segments[..3]);
     }
 }

@@ -2,15 +2,15 @@
 
 use crate::cells::Cell;
 use crate::pulse::Pulse;
-use crate::record::Window;
 use crate::response::Response;
-use crate::scatterer::Source;
+use crate::scatterer::PointSource;
 use crate::shadow::Shadow;
+use crate::time_axis::Window;
 
 /// What the sum is made of.
-pub struct Scene<'a> {
+pub struct CellSumInput<'a> {
     /// The scatterers.
-    pub sources: &'a [Source],
+    pub sources: &'a [PointSource],
     /// The same by cells.
     pub cells: &'a [Cell],
     /// Which elements hear which.
@@ -40,7 +40,7 @@ pub struct Beam {
     pub advance: Vec<f64>,
 }
 
-impl Scene<'_> {
+impl CellSumInput<'_> {
     /// How many pairs of elements are asked for.
     pub fn pairs(&self) -> usize {
         let elements = self.element_x.len();

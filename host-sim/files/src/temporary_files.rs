@@ -10,24 +10,26 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-static LEFTOVERS: Mutex<Leftovers> = Mutex::new(Leftovers {
+static TEMPORARY_FILES: Mutex<TemporaryFiles> = Mutex::new(TemporaryFiles {
     files: BTreeSet::new(),
     folders: Vec::new(),
 });
 
 /// Temporary files, and folders that are new.
-pub struct Leftovers {
+pub struct TemporaryFiles {
     files: BTreeSet<PathBuf>,
     folders: Vec<PathBuf>,
 }
 
 /// The turn of whoever holds it; a signal waits until it is dropped.
-pub fn turn() -> MutexGuard<'static, Leftovers> {
+pub fn lock() -> MutexGuard<'static, TemporaryFiles> {
     // A thread that panicked in its turn has left the lists whole.
-    LEFTOVERS.lock().unwrap_or_else(PoisonError::into_inner)
+    TEMPORARY_FILES
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Leftovers {
+impl TemporaryFiles {
     /// A temporary file is there.
     pub fn add(&mut self, file: &Path) {
         self.files.insert(file.to_path_buf());
@@ -67,8 +69,8 @@ pub fn remove_at_signals() {
     };
     let _ = std::thread::Builder::new().spawn(move || {
         if let Some(signal) = signals.forever().next() {
-            let mut leftovers = turn();
-            leftovers.remove();
+            let mut temporary_files = lock();
+            temporary_files.remove();
             // With the lock in hand: nothing new is made while the program ends.
             std::process::exit(128 + signal);
         }
