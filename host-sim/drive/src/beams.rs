@@ -124,7 +124,7 @@ fn grid(data: &ChannelData, array: &Array<'_>, kind: LineKind, parameters: &Beam
     }
 }
 
-/// Where all transmits converge and each on a place of its own: a line through each focus, if they come
+/// Where all transmits converge and each at a position of its own: a line through each focus, if they come
 /// from left to right.
 fn through_foci(data: &ChannelData, array: &Array<'_>, kind: LineKind) -> Option<Vec<Ray>> {
     let Transmits::VirtualSource { x, z } = &data.transmits else {
@@ -152,7 +152,7 @@ fn through_foci(data: &ChannelData, array: &Array<'_>, kind: LineKind) -> Option
         .then_some(rays)
 }
 
-/// The array's normal that goes through a place.
+/// The array's normal that goes through a position.
 fn normal_through(array: &Array<'_>, position: [f64; 2]) -> Ray {
     let (mut low, mut high) = (0.0, (array.elements() - 1) as f64);
     for _ in 0..HALVINGS {

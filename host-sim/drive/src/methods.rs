@@ -7,7 +7,7 @@ use bonebeam::beamform::Method;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-/// What some methods are told beside their name: keys of the configuration and flags.
+/// What some methods take beside their name: keys of the configuration and flags.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
     /// β of the cross-spectral rank rule (Eq. 8).

@@ -13,7 +13,7 @@ use crate::{Error, Result};
 /// Depths beyond so many times the record's end are a mistake, and would take memory for nothing.
 const FAR_BEYOND: f64 = 2.0;
 
-/// What is probably not meant: sentences for a person.
+/// Warnings about input that is accepted but probably not meant: sentences for a person.
 ///
 /// # Errors
 /// As [`check_depths`].
@@ -47,7 +47,7 @@ fn sparse(data: &ChannelData, parameters: &Beamform) -> Option<String> {
     })
 }
 
-/// Depths that were asked for must be recorded; a little beyond may be meant, and is told.
+/// Depths that were asked for must be recorded; a little beyond may be meant, and is a warning.
 ///
 /// # Errors
 /// [`Error::Usage`] for depths that are not recorded at all, or far beyond.

@@ -84,17 +84,17 @@ impl Seek for Sink<'_> {
     }
 }
 
-/// The outputs of one run. They are staged under temporary names beside their places, and appear
+/// The outputs of one run. They are written under temporary names beside their targets, and appear
 /// together at [`Outputs::commit`]; dropped before that, they leave nothing behind.
 #[derive(Default)]
 pub struct Outputs {
     pending: Vec<Pending>,
 }
 
-/// A temporary file beside the place where it belongs; removed when it is dropped.
+/// A temporary file beside its target; removed when it is dropped.
 struct Pending {
     file: File,
-    /// Where the file is; none where it has its place.
+    /// The temporary path; none once the file has its own.
     temporary: Option<PathBuf>,
     target: PathBuf,
 }
@@ -144,7 +144,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// Gives every staged file its name.
+    /// Gives every pending file its own name.
     ///
     /// # Errors
     /// A rename fails, which after a successful [`Outputs::add`] takes a change of the folder

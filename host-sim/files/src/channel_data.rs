@@ -46,7 +46,7 @@ pub struct ChannelData {
 const SPACING_TOLERANCE: f64 = 0.01;
 /// How far beside any array a beam may lie, m.
 const LEAST_REACH: f64 = 10e-3;
-/// A focus beyond this, m, and a steering angle beyond this, rad, are told as doubtful.
+/// A focus beyond this, m, and a steering angle beyond this, rad, are warnings.
 const FAR_FOCUS: f64 = 1.0;
 const STEEP: f64 = 0.7;
 /// The longest delay of a lens, s: some fifteen centimetres of one.
@@ -238,7 +238,7 @@ impl ChannelData {
         }
     }
 
-    /// What is accepted, but probably not meant: sentences for a person.
+    /// Warnings about input that is accepted but probably not meant: sentences for a person.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         match &self.transmits {

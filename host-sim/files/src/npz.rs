@@ -312,7 +312,7 @@ impl Reader {
         frames: Range<usize>,
     ) -> Result<(Vec<u8>, Option<usize>)> {
         let head = self.head(key)?;
-        // What is wrong with a header is told where all of it is read.
+        // What is wrong with a header is reported where all of it is read.
         let Ok((mut header, numbers)) = Header::read(&head) else {
             return Ok((self.bytes(key)?, None));
         };

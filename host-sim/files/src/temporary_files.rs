@@ -1,4 +1,4 @@
-//! What a run has on the disk before its outputs are whole: removed if a signal ends it.
+//! Temporary files of a run whose outputs are not whole yet: removed if a signal ends it.
 //!
 //! A signal handler may do next to nothing, so a thread waits for SIGINT and SIGTERM instead. It and
 //! whoever makes or renames a temporary file take turns by one lock: no file is missed, and outputs
@@ -21,9 +21,9 @@ pub struct TemporaryFiles {
     folders: Vec<PathBuf>,
 }
 
-/// The turn of whoever holds it; a signal waits until it is dropped.
+/// Locks the lists; a signal waits until the guard is dropped.
 pub fn lock() -> MutexGuard<'static, TemporaryFiles> {
-    // A thread that panicked in its turn has left the lists whole.
+    // A thread that panicked with the lock has left the lists whole.
     TEMPORARY_FILES
         .lock()
         .unwrap_or_else(PoisonError::into_inner)

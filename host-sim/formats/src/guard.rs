@@ -21,7 +21,7 @@ thread_local! {
     static QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What a library makes of a file; a panic of it is told as a damaged file, and prints nothing.
+/// What a library makes of a file; its panic is reported as a damaged file, and prints nothing.
 ///
 /// # Errors
 /// Those of `read`, and a panic.

@@ -54,12 +54,12 @@ pub enum Given {
 }
 
 impl Variables {
-    /// Whether nothing is told.
+    /// Whether nothing is given.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// What a key stands for, where it is told.
+    /// What a key stands for, where it is given.
     pub fn get(&self, key: &str) -> Option<&Given> {
         self.0.get(key)
     }
@@ -87,7 +87,7 @@ impl Variables {
         Ok(())
     }
 
-    /// The value of a key, where a number is told for it.
+    /// The value of a key, where a number is given for it.
     pub fn number(&self, key: &str) -> Option<f64> {
         match self.get(key) {
             Some(Given::Number(value)) => Some(*value),
@@ -95,7 +95,7 @@ impl Variables {
         }
     }
 
-    /// Nothing is told but numbers for these keys: the file tells the rest itself.
+    /// Nothing is given but numbers for these keys: the file tells the rest itself.
     ///
     /// # Errors
     /// A key that would have no effect.

@@ -396,7 +396,7 @@ fn form_beams(
                 }
                 plan.inverse(&mut x, &mut scratch);
                 let (a, b) = rows.split_at_mut(samples);
-                // What hears nothing stays silent; the other's roundings are none of its.
+                // What hears nothing stays zero; the other's roundings are none of its.
                 let is_zero = |sum: &[Complex<f64>]| sum.iter().all(|v| *v == Complex::default());
                 if !is_zero(&first) {
                     for (sample, value) in a.iter_mut().zip(&x[window.lead..]) {

@@ -93,7 +93,7 @@ impl Response {
         if self.height == 0.0 {
             return span;
         }
-        // The delay is smooth in the patch's position, with one turn; eighths come near enough to it.
+        // The delay is smooth in the patch's position, with one extremum; sixteenths of the height are near enough.
         for k in -8i32..=8 {
             let (delay, _) = self.patch(f64::from(k) / 16.0 * self.height, rho, y);
             span = [span[0].min(delay), span[1].max(delay)];

@@ -125,11 +125,11 @@ impl Kind {
     }
 }
 
-/// A phantom with all that is to be said of it.
+/// A phantom and the warnings about it.
 pub struct Built {
     /// The phantom.
     pub phantom: Phantom,
-    /// What is probably not meant: sentences for a person.
+    /// Warnings about what is probably not meant: sentences for a person.
     pub warnings: Vec<String>,
 }
 

@@ -165,7 +165,7 @@ impl Settings {
         Pulse::new(self.f0, self.bandwidth)
     }
 
-    /// The record that serves depths `depth_start` to `depth_end` with the receive aperture of
+    /// The times of the record that serves depths `depth_start` to `depth_end` with the receive aperture of
     /// `receive_f_number`.
     pub fn time_axis(&self) -> TimeAxis {
         let s = self;

@@ -1,6 +1,6 @@
 //! The time axes: the record that is kept, and the longer periodic window of the transforms.
 
-/// The record's samples.
+/// The times of a record's samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeAxis {
     /// Sampling frequency, Hz.

@@ -96,7 +96,7 @@ Examples:
   host-sim beamform recording.mat --variable rf=RcvData --variable c=1540 -o lines.npz
   host-sim beamform channels.npz --config lines.npz.config.toml -o again.npz";
 
-/// Frames of a recording, as they are asked for: no end is all that there are.
+/// The frames of a recording that are asked for: without an end, all from the first on.
 #[derive(Clone, Debug)]
 struct FrameRange {
     first: usize,

@@ -5,7 +5,7 @@ use std::ops::Range;
 use bonebeam::Error;
 use bonebeam::phase_symmetry::{ReadAt, WriteAt};
 
-/// A part of a matrix, from a place on.
+/// A part of a matrix, from an index on.
 pub struct MatrixPart<'a> {
     first: usize,
     data: &'a mut [f32],
@@ -61,7 +61,7 @@ impl ReadAt for Whole<'_> {
     }
 }
 
-/// The places in the filtered image of some strips of columns: two parts of each strip of rows,
+/// The indices in the filtered image of some strips of columns: two parts of each strip of rows,
 /// for the columns and their mirror images.
 pub struct Band<'a> {
     /// The length of a strip of rows.

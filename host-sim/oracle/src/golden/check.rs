@@ -106,7 +106,7 @@ fn numbers(path: &Path, stage: &Stage) -> Verdict {
     }
 }
 
-/// The word of index `i`, by its place in the array.
+/// The word of index `i`, by its indices in the array.
 fn position(stage: &Stage, i: usize) -> String {
     let parts = stage.values.parts();
     let mut rest = i / parts;

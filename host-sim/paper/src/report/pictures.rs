@@ -13,9 +13,9 @@ use super::embedded::embedded;
 /// Where the page has its pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureLocation {
-    /// Files beside it.
+    /// In files beside it.
     SeparateFile,
-    /// Itself.
+    /// In the page itself.
     Embedded,
 }
 

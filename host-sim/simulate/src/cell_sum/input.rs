@@ -1,4 +1,4 @@
-//! The scene of a sum: scatterers, elements, beams, and the time axes.
+//! The input of a sum: scatterers, elements, beams, and the time axes.
 
 use crate::cells::Cell;
 use crate::pulse::Pulse;

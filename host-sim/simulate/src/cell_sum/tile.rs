@@ -24,7 +24,7 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// The tiles of all pairs that are asked for, silent.
+    /// The tiles of all pairs that are asked for, all zero.
     pub fn all(input: &CellSumInput<'_>) -> Vec<Tile> {
         let elements = input.element_x.len();
         let lefts = input.beams.map_or(elements, <[Beam]>::len);
