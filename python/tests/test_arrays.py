@@ -198,7 +198,7 @@ def test_wrong_counts_are_value_errors(aligned):
             bonebeam.beamform(aligned, **arguments)
     with pytest.raises(ValueError, match="unknown variant `mvdr`, expected one of `das`, `mv`"):
         bonebeam.beamform(aligned, method="mvdr")
-    for wrong in [{"diagonal_loading": "much"}, {"f_number": True}, {"method": 1}, {"exclude_first": "no"}]:
+    for wrong in [{"diagonal_loading": "much"}, {"subaperture_ratio": True}, {"method": 1}, {"exclude_first": "no"}]:
         with pytest.raises(TypeError, match=f"`{next(iter(wrong))}`: invalid type"):
             bonebeam.beamform(aligned, **wrong)
 
