@@ -13,6 +13,7 @@
 //! Each stage can be used by itself: [`LinePipeline`] delays and beamforms lines,
 //! [`BMode`] makes images of them, [`PhaseSymmetry`] bone maps of images.
 
+mod cuts;
 mod depth_gate;
 mod frame;
 mod line;

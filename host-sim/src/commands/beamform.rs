@@ -15,7 +15,7 @@ use crate::{Error, Result};
 use bonebeam::phase_symmetry::scale_for_display;
 use bonebeam_drive::config::{Beamform, BeamformFlags, ImageFlags, PhaseSymmetryFlags};
 use bonebeam_drive::frame::RecordingFrames;
-use bonebeam_drive::image::{check_beams, image_of};
+use bonebeam_drive::image::{BModeImage, check_beams, image_of};
 use bonebeam_drive::phase_symmetry;
 use bonebeam_drive::policy::{warnings, working_memory};
 use bonebeam_files::atomic::{Outputs, check_outputs};
@@ -161,6 +161,57 @@ impl Arguments {
             ))),
         }
     }
+
+    /// Refuses files that cannot be written, or that would be written twice or over the recording.
+    fn check_paths(&self, config_path: &Path) -> Result<()> {
+        let mut outputs = vec![self.output.as_path(), config_path];
+        if let Some(path) = &self.image {
+            if !is_figure(path) {
+                Format::of(path)?;
+            }
+            outputs.push(path);
+        }
+        match &self.bone_map {
+            Some(path) => {
+                Format::of(path)?;
+                outputs.push(path);
+            }
+            None => self.phase_symmetry.refuse("without --bone-map")?,
+        }
+        check_outputs(&[&self.recording], &outputs)
+    }
+
+    /// Adds the image and the bone map, whichever is asked for.
+    fn add_pictures(
+        &self,
+        image: &BModeImage,
+        config: &Config,
+        outputs: &mut Outputs,
+    ) -> Result<()> {
+        match &self.image {
+            Some(path) if is_figure(path) => {
+                let figure = figure(image, config.image.dynamic_range)?;
+                outputs.add(path, |sink| Ok(sink.write_all(figure.as_bytes())?))?;
+            }
+            Some(path) => image::add_to(&image.pixels, path, outputs)?,
+            None => {}
+        }
+        if let Some(path) = &self.bone_map {
+            let bar = Progress::new("phase symmetry", 1);
+            let map = phase_symmetry::of_image(
+                image.pixels.clone(),
+                &config.phase_symmetry,
+                &mut |done, of| bar.set(done as u64, of as u64),
+            );
+            let mut map = map.map_err(|e| about(&self.recording, e))?;
+            bar.clear();
+            if Format::of(path)? == Format::Png {
+                scale_for_display(map.as_slice_memory_order_mut().unwrap_or_default())?;
+            }
+            image::add_to(&map, path, outputs)?;
+        }
+        Ok(())
+    }
 }
 
 /// Runs the command.
@@ -181,21 +232,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     config.validate()?;
 
     let config_path = Config::path_beside(&arguments.output);
-    let mut outputs = vec![arguments.output.as_path(), &config_path];
-    if let Some(path) = &arguments.image {
-        if !is_figure(path) {
-            Format::of(path)?;
-        }
-        outputs.push(path);
-    }
-    match &arguments.bone_map {
-        Some(path) => {
-            Format::of(path)?;
-            outputs.push(path);
-        }
-        None => arguments.phase_symmetry.refuse("without --bone-map")?,
-    }
-    check_outputs(&[&arguments.recording], &outputs)?;
+    arguments.check_paths(&config_path)?;
 
     let file = RecordingFile::open(&arguments.recording, &config.variables)?;
     let first = file.first();
@@ -248,28 +285,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let mut summary = summary_of_lines(first, &config.beamform, frames.len(), &lines);
     if pictured {
         let image = image_of(&lines, &config.image).map_err(|e| about(&arguments.recording, e))?;
-        match &arguments.image {
-            Some(path) if is_figure(path) => {
-                let figure = figure(&image, config.image.dynamic_range)?;
-                outputs.add(path, |sink| Ok(sink.write_all(figure.as_bytes())?))?;
-            }
-            Some(path) => image::add_to(&image.pixels, path, &mut outputs)?,
-            None => {}
-        }
-        if let Some(path) = &arguments.bone_map {
-            let bar = Progress::new("phase symmetry", 1);
-            let map = phase_symmetry::of_image(
-                image.pixels.clone(),
-                &config.phase_symmetry,
-                &mut |done, of| bar.set(done as u64, of as u64),
-            );
-            let mut map = map.map_err(|e| about(&arguments.recording, e))?;
-            bar.clear();
-            if Format::of(path)? == Format::Png {
-                scale_for_display(map.as_slice_memory_order_mut().unwrap_or_default())?;
-            }
-            image::add_to(&map, path, &mut outputs)?;
-        }
+        arguments.add_pictures(&image, &config, &mut outputs)?;
         let (rows, columns) = image.pixels.dim();
         summary += &format!(
             "; an image of {rows} x {columns} pixels of {:.3} mm",

@@ -13,6 +13,7 @@
 
 mod align;
 mod groups;
+mod put;
 mod upsampled;
 
 pub use upsampled::{Contribution, UPSAMPLING, Upsampled};

@@ -8,8 +8,8 @@
 //! Positions are integers in units of 2⁻¹⁵ of a sample, so that the transmit's part, which all elements share,
 //! and the element's, which all transmits share, are each worked out once and added.
 
-use super::align::Destination;
 use super::groups::Group;
+use super::put::Destination;
 use super::{Compounding, Delay, FAR, ScanLine};
 #[cfg(doc)]
 use crate::delay::Stage;

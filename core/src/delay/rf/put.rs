@@ -1,0 +1,165 @@
+//! The last kernel of the delay stage: rows of samples, a lane each element, become analytic signals and are put
+//! where the line wants them.
+
+use super::groups::Group;
+use super::{CHUNK, Compounding, Delay};
+use crate::Complex;
+use crate::delay::analytic::GROUP;
+use crate::simd::{MOST_LANES, Vector, copy, load, load_at, transpose};
+
+/// Where the analytic signals of a group go.
+pub(super) struct Destination<'a> {
+    pub group: &'a Group,
+    pub compounding: Compounding,
+    /// Values of a line, of which there may be fewer than lanes.
+    pub line_len: usize,
+}
+
+impl Delay {
+    /// Puts the analytic signals of `lines` into `out`.
+    #[inline(never)]
+    pub(super) fn put<V: Vector>(
+        &self,
+        zero: V,
+        lines: &[f32],
+        destination: &Destination,
+        rows: &mut [f32],
+        out: &mut [Complex<f32>],
+    ) {
+        zero.vectorize(
+            #[inline(always)]
+            || {
+                let elements = self.parameters.elements;
+                let line_len = destination.line_len;
+                let kept = CHUNK * V::LANES;
+                // A row holds a sample of each element. What the transformer reaches back for stays in front.
+                let behind = 2 * self.hilbert.reach() * V::LANES;
+                let Some(rows) = rows.get_mut(..behind + kept) else {
+                    return;
+                };
+                let Some((before, _)) = rows.split_at_mut_checked(behind) else {
+                    return;
+                };
+                transpose_lines(zero, lines, line_len, 0, before);
+                for (chunk, out) in out.chunks_mut((CHUNK * elements).max(1)).enumerate() {
+                    let n = chunk * CHUNK + 2 * self.hilbert.reach();
+                    let Some(new) = rows.get_mut(behind..) else {
+                        return;
+                    };
+                    transpose_lines(zero, lines, line_len, n, new);
+                    self.put_chunk(zero, rows, destination, out);
+                    if kept <= rows.len() {
+                        rows.copy_within(kept.., 0);
+                    }
+                }
+            },
+        );
+    }
+
+    /// The analytic signals of a chunk of rows.
+    #[inline(always)]
+    fn put_chunk<V: Vector>(
+        &self,
+        zero: V,
+        rows: &[f32],
+        destination: &Destination,
+        out: &mut [Complex<f32>],
+    ) {
+        let (elements, reach) = (self.parameters.elements, self.hilbert.reach());
+        for (octet, out) in out.chunks_mut((GROUP * elements).max(1)).enumerate() {
+            let Some(rows) = rows.get(octet * GROUP * V::LANES..) else {
+                return;
+            };
+            let Some(real) = rows.get(reach * V::LANES..) else {
+                return;
+            };
+            let imaginary = self.hilbert.quadrature(zero, rows);
+            let out = out.chunks_exact_mut(elements.max(1));
+            for ((real, imaginary), out) in real.chunks_exact(V::LANES).zip(imaginary).zip(out) {
+                put_row(destination, (load(zero, real), imaginary), out);
+            }
+        }
+    }
+}
+
+/// Puts the real and imaginary parts of a group's elements into their positions in `out`.
+#[inline(always)]
+fn put_row<V: Vector>(
+    destination: &Destination,
+    (real, imaginary): (V, V),
+    out: &mut [Complex<f32>],
+) {
+    let Destination {
+        group, compounding, ..
+    } = *destination;
+    let Some(left) = out.get_mut(group.left.clone()) else {
+        return;
+    };
+    if V::LANES == 1 {
+        put_parts(compounding, &[real.lanes()[0], imaginary.lanes()[0]], left);
+        return;
+    }
+    // Both parts of half the elements a register, as they lie in memory.
+    let (first, second) = real.interleave(imaginary);
+    put_parts(compounding, first.lanes(), left);
+    let Some(right) = out.get_mut(group.right.clone()) else {
+        return;
+    };
+    // The element on the line is one of the left.
+    let twice = group.left.end.saturating_sub(group.right.start);
+    if twice == 0 {
+        put_parts(compounding, second.lanes(), right);
+    } else if let (Some(parts), Some(right)) = (second.lanes().get(2..), right.get_mut(1..)) {
+        put_parts(compounding, parts, right);
+    }
+}
+
+/// Puts real and imaginary parts alternately into `out`, which may be shorter.
+#[inline(always)]
+fn put_parts(compounding: Compounding, parts: &[f32], out: &mut [Complex<f32>]) {
+    let values = parts.as_chunks::<2>().0;
+    // Whole registers by themselves: their number is known when this is compiled.
+    match out.get_mut(..values.len()) {
+        Some(out) => put_values(compounding, values, out),
+        None => put_values(compounding, values, out),
+    }
+}
+
+#[inline(always)]
+fn put_values(compounding: Compounding, values: &[[f32; 2]], out: &mut [Complex<f32>]) {
+    let out = out.iter_mut().zip(values);
+    match compounding {
+        Compounding::Replace => out.for_each(
+            #[inline(always)]
+            |(y, &[re, im])| *y = Complex::new(re, im),
+        ),
+        Compounding::Add => out.for_each(
+            #[inline(always)]
+            |(y, &[re, im])| *y += Complex::new(re, im),
+        ),
+    }
+}
+
+/// The samples from `first` on of `lines`, a row each sample.
+#[inline(always)]
+fn transpose_lines<V: Vector>(
+    zero: V,
+    lines: &[f32],
+    line_len: usize,
+    first: usize,
+    rows: &mut [f32],
+) {
+    for (block, rows) in rows.chunks_mut(V::LANES * V::LANES).enumerate() {
+        let mut square = [zero; MOST_LANES];
+        for (samples, line) in square.iter_mut().zip(lines.chunks_exact(line_len.max(1))) {
+            let Some(values) = load_at(zero, line, first + block * V::LANES) else {
+                break;
+            };
+            *samples = values;
+        }
+        transpose(&mut square);
+        for (row, samples) in rows.chunks_exact_mut(V::LANES).zip(&square) {
+            copy(samples.lanes(), row);
+        }
+    }
+}
