@@ -459,6 +459,45 @@ static void phase_symmetry(void) {
     }
 }
 
+/* An output that shares a byte with an input is refused, and nothing is written; one that only touches it is not. */
+static void overlaps(void) {
+    enum { OUTS = 2 * M * OUT };
+    static float rf[LENGTH + OUTS];
+    static bonebeam_complex x[LENGTH];
+    const bonebeam_status pointer = BONEBEAM_STATUS_POINTER;
+    int faults = 0;
+    for (int i = 0; i < LENGTH; i++) rf[i] = 1.0f;
+
+    bonebeam_delay *delay = NULL;
+    size_t bytes = fits(bonebeam_delay_bytes(&delay_parameters), FAST);
+    check(bonebeam_delay_new(memory, bytes, &delay_parameters, &delay), "delay");
+    static const double element_x[M] = {-1.05e-3, -0.75e-3, -0.45e-3, -0.15e-3, 0.15e-3, 0.45e-3, 0.75e-3, 1.05e-3};
+    const bonebeam_scan_line line = {
+        .wave = {.law = BONEBEAM_LAW_PLANE}, .element_x = element_x, .active = {0, M}};
+    faults += bonebeam_delay_line(delay, &line, rf, (bonebeam_complex *)rf) != pointer;
+    faults += bonebeam_delay_line(delay, &line, rf, (bonebeam_complex *)(rf + LENGTH - 2)) != pointer;
+    faults += bonebeam_delay_line(delay, &line, rf + OUTS - 2, (bonebeam_complex *)rf) != pointer;
+    faults += rf[0] != 1.0f || rf[LENGTH - 1] != 1.0f || rf[LENGTH] != 0.0f;
+    faults += bonebeam_delay_line(delay, &line, rf, (bonebeam_complex *)(rf + LENGTH)) != BONEBEAM_STATUS_OK;
+    faults += bonebeam_delay_line(delay, &line, rf + OUTS, (bonebeam_complex *)rf) != BONEBEAM_STATUS_OK;
+
+    memcpy(x, snapshots, sizeof x);
+    const bonebeam_beamform_parameters das = {.method = "das"};
+    bonebeam_beamformer *own = beamformer(&das, ELEMENTS);
+    const bonebeam_range all = {0, ELEMENTS};
+    faults += bonebeam_beamformer_line(own, x, 1, ELEMENTS, &all, NULL, x) != pointer;
+    faults += bonebeam_beamformer_line(own, x, 1, ELEMENTS, &all, NULL, x + ELEMENTS) != BONEBEAM_STATUS_OK;
+    faults += bonebeam_envelope(x, 8, &x[7].im) != pointer;
+    faults += bonebeam_log_compression(BONEBEAM_LOGARITHM_EXACT, rf, 8, 1.0f, 60.0f, rf) != pointer;
+    faults += bonebeam_median(rf, 4, 4, rf) != pointer;
+    const bonebeam_axis axis = {0.0, 1.0, 4};
+    faults += bonebeam_resample(rf, &axis, &axis, &axis, &axis, rf + 15) != pointer;
+    if (faults) {
+        printf("%d overlaps are not as they should be\n", faults);
+        exit(1);
+    }
+}
+
 /* What must be refused is. Each kind of object has its memory to the byte. */
 static void refusals(void) {
     const size_t align = BONEBEAM_ALIGN;
@@ -568,6 +607,7 @@ int main(void) {
     iq();
     rays();
     iq_lines();
+    overlaps();
     refusals();
     return 0;
 }

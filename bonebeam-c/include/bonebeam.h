@@ -18,9 +18,11 @@
  * bonebeam_X_bytes on a workstation gives the number to write there: processors of 32 bits need as much or less.
  *
  * Calls. A status other than 0 leaves the outputs as they were, unless a function says otherwise. A pointer that is
- * null or not aligned is refused. The caller promises the rest: a pointer leads to as many values as its function says,
- * outputs overlap nothing else, and one thread at a time uses an object. Integers that name an enumerator take no other
- * value: BONEBEAM_STATUS_PARAMETER. */
+ * null or not aligned is refused, and so is an output that overlaps an array that the same call reads:
+ * BONEBEAM_STATUS_POINTER. Integers that name an enumerator take no other value: BONEBEAM_STATUS_PARAMETER.
+ *
+ * The caller promises the rest: a pointer leads to as many values as its function says, no array overlaps an object's
+ * memory, and one thread at a time uses an object. */
 
 #ifndef BONEBEAM_H
 #define BONEBEAM_H
@@ -52,7 +54,7 @@ enum bonebeam_status
   BONEBEAM_STATUS_NON_FINITE = 4,
   // External memory could not be read or written.
   BONEBEAM_STATUS_MEMORY = 5,
-  // A pointer is null or not aligned.
+  // A pointer is null or not aligned, or an output overlaps an input.
   BONEBEAM_STATUS_POINTER = 6,
   // The object's memory is smaller than its `_bytes` function says.
   BONEBEAM_STATUS_STORAGE = 7,

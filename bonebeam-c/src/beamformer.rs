@@ -1,6 +1,6 @@
 //! The beamformers: from aligned samples to a line.
 
-use crate::memory::{array, array_mut, bytes_of, complex, complex_mut, new, one, one_mut, sum};
+use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, sum};
 use crate::status::{Status, status};
 use crate::workspace::{Workspace, need_bytes, with_view};
 use crate::{Complex, Range};
@@ -147,14 +147,15 @@ pub unsafe extern "C" fn bonebeam_active_elements(
 ) -> Status {
     // SAFETY: by the caller's promise.
     status(|| unsafe {
-        let (shape, depths) = (one(aperture)?, array(depths, count)?);
+        let (shape, active) = (one(aperture)?, Output::new(active, count)?);
+        let depths = active.apart(array(depths, count)?)?;
         let aperture = Aperture::new(ApertureParameters {
             elements: shape.elements,
             pitch: shape.pitch,
             f_number: shape.f_number,
             min_elements: shape.min_elements,
         })?;
-        for (active, &depth) in array_mut(active, count)?.iter_mut().zip(depths) {
+        for (active, &depth) in active.values().iter_mut().zip(depths) {
             let geometry::Active { first, count } = aperture.active(beam, depth);
             *active = Range { first, count };
         }
@@ -226,15 +227,16 @@ pub unsafe extern "C" fn bonebeam_beamformer_line(
             beamformer: by,
             workspace,
         } = one_mut(beamformer)?;
-        let x = AlignedLine::new(complex(x, length)?, elements)?;
-        let z = complex_mut(z, samples)?;
-        let active = array(active, samples)?;
+        let z = Output::complex(z, samples)?;
+        let x = AlignedLine::new(z.apart(complex(x, length)?)?, elements)?;
+        let active = z.apart(array(active, samples)?)?;
         let none = geometry::Active { first: 0, count: 0 };
         let active = |n: usize| active.get(n).map_or(none, Range::active);
         let adaptive = match adaptive.is_null() {
             true => 0..samples,
             false => one(adaptive)?.samples(),
         };
+        let z = z.values();
         with_view!(workspace, view => by.line_within(view, x, active, adaptive, z)?);
         Ok(())
     })

@@ -2,7 +2,7 @@
 
 use crate::Complex;
 use crate::iq::Interpolation;
-use crate::memory::{array, bytes_of, complex_mut, new, one, one_mut, sum};
+use crate::memory::{Output, array, bytes_of, new, one, one_mut, sum};
 use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
 use bonebeam::delay::{Delay, DelayParameters as Rf, IqParameters as Iq, Record, Stage};
@@ -165,9 +165,10 @@ pub unsafe extern "C" fn bonebeam_delay_line(
         let p = stage.parameters();
         let line = one(line)?.core(p.elements)?;
         // The stage has checked that these products are possible.
-        let record = Record::new(array(rf, p.elements * p.record_samples)?, p.elements)?;
-        let out = complex_mut(out, p.elements * p.output_samples)?;
+        let out = Output::complex(out, p.elements * p.output_samples)?;
+        let rf = out.apart(array(rf, p.elements * p.record_samples)?)?;
+        let record = Record::new(rf, p.elements)?;
         let scratch = scratch.get_mut(..p.need(1).real).ok_or(Status::Length)?;
-        Ok(stage.line(0.0f32, &line, &record, scratch, out)?)
+        Ok(stage.line(0.0f32, &line, &record, scratch, out.values())?)
     })
 }

@@ -1,6 +1,6 @@
 //! Lines to an image: envelope, decibels, pixels, median.
 
-use crate::memory::{array, array_mut, complex, one};
+use crate::memory::{Output, array, complex, one};
 use crate::status::{Status, status};
 use crate::{Axis, Complex};
 use bonebeam::geometry;
@@ -28,7 +28,11 @@ pub unsafe extern "C" fn bonebeam_envelope(
     out: *mut f32,
 ) -> Status {
     // SAFETY: by the caller's promise.
-    status(|| unsafe { Ok(envelope(complex(z, length)?, array_mut(out, length)?)?) })
+    status(|| unsafe {
+        let out = Output::new(out, length)?;
+        let z = out.apart(complex(z, length)?)?;
+        Ok(envelope(z, out.values())?)
+    })
 }
 
 /// Returns the largest of `length` envelopes; 0 for a null pointer.
@@ -66,13 +70,14 @@ pub unsafe extern "C" fn bonebeam_log_compression(
             by if by == Logarithm::Polynomial as i32 => image::Logarithm::Polynomial,
             _ => return Err(Status::Parameter),
         };
-        let (envelopes, out) = (array(envelopes, length)?, array_mut(out, length)?);
+        let out = Output::new(out, length)?;
+        let envelopes = out.apart(array(envelopes, length)?)?;
         Ok(log_compression_with(
             by,
             envelopes,
             reference,
             dynamic_range,
-            out,
+            out.values(),
         )?)
     })
 }
@@ -91,9 +96,10 @@ pub unsafe extern "C" fn bonebeam_resample(
     status(|| unsafe {
         let axes = [one(beams)?, one(samples)?, one(rows)?, one(columns)?];
         let [beams, samples, rows, columns] = axes.map(Axis::core);
-        let levels = array(levels, product(beams.count, samples.count)?)?;
-        let out = array_mut(out, product(rows.count, columns.count)?)?;
-        Ok(resample(levels, [beams, samples], [rows, columns], out)?)
+        let out = Output::new(out, product(rows.count, columns.count)?)?;
+        let levels = out.apart(array(levels, product(beams.count, samples.count)?)?)?;
+        let pixels = out.values();
+        Ok(resample(levels, [beams, samples], [rows, columns], pixels)?)
     })
 }
 
@@ -108,7 +114,8 @@ pub unsafe extern "C" fn bonebeam_median(
     // SAFETY: by the caller's promise.
     status(|| unsafe {
         let pixels = product(rows, columns)?;
-        let (image, out) = (array(image, pixels)?, array_mut(out, pixels)?);
-        Ok(median(0.0f32, image, columns, out)?)
+        let out = Output::new(out, pixels)?;
+        let image = out.apart(array(image, pixels)?)?;
+        Ok(median(0.0f32, image, columns, out.values())?)
     })
 }

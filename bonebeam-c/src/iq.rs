@@ -2,7 +2,7 @@
 
 use crate::Complex;
 use crate::delay::DelayParameters;
-use crate::memory::{array, bytes_of, complex, complex_mut, new, one, one_mut, sum};
+use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, sum};
 use crate::scan_line::ScanLine;
 use crate::status::{Status, status};
 use bonebeam::delay::{IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Stage};
@@ -68,7 +68,7 @@ impl Interpolation {
 }
 
 impl IqRecord {
-    /// The core's record.
+    /// The core's record, which `out` does not overlap.
     ///
     /// # Safety
     /// The samples or the counts lead to as many as a stage of these parameters reads, which nobody writes
@@ -76,6 +76,7 @@ impl IqRecord {
     pub(crate) unsafe fn core<'a>(
         &self,
         p: &IqParameters,
+        out: &Output<bonebeam::Complex<f32>>,
     ) -> Result<bonebeam::delay::IqRecord<'a>, Status> {
         let layout = match self.layout {
             layout if layout == Layout::Planar as i32 => IqLayout::Planar,
@@ -87,8 +88,11 @@ impl IqRecord {
         // SAFETY: by the caller's promise.
         let samples = unsafe {
             match self.samples.is_null() {
-                false => IqSamples::Float(complex(self.samples, count)?),
-                true => IqSamples::Counts(array(self.counts.cast(), count)?, self.scale),
+                false => IqSamples::Float(out.apart(complex(self.samples, count)?)?),
+                true => {
+                    let counts = out.apart(array(self.counts.cast(), count)?)?;
+                    IqSamples::Counts(counts, self.scale)
+                }
             }
         };
         Ok(bonebeam::delay::IqRecord::new(samples, layout, p.elements)?)
@@ -142,8 +146,8 @@ pub unsafe extern "C" fn bonebeam_iq_line(
     status(|| unsafe {
         let IqStage { stage, scratch } = one_mut(iq)?;
         let p = stage.parameters();
-        let (line, record) = (one(line)?.core(p.elements)?, one(record)?.core(p)?);
-        let out = complex_mut(out, p.elements * p.output_samples)?;
-        Ok(stage.line(0.0f32, &line, &record, scratch, out)?)
+        let out = Output::complex(out, p.elements * p.output_samples)?;
+        let (line, record) = (one(line)?.core(p.elements)?, one(record)?.core(p, &out)?);
+        Ok(stage.line(0.0f32, &line, &record, scratch, out.values())?)
     })
 }

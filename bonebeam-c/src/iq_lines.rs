@@ -3,7 +3,7 @@
 use crate::beamformer::{ApertureShape, BeamformParameters};
 use crate::delay::DelayParameters;
 use crate::iq::IqRecord;
-use crate::memory::{array, bytes_of, complex_mut, new, one, one_mut, sum};
+use crate::memory::{Output, array, bytes_of, new, one, one_mut, sum};
 use crate::scan_line::Wave;
 use crate::status::{Status, status};
 use crate::workspace::{Workspace, need_bytes, scratch, with_view};
@@ -171,15 +171,15 @@ pub unsafe extern "C" fn bonebeam_iq_lines_line(
             return Err(Status::Capacity);
         }
         let p = own.pipeline.delay().parameters();
+        let z = Output::complex(z, p.output_samples)?;
         let mut records = [const { None }; BONEBEAM_IQ_WAVES];
         for (place, wave) in records.iter_mut().zip(waves) {
-            *place = Some((wave.wave.core(p.elements)?, wave.record.core(p)?));
+            *place = Some((wave.wave.core(p.elements)?, wave.record.core(p, &z)?));
         }
         let waves = records.iter().flatten();
         let waves = waves.map(|(transmit, record)| (*transmit, record));
         let scratch = own.scratch.reborrow();
-        let z = complex_mut(z, p.output_samples)?;
-        let pipeline = &own.pipeline;
+        let (pipeline, z) = (&own.pipeline, z.values());
         with_view!(&mut own.workspace, view => pipeline.line(index, waves, scratch, view, z)?);
         Ok(())
     })

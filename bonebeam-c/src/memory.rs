@@ -42,16 +42,6 @@ pub unsafe fn array<'a, T>(pointer: *const T, length: usize) -> Result<&'a [T], 
     Ok(unsafe { slice::from_raw_parts(pointer, length) })
 }
 
-/// [`array`], to be written.
-///
-/// # Safety
-/// If it is not null, so many values stand there, and nobody else uses them meanwhile.
-pub unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize) -> Result<&'a mut [T], Status> {
-    fits(pointer, length)?;
-    // SAFETY: by the caller's promise; aligned, not null, and no longer than memory.
-    Ok(unsafe { slice::from_raw_parts_mut(pointer, length) })
-}
-
 /// [`array`] of the core's complex numbers, which are two floats as well.
 ///
 /// # Safety
@@ -64,16 +54,46 @@ pub unsafe fn complex<'a>(
     unsafe { array(pointer.cast(), length) }
 }
 
-/// [`complex`], to be written.
-///
-/// # Safety
-/// As [`array_mut`].
-pub unsafe fn complex_mut<'a>(
-    pointer: *mut Complex,
+/// Values to be written: no reference yet, so that an input that overlaps them is refused before there are two.
+pub struct Output<T> {
+    pointer: *mut T,
     length: usize,
-) -> Result<&'a mut [bonebeam::Complex<f32>], Status> {
-    // SAFETY: by the caller's promise.
-    unsafe { array_mut(pointer.cast(), length) }
+}
+
+impl<T> Output<T> {
+    /// `length` values from a pointer on.
+    pub fn new(pointer: *mut T, length: usize) -> Result<Self, Status> {
+        fits(pointer, length)?;
+        Ok(Output { pointer, length })
+    }
+
+    /// An input that shares no byte with the output.
+    pub fn apart<'a, U>(&self, input: &'a [U]) -> Result<&'a [U], Status> {
+        let first = self.pointer.addr();
+        // No longer than memory, as `fits` has checked.
+        let end = first.wrapping_add(self.length * size_of::<T>());
+        let read = input.as_ptr_range();
+        match first < read.end.addr() && read.start.addr() < end {
+            true => Err(Status::Pointer),
+            false => Ok(input),
+        }
+    }
+
+    /// The values.
+    ///
+    /// # Safety
+    /// So many values stand there, and nobody else uses them meanwhile.
+    pub unsafe fn values<'a>(self) -> &'a mut [T] {
+        // SAFETY: by the caller's promise; aligned, not null, and no longer than memory.
+        unsafe { slice::from_raw_parts_mut(self.pointer, self.length) }
+    }
+}
+
+impl Output<bonebeam::Complex<f32>> {
+    /// [`Output::new`] of the core's complex numbers.
+    pub fn complex(pointer: *mut Complex, length: usize) -> Result<Self, Status> {
+        Output::new(pointer.cast(), length)
+    }
 }
 
 fn fits<T>(pointer: *const T, length: usize) -> Result<(), Status> {

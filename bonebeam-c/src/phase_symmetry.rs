@@ -1,6 +1,6 @@
 //! Phase symmetry of an image, in strips.
 
-use crate::memory::{Bytes, array, array_mut, bytes_of, new, one, one_mut, sum};
+use crate::memory::{Bytes, Output, array, bytes_of, new, one, one_mut, sum};
 use crate::status::{Status, status};
 use crate::workspace::{need_bytes, scratch};
 use bonebeam::phase_symmetry::{
@@ -115,7 +115,9 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry_map(
     status(|| unsafe {
         let own = one_mut(phase_symmetry)?;
         let pixels = own.bank.sizes().image_len();
-        let (mut image, mut map) = (array(image, pixels)?, array_mut(map, pixels)?);
+        let map = Output::new(map, pixels)?;
+        let mut image = map.apart(array(image, pixels)?)?;
+        let mut map = map.values();
         let kernels = Kernels {
             fft: &Microfft,
             gains: &LogGabor::fixed(),

@@ -1,7 +1,7 @@
 //! A scan line of one transmit: the wave, the ray, the array.
 
 use crate::Range;
-use crate::memory::{array, array_mut, one_mut};
+use crate::memory::{Output, array, one_mut};
 use crate::status::{Status, status};
 use bonebeam::delay::{Compounding, ScanLine as CoreLine};
 use bonebeam::geometry::{self, Array, Ray, Transmit, TransmitLaw};
@@ -145,7 +145,8 @@ pub unsafe extern "C" fn bonebeam_convex_array(
 ) -> Status {
     // SAFETY: by the caller's promise.
     status(|| unsafe {
-        for (index, element) in array_mut(elements, count)?.iter_mut().enumerate() {
+        let elements = Output::new(elements, count)?.values();
+        for (index, element) in elements.iter_mut().enumerate() {
             let at = geometry::Element::convex(count, pitch, radius, index);
             let geometry::Element { x, z, angle } = at;
             *element = Element { x, z, angle };

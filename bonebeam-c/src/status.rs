@@ -19,7 +19,7 @@ pub enum Status {
     NonFinite = 4,
     /// External memory could not be read or written.
     Memory = 5,
-    /// A pointer is null or not aligned.
+    /// A pointer is null or not aligned, or an output overlaps an input.
     Pointer = 6,
     /// The object's memory is smaller than its `_bytes` function says.
     Storage = 7,
@@ -58,7 +58,7 @@ pub extern "C" fn bonebeam_status_text(status: i32) -> *const c_char {
         c"a size exceeds a capacity",
         c"an input sample is NaN or infinite",
         c"external memory could not be read or written",
-        c"a pointer is null or not aligned",
+        c"a pointer is null or not aligned, or an output overlaps an input",
         c"the object's memory is smaller than its _bytes function says",
         c"an error that this version has no number for",
     ];
