@@ -1,6 +1,5 @@
 //! Images: grey levels 0 to 255 as `.npy` (float32 [row, column]) and as 8-bit PNG.
 
-use std::fs;
 use std::io::{Cursor, Write};
 use std::path::Path;
 
@@ -12,7 +11,7 @@ use png::{
 
 use super::atomic::Outputs;
 use super::npy::{self, NpyError, or_type};
-use super::{cannot_be_opened, file_error, validate};
+use super::{cannot_be_opened, file_error, input, validate};
 use crate::{Error, Result};
 
 /// The longest side of a PNG, pixels, as of the images that are made.
@@ -29,7 +28,7 @@ const MAX_BYTES: usize = 512 << 20;
 /// is empty, or holds a NaN or infinite pixel.
 pub fn read(path: &Path) -> Result<Array2<f32>> {
     let format = Format::of(path)?;
-    let bytes = fs::read(path).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
+    let bytes = input::read(path, u64::MAX).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
     let pixels = match format {
         Format::Png => decode_png(&bytes),
         Format::Npy => decode_npy(&bytes),

@@ -10,6 +10,7 @@ mod channel_data;
 mod error;
 #[cfg(feature = "png")]
 pub mod image;
+pub mod input;
 mod lines;
 pub mod memory;
 pub mod npy;
@@ -31,6 +32,7 @@ mod volume;
 pub use aligned::AlignedData;
 pub use channel_data::ChannelData;
 pub use error::{Error, Result};
+pub use input::cannot_be_opened;
 pub use lines::{BeamRays, BeamformedLines};
 pub use npy::read_array;
 pub use partial::Partial;
@@ -40,7 +42,6 @@ pub use transmits::Transmits;
 pub use truth::{Truth, add_surface_to, ply};
 pub use volume::nifti;
 
-use std::io;
 use std::path::Path;
 
 /// The error for a file whose contents are wrong.
@@ -48,13 +49,5 @@ pub fn file_error(path: &Path, message: impl Into<String>) -> Error {
     Error::File {
         path: path.to_path_buf(),
         message: message.into(),
-    }
-}
-
-/// Why a file cannot be opened.
-pub fn cannot_be_opened(error: &io::Error) -> String {
-    match error.kind() {
-        io::ErrorKind::NotFound => "cannot be opened: no such file".into(),
-        kind => format!("cannot be opened: {kind}"),
     }
 }

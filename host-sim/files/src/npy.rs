@@ -2,7 +2,6 @@
 //! decides.
 
 use std::array;
-use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -12,7 +11,7 @@ use num_complex::Complex;
 use super::npy_header::Header;
 use super::{cannot_be_opened, file_error};
 use crate::Result;
-use crate::memory;
+use crate::{input, memory};
 
 /// How many times its own size an array may take while it is read and converted.
 pub const CONVERSIONS: usize = 4;
@@ -210,7 +209,7 @@ pub fn write<T: Element, D: Dimension>(
 /// # Errors
 /// [`crate::Error::File`]: it cannot be opened, is damaged, or has another element type.
 pub fn read_array<T: Element>(path: &Path) -> Result<ArrayD<T>> {
-    let bytes = fs::read(path).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
+    let bytes = input::read(path, u64::MAX).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
     read(&bytes).map_err(|error| match error {
         NpyError::Type(found) => file_error(path, format!("has the element type {found}")),
         NpyError::Damaged(how) => file_error(path, how),

@@ -14,8 +14,8 @@ pub use super::npz_writer::{Writer, Written};
 
 use super::npy::{self, NpyError, or_type};
 use super::npy_header::{Header, MAX_LENGTH};
-use crate::memory;
 use crate::{Error, Result};
+use crate::{input, memory};
 
 /// How many times its compressed size a member may become: recordings shrink to a half or a tenth.
 /// Memory is bounded so: by what the file holds times this, and three times for the conversions.
@@ -33,7 +33,7 @@ impl Reader {
     /// Opens the archive and reads its table of contents.
     pub fn open(path: &Path) -> Result<Self> {
         let file =
-            File::open(path).map_err(|e| super::file_error(path, super::cannot_be_opened(&e)))?;
+            input::open(path).map_err(|e| super::file_error(path, super::cannot_be_opened(&e)))?;
         let archive = ZipArchive::new(BufReader::new(file)).map_err(|e| {
             super::file_error(path, format!("is truncated or not an .npz archive ({e})"))
         })?;

@@ -3,6 +3,10 @@
 use crate::terminal::short;
 use crate::{Error, Result};
 
+/// The longest configuration that is read, bytes: a hundred times one with every parameter.
+#[cfg(feature = "toml")]
+const MOST: u64 = 1 << 20;
+
 /// Reads a TOML file with `parse`.
 ///
 /// # Errors
@@ -13,10 +17,12 @@ pub fn read_toml_with<T>(
     parse: impl FnOnce(&str) -> std::result::Result<T, toml::de::Error>,
 ) -> Result<T> {
     let error = |message: String| Error::Usage(format!("{}: {message}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|e| {
+    let bytes = crate::input::read(path, MOST).map_err(|e| {
         let reason = crate::cannot_be_opened(&e);
         error(format!("the configuration {reason}"))
     })?;
+    let text = String::from_utf8(bytes)
+        .map_err(|_| error("the configuration cannot be opened: it is not UTF-8".into()))?;
     parse(&text).map_err(|e| {
         // The parser may explain itself over several lines; the first says what is wrong.
         let message = e.message().lines().next().unwrap_or("not valid TOML");

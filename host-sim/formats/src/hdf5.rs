@@ -3,7 +3,6 @@
 //! `rust-hdf5` reads them, without a C library. What leads out of the file, as links and raw data in
 //! another file do, is refused: a recording is one file.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use ndarray::ArrayD;
@@ -15,7 +14,7 @@ use rust_hdf5::{
 
 use crate::guard::{ReadResult, claim, claim_in_memory, guarded};
 use crate::values::{AxisRange, NamedArrays, Values, array};
-use bonebeam_files::{Error, Result, cannot_be_opened, file_error};
+use bonebeam_files::{Error, Result, cannot_be_opened, file_error, input};
 
 /// Where an HDF5 file may begin in one of MATLAB's.
 const USER_BLOCK: u64 = 512;
@@ -54,7 +53,8 @@ impl Store {
     /// # Errors
     /// A file that cannot be opened, or is damaged.
     pub fn open(path: &Path, matlab: bool) -> Result<Self> {
-        let length = fs::metadata(path)
+        let length = input::open(path)
+            .and_then(|file| file.metadata())
             .map_err(|e| file_error(path, cannot_be_opened(&e)))?
             .len();
         let file = guarded(|| {

@@ -17,12 +17,11 @@ mod zea;
 pub use recording_file::RecordingFile;
 pub use variables::{Given, Variables};
 
-use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
-use bonebeam_files::{ChannelData, Error, Recording, Result, cannot_be_opened, file_error};
+use bonebeam_files::{ChannelData, Error, Recording, Result, cannot_be_opened, file_error, input};
 use hdf5::Store;
 use keyed::Keyed;
 use mat5::Mat5;
@@ -130,7 +129,7 @@ pub fn read(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<
         };
     }
     let mut head = Vec::new();
-    let begin = File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+    let begin = input::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
     begin.map_err(|e| file_error(path, cannot_be_opened(&e)))?;
     let matlab = head.get(USER_BLOCK..).is_some_and(|b| b.starts_with(HDF5));
     if head.starts_with(HDF5) || matlab {

@@ -2,7 +2,7 @@
 //!
 //! The files tell nothing of the scan: `[variables]` does.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,8 @@ use ndarray::{Array4, ArrayD};
 use crate::keyed::Keyed;
 use crate::values::{AxisRange, NamedArrays, Values};
 use crate::variables::{CHANNELS, Given, Variables};
-use bonebeam_files::{ChannelData, Error, Result, Samples, cannot_be_opened, file_error, memory};
+use bonebeam_files::memory::{self, product};
+use bonebeam_files::{ChannelData, Error, Result, Samples, cannot_be_opened, file_error, input};
 
 /// The header of a file: a number, how many records, and how many samples each has.
 const HEADER: usize = 12;
@@ -90,8 +91,9 @@ pub fn read(
     let end = frames.end.min(held);
     let frames = frames.start.min(end)..end;
     let shape = (frames.len(), transmits, channels, samples);
-    let size = memory::product(&[frames.len(), transmits, channels, samples, size_of::<f32>()]);
-    memory::check(size, "the recording").map_err(|e| folder.error(e.to_string()))?;
+    let size = product(&[frames.len(), transmits, channels, samples, size_of::<f32>()]);
+    memory::check(size, "the recording")
+        .map_err(|e| folder.error(e.to_string()))?;
     let mut rf = Array4::zeros(shape);
     for (channel, &element) in element.iter().enumerate() {
         let path = path.join(name(channel));
@@ -122,7 +124,7 @@ pub fn read(
 
 /// So many bytes of a file, from a place on.
 fn bytes_at(path: &Path, from: usize, count: usize) -> std::io::Result<Vec<u8>> {
-    let mut file = File::open(path)?;
+    let mut file = input::open(path)?;
     file.seek(SeekFrom::Start(from as u64))?;
     let mut bytes = vec![0; count];
     file.read_exact(&mut bytes)?;
@@ -167,7 +169,7 @@ fn order(folder: &Folder, channels: usize, variables: &Variables) -> Result<Vec<
 /// The number of records of a file and of their samples; the file is as long as that.
 fn header(path: &Path) -> Result<[usize; 2]> {
     let open = |e: std::io::Error| file_error(path, cannot_be_opened(&e));
-    let mut file = File::open(path).map_err(open)?;
+    let mut file = input::open(path).map_err(open)?;
     let length = file.metadata().map_err(open)?.len();
     let mut head = [0; HEADER];
     file.read_exact(&mut head)

@@ -1,7 +1,6 @@
 //! Bones given as a triangle mesh in a PLY, STL or OBJ file.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
@@ -9,6 +8,7 @@ use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, Header, Property};
 
 use crate::{Error, Result};
+use bonebeam_files::input;
 use bonebeam_files::terminal::short;
 
 use super::outline::Outline;
@@ -183,8 +183,7 @@ const MAX_TRIANGLES: usize = 50_000_000;
 
 fn read_stl(path: &Path) -> Result<Raw> {
     let fail = |message: String| file_error(path, message);
-    let file =
-        File::open(path).map_err(|error| fail(format!("cannot be opened: {}", error.kind())))?;
+    let file = input::open(path).map_err(|e| fail(input::cannot_be_opened(&e)))?;
     let mut reader = BufReader::new(file);
     let unreadable = |error: std::io::Error| fail(format!("not a readable STL file: {error}"));
     let triangles = stl_io::create_stl_reader(&mut reader).map_err(unreadable)?;
@@ -208,8 +207,7 @@ fn read_stl(path: &Path) -> Result<Raw> {
 
 fn read_obj(path: &Path) -> Result<Raw> {
     let fail = |message: String| file_error(path, message);
-    let file =
-        File::open(path).map_err(|error| fail(format!("cannot be opened: {}", error.kind())))?;
+    let file = input::open(path).map_err(|e| fail(input::cannot_be_opened(&e)))?;
     let options = tobj::LoadOptions {
         triangulate: true,
         single_index: false,
@@ -259,8 +257,8 @@ fn check_counts(header: &Header, length: u64) -> std::result::Result<(), String>
 
 fn read_ply(path: &Path) -> Result<Raw> {
     let fail = |message: String| file_error(path, message);
-    let open = |error: std::io::Error| fail(format!("cannot be opened: {}", error.kind()));
-    let file = File::open(path).map_err(open)?;
+    let open = |error: std::io::Error| fail(input::cannot_be_opened(&error));
+    let file = input::open(path).map_err(open)?;
     let length = file.metadata().map_err(open)?.len();
     parse_ply(BufReader::new(file), length).map_err(fail)
 }

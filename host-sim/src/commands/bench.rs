@@ -1,6 +1,5 @@
 //! `host-sim bench`: how fast the core is, beside other ways of computing the same.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use bonebeam::simd::InstructionSet;
@@ -8,11 +7,12 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
 use super::about;
+use crate::Result;
 use crate::progress::Progress;
-use crate::{Error, Result};
 use bonebeam_bench::{Section, Settings, rewrite, run as measure, text};
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::print;
+use bonebeam_files::{cannot_be_opened, file_error, input};
 
 /// Measure the core's speed beside a naive baseline on faer, rustfft and scipy, on this machine.
 ///
@@ -101,9 +101,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     outputs.commit()
 }
 
+/// The longest document that is read, bytes.
+const MOST: u64 = 1 << 20;
+
 fn read(path: &Path) -> Result<String> {
-    fs::read_to_string(path).map_err(|e| Error::File {
-        path: path.to_path_buf(),
-        message: format!("cannot be read: {e}"),
-    })
+    let bytes = input::read(path, MOST).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
+    String::from_utf8(bytes).map_err(|_| file_error(path, "is not UTF-8"))
 }

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::main_job;
 use crate::{Error, Result};
-use bonebeam_files::cannot_be_opened;
+use bonebeam_files::input::{self, cannot_be_opened};
 use bonebeam_paper::experiments::{ExperimentFilter, Job, Overrides, PAPER};
 use bonebeam_paper::report::Page;
 
@@ -110,12 +110,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     main_job::run_in(&job, folder.unwrap_or(Path::new("out/paper")), Page::Paper)
 }
 
+/// The longest report that is read, bytes: a thousand times what a run of usual length writes.
+const MOST: u64 = 100_000_000;
+
 /// Another run's report.
 fn read_report(path: &Path) -> Result<serde_json::Value> {
     let error = |message: String| Error::File {
         path: path.to_path_buf(),
         message,
     };
-    let text = fs::read(path).map_err(|e| error(cannot_be_opened(&e).to_string()))?;
+    let text = input::read(path, MOST).map_err(|e| error(cannot_be_opened(&e)))?;
     serde_json::from_slice(&text).map_err(|e| error(format!("is no report.json of a run: {e}")))
 }

@@ -4,7 +4,6 @@
 //! structs, cells, text and sparse arrays are not. One array is inflated at a time, within bounds.
 
 use std::borrow::Cow;
-use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -14,7 +13,7 @@ use num_complex::Complex;
 
 use crate::guard::{CONVERSIONS, ReadResult, claim};
 use crate::values::{AxisRange, NamedArrays, Values};
-use bonebeam_files::{Error, Result, cannot_be_opened, file_error, memory};
+use bonebeam_files::{Error, Result, cannot_be_opened, file_error, input, memory};
 
 /// The header that every file begins with, bytes.
 const HEADER: usize = 128;
@@ -59,10 +58,13 @@ impl Mat5 {
     /// A file that cannot be opened, or is damaged.
     pub fn open(path: &Path) -> Result<Self> {
         let unreadable = |e: std::io::Error| file_error(path, cannot_be_opened(&e));
-        let length = fs::metadata(path).map_err(unreadable)?.len();
+        let length = input::open(path)
+            .and_then(|file| file.metadata())
+            .map_err(unreadable)?
+            .len();
         memory::check(length as usize, "the file")
             .map_err(|e| file_error(path, format!("is too large: {e}; {READ_WHOLE}")))?;
-        let bytes = fs::read(path).map_err(unreadable)?;
+        let bytes = input::read(path, u64::MAX).map_err(unreadable)?;
         let big_endian = bytes.get(126..128) == Some(b"MI");
         let mut file = Self {
             path: path.to_path_buf(),

@@ -183,7 +183,7 @@ fn check(big: bool, kind: u32, bytes: &[u8], [a, b, c, d, e, f]: [f64; 6]) {
     file.extend([deflated(b"deflated"), array(b"plain"), deflated(b"a")].concat());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mat");
-    fs::write(&path, file).unwrap();
+    std::fs::write(&path, file).unwrap();
     let file = Mat5::open(&path).unwrap();
     assert_eq!(file.names(), ["deflated", "plain", "a"]);
     for name in file.names() {

@@ -1,6 +1,5 @@
 //! Another implementation's vectors beside the golden ones.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
@@ -9,7 +8,7 @@ use num_complex::Complex;
 use super::files::texts;
 use super::stages::{Stage, Values, stages};
 use crate::{Error, Result};
-use bonebeam_files::read_array;
+use bonebeam_files::{input, read_array};
 
 /// What a file holds beside what it should.
 #[derive(Clone, Debug, PartialEq)]
@@ -150,7 +149,7 @@ fn words(path: &Path, name: &str, text: &str) -> Result<Verdict> {
     };
     // A file of the right length is not much longer than the golden one.
     let most = 4 * text.len() as u64;
-    let file = BufReader::new(File::open(path).map_err(unreadable)?.take(most));
+    let file = BufReader::new(input::open(path).map_err(unreadable)?.take(most));
     let mut found = Vec::new();
     for line in file.split(b'\n') {
         let line = line.map_err(unreadable)?;

@@ -1,6 +1,5 @@
 //! Results that took long, kept in a folder for the next run.
 
-use std::fs;
 use std::hash::Hasher;
 
 use fnv::FnvHasher;
@@ -10,6 +9,10 @@ use serde::de::DeserializeOwned;
 use crate::Result;
 use crate::experiments::Context;
 use bonebeam_files::atomic::Outputs;
+use bonebeam_files::input;
+
+/// The longest result that is read, bytes.
+const MOST: u64 = 100_000_000;
 
 /// A result from the folder of kept ones, or computed and put there. `what` begins its file's name, `key` has
 /// all that it depends on.
@@ -26,7 +29,7 @@ pub fn kept<T: Serialize + DeserializeOwned>(
     hasher.write(key.as_bytes());
     hasher.write(env!("CARGO_PKG_VERSION").as_bytes());
     let path = folder.join(format!("{what}-{:016x}.json", hasher.finish()));
-    if let Ok(text) = fs::read(&path)
+    if let Ok(text) = input::read(&path, MOST)
         && let Ok(found) = serde_json::from_slice(&text)
     {
         return Ok(found);
