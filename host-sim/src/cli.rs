@@ -14,7 +14,6 @@ use crate::commands::{
 };
 use crate::{Error, Result};
 use bonebeam_drive::threads;
-use bonebeam_files::temporary_files::remove_at_signals;
 use bonebeam_files::terminal::{complain, print};
 
 /// From ultrasound channel data to bone surfaces: simulates, beamforms and filters with the bonebeam core.
@@ -79,18 +78,13 @@ pub fn run() -> ExitCode {
         }
         Err(e) => return finish(Err(Error::Usage(one_line(&e)))),
     };
-    remove_at_signals();
     finish(dispatch(cli))
 }
 
 fn dispatch(cli: Cli) -> Result<()> {
-    if let Some(threads) = cli.threads {
-        threads::check(threads)?;
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.get())
-            .build_global()
-            .map_err(|e| Error::Usage(format!("--threads {threads}: {e}")))?;
-    }
+    #[cfg(unix)]
+    bonebeam_files::signals::handle()?;
+    threads::start(cli.threads)?;
     if cli.command.is_some() {
         cli.main_job.refuse()?;
     }

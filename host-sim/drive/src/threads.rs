@@ -1,6 +1,10 @@
 //! A number of threads of one's own, where a result or a time must not depend on the machine's.
 
+use std::env;
+use std::fmt::Display;
+use std::hint::black_box;
 use std::num::NonZeroUsize;
+use std::ops::RangeInclusive;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -9,17 +13,66 @@ use crate::{Error, Result};
 /// More threads than any machine needs only take time to start.
 const MAX_THREADS: usize = 256;
 
+/// A stack of less is not tested, bytes; it is the one that threads have by default.
+const MIN_STACK: usize = 2 << 20;
+/// A stack of more was not meant, bytes.
+const MAX_STACK: usize = 1 << 30;
+
 /// Whether so many threads may be asked for.
 ///
 /// # Errors
-/// [`Error::Usage`] with the number and the most.
+/// [`Error::Usage`] with the number and the range.
 pub fn check(count: NonZeroUsize) -> Result<()> {
-    if count.get() <= MAX_THREADS {
-        return Ok(());
-    }
-    Err(Error::Usage(format!(
-        "--threads is {count}; expected at most {MAX_THREADS}"
-    )))
+    in_range("--threads", count, 1..=MAX_THREADS, "threads").map(drop)
+}
+
+/// Starts the threads of the program: `count` of them, else as many as `RAYON_NUM_THREADS` says, else one a processor.
+/// All have begun when it returns, so that their memory is taken before other memory is asked for.
+///
+/// # Errors
+/// [`Error::Usage`] for a number, or for the value of an environment variable, that is out of range; [`Error::Data`]
+/// where the system gives no more threads.
+pub fn start(count: Option<NonZeroUsize>) -> Result<()> {
+    let stack = MIN_STACK..=MAX_STACK;
+    from_environment("RUST_MIN_STACK", stack, "bytes")?;
+    let threads = match count {
+        Some(count) => in_range("--threads", count, 1..=MAX_THREADS, "threads").map(Some)?,
+        None => from_environment("RAYON_NUM_THREADS", 1..=MAX_THREADS, "threads")?,
+    };
+    ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .build_global()
+        .map_err(|e| cannot_start(threads, &e))?;
+    rayon::broadcast(|_| drop(black_box(Box::new(0))));
+    Ok(())
+}
+
+/// The value of an environment variable, where there is one.
+fn from_environment(name: &str, range: RangeInclusive<usize>, of: &str) -> Result<Option<usize>> {
+    let value = env::var_os(name);
+    let value = value.map(|value| in_range(name, value.to_string_lossy(), range, of));
+    value.transpose()
+}
+
+fn in_range(
+    name: &str,
+    value: impl Display,
+    range: RangeInclusive<usize>,
+    of: &str,
+) -> Result<usize> {
+    let value = value.to_string();
+    let number = value.parse().ok().filter(|number| range.contains(number));
+    number.ok_or_else(|| {
+        let (least, most) = (range.start(), range.end());
+        Error::Usage(format!(
+            "{name} is {value}; expected {least} to {most} {of}"
+        ))
+    })
+}
+
+fn cannot_start(count: Option<usize>, error: &dyn Display) -> Error {
+    let count = count.map_or("the".into(), |count| count.to_string());
+    Error::Data(format!("cannot start {count} threads: {error}"))
 }
 
 /// A pool of as many threads.
@@ -30,5 +83,5 @@ pub fn pool(count: usize) -> Result<ThreadPool> {
     ThreadPoolBuilder::new()
         .num_threads(count)
         .build()
-        .map_err(|e| Error::Data(format!("cannot start {count} threads: {e}")))
+        .map_err(|e| cannot_start(Some(count), &e))
 }

@@ -5,7 +5,6 @@ use std::error::Error as StdError;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::process;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -222,16 +221,17 @@ where
 /// # Errors
 /// As [`Outputs::add`].
 pub fn check_writable(path: &Path) -> Result<()> {
-    open(path).map(drop)
+    check_outputs(&[], &[path])
 }
 
 /// Tells before a run whether its outputs could be written, and that none of them would take the
-/// place of an input or of another output.
+/// place of an input or of another output. Removes what runs that were killed left in their folders.
 ///
 /// # Errors
 /// [`Error::Usage`] naming the two paths that are one file; else as [`check_writable`].
 pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
     let mut taken: Vec<(PathBuf, &Path)> = Vec::new();
+    let mut folders = BTreeSet::new();
     for input in inputs {
         // An input that cannot be found is told when it is read.
         if let Ok(target) = fs::canonicalize(input) {
@@ -240,6 +240,10 @@ pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
     }
     for output in outputs {
         let target = &open(output)?.target;
+        let folder = folder_of(target);
+        if folders.insert(folder.to_path_buf()) {
+            temporary_files::remove_leftovers(folder);
+        }
         let target = match (target.parent(), target.file_name()) {
             (Some(folder), Some(name)) => {
                 let folder = if folder.as_os_str().is_empty() {
@@ -321,19 +325,23 @@ fn open(path: &Path) -> Result<Pending> {
     })
 }
 
-/// A new file in the folder, with the permissions of any new file. Its name has the process in it and a number
-/// that no other file of the process has; a name that is taken, by a process in another container or one that
-/// was killed, is left alone.
+/// A new file in the folder, locked, with the permissions of any new file. Its name has the process in it and a
+/// number that no other file of the process has; a name that is taken, by a process in another container or one
+/// that was killed, is left alone.
 fn temporary(folder: &Path) -> io::Result<(File, PathBuf)> {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     loop {
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let path = folder.join(format!(".host-sim-{}-{number}", process::id()));
-        let file = OpenOptions::new().write(true).create_new(true).open(&path);
-        match file {
-            Ok(file) => return Ok((file, path)),
-            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
+        let path = folder.join(temporary_files::name(number));
+        let file = match OpenOptions::new().write(true).create_new(true).open(&path) {
+            Ok(file) => file,
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => continue,
             Err(e) => return Err(e),
+        };
+        // A run that starts may have taken it for a leftover before it was locked.
+        let taken = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+        if !taken && path.exists() {
+            return Ok((file, path));
         }
     }
 }

@@ -21,6 +21,8 @@ mod partial;
 mod recording;
 mod samples;
 pub mod settings;
+#[cfg(all(feature = "signals", unix))]
+pub mod signals;
 pub mod temporary_files;
 pub mod terminal;
 mod transmits;

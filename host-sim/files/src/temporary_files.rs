@@ -1,13 +1,11 @@
-//! Temporary files of a run whose outputs are not whole yet: removed if a signal ends it.
-//!
-//! A signal handler may do next to nothing, so a thread waits for SIGINT and SIGTERM instead. It and
-//! whoever makes or renames a temporary file take turns by one lock: no file is missed, and outputs
-//! that have begun to take their places all do.
+//! Temporary files of a run whose outputs are not whole yet: removed if a signal ends it, or at the start of a
+//! later run.
 
 use std::collections::BTreeSet;
-#[cfg(all(unix, feature = "signals"))]
-use std::fs;
+use std::ffi::OsStr;
+use std::fs::{self, OpenOptions};
 use std::path::{Path, PathBuf};
+use std::process;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 static TEMPORARY_FILES: Mutex<TemporaryFiles> = Mutex::new(TemporaryFiles {
@@ -29,6 +27,12 @@ pub fn lock() -> MutexGuard<'static, TemporaryFiles> {
         .unwrap_or_else(PoisonError::into_inner)
 }
 
+/// As [`lock`], where nobody has it.
+#[cfg(all(feature = "signals", unix))]
+pub(crate) fn try_lock() -> Option<MutexGuard<'static, TemporaryFiles>> {
+    TEMPORARY_FILES.try_lock().ok()
+}
+
 impl TemporaryFiles {
     /// A temporary file is there.
     pub fn add(&mut self, file: &Path) {
@@ -45,8 +49,9 @@ impl TemporaryFiles {
         self.folders.push(folder.to_path_buf());
     }
 
+    /// Removes them all.
     #[cfg(all(feature = "signals", unix))]
-    fn remove(&mut self) {
+    pub(crate) fn remove(&mut self) {
         for file in &self.files {
             let _ = fs::remove_file(file);
         }
@@ -57,26 +62,34 @@ impl TemporaryFiles {
     }
 }
 
-/// From here on SIGINT and SIGTERM end the program without a trace, with status 130 and 143.
-#[cfg(all(feature = "signals", unix))]
-pub fn remove_at_signals() {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    use signal_hook::iterator::Signals;
-
-    // Where the system gives no handler or no thread, a signal ends the program all the same.
-    let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else {
-        return;
-    };
-    let _ = std::thread::Builder::new().spawn(move || {
-        if let Some(signal) = signals.forever().next() {
-            let mut temporary_files = lock();
-            temporary_files.remove();
-            // With the lock in hand: nothing new is made while the program ends.
-            std::process::exit(128 + signal);
+/// Removes the temporary files that earlier runs left in a folder: those that nobody has locked. A run keeps its
+/// files locked until they have their own names, so those of a run elsewhere, on a disk that is shared, stay.
+pub fn remove_leftovers(folder: &Path) {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    for entry in entries.filter(|entry| is_temporary(&entry.file_name())) {
+        let regular = entry.file_type().is_ok_and(|kind| kind.is_file());
+        // What cannot be opened, locked or removed stays: it does no harm.
+        if regular
+            && let Ok(file) = OpenOptions::new().write(true).open(entry.path())
+            && file.try_lock().is_ok()
+        {
+            let _ = fs::remove_file(entry.path());
         }
-    });
+    }
 }
 
-/// There is nothing to catch here.
-#[cfg(all(feature = "signals", not(unix)))]
-pub fn remove_at_signals() {}
+/// The name of a temporary file of this process.
+pub fn name(number: u64) -> String {
+    format!("{PREFIX}{}-{number}", process::id())
+}
+
+/// How names of temporary files begin.
+const PREFIX: &str = ".host-sim-";
+
+/// Whether it is a [`name`] of any process.
+fn is_temporary(name: &OsStr) -> bool {
+    let numbers = name.to_str().and_then(|name| name.strip_prefix(PREFIX));
+    let numbers = numbers.and_then(|numbers| numbers.split_once('-'));
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    numbers.is_some_and(|(process, number)| digits(process) && digits(number))
+}

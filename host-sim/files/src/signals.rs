@@ -1,0 +1,87 @@
+//! Signals: those that end the program take its temporary files along.
+//!
+//! A signal handler may do next to nothing, so a thread waits for signals instead. It and whoever makes or
+//! renames a temporary file take turns by one lock: no file is missed, and outputs that have begun to take
+//! their places all do.
+
+use std::fs;
+use std::io::{self, Write};
+use std::os::fd::{IntoRawFd, OwnedFd};
+use std::os::unix::net::UnixStream;
+use std::sync::{Arc, mpsc};
+use std::thread;
+
+use signal_hook::consts::{SIGABRT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXCPU, SIGXFSZ};
+use signal_hook::iterator::Signals;
+use signal_hook::{flag, low_level::pipe};
+
+use crate::temporary_files::{lock, try_lock};
+use crate::{Error, Result};
+
+/// The stack of the thread that waits, bytes.
+const STACK: usize = 1 << 18;
+
+/// From here on SIGHUP, SIGINT, SIGQUIT, SIGTERM and SIGXCPU end the program without a trace, with status 128 plus
+/// their number, unless whoever started the program has them ignored, as `nohup` does. An allocation that fails,
+/// which is SIGABRT, ends it likewise with status 1. A file that grows beyond a limit (SIGXFSZ) is an error of the
+/// write.
+///
+/// # Errors
+/// [`Error::Data`] where the system gives no handler or no thread.
+pub fn handle() -> Result<()> {
+    begin().map_err(|e| Error::Data(format!("signals cannot be waited for: {e}")))
+}
+
+fn begin() -> io::Result<()> {
+    let ignored = ignored();
+    let heard = [SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXCPU]
+        .into_iter()
+        .filter(|signal| ignored >> (signal - 1) & 1 == 0);
+    let mut signals = Signals::new(heard.chain([SIGABRT]))?;
+    wait_at_abort()?;
+    // A handler that does nothing: the write is told that it failed.
+    flag::register(SIGXFSZ, Arc::default())?;
+    let (begun, begin) = mpsc::channel();
+    let thread = thread::Builder::new().stack_size(STACK);
+    thread.spawn(move || {
+        // Its memory is taken before other memory is asked for.
+        let _ = begun.send(());
+        let Some(signal) = signals.forever().next() else {
+            return;
+        };
+        // With the lock in hand nothing new is made while the program ends. The thread that aborts may have it.
+        let mut temporary_files = match signal {
+            SIGABRT => try_lock(),
+            _ => Some(lock()),
+        };
+        if let Some(temporary_files) = &mut temporary_files {
+            temporary_files.remove();
+        }
+        let status = if signal == SIGABRT { 1 } else { 128 + signal };
+        std::process::exit(status);
+    })?;
+    let _ = begin.recv();
+    Ok(())
+}
+
+/// The thread that aborts would end the program at once: it writes to a full pipe instead, until the thread
+/// that waits for signals has ended the program.
+fn wait_at_abort() -> io::Result<()> {
+    let (reader, mut writer) = io::pipe()?;
+    // Makes the pipe one that does not block.
+    pipe::register(SIGABRT, writer.try_clone()?)?;
+    while writer.write(&[0; 4096]).is_ok() {}
+    // A pipe has no such method of its own.
+    UnixStream::from(OwnedFd::from(writer)).set_nonblocking(false)?;
+    // Open until the end.
+    let _ = reader.into_raw_fd();
+    Ok(())
+}
+
+/// The signals that are ignored, a bit each, where the system tells it.
+fn ignored() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .unwrap_or(0)
+}
