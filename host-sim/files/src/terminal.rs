@@ -15,6 +15,12 @@ const LONGEST: usize = 1000;
 /// # Errors
 /// [`Error::Data`] where it cannot be written, as on a full disk.
 pub fn print(text: &str) -> Result<()> {
+    // Names and texts of files are in it; the program itself prints no escape sequences.
+    let text = text.split_inclusive(['\n', '\t']).map(|part| {
+        let end = part.trim_end_matches(['\n', '\t']).len();
+        escaped(&part[..end]) + &part[end..]
+    });
+    let text: String = text.collect();
     let mut output = io::stdout().lock();
     match output
         .write_all(text.as_bytes())
@@ -55,21 +61,26 @@ pub fn short(value: impl Display) -> String {
     }
 }
 
-/// Names and texts of files may hold line breaks and escape sequences, which a terminal would obey.
-fn one_line(message: &str) -> String {
-    let mut line = String::new();
-    let mut characters = message.chars();
-    for c in characters.by_ref().take(LONGEST) {
+/// One short line of a text: names and texts of files may hold line breaks and escape sequences, which a terminal
+/// would obey.
+pub fn one_line(message: &str) -> String {
+    match message.char_indices().nth(LONGEST) {
+        None => escaped(message),
+        Some((end, _)) => escaped(&message[..end]) + "…",
+    }
+}
+
+/// A text with its control characters as escapes: `\u{1b}` is ESC.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
         if c.is_control() {
-            line.extend(c.escape_default());
+            escaped.extend(c.escape_default());
         } else {
-            line.push(c);
+            escaped.push(c);
         }
     }
-    if characters.next().is_some() {
-        line.push('…');
-    }
-    line
+    escaped
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use crate::config::Config;
 use bonebeam_drive::config::{Beamform, BeamformFlags, Image};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::policy::warnings;
-use bonebeam_files::terminal::{digits, print};
+use bonebeam_files::terminal::{digits, one_line, print};
 use bonebeam_files::{AlignedData, ChannelData, Recording, Samples, Transmits};
 use bonebeam_formats::RecordingFile;
 
@@ -64,7 +64,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     let mut text = String::new();
     for (what, fact) in facts {
-        text += &format!("{what:<10} {fact}\n");
+        text += &format!("{what:<10} {}\n", one_line(&fact));
     }
     print(&text)
 }

@@ -10,7 +10,7 @@ use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam_files::atomic::{Outputs, check_writable};
 use bonebeam_files::temporary_files;
-use bonebeam_files::terminal::print;
+use bonebeam_files::terminal::{one_line, print};
 use bonebeam_paper::experiments::{Job, MAIN_JOB, Overrides};
 use bonebeam_paper::report::{self, Page, Report};
 
@@ -127,10 +127,11 @@ fn compute_and_write(job: &Job, folder: &Path, page: Page) -> Result<()> {
         "{}\n{} files in {}:\n",
         report.text(),
         names.len(),
-        folder.display()
+        one_line(&folder.display().to_string())
     );
     for name in names.iter().rev().take(3).rev() {
-        text += &format!("  {}\n", folder.join(name).display());
+        let path = folder.join(name);
+        text += &format!("  {}\n", one_line(&path.display().to_string()));
     }
     print(&text)?;
     if report.checks_passed() {

@@ -131,6 +131,11 @@ impl Measures {
         };
         let text = serde_json::to_string(&all);
         let text = text.map_err(|e| Error::Data(format!("the measures cannot be written: {e}")))?;
-        Ok(text + "\n")
+        // JSON leaves DEL and the controls above it as they are, which a terminal would obey.
+        let safe = |c: char| match c.is_control() {
+            true => format!("\\u{:04x}", u32::from(c)),
+            false => c.to_string(),
+        };
+        Ok(text.chars().map(safe).collect::<String>() + "\n")
     }
 }
