@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::main_job;
+use super::{about, main_job};
 use crate::{Error, Result};
 use bonebeam_files::input::{self, cannot_be_opened};
 use bonebeam_paper::experiments::{ExperimentFilter, Job, Overrides, PAPER};
@@ -96,7 +96,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         only: arguments.only.clone(),
     });
     for path in &arguments.merge {
-        job.merge(read_report(path)?);
+        let report = read_report(path)?;
+        job.merge(report).map_err(|e| about(path, e))?;
     }
     job.validate()?;
     if let Some(folder) = &arguments.keep {

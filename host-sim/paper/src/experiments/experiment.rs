@@ -40,6 +40,14 @@ pub trait Experiment: Serialize + DeserializeOwned + Default + Sync + 'static {
     /// [`crate::Error::Usage`] naming the value and what would be right; a file that cannot be read.
     fn validate(&self) -> Result<()>;
 
+    /// Checks the data of the same experiment in another run's `report.json`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Data`] where the experiment cannot take them in.
+    fn check_merged(&self, _data: &serde_json::Value) -> Result<()> {
+        Ok(())
+    }
+
     /// Runs the experiment. The outcome does not depend on the number of threads.
     ///
     /// # Errors

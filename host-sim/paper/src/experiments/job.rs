@@ -124,6 +124,7 @@ trait AnyExperiment {
     fn json(&self) -> Result<serde_json::Value>;
     fn apply(&mut self, overrides: &Overrides);
     fn validate(&self) -> Result<()>;
+    fn check_merged(&self, data: &serde_json::Value) -> Result<()>;
     fn run(&self, context: &Context<'_>) -> Result<Outcome>;
 }
 
@@ -153,6 +154,10 @@ impl<E: Experiment> AnyExperiment for E {
 
     fn validate(&self) -> Result<()> {
         Experiment::validate(self)
+    }
+
+    fn check_merged(&self, data: &serde_json::Value) -> Result<()> {
+        Experiment::check_merged(self, data)
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
@@ -263,8 +268,20 @@ impl Job {
     }
 
     /// Takes in another run's `report.json`, parsed.
-    pub fn merge(&mut self, report: serde_json::Value) {
+    ///
+    /// # Errors
+    /// [`Error::Data`] for one without data of an experiment that takes them in, or with others than its own.
+    pub fn merge(&mut self, report: serde_json::Value) -> Result<()> {
+        let takers = self.list.iter().zip(&self.experiments);
+        for (_, experiment) in takers.filter(|(kind, _)| kind.flags.contains(&"--merge")) {
+            let name = experiment.name();
+            let data = report.get(name);
+            let data =
+                data.ok_or_else(|| Error::Data(format!("has no `{name}` of another run")))?;
+            experiment.check_merged(data)?;
+        }
         self.merged.push(report);
+        Ok(())
     }
 
     /// Takes what the command line says in place of parameters.

@@ -98,6 +98,10 @@ impl Experiment for Claims {
         Ok(())
     }
 
+    fn check_merged(&self, data: &serde_json::Value) -> Result<()> {
+        scene::read(data).map(drop)
+    }
+
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
         let geometries = Geometries::new(self)?;
         let tuned = self.tune(context, &geometries)?;

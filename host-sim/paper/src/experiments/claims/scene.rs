@@ -71,7 +71,7 @@ pub fn read(data: &serde_json::Value) -> Result<Vec<SceneResult>> {
     let scenes = data.get("scenes").cloned().unwrap_or_default();
     serde_json::from_value(scenes).map_err(|e| {
         Error::Data(format!(
-            "--merge: `claims.scenes` is not a list of scenes of this version: {e}"
+            "`claims.scenes` is not a list of scenes of this version: {e}"
         ))
     })
 }
