@@ -66,8 +66,9 @@ macro_rules! parameters {
 }
 
 parameters! {
-    /// `K`: the covariance is averaged over the samples `n−K..=n+K`.
-    temporal_half_window: usize = 0 "samples" (or 2), whole true, range!(at least 0);
+    /// `K`: the covariance is averaged over the samples `n−K..=n+K`. The largest window, 8191 samples, is as long as a
+    /// whole record: 315 mm at 20 MHz.
+    temporal_half_window: usize = 0 "samples" (or 2), whole true, range!(at least 0 and at most 4095);
     /// `Δ`: `Δ/L·tr(R)` is added to the diagonal. Below about 1e-4 the rounding of f32 decides;
     /// a covariance that is singular in f32 takes the full eigensolver, and no eigenvalue counts for
     /// less than `2⁻²⁴` of the trace.

@@ -166,6 +166,12 @@ fn what_does_not_fit() {
         name(run(temporal_half_window(usize::MAX), six, 5)),
         "parameter temporal_half_window"
     );
+    // A window longer than any record is refused before there is one.
+    assert!(Beamformer::new(temporal_half_window(4095)).is_ok());
+    assert_eq!(
+        name(Beamformer::new(temporal_half_window(4096)).map(drop)),
+        "parameter temporal_half_window"
+    );
     assert_eq!(name(run(ratio, six, 5)), "capacity subaperture");
     let seven = Active { first: 0, count: 7 };
     assert_eq!(
