@@ -1,12 +1,13 @@
 //! Defaults, warnings and the memory that beamforming takes.
 
+use bonebeam::phase_symmetry::Sizes;
 use bonebeam_files::memory::product;
 use bonebeam_files::terminal::short;
 use bonebeam_files::{ChannelData, Recording, Samples};
 use num_complex::Complex;
 
 use crate::beamform::TILE;
-use crate::config::{Beamform, Image, LONGER_SIDE, RfInterpolation};
+use crate::config::{Beamform, Image, LONGER_SIDE, PhaseSymmetry, RfInterpolation};
 use crate::delay::LINES_UPSAMPLED;
 use crate::{Error, Result};
 
@@ -76,11 +77,11 @@ pub fn check_depths(data: &ChannelData, parameters: &Beamform) -> Result<Option<
 }
 
 /// The memory that beamforming takes beside a recording, bytes, for so many frames at a time: the samples
-/// in order, the aligned samples that threads work on, the lines, and an image before and after its median.
+/// in order, the aligned samples that threads work on, the lines, and the pictures of one frame.
 pub fn working_memory(
     recording: &Recording,
     parameters: &Beamform,
-    image: Option<&Image>,
+    pictures: Option<&Pictures<'_>>,
     frames: usize,
 ) -> usize {
     const COMPLEX: usize = size_of::<Complex<f32>>();
@@ -113,13 +114,75 @@ pub fn working_memory(
             ]
         }
     };
-    // Pixels, those before the median, and the 8-bit ones.
-    let image = image.map(|image| {
+    let pictures = pictures.map(|pictures| pictures.memory());
+    let all = beamforming.into_iter().chain(pictures).chain([SPARE]);
+    all.fold(0, usize::saturating_add)
+}
+
+/// What is asked for beside arrays whose sizes are known, for what is small and for what the system takes itself.
+const SPARE: usize = 16 << 20;
+
+/// The pictures that are made of lines.
+pub struct Pictures<'a> {
+    /// The image.
+    pub image: &'a Image,
+    /// The bone map, where there is one.
+    pub bone_map: Option<&'a PhaseSymmetry>,
+    /// Whether the image is written within a figure, as text.
+    pub figure: bool,
+}
+
+impl Pictures<'_> {
+    /// The memory that they take, bytes.
+    fn memory(&self) -> usize {
+        let image = self.image;
         let [rows, columns] = [image.rows, image.columns].map(|side| side.unwrap_or(LONGER_SIDE));
-        product(&[rows, columns, 2 * size_of::<f32>() + 1])
-    });
-    beamforming
-        .into_iter()
-        .chain(image)
-        .fold(0, usize::saturating_add)
+        let median = if image.median { size_of::<f32>() } else { 0 };
+        // The figure holds the PNG as base64, and again in its text.
+        let encoded = PNG + if self.figure { 4 } else { 0 };
+        let pixels = product(&[rows, columns, size_of::<f32>() + encoded.max(median)]);
+        let map = self
+            .bone_map
+            .map(|map| phase_symmetry_memory([rows, columns], map));
+        pixels.saturating_add(map.unwrap_or(0))
+    }
+}
+
+/// Bytes a pixel while a PNG is encoded: grey levels, and the encoder's output, which grows by doubling.
+const PNG: usize = 4;
+
+/// The memory that phase symmetry of an image takes beside the image, bytes.
+pub fn phase_symmetry_memory([rows, columns]: [usize; 2], section: &PhaseSymmetry) -> usize {
+    // No side of an image that is filtered is longer.
+    const LONGEST: usize = 1024;
+    let [high, wide] = match section.resize {
+        Some(size) => [size.rows, size.columns],
+        None => [rows, columns],
+    };
+    let side = |side: usize| {
+        side.checked_next_power_of_two()
+            .unwrap_or(side)
+            .min(LONGEST)
+    };
+    let sizes = Sizes {
+        rows: side(high),
+        columns: side(wide),
+        strip: section.strip,
+    };
+    let lanes = 16 * (2 * sizes.line_len() + sizes.gains_len());
+    let thread = sizes.strip_len() + sizes.sums_len() + lanes;
+    let filters = sizes.gain_tables_len(section.scales.len());
+    let numbers = [
+        // Resized, padded and as the result.
+        product(&[3, sizes.image_len()]),
+        sizes.spectrum_len(),
+        sizes.filtered_len(),
+        sizes.amplitude_len(),
+        filters,
+        product(&[rayon::current_num_threads() + 1, thread]),
+        // The image that is resampled, and its copy; the map of its size; a PNG.
+        product(&[3 + PNG / size_of::<f32>(), rows, columns]),
+    ];
+    let numbers = numbers.into_iter().fold(0, usize::saturating_add);
+    product(&[numbers, size_of::<f32>()])
 }

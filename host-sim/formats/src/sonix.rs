@@ -91,8 +91,11 @@ pub fn read(
     let end = frames.end.min(held);
     let frames = frames.start.min(end)..end;
     let shape = (frames.len(), transmits, channels, samples);
-    let size = product(&[frames.len(), transmits, channels, samples, size_of::<f32>()]);
-    memory::check(size, "the recording")
+    let record = product(&[frames.len(), transmits, samples]);
+    // Of one channel at a time the raw bytes as well.
+    let raw = product(&[record, size_of::<i16>()]);
+    let size = product(&[record, channels, size_of::<f32>()]);
+    memory::check(size.saturating_add(raw), "the recording")
         .map_err(|e| folder.error(e.to_string()))?;
     let mut rf = Array4::zeros(shape);
     for (channel, &element) in element.iter().enumerate() {

@@ -17,7 +17,7 @@ use bonebeam_drive::config::{Beamform, BeamformFlags, ImageFlags, PhaseSymmetryF
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, check_beams, image_of};
 use bonebeam_drive::phase_symmetry;
-use bonebeam_drive::policy::{warnings, working_memory};
+use bonebeam_drive::policy::{Pictures, warnings, working_memory};
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
@@ -246,13 +246,17 @@ pub fn run(arguments: Arguments) -> Result<()> {
             warn(&format!("{}: {warning}", arguments.recording.display()));
         }
     }
-    let image = pictured.then_some(&config.image);
+    let pictures = pictured.then_some(Pictures {
+        image: &config.image,
+        bone_map: arguments.bone_map.as_ref().map(|_| &config.phase_symmetry),
+        figure: arguments.image.as_deref().is_some_and(is_figure),
+    });
     let frames = match &arguments.frames {
         Some(frames) => frames.of(file.frames())?,
         None => 0..file.frames(),
     };
     let at_a_time = file.frames_at_a_time().min(frames.len());
-    let bytes = working_memory(first, &config.beamform, image, at_a_time);
+    let bytes = working_memory(first, &config.beamform, pictures.as_ref(), at_a_time);
     memory::check(bytes, "beamforming").map_err(|e| about(&arguments.recording, e))?;
     let beamformer = RecordingFrames::new(first, &config.beamform);
     let beamformer = beamformer.map_err(|e| about(&arguments.recording, e))?;

@@ -11,8 +11,10 @@ use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam_drive::config::PhaseSymmetryFlags;
 use bonebeam_drive::phase_symmetry::of_image;
+use bonebeam_drive::policy::phase_symmetry_memory;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
+use bonebeam_files::memory;
 
 /// Filter an image for ridges: bright lines such as bone surfaces (phase symmetry, Eq. 9 and 10).
 ///
@@ -70,6 +72,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
     check_outputs(&[&arguments.image], &outputs)?;
 
     let pixels = image::read(&arguments.image)?;
+    let bytes = phase_symmetry_memory(pixels.dim().into(), &config.phase_symmetry);
+    memory::check(bytes, "phase symmetry").map_err(|e| about(&arguments.image, e))?;
     let bar = Progress::new("phase symmetry", 1);
     let map = of_image(pixels, &config.phase_symmetry, &mut |done, of| {
         bar.set(done as u64, of as u64);
