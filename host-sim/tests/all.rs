@@ -12,6 +12,8 @@ mod common;
 mod config;
 mod crafted;
 mod defaults;
+#[cfg(unix)]
+mod edges;
 mod faults;
 mod files;
 mod frames;

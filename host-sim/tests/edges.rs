@@ -1,0 +1,410 @@
+//! The edges of the program: limits and signals of the system, files that are none, what the environment says.
+
+use crate::common::channel_data_without;
+use crate::common::program::{BEAMFORM, DATA, USAGE, fails, folder_with_channel_data, names};
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::{TempDir, tempdir};
+
+/// The program in a folder, by a line of the shell: `$0` is its name.
+fn shell(folder: &TempDir, script: &str) -> Command {
+    let mut command = Command::new("sh");
+    command
+        .args(["-c", script, env!("CARGO_BIN_EXE_host-sim")])
+        .current_dir(folder.path())
+        .env_remove("RUST_BACKTRACE")
+        .stdin(Stdio::null());
+    command
+}
+
+fn told(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// Whether a run succeeded, or was refused in one line and left nothing.
+fn whole_or_refused(folder: &TempDir, script: &str) -> bool {
+    let before = names(folder.path());
+    let output = shell(folder, script).output().unwrap();
+    let message = told(&output);
+    if output.status.success() {
+        for name in names(folder.path()) {
+            if !before.contains(&name) {
+                fs::remove_file(folder.path().join(name)).unwrap();
+            }
+        }
+        return true;
+    }
+    assert_eq!(output.status.code(), Some(DATA), "{script}: {message}");
+    assert_eq!(message.lines().count(), 1, "{script}: {message}");
+    assert_eq!(names(folder.path()), before, "{script}: {message}");
+    false
+}
+
+/// Whatever the limit of the address space is: the image, its PNG, the bone map and the threads are in what is
+/// asked for before, and an allocation that fails all the same is told and leaves nothing.
+#[cfg(target_os = "linux")]
+#[test]
+fn any_limit_of_memory_is_one_line_and_leaves_nothing() {
+    let folder = folder_with_channel_data();
+    for (arguments, most) in [
+        ("--image i.png --rows 4096 --columns 4096", 700),
+        ("--image i.png --rows 4096 --columns 4096 --median", 700),
+        ("--image i.svg --rows 2048 --columns 2048 --threads 8", 900),
+        ("--bone-map map.png --rows 1024 --columns 1024", 600),
+    ] {
+        let run = |mb: u64| {
+            let beamform = format!("beamform data.npz -o lines.npz {arguments}");
+            whole_or_refused(
+                &folder,
+                &format!("ulimit -v {}; exec \"$0\" {beamform}", mb << 10),
+            )
+        };
+        let outcomes: Vec<bool> = (40..most).step_by(23).map(run).collect();
+        assert!(
+            !outcomes[0] && outcomes[outcomes.len() - 1],
+            "{arguments}: {outcomes:?}"
+        );
+    }
+}
+
+/// An abort, as of an allocation that fails, has no trace either.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_abort_leaves_nothing() {
+    let folder = folder_with_channel_data();
+    let status = signalled(&folder, 6);
+    assert_eq!(status, (Some(DATA), vec!["data.npz".to_owned()]));
+}
+
+/// A run that goes on for long, at a time when it has a temporary file.
+fn with_temporary_file(folder: &TempDir) -> Child {
+    let script =
+        "exec \"$0\" beamform data.npz -o lines.npz --image i.png --rows 8192 --columns 8192";
+    let child = shell(folder, script)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let begin = Instant::now();
+    while !names(folder.path())
+        .iter()
+        .any(|name| name.starts_with(".host-sim"))
+    {
+        assert!(
+            begin.elapsed() < Duration::from_secs(60),
+            "no temporary file"
+        );
+        std::thread::sleep(Duration::from_micros(200));
+    }
+    child
+}
+
+fn kill(child: &Child, signal: i32) {
+    let arguments = [format!("-{signal}"), child.id().to_string()];
+    assert!(
+        Command::new("kill")
+            .args(arguments)
+            .status()
+            .unwrap()
+            .success()
+    );
+}
+
+/// The status of a run that gets this signal, and what is in its folder then.
+fn signalled(folder: &TempDir, signal: i32) -> (Option<i32>, Vec<String>) {
+    let mut child = with_temporary_file(folder);
+    kill(&child, signal);
+    (child.wait().unwrap().code(), names(folder.path()))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn every_signal_that_ends_the_program_leaves_nothing() {
+    const SIGNALS: [(&str, i32); 5] = [
+        ("HUP", 1),
+        ("INT", 2),
+        ("QUIT", 3),
+        ("TERM", 15),
+        ("XCPU", 24),
+    ];
+    for (name, number) in SIGNALS {
+        let folder = folder_with_channel_data();
+        let (code, left) = signalled(&folder, number);
+        assert_eq!(
+            (code, left),
+            (Some(128 + number), vec!["data.npz".to_owned()]),
+            "SIG{name}"
+        );
+    }
+    // Whoever starts the program may have a signal ignored, as nohup does.
+    let folder = folder_with_channel_data();
+    let script = format!("trap '' HUP; \"$0\" {BEAMFORM} & sleep 0.01; kill -1 $!; wait $!");
+    let output = shell(&folder, &script).output().unwrap();
+    assert!(output.status.success(), "{}", told(&output));
+}
+
+/// Without the shell's help: the program itself has the signal of a file too large ignored.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_of_file_size_is_an_error() {
+    let folder = folder_with_channel_data();
+    let script =
+        "ulimit -f 64; exec \"$0\" beamform data.npz -o lines.npz --image big.npy --rows 512";
+    assert!(!whole_or_refused(&folder, script));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn leftovers_of_processes_that_are_gone_are_removed() {
+    let folder = folder_with_channel_data();
+    let mut gone = with_temporary_file(&folder);
+    gone.kill().unwrap();
+    gone.wait().unwrap();
+    let left = |name: &String| name.starts_with(".host-sim");
+    assert!(names(folder.path()).iter().any(left));
+    // Another run's, which goes on; and what only looks alike.
+    let other = tempdir().unwrap();
+    fs::copy(
+        folder.path().join("data.npz"),
+        other.path().join("data.npz"),
+    )
+    .unwrap();
+    let held = fs::File::create(folder.path().join(".host-sim-1-0")).unwrap();
+    held.lock().unwrap();
+    fs::write(folder.path().join(".host-sim-notes"), "mine").unwrap();
+    let output = shell(&folder, &format!("exec \"$0\" {BEAMFORM}"))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", told(&output));
+    let found: Vec<String> = names(folder.path()).into_iter().filter(left).collect();
+    assert_eq!(found, [".host-sim-1-0", ".host-sim-notes"]);
+}
+
+/// Every kind of input: a device that never ends, a pipe that nobody writes, and a link to each.
+#[cfg(target_os = "linux")]
+#[test]
+fn inputs_that_are_no_regular_file_are_refused() {
+    let folder = folder_with_channel_data();
+    let place = |name: &str| folder.path().join(name);
+    let made = Command::new("mkfifo").arg(place("pipe")).status().unwrap();
+    assert!(made.success());
+    let kinds = [
+        "npz", "mat", "h5", "npy", "png", "toml", "json", "ply", "stl", "obj",
+    ];
+    for kind in kinds {
+        symlink("/dev/zero", place(&format!("device.{kind}"))).unwrap();
+        symlink("pipe", place(&format!("pipe.{kind}"))).unwrap();
+    }
+    for stem in ["device", "pipe"] {
+        for (arguments, status) in [
+            ("info FILE.npz", DATA),
+            ("info FILE.mat", DATA),
+            ("convert FILE.h5 -o out.npz", DATA),
+            ("beamform FILE.npz -o out.npz", DATA),
+            ("phase-symmetry FILE.npy -o out.npy", DATA),
+            ("phase-symmetry FILE.png -o out.npy", DATA),
+            ("beamform data.npz --config FILE.toml -o out.npz", USAGE),
+            ("--config FILE.toml --out out", USAGE),
+            ("paper --config FILE.toml -o out", USAGE),
+            ("paper --claims --merge FILE.json -o out", DATA),
+            ("simulate vertebra --mesh FILE.ply -o out.npz", DATA),
+            ("simulate vertebra --mesh FILE.stl -o out.npz", DATA),
+            ("simulate vertebra --mesh FILE.obj -o out.npz", DATA),
+        ] {
+            let arguments = arguments.replace("FILE", stem);
+            // A pipe without a writer would wait for ever.
+            let before = names(folder.path());
+            let script = format!("ulimit -v 4000000; exec timeout 60 \"$0\" {arguments}");
+            let output = shell(&folder, &script).output().unwrap();
+            let message = told(&output);
+            assert_eq!(output.status.code(), Some(status), "{arguments}: {message}");
+            assert!(
+                message.contains("no regular file"),
+                "{arguments}: {message}"
+            );
+            assert_eq!(message.lines().count(), 1, "{arguments}: {message}");
+            assert_eq!(names(folder.path()), before, "{arguments}");
+        }
+    }
+}
+
+#[test]
+fn configurations_and_reports_have_a_largest_size() {
+    let folder = folder_with_channel_data();
+    let sized = |name: &str, length: u64| {
+        let file = fs::File::create(folder.path().join(name)).unwrap();
+        file.set_len(length).unwrap();
+    };
+    sized("big.toml", (1 << 20) + 1);
+    sized("big.json", 100_000_001);
+    for command in ["beamform data.npz -o out.npz", "--out out", "paper -o out"] {
+        let arguments = format!("{command} --config big.toml");
+        fails(&folder, &arguments, USAGE, &["big.toml", "too large"]);
+    }
+    fails(
+        &folder,
+        "paper --claims --merge big.json -o out",
+        DATA,
+        &["big.json", "too large"],
+    );
+    // One byte less is read, and refused for what it holds.
+    sized("big.toml", 1 << 20);
+    let arguments = "beamform data.npz --config big.toml -o out.npz";
+    fails(&folder, arguments, USAGE, &["big.toml: line 1"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn names_are_told_without_escape_sequences() {
+    let folder = tempdir().unwrap();
+    let name = "a\u{1b}[31mb\nc\u{9b}\u{7f}.npz";
+    channel_data_without(&folder.path().join(name), &[]).finish();
+    fs::write(folder.path().join("list"), name).unwrap();
+    for command in ["info \"$f\"", "beamform \"$f\" -o lines.npz --json"] {
+        let script = format!("f=$(cat list); exec \"$0\" {command}");
+        let output = shell(&folder, &script).output().unwrap();
+        assert!(output.status.success(), "{}", told(&output));
+        let text = String::from_utf8(output.stdout).unwrap();
+        let control = |c: char| c.is_control() && c != '\n';
+        assert!(!text.contains(control), "{command}: {text:?}");
+        let first = text.lines().next().unwrap();
+        assert!(
+            first.contains("[31mb\\nc") && first.contains(".npz"),
+            "{command}: {first}"
+        );
+    }
+}
+
+#[test]
+fn environment_variables_of_threads_are_checked() {
+    let folder = folder_with_channel_data();
+    for (name, values) in [
+        ("RAYON_NUM_THREADS", ["many", "0", "-1", "100000"]),
+        ("RUST_MIN_STACK", ["much", "1", "2MB", "99999999999999"]),
+    ] {
+        for value in values {
+            let script = format!("{name}={value} exec \"$0\" {BEAMFORM}");
+            let output = shell(&folder, &script).output().unwrap();
+            let message = told(&output);
+            assert_eq!(output.status.code(), Some(USAGE), "{script}: {message}");
+            let expected = format!("host-sim: {name} is {value}; expected ");
+            assert!(message.starts_with(&expected), "{script}: {message}");
+            assert_eq!(names(folder.path()), ["data.npz"]);
+        }
+    }
+    let script = format!("RAYON_NUM_THREADS=3 RUST_MIN_STACK=4194304 exec \"$0\" {BEAMFORM}");
+    let output = shell(&folder, &script).output().unwrap();
+    assert!(output.status.success(), "{}", told(&output));
+}
+
+/// The claims' quick look takes minutes: what cannot be merged is told before it, and before a folder is made.
+#[test]
+fn reports_to_merge_are_checked_before_anything_is_computed() {
+    let folder = tempdir().unwrap();
+    for (text, part) in [
+        ("no JSON", "is no report.json"),
+        ("{}", "has no `claims`"),
+        ("[1, 2]", "has no `claims`"),
+        (r#"{"claims": {}}"#, "`claims.scenes` is not a list"),
+        (
+            r#"{"claims": {"scenes": [{"seed": 1}]}}"#,
+            "`claims.scenes` is not a list",
+        ),
+    ] {
+        fs::write(folder.path().join("report.json"), text).unwrap();
+        let begin = Instant::now();
+        let paper = "paper --quick --claims --merge report.json -o out";
+        fails(&folder, paper, DATA, &["report.json", part]);
+        assert!(begin.elapsed() < Duration::from_secs(5), "{text}");
+    }
+}
+
+#[test]
+fn a_time_window_longer_than_any_record_is_refused() {
+    let folder = folder_with_channel_data();
+    let expected = "at least 0 and at most 4095";
+    for value in ["4096", "18446744073709551615"] {
+        let beamform = format!("{BEAMFORM} --method mv --temporal-half-window {value}");
+        fails(
+            &folder,
+            &beamform,
+            USAGE,
+            &["--temporal-half-window", "`temporal_half_window`", expected],
+        );
+    }
+}
+
+/// A SonixDAQ's samples are 16 bits in its files and 32 in memory: both are asked for.
+#[cfg(target_os = "linux")]
+#[test]
+fn raw_bytes_of_a_sonix_daq_are_asked_for() {
+    let folder = tempdir().unwrap();
+    let daq = folder.path().join("daq");
+    fs::create_dir(&daq).unwrap();
+    let samples = 40_000_000;
+    let header: Vec<u8> = [7i32, 1, samples]
+        .iter()
+        .flat_map(|n| n.to_le_bytes())
+        .collect();
+    fs::write(daq.join("CH000.daq"), header).unwrap();
+    let file = fs::OpenOptions::new()
+        .write(true)
+        .open(daq.join("CH000.daq"))
+        .unwrap();
+    file.set_len(12 + 2 * samples as u64).unwrap();
+    let info = "info daq --variable fs=40e6 --variable f0=6.6e6 --variable c=1540 --variable t0=0 \
+                --variable pitch=0.3e-3 --variable tx_angle=0";
+    let told = |mb: u64| {
+        let script = format!("ulimit -v {}; exec \"$0\" {info} --threads 1", mb << 10);
+        let output = shell(&folder, &script).output().unwrap();
+        assert_eq!(told(&output).lines().count(), 1, "{}", told(&output));
+        assert_eq!(
+            output.status.code(),
+            Some(DATA),
+            "{mb} MB: {}",
+            told(&output)
+        );
+    };
+    (40..460).step_by(20).for_each(told);
+}
+
+/// A page may load nothing but its own style and pictures.
+#[test]
+fn pages_have_a_content_security_policy() {
+    let folder = tempdir().unwrap();
+    for (arguments, page) in [
+        ("--quick --out out", "out/report.html"),
+        ("paper --quick --table 1 -o paper", "paper/report.html"),
+    ] {
+        let output = shell(&folder, &format!("exec \"$0\" {arguments}"))
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", told(&output));
+        let page = fs::read_to_string(folder.path().join(page)).unwrap();
+        let head = &page[..page.find("</head>").unwrap()];
+        assert!(
+            head.contains("http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; ")
+        );
+        assert!(!page.contains("<script") && !page.contains("http://") || page.contains("w3.org"));
+    }
+}
+
+/// What a workflow runs is named by a commit, which nobody can move; the tag stands behind it.
+#[test]
+fn actions_of_workflows_are_named_by_commits() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../.github/workflows");
+    let mut actions = 0;
+    for entry in fs::read_dir(folder).unwrap() {
+        let text = fs::read_to_string(entry.unwrap().path()).unwrap();
+        for line in text.lines().filter(|line| line.contains("uses:")) {
+            let (_, commit) = line.split_once('@').unwrap();
+            let (commit, tag) = commit.split_once(" # v").unwrap_or((commit, ""));
+            let hexadecimal = commit.len() == 40 && commit.bytes().all(|b| b.is_ascii_hexdigit());
+            assert!(hexadecimal && !tag.is_empty(), "{line}");
+            actions += 1;
+        }
+    }
+    assert!(actions > 1);
+}
