@@ -1,6 +1,5 @@
 //! Postfilters: a real factor for each sample, from the aligned samples, that multiplies a method's output.
 
-use super::parameters::Parameters;
 use super::segment::Segment;
 use super::snapshot::gather;
 use super::table::{Parameter, choices};
@@ -23,14 +22,14 @@ const BLOCK: usize = 8;
 /// Multiplies `z[lane][i]`, sample `first_sample + i` of its segment, by the factor of that sample.
 #[inline(always)]
 pub(super) fn postfilter<V: Vector>(
-    parameters: &Parameters,
+    postfilter: Postfilter,
     zero: V,
     segments: &[Segment<'_>],
     count: usize,
     z: &mut [&mut [Complex<f32>]],
 ) {
-    if parameters.postfilter != Postfilter::None {
-        apply(parameters.postfilter, zero, segments, count, z);
+    if postfilter != Postfilter::None {
+        apply(postfilter, zero, segments, count, z);
     }
 }
 

@@ -89,7 +89,13 @@ impl Beamformer {
         }
         let subaperture = self.check_sizes(count, sizes)?;
         self.fitting_segments(workspace, segments, count, subaperture, z);
-        postfilter(self.parameters(), workspace.zero, segments, count, z);
+        postfilter(
+            self.parameters().postfilter,
+            workspace.zero,
+            segments,
+            count,
+            z,
+        );
         Ok(())
     }
 
@@ -106,7 +112,7 @@ impl Beamformer {
         for (segment, z) in segments.iter().zip(z.iter_mut()) {
             (direct.output)(segment, count, z);
         }
-        postfilter(self.parameters(), zero, segments, count, z);
+        postfilter(self.parameters().postfilter, zero, segments, count, z);
     }
 
     /// Segments that fit, with the vector's instructions. Not inlined: where sizes are constants, as those of

@@ -13,6 +13,7 @@ mod iq;
 mod kaiser;
 mod record;
 mod rf;
+mod scan_line;
 mod sine;
 mod stage;
 
@@ -20,14 +21,15 @@ pub use analytic::{MAX_HILBERT_TAPS, hilbert_taps};
 pub use interpolate::MAX_DECIMATION;
 pub use iq::{IqDelay, IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples};
 pub use record::{MAX_MAGNITUDE, Record};
-pub use rf::{
-    Compounding, Contribution, Delay, DelayParameters, MAX_SAMPLES, ScanLine, UPSAMPLING, Upsampled,
-};
+pub use rf::{Contribution, Delay, DelayParameters, UPSAMPLING, Upsampled};
+pub use scan_line::{Compounding, ScanLine};
 pub use stage::Stage;
 
 use crate::Error;
 use crate::error::{at_least_one, attempt, finite, positive};
 
+/// The most samples in a record or a line: every index must be exact in f32.
+pub const MAX_SAMPLES: usize = 1 << 22;
 /// Positions on the axis beyond ± this many samples read 0.
 const FAR: f64 = (1 << 23) as f64;
 

@@ -1,8 +1,7 @@
 //! What the delay stages have in common, so that a pipeline takes either.
 
 use super::delay_law::TransmitDelay;
-use super::{Delay, IqDelay, ScanLine};
-use crate::delay::Compounding;
+use super::scan_line::{Compounding, ScanLine};
 use crate::error::{check_length, finite};
 use crate::memory::Need;
 use crate::simd::Vector;
@@ -12,6 +11,9 @@ use crate::{Complex, Error};
 ///
 /// It makes any block of a line by itself, with memory for the block. A sample's bits do not depend on
 /// how a line is cut.
+///
+/// [`Delay`]: super::Delay
+/// [`IqDelay`]: super::IqDelay
 pub trait Stage: Sealed {
     /// What the elements recorded of one transmit.
     type Record<'r>: Copy + Sync;
@@ -34,6 +36,8 @@ pub trait Stage: Sealed {
     /// [`IqInterpolation::LinearFixed`], [`Error::Parameter`] for samples that are not counts, and for elements 8191
     /// or more samples' way from the line.
     ///
+    /// [`Delay`]: super::Delay
+    /// [`IqDelay`]: super::IqDelay
     /// [`IqInterpolation::LinearFixed`]: super::IqInterpolation::LinearFixed
     fn line<V: Vector>(
         &self,
@@ -121,8 +125,6 @@ pub trait Stage: Sealed {
 /// No others: that their samples are finite is known of these.
 pub trait Sealed {}
 
-impl Sealed for Delay {}
-impl Sealed for IqDelay {}
 impl<S: Sealed> Sealed for &S {}
 
 /// The shapes of a stage, and its speed of sound.

@@ -22,16 +22,15 @@ use super::analytic::{HilbertTransformer, hilbert_taps, reach};
 use super::decimator::{decimated_len, halvings, streams_len};
 use super::interpolate::Interpolator;
 use super::record::Record;
-use super::stage::{self, Shape, Stage};
-use super::{FAR, check_shapes, finite, positive};
+use super::scan_line::{Compounding, ScanLine};
+use super::stage::{self, Sealed, Shape, Stage};
+use super::{FAR, MAX_SAMPLES, check_shapes, finite, positive};
 use crate::error::attempt;
-use crate::geometry::{Active, Array, Ray, Scan, Transmit};
+use crate::geometry::Scan;
 use crate::memory::Need;
 use crate::simd::{PARTIAL_SUMS, Vector};
 use crate::{Complex, Error};
 
-/// The most samples in a record or a line: every index must be exact in f32.
-pub const MAX_SAMPLES: usize = 1 << 22;
 /// Sixteens of positions that are worked out before they are read, so that neither waits for the
 /// other.
 const STEP: usize = 8;
@@ -161,51 +160,6 @@ const fn within_limits(size: usize) -> usize {
         size
     } else {
         MAX_SAMPLES
-    }
-}
-
-/// Coherent compounding: what becomes of the line that `out` holds already.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Compounding {
-    /// Overwrite it; elements that are not active become 0.
-    Replace,
-    /// Add to it, as the next of several transmits; other elements stay as they are.
-    Add,
-}
-
-/// One scan line of one transmit.
-#[derive(Clone, Copy, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct ScanLine<'a> {
-    /// The transmit.
-    pub transmit: Transmit<'a>,
-    /// The line.
-    pub ray: Ray,
-    /// Where the elements are.
-    pub array: Array<'a>,
-    /// Elements to compute: the active ones of the deepest sample include all shallower ones'.
-    pub active: Active,
-    /// Overwrite or add.
-    pub compounding: Compounding,
-}
-
-impl<'a> ScanLine<'a> {
-    /// Line `line` of a scan.
-    pub fn of(
-        scan: &Scan<'a>,
-        line: usize,
-        transmit: Transmit<'a>,
-        compounding: Compounding,
-    ) -> Self {
-        let p = scan.parameters();
-        ScanLine {
-            transmit,
-            ray: scan.ray(line),
-            array: p.array,
-            active: scan.widest(line),
-            compounding,
-        }
     }
 }
 
@@ -422,6 +376,8 @@ impl Delay {
         self.parameters.sampling_rate / (1 << self.interpolator.halvings()) as f64
     }
 }
+
+impl Sealed for Delay {}
 
 impl Stage for Delay {
     type Record<'r> = Record<'r>;

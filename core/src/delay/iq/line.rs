@@ -1,0 +1,232 @@
+//! A line of I/Q in floating point.
+
+use super::interpolation::Read;
+use super::parameters::{DELAY_NUMBERS, IqParameters};
+use super::phasor;
+use super::record::{IqRecord, IqSamples, Sample, Window};
+use crate::Complex;
+use crate::delay::FAR;
+use crate::delay::delay_law::ReceiveDelay;
+use crate::delay::scan_line::Compounding;
+use crate::delay::stage::Source;
+use crate::simd::{MOST_LANES, Vector, load};
+
+/// The largest number of cycles whose fraction is kept in f32.
+const MOST_CYCLES: f32 = (1 << 22) as f32;
+/// The largest f_demod/fs: what a record can be read at is then within [`MOST_CYCLES`].
+pub(super) const MAX_CYCLES_PER_SAMPLE: f64 = 1e6;
+
+/// A line that is focused: what from, and by which parameters.
+#[derive(Clone, Copy)]
+pub(super) struct IqLine<'a> {
+    pub(super) parameters: &'a IqParameters,
+    pub(super) source: &'a Source<'a, IqRecord<'a>>,
+}
+
+/// Where an element straight above the line is read at an output sample, and the carrier phase there, in cycles.
+#[derive(Clone, Copy)]
+struct Centre {
+    depth: f32,
+    whole: f32,
+    fraction: f32,
+    cycles: f32,
+}
+
+/// A line with its samples, what these are multiplied by, and how they are interpolated.
+struct Reader<'a, T, R> {
+    line: IqLine<'a>,
+    window: Window<'a, T>,
+    scale: f32,
+    read: &'a R,
+}
+
+impl IqLine<'_> {
+    /// The line by one interpolation, for samples of either type.
+    pub(super) fn read<V: Vector, const TAPS: usize>(
+        &self,
+        zero: V,
+        read: &impl Read<TAPS>,
+        scratch: &mut [f32],
+        out: &mut [Complex<f32>],
+    ) {
+        let receive_delays = self.receive_delays::<V>(scratch);
+        match self.source.record.kind() {
+            IqSamples::Float(samples) => {
+                self.reader(samples, read).line(zero, receive_delays, out);
+            }
+            IqSamples::Counts(samples, _) => {
+                self.reader(samples, read).line(zero, receive_delays, out);
+            }
+        }
+    }
+
+    fn reader<'a, T, R>(&'a self, samples: &'a [T], read: &'a R) -> Reader<'a, T, R> {
+        Reader {
+            line: *self,
+            window: self.source.record.window(samples),
+            scale: self.source.record.scale(),
+            read,
+        }
+    }
+
+    /// The receive delays of the active elements, a group of lanes after the other.
+    #[inline(always)]
+    fn receive_delays<'s, V: Vector>(&self, scratch: &'s mut [f32]) -> &'s [f32] {
+        let (p, line) = (self.parameters, self.source.line);
+        let active = line.active.first..line.active.first + line.active.count;
+        let a_sample = p.demodulation_frequency / p.sampling_rate;
+        for (k, element) in active.enumerate() {
+            let receive_delay = ReceiveDelay::new(
+                line.array.position(element),
+                &line.ray,
+                p.sound_speed,
+                p.sampling_rate,
+            );
+            // The phase of the whole samples that `ahead` takes off, in cycles.
+            let whole = f64::from(receive_delay.ahead()) * a_sample;
+            let cycles = (libm::ceil(whole) - whole) as f32;
+            let group = (k / V::LANES) * DELAY_NUMBERS * V::LANES + k % V::LANES;
+            for (row, value) in receive_delay
+                .numbers()
+                .into_iter()
+                .chain([cycles])
+                .enumerate()
+            {
+                if let Some(slot) = scratch.get_mut(group + row * V::LANES) {
+                    *slot = value;
+                }
+            }
+        }
+        scratch
+    }
+
+    /// Depth, position and carrier phase of an element straight above the line at output sample `n`; depth 0 where
+    /// nothing can be read.
+    #[inline(always)]
+    fn centre(&self, n: usize) -> Centre {
+        let (p, source) = (self.parameters, self.source);
+        let t = p.output_start + n as f64 / p.output_rate;
+        let r = p.sound_speed * t / 2.0;
+        let flight = source.transmit.time(r) + r / p.sound_speed;
+        let position = (flight - source.line.transmit.t0) * p.sampling_rate;
+        let cycles = flight * p.demodulation_frequency + source.record.cycles();
+        let near = position > -FAR && position < FAR && cycles > -f64::MAX && cycles < f64::MAX;
+        if !near {
+            return Centre {
+                depth: 0.0,
+                whole: 0.0,
+                fraction: 0.0,
+                cycles: 0.0,
+            };
+        }
+        let floor = libm::floor(position);
+        Centre {
+            depth: r as f32,
+            whole: floor as f32,
+            fraction: (position - floor) as f32,
+            cycles: (cycles - libm::floor(cycles)) as f32,
+        }
+    }
+}
+
+impl<T: Sample, R> Reader<'_, T, R> {
+    /// The line, of the receive delays of the active elements.
+    #[inline(never)]
+    fn line<V: Vector, const TAPS: usize>(
+        &self,
+        zero: V,
+        receive_delays: &[f32],
+        out: &mut [Complex<f32>],
+    ) where
+        R: Read<TAPS>,
+    {
+        let Source { line, first, .. } = self.line.source;
+        zero.vectorize(
+            #[inline(always)]
+            || {
+                let elements = self.line.parameters.elements;
+                let active = line.active.first..line.active.first + line.active.count;
+                for (n, row) in out.chunks_exact_mut(elements.max(1)).enumerate() {
+                    if line.compounding == Compounding::Replace {
+                        row.fill(Complex::new(0.0, 0.0));
+                    }
+                    let centre = self.line.centre(first + n);
+                    let Some(row) = row.get_mut(active.clone()) else {
+                        return;
+                    };
+                    if centre.depth > 0.0 {
+                        let groups = row
+                            .chunks_mut(V::LANES)
+                            .zip(receive_delays.chunks_exact(DELAY_NUMBERS * V::LANES));
+                        for (group, (row, receive_delay)) in groups.enumerate() {
+                            let first = active.start + group * V::LANES;
+                            let elements = (first, row.len());
+                            let values = self.values(zero, &centre, receive_delay, elements);
+                            put(line.compounding, values, row);
+                        }
+                    }
+                }
+            },
+        );
+    }
+
+    /// The values of a group of elements, `count` of them from `first` on, real and imaginary parts.
+    #[inline(always)]
+    fn values<V: Vector, const TAPS: usize>(
+        &self,
+        zero: V,
+        centre: &Centre,
+        receive_delay: &[f32],
+        (first, count): (usize, usize),
+    ) -> (V, V)
+    where
+        R: Read<TAPS>,
+    {
+        let p = self.line.parameters;
+        let [square, scaled, along, rate, part, ahead, own] = [0, 1, 2, 3, 4, 5, 6].map(
+            #[inline(always)]
+            |row| load(zero, &receive_delay[row * V::LANES..]),
+        );
+        let depth = zero.splat(centre.depth);
+        let receive_delay = ReceiveDelay::samples_of(depth, [square, scaled, along, rate, part]);
+        let position = zero.splat(centre.fraction) + receive_delay;
+        let a_sample = (p.demodulation_frequency / p.sampling_rate) as f32;
+        let cycles = zero.splat(centre.cycles) + (receive_delay * zero.splat(a_sample) + own);
+        // False for a NaN, too.
+        let valid =
+            position.less(zero.splat(FAR as f32)) & cycles.abs().less(zero.splat(MOST_CYCLES));
+        let position = V::select(valid, position, zero);
+        let cycles = V::select(valid, cycles, zero);
+
+        // Below 2²³ and not negative, so that truncation is the floor.
+        let mut floors = [0i32; MOST_LANES];
+        position.truncate(&mut floors);
+        let (mut re, mut im) = (zero, zero);
+        let lanes = re.lanes_mut().iter_mut().zip(im.lanes_mut()).take(count);
+        let positions = position.lanes().iter().zip(ahead.lanes()).zip(&floors);
+        for (k, ((re, im), ((position, ahead), &floor))) in lanes.zip(positions).enumerate() {
+            let weight = position - floor as f32;
+            let start = (centre.whole - ahead) as i32 + floor - (TAPS as i32 / 2 - 1);
+            let y = self.read.read(&self.window.taps(first + k, start), weight);
+            (*re, *im) = (y.re, y.im);
+        }
+
+        let (cosine, sine) = phasor::phasor(cycles);
+        let (re, im) = (V::select(valid, re, zero), V::select(valid, im, zero));
+        let scale = zero.splat(self.scale);
+        let (cosine, sine) = (cosine * scale, sine * scale);
+        (re * cosine - im * sine, re * sine + im * cosine)
+    }
+}
+
+/// Puts values into a row, or adds them to it.
+#[inline(always)]
+fn put<V: Vector>(compounding: Compounding, (re, im): (V, V), row: &mut [Complex<f32>]) {
+    let values = re.lanes().iter().zip(im.lanes());
+    for (y, (&re, &im)) in row.iter_mut().zip(values) {
+        match compounding {
+            Compounding::Replace => *y = Complex::new(re, im),
+            Compounding::Add => *y += Complex::new(re, im),
+        }
+    }
+}
