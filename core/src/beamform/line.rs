@@ -3,7 +3,7 @@
 use super::aligned_line::AlignedLine;
 use super::methods::Method;
 use super::parameters::Beamformer;
-use super::segment::{Segment, constant_segments, segments_within};
+use super::segment::{Segment, SegmentGroup, constant_segments, segments_within};
 use super::sizes::Sizes;
 use super::workspace::Workspace;
 use crate::Error;
@@ -12,6 +12,34 @@ use crate::error::check_length;
 use crate::geometry::Active;
 use core::ops::Range;
 use num_complex::Complex;
+
+/// A block of a line: samples from `first` on, which begins a segment or a block of a segment's time windows.
+pub(crate) struct LineBlock<'a, F> {
+    pub(crate) line: AlignedLine<'a>,
+    pub(crate) first: usize,
+    /// The active set of each sample of the line.
+    pub(crate) active: F,
+    /// The samples that are adaptive, counted from `first`; the others are DAS.
+    pub(crate) adaptive: Range<usize>,
+}
+
+impl<'a, F: Fn(usize) -> Active> LineBlock<'a, F> {
+    /// The active set of the block's sample `sample`.
+    #[inline(always)]
+    fn active(&self, sample: usize) -> Active {
+        (self.active)(self.first + sample)
+    }
+
+    /// A segment that begins at the block's sample `sample`.
+    #[inline(always)]
+    fn segment(&self, sample: usize, set: Active) -> Segment<'a> {
+        Segment {
+            line: self.line,
+            first_element: set.first,
+            first_sample: self.first + sample,
+        }
+    }
+}
 
 impl Beamformer {
     /// Beamforms one beam: `z[n]` from the samples of `line`, with the active set `active(n)`.
@@ -31,40 +59,57 @@ impl Beamformer {
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         check_length("z", z.len(), line.samples())?;
+        let block = LineBlock {
+            line,
+            first: 0,
+            active,
+            adaptive: 0..z.len(),
+        };
         let sizes = workspace.sizes;
-        self.block(workspace, sizes, line, 0, active, z)
+        self.block(workspace, sizes, &block, z)
     }
 
-    /// The samples of a line from `first` on, as many as `z` holds. `first` begins a segment or a block of a
-    /// segment's time windows. Inlined, so that the compiler knows the workspace's `sizes` where they are constants; read
-    /// once a line, since a kernel might change them for all that the compiler knows.
+    /// The samples of a block, as many as `z` holds. Inlined, so that the compiler knows the workspace's `sizes`
+    /// where they are constants; read once a line, since a kernel might change them for all that the compiler knows.
     #[inline(always)]
     pub(crate) fn block<A: Averaging<f32>>(
         &self,
         workspace: &mut Workspace<'_, A>,
         sizes: Sizes,
-        line: AlignedLine<'_>,
-        first: usize,
-        active: impl Fn(usize) -> Active,
+        block: &LineBlock<'_, impl Fn(usize) -> Active>,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        let active = |sample| active(first + sample);
-        let segment = |sample, set: Active| Segment {
-            line,
-            first_element: set.first,
-            first_sample: first + sample,
-        };
+        if block.adaptive == (0..z.len()) {
+            self.adaptive_block(workspace, sizes, block, z)
+        } else {
+            self.gated_block(workspace, sizes, block, z)
+        }
+    }
+
+    /// A block whose samples are all adaptive.
+    #[inline(always)]
+    fn adaptive_block<A: Averaging<f32>>(
+        &self,
+        workspace: &mut Workspace<'_, A>,
+        sizes: Sizes,
+        block: &LineBlock<'_, impl Fn(usize) -> Active>,
+        z: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
+        let active = |sample| block.active(sample);
         for (first_sample, samples, set) in constant_segments(z.len(), &active) {
-            self.check_segment(&segment(first_sample, set), set.count, samples)?;
+            self.check_segment(&block.segment(first_sample, set), set.count, samples)?;
             if set.count > 0 && self.parameters().method.direct().is_none() {
                 self.check_sizes(set.count, sizes)?;
             }
         }
         for (first_sample, samples, set) in constant_segments(z.len(), &active) {
-            let segment = segment(first_sample, set);
+            let group = SegmentGroup {
+                segments: &[block.segment(first_sample, set)],
+                count: set.count,
+            };
             let out = z.get_mut(first_sample..first_sample + samples);
             let out = out.unwrap_or_default();
-            self.segments_within(workspace, sizes, &[segment], set.count, &mut [out])?;
+            self.segments_within(workspace, sizes, group, &mut [out])?;
         }
         Ok(())
     }
@@ -86,35 +131,34 @@ impl Beamformer {
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         check_length("z", z.len(), line.samples())?;
+        let block = LineBlock {
+            line,
+            first: 0,
+            active,
+            adaptive,
+        };
         let sizes = workspace.sizes;
-        self.block_within(workspace, sizes, line, (0, adaptive), active, z)
+        self.block(workspace, sizes, &block, z)
     }
 
-    /// As [`Beamformer::block`], with what is `adaptive` counted from `first`.
+    /// A block of which some samples are adaptive, the others DAS.
     #[inline(always)]
-    pub(crate) fn block_within<A: Averaging<f32>>(
+    fn gated_block<A: Averaging<f32>>(
         &self,
         workspace: &mut Workspace<'_, A>,
         sizes: Sizes,
-        line: AlignedLine<'_>,
-        (first, adaptive): (usize, Range<usize>),
-        active: impl Fn(usize) -> Active,
+        block: &LineBlock<'_, impl Fn(usize) -> Active>,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         let samples = z.len();
-        let active = |sample| active(first + sample);
+        let (active, adaptive) = (|sample| block.active(sample), &block.adaptive);
         let method = self.parameters().method;
-        let segment = |sample, set: Active| Segment {
-            line,
-            first_element: set.first,
-            first_sample: first + sample,
-        };
         let within = || {
             let temporal_half_window = self.parameters().temporal_half_window;
             segments_within(samples, &active, adaptive.clone(), temporal_half_window)
         };
         for (first, length, set) in constant_segments(samples, &active) {
-            self.check_segment(&segment(first, set), set.count, length)?;
+            self.check_segment(&block.segment(first, set), set.count, length)?;
         }
         if method.direct().is_none() {
             for (.., set) in within().filter(|(.., set)| set.count > 0) {
@@ -123,13 +167,11 @@ impl Beamformer {
         }
         for (first, length, set) in within() {
             let out = z.get_mut(first..first + length).unwrap_or_default();
-            self.segments_within(
-                workspace,
-                sizes,
-                &[segment(first, set)],
-                set.count,
-                &mut [out],
-            )?;
+            let group = SegmentGroup {
+                segments: &[block.segment(first, set)],
+                count: set.count,
+            };
+            self.segments_within(workspace, sizes, group, &mut [out])?;
         }
         // Over what came with a segment above the samples wanted, too.
         let Some(das) = Method::Das.direct() else {
@@ -140,15 +182,13 @@ impl Beamformer {
             for (first, length, set) in constant_segments(rest.len(), |n| active(rest.start + n)) {
                 let first = rest.start + first;
                 let out = z.get_mut(first..first + length).unwrap_or_default();
+                let group = SegmentGroup {
+                    segments: &[block.segment(first, set)],
+                    count: set.count,
+                };
                 match set.count {
                     0 => out.fill(Complex::new(0.0, 0.0)),
-                    count => self.direct_segments(
-                        &das,
-                        workspace.zero,
-                        &[segment(first, set)],
-                        count,
-                        &mut [out],
-                    ),
+                    _ => self.direct_segments(&das, workspace.zero, group, &mut [out]),
                 }
             }
         }

@@ -17,6 +17,8 @@ mod table;
 mod weights;
 mod workspace;
 
+pub(crate) use line::LineBlock;
+
 pub use aligned_line::AlignedLine;
 pub use methods::Method;
 pub use parameters::{Beamformer, Parameters};

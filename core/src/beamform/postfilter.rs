@@ -1,6 +1,6 @@
 //! Postfilters: a real factor for each sample, from the aligned samples, that multiplies a method's output.
 
-use super::segment::Segment;
+use super::segment::{Segment, SegmentGroup};
 use super::snapshot::gather;
 use super::table::{Parameter, choices};
 use crate::simd::{ComplexVector, Scalar, Vector};
@@ -24,12 +24,11 @@ const BLOCK: usize = 8;
 pub(super) fn postfilter<V: Vector>(
     postfilter: Postfilter,
     zero: V,
-    segments: &[Segment<'_>],
-    count: usize,
+    group: SegmentGroup<'_, '_>,
     z: &mut [&mut [Complex<f32>]],
 ) {
     if postfilter != Postfilter::None {
-        apply(postfilter, zero, segments, count, z);
+        apply(postfilter, zero, group, z);
     }
 }
 
@@ -39,8 +38,7 @@ pub(super) fn postfilter<V: Vector>(
 fn apply<V: Vector>(
     postfilter: Postfilter,
     zero: V,
-    segments: &[Segment<'_>],
-    count: usize,
+    group: SegmentGroup<'_, '_>,
     z: &mut [&mut [Complex<f32>]],
 ) {
     match postfilter {
@@ -49,7 +47,7 @@ fn apply<V: Vector>(
             zero,
             z,
             #[inline(always)]
-            |i| coherence(zero, segments, i, count),
+            |i| coherence(zero, group.segments, i, group.count),
         ),
     }
 }

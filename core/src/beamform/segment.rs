@@ -16,6 +16,13 @@ pub struct Segment<'a> {
     pub first_sample: usize,
 }
 
+/// The work of a vector: a segment in each lane, all with `count` active elements.
+#[derive(Clone, Copy)]
+pub(super) struct SegmentGroup<'s, 'a> {
+    pub(super) segments: &'s [Segment<'a>],
+    pub(super) count: usize,
+}
+
 /// Splits `0..samples` where the active set changes: `(first sample, number of samples, active)`.
 pub fn constant_segments(
     samples: usize,

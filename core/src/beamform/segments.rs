@@ -8,7 +8,7 @@
 use super::methods::{Direct, weighted_sum};
 use super::parameters::{Beamformer, Parameters};
 use super::postfilter::postfilter;
-use super::segment::Segment;
+use super::segment::{Segment, SegmentGroup};
 use super::sizes::Sizes;
 use super::snapshot::snapshot;
 use super::workspace::Workspace;
@@ -53,7 +53,8 @@ impl Beamformer {
         count: usize,
         z: &mut [&mut [Complex<f32>]],
     ) -> Result<(), Error> {
-        self.segments_within(workspace, workspace.sizes, segments, count, z)
+        let group = SegmentGroup { segments, count };
+        self.segments_within(workspace, workspace.sizes, group, z)
     }
 
     /// [`Beamformer::segments`] with the workspace's sizes as a value of its own: see `fitting_segments`.
@@ -62,10 +63,10 @@ impl Beamformer {
         &self,
         workspace: &mut Workspace<'_, A, V>,
         sizes: Sizes,
-        segments: &[Segment<'_>],
-        count: usize,
+        group: SegmentGroup<'_, '_>,
         z: &mut [&mut [Complex<f32>]],
     ) -> Result<(), Error> {
+        let SegmentGroup { segments, count } = group;
         if segments.len() > V::LANES {
             return Err(Error::Capacity {
                 name: "segments",
@@ -84,18 +85,12 @@ impl Beamformer {
             return Ok(());
         }
         if let Some(direct) = self.parameters().method.direct() {
-            self.direct_segments(&direct, workspace.zero, segments, count, z);
+            self.direct_segments(&direct, workspace.zero, group, z);
             return Ok(());
         }
         let subaperture = self.check_sizes(count, sizes)?;
         self.fitting_segments(workspace, segments, count, subaperture, z);
-        postfilter(
-            self.parameters().postfilter,
-            workspace.zero,
-            segments,
-            count,
-            z,
-        );
+        postfilter(self.parameters().postfilter, workspace.zero, group, z);
         Ok(())
     }
 
@@ -105,14 +100,13 @@ impl Beamformer {
         &self,
         direct: &Direct,
         zero: V,
-        segments: &[Segment<'_>],
-        count: usize,
+        group: SegmentGroup<'_, '_>,
         z: &mut [&mut [Complex<f32>]],
     ) {
-        for (segment, z) in segments.iter().zip(z.iter_mut()) {
-            (direct.output)(segment, count, z);
+        for (segment, z) in group.segments.iter().zip(z.iter_mut()) {
+            (direct.output)(segment, group.count, z);
         }
-        postfilter(self.parameters().postfilter, zero, segments, count, z);
+        postfilter(self.parameters().postfilter, zero, group, z);
     }
 
     /// Segments that fit, with the vector's instructions. Not inlined: where sizes are constants, as those of
@@ -132,7 +126,7 @@ impl Beamformer {
         workspace.snapshot.fill(ComplexVector::from_real(zero));
         zero.vectorize(
             #[inline(always)]
-            || self.lanes(workspace, segments, count, subaperture, z),
+            || self.lanes(workspace, SegmentGroup { segments, count }, subaperture, z),
         );
     }
 
@@ -140,8 +134,7 @@ impl Beamformer {
     fn lanes<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut Workspace<'_, A, V>,
-        segments: &[Segment<'_>],
-        count: usize,
+        group: SegmentGroup<'_, '_>,
         subaperture: usize,
         z: &mut [&mut [Complex<f32>]],
     ) {
@@ -152,10 +145,13 @@ impl Beamformer {
             }
         }
         for push in 0..longest + 2 * self.parameters().temporal_half_window {
-            if let Some(zero_power) = self.push(workspace, segments, count, subaperture, push) {
+            if let Some(zero_power) = self.push(workspace, group, subaperture, push) {
                 let i = push - 2 * self.parameters().temporal_half_window;
-                let value = self.output(workspace, count, subaperture, i, zero_power);
-                emit(segments, z, i, value);
+                let sum = self.output(workspace, subaperture, i, zero_power);
+                let gain = workspace.zero.splat(A::gain(group.count - subaperture + 1));
+                let nothing = ComplexVector::from_real(workspace.zero);
+                let value = ComplexVector::select(zero_power, nothing, sum.divide(gain));
+                emit(group.segments, z, i, value);
             }
         }
     }
@@ -166,8 +162,7 @@ impl Beamformer {
     pub(super) fn push<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut Workspace<'_, A, V>,
-        segments: &[Segment<'_>],
-        count: usize,
+        group: SegmentGroup<'_, '_>,
         subaperture: usize,
         push: usize,
     ) -> Option<V::Mask> {
@@ -184,17 +179,17 @@ impl Beamformer {
         let data = slot_of(push, temporal_half_window, subaperture);
         let work = &mut *solver.work;
         let (Some(active), Some(sum), Some(data)) = (
-            active.get_mut(..count),
+            active.get_mut(..group.count),
             work.get_mut(..subaperture),
             ring.get_mut(data),
         ) else {
             return None;
         };
         let sample = push as isize - temporal_half_window as isize;
-        snapshot::<A, V>(zero, segments, sample, active, sum, data);
+        snapshot::<A, V>(group.segments, sample, active, sum, data);
         let size = A::COVARIANCE.lag_count(subaperture);
         let lags = time_window::slot(window, size, temporal_half_window, push);
-        lag_sums::<A, V>(zero, active, subaperture, work, lags);
+        lag_sums::<A, V>(active, subaperture, work, lags);
         let (suffix, prefix) = time_window::window(window, size, temporal_half_window, push);
         if push < 2 * temporal_half_window {
             return None;
@@ -220,12 +215,11 @@ impl Beamformer {
         })
     }
 
-    /// `z` of sample `i` of the segments, at the segments' working scale.
+    /// `wᴴ` times the subaperture sum of sample `i` of the segments, at their working scale.
     #[inline(always)]
     fn output<A: Averaging<V>, V: Vector>(
         &self,
         workspace: &mut Workspace<'_, A, V>,
-        count: usize,
         subaperture: usize,
         i: usize,
         zero_power: V::Mask,
@@ -239,9 +233,7 @@ impl Beamformer {
         let data = slot_of(i + temporal_half_window, temporal_half_window, subaperture);
         let data = workspace.ring.get(data).unwrap_or_default();
         let (zero, solver) = (workspace.zero, &mut workspace.solver);
-        let sum = weighted_sum::<A, V>(zero, method, solver, subaperture, data, zero_power);
-        let gain = zero.splat(A::gain(count - subaperture + 1));
-        ComplexVector::select(zero_power, ComplexVector::from_real(zero), sum.divide(gain))
+        weighted_sum::<A, V>(zero, method, solver, subaperture, data, zero_power)
     }
 
     /// The segment lies within its line and the time window within the record.

@@ -11,17 +11,19 @@ use num_complex::Complex;
 /// coordinates, the `data`.
 #[inline(never)]
 pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
-    zero: V,
     segments: &[Segment<'_>],
     i: isize,
     active: &mut [ComplexVector<V>],
     sum: &mut [ComplexVector<V>],
     data: &mut [ComplexVector<V>],
 ) {
+    let Some(first) = active.first() else {
+        return;
+    };
+    let zero = first.re.zero();
     zero.vectorize(
         #[inline(always)]
         || {
-            let zero = zero.zero();
             gather(zero, segments, i, 0, active);
             subaperture_sum(zero, active, sum);
             A::data(sum, data);

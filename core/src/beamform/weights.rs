@@ -1,20 +1,18 @@
 //! One sample's weights, for inspection.
 
-use super::aligned_line::AlignedLine;
 use super::methods::{Method, Subspace, at_least_floor, rank_order, weighted_sum};
 use super::parameters::Beamformer;
-use super::segment::Segment;
+use super::segment::{Segment, SegmentGroup};
 use super::workspace::{Solver, Workspace};
 use crate::Error;
 use crate::covariance::Averaging;
-use crate::geometry::Active;
 use crate::linalg::eigen::eigen;
 use crate::linalg::householder::Reduction;
 use crate::simd::{ComplexVector, Scalar};
 use num_complex::Complex;
 
 impl Beamformer {
-    /// The weights of one sample: `w` (Eq. 1) or `w_p` (Eq. 7), by the full eigensolver (of
+    /// The weights of a segment's first sample, with `count` active elements: `w` (Eq. 1) or `w_p` (Eq. 7), by the full eigensolver (of
     /// [`Method::EsmvRank1Steps`] by its own kernel), into the
     /// first `L` entries of `weights` (for DAS `1/count`, into the first `count`). Returns how many.
     ///
@@ -27,18 +25,12 @@ impl Beamformer {
     pub fn weights<A: Averaging<f32>>(
         &self,
         workspace: &mut Workspace<'_, A>,
-        line: AlignedLine<'_>,
-        active: Active,
-        sample: usize,
+        segment: &Segment<'_>,
+        count: usize,
         weights: &mut [Complex<f32>],
     ) -> Result<usize, Error> {
-        let segment = Segment {
-            line,
-            first_element: active.first,
-            first_sample: sample,
-        };
-        self.check_segment(&segment, active.count, 1)?;
-        if active.count == 0 {
+        self.check_segment(segment, count, 1)?;
+        if count == 0 {
             return Err(Error::Parameter {
                 name: "active elements",
                 value: 0.0,
@@ -48,8 +40,8 @@ impl Beamformer {
         let method = self.parameters().method;
         let direct = method.direct();
         let length = match direct {
-            Some(_) => active.count,
-            None => self.check_sizes(active.count, workspace.sizes)?,
+            Some(_) => count,
+            None => self.check_sizes(count, workspace.sizes)?,
         };
         let available = weights.len();
         let Some(weights) = weights.get_mut(..length) else {
@@ -60,12 +52,14 @@ impl Beamformer {
             });
         };
         if let Some(direct) = direct {
-            (direct.weights)(&segment, weights);
+            (direct.weights)(segment, weights);
             return Ok(length);
         }
+        let segments = core::slice::from_ref(segment);
+        let group = SegmentGroup { segments, count };
         let mut zero_power = true;
         for push in 0..=2 * self.parameters().temporal_half_window {
-            let pushed = self.push(workspace, &[segment], active.count, length, push);
+            let pushed = self.push(workspace, group, length, push);
             zero_power = pushed.unwrap_or(true);
         }
         if zero_power {
@@ -163,7 +157,7 @@ fn eigenspace_weights<A: Averaging<f32>>(
         phases,
         tridiagonal,
     };
-    eigen(0.0, matrix, n, &mut reduction, values, vector, next);
+    eigen(matrix, &mut reduction, values, vector, next);
     // What is left of the matrix gives way.
     let (Some(metrics), Some(order)) = (
         reduction.tridiagonal.diagonal.get_mut(..n),
@@ -201,7 +195,7 @@ fn eigenspace_weights<A: Averaging<f32>>(
         if let Some(entry) = next.get_mut(2 * i + 1) {
             entry.re = 1.0;
         }
-        eigen(0.0, matrix, n, &mut reduction, values, vector, next);
+        eigen(matrix, &mut reduction, values, vector, next);
         for (unit, entry) in unit.iter_mut().zip(&*vector) {
             *unit = entry.complex();
         }

@@ -20,7 +20,6 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 /// `4·L²·P`.
 #[inline(always)]
 pub fn lag_sums<A: Averaging<V>, V: Vector>(
-    zero: V,
     x: &[ComplexVector<V>],
     subaperture: usize,
     scratch: &mut [ComplexVector<V>],
@@ -28,32 +27,34 @@ pub fn lag_sums<A: Averaging<V>, V: Vector>(
 ) {
     let mut lag = 0;
     while V::LANES == 1 && lag + 4 <= subaperture {
-        group::<A, V, 4>(zero, x, subaperture, lag, scratch, lags);
+        group::<A, V, 4>(x, subaperture, lag, scratch, lags);
         lag += 4;
     }
     while lag + 2 <= subaperture {
-        group::<A, V, 2>(zero, x, subaperture, lag, scratch, lags);
+        group::<A, V, 2>(x, subaperture, lag, scratch, lags);
         lag += 2;
     }
     if lag < subaperture {
-        group::<A, V, 1>(zero, x, subaperture, lag, scratch, lags);
+        group::<A, V, 1>(x, subaperture, lag, scratch, lags);
     }
 }
 
 /// The lags `lag..lag + LAGS`.
 #[inline(never)]
 fn group<A: Averaging<V>, V: Vector, const LAGS: usize>(
-    zero: V,
     x: &[ComplexVector<V>],
     subaperture: usize,
     lag: usize,
     scratch: &mut [ComplexVector<V>],
     lags: &mut [ComplexVector<V>],
 ) {
+    let Some(first) = x.first() else {
+        return;
+    };
+    let zero = first.re.zero();
     zero.vectorize(
         #[inline(always)]
         || {
-            let zero = zero.zero();
             let (rows, _) = scratch.as_chunks_mut::<LAGS>();
             if let Some(rows) = rows.get_mut(..subaperture - lag) {
                 diagonals(zero, x, subaperture, lag, rows);

@@ -6,7 +6,7 @@ use super::panels::PanelColumn;
 use super::tridiagonal::Tridiagonal;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
-/// All eigenvalues of the matrix `a` of `n` rows, unordered in `values`, and what the eigenvectors `E`
+/// All eigenvalues of the matrix `a` of as many rows as there are `values`, unordered, and what the eigenvectors `E`
 /// make of two given vectors of as many entries, one of the matrix's own numbers and a complex one: each
 /// `x ← Eᴴx`.
 ///
@@ -16,14 +16,16 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 /// Cost: the reduction, then QL.
 #[inline(always)]
 pub fn eigen<S: Scalar<V>, V: Vector>(
-    zero: V,
     a: &[PanelColumn<S>],
-    n: usize,
     reduction: &mut Reduction<'_, '_, S, V>,
     values: &mut [V],
     x: &mut [S],
     y: &mut [ComplexVector<V>],
 ) {
+    let n = values.len();
+    let Some(zero) = values.first().map(|value| value.zero()) else {
+        return;
+    };
     let mean = reduction.reduce(zero, a, n);
     reduction.project(zero, n, x, y);
     let Tridiagonal {

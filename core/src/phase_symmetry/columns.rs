@@ -5,7 +5,6 @@ use super::external::{ReadAt, WriteAt, view_or_read};
 use super::fft::{Fft, inverse, opposite};
 use super::gains::{Gains, LaneColumns};
 use super::lines::{in_groups, load_partial, store_partial};
-use super::log_gabor::ORIENTATIONS;
 use super::memory::StripSlices;
 use super::strip::Kernels;
 use crate::Error;
@@ -46,13 +45,13 @@ impl PhaseSymmetry {
         let strip = &mut strip[..2 * self.rows * columns.len()];
         let strip = view_or_read(spectrum, offset, strip)?;
         for mirrored in [false, true] {
-            let half = Half::new(self, &columns, mirrored, strip);
+            let half = Half::new(self, filter, &columns, mirrored, strip);
             if half.wanted.is_empty() {
                 continue;
             }
             zero.vectorize(
                 #[inline(always)]
-                || half.filter(zero, kernels, filter, line, gains, sums),
+                || half.filter(kernels, line, gains, sums),
             );
             for rows in self.row_strips() {
                 let [from, to] = [rows.start, rows.end].map(|row| 2 * row * half.wanted.len());
@@ -85,9 +84,10 @@ impl PhaseSymmetry {
     }
 }
 
-/// The columns of a strip of the half spectrum as they are, or their mirror images.
+/// The columns of a strip of the half spectrum as they are, or their mirror images, to be filtered.
 struct Half<'a> {
     bank: &'a PhaseSymmetry,
+    filter: usize,
     /// The strip.
     columns: &'a Range<usize>,
     /// Those of them that the image has: the zero and the Nyquist frequency are their own mirror images.
@@ -100,6 +100,7 @@ struct Half<'a> {
 impl<'a> Half<'a> {
     fn new(
         bank: &'a PhaseSymmetry,
+        filter: usize,
         columns: &'a Range<usize>,
         mirrored: bool,
         spectrum: &'a [f32],
@@ -111,6 +112,7 @@ impl<'a> Half<'a> {
         };
         Half {
             bank,
+            filter,
             columns,
             wanted,
             mirrored,
@@ -122,16 +124,14 @@ impl<'a> Half<'a> {
     #[inline(always)]
     fn filter<V: Vector, F: Fft<V>, G: Gains<V>>(
         &self,
-        zero: V,
         kernels: &Kernels<'_, F, G>,
-        filter: usize,
         line: &mut [Complex<V>],
         gains: &mut [V],
         out: &mut [f32],
     ) {
         let rows = self.bank.rows;
         let (line, gains) = (&mut line[..rows], &mut gains[..rows]);
-        let (scale, orientation) = (filter / ORIENTATIONS.len(), filter % ORIENTATIONS.len());
+        let zero = gains[0].zero();
         in_groups::<V>(
             self.columns.len(),
             #[inline(always)]
@@ -148,8 +148,8 @@ impl<'a> Half<'a> {
                     gains.fill(zero);
                 }
                 let bank = self.bank;
-                kernels.gains.fill(bank, scale, orientation, group, gains);
-                self.invert(zero, kernels.fft, group, gains, line);
+                kernels.gains.fill(bank, self.filter, group, gains);
+                self.invert(kernels.fft, group, gains, line);
                 if V::LANES > 1 && bank.strip.is_multiple_of(V::LANES) {
                     self.store_squares(zero, group, line, out);
                 } else {
@@ -163,12 +163,12 @@ impl<'a> Half<'a> {
     #[inline(always)]
     fn invert<V: Vector, F: Fft<V>>(
         &self,
-        zero: V,
         fft: &F,
         group: LaneColumns,
         gains: &[V],
         line: &mut [Complex<V>],
     ) {
+        let zero = gains[0].zero();
         let (rows, width) = (self.bank.rows, self.columns.len());
         let first = group.first - self.columns.start;
         let (re, im) = (&self.spectrum[first..], &self.spectrum[width + first..]);

@@ -38,18 +38,16 @@ pub trait Gains<V: Vector> {
     /// [`Error::Parameter`] where they are another's.
     fn check(&self, bank: &PhaseSymmetry) -> Result<(), Error>;
 
-    /// The gains of the filter at a scale and an orientation, by their positions in the order of
-    /// [`PhaseSymmetry::filters`]: `gains[row]` for every row. What lanes not in use hold afterwards means
+    /// The gains of a filter, by its index of [`PhaseSymmetry::filters`]: `gains[row]` for every row. What lanes not in use hold afterwards means
     /// nothing. All are left as they are where the bank has no such filter, or no strip that holds these
     /// columns.
-    fn fill(
-        &self,
-        bank: &PhaseSymmetry,
-        scale: usize,
-        orientation: usize,
-        columns: LaneColumns,
-        gains: &mut [V],
-    );
+    fn fill(&self, bank: &PhaseSymmetry, filter: usize, columns: LaneColumns, gains: &mut [V]);
+}
+
+/// The positions of a filter's scale and orientation in the bank.
+#[inline(always)]
+fn scale_and_orientation(filter: usize) -> (usize, usize) {
+    (filter / ORIENTATIONS.len(), filter % ORIENTATIONS.len())
 }
 
 /// On the fly: a division, two table look-ups and 7 multiplications a bin.
@@ -58,14 +56,8 @@ impl<V: Vector> Gains<V> for LogGabor<'_> {
         Ok(())
     }
 
-    fn fill(
-        &self,
-        bank: &PhaseSymmetry,
-        scale: usize,
-        orientation: usize,
-        columns: LaneColumns,
-        gains: &mut [V],
-    ) {
+    fn fill(&self, bank: &PhaseSymmetry, filter: usize, columns: LaneColumns, gains: &mut [V]) {
+        let (scale, orientation) = scale_and_orientation(filter);
         let known = bank.scales[..bank.scale_count].get(scale);
         let (Some(scale), Some(orientation)) = (known, ORIENTATIONS.get(orientation)) else {
             return;
@@ -193,14 +185,8 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
     }
 
     #[inline(always)]
-    fn fill(
-        &self,
-        _: &PhaseSymmetry,
-        scale: usize,
-        orientation: usize,
-        columns: LaneColumns,
-        gains: &mut [V],
-    ) {
+    fn fill(&self, _: &PhaseSymmetry, filter: usize, columns: LaneColumns, gains: &mut [V]) {
+        let (scale, orientation) = scale_and_orientation(filter);
         let (bank, memory) = (&self.bank, self.memory.as_ref());
         let (Some(strip), Some(&mirror)) = (columns.strip(bank), MIRROR.get(orientation)) else {
             return;
@@ -257,11 +243,11 @@ mod tests {
                         mirrored,
                     };
                     many.fill(zero.splat(7.0));
-                    gains.fill(bank, 1, orientation, group, &mut many);
+                    gains.fill(bank, ORIENTATIONS.len() + orientation, group, &mut many);
                     for lane in 0..lanes {
                         group.first = first + lane;
                         group.lanes = 1;
-                        filters.fill(bank, 1, orientation, group, &mut one);
+                        filters.fill(bank, ORIENTATIONS.len() + orientation, group, &mut one);
                         let bits = |gain: f32| gain.to_bits();
                         let of_lane = many.iter().map(|gain| bits(gain.lanes()[lane]));
                         let same = of_lane.eq(one.iter().copied().map(bits));

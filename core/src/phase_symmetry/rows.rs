@@ -35,7 +35,7 @@ impl PhaseSymmetry {
         [symmetry, amplitude]: [&mut dyn WriteAt; 2],
         memory: &mut StripSlices<'_, V>,
     ) -> Result<(), Error> {
-        let zero = self.check(kernels, memory)?;
+        self.check(kernels, memory)?;
         self.check_step(filter, &rows, self.row_strips())?;
         let (height, offset) = (rows.len(), rows.start * self.columns);
         let area = height * self.columns;
@@ -53,7 +53,7 @@ impl PhaseSymmetry {
                 above.fill(0.0);
                 below.fill(0.0);
             }
-            self.add(zero, kernels.fft, strip, line, [above, below]);
+            self.add(kernels.fft, strip, line, [above, below]);
             return Ok(());
         }
         let (above, below) = sums[..2 * area].split_at_mut(area);
@@ -64,7 +64,7 @@ impl PhaseSymmetry {
             above.fill(0.0);
             below.fill(0.0);
         }
-        self.add(zero, kernels.fft, strip, line, [above, below]);
+        self.add(kernels.fft, strip, line, [above, below]);
         if !last {
             amplitude.write_at(offset, below)?;
             return symmetry.write_at(offset, above);
@@ -76,27 +76,26 @@ impl PhaseSymmetry {
     /// Adds a strip to the sums.
     fn add<V: Vector, F: Fft<V>>(
         &self,
-        zero: V,
         fft: &F,
         strip: &[f32],
         line: &mut [Complex<V>],
-        [above, below]: [&mut [f32]; 2],
+        sums: [&mut [f32]; 2],
     ) {
-        zero.vectorize(
+        line[0].re.vectorize(
             #[inline(always)]
-            || self.add_strip(zero, fft, strip, line, [above, below]),
+            || self.add_strip(fft, strip, line, sums),
         );
     }
 
     #[inline(always)]
     fn add_strip<V: Vector, F: Fft<V>>(
         &self,
-        zero: V,
         fft: &F,
         strip: &[f32],
         line: &mut [Complex<V>],
         [above, below]: [&mut [f32]; 2],
     ) {
+        let zero = line[0].re.zero();
         let columns = self.columns;
         let height = above.len() / columns;
         let scale = zero.splat(1.0 / columns as f32);

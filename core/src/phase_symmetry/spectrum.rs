@@ -28,14 +28,13 @@ impl PhaseSymmetry {
         memory: &mut StripSlices<'_, V>,
     ) -> Result<(), Error> {
         let zero = self.check(kernels, memory)?;
-        self.transform_rows(zero, kernels.fft, image, spectrum, memory)?;
+        self.transform_rows(kernels.fft, image, spectrum, memory)?;
         self.transform_columns(zero, kernels.fft, spectrum, memory)
     }
 
     /// Reads and checks the image, and writes the left half of its rows' transforms.
     fn transform_rows<V: Vector, F: Fft<V>>(
         &self,
-        zero: V,
         fft: &F,
         image: &mut dyn ReadAt,
         spectrum: &mut dyn WriteAt,
@@ -51,9 +50,9 @@ impl PhaseSymmetry {
             let pixels = &*pixels;
             let strip = &mut memory.strip[..2 * height * half];
             let line = &mut memory.line[..columns];
-            zero.vectorize(
+            line[0].re.vectorize(
                 #[inline(always)]
-                || self.transform_strip_of_rows(zero, fft, pixels, line, strip),
+                || self.transform_strip_of_rows(fft, pixels, line, strip),
             );
             for columns in self.column_strips() {
                 let tile = &strip[2 * height * columns.start..2 * height * columns.end];
@@ -68,12 +67,12 @@ impl PhaseSymmetry {
     #[inline(always)]
     fn transform_strip_of_rows<V: Vector, F: Fft<V>>(
         &self,
-        zero: V,
         fft: &F,
         pixels: &[f32],
         line: &mut [Complex<V>],
         strip: &mut [f32],
     ) {
+        let zero = line[0].re.zero();
         let length = line.len();
         let height = pixels.len() / length;
         in_groups::<V>(

@@ -2,7 +2,7 @@
 
 use super::DepthGate;
 use super::cuts::Cuts;
-use crate::beamform::{AlignedLine, Beamformer, Parameters, Workspace};
+use crate::beamform::{AlignedLine, Beamformer, LineBlock, Parameters, Workspace};
 use crate::covariance::Averaging;
 use crate::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqParameters, ScanLine, Stage,
@@ -407,14 +407,13 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             let out = z.get_mut(own.clone()).unwrap_or_default();
             let within = |sample: usize| sample.max(own.start).min(own.end) - own.start;
             let adaptive = within(self.adaptive.start)..within(self.adaptive.end);
-            if adaptive.len() == own.len() {
-                self.beamformer
-                    .block(workspace, sizes, x, own.start, &active, out)?;
-            } else {
-                let at = (own.start, adaptive);
-                self.beamformer
-                    .block_within(workspace, sizes, x, at, &active, out)?;
-            }
+            let block = LineBlock {
+                line: x,
+                first: own.start,
+                active: &active,
+                adaptive,
+            };
+            self.beamformer.block(workspace, sizes, &block, out)?;
             buffered = needed;
         }
         Ok(())

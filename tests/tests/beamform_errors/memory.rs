@@ -110,7 +110,12 @@ fn das_needs_no_memory() {
     assert_eq!(das.line(&mut view, line, all, &mut z), Ok(()));
     assert_eq!(z, [Complex::new(2.0, -1.0); 5]);
     let mut weights = [Complex::ZERO; 8];
-    assert_eq!(das.weights(&mut view, line, all(0), 2, &mut weights), Ok(8));
+    let segment = Segment {
+        line,
+        first_element: 0,
+        first_sample: 2,
+    };
+    assert_eq!(das.weights(&mut view, &segment, 8, &mut weights), Ok(8));
     assert_eq!(weights, [Complex::new(0.125, 0.0); 8]);
     let refused = beamformer(Method::Mv).line(&mut view, line, all, &mut z);
     let (name, actual, capacity) = ("active elements", 8, 0);

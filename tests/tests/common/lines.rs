@@ -194,15 +194,14 @@ fn sample_weights<A: Averaging<f32>>(
     let beamformer = Beamformer::new(parameters).expect("valid parameters");
     let mut memory = line_memory::<A, f32>(0.0, &beamformer, line);
     let active = line.active[sample];
+    let segment = Segment {
+        line: line.delayed(),
+        first_element: active.first,
+        first_sample: sample,
+    };
     let mut weights = vec![Complex::ZERO; active.count];
     let count = beamformer
-        .weights(
-            &mut memory.view(),
-            line.delayed(),
-            active,
-            sample,
-            &mut weights,
-        )
+        .weights(&mut memory.view(), &segment, active.count, &mut weights)
         .expect("a sample that fits");
     weights.truncate(count);
     weights

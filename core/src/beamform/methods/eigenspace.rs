@@ -191,15 +191,7 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         phases,
         tridiagonal,
     };
-    eigen(
-        zero,
-        matrix,
-        subaperture,
-        &mut reduction,
-        values,
-        steering,
-        data,
-    );
+    eigen(matrix, &mut reduction, values, steering, data);
     // What is left of the matrix gives way.
     let (Some(metrics), Some(order)) = (
         tridiagonal.diagonal.get_mut(..subaperture),

@@ -92,6 +92,14 @@ const fn stream_len(halvings: usize, halving: usize) -> usize {
 static BEFORE_TAPS: [f32; BEFORE] = half_band(BEFORE_BETA);
 static LAST_TAPS: [f32; LAST] = half_band(LAST_BETA);
 
+/// The memory of a [`Decimator`].
+pub(super) struct DecimatorMemory<'s, 'd> {
+    /// What passes through the filters, [`streams_len`].
+    pub streams: &'s mut [f32],
+    /// The decimated record, [`decimated_len`], or several of them.
+    pub decimated: &'d mut [f32],
+}
+
 /// The filters of all halvings.
 #[derive(Clone, Debug)]
 pub(super) struct Decimator {
@@ -130,9 +138,8 @@ impl Decimator {
         if self.halvings == 0 { 0 } else { MARGIN }
     }
 
-    /// `record` at the rate of the last halving: `decimated`, of [`decimated_len`], or itself where
+    /// `record` at the rate of the last halving: the memory's `decimated`, or itself where
     /// it is not to be decimated. What is not recorded is 0. What is not `needed` may stay as it was.
-    /// `streams`: [`streams_len`].
     ///
     /// Order, f32: `x[2j]/2`, then in ascending k, `+ h_k · (earlier + later)`.
     #[inline(always)]
@@ -141,12 +148,12 @@ impl Decimator {
         zero: V,
         record: &'a [f32],
         needed: Range<usize>,
-        streams: &mut [f32],
-        decimated: &'a mut [f32],
+        memory: DecimatorMemory<'_, 'a>,
     ) -> &'a [f32] {
         if self.halvings == 0 {
             return record;
         }
+        let DecimatorMemory { streams, decimated } = memory;
         streams.fill(0.0);
         let mut rest = streams;
         let mut streams: [Stream; MAX_HALVINGS] = core::array::from_fn(|halving| {

@@ -3,12 +3,21 @@
 use super::*;
 use core::f64::consts::PI;
 
+fn memory<'s, 'd>(streams: &'s mut [f32], decimated: &'d mut [f32]) -> DecimatorMemory<'s, 'd> {
+    DecimatorMemory { streams, decimated }
+}
+
 /// A record's samples after the halvings, from sample 0 on, and how many there are.
 fn decimated(decimator: &Decimator, record: &[f32]) -> ([f32; 700], usize) {
     let (mut streams, mut decimated) = ([f32::NAN; 1200], [f32::NAN; 700]);
     let length = decimated_len(decimator.halvings(), record.len());
     let streams = &mut streams[..streams_len(decimator.halvings())];
-    decimator.decimate(0.0f32, record, 0..length, streams, &mut decimated[..length]);
+    decimator.decimate(
+        0.0f32,
+        record,
+        0..length,
+        memory(streams, &mut decimated[..length]),
+    );
     decimated[..length].rotate_left(MARGIN);
     (decimated, length)
 }
@@ -56,12 +65,17 @@ fn what_is_not_needed_changes_nothing() {
         let streams = &mut streams[..streams_len(decimator.halvings())];
         let length = decimated_len(decimator.halvings(), record.len());
         let mut whole = [f32::NAN; 700];
-        decimator.decimate(0.0f32, &record, 0..length, streams, &mut whole[..length]);
+        decimator.decimate(
+            0.0f32,
+            &record,
+            0..length,
+            memory(streams, &mut whole[..length]),
+        );
         for start in (0..length).step_by(crate::step(400)) {
             for end in [start, start + 1, start + 70, usize::MAX] {
                 let mut part = [f32::NAN; 700];
                 let part = &mut part[..length];
-                decimator.decimate(0.0f32, &record, start..end, streams, part);
+                decimator.decimate(0.0f32, &record, start..end, memory(streams, part));
                 for n in start..end.min(length) {
                     assert_eq!(part[n].to_bits(), whole[n].to_bits(), "{ratio} {start} {n}");
                 }
@@ -69,7 +83,12 @@ fn what_is_not_needed_changes_nothing() {
         }
         let (beyond, signed) = (usize::MAX, isize::MAX as usize);
         for needed in [beyond..beyond, signed..beyond, signed + 10..0, 0..0] {
-            decimator.decimate(0.0f32, &record, needed, streams, &mut whole[..length]);
+            decimator.decimate(
+                0.0f32,
+                &record,
+                needed,
+                memory(streams, &mut whole[..length]),
+            );
         }
     }
 }
@@ -87,7 +106,7 @@ fn what_is_needed_does_not_depend_on_the_lanes() {
             let Decimate(decimator, record, needed, decimated) = self;
             let mut streams = [f32::NAN; 1200];
             let streams = &mut streams[..streams_len(decimator.halvings())];
-            decimator.decimate(zero, record, needed, streams, decimated);
+            decimator.decimate(zero, record, needed, memory(streams, decimated));
         }
     }
     let record: [f32; 1000] = core::array::from_fn(|k| libm::sinf((k * k) as f32));

@@ -25,7 +25,7 @@
 mod read;
 mod single;
 
-pub(super) use read::TapPositions;
+pub(super) use read::{Locator, TapPositions};
 
 use super::decimator::Decimator;
 use super::kaiser::Kaiser;

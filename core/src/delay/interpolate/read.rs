@@ -37,6 +37,12 @@ pub(in super::super) struct Locator<V> {
 }
 
 impl<V: Vector> Locator<V> {
+    /// A vector of zeros.
+    #[inline(always)]
+    pub(in super::super) fn zero(&self) -> V {
+        self.integers.zero()
+    }
+
     /// Computes `positions` from index `at` on, for a vector of positions: `whole` (an integer below 2²³ in
     /// magnitude) plus `position` (0..2²³) after the record's sample 0; nowhere unless `valid`.
     ///

@@ -1,6 +1,6 @@
 //! Interpolation beside its documented errors, and its filters beside their design.
 
-use super::super::decimator::{decimated_len, streams_len};
+use super::super::decimator::{DecimatorMemory, decimated_len, streams_len};
 use super::super::kaiser;
 use super::*;
 use core::f64::consts::PI;
@@ -65,7 +65,8 @@ fn at(filter: &Interpolator, record: &[f32], position: f64) -> f32 {
     let (mut decimated, mut streams) = ([0.0; 620], [0.0; 1200]);
     let decimated = &mut decimated[..decimated_len(decimator.halvings(), record.len())];
     let streams = &mut streams[..streams_len(decimator.halvings())];
-    let record = decimator.decimate(0.0f32, record, 0..usize::MAX, streams, decimated);
+    let memory = DecimatorMemory { streams, decimated };
+    let record = decimator.decimate(0.0f32, record, 0..usize::MAX, memory);
     let position = position / (1 << filter.halvings()) as f64;
     let whole = libm::floor(position);
     let position = (whole as f32, (position - whole) as f32);

@@ -5,12 +5,12 @@ use core::ops::Range;
 use core::slice;
 
 use super::groups::{Group, Groups};
-use super::put::Destination;
+use super::put::GroupLines;
 use super::{Compounding, Delay, FAR, STEP, ScanLine, Source};
 use crate::Complex;
-use crate::delay::decimator::streams_len;
+use crate::delay::decimator::{DecimatorMemory, streams_len};
 use crate::delay::delay_law::ReceiveDelay;
-use crate::delay::interpolate::TapPositions;
+use crate::delay::interpolate::{Locator, TapPositions};
 use crate::geometry::{Array, Ray};
 use crate::simd::{PARTIAL_SUMS, Vector, load, split_front};
 
@@ -37,16 +37,16 @@ struct CentrePath<'a> {
     fraction: &'a mut [f32],
 }
 
-/// Where an element is read.
-struct ElementPath<'a> {
+/// Where elements are read, and their records.
+struct ElementPath<'a, const ELEMENTS: usize> {
     centre: &'a CentrePath<'a>,
     receive_delay: ReceiveDelay,
+    records: [&'a [f32]; ELEMENTS],
 }
 
 /// What reading an element takes.
 struct Buffers<'a> {
-    streams: &'a mut [f32],
-    decimated: &'a mut [f32],
+    decimator: DecimatorMemory<'a, 'a>,
     positions: [TapPositions; STEP],
 }
 
@@ -65,12 +65,13 @@ impl Delay {
         self.trace_centre(source, &mut scratch.centre);
         for group in self.groups(line, V::LANES) {
             self.read_group(zero, source, &group, &mut scratch);
-            let destination = Destination {
+            let lines = GroupLines {
+                values: scratch.lines,
+                line_len: scratch.centre.depth.len(),
                 group: &group,
                 compounding: line.compounding,
-                line_len: scratch.centre.depth.len(),
             };
-            self.put(zero, scratch.lines, &destination, scratch.rows, out);
+            self.put(zero, &lines, scratch.rows, out);
         }
         if line.compounding == Compounding::Replace {
             self.clear_outside(line, out);
@@ -110,8 +111,7 @@ impl Delay {
                 fraction,
             },
             buffers: Buffers {
-                streams,
-                decimated,
+                decimator: DecimatorMemory { streams, decimated },
                 positions: [TapPositions::ZERO; STEP],
             },
         }
@@ -143,10 +143,7 @@ impl Delay {
             ..
         } = scratch;
         let (line, record, line_len) = (source.line, source.record, centre.depth.len().max(1));
-        let path = |element: usize| ElementPath {
-            centre: &*centre,
-            receive_delay: self.receive_delay(line, element),
-        };
+        let centre = &*centre;
         if group.mirrored {
             let half = V::LANES.div_ceil(2);
             let halves = lines.split_at_mut_checked(half * line_len);
@@ -155,19 +152,22 @@ impl Delay {
             let pairs = left.chunks_exact_mut(line_len).zip(right.rev());
             let elements = group.left.clone().zip(group.right.clone().rev());
             for (pair, (left, right)) in pairs.zip(elements) {
-                let records = [record.element(left), record.element(right)];
-                self.read(zero, &path(left), records, buffers, pair.into());
+                let path = ElementPath {
+                    centre,
+                    receive_delay: self.receive_delay(line, left),
+                    records: [record.element(left), record.element(right)],
+                };
+                self.read(zero, &path, buffers, pair.into());
             }
         } else {
             let elements = group.left.start..group.right.end;
-            for (line, element) in lines.chunks_exact_mut(line_len).zip(elements) {
-                self.read(
-                    zero,
-                    &path(element),
-                    [record.element(element)],
-                    buffers,
-                    [line],
-                );
+            for (values, element) in lines.chunks_exact_mut(line_len).zip(elements) {
+                let path = ElementPath {
+                    centre,
+                    receive_delay: self.receive_delay(line, element),
+                    records: [record.element(element)],
+                };
+                self.read(zero, &path, buffers, [values]);
             }
         }
     }
@@ -213,13 +213,14 @@ impl Delay {
     /// The samples of a decimated record that an element is read at: deeper is never earlier, so that
     /// those of the first and the last readable depth enclose them.
     #[inline(always)]
-    fn span(&self, path: &ElementPath) -> Range<usize> {
+    fn span<const ELEMENTS: usize>(&self, path: &ElementPath<ELEMENTS>) -> Range<usize> {
         let ElementPath {
             centre,
             receive_delay,
+            ..
         } = path;
         if !receive_delay.is_level() {
-            return self.widest_span(path);
+            return self.widest_span(centre, receive_delay);
         }
         let depths = centre.depth.iter().zip(&*centre.whole);
         let mut readable = depths
@@ -248,11 +249,7 @@ impl Delay {
 
     /// The same for an element that the line comes nearer to at first, by all positions.
     #[inline(never)]
-    fn widest_span(&self, path: &ElementPath) -> Range<usize> {
-        let ElementPath {
-            centre,
-            receive_delay,
-        } = path;
+    fn widest_span(&self, centre: &CentrePath, receive_delay: &ReceiveDelay) -> Range<usize> {
         let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
         let depths = centre.depth.iter().zip(&*centre.whole);
         for ((&depth, &whole), &fraction) in depths.zip(&*centre.fraction) {
@@ -274,15 +271,14 @@ impl Delay {
         self.around(first, last)
     }
 
-    /// The values along the line of elements with this path, from their records. A function of its own,
+    /// The values along the line of elements with this path. A function of its own,
     /// as [`Delay::put`] is: the compiler then knows that the slices do not overlap, and keeps more in
     /// registers.
     #[inline(never)]
     fn read<V: Vector, const LINES: usize>(
         &self,
         zero: V,
-        path: &ElementPath,
-        records: [&[f32]; LINES],
+        path: &ElementPath<LINES>,
         buffers: &mut Buffers,
         mut lines: [&mut [f32]; LINES],
     ) {
@@ -290,21 +286,22 @@ impl Delay {
             #[inline(always)]
             || {
                 let Buffers {
-                    streams,
-                    decimated,
+                    decimator,
                     positions,
                 } = buffers;
-                let records = self.decimate(zero, path, records, streams, decimated);
+                let records = self.decimate(zero, path, decimator);
                 let line_len = path.centre.depth.len();
+                let length = records.first().map_or(0, |record| record.len());
+                let origin = self.interpolator.decimator().origin();
+                let locator = self.interpolator.locator(zero, (origin, length));
                 for start in (0..line_len).step_by(STEP * PARTIAL_SUMS) {
                     let end = (start + STEP * PARTIAL_SUMS).min(line_len);
                     let sixteens = (end - start) / PARTIAL_SUMS;
                     let positions = positions.get_mut(..sixteens).unwrap_or_default();
-                    let length = records.first().map_or(0, |record| record.len());
                     if path.receive_delay.is_level() {
-                        self.locate::<V, true>(zero, path, start, length, positions);
+                        locate::<V, LINES, true>(&locator, path, start, positions);
                     } else {
-                        self.locate::<V, false>(zero, path, start, length, positions);
+                        locate::<V, LINES, false>(&locator, path, start, positions);
                     }
                     let values = lines.each_mut().map(
                         #[inline(always)]
@@ -321,55 +318,54 @@ impl Delay {
     fn decimate<'a, V: Vector, const LINES: usize>(
         &self,
         zero: V,
-        path: &ElementPath,
-        mut records: [&'a [f32]; LINES],
-        streams: &mut [f32],
-        decimated: &'a mut [f32],
+        path: &ElementPath<'a, LINES>,
+        memory: &'a mut DecimatorMemory,
     ) -> [&'a [f32]; LINES] {
+        let mut records = path.records;
         let decimator = self.interpolator.decimator();
         if decimator.halvings() > 0 {
             let needed = self.span(path);
+            let DecimatorMemory { streams, decimated } = memory;
             let decimated = decimated.chunks_exact_mut(self.parameters.decimated_len().max(1));
             for (record, decimated) in records.iter_mut().zip(decimated) {
-                *record = decimator.decimate(zero, record, needed.clone(), streams, decimated);
+                let memory = DecimatorMemory { streams, decimated };
+                *record = decimator.decimate(zero, record, needed.clone(), memory);
             }
         }
         records
     }
+}
 
-    /// The positions in a record of `length` where the output samples from `start` on are read.
-    #[inline(always)]
-    fn locate<V: Vector, const LEVEL: bool>(
-        &self,
-        zero: V,
-        path: &ElementPath,
-        start: usize,
-        length: usize,
-        positions: &mut [TapPositions],
-    ) {
-        let ElementPath {
-            centre,
-            receive_delay,
-        } = path;
-        let origin = self.interpolator.decimator().origin();
-        let locator = self.interpolator.locator(zero, (origin, length));
-        let far = zero.splat(FAR as f32);
-        let ahead = zero.splat(receive_delay.ahead());
-        let depth = sixteens(centre.depth, start).zip(sixteens(centre.whole, start));
-        let centre = depth.zip(sixteens(centre.fraction, start));
-        for (positions, ((depth, whole), fraction)) in positions.iter_mut().zip(centre) {
-            for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
-                let z = load(zero, &depth[at..]);
-                let (whole, fraction) = (load(zero, &whole[at..]), load(zero, &fraction[at..]));
-                let (whole, position) = if LEVEL {
-                    (whole, fraction + receive_delay.level(z))
-                } else {
-                    (whole - ahead, fraction + receive_delay.samples(z))
-                };
-                // False for a NaN too, which an infinite over an infinite extent would give.
-                let valid = zero.less(z) & position.less(far);
-                locator.locate((whole, position), valid, (positions, at));
-            }
+/// The positions where the output samples from `start` on are read.
+#[inline(always)]
+fn locate<V: Vector, const ELEMENTS: usize, const LEVEL: bool>(
+    locator: &Locator<V>,
+    path: &ElementPath<ELEMENTS>,
+    start: usize,
+    positions: &mut [TapPositions],
+) {
+    let ElementPath {
+        centre,
+        receive_delay,
+        ..
+    } = path;
+    let zero = locator.zero();
+    let far = zero.splat(FAR as f32);
+    let ahead = zero.splat(receive_delay.ahead());
+    let depth = sixteens(centre.depth, start).zip(sixteens(centre.whole, start));
+    let centre = depth.zip(sixteens(centre.fraction, start));
+    for (positions, ((depth, whole), fraction)) in positions.iter_mut().zip(centre) {
+        for at in (0..PARTIAL_SUMS).step_by(V::LANES) {
+            let z = load(zero, &depth[at..]);
+            let (whole, fraction) = (load(zero, &whole[at..]), load(zero, &fraction[at..]));
+            let (whole, position) = if LEVEL {
+                (whole, fraction + receive_delay.level(z))
+            } else {
+                (whole - ahead, fraction + receive_delay.samples(z))
+            };
+            // False for a NaN too, which an infinite over an infinite extent would give.
+            let valid = zero.less(z) & position.less(far);
+            locator.locate((whole, position), valid, (positions, at));
         }
     }
 }

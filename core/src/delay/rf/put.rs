@@ -7,12 +7,13 @@ use crate::Complex;
 use crate::delay::analytic::GROUP;
 use crate::simd::{MOST_LANES, Vector, copy, load, load_at, transpose};
 
-/// Where the analytic signals of a group go.
-pub(super) struct Destination<'a> {
+/// The lines of a group of elements, and what becomes of their analytic signals.
+pub(super) struct GroupLines<'a> {
+    /// A line for each element, of which there may be fewer than lanes.
+    pub values: &'a [f32],
+    pub line_len: usize,
     pub group: &'a Group,
     pub compounding: Compounding,
-    /// Values of a line, of which there may be fewer than lanes.
-    pub line_len: usize,
 }
 
 impl Delay {
@@ -21,8 +22,7 @@ impl Delay {
     pub(super) fn put<V: Vector>(
         &self,
         zero: V,
-        lines: &[f32],
-        destination: &Destination,
+        lines: &GroupLines,
         rows: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
@@ -30,7 +30,6 @@ impl Delay {
             #[inline(always)]
             || {
                 let elements = self.parameters.elements;
-                let line_len = destination.line_len;
                 let kept = CHUNK * V::LANES;
                 // A row holds a sample of each element. What the transformer reaches back for stays in front.
                 let behind = 2 * self.hilbert.reach() * V::LANES;
@@ -40,14 +39,14 @@ impl Delay {
                 let Some((before, _)) = rows.split_at_mut_checked(behind) else {
                     return;
                 };
-                transpose_lines(zero, lines, line_len, 0, before);
+                transpose_lines(zero, lines, 0, before);
                 for (chunk, out) in out.chunks_mut((CHUNK * elements).max(1)).enumerate() {
                     let n = chunk * CHUNK + 2 * self.hilbert.reach();
                     let Some(new) = rows.get_mut(behind..) else {
                         return;
                     };
-                    transpose_lines(zero, lines, line_len, n, new);
-                    self.put_chunk(zero, rows, destination, out);
+                    transpose_lines(zero, lines, n, new);
+                    self.put_chunk(zero, rows, lines, out);
                     if kept <= rows.len() {
                         rows.copy_within(kept.., 0);
                     }
@@ -62,7 +61,7 @@ impl Delay {
         &self,
         zero: V,
         rows: &[f32],
-        destination: &Destination,
+        lines: &GroupLines,
         out: &mut [Complex<f32>],
     ) {
         let (elements, reach) = (self.parameters.elements, self.hilbert.reach());
@@ -76,7 +75,7 @@ impl Delay {
             let imaginary = self.hilbert.quadrature(zero, rows);
             let out = out.chunks_exact_mut(elements.max(1));
             for ((real, imaginary), out) in real.chunks_exact(V::LANES).zip(imaginary).zip(out) {
-                put_row(destination, (load(zero, real), imaginary), out);
+                put_row(lines, (load(zero, real), imaginary), out);
             }
         }
     }
@@ -84,14 +83,10 @@ impl Delay {
 
 /// Puts the real and imaginary parts of a group's elements into their positions in `out`.
 #[inline(always)]
-fn put_row<V: Vector>(
-    destination: &Destination,
-    (real, imaginary): (V, V),
-    out: &mut [Complex<f32>],
-) {
-    let Destination {
+fn put_row<V: Vector>(lines: &GroupLines, (real, imaginary): (V, V), out: &mut [Complex<f32>]) {
+    let GroupLines {
         group, compounding, ..
-    } = *destination;
+    } = *lines;
     let Some(left) = out.get_mut(group.left.clone()) else {
         return;
     };
@@ -142,20 +137,17 @@ fn put_values(compounding: Compounding, values: &[[f32; 2]], out: &mut [Complex<
 
 /// The samples from `first` on of `lines`, a row each sample.
 #[inline(always)]
-fn transpose_lines<V: Vector>(
-    zero: V,
-    lines: &[f32],
-    line_len: usize,
-    first: usize,
-    rows: &mut [f32],
-) {
+fn transpose_lines<V: Vector>(zero: V, lines: &GroupLines, first: usize, rows: &mut [f32]) {
+    let GroupLines {
+        values, line_len, ..
+    } = *lines;
     for (block, rows) in rows.chunks_mut(V::LANES * V::LANES).enumerate() {
         let mut square = [zero; MOST_LANES];
-        for (samples, line) in square.iter_mut().zip(lines.chunks_exact(line_len.max(1))) {
-            let Some(values) = load_at(zero, line, first + block * V::LANES) else {
+        for (samples, line) in square.iter_mut().zip(values.chunks_exact(line_len.max(1))) {
+            let Some(loaded) = load_at(zero, line, first + block * V::LANES) else {
                 break;
             };
-            *samples = values;
+            *samples = loaded;
         }
         transpose(&mut square);
         for (row, samples) in rows.chunks_exact_mut(V::LANES).zip(&square) {

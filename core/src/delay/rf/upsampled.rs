@@ -9,7 +9,7 @@
 //! and the element's, which all transmits share, are each worked out once and added.
 
 use super::groups::Group;
-use super::put::Destination;
+use super::put::GroupLines;
 use super::{Compounding, Delay, FAR, ScanLine};
 #[cfg(doc)]
 use crate::delay::Stage;
@@ -318,12 +318,13 @@ impl<'a> Upsampled<'a> {
                 right: middle..end,
                 mirrored: false,
             };
-            let destination = Destination {
+            let lines = GroupLines {
+                values: lines,
+                line_len,
                 group: &group,
                 compounding: Compounding::Replace,
-                line_len,
             };
-            self.delay.put(zero, lines, &destination, rows, out);
+            self.delay.put(zero, &lines, rows, out);
         }
         self.delay.clear_outside(line, out);
         Ok(())

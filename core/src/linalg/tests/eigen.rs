@@ -15,13 +15,11 @@ fn assert_eigen<S: Entry>(real: bool) {
                 scalars[i] = S::from_real(1.0);
                 row[i].re = 1.0;
                 eigen(
-                    0.0,
                     &panels::<S>(&a),
-                    n,
                     &mut memory.reduction(&mut Tridiagonal::new(
                         [[0.0; N]; 4].each_mut().map(|x| &mut x[..]),
                     )),
-                    &mut computed,
+                    &mut computed[..n],
                     &mut scalars,
                     &mut row[..],
                 );

@@ -75,13 +75,13 @@ fn weights_of<A: Averaging<f32>>(method: Method) -> Result<usize, Error> {
     let scratch = opaque(memory.scratch());
     let mut workspace = opaque(Workspace::<A>::new(0.0, sizes(), scratch)?);
     let mut z = [Complex::ZERO; 100];
-    beamformer.weights(
-        &mut workspace,
+    let Active { first, count } = active();
+    let segment = Segment {
         line,
-        active(),
-        opaque(1),
-        opaque(&mut z[..]),
-    )
+        first_element: first,
+        first_sample: opaque(1),
+    };
+    beamformer.weights(&mut workspace, &segment, count, opaque(&mut z[..]))
 }
 
 /// Workspaces, sizes, runs.

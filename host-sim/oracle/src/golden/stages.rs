@@ -1,7 +1,7 @@
 //! Every stage's numbers, by the core and, for what the core keeps to itself, by the f32 reference, which
 //! has the same bits.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Segment};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::delay::{Compounding, Delay, Record, ScanLine, Stage as _};
 use bonebeam::geometry::{Active, Array, Axis, Ray, Transmit, TransmitLaw};
@@ -373,7 +373,12 @@ fn line_weights<A: Averaging<f32>>(
     let mut all = Vec::new();
     for sample in 0..SAMPLES {
         let mut weights = [Complex::ZERO; SUBAPERTURE];
-        beamformer.weights(&mut memory.view(), line, ALL, sample, &mut weights)?;
+        let segment = Segment {
+            line,
+            first_element: ALL.first,
+            first_sample: sample,
+        };
+        beamformer.weights(&mut memory.view(), &segment, ALL.count, &mut weights)?;
         all.extend(weights);
     }
     Ok(all)

@@ -1,6 +1,6 @@
 //! Beamformed lines against the f32 and the f64 reference: the one oracle, with its exemptions.
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
 use nalgebra::DVector;
@@ -257,7 +257,12 @@ fn weights<A: Averaging<f32>>(
     let beamformer = Beamformer::new(parameters)?;
     let mut memory = Memory::<A, f32>::new(0.0, beamformer.sizes(active.count))?;
     let mut weights = vec![Complex::ZERO; active.count];
-    let count = beamformer.weights(&mut memory.view(), line, active, sample, &mut weights)?;
+    let segment = Segment {
+        line,
+        first_element: active.first,
+        first_sample: sample,
+    };
+    let count = beamformer.weights(&mut memory.view(), &segment, active.count, &mut weights)?;
     weights.truncate(count);
     Ok(weights)
 }
