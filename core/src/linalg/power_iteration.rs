@@ -21,26 +21,26 @@ use crate::simd::{Scalar, Vector};
 /// Takes `steps` of the matrix `a` of `n` rows (one where 0 are asked for).
 ///
 /// Leaves the unit vector in `vector`, with zeros in the rows that fill up the last panel, and returns the
-/// eigenvalue. `product`: as long as `vector`, to work in.
+/// eigenvalue, of no matrix none. `product`: as long as `vector`, to work in.
 ///
 /// Cost: `n` times 2 flops real (4 complex) for the length and 1 (2) for the division a step; `2n²`
 /// (`8n²`) for the product of each but the first.
 #[inline(always)]
 pub fn power_iteration<S: Scalar<V>, V: Vector>(
-    zero: V,
     a: &[PanelColumn<S>],
     n: usize,
     steps: usize,
     vector: &mut [PanelColumn<S>],
     product: &mut [PanelColumn<S>],
-) -> V {
+) -> Option<V> {
+    let zero = a.first()?[0].real().zero();
     start(zero, a, n, product);
     let mut eigenvalue = normalise(zero, product, vector);
     for _ in 1..steps {
         times_vector(a, zero, vector, product);
         eigenvalue = normalise(zero, product, vector);
     }
-    eigenvalue
+    Some(eigenvalue)
 }
 
 /// `A·u`: the first column, or the second where its diagonal entry is larger.

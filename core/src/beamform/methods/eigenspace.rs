@@ -95,7 +95,10 @@ pub(in crate::beamform) fn esmv_rank1_steps<A: Averaging<V>, V: Vector>(
         return nothing;
     };
     let (vector, _) = vector.as_chunks_mut();
-    let eigenvalue = power_iteration(zero, solver.matrix, subaperture, steps, vector, product);
+    let Some(eigenvalue) = power_iteration(solver.matrix, subaperture, steps, vector, product)
+    else {
+        return nothing;
+    };
     let (sum, solved) = by_eigenpair::<A, V>(zero, solver, subaperture, s, eigenvalue);
     ComplexVector::select(solved, sum, nothing)
 }

@@ -18,10 +18,9 @@
 //! 7.7·10⁻⁴ rad, and 10⁻⁴·f_demod/fs rad. Records have up to 2¹⁶ samples and elements lie within 8191 samples' way of the
 //! line, so that positions and receive delays fit a word.
 
-use super::line::IqLine;
-use super::parameters::DELAY_NUMBERS;
+use super::parameters::{DELAY_NUMBERS, IqParameters};
 use super::phasor;
-use super::record::Window;
+use super::record::{IqSource, Window};
 use crate::delay::FAR;
 use crate::delay::delay_law::ReceiveDelay;
 use crate::delay::scan_line::Compounding;
@@ -102,21 +101,21 @@ struct Row<'a> {
     add: bool,
 }
 
-impl IqLine<'_> {
+impl IqParameters {
     /// The samples of a line, as [`Stage::block`](crate::delay::Stage::block).
     #[inline(never)]
     pub(super) fn fixed(
         &self,
+        source: &IqSource,
         window: &Window<'_, [i16; 2]>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        let source = self.source;
         let line = source.line;
         let active = line.active.first..line.active.first + line.active.count;
-        let level = self.fixed_delays(scratch)?;
-        let centres = self.centres();
-        let a_sample = self.parameters.demodulation_frequency / self.parameters.sampling_rate;
+        let level = self.fixed_delays(source, scratch)?;
+        let centres = self.centres(source);
+        let a_sample = self.demodulation_frequency / self.sampling_rate;
         let row = Row {
             window,
             receive_delays: scratch,
@@ -128,11 +127,8 @@ impl IqLine<'_> {
         };
         let dense = window.element == 1;
         let zero = Complex::new(0.0, 0.0);
-        for (n, out) in out
-            .chunks_exact_mut(self.parameters.elements.max(1))
-            .enumerate()
-        {
-            let centre = self.fixed_centre(&centres, source.first + n);
+        for (n, out) in out.chunks_exact_mut(self.elements.max(1)).enumerate() {
+            let centre = self.fixed_centre(source, &centres, source.first + n);
             let (before, rest) = out.split_at_mut_checked(active.start).unwrap_or_default();
             let (own, behind) = rest.split_at_mut_checked(active.len()).unwrap_or_default();
             if !row.add {
@@ -165,8 +161,9 @@ impl IqLine<'_> {
     ///
     /// # Errors
     /// [`Error::Parameter`] for an element that is out of reach.
-    fn fixed_delays(&self, scratch: &mut [f32]) -> Result<bool, Error> {
-        let (p, line) = (self.parameters, self.source.line);
+    fn fixed_delays(&self, source: &IqSource, scratch: &mut [f32]) -> Result<bool, Error> {
+        let p = self;
+        let line = source.line;
         let level = line.array.is_linear() && line.ray.is_down();
         // f64 once a line: the elements follow from their pitch.
         let rate = (p.sampling_rate / p.sound_speed) as f32;
@@ -209,17 +206,17 @@ impl IqLine<'_> {
         Ok(level)
     }
 
-    fn centres(&self) -> Centres {
-        let p = self.parameters;
-        let Some(slope) = self.source.transmit.slope() else {
+    fn centres(&self, source: &IqSource) -> Centres {
+        let p = self;
+        let Some(slope) = source.transmit.slope() else {
             return Centres::Each;
         };
         let last = (p.output_samples - 1) as f64;
-        let Some(first) = self.exact_centre(0) else {
+        let Some(first) = self.exact_centre(source, 0) else {
             return Centres::Each;
         };
         // The wave runs along the line: no position is before the first.
-        let [last_position, _] = self.flight(last);
+        let [last_position, _] = self.flight(source, last);
         let near = last_position < FAR;
         if !near {
             return Centres::Each;
@@ -238,9 +235,9 @@ impl IqLine<'_> {
 
     /// The position of output sample `n`; none where nothing can be read.
     #[inline(always)]
-    fn fixed_centre(&self, centres: &Centres, n: usize) -> Option<Centre> {
+    fn fixed_centre(&self, source: &IqSource, centres: &Centres, n: usize) -> Option<Centre> {
         let centre = match centres {
-            Centres::Each => self.exact_centre(n)?,
+            Centres::Each => self.exact_centre(source, n)?,
             Centres::Even { first, step } => Centre {
                 depth: first.depth + n as f32 * step.depth,
                 position: first.position + n as i64 * step.position,
@@ -253,8 +250,8 @@ impl IqLine<'_> {
     }
 
     /// Position in samples and carrier phase in cycles at output sample `n`.
-    fn flight(&self, n: f64) -> [f64; 2] {
-        let (p, source) = (self.parameters, self.source);
+    fn flight(&self, source: &IqSource, n: f64) -> [f64; 2] {
+        let p = self;
         let r = p.sound_speed * (p.output_start + n / p.output_rate) / 2.0;
         let flight = source.transmit.time(r) + r / p.sound_speed;
         [
@@ -264,10 +261,10 @@ impl IqLine<'_> {
     }
 
     #[inline(never)]
-    fn exact_centre(&self, n: usize) -> Option<Centre> {
-        let p = self.parameters;
+    fn exact_centre(&self, source: &IqSource, n: usize) -> Option<Centre> {
+        let p = self;
         let n = n as f64;
-        let [position, cycles] = self.flight(n);
+        let [position, cycles] = self.flight(source, n);
         let near = position > -FAR && position < FAR;
         (near && cycles.is_finite()).then(|| Centre {
             depth: (p.sound_speed * (p.output_start + n / p.output_rate) / 2.0) as f32,

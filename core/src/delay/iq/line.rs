@@ -3,25 +3,17 @@
 use super::interpolation::Read;
 use super::parameters::{DELAY_NUMBERS, IqParameters};
 use super::phasor;
-use super::record::{IqRecord, IqSamples, Sample, Window};
+use super::record::{IqSamples, IqSource, Sample, Window};
 use crate::Complex;
 use crate::delay::FAR;
-use crate::delay::delay_law::ReceiveDelay;
-use crate::delay::scan_line::Compounding;
-use crate::delay::stage::Source;
+use crate::delay::delay_law::{ReceiveDelay, TransmitDelay};
+use crate::delay::scan_line::{Compounding, ScanLine};
 use crate::simd::{MOST_LANES, Vector, load};
 
 /// The largest number of cycles whose fraction is kept in f32.
 const MOST_CYCLES: f32 = (1 << 22) as f32;
 /// The largest f_demod/fs: what a record can be read at is then within [`MOST_CYCLES`].
 pub(super) const MAX_CYCLES_PER_SAMPLE: f64 = 1e6;
-
-/// A line that is focused: what from, and by which parameters.
-#[derive(Clone, Copy)]
-pub(super) struct IqLine<'a> {
-    pub(super) parameters: &'a IqParameters,
-    pub(super) source: &'a Source<'a, IqRecord<'a>>,
-}
 
 /// Where an element straight above the line is read at an output sample, and the carrier phase there, in cycles.
 #[derive(Clone, Copy)]
@@ -32,47 +24,94 @@ struct Centre {
     cycles: f32,
 }
 
-/// A line with its samples, what these are multiplied by, and how they are interpolated.
+/// Reads the samples of a line: where they lie, what they are multiplied by, and how they are interpolated.
 struct Reader<'a, T, R> {
-    line: IqLine<'a>,
-    window: Window<'a, T>,
+    parameters: &'a IqParameters,
+    window: &'a Window<'a, T>,
     scale: f32,
     read: &'a R,
 }
 
-impl IqLine<'_> {
+impl IqParameters {
     /// The line by one interpolation, for samples of either type.
     pub(super) fn read<V: Vector, const TAPS: usize>(
         &self,
         zero: V,
         read: &impl Read<TAPS>,
+        source: &IqSource,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) {
-        let receive_delays = self.receive_delays::<V>(scratch);
-        match self.source.record.kind() {
+        let receive_delays = self.receive_delays::<V>(source.line, scratch);
+        match source.record.kind() {
             IqSamples::Float(samples) => {
-                self.reader(samples, read).line(zero, receive_delays, out);
+                let window = source.record.window(samples);
+                self.values_of(zero, read, source, &window, receive_delays, out);
             }
             IqSamples::Counts(samples, _) => {
-                self.reader(samples, read).line(zero, receive_delays, out);
+                let window = source.record.window(samples);
+                self.values_of(zero, read, source, &window, receive_delays, out);
             }
         }
     }
 
-    fn reader<'a, T, R>(&'a self, samples: &'a [T], read: &'a R) -> Reader<'a, T, R> {
-        Reader {
-            line: *self,
-            window: self.source.record.window(samples),
-            scale: self.source.record.scale(),
-            read,
-        }
+    #[inline(never)]
+    fn values_of<V: Vector, T: Sample, const TAPS: usize>(
+        &self,
+        zero: V,
+        read: &impl Read<TAPS>,
+        source: &IqSource,
+        window: &Window<'_, T>,
+        receive_delays: &[f32],
+        out: &mut [Complex<f32>],
+    ) {
+        let IqSource {
+            line,
+            transmit,
+            record,
+            first,
+            ..
+        } = source;
+        zero.vectorize(
+            #[inline(always)]
+            || {
+                let elements = self.elements;
+                let active = line.active.first..line.active.first + line.active.count;
+                for (n, row) in out.chunks_exact_mut(elements.max(1)).enumerate() {
+                    if line.compounding == Compounding::Replace {
+                        row.fill(Complex::new(0.0, 0.0));
+                    }
+                    let n = first + n;
+                    let centre = self.centre(transmit, record.cycles(), line.transmit.t0, n);
+                    let Some(row) = row.get_mut(active.clone()) else {
+                        return;
+                    };
+                    if centre.depth > 0.0 {
+                        let groups = row
+                            .chunks_mut(V::LANES)
+                            .zip(receive_delays.chunks_exact(DELAY_NUMBERS * V::LANES));
+                        for (group, (row, receive_delay)) in groups.enumerate() {
+                            let first = active.start + group * V::LANES;
+                            let reader = Reader {
+                                parameters: self,
+                                window,
+                                scale: record.scale(),
+                                read,
+                            };
+                            let elements = (first, row.len());
+                            let values = reader.values(zero, &centre, receive_delay, elements);
+                            put(line.compounding, values, row);
+                        }
+                    }
+                }
+            },
+        );
     }
 
     /// The receive delays of the active elements, a group of lanes after the other.
     #[inline(always)]
-    fn receive_delays<'s, V: Vector>(&self, scratch: &'s mut [f32]) -> &'s [f32] {
-        let (p, line) = (self.parameters, self.source.line);
+    fn receive_delays<'s, V: Vector>(&self, line: &ScanLine, scratch: &'s mut [f32]) -> &'s [f32] {
+        let p = self;
         let active = line.active.first..line.active.first + line.active.count;
         let a_sample = p.demodulation_frequency / p.sampling_rate;
         for (k, element) in active.enumerate() {
@@ -103,13 +142,13 @@ impl IqLine<'_> {
     /// Depth, position and carrier phase of an element straight above the line at output sample `n`; depth 0 where
     /// nothing can be read.
     #[inline(always)]
-    fn centre(&self, n: usize) -> Centre {
-        let (p, source) = (self.parameters, self.source);
+    fn centre(&self, transmit: &TransmitDelay, cycles: f64, t0: f64, n: usize) -> Centre {
+        let p = self;
         let t = p.output_start + n as f64 / p.output_rate;
         let r = p.sound_speed * t / 2.0;
-        let flight = source.transmit.time(r) + r / p.sound_speed;
-        let position = (flight - source.line.transmit.t0) * p.sampling_rate;
-        let cycles = flight * p.demodulation_frequency + source.record.cycles();
+        let flight = transmit.time(r) + r / p.sound_speed;
+        let position = (flight - t0) * p.sampling_rate;
+        let cycles = flight * p.demodulation_frequency + cycles;
         let near = position > -FAR && position < FAR && cycles > -f64::MAX && cycles < f64::MAX;
         if !near {
             return Centre {
@@ -130,46 +169,6 @@ impl IqLine<'_> {
 }
 
 impl<T: Sample, R> Reader<'_, T, R> {
-    /// The line, of the receive delays of the active elements.
-    #[inline(never)]
-    fn line<V: Vector, const TAPS: usize>(
-        &self,
-        zero: V,
-        receive_delays: &[f32],
-        out: &mut [Complex<f32>],
-    ) where
-        R: Read<TAPS>,
-    {
-        let Source { line, first, .. } = self.line.source;
-        zero.vectorize(
-            #[inline(always)]
-            || {
-                let elements = self.line.parameters.elements;
-                let active = line.active.first..line.active.first + line.active.count;
-                for (n, row) in out.chunks_exact_mut(elements.max(1)).enumerate() {
-                    if line.compounding == Compounding::Replace {
-                        row.fill(Complex::new(0.0, 0.0));
-                    }
-                    let centre = self.line.centre(first + n);
-                    let Some(row) = row.get_mut(active.clone()) else {
-                        return;
-                    };
-                    if centre.depth > 0.0 {
-                        let groups = row
-                            .chunks_mut(V::LANES)
-                            .zip(receive_delays.chunks_exact(DELAY_NUMBERS * V::LANES));
-                        for (group, (row, receive_delay)) in groups.enumerate() {
-                            let first = active.start + group * V::LANES;
-                            let elements = (first, row.len());
-                            let values = self.values(zero, &centre, receive_delay, elements);
-                            put(line.compounding, values, row);
-                        }
-                    }
-                }
-            },
-        );
-    }
-
     /// The values of a group of elements, `count` of them from `first` on, real and imaginary parts.
     #[inline(always)]
     fn values<V: Vector, const TAPS: usize>(
@@ -182,7 +181,7 @@ impl<T: Sample, R> Reader<'_, T, R> {
     where
         R: Read<TAPS>,
     {
-        let p = self.line.parameters;
+        let p = self.parameters;
         let [square, scaled, along, rate, part, ahead, own] = [0, 1, 2, 3, 4, 5, 6].map(
             #[inline(always)]
             |row| load(zero, &receive_delay[row * V::LANES..]),

@@ -25,7 +25,6 @@ use crate::memory::Need;
 use crate::simd::Vector;
 use crate::{Complex, Error};
 use interpolation::{Cubic, Linear, SINC};
-use line::IqLine;
 
 /// A delay stage for I/Q: validated parameters. The table of its sinc is a constant, 3 KiB.
 /// [`Stage::line`] focuses a line.
@@ -194,14 +193,11 @@ impl Stage for IqDelay {
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        let line = IqLine {
-            parameters: &self.parameters,
-            source,
-        };
+        let p = &self.parameters;
         match self.parameters.interpolation {
-            IqInterpolation::Linear => line.read(zero, &Linear, scratch, out),
-            IqInterpolation::Cubic => line.read(zero, &Cubic, scratch, out),
-            IqInterpolation::Sinc => line.read(zero, &SINC, scratch, out),
+            IqInterpolation::Linear => p.read(zero, &Linear, source, scratch, out),
+            IqInterpolation::Cubic => p.read(zero, &Cubic, source, scratch, out),
+            IqInterpolation::Sinc => p.read(zero, &SINC, source, scratch, out),
             IqInterpolation::LinearFixed => {
                 let IqSamples::Counts(samples, _) = source.record.kind() else {
                     return Err(Error::Parameter {
@@ -210,7 +206,7 @@ impl Stage for IqDelay {
                         expected: "counts, for interpolation in fixed point",
                     });
                 };
-                line.fixed(&source.record.window(samples), scratch, out)?;
+                p.fixed(source, &source.record.window(samples), scratch, out)?;
             }
         }
         Ok(())

@@ -3,6 +3,7 @@
 use core::num::NonZeroUsize;
 
 use crate::delay::MAX_MAGNITUDE;
+use crate::delay::stage::Source;
 use crate::error::{check_length, finite, none};
 use crate::magnitude::largest_part;
 use crate::{Complex, Error};
@@ -39,6 +40,9 @@ pub struct IqRecord<'a> {
     /// The largest magnitude.
     largest: f32,
 }
+
+/// What a line is focused from.
+pub(super) type IqSource<'a> = Source<'a, IqRecord<'a>>;
 
 impl<'a> IqRecord<'a> {
     /// Checks that there are as many samples of each of `elements` elements, both parts within

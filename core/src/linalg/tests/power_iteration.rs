@@ -7,7 +7,7 @@ fn after_steps<S: Entry>(a: &Matrix, e1: &DVector<Complex<f64>>, steps: usize) -
     let n = a.nrows();
     let mut memory = vec![[S::from_real(0.0); TILE]; 2 * n.div_ceil(TILE)];
     let (v, product) = memory.split_at_mut(n.div_ceil(TILE));
-    let value = power_iteration(0.0, &panels::<S>(a), n, steps, v, product);
+    let value = power_iteration(&panels::<S>(a), n, steps, v, product).expect("a matrix");
     let v = DVector::from_fn(n, |i, _| wide(v.as_flattened()[i]));
     ((&v - e1 * e1.dotc(&v)).norm(), f64::from(value))
 }
