@@ -13,8 +13,8 @@
 //! allocates nothing, never panics and returns the same bits on every target: `+ − × ÷ √` in a fixed
 //! order, `libm` by path for everything else.
 //!
-//! That they never panic, the linker shows of all but the filters of [`phase_symmetry`], for one lane,
-//! optimised: no call of a panic is left. Those filters, and vectors of several lanes, are tested.
+//! That they never panic, the linker shows for one lane, optimised: no call of a panic is left. Vectors of
+//! several lanes are tested.
 //! An overflow that the debug profile would tell of is tested, too.
 
 #![no_std]

@@ -180,8 +180,9 @@ impl PhaseSymmetry {
 }
 
 fn strips(lines: usize, strip: usize) -> impl Iterator<Item = Range<usize>> {
+    // A bank's are never 0, which the compiler does not know.
     (0..lines)
-        .step_by(strip)
+        .step_by(strip.max(1))
         .map(move |start| start..start + strip.min(lines - start))
 }
 

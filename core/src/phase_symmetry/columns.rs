@@ -4,12 +4,12 @@ use super::bank::PhaseSymmetry;
 use super::external::{ReadAt, WriteAt, view_or_read};
 use super::fft::{Fft, inverse, opposite};
 use super::gains::{Gains, LaneColumns};
-use super::lines::{in_groups, load_partial, store_partial};
+use super::lines::{in_groups, load_complex, parts, store_partial};
 use super::memory::StripSlices;
 use super::strip::Kernels;
 use crate::Error;
-use crate::simd::Vector;
-use crate::simd::{MOST_LANES, transpose};
+use crate::simd::{MOST_LANES, Vector, get, transpose};
+use core::hint::cold_path;
 use core::ops::Range;
 use num_complex::Complex;
 
@@ -42,8 +42,8 @@ impl PhaseSymmetry {
             gains,
         } = memory;
         let offset = 2 * self.rows * columns.start;
-        let strip = &mut strip[..2 * self.rows * columns.len()];
-        let strip = view_or_read(spectrum, offset, strip)?;
+        let strip = strip.get_mut(..2 * self.rows * columns.len());
+        let strip = view_or_read(spectrum, offset, strip.ok_or(Error::Memory)?)?;
         for mirrored in [false, true] {
             let half = Half::new(self, filter, &columns, mirrored, strip);
             if half.wanted.is_empty() {
@@ -57,7 +57,7 @@ impl PhaseSymmetry {
                 let [from, to] = [rows.start, rows.end].map(|row| 2 * row * half.wanted.len());
                 let first = self.offset(half.wanted.start, mirrored);
                 let offset = self.columns * rows.start + first * rows.len();
-                filtered.write_at(2 * offset, &sums[from..to])?;
+                filtered.write_at(2 * offset, sums.get(from..to).ok_or(Error::Memory)?)?;
             }
         }
         Ok(())
@@ -130,8 +130,13 @@ impl<'a> Half<'a> {
         out: &mut [f32],
     ) {
         let rows = self.bank.rows;
-        let (line, gains) = (&mut line[..rows], &mut gains[..rows]);
-        let zero = gains[0].zero();
+        let (Some(line), Some(gains)) = (line.get_mut(..rows), gains.get_mut(..rows)) else {
+            return;
+        };
+        let Some(gain) = gains.first() else {
+            return;
+        };
+        let zero = gain.zero();
         in_groups::<V>(
             self.columns.len(),
             #[inline(always)]
@@ -168,10 +173,15 @@ impl<'a> Half<'a> {
         gains: &[V],
         line: &mut [Complex<V>],
     ) {
-        let zero = gains[0].zero();
+        let Some(gain) = gains.first() else {
+            return;
+        };
+        let zero = gain.zero();
         let (rows, width) = (self.bank.rows, self.columns.len());
         let first = group.first - self.columns.start;
-        let (re, im) = (&self.spectrum[first..], &self.spectrum[width + first..]);
+        let Some(spectrum) = parts(self.spectrum, first, width) else {
+            return;
+        };
         let LaneColumns {
             lanes, mirrored, ..
         } = group;
@@ -182,10 +192,14 @@ impl<'a> Half<'a> {
             |row| {
                 // F(−fy, −fx)* of a real image; row 0 is its own mirror image.
                 let source = if mirrored { opposite(row, rows) } else { row };
-                let at = 2 * source * width;
+                let bin = load_complex(zero, spectrum, 2 * source * width, lanes);
+                let Some(&gain) = get::<V, _, _>(gains, row) else {
+                    cold_path();
+                    return bin;
+                };
                 Complex {
-                    re: load_partial(zero, re, at, lanes) * gains[row],
-                    im: load_partial(zero, im, at, lanes) * (sign * gains[row]),
+                    re: bin.re * gain,
+                    im: bin.im * (sign * gain),
                 }
             },
             line,
@@ -215,7 +229,8 @@ impl<'a> Half<'a> {
         for strip in self.bank.row_strips() {
             let height = strip.len();
             let tile = self.tile(&strip, group.first + lanes.start, out);
-            for (chunk, bins) in line[strip].chunks_exact(V::LANES).enumerate() {
+            let bins = line.get(strip).unwrap_or_default();
+            for (chunk, bins) in bins.chunks_exact(V::LANES).enumerate() {
                 let (mut re, mut im): ([V; MOST_LANES], [V; MOST_LANES]) = ([zero; _], [zero; _]);
                 for (k, bin) in bins.iter().enumerate() {
                     (re[k], im[k]) = (bin.re * scale, bin.im * scale);
@@ -246,9 +261,14 @@ impl<'a> Half<'a> {
         for strip in self.bank.row_strips() {
             let height = strip.len();
             let tile = self.tile(&strip, group.first + lanes.start, out);
-            let bins = &line[strip];
-            for (k, column) in lanes.clone().zip(tile.chunks_exact_mut(2 * height)) {
-                let (re, im) = column.split_at_mut(height);
+            let bins = line.get(strip).unwrap_or_default();
+            for (k, column) in lanes
+                .clone()
+                .zip(tile.chunks_exact_mut((2 * height).max(1)))
+            {
+                let Some((re, im)) = column.split_at_mut_checked(height) else {
+                    return;
+                };
                 for ((re, im), bin) in re.iter_mut().zip(im).zip(bins) {
                     *re = (bin.re * scale).lanes()[k];
                     *im = (bin.im * scale).lanes()[k];
@@ -263,6 +283,9 @@ impl<'a> Half<'a> {
     fn tile<'b>(&self, rows: &Range<usize>, column: usize, out: &'b mut [f32]) -> &'b mut [f32] {
         let columns = self.wanted.len();
         let before = 2 * (column - self.wanted.start) * rows.len();
-        &mut out[2 * columns * rows.start..2 * columns * rows.end][before..]
+        let tile = out.get_mut(2 * columns * rows.start..2 * columns * rows.end);
+        tile.unwrap_or_default()
+            .get_mut(before..)
+            .unwrap_or_default()
     }
 }

@@ -1,6 +1,7 @@
 //! A filter's gains at the bins of neighbouring columns: computed on the fly, or from tables.
 
 use super::bank::PhaseSymmetry;
+use super::fft::opposite;
 use super::lines::load_partial;
 use super::log_gabor::{LogGabor, MIRROR, ORIENTATIONS};
 use crate::Error;
@@ -23,7 +24,7 @@ pub struct LaneColumns {
 impl LaneColumns {
     /// The strip that holds them; none where there are none.
     fn strip(&self, bank: &PhaseSymmetry) -> Option<Range<usize>> {
-        let start = self.first / bank.strip * bank.strip;
+        let start = self.first.checked_div(bank.strip)? * bank.strip;
         let end = start.saturating_add(bank.strip).min(bank.sizes().half());
         let held = 1..=end.checked_sub(self.first)?;
         held.contains(&self.lanes).then_some(start..end)
@@ -58,7 +59,7 @@ impl<V: Vector> Gains<V> for LogGabor<'_> {
 
     fn fill(&self, bank: &PhaseSymmetry, filter: usize, columns: LaneColumns, gains: &mut [V]) {
         let (scale, orientation) = scale_and_orientation(filter);
-        let known = bank.scales[..bank.scale_count].get(scale);
+        let known = bank.scales.iter().take(bank.scale_count).nth(scale);
         let (Some(scale), Some(orientation)) = (known, ORIENTATIONS.get(orientation)) else {
             return;
         };
@@ -128,13 +129,19 @@ impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {
         check_length("gain tables", tables.len(), bank.gain_tables_len())?;
         let half = bank.sizes().half();
         let quarter = half * (bank.rows / 2 + 1);
-        let (radial, angular) = tables.split_at_mut(bank.scale_count * quarter);
+        let radial = bank.scale_count * quarter;
+        let (radial, angular) = tables.split_at_mut_checked(radial).unwrap_or_default();
         let edges = bank.rows / 2 + 1;
         for columns in bank.column_strips() {
             let width = columns.len();
-            for (scale, table) in bank.scales.iter().zip(radial.chunks_exact_mut(quarter)) {
-                let table = &mut table[edges * columns.start..edges * columns.end];
-                for (row, gains) in table.chunks_exact_mut(width).enumerate() {
+            for (scale, table) in bank
+                .scales
+                .iter()
+                .zip(radial.chunks_exact_mut(quarter.max(1)))
+            {
+                let table = table.get_mut(edges * columns.start..edges * columns.end);
+                let rows = table.unwrap_or_default().chunks_exact_mut(width.max(1));
+                for (row, gains) in rows.enumerate() {
                     for (column, gain) in columns.clone().zip(gains) {
                         *gain = filters.radial(scale, scale.bin(row, column));
                     }
@@ -146,12 +153,15 @@ impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {
                     let at = bank.rows * columns.start + row * width + column - columns.start;
                     let bin = scale.bin(row, column).direction();
                     // At the right edge this is the same frequency, which is never asked for.
-                    let opposite = scale.bin(row, (bank.columns - column) % bank.columns);
+                    let opposite = scale.bin(row, opposite(column, bank.columns));
                     let turns = ORIENTATIONS.iter().map(|orientation| (bin, orientation));
                     let mirrored = [0, 3].map(|k| (opposite.direction(), &ORIENTATIONS[k]));
-                    let tables = angular.chunks_exact_mut(half * bank.rows);
+                    let tables = angular.chunks_exact_mut((half * bank.rows).max(1));
                     for (table, (direction, orientation)) in tables.zip(turns.chain(mirrored)) {
-                        table[at] = match direction {
+                        let Some(gain) = table.get_mut(at) else {
+                            break;
+                        };
+                        *gain = match direction {
                             Some(direction) => filters.angular(orientation, direction),
                             None => 0.0,
                         };
@@ -201,17 +211,36 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
         } else {
             orientation
         };
-        let (radial, angular) = memory.split_at(bank.scale_count * half * edges);
-        let radial = &radial[(scale * half + strip.start) * edges..][..edges * width];
-        let angular = &angular[(table * half + strip.start) * bank.rows..][..bank.rows * width];
+        let split = memory.split_at_checked(bank.scale_count * half * edges);
+        let (radial, angular) = split.unwrap_or_default();
+        let radial = part(radial, (scale * half + strip.start) * edges, edges * width);
+        let angular = part(
+            angular,
+            (table * half + strip.start) * bank.rows,
+            bank.rows * width,
+        );
         let (first, lanes) = (columns.first - strip.start, columns.lanes);
-        let rows = angular.chunks_exact(width).enumerate();
+        let rows = angular.chunks_exact(width.max(1)).enumerate();
         for (gain, (row, angular)) in gains.iter_mut().zip(rows) {
             let nearer = row.min(bank.rows - row);
-            let radial = load_partial(*gain, radial, nearer * width + first, lanes);
-            *gain = radial * load_partial(*gain, angular, first, lanes);
+            let at = nearer * width + first;
+            if V::LANES == 1 {
+                let (Some(radial), Some(angular)) = (radial.get(at), angular.get(first)) else {
+                    return;
+                };
+                *gain = gain.splat(radial * angular);
+            } else {
+                let radial = load_partial(*gain, radial, at, lanes);
+                *gain = radial * load_partial(*gain, angular, first, lanes);
+            }
         }
     }
+}
+
+/// The `length` numbers from `first` on, which are there.
+fn part(numbers: &[f32], first: usize, length: usize) -> &[f32] {
+    let from = numbers.get(first..).unwrap_or_default();
+    from.get(..length).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -287,7 +287,7 @@ impl<'a> LogGabor<'a> {
         } else {
             ANGULAR_SEGMENTS - 1
         };
-        let table = &self.tables.angular[orientation.table][face % 4];
+        let table = &self.tables.angular[orientation.table % 2][face % 4];
         evaluate(table, segment, at - segment as f32)
     }
 

@@ -4,7 +4,7 @@ use super::bank::PhaseSymmetry;
 use super::external::{ReadAt, WriteAt, view_or_read};
 use super::fft::{Fft, inverse};
 use super::gains::Gains;
-use super::lines::{in_groups, load_partial, store_partial};
+use super::lines::{add_partial, in_groups, load_complex, parts};
 use super::memory::StripSlices;
 use super::strip::Kernels;
 use crate::Error;
@@ -42,8 +42,9 @@ impl PhaseSymmetry {
         let StripSlices {
             strip, sums, line, ..
         } = memory;
-        let strip = view_or_read(filtered, 2 * offset, &mut strip[..2 * area])?;
-        let line = &mut line[..self.columns];
+        let strip = strip.get_mut(..2 * area).ok_or(Error::Memory)?;
+        let strip = view_or_read(filtered, 2 * offset, strip)?;
+        let line = line.get_mut(..self.columns).ok_or(Error::Memory)?;
         let last = filter + 1 == self.filters();
         if !last
             && let Some(above) = symmetry.view_mut(offset, area)
@@ -56,7 +57,8 @@ impl PhaseSymmetry {
             self.add(kernels.fft, strip, line, [above, below]);
             return Ok(());
         }
-        let (above, below) = sums[..2 * area].split_at_mut(area);
+        let sums = sums.get_mut(..2 * area).unwrap_or_default();
+        let (above, below) = sums.split_at_mut_checked(area).ok_or(Error::Memory)?;
         if filter > 0 {
             symmetry.read_at(offset, above)?;
             amplitude.read_at(offset, below)?;
@@ -81,7 +83,11 @@ impl PhaseSymmetry {
         line: &mut [Complex<V>],
         sums: [&mut [f32]; 2],
     ) {
-        line[0].re.vectorize(
+        let Some(bin) = line.first() else {
+            return;
+        };
+        let vector = bin.re;
+        vector.vectorize(
             #[inline(always)]
             || self.add_strip(fft, strip, line, sums),
         );
@@ -95,25 +101,33 @@ impl PhaseSymmetry {
         line: &mut [Complex<V>],
         [above, below]: [&mut [f32]; 2],
     ) {
-        let zero = line[0].re.zero();
+        let Some(bin) = line.first() else {
+            return;
+        };
+        let zero = bin.re.zero();
         let columns = self.columns;
-        let height = above.len() / columns;
+        let Some(height) = above
+            .len()
+            .checked_div(columns)
+            .filter(|&height| height > 0)
+        else {
+            return;
+        };
         let scale = zero.splat(1.0 / columns as f32);
         let threshold = zero.splat(self.threshold);
         in_groups::<V>(
             height,
             #[inline(always)]
             |first, lanes| {
-                let (re, im) = (&strip[first..], &strip[height + first..]);
+                let Some(strip) = parts(strip, first, height) else {
+                    return;
+                };
                 inverse(
                     fft,
                     #[inline(always)]
                     |column| {
                         let at = 2 * height * self.filtered_offset(column);
-                        Complex {
-                            re: load_partial(zero, re, at, lanes),
-                            im: load_partial(zero, im, at, lanes),
-                        }
+                        load_complex(zero, strip, at, lanes)
                     },
                     line,
                 );
@@ -124,11 +138,9 @@ impl PhaseSymmetry {
                     let (e, o) = (c.re * scale, c.im * scale);
                     let excess = e - o.abs() - threshold;
                     let excess = V::select(zero.less(excess), excess, zero);
-                    let numerator = load_partial(zero, above, first, lanes) + excess;
-                    store_partial(numerator, above, first, lanes);
+                    add_partial(excess, above, first, lanes);
                     let modulus = (e * e + o * o).sqrt();
-                    let denominator = load_partial(zero, below, first, lanes) + modulus;
-                    store_partial(denominator, below, first, lanes);
+                    add_partial(modulus, below, first, lanes);
                 }
             },
         );
@@ -142,10 +154,12 @@ fn divide(above: &mut [f32], below: &mut [f32], height: usize) {
         let ratio = *above / (*below + EPSILON);
         *above = if ratio < 1.0 { ratio } else { BELOW_ONE };
     }
-    let columns = above.len() / height;
+    let height = height.max(1);
+    let columns = (above.len() / height).max(1);
     for (k, row) in below.chunks_exact_mut(columns).enumerate() {
-        for (n, ratio) in row.iter_mut().enumerate() {
-            *ratio = above[n * height + k];
+        let above = above.get(k..).unwrap_or_default();
+        for (ratio, above) in row.iter_mut().zip(above.iter().step_by(height)) {
+            *ratio = *above;
         }
     }
 }

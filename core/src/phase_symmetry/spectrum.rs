@@ -8,7 +8,8 @@ use super::lines::{in_groups, load_partial, store_partial};
 use super::memory::StripSlices;
 use super::strip::Kernels;
 use crate::Error;
-use crate::simd::Vector;
+use crate::simd::{Vector, get};
+use core::hint::cold_path;
 use num_complex::Complex;
 
 /// The largest magnitude of a pixel: far beyond an image's 255, and no step overflows below it.
@@ -44,20 +45,23 @@ impl PhaseSymmetry {
         let half = self.sizes().half();
         for rows in self.row_strips() {
             let height = rows.len();
-            let pixels = &mut memory.sums[..height * columns];
+            let pixels = memory.sums.get_mut(..height * columns);
+            let pixels = pixels.ok_or(Error::Memory)?;
             image.read_at(rows.start * columns, pixels)?;
             check_pixels(pixels, rows.start * columns)?;
             let pixels = &*pixels;
-            let strip = &mut memory.strip[..2 * height * half];
-            let line = &mut memory.line[..columns];
-            line[0].re.vectorize(
+            let strip = memory.strip.get_mut(..2 * height * half);
+            let strip = strip.ok_or(Error::Memory)?;
+            let line = memory.line.get_mut(..columns).ok_or(Error::Memory)?;
+            let zero = line.first().ok_or(Error::Memory)?.re.zero();
+            zero.vectorize(
                 #[inline(always)]
                 || self.transform_strip_of_rows(fft, pixels, line, strip),
             );
             for columns in self.column_strips() {
-                let tile = &strip[2 * height * columns.start..2 * height * columns.end];
+                let tile = strip.get(2 * height * columns.start..2 * height * columns.end);
                 let offset = self.rows * columns.start + rows.start * columns.len();
-                spectrum.write_at(2 * offset, tile)?;
+                spectrum.write_at(2 * offset, tile.ok_or(Error::Memory)?)?;
             }
         }
         Ok(())
@@ -72,9 +76,14 @@ impl PhaseSymmetry {
         line: &mut [Complex<V>],
         strip: &mut [f32],
     ) {
-        let zero = line[0].re.zero();
+        let Some(bin) = line.first() else {
+            return;
+        };
+        let zero = bin.re.zero();
         let length = line.len();
-        let height = pixels.len() / length;
+        let Some(height) = pixels.len().checked_div(length) else {
+            return;
+        };
         in_groups::<V>(
             height,
             #[inline(always)]
@@ -83,8 +92,11 @@ impl PhaseSymmetry {
                     #[inline(always)]
                     |n| {
                         let mut re = zero;
-                        for (k, pixel) in re.lanes_mut().iter_mut().enumerate().take(lanes) {
-                            *pixel = pixels[(first + k) * length + n];
+                        for (k, lane) in re.lanes_mut().iter_mut().enumerate().take(lanes) {
+                            match get::<V, _, _>(pixels, (first + k) * length + n) {
+                                Some(&pixel) => *lane = pixel,
+                                None => cold_path(),
+                            }
                         }
                         Complex { re, im: zero }
                     },
@@ -92,11 +104,15 @@ impl PhaseSymmetry {
                 );
                 for columns in self.column_strips() {
                     let width = columns.len();
-                    let tile = &mut strip[2 * height * columns.start..];
-                    let rows = tile.chunks_exact_mut(2 * width).skip(first);
+                    let tile = strip.get_mut(2 * height * columns.start..);
+                    let (Some(tile), Some(bins)) = (tile, line.get(columns)) else {
+                        return;
+                    };
+                    let rows = tile.chunks_exact_mut((2 * width).max(1)).skip(first);
                     for (k, row) in rows.enumerate().take(lanes) {
-                        let (re, im) = row.split_at_mut(width);
-                        let bins = &line[columns.clone()];
+                        let Some((re, im)) = row.split_at_mut_checked(width) else {
+                            return;
+                        };
                         for ((re, im), bin) in re.iter_mut().zip(im).zip(bins) {
                             *re = bin.re.lanes()[k];
                             *im = bin.im.lanes()[k];
@@ -117,9 +133,10 @@ impl PhaseSymmetry {
     ) -> Result<(), Error> {
         for columns in self.column_strips() {
             let (offset, width) = (2 * self.rows * columns.start, columns.len());
-            let strip = &mut memory.strip[..2 * self.rows * width];
+            let strip = memory.strip.get_mut(..2 * self.rows * width);
+            let strip = strip.ok_or(Error::Memory)?;
             spectrum.read_at(offset, strip)?;
-            let line = &mut memory.line[..self.rows];
+            let line = memory.line.get_mut(..self.rows).ok_or(Error::Memory)?;
             zero.vectorize(
                 #[inline(always)]
                 || transform_strip_of_columns(zero, fft, strip, width, line),
@@ -151,7 +168,7 @@ fn transform_strip_of_columns<V: Vector, F: Fft<V>>(
                 },
                 line,
             );
-            for (rows, bin) in strip.chunks_exact_mut(2 * width).zip(&*line) {
+            for (rows, bin) in strip.chunks_exact_mut((2 * width).max(1)).zip(&*line) {
                 store_partial(bin.re, rows, first, lanes);
                 store_partial(bin.im, rows, width + first, lanes);
             }

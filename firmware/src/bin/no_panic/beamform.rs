@@ -2,13 +2,13 @@
 
 use crate::{opaque, take};
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameters, Segment, Sizes, Workspace, constant_segments,
-    segments_within,
+    AlignedLine, Beamformer, Method, Parameters, Postfilter, Segment, Sizes, Workspace,
+    constant_segments, segments_within,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
 use bonebeam::memory::{Memory, Need};
-use bonebeam::simd::ComplexVector;
+use bonebeam::simd::{ComplexVector, Mask, Vector};
 use bonebeam::{Complex, Error};
 
 fn parameters(method: Method) -> Parameters {
@@ -26,6 +26,8 @@ fn active() -> Active {
 /// Calls all of it.
 pub fn all() {
     memory();
+    choices();
+    vectors();
     // Which method, nobody knows.
     let method = opaque(Method::EsmvBeta(opaque(0.5)));
     take(one::<Forward>(method));
@@ -37,6 +39,7 @@ pub fn all() {
 fn one<A: Averaging<f32>>(method: Method) -> Result<(), Error> {
     let x = [Complex::ZERO; 100];
     let line = AlignedLine::new(opaque(&x[..]), opaque(1))?;
+    let line = line.of_line(opaque(1), opaque(100))?;
     take((line.elements(), line.samples()));
     let beamformer = Beamformer::new(parameters(method))?;
     take((
@@ -84,6 +87,33 @@ fn weights_of<A: Averaging<f32>>(method: Method) -> Result<usize, Error> {
     beamformer.weights(&mut workspace, &segment, count, opaque(&mut z[..]))
 }
 
+/// Methods, postfilters and parameters by their tables.
+fn choices() {
+    let (method, postfilter) = (opaque(Method::Mv), opaque(Postfilter::None));
+    take((method.key(), method.name(), method.help()));
+    take((method.parameter(), method.argument()));
+    take(method.with_argument(opaque(1.0)));
+    take((postfilter.key(), postfilter.name(), postfilter.help()));
+    take((postfilter.parameter(), postfilter.argument()));
+    take(postfilter.with_argument(opaque(1.0)));
+    let mut parameters = opaque(Parameters::default());
+    take(parameters.set(opaque("loading"), opaque(1.0)));
+    take(parameters.values());
+    for row in opaque(Parameters::TABLE) {
+        take((row.check(opaque(1.0)), row.range.contains(opaque(1.0))));
+    }
+}
+
+/// What the kernels themselves may not need of a vector of one lane.
+fn vectors() {
+    let (x, other) = (opaque(0.0f32), opaque(1.0f32));
+    take((x.zero(), x.interleave(other), x.deinterleave(other)));
+    take(x.slide(other, opaque(1)));
+    take((Vector::is_finite(x), Vector::is_nan(x)));
+    let mask = x.mask(|lane| opaque(lane) == 0);
+    take((mask.all(), mask.any(), mask.lane(opaque(0))));
+}
+
 /// Workspaces, sizes, runs.
 fn memory() {
     let need = sizes().need(opaque(Covariance::Forward));
@@ -91,10 +121,11 @@ fn memory() {
         need.and(opaque(need)),
         need.or(opaque(Need::real(opaque(1)))),
     ));
-    let mut memory = opaque(Memory::<64, 64>::new());
+    let mut memory = opaque(Memory::<64, 64>::default());
     let mut scratch = opaque(memory.scratch());
     take(scratch.take(opaque(need)).map(|_| ()));
     take(opaque(scratch.reborrow()).real);
+    take(opaque(Error::Memory).code());
     constant_segments(opaque(1), |_| active()).for_each(take);
     let wanted = opaque(0)..opaque(1);
     segments_within(opaque(1), |_| active(), wanted, opaque(1)).for_each(take);

@@ -14,6 +14,9 @@ pub fn all() {
         elements: opaque(&elements),
         pitch: opaque(1.0),
     };
+    let ray = opaque(rays[0]);
+    take((ray.angle(), ray.point(opaque(1.0))));
+    take((ray.x(), ray.coordinates(opaque([0.0; 2]))));
     for array in arrays(&[0.0; 5]).into_iter().chain([curved]) {
         take((array.elements(), array.x(opaque(1)), array.pitch()));
         take((array.element(opaque(1)), array.normal(opaque(1.0))));

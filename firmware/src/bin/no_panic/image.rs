@@ -3,7 +3,7 @@
 use crate::geometry::axis;
 use crate::{opaque, take};
 use bonebeam::image::{
-    BMode, BModeParameters, Logarithm, PixelGrid, envelope, largest, log_compression, median,
+    BMode, BModeParameters, Fan, Logarithm, PixelGrid, envelope, largest, log_compression, median,
     resample,
 };
 use bonebeam::{Complex, Error};
@@ -27,14 +27,20 @@ fn b_mode(from: &[f32], to: &mut [f32]) -> Result<(), Error> {
     let grid = PixelGrid::cover(x, z, rows, columns);
     take((grid.row_axis(), grid.column_axis(), grid.pixels()));
     let (lines, samples) = (axis(), axis());
-    let b_mode = BMode::new(opaque(BModeParameters {
+    let parameters = opaque(BModeParameters {
         lines,
         samples,
         grid: PixelGrid::of_lines(&lines, &samples, rows, columns),
         dynamic_range: opaque(1.0),
         logarithm: opaque(Logarithm::Exact),
         median: opaque(true),
-    }))?;
+    });
+    let [x, z, radius] = opaque([1.0; 3]);
+    pixels(&BMode::new(parameters)?, from, to)?;
+    pixels(&BMode::of_fan(parameters, Fan { x, z, radius })?, from, to)
+}
+
+fn pixels(b_mode: &BMode, from: &[f32], to: &mut [f32]) -> Result<(), Error> {
     take(b_mode.parameters());
     take((
         b_mode.envelopes_len(),

@@ -1,17 +1,17 @@
-//! Phase symmetry, as far as nothing is left in it.
+//! Phase symmetry.
 
 use crate::{opaque, take};
-use bonebeam::Complex;
 use bonebeam::memory::Memory;
 use bonebeam::phase_symmetry::{
-    Fft, LaneFft, LogGabor, LogGaborTables, Microfft, Parameters, PhaseSymmetry, ReadAt, Sizes,
-    StripSlices, WriteAt, scale_for_display,
+    External, Fft, GainTables, Gains, Kernels, LaneFft, LogGabor, LogGaborTables, Microfft,
+    Parameters, PhaseSymmetry, ReadAt, Sizes, StripSlices, WriteAt, scale_for_display,
 };
+use bonebeam::{Complex, Error};
 
 /// Calls it.
 pub fn all() {
     transforms();
-    let mut tables = LogGaborTables::new();
+    let mut tables = LogGaborTables::default();
     take(LogGabor::new(opaque(&mut tables)));
     take(scale_for_display(opaque(&mut [0.0; 100][..])));
     let mut memory = [0.0; 100];
@@ -19,25 +19,7 @@ pub fn all() {
     take(memory.write_at(opaque(1), opaque(&[0.0; 9][..])));
     take(memory.read_at(opaque(1), opaque(&mut [0.0; 9][..])));
     take((&*memory).read_at(opaque(1), opaque(&mut [0.0; 9][..])));
-    let [rows, columns, strip] = opaque([64; 3]);
-    let scales = [0.1; 5];
-    let sizes = Sizes {
-        rows,
-        columns,
-        strip,
-    };
-    take(sizes.need());
-    let bank = PhaseSymmetry::new(&Parameters {
-        sizes,
-        scales: opaque(&scales[..]),
-        threshold: opaque(1.0),
-    });
-    let mut memory = Memory::<64, 64>::new();
-    let strips = StripSlices::new(sizes, opaque(memory.scratch()));
-    take(strips.map(|strips| opaque(strips.strip)));
-    if let Ok(bank) = bank {
-        take((bank.sizes(), bank.filters(), bank.gain_tables_len()));
-    }
+    take(filters());
 }
 
 fn transforms() {
@@ -46,6 +28,55 @@ fn transforms() {
     let input = |n| opaque(Complex::new(n as f32, 0.0));
     Microfft.transform(input, line);
     take(&line);
-    LaneFft::new().transform(input, line);
+    LaneFft::default().transform(input, line);
     take(line);
+}
+
+fn filters() -> Result<(), Error> {
+    let [rows, columns, strip] = opaque([64; 3]);
+    let scales = [0.1; 5];
+    let sizes = Sizes {
+        rows,
+        columns,
+        strip,
+    };
+    take((sizes.need(), sizes.image_len(), sizes.spectrum_len()));
+    take((
+        sizes.filtered_len(),
+        sizes.amplitude_len(),
+        sizes.symmetry_len(),
+    ));
+    let bank = PhaseSymmetry::new(&Parameters {
+        sizes,
+        scales: opaque(&scales[..]),
+        threshold: opaque(1.0),
+    })?;
+    take((bank.sizes(), bank.filters(), bank.gain_tables_len()));
+    let filters = opaque(LogGabor::fixed());
+    let mut gains = [0.0; 100];
+    let tables = GainTables::new(&filters, &bank, opaque(&mut gains[..]))?;
+    take(tables.bank());
+    take(map(&bank, &Microfft, &filters));
+    take(map(&bank, &LaneFft::new(), &tables));
+    map(&bank, &Microfft, &tables)
+}
+
+fn map<F: Fft<f32>, G: Gains<f32>>(bank: &PhaseSymmetry, fft: &F, gains: &G) -> Result<(), Error> {
+    let mut memory = Memory::<64, 64>::new();
+    let mut memory = StripSlices::new(bank.sizes(), opaque(memory.scratch()))?;
+    let (image, mut arrays) = ([0.0; 100], [[0.0; 100]; 4]);
+    let [spectrum, filtered, amplitude, symmetry] = &mut arrays;
+    let mut external = External {
+        image: &mut opaque(&image[..]),
+        spectrum: &mut opaque(&mut spectrum[..]),
+        filtered: &mut opaque(&mut filtered[..]),
+        amplitude: &mut opaque(&mut amplitude[..]),
+        symmetry: &mut opaque(&mut symmetry[..]),
+    };
+    let kernels = Kernels { fft, gains };
+    bank.run(&kernels, &mut external, &mut memory, &mut |filters| {
+        take(filters)
+    })?;
+    take(memory.line);
+    Ok(())
 }

@@ -54,7 +54,9 @@ fn rf(parameters: Parameters) -> Result<(), Error> {
         &LinePipeline::by(&delay, scan, parameters.beamformer)?,
         &record,
     ));
-    lines(&LinePipeline::new(scan, parameters.beamformer)?, &record)
+    let pipeline = LinePipeline::new(scan, parameters.beamformer)?;
+    take(lines(&pipeline.by_reference(), &record));
+    lines(&pipeline, &record)
 }
 
 fn iq(parameters: Parameters) -> Result<(), Error> {
@@ -93,6 +95,7 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
     let mut frame = Frame::new(pipeline, scratch)?.with_filters(opaque(LogGabor::fixed()));
     take(frame.line(opaque(1), opaque([(transmit(), record)]))?);
     take(frame.image()?);
+    take(frame.bone_map()?);
     let mut frame = Frame::<_, Forward>::with_averaging(pipeline, opaque(Scratch::empty()))?;
     take(frame.line(opaque(1), opaque([(transmit(), record)]))?);
     Ok(())

@@ -1,0 +1,157 @@
+"""Is every function of the core in the image that cannot be linked while a panic is left in it?
+
+    tests/no_panic.py            all functions, by one link
+    tests/no_panic.py --panics   a real panic in every 68th of them, by a link each
+
+Works on a copy of the tree below the target folder. Each function of the core gets, at the start of its
+body, the call of a function that is nowhere and has a number. The linker names all that it misses: these are
+the functions that the image calls. What the compiler works out beforehand (`const`) or has shown to be never
+called is not missed. The others must be among the exceptions; an exception that is called is refused as well.
+
+So that a `const fn` may call it, the compiler's own `const_eval_select` chooses: nothing while compiling, the
+call at run time. It is not stable, hence RUSTC_BOOTSTRAP.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+TARGET = (ROOT / os.environ.get("CARGO_TARGET_DIR", "target")).resolve() / "no-panic"
+TREE = TARGET / "tree"
+
+# Functions that the image does not call, by a pattern of their names, with the reason.
+EXCEPTIONS = {
+    r"^formats.rs:|defmt::Format for": "for defmt: called by the logger's table of symbols",
+    r"^error.rs: .*Display": "the wording of an error: the standard library's formatting panics",
+    r"^simd/(lanes|dispatch).rs:": "not built: vectors of several lanes",
+    r"^simd/mod.rs: pub trait Vector.* is_finite$": "f32 has its own",
+    r"^magnitude.rs: (side_by_side|magnitude)$": "registers of several lanes",
+    r"^phase_symmetry/columns.rs: .*store_squares$": "several lanes",
+    r"^beamform/snapshot.rs: elements$": "several lanes",
+    r"^beamform/methods/eigenspace.rs: (merge|exchange)$": "several lanes",
+    r"^linalg/implicit_ql.rs: .*(block|next)$": "several lanes; one has block_of_one",
+    r"^instructions.rs: (prefetch|sqrt)$": "another processor's, or not called on this one",
+    r"^delay/(analytic.rs|decimator/mod.rs|interpolate/mod.rs): .* gain$": "of tests",
+    r"^delay/decimator/mod.rs: half_band$": "const: worked out while compiling",
+    r"^delay/iq/(fixed.rs: half|interpolation.rs: impl Sinc new|phasor.rs: constant_phasor)$": "const",
+    r"^phase_symmetry/log_gabor.rs: (orientation|impl LogGaborTables of|cubic_at)$": "const",
+}
+
+
+def without_comments(text):
+    """The text with spaces for comments, strings and characters, as long as before."""
+    pattern = r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\\n])\''
+    return re.sub(pattern, lambda m: re.sub(r"[^\n]", " ", m[0]), text, flags=re.S)
+
+
+def functions(path):
+    """Name and start of the body of each function of a file, without its tests."""
+    code = without_comments(path.read_text())
+    code = re.split(r"#\[cfg\(test\)\]\s+(?:pub\S* )?mod tests", code)[0]
+    scopes = [
+        (m.start(), code.find("\n}", m.start()), " ".join(m[0].split()))
+        for m in re.finditer(r"^(?:impl|pub trait|pub\(crate\) trait|trait|macro_rules!)[^{]*", code, re.M)
+    ]
+    for m in re.finditer(r"(#\[cfg\(test\)\]\s*(?:const )?)?\bfn (\w+)", code):
+        depth = 0
+        for at in range(m.end(), len(code)):
+            depth += {"(": 1, "[": 1, ")": -1, "]": -1}.get(code[at], 0)
+            if depth == 0 and code[at] in "{;":
+                break
+        if m[1] or code[at] == ";":
+            continue
+        within = [scope for start, end, scope in scopes if start < m.start() < end]
+        scope = within[-1] + " " if within else ""
+        name = path.relative_to(TREE / "core/src").as_posix()
+        yield f"{name}: {scope}{m[2]}", at + 1
+
+
+def put(calls):
+    """Writes the copy of the core; `calls(k)` is what function k gets. Returns the functions' names."""
+    # Not in what runs while the image is built.
+    names = []
+    for path in sorted((TREE / "core/src").rglob("*.rs")):
+        relative = path.relative_to(TREE)
+        if "tests" in path.parts or path.name == "tests.rs":
+            continue
+        text = (ROOT / relative).read_text()
+        path.write_text(text)
+        found = list(functions(path))
+        for k, (_, at) in reversed(list(enumerate(found, len(names)))):
+            if call := calls(k):
+                call = f"const fn no() {{}} #[inline(always)] fn yes() {{ {call} }}"
+                choice = "core::intrinsics::const_eval_select((), no, yes);"
+                text = text[:at] + f' #[cfg(target_os = "none")] {{ {call} {choice} }} ' + text[at:]
+        names += [name for name, _ in found]
+        if relative.name == "lib.rs":
+            gates = "#![feature(core_intrinsics, const_eval_select)]\n#![allow(internal_features, unsafe_code)]\n"
+            text = text.replace("#![no_std]\n", gates + "#![no_std]\n", 1)
+        path.write_text(text)
+    return names
+
+
+def link():
+    """What the linker says of the image."""
+    command = "cargo rustc --locked --release --features no-panic --bin no_panic --".split()
+    environment = dict(os.environ, RUSTC_BOOTSTRAP="1", CARGO_TARGET_DIR=str(TARGET / "built"))
+    run = subprocess.run(
+        command + ["-Clink-arg=--error-limit=0"], cwd=TREE / "firmware", env=environment, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )
+    if run.returncode != 0 and "undefined symbol" not in run.stdout:
+        sys.exit(run.stdout)
+    return run.stdout
+
+
+def exception(name):
+    return next((pattern for pattern in EXCEPTIONS if re.search(pattern, name)), None)
+
+
+def all_at_once():
+    names = put(lambda k: f'unsafe extern "C" {{ safe fn called_{k}(); }} called_{k}()')
+    reached = {int(k) for k in re.findall(r"undefined symbol: called_(\d+)", link())}
+    missing = [n for k, n in enumerate(names) if k not in reached and not exception(n)]
+    not_called = {name for k, name in enumerate(names) if k not in reached}
+    called = {names[k] for k in reached} - not_called
+    needless = {exception(name): name for name in called if exception(name)}
+    unused = [p for p in EXCEPTIONS if not any(re.search(p, name) for name in names)]
+    for name in missing:
+        print("not in the image:", name)
+    for pattern, name in needless.items():
+        print(f"in the image, though an exception ({pattern}): {name}")
+    for pattern in unused:
+        print("an exception of no function:", pattern)
+    if missing or needless or unused:
+        sys.exit("firmware/src/bin/no_panic must call each, or tests/no_panic.py name it with its reason")
+    print(f"{len(names)} functions: {len(reached)} in the image, {len(names) - len(reached)} exceptions")
+    return names, reached
+
+
+def panics():
+    names, reached = all_at_once()
+    for chosen in sorted(reached)[::68]:
+        call = "if core::hint::black_box(false) { panic!() }"
+        put(lambda k: call if k == chosen else None)
+        refused = "undefined symbol: a_panic_is_left" in link()
+        print("refused:" if refused else "LINKED:", names[chosen])
+        if not refused:
+            sys.exit(1)
+
+
+def copy():
+    TREE.mkdir(parents=True, exist_ok=True)
+    listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    files = subprocess.run(listed, cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout
+    for name in files.decode().split("\0"):
+        source, copied = ROOT / name, TREE / name
+        if name and source.is_file():
+            copied.parent.mkdir(parents=True, exist_ok=True)
+            if not copied.exists() or copied.read_bytes() != source.read_bytes():
+                copied.write_bytes(source.read_bytes())
+
+
+copy()
+panics() if "--panics" in sys.argv else all_at_once()
