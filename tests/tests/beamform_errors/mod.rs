@@ -304,9 +304,9 @@ fn more_segments_than_lanes_or_fewer_outputs() {
 
 /// K is refused whether there are segments or not.
 #[test]
-fn no_segments_and_a_window_beyond_counting() {
+fn no_segments_and_a_window_beyond_the_memory() {
     let mut workspace = memory([6, 4, 1]);
-    for temporal_half_window in [2, 1 << 34, usize::MAX] {
+    for temporal_half_window in [2, 100, 4095] {
         let beamformer = Beamformer::new(Parameters {
             temporal_half_window,
             ..Parameters::default()
