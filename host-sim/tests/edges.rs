@@ -78,10 +78,9 @@ fn an_abort_leaves_nothing() {
     assert_eq!(status, (Some(DATA), vec!["data.npz".to_owned()]));
 }
 
-/// A run that goes on for long, at a time when it has a temporary file.
+/// A run that goes on for long, at a time when it has a temporary file. The tests themselves may run under `nohup`.
 fn with_temporary_file(folder: &TempDir) -> Child {
-    let script =
-        "exec \"$0\" beamform data.npz -o lines.npz --image i.png --rows 8192 --columns 8192";
+    let script = "exec env --default-signal=HUP \"$0\" beamform data.npz -o lines.npz --image i.png --rows 8192 --columns 8192";
     let child = shell(folder, script)
         .stdout(Stdio::null())
         .stderr(Stdio::null())

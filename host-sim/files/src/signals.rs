@@ -22,9 +22,9 @@ use crate::{Error, Result};
 const STACK: usize = 1 << 18;
 
 /// From here on SIGHUP, SIGINT, SIGQUIT, SIGTERM and SIGXCPU end the program without a trace, with status 128 plus
-/// their number, unless whoever started the program has them ignored, as `nohup` does. An allocation that fails,
-/// which is SIGABRT, ends it likewise with status 1. A file that grows beyond a limit (SIGXFSZ) is an error of the
-/// write.
+/// their number, but for a SIGHUP that whoever started the program has ignored, as `nohup` does. An allocation
+/// that fails, which is SIGABRT, ends it likewise with status 1. A file that grows beyond a limit (SIGXFSZ) is an
+/// error of the write.
 ///
 /// # Errors
 /// [`Error::Data`] where the system gives no handler or no thread.
@@ -33,11 +33,9 @@ pub fn handle() -> Result<()> {
 }
 
 fn begin() -> io::Result<()> {
-    let ignored = ignored();
-    let heard = [SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXCPU]
-        .into_iter()
-        .filter(|signal| ignored >> (signal - 1) & 1 == 0);
-    let mut signals = Signals::new(heard.chain([SIGABRT]))?;
+    let hangup = (!hangup_is_ignored()).then_some(SIGHUP);
+    let always = [SIGABRT, SIGINT, SIGQUIT, SIGTERM, SIGXCPU];
+    let mut signals = Signals::new(always.into_iter().chain(hangup))?;
     wait_at_abort()?;
     // A handler that does nothing: the write is told that it failed.
     flag::register(SIGXFSZ, Arc::default())?;
@@ -78,10 +76,10 @@ fn wait_at_abort() -> io::Result<()> {
     Ok(())
 }
 
-/// The signals that are ignored, a bit each, where the system tells it.
-fn ignored() -> u64 {
+/// Whether SIGHUP is ignored, where the system tells it.
+fn hangup_is_ignored() -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
-        .unwrap_or(0)
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let bits = ignored.and_then(|bits| u64::from_str_radix(bits.trim(), 16).ok());
+    bits.is_some_and(|bits| bits >> (SIGHUP - 1) & 1 == 1)
 }
