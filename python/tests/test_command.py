@@ -235,6 +235,6 @@ def test_doubts_are_warnings(plane):
         bonebeam.beamform(plane, method="das", depth_start=0.0)
 
 
-def test_a_workspace_beyond_all_memory_is_refused():
-    with pytest.raises(ValueError, match=r"K\) 10000000 and a subaperture of 16 elements take \d+ MB"):
+def test_a_temporal_half_window_beyond_its_range_is_refused():
+    with pytest.raises(ValueError, match=r"is 10000000; expected at least 0 and at most 4095"):
         bonebeam.Beamformer(32, method="mv", temporal_half_window=10_000_000)
