@@ -131,10 +131,9 @@ impl PhaseSymmetry {
                     },
                     line,
                 );
-                let sums = above
-                    .chunks_exact_mut(height)
-                    .zip(below.chunks_exact_mut(height));
-                for (c, (above, below)) in line.iter().zip(sums) {
+                let above = above.chunks_exact_mut(height);
+                let below = below.chunks_exact_mut(height);
+                for ((c, above), below) in line.iter().zip(above).zip(below) {
                     let (e, o) = (c.re * scale, c.im * scale);
                     let excess = e - o.abs() - threshold;
                     let excess = V::select(zero.less(excess), excess, zero);
