@@ -102,6 +102,9 @@ impl<'a> Scan<'a> {
             finite("start", start),
             finite("end", end),
             deeper(start, end),
+            // Each is finite; their products may not be.
+            finite("two-way path to the start", p.sound_speed * start),
+            finite("two-way path to the end", p.sound_speed * end),
         ];
         let mut k = 0;
         while k < checks.len() {
@@ -264,6 +267,24 @@ mod tests {
             ..GOOD
         });
         assert_eq!(by_time.unwrap().samples(), 361);
+    }
+
+    /// Found by fuzzing: both numbers were finite, the depth was not.
+    #[test]
+    fn depths_that_are_not_finite_are_refused() {
+        let far = |start, end| {
+            Scan::of_iq(ScanParameters {
+                sound_speed: 1e200,
+                start: Depth::Seconds(start),
+                end: Depth::Seconds(end),
+                ..GOOD
+            })
+        };
+        for (start, end) in [(0.0, 1e150), (-1e150, 0.0)] {
+            let refused = far(start, end);
+            assert!(matches!(refused, Err(Error::Parameter { .. })));
+        }
+        assert!(far(0.0, 1e100).unwrap().depth(0).is_finite());
     }
 
     #[test]

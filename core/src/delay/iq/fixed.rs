@@ -223,11 +223,20 @@ impl IqParameters {
         }
         // Of τ_tx + τ_rx, s.
         let step = (1.0 + slope) / (2.0 * p.output_rate);
+        let position = whole(step * p.sampling_rate, 32);
+        // Beyond what a scanner has, a step may be lost in rounding above and be far here.
+        let way = position.checked_mul(last as i64);
+        if way
+            .and_then(|way| first.position.checked_add(way))
+            .is_none()
+        {
+            return Centres::Each;
+        }
         Centres::Even {
             first,
             step: Centre {
                 depth: (p.sound_speed / (2.0 * p.output_rate)) as f32,
-                position: whole(step * p.sampling_rate, 32),
+                position,
                 cycles: fraction(step * p.demodulation_frequency),
             },
         }
@@ -375,4 +384,43 @@ fn receive_delay_at<const LEVEL: bool>(
 #[inline(always)]
 fn part(a: i32, b: i16) -> i32 {
     ((i64::from(a) * i64::from(b)) >> 16) as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delay::{IqDelay, IqInterpolation, IqLayout, IqRecord, IqSamples, ScanLine, Stage};
+    use crate::geometry::{Active, Array, Ray, Transmit, TransmitLaw};
+
+    /// Found by fuzzing: no position was far, but the step from one to the next was.
+    #[test]
+    fn steps_that_rounding_hides_do_not_overflow() {
+        let delay = IqDelay::new(IqParameters {
+            sound_speed: 4.781832339134672e-299,
+            sampling_rate: 9.30380047515099e192,
+            demodulation_frequency: 7.556001431015456e78,
+            output_rate: 7.556001431055475e78,
+            output_start: 2.7877199605e-314,
+            output_samples: 94,
+            elements: 2,
+            record_samples: 4,
+            interpolation: IqInterpolation::LinearFixed,
+        })
+        .unwrap();
+        let samples = IqSamples::Counts(&[[1, 2]; 8], 1.0);
+        let record = IqRecord::new(samples, IqLayout::Interleaved, 2).unwrap();
+        let line = ScanLine {
+            transmit: Transmit::new(TransmitLaw::Plane { angle: 0.0 }, 4e-309),
+            ray: Ray::down(4.6e-300),
+            array: Array::linear(2, 8.3e-281),
+            active: Active { first: 0, count: 0 },
+            compounding: Compounding::Replace,
+        };
+        let mut scratch = [0.0; 2 * DELAY_NUMBERS];
+        let mut out = [Complex::I; 2 * 94];
+        delay
+            .line(0.0f32, &line, &record, &mut scratch, &mut out)
+            .unwrap();
+        assert!(out.iter().all(|x| *x == Complex::ZERO));
+    }
 }
