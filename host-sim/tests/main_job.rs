@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::common::program::loads_nothing;
 use bonebeam_drive::methods::COMPARED;
 use bonebeam_files::image;
 use serde_json::Value;
@@ -77,8 +78,20 @@ fn of<'a>(list: &'a Value, beamformer: &str) -> &'a Value {
 fn the_quick_main_job_leaves_a_whole_folder() {
     let folder = tempdir().unwrap();
     let out = folder.path().join("deep/out");
-    let text = succeed(&["--quick", "--out", out.to_str().unwrap()]);
+    // Four gigabytes of address space are enough.
+    let output = Command::new("sh")
+        .args([
+            "-c",
+            "ulimit -v 4000000 2>/dev/null; exec \"$0\" --quick --out \"$1\"",
+        ])
+        .args([env!("CARGO_BIN_EXE_host-sim"), out.to_str().unwrap()])
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
+    let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("Table I") && text.contains("report.html"));
+    loads_nothing(&fs::read_to_string(out.join("report.html")).unwrap());
 
     let report = report(&out);
     assert_eq!(report["checks_passed"], true);

@@ -26,6 +26,13 @@ pub fn run(folder: &TempDir, arguments: &str) -> (i32, String) {
     )
 }
 
+/// A page may load nothing but its own style and pictures.
+pub fn loads_nothing(page: &str) {
+    let head = &page[..page.find("</head>").unwrap()];
+    assert!(head.contains("http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "));
+    assert!(!page.contains("<script") && !page.contains("href=\"http"));
+}
+
 /// The names of the files in a folder, in order.
 pub fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();

@@ -5,7 +5,7 @@ mod outputs;
 
 use crate::common;
 use common::channel_data_without;
-use common::program::names;
+use common::program::{folder_with_channel_data, names};
 use std::fs;
 use std::io::Write;
 use std::path::Path;
@@ -262,7 +262,6 @@ fn a_limit_of_memory_is_an_error() {
         "beamform data.npz -o lines.npz --image lines.png",
         "beamform data.npz -o mv.npz --method mv --image large.png --rows 2048 --columns 2048 --median",
         "phase-symmetry lines.png --resize 1024x1024 -o ps.npy",
-        "--quick",
     ] {
         let output = within(arguments);
         let message = String::from_utf8_lossy(&output.stderr);

@@ -27,9 +27,9 @@ fn an_output_name_with_escape_sequences_is_told_without_them() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_standard_output_is_an_error_and_a_closed_one_is_not() {
-    let folder = tempdir().unwrap();
+    let folder = folder_with_channel_data();
     let program = env!("CARGO_BIN_EXE_host-sim");
-    for arguments in [&["--help"][..], &["--quick"]] {
+    for arguments in [&["--help"][..], &["info", "data.npz"]] {
         let full = fs::File::create("/dev/full").unwrap();
         let output = Command::new(program)
             .args(arguments)
