@@ -9,11 +9,11 @@ use ndarray::ArrayD;
 use num_complex::Complex;
 use rust_hdf5::{
     ByteOrder, Complex32, Complex64, DatatypeMessage, H5Dataset, H5File, Hdf5Error, LinkClass,
-    ReadNumeric, StorageLayout,
+    ReadNumeric, Reference, StorageLayout,
 };
 
 use crate::guard::{ReadResult, claim, claim_in_memory, guarded};
-use crate::values::{AxisRange, NamedArrays, Values, array};
+use crate::values::{AxisRange, NamedArrays, Values, array, steps};
 use bonebeam_files::{Error, Result, cannot_be_opened, file_error, input};
 
 /// Where an HDF5 file may begin in one of MATLAB's.
@@ -104,10 +104,73 @@ impl Store {
         self.about(name, guarded(|| Ok(self.dataset(name)?.shape())))
     }
 
+    /// The paths of the datasets that a name stands for: its own, those that MATLAB's cells refer to, or those of
+    /// a field of all structs of an array, whose group has references as its members.
+    fn paths(&self, name: &str) -> ReadResult<Vec<String>> {
+        self.check_links(name)?;
+        let mut paths = vec![String::new()];
+        // The entry of an array of structs, until a field is reached.
+        let mut chosen = None;
+        for (step, index) in steps(name) {
+            chosen = index.or(chosen);
+            let mut next = Vec::new();
+            for path in paths {
+                let path = format!("{path}/{step}");
+                match self.references(&path)? {
+                    None => next.push(path),
+                    Some(entries) => {
+                        let choice = chosen.take();
+                        let numbered = entries.into_iter().zip(1..);
+                        let asked =
+                            numbered.filter(|(_, k)| choice.is_none_or(|choice| choice == *k));
+                        next.extend(asked.filter_map(|(entry, _)| entry));
+                    }
+                }
+            }
+            paths = next;
+        }
+        // One that was chosen of what has no entries is not there.
+        paths.retain(|path| chosen.is_none_or(|k| k == 1) && self.file.dataset(path).is_ok());
+        Ok(paths)
+    }
+
+    /// What the elements of a dataset refer to; none where it has other elements, or is none.
+    fn references(&self, path: &str) -> ReadResult<Option<Vec<Option<String>>>> {
+        let Ok(dataset) = self.file.dataset(path) else {
+            return Ok(None);
+        };
+        let datatype = dataset.datatype().map_err(|e| damaged(&e))?;
+        if !matches!(datatype, DatatypeMessage::Reference { .. }) {
+            return Ok(None);
+        }
+        claim_in_memory(&dataset.shape(), dataset.element_size(), self.length)?;
+        let references = dataset.read_references().map_err(|e| damaged(&e))?;
+        if references
+            .iter()
+            .any(|reference| reference.file().is_some())
+        {
+            return Err("refers to another file, which is not read".into());
+        }
+        let path = |reference: &Reference| reference.path().map(str::to_owned);
+        Ok(Some(references.iter().map(path).collect()))
+    }
+
     /// A dataset of this file.
     fn dataset(&self, name: &str) -> ReadResult<H5Dataset> {
         self.check_links(name)?;
-        let dataset = self.file.dataset(name).map_err(|e| match e {
+        let mut path = name.to_owned();
+        if self.file.dataset(name).is_err() || self.references(name)?.is_some() {
+            let mut paths = self.paths(name)?;
+            if paths.len() > 1 {
+                return Err(format!(
+                    "stands for {} arrays; expected one of them, such as `{name}{{1}}`",
+                    paths.len()
+                ));
+            }
+            path = paths.pop().unwrap_or(path);
+            self.check_links(&path)?;
+        }
+        let dataset = self.file.dataset(&path).map_err(|e| match e {
             Hdf5Error::NotFound(_) => "is missing".to_owned(),
             other => damaged(&other),
         })?;
@@ -320,14 +383,23 @@ impl NamedArrays for Store {
         file_error(&self.path, message)
     }
 
+    /// Without those that MATLAB refers to, which have no names for people.
     fn names(&self) -> Vec<String> {
-        guarded(|| Ok(self.file.dataset_names())).unwrap_or_default()
+        let mut names = guarded(|| Ok(self.file.dataset_names())).unwrap_or_default();
+        names.retain(|name| !name.trim_start_matches('/').starts_with('#'));
+        names
+    }
+
+    fn entries(&self, name: &str) -> Vec<String> {
+        guarded(|| self.paths(name)).unwrap_or_default()
     }
 
     /// What leads out of the file is there, and is refused when it is read.
     fn has(&self, name: &str) -> bool {
         let leads_out = || guarded(|| self.check_links(name)).is_err();
-        self.names().iter().any(|known| known == name) || leads_out()
+        self.names().iter().any(|known| known == name)
+            || leads_out()
+            || !self.entries(name).is_empty()
     }
 
     fn numbers(&self, name: &str) -> Result<ArrayD<f64>> {
@@ -399,4 +471,65 @@ fn float(bytes: &[u8]) -> f32 {
 
 fn damaged(error: &Hdf5Error) -> String {
     format!("is damaged or not readable as HDF5: {error}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A struct, an array of structs and a cell, as MATLAB 7.3 keeps them: a group, a group of references and a
+    /// dataset of references.
+    #[test]
+    fn structs_and_cells_are_read_by_their_paths() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mat");
+        let file = H5File::create(&path).unwrap();
+        let number = |name: &str, values: &[f64]| {
+            let dataset = file.new_dataset::<f64>().shape([values.len()]);
+            dataset.create(name).unwrap().write_raw(values).unwrap();
+        };
+        for group in ["P", "Receive", "#refs#"] {
+            file.create_group(group).unwrap();
+        }
+        number("P/c", &[1540.0]);
+        for (name, value) in [("a", 1.0), ("b", 9.0), ("c", 7.0)] {
+            number(&format!("#refs#/{name}"), &[value]);
+        }
+        for (name, entries) in [
+            ("Receive/start", &["/#refs#/a", "/#refs#/b"][..]),
+            ("RcvData", &["/#refs#/c"]),
+        ] {
+            let dataset = file.new_dataset::<u64>().object_references();
+            let dataset = dataset.shape([entries.len()]).create(name).unwrap();
+            dataset.write_object_references(entries).unwrap();
+        }
+        file.close().unwrap();
+        let file = Store::open(&path, true).unwrap();
+        let mut names = file.names();
+        names.sort();
+        assert_eq!(names, ["P/c", "RcvData", "Receive/start"]);
+        for (name, values) in [
+            ("P.c", &[1540.0][..]),
+            ("/P/c", &[1540.0]),
+            ("RcvData", &[7.0]),
+            ("RcvData{1}", &[7.0]),
+            ("Receive.start", &[1.0, 9.0]),
+            ("Receive(2).start", &[9.0]),
+        ] {
+            assert!(file.has(name), "{name}");
+            assert_eq!(file.vector(name).unwrap(), values, "{name}");
+        }
+        for name in [
+            "P",
+            "P(2).c",
+            "Receive(3).start",
+            "RcvData{2}",
+            "Receive.end",
+        ] {
+            assert!(!file.has(name), "{name}");
+            file.vector(name).unwrap_err();
+        }
+        let several = file.samples("Receive.start", None).unwrap_err().to_string();
+        assert!(several.contains("stands for 2 arrays"), "{several}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use ndarray::{ArrayD, IxDyn};
+use ndarray::{ArrayD, Axis, IxDyn};
 use num_complex::Complex;
 
 use crate::guard::ReadResult;
@@ -56,9 +56,49 @@ pub trait NamedArrays {
     /// None of that name, of another type, or damaged.
     fn samples(&self, name: &str, part: Option<AxisRange>) -> Result<Values>;
 
+    /// The arrays that a name stands for: one, all of a cell, or a field of all structs of an array. Steps of the
+    /// name are parted by `.` or `/`; `{3}` or `(3)` after a step chooses one.
+    fn entries(&self, name: &str) -> Vec<String> {
+        let known = self.names().into_iter();
+        known.filter(|known| known == name).collect()
+    }
+
     /// Whether there is an array of that name.
     fn has(&self, name: &str) -> bool {
-        self.names().iter().any(|known| known == name)
+        !self.entries(name).is_empty()
+    }
+
+    /// A text.
+    ///
+    /// # Errors
+    /// As [`NamedArrays::numbers`]: it is read as its characters' codes.
+    fn text(&self, name: &str) -> Result<String> {
+        let codes = self.numbers(name)?;
+        let text = codes.iter().map(|&code| char::from_u32(code as u32));
+        Ok(text.map(|c| c.unwrap_or('?')).collect())
+    }
+
+    /// The numbers of all arrays that a name stands for, one after the other along a first axis where there
+    /// are several. They have one shape.
+    ///
+    /// # Errors
+    /// As [`NamedArrays::numbers`], and entries of several shapes.
+    fn all_numbers(&self, name: &str) -> Result<ArrayD<f64>> {
+        let entries = self.entries(name);
+        if entries.len() < 2 {
+            return self.numbers(entries.first().map_or(name, |entry| entry));
+        }
+        let parts = entries.iter().map(|entry| self.numbers(entry));
+        let parts: Vec<ArrayD<f64>> = parts.collect::<Result<_>>()?;
+        let views: Vec<_> = parts.iter().map(|part| part.view()).collect();
+        ndarray::stack(Axis(0), &views).map_err(|_| {
+            let shapes: Vec<_> = parts.iter().map(|part| part.shape()).take(4).collect();
+            self.error(format!(
+                "`{name}` has {} entries of several shapes, {shapes:?} and so on; choose one, as `{}`",
+                parts.len(),
+                entries[0]
+            ))
+        })
     }
 
     /// One number, of an array that holds just that.
@@ -66,7 +106,7 @@ pub trait NamedArrays {
     /// # Errors
     /// As [`NamedArrays::numbers`], and more than one number.
     fn scalar(&self, name: &str) -> Result<f64> {
-        let numbers = self.numbers(name)?;
+        let numbers = self.all_numbers(name)?;
         match numbers.len() {
             1 => Ok(numbers.sum()),
             count => Err(self.error(format!("`{name}` has {count} numbers; expected one"))),
@@ -78,7 +118,7 @@ pub trait NamedArrays {
     /// # Errors
     /// As [`NamedArrays::numbers`], and more than one axis.
     fn vector(&self, name: &str) -> Result<Vec<f64>> {
-        let numbers = self.numbers(name)?;
+        let numbers = self.all_numbers(name)?;
         if numbers.shape().iter().filter(|&&side| side > 1).count() > 1 {
             return Err(self.error(format!(
                 "`{name}` has shape {:?}; expected one axis",
@@ -97,4 +137,35 @@ pub fn array<T>(shape: &[usize], values: Vec<T>) -> ReadResult<ArrayD<T>> {
     let count = values.len();
     ArrayD::from_shape_vec(IxDyn(shape), values)
         .map_err(|_| format!("holds {count} numbers in a shape of {shape:?}"))
+}
+
+/// The steps of a path, with what chooses an entry of each: `Receive(3).mode` is `Receive` with 3, and `mode`.
+pub fn steps(path: &str) -> Vec<(&str, Option<usize>)> {
+    let step = |step: &'_ str| -> (usize, Option<usize>) {
+        let inner = step.strip_suffix([')', '}']);
+        inner
+            .and_then(|inner| inner.rsplit_once(['(', '{']))
+            .and_then(|(name, index)| Some((name.len(), Some(index.parse().ok()?))))
+            .unwrap_or((step.len(), None))
+    };
+    let parts = path.split(['.', '/']).filter(|part| !part.is_empty());
+    parts
+        .map(|part| {
+            let (end, index) = step(part);
+            (&part[..end], index)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_have_steps_and_indices() {
+        for path in ["Receive(3).mode", "/Receive{3}/mode"] {
+            assert_eq!(steps(path), [("Receive", Some(3)), ("mode", None)]);
+        }
+        assert_eq!(steps("a(b)"), [("a(b)", None)]);
+    }
 }

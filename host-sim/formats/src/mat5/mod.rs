@@ -1,10 +1,13 @@
 //! The arrays of a MATLAB file of version 5 to 7.2 (`save -v6`, `-v7`, scipy's `savemat`).
 //!
-//! The format is described in MathWorks' "MAT-File Format", R2021b, chapter 1. Arrays of numbers are read;
-//! structs, cells, text and sparse arrays are not. One array is inflated at a time, within bounds.
+//! The format is described in MathWorks' "MAT-File Format", R2021b, chapter 1. Arrays of numbers and text are read,
+//! in structs and cells as well; sparse arrays and MATLAB's newer objects are not. One array is inflated at a time,
+//! within bounds; structs and cells are kept.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::io::Read;
+use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
 use flate2::read::ZlibDecoder;
@@ -12,7 +15,7 @@ use ndarray::{ArrayD, IxDyn, ShapeBuilder};
 use num_complex::Complex;
 
 use crate::guard::{CONVERSIONS, ReadResult, claim};
-use crate::values::{AxisRange, NamedArrays, Values};
+use crate::values::{AxisRange, NamedArrays, Values, steps};
 use bonebeam_files::{Error, Result, cannot_be_opened, file_error, input, memory};
 
 /// The header that every file begins with, bytes.
@@ -22,9 +25,15 @@ const TAG: usize = 8;
 /// Types of elements: an array, and one that is deflated.
 const ARRAY: u32 = 14;
 const DEFLATED: u32 = 15;
-/// Classes of arrays: u8, and those of numbers.
+/// Classes of arrays: those that hold others from cells over structs to objects, text, u8, and those of numbers.
+const CELL: u8 = 1;
+const OBJECT: u8 = 3;
+const TEXT: u8 = 4;
 const UINT8: u8 = 9;
-const NUMBERS: std::ops::RangeInclusive<u8> = 6..=15;
+const NUMBERS: RangeInclusive<u8> = 6..=15;
+/// How deep structs and cells may lie in one another, and how many arrays a file may have.
+const DEEPEST: usize = 16;
+const MOST_ARRAYS: usize = 1 << 20;
 /// The flag of an array with an imaginary part.
 const COMPLEX: u32 = 0x800;
 /// What is inflated to find an array's name.
@@ -40,15 +49,21 @@ pub struct Mat5 {
     bytes: Vec<u8>,
     big_endian: bool,
     arrays: Vec<Element>,
+    /// Which of them has a name.
+    by_name: HashMap<String, usize>,
+    /// What structs and cells of the file that were deflated hold.
+    inflated: Vec<Vec<u8>>,
 }
 
 /// Where an array lies.
 struct Element {
+    /// Its path: `P.c`, `RcvData{1}`, `Receive(3).mode`.
     name: String,
-    /// None for what holds no numbers.
-    numbers: bool,
-    at: std::ops::Range<usize>,
+    class: u8,
+    at: Range<usize>,
     deflated: bool,
+    /// Of [`Mat5::inflated`]; none for the file.
+    within: Option<usize>,
 }
 
 impl Mat5 {
@@ -71,6 +86,8 @@ impl Mat5 {
             bytes,
             big_endian,
             arrays: Vec::new(),
+            by_name: HashMap::new(),
+            inflated: Vec::new(),
         };
         file.find().map_err(|message| file_error(path, message))?;
         Ok(file)
@@ -112,13 +129,14 @@ impl Mat5 {
                     start.extend(&self.bytes[at..at + within]);
                 }
                 // What has no such head is no array of numbers: MATLAB's objects, say.
-                if let Some((name, numbers)) = self.head(&start) {
-                    self.arrays.push(Element {
+                if let Some((name, class)) = self.head(&start) {
+                    self.take(Element {
                         name,
-                        numbers,
+                        class,
                         at: if deflated { at + TAG..end } else { at..end },
                         deflated,
-                    });
+                        within: None,
+                    })?;
                 }
             }
             // An array's length counts its padding.
@@ -127,16 +145,117 @@ impl Mat5 {
         Ok(())
     }
 
-    /// The name of the array whose tag this begins with, and whether it holds numbers.
-    fn head(&self, bytes: &[u8]) -> Option<(String, bool)> {
+    /// The name of the array whose tag this begins with, and its class.
+    fn head(&self, bytes: &[u8]) -> Option<(String, u8)> {
         let array = self.elements(bytes.get(TAG..)?).array()?;
         let name = String::from_utf8_lossy(array.name).into_owned();
-        Some((name, NUMBERS.contains(&array.class)))
+        Some((name, array.class))
+    }
+
+    /// Keeps an array, and those that it holds.
+    fn take(&mut self, mut element: Element) -> ReadResult<()> {
+        if !(CELL..=OBJECT).contains(&element.class) {
+            return self.keep(element);
+        }
+        if element.deflated {
+            let contents = self.contents(&element)?.into_owned();
+            element.at = 0..contents.len();
+            element.within = Some(self.inflated.len());
+            self.inflated.push(contents);
+        } else {
+            element.at.start = element.at.end.min(element.at.start + TAG);
+        }
+        let mut open = vec![(element, 0)];
+        while let Some((array, depth)) = open.pop() {
+            if !(CELL..=OBJECT).contains(&array.class) {
+                self.keep(array)?;
+                continue;
+            }
+            if depth == DEEPEST {
+                return Err(format!("has structs within structs over {DEEPEST} deep"));
+            }
+            let members = self.members(&array).ok_or_else(|| {
+                format!("is damaged: `{}` does not hold what it tells", array.name)
+            })?;
+            open.extend(members.into_iter().rev().map(|member| (member, depth + 1)));
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self, element: Element) -> ReadResult<()> {
+        if self.arrays.len() == MOST_ARRAYS {
+            return Err(format!("holds over {MOST_ARRAYS} arrays"));
+        }
+        let name = element.name.clone();
+        self.by_name.entry(name).or_insert(self.arrays.len());
+        self.arrays.push(element);
+        Ok(())
+    }
+
+    fn held(&self, element: &Element) -> &[u8] {
+        let bytes = element.within.map_or(&self.bytes, |k| &self.inflated[k]);
+        &bytes[element.at.clone()]
+    }
+
+    /// The arrays in a struct or a cell, whose tag is not among its bytes; each with its tag after it.
+    fn members(&self, parent: &Element) -> Option<Vec<Element>> {
+        let held = self.held(parent);
+        let array = self.elements(held).array()?;
+        let count = array
+            .sides
+            .iter()
+            .copied()
+            .try_fold(1usize, usize::checked_mul)?;
+        let mut rest = array.numbers;
+        let mut fields = vec![String::new()];
+        if parent.class != CELL {
+            if parent.class == OBJECT {
+                rest.next()?;
+            }
+            let (_, width) = rest.next()?;
+            let width = rest.like(width).number(0)? as usize;
+            let (_, names) = rest.next()?;
+            let text = |name: &[u8]| {
+                let name = name.split(|&byte| byte == 0).next().unwrap_or_default();
+                String::from_utf8_lossy(name).into_owned()
+            };
+            fields = names.chunks_exact(width.max(1)).map(text).collect();
+        }
+        let total = count.checked_mul(fields.len())?;
+        // Each takes a tag at the least.
+        if total > rest.rest.len() / TAG {
+            return None;
+        }
+        let mut members = Vec::with_capacity(total);
+        for entry in 1..=count {
+            let path = match (parent.class, count) {
+                (CELL, _) => format!("{}{{{entry}}}", parent.name),
+                (_, 1) => parent.name.clone(),
+                _ => format!("{}({entry})", parent.name),
+            };
+            for field in &fields {
+                let begin = held.len() - rest.rest.len();
+                let (kind, body) = rest.next()?;
+                let start = parent.at.start + begin;
+                // What is empty may have no flags.
+                let class = self.elements(body).array().map_or(0, |array| array.class);
+                let dot = if field.is_empty() { "" } else { "." };
+                let holds = (CELL..=OBJECT).contains(&class);
+                members.push(Element {
+                    name: format!("{path}{dot}{field}"),
+                    class: if kind == ARRAY { class } else { 0 },
+                    at: start + if holds { TAG } else { 0 }..start + TAG + body.len(),
+                    deflated: false,
+                    within: parent.within,
+                });
+            }
+        }
+        Some(members)
     }
 
     /// What follows the array's tag, inflated.
     fn contents(&self, element: &Element) -> ReadResult<Cow<'_, [u8]>> {
-        let body = &self.bytes[element.at.clone()];
+        let body = self.held(element);
         if !element.deflated {
             return Ok(body.get(TAG..).unwrap_or_default().into());
         }
@@ -159,15 +278,31 @@ impl Mat5 {
 
     /// An array, with its sides in MATLAB's order, its numbers converted from f64, which holds all but the
     /// largest 64-bit integers. `convert` is told the array's class.
-    fn array<T>(&self, name: &str, convert: impl Fn(f64, u8) -> T) -> ReadResult<Parts<T>> {
-        let mut named = self.arrays.iter().filter(|element| element.name == name);
-        let element = named.next().ok_or("is missing")?;
-        if !element.numbers {
-            return Err(
-                "is a struct, a cell or text; expected an array of numbers (save its fields by \
-                 save('FILE.mat', '-struct', 'NAME'))"
-                    .into(),
-            );
+    fn array<T>(
+        &self,
+        name: &str,
+        class: RangeInclusive<u8>,
+        convert: impl Fn(f64, u8) -> T,
+    ) -> ReadResult<Parts<T>> {
+        let element = match self.found(name).as_slice() {
+            [] => return Err("is missing".into()),
+            [element] => *element,
+            several => {
+                return Err(format!(
+                    "stands for {} arrays; expected one of them, such as `{}`",
+                    several.len(),
+                    several[0].name
+                ));
+            }
+        };
+        if !class.contains(&element.class) {
+            return Err(match element.class {
+                TEXT => "is text; expected an array of numbers".into(),
+                _ => format!(
+                    "is of MATLAB's class {}; expected an array of numbers",
+                    element.class
+                ),
+            });
         }
         memory::check(element.at.len().saturating_mul(8), "the array")
             .map_err(|e| format!("is too large: {e}; {READ_WHOLE}"))?;
@@ -178,7 +313,8 @@ impl Mat5 {
         let count = sides.iter().copied().try_fold(1usize, usize::checked_mul);
         let mut elements = array.numbers;
         let mut part = || {
-            let numbers = elements.numbers(|value| convert(value, array.class));
+            let numbers =
+                elements.numbers(array.class == TEXT, |value| convert(value, array.class));
             let numbers = numbers.ok_or_else(damaged)?;
             match count == Some(numbers.len()) {
                 true => Ok(numbers),
@@ -196,6 +332,23 @@ impl Mat5 {
         })
     }
 
+    /// The arrays that a name stands for.
+    fn found(&self, name: &str) -> Vec<&Element> {
+        if let Some(&index) = self.by_name.get(name) {
+            return vec![&self.arrays[index]];
+        }
+        let asked = steps(name);
+        let is_asked = |element: &&Element| {
+            let steps = steps(&element.name);
+            let mut pairs = asked.iter().zip(&steps);
+            asked.len() == steps.len()
+                && pairs.all(|(asked, step)| {
+                    asked.0 == step.0 && (asked.1.is_none() || asked.1 == step.1)
+                })
+        };
+        self.arrays.iter().filter(is_asked).collect()
+    }
+
     fn about<T>(&self, name: &str, outcome: ReadResult<T>) -> Result<T> {
         outcome.map_err(|message| self.error(format!("`{name}` {message}")))
     }
@@ -210,15 +363,28 @@ impl NamedArrays for Mat5 {
         self.arrays.iter().map(|array| array.name.clone()).collect()
     }
 
+    fn entries(&self, name: &str) -> Vec<String> {
+        let found = self.found(name).into_iter();
+        found.map(|element| element.name.clone()).collect()
+    }
+
     fn numbers(&self, name: &str) -> Result<ArrayD<f64>> {
         let read = || {
-            let array = self.array(name, |v, _| v)?;
+            let array = self.array(name, NUMBERS, |v, _| v)?;
             match array.imaginary {
                 Some(_) => Err("is complex; expected real numbers".into()),
                 None => by_columns(&array.sides, array.real),
             }
         };
         self.about(name, read())
+    }
+
+    fn text(&self, name: &str) -> Result<String> {
+        let read = self.array(name, TEXT..=TEXT, |code, _| code as u32);
+        let codes = self.about(name, read)?.real.into_iter();
+        Ok(codes
+            .map(|code| char::from_u32(code).unwrap_or('?'))
+            .collect())
     }
 
     /// Its arrays are deflated and in columns: whole.
@@ -229,7 +395,7 @@ impl NamedArrays for Mat5 {
     fn samples(&self, name: &str, _: Option<AxisRange>) -> Result<Values> {
         let read = || {
             let zero = |class| if class == UINT8 { 128.0 } else { 0.0 };
-            let array = self.array(name, |v, class| (v - zero(class)) as f32)?;
+            let array = self.array(name, NUMBERS, |v, class| (v - zero(class)) as f32)?;
             Ok(match array.imaginary {
                 None => Values::Real(by_columns(&array.sides, array.real)?),
                 Some(imaginary) => {
@@ -319,7 +485,7 @@ impl<'a> Elements<'a> {
 
     /// The numbers of the next element. Their type is the element's own: MATLAB keeps whole numbers of any
     /// class in the smallest type that holds them.
-    fn numbers<T>(&mut self, convert: impl Fn(f64) -> T) -> Option<Vec<T>> {
+    fn numbers<T>(&mut self, text: bool, convert: impl Fn(f64) -> T) -> Option<Vec<T>> {
         let (kind, bytes) = self.next()?;
         let big_endian = self.big_endian;
         macro_rules! numbers {
@@ -346,6 +512,9 @@ impl<'a> Elements<'a> {
             9 => numbers!(f64),
             12 => numbers!(i64),
             13 => numbers!(u64),
+            // Text: UTF-8 and UTF-16.
+            16 if text => numbers!(u8),
+            17 if text => numbers!(u16),
             _ => return None,
         })
     }

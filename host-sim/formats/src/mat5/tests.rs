@@ -41,6 +41,8 @@ fn file(big_endian: bool, class: u32, parts: &[(u32, Vec<u8>)]) -> Mat5 {
         bytes,
         big_endian,
         arrays: Vec::new(),
+        by_name: HashMap::new(),
+        inflated: Vec::new(),
     };
     file.find().unwrap();
     file
@@ -120,8 +122,9 @@ fn other_counts_and_types_are_refused() {
         text.numbers("a")
             .unwrap_err()
             .to_string()
-            .contains("-struct")
+            .contains("is text")
     );
+    assert_eq!(text.text("a").unwrap(), "AB");
 }
 /// The least and the largest number of every type, by columns, in a plain array and in two deflated ones.
 #[test]
@@ -193,5 +196,100 @@ fn check(big: bool, kind: u32, bytes: &[u8], [a, b, c, d, e, f]: [f64; 6]) {
             ndarray::arr2(&[[a, c, e], [b, d, f]]).into_dyn(),
             "{kind} {big}"
         );
+    }
+}
+
+/// scipy's `savemat` of {"P": {"c": 1540.0, "name": "L7-4"}, "Receive": two structs, "RcvData": a cell of two,
+/// the second a struct}, deflated and not.
+#[test]
+fn structs_and_cells_are_read_by_their_paths() {
+    for (big, deflate) in [(false, false), (false, true), (true, false), (true, true)] {
+        let word = |word: u32| order(big, word.to_le_bytes().to_vec());
+        let head = |class: u32, name: &[u8], rows: u32, columns: u32| {
+            [
+                element(big, 6, &[word(class), word(0)].concat()),
+                element(big, 5, &[word(rows), word(columns)].concat()),
+                element(big, 1, name),
+            ]
+            .concat()
+        };
+        let array = |parts: &[Vec<u8>]| element(big, ARRAY, &parts.concat());
+        let number = |name: &[u8], value: f64| {
+            let bytes = order(big, value.to_le_bytes().to_vec());
+            array(&[head(6, name, 1, 1), element(big, 9, &bytes)])
+        };
+        let text = |value: &[u8]| {
+            let letters = head(4, b"", 1, value.len() as u32);
+            array(&[letters, element(big, 16, value)])
+        };
+        let fields = |names: &[&str]| {
+            let pad = |name: &&str| {
+                let mut name = name.as_bytes().to_vec();
+                name.resize(8, 0);
+                name
+            };
+            let names: Vec<u8> = names.iter().flat_map(pad).collect();
+            [element(big, 5, &word(8)), element(big, 1, &names)].concat()
+        };
+        let p = array(&[
+            head(2, b"P", 1, 1),
+            fields(&["c", "name"]),
+            number(b"", 1540.0),
+            text(b"L7-4"),
+        ]);
+        let receive = array(&[
+            head(2, b"Receive", 1, 2),
+            fields(&["start", "end"]),
+            number(b"", 1.0),
+            number(b"", 8.0),
+            number(b"", 9.0),
+            number(b"", 16.0),
+        ]);
+        let inner = array(&[head(2, b"", 1, 1), fields(&["x"]), number(b"", 5.0)]);
+        let cell = array(&[head(1, b"RcvData", 1, 2), number(b"", 7.0), inner]);
+        let mut bytes = vec![b' '; HEADER];
+        bytes[126..].copy_from_slice(if big { b"MI" } else { b"IM" });
+        for array in [p, receive, cell] {
+            if deflate {
+                let mut inside = Vec::new();
+                let mut deflater = ZlibEncoder::new(&array[..], Compression::fast());
+                deflater.read_to_end(&mut inside).unwrap();
+                bytes.extend([word(DEFLATED), word(inside.len() as u32), inside].concat());
+            } else {
+                bytes.extend(array);
+            }
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mat");
+        std::fs::write(&path, &bytes).unwrap();
+        let file = Mat5::open(&path).unwrap();
+        assert_eq!(
+            file.names(),
+            [
+                "P.c",
+                "P.name",
+                "Receive(1).start",
+                "Receive(1).end",
+                "Receive(2).start",
+                "Receive(2).end",
+                "RcvData{1}",
+                "RcvData{2}.x"
+            ]
+        );
+        assert_eq!(file.scalar("P.c").unwrap(), 1540.0);
+        assert_eq!(file.scalar("P/c").unwrap(), 1540.0);
+        assert_eq!(file.text("P.name").unwrap(), "L7-4");
+        assert_eq!(file.vector("Receive.start").unwrap(), [1.0, 9.0]);
+        assert_eq!(file.scalar("Receive(2)/end").unwrap(), 16.0);
+        assert_eq!(file.scalar("RcvData").unwrap(), 7.0);
+        assert_eq!(file.scalar("RcvData{2}.x").unwrap(), 5.0);
+        assert!(!file.has("P") && !file.has("Receive(3).start"));
+        // Cut anywhere, it is refused, or has fewer arrays; never a panic.
+        for length in (HEADER..bytes.len()).step_by(5) {
+            std::fs::write(&path, &bytes[..length]).unwrap();
+            if let Ok(file) = Mat5::open(&path) {
+                assert!(file.names().len() < 8, "{length}");
+            }
+        }
     }
 }
