@@ -224,9 +224,28 @@ def write_mat5(path, kind, samples, compressed=True):
 
 
 def write_mat73(path, kind, samples):
-    """MATLAB's HDF5: a header of 512 bytes, axes from the other end, complex numbers as a compound."""
-    with h5py.File(path, "w", userblock_size=512) as file:
-        for name, value in {kind: samples, **keys(kind)}.items():
+    mat73(path, {kind: samples, **keys(kind)})
+
+
+def mat73(path, values):
+    """MATLAB's HDF5: a header of 512 bytes, axes from the other end, complex numbers as a compound. A dictionary is a
+    struct, a list of dictionaries an array of structs, a list of others a cell."""
+    def write(file, parent, values):
+        for name, value in values.items():
+            if isinstance(value, dict):
+                write(file, parent.create_group(name), value)
+                continue
+            if isinstance(value, list):
+                if isinstance(value[0], dict):
+                    group = parent.create_group(name)
+                    for field in value[0]:
+                        refer(file, group, field, [entry[field] for entry in value])
+                else:
+                    refer(file, parent, name, value)
+                continue
+            is_text = isinstance(value, str)
+            if is_text:
+                value = np.array([[ord(letter) for letter in value]], np.uint16)
             value = np.atleast_2d(np.asarray(value)).T
             if np.iscomplexobj(value):
                 dtype = [("real", value.real.dtype), ("imag", value.real.dtype)]
@@ -234,8 +253,20 @@ def write_mat73(path, kind, samples):
                 pairs["real"], pairs["imag"] = value.real, value.imag
                 value = pairs
             chunks = dict(compression="gzip", shuffle=True) if value.size > 100 else {}
-            dataset = file.create_dataset(name, data=value, **chunks)
-            dataset.attrs["MATLAB_class"] = np.bytes_("double")
+            dataset = parent.create_dataset(name, data=value, **chunks)
+            dataset.attrs["MATLAB_class"] = np.bytes_("char" if is_text else "double")
+
+    def refer(file, parent, name, values):
+        hidden = file.require_group("#refs#")
+        references = np.empty((len(values), 1), h5py.ref_dtype)
+        for k, value in enumerate(values):
+            target = f"{len(hidden)}"
+            write(file, hidden, {target: value})
+            references[k, 0] = hidden[target].ref
+        parent.create_dataset(name, data=references, dtype=h5py.ref_dtype)
+
+    with h5py.File(path, "w", userblock_size=512) as file:
+        write(file, file, values)
     header = b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: now HDF5 schema 1.00 ."
     with open(path, "r+b") as file:
         file.write(header.ljust(116) + bytes(8) + b"\x00\x02IM")
@@ -284,7 +315,7 @@ def read_alike(path, kind, samples, *flags, exact=True, **expected):
     if held is None:
         return
     # An archive leaves out an axis of one frame.
-    alike = np.array_equal(held[kind], samples.squeeze()) and held[kind].dtype == samples.dtype
+    alike = np.array_equal(held[kind], samples[0] if len(samples) == 1 else samples) and held[kind].dtype == samples.dtype
     check(alike, f"{path.name}: samples are other numbers")
     for key, value in {**keys(kind), **expected}.items():
         # Delays in float32 tell the origin to a thousandth of a millionth of a period.
@@ -484,6 +515,114 @@ def mapped():
     del flags["element_x"]
     variables = [word for key, value in flags.items() for word in ("--variable", f"{key}={value}")]
     read_alike(path, "rf", rf, *variables)
+
+
+def mat5(path, values):
+    """The same by scipy: a list of dictionaries as an array of structs, another list as a cell."""
+    def of(value):
+        if isinstance(value, dict):
+            return {name: of(field) for name, field in value.items()}
+        if isinstance(value, list) and isinstance(value[0], dict):
+            array = np.empty((1, len(value)), [(name, object) for name in value[0]])
+            for k, entry in enumerate(value):
+                array[0, k] = tuple(of(field) for field in entry.values())
+            return array
+        if isinstance(value, list):
+            cell = np.empty((1, len(value)), object)
+            cell[0, :] = value
+            return cell
+        return value
+
+    scipy.io.savemat(path, of(values), do_compression=True)
+
+
+def layouts():
+    """Workspaces as MUST, f-k migration, k-Wave, Field II and Verasonics leave them."""
+    rf = scene("rf")
+    steer = np.array([X * np.sin(angle) / C for angle in ANGLES])
+    delay = steer - steer.min(1)[:, None]
+    # When the wave passes the array's centre, from the first element that fires.
+    passes = -steer.min(1)
+    first = rf[0].transpose(2, 1, 0)
+    wavelength = C / F0
+    verasonics = {
+        "RcvData": [np.concatenate([rf[:, k].transpose(2, 1, 0) for k in range(3)]).astype(np.int16)],
+        "Receive": [
+            {
+                "startSample": 1.0 + SAMPLES * k,
+                "endSample": float(SAMPLES * (k + 1)),
+                "framenum": 1.0 + frame,
+                "acqNum": 1.0 + k,
+                "startDepth": 2.0,
+                "sampleMode": "NS200BW",
+                "decimSampleRate": FS / 1e6,
+            }
+            for frame in range(FRAMES)
+            for k in range(3)
+        ],
+        "Trans": {
+            "name": "L7-4",
+            "units": "mm",
+            "frequency": F0 / 1e6,
+            "ElementPos": np.stack([1e3 * X, 0 * X, 0 * X, 0 * X], 1),
+            "ConnectorES": np.arange(ELEMENTS, 0, -1.0)[:, None],
+            "lensCorrection": 0.5,
+        },
+        "TX": [
+            {"Delay": delay[k] * F0, "Apod": np.ones(ELEMENTS), "Steer": [np.array([[ANGLES[k], 0.0]])][0], "focus": 0.0}
+            for k in range(3)
+        ],
+        "TW": {"peak": 1.5},
+        "Resource": {"Parameters": {"speedOfSound": C}},
+    }
+    # Elements are wired from the last channel on.
+    verasonics["RcvData"][0] = verasonics["RcvData"][0][:, ::-1]
+    waves = dict(verasonics, Trans=dict(verasonics["Trans"], units="wavelengths"))
+    waves["Trans"]["ElementPos"] = waves["Trans"]["ElementPos"] * 1e-3 / wavelength
+    start = (2 * 2.0 - 1.5) / F0 - passes
+    param = {"fs": FS, "fc": F0, "pitch": PITCH, "c": C}
+    v = lambda **told: [word for key, value in told.items() for word in ("--variable", f"{key}={value}")]
+    one = dict(tx_angle=np.zeros(1), t0=np.zeros(1))
+    for write in (mat5, mat73):
+        for name, values, samples, flags, expected in (
+            ("must", {"RF": first, "param": dict(param, t0=passes, TXdelay=delay)}, rf[:1], [], dict(t0=np.zeros(3))),
+            ("fkmig", {"SIG": first, "param1": dict(param, TXangle=ANGLES)}, rf[:1], [], dict(t0=-passes)),
+            ("plain", {"SIG": first[:, :, 1], "P": {"fs": FS, "pitch": PITCH, "c": C}}, rf[:1, 1:2], v(f0=F0), one),
+            (
+                "kwave",
+                {"sensor_data": rf[0, 1], "kgrid": {"dt": 1 / FS}, "medium": {"sound_speed": C}},
+                rf[:1, 1:2],
+                v(pitch=PITCH, f0=F0),
+                one,
+            ),
+            (
+                "field2",
+                {"scat": first, "fs": FS, "f0": F0, "c": C, "start_time": 0.0, "pitch": PITCH, "angles": ANGLES},
+                rf[:1],
+                [],
+                {},
+            ),
+            ("verasonics", verasonics, rf, [], dict(t0=start, lens_delay=0.5 / F0)),
+            ("wavelengths", waves, rf, [], dict(t0=start, lens_delay=0.5 / F0)),
+        ):
+            path = folder / f"{name}_{write.__name__}.mat"
+            write(path, values)
+            # float32 of the samples: whole numbers that RF of any type holds.
+            read_alike(path, "rf", samples.astype(np.float32), *flags, exact=False, **expected)
+            told_of = run("info", path, *flags)
+            check(told_of.returncode == 0 and "\nassumed " in told_of.stdout, f"{path.name}: {told(told_of)}")
+    # A mode that leaves samples out is refused by its name.
+    for receive in verasonics["Receive"]:
+        receive["sampleMode"] = "BS100BW"
+    mat5(folder / "bandwidth.mat", verasonics)
+    outcome = run("info", folder / "bandwidth.mat")
+    check(outcome.returncode == 1 and "BS100BW" in outcome.stderr, f"bandwidth.mat: {told(outcome)}")
+    # All that is missing, in one line, with the arrays that there are.
+    mat5(folder / "little.mat", {"data": first, "P": {"rate": FS}, "pos": X})
+    outcome = run("info", folder / "little.mat")
+    parts = ["`fs`", "`f0`", "`c`", "`t0`", "`element_x` or `pitch`", "`tx_angle`", "data (900 x 32 x 3, perhaps `rf`)", "P.rate", "pos (1 x 32"]
+    fits = all(part in outcome.stderr for part in parts) and outcome.stderr.count("\n") == 1
+    check(outcome.returncode == 1 and fits, f"little.mat: {told(outcome)}")
 
 
 def sonix_variables():
@@ -719,7 +858,7 @@ def messages():
         "text.mat": "not the MATLAB file",
         "text.uff": "not the HDF5 file",
         "empty.hdf5": "HDF5",
-        "struct.mat": "-struct",
+        "struct.mat": "rf.data",
         "array.npy": "a single .npy array",
         "other.h5": "temperature",
     }.items():
@@ -742,7 +881,7 @@ methods = re.search(r"possible values: (.*?)]", unknown)[1].split(", ")
 with tempfile.TemporaryDirectory() as temporary:
     folder = Path(sys.argv[2] if len(sys.argv) > 2 else temporary).resolve()
     folder.mkdir(exist_ok=True)
-    for part in (formats, types, frames, many_frames, mapped, sonix, geometries, information, readme, messages, hostile):
+    for part in (formats, types, frames, many_frames, mapped, layouts, sonix, geometries, information, readme, messages, hostile):
         part()
 print("zea's own files" if zea_file else "zea is not here: its files were written by h5py in its layout")
 for reason in sorted(later):

@@ -390,6 +390,19 @@ impl NamedArrays for Store {
         names
     }
 
+    fn sides(&self, name: &str) -> Option<Vec<usize>> {
+        let read = || {
+            let dataset = self.dataset(name)?;
+            kind(&dataset.datatype().map_err(|e| damaged(&e))?)?;
+            let mut shape = dataset.shape();
+            if self.matlab {
+                shape.reverse();
+            }
+            Ok(shape)
+        };
+        guarded(read).ok()
+    }
+
     fn entries(&self, name: &str) -> Vec<String> {
         guarded(|| self.paths(name)).unwrap_or_default()
     }

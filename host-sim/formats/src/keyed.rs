@@ -6,8 +6,10 @@ use std::ops::Range;
 
 use ndarray::{ArrayD, Axis, IxDyn};
 
+use crate::aliases::{is_told, listed};
 use crate::values::{NamedArrays, Values};
-use crate::variables::{AXES, Given, Variables};
+use crate::variables::{AXES, Given, LAWS, Variables};
+use crate::waves::Law;
 use bonebeam_files::{ChannelData, Error, Result, Samples, Transmits};
 
 /// The axes of samples, in the order of [`ChannelData`].
@@ -19,7 +21,19 @@ pub struct Keyed<'a> {
     pub source: &'a dyn NamedArrays,
     /// What it calls them.
     pub variables: &'a Variables,
+    /// The delay law and the times of sample 0, where its layout has told them.
+    pub law: Option<Law>,
 }
+
+/// What must be told beside the samples, and what stands for it in a command that is to be completed.
+const NEEDED: [(&[&str], &str); 6] = [
+    (&["fs"], "fs=HZ"),
+    (&["f0"], "f0=HZ"),
+    (&["c"], "c=1540"),
+    (&["t0"], "t0=SECONDS"),
+    (&["element_x", "pitch"], "pitch=METRES"),
+    (&LAWS, "tx_angle=RADIANS"),
+];
 
 impl Keyed<'_> {
     /// The channel data of some frames, and how many the file holds. Of samples that are read whole it
@@ -29,6 +43,7 @@ impl Keyed<'_> {
     /// A key that neither the file nor the variables tell, an array of another shape or type, or data
     /// that are not valid.
     pub fn channel_data(&self, frames: Range<usize>) -> Result<(ChannelData, usize)> {
+        self.check_that_all_is_told()?;
         let (samples, held) = self.samples(frames)?;
         let (_, transmits, elements, _) = samples.dim();
         Ok((self.with_samples(samples, transmits, elements)?, held))
@@ -44,11 +59,15 @@ impl Keyed<'_> {
         transmits: usize,
         elements: usize,
     ) -> Result<ChannelData> {
+        self.check_that_all_is_told()?;
         let element_x = match self.optional("element_x")? {
             Some(x) => x,
             None => self.centred(elements)?,
         };
-        let law = self.transmits(transmits)?;
+        let (law, t0) = match &self.law {
+            Some(law) => law.clone(),
+            None => (self.transmits(transmits)?, self.vector("t0")?),
+        };
         for (key, count, expected, of) in [
             ("element_x", element_x.len(), elements, "element"),
             ("the delay law", law.len(), transmits, "transmit"),
@@ -61,10 +80,10 @@ impl Keyed<'_> {
                 )));
             }
         }
-        let mut t0 = self.vector("t0")?;
-        if t0.len() == 1 {
-            t0 = vec![t0[0]; transmits];
-        }
+        let t0 = match t0.as_slice() {
+            [one] => vec![*one; transmits],
+            _ => t0,
+        };
         let data = ChannelData {
             samples,
             fs: self.scalar("fs")?,
@@ -89,6 +108,7 @@ impl Keyed<'_> {
     /// # Errors
     /// No delay law, or an array that is not readable.
     pub fn transmits_told(&self) -> Result<usize> {
+        self.check_that_all_is_told()?;
         for key in ["tx_x", "tx_angle", "tx_element", "tx_source_x"] {
             if let Some(values) = self.optional(key)? {
                 return Ok(values.len());
@@ -122,14 +142,39 @@ impl Keyed<'_> {
     }
 
     fn missing(&self, key: &str) -> Error {
-        let mut names = self.source.names();
-        names.sort();
-        names.truncate(20);
         self.source.error(format!(
-            "has no `{key}`; if it has another name, tell it by --variable {key}=NAME, or its value by \
-             --variable {key}=NUMBER; the file's arrays: {}",
-            names.join(", ")
+            "has no `{key}`; its arrays: {}",
+            listed(self.source)
         ))
+    }
+
+    /// Tells all that is missing at once, and a command line to complete.
+    fn check_that_all_is_told(&self) -> Result<()> {
+        let told = |key: &str| is_told(self.source, self.variables, key);
+        let by_layout = |key: &str| self.law.is_some() && (key == "t0" || key.starts_with("tx_"));
+        let samples: (&[&str], &str) = (&["rf", "iq"], "rf=NAME");
+        let carrier: (&[&str], &str) = (&["f_demod"], "f_demod=HZ");
+        let has_samples = !self.source.names().is_empty();
+        let needed = [samples].into_iter().filter(|_| has_samples).chain(NEEDED);
+        let needed = needed.chain([carrier].into_iter().filter(|_| told("iq")));
+        let missing: Vec<(&[&str], &str)> = needed
+            .filter(|(keys, _)| !keys.iter().any(|key| told(key) || by_layout(key)))
+            .collect();
+        if missing.is_empty() {
+            return Ok(());
+        }
+        let keys = missing
+            .iter()
+            .map(|(keys, _)| format!("`{}`", keys.join("` or `")));
+        let flags = missing
+            .iter()
+            .map(|(_, text)| format!(" --variable {text}"));
+        Err(self.source.error(format!(
+            "has no {}; tell what is missing by{}, each the name of an array or a value; its arrays: {}",
+            keys.collect::<Vec<_>>().join(", no "),
+            flags.collect::<String>(),
+            listed(self.source)
+        )))
     }
 
     /// The array that a key stands for, if there is one.
@@ -150,7 +195,7 @@ impl Keyed<'_> {
             }
             _ => self
                 .name(key)
-                .map(|name| self.source.numbers(name))
+                .map(|name| self.source.all_numbers(name))
                 .transpose(),
         }
     }
@@ -234,13 +279,13 @@ impl Keyed<'_> {
         let index = |name: &String| ORDER.iter().position(|known| known == name);
         let indices: Option<Vec<usize>> = names.iter().map(index).collect();
         let once = |indices: &Vec<usize>| {
-            let needed = (1..4).all(|axis| indices.contains(&axis));
+            let needed = (2..4).all(|axis| indices.contains(&axis));
             needed && (0..4).all(|axis| indices.iter().filter(|&&p| p == axis).count() <= 1)
         };
         indices.filter(once).map(Some).ok_or_else(|| {
             Error::Usage(format!(
-                "`{AXES}` in [variables] is {}; expected transmit, element and sample once each, and \
-                 frame where there are frames",
+                "`{AXES}` in [variables] is {}; expected element and sample once each, and transmit and \
+                 frame where there are several",
                 names.join(", ")
             ))
         })
@@ -272,10 +317,12 @@ impl Keyed<'_> {
                  before them; another order is told by --variable axes=sample,element,transmit"
             )));
         }
-        if !indices.contains(&0) {
-            indices.push(0);
-            let end = Axis(values.ndim());
-            values = values.insert_axis(end);
+        for axis in [0, 1] {
+            if !indices.contains(&axis) {
+                indices.push(axis);
+                let end = Axis(values.ndim());
+                values = values.insert_axis(end);
+            }
         }
         let order: Vec<usize> = (0..4)
             .filter_map(|axis| indices.iter().position(|&index| index == axis))

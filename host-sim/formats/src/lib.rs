@@ -1,9 +1,11 @@
 //! The formats that recordings come in, a file each; [`read`] recognises them by what they hold. A file too
 //! large for memory is read some frames at a time: [`RecordingFile`].
 
+mod aliases;
 mod guard;
 mod hdf5;
 mod keyed;
+mod layouts;
 mod mat5;
 mod picmus;
 mod recording_file;
@@ -14,6 +16,7 @@ mod variables;
 mod waves;
 mod zea;
 
+pub use layouts::Layout;
 pub use recording_file::RecordingFile;
 pub use variables::{Given, Variables};
 
@@ -23,8 +26,8 @@ use std::path::Path;
 
 use bonebeam_files::{ChannelData, Error, Recording, Result, cannot_be_opened, file_error, input};
 use hdf5::Store;
-use keyed::Keyed;
 use mat5::Mat5;
+use values::NamedArrays;
 
 /// The formats: a row a format, with its name for people. Help texts, messages and the documents' table take the
 /// names from here.
@@ -110,6 +113,8 @@ pub struct Found {
     pub format: Format,
     /// How many frames it holds.
     pub frames: usize,
+    /// What it does not tell and was assumed, a sentence each without its end.
+    pub assumed: Vec<String>,
 }
 
 /// Reads some frames of channel data or aligned data, in the format that the file turns out to be of.
@@ -138,11 +143,7 @@ pub fn read(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<
     let version = head.get(124..128);
     if version == Some(&[0, 1, b'I', b'M']) || version == Some(&[1, 0, b'M', b'I']) {
         let source = Mat5::open(path)?;
-        let keyed = Keyed {
-            source: &source,
-            variables,
-        };
-        return channel(keyed.channel_data(frames), Format::Mat5);
+        return keyed(&source, variables, frames, Format::Mat5);
     }
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     if head.starts_with(b"PK") {
@@ -175,6 +176,7 @@ fn npz_archive(path: &Path, frames: Range<usize>) -> Result<Found> {
         recording,
         format: Format::Npz,
         frames,
+        assumed: Vec::new(),
     })
 }
 
@@ -202,12 +204,20 @@ fn read_hdf5(
         only(&["fs", "c", "f0", "lens_delay"])?;
         return channel(zea::read(&store, variables, frames), Format::Zea);
     }
-    let keyed = Keyed {
-        source: &store,
-        variables,
-    };
     let format = if matlab { Format::Mat73 } else { Format::Hdf5 };
-    channel(keyed.channel_data(frames), format)
+    keyed(&store, variables, frames, format)
+}
+
+/// Arrays of names that people choose.
+fn keyed(
+    source: &dyn NamedArrays,
+    variables: &Variables,
+    frames: Range<usize>,
+    format: Format,
+) -> Result<Found> {
+    let (data, held, assumed) = layouts::channel_data(source, variables, frames)?;
+    let found = channel(Ok((data, held)), format)?;
+    Ok(Found { assumed, ..found })
 }
 
 fn channel(data: Result<(ChannelData, usize)>, format: Format) -> Result<Found> {
@@ -216,6 +226,7 @@ fn channel(data: Result<(ChannelData, usize)>, format: Format) -> Result<Found> 
         recording: Recording::Channel(data),
         format,
         frames,
+        assumed: Vec::new(),
     })
 }
 

@@ -21,6 +21,7 @@ pub struct RecordingFile {
     frames: usize,
     /// The first frame, or all.
     first: Recording,
+    assumed: Vec<String>,
 }
 
 impl RecordingFile {
@@ -36,12 +37,18 @@ impl RecordingFile {
             format: found.format,
             frames: found.frames,
             first: found.recording,
+            assumed: found.assumed,
         })
     }
 
     /// What the file is.
     pub fn format(&self) -> Format {
         self.format
+    }
+
+    /// What the file does not tell and was assumed.
+    pub fn assumed(&self) -> &[String] {
+        &self.assumed
     }
 
     /// How many frames it holds.

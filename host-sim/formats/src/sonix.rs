@@ -41,6 +41,10 @@ impl NamedArrays for Folder {
         Err(self.error(format!("has no array `{name}`; a folder has none")))
     }
 
+    fn sides(&self, _: &str) -> Option<Vec<usize>> {
+        None
+    }
+
     fn shape_for_parts(&self, _: &str) -> Result<Option<Vec<usize>>> {
         Ok(None)
     }
@@ -77,6 +81,7 @@ pub fn read(
     let keyed = Keyed {
         source: &folder,
         variables,
+        law: None,
     };
     let element = order(&folder, channels, variables)?;
     let transmits = keyed.transmits_told()?;

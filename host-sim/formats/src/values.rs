@@ -56,6 +56,9 @@ pub trait NamedArrays {
     /// None of that name, of another type, or damaged.
     fn samples(&self, name: &str, part: Option<AxisRange>) -> Result<Values>;
 
+    /// The sides of an array of numbers, in the order of axes that the file's users see.
+    fn sides(&self, name: &str) -> Option<Vec<usize>>;
+
     /// The arrays that a name stands for: one, all of a cell, or a field of all structs of an array. Steps of the
     /// name are parted by `.` or `/`; `{3}` or `(3)` after a step chooses one.
     fn entries(&self, name: &str) -> Vec<String> {

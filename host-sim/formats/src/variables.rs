@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::layouts::Layout;
+
 /// The keys that arrays are given for.
 pub const KEYS: [&str; 21] = [
     "rf",
@@ -29,8 +31,12 @@ pub const KEYS: [&str; 21] = [
     // The distance between neighbouring elements, m, where there is no `element_x`: centred on 0.
     "pitch",
 ];
+/// Of these, one tells the delay law.
+pub const LAWS: [&str; 5] = ["tx_x", "tx_angle", "tx_element", "tx_source_x", "tx_delay"];
 /// The order of the axes of the samples.
 pub const AXES: &str = "axes";
+/// Which program's layout the arrays have.
+pub const LAYOUT: &str = "layout";
 /// The order of the channels of a SonixDAQ folder.
 pub const CHANNELS: &str = "channels";
 
@@ -62,6 +68,11 @@ impl Variables {
     /// What a key stands for, where it is given.
     pub fn get(&self, key: &str) -> Option<&Given> {
         self.0.get(key)
+    }
+
+    /// Tells what a key stands for.
+    pub fn insert(&mut self, key: &str, given: Given) {
+        self.0.insert(key.to_owned(), given);
     }
 
     /// Takes `KEY=VALUE` of the command line: a number, numbers with commas between them, or a name, or
@@ -100,7 +111,8 @@ impl Variables {
     /// # Errors
     /// A key that would have no effect.
     pub fn only_numbers(&self, keys: &[&str]) -> Result<(), String> {
-        let has_effect = |key: &str| keys.contains(&key) && self.number(key).is_some();
+        let has_effect =
+            |key: &str| key == LAYOUT || keys.contains(&key) && self.number(key).is_some();
         match self.0.keys().find(|key| !has_effect(key)) {
             None => Ok(()),
             Some(key) => Err(format!(
@@ -119,23 +131,28 @@ impl Variables {
         for (key, given) in &self.0 {
             let fits = match (key.as_str(), given) {
                 (AXES, Given::Names(_)) | (CHANNELS, Given::Name(_)) => true,
-                (AXES | CHANNELS, _) => false,
+                (LAYOUT, Given::Name(name)) => {
+                    Layout::ALL.into_iter().any(|layout| layout.name() == name)
+                }
+                (AXES | CHANNELS | LAYOUT, _) => false,
                 ("rf" | "iq", given) => matches!(given, Given::Name(_)),
                 (_, Given::Names(_)) => false,
                 (_, Given::Number(value)) => value.is_finite(),
                 (_, Given::Numbers(values)) => values.iter().all(|v| v.is_finite()),
                 (_, Given::Name(_)) => true,
             };
-            if ![AXES, CHANNELS].contains(&key.as_str()) && !KEYS.contains(&key.as_str()) {
+            if ![AXES, CHANNELS, LAYOUT].contains(&key.as_str()) && !KEYS.contains(&key.as_str()) {
                 return Err(format!(
-                    "`{key}` in [variables] (--variable) is unknown; expected {AXES}, {CHANNELS}, {}",
+                    "`{key}` in [variables] (--variable) is unknown; expected {AXES}, {CHANNELS}, {LAYOUT}, {}",
                     KEYS.join(", ")
                 ));
             }
             if !fits {
                 return Err(format!(
                     "`{key}` in [variables] (--variable) is not what it takes: `{AXES}` names of axes, \
-                     `rf` and `iq` the name of an array, the others a name or finite numbers"
+                     `{LAYOUT}` one of {}, `rf` and `iq` the name of an array, the others a name or finite \
+                     numbers",
+                    Layout::ALL.map(Layout::name).join(", ")
                 ));
             }
         }

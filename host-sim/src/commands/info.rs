@@ -38,6 +38,7 @@ const EXAMPLES: &str = "\
 Examples:
   host-sim info recording.hdf5
   host-sim info recording.mat --variable rf=RcvData --variable c=1540
+  host-sim info simulation.mat --layout kwave --variable pitch=0.3e-3 --variable f0=5e6
   host-sim info recording.npz --depth-end 0.04";
 
 /// Runs the command.
@@ -53,6 +54,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let file = RecordingFile::open(&arguments.recording, &config.variables)?;
     let mut facts = vec![("file", arguments.recording.display().to_string())];
     facts.push(("format", file.format().name().to_owned()));
+    facts.extend(file.assumed().iter().map(|what| ("assumed", what.clone())));
     match file.first() {
         Recording::Channel(data) => {
             facts.extend(of_channel_data(data, file.frames()));

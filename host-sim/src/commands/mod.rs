@@ -21,7 +21,8 @@ use std::path::{Path, PathBuf};
 
 use crate::config::Config;
 use crate::{Error, Result};
-use bonebeam_formats::{Format, Variables};
+use bonebeam_formats::{Format, Layout, Variables};
+use clap::builder::PossibleValuesParser;
 
 /// The file of `--config`, or the defaults.
 fn load_config(path: Option<&Path>) -> Result<Config> {
@@ -60,13 +61,24 @@ struct VariableArguments {
     /// value, such as rf=RcvData, c=1540, tx_angle=-0.1,0,0.1 or axes=sample,element,transmit
     #[arg(long = "variable", value_name = "KEY=NAME", help_heading = "Recording")]
     variables: Vec<String>,
+
+    /// Which program's layout the arrays have, where their names do not tell
+    #[arg(long, value_name = "PROGRAM", value_parser = layouts(), help_heading = "Recording")]
+    layout: Option<String>,
+}
+
+/// The names of the layouts.
+fn layouts() -> PossibleValuesParser {
+    PossibleValuesParser::new(Layout::ALL.map(Layout::name))
 }
 
 impl VariableArguments {
     /// What the flags say in place of the section's values.
     fn apply(&self, variables: &mut Variables) -> Result<()> {
-        self.variables.iter().try_for_each(|text| {
-            let taken = variables.take(text);
+        let layout = self.layout.iter().map(|name| format!("layout={name}"));
+        let all = self.variables.iter().cloned().chain(layout);
+        all.into_iter().try_for_each(|text| {
+            let taken = variables.take(&text);
             taken.map_err(|message| Error::Usage(format!("--variable {message}")))
         })
     }

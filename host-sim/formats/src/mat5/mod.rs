@@ -60,6 +60,7 @@ struct Element {
     /// Its path: `P.c`, `RcvData{1}`, `Receive(3).mode`.
     name: String,
     class: u8,
+    sides: Vec<usize>,
     at: Range<usize>,
     deflated: bool,
     /// Of [`Mat5::inflated`]; none for the file.
@@ -129,10 +130,11 @@ impl Mat5 {
                     start.extend(&self.bytes[at..at + within]);
                 }
                 // What has no such head is no array of numbers: MATLAB's objects, say.
-                if let Some((name, class)) = self.head(&start) {
+                if let Some((name, class, sides)) = self.head(&start) {
                     self.take(Element {
                         name,
                         class,
+                        sides,
                         at: if deflated { at + TAG..end } else { at..end },
                         deflated,
                         within: None,
@@ -145,11 +147,11 @@ impl Mat5 {
         Ok(())
     }
 
-    /// The name of the array whose tag this begins with, and its class.
-    fn head(&self, bytes: &[u8]) -> Option<(String, u8)> {
+    /// The name of the array whose tag this begins with, its class and its sides.
+    fn head(&self, bytes: &[u8]) -> Option<(String, u8, Vec<usize>)> {
         let array = self.elements(bytes.get(TAG..)?).array()?;
         let name = String::from_utf8_lossy(array.name).into_owned();
-        Some((name, array.class))
+        Some((name, array.class, array.sides))
     }
 
     /// Keeps an array, and those that it holds.
@@ -238,12 +240,14 @@ impl Mat5 {
                 let (kind, body) = rest.next()?;
                 let start = parent.at.start + begin;
                 // What is empty may have no flags.
-                let class = self.elements(body).array().map_or(0, |array| array.class);
+                let array = self.elements(body).array();
+                let (class, sides) = array.map_or((0, vec![]), |array| (array.class, array.sides));
                 let dot = if field.is_empty() { "" } else { "." };
                 let holds = (CELL..=OBJECT).contains(&class);
                 members.push(Element {
                     name: format!("{path}{dot}{field}"),
                     class: if kind == ARRAY { class } else { 0 },
+                    sides,
                     at: start + if holds { TAG } else { 0 }..start + TAG + body.len(),
                     deflated: false,
                     within: parent.within,
@@ -361,6 +365,14 @@ impl NamedArrays for Mat5 {
 
     fn names(&self) -> Vec<String> {
         self.arrays.iter().map(|array| array.name.clone()).collect()
+    }
+
+    fn sides(&self, name: &str) -> Option<Vec<usize>> {
+        let found = self.found(name);
+        let element = found
+            .first()
+            .filter(|element| NUMBERS.contains(&element.class))?;
+        Some(element.sides.clone())
     }
 
     fn entries(&self, name: &str) -> Vec<String> {

@@ -1,0 +1,345 @@
+//! Layouts that programs have in common: what their arrays are called, the order of their axes, and the moment that
+//! their times count from. Each thing that is assumed is said.
+
+mod verasonics;
+
+use std::ops::Range;
+
+use ndarray::Array2;
+
+use crate::aliases::{complete, is_told};
+use crate::keyed::Keyed;
+use crate::values::{NamedArrays, steps};
+use crate::variables::{AXES, Given, LAWS, LAYOUT, Variables};
+use crate::waves::{Fired, Law, Wave};
+use bonebeam_files::{ChannelData, Result};
+
+/// The layouts: a row a layout, with its name on the command line.
+macro_rules! layouts {
+    ($($(#[doc = $doc:literal])* $layout:ident, $name:literal;)*) => {
+        /// A layout of arrays.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Layout {
+            $($(#[doc = $doc])* $layout,)*
+        }
+
+        impl Layout {
+            /// All layouts.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Layout::$layout),*];
+
+            /// Its name on the command line.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Layout::$layout => $name,)*
+                }
+            }
+        }
+    };
+}
+
+layouts! {
+    /// MUST and its f-k migration: RF [sample, element, transmit or frame] and a struct with `fs` and `pitch`.
+    Must, "must";
+    /// k-Wave: `sensor_data` [element, sample, transmit] and `dt`.
+    KWave, "kwave";
+    /// Field II: `scat` [sample, element, transmit] and `start_time`, as `calc_scat_multi` makes them.
+    Field2, "field2";
+    /// A Verasonics workspace: `RcvData`, `Receive`, `Trans`, `TX`, `Resource`.
+    Verasonics, "verasonics";
+}
+
+impl Layout {
+    /// That which was asked for, or that which the names of the arrays tell.
+    fn of(source: &dyn NamedArrays, variables: &Variables) -> Option<Self> {
+        if let Some(Given::Name(asked)) = variables.get(LAYOUT) {
+            return Layout::ALL
+                .into_iter()
+                .find(|layout| layout.name() == asked);
+        }
+        if is_told(source, variables, "rf") || is_told(source, variables, "iq") {
+            return None;
+        }
+        let names = source.names();
+        let last = |wanted: &str| {
+            let is = |name: &String| steps(name).last().is_some_and(|(last, _)| *last == wanted);
+            names.iter().any(is)
+        };
+        let in_a_struct = |name: &String| {
+            let parent = name.strip_suffix("fs")?;
+            let is_parent = parent.ends_with(['.', '/']);
+            (is_parent && source.has(&format!("{parent}pitch"))).then_some(())
+        };
+        if verasonics::is(source) {
+            Some(Layout::Verasonics)
+        } else if last("sensor_data") {
+            Some(Layout::KWave)
+        } else if last("scat") {
+            Some(Layout::Field2)
+        } else {
+            names
+                .iter()
+                .any(|name| in_a_struct(name).is_some())
+                .then_some(Layout::Must)
+        }
+    }
+
+    /// The order of the axes of the samples.
+    fn axes(self) -> [&'static str; 2] {
+        match self {
+            Layout::KWave => ["element", "sample"],
+            _ => ["sample", "element"],
+        }
+    }
+}
+
+/// The channel data of a file's arrays, how many frames it holds, and what was assumed.
+///
+/// # Errors
+/// As [`Keyed::channel_data`].
+pub fn channel_data(
+    source: &dyn NamedArrays,
+    variables: &Variables,
+    frames: Range<usize>,
+) -> Result<(ChannelData, usize, Vec<String>)> {
+    let layout = Layout::of(source, variables);
+    if layout == Some(Layout::Verasonics) {
+        return verasonics::read(source, variables, frames);
+    }
+    let (mut all, mut assumed) = complete(source, variables);
+    let mut law = None;
+    if let Some(layout) = layout {
+        let mut told = Told {
+            source,
+            layout,
+            given: variables,
+            all: &mut all,
+            assumed: &mut assumed,
+        };
+        law = told.tell()?;
+    }
+    let keyed = Keyed {
+        source,
+        variables: &all,
+        law,
+    };
+    let (data, held) = keyed.channel_data(frames)?;
+    Ok((data, held, assumed))
+}
+
+/// What a layout adds to the names that were found.
+struct Told<'a> {
+    source: &'a dyn NamedArrays,
+    layout: Layout,
+    /// By the user.
+    given: &'a Variables,
+    all: &'a mut Variables,
+    assumed: &'a mut Vec<String>,
+}
+
+impl Told<'_> {
+    fn assume(&mut self, key: &str, value: Given, why: &str) {
+        self.all.insert(key, value);
+        self.assumed.push(why.to_owned());
+    }
+
+    fn is_told(&self, key: &str) -> bool {
+        is_told(self.source, self.all, key)
+    }
+
+    /// The numbers of a key, where it is told.
+    fn numbers(&self, key: &str) -> Result<Option<Vec<f64>>> {
+        match self.all.get(key) {
+            Some(Given::Number(value)) => Ok(Some(vec![*value])),
+            Some(Given::Numbers(values)) => Ok(Some(values.clone())),
+            Some(Given::Name(name)) => self.source.vector(name).map(Some),
+            _ if self.source.has(key) => self.source.vector(key).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    fn number(&self, key: &str) -> Result<Option<f64>> {
+        let numbers = self.numbers(key)?;
+        Ok(numbers
+            .as_deref()
+            .and_then(|numbers| numbers.first().copied()))
+    }
+
+    fn tell(&mut self) -> Result<Option<Law>> {
+        let samples = ["rf", "iq"].map(|key| match self.all.get(key) {
+            Some(Given::Name(name)) => Some(name.clone()),
+            _ => self.source.has(key).then(|| key.to_owned()),
+        });
+        let [rf, iq] = samples;
+        let Some(sides) = rf.or(iq).and_then(|name| self.source.sides(&name)) else {
+            return Ok(None);
+        };
+        if self.layout != Layout::Field2 {
+            if !self.is_told("c") {
+                self.assume(
+                    "c",
+                    Given::Number(1540.0),
+                    "c is 1540 m/s, of which the file tells nothing",
+                );
+            }
+            if !self.is_told("t0") {
+                let why = "t0 is 0: sample 0 is when the first element fires";
+                self.assume("t0", Given::Number(0.0), why);
+            }
+        }
+        if self.layout != Layout::Field2 && !LAWS.iter().any(|key| self.is_told(key)) {
+            let why = "plane waves straight down, since no delay law is told";
+            self.assume("tx_angle", Given::Number(0.0), why);
+        }
+        if self.layout == Layout::KWave
+            && !self.is_told("fs")
+            && let Some(dt) = self.step_in_time()?
+        {
+            self.assume("fs", Given::Number(1.0 / dt), "fs is 1/dt");
+        }
+        let law = self.law(&sides)?;
+        if self.all.get(AXES).is_none() {
+            let transmits = match &law {
+                Some((law, _)) => law.len(),
+                None => ["tx_angle", "tx_x", "tx_element", "tx_source_x"]
+                    .iter()
+                    .find_map(|key| self.numbers(key).ok().flatten())
+                    .map_or(1, |values| values.len()),
+            };
+            let mut axes = self.layout.axes().to_vec();
+            let third = sides.get(2).copied().unwrap_or(1);
+            if third > 1 {
+                axes.push(if third == transmits {
+                    "transmit"
+                } else {
+                    "frame"
+                });
+            }
+            let names: Vec<String> = axes.into_iter().map(str::to_owned).collect();
+            let why = format!("the axes of the samples are {}", names.join(", "));
+            self.assume(AXES, Given::Names(names), &why);
+        }
+        Ok(law)
+    }
+
+    /// k-Wave's `dt`, wherever it lies, s.
+    fn step_in_time(&self) -> Result<Option<f64>> {
+        let names = self.source.names();
+        let name = names
+            .iter()
+            .find(|name| steps(name).last().is_some_and(|(last, _)| *last == "dt"));
+        name.map(|name| self.source.scalar(name)).transpose()
+    }
+
+    /// MUST's delays and angles count from the first element that fires; so do plane waves where nothing is told.
+    fn law(&mut self, sides: &[usize]) -> Result<Option<Law>> {
+        if self.layout == Layout::Field2 {
+            return Ok(None);
+        }
+        if LAWS
+            .iter()
+            .any(|key| self.given.get(key).is_some() || self.source.has(key))
+        {
+            return Ok(None);
+        }
+        let (Some(c), Some(f0), Some(start)) =
+            (self.number("c")?, self.number("f0")?, self.numbers("t0")?)
+        else {
+            return Ok(None);
+        };
+        let at = self
+            .layout
+            .axes()
+            .iter()
+            .position(|axis| *axis == "element");
+        let elements = at.and_then(|at| sides.get(at).copied()).unwrap_or(0);
+        let x = match (self.numbers("element_x")?, self.number("pitch")?) {
+            (Some(x), _) => x,
+            (None, Some(pitch)) => {
+                let centre = (elements.max(1) - 1) as f64 / 2.0;
+                (0..elements).map(|m| (m as f64 - centre) * pitch).collect()
+            }
+            (None, None) => return Ok(None),
+        };
+        let (delay, angles) = match (self.all.get("tx_delay").cloned(), self.numbers("tx_angle")?) {
+            (Some(Given::Name(name)), _) => {
+                let delay = self.delays(&name, x.len())?;
+                let angles = delay
+                    .outer_iter()
+                    .map(|delay| steering(&x, delay.as_slice(), c))
+                    .collect();
+                (delay, angles)
+            }
+            (_, angles) => {
+                let angles = angles.unwrap_or_default();
+                let from_centre =
+                    |angle: &f64| x.iter().map(|x| x * angle.sin() / c).collect::<Vec<f64>>();
+                let rows: Vec<Vec<f64>> = angles.iter().map(from_centre).collect();
+                let first = |row: &Vec<f64>| row.iter().copied().fold(f64::INFINITY, f64::min);
+                let delay = Array2::from_shape_fn((angles.len(), x.len()), |(k, m)| {
+                    rows[k][m] - first(&rows[k])
+                });
+                (delay, angles)
+            }
+        };
+        self.assumed
+            .push("times count from the first element that fires".into());
+        let transmits = delay.dim().0;
+        let start = match start.as_slice() {
+            [one] => vec![*one; transmits],
+            _ => start,
+        };
+        if start.len() != transmits {
+            return Err(self.source.error(format!(
+                "`t0` has length {}; expected {transmits}, one for each transmit",
+                start.len()
+            )));
+        }
+        let elements: Vec<[f64; 2]> = x.iter().map(|&x| [x, 0.0]).collect();
+        let fired = Fired {
+            elements: &elements,
+            delay,
+            start,
+            c,
+            f0,
+        };
+        let waves: Vec<Wave> = angles.into_iter().map(Wave::Plane).collect();
+        Ok(Some(fired.law(&waves)))
+    }
+
+    /// Delays as [transmit, element]: a row a transmit, or a vector of one.
+    fn delays(&self, name: &str, elements: usize) -> Result<Array2<f64>> {
+        let delay = self.source.all_numbers(name)?;
+        let shape = delay.shape().to_vec();
+        let values: Vec<f64> = delay.iter().copied().collect();
+        let rows = values.len() / elements.max(1);
+        let rows_of_elements = shape.last() == Some(&elements) || rows == 1;
+        let delay = Array2::from_shape_vec((rows, elements), values);
+        delay.ok().filter(|_| rows_of_elements && rows > 0).ok_or_else(|| {
+            self.source.error(format!(
+                "`{name}` has shape {shape:?}; expected [transmit, element] with {elements} elements"
+            ))
+        })
+    }
+}
+
+/// The angle of the plane wave that is nearest to these delays, rad.
+fn steering(x: &[f64], delay: Option<&[f64]>, c: f64) -> f64 {
+    let pairs: Vec<(f64, f64)> = x
+        .iter()
+        .copied()
+        .zip(delay.into_iter().flatten().copied())
+        .collect();
+    let fires: Vec<&(f64, f64)> = pairs.iter().filter(|(_, delay)| !delay.is_nan()).collect();
+    let count = fires.len() as f64;
+    let (mx, md) = fires
+        .iter()
+        .fold((0.0, 0.0), |(a, b), (x, d)| (a + x / count, b + d / count));
+    let (xd, xx) = fires.iter().fold((0.0, 0.0), |(a, b), (x, d)| {
+        (a + (x - mx) * (d - md), b + (x - mx) * (x - mx))
+    });
+    if xx > 0.0 {
+        (c * xd / xx).clamp(-1.0, 1.0).asin()
+    } else {
+        0.0
+    }
+}
