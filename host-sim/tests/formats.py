@@ -625,6 +625,49 @@ def layouts():
     check(outcome.returncode == 1 and fits, f"little.mat: {told(outcome)}")
 
 
+def unusual():
+    """Other types, elements from right to left, the other sign of the carrier, dead elements."""
+    rf = scene("rf")[:1]
+    path = folder / "unusual.npz"
+    for dtype in (np.int8, np.int16, np.int32, np.int64, np.float16, np.float64):
+        write_npz(path, "rf", rf[0].astype(dtype))
+        read_alike(path, "rf", rf)
+    write_npz(path, "rf", (rf[0] + 100).astype(np.uint16))
+    read_alike(path, "rf", rf + 100)
+    np.savez(path, rf=rf[0, :, ::-1], **dict(keys("rf"), element_x=X[::-1]))
+    read_alike(path, "rf", rf)
+    delay = np.array([X * np.sin(angle) / C for angle in ANGLES])
+    told_of = {key: value for key, value in keys("rf").items() if key != "tx_angle"}
+    np.savez(path, rf=rf[0, :, ::-1], **dict(told_of, element_x=X[::-1], tx_delay=delay[:, ::-1]))
+    held = converted(path)
+    check(held is not None and np.array_equal(held["tx_delay"], delay), "tx_delay of elements from right to left")
+    iq = scene("iq")[:1]
+    np.savez(path, iq=iq[0].conj(), **dict(keys("iq"), f_demod=-F0))
+    read_alike(path, "iq", iq)
+    write_npz(path, "iq", iq[0].conj())
+    read_alike(path, "iq", iq, "--iq-conjugate")
+    analytic = iq[0] * np.exp(2j * np.pi * F0 * np.arange(SAMPLES) / FS)
+    np.savez(path, iq=analytic.astype(np.complex64), **dict(keys("iq"), f_demod=0.0))
+    read_alike(path, "rf", analytic.real.astype(np.float32)[None])
+    # Demodulated beside the centre frequency, so that the side is seen.
+    beside = iq[0] * np.exp(2j * np.pi * 0.1 * F0 * np.arange(SAMPLES) / FS)
+    for samples, is_turned in ((beside, False), (beside.conj(), True)):
+        np.savez(path, iq=samples.astype(np.complex64), **dict(keys("iq"), f_demod=0.9 * F0))
+        outcome = run("info", path)
+        check(outcome.returncode == 0 and ("--iq-conjugate" in outcome.stdout + outcome.stderr) == is_turned, f"turned: {outcome.stdout}")
+    dead = rf[0].copy()
+    dead[:, 7] = 0
+    write_npz(path, "rf", dead)
+    outcome = run("info", path)
+    check("1 of 32 elements recorded nothing but zeros: 7" in outcome.stdout + outcome.stderr, f"dead: {outcome.stdout}")
+    write_npz(path, "rf", 0 * dead)
+    outcome = run("info", path)
+    check("every sample of the first frame is 0" in outcome.stdout + outcome.stderr, f"zeros: {outcome.stdout}")
+    np.savez(path, rf=rf[0], **dict(keys("rf"), element_x=30 * X))
+    outcome = run("info", path)
+    check("32 elements over 227" in outcome.stdout + outcome.stderr, f"wide: {outcome.stdout}{outcome.stderr}")
+
+
 def sonix_variables():
     """What a folder of a SonixDAQ does not tell."""
     told = dict(fs=FS, f0=F0, c=C, t0=0, pitch=PITCH, tx_angle=",".join(map(str, ANGLES)))
@@ -881,7 +924,7 @@ methods = re.search(r"possible values: (.*?)]", unknown)[1].split(", ")
 with tempfile.TemporaryDirectory() as temporary:
     folder = Path(sys.argv[2] if len(sys.argv) > 2 else temporary).resolve()
     folder.mkdir(exist_ok=True)
-    for part in (formats, types, frames, many_frames, mapped, layouts, sonix, geometries, information, readme, messages, hostile):
+    for part in (formats, types, frames, many_frames, mapped, layouts, unusual, sonix, geometries, information, readme, messages, hostile):
         part()
 print("zea's own files" if zea_file else "zea is not here: its files were written by h5py in its layout")
 for reason in sorted(later):

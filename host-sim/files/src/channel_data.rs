@@ -49,6 +49,9 @@ const LEAST_REACH: f64 = 10e-3;
 /// A focus beyond this, m, and a steering angle beyond this, rad, are warnings.
 const FAR_FOCUS: f64 = 1.0;
 const STEEP: f64 = 0.7;
+/// An array wider than this, m, and more elements than so many are warnings.
+const WIDE: f64 = 0.15;
+const MANY: usize = 1024;
 /// The longest delay of a lens, s: some fifteen centimetres of one.
 const MAX_LENS_DELAY: f64 = 100e-6;
 
@@ -87,8 +90,26 @@ impl ChannelData {
             transmits: Transmits::from_npz(file, transmits, elements)?,
             lens_delay: file.optional_scalar("lens_delay")?.unwrap_or(0.0),
         };
+        let data = data.normalised();
         data.check().map_err(|message| file.error(message))?;
         Ok((data, held))
+    }
+
+    /// The same in the contract's terms: elements from left to right, I/Q of a positive `f_demod`.
+    #[must_use]
+    pub fn normalised(mut self) -> Self {
+        self.samples = self.samples.normalised();
+        let elements = self.samples.dim().2;
+        let falls = |x: &[f64]| x.len() == elements && x.windows(2).all(|pair| pair[1] < pair[0]);
+        if elements > 1 && falls(&self.element_x) {
+            self.samples.flip();
+            self.transmits.flip(elements);
+            self.element_x.reverse();
+            for values in [&mut self.element_z, &mut self.element_angle] {
+                values.iter_mut().for_each(|values| values.reverse());
+            }
+        }
+        self
     }
 
     /// Writes the file whole or not at all.
@@ -267,7 +288,55 @@ impl ChannelData {
             }
             Transmits::Element { .. } | Transmits::Delays { .. } => {}
         }
+        let width = self.element_x[self.element_x.len() - 1] - self.element_x[0];
+        let elements = self.element_x.len();
+        if width > WIDE || elements > MANY {
+            warnings.push(format!(
+                "the array has {elements} elements over {} mm; perhaps the axes of the samples or the pitch are \
+                 other ones",
+                digits(1e3 * width)
+            ));
+        }
+        warnings.extend(self.silent());
+        warnings.extend(self.turned());
         warnings
+    }
+
+    /// Elements that recorded nothing in the first frame.
+    fn silent(&self) -> Option<String> {
+        let dead = self.samples.dead();
+        if dead.len() == self.element_x.len() {
+            return Some("every sample of the first frame is 0".into());
+        }
+        let first: Vec<String> = dead.iter().take(5).map(usize::to_string).collect();
+        let more = if dead.len() > 5 { ", …" } else { "" };
+        (!dead.is_empty()).then(|| {
+            format!(
+                "{} of {} elements recorded nothing but zeros: {}{more}",
+                dead.len(),
+                self.element_x.len(),
+                first.join(", ")
+            )
+        })
+    }
+
+    /// I/Q whose spectrum lies on the other side of the carrier.
+    fn turned(&self) -> Option<String> {
+        let Samples::Iq { f_demod, .. } = self.samples else {
+            return None;
+        };
+        let expected = self.f0 - f_demod;
+        let found = self.samples.mean_frequency(self.fs)?;
+        let is_turned = expected.abs() > 0.02 * self.f0
+            && (found + expected).abs() < 0.5 * (found - expected).abs();
+        is_turned.then(|| {
+            format!(
+                "the spectrum of the I/Q lies {} Hz from `f_demod`, where `f0` is {} Hz from it; perhaps it is the \
+                 conjugate, which --iq-conjugate turns",
+                digits(found.round()),
+                digits(expected)
+            )
+        })
     }
 
     /// The depths between which there is anything recorded after some transmit, m, at a speed of

@@ -78,6 +78,40 @@ real! {
     f64: "<f8", ">f8";
 }
 
+/// numpy's float16, which is read and never written as such.
+#[derive(Clone, Copy, Debug)]
+pub struct Half(u16);
+
+impl From<Half> for f32 {
+    /// Exact.
+    fn from(Half(bits): Half) -> f32 {
+        let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
+        let (exponent, fraction) = (i32::from(bits >> 10 & 31), f32::from(bits & 1023));
+        sign * match exponent {
+            0 => fraction * 2f32.powi(-24),
+            31 if fraction == 0.0 => f32::INFINITY,
+            31 => f32::NAN,
+            _ => (1024.0 + fraction) * 2f32.powi(exponent - 25),
+        }
+    }
+}
+
+impl Element for Half {
+    const NAME: &'static str = "<f2";
+
+    fn decode(descr: &str, bytes: &[u8]) -> Decoded<Self> {
+        Ok(match descr {
+            "<f2" => Some(from_bytes(bytes, |b| Half(u16::from_le_bytes(b)))),
+            ">f2" => Some(from_bytes(bytes, |b| Half(u16::from_be_bytes(b)))),
+            _ => None,
+        })
+    }
+
+    fn encode(values: &[Self], sink: &mut impl Write) -> io::Result<()> {
+        write_bytes(values, sink, |half| half.0.to_le_bytes())
+    }
+}
+
 macro_rules! complex {
     ($($part:ty: $little:literal, $big:literal;)*) => {$(
         impl Element for Complex<$part> {

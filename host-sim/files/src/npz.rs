@@ -12,7 +12,7 @@ use zip::{CompressionMethod, ZipArchive};
 
 pub use super::npz_writer::{Writer, Written};
 
-use super::npy::{self, NpyError, or_type};
+use super::npy::{self, Half, NpyError, or_type};
 use super::npy_header::{Header, MAX_LENGTH};
 use crate::{Error, Result};
 use crate::{input, memory};
@@ -210,8 +210,7 @@ impl Reader {
         Ok(indices)
     }
 
-    /// Recorded samples: f32, f64 rounded to it, i16 or i32 (above 2²⁴ rounded), or u8, whose zero is
-    /// 128.
+    /// Recorded samples: f32, f64 rounded to it, f16, integers (above 2²⁴ rounded), or u8, whose zero is 128.
     pub fn samples_of_any_rank(&mut self, key: &str) -> Result<ArrayD<f32>> {
         let bytes = self.bytes(key)?;
         self.real_samples(key, &bytes)
@@ -230,7 +229,19 @@ impl Reader {
         let array = or_type(array, || {
             npy::read::<u8>(bytes).map(|a| a.mapv(|v| f32::from(v) - 128.0))
         });
-        self.typed(key, array, "float32, float64, int16, int32 or uint8")
+        let array = or_type(array, || npy::read::<i8>(bytes).map(|a| a.mapv(f32::from)));
+        let array = or_type(array, || npy::read::<u16>(bytes).map(|a| a.mapv(f32::from)));
+        let array = or_type(array, || {
+            npy::read::<i64>(bytes).map(|a| a.mapv(|v| v as f32))
+        });
+        let array = or_type(array, || {
+            npy::read::<Half>(bytes).map(|a| a.mapv(f32::from))
+        });
+        self.typed(
+            key,
+            array,
+            "a float type, int8, int16, int32, int64, uint16 or uint8",
+        )
     }
 
     /// Complex samples: complex64, or complex128 rounded to it.

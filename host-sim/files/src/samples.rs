@@ -3,7 +3,7 @@
 use std::io::{Seek, Write};
 use std::ops::Range;
 
-use ndarray::{Array3, Array4, ArrayView3, Axis};
+use ndarray::{Array, Array3, Array4, ArrayView3, Axis, Dimension};
 use num_complex::Complex;
 
 use super::{npz, npz_writer, units, validate};
@@ -40,6 +40,12 @@ pub enum FrameSamples<'a> {
 }
 
 const AXES: [&str; 4] = ["frame", "transmit", "element", "sample"];
+
+/// What lies along an axis from its last to its first, in standard layout.
+pub(super) fn reverse<T: Clone, D: Dimension>(array: &mut Array<T, D>, axis: Axis) {
+    array.invert_axis(axis);
+    *array = array.as_standard_layout().into_owned();
+}
 
 impl From<Array3<f32>> for Samples {
     /// One frame of RF.
@@ -129,6 +135,68 @@ impl Samples {
             Samples::Rf(rf) => *rf = rf.slice_axis(Axis(0), frames.into()).to_owned(),
             Samples::Iq { iq, .. } => *iq = iq.slice_axis(Axis(0), frames.into()).to_owned(),
         }
+    }
+
+    /// The conjugate of I/Q, for what was written with the carrier's other sign; RF as it is.
+    pub fn conjugate(self) -> Self {
+        match self {
+            Samples::Iq { iq, f_demod } => Samples::Iq {
+                iq: iq.mapv_into(|z| z.conj()),
+                f_demod,
+            },
+            rf => rf,
+        }
+    }
+
+    /// In the contract's terms: what was demodulated with a negative frequency is the conjugate of what the
+    /// positive one makes, and analytic samples that were not demodulated have RF as their real part.
+    pub(super) fn normalised(self) -> Self {
+        match self {
+            Samples::Iq { iq, f_demod } if f_demod < 0.0 => {
+                let f_demod = -f_demod;
+                Samples::Iq { iq, f_demod }.conjugate()
+            }
+            Samples::Iq { iq, f_demod } if f_demod == 0.0 => Samples::Rf(iq.mapv(|z| z.re)),
+            other => other,
+        }
+    }
+
+    /// Elements from the last to the first.
+    pub(super) fn flip(&mut self) {
+        match self {
+            Samples::Rf(rf) => reverse(rf, Axis(2)),
+            Samples::Iq { iq, .. } => reverse(iq, Axis(2)),
+        }
+    }
+
+    /// The elements of the first frame that hold nothing but zeros.
+    pub(super) fn dead(&self) -> Vec<usize> {
+        let elements = 0..self.dim().2;
+        let is_dead = |m: &usize| match self.frame(0) {
+            Some(FrameSamples::Rf(rf)) => rf.index_axis(Axis(1), *m).iter().all(|&v| v == 0.0),
+            Some(FrameSamples::Iq { iq, .. }) => {
+                let zero = Complex::new(0.0, 0.0);
+                iq.index_axis(Axis(1), *m).iter().all(|&z| z == zero)
+            }
+            None => false,
+        };
+        elements.filter(is_dead).collect()
+    }
+
+    /// The mean frequency of the first frame of I/Q, Hz, by the phase from a sample to the next.
+    pub(super) fn mean_frequency(&self, fs: f64) -> Option<f64> {
+        let Some(FrameSamples::Iq { iq, .. }) = self.frame(0) else {
+            return None;
+        };
+        let mut sum = Complex::new(0.0, 0.0);
+        for line in iq.rows() {
+            let next = line.iter().skip(1);
+            for (a, b) in line.iter().zip(next) {
+                sum += Complex::<f64>::new(b.re.into(), b.im.into())
+                    * Complex::new(f64::from(a.re), -f64::from(a.im));
+            }
+        }
+        (sum.norm() > 0.0).then(|| fs * sum.arg() / std::f64::consts::TAU)
     }
 
     /// Their size, bytes.

@@ -2,8 +2,9 @@
 
 use std::io::{Seek, Write};
 
-use ndarray::{Array1, Array2, arr0, aview1};
+use ndarray::{Array1, Array2, Axis, arr0, aview1};
 
+use super::samples::reverse;
 use super::{npz, npz_writer, units, validate};
 use crate::Result;
 
@@ -62,6 +63,22 @@ impl Transmits {
     /// Whether there is no transmit at all.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// The same for elements from the last to the first.
+    pub(super) fn flip(&mut self, elements: usize) {
+        match self {
+            Transmits::Element { index } => {
+                for index in index {
+                    // One that is not there stays so.
+                    *index = elements.checked_sub(*index + 1).unwrap_or(*index);
+                }
+            }
+            Transmits::Delays { delay } => reverse(delay, Axis(1)),
+            Transmits::Focused { .. }
+            | Transmits::Plane { .. }
+            | Transmits::VirtualSource { .. } => {}
+        }
     }
 
     pub(super) fn from_npz(

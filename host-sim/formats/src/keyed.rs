@@ -99,6 +99,7 @@ impl Keyed<'_> {
                 None => 0.0,
             },
         };
+        let data = data.normalised();
         data.check().map_err(|message| self.source.error(message))?;
         Ok(data)
     }

@@ -24,10 +24,13 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
-use bonebeam_files::{ChannelData, Error, Recording, Result, cannot_be_opened, file_error, input};
+use bonebeam_files::{
+    ChannelData, Error, Recording, Result, Samples, cannot_be_opened, file_error, input,
+};
 use hdf5::Store;
 use mat5::Mat5;
 use values::NamedArrays;
+use variables::IQ_CONJUGATE;
 
 /// The formats: a row a format, with its name for people. Help texts, messages and the documents' table take the
 /// names from here.
@@ -124,6 +127,23 @@ pub struct Found {
 /// The file cannot be opened, is of a format that is not read, or what it holds is not valid.
 pub fn read(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
     variables.check().map_err(Error::Usage)?;
+    let mut found = read_as_written(path, variables, frames)?;
+    if variables.number(IQ_CONJUGATE) == Some(1.0) {
+        match &mut found.recording {
+            Recording::Channel(data) if matches!(data.samples, Samples::Iq { .. }) => {
+                let none = Samples::Rf(Default::default());
+                data.samples = std::mem::replace(&mut data.samples, none).conjugate();
+            }
+            _ => {
+                let without = "`iq_conjugate` (--iq-conjugate) has no effect on a file without I/Q";
+                return Err(file_error(path, without));
+            }
+        }
+    }
+    Ok(found)
+}
+
+fn read_as_written(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
     if path.is_dir() {
         return match sonix::is(path) {
             true => channel(sonix::read(path, variables, frames), Format::Sonix),

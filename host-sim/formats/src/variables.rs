@@ -37,6 +37,8 @@ pub const LAWS: [&str; 5] = ["tx_x", "tx_angle", "tx_element", "tx_source_x", "t
 pub const AXES: &str = "axes";
 /// Which program's layout the arrays have.
 pub const LAYOUT: &str = "layout";
+/// Whether I/Q was written with the carrier's other sign: 1 turns it.
+pub const IQ_CONJUGATE: &str = "iq_conjugate";
 /// The order of the channels of a SonixDAQ folder.
 pub const CHANNELS: &str = "channels";
 
@@ -111,8 +113,10 @@ impl Variables {
     /// # Errors
     /// A key that would have no effect.
     pub fn only_numbers(&self, keys: &[&str]) -> Result<(), String> {
-        let has_effect =
-            |key: &str| key == LAYOUT || keys.contains(&key) && self.number(key).is_some();
+        let has_effect = |key: &str| {
+            [LAYOUT, IQ_CONJUGATE].contains(&key)
+                || keys.contains(&key) && self.number(key).is_some()
+        };
         match self.0.keys().find(|key| !has_effect(key)) {
             None => Ok(()),
             Some(key) => Err(format!(
@@ -134,23 +138,26 @@ impl Variables {
                 (LAYOUT, Given::Name(name)) => {
                     Layout::ALL.into_iter().any(|layout| layout.name() == name)
                 }
-                (AXES | CHANNELS | LAYOUT, _) => false,
+                (IQ_CONJUGATE, Given::Number(turn)) => [0.0, 1.0].contains(turn),
+                (AXES | CHANNELS | LAYOUT | IQ_CONJUGATE, _) => false,
                 ("rf" | "iq", given) => matches!(given, Given::Name(_)),
                 (_, Given::Names(_)) => false,
                 (_, Given::Number(value)) => value.is_finite(),
                 (_, Given::Numbers(values)) => values.iter().all(|v| v.is_finite()),
                 (_, Given::Name(_)) => true,
             };
-            if ![AXES, CHANNELS, LAYOUT].contains(&key.as_str()) && !KEYS.contains(&key.as_str()) {
+            if ![AXES, CHANNELS, LAYOUT, IQ_CONJUGATE].contains(&key.as_str())
+                && !KEYS.contains(&key.as_str())
+            {
                 return Err(format!(
-                    "`{key}` in [variables] (--variable) is unknown; expected {AXES}, {CHANNELS}, {LAYOUT}, {}",
+                    "`{key}` in [variables] (--variable) is unknown; expected {AXES}, {CHANNELS}, {LAYOUT}, {IQ_CONJUGATE}, {}",
                     KEYS.join(", ")
                 ));
             }
             if !fits {
                 return Err(format!(
                     "`{key}` in [variables] (--variable) is not what it takes: `{AXES}` names of axes, \
-                     `{LAYOUT}` one of {}, `rf` and `iq` the name of an array, the others a name or finite \
+                     `{LAYOUT}` one of {}, `{IQ_CONJUGATE}` 0 or 1, `rf` and `iq` the name of an array, the others a name or finite \
                      numbers",
                     Layout::ALL.map(Layout::name).join(", ")
                 ));

@@ -65,6 +65,10 @@ struct VariableArguments {
     /// Which program's layout the arrays have, where their names do not tell
     #[arg(long, value_name = "PROGRAM", value_parser = layouts(), help_heading = "Recording")]
     layout: Option<String>,
+
+    /// I/Q was written with the carrier's other sign
+    #[arg(long, help_heading = "Recording")]
+    iq_conjugate: bool,
 }
 
 /// The names of the layouts.
@@ -76,7 +80,13 @@ impl VariableArguments {
     /// What the flags say in place of the section's values.
     fn apply(&self, variables: &mut Variables) -> Result<()> {
         let layout = self.layout.iter().map(|name| format!("layout={name}"));
-        let all = self.variables.iter().cloned().chain(layout);
+        let conjugate = self.iq_conjugate.then(|| "iq_conjugate=1".to_owned());
+        let all = self
+            .variables
+            .iter()
+            .cloned()
+            .chain(layout)
+            .chain(conjugate);
         all.into_iter().try_for_each(|text| {
             let taken = variables.take(&text);
             taken.map_err(|message| Error::Usage(format!("--variable {message}")))

@@ -349,6 +349,7 @@ pub fn read(
         transmits: law,
         lens_delay,
     };
+    let data = data.normalised();
     data.check().map_err(|message| source.error(message))?;
     Ok((data, held, w.assumed))
 }
