@@ -173,7 +173,7 @@ fn arrays_of_the_wrong_kind() {
         &[
             "data.npz",
             "`rf` has dtype",
-            "float32, float64, int16, int32 or uint8",
+            "a float type, int8, int16, int32, int64, uint16 or uint8",
         ],
     );
     channel_data_without(&path, &["rf"])
