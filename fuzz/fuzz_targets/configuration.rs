@@ -11,14 +11,13 @@ use bonebeam::Complex;
 use bonebeam::beamform::{AlignedLine, Beamformer};
 use bonebeam::covariance::{Covariance, Forward, ForwardBackward};
 use bonebeam_drive::beamform::Memory;
-use bonebeam_drive::config::{BeamformFlags, ImageFlags, PhaseSymmetryFlags};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_files::{ChannelData, Transmits};
 use bonebeam_fuzz::finite_complex_bits;
 use bonebeam_simulate::Phantom;
-use bonebeam_simulate::SimulateFlags;
 use clap::{CommandFactory, FromArgMatches, Parser};
 use host_sim::config::Config;
+use host_sim::flags::{BeamformFlags, ImageFlags, PhaseSymmetryFlags, SimulateFlags};
 use libfuzzer_sys::fuzz_target;
 use ndarray::Array3;
 
@@ -66,16 +65,16 @@ fuzz_target!(init: one_thread(), |text: &str| {
         });
         match parsed {
             Ok(Command::Beamform { beamform, image }) => {
-                config.beamform.apply(&beamform);
-                config.image.apply(&image);
+                beamform.apply(&mut config.beamform);
+                image.apply(&mut config.image);
             }
             Ok(Command::Simulate { simulate, .. }) => {
-                if config.simulate.apply(&simulate).is_err() {
+                if simulate.apply(&mut config.simulate).is_err() {
                     return;
                 }
             }
             Ok(Command::PhaseSymmetry { phase_symmetry }) => {
-                config.phase_symmetry.apply(&phase_symmetry);
+                phase_symmetry.apply(&mut config.phase_symmetry);
             }
             Err(_) => return,
         }

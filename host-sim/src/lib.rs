@@ -3,6 +3,7 @@
 mod cli;
 mod commands;
 pub mod config;
+pub mod flags;
 mod progress;
 
 pub use bonebeam_files::{Error, Result};

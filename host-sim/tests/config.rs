@@ -4,7 +4,7 @@ use bonebeam::beamform::{Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use std::fs;
 
-use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size, parse_scale};
+use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_files::atomic::Outputs;
 use bonebeam_formats::Variables;
@@ -12,6 +12,7 @@ use bonebeam_simulate::Settings;
 use bonebeam_simulate::{Kind, Simulate};
 use host_sim::Error;
 use host_sim::config::Config;
+use host_sim::flags::parse_scale;
 use tempfile::tempdir;
 
 fn refused(text: &str) -> String {

@@ -1,7 +1,7 @@
 //! The command's sections, from Python's arguments.
 
 use bonebeam::beamform::{Method, Parameters, Postfilter};
-use bonebeam_drive::config::{Beamform, BeamformFlags, Image, Kind, PhaseSymmetry};
+use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_simulate::Simulate;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -25,11 +25,11 @@ impl BeamformParameters {
             let alone = Map::from_iter([(key.clone(), value.clone())]);
             if let Err(error) = serde_json::from_value::<Beamform>(Value::Object(alone)) {
                 let message = format!("`{key}`: {error}");
-                let kind = BeamformFlags::kind(key);
-                return Err(if kind.is_some() && kind != kind_of(value) {
-                    PyTypeError::new_err(message)
-                } else {
-                    PyValueError::new_err(message)
+                // A fraction is a number, if not one that every key takes.
+                let other_type = error.to_string().starts_with("invalid type") && !value.is_f64();
+                return Err(match other_type {
+                    true => PyTypeError::new_err(message),
+                    false => PyValueError::new_err(message),
                 });
             }
         }
@@ -38,15 +38,6 @@ impl BeamformParameters {
         section.validate().map_err(refused)?;
         section.resolve();
         Ok(Self(section))
-    }
-}
-
-fn kind_of(value: &Value) -> Option<Kind> {
-    match value {
-        Value::Number(_) => Some(Kind::Number),
-        Value::String(_) => Some(Kind::Name),
-        Value::Bool(_) => Some(Kind::Switch),
-        _ => None,
     }
 }
 
@@ -121,8 +112,8 @@ pub fn tables() -> PyResult<String> {
     let examples = methods.into_iter().chain(postfilters).chain(rows);
     let examples: Vec<_> = examples.map(Beamform::of).collect();
     let tables = json!({
-        "keys": BeamformFlags::keys(),
-        "methods": MethodName::all(),
+        "keys": Beamform::keys().collect::<Vec<_>>(),
+        "methods": MethodName::all().collect::<Vec<_>>(),
         "postfilters": Postfilter::EXAMPLES.map(|postfilter| postfilter.key()),
         "examples": examples,
     });

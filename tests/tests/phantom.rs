@@ -212,6 +212,58 @@ fn binary_mesh_reads_like_text() {
     assert!(message.contains("vertex 1: x"), "{message}");
 }
 
+/// Properties and elements beside those of the mesh, in every type and every order of bytes.
+#[test]
+fn what_a_mesh_does_not_need_is_skipped() {
+    const HEAD: &str = "element vertex 8\nproperty uchar red\nproperty double x\nproperty list ushort short pair\n\
+        property float y\nproperty float z\nproperty uint16 last\nelement edge 1\nproperty int32 a\n\
+        property int8 b\nelement face 6\nproperty char group\nproperty list uint uint vertex_index\n";
+    let corners = box_ply(BOX);
+    let corners = corners.lines().skip_while(|line| *line != "end_header");
+    let vertices = corners.skip(1).take(8).map(|line| {
+        let [x, y, z] = [0, 1, 2].map(|k| line.split(' ').nth(k).unwrap());
+        format!("u1:255 f8:{x} u2:2 i2:-7 i2:300 f4:{y} f4:{z} u2:65535")
+    });
+    let faces = BOX.lines().map(|line| {
+        let corners = line.replace(' ', " u4:");
+        format!("i1:-1 u4:{corners}")
+    });
+    let rows: Vec<String> = vertices
+        .chain(["i4:-100000 i1:-128".into()])
+        .chain(faces)
+        .collect();
+    let expected = slice_text(&box_ply(BOX), 0.7e-3).unwrap();
+    for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
+        let mut file =
+            format!("ply\r\nformat {format} 1.0\r\ncomment of a test\n{HEAD}end_header\n")
+                .into_bytes();
+        for (kind, value) in rows
+            .iter()
+            .flat_map(|row| row.split(' '))
+            .map(|word| word.split_once(':').unwrap())
+        {
+            let mut bytes = match kind {
+                "f8" => value.parse::<f64>().unwrap().to_le_bytes().to_vec(),
+                "f4" => value.parse::<f32>().unwrap().to_le_bytes().to_vec(),
+                _ => {
+                    let size = usize::from(kind.as_bytes()[1] - b'0');
+                    value.parse::<i64>().unwrap().to_le_bytes()[..size].to_vec()
+                }
+            };
+            match format {
+                "ascii" => bytes = format!("{value} \n").into_bytes(),
+                "binary_big_endian" => bytes.reverse(),
+                _ => {}
+            }
+            file.extend(bytes);
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("box.ply");
+        fs::write(&path, &file).unwrap();
+        assert_eq!(slice_mesh(&path, 0.7e-3).unwrap(), expected, "{format}");
+    }
+}
+
 #[test]
 fn unusable_meshes_are_named() {
     let without_a_wall: String = BOX.lines().skip(1).collect::<Vec<_>>().join("\n");

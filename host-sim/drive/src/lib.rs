@@ -8,6 +8,7 @@ pub mod delay;
 pub mod frame;
 pub mod image;
 pub mod methods;
+mod names;
 pub mod phase_symmetry;
 pub mod pipeline;
 pub mod policy;

@@ -3,9 +3,13 @@
 //! A method of the core is a [`MethodName`] with [`Options`] for the command line and the configuration, which the
 //! compiler asks for, and a row of [`COMPARED`] to stand in the figures, the tables and the checks.
 
+use std::fmt;
+
 use bonebeam::beamform::Method;
-use clap::ValueEnum;
+use serde::de::value::{Error, StrDeserializer};
 use serde::{Deserialize, Serialize};
+
+use crate::names;
 
 /// What some methods take beside their name: keys of the configuration and flags.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,7 +25,8 @@ pub struct Options {
 }
 
 /// A beamformer that can be asked for by name: the value of `--method` and of the key `method`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum MethodName {
     /// Delay and sum
@@ -32,6 +37,13 @@ pub enum MethodName {
     Esmv,
     /// Eigenspace minimum variance with a signal subspace of rank 1
     EsmvRank1,
+}
+
+/// As the command line and files write it.
+impl fmt::Display for MethodName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
 }
 
 /// One of the beamformers that are compared.
@@ -81,14 +93,10 @@ const fn compared(key: &'static str, name: &'static str, method: Method) -> Comp
 
 impl MethodName {
     /// Every choice.
-    pub fn all() -> &'static [Self] {
-        Self::value_variants()
-    }
-
-    /// The name on the command line and in files.
-    pub fn name(self) -> String {
-        let value = self.to_possible_value().expect("no value is hidden");
-        value.get_name().to_owned()
+    pub fn all() -> impl Iterator<Item = Self> {
+        let read = |name: &&str| Self::deserialize(StrDeserializer::<Error>::new(name));
+        let names = names::variants::<Self>().iter();
+        names.map(move |name| read(name).expect("one of its own names"))
     }
 
     /// The keys of [`Options`] that it takes.
@@ -167,6 +175,7 @@ mod tests {
         for method in Method::EXAMPLES {
             let (choice, options) = MethodName::of(method);
             assert_eq!(choice.method(&options), method);
+            assert!(MethodName::all().any(|one| one == choice));
         }
     }
 }

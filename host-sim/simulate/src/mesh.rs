@@ -1,17 +1,15 @@
 //! Bones given as a triangle mesh in a PLY, STL or OBJ file.
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader};
+use std::io::BufReader;
 use std::path::Path;
-
-use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{DefaultElement, Header, Property};
 
 use crate::{Error, Result};
 use bonebeam_files::input;
 use bonebeam_files::terminal::short;
 
 use super::outline::Outline;
+use super::ply;
 use super::surface::Surface;
 
 /// The outline of a mesh at height `slice` in m. The file is in mm with +x towards the front, y
@@ -41,7 +39,7 @@ pub fn slice_mesh(path: &Path, slice: f64) -> Result<Outline> {
 /// # Errors
 /// As [`slice_mesh`].
 pub fn slice_ply(bytes: &[u8], slice: f64) -> Result<Outline> {
-    let raw = parse_ply(bytes, bytes.len() as u64);
+    let raw = ply::read(bytes, bytes.len() as u64);
     let outline = raw
         .and_then(weld)
         .and_then(|mesh| mesh.placed(slice).outline());
@@ -110,11 +108,11 @@ const MAX_EXTENT: f64 = 1000.0;
 const MIN_EXTENT: f64 = 1.0;
 
 /// Corners and triangles as a file has them.
-struct Raw {
+pub(super) struct Raw {
     /// In mm, not checked.
-    vertices: Vec<[f64; 3]>,
+    pub(super) vertices: Vec<[f64; 3]>,
     /// Indices, checked.
-    triangles: Vec<[usize; 3]>,
+    pub(super) triangles: Vec<[usize; 3]>,
 }
 
 /// The mesh of a file, by the ending of its name: STL, OBJ, else PLY.
@@ -239,98 +237,10 @@ fn read_obj(path: &Path) -> Result<Raw> {
     Ok(raw)
 }
 
-/// Memory is made by the counts of the header, so it must not claim more than the file can hold: each
-/// property of each entry takes a byte at least.
-fn check_counts(header: &Header, length: u64) -> std::result::Result<(), String> {
-    for (name, element) in &header.elements {
-        let least = element.properties.len().max(1);
-        let claimed = (element.count as u64).saturating_mul(least as u64);
-        if claimed > length {
-            return Err(format!(
-                "the PLY header claims {} entries of \"{name}\", more than the file's {length} bytes can hold",
-                element.count
-            ));
-        }
-    }
-    Ok(())
-}
-
 fn read_ply(path: &Path) -> Result<Raw> {
     let fail = |message: String| file_error(path, message);
     let open = |error: std::io::Error| fail(input::cannot_be_opened(&error));
     let file = input::open(path).map_err(open)?;
     let length = file.metadata().map_err(open)?.len();
-    parse_ply(BufReader::new(file), length).map_err(fail)
-}
-
-fn parse_ply(file: impl BufRead, length: u64) -> std::result::Result<Raw, String> {
-    let unreadable = |error: ParseError| {
-        // The parser explains itself over several lines.
-        let reason = error.to_string().replace('\n', " ");
-        format!("not a readable PLY file: {}", reason.trim_end())
-    };
-    let parser = Parser::<DefaultElement>::new();
-    let mut reader = Reader::new(file);
-    let header = parser.read_header(&mut reader).map_err(unreadable)?;
-    check_counts(&header, length)?;
-    let payload = parser
-        .read_payload(&mut reader, &header)
-        .map_err(unreadable)?;
-    let element = |name: &str| {
-        payload
-            .get(name)
-            .filter(|list| !list.is_empty())
-            .ok_or_else(|| format!("the PLY file has no element \"{name}\""))
-    };
-    let mut vertices = Vec::new();
-    for (index, vertex) in element("vertex")?.iter().enumerate() {
-        let mut position = [0.0; 3];
-        for (value, key) in position.iter_mut().zip(["x", "y", "z"]) {
-            *value = match vertex.get(key) {
-                Some(Property::Float(v)) => f64::from(*v),
-                Some(Property::Double(v)) => *v,
-                _ => {
-                    return Err(format!("vertex {index} needs {key} as float or double"));
-                }
-            };
-        }
-        vertices.push(position);
-    }
-    let mut triangles = Vec::new();
-    for (index, face) in element("face")?.iter().enumerate() {
-        let corners = face
-            .get("vertex_indices")
-            .or_else(|| face.get("vertex_index"))
-            .and_then(indices)
-            .ok_or_else(|| format!("face {index} needs a list vertex_indices"))?;
-        let corner = |k: usize| {
-            let known = (corners[k] < vertices.len()).then_some(corners[k]);
-            known.ok_or_else(|| {
-                format!(
-                    "face {index} names vertex {} of {}",
-                    corners[k],
-                    vertices.len()
-                )
-            })
-        };
-        // A polygon is a fan of triangles.
-        for k in 1..corners.len().max(2) - 1 {
-            triangles.push([corner(0)?, corner(k)?, corner(k + 1)?]);
-        }
-    }
-    Ok(Raw {
-        vertices,
-        triangles,
-    })
-}
-
-/// A list property as indices; none for another kind or for a negative index.
-fn indices(property: &Property) -> Option<Vec<usize>> {
-    match property {
-        Property::ListInt(list) => list.iter().map(|&v| usize::try_from(v).ok()).collect(),
-        Property::ListUInt(list) => list.iter().map(|&v| usize::try_from(v).ok()).collect(),
-        Property::ListUShort(list) => Some(list.iter().map(|&v| usize::from(v)).collect()),
-        Property::ListUChar(list) => Some(list.iter().map(|&v| usize::from(v)).collect()),
-        _ => None,
-    }
+    ply::read(BufReader::new(file), length).map_err(fail)
 }

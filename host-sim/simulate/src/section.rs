@@ -1,8 +1,8 @@
 //! The parameters of a simulation.
 
+use std::fmt;
 use std::path::PathBuf;
 
-use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 use bonebeam::simd::InstructionSet;
@@ -61,7 +61,8 @@ pub struct Simulate {
 }
 
 /// The phantoms.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// One scatterer at the transmit focus, noise-free (the paper's Fig. 2)
@@ -70,7 +71,7 @@ pub enum Kind {
     /// plane alone
     Vertebra,
     /// The same as a volume: a surface of triangles, elevation focus, 200 scatterers per mm² of bone
-    #[value(name = "vertebra-3d")]
+    #[cfg_attr(feature = "clap", value(name = "vertebra-3d"))]
     #[serde(rename = "vertebra-3d")]
     Vertebra3d,
     /// Spinous processes along the spine, under skin, fat, fascia and muscle (for the paper's Fig. 11)
@@ -83,24 +84,26 @@ pub enum Kind {
     DynamicRange,
 }
 
-impl Kind {
-    /// As the command line writes it.
-    pub(super) fn name(self) -> String {
-        let value = self.to_possible_value();
-        value.map_or(String::new(), |value| value.get_name().to_owned())
+/// As the command line and files write it.
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
+}
 
+impl Kind {
     /// Whether it is a volume, which an array with a height and a lens images.
-    pub(super) fn is_volume(self) -> bool {
+    pub fn is_volume(self) -> bool {
         !matches!(self, Kind::Point | Kind::Vertebra)
     }
 
-    pub(super) fn has_bone(self) -> bool {
+    /// Whether it is bone, of which the depth is asked for.
+    pub fn has_bone(self) -> bool {
         !matches!(self, Kind::Point | Kind::DynamicRange)
     }
 
     /// A single vertebra, of which there may be a mesh.
-    pub(super) fn is_vertebra(self) -> bool {
+    pub fn is_vertebra(self) -> bool {
         matches!(self, Kind::Vertebra | Kind::Vertebra3d)
     }
 

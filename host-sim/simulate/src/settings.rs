@@ -11,7 +11,8 @@ use super::pulse::{DIRECT_FLOOR, FLOOR, Pulse};
 use super::time_axis::{TimeAxis, Window, row_rate};
 
 /// What surrounds the elements.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Baffle {
     /// Hard: an element hears alike from all sides, but for its width
@@ -22,7 +23,8 @@ pub enum Baffle {
 }
 
 /// What the noise's spectrum is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum NoiseSpectrum {
     /// The transducer's one-way response

@@ -10,10 +10,11 @@ use clap::Args;
 use super::measures::Measures;
 use super::{ConfigArgument, VariableArguments, about, command_line, load_config, recording_help};
 use crate::config::Config;
+use crate::flags::{BeamformFlags, ImageFlags, PhaseSymmetryFlags};
 use crate::progress::Progress;
 use crate::{Error, Result};
 use bonebeam::phase_symmetry::scale_for_display;
-use bonebeam_drive::config::{Beamform, BeamformFlags, ImageFlags, PhaseSymmetryFlags};
+use bonebeam_drive::config::Beamform;
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, check_beams, image_of};
 use bonebeam_drive::phase_symmetry;
@@ -220,10 +221,10 @@ impl Arguments {
 /// A parameter out of range, a recording that is not valid, or an output that cannot be written.
 pub fn run(arguments: Arguments) -> Result<()> {
     let mut config = load_config(arguments.config.path.as_deref())?;
-    config.beamform.apply(&arguments.beamform);
+    arguments.beamform.apply(&mut config.beamform);
     arguments.variables.apply(&mut config.variables)?;
-    config.image.apply(&arguments.image_flags);
-    config.phase_symmetry.apply(&arguments.phase_symmetry);
+    arguments.image_flags.apply(&mut config.image);
+    arguments.phase_symmetry.apply(&mut config.phase_symmetry);
     config.beamform.resolve();
     let any_size = config.image.rows.is_none() && config.image.columns.is_none();
     if arguments.bone_map.is_some() && any_size && config.phase_symmetry.resize.is_none() {

@@ -7,7 +7,8 @@ use clap::Args;
 use super::{ConfigArgument, VariableArguments, load_config, recording_help};
 use crate::Result;
 use crate::config::Config;
-use bonebeam_drive::config::{Beamform, BeamformFlags, Image};
+use crate::flags::BeamformFlags;
+use bonebeam_drive::config::{Beamform, Image};
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::policy::warnings;
 use bonebeam_files::terminal::{digits, one_line, print};
@@ -47,7 +48,7 @@ Examples:
 /// A recording that is not valid.
 pub fn run(arguments: Arguments) -> Result<()> {
     let mut config = load_config(arguments.config.path.as_deref())?;
-    config.beamform.apply(&arguments.beamform);
+    arguments.beamform.apply(&mut config.beamform);
     config.beamform.resolve();
     arguments.variables.apply(&mut config.variables)?;
     config.validate()?;
@@ -201,7 +202,7 @@ fn to_be_done(data: &ChannelData, config: &Config) -> Vec<Fact> {
                     mm(last),
                     mhz(rate),
                     rate / data.f0,
-                    parameters.method.name()
+                    parameters.method
                 ),
             ));
             let across = stage.beam_x()[beams - 1] - stage.beam_x()[0];
@@ -244,10 +245,7 @@ fn of_aligned_data(data: &AlignedData, frames: usize, parameters: &Beamform) -> 
         ("beams", positions),
         (
             "lines",
-            format!(
-                "{beams} of {samples} samples, by {}",
-                parameters.method.name()
-            ),
+            format!("{beams} of {samples} samples, by {}", parameters.method),
         ),
     ]
 }

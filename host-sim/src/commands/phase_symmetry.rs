@@ -7,9 +7,9 @@ use clap::Args;
 
 use super::{ConfigArgument, about, command_line, load_config};
 use crate::config::Config;
+use crate::flags::PhaseSymmetryFlags;
 use crate::progress::Progress;
 use crate::{Error, Result};
-use bonebeam_drive::config::PhaseSymmetryFlags;
 use bonebeam_drive::phase_symmetry::of_image;
 use bonebeam_drive::policy::phase_symmetry_memory;
 use bonebeam_files::atomic::{Outputs, check_outputs};
@@ -54,7 +54,7 @@ Examples:
 /// A parameter out of range, an image that is not valid, or an output that cannot be written.
 pub fn run(arguments: Arguments) -> Result<()> {
     let mut config = load_config(arguments.config.path.as_deref())?;
-    config.phase_symmetry.apply(&arguments.phase_symmetry);
+    arguments.phase_symmetry.apply(&mut config.phase_symmetry);
     config.validate()?;
 
     if Format::of(&arguments.output)? != Format::Npy {

@@ -8,11 +8,12 @@ use ndarray::{Array2, Array3};
 use super::{ConfigArgument, command_line, load_config};
 use crate::Result;
 use crate::config::Config;
+use crate::flags::SimulateFlags;
 use crate::progress::Progress;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::warn;
 use bonebeam_files::{Truth, add_surface_to};
-use bonebeam_simulate::{Checkpoint, DynamicRange, Kind, Phantom, SimulateFlags};
+use bonebeam_simulate::{Checkpoint, DynamicRange, Kind, Phantom};
 
 /// Simulate the channel data of a point, of bone in water or in tissue, or of known levels.
 ///
@@ -56,7 +57,7 @@ Examples:
 /// A parameter out of range, a mesh that is not valid, or an output that cannot be written.
 pub fn run(arguments: Arguments) -> Result<()> {
     let mut config = load_config(arguments.config.path.as_deref())?;
-    config.simulate.apply(&arguments.simulate)?;
+    arguments.simulate.apply(&mut config.simulate)?;
     config.validate()?;
 
     let config_path = Config::path_beside(&arguments.output);

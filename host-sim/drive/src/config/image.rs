@@ -1,6 +1,5 @@
-//! The parameters of the image: the section and its flags.
+//! The parameters of the image.
 
-use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
@@ -39,34 +38,6 @@ pub struct Image {
     pub median: bool,
 }
 
-/// The flags that go over the section.
-#[derive(Debug, Args)]
-pub struct ImageFlags {
-    /// Black lies this far below the largest envelope, dB [default: 60]
-    #[arg(long, value_name = "DB", help_heading = "Image")]
-    dynamic_range: Option<f64>,
-
-    /// Depth of the image's bottom, m [default: the lines']
-    #[arg(long, value_name = "M", help_heading = "Image")]
-    depth: Option<f64>,
-
-    /// Width of the image, centred on the beams, m [default: the beams']
-    #[arg(long, value_name = "M", help_heading = "Image")]
-    width: Option<f64>,
-
-    /// Pixels down the image [default: as many as square pixels need, 512 the longer way]
-    #[arg(long, value_name = "N", help_heading = "Image")]
-    rows: Option<usize>,
-
-    /// Pixels across the image [default: as many as square pixels need, 512 the longer way]
-    #[arg(long, value_name = "N", help_heading = "Image")]
-    columns: Option<usize>,
-
-    /// Smooth the image with a 3 x 3 median
-    #[arg(long, help_heading = "Image")]
-    median: bool,
-}
-
 impl Default for Image {
     fn default() -> Self {
         Self {
@@ -81,16 +52,6 @@ impl Default for Image {
 }
 
 impl Image {
-    /// What the flags say in place of the section's values.
-    pub fn apply(&mut self, flags: &ImageFlags) {
-        self.dynamic_range = flags.dynamic_range.unwrap_or(self.dynamic_range);
-        self.depth = flags.depth.or(self.depth);
-        self.width = flags.width.or(self.width);
-        self.rows = flags.rows.or(self.rows);
-        self.columns = flags.columns.or(self.columns);
-        self.median |= flags.median;
-    }
-
     /// Rows and columns of square pixels over `width` and `height`, m: those asked for, and where a side
     /// is not, as many pixels as fill it without a margin. Where neither is, the longer side has
     /// [`LONGER_SIDE`].

@@ -1,4 +1,4 @@
-//! Parameters of the drive, a section a stage, from TOML and from the command line.
+//! Parameters of the drive, a section a stage.
 
 mod beamform;
 mod core;
@@ -7,6 +7,7 @@ mod phase_symmetry;
 
 pub(crate) use core::plain;
 
-pub use beamform::{Beamform, BeamformFlags, Interpolation, Kind, LineKind, RfInterpolation};
-pub use image::{Image, ImageFlags, LONGER_SIDE};
-pub use phase_symmetry::{PhaseSymmetry, PhaseSymmetryFlags, Size, parse_scale};
+pub use beamform::{Beamform, Interpolation, LineKind, RfInterpolation};
+pub use core::{ALIASES, POSTFILTER};
+pub use image::{Image, LONGER_SIDE};
+pub use phase_symmetry::{PhaseSymmetry, Size};

@@ -1,10 +1,9 @@
-//! The parameters of phase symmetry: the section and its flags.
+//! The parameters of phase symmetry.
 
 use std::fmt;
 use std::str::FromStr;
 
 use bonebeam::phase_symmetry::MAX_SCALES;
-use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
@@ -33,53 +32,6 @@ pub struct PhaseSymmetry {
     /// Resample the image to this size first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resize: Option<Size>,
-}
-
-/// The flags that go over the section.
-#[derive(Debug, Args)]
-pub struct PhaseSymmetryFlags {
-    /// Centre frequencies of the filters, cycles per pixel, such as 2^-7,2^-8 or 0.0078125
-    /// [default: 2^-7,2^-8,2^-9]
-    #[arg(long, value_name = "R0,…", value_delimiter = ',', value_parser = parse_scale)]
-    scales: Option<Vec<f64>>,
-
-    /// Noise threshold T_n, in grey levels of the image [default: 15]
-    #[arg(long, value_name = "GREY")]
-    threshold: Option<f64>,
-
-    /// Rows or columns worked on at a time; it changes the memory needed, never the result
-    /// [default: 16]
-    #[arg(long, value_name = "ROWS")]
-    strip: Option<usize>,
-
-    /// Put the image into a black one of the next sides that the transform takes, and cut the map to the
-    /// image again
-    #[arg(long, conflicts_with = "resize")]
-    pad: bool,
-
-    /// Resample the image first; sides are 64, 128, 256, 512 or 1024 pixels
-    #[arg(long, value_name = "ROWSxCOLUMNS")]
-    resize: Option<Size>,
-}
-
-impl PhaseSymmetryFlags {
-    /// Refuses flags that have no effect, for the reason `why`.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] naming the flag.
-    pub fn refuse(&self, why: &str) -> Result<()> {
-        let given = [
-            ("--scales", self.scales.is_some()),
-            ("--threshold", self.threshold.is_some()),
-            ("--strip", self.strip.is_some()),
-            ("--pad", self.pad),
-            ("--resize", self.resize.is_some()),
-        ];
-        match given.iter().find(|(_, given)| *given) {
-            None => Ok(()),
-            Some((flag, _)) => Err(Error::Usage(format!("{flag} has no effect {why}"))),
-        }
-    }
 }
 
 /// The size of an image, pixels.
@@ -113,15 +65,6 @@ impl fmt::Display for Size {
     }
 }
 
-/// A scale as a power of two (`2^-7`) or as a decimal number (`0.0078125`), cycles per pixel.
-pub fn parse_scale(text: &str) -> std::result::Result<f64, String> {
-    let value = match text.strip_prefix("2^") {
-        Some(exponent) => exponent.parse().ok().map(f64::exp2),
-        None => text.parse().ok(),
-    };
-    value.ok_or_else(|| "expected a power of two such as 2^-7, or a decimal number".into())
-}
-
 impl Default for PhaseSymmetry {
     fn default() -> Self {
         Self {
@@ -135,22 +78,6 @@ impl Default for PhaseSymmetry {
 }
 
 impl PhaseSymmetry {
-    /// What the flags say in place of the section's values.
-    pub fn apply(&mut self, flags: &PhaseSymmetryFlags) {
-        if let Some(scales) = &flags.scales {
-            self.scales.clone_from(scales);
-        }
-        self.threshold = flags.threshold.unwrap_or(self.threshold);
-        self.strip = flags.strip.unwrap_or(self.strip);
-        // Each undoes the need for the other.
-        if flags.pad {
-            (self.pad, self.resize) = (true, None);
-        }
-        if flags.resize.is_some() {
-            (self.pad, self.resize) = (false, flags.resize);
-        }
-    }
-
     /// The sides of the black image that a padded one is put into, where the transform takes any that are
     /// large enough.
     pub fn padded(&self, sides: (usize, usize)) -> Option<(usize, usize)> {

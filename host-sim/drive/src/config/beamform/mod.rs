@@ -1,13 +1,10 @@
-//! The parameters of delay and beamformer: the section, its flags, and what the core gets.
+//! The parameters of delay and beamformer: the section, and what the core gets.
 //!
 //! The core's parameters come from its table: see [`core`](super::core). A key of the host is a field of [`Beamform`],
-//! with its range in [`Beamform::validate`] and its flag in [`BeamformFlags`].
+//! with its range in [`Beamform::validate`] and its flag in the command's `flags`.
 
-mod flags;
 mod section;
 mod validate;
-
-pub use flags::{BeamformFlags, Kind};
 
 use std::ops::Range;
 
@@ -16,10 +13,11 @@ use bonebeam::covariance::Covariance;
 use bonebeam::delay::{IqInterpolation, MAX_DECIMATION};
 use bonebeam::geometry::Axis;
 use bonebeam::pipeline::DepthGate;
-use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
+use super::core::POSTFILTER;
 use crate::methods::{MethodName, Options, default_beta};
+use crate::names::keys;
 use crate::{Error, Result};
 use bonebeam_files::terminal::short;
 use bonebeam_files::{ChannelData, Samples};
@@ -32,7 +30,8 @@ const UPPER_EDGE: f64 = 1.3;
 /// What the decimator keeps, over the output rate: 0.7 of its half.
 const KEPT: f64 = 0.35;
 /// Which way the lines of compounded transmits go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum LineKind {
     /// Straight down from the array
@@ -44,7 +43,8 @@ pub enum LineKind {
 }
 
 /// How RF is read between its samples, where transmits are compounded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum RfInterpolation {
     /// By the delay stage's filter, for each line anew
@@ -55,7 +55,8 @@ pub enum RfInterpolation {
 }
 
 /// How I/Q is read between its samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Interpolation {
     /// Along straight lines
@@ -172,6 +173,13 @@ impl Default for Beamform {
 }
 
 impl Beamform {
+    /// The keys of the section.
+    pub fn keys() -> impl Iterator<Item = &'static str> {
+        let core = Parameters::TABLE.map(|row| row.name);
+        let host = keys::<Self>().iter().copied();
+        host.chain([POSTFILTER]).chain(core)
+    }
+
     /// Fills in β where the method needs it and has neither β nor a rank, so that the written
     /// configuration tells it.
     pub fn resolve(&mut self) {

@@ -59,9 +59,9 @@ impl Beamform {
         for (key, given) in given {
             if given && !self.method.takes().contains(&key) {
                 let flag = key.replace('_', "-");
-                let takers = MethodName::all().iter();
+                let takers = MethodName::all();
                 let takers = takers.filter(|choice| choice.takes().contains(&key));
-                let takers: Vec<String> = takers.map(|choice| choice.name()).collect();
+                let takers: Vec<String> = takers.map(|choice| choice.to_string()).collect();
                 return Err(Error::Usage(format!(
                     "--{flag} needs --method {}",
                     takers.join(" or ")

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
+use bonebeam_simulate::{Baffle, Kind, NoiseSpectrum, Simulate};
 use clap::Args;
 
-use super::section::{Kind, Simulate};
-use crate::{Baffle, Error, NoiseSpectrum, Result};
+use crate::{Error, Result};
 
 /// The flags that go over the section.
 #[derive(Debug, Args)]
@@ -133,49 +133,47 @@ pub struct SimulateFlags {
     depth_end: Option<f64>,
 }
 
-impl Simulate {
+impl SimulateFlags {
     /// What the flags say in place of the section's values.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] for a flag of the other phantom.
-    pub fn apply(&mut self, flags: &SimulateFlags) -> Result<()> {
-        self.phantom = flags.phantom.unwrap_or(self.phantom);
-        self.offset = flags.offset.unwrap_or(self.offset);
-        self.mesh = flags.mesh.clone().or(self.mesh.take());
-        self.slice = flags.slice.unwrap_or(self.slice);
-        self.depth = flags.depth.unwrap_or(self.depth);
-        self.tissue |= flags.tissue;
-        self.iq |= flags.iq;
-        self.elevation = flags.elevation.unwrap_or(self.elevation);
-        self.point_depth = flags.point_depth.or(self.point_depth);
-        self.thickness = flags.thickness.unwrap_or(self.thickness);
-        self.tissue_density = flags.tissue_density.or(self.tissue_density);
-        self.reverberation = flags.reverberation.or(self.reverberation);
-        self.clutter = flags.clutter.or(self.clutter);
-        let scanner = self.scanner();
-        scanner.noise = match flags.noise_free {
+    pub fn apply(&self, section: &mut Simulate) -> Result<()> {
+        section.phantom = self.phantom.unwrap_or(section.phantom);
+        section.offset = self.offset.unwrap_or(section.offset);
+        section.mesh = self.mesh.clone().or(section.mesh.take());
+        section.slice = self.slice.unwrap_or(section.slice);
+        section.depth = self.depth.unwrap_or(section.depth);
+        section.tissue |= self.tissue;
+        section.iq |= self.iq;
+        section.elevation = self.elevation.unwrap_or(section.elevation);
+        section.point_depth = self.point_depth.or(section.point_depth);
+        section.thickness = self.thickness.unwrap_or(section.thickness);
+        section.tissue_density = self.tissue_density.or(section.tissue_density);
+        section.reverberation = self.reverberation.or(section.reverberation);
+        section.clutter = self.clutter.or(section.clutter);
+        let scanner = section.scanner();
+        scanner.noise = match self.noise_free {
             true => None,
-            false => flags.noise.or(scanner.noise),
+            false => self.noise.or(scanner.noise),
         };
-        scanner.noise_spectrum = flags.noise_spectrum.unwrap_or(scanner.noise_spectrum);
-        scanner.adc_bits = flags.adc_bits.or(scanner.adc_bits);
-        scanner.element_height = flags.element_height.unwrap_or(scanner.element_height);
-        scanner.elevation_focus = flags.elevation_focus.or(scanner.elevation_focus);
-        scanner.baffle = flags.baffle.unwrap_or(scanner.baffle);
-        scanner.attenuation = flags.attenuation.unwrap_or(scanner.attenuation);
-        scanner.seed = flags.seed.unwrap_or(scanner.seed);
-        scanner.focus = flags.focus.unwrap_or(scanner.focus);
-        scanner.f_number = flags.f_number.unwrap_or(scanner.f_number);
-        scanner.beams = flags.beams.unwrap_or(scanner.beams);
-        scanner.first_beam = flags.first_beam.unwrap_or(scanner.first_beam);
-        scanner.beam_step = flags.beam_step.unwrap_or(scanner.beam_step);
-        scanner.depth_start = flags.depth_start.unwrap_or(scanner.depth_start);
-        scanner.depth_end = flags.depth_end.unwrap_or(scanner.depth_end);
-        flags.refuse_those_of_the_other(self.phantom)
+        scanner.noise_spectrum = self.noise_spectrum.unwrap_or(scanner.noise_spectrum);
+        scanner.adc_bits = self.adc_bits.or(scanner.adc_bits);
+        scanner.element_height = self.element_height.unwrap_or(scanner.element_height);
+        scanner.elevation_focus = self.elevation_focus.or(scanner.elevation_focus);
+        scanner.baffle = self.baffle.unwrap_or(scanner.baffle);
+        scanner.attenuation = self.attenuation.unwrap_or(scanner.attenuation);
+        scanner.seed = self.seed.unwrap_or(scanner.seed);
+        scanner.focus = self.focus.unwrap_or(scanner.focus);
+        scanner.f_number = self.f_number.unwrap_or(scanner.f_number);
+        scanner.beams = self.beams.unwrap_or(scanner.beams);
+        scanner.first_beam = self.first_beam.unwrap_or(scanner.first_beam);
+        scanner.beam_step = self.beam_step.unwrap_or(scanner.beam_step);
+        scanner.depth_start = self.depth_start.unwrap_or(scanner.depth_start);
+        scanner.depth_end = self.depth_end.unwrap_or(scanner.depth_end);
+        self.refuse_those_of_the_other(section.phantom)
     }
-}
 
-impl SimulateFlags {
     /// A flag that would have no effect is a mistake.
     fn refuse_those_of_the_other(&self, phantom: Kind) -> Result<()> {
         let point = phantom == Kind::Point;
@@ -203,8 +201,7 @@ impl SimulateFlags {
         match flags.iter().find(|(_, given, has)| *given && !has) {
             None => Ok(()),
             Some((flag, ..)) => Err(Error::Usage(format!(
-                "{flag} has no effect on the phantom {}",
-                phantom.name()
+                "{flag} has no effect on the phantom {phantom}"
             ))),
         }
     }

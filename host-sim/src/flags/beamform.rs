@@ -1,12 +1,12 @@
-//! The flags of the section.
+//! The flags of delay and beamformer.
 
 use bonebeam::covariance::Covariance;
+use bonebeam_drive::config::{Beamform, Interpolation, LineKind, RfInterpolation};
+use bonebeam_drive::methods::MethodName;
+use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{ArgAction, Args};
 
-use super::super::core::CoreFlags;
-use super::{Beamform, Interpolation, LineKind, RfInterpolation};
-use crate::methods::MethodName;
+use super::core::CoreFlags;
 
 /// The flags that go over the section.
 #[derive(Debug, Args)]
@@ -98,17 +98,6 @@ pub struct BeamformFlags {
     beam_spacing: Option<f64>,
 }
 
-/// What the values of a key are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Numbers: the core's parameters, and more.
-    Number,
-    /// Names out of a list.
-    Name,
-    /// True or false.
-    Switch,
-}
-
 /// The covariances by name.
 fn covariances() -> impl TypedValueParser<Value = Covariance> {
     const NAMES: [(&str, &str, Covariance); 2] = [
@@ -131,24 +120,6 @@ fn covariances() -> impl TypedValueParser<Value = Covariance> {
 }
 
 impl BeamformFlags {
-    /// The keys of the section, one a flag.
-    pub fn keys() -> Vec<String> {
-        let flags = Self::augment_args(clap::Command::new(""));
-        let key = |flag: &clap::Arg| flag.get_id().to_string();
-        flags.get_arguments().map(key).collect()
-    }
-
-    /// The kind of a key's values.
-    pub fn kind(key: &str) -> Option<Kind> {
-        let flags = Self::augment_args(clap::Command::new(""));
-        let flag = flags.get_arguments().find(|flag| flag.get_id() == key)?;
-        Some(match flag.get_action() {
-            ArgAction::SetTrue => Kind::Switch,
-            _ if flag.get_possible_values().is_empty() => Kind::Number,
-            _ => Kind::Name,
-        })
-    }
-
     /// The flags that only channel data heed, and whether each was given.
     pub fn of_delay(&self) -> [(&'static str, bool); 10] {
         [
@@ -169,46 +140,44 @@ impl BeamformFlags {
     pub fn of_aligned_data(&self) -> (&'static str, bool) {
         ("--beam-spacing", self.beam_spacing.is_some())
     }
-}
 
-impl Beamform {
     /// What the flags say in place of the section's values.
-    pub fn apply(&mut self, flags: &BeamformFlags) {
-        self.apply_method(flags);
-        flags.core.apply(&mut self.core);
-        self.covariance = flags.covariance.unwrap_or(self.covariance);
-        self.adaptive_depth_start = flags.adaptive_depth_start.or(self.adaptive_depth_start);
-        self.adaptive_depth_end = flags.adaptive_depth_end.or(self.adaptive_depth_end);
-        self.f_number = flags.f_number.unwrap_or(self.f_number);
-        self.min_elements = flags.min_elements.unwrap_or(self.min_elements);
-        self.output_rate = flags.output_rate.or(self.output_rate);
-        self.lines = flags.lines.or(self.lines);
-        self.line_count = flags.line_count.or(self.line_count);
-        self.sector = flags.sector.unwrap_or(self.sector);
-        self.rf_interpolation = flags.rf_interpolation.or(self.rf_interpolation);
-        self.iq_interpolation = flags.iq_interpolation.or(self.iq_interpolation);
-        self.depth_start = flags.depth_start.or(self.depth_start);
-        self.depth_end = flags.depth_end.or(self.depth_end);
-        self.sound_speed = flags.sound_speed.or(self.sound_speed);
-        self.beam_spacing = flags.beam_spacing.unwrap_or(self.beam_spacing);
+    pub fn apply(&self, section: &mut Beamform) {
+        self.apply_method(section);
+        self.core.apply(&mut section.core);
+        section.covariance = self.covariance.unwrap_or(section.covariance);
+        section.adaptive_depth_start = self.adaptive_depth_start.or(section.adaptive_depth_start);
+        section.adaptive_depth_end = self.adaptive_depth_end.or(section.adaptive_depth_end);
+        section.f_number = self.f_number.unwrap_or(section.f_number);
+        section.min_elements = self.min_elements.unwrap_or(section.min_elements);
+        section.output_rate = self.output_rate.or(section.output_rate);
+        section.lines = self.lines.or(section.lines);
+        section.line_count = self.line_count.or(section.line_count);
+        section.sector = self.sector.unwrap_or(section.sector);
+        section.rf_interpolation = self.rf_interpolation.or(section.rf_interpolation);
+        section.iq_interpolation = self.iq_interpolation.or(section.iq_interpolation);
+        section.depth_start = self.depth_start.or(section.depth_start);
+        section.depth_end = self.depth_end.or(section.depth_end);
+        section.sound_speed = self.sound_speed.or(section.sound_speed);
+        section.beam_spacing = self.beam_spacing.unwrap_or(section.beam_spacing);
     }
 
     /// The method and its options belong together: a flag that changes one of them takes back what
     /// the file says about the others where both cannot hold.
-    fn apply_method(&mut self, flags: &BeamformFlags) {
-        if let Some(method) = flags.method {
-            if method != self.method {
-                (self.beta, self.rank) = (None, None);
-                (self.exclude_first, self.power_steps) = (false, None);
+    fn apply_method(&self, section: &mut Beamform) {
+        if let Some(method) = self.method {
+            if method != section.method {
+                (section.beta, section.rank) = (None, None);
+                (section.exclude_first, section.power_steps) = (false, None);
             }
-            self.method = method;
+            section.method = method;
         }
-        if flags.beta.is_some() || flags.rank.is_some() {
-            (self.beta, self.rank) = (flags.beta, flags.rank);
+        if self.beta.is_some() || self.rank.is_some() {
+            (section.beta, section.rank) = (self.beta, self.rank);
         }
-        match (flags.exclude_first, flags.power_steps) {
+        match (self.exclude_first, self.power_steps) {
             (false, None) => {}
-            given => (self.exclude_first, self.power_steps) = given,
+            given => (section.exclude_first, section.power_steps) = given,
         }
     }
 }

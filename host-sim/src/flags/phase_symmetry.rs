@@ -1,0 +1,78 @@
+//! The flags of phase symmetry.
+
+use bonebeam_drive::config::{PhaseSymmetry, Size};
+use clap::Args;
+
+use crate::{Error, Result};
+
+/// The flags that go over the section.
+#[derive(Debug, Args)]
+pub struct PhaseSymmetryFlags {
+    /// Centre frequencies of the filters, cycles per pixel, such as 2^-7,2^-8 or 0.0078125
+    /// [default: 2^-7,2^-8,2^-9]
+    #[arg(long, value_name = "R0,…", value_delimiter = ',', value_parser = parse_scale)]
+    scales: Option<Vec<f64>>,
+
+    /// Noise threshold T_n, in grey levels of the image [default: 15]
+    #[arg(long, value_name = "GREY")]
+    threshold: Option<f64>,
+
+    /// Rows or columns worked on at a time; it changes the memory needed, never the result
+    /// [default: 16]
+    #[arg(long, value_name = "ROWS")]
+    strip: Option<usize>,
+
+    /// Put the image into a black one of the next sides that the transform takes, and cut the map to the
+    /// image again
+    #[arg(long, conflicts_with = "resize")]
+    pad: bool,
+
+    /// Resample the image first; sides are 64, 128, 256, 512 or 1024 pixels
+    #[arg(long, value_name = "ROWSxCOLUMNS")]
+    resize: Option<Size>,
+}
+
+impl PhaseSymmetryFlags {
+    /// Refuses flags that have no effect, for the reason `why`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] naming the flag.
+    pub fn refuse(&self, why: &str) -> Result<()> {
+        let given = [
+            ("--scales", self.scales.is_some()),
+            ("--threshold", self.threshold.is_some()),
+            ("--strip", self.strip.is_some()),
+            ("--pad", self.pad),
+            ("--resize", self.resize.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((flag, _)) => Err(Error::Usage(format!("{flag} has no effect {why}"))),
+        }
+    }
+
+    /// What the flags say in place of the section's values.
+    pub fn apply(&self, section: &mut PhaseSymmetry) {
+        if let Some(scales) = &self.scales {
+            section.scales.clone_from(scales);
+        }
+        section.threshold = self.threshold.unwrap_or(section.threshold);
+        section.strip = self.strip.unwrap_or(section.strip);
+        // Each undoes the need for the other.
+        if self.pad {
+            (section.pad, section.resize) = (true, None);
+        }
+        if self.resize.is_some() {
+            (section.pad, section.resize) = (false, self.resize);
+        }
+    }
+}
+
+/// A scale as a power of two (`2^-7`) or as a decimal number (`0.0078125`), cycles per pixel.
+pub fn parse_scale(text: &str) -> std::result::Result<f64, String> {
+    let value = match text.strip_prefix("2^") {
+        Some(exponent) => exponent.parse().ok().map(f64::exp2),
+        None => text.parse().ok(),
+    };
+    value.ok_or_else(|| "expected a power of two such as 2^-7, or a decimal number".into())
+}
