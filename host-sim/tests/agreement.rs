@@ -12,8 +12,8 @@ use bonebeam_files::{AlignedData, BeamformedLines};
 use bonebeam_oracle::verify::beamform::AlignedFrame;
 use ndarray::{Array3, Axis};
 use num_complex::Complex;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use toml::{Table, Value};
 
 const COVARIANCES: [Covariance; 2] = [Covariance::Forward, Covariance::ForwardBackward];

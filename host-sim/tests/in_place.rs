@@ -8,8 +8,8 @@ use bonebeam_drive::beamform::Plan;
 use bonebeam_drive::phase_symmetry;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 #[test]
 fn lines_go_into_memory_of_the_caller() {

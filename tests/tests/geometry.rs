@@ -11,8 +11,8 @@ use bonebeam::geometry::{
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam_oracle::reference;
 use common::tolerances::DELAYED_PULSE_20_MHZ;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 
 const C: f64 = 1540.0;

@@ -15,8 +15,8 @@ use bonebeam_tests::snapshots::{self, ELEMENTS, PERIODIC, REAL_PARTS, SAMPLES, S
 use bonebeam_tests::{Workspaces, beamform, delay, hash, image, lanes, phase_symmetry, sqrt};
 use common::lines::{Line, scalar};
 use ndarray::Array2;
+use rand::rngs::ChaCha8Rng;
 use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 const RECORDED: &str = include_str!("../golden/hashes.txt");
 

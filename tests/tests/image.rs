@@ -11,8 +11,8 @@ use bonebeam_oracle::reference;
 use common::tolerances;
 use ndarray::{Array2, array};
 use proptest::prelude::*;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 fn axis(first: f64, step: f64, count: usize) -> Axis {
     Axis { first, step, count }

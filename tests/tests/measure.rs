@@ -11,8 +11,8 @@ use bonebeam_paper::measure::registration::{
 use bonebeam_paper::measure::signed_distance::{Region, distribution, measure, uniform_baseline};
 use ndarray::Array2;
 use num_complex::Complex;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Pixels of 0.1 mm over a flat bone below s = 0: row r lies at s = (r − 100.5)·0.1 mm.
 fn flat() -> Array2<f64> {

@@ -12,8 +12,8 @@ use bonebeam_drive::delay::DelayStage;
 use bonebeam_files::{ChannelData, Transmits};
 use bonebeam_oracle::reference;
 use ndarray::{Array3, Axis};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 
 const C: f64 = 1540.0;

@@ -385,8 +385,8 @@ mod tests {
     mod over_lanes {
         use super::*;
         use crate::simd::{InstructionSet, MOST_LANES, Task};
+        use rand::rngs::ChaCha8Rng;
         use rand::{RngExt, SeedableRng};
-        use rand_chacha::ChaCha8Rng;
 
         /// The most rows of the matrices that are searched.
         const ROWS: usize = 9;

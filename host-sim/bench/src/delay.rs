@@ -6,8 +6,8 @@ use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
 use ndarray::{Array2, Array3, Array4, Axis};
 use num_complex::Complex;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::core::with_core;
 use super::in_vivo::InVivo;

@@ -3,8 +3,8 @@
 use std::hint::black_box;
 
 use ndarray::Array2;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::naive_phase_symmetry::Naive;
 use super::report::{Quantity, Row, Table, Target};

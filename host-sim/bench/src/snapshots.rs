@@ -2,8 +2,8 @@
 
 use ndarray::Array3;
 use num_complex::Complex;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// What the elements receive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

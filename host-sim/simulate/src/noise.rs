@@ -4,8 +4,8 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::fourier::Fourier;

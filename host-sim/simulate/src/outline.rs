@@ -3,7 +3,7 @@
 use bonebeam::image::PixelGrid;
 use ndarray::Array2;
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::{Error, Result};

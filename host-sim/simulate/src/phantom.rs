@@ -3,8 +3,8 @@
 use std::hash::Hasher;
 use std::path::Path;
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use crate::{Error, Result};
 

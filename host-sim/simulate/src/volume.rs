@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use ndarray::Array2;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use crate::{Error, Result};
 use bonebeam_files::memory::{self, product};

@@ -11,8 +11,8 @@ use bonebeam_drive::beamform::Memory;
 use bonebeam_oracle::reference::f32 as f32_reference;
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 pub const COVARIANCES: [Covariance; 2] = [Covariance::Forward, Covariance::ForwardBackward];
 

@@ -17,8 +17,8 @@ use bonebeam_oracle::reference;
 use common::tolerances::{DELAY_SHIFT, DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ, FILTER_IN_F32};
 use fearless_simd::Level;
 use ndarray::{Array3, Axis};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 
 const C: f64 = 1540.0;

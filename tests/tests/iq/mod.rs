@@ -17,8 +17,8 @@ use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam::{Complex, Error};
 use bonebeam_oracle::reference;
 use common::tolerances::{DELAYED_PULSE_20_MHZ, DELAYED_PULSE_40_MHZ};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use std::f64::consts::{PI, TAU};
 
 const C: f64 = 1540.0;

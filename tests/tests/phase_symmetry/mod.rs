@@ -16,8 +16,8 @@ use ndarray::Array2;
 use num_complex::Complex;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 
 /// The scales of the 18 filters and of the 30.

@@ -14,8 +14,8 @@ use bonebeam_simulate::{
 use common::tolerances;
 use ndarray::{Array3, Axis};
 use num_complex::Complex;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rustfft::FftPlanner;
 use std::f64::consts::PI;
 

@@ -6,8 +6,8 @@ use bonebeam::geometry::Active;
 use nalgebra::DVector;
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::ops::Range;
 

@@ -7,8 +7,8 @@
 use std::f64::consts::PI;
 
 use ndarray::Array3;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use bonebeam_files::{ChannelData, Transmits};
 

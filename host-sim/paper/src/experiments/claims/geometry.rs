@@ -1,7 +1,7 @@
 //! The two bones: the built-in vertebra and a mesh, in the pose of a seed.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use crate::Result;
 use crate::experiments::outcome::Attachment;

@@ -1,7 +1,7 @@
 //! Means with their intervals.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 use crate::experiments::outcome::number;

@@ -3,7 +3,7 @@
 
 use ndarray::{Array2, Axis, Slice};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
 
