@@ -156,7 +156,7 @@ impl Samples {
                 let f_demod = -f_demod;
                 Samples::Iq { iq, f_demod }.conjugate()
             }
-            Samples::Iq { iq, f_demod } if f_demod == 0.0 => Samples::Rf(iq.mapv(|z| z.re)),
+            Samples::Iq { iq, f_demod: 0.0 } => Samples::Rf(iq.mapv(|z| z.re)),
             other => other,
         }
     }
