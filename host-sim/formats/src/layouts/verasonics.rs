@@ -8,6 +8,7 @@ use ndarray::{Array2, Array4};
 use crate::values::{NamedArrays, Values};
 use crate::variables::Variables;
 use crate::waves::{Fired, Wave};
+use bonebeam_files::memory::{self, product};
 use bonebeam_files::{ChannelData, Result, Samples};
 
 /// Whether a file is such a workspace.
@@ -25,13 +26,15 @@ pub fn is(source: &dyn NamedArrays) -> bool {
 /// What is left out is assumed, and said.
 struct Workspace<'a> {
     source: &'a dyn NamedArrays,
+    /// `Trans.frequency`, Hz.
+    frequency: f64,
     assumed: Vec<String>,
 }
 
 impl Workspace<'_> {
     fn or(&mut self, name: &str, default: f64, why: &str) -> Result<f64> {
         if self.source.has(name) {
-            return self.source.scalar(name);
+            return self.first(name);
         }
         self.assumed.push(why.to_owned());
         Ok(default)
@@ -112,6 +115,199 @@ impl Workspace<'_> {
             )),
         }
     }
+
+    /// The first number of a field.
+    fn first(&self, name: &str) -> Result<f64> {
+        let numbers = self.each(name)?;
+        let first = numbers.first().copied();
+        first.ok_or_else(|| {
+            self.source
+                .error(format!("`{name}` is empty; expected a number"))
+        })
+    }
+
+    /// RF at four samples a wavelength, or at the rate that is told; bandwidth sampling leaves samples out.
+    fn sampling_rate(&mut self) -> Result<f64> {
+        if let Some(mode) = self.source.entries("Receive.sampleMode").first() {
+            let mode = self.source.text(mode)?;
+            if mode != "NS200BW" {
+                return self.refuse(format!(
+                    "was sampled by `Receive.sampleMode` {mode}, which keeps a part of the samples; expected NS200BW"
+                ));
+            }
+        }
+        if self.source.has("Receive.decimSampleRate") {
+            return Ok(1e6 * self.first("Receive.decimSampleRate")?);
+        }
+        let rate = match self.source.has("Receive.samplesPerWave") {
+            true => self.first("Receive.samplesPerWave")?,
+            false => 4.0,
+        };
+        let why = "since Receive.decimSampleRate is not there";
+        self.assumed.push(format!(
+            "{rate} samples a wavelength of Trans.frequency, {why}"
+        ));
+        Ok(rate * self.frequency)
+    }
+
+    /// The rows of each acquisition of a frame, all of one length, and the depth of their first, wavelengths.
+    fn acquisitions(&self) -> Result<(Vec<Range<usize>>, f64)> {
+        let (start, end) = (
+            self.each("Receive.startSample")?,
+            self.each("Receive.endSample")?,
+        );
+        let frame = match self.source.has("Receive.framenum") {
+            true => self.each("Receive.framenum")?,
+            false => vec![1.0; start.len()],
+        };
+        let depth = match self.source.has("Receive.startDepth") {
+            true => self.first("Receive.startDepth")?,
+            false => 0.0,
+        };
+        let of_first = start
+            .iter()
+            .zip(&end)
+            .zip(&frame)
+            .filter(|(_, of)| Some(*of) == frame.first());
+        // The casts saturate.
+        let rows = of_first
+            .map(|((start, end), _)| (start.max(1.0) - 1.0) as usize..end.max(0.0) as usize);
+        let rows: Vec<Range<usize>> = rows.collect();
+        let length = rows.first().map_or(0, ExactSizeIterator::len);
+        if length == 0 || rows.iter().any(|rows| rows.len() != length) {
+            let wrong = "has acquisitions of several lengths, or of none, by `Receive.startSample` and `endSample`";
+            return self.refuse(wrong.into());
+        }
+        Ok((rows, depth))
+    }
+
+    /// When each element fires at each acquisition, s, and the waves that this makes.
+    fn transmits(
+        &mut self,
+        acquisitions: usize,
+        elements: usize,
+        c: f64,
+    ) -> Result<(Array2<f64>, Vec<Wave>)> {
+        let names = self.source.entries("TX.Delay");
+        let of: Vec<usize> = match names.len() {
+            1 => vec![0; acquisitions],
+            n if n < acquisitions => {
+                return self.refuse(format!(
+                    "has {n} `TX` for {acquisitions} acquisitions a frame; expected one for each, or one for all"
+                ));
+            }
+            n => {
+                if n > acquisitions {
+                    let first = format!("the first {acquisitions} of {n} TX");
+                    self.assumed.push(format!(
+                        "{first} are those of the acquisitions, in their order"
+                    ));
+                }
+                (0..acquisitions).collect()
+            }
+        };
+        let [apodizations, steers, foci, origins] = ["Apod", "Steer", "focus", "Origin"]
+            .map(|field| self.source.entries(&format!("TX.{field}")));
+        let field = |names: &[String], k: usize| -> Result<Vec<f64>> {
+            let numbers = names
+                .get(k)
+                .map(|name| self.source.vector(name))
+                .transpose()?;
+            Ok(numbers.unwrap_or_default())
+        };
+        let metres = c / self.frequency;
+        let mut delay = Array2::zeros((acquisitions, elements));
+        let mut waves = Vec::new();
+        for (mut row, &k) in delay.outer_iter_mut().zip(&of) {
+            let wavelengths = self.source.vector(&names[k])?;
+            let apodization = field(&apodizations, k)?;
+            if wavelengths.len() != elements
+                || !(apodization.is_empty() || apodization.len() == elements)
+            {
+                return self.refuse(format!(
+                    "`TX.Delay` has {} numbers, and `TX.Apod` {}; expected one for each of {elements} elements",
+                    wavelengths.len(),
+                    apodization.len()
+                ));
+            }
+            for (m, (delay, wavelengths)) in row.iter_mut().zip(wavelengths).enumerate() {
+                let fires = apodization.get(m).is_none_or(|weight| *weight != 0.0);
+                *delay = if fires {
+                    wavelengths / self.frequency
+                } else {
+                    f64::NAN
+                };
+            }
+            let first = |numbers: Vec<f64>, axis: usize| numbers.get(axis).copied().unwrap_or(0.0);
+            let steer = first(field(&steers, k)?, 0);
+            let focus = metres * first(field(&foci, k)?, 0);
+            let origin = field(&origins, k)?;
+            let origin = [0, 2].map(|axis| metres * first(origin.clone(), axis));
+            let source = [
+                origin[0] + focus * steer.sin(),
+                origin[1] + focus * steer.cos(),
+            ];
+            waves.push(match focus == 0.0 {
+                true => Wave::Plane(steer),
+                false => Wave::VirtualSource(source, origin),
+            });
+        }
+        Ok((delay, waves))
+    }
+
+    /// The samples of the acquisitions, and how many frames the buffer holds.
+    fn samples(
+        &mut self,
+        rows: &[Range<usize>],
+        elements: usize,
+        frames: Range<usize>,
+    ) -> Result<(Array4<f32>, usize)> {
+        let buffers = self.source.entries("RcvData");
+        let buffer = buffers.first().map_or("RcvData", |name| name);
+        if buffers.len() > 1 {
+            self.assumed.push(format!(
+                "the first of {} receive buffers is read",
+                buffers.len()
+            ));
+        }
+        let in_parts = self
+            .source
+            .shape_for_parts(buffer)?
+            .filter(|shape| shape.len() == 3);
+        let held = self
+            .source
+            .sides(buffer)
+            .and_then(|sides| sides.get(2).copied())
+            .unwrap_or(1);
+        let Values::Real(data) = self.source.samples(buffer, in_parts.map(|_| (2, frames)))? else {
+            return self.refuse("`RcvData` is complex; expected RF".into());
+        };
+        let there = data.shape().to_vec();
+        let last = rows.iter().map(|rows| rows.end).max().unwrap_or(0);
+        if !(2..=3).contains(&there.len()) || there[0] < last {
+            return self.refuse(format!(
+                "`RcvData` has shape {there:?}; expected [at least {last} rows, channel, frame]"
+            ));
+        }
+        let channels = self.channels(elements, there[1])?;
+        let shape = (
+            there.get(2).copied().unwrap_or(1),
+            rows.len(),
+            elements,
+            rows.first().map_or(0, ExactSizeIterator::len),
+        );
+        // Acquisitions may have rows in common.
+        let bytes = product(&[shape.0, shape.1, shape.2, shape.3, size_of::<f32>()]);
+        memory::check(bytes, "the samples").map_err(|e| self.source.error(e.to_string()))?;
+        let rf = Array4::from_shape_fn(shape, |(frame, transmit, m, n)| {
+            let (row, channel) = (rows[transmit].start + n, channels[m]);
+            match data.ndim() {
+                2 => data[[row, channel]],
+                _ => data[[row, channel, frame]],
+            }
+        });
+        Ok((rf, held))
+    }
 }
 
 /// The channel data of some frames, how many there are, and what was assumed.
@@ -123,11 +319,12 @@ pub fn read(
     variables: &Variables,
     frames: Range<usize>,
 ) -> Result<(ChannelData, usize, Vec<String>)> {
-    variables
-        .only_numbers(&["fs", "c", "f0", "lens_delay"])
-        .map_err(|e| source.error(e))?;
+    let only = variables.only_numbers(&["fs", "c", "f0", "lens_delay"]);
+    only.map_err(|e| source.error(e))?;
+    let frequency = 1e6 * source.scalar("Trans.frequency")?;
     let mut w = Workspace {
         source,
+        frequency,
         assumed: vec![
             "a Verasonics workspace: times count from the first element that fires".into(),
         ],
@@ -140,202 +337,36 @@ pub fn read(
             "c is 1540 m/s, since Resource.Parameters.speedOfSound is not there",
         )?,
     };
-    let f_trans = 1e6 * source.scalar("Trans.frequency")?;
-    let f0 = variables.number("f0").unwrap_or(f_trans);
-    // RF at four samples a wavelength, or at the rate that is told; bandwidth sampling leaves samples out.
-    if let Some(mode) = source.entries("Receive.sampleMode").first() {
-        let mode = source.text(mode)?;
-        if mode != "NS200BW" {
-            return w.refuse(format!(
-                "was sampled by `Receive.sampleMode` {mode}, which keeps a part of the samples; expected NS200BW"
-            ));
-        }
-    }
-    let fs = if let Some(fs) = variables.number("fs") {
-        fs
-    } else if source.has("Receive.decimSampleRate") {
-        1e6 * w.each("Receive.decimSampleRate")?[0]
-    } else {
-        let rate = match source.has("Receive.samplesPerWave") {
-            true => w.each("Receive.samplesPerWave")?[0],
-            false => 4.0,
-        };
-        w.assumed.push(format!("{rate} samples a wavelength of Trans.frequency, since Receive.decimSampleRate is not there"));
-        rate * f_trans
+    let f0 = variables.number("f0").unwrap_or(frequency);
+    let fs = match variables.number("fs") {
+        Some(fs) => fs,
+        None => w.sampling_rate()?,
     };
-    let (elements, angles) = w.elements(c / f_trans)?;
-
-    // The rows of each acquisition of a frame.
-    let (start, end) = (w.each("Receive.startSample")?, w.each("Receive.endSample")?);
-    let frame_of = match source.has("Receive.framenum") {
-        true => w.each("Receive.framenum")?,
-        false => vec![1.0; start.len()],
-    };
-    let is_first = |k: &usize| frame_of.get(*k) == frame_of.first();
-    let first_frame: Vec<usize> = (0..start.len().min(end.len())).filter(is_first).collect();
-    let rows: Vec<(usize, usize)> = first_frame
-        .iter()
-        .map(|&k| ((start[k].max(1.0) - 1.0) as usize, end[k].max(0.0) as usize))
-        .collect();
-    let samples = rows
-        .first()
-        .map_or(0, |(start, end)| end.saturating_sub(*start));
-    if samples == 0
-        || rows
-            .iter()
-            .any(|(start, end)| end.checked_sub(*start) != Some(samples))
-    {
-        return w.refuse("has acquisitions of several lengths, or of none, by `Receive.startSample` and `endSample`".into());
-    }
-
-    // The transmit of each acquisition.
-    let transmits = source.entries("TX.Delay");
-    let of =
-        match transmits.len() {
-            1 => vec![0; rows.len()],
-            n if n == rows.len() => (0..n).collect(),
-            n if n > rows.len() => {
-                w.assumed.push(format!(
-                    "the first {} of {n} TX are those of the acquisitions, in their order",
-                    rows.len()
-                ));
-                (0..rows.len()).collect()
-            }
-            n => return w.refuse(format!(
-                "has {n} `TX` for {} acquisitions a frame; expected one for each, or one for all",
-                rows.len()
-            )),
-        };
-    let entry = |k: usize, field: &str| {
-        transmits[k]
-            .strip_suffix("Delay")
-            .map(|tx| format!("{tx}{field}"))
-    };
-    let optional = |k: usize, field: &str| -> Result<Option<Vec<f64>>> {
-        // By the place among the entries: a path that MATLAB made up has no fields.
-        let entries = source.entries(&format!("TX.{field}"));
-        let name = entries
-            .get(k)
-            .cloned()
-            .or_else(|| entry(k, field))
-            .filter(|name| source.has(name));
-        name.map(|name| source.vector(&name)).transpose()
-    };
-    let mut delay = Array2::zeros((rows.len(), elements.len()));
-    let mut waves = Vec::new();
-    for (row, &k) in of.iter().enumerate() {
-        let wavelengths = source.vector(&transmits[k])?;
-        let apodization = optional(k, "Apod")?;
-        if wavelengths.len() != elements.len()
-            || apodization
-                .as_ref()
-                .is_some_and(|a| a.len() != elements.len())
-        {
-            return w.refuse(format!(
-                "`TX.Delay` has {} numbers for {} elements",
-                wavelengths.len(),
-                elements.len()
-            ));
-        }
-        for (m, &of_element) in wavelengths.iter().enumerate() {
-            let fires = apodization.as_ref().is_none_or(|a| a[m] != 0.0);
-            delay[[row, m]] = if fires {
-                of_element / f_trans
-            } else {
-                f64::NAN
-            };
-        }
-        let steer = optional(k, "Steer")?
-            .and_then(|s| s.first().copied())
-            .unwrap_or(0.0);
-        let focus = optional(k, "focus")?
-            .and_then(|f| f.first().copied())
-            .unwrap_or(0.0)
-            * c
-            / f_trans;
-        let origin = optional(k, "Origin")?.unwrap_or_default();
-        let at = |axis: usize| origin.get(axis).copied().unwrap_or(0.0) * c / f_trans;
-        let origin = [at(0), at(2)];
-        waves.push(match focus == 0.0 {
-            true => Wave::Plane(steer),
-            false => Wave::VirtualSource(
-                [
-                    origin[0] + focus * steer.sin(),
-                    origin[1] + focus * steer.cos(),
-                ],
-                origin,
-            ),
-        });
-    }
-    let start_depth = match source.has("Receive.startDepth") {
-        true => w.each("Receive.startDepth")?[first_frame[0]],
-        false => 0.0,
-    };
-    let peak = match source.entries("TW.peak").first() {
-        Some(name) => source.scalar(name)?,
-        None => {
-            w.assumed.push(
-                "the pulse's peak leaves when an element fires, since TW.peak is not there".into(),
-            );
-            0.0
-        }
-    };
+    let (elements, angles) = w.elements(c / frequency)?;
+    let (rows, depth) = w.acquisitions()?;
+    let (delay, waves) = w.transmits(rows.len(), elements.len(), c)?;
+    let peak = w.or(
+        "TW.peak",
+        0.0,
+        "the pulse's peak leaves when an element fires, since TW.peak is not there",
+    )?;
     let fired = Fired {
         elements: &elements,
         delay,
-        start: vec![(2.0 * start_depth - peak) / f_trans; rows.len()],
+        start: vec![(2.0 * depth - peak) / frequency; rows.len()],
         c,
         f0,
     };
-    let (law, t0) = fired.law(&waves);
+    let (transmits, t0) = fired.law(&waves);
     let lens_delay = match variables.number("lens_delay") {
         Some(delay) => delay,
         None => {
-            w.or(
-                "Trans.lensCorrection",
-                0.0,
-                "no lens, since Trans.lensCorrection is not there",
-            )? / f_trans
+            let why = "no lens, since Trans.lensCorrection is not there";
+            w.or("Trans.lensCorrection", 0.0, why)? / frequency
         }
     };
-
-    let buffers = source.entries("RcvData");
-    let buffer = buffers.first().map_or("RcvData", |name| name);
-    if buffers.len() > 1 {
-        w.assumed.push(format!(
-            "the first of {} receive buffers is read",
-            buffers.len()
-        ));
-    }
-    let part = source
-        .shape_for_parts(buffer)?
-        .filter(|shape| shape.len() == 3)
-        .map(|_| (2, frames));
-    let sides = source.sides(buffer).unwrap_or_default();
-    let held = sides.get(2).copied().unwrap_or(1);
-    let Values::Real(data) = source.samples(buffer, part)? else {
-        return w.refuse("`RcvData` is complex; expected RF".into());
-    };
-    let (last, there) = (
-        rows.iter().map(|(_, end)| *end).max().unwrap_or(0),
-        data.shape().to_vec(),
-    );
-    if !(2..=3).contains(&there.len()) || there[0] < last {
-        return w.refuse(format!(
-            "`RcvData` has shape {there:?}; expected [at least {last} rows, channel, frame]"
-        ));
-    }
-    let channels = w.channels(elements.len(), there[1])?;
-    let frames_read = there.get(2).copied().unwrap_or(1);
-    let at = |frame: usize, row: usize, channel: usize| match data.ndim() {
-        2 => data[[row, channel]],
-        _ => data[[row, channel, frame]],
-    };
-    let shape = (frames_read, rows.len(), elements.len(), samples);
-    let rf = Array4::from_shape_fn(shape, |(frame, transmit, m, n)| {
-        at(frame, rows[transmit].0 + n, channels[m])
-    });
-    let is_flat = |values: &[f64]| values.iter().all(|&value| value == 0.0);
+    let (rf, held) = w.samples(&rows, elements.len(), frames)?;
+    let is_flat = |values: &Vec<f64>| values.iter().all(|&value| value == 0.0);
     let element_z: Vec<f64> = elements.iter().map(|e| e[1]).collect();
     let data = ChannelData {
         samples: Samples::Rf(rf),
@@ -346,7 +377,7 @@ pub fn read(
         element_angle: Some(angles).filter(|a| !is_flat(a)),
         c,
         f0,
-        transmits: law,
+        transmits,
         lens_delay,
     };
     let data = data.normalised();
