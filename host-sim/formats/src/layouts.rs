@@ -9,86 +9,43 @@ use ndarray::Array2;
 
 use crate::aliases::{complete, is_told};
 use crate::keyed::Keyed;
+use crate::layout::Layout;
 use crate::values::{NamedArrays, steps};
 use crate::variables::{AXES, Given, LAWS, LAYOUT, Variables};
 use crate::waves::{Fired, Law, Wave};
 use bonebeam_files::{ChannelData, Result};
 
-/// The layouts: a row a layout, with its name on the command line.
-macro_rules! layouts {
-    ($($(#[doc = $doc:literal])* $layout:ident, $name:literal;)*) => {
-        /// A layout of arrays.
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum Layout {
-            $($(#[doc = $doc])* $layout,)*
-        }
-
-        impl Layout {
-            /// All layouts.
-            pub const ALL: [Self; [$($name),*].len()] = [$(Layout::$layout),*];
-
-            /// Its name on the command line.
-            pub fn name(self) -> &'static str {
-                match self {
-                    $(Layout::$layout => $name,)*
-                }
-            }
-        }
-    };
-}
-
-layouts! {
-    /// MUST and its f-k migration: RF [sample, element, transmit or frame] and a struct with `fs` and `pitch`.
-    Must, "must";
-    /// k-Wave: `sensor_data` [element, sample, transmit] and `dt`.
-    KWave, "kwave";
-    /// Field II: `scat` [sample, element, transmit] and `start_time`, as `calc_scat_multi` makes them.
-    Field2, "field2";
-    /// A Verasonics workspace: `RcvData`, `Receive`, `Trans`, `TX`, `Resource`.
-    Verasonics, "verasonics";
-}
-
-impl Layout {
-    /// That which was asked for, or that which the names of the arrays tell.
-    fn of(source: &dyn NamedArrays, variables: &Variables) -> Option<Self> {
-        if let Some(Given::Name(asked)) = variables.get(LAYOUT) {
-            return Layout::ALL
-                .into_iter()
-                .find(|layout| layout.name() == asked);
-        }
-        if is_told(source, variables, "rf") || is_told(source, variables, "iq") {
-            return None;
-        }
-        let names = source.names();
-        let last = |wanted: &str| {
-            let is = |name: &String| steps(name).last().is_some_and(|(last, _)| *last == wanted);
-            names.iter().any(is)
-        };
-        let in_a_struct = |name: &String| {
-            let parent = name.strip_suffix("fs")?;
-            let is_parent = parent.ends_with(['.', '/']);
-            (is_parent && source.has(&format!("{parent}pitch"))).then_some(())
-        };
-        if verasonics::is(source) {
-            Some(Layout::Verasonics)
-        } else if last("sensor_data") {
-            Some(Layout::KWave)
-        } else if last("scat") {
-            Some(Layout::Field2)
-        } else {
-            names
-                .iter()
-                .any(|name| in_a_struct(name).is_some())
-                .then_some(Layout::Must)
-        }
+/// That which was asked for, or that which the names of the arrays tell.
+fn layout_of(source: &dyn NamedArrays, variables: &Variables) -> Option<Layout> {
+    if let Some(Given::Name(asked)) = variables.get(LAYOUT) {
+        return Layout::ALL
+            .into_iter()
+            .find(|layout| layout.name() == asked);
     }
-
-    /// The order of the axes of the samples.
-    fn axes(self) -> [&'static str; 2] {
-        match self {
-            Layout::KWave => ["element", "sample"],
-            _ => ["sample", "element"],
-        }
+    if is_told(source, variables, "rf") || is_told(source, variables, "iq") {
+        return None;
+    }
+    let names = source.names();
+    let last = |wanted: &str| {
+        let is = |name: &String| steps(name).last().is_some_and(|(last, _)| *last == wanted);
+        names.iter().any(is)
+    };
+    let in_a_struct = |name: &String| {
+        let parent = name.strip_suffix("fs")?;
+        let is_parent = parent.ends_with(['.', '/']);
+        (is_parent && source.has(&format!("{parent}pitch"))).then_some(())
+    };
+    if verasonics::is(source) {
+        Some(Layout::Verasonics)
+    } else if last("sensor_data") {
+        Some(Layout::KWave)
+    } else if last("scat") {
+        Some(Layout::Field2)
+    } else {
+        names
+            .iter()
+            .any(|name| in_a_struct(name).is_some())
+            .then_some(Layout::Must)
     }
 }
 
@@ -101,7 +58,7 @@ pub fn channel_data(
     variables: &Variables,
     frames: Range<usize>,
 ) -> Result<(ChannelData, usize, Vec<String>)> {
-    let layout = Layout::of(source, variables);
+    let layout = layout_of(source, variables);
     if layout == Some(Layout::Verasonics) {
         return verasonics::read(source, variables, frames);
     }

@@ -5,6 +5,7 @@ mod aliases;
 mod guard;
 mod hdf5;
 mod keyed;
+mod layout;
 mod layouts;
 mod mat5;
 mod picmus;
@@ -16,7 +17,7 @@ mod variables;
 mod waves;
 mod zea;
 
-pub use layouts::Layout;
+pub use layout::Layout;
 pub use recording_file::RecordingFile;
 pub use variables::{Given, Variables};
 

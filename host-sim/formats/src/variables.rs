@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::layouts::Layout;
+use crate::layout::Layout;
 
 /// The keys that arrays are given for.
 pub const KEYS: [&str; 21] = [
