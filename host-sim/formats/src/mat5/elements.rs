@@ -1,6 +1,9 @@
 //! The elements that a MATLAB 5 file is made of.
 
-use super::{COMPLEX, TAG};
+/// The tag before an element: its type and its length.
+pub const TAG: usize = 8;
+/// The flag of an array with an imaginary part.
+pub const COMPLEX: u32 = 0x800;
 
 /// An array before its numbers are read.
 pub struct Array<'a> {

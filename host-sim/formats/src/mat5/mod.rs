@@ -19,12 +19,10 @@ use num_complex::Complex;
 use crate::guard::{CONVERSIONS, ReadResult, claim};
 use crate::values::{AxisRange, NamedArrays, Values, steps};
 use bonebeam_files::{Error, Result, cannot_be_opened, file_error, input, memory};
-use elements::Elements;
+use elements::{Elements, TAG};
 
 /// The header that every file begins with, bytes.
 const HEADER: usize = 128;
-/// The tag before an element: its type and its length.
-const TAG: usize = 8;
 /// Types of elements: an array, and one that is deflated.
 const ARRAY: u32 = 14;
 const DEFLATED: u32 = 15;
@@ -37,8 +35,6 @@ const NUMBERS: RangeInclusive<u8> = 6..=15;
 /// How deep structs and cells may lie in one another, and how many arrays a file may have.
 const DEEPEST: usize = 16;
 const MOST_ARRAYS: usize = 1 << 20;
-/// The flag of an array with an imaginary part.
-const COMPLEX: u32 = 0x800;
 /// What is inflated to find an array's name.
 const NAME_WITHIN: u64 = 1024;
 

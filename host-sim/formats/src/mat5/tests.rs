@@ -1,5 +1,6 @@
 //! MATLAB 5: what is written is read back, and damage is refused.
 
+use super::elements::COMPLEX;
 use super::*;
 use flate2::Compression;
 use flate2::read::ZlibEncoder;
