@@ -9,7 +9,7 @@ use bonebeam_files::input;
 use bonebeam_files::terminal::short;
 
 use super::outline::Outline;
-use super::ply;
+use super::ply::{self, Raw};
 use super::surface::Surface;
 
 /// The outline of a mesh at height `slice` in m. The file is in mm with +x towards the front, y
@@ -106,14 +106,6 @@ impl Mesh {
 const MAX_EXTENT: f64 = 1000.0;
 /// No bone is so small, mm: a mesh that is, is in metres.
 const MIN_EXTENT: f64 = 1.0;
-
-/// Corners and triangles as a file has them.
-pub(super) struct Raw {
-    /// In mm, not checked.
-    pub(super) vertices: Vec<[f64; 3]>,
-    /// Indices, checked.
-    pub(super) triangles: Vec<[usize; 3]>,
-}
 
 /// The mesh of a file, by the ending of its name: STL, OBJ, else PLY.
 fn read(path: &Path) -> Result<Mesh> {

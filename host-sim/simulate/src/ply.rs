@@ -5,13 +5,19 @@
 
 use std::io::{BufRead, Read};
 
-use super::mesh::Raw;
-
 type Result<T> = std::result::Result<T, String>;
 
 /// The longest line of a header and the longest number, bytes.
 const MAX_LINE: u64 = 4096;
 const MAX_NUMBER: usize = 128;
+
+/// Corners and triangles as a file has them.
+pub(super) struct Raw {
+    /// In mm, not checked.
+    pub(super) vertices: Vec<[f64; 3]>,
+    /// Indices, checked.
+    pub(super) triangles: Vec<[usize; 3]>,
+}
 
 #[derive(Clone, Copy, PartialEq)]
 enum Format {
