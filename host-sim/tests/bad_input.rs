@@ -164,7 +164,7 @@ fn arrays_of_the_wrong_kind() {
         .finish();
     fails(&folder, BEAMFORM, DATA, &["data.npz", "`rf` is empty"]);
     channel_data_without(&path, &["rf"])
-        .with("rf", ramp().mapv(|v| v as u16).into_dyn())
+        .with("rf", ramp().mapv(|v| v as u32).into_dyn())
         .finish();
     fails(
         &folder,

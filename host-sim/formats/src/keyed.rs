@@ -25,8 +25,13 @@ pub struct Keyed<'a> {
     pub law: Option<Law>,
 }
 
-/// What must be told beside the samples, and what stands for it in a command that is to be completed.
-const NEEDED: [(&[&str], &str); 6] = [
+/// Keys of which one must be told, and what stands for it in a command that is to be completed.
+type Needed = (&'static [&'static str], &'static str);
+
+const SAMPLES: Needed = (&["rf", "iq"], "rf=NAME");
+const CARRIER: Needed = (&["f_demod"], "f_demod=HZ");
+/// What must be told beside the samples.
+const NEEDED: [Needed; 6] = [
     (&["fs"], "fs=HZ"),
     (&["f0"], "f0=HZ"),
     (&["c"], "c=1540"),
@@ -43,7 +48,7 @@ impl Keyed<'_> {
     /// A key that neither the file nor the variables tell, an array of another shape or type, or data
     /// that are not valid.
     pub fn channel_data(&self, frames: Range<usize>) -> Result<(ChannelData, usize)> {
-        self.check_that_all_is_told()?;
+        self.check_that_all_is_told(Some(SAMPLES))?;
         let (samples, held) = self.samples(frames)?;
         let (_, transmits, elements, _) = samples.dim();
         Ok((self.with_samples(samples, transmits, elements)?, held))
@@ -59,7 +64,7 @@ impl Keyed<'_> {
         transmits: usize,
         elements: usize,
     ) -> Result<ChannelData> {
-        self.check_that_all_is_told()?;
+        self.check_that_all_is_told(None)?;
         let element_x = match self.optional("element_x")? {
             Some(x) => x,
             None => self.centred(elements)?,
@@ -109,7 +114,7 @@ impl Keyed<'_> {
     /// # Errors
     /// No delay law, or an array that is not readable.
     pub fn transmits_told(&self) -> Result<usize> {
-        self.check_that_all_is_told()?;
+        self.check_that_all_is_told(None)?;
         for key in ["tx_x", "tx_angle", "tx_element", "tx_source_x"] {
             if let Some(values) = self.optional(key)? {
                 return Ok(values.len());
@@ -149,16 +154,16 @@ impl Keyed<'_> {
         ))
     }
 
-    /// Tells all that is missing at once, and a command line to complete.
-    fn check_that_all_is_told(&self) -> Result<()> {
+    /// Tells all that is missing at once, the samples included where they are an array, and a command
+    /// line to complete.
+    fn check_that_all_is_told(&self, samples: Option<Needed>) -> Result<()> {
         let told = |key: &str| is_told(self.source, self.variables, key);
         let by_layout = |key: &str| self.law.is_some() && (key == "t0" || key.starts_with("tx_"));
-        let samples: (&[&str], &str) = (&["rf", "iq"], "rf=NAME");
-        let carrier: (&[&str], &str) = (&["f_demod"], "f_demod=HZ");
-        let has_samples = !self.source.names().is_empty();
-        let needed = [samples].into_iter().filter(|_| has_samples).chain(NEEDED);
-        let needed = needed.chain([carrier].into_iter().filter(|_| told("iq")));
-        let missing: Vec<(&[&str], &str)> = needed
+        let carrier = told("iq").then_some(CARRIER);
+        let missing: Vec<Needed> = samples
+            .into_iter()
+            .chain(NEEDED)
+            .chain(carrier)
             .filter(|(keys, _)| !keys.iter().any(|key| told(key) || by_layout(key)))
             .collect();
         if missing.is_empty() {
@@ -268,6 +273,12 @@ impl Keyed<'_> {
                     .error(format!("`{name}` is real; expected complex I/Q")));
             }
         };
+        let (frames, transmits, elements, count) = samples.dim();
+        if [frames, transmits, elements, count].contains(&0) {
+            return Err(self.source.error(format!(
+                "`{name}` is empty: {transmits} transmits of {elements} elements and {count} samples"
+            )));
+        }
         let held = along.map_or_else(|| samples.frames(), |(_, held)| held);
         Ok((samples, held))
     }

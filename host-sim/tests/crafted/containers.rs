@@ -47,7 +47,8 @@ fn deflated(array: &[u8]) -> Vec<u8> {
 fn matlab_files_that_claim_more_than_they_hold() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("data.mat");
-    let beamform = "beamform data.mat -o lines.npz --variable tx_angle=0";
+    let beamform = "beamform data.mat -o lines.npz --variable tx_angle=0 --variable fs=40e6 \
+         --variable f0=5e6 --variable c=1540 --variable t0=0 --variable pitch=0.3e-3";
     let eight = [0; 64];
     let bomb = mat5_array("rf", &[1, 8, 4_000_000], &vec![0; 8 * 8 * 4_000_000], 0);
     for (elements, part) in [
@@ -58,10 +59,10 @@ fn matlab_files_that_claim_more_than_they_hold() {
         (mat5_array("rf", &[0, 8, 1], &[], 0), "rf"),
         (element(14, &[0; 64], 1 << 31), "truncated"),
         (element(15, b"no zlib stream", 0), "damaged"),
-        (element(14, &[0xff; 40], 0), "has no `rf`"),
+        (element(14, &[0xff; 40], 0), "has no `rf` or `iq`"),
         (deflated(&bomb), "claims"),
         (deflated(&bomb[..60]), "`rf`"),
-        (Vec::new(), "has no `rf`"),
+        (Vec::new(), "has no `rf` or `iq`"),
     ] {
         fs::write(&path, mat5(&elements)).unwrap();
         refused(&folder, beamform, DATA, &["data.mat", part]);
