@@ -158,11 +158,15 @@ fn a_limit_of_file_size_is_an_error() {
 #[test]
 fn leftovers_of_processes_that_are_gone_are_removed() {
     let folder = folder_with_channel_data();
-    let mut gone = with_temporary_file(&folder);
-    gone.kill().unwrap();
-    gone.wait().unwrap();
     let left = |name: &String| name.starts_with(".host-sim");
-    assert!(names(folder.path()).iter().any(left));
+    // One that ends before it is killed leaves nothing.
+    let killed_in_time = || {
+        let mut gone = with_temporary_file(&folder);
+        gone.kill().unwrap();
+        gone.wait().unwrap();
+        names(folder.path()).iter().any(left)
+    };
+    assert!((0..20).any(|_| killed_in_time()));
     // Another run's, which goes on; and what only looks alike.
     let other = tempdir().unwrap();
     fs::copy(

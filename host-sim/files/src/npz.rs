@@ -1,7 +1,7 @@
 //! The keyed arrays of a `.npz` file, with errors that name file, key and what would be right.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -310,6 +310,9 @@ impl Reader {
     fn damaged(&self, key: &str, error: &ZipError) -> Error {
         match error {
             ZipError::FileNotFound => self.error(format!("has no key `{key}`")),
+            ZipError::Io(e) if e.kind() == ErrorKind::OutOfMemory => {
+                self.error(format!("`{key}` is too large: there is no memory for it"))
+            }
             e => self.error(format!("`{key}` is truncated or damaged ({e})")),
         }
     }
