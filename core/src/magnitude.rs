@@ -72,9 +72,9 @@ mod tests {
     #[test]
     fn the_largest_is_found_wherever_it_stands() {
         for length in (0..40).step_by(crate::step(9)) {
-            for place in (0..length).step_by(crate::step(4)) {
+            for index in (0..length).step_by(crate::step(4)) {
                 let x: std::vec::Vec<f32> = (0..length)
-                    .map(|k| if k == place { -7.5 } else { k as f32 / 10.0 })
+                    .map(|k| if k == index { -7.5 } else { k as f32 / 10.0 })
                     .collect();
                 assert_eq!(largest(&x), 7.5f32.to_bits());
                 assert_eq!(in_one_chain(&x, |&x| [x]), 7.5f32.to_bits());

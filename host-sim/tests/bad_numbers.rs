@@ -72,7 +72,7 @@ fn numbers_beyond_all_use() {
 /// Every numeric flag with numbers that no machine or medium has. The parameter is named; where the
 /// number does no harm, as a β of 1e-300 does none to a threshold, the run may also succeed.
 #[test]
-fn absurd_numbers_are_told_by_their_parameter() {
+fn absurd_numbers_are_reported_by_their_parameter() {
     let folder = folder_with_channel_data();
     let x = Array3::from_shape_fn((4, 30, 4), |(b, n, m)| {
         Complex::new((b + 2 * n) as f32, m as f32)

@@ -11,7 +11,7 @@ use ndarray_npy::write_npy;
 use tempfile::tempdir;
 
 #[test]
-fn outputs_that_cannot_be_written_are_told_before_anything_is_read() {
+fn outputs_that_cannot_be_written_are_reported_before_anything_is_read() {
     let folder = tempdir().unwrap();
     fs::write(folder.path().join("file"), "").unwrap();
     fs::create_dir(folder.path().join("folder")).unwrap();

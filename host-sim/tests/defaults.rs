@@ -83,7 +83,7 @@ fn a_probe_of_any_frequency_keeps_its_band() {
 }
 
 #[test]
-fn a_rate_that_cuts_the_band_is_told() {
+fn a_rate_that_cuts_the_band_is_reported() {
     let das = "beamform data.npz -o lines.npz --method das --output-rate 20e6";
     for (f0, cut) in [(3e6, false), (5e6, false), (7.5e6, true), (9e6, true)] {
         let folder = tempdir().unwrap();
@@ -101,7 +101,7 @@ fn a_rate_that_cuts_the_band_is_told() {
 }
 
 #[test]
-fn a_record_of_few_samples_a_period_is_told() {
+fn a_record_of_few_samples_a_period_is_reported() {
     for (rate, folded) in [(2.2, true), (2.5, true), (4.0, false)] {
         let folder = tempdir().unwrap();
         point(6e6, rate)
@@ -115,7 +115,7 @@ fn a_record_of_few_samples_a_period_is_told() {
 }
 
 #[test]
-fn elements_far_apart_are_told() {
+fn elements_far_apart_are_reported() {
     for (pitch, warns) in [(1.0, false), (1.5, false), (1.7, true), (3.0, true)] {
         let folder = tempdir().unwrap();
         let mut data = point(5e6, RECORDED);

@@ -19,7 +19,7 @@ fn shell(folder: &TempDir, script: &str) -> Command {
     command
 }
 
-fn told(output: &Output) -> String {
+fn message_of(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
@@ -27,7 +27,7 @@ fn told(output: &Output) -> String {
 fn whole_or_refused(folder: &TempDir, script: &str) -> bool {
     let before = names(folder.path());
     let output = shell(folder, script).output().unwrap();
-    let message = told(&output);
+    let message = message_of(&output);
     if output.status.success() {
         for name in names(folder.path()) {
             if !before.contains(&name) {
@@ -141,7 +141,7 @@ fn every_signal_that_ends_the_program_leaves_nothing() {
     let folder = folder_with_channel_data();
     let script = format!("trap '' HUP; \"$0\" {BEAMFORM} & sleep 0.01; kill -1 $!; wait $!");
     let output = shell(&folder, &script).output().unwrap();
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", message_of(&output));
 }
 
 /// Without the shell's help: the program itself has the signal of a file too large ignored.
@@ -180,7 +180,7 @@ fn leftovers_of_processes_that_are_gone_are_removed() {
     let output = shell(&folder, &format!("exec \"$0\" {BEAMFORM}"))
         .output()
         .unwrap();
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", message_of(&output));
     let found: Vec<String> = names(folder.path()).into_iter().filter(left).collect();
     assert_eq!(found, [".host-sim-1-0", ".host-sim-notes"]);
 }
@@ -221,7 +221,7 @@ fn inputs_that_are_no_regular_file_are_refused() {
             let before = names(folder.path());
             let script = format!("ulimit -v 4000000; exec timeout 60 \"$0\" {arguments}");
             let output = shell(&folder, &script).output().unwrap();
-            let message = told(&output);
+            let message = message_of(&output);
             assert_eq!(output.status.code(), Some(status), "{arguments}: {message}");
             assert!(
                 message.contains("no regular file"),
@@ -260,7 +260,7 @@ fn configurations_and_reports_have_a_largest_size() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn names_are_told_without_escape_sequences() {
+fn names_are_reported_without_escape_sequences() {
     let folder = tempdir().unwrap();
     let name = "a\u{1b}[31mb\nc\u{9b}\u{7f}.npz";
     channel_data_without(&folder.path().join(name), &[]).finish();
@@ -268,7 +268,7 @@ fn names_are_told_without_escape_sequences() {
     for command in ["info \"$f\"", "beamform \"$f\" -o lines.npz --json"] {
         let script = format!("f=$(cat list); exec \"$0\" {command}");
         let output = shell(&folder, &script).output().unwrap();
-        assert!(output.status.success(), "{}", told(&output));
+        assert!(output.status.success(), "{}", message_of(&output));
         let text = String::from_utf8(output.stdout).unwrap();
         let control = |c: char| c.is_control() && c != '\n';
         assert!(!text.contains(control), "{command}: {text:?}");
@@ -290,7 +290,7 @@ fn environment_variables_of_threads_are_checked() {
         for value in values {
             let script = format!("{name}={value} exec \"$0\" {BEAMFORM}");
             let output = shell(&folder, &script).output().unwrap();
-            let message = told(&output);
+            let message = message_of(&output);
             assert_eq!(output.status.code(), Some(USAGE), "{script}: {message}");
             let expected = format!("host-sim: {name} is {value}; expected ");
             assert!(message.starts_with(&expected), "{script}: {message}");
@@ -299,7 +299,7 @@ fn environment_variables_of_threads_are_checked() {
     }
     let script = format!("RAYON_NUM_THREADS=3 RUST_MIN_STACK=4194304 exec \"$0\" {BEAMFORM}");
     let output = shell(&folder, &script).output().unwrap();
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", message_of(&output));
 }
 
 /// The claims' quick look takes minutes: what cannot be merged is told before it, and before a folder is made.
@@ -359,18 +359,23 @@ fn raw_bytes_of_a_sonix_daq_are_asked_for() {
     file.set_len(12 + 2 * samples as u64).unwrap();
     let info = "info daq --variable fs=40e6 --variable f0=6.6e6 --variable c=1540 --variable t0=0 \
                 --variable pitch=0.3e-3 --variable tx_angle=0";
-    let told = |mb: u64| {
+    let refused_within = |mb: u64| {
         let script = format!("ulimit -v {}; exec \"$0\" {info} --threads 1", mb << 10);
         let output = shell(&folder, &script).output().unwrap();
-        assert_eq!(told(&output).lines().count(), 1, "{}", told(&output));
+        assert_eq!(
+            message_of(&output).lines().count(),
+            1,
+            "{}",
+            message_of(&output)
+        );
         assert_eq!(
             output.status.code(),
             Some(DATA),
             "{mb} MB: {}",
-            told(&output)
+            message_of(&output)
         );
     };
-    (40..460).step_by(20).for_each(told);
+    (40..460).step_by(20).for_each(refused_within);
 }
 
 /// What a workflow runs is named by a commit, which nobody can move; the tag stands behind it.

@@ -181,7 +181,7 @@ fn some_frames_are_those_of_the_whole() {
 
 /// A frame that lacks numbers is told, whichever others are there.
 #[test]
-fn a_frame_cut_off_is_told() {
+fn a_frame_cut_off_is_reported() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("data.npz");
     let mut npy = Vec::new();

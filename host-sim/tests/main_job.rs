@@ -198,7 +198,7 @@ fn the_written_configuration_repeats_the_run_on_any_number_of_threads() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_is_told_before_the_computation() {
+fn a_folder_that_cannot_be_written_is_reported_before_the_computation() {
     let folder = tempdir().unwrap();
     let file = folder.path().join("file");
     fs::write(&file, "").unwrap();
@@ -210,7 +210,7 @@ fn a_folder_that_cannot_be_written_is_told_before_the_computation() {
 }
 
 #[test]
-fn parameters_out_of_range_are_told() {
+fn parameters_out_of_range_are_reported() {
     let folder = tempdir().unwrap();
     let config = folder.path().join("wrong.toml");
     let out = folder.path().join("out");

@@ -318,8 +318,8 @@ mod tests {
 
     /// Each operation is that of the numbers by themselves, lane by lane.
     fn lanes_are_numbers<V: Vector>(zero: V) {
-        let places = (0..NUMBERS.len()).flat_map(|i| (0..NUMBERS.len()).map(move |j| (i, j)));
-        for (i, j) in places.step_by(crate::step(23)) {
+        let pairs = (0..NUMBERS.len()).flat_map(|i| (0..NUMBERS.len()).map(move |j| (i, j)));
+        for (i, j) in pairs.step_by(crate::step(23)) {
             let (a, b) = (from(zero, i), from(zero, j));
             let pairs = || a.lanes().iter().zip(b.lanes()).map(|(&a, &b)| (a, b));
             let assert_lanes = |found: V, f: &dyn Fn(f32, f32) -> f32| {

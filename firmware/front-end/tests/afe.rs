@@ -65,7 +65,7 @@ fn a_reset_is_a_pulse() {
 }
 
 #[test]
-fn a_pin_that_cannot_be_set_is_told() {
+fn a_pin_that_cannot_be_set_is_reported() {
     let broken = MockError::Io(std::io::ErrorKind::BrokenPipe);
     for changes in [
         vec![PinChange::set(State::High).with_error(broken.clone())],
@@ -160,7 +160,7 @@ fn every_pattern_has_its_code() {
 /// A line that is stuck, at either level, and a bit that did not get through: the first register that
 /// differs is named, and read-out is off again.
 #[test]
-fn a_value_that_does_not_come_back_is_told() {
+fn a_value_that_does_not_come_back_is_reported() {
     for (answers, register, written, value) in [
         ([[0, 0], [0, 0], [0, 0]], 51, 0x2000, 0),
         ([[0xFF, 0xFF], [0xFF, 0xFF], [0xFF, 0xFF]], 4, 0, 0xFFFF),
@@ -291,7 +291,7 @@ impl SpiDevice for Faulty {
 /// A bus that fails at each transaction in turn, and once for good: the call fails, sends nothing more of
 /// what it was to write, and read-out is switched off wherever it may be on.
 #[test]
-fn a_bus_error_is_told_and_read_out_is_off() {
+fn a_bus_error_is_reported_and_read_out_is_off() {
     let all = [
         write(&[2, 0xE0, 0]),
         write(&READ_OUT_ON),

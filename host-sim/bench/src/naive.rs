@@ -143,9 +143,9 @@ impl Naive {
         // Eigenvalues ascend. c_j = Σ |e_kᴴa|²/λ_k, and e_kᴴa is the conjugate of the sum of e_k.
         let mut sum = 0.0;
         for (k, share) in self.shares.iter_mut().enumerate() {
-            let place = l - 1 - k;
-            let steering: c32 = self.eigenvectors.col_as_slice(place).iter().sum();
-            sum += steering.norm_sqr() / self.eigenvalues[place].re;
+            let index = l - 1 - k;
+            let steering: c32 = self.eigenvectors.col_as_slice(index).iter().sum();
+            sum += steering.norm_sqr() / self.eigenvalues[index].re;
             *share = sum;
         }
         let close = |a: usize, b: usize| {

@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn sizes_are_told_in_a_unit_that_fits() {
+    fn sizes_are_reported_in_a_unit_that_fits() {
         for (bytes, expected) in [
             (0, "0 bytes"),
             (1023, "1023 bytes"),

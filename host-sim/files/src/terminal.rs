@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_of_many_digits_is_told_by_its_exponent() {
+    fn a_value_of_many_digits_is_reported_by_its_exponent() {
         for (value, expected) in [
             (1e300, "1e300"),
             (-1e-300, "-1e-300"),

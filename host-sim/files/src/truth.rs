@@ -33,11 +33,11 @@ impl Truth {
             npz.add("scatterers", &self.scatterers)?;
             npz.add("on_bone", &arr0(self.on_bone as i64))?;
             npz.add("outline", &self.outline)?;
-            if let Some((levels, place)) = &self.levels {
+            if let Some((levels, origin)) = &self.levels {
                 npz.add("level_db", levels)?;
-                npz.add("level_x0", &arr0(place[0]))?;
-                npz.add("level_z0", &arr0(place[1]))?;
-                npz.add("level_pixel", &arr0(place[2]))?;
+                npz.add("level_x0", &arr0(origin[0]))?;
+                npz.add("level_z0", &arr0(origin[1]))?;
+                npz.add("level_pixel", &arr0(origin[2]))?;
             }
             npz.finish()?;
             Ok(())

@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_in_another_order_are_told() {
+    fn axes_in_another_order_are_reported() {
         let check = |count, shape: [usize; 3]| {
             let axes = ["transmit", "element", "sample"];
             check_axis("element_x", count, ("rf", &shape, &axes), 1, "element")

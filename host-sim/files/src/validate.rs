@@ -113,14 +113,14 @@ where
     };
     // The index along each axis, from the last one, which runs fastest.
     let mut rest = flat;
-    let mut place = Vec::new();
+    let mut index = Vec::new();
     for (axis, &length) in axes.iter().zip(array.shape()).rev() {
-        place.push(format!("{axis} {}", rest % length));
+        index.push(format!("{axis} {}", rest % length));
         rest /= length;
     }
-    place.reverse();
+    index.reverse();
     Err(format!(
         "`{key}` is {value} at {}; expected finite samples",
-        place.join(", ")
+        index.join(", ")
     ))
 }

@@ -65,7 +65,7 @@ fn meant(path: &str) -> Option<&'static str> {
 }
 
 /// Whether a key is given, or stands in the file by its own name.
-pub fn is_told(source: &dyn NamedArrays, variables: &Variables, key: &str) -> bool {
+pub fn is_given(source: &dyn NamedArrays, variables: &Variables, key: &str) -> bool {
     variables.get(key).is_some() || source.has(key)
 }
 
@@ -77,7 +77,7 @@ pub fn complete(source: &dyn NamedArrays, variables: &Variables) -> (Variables, 
     for key in KEYS {
         let group = ONE_OF.iter().find(|group| group.contains(&key));
         let group = group.copied().unwrap_or(std::slice::from_ref(&key));
-        if group.iter().any(|key| is_told(source, &all, key)) {
+        if group.iter().any(|key| is_given(source, &all, key)) {
             continue;
         }
         let takes_samples = ["rf", "iq"].contains(&key);
@@ -110,7 +110,7 @@ pub fn listed(source: &dyn NamedArrays) -> String {
     arrays.sort_by(|(a, x), (b, y)| count(y).cmp(&count(x)).then_with(|| a.cmp(b)));
     let largest = arrays.first().map_or(vec![], |(_, sides)| sides.clone());
     let more = arrays.len().saturating_sub(MOST);
-    let mut told: Vec<String> = arrays
+    let mut names: Vec<String> = arrays
         .iter()
         .take(MOST)
         .enumerate()
@@ -133,10 +133,10 @@ pub fn listed(source: &dyn NamedArrays) -> String {
         })
         .collect();
     if more > 0 {
-        told.push(format!("and {more} more"));
+        names.push(format!("and {more} more"));
     }
-    match told.is_empty() {
+    match names.is_empty() {
         true => "none".into(),
-        false => told.join(", "),
+        false => names.join(", "),
     }
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use ndarray::{ArrayD, Axis, IxDyn};
 
-use crate::aliases::{is_told, listed};
+use crate::aliases::{is_given, listed};
 use crate::values::{NamedArrays, Values};
 use crate::variables::{AXES, Given, LAWS, Variables};
 use crate::waves::Law;
@@ -48,7 +48,7 @@ impl Keyed<'_> {
     /// A key that neither the file nor the variables tell, an array of another shape or type, or data
     /// that are not valid.
     pub fn channel_data(&self, frames: Range<usize>) -> Result<(ChannelData, usize)> {
-        self.check_that_all_is_told(Some(SAMPLES))?;
+        self.check_that_all_is_given(Some(SAMPLES))?;
         let (samples, held) = self.samples(frames)?;
         let (_, transmits, elements, _) = samples.dim();
         Ok((self.with_samples(samples, transmits, elements)?, held))
@@ -64,7 +64,7 @@ impl Keyed<'_> {
         transmits: usize,
         elements: usize,
     ) -> Result<ChannelData> {
-        self.check_that_all_is_told(None)?;
+        self.check_that_all_is_given(None)?;
         let element_x = match self.optional("element_x")? {
             Some(x) => x,
             None => self.centred(elements)?,
@@ -113,8 +113,8 @@ impl Keyed<'_> {
     ///
     /// # Errors
     /// No delay law, or an array that is not readable.
-    pub fn transmits_told(&self) -> Result<usize> {
-        self.check_that_all_is_told(None)?;
+    pub fn transmits_given(&self) -> Result<usize> {
+        self.check_that_all_is_given(None)?;
         for key in ["tx_x", "tx_angle", "tx_element", "tx_source_x"] {
             if let Some(values) = self.optional(key)? {
                 return Ok(values.len());
@@ -156,15 +156,15 @@ impl Keyed<'_> {
 
     /// Tells all that is missing at once, the samples included where they are an array, and a command
     /// line to complete.
-    fn check_that_all_is_told(&self, samples: Option<Needed>) -> Result<()> {
-        let told = |key: &str| is_told(self.source, self.variables, key);
+    fn check_that_all_is_given(&self, samples: Option<Needed>) -> Result<()> {
+        let given = |key: &str| is_given(self.source, self.variables, key);
         let by_layout = |key: &str| self.law.is_some() && (key == "t0" || key.starts_with("tx_"));
-        let carrier = told("iq").then_some(CARRIER);
+        let carrier = given("iq").then_some(CARRIER);
         let missing: Vec<Needed> = samples
             .into_iter()
             .chain(NEEDED)
             .chain(carrier)
-            .filter(|(keys, _)| !keys.iter().any(|key| told(key) || by_layout(key)))
+            .filter(|(keys, _)| !keys.iter().any(|key| given(key) || by_layout(key)))
             .collect();
         if missing.is_empty() {
             return Ok(());

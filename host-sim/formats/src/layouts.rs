@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use ndarray::Array2;
 
-use crate::aliases::{complete, is_told};
+use crate::aliases::{complete, is_given};
 use crate::keyed::Keyed;
 use crate::layout::Layout;
 use crate::values::{NamedArrays, steps};
@@ -22,7 +22,7 @@ fn layout_of(source: &dyn NamedArrays, variables: &Variables) -> Option<Layout> 
             .into_iter()
             .find(|layout| layout.name() == asked);
     }
-    if is_told(source, variables, "rf") || is_told(source, variables, "iq") {
+    if is_given(source, variables, "rf") || is_given(source, variables, "iq") {
         return None;
     }
     let names = source.names();
@@ -65,14 +65,14 @@ pub fn channel_data(
     let (mut all, mut assumed) = complete(source, variables);
     let mut law = None;
     if let Some(layout) = layout {
-        let mut told = Told {
+        let mut completion = Completion {
             source,
             layout,
             given: variables,
             all: &mut all,
             assumed: &mut assumed,
         };
-        law = told.tell()?;
+        law = completion.tell()?;
     }
     let keyed = Keyed {
         source,
@@ -84,7 +84,7 @@ pub fn channel_data(
 }
 
 /// What a layout adds to the names that were found.
-struct Told<'a> {
+struct Completion<'a> {
     source: &'a dyn NamedArrays,
     layout: Layout,
     /// By the user.
@@ -93,14 +93,14 @@ struct Told<'a> {
     assumed: &'a mut Vec<String>,
 }
 
-impl Told<'_> {
+impl Completion<'_> {
     fn assume(&mut self, key: &str, value: Given, why: &str) {
         self.all.insert(key, value);
         self.assumed.push(why.to_owned());
     }
 
-    fn is_told(&self, key: &str) -> bool {
-        is_told(self.source, self.all, key)
+    fn is_given(&self, key: &str) -> bool {
+        is_given(self.source, self.all, key)
     }
 
     /// The numbers of a key, where it is told.
@@ -131,24 +131,24 @@ impl Told<'_> {
             return Ok(None);
         };
         if self.layout != Layout::Field2 {
-            if !self.is_told("c") {
+            if !self.is_given("c") {
                 self.assume(
                     "c",
                     Given::Number(1540.0),
                     "c is 1540 m/s, of which the file tells nothing",
                 );
             }
-            if !self.is_told("t0") {
+            if !self.is_given("t0") {
                 let why = "t0 is 0: sample 0 is when the first element fires";
                 self.assume("t0", Given::Number(0.0), why);
             }
         }
-        if self.layout != Layout::Field2 && !LAWS.iter().any(|key| self.is_told(key)) {
+        if self.layout != Layout::Field2 && !LAWS.iter().any(|key| self.is_given(key)) {
             let why = "plane waves straight down, since no delay law is told";
             self.assume("tx_angle", Given::Number(0.0), why);
         }
         if self.layout == Layout::KWave
-            && !self.is_told("fs")
+            && !self.is_given("fs")
             && let Some(dt) = self.step_in_time()?
         {
             self.assume("fs", Given::Number(1.0 / dt), "fs is 1/dt");

@@ -84,7 +84,7 @@ pub fn read(
         law: None,
     };
     let element = order(&folder, channels, variables)?;
-    let transmits = keyed.transmits_told()?;
+    let transmits = keyed.transmits_given()?;
     let [records, samples] = header(&path.join(name(0)))?;
     if transmits == 0 || records % transmits != 0 {
         return Err(folder.error(format!(

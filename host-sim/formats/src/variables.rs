@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_and_numbers_are_told_apart() {
+    fn names_and_numbers_are_distinguished() {
         let mut variables = Variables::default();
         for text in [
             "rf=RcvData",

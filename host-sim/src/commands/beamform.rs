@@ -239,7 +239,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let first = file.first();
     arguments.refuse_flags_without_effect(first)?;
     let pictured = arguments.image.is_some() || arguments.bone_map.is_some();
-    if pictured && let Some(beam_x) = told_beams(first) {
+    if pictured && let Some(beam_x) = given_beams(first) {
         check_beams(beam_x).map_err(|e| about(&arguments.recording, e))?;
     }
     if let Recording::Channel(data) = first {
@@ -342,7 +342,7 @@ fn summary_of_lines(
 }
 
 /// Where the beams lie, if the recording tells it: else they are evenly spaced.
-fn told_beams(recording: &Recording) -> Option<&[f64]> {
+fn given_beams(recording: &Recording) -> Option<&[f64]> {
     match recording {
         Recording::Channel(data) => match &data.transmits {
             Transmits::Focused { x, .. } => Some(x),

@@ -103,9 +103,9 @@ fn laws() -> [Transmits; 3] {
 fn brightest(lines: &BeamformedLines) -> (f64, f64) {
     let norms = lines.z.mapv(|z| z.norm());
     let mut best = (0, 0);
-    for (place, &norm) in norms.indexed_iter() {
+    for (position, &norm) in norms.indexed_iter() {
         if norm > norms[best] {
-            best = place;
+            best = position;
         }
     }
     let depth = lines.c * (lines.t0 + best.1 as f64 / lines.fs) / 2.0;

@@ -16,16 +16,16 @@ fn an_image_has_the_size_and_the_depths_asked_for() {
     run(&folder, command);
     let pixels = image::read(&folder.path().join("image.npy")).unwrap();
     assert_eq!(pixels.dim(), (101, 81));
-    let (mut best, mut place) = (0.0, (0, 0));
+    let (mut best, mut position) = (0.0, (0, 0));
     for (at, &level) in pixels.indexed_iter() {
         if level > best {
-            (best, place) = (level, at);
+            (best, position) = (level, at);
         }
     }
     // Half a line is 1.5 pixels; a depth sample is 0.4 pixels.
     assert!(
-        place.0.abs_diff(52) <= 1 && place.1.abs_diff(53) <= 2,
-        "{place:?}"
+        position.0.abs_diff(52) <= 1 && position.1.abs_diff(53) <= 2,
+        "{position:?}"
     );
 }
 

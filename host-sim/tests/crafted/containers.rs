@@ -165,8 +165,8 @@ fn changed_files_are_read_or_refused() {
                 bytes.truncate(random(bytes.len()));
             }
             for _ in 0..1 + round % 3 {
-                let place = random(bytes.len().max(1));
-                if let Some(byte) = bytes.get_mut(place) {
+                let position = random(bytes.len().max(1));
+                if let Some(byte) = bytes.get_mut(position) {
                     *byte = [0, 0xff, 0x7f, *byte ^ 1 << random(8)][random(4)];
                 }
             }

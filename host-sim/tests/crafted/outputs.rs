@@ -18,7 +18,7 @@ fn names_that_cannot_be_outputs() {
 }
 
 #[test]
-fn an_output_name_with_escape_sequences_is_told_without_them() {
+fn an_output_name_with_escape_sequences_is_reported_without_them() {
     let folder = tempdir().unwrap();
     let beamform = "beamform \"$(printf 'a\\033[31mb\\nc.npz')\" -o lines.npz";
     refused(&folder, beamform, DATA, &["a\\u{1b}[31mb\\nc.npz"]);

@@ -336,8 +336,8 @@ fn a_header_that_asks_for_more_data_than_there_are_is_refused() {
     // Behind the magic bytes and the header's length there is plain text.
     let header = std::str::from_utf8(&bytes[10..128]).unwrap();
     // A header of the same length that asks for terabytes; the padding after it has the room.
-    let place = header.find("(64, 64)}         ");
-    let shape = 10 + place.expect("the header as it is written today");
+    let position = header.find("(64, 64)}         ");
+    let shape = 10 + position.expect("the header as it is written today");
     let mut damaged = bytes.clone();
     damaged[shape..shape + 17].copy_from_slice(b"(64, 9999999999)}");
     fs::write(&path, &damaged).unwrap();
@@ -352,7 +352,7 @@ fn a_header_that_asks_for_more_data_than_there_are_is_refused() {
 }
 
 #[test]
-fn an_output_that_cannot_be_written_is_told_beforehand_and_leaves_nothing() {
+fn an_output_that_cannot_be_written_is_reported_beforehand_and_leaves_nothing() {
     let folder = tempdir().unwrap();
     let inside = folder.path().join("none").join("out.npz");
     let message = atomic::check_writable(&inside).unwrap_err().to_string();

@@ -109,7 +109,7 @@ fn stl_and_obj_have_the_same_surface_as_ply() {
 }
 
 #[test]
-fn meshes_that_are_no_bone_are_told() {
+fn meshes_that_are_no_bone_are_reported() {
     let fails = |name: &str, text: &str| {
         let message = read_text(name, text).expect_err(name).to_string();
         assert!(!message.contains('\n'), "{message}");

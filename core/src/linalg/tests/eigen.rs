@@ -75,7 +75,7 @@ fn falling(memory: &mut [[f32; 16]; 4], coupling: f32) -> Tridiagonal<'_, f32> {
 }
 
 #[test]
-fn an_eigenvector_whose_squares_leave_f32_is_told() {
+fn an_eigenvector_whose_squares_leave_f32_is_reported() {
     let mut memory = [[0.0; 16]; 4];
     let mut tridiagonal = falling(&mut memory, 1e-6);
     let mut left = |rows: usize| tridiagonal.eigenvector_upwards(rows, 1.0, &[1e6; 15]);

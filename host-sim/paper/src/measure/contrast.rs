@@ -18,8 +18,8 @@ pub fn gcnr(a: &[f64], b: &[f64]) -> Option<f64> {
     let histogram = |values: &[f64]| {
         let mut bins = vec![0.0; BINS];
         for v in values {
-            let place = (v - low) / (high - low).max(f64::MIN_POSITIVE) * BINS as f64;
-            bins[(place as usize).min(BINS - 1)] += 1.0 / values.len() as f64;
+            let position = (v - low) / (high - low).max(f64::MIN_POSITIVE) * BINS as f64;
+            bins[(position as usize).min(BINS - 1)] += 1.0 / values.len() as f64;
         }
         bins
     };

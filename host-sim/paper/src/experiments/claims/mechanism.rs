@@ -69,9 +69,9 @@ fn zone_map(view: &View) -> Array2<Zone> {
             }
         }
     }
-    for (place, &s) in view.distance.indexed_iter() {
+    for (pixel, &s) in view.distance.indexed_iter() {
         if (ECHO[0]..=ECHO[1]).contains(&s) {
-            map[place] = Zone::Echo;
+            map[pixel] = Zone::Echo;
         }
     }
     map
@@ -80,9 +80,9 @@ fn zone_map(view: &View) -> Array2<Zone> {
 /// The image of `das` with that of `esmv` in one zone.
 fn mixed(das: &Array2<f32>, esmv: &Array2<f32>, map: &Array2<Zone>, zone: Zone) -> Array2<f32> {
     let mut image = das.clone();
-    for (place, &there) in map.indexed_iter() {
+    for (pixel, &there) in map.indexed_iter() {
         if there == zone {
-            image[place] = esmv[place];
+            image[pixel] = esmv[pixel];
         }
     }
     image

@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn tissue_and_shadow_are_told_apart() {
+    fn tissue_and_shadow_are_distinguished() {
         let view = view();
         let levels = |(row, _): (usize, usize)| if row < 100 { 100.0 } else { 10.0 };
         let image = Array2::from_shape_fn((201, 101), levels);

@@ -58,11 +58,11 @@ pub fn table_one(measured: &[Measured]) -> Vec<Comparison> {
 
 /// The row of a beamformer by its place in [`COMPARED`].
 fn row_of(slice: &Measured, index: usize) -> Option<&[Row; 2]> {
-    slice.table.get(place(index)?)
+    slice.table.get(distance_index(index)?)
 }
 
 /// The place in [`METHODS`] of a beamformer by its place in [`COMPARED`].
-fn place(index: usize) -> Option<usize> {
+fn distance_index(index: usize) -> Option<usize> {
     METHODS.iter().position(|key| *key == COMPARED[index].key)
 }
 
@@ -162,7 +162,8 @@ pub fn line_comparisons(measured: &[Measured]) -> Vec<Comparison> {
         let image = usize::from(figure.ends_with(['c', 'd']));
         let way = usize::from(figure.ends_with(['b', 'd']));
         let line = [&slice.down, &slice.across][way];
-        let here = |index: usize| quantity.of(line, &slice.profiles[place(index)?][image][way]);
+        let here =
+            |index: usize| quantity.of(line, &slice.profiles[distance_index(index)?][image][way]);
         let name = format!("Fig. {figure}: {name}");
         comparison("Image lines (Figs. 8 and 9)", &name, here, *paper, LINES)
     });

@@ -16,7 +16,7 @@ pub enum Tip {
     Front,
 }
 
-/// How far around its true place a ball is looked for across and along the sweep, and in depth, m. The bone
+/// How far around its true position a ball is looked for across and along the sweep, and in depth, m. The bone
 /// begins a diameter below the tip.
 const SEARCH: [f64; 2] = [1.0e-3, 0.8e-3];
 
@@ -61,9 +61,9 @@ impl Volume {
         let mut picks = Vec::new();
         for (index, at) in tips.iter().enumerate() {
             let range = |centre: f64, first: f64, reach: f64, count: usize| {
-                let place = |v: f64| ((v - first) / grid.pixel).max(0.0);
-                place(centre - reach).ceil() as usize
-                    ..(place(centre + reach).floor() as usize + 1).min(count)
+                let position = |v: f64| ((v - first) / grid.pixel).max(0.0);
+                position(centre - reach).ceil() as usize
+                    ..(position(centre + reach).floor() as usize + 1).min(count)
             };
             let columns = range(at[0], grid.x0, SEARCH[0], grid.columns);
             let rows = range(at[2], grid.z0, SEARCH[1], grid.rows);
