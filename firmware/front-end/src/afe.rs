@@ -1,225 +1,337 @@
 //! TI's AFE5808A and AFE5809.
 
-use embedded_hal::delay::DelayNs;
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::{Operation, SpiDevice};
+use core::convert::Infallible;
+
+use embedded_hal::digital::{ErrorType, OutputPin};
+use embedded_hal_async::delay::DelayNs;
+use embedded_hal_async::spi::SpiDevice;
 
 use crate::demodulator::{PROFILES, WORDS, pack};
-use crate::error::Error;
+use crate::frames::Frames;
 use crate::registers::{
-    COEFFICIENT_ADDRESS, COEFFICIENTS, CONTROL, LNA, OUTPUT_FORMAT, PGA, PROFILE, PROFILE_ADDRESS,
-    READ_OUT, TEST_PATTERN,
+    ADC_DOWN, ADC_STANDBY, ATTENUATION, ATTENUATION_ENABLE, COEFFICIENT_ADDRESS, COEFFICIENTS,
+    CONTROL, CUSTOM_PATTERN, DEMODULATOR_CONTROL, LNA_GAIN, LOW_PASS, OFFSET_BINARY, PGA_GAIN,
+    PROFILE, PROFILE_ADDRESS, READ_OUT, TERMINATION, TERMINATION_ENABLE, TEST_PATTERN, VCA_DOWN,
+    VCA_STANDBY,
 };
-use crate::{Demodulator, Part, Settings, TestPattern};
+use crate::{Attenuator, Demodulator, Error, Power, Receiver, Settings, TestPattern};
 
-/// How long the reset pin is held, and how long the part is left alone afterwards, ns. Not verified; long
-/// beside any interface timing of the part.
-const RESET_NS: u32 = 100_000;
+/// Time that a reset pin is held, and that the part is left alone afterwards, ns. The parts need 100 ns.
+pub(crate) const RESET_NS: u32 = 100_000;
 
-/// A front end of eight channels: TI's AFE5808A or AFE5809.
+/// The select line SPI_DIG_EN of a part that has none: the AFE5808A.
+#[derive(Clone, Copy, Debug)]
+pub struct NoPin;
+
+impl ErrorType for NoPin {
+    type Error = Infallible;
+}
+
+impl OutputPin for NoPin {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// TI's AFE5808A or AFE5809, a front end of eight channels.
 ///
-/// `SPI` is one part's device, in mode 0 unless the board inverts the clock, with its select line low for
-/// a whole transaction. `RESET` is active high. What is known of the registers, and how well, stands in
-/// [`registers`](crate::registers).
+/// `SPI` is one part's device, in mode 0 unless the board inverts the clock, with its select line (SEN) low for
+/// a whole transaction. `RESET` is active high. `SELECT` is the AFE5809's second select line, SPI_DIG_EN: the
+/// driver holds it low for the demodulator's registers only. [`registers`](crate::registers) says what is verified.
 ///
-/// A call that fails leaves the part between two states: [`Afe::reset`] begins again.
+/// A call that fails leaves the part between two states: [`Receiver::reset`] begins again.
 ///
 /// ```no_run
 /// # fn set_up<S: embedded_hal::spi::SpiDevice, P: embedded_hal::digital::OutputPin>(
-/// #     spi: S, pin: P, delay: &mut impl embedded_hal::delay::DelayNs,
-/// # ) -> Result<(), front_end::Error<S::Error, P::Error>> {
-/// use front_end::{Afe, Part, Settings, TestPattern};
+/// #     spi: S, reset: P, select: P, delay: impl embedded_hal::delay::DelayNs,
+/// # ) -> Result<(), front_end::Error> {
+/// use front_end::{Afe, Blocking, Power, Receiver, Settings, block};
 ///
-/// let mut afe = Afe::new(Part::Afe5809, spi, pin);
-/// afe.reset(delay)?;
-/// afe.configure(&Settings::default())?;
-/// afe.test_pattern(TestPattern::Ramp)?; // … align the receiver …
-/// afe.test_pattern(TestPattern::Off)?;
+/// let mut delay = Blocking(delay);
+/// let mut afe = Afe::afe5809(Blocking(spi), reset, select);
+/// block(afe.reset(&mut delay))?;
+/// block(afe.configure(&Settings::default()))?;
+/// block(afe.power(Power::Standby, &mut delay))?; // between frames
+/// block(afe.power(Power::On, &mut delay))?;
 /// # Ok(()) }
 /// ```
-pub struct Afe<SPI, RESET> {
-    part: Part,
-    spi: SPI,
+///
+/// In async firmware, over devices of `embedded-hal-async`, `Blocking` and `block` fall away and `.await` takes
+/// their place.
+#[derive(Clone, Debug)]
+pub struct Afe<SPI, RESET, SELECT = NoPin> {
+    frames: Frames<SPI>,
     reset: RESET,
+    select: SELECT,
+    demodulator: bool,
+    power: Power,
 }
 
 impl<SPI: SpiDevice, RESET: OutputPin> Afe<SPI, RESET> {
-    /// The part behind `spi` and `reset`. Nothing is sent yet.
-    pub fn new(part: Part, spi: SPI, reset: RESET) -> Self {
-        Afe { part, spi, reset }
+    /// An AFE5808A. Nothing is sent yet.
+    pub fn afe5808a(spi: SPI, reset: RESET) -> Self {
+        Afe {
+            frames: Frames { spi },
+            reset,
+            select: NoPin,
+            demodulator: false,
+            power: Power::On,
+        }
+    }
+}
+
+impl<SPI: SpiDevice, RESET: OutputPin, SELECT: OutputPin> Afe<SPI, RESET, SELECT> {
+    /// An AFE5809. Nothing is sent yet.
+    pub fn afe5809(spi: SPI, reset: RESET, select: SELECT) -> Self {
+        Afe {
+            frames: Frames { spi },
+            reset,
+            select,
+            demodulator: true,
+            power: Power::On,
+        }
     }
 
-    /// Gives the device and the pin back.
-    pub fn release(self) -> (SPI, RESET) {
-        (self.spi, self.reset)
+    /// Returns the device and the pins.
+    pub fn release(self) -> (SPI, RESET, SELECT) {
+        (self.frames.spi, self.reset, self.select)
     }
 
-    /// Resets the part by its pin: every register is at its default then, and the part runs.
-    ///
-    /// # Errors
-    /// [`Error::Reset`].
-    pub fn reset(
-        &mut self,
-        delay: &mut impl DelayNs,
-    ) -> Result<(), Error<SPI::Error, RESET::Error>> {
-        self.reset.set_high().map_err(Error::Reset)?;
-        delay.delay_ns(RESET_NS);
-        self.reset.set_low().map_err(Error::Reset)?;
-        delay.delay_ns(RESET_NS);
-        Ok(())
-    }
-
-    /// Writes a register.
+    /// Writes a register of converter or amplifiers.
     ///
     /// # Errors
     /// [`Error::Spi`].
-    pub fn write(
-        &mut self,
-        register: u8,
-        value: u16,
-    ) -> Result<(), Error<SPI::Error, RESET::Error>> {
-        let [high, low] = value.to_be_bytes();
-        self.spi.write(&[register, high, low]).map_err(Error::Spi)
+    pub async fn write(&mut self, register: u8, value: u16) -> Result<(), Error> {
+        self.frames.write(register, value).await
     }
 
-    /// Reads registers: read-out is switched on, and off again whatever comes between.
+    /// Reads registers of converter or amplifiers: switches read-out on, and off again whatever happens between.
     ///
     /// # Errors
-    /// [`Error::Spi`], of the frame that failed first. Where that was the last one, read-out is still on,
-    /// and the part takes no register: [`Afe::reset`].
-    pub fn read<const N: usize>(
-        &mut self,
-        registers: [u8; N],
-    ) -> Result<[u16; N], Error<SPI::Error, RESET::Error>> {
-        let on = self.write(CONTROL, READ_OUT);
-        let values = on.and_then(|()| self.read_on(registers));
-        // Also where it could not be switched on: the part may have taken the frame all the same.
-        let off = self.write(CONTROL, 0);
-        let values = values?;
-        off.map(|()| values)
+    /// [`Error::Spi`], of the frame that failed first. If the last one failed, read-out is still on, and the
+    /// part takes no register: [`Receiver::reset`].
+    pub async fn read<const N: usize>(&mut self, registers: [u8; N]) -> Result<[u16; N], Error> {
+        self.frames.read(registers).await
     }
 
-    /// Reads registers while read-out is on.
-    fn read_on<const N: usize>(
-        &mut self,
-        registers: [u8; N],
-    ) -> Result<[u16; N], Error<SPI::Error, RESET::Error>> {
-        let mut values = [0; N];
-        for (value, register) in values.iter_mut().zip(registers) {
-            let mut bytes = [0; 2];
-            self.spi
-                .transaction(&mut [Operation::Write(&[register]), Operation::Read(&mut bytes)])
-                .map_err(Error::Spi)?;
-            *value = u16::from_be_bytes(bytes);
-        }
-        Ok(values)
-    }
-
-    /// Writes registers, then reads all of them back.
+    /// Writes a filter and the profile that uses it to the demodulator, and reads each word back. Nothing is
+    /// sent where one of them is out of range.
     ///
     /// # Errors
-    /// [`Error::Spi`]; [`Error::ReadBack`] with the first register that differs.
-    pub fn write_checked<const N: usize>(
-        &mut self,
-        registers: [(u8, u16); N],
-    ) -> Result<(), Error<SPI::Error, RESET::Error>> {
-        for (register, value) in registers {
-            self.write(register, value)?;
+    /// [`Error::NoDemodulator`]; [`Error::Range`] for a coefficient of more than 14 bits, for words beyond the
+    /// coefficient memory and for a profile of 32 or more; [`Error::Spi`]; [`Error::Pin`]; [`Error::Memory`] with
+    /// the first word that differs.
+    pub async fn demodulate(&mut self, setup: &Demodulator<'_>) -> Result<(), Error> {
+        if !self.demodulator {
+            return Err(Error::NoDemodulator);
         }
-        let read = self.read(registers.map(|(register, _)| register))?;
-        for ((register, written), read) in registers.into_iter().zip(read) {
-            if written != read {
-                return Err(Error::ReadBack {
-                    register,
-                    written,
-                    read,
-                });
+        check(setup)?;
+        for (index, word) in (setup.base..).zip(setup.coefficients) {
+            if let Ok(bytes) = pack(word) {
+                self.memory([COEFFICIENT_ADDRESS, COEFFICIENTS], index, &bytes)
+                    .await?;
             }
+        }
+        let profile = setup.profile_bits.to_be_bytes();
+        self.memory([PROFILE_ADDRESS, PROFILE], setup.profile, &profile)
+            .await
+    }
+
+    /// Writes a word of a demodulator's memory and reads it back.
+    async fn memory<const N: usize>(
+        &mut self,
+        [address, data]: [u8; 2],
+        index: u8,
+        word: &[u8; N],
+    ) -> Result<(), Error> {
+        let written = self.write_word([address, data], index, word).await;
+        let deselected = self.deselect();
+        written.and(deselected)?;
+
+        let mut read = [0; N];
+        let on = self.demodulator_read_out(data, &mut read).await;
+        // Also where it could not be switched on: the part may have taken a frame all the same.
+        let off = self.demodulator_read_off().await;
+        on.and(off)?;
+        if read != *word {
+            return Err(Error::Memory {
+                register: data,
+                index,
+            });
         }
         Ok(())
     }
 
-    /// Sets gains, filter and output format of all channels, and reads them back. What else lies in the
-    /// same registers gets its default: no active termination, no offset, all channels alike.
-    ///
-    /// # Errors
-    /// As [`Afe::write_checked`].
-    pub fn configure(
+    /// Writes a word of a demodulator's memory, and its address again, which went on with the word.
+    async fn write_word(
         &mut self,
-        settings: &Settings,
-    ) -> Result<(), Error<SPI::Error, RESET::Error>> {
-        self.write_checked([
-            (OUTPUT_FORMAT, settings.output_format()),
-            (PGA, settings.pga()),
-            (LNA, settings.lna()),
-        ])
+        [address, data]: [u8; 2],
+        index: u8,
+        word: &[u8],
+    ) -> Result<(), Error> {
+        self.select()?;
+        self.frames.write(address, index.into()).await?;
+        self.frames.write_long(data, word).await?;
+        self.frames.write(address, index.into()).await
     }
 
-    /// Sends a pattern from all channels in place of echoes, or echoes again.
-    ///
-    /// # Errors
-    /// As [`Afe::write_checked`].
-    pub fn test_pattern(
-        &mut self,
-        pattern: TestPattern,
-    ) -> Result<(), Error<SPI::Error, RESET::Error>> {
-        self.write_checked([(TEST_PATTERN, pattern.bits())])
+    /// Switches read-out on in both sets of registers, and reads a word of the demodulator.
+    async fn demodulator_read_out(&mut self, data: u8, word: &mut [u8]) -> Result<(), Error> {
+        self.select()?;
+        self.frames.write(DEMODULATOR_CONTROL, READ_OUT).await?;
+        self.deselect()?;
+        self.frames.write(CONTROL, READ_OUT).await?;
+        self.select()?;
+        self.frames.read_long(data, word).await
     }
 
-    /// Writes a filter and the profile that uses it to the demodulator. Nothing is sent where one of them is
-    /// out of range.
-    ///
-    /// It is not read back: whether the part can be asked for these registers could not be verified. That
-    /// the demodulator runs as meant shows in the data, for instance in those of a ramp or of a tone.
-    ///
-    /// # Errors
-    /// [`Error::NoDemodulator`]; [`Error::Range`] for a coefficient of more than 14 bits, for words beyond the coefficient memory, and for a profile of 32 or more; [`Error::Spi`].
-    pub fn demodulate(
-        &mut self,
-        setup: &Demodulator<'_>,
-    ) -> Result<(), Error<SPI::Error, RESET::Error>> {
-        if self.part != Part::Afe5809 {
-            return Err(Error::NoDemodulator);
-        }
-        let range = |name, value, expected| {
-            Err(Error::Range {
-                name,
-                value,
-                expected,
-            })
-        };
-        let end = usize::from(setup.base).saturating_add(setup.coefficients.len());
-        if end > WORDS {
-            let end = i32::try_from(end).unwrap_or(i32::MAX);
-            return range("end of the coefficients", end, "at most 256 words");
-        }
-        if setup.profile >= PROFILES {
-            return range("profile", setup.profile.into(), "at most 31");
-        }
-        for word in setup.coefficients {
-            if let Err(coefficient) = pack(word) {
-                return range("coefficient", coefficient.into(), "-8192 to 8191");
-            }
-        }
-
-        self.write(COEFFICIENT_ADDRESS, setup.base.into())?;
-        for word in setup.coefficients {
-            if let Ok(bytes) = pack(word) {
-                self.write_long(COEFFICIENTS, &bytes)?;
-            }
-        }
-        self.write(PROFILE_ADDRESS, setup.profile.into())?;
-        self.write_long(PROFILE, &setup.profile_bits.to_be_bytes())
+    /// Switches read-out off in both sets of registers, and leaves the demodulator deselected.
+    async fn demodulator_read_off(&mut self) -> Result<(), Error> {
+        let deselected = self.deselect();
+        let own = self.frames.write(CONTROL, 0).await;
+        let selected = self.select();
+        let its = self.frames.write(DEMODULATOR_CONTROL, 0).await;
+        deselected
+            .and(own)
+            .and(selected)
+            .and(its)
+            .and(self.deselect())
     }
 
-    /// A value of more than 16 bits, in one frame.
-    fn write_long(
-        &mut self,
-        register: u8,
-        bytes: &[u8],
-    ) -> Result<(), Error<SPI::Error, RESET::Error>> {
-        self.spi
-            .transaction(&mut [Operation::Write(&[register]), Operation::Write(bytes)])
-            .map_err(Error::Spi)
+    fn select(&mut self) -> Result<(), Error> {
+        self.select.set_low().map_err(Error::pin)
     }
+
+    fn deselect(&mut self) -> Result<(), Error> {
+        self.select.set_high().map_err(Error::pin)
+    }
+}
+
+impl<SPI: SpiDevice, RESET: OutputPin, SELECT: OutputPin> Receiver for Afe<SPI, RESET, SELECT> {
+    type Error = Error;
+    type Settings = Settings;
+    const CHANNELS: usize = 8;
+    const BITS: u32 = 14;
+
+    async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Error> {
+        self.deselect()?;
+        reset(&mut self.reset, delay).await?;
+        self.power = Power::On;
+        Ok(())
+    }
+
+    async fn configure(&mut self, settings: &Settings) -> Result<(), Error> {
+        let (enable, ohm) = settings.termination.codes();
+        self.frames
+            .set([
+                (OFFSET_BINARY, settings.offset_binary.into()),
+                (PGA_GAIN, settings.gain.pga as u16),
+                (LOW_PASS, settings.low_pass as u16),
+                (LNA_GAIN, settings.gain.lna as u16),
+                (TERMINATION_ENABLE, enable),
+                (TERMINATION, ohm),
+            ])
+            .await
+    }
+
+    async fn attenuate(&mut self, attenuator: Attenuator) -> Result<(), Error> {
+        let (enable, steps) = attenuation(attenuator)?;
+        let fields = [(ATTENUATION_ENABLE, enable), (ATTENUATION, steps)];
+        self.frames.set(fields).await
+    }
+
+    async fn test_pattern(&mut self, pattern: TestPattern) -> Result<(), Error> {
+        if let TestPattern::Custom(word) = pattern {
+            let word = custom(word, Self::BITS)?;
+            self.frames.write_checked([(CUSTOM_PATTERN, word)]).await?;
+        }
+        self.frames.set([(TEST_PATTERN, pattern.code())]).await
+    }
+
+    async fn power(&mut self, power: Power, delay: &mut impl DelayNs) -> Result<(), Error> {
+        let (standby, down) = (power == Power::Standby, power == Power::Down);
+        self.frames
+            .set([
+                (ADC_STANDBY, standby.into()),
+                (ADC_DOWN, down.into()),
+                (VCA_STANDBY, standby.into()),
+                (VCA_DOWN, down.into()),
+            ])
+            .await?;
+        wake(&mut self.power, power, delay).await;
+        Ok(())
+    }
+}
+
+/// Holds a reset pin, and leaves the part alone afterwards.
+pub(crate) async fn reset(pin: &mut impl OutputPin, delay: &mut impl DelayNs) -> Result<(), Error> {
+    pin.set_high().map_err(Error::pin)?;
+    delay.delay_ns(RESET_NS).await;
+    pin.set_low().map_err(Error::pin)?;
+    delay.delay_ns(RESET_NS).await;
+    Ok(())
+}
+
+/// Waits until a part is ready that comes from the state `was`.
+pub(crate) async fn wake(was: &mut Power, power: Power, delay: &mut impl DelayNs) {
+    // Standby after complete power-down waits as well: references must settle.
+    let settled = *was == Power::Down && power == Power::Standby;
+    if power == Power::On || settled {
+        delay.delay_ns(was.wake_ns()).await;
+    }
+    *was = power;
+}
+
+/// Enable bit and steps of the digital attenuator.
+pub(crate) fn attenuation(attenuator: Attenuator) -> Result<(u16, u16), Error> {
+    match attenuator {
+        Attenuator::Voltage => Ok((0, 0)),
+        Attenuator::Steps(steps @ 0..=7) => Ok((1, steps.into())),
+        Attenuator::Steps(steps) => Err(Error::Range {
+            name: "attenuation",
+            value: steps.into(),
+            expected: "at most 7 steps of 6 dB",
+        }),
+    }
+}
+
+/// A word of the custom pattern.
+pub(crate) fn custom(word: u16, bits: u32) -> Result<u16, Error> {
+    if u32::from(word) >> bits != 0 {
+        return Err(Error::Range {
+            name: "test pattern",
+            value: word.into(),
+            expected: "at most 14 bits",
+        });
+    }
+    Ok(word)
+}
+
+/// Refuses what the demodulator has no room for.
+fn check(setup: &Demodulator<'_>) -> Result<(), Error> {
+    let range = |name, value, expected| {
+        Err(Error::Range {
+            name,
+            value,
+            expected,
+        })
+    };
+    let end = usize::from(setup.base).saturating_add(setup.coefficients.len());
+    if end > WORDS {
+        let end = i32::try_from(end).unwrap_or(i32::MAX);
+        return range("end of the coefficients", end, "at most 256 words");
+    }
+    if setup.profile >= PROFILES {
+        return range("profile", setup.profile.into(), "at most 31");
+    }
+    for word in setup.coefficients {
+        if let Err(coefficient) = pack(word) {
+            return range("coefficient", coefficient.into(), "-8192 to 8191");
+        }
+    }
+    Ok(())
 }

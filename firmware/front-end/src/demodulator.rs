@@ -1,4 +1,4 @@
-//! The AFE5809's demodulator: what is written to it, packed into its words.
+//! Words of the AFE5809's demodulator.
 
 /// Coefficients in a word of the coefficient memory.
 pub(crate) const IN_A_WORD: usize = 8;
@@ -31,8 +31,8 @@ pub struct Demodulator<'a> {
 /// `None` unless 0 ≤ `f_demod` ≤ `f_s`/2; both in Hz.
 ///
 /// That is 992 Hz a step at 65 MHz, which the data sheet gives as "< 1 kHz": the 16 bits follow from that, and are not
-/// verified. The beamformer has to be
-/// told the frequency that the part really uses: the word times `f_s`/65536.
+/// verified. The beamformer needs
+/// the frequency that the part really uses: the word times `f_s`/65536.
 pub fn frequency_word(f_demod: f64, f_s: f64) -> Option<u16> {
     let turn = f_demod / f_s;
     // 0.5 is a word of 32768; a NaN is in no range.

@@ -1,45 +1,63 @@
-//! Why a front end could not be set.
+//! Errors of the parts.
 
 use core::fmt;
 
-/// Why the front end is not as it was asked to be. `S` and `P` are the errors of the SPI device and of
-/// the reset pin.
+use embedded_hal::{digital, spi};
+
+/// Reason why a part could not be set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
-pub enum Error<S, P> {
+pub enum Error {
     /// The SPI device refused a frame.
-    Spi(S),
-    /// The reset pin could not be set.
-    Reset(P),
-    /// A register does not hold what was written: a broken line, another part, a part without power or
-    /// in reset.
+    Spi(spi::ErrorKind),
+    /// A pin could not be set.
+    Pin(digital::ErrorKind),
+    /// A register does not hold the value that was written: a broken line, another part, a part without
+    /// power or in reset.
     ReadBack {
         /// The register.
+        register: u16,
+        /// The value that was written.
+        written: u32,
+        /// The value that was read.
+        read: u32,
+    },
+    /// A word of the demodulator's memories does not hold the value that was written.
+    Memory {
+        /// The register of the memory.
         register: u8,
-        /// What was written.
-        written: u16,
-        /// What was read.
-        read: u16,
+        /// The word.
+        index: u8,
     },
     /// The part has no demodulator.
     NoDemodulator,
-    /// A number is beyond what the part takes.
+    /// A number is beyond the part's range.
     Range {
-        /// What it is.
+        /// Its name.
         name: &'static str,
         /// The number.
         value: i32,
-        /// What would be right.
+        /// The range.
         expected: &'static str,
     },
 }
 
-impl<S: fmt::Debug, P: fmt::Debug> fmt::Display for Error<S, P> {
+impl Error {
+    pub(crate) fn spi(error: impl spi::Error) -> Self {
+        Error::Spi(error.kind())
+    }
+
+    pub(crate) fn pin(error: impl digital::Error) -> Self {
+        Error::Pin(error.kind())
+    }
+}
+
+impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Error::Spi(error) => write!(f, "the SPI device refused a frame: {error:?}"),
-            Error::Reset(error) => write!(f, "the reset pin could not be set: {error:?}"),
+            Error::Spi(kind) => write!(f, "the SPI device refused a frame: {kind}"),
+            Error::Pin(kind) => write!(f, "a pin could not be set: {kind}"),
             Error::ReadBack {
                 register,
                 written,
@@ -47,6 +65,10 @@ impl<S: fmt::Debug, P: fmt::Debug> fmt::Display for Error<S, P> {
             } => write!(
                 f,
                 "register {register} reads {read:#06x}, {written:#06x} was written"
+            ),
+            Error::Memory { register, index } => write!(
+                f,
+                "word {index} behind register {register:#04x} does not read as it was written"
             ),
             Error::NoDemodulator => write!(f, "the part has no demodulator"),
             Error::Range {
@@ -58,4 +80,4 @@ impl<S: fmt::Debug, P: fmt::Debug> fmt::Display for Error<S, P> {
     }
 }
 
-impl<S: fmt::Debug, P: fmt::Debug> core::error::Error for Error<S, P> {}
+impl core::error::Error for Error {}

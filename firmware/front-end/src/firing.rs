@@ -99,7 +99,7 @@ impl<const N: usize> Firing<N> {
         })
     }
 
-    /// The delays as [`Pulser::load`](crate::Pulser::load) takes them, all channels firing.
+    /// The delays as a [`Profile`](crate::Profile) has them, all channels firing.
     pub fn all(&self) -> [Option<u16>; N] {
         self.cycles.map(Some)
     }

@@ -1,13 +1,19 @@
-//! What stands between transducer and processor: the front end that amplifies, digitises and
-//! demodulates echoes, and the pulser that sends.
+//! Drivers of the parts between transducer and processor: receivers, which amplify, digitise and demodulate
+//! echoes, and pulsers.
 //!
-//! [`Afe`] drives TI's AFE5808A and AFE5809 over an embedded-hal SPI device and a reset pin.
-//! [`Pulser`] is what a transmit board must be able to do, [`MockPulser`] one without hardware, and
-//! [`Firing`] works out the delays for it.
+//! | | trait | parts |
+//! |---|---|---|
+//! | receivers | [`Receiver`] | [`Afe`] (TI's AFE5808A and AFE5809), [`Afe58jd18`], two of them as a [`Pair`] |
+//! | lanes of a receiver | [`Deserialiser`], the FPGA's end | [`align`] finds bits and words |
+//! | gain over depth | [`Vcat`], a converter | [`GainCurve`] makes its codes |
+//! | pulsers | [`Pulser`], behind the limits of [`Limited`] | [`tx7332::Tx7332`] |
 //!
-//! No part was at hand. What the code knows of the AFE is marked, register by register, in
-//! [`registers`]: what public sources confirm, and what the integrator has to check against the data
-//! sheet first.
+//! [`Firing`] computes a transmit's delays. [`mock`] has all of it without hardware.
+//!
+//! The drivers are async, over `embedded-hal-async`. [`Blocking`] and [`block`] run them over `embedded-hal`.
+//!
+//! No part was at hand. [`registers`] and [`tx7332`] say which facts public sources confirm, and which ones the
+//! integrator must check against the data sheet first.
 
 #![no_std]
 
@@ -15,16 +21,33 @@
 extern crate std;
 
 mod afe;
+mod afe58jd18;
+mod alignment;
+mod blocking;
 mod demodulator;
 mod error;
 mod firing;
+mod frames;
+pub mod mock;
+mod pair;
 mod pulser;
+mod receiver;
 pub mod registers;
 mod settings;
+mod tgc;
+pub mod tx7332;
 
-pub use afe::Afe;
+pub use afe::{Afe, NoPin};
+pub use afe58jd18::Afe58jd18;
+pub use alignment::{AlignError, Deserialiser, Lane, align};
+pub use blocking::{Blocking, block};
 pub use demodulator::{Demodulator, frequency_word};
 pub use error::Error;
 pub use firing::{Firing, OutOfRange};
-pub use pulser::{MockPulser, MockPulserError, Pulser};
-pub use settings::{Gain, LnaGain, LowPass, Part, PgaGain, Settings, TestPattern};
+pub use pair::{Pair, PairError};
+pub use pulser::{
+    Checked, Limit, LimitError, Limited, LimitedError, Limits, Profile, Pulser, Waveform,
+};
+pub use receiver::{Attenuator, Power, Receiver, TestPattern};
+pub use settings::{Gain, Jd18LowPass, LnaGain, LowPass, PgaGain, Settings, Termination};
+pub use tgc::{GainCurve, Vcat, VcatRange};

@@ -1,135 +1,329 @@
-//! What sends.
+//! Pulsers, and limits that no transmit passes.
 
-/// A transmit board: it holds profiles of delays, and fires one of them at a trigger.
+use core::fmt;
+
+/// The signal of each element.
 ///
-/// Modelled on parts such as TI's TX7332 (32 channels, 16 profiles of delays in clock cycles), whose
-/// registers are no matter of this crate.
+/// Half cycles of alternating sign. A pulser of two levels drives all of a half cycle, one of three levels a part
+/// of it, and ground for the rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Waveform {
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Half cycles.
+    pub half_cycles: u8,
+    /// Whether the first half cycle is positive.
+    pub positive_first: bool,
+    /// Part of a half cycle that is driven away from ground: above 0, at most 1 (two levels). At 2/3 the third
+    /// harmonic is least.
+    pub driven: f64,
+    /// Voltage of both rails against ground, V.
+    pub volts: f64,
+    /// Time that the element is driven to ground afterwards, s: damping.
+    pub damping: f64,
+}
+
+impl Waveform {
+    /// Time that an element is driven away from ground, s.
+    pub fn driven_time(&self) -> f64 {
+        f64::from(self.half_cycles) / 2.0 / self.frequency * self.driven
+    }
+
+    /// Time from the first edge to the end of damping, s.
+    pub fn duration(&self) -> f64 {
+        f64::from(self.half_cycles) / 2.0 / self.frequency + self.damping
+    }
+}
+
+/// A transmit as a pulser holds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Profile<'a> {
+    /// The signal of each element that fires.
+    pub waveform: Waveform,
+    /// Delay of each channel after the trigger, clock cycles; `None` where it is silent. Apodization is on or
+    /// off, since all channels share rails and waveform.
+    pub delays: &'a [Option<u16>],
+    /// Time from the end of the waveform until the transmit/receive switches let echoes through, s.
+    pub receive_after: f64,
+    /// Transmits per second while this profile is selected, Hz.
+    pub prf: f64,
+}
+
+/// A profile that is within the limits. Only [`Limited`] makes one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Checked<'a> {
+    profile: Profile<'a>,
+}
+
+impl<'a> Checked<'a> {
+    /// The profile.
+    pub fn profile(&self) -> &Profile<'a> {
+        &self.profile
+    }
+}
+
+/// A transmit board: holds profiles, and fires one of them at each trigger.
+///
+/// Firmware calls it through [`Limited`], which alone can make the argument of [`Pulser::load`].
+#[allow(async_fn_in_trait)]
 pub trait Pulser {
-    /// Why a call failed.
+    /// Reason why a call failed.
     type Error;
     /// Channels that fire together.
     const CHANNELS: usize;
     /// Profiles that it holds.
     const PROFILES: u8;
-    /// The longest delay, in clock cycles.
+    /// The longest delay, clock cycles.
     const LONGEST: u16;
 
     /// The clock that delays are counted in, Hz.
     fn clock(&self) -> f64;
 
-    /// Writes a profile: each channel's delay after the trigger in clock cycles, or `None` where it is to
-    /// be silent.
+    /// Writes a profile.
     ///
     /// # Errors
-    /// The implementation's own: at least where there are more channels, profiles or cycles than it has.
-    fn load(&mut self, profile: u8, delays: &[Option<u16>]) -> Result<(), Self::Error>;
+    /// The implementation's own: at least for a profile, a number of channels, a delay or a waveform that it
+    /// does not have.
+    async fn load(&mut self, index: u8, profile: Checked<'_>) -> Result<(), Self::Error>;
 
-    /// Fires with this profile at the next trigger, and at those that follow.
+    /// Fires with this profile, its voltage and its PRF from now on.
     ///
     /// # Errors
     /// The implementation's own: at least for a profile that was never loaded.
-    fn select(&mut self, profile: u8) -> Result<(), Self::Error>;
+    async fn select(&mut self, index: u8) -> Result<(), Self::Error>;
+
+    /// Stops firing, and takes the voltage away.
+    ///
+    /// # Errors
+    /// The implementation's own.
+    async fn stop(&mut self) -> Result<(), Self::Error>;
 }
 
-/// Why a [`MockPulser`] refused a call.
+/// Limits of a device, fixed once for a probe.
+///
+/// They are electrical. IEC 60601-2-37 limits what reaches the patient: acoustic output, shown as thermal and
+/// mechanical index, and the temperature of the probe's surface. The maker measures both at the limits stated
+/// here, and states limits at which they are met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Limits {
+    /// Most voltage of a rail, V.
+    pub volts: f64,
+    /// Largest part of the time that elements are driven: driven time times PRF.
+    pub duty: f64,
+    /// Most electrical energy of a transmit, J: channels that fire times `volts²/load` times driven time.
+    pub energy: f64,
+    /// Highest PRF, Hz.
+    pub prf: f64,
+    /// Resistance of an element at its centre frequency, Ω: for the energy.
+    pub load: f64,
+}
+
+/// The limit that a profile passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum MockPulserError {
-    /// There is no such profile.
-    Profile(u8),
-    /// There are so many delays, not one for each channel.
-    Channels(usize),
-    /// This channel's delay is too long.
-    Delay {
-        /// The channel.
-        channel: usize,
-        /// The delay, clock cycles.
-        cycles: u16,
-    },
-    /// The profile was never loaded.
-    NotLoaded(u8),
-    /// The call that was to fail: [`MockPulser::fail_next`].
-    Asked,
+pub enum Limit {
+    /// Voltage, V.
+    Volts,
+    /// Driven part of the time.
+    Duty,
+    /// Energy of a transmit, J.
+    Energy,
+    /// PRF, Hz.
+    Prf,
+    /// Time from a trigger until echoes come through, s: at most the time to the next trigger.
+    Period,
+    /// A number that is negative, not finite, or 0 where it must not be.
+    Value,
 }
 
-/// A [`Pulser`] of `N` channels and four profiles without hardware: it keeps what it is told, and refuses
-/// what a board would refuse.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MockPulser<const N: usize> {
-    clock: f64,
-    profiles: [Option<[Option<u16>; N]>; 4],
-    selected: Option<u8>,
-    fail: bool,
+/// A profile beyond a limit. Nothing was sent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct LimitError {
+    /// The limit.
+    pub limit: Limit,
+    /// The profile's value.
+    pub value: f64,
+    /// The most that is allowed.
+    pub most: f64,
 }
 
-impl<const N: usize> MockPulser<N> {
-    /// A board that knows no profile, with this clock, Hz.
-    pub const fn new(clock: f64) -> Self {
-        MockPulser {
-            clock,
-            profiles: [None; 4],
-            selected: None,
-            fail: false,
-        }
-    }
-
-    /// The next call fails, and changes nothing.
-    pub fn fail_next(&mut self) {
-        self.fail = true;
-    }
-
-    /// What the next trigger would send: each channel's delay. `None` where no profile is selected.
-    pub fn sends(&self) -> Option<&[Option<u16>; N]> {
-        self.profiles[usize::from(self.selected?)].as_ref()
-    }
-
-    fn call(&mut self) -> Result<(), MockPulserError> {
-        if core::mem::take(&mut self.fail) {
-            return Err(MockPulserError::Asked);
-        }
-        Ok(())
-    }
-}
-
-impl<const N: usize> Pulser for MockPulser<N> {
-    type Error = MockPulserError;
-    const CHANNELS: usize = N;
-    const PROFILES: u8 = 4;
-    const LONGEST: u16 = 8191;
-
-    fn clock(&self) -> f64 {
-        self.clock
-    }
-
-    fn load(&mut self, profile: u8, delays: &[Option<u16>]) -> Result<(), MockPulserError> {
-        self.call()?;
-        let Ok(delays) = <[Option<u16>; N]>::try_from(delays) else {
-            return Err(MockPulserError::Channels(delays.len()));
+impl fmt::Display for LimitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let LimitError { limit, value, most } = self;
+        let (name, unit) = match limit {
+            Limit::Volts => ("voltage", " V"),
+            Limit::Duty => ("duty", ""),
+            Limit::Energy => ("energy of a transmit", " J"),
+            Limit::Prf => ("PRF", " Hz"),
+            Limit::Period => ("time of a transmit", " s"),
+            Limit::Value => return write!(f, "{value} is no number of a transmit"),
         };
-        for (channel, delay) in delays.iter().enumerate() {
-            match *delay {
-                Some(cycles) if cycles > Self::LONGEST => {
-                    return Err(MockPulserError::Delay { channel, cycles });
-                }
-                _ => {}
-            }
+        write!(
+            f,
+            "the {name} is {value}{unit}, expected at most {most}{unit}"
+        )
+    }
+}
+
+impl core::error::Error for LimitError {}
+
+impl Limits {
+    /// Checks a profile for a pulser of this clock, Hz.
+    fn check(&self, profile: &Profile<'_>, clock: f64) -> Result<(), LimitError> {
+        let Profile {
+            waveform,
+            delays,
+            receive_after,
+            prf,
+        } = *profile;
+        positive([waveform.frequency, waveform.driven, prf])?;
+        not_negative([waveform.volts, waveform.damping, receive_after])?;
+        if waveform.driven > 1.0 {
+            return Err(no_value(waveform.driven));
         }
-        match self.profiles.get_mut(usize::from(profile)) {
-            Some(slot) => *slot = Some(delays),
-            None => return Err(MockPulserError::Profile(profile)),
+        let firing = delays.iter().flatten().count() as f64;
+        let power = waveform.volts * waveform.volts / self.load;
+        let longest = delays.iter().flatten().fold(0, |a, &b| a.max(b));
+        let time = f64::from(longest) / clock + waveform.duration() + receive_after;
+        for (limit, value, most) in [
+            (Limit::Volts, waveform.volts, self.volts),
+            (Limit::Prf, prf, self.prf),
+            (Limit::Duty, waveform.driven_time() * prf, self.duty),
+            (
+                Limit::Energy,
+                firing * power * waveform.driven_time(),
+                self.energy,
+            ),
+            (Limit::Period, time, 1.0 / prf),
+        ] {
+            // A value that is not finite is beyond every limit.
+            let within = value <= most;
+            if !within {
+                return Err(LimitError { limit, value, most });
+            }
         }
         Ok(())
     }
+}
 
-    fn select(&mut self, profile: u8) -> Result<(), MockPulserError> {
-        self.call()?;
-        match self.profiles.get(usize::from(profile)) {
-            Some(Some(_)) => {
-                self.selected = Some(profile);
-                Ok(())
-            }
-            Some(None) => Err(MockPulserError::NotLoaded(profile)),
-            None => Err(MockPulserError::Profile(profile)),
+fn no_value(value: f64) -> LimitError {
+    LimitError {
+        limit: Limit::Value,
+        value,
+        most: 0.0,
+    }
+}
+
+fn positive<const N: usize>(values: [f64; N]) -> Result<(), LimitError> {
+    match values.into_iter().find(|x| !(*x > 0.0 && x.is_finite())) {
+        Some(value) => Err(no_value(value)),
+        None => Ok(()),
+    }
+}
+
+fn not_negative<const N: usize>(values: [f64; N]) -> Result<(), LimitError> {
+    match values.into_iter().find(|x| !(*x >= 0.0 && x.is_finite())) {
+        Some(value) => Err(no_value(value)),
+        None => Ok(()),
+    }
+}
+
+/// Reason why [`Limited`] refused a call.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum LimitedError<E> {
+    /// The profile is beyond a limit.
+    Limit(LimitError),
+    /// The pulser's.
+    Pulser(E),
+}
+
+impl<E: fmt::Display> fmt::Display for LimitedError<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            LimitedError::Limit(error) => error.fmt(f),
+            LimitedError::Pulser(error) => error.fmt(f),
         }
+    }
+}
+
+impl<E: core::error::Error> core::error::Error for LimitedError<E> {}
+
+/// A pulser behind limits.
+///
+/// It owns the pulser, and the limits cannot be changed: no profile beyond them reaches the pulser.
+#[derive(Clone, Debug)]
+pub struct Limited<P> {
+    pulser: P,
+    limits: Limits,
+}
+
+impl<P: Pulser> Limited<P> {
+    /// `pulser` within `limits`.
+    ///
+    /// # Errors
+    /// [`LimitError`] for a limit that is not finite and above 0, or a duty above 1.
+    pub fn new(pulser: P, limits: Limits) -> Result<Self, LimitError> {
+        let Limits {
+            volts,
+            duty,
+            energy,
+            prf,
+            load,
+        } = limits;
+        positive([volts, duty, energy, prf, load, pulser.clock()])?;
+        if duty > 1.0 {
+            return Err(no_value(duty));
+        }
+        Ok(Limited { pulser, limits })
+    }
+
+    /// The pulser, to look at.
+    pub fn pulser(&self) -> &P {
+        &self.pulser
+    }
+
+    /// The limits.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Writes a profile, if it is within the limits.
+    ///
+    /// # Errors
+    /// [`LimitedError::Limit`], with nothing sent; [`LimitedError::Pulser`].
+    pub async fn load(
+        &mut self,
+        index: u8,
+        profile: &Profile<'_>,
+    ) -> Result<(), LimitedError<P::Error>> {
+        self.limits
+            .check(profile, self.pulser.clock())
+            .map_err(LimitedError::Limit)?;
+        let checked = Checked { profile: *profile };
+        self.pulser
+            .load(index, checked)
+            .await
+            .map_err(LimitedError::Pulser)
+    }
+
+    /// Fires with this profile from now on.
+    ///
+    /// # Errors
+    /// The pulser's.
+    pub async fn select(&mut self, index: u8) -> Result<(), P::Error> {
+        self.pulser.select(index).await
+    }
+
+    /// Stops firing, and takes the voltage away.
+    ///
+    /// # Errors
+    /// The pulser's.
+    pub async fn stop(&mut self) -> Result<(), P::Error> {
+        self.pulser.stop().await
     }
 }

@@ -1,69 +1,159 @@
-//! The registers of the AFE5808A and the AFE5809 that the driver uses, by number and bit.
+//! Registers of TI's AFE5808A, AFE5809 and AFE58JD18 that the drivers use.
 //!
-//! A frame has 24 bits: 8 of the register, 16 of its value, both from the highest bit on. All registers
-//! but [`CONTROL`] read as what was written while [`READ_OUT`] is set, and cannot be written then.
+//! A frame has 24 bits: 8 of the register, 16 of its value, highest bit first. While [`READ_OUT`] is set, all
+//! registers but [`CONTROL`] read as they were written, and cannot be written.
 //!
-//! # What is verified
-//! No part was at hand, and the data sheets (SLOS729D for the AFE5808A, SLOS738E for the AFE5809) could
-//! be had in extracts only. Three sources were found besides the author's own notes on them:
+//! The AFE5809 has two sets of registers behind one SPI. It takes the demodulator's only while its second
+//! select line, SPI_DIG_EN, is low, and all others only while it is high. Reading the demodulator needs
+//! read-out in both sets: [`DEMODULATOR_CONTROL`] with SPI_DIG_EN low, then [`CONTROL`] with SPI_DIG_EN high,
+//! then the register with SPI_DIG_EN low.
 //!
-//! - **A**: the extracts: features, contents with some register numbers, the part's description.
-//! - **B**: public drivers of the AFE5808A, for names and numbers
-//!   of fields.
-//! - **C**: questions to the manufacturer's public forum that cite SLOS738E.
+//! # Verified facts
+//! No part was at hand, and the data sheets (SLOS729D, SLOS738E, SBAS735A) were at hand in extracts only. The
+//! sources:
+//!
+//! - **A**: the extracts: features, contents with some register numbers, description.
+//! - **B**: public drivers of the AFE5808A of three projects, which agree.
+//! - **C**: questions and answers in the manufacturer's public forum.
+//! - **D**: a public host program of a board with AFE5809.
+//! - **E**: a public driver of the AFE58JD18.
 //!
 //! | | source |
 //! |---|---|
-//! | frames of 24 bits, [`CONTROL`] and its two bits, reset by a high level | B, C |
-//! | gains of 12, 18, 24 dB and 24, 30 dB, low-pass filters of 10, 15, 20, 30 MHz | A |
-//! | which registers hold the fields [`TEST_PATTERN`], [`OUTPUT_FORMAT`], [`LNA`], [`PGA`] | A, B |
-//! | the bits of [`OFFSET_BINARY`] | A |
-//! | `0` means 24 dB and `1` 30 dB in [`PGA_GAIN`] | B |
+//! | frames of 24 bits, [`CONTROL`] and its two bits, reset by a high level of at least 100 ns | B, C, E |
+//! | SPI_DIG_EN, and the order of a read-out | C, D |
+//! | codes of the gains, the low-pass filter and the test patterns of the AFE5808A and the AFE5809 | B |
+//! | active termination: its enable bit and four resistances | B |
+//! | digital attenuator: its enable bit, steps of 6 dB from 0 to 42 dB | B |
+//! | power-down bits of converter and amplifiers | B |
+//! | [`DEMODULATOR_CONTROL`] | D |
 //! | [`COEFFICIENT_ADDRESS`], [`COEFFICIENTS`], 8 coefficients of 14 bits in 112 bits | C |
 //! | filters of 16·M taps, decimation by 1 to 32, 32 profiles, steps below 1 kHz at 65 MHz | A |
+//! | AFE58JD18: register numbers and fields of [`jd18`], its test patterns, 0x0014 in register 1 | E |
+//! | AFE58JD18: the codes of 10 MHz, 24 dB and 50 Ω | E |
 //!
-//! **Not verified**, and to be checked against the data sheet before a board is switched on: the codes of
-//! [`LnaGain`](crate::LnaGain) and [`LowPass`](crate::LowPass), the codes of
-//! [`TestPattern`](crate::TestPattern) but normal operation, the length of the reset pulse, everything of
-//! the demodulator but the two lines above: [`PROFILE_ADDRESS`], [`PROFILE`], how a profile's fields lie in its
-//! 64 bits, how many bits the frequency and the coefficients' address have, in which order coefficients lie in a word,
-//! and whether more than 16 bits of a value go in one frame, with the select line low throughout,
-//! as the driver sends them.
+//! # Not verified
+//! Check before a board is switched on:
+//!
+//! - the demodulator: how 112 and 64 bits are framed (the drivers keep the select line low throughout one
+//!   frame), the order of coefficients in a word, [`PROFILE_ADDRESS`], [`PROFILE`], the fields of a profile, the
+//!   bits of the frequency, whether its memories can be read
+//! - AFE58JD18: the other codes of [`jd18::LOW_PASS`], which are those of its sibling AFE5818; the other
+//!   codes of gain and termination, taken to be the AFE5808A's; [`jd18::OFFSET_BINARY`]
+//! - the times of wake-up, and the voltage of the attenuator
+
+/// Bits of a register, `shift` to `shift + bits − 1`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// The register.
+    pub register: u8,
+    /// The lowest bit.
+    pub shift: u8,
+    /// The number of bits.
+    pub bits: u8,
+}
+
+impl Field {
+    /// Bits `low` to `high` of `register`.
+    const fn new(register: u8, high: u8, low: u8) -> Self {
+        Field {
+            register,
+            shift: low,
+            bits: high - low + 1,
+        }
+    }
+
+    /// The register's value with `bits` in this field.
+    pub const fn with(self, value: u16, bits: u16) -> u16 {
+        let mask = (1u16 << self.bits) - 1;
+        value & !(mask << self.shift) | (bits & mask) << self.shift
+    }
+
+    /// The field's bits of the register's value.
+    pub const fn of(self, value: u16) -> u16 {
+        value >> self.shift & ((1u16 << self.bits) - 1)
+    }
+}
 
 /// Register 0: reset and read-out.
 pub const CONTROL: u8 = 0;
 /// Bit 0 of [`CONTROL`]: all registers to their defaults. It clears itself.
 pub const SOFTWARE_RESET: u16 = 1 << 0;
-/// Bit 1 of [`CONTROL`]: registers can be read, and not be written but for [`CONTROL`].
+/// Bit 1 of [`CONTROL`] and of [`DEMODULATOR_CONTROL`]: registers can be read, and not be written but for
+/// these two.
 pub const READ_OUT: u16 = 1 << 1;
+/// Register 5: the words of [`TestPattern::Custom`](crate::TestPattern::Custom).
+pub const CUSTOM_PATTERN: u8 = 5;
 
-/// Register 2: the test patterns, in bits 13 to 15.
-pub const TEST_PATTERN: u8 = 2;
-/// Where the pattern's code begins in [`TEST_PATTERN`].
-pub const TEST_PATTERN_SHIFT: u16 = 13;
+/// Converter off: complete power-down.
+pub const ADC_DOWN: Field = Field::new(1, 0, 0);
+/// Converter in partial power-down, with a fast wake-up.
+pub const ADC_STANDBY: Field = Field::new(1, 10, 10);
+/// The test pattern of all channels.
+pub const TEST_PATTERN: Field = Field::new(2, 15, 13);
+/// Words count from 0; two's complement where it is clear.
+pub const OFFSET_BINARY: Field = Field::new(4, 3, 3);
+/// The low-pass filter.
+pub const LOW_PASS: Field = Field::new(51, 3, 1);
+/// The second amplifier: 30 dB where it is set, 24 dB where it is clear.
+pub const PGA_GAIN: Field = Field::new(51, 13, 13);
+/// The resistance of the active termination.
+pub const TERMINATION: Field = Field::new(52, 7, 6);
+/// Active termination.
+pub const TERMINATION_ENABLE: Field = Field::new(52, 8, 8);
+/// The first amplifier.
+pub const LNA_GAIN: Field = Field::new(52, 14, 13);
+/// Amplifiers in partial power-down, with a fast wake-up.
+pub const VCA_STANDBY: Field = Field::new(53, 14, 14);
+/// Amplifiers off.
+pub const VCA_DOWN: Field = Field::new(53, 15, 15);
+/// Steps of 6 dB of the digital attenuator.
+pub const ATTENUATION: Field = Field::new(59, 6, 4);
+/// The digital attenuator in place of the voltage.
+pub const ATTENUATION_ENABLE: Field = Field::new(59, 7, 7);
 
-/// Register 4: the format of the output words.
-pub const OUTPUT_FORMAT: u8 = 4;
-/// Bit 3 of [`OUTPUT_FORMAT`]: words count from 0; two's complement where it is clear.
-pub const OFFSET_BINARY: u16 = 1 << 3;
+/// Registers of the AFE58JD18.
+pub mod jd18 {
+    use super::Field;
 
-/// Register 51: the low-pass filter, in bits 1 to 3, and the gain of the second amplifier.
-pub const PGA: u8 = 51;
-/// Bit 13 of [`PGA`]: 30 dB where it is set, 24 dB where it is clear.
-pub const PGA_GAIN: u16 = 1 << 13;
-/// Where the filter's code begins in [`PGA`].
-pub const LOW_PASS_SHIFT: u16 = 1;
+    /// Register 1, whose bits 2 and 4 must be set.
+    pub const INTERFACE: u8 = 1;
+    /// The value of [`INTERFACE`] after a reset: LVDS on, JESD204B off.
+    pub const INTERFACE_VALUE: u16 = 0x0014;
+    /// All of the part off.
+    pub const DIGITAL_DOWN: Field = Field::new(1, 0, 0);
+    /// The test pattern of all channels.
+    pub const TEST_PATTERN: Field = Field::new(2, 9, 7);
+    /// Words count from 0; two's complement where it is clear.
+    pub const OFFSET_BINARY: Field = Field::new(4, 3, 3);
+    /// The low-pass filter.
+    pub const LOW_PASS: Field = Field::new(195, 3, 0);
+    /// The second amplifier: 30 dB where it is set, 24 dB where it is clear.
+    pub const PGA_GAIN: Field = Field::new(195, 13, 13);
+    /// The resistance of the active termination.
+    pub const TERMINATION: Field = Field::new(196, 7, 6);
+    /// Active termination.
+    pub const TERMINATION_ENABLE: Field = Field::new(196, 8, 8);
+    /// The first amplifier.
+    pub const LNA_GAIN: Field = Field::new(196, 14, 13);
+    /// Fast power-down.
+    pub const STANDBY: Field = Field::new(197, 14, 14);
+    /// Amplifiers off.
+    pub const DOWN: Field = Field::new(197, 15, 15);
+    /// Steps of 6 dB of the digital attenuator.
+    pub const ATTENUATION: Field = Field::new(203, 6, 4);
+    /// The digital attenuator in place of the voltage.
+    pub const ATTENUATION_ENABLE: Field = Field::new(203, 7, 7);
+}
 
-/// Register 52: the gain of the first amplifier, in bits 13 and 14.
-pub const LNA: u8 = 52;
-/// Where the gain's code begins in [`LNA`].
-pub const LNA_GAIN_SHIFT: u16 = 13;
-
-/// Register 0xC6, demodulator: where in the coefficient memory the next words go.
+/// Register 0xC0 of the demodulator: read-out. The two highest bits of an address name its two halves of
+/// four channels.
+pub const DEMODULATOR_CONTROL: u8 = 0xC0;
+/// Register 0xC6 of the demodulator: the word of the coefficient memory that comes next.
 pub const COEFFICIENT_ADDRESS: u8 = 0xC6;
-/// Register 0xC7, demodulator: a word of 112 bits, which is 8 coefficients.
+/// Register 0xC7 of the demodulator: a word of 112 bits, which is 8 coefficients.
 pub const COEFFICIENTS: u8 = 0xC7;
-/// Register 0xC8, demodulator: which profile the next word goes to. Not verified.
+/// Register 0xC8 of the demodulator: the profile that comes next. Not verified.
 pub const PROFILE_ADDRESS: u8 = 0xC8;
-/// Register 0xC9, demodulator: a profile of 64 bits. Not verified.
+/// Register 0xC9 of the demodulator: a profile of 64 bits. Not verified.
 pub const PROFILE: u8 = 0xC9;

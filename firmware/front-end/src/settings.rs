@@ -1,20 +1,6 @@
-//! What is set in a front end.
+//! Settings of TI's front ends.
 
-use crate::registers::{
-    LNA_GAIN_SHIFT, LOW_PASS_SHIFT, OFFSET_BINARY, PGA_GAIN, TEST_PATTERN_SHIFT,
-};
-
-/// Which part it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Part {
-    /// AFE5808A: eight channels of 14 bits, as they are sampled.
-    Afe5808a,
-    /// AFE5809: the same, with a demodulator to I/Q.
-    Afe5809,
-}
-
-/// Gain of the first amplifier. The codes are not verified: see [`registers`](crate::registers).
+/// Gain of the first amplifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LnaGain {
@@ -36,8 +22,54 @@ pub enum PgaGain {
     Db30 = 1,
 }
 
-/// The low-pass filter before the converter. The codes are not verified: see
-/// [`registers`](crate::registers).
+/// Gains of both amplifiers. [`Attenuator`](crate::Attenuator) sets the attenuator between them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Gain {
+    /// The first amplifier.
+    pub lna: LnaGain,
+    /// The second amplifier.
+    pub pga: PgaGain,
+}
+
+impl Gain {
+    /// The gain after a reset.
+    const RESET: Gain = Gain {
+        lna: LnaGain::Db18,
+        pga: PgaGain::Db24,
+    };
+}
+
+/// Active termination of the inputs, which takes the place of a resistor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Termination {
+    /// None, as after a reset.
+    Off,
+    /// 50 Ω.
+    Ohm50,
+    /// 100 Ω.
+    Ohm100,
+    /// 200 Ω.
+    Ohm200,
+    /// 400 Ω.
+    Ohm400,
+}
+
+impl Termination {
+    /// Enable bit and code of the resistance.
+    pub(crate) fn codes(self) -> (u16, u16) {
+        match self {
+            Termination::Off => (0, 0),
+            Termination::Ohm50 => (1, 0b00),
+            Termination::Ohm100 => (1, 0b01),
+            Termination::Ohm200 => (1, 0b10),
+            Termination::Ohm400 => (1, 0b11),
+        }
+    }
+}
+
+/// Low-pass filter before the converter of the AFE5808A and the AFE5809.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LowPass {
@@ -51,82 +83,56 @@ pub enum LowPass {
     Mhz30 = 0b011,
 }
 
-/// Both gains. The attenuator between them is set by a voltage, which is no matter of the registers.
+/// Low-pass filter before the converter of the AFE58JD18. All codes but that of 10 MHz are not verified.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Gain {
-    /// The first amplifier.
-    pub lna: LnaGain,
-    /// The second amplifier.
-    pub pga: PgaGain,
+pub enum Jd18LowPass {
+    /// 10 MHz.
+    Mhz10 = 0b1000,
+    /// 15 MHz, as after a reset.
+    Mhz15 = 0b0000,
+    /// 20 MHz.
+    Mhz20 = 0b0100,
+    /// 30 MHz.
+    Mhz30 = 0b0110,
+    /// 35 MHz.
+    Mhz35 = 0b0101,
+    /// 50 MHz.
+    Mhz50 = 0b0111,
 }
 
-/// What the channels send in place of echoes. The codes are not verified, but for normal operation: see
-/// [`registers`](crate::registers).
+/// Settings of all channels. `F` is [`LowPass`] or [`Jd18LowPass`]. The default is that of a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum TestPattern {
-    /// None: echoes.
-    Off = 0b000,
-    /// Ones, then zeros: to find where words begin.
-    Sync = 0b001,
-    /// Zeros and ones in turn: to set the receiver's delay.
-    Deskew = 0b010,
-    /// All ones.
-    Ones = 0b100,
-    /// All zeros and all ones in turn.
-    Toggle = 0b101,
-    /// All zeros.
-    Zeros = 0b110,
-    /// Words that count up: to find lost ones.
-    Ramp = 0b111,
-}
-
-/// What all channels have in common. The default is that of a reset.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Settings {
+pub struct Settings<F = LowPass> {
     /// Both gains.
     pub gain: Gain,
     /// The filter before the converter: below half the sampling rate.
-    pub low_pass: LowPass,
-    /// Whether words count from 0, and not in two's complement, which is what an `i16` wants.
+    pub low_pass: F,
+    /// Active termination.
+    pub termination: Termination,
+    /// Whether words count from 0. An `i16` needs two's complement, which is `false`.
     pub offset_binary: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
         Settings {
-            gain: Gain {
-                lna: LnaGain::Db18,
-                pga: PgaGain::Db24,
-            },
+            gain: Gain::RESET,
             low_pass: LowPass::Mhz15,
+            termination: Termination::Off,
             offset_binary: false,
         }
     }
 }
 
-impl Settings {
-    pub(crate) fn output_format(&self) -> u16 {
-        if self.offset_binary { OFFSET_BINARY } else { 0 }
-    }
-
-    pub(crate) fn pga(&self) -> u16 {
-        let gain = match self.gain.pga {
-            PgaGain::Db24 => 0,
-            PgaGain::Db30 => PGA_GAIN,
-        };
-        gain | (self.low_pass as u16) << LOW_PASS_SHIFT
-    }
-
-    pub(crate) fn lna(&self) -> u16 {
-        (self.gain.lna as u16) << LNA_GAIN_SHIFT
-    }
-}
-
-impl TestPattern {
-    pub(crate) fn bits(self) -> u16 {
-        (self as u16) << TEST_PATTERN_SHIFT
+impl Default for Settings<Jd18LowPass> {
+    fn default() -> Self {
+        Settings {
+            gain: Gain::RESET,
+            low_pass: Jd18LowPass::Mhz15,
+            termination: Termination::Off,
+            offset_binary: false,
+        }
     }
 }

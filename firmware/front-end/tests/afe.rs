@@ -1,159 +1,177 @@
-//! The front end, transaction by transaction. The bytes are written out, so that a change of a constant
-//! shows.
+//! The AFE5808A and the AFE5809, on a mock of their registers and pins.
 
-use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
-use embedded_hal_mock::eh1::MockError;
-use embedded_hal_mock::eh1::delay::{CheckedDelay, NoopDelay, Transaction as Wait};
-use embedded_hal_mock::eh1::digital::{Mock as Pin, State, Transaction as PinChange};
-use embedded_hal_mock::eh1::spi::{Mock as Spi, Transaction as Transfer};
+mod common;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use common::{Event, Recorder, driver, write};
+use front_end::mock::{MockAfe, MockDelay, MockPart};
 use front_end::{
-    Afe, Demodulator, Error, Gain, LnaGain, LowPass, Part, PgaGain, Settings, TestPattern,
+    Afe, Attenuator, Blocking, Error, Gain, LnaGain, LowPass, PgaGain, Power, Receiver, Settings,
+    Termination, TestPattern, block,
 };
 
-/// A frame that is written.
-fn write(bytes: &[u8]) -> Vec<Transfer<u8>> {
-    vec![
-        Transfer::transaction_start(),
-        Transfer::write_vec(bytes.to_vec()),
-        Transfer::transaction_end(),
-    ]
-}
-
-/// A value of more than 16 bits.
-fn write_long(register: u8, bytes: &[u8]) -> Vec<Transfer<u8>> {
-    vec![
-        Transfer::transaction_start(),
-        Transfer::write_vec(vec![register]),
-        Transfer::write_vec(bytes.to_vec()),
-        Transfer::transaction_end(),
-    ]
-}
-
-/// A register that is read, and what the part answers.
-fn read(register: u8, answer: [u8; 2]) -> Vec<Transfer<u8>> {
-    vec![
-        Transfer::transaction_start(),
-        Transfer::write_vec(vec![register]),
-        Transfer::read_vec(answer.to_vec()),
-        Transfer::transaction_end(),
-    ]
-}
-
-const READ_OUT_ON: [u8; 3] = [0, 0, 2];
-const READ_OUT_OFF: [u8; 3] = [0, 0, 0];
-
-/// Runs `calls` against a part that expects `transfers`, all of them.
-fn run<T>(transfers: &[Vec<Transfer<u8>>], calls: impl FnOnce(&mut Afe<Spi<u8>, Pin>) -> T) -> T {
-    let mut afe = Afe::new(Part::Afe5809, Spi::new(&transfers.concat()), Pin::new(&[]));
-    let result = calls(&mut afe);
-    let (mut spi, mut pin) = afe.release();
-    spi.done();
-    pin.done();
-    result
+#[test]
+fn a_reset_is_a_pulse_that_clears_all() {
+    let part = MockAfe::new(MockPart::Afe5809);
+    part.set_register(51, 0x2006);
+    let mut afe = driver(&part);
+    let mut delay = Blocking(MockDelay::default());
+    assert_eq!(block(afe.reset(&mut delay)), Ok(()));
+    assert_eq!((part.register(51), delay.0.ns), (0, 200_000));
+    // The pin is low again, and the select line high: the part takes registers.
+    assert_eq!(block(afe.write(51, 0x2006)), Ok(()));
+    assert_eq!(part.register(51), 0x2006);
 }
 
 #[test]
-fn a_reset_is_a_pulse() {
-    let pin = Pin::new(&[PinChange::set(State::High), PinChange::set(State::Low)]);
-    let mut delay = CheckedDelay::new(&[Wait::delay_ns(100_000), Wait::delay_ns(100_000)]);
-    let mut afe = Afe::new(Part::Afe5809, Spi::<u8>::new(&[]), pin);
-    assert_eq!(afe.reset(&mut delay), Ok(()));
-    let (mut spi, mut pin) = afe.release();
-    spi.done();
-    pin.done();
-    delay.done();
-}
-
-#[test]
-fn a_pin_that_cannot_be_set_is_reported() {
-    let broken = MockError::Io(std::io::ErrorKind::BrokenPipe);
-    for changes in [
-        vec![PinChange::set(State::High).with_error(broken.clone())],
-        vec![
-            PinChange::set(State::High),
-            PinChange::set(State::Low).with_error(broken.clone()),
-        ],
-    ] {
-        let mut afe = Afe::new(Part::Afe5809, Spi::<u8>::new(&[]), Pin::new(&changes));
-        let refused = afe.reset(&mut NoopDelay::new());
-        assert_eq!(refused, Err(Error::Reset(broken.clone())));
-        let (mut spi, mut pin) = afe.release();
-        spi.done();
-        pin.done();
-    }
-}
-
-#[test]
-fn a_register_goes_in_24_bits() {
-    run(&[write(&[0x33, 0x20, 0x06])], |afe| {
-        assert_eq!(afe.write(51, 0x2006), Ok(()));
-    });
-}
-
-#[test]
-fn registers_are_read_between_on_and_off() {
-    let transfers = [
-        write(&READ_OUT_ON),
-        read(2, [0xE0, 0x00]),
-        read(51, [0x12, 0x34]),
-        write(&READ_OUT_OFF),
-    ];
-    run(&transfers, |afe| {
-        assert_eq!(afe.read([2, 51]), Ok([0xE000, 0x1234]));
-    });
+fn frames_have_24_bits_and_read_out_is_between_two_of_them() {
+    let events = Rc::new(RefCell::new(vec![]));
+    let part = MockAfe::new(MockPart::Afe5808a);
+    part.set_register(2, 0xE000);
+    let spi = Recorder(part.spi(), events.clone());
+    let mut afe = Afe::afe5808a(Blocking(spi), part.reset());
+    assert_eq!(block(afe.write(51, 0x2006)), Ok(()));
+    assert_eq!(block(afe.read([2, 51])), Ok([0xE000, 0x2006]));
+    assert_eq!(
+        *events.borrow(),
+        [
+            write(&[0x33, 0x20, 0x06]),
+            write(&[0, 0, 2]),
+            Event::Read(2, 2),
+            Event::Read(51, 2),
+            write(&[0, 0, 0]),
+        ]
+    );
 }
 
 #[test]
 fn settings_are_written_and_read_back() {
-    // The default is that of a reset; then everything else at once.
+    let part = MockAfe::new(MockPart::Afe5809);
+    let mut afe = driver(&part);
     let other = Settings {
         gain: Gain {
             lna: LnaGain::Db24,
             pga: PgaGain::Db30,
         },
         low_pass: LowPass::Mhz30,
+        termination: Termination::Ohm200,
         offset_binary: true,
     };
-    for (settings, [format, pga, lna]) in [
-        (Settings::default(), [[0, 0], [0, 0], [0, 0]]),
-        (other, [[0, 0x08], [0x20, 0x06], [0x20, 0x00]]),
+    for (settings, registers) in [
+        (other, [0x0008, 0x2006, 0x2180]),
+        (Settings::default(), [0, 0, 0]),
     ] {
-        let transfers = [
-            write(&[4, format[0], format[1]]),
-            write(&[51, pga[0], pga[1]]),
-            write(&[52, lna[0], lna[1]]),
-            write(&READ_OUT_ON),
-            read(4, format),
-            read(51, pga),
-            read(52, lna),
-            write(&READ_OUT_OFF),
-        ];
-        run(&transfers, |afe| {
-            assert_eq!(afe.configure(&settings), Ok(()));
-        });
+        assert_eq!(block(afe.configure(&settings)), Ok(()));
+        assert_eq!([4, 51, 52].map(|r| part.register(r)), registers);
     }
+    for (termination, register) in [
+        (Termination::Off, 0x0000),
+        (Termination::Ohm50, 0x0100),
+        (Termination::Ohm100, 0x0140),
+        (Termination::Ohm400, 0x01C0),
+    ] {
+        let settings = Settings {
+            termination,
+            ..Settings::default()
+        };
+        assert_eq!(block(afe.configure(&settings)), Ok(()));
+        assert_eq!(part.register(52), register);
+    }
+    for (low_pass, register) in [(LowPass::Mhz10, 0x0008), (LowPass::Mhz20, 0x0004)] {
+        let settings = Settings {
+            low_pass,
+            ..Settings::default()
+        };
+        assert_eq!(block(afe.configure(&settings)), Ok(()));
+        assert_eq!(part.register(51), register);
+    }
+    assert!(!part.is_open());
+}
+
+/// Clamps, an individual termination, power: no call changes another call's bits.
+#[test]
+fn bits_of_others_stay() {
+    let part = MockAfe::new(MockPart::Afe5809);
+    for (register, value) in [(4, 0x0010), (51, 0x00F0), (52, 0x1E3F), (53, 0x0455)] {
+        part.set_register(register, value);
+    }
+    let mut afe = driver(&part);
+    let settings = Settings {
+        termination: Termination::Ohm400,
+        ..Settings::default()
+    };
+    block(afe.configure(&settings)).unwrap();
+    block(afe.attenuate(Attenuator::Steps(7))).unwrap();
+    block(afe.test_pattern(TestPattern::Ramp)).unwrap();
+    let mut delay = Blocking(MockDelay::default());
+    block(afe.power(Power::Standby, &mut delay)).unwrap();
+    let read = [4, 51, 52, 53].map(|r| part.register(r));
+    assert_eq!(read, [0x0010, 0x00F0, 0x1FFF, 0x4455]);
 }
 
 #[test]
 fn every_pattern_has_its_code() {
+    let part = MockAfe::new(MockPart::Afe5809);
+    part.set_register(2, 0x1000);
+    let mut afe = driver(&part);
     for (pattern, high) in [
-        (TestPattern::Off, 0x00),
-        (TestPattern::Sync, 0x20),
-        (TestPattern::Deskew, 0x40),
-        (TestPattern::Ones, 0x80),
-        (TestPattern::Toggle, 0xA0),
-        (TestPattern::Zeros, 0xC0),
-        (TestPattern::Ramp, 0xE0),
+        (TestPattern::Sync, 0x30),
+        (TestPattern::Deskew, 0x50),
+        (TestPattern::Custom(0x2A5), 0x70),
+        (TestPattern::Ones, 0x90),
+        (TestPattern::Toggle, 0xB0),
+        (TestPattern::Zeros, 0xD0),
+        (TestPattern::Ramp, 0xF0),
+        (TestPattern::Off, 0x10),
     ] {
-        let transfers = [
-            write(&[2, high, 0]),
-            write(&READ_OUT_ON),
-            read(2, [high, 0]),
-            write(&READ_OUT_OFF),
-        ];
-        run(&transfers, |afe| {
-            assert_eq!(afe.test_pattern(pattern), Ok(()));
-        });
+        assert_eq!(block(afe.test_pattern(pattern)), Ok(()));
+        assert_eq!(part.register(2), high << 8);
+    }
+    assert_eq!(part.register(5), 0x2A5);
+    let refused = block(afe.test_pattern(TestPattern::Custom(0x4000)));
+    assert!(matches!(refused, Err(Error::Range { value: 0x4000, .. })));
+}
+
+#[test]
+fn attenuation_is_by_voltage_or_in_steps() {
+    let part = MockAfe::new(MockPart::Afe5809);
+    let mut afe = driver(&part);
+    for (attenuator, register) in [
+        (Attenuator::Steps(0), 0x80),
+        (Attenuator::Steps(5), 0xD0),
+        (Attenuator::Steps(7), 0xF0),
+        (Attenuator::Voltage, 0x00),
+    ] {
+        assert_eq!(block(afe.attenuate(attenuator)), Ok(()));
+        assert_eq!(part.register(59), register);
+    }
+    let frames = part.frames();
+    let refused = block(afe.attenuate(Attenuator::Steps(8)));
+    assert!(matches!(refused, Err(Error::Range { value: 8, .. })));
+    assert_eq!(part.frames(), frames);
+}
+
+/// A fast wake-up takes microseconds, a complete one milliseconds, and going down none.
+#[test]
+fn power_goes_down_and_comes_back() {
+    let part = MockAfe::new(MockPart::Afe5809);
+    let mut afe = driver(&part);
+    for (power, registers, ns) in [
+        (Power::Standby, [0x0400, 0x4000], 0),
+        (Power::On, [0, 0], 20_000),
+        (Power::Down, [0x0001, 0x8000], 0),
+        (Power::Standby, [0x0400, 0x4000], 5_000_000),
+        (Power::On, [0, 0], 20_000),
+        (Power::Down, [0x0001, 0x8000], 0),
+        (Power::On, [0, 0], 5_000_000),
+        (Power::On, [0, 0], 0),
+    ] {
+        let mut delay = Blocking(MockDelay::default());
+        assert_eq!(block(afe.power(power, &mut delay)), Ok(()));
+        assert_eq!([1, 53].map(|r| part.register(r)), registers);
+        assert_eq!(delay.0.ns, ns, "{power:?}");
     }
 }
 
@@ -161,182 +179,30 @@ fn every_pattern_has_its_code() {
 /// differs is named, and read-out is off again.
 #[test]
 fn a_value_that_does_not_come_back_is_reported() {
-    for (answers, register, written, value) in [
-        ([[0, 0], [0, 0], [0, 0]], 51, 0x2000, 0),
-        ([[0xFF, 0xFF], [0xFF, 0xFF], [0xFF, 0xFF]], 4, 0, 0xFFFF),
-        ([[0, 0], [0x20, 0], [0, 0x01]], 52, 0, 1),
-    ] {
-        let transfers = [
-            write(&[4, 0, 0]),
-            write(&[51, 0x20, 0]),
-            write(&[52, 0, 0]),
-            write(&READ_OUT_ON),
-            read(4, answers[0]),
-            read(51, answers[1]),
-            read(52, answers[2]),
-            write(&READ_OUT_OFF),
-        ];
-        let mut settings = Settings::default();
-        settings.gain.pga = PgaGain::Db30;
-        run(&transfers, |afe| {
-            assert_eq!(
-                afe.configure(&settings),
-                Err(Error::ReadBack {
-                    register,
-                    written,
-                    read: value
-                })
-            );
-        });
-    }
-}
-
-#[test]
-fn the_demodulator_gets_filter_and_profile() {
-    let coefficients = [[-8192, 0, 0, 0, 0, 0, 0, 1], [0, -1, 0, 0, 0, 0, 0, 0]];
-    let transfers = [
-        write(&[0xC6, 0, 16]),
-        write_long(0xC7, &[0x80, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1]),
-        write_long(0xC7, &[0, 3, 0xFF, 0xF0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]),
-        write(&[0xC8, 0, 31]),
-        write_long(0xC9, &[1, 2, 3, 4, 5, 6, 7, 8]),
-    ];
-    run(&transfers, |afe| {
-        assert_eq!(
-            afe.demodulate(&Demodulator {
-                base: 16,
-                coefficients: &coefficients,
-                profile: 31,
-                profile_bits: 0x0102_0304_0506_0708,
-            }),
-            Ok(())
-        );
-    });
-}
-
-#[test]
-fn what_the_demodulator_does_not_take_is_refused_unsent() {
-    let good = Demodulator {
-        base: 0,
-        coefficients: &[[0; 8]; 2],
-        profile: 0,
-        profile_bits: 0,
-    };
-    let range = |name, value| (name, value);
-    for (setup, (name, value)) in [
-        (
-            Demodulator { base: 255, ..good },
-            range("end of the coefficients", 257),
-        ),
-        (
-            Demodulator {
-                profile: 32,
-                ..good
-            },
-            range("profile", 32),
-        ),
-        (
-            Demodulator {
-                coefficients: &[[0; 8], [0, 0, 0, 0, 0, 0, 0, 8192]],
-                ..good
-            },
-            range("coefficient", 8192),
-        ),
-        (
-            Demodulator {
-                coefficients: &[[-8193, 0, 0, 0, 0, 0, 0, 0]],
-                ..good
-            },
-            range("coefficient", -8193),
-        ),
-    ] {
-        let refused = run(&[], |afe| afe.demodulate(&setup));
-        let Err(Error::Range {
-            name: reported,
-            value: number,
-            ..
-        }) = refused
-        else {
-            panic!("{setup:?} was not refused: {refused:?}");
+    let mut settings = Settings::default();
+    settings.gain.pga = PgaGain::Db30;
+    // A line at 1 fills all other bits as well.
+    for (level, register, written, read) in [(0x00, 51, 0x2000, 0), (0xFF, 4, 0xFFF7, 0xFFFF)] {
+        let part = MockAfe::new(MockPart::Afe5809);
+        part.stick(Some(level));
+        let reported = Error::ReadBack {
+            register,
+            written,
+            read,
         };
-        assert_eq!((reported, number), (name, value));
+        assert_eq!(block(driver(&part).configure(&settings)), Err(reported));
+        assert!(!part.is_open());
     }
-
-    let mut plain = Afe::new(Part::Afe5808a, Spi::<u8>::new(&[]), Pin::new(&[]));
-    assert_eq!(plain.demodulate(&good), Err(Error::NoDemodulator));
-    let (mut spi, mut pin) = plain.release();
-    spi.done();
-    pin.done();
-}
-
-/// A device whose transactions fail where they are told to; the others go to the mock.
-struct Faulty {
-    inner: Spi<u8>,
-    fails: Vec<bool>,
-}
-
-impl ErrorType for Faulty {
-    type Error = ErrorKind;
-}
-
-impl SpiDevice for Faulty {
-    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
-        if self.fails.remove(0) {
-            return Err(ErrorKind::ModeFault);
-        }
-        self.inner.transaction(operations)
-    }
-}
-
-/// A bus that fails at each transaction in turn, and once for good: the call fails, sends nothing more of
-/// what it was to write, and read-out is switched off wherever it may be on.
-#[test]
-fn a_bus_error_is_reported_and_read_out_is_off() {
-    let all = [
-        write(&[2, 0xE0, 0]),
-        write(&READ_OUT_ON),
-        read(2, [0xE0, 0]),
-        write(&READ_OUT_OFF),
-    ];
-    // Which transactions get through where this one fails.
-    for (failing, through) in [
-        (0, vec![]),
-        (1, vec![0, 3]),
-        (2, vec![0, 1, 3]),
-        (3, vec![0, 1, 2]),
-    ] {
-        let expected: Vec<_> = through.iter().flat_map(|&at| all[at].clone()).collect();
-        let spi = Faulty {
-            inner: Spi::new(&expected),
-            fails: (0..4).map(|at| at == failing).collect(),
-        };
-        let mut afe = Afe::new(Part::Afe5809, spi, Pin::new(&[]));
-        assert_eq!(
-            afe.test_pattern(TestPattern::Ramp),
-            Err(Error::Spi(ErrorKind::ModeFault)),
-            "transaction {failing}"
-        );
-        let (mut spi, mut pin) = afe.release();
-        spi.inner.done();
-        pin.done();
-    }
-}
-
-#[test]
-fn errors_say_what_is_wrong() {
-    let read_back: Error<ErrorKind, ErrorKind> = Error::ReadBack {
-        register: 51,
-        written: 0x2000,
+    let part = MockAfe::new(MockPart::Afe5809);
+    part.wrong(52, 1);
+    let reported = Error::ReadBack {
+        register: 52,
+        written: 1,
         read: 0,
     };
+    assert_eq!(block(driver(&part).configure(&settings)), Err(reported));
     assert_eq!(
-        read_back.to_string(),
-        "register 51 reads 0x0000, 0x2000 was written"
+        reported.to_string(),
+        "register 52 reads 0x0000, 0x0001 was written"
     );
-    let range: Error<ErrorKind, ErrorKind> = Error::Range {
-        name: "profile",
-        value: 32,
-        expected: "at most 31",
-    };
-    assert_eq!(range.to_string(), "profile is 32, expected at most 31");
 }

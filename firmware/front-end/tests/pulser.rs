@@ -1,6 +1,9 @@
-//! Transmit delays, and the board that has no hardware.
+//! Transmit delays, and limits of transmits.
 
-use front_end::{Firing, MockPulser, MockPulserError, OutOfRange, Pulser};
+use front_end::mock::{MockPulser, MockPulserError};
+use front_end::{
+    Firing, Limit, LimitError, Limited, LimitedError, Limits, OutOfRange, Profile, Waveform, block,
+};
 
 const C: f64 = 1540.0;
 const CLOCK: f64 = 100e6;
@@ -60,39 +63,181 @@ fn delays_beyond_the_board_are_refused() {
     assert!(Firing::focused(&array::<16>(), (0.0, 0.02), 0.0, CLOCK, 140).is_err());
 }
 
+/// Two cycles at 5 MHz, of ±50 V.
+const WAVEFORM: Waveform = Waveform {
+    frequency: 5e6,
+    half_cycles: 4,
+    positive_first: true,
+    driven: 0.6,
+    volts: 50.0,
+    damping: 0.2e-6,
+};
+
+/// Limits that two firing channels of [`WAVEFORM`] at 4 kHz just meet: each is driven for 240 ns at 50 V, over
+/// 1000 Ω.
+const LIMITS: Limits = Limits {
+    volts: 50.0,
+    duty: 0.961e-3,
+    energy: 1.201e-6,
+    prf: 4000.0,
+    load: 1000.0,
+};
+
+fn profile(delays: &[Option<u16>]) -> Profile<'_> {
+    Profile {
+        waveform: WAVEFORM,
+        delays,
+        receive_after: 0.5e-6,
+        prf: 4000.0,
+    }
+}
+
 #[test]
 fn the_mock_fires_what_was_loaded() {
-    let mut board = MockPulser::<16>::new(CLOCK);
-    assert_eq!(board.sends(), None);
-    assert_eq!(board.select(1), Err(MockPulserError::NotLoaded(1)));
+    let mut board = Limited::new(MockPulser::<2>::new(CLOCK), LIMITS).unwrap();
+    assert_eq!(board.pulser().sends(), None);
+    assert_eq!(block(board.select(1)), Err(MockPulserError::NotLoaded(1)));
 
-    let firing = Firing::focused(&array::<16>(), (0.0, 0.02), C, board.clock(), 8191).unwrap();
-    let mut delays = firing.all();
-    delays[3] = None;
-    assert_eq!(board.load(1, &delays), Ok(()));
-    assert_eq!(board.select(1), Ok(()));
-    assert_eq!(board.sends(), Some(&delays));
+    let delays = [Some(7), Some(0)];
+    assert_eq!(block(board.load(1, &profile(&delays))), Ok(()));
+    assert_eq!(block(board.select(1)), Ok(()));
+    let sends = *board.pulser().sends().unwrap();
+    assert_eq!(
+        (sends.delays, sends.waveform, sends.prf),
+        (delays, WAVEFORM, 4000.0)
+    );
 
     // What is refused changes nothing.
-    let long = [Some(8192); 16];
-    for (refused, error) in [
-        (board.load(4, &delays), MockPulserError::Profile(4)),
-        (board.load(1, &delays[1..]), MockPulserError::Channels(15)),
+    let refuse = |board: &mut Limited<MockPulser<2>>, index, delays: &[Option<u16>], error| {
+        let refused = block(board.load(index, &profile(delays)));
+        assert_eq!(refused, Err(LimitedError::Pulser(error)));
+        assert_eq!(board.pulser().sends(), Some(&sends));
+    };
+    let long = MockPulserError::Delay {
+        channel: 1,
+        cycles: 8192,
+    };
+    refuse(&mut board, 4, &delays, MockPulserError::Profile(4));
+    refuse(&mut board, 1, &delays[..1], MockPulserError::Channels(1));
+    refuse(&mut board, 1, &[None, Some(8192)], long);
+    board.pulser().fail_next();
+    refuse(&mut board, 1, &delays, MockPulserError::Asked);
+    assert_eq!(block(board.select(4)), Err(MockPulserError::Profile(4)));
+    assert_eq!(block(board.stop()), Ok(()));
+    assert_eq!(board.pulser().sends(), None);
+}
+
+/// Each limit alone: a profile that just passes it never reaches the pulser.
+#[test]
+fn no_limit_can_be_passed() {
+    let both = [Some(0), Some(3)];
+    let met = profile(&both);
+    let mut board = Limited::new(MockPulser::<2>::new(CLOCK), LIMITS).unwrap();
+    assert_eq!(block(board.load(0, &met)), Ok(()));
+    let waveform = |change: fn(&mut Waveform)| {
+        let mut profile = met;
+        change(&mut profile.waveform);
+        profile
+    };
+    for (profile, limit, value) in [
+        (waveform(|w| w.volts = 50.1), Limit::Volts, 50.1),
+        (Profile { prf: 4001.0, ..met }, Limit::Prf, 4001.0),
+        // Driven for 5/6 more, with a voltage that leaves the energy where it was.
         (
-            board.load(1, &long),
-            MockPulserError::Delay {
-                channel: 0,
-                cycles: 8192,
-            },
+            waveform(|w| (w.driven, w.volts) = (0.7, 40.0)),
+            Limit::Duty,
+            280e-9 * 4000.0,
         ),
-        (board.select(4), MockPulserError::Profile(4)),
-        (board.select(0), MockPulserError::NotLoaded(0)),
+        // Lower PRF: the duty is the same, and each transmit has more energy.
+        (
+            Profile {
+                prf: 2000.0,
+                ..waveform(|w| w.half_cycles = 6)
+            },
+            Limit::Energy,
+            2.0 * 2.5 * 360e-9,
+        ),
+        // 30 ns of delay, 400 ns of waveform, 200 ns of damping, and the switch.
+        (
+            Profile {
+                receive_after: 250e-6,
+                ..met
+            },
+            Limit::Period,
+            250.63e-6,
+        ),
+        (waveform(|w| w.frequency = 0.0), Limit::Value, 0.0),
+        (waveform(|w| w.driven = 1.1), Limit::Value, 1.1),
+        (waveform(|w| w.volts = -50.0), Limit::Value, -50.0),
+        (
+            Profile {
+                prf: f64::INFINITY,
+                ..met
+            },
+            Limit::Value,
+            f64::INFINITY,
+        ),
     ] {
-        assert_eq!(refused, Err(error));
+        let Err(LimitedError::Limit(error)) = block(board.load(1, &profile)) else {
+            panic!("{profile:?} was let through");
+        };
+        let LimitError {
+            limit: found,
+            value: got,
+            most,
+        } = error;
+        assert_eq!(found, limit, "{error}");
+        assert!(
+            got == value || ((got - value) / value).abs() < 1e-9,
+            "{error}"
+        );
+        assert!(limit == Limit::Value || got > most);
+        assert_eq!(block(board.select(1)), Err(MockPulserError::NotLoaded(1)));
     }
-    board.fail_next();
-    assert_eq!(board.load(1, &[None; 16]), Err(MockPulserError::Asked));
-    assert_eq!(board.sends(), Some(&delays));
-    assert_eq!(board.load(1, &[None; 16]), Ok(()));
-    assert_eq!(board.sends(), Some(&[None; 16]));
+    let nan = waveform(|w| w.volts = f64::NAN);
+    assert!(block(board.load(1, &nan)).is_err());
+    // One silent channel halves the energy.
+    let one = Profile {
+        delays: &[Some(0), None],
+        prf: 2000.0,
+        ..waveform(|w| w.half_cycles = 6)
+    };
+    assert_eq!(block(board.load(1, &one)), Ok(()));
+    let error = LimitError {
+        limit: Limit::Volts,
+        value: 51.0,
+        most: 50.0,
+    };
+    assert_eq!(
+        error.to_string(),
+        "the voltage is 51 V, expected at most 50 V"
+    );
+}
+
+#[test]
+fn limits_are_limits() {
+    for limits in [
+        Limits {
+            volts: f64::INFINITY,
+            ..LIMITS
+        },
+        Limits {
+            duty: 1.5,
+            ..LIMITS
+        },
+        Limits {
+            energy: f64::NAN,
+            ..LIMITS
+        },
+        Limits {
+            prf: -1.0,
+            ..LIMITS
+        },
+        Limits {
+            load: 0.0,
+            ..LIMITS
+        },
+    ] {
+        assert!(Limited::new(MockPulser::<2>::new(CLOCK), limits).is_err());
+    }
 }

@@ -1,0 +1,97 @@
+//! TI's AFE58JD18.
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal_async::delay::DelayNs;
+use embedded_hal_async::spi::SpiDevice;
+
+use crate::afe::{attenuation, custom, reset, wake};
+use crate::frames::Frames;
+use crate::registers::CUSTOM_PATTERN;
+use crate::registers::jd18::{
+    ATTENUATION, ATTENUATION_ENABLE, DIGITAL_DOWN, DOWN, INTERFACE, INTERFACE_VALUE, LNA_GAIN,
+    LOW_PASS, OFFSET_BINARY, PGA_GAIN, STANDBY, TERMINATION, TERMINATION_ENABLE, TEST_PATTERN,
+};
+use crate::{Attenuator, Error, Jd18LowPass, Power, Receiver, Settings, TestPattern};
+
+/// TI's AFE58JD18, a front end of 16 channels, by its LVDS lanes.
+///
+/// Device and reset pin are those of [`Afe`](crate::Afe). The part's demodulator has registers of its own behind
+/// SPI_DIG_EN, which this driver does not write: tie that line high.
+#[derive(Clone, Debug)]
+pub struct Afe58jd18<SPI, RESET> {
+    frames: Frames<SPI>,
+    reset: RESET,
+    power: Power,
+}
+
+impl<SPI: SpiDevice, RESET: OutputPin> Afe58jd18<SPI, RESET> {
+    /// The part behind `spi` and `reset`. Nothing is sent yet.
+    pub fn new(spi: SPI, reset: RESET) -> Self {
+        Afe58jd18 {
+            frames: Frames { spi },
+            reset,
+            power: Power::On,
+        }
+    }
+
+    /// Returns the device and the pin.
+    pub fn release(self) -> (SPI, RESET) {
+        (self.frames.spi, self.reset)
+    }
+}
+
+impl<SPI: SpiDevice, RESET: OutputPin> Receiver for Afe58jd18<SPI, RESET> {
+    type Error = Error;
+    type Settings = Settings<Jd18LowPass>;
+    const CHANNELS: usize = 16;
+    const BITS: u32 = 14;
+
+    async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Error> {
+        reset(&mut self.reset, delay).await?;
+        self.power = Power::On;
+        // Two bits of the part must be set before anything else is.
+        let interface = [(INTERFACE, INTERFACE_VALUE)];
+        self.frames.write_checked(interface).await
+    }
+
+    async fn configure(&mut self, settings: &Settings<Jd18LowPass>) -> Result<(), Error> {
+        let (enable, ohm) = settings.termination.codes();
+        self.frames
+            .set([
+                (OFFSET_BINARY, settings.offset_binary.into()),
+                (PGA_GAIN, settings.gain.pga as u16),
+                (LOW_PASS, settings.low_pass as u16),
+                (LNA_GAIN, settings.gain.lna as u16),
+                (TERMINATION_ENABLE, enable),
+                (TERMINATION, ohm),
+            ])
+            .await
+    }
+
+    async fn attenuate(&mut self, attenuator: Attenuator) -> Result<(), Error> {
+        let (enable, steps) = attenuation(attenuator)?;
+        let fields = [(ATTENUATION_ENABLE, enable), (ATTENUATION, steps)];
+        self.frames.set(fields).await
+    }
+
+    async fn test_pattern(&mut self, pattern: TestPattern) -> Result<(), Error> {
+        if let TestPattern::Custom(word) = pattern {
+            let word = custom(word, Self::BITS)?;
+            self.frames.write_checked([(CUSTOM_PATTERN, word)]).await?;
+        }
+        self.frames.set([(TEST_PATTERN, pattern.code())]).await
+    }
+
+    async fn power(&mut self, power: Power, delay: &mut impl DelayNs) -> Result<(), Error> {
+        let (standby, down) = (power == Power::Standby, power == Power::Down);
+        self.frames
+            .set([
+                (DIGITAL_DOWN, down.into()),
+                (STANDBY, standby.into()),
+                (DOWN, down.into()),
+            ])
+            .await?;
+        wake(&mut self.power, power, delay).await;
+        Ok(())
+    }
+}

@@ -1,0 +1,89 @@
+//! Frames of TI's front ends: 8 bits of a register, 16 of its value, highest bit first.
+
+use embedded_hal::spi::Operation;
+use embedded_hal_async::spi::SpiDevice;
+
+use crate::Error;
+use crate::registers::{CONTROL, Field, READ_OUT};
+
+/// A part behind its SPI device.
+#[derive(Clone, Debug)]
+pub(crate) struct Frames<SPI> {
+    pub spi: SPI,
+}
+
+impl<SPI: SpiDevice> Frames<SPI> {
+    /// Writes a register.
+    pub async fn write(&mut self, register: u8, value: u16) -> Result<(), Error> {
+        let [high, low] = value.to_be_bytes();
+        let frame = [register, high, low];
+        self.spi.write(&frame).await.map_err(Error::spi)
+    }
+
+    /// Writes a value of more than 16 bits in one frame.
+    pub async fn write_long(&mut self, register: u8, bytes: &[u8]) -> Result<(), Error> {
+        let mut frame = [Operation::Write(&[register]), Operation::Write(bytes)];
+        self.spi.transaction(&mut frame).await.map_err(Error::spi)
+    }
+
+    /// Reads a value of any length in one frame, while read-out is on.
+    pub async fn read_long(&mut self, register: u8, bytes: &mut [u8]) -> Result<(), Error> {
+        let mut frame = [Operation::Write(&[register]), Operation::Read(bytes)];
+        self.spi.transaction(&mut frame).await.map_err(Error::spi)
+    }
+
+    /// Reads registers: switches read-out on, and off again whatever happens between.
+    pub async fn read<const N: usize>(&mut self, registers: [u8; N]) -> Result<[u16; N], Error> {
+        let mut values = [0; N];
+        let mut read = self.write(CONTROL, READ_OUT).await;
+        for (value, register) in values.iter_mut().zip(registers) {
+            let mut bytes = [0; 2];
+            if read.is_ok() {
+                read = self.read_long(register, &mut bytes).await;
+            }
+            *value = u16::from_be_bytes(bytes);
+        }
+        // Also where it could not be switched on: the part may have taken the frame all the same.
+        let off = self.write(CONTROL, 0).await;
+        read.and(off).map(|()| values)
+    }
+
+    /// Writes registers in their order, then reads all of them back.
+    pub async fn write_checked<const N: usize>(
+        &mut self,
+        registers: [(u8, u16); N],
+    ) -> Result<(), Error> {
+        for (register, value) in registers {
+            self.write(register, value).await?;
+        }
+        let read = self.read(registers.map(|(register, _)| register)).await?;
+        for ((register, written), read) in registers.into_iter().zip(read) {
+            if written != read {
+                return Err(Error::ReadBack {
+                    register: register.into(),
+                    written: written.into(),
+                    read: read.into(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets fields and keeps all other bits of their registers; reads them back.
+    pub async fn set<const N: usize>(&mut self, fields: [(Field, u16); N]) -> Result<(), Error> {
+        let registers = fields.map(|(field, _)| field.register);
+        let mut values = self.read(registers).await?;
+        for (register, value) in registers.iter().zip(&mut values) {
+            for (field, bits) in fields {
+                if field.register == *register {
+                    *value = field.with(*value, bits);
+                }
+            }
+        }
+        let mut written = [(0, 0); N];
+        for (written, pair) in written.iter_mut().zip(registers.into_iter().zip(values)) {
+            *written = pair;
+        }
+        self.write_checked(written).await
+    }
+}

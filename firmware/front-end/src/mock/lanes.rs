@@ -1,0 +1,113 @@
+//! Lanes between receivers and an FPGA.
+
+use core::convert::Infallible;
+
+use embedded_hal::digital::{self, OutputPin};
+
+use super::{MockAfe, PinResult};
+use crate::Deserialiser;
+
+/// One synchronisation line to several parts: a rising edge starts their ramps together.
+#[derive(Clone, Debug)]
+pub struct MockSync<'a>(pub &'a [MockAfe]);
+
+impl digital::ErrorType for MockSync<'_> {
+    type Error = Infallible;
+}
+
+impl OutputPin for MockSync<'_> {
+    fn set_low(&mut self) -> PinResult {
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> PinResult {
+        for part in self.0 {
+            part.start(0);
+        }
+        Ok(())
+    }
+}
+
+/// A lane: the taps at which its bits can be read, and where its words begin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MockLane {
+    /// The first good tap.
+    pub first: u16,
+    /// The first bad tap after it.
+    pub end: u16,
+    /// Bits by which words must be moved.
+    pub offset: u32,
+    /// The tap that is set.
+    pub tap: u16,
+}
+
+/// Deserialiser of `N` lanes, the same number from each part.
+#[derive(Clone, Debug)]
+pub struct MockLanes<'a, const N: usize> {
+    parts: &'a [MockAfe],
+    /// The lanes.
+    pub lanes: [MockLane; N],
+    time: u16,
+    noise: u32,
+}
+
+/// Bits of a word.
+const BITS: u32 = 14;
+const MASK: u16 = (1 << BITS) - 1;
+
+impl<'a, const N: usize> MockLanes<'a, N> {
+    /// Lanes from these parts. Ramps of different parts start at different words.
+    pub fn new(parts: &'a [MockAfe], lanes: [MockLane; N]) -> Self {
+        for (part, phase) in parts.iter().zip(1..) {
+            part.start(phase);
+        }
+        MockLanes {
+            parts,
+            lanes,
+            time: 0,
+            noise: 1,
+        }
+    }
+}
+
+impl<const N: usize> Deserialiser for MockLanes<'_, N> {
+    /// The lane that there is not.
+    type Error = usize;
+    const TAPS: u16 = 32;
+
+    async fn delay(&mut self, channel: usize, tap: u16) -> Result<(), usize> {
+        self.lanes.get_mut(channel).ok_or(channel)?.tap = tap;
+        Ok(())
+    }
+
+    async fn slip(&mut self, channel: usize) -> Result<(), usize> {
+        let lane = self.lanes.get_mut(channel).ok_or(channel)?;
+        lane.offset = (lane.offset + BITS - 1) % BITS;
+        Ok(())
+    }
+
+    async fn capture(&mut self) -> Result<(), usize> {
+        self.time = self.time.wrapping_add(100);
+        Ok(())
+    }
+
+    async fn words(&mut self, channel: usize, words: &mut [u16]) -> Result<(), usize> {
+        let lane = *self.lanes.get(channel).ok_or(channel)?;
+        let part = self.parts.get(channel * self.parts.len() / N);
+        let part = part.ok_or(channel)?;
+        for (word, time) in words.iter_mut().zip(self.time..) {
+            // Echoes are noise.
+            self.noise = self
+                .noise
+                .wrapping_mul(1_664_525)
+                .wrapping_add(1_013_904_223);
+            let noise = (self.noise >> 16) as u16 & MASK;
+            let sent = |time| u32::from(part.word(time).unwrap_or(noise));
+            let two = sent(time) << BITS | sent(time.wrapping_add(1));
+            let good = (lane.first..lane.end).contains(&lane.tap);
+            *word = (two >> (BITS - lane.offset)) as u16 & MASK ^ if good { 0 } else { noise };
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,31 @@
+//! Parts without hardware, for tests of drivers and firmware.
+//!
+//! They hold the parts' registers, answer as the parts do, and refuse what a part would ignore.
+
+mod afe;
+mod lanes;
+mod pulser;
+mod tx7332;
+
+pub use afe::{MockAfe, MockPart, MockPin, MockSpi, Refused};
+pub use lanes::{MockLane, MockLanes, MockSync};
+pub use pulser::{MockProfile, MockPulser, MockPulserError};
+pub use tx7332::{MockBoard, MockTx7332, TxRefused};
+
+use core::convert::Infallible;
+
+/// A delay that does not wait, and adds up how long it would have, ns.
+#[derive(Clone, Debug, Default)]
+pub struct MockDelay {
+    /// The sum, ns.
+    pub ns: u64,
+}
+
+impl embedded_hal::delay::DelayNs for MockDelay {
+    fn delay_ns(&mut self, ns: u32) {
+        self.ns += u64::from(ns);
+    }
+}
+
+/// Levels of a pin that never fails.
+type PinResult = Result<(), Infallible>;

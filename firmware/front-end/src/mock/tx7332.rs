@@ -1,0 +1,186 @@
+//! TI's TX7332, by its registers.
+
+use core::cell::{Cell, RefCell};
+use core::convert::Infallible;
+
+use embedded_hal::spi::{self, ErrorKind, Operation, SpiDevice};
+
+use crate::tx7332::{
+    CONTROL, DELAY_SELECT, LOAD_PROFILE, PATTERN_MODE, READ, REGISTERS, TransmitBoard,
+};
+
+/// A frame that a TX7332 would ignore, or would take for another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum TxRefused {
+    /// Not 42 bits in three words of 14.
+    Length,
+    /// There is no such register.
+    NoRegister(u16),
+    /// The register was written while the part is read.
+    Reading(u16),
+    /// The register was read while the part is written.
+    NotReading(u16),
+    /// The frame that was to fail: [`MockTx7332::fail`].
+    Asked,
+}
+
+impl spi::Error for TxRefused {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            TxRefused::Asked => ErrorKind::ModeFault,
+            _ => ErrorKind::Other,
+        }
+    }
+}
+
+/// A TX7332. Registers of even numbers are read in the first half, the others in the second.
+#[derive(Debug)]
+pub struct MockTx7332 {
+    registers: RefCell<[u32; REGISTERS as usize]>,
+    loaded: Cell<Option<u32>>,
+    refused: Cell<Option<TxRefused>>,
+    frames: Cell<u32>,
+    fail: Cell<Option<u32>>,
+    wrong: Cell<Option<u16>>,
+}
+
+impl Default for MockTx7332 {
+    fn default() -> Self {
+        MockTx7332 {
+            registers: RefCell::new([0; REGISTERS as usize]),
+            loaded: Cell::new(None),
+            refused: Cell::new(None),
+            frames: Cell::new(0),
+            fail: Cell::new(None),
+            wrong: Cell::new(None),
+        }
+    }
+}
+
+impl MockTx7332 {
+    /// A register. `register` is below [`REGISTERS`].
+    pub fn register(&self, register: u16) -> u32 {
+        self.registers.borrow()[usize::from(register)]
+    }
+
+    /// [`DELAY_SELECT`] when profiles were last loaded.
+    pub fn loaded(&self) -> Option<u32> {
+        self.loaded.get()
+    }
+
+    /// The first frame that was refused.
+    pub fn refused(&self) -> Option<TxRefused> {
+        self.refused.get()
+    }
+
+    /// Frame number `frame` from now on fails on the bus; 0 is the next.
+    pub fn fail(&self, frame: u32) {
+        self.fail.set(Some(self.frames.get() + frame));
+    }
+
+    /// The lowest bit of this register reads inverted.
+    pub fn wrong(&self, register: u16) {
+        self.wrong.set(Some(register));
+    }
+
+    fn frame(&self, operations: &mut [Operation<'_, u16>]) -> Result<(), TxRefused> {
+        let frame = self.frames.replace(self.frames.get() + 1);
+        if self.fail.get() == Some(frame) {
+            return Err(TxRefused::Asked);
+        }
+        let (sent, answer): (&[u16], Option<&mut [u16]>) = match operations {
+            [Operation::Write(sent)] => (sent, None),
+            [Operation::Transfer(answer, sent)] => (sent, Some(answer)),
+            _ => return Err(TxRefused::Length),
+        };
+        let [high, middle, low] = *sent else {
+            return Err(TxRefused::Length);
+        };
+        if (high | middle | low) >> 14 != 0 {
+            return Err(TxRefused::Length);
+        }
+        let bits = u64::from(high) << 28 | u64::from(middle) << 14 | u64::from(low);
+        let (register, value) = ((bits >> 32) as u16, bits as u32);
+        let mut registers = self.registers.borrow_mut();
+        let Some(&held) = registers.get(usize::from(register)) else {
+            return Err(TxRefused::NoRegister(register));
+        };
+        let control = registers[usize::from(CONTROL)];
+        match answer {
+            None => {
+                if register != CONTROL && control != 0 {
+                    return Err(TxRefused::Reading(register));
+                }
+                if register == CONTROL && value & LOAD_PROFILE != 0 {
+                    self.loaded.set(Some(registers[usize::from(DELAY_SELECT)]));
+                }
+                // Loading clears itself.
+                let clears = if register == CONTROL { LOAD_PROFILE } else { 0 };
+                registers[usize::from(register)] = value & !clears;
+            }
+            Some(answer) => {
+                let half = READ[usize::from(register % 2)];
+                let mut value = match control {
+                    0 => return Err(TxRefused::NotReading(register)),
+                    control if control == half => held,
+                    _ => 0,
+                };
+                if control == half {
+                    // The part sets bits of its own here.
+                    value |= if register == PATTERN_MODE { 1 << 30 } else { 0 };
+                    value ^= u32::from(self.wrong.get() == Some(register));
+                }
+                let bits = u64::from(value);
+                for (word, shift) in answer.iter_mut().zip([28, 14, 0]) {
+                    *word = (bits >> shift) as u16 & 0x3FFF;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl spi::ErrorType for &MockTx7332 {
+    type Error = TxRefused;
+}
+
+impl SpiDevice<u16> for &MockTx7332 {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u16>]) -> Result<(), TxRefused> {
+        let outcome = self.frame(operations);
+        if let (Err(refused), None) = (outcome, self.refused.get()) {
+            self.refused.set(Some(refused));
+        }
+        outcome
+    }
+}
+
+/// Rails and trigger of a board.
+#[derive(Debug, Default)]
+pub struct MockBoard {
+    /// Voltage of the rails, V.
+    pub volts: Cell<f64>,
+    /// Transmits a second, Hz; `None` while there are none.
+    pub prf: Cell<Option<f64>>,
+    /// Voltage that the rails have above what they were asked for, V.
+    pub excess: Cell<f64>,
+    /// Whether rails were moved while triggers came.
+    pub moved: Cell<bool>,
+}
+
+impl TransmitBoard for &MockBoard {
+    type Error = Infallible;
+
+    async fn supply(&mut self, volts: f64) -> Result<f64, Infallible> {
+        if self.prf.get().is_some() {
+            self.moved.set(true);
+        }
+        self.volts.set(volts);
+        Ok(volts + self.excess.get())
+    }
+
+    async fn trigger(&mut self, prf: Option<f64>) -> Result<(), Infallible> {
+        self.prf.set(prf);
+        Ok(())
+    }
+}

@@ -1,0 +1,156 @@
+//! Two receivers as one.
+
+use core::fmt;
+
+use embedded_hal::digital::{Error as _, ErrorKind, OutputPin};
+use embedded_hal_async::delay::DelayNs;
+
+use crate::{Attenuator, Power, Receiver, TestPattern};
+
+/// Time that the synchronisation line is high, ns. Not verified; long beside a sample.
+const SYNC_NS: u32 = 1_000;
+
+/// Two parts as one receiver: two AFE5809 serve 16 elements.
+///
+/// The first part has channels 0 to `A::CHANNELS − 1`, the second the others. Both get the same settings, the
+/// first part first. `SYNC` drives one line to both parts (TX_SYNC_IN of the AFE5809): a pulse after each
+/// change starts their demodulators and patterns at the same sample. The line's edges must meet the parts'
+/// clock, by the board or the FPGA.
+#[derive(Clone, Debug)]
+pub struct Pair<A, B, SYNC, DELAY> {
+    first: A,
+    second: B,
+    sync: SYNC,
+    delay: DELAY,
+}
+
+/// Error of one part of a [`Pair`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum PairError<E> {
+    /// The first part's. The second was not touched.
+    First(E),
+    /// The second part's. The first has taken the change: reset the pair.
+    Second(E),
+    /// The synchronisation line could not be set.
+    Sync(ErrorKind),
+}
+
+impl<E: fmt::Display> fmt::Display for PairError<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            PairError::First(error) => write!(f, "first part: {error}"),
+            PairError::Second(error) => write!(f, "second part: {error}"),
+            PairError::Sync(kind) => write!(f, "the synchronisation line could not be set: {kind}"),
+        }
+    }
+}
+
+impl<E: core::error::Error> core::error::Error for PairError<E> {}
+
+impl<A, B, SYNC, DELAY> Pair<A, B, SYNC, DELAY>
+where
+    A: Receiver,
+    B: Receiver<Error = A::Error, Settings = A::Settings>,
+    SYNC: OutputPin,
+    DELAY: DelayNs,
+{
+    /// `first` and `second` with their common synchronisation line. Nothing is sent yet. If both share a reset
+    /// line, the second part's pin is [`NoPin`](crate::NoPin).
+    pub fn new(first: A, second: B, sync: SYNC, delay: DELAY) -> Self {
+        const {
+            assert!(A::BITS == B::BITS);
+        }
+        Pair {
+            first,
+            second,
+            sync,
+            delay,
+        }
+    }
+
+    /// Both parts, for calls that [`Receiver`] does not have. Call [`Pair::synchronise`] afterwards.
+    pub fn parts(&mut self) -> (&mut A, &mut B) {
+        (&mut self.first, &mut self.second)
+    }
+
+    /// Returns the parts, the line and the delay.
+    pub fn release(self) -> (A, B, SYNC, DELAY) {
+        (self.first, self.second, self.sync, self.delay)
+    }
+
+    /// Sends a pulse to both parts.
+    ///
+    /// # Errors
+    /// [`PairError::Sync`].
+    pub async fn synchronise(&mut self) -> Result<(), PairError<A::Error>> {
+        let sync = |error: SYNC::Error| PairError::Sync(error.kind());
+        self.sync.set_high().map_err(sync)?;
+        self.delay.delay_ns(SYNC_NS).await;
+        self.sync.set_low().map_err(sync)
+    }
+}
+
+impl<A, B, SYNC, DELAY> Receiver for Pair<A, B, SYNC, DELAY>
+where
+    A: Receiver,
+    B: Receiver<Error = A::Error, Settings = A::Settings>,
+    SYNC: OutputPin,
+    DELAY: DelayNs,
+{
+    type Error = PairError<A::Error>;
+    type Settings = A::Settings;
+    const CHANNELS: usize = A::CHANNELS + B::CHANNELS;
+    const BITS: u32 = A::BITS;
+
+    async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Self::Error> {
+        self.first.reset(delay).await.map_err(PairError::First)?;
+        self.second.reset(delay).await.map_err(PairError::Second)?;
+        self.synchronise().await
+    }
+
+    async fn configure(&mut self, settings: &A::Settings) -> Result<(), Self::Error> {
+        let (first, second) = self.parts();
+        first.configure(settings).await.map_err(PairError::First)?;
+        second
+            .configure(settings)
+            .await
+            .map_err(PairError::Second)?;
+        self.synchronise().await
+    }
+
+    async fn attenuate(&mut self, attenuator: Attenuator) -> Result<(), Self::Error> {
+        let (first, second) = self.parts();
+        first
+            .attenuate(attenuator)
+            .await
+            .map_err(PairError::First)?;
+        second
+            .attenuate(attenuator)
+            .await
+            .map_err(PairError::Second)
+    }
+
+    async fn test_pattern(&mut self, pattern: TestPattern) -> Result<(), Self::Error> {
+        let (first, second) = self.parts();
+        first
+            .test_pattern(pattern)
+            .await
+            .map_err(PairError::First)?;
+        second
+            .test_pattern(pattern)
+            .await
+            .map_err(PairError::Second)?;
+        self.synchronise().await
+    }
+
+    async fn power(&mut self, power: Power, delay: &mut impl DelayNs) -> Result<(), Self::Error> {
+        let (first, second) = self.parts();
+        first.power(power, delay).await.map_err(PairError::First)?;
+        second
+            .power(power, delay)
+            .await
+            .map_err(PairError::Second)?;
+        self.synchronise().await
+    }
+}

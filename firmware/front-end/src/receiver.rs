@@ -1,0 +1,120 @@
+//! Receivers: what amplifies and digitises echoes.
+
+use embedded_hal_async::delay::DelayNs;
+
+/// A front end between transducer and processor: amplifiers, filters, converters.
+///
+/// [`Afe`](crate::Afe), [`Afe58jd18`](crate::Afe58jd18) and two of either as a [`Pair`](crate::Pair) implement it.
+/// [`align`](crate::align) brings the lanes of any of them up.
+#[allow(async_fn_in_trait)]
+pub trait Receiver {
+    /// Reason why a call failed.
+    type Error;
+    /// Gains, filter and termination, as the part has them. The default is that of a reset.
+    type Settings;
+    /// Channels.
+    const CHANNELS: usize;
+    /// Bits of a word on a lane.
+    const BITS: u32;
+
+    /// Resets the part by its pin: every register is at its default then, and the part runs.
+    ///
+    /// # Errors
+    /// The implementation's own.
+    async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Self::Error>;
+
+    /// Sets all channels, and reads the registers back. Bits that [`Receiver::Settings`] does not cover stay.
+    ///
+    /// # Errors
+    /// The implementation's own: at least where a register does not read as it was written.
+    async fn configure(&mut self, settings: &Self::Settings) -> Result<(), Self::Error>;
+
+    /// Sets the attenuator between the amplifiers: by its voltage, or by a fixed number.
+    ///
+    /// # Errors
+    /// As [`Receiver::configure`], and for a number beyond the part's range.
+    async fn attenuate(&mut self, attenuator: Attenuator) -> Result<(), Self::Error>;
+
+    /// Sends a pattern from all channels in place of echoes, or echoes again.
+    ///
+    /// # Errors
+    /// As [`Receiver::configure`].
+    async fn test_pattern(&mut self, pattern: TestPattern) -> Result<(), Self::Error>;
+
+    /// Powers the part up or down. Settings stay. Returns when the part is ready.
+    ///
+    /// # Errors
+    /// As [`Receiver::configure`].
+    async fn power(&mut self, power: Power, delay: &mut impl DelayNs) -> Result<(), Self::Error>;
+}
+
+/// Power of a receiver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Power {
+    /// All runs.
+    On,
+    /// Partial power-down: references and clock run, so that the part wakes fast. For the time between frames.
+    Standby,
+    /// Complete power-down. Waking takes milliseconds.
+    Down,
+}
+
+impl Power {
+    /// Time until the part is ready after this, ns. Not verified: long beside the extracts.
+    pub(crate) fn wake_ns(self) -> u32 {
+        match self {
+            Power::On => 0,
+            Power::Standby => 20_000,
+            Power::Down => 5_000_000,
+        }
+    }
+}
+
+/// The attenuator between the two amplifiers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Attenuator {
+    /// By the voltage of a converter, which may follow depth: see [`GainCurve`](crate::GainCurve).
+    Voltage,
+    /// Fixed, by this many steps of 6 dB: 0 to 7.
+    Steps(u8),
+}
+
+/// Words that the channels send in place of echoes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum TestPattern {
+    /// None: echoes.
+    Off,
+    /// Ones in the first half of a word, then zeros: shows where words begin.
+    Sync,
+    /// Zeros and ones in turn: shows the edges of bits.
+    Deskew,
+    /// This word, again and again.
+    Custom(u16),
+    /// All ones.
+    Ones,
+    /// Words of zeros and words of ones in turn.
+    Toggle,
+    /// All zeros.
+    Zeros,
+    /// Words that count up: shows lost ones.
+    Ramp,
+}
+
+impl TestPattern {
+    /// The code, which all of the parts share.
+    pub(crate) fn code(self) -> u16 {
+        match self {
+            TestPattern::Off => 0b000,
+            TestPattern::Sync => 0b001,
+            TestPattern::Deskew => 0b010,
+            TestPattern::Custom(_) => 0b011,
+            TestPattern::Ones => 0b100,
+            TestPattern::Toggle => 0b101,
+            TestPattern::Zeros => 0b110,
+            TestPattern::Ramp => 0b111,
+        }
+    }
+}

@@ -1,0 +1,384 @@
+//! A TX7332, on a mock of its registers and its board.
+
+use std::convert::Infallible;
+
+use embedded_hal::spi::SpiDevice;
+use front_end::mock::{MockBoard, MockTx7332, TxRefused};
+use front_end::tx7332::{Tx7332, TxError};
+use front_end::{Blocking, Error, Limited, LimitedError, Limits, Profile, Waveform, block};
+
+const CLOCK: f64 = 100e6;
+
+/// Two cycles at 5 MHz, of ±50 V.
+const WAVEFORM: Waveform = Waveform {
+    frequency: 5e6,
+    half_cycles: 4,
+    positive_first: true,
+    driven: 0.6,
+    volts: 50.0,
+    damping: 0.2e-6,
+};
+
+fn profile(delays: &[Option<u16>]) -> Profile<'_> {
+    Profile {
+        waveform: WAVEFORM,
+        delays,
+        receive_after: 0.5e-6,
+        prf: 4000.0,
+    }
+}
+
+/// Wide limits, for the part's own.
+const WIDE: Limits = Limits {
+    volts: 100.0,
+    duty: 1.0,
+    energy: 1.0,
+    prf: 20e3,
+    load: 1000.0,
+};
+
+type Tx<'a> = Limited<Tx7332<Blocking<&'a MockTx7332>, &'a MockBoard>>;
+
+fn tx<'a>(part: &'a MockTx7332, board: &'a MockBoard) -> Tx<'a> {
+    Limited::new(Tx7332::new(Blocking(part), board, CLOCK), WIDE).unwrap()
+}
+
+/// Channel n fires n cycles after the trigger; channel 5 is silent.
+fn delays() -> [Option<u16>; 32] {
+    core::array::from_fn(|n| (n != 5).then_some(n as u16))
+}
+
+/// Registers as a public driver of the part sets them.
+#[test]
+fn a_tx7332_gets_delays_pattern_and_switch() {
+    let (part, board) = (MockTx7332::default(), MockBoard::default());
+    let mut tx = tx(&part, &board);
+    assert_eq!(block(tx.load(2, &profile(&delays()))), Ok(()));
+    // Delays of profile 2 begin at 0x40: channels 0 and 2 in the first register, 31 in the last one.
+    assert_eq!(part.register(0x40), 0x0000_0002);
+    assert_eq!(part.register(0x41), 0x0004_0006);
+    assert_eq!(part.register(0x44), 0x0001_0003);
+    // The silent channel has no delay: 5 and 7.
+    assert_eq!(part.register(0x45), 0x0000_0007);
+    assert_eq!(part.register(0x48), 0x0010_0012);
+    assert_eq!(part.register(0x4F), 0x001D_001F);
+    // A half cycle is 10 clock cycles, 6 of them driven: entries of 6, 4, 6 and 4 cycles, less 2 each, then the
+    // end.
+    assert_eq!(part.register(0x128), 0x1321_1322);
+    assert_eq!(part.register(0x129), 0x0707_0707);
+    assert_eq!((board.prf.get(), board.volts.get()), (None, 0.0));
+
+    assert_eq!(block(tx.select(2)), Ok(()));
+    assert_eq!(part.register(0x18), 0x0200_0003);
+    // Two cycles are one and a repetition; 20 clock cycles to ground.
+    assert_eq!(part.register(0x19), 1 << 1 | 20 << 6);
+    assert_eq!([0x1E, 0x1F].map(|r| part.register(r)), [2, 2]);
+    // Profile 2 in both halves; the switch opens 50 clock cycles later.
+    assert_eq!(part.register(0x16), 0x2032_2032);
+    // Channel 5, the sixth, is bit 5.
+    assert_eq!(part.register(0x1B), 1 << 5);
+    assert_eq!(part.loaded(), Some(0x2032_2032));
+    assert_eq!((board.prf.get(), board.volts.get()), (Some(4000.0), 50.0));
+    assert_eq!((part.register(0), part.refused()), (0, None));
+
+    assert_eq!(block(tx.stop()), Ok(()));
+    assert_eq!((board.prf.get(), board.volts.get()), (None, 0.0));
+}
+
+/// Each channel has a bit of its own in the mask, and half a register of its own for its delay.
+#[test]
+fn channels_do_not_share_bits() {
+    let (part, board) = (MockTx7332::default(), MockBoard::default());
+    let mut tx = tx(&part, &board);
+    let (mut masks, mut places) = (0u32, [0u32; 16]);
+    for channel in 0..32 {
+        let mut delays = [Some(0); 32];
+        delays[channel] = Some(8191);
+        block(tx.load(0, &profile(&delays))).unwrap();
+        for (row, place) in (0x20..).zip(&mut places) {
+            let register = part.register(row);
+            assert_eq!(register & *place, 0);
+            *place |= register;
+        }
+        delays[channel] = None;
+        block(tx.load(0, &profile(&delays))).unwrap();
+        block(tx.select(0)).unwrap();
+        assert_eq!(
+            (
+                part.register(0x1B).count_ones(),
+                masks & part.register(0x1B)
+            ),
+            (1, 0)
+        );
+        masks |= part.register(0x1B);
+    }
+    assert_eq!((masks, places), (u32::MAX, [0x1FFF_1FFF; 16]));
+}
+
+/// A pattern's clock cycles by its sign, read from the registers.
+fn played(part: &MockTx7332, index: u16) -> Vec<(u8, u32)> {
+    (0..4)
+        .flat_map(|row| part.register(0x120 + 4 * index + row).to_le_bytes())
+        .take_while(|entry| entry & 7 != 7)
+        .map(|entry| (entry & 7, u32::from(entry >> 3) + 2))
+        .collect()
+}
+
+#[test]
+fn patterns_are_the_waveform() {
+    let (part, board) = (MockTx7332::default(), MockBoard::default());
+    let mut tx = tx(&part, &board);
+    let (positive, negative, ground) = (2, 1, 3);
+    for (waveform, entries) in [
+        // An odd number of half cycles is listed; negative first; two levels.
+        (
+            Waveform {
+                half_cycles: 3,
+                positive_first: false,
+                driven: 1.0,
+                ..WAVEFORM
+            },
+            vec![(negative, 10), (positive, 10), (negative, 10)],
+        ),
+        // 35 clock cycles are two entries, and 33 are not 32 and 1.
+        (
+            Waveform {
+                half_cycles: 1,
+                frequency: CLOCK / 70.0,
+                driven: 1.0,
+                ..WAVEFORM
+            },
+            vec![(positive, 32), (positive, 3)],
+        ),
+        (
+            Waveform {
+                half_cycles: 1,
+                frequency: CLOCK / 66.0,
+                driven: 1.0,
+                ..WAVEFORM
+            },
+            vec![(positive, 31), (positive, 2)],
+        ),
+        // 7.5 driven clock cycles of 10 are 7, never 8.
+        (
+            Waveform {
+                half_cycles: 1,
+                driven: 0.75,
+                ..WAVEFORM
+            },
+            vec![(positive, 7), (ground, 3)],
+        ),
+        // One clock cycle of ground is no entry: it is left out.
+        (
+            Waveform {
+                half_cycles: 1,
+                driven: 0.95,
+                ..WAVEFORM
+            },
+            vec![(positive, 9)],
+        ),
+    ] {
+        let profile = Profile {
+            waveform,
+            ..profile(&[Some(0); 32])
+        };
+        assert_eq!(block(tx.load(3, &profile)), Ok(()));
+        assert_eq!(played(&part, 3), entries);
+        // Never driven for longer than the limits counted.
+        let driven: u32 = entries.iter().filter(|e| e.0 != ground).map(|e| e.1).sum();
+        assert!(f64::from(driven) / CLOCK <= waveform.driven_time() * (1.0 + 1e-12));
+    }
+    let exact = Waveform {
+        frequency: 7e6,
+        ..WAVEFORM
+    };
+    assert_eq!(tx.pulser().frequency(&exact), Ok(CLOCK / 14.0));
+}
+
+#[test]
+fn what_a_tx7332_does_not_take_is_refused_unsent() {
+    let (part, board) = (MockTx7332::default(), MockBoard::default());
+    let mut tx = tx(&part, &board);
+    let on = [Some(0); 32];
+    let mut long = on;
+    long[4] = Some(8192);
+    let with = |waveform| Profile {
+        waveform,
+        ..profile(&on)
+    };
+    let mut refuse = |index, profile: &Profile<'_>| match block(tx.load(index, profile)) {
+        Err(LimitedError::Pulser(error)) => error,
+        other => panic!("{other:?}"),
+    };
+    let cycles = TxError::Delay {
+        channel: 4,
+        cycles: 8192,
+    };
+    assert_eq!(refuse(16, &profile(&on)), TxError::Profile(16));
+    assert_eq!(refuse(0, &profile(&on[1..])), TxError::Channels(31));
+    assert_eq!(refuse(0, &profile(&long)), cycles);
+    for (profile, name) in [
+        (
+            with(Waveform {
+                half_cycles: 0,
+                ..WAVEFORM
+            }),
+            "half_cycles",
+        ),
+        (
+            with(Waveform {
+                half_cycles: 9,
+                ..WAVEFORM
+            }),
+            "half_cycles",
+        ),
+        (
+            with(Waveform {
+                half_cycles: 66,
+                ..WAVEFORM
+            }),
+            "half_cycles",
+        ),
+        (
+            with(Waveform {
+                frequency: 30e6,
+                ..WAVEFORM
+            }),
+            "half cycle",
+        ),
+        (
+            with(Waveform {
+                damping: 1e-6,
+                ..WAVEFORM
+            }),
+            "damping",
+        ),
+        (
+            Profile {
+                receive_after: 50e-6,
+                ..profile(&on)
+            },
+            "receive_after",
+        ),
+    ] {
+        let refused = refuse(0, &profile);
+        let TxError::Part(Error::Range { name: reported, .. }) = refused else {
+            panic!("{refused:?}");
+        };
+        assert_eq!(reported, name);
+    }
+    assert_eq!(part.register(0x120), 0);
+    assert_eq!(block(tx.select(0)), Err(TxError::NotLoaded(0)));
+    assert_eq!(block(tx.select(16)), Err(TxError::Profile(16)));
+}
+
+/// Whatever frame fails, nothing fires afterwards, and a profile that was not written whole cannot be selected.
+#[test]
+fn nothing_fires_after_an_error() {
+    type Failure = TxError<Infallible>;
+    let reported: Failure = TxError::Part(Error::Spi(embedded_hal::spi::ErrorKind::ModeFault));
+    let quiet = |board: &MockBoard| (board.prf.get(), board.volts.get()) == (None, 0.0);
+    let mut frame = 0;
+    loop {
+        let (part, board) = (MockTx7332::default(), MockBoard::default());
+        let mut tx = tx(&part, &board);
+        // A profile that fires is written anew.
+        block(tx.load(0, &profile(&[Some(0); 32]))).unwrap();
+        block(tx.select(0)).unwrap();
+        part.fail(frame);
+        let loaded = block(tx.load(0, &profile(&delays())));
+        assert!(quiet(&board));
+        if loaded.is_ok() {
+            break;
+        }
+        assert_eq!(loaded, Err(LimitedError::Pulser(reported)));
+        assert_eq!(block(tx.select(0)), Err(TxError::NotLoaded(0)));
+        frame += 1;
+    }
+    // 20 registers, and each of them read in both halves, with three frames of control.
+    assert_eq!(frame, 20 + 2 * 20 + 3);
+    for frame in 0..6 + 2 * 6 + 3 + 1 {
+        let (part, board) = (MockTx7332::default(), MockBoard::default());
+        let mut tx = tx(&part, &board);
+        block(tx.load(0, &profile(&delays()))).unwrap();
+        let faster = Profile {
+            prf: 5000.0,
+            ..profile(&[Some(0); 32])
+        };
+        block(tx.load(1, &faster)).unwrap();
+        block(tx.select(0)).unwrap();
+        part.fail(frame);
+        assert_eq!(block(tx.select(1)), Err(reported), "frame {frame}");
+        assert!(quiet(&board), "frame {frame}");
+    }
+    // Rails that are higher than they were asked for.
+    let (part, board) = (MockTx7332::default(), MockBoard::default());
+    let mut tx = tx(&part, &board);
+    block(tx.load(0, &profile(&delays()))).unwrap();
+    board.excess.set(3.0);
+    let high = TxError::Supply {
+        asked: 50.0,
+        measured: 53.0,
+    };
+    assert_eq!(block(tx.select(0)), Err(high));
+    assert!(quiet(&board));
+    board.excess.set(2.0);
+    assert_eq!(block(tx.select(0)), Ok(()));
+    // A register that does not read as it was written.
+    part.wrong(0x1B);
+    let differs = Error::ReadBack {
+        register: 0x1B,
+        written: 1 << 5,
+        read: 1 << 5 | 1,
+    };
+    assert_eq!(block(tx.select(0)), Err(TxError::Part(differs)));
+    assert!(quiet(&board));
+}
+
+/// A profile of another PRF or voltage takes both along; one of the same goes on without a pause.
+#[test]
+fn prf_and_voltage_are_the_profiles() {
+    let (part, board) = (MockTx7332::default(), MockBoard::default());
+    let mut tx = tx(&part, &board);
+    let on = [Some(0); 32];
+    block(tx.load(0, &profile(&delays()))).unwrap();
+    block(tx.load(1, &profile(&on))).unwrap();
+    let low = Waveform {
+        volts: 10.0,
+        ..WAVEFORM
+    };
+    let other = Profile {
+        waveform: low,
+        prf: 8000.0,
+        ..profile(&on)
+    };
+    block(tx.load(2, &other)).unwrap();
+    for (index, prf, volts) in [(0, 4000.0, 50.0), (1, 4000.0, 50.0), (2, 8000.0, 10.0)] {
+        assert_eq!(block(tx.select(index)), Ok(()));
+        assert_eq!((board.prf.get(), board.volts.get()), (Some(prf), volts));
+        assert_eq!(part.register(0x1E), u32::from(index));
+        assert!(!board.moved.get());
+    }
+}
+
+/// Frames are three words of 14 bits, register first, and the mock refuses others.
+#[test]
+fn frames_of_a_tx7332_have_42_bits() {
+    let part = MockTx7332::default();
+    let mut spi = &part;
+    // 0x19F and 0xFFFF_FFFE, side by side.
+    spi.write(&[0x19FF, 0x3FFF, 0x3FFE]).unwrap();
+    assert_eq!(part.register(0x19F), 0xFFFF_FFFE);
+    for (frame, refused) in [
+        (&[0x4000, 0, 0][..], TxRefused::Length),
+        (&[0, 0], TxRefused::Length),
+        (&[0x1A00, 0, 0], TxRefused::NoRegister(0x1A0)),
+    ] {
+        assert_eq!(spi.write(frame), Err(refused));
+    }
+    let mut words = [0; 3];
+    let read = spi.transfer(&mut words, &[0x19F0, 0, 0]);
+    assert_eq!(read, Err(TxRefused::NotReading(0x19F)));
+    spi.write(&[0, 0, 2]).unwrap();
+    assert_eq!(spi.write(&[0x19F0, 0, 0]), Err(TxRefused::Reading(0x19F)));
+}
