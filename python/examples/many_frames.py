@@ -1,44 +1,70 @@
-"""Many frames with dask: the wheel's `beamform` on every block of a large array.
+# %% [markdown]
+# A file of many frames: beamformed by several processes, and once more as a lazy array of dask.
+#
+#     pip install ./python[examples]
+#     python python/examples/many_frames.py
+#
+# The file is made here: a point that moves. Put the path of your own in its place.
 
-    pip install ./python "dask[array,distributed]"
-    python python/examples/many_frames.py
+# %%
+import tempfile
+from dataclasses import replace
+from pathlib import Path
 
-Each worker is a process with one thread of its own; on a cluster, give `Client` its scheduler's address.
-The frames are made up here. Frames of a file would be read block by block, so that no more than a
-block a worker is in memory: `dask.array.from_array(h5py.File(...)[...], chunks=...)`."""
-
+import dask
 import dask.array as da
 import numpy as np
-from dask.distributed import Client
 
 import bonebeam
 
-FRAMES, BEAMS, SAMPLES, ELEMENTS = 32, 64, 200, 32
+FRAMES = 12
 
 
-def made_up(block_info):
-    """Aligned samples of a block of frames: an echo from ahead, and noise of the frame's own."""
-    places = block_info[None]["array-location"]
-    frames = range(*places[0])
-    shape = (BEAMS, SAMPLES, ELEMENTS)
-    noise = [np.random.default_rng(frame).standard_normal((2, *shape)) for frame in frames]
-    return np.stack([1 + n[0] + 1j * n[1] for n in noise]).astype(np.complex64)
+def write(path):
+    """Frames of a point that moves to the right."""
+    scanner = {"elements": 32, "beams": 16, "first_beam": 8, "depth_start": 12e-3, "depth_end": 18e-3}
+    frames = [
+        bonebeam.simulate("point", offset=offset, scanner=scanner)
+        for offset in np.linspace(-1e-3, 1e-3, FRAMES)
+    ]
+    rf = np.stack([frame.rf for frame in frames])
+    np.savez(path, **replace(frames[0], rf=rf).keys())
 
 
-def lines(x):
-    return bonebeam.beamform(x, method="mv", temporal_half_window=1, threads=1)
+def brightest(frame):
+    """The lateral position of the largest echo, mm. A function of the script: other processes import it."""
+    lines = bonebeam.beamform(frame, method="das")
+    return 1e3 * lines.beam_x[np.abs(lines.z).max(axis=1).argmax()]
 
 
-def main():
-    with Client(n_workers=2, threads_per_worker=1, dashboard_address=None):
-        chunks = ((4,) * (FRAMES // 4), (BEAMS,), (SAMPLES,), (ELEMENTS,))
-        x = da.map_blocks(made_up, chunks=chunks, dtype=np.complex64)
-        z = x.map_blocks(lines, drop_axis=3, dtype=np.complex64)
-        mean = np.abs(z).mean(axis=(1, 2)).compute()
-    print(f"{FRAMES} frames, mean envelopes from {mean.min():.4f} to {mean.max():.4f}")
-    first = lines(made_up({None: {"array-location": [(0, 1)]}}))
-    assert np.isclose(np.abs(first).mean(), mean[0])
+def envelope(dataset, index):
+    return np.abs(bonebeam.beamform(dataset[index], method="das", threads=1).z)
+
+
+def main(path):
+    # %% Frames stay on disk; each process reads its own.
+    dataset = bonebeam.Dataset(path)
+    print(dataset)
+    positions = list(dataset.map(brightest, processes=2, progress=True))
+    print("The point goes from", f"{positions[0]:.2f} to {positions[-1]:.2f} mm")
+    assert positions == sorted(positions)
+
+    # %% With dask: an array of all frames that is computed when something of it is asked for.
+    lines = bonebeam.beamform(dataset[0], method="das")
+    blocks = [
+        da.from_delayed(dask.delayed(envelope)(dataset, index), lines.z.shape, np.float32)
+        for index in range(len(dataset))
+    ]
+    envelopes = da.stack(blocks)
+    # Threads are enough: the interpreter's lock is given back. A cluster takes the same array.
+    persistence = envelopes.max(axis=0).compute(scheduler="threads", num_workers=2)
+    wide = (persistence.max(axis=1) > 0.5 * persistence.max()).sum()
+    print(f"Over all frames the point is seen on {wide} of {len(lines.beam_x)} beams")
+    assert np.allclose(envelopes[3].compute(), envelope(dataset, 3))
 
 
 if __name__ == "__main__":
-    main()
+    with tempfile.TemporaryDirectory() as folder:
+        recording = Path(folder) / "frames.npz"
+        write(recording)
+        main(recording)

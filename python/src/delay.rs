@@ -17,6 +17,7 @@ use pyo3::prelude::*;
 use crate::error::refused;
 use crate::parameters::BeamformParameters;
 use crate::threads::threads;
+use crate::words::in_python;
 
 /// One frame of channel data of Python: its fields are the keys of a recording.
 #[derive(FromPyObject)]
@@ -167,6 +168,7 @@ pub fn delay<'py>(
     let data = data.channel_data(py, &frame)?;
     let parameters = &parameters.0;
     let warnings = warnings(&data, parameters).map_err(refused)?;
+    let warnings = warnings.iter().map(|text| in_python(text)).collect();
     let stage = DelayStage::new(&data, parameters).map_err(refused)?;
     let (beams, samples, elements) = (stage.beam_x().len(), stage.samples(), data.samples.dim().2);
     let x = written(py, out, (beams, samples, elements), "aligned data")?;
@@ -220,6 +222,7 @@ pub fn beamform_channel_data<'py>(
     let data = data.channel_data(py, &frame)?;
     let parameters = &parameters.0;
     let warnings = warnings(&data, parameters).map_err(refused)?;
+    let warnings = warnings.iter().map(|text| in_python(text)).collect();
     let recording = Recording::Channel(data);
     memory::check(
         working_memory(&recording, parameters, None, 1),

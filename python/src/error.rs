@@ -1,11 +1,13 @@
-//! Errors as Python's `ValueError`, in the command's words.
+//! Errors as Python's `ValueError`, in Python's words.
 
 use std::fmt::Display;
 
 use pyo3::PyErr;
 use pyo3::exceptions::PyValueError;
 
-/// The command's error.
+use crate::words::in_python;
+
+/// The host's error.
 pub fn refused(error: impl Display) -> PyErr {
-    PyValueError::new_err(error.to_string())
+    PyValueError::new_err(in_python(&error.to_string()))
 }

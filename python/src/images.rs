@@ -59,10 +59,11 @@ pub fn phase_symmetry(
     threshold: f64,
     strip: usize,
     pad: bool,
+    resize: Option<(usize, usize)>,
     mut out: PyReadwriteArray2<'_, f32>,
     threads: Option<NonZeroUsize>,
 ) -> PyResult<()> {
-    let section = parameters::phase_symmetry(scales, threshold, strip, pad)?;
+    let section = parameters::phase_symmetry(scales, threshold, strip, pad, resize)?;
     let pool = self::threads(threads)?;
     let (image, mut map) = (image.as_array(), out.as_array_mut());
     let run = || of_image(image.to_owned(), &section, &mut |_, _| {});

@@ -12,9 +12,12 @@ mod images;
 mod parameters;
 mod simulate;
 mod threads;
+mod words;
 
 #[pyo3::pymodule]
 mod _native {
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use crate::beamformer::Beamformer;
     #[pymodule_export]
@@ -27,4 +30,11 @@ mod _native {
     use crate::parameters::{BeamformParameters, defaults, tables};
     #[pymodule_export]
     use crate::simulate::simulate;
+    #[pymodule_export]
+    use crate::threads::{default_threads, processors, share_processors};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
 }

@@ -1,7 +1,7 @@
 //! The command's sections, from Python's arguments.
 
 use bonebeam::beamform::{Method, Parameters, Postfilter};
-use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry};
+use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_simulate::Simulate;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -68,13 +68,14 @@ pub fn phase_symmetry(
     threshold: f64,
     strip: usize,
     pad: bool,
+    resize: Option<(usize, usize)>,
 ) -> PyResult<PhaseSymmetry> {
     let section = PhaseSymmetry {
         scales,
         threshold,
         strip,
         pad,
-        ..PhaseSymmetry::default()
+        resize: resize.map(|(rows, columns)| Size { rows, columns }),
     };
     section.validate().map_err(refused)?;
     Ok(section)

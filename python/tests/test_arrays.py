@@ -247,6 +247,36 @@ def test_other_threads_of_python_go_on():
     assert woken > 5
 
 
+def test_two_threads_of_python_compute_at_a_time():
+    """By processor time, so that other work of the machine does not matter: while the first of two calls is under
+    way, the process spends nearly two calls' time, since the other gets its share of the processors. One after the
+    other, it would be one call's."""
+    x = echoes((64, 800, 64))
+    beamformers = [bonebeam.Beamformer(64, method="esmv", threads=1) for _ in range(2)]
+
+    def spent(beamformer):
+        before = time.process_time()
+        beamformer(x)
+        return time.process_time() - before
+
+    spent(beamformers[0])
+    alone = spent(beamformers[0])
+    barrier = threading.Barrier(2)
+    together = [0.0, 0.0]
+
+    def work(k):
+        barrier.wait()
+        together[k] = spent(beamformers[k])
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    print(f"{alone:.2f} s alone, {min(together):.2f} s until the first of two ends")
+    assert min(together) > 1.5 * alone
+
+
 def test_one_beamformer_serves_several_threads():
     frames = [echoes((4, 60, 32), seed) for seed in range(8)]
     beamformer = bonebeam.Beamformer(32, method="mv", temporal_half_window=1, threads=2)

@@ -1,6 +1,8 @@
-"""The same bits and the same words as the command's."""
+"""The same bits as the command's, and its messages in Python's words."""
 
 import json
+import os
+import re
 from typing import get_args
 
 import numpy as np
@@ -36,6 +38,12 @@ def flags(parameters):
         if value is not True:
             words.append(str(value))
     return words
+
+
+def in_python(message):
+    """A message of the command with keywords in place of flags."""
+    message = re.sub(r"--[a-z-]+ \(`(\w+)` in \[\w+\]\)", r"`\1`", message)
+    return re.sub(r"--([a-z-]+)", lambda flag: f"`{flag[1].replace('-', '_')}`", message)
 
 
 def saved(lines):
@@ -94,7 +102,7 @@ def test_rf_is_read_as_by_the_command(command, folder, plane, rf_interpolation):
     assert same_bits(told.z, usual) == (rf_interpolation == "filtered")
 
 
-def test_a_reading_that_there_is_not_is_refused_in_the_words_of_the_command(command, folder, point):
+def test_a_reading_that_there_is_not_is_refused(command, folder, point):
     recording = folder / "recording.npz"
     np.savez(recording, **point.keys())
     asked = {"rf_interpolation": "upsampled"}
@@ -103,7 +111,7 @@ def test_a_reading_that_there_is_not_is_refused_in_the_words_of_the_command(comm
     for function in (bonebeam.beamform, bonebeam.delay):
         with pytest.raises(ValueError) as refused:
             function(point, **asked)
-        assert told.endswith(str(refused.value))
+        assert in_python(told).endswith(str(refused.value))
     with pytest.raises(ValueError, match="unknown variant `cubic`"):
         bonebeam.delay(point, rf_interpolation="cubic")
 
@@ -191,25 +199,77 @@ def test_the_defaults_are_those_of_the_command():
         {"threads": 300},
     ],
 )
-def test_what_is_refused_is_told_in_the_words_of_the_command(command, folder, aligned, parameters):
+def test_what_is_refused_is_reported_in_words_of_python(command, folder, aligned, parameters):
     recording = folder / "delayed.npz"
     np.savez(recording, x=aligned, fs=20e6, t0=0.0)
     told = command("beamform", recording, *flags(parameters), "-o", folder / "lines.npz")
     assert told
     with pytest.raises(ValueError) as refused:
         bonebeam.beamform(aligned, **parameters)
-    assert str(refused.value) == told
+    assert str(refused.value) == in_python(told)
+    assert "--" not in str(refused.value)
 
 
 def test_a_file_is_refused_in_the_words_of_the_command(command, folder):
     (folder / "text.npz").write_text("no archive")
     np.savez(folder / "neither.npz", y=np.ones(3))
     np.savez(folder / "real.npz", x=np.ones((2, 3, 4)), fs=1e6, t0=0.0)
-    for name in ["missing.npz", "text.npz", "neither.npz", "real.npz"]:
+    for name in ["text.npz", "neither.npz", "real.npz"]:
         told = command("beamform", folder / name, "-o", folder / "lines.npz")
         with pytest.raises(ValueError) as refused:
             bonebeam.read(folder / name)
-        assert str(refused.value) == told, name
+        assert str(refused.value) == told.replace("see --help", "see docs/file-formats.md"), name
+
+
+def test_a_file_that_is_missing_is_reported_as_python_does(folder, monkeypatch):
+    missing = folder / "missing.npz"
+    for read in (bonebeam.read, bonebeam.Dataset, lambda path: next(bonebeam.frames(path))):
+        with pytest.raises(FileNotFoundError) as error:
+            read(missing)
+        assert error.value.filename == str(missing) or error.value.filename == missing
+    secret = folder / "secret.npz"
+    secret.write_bytes(b"")
+    secret.chmod(0)
+    if not os.access(secret, os.R_OK):
+        with pytest.raises(PermissionError):
+            bonebeam.read(secret)
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        ({"method": "mv", "beta": 0.1}, "`beta` needs `method` esmv"),
+        ({"method": "esmv", "beta": 2.0}, "`beta` is 2; expected"),
+        ({"method": "esmv", "beta": 0.1, "rank": 2}, "`beta` and `rank` both decide the rank; give one of them"),
+        ({"depth_start": 3e-3, "depth_end": 2e-3}, "`depth_end` is 0.002; expected"),
+        ({"output_rate": 1e6}, "`output_rate` is 1000000 Hz; expected more than twice the centre frequency"),
+        ({"depth_start": 0.5}, "`depth_start` is 0.5 m; the record holds"),
+        ({"line_count": 3}, "`lines` and `line_count` have no effect on focused transmits"),
+    ],
+)
+def test_keywords_are_named(point, arguments, words):
+    with pytest.raises(ValueError, match=words):
+        bonebeam.beamform(point, **arguments)
+
+
+def test_variables_are_a_dict_in_messages(folder, plane):
+    io = pytest.importorskip("scipy.io")
+    path = folder / "recording.mat"
+    io.savemat(path, {"RcvData": plane.rf.T, "pos": plane.element_x})
+
+    def refusal(**variables):
+        with pytest.raises(ValueError) as refused:
+            bonebeam.read(path, variables=variables)
+        assert "--" not in str(refused.value), refused.value
+        return str(refused.value)
+
+    text = refusal(rf="RcvData")
+    (entries,) = re.findall(r"`variables=\{(.*?)\}`", text)
+    assert '"fs": ' in entries and '"c": ' in entries and "each the name of an array or a value" in text
+    # It is Python: a value in place of each word that stands for one.
+    assert isinstance(eval("{" + re.sub(r": [A-Z…]+", ": 0", entries) + "}"), dict), entries
+    assert refusal(depth=3).startswith("`depth` in `variables` is unknown; expected axes")
+    assert "`variables`" in refusal(rf=3.0)
 
 
 def test_channel_data_are_refused_in_the_words_of_the_command(command, folder, plane):
@@ -227,7 +287,7 @@ def test_channel_data_are_refused_in_the_words_of_the_command(command, folder, p
         with pytest.raises(ValueError) as refused:
             bonebeam.beamform(bonebeam.ChannelData(**keys))
         # The command names the file as well.
-        assert told == f"{recording}: {refused.value}", key
+        assert in_python(told) == f"{recording}: {refused.value}", key
 
 
 def test_doubts_are_warnings(plane):

@@ -1,5 +1,6 @@
 """The examples run."""
 
+import os
 import pathlib
 import re
 import subprocess
@@ -14,20 +15,31 @@ EXAMPLES = pathlib.Path(__file__).parent.parent / "examples"
 @pytest.mark.parametrize(
     "name, needs",
     [
-        ("point_scatterer", "matplotlib"),
-        ("vertebra", "matplotlib"),
-        ("many_frames", "dask.distributed"),
+        ("plane_waves", ("matplotlib", "h5py")),
+        ("curved_array", ("matplotlib",)),
+        ("bone_surface", ("matplotlib",)),
+        ("point_scatterer", ("matplotlib",)),
+        ("many_frames", ("dask.array",)),
     ],
 )
 def test_an_example_runs(folder, name, needs):
-    pytest.importorskip(needs)
+    for package in needs:
+        pytest.importorskip(package)
     program = [sys.executable, str(EXAMPLES / f"{name}.py")]
-    done = subprocess.run(
-        program, cwd=folder, capture_output=True, text=True, env={"MPLBACKEND": "Agg"}
-    )
+    environment = {**os.environ, "MPLBACKEND": "Agg"}
+    # Commands of the environment that runs the tests.
+    environment["PATH"] = os.pathsep.join([str(pathlib.Path(sys.executable).parent), os.environ["PATH"]])
+    done = subprocess.run(program, cwd=folder, capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stderr
-    if needs == "matplotlib":
+    if "matplotlib" in needs:
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_gallery_has_a_picture_of_every_example():
+    text = (EXAMPLES.parent.parent / "docs/python.md").read_text()
+    for example in ("plane_waves", "curved_array", "bone_surface"):
+        assert f"](gallery/{example}.png)" in text and f"](../python/examples/{example}.py)" in text
+        assert (EXAMPLES.parent.parent / f"docs/gallery/{example}.png").stat().st_size < 200_000
 
 
 @pytest.mark.parametrize("document", ["README.md", "docs/python.md"])
@@ -38,7 +50,7 @@ def test_the_examples_of_the_documents_run_as_they_are_pasted(folder, monkeypatc
     np.savez(folder / "recording.npz", **point.keys())
     monkeypatch.chdir(folder)
     for block in blocks:
-        names = {}
+        names = {"__name__": "__main__"}
         exec(block, names)
         if "bones" in names:
             assert 0 < names["bones"].max() < 1

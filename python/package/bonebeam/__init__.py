@@ -5,16 +5,18 @@ Arrays in, arrays out; nothing is computed here in Python::
     data = bonebeam.read("recording.npz")                    # channel data
     lines = bonebeam.beamform(data, method="esmv-rank1")     # lines with their positions
     image = bonebeam.bmode(lines, dynamic_range=60)          # grey levels, 0 to 255
-    bones = bonebeam.phase_symmetry(image.pixels, pad=True)  # ridges, 0 to below 1
+    bones = bonebeam.phase_symmetry(image, pad=True)         # ridges, 0 to below 1
+    bones.plot()                                             # axes in mm, by matplotlib
 
 The names and defaults of parameters are those of the command ``host-sim``, and so are the bits of the
-results and the words of the errors, which are ``ValueError``. Lengths are metres, times seconds,
+results. What is refused is a ``ValueError``. Lengths are metres, times seconds,
 frequencies hertz. Any CPU array that speaks DLPack is taken (PyTorch, JAX, CuPy on the host), without a
 copy where it has the type and order that are asked for.
 """
 
 from ._beamform import Beamformer, beamform, delay
 from ._data import AlignedData, ChannelData, Image, Lines
+from ._dataset import Dataset
 from ._files import frames, read
 from ._images import bmode, phase_symmetry
 from ._parameters import (
@@ -23,6 +25,7 @@ from ._parameters import (
     ChannelDataParameters,
     DelayParameters,
 )
+from ._native import __version__
 from ._simulate import simulate
 
 __all__ = [
@@ -32,9 +35,11 @@ __all__ = [
     "BeamformerParameters",
     "ChannelData",
     "ChannelDataParameters",
+    "Dataset",
     "DelayParameters",
     "Image",
     "Lines",
+    "__version__",
     "beamform",
     "bmode",
     "delay",

@@ -191,7 +191,7 @@ def _beamform_channel_data(
     out: npt.NDArray[np.complex64] | None,
 ) -> Lines:
     """Frame by frame, each into its place."""
-    samples = _samples(data)
+    samples = data.samples
     count = None if _is_one_frame(data) else len(samples)
     if count == 0:
         raise ValueError(f"the channel data hold no frame (shape {list(samples.shape)})")
@@ -243,21 +243,14 @@ def delay(
     """
     checked = section("delay", DelayParameters, parameters)
     if not _is_one_frame(data):
-        raise ValueError(f"the channel data hold {len(_samples(data))} frames; expected one")
+        raise ValueError(f"the channel data hold {len(data.samples)} frames; expected one")
     (record,) = _frames(data)
-    memory = None if out is None else _memory(out, _samples(record), 3)
+    memory = None if out is None else _memory(out, record.samples, 3)
     result = _native.delay(record, checked, memory, threads)
     _warn(result.warnings)
     x = result.x if out is None else out
     rays = (result.beam_z, result.beam_angle)
     return AlignedData(x, result.fs, result.t0, result.beam_x, result.c, result.active, *rays)
-
-
-def _samples(data: ChannelData) -> npt.NDArray[Any]:
-    """RF or I/Q."""
-    if (data.rf is None) == (data.iq is None):
-        raise ValueError("expected either `rf`, or `iq` and `f_demod`")
-    return from_anywhere("rf", data.rf) if data.iq is None else from_anywhere("iq", data.iq)
 
 
 def _memory(out: Any, beside: npt.NDArray[Any], axes: int) -> npt.NDArray[np.complex64]:
@@ -269,12 +262,12 @@ def _memory(out: Any, beside: npt.NDArray[Any], axes: int) -> npt.NDArray[np.com
 
 
 def _is_one_frame(data: ChannelData) -> bool:
-    return _samples(data).ndim != 4
+    return data.samples.ndim != 4
 
 
 def _frames(data: ChannelData) -> Iterator[ChannelData]:
     """Each frame with arrays as the native half reads them."""
-    samples = _samples(data)
+    samples = data.samples
     transmits = samples.shape[-3] if samples.ndim >= 3 else 0
 
     def vector(value: Any) -> Any:

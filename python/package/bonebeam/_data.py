@@ -2,15 +2,64 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+import os
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from . import _show
+from ._arrays import from_anywhere
 
-@dataclass
-class ChannelData:
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from xarray import DataArray
+
+TRANSMITS = {
+    "tx_x": "focused beam",
+    "tx_angle": "plane wave",
+    "tx_element": "single-element transmit",
+    "tx_source_x": "virtual source",
+    "tx_delay": "transmit",
+}
+
+
+class Shown:
+    """Data that show themselves: in a line, in a notebook."""
+
+    def _facts(self) -> Mapping[str, str]:
+        raise NotImplementedError
+
+    def _picture(self) -> npt.NDArray[np.uint8]:
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        try:
+            return _show.line(type(self), self._facts())
+        except Exception:
+            # A field may be of any type: whatever uses the data reports the error.
+            return f"<{type(self).__name__}: not valid>"
+
+    def _repr_png_(self) -> bytes | None:
+        try:
+            return _show.png(self._picture())
+        except Exception:
+            return None
+
+    def _repr_html_(self) -> str | None:
+        try:
+            return _show.page(type(self), self._facts(), self._repr_png_())
+        except Exception:
+            return None
+
+
+@dataclass(repr=False)
+class ChannelData(Shown):
     """What every element recorded after every transmit.
 
     The fields are the keys of a recording's ``.npz`` file (docs/file-formats.md), so
@@ -26,6 +75,9 @@ class ChannelData:
     ... )
     >>> sorted(data.keys())
     ['c', 'element_x', 'f0', 'fs', 'rf', 't0', 'tx_angle']
+    >>> data
+    <ChannelData: 3 plane waves x 16 elements x 400 samples of RF, float32, sampled at 40 MHz, centred at 5 MHz, \
+1540 m/s, array of 4.8 mm>
     """
 
     fs: float
@@ -72,9 +124,97 @@ class ChannelData:
         """The fields that are there, by name."""
         return {key: value for key, value in vars(self).items() if value is not None}
 
+    @property
+    def samples(self) -> npt.NDArray[Any]:
+        """RF or I/Q as a NumPy array, [transmit, element, sample], or with frames before the transmits."""
+        if (self.rf is None) == (self.iq is None):
+            raise ValueError("expected either `rf`, or `iq` and `f_demod`")
+        return from_anywhere("rf", self.rf) if self.iq is None else from_anywhere("iq", self.iq)
 
-@dataclass
-class AlignedData:
+    def envelope(self, transmit: int | None = None, frame: int = 0) -> npt.NDArray[np.float64]:
+        """The envelope of one transmit, [element, sample].
+
+        Args:
+            transmit: Which one; that in the middle without it.
+            frame: Of which frame, where there are several.
+        """
+        samples = self.samples[frame] if self.samples.ndim == 4 else self.samples
+        record = samples[len(samples) // 2 if transmit is None else transmit]
+        if np.iscomplexobj(record):
+            return np.asarray(np.abs(record), np.float64)
+        return _show.envelope(record.astype(np.float64) - (128 if record.dtype == np.uint8 else 0))
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        transmit: int | None = None,
+        frame: int = 0,
+        dynamic_range: float = 60.0,
+        colour_bar: bool = True,
+    ) -> Axes:
+        """Draws the envelope of one transmit over position along the array and depth, mm, in decibels.
+
+        Args:
+            ax: Where to draw; into a figure of its own without it.
+            transmit, frame: See :meth:`envelope`.
+            dynamic_range: What lies this far below the largest envelope is black, dB.
+            colour_bar: Whether to add a bar of the decibels.
+
+        Returns:
+            The axes. Needs matplotlib: ``pip install 'bonebeam[plot]'``.
+        """
+        from . import _plot
+
+        return _plot.channel_data(self, ax, transmit, frame, dynamic_range, colour_bar)
+
+    def to_xarray(self) -> DataArray:
+        """The samples as an ``xarray.DataArray`` whose coordinates are the other fields, with their units.
+
+        Needs xarray: ``pip install 'bonebeam[xarray]'``.
+        """
+        from . import _xarray
+
+        return _xarray.channel_data(self)
+
+    def _facts(self) -> Mapping[str, str]:
+        samples = self.samples
+        *frames, transmits, elements, count = samples.shape
+        kind = next(what for key, what in TRANSMITS.items() if getattr(self, key) is not None)
+        shape = [_show.counted(frame, "frame") for frame in frames]
+        shape += [_show.counted(transmits, kind), _show.counted(elements, "element")]
+        what = "RF" if self.iq is None else "I/Q"
+        shape += [f"{_show.counted(count, 'sample')} of {what}, {samples.dtype}"]
+        facts = {
+            "Samples": " x ".join(shape),
+            "Sampling rate": f"sampled at {_show.megahertz(self.fs)}",
+            "Centre frequency": f"centred at {_show.megahertz(self.f0)}",
+        }
+        if self.f_demod is not None:
+            facts["Demodulation"] = f"demodulated with {_show.megahertz(self.f_demod)}"
+        position = self.along_the_array()
+        pitch = (position[-1] - position[0]) / max(len(position) - 1, 1)
+        facts["Sound speed"] = f"{self.c:g} m/s"
+        facts["Array"] = f"array of {1e3 * pitch * len(position):.1f} mm"
+        return facts
+
+    def _picture(self) -> npt.NDArray[np.uint8]:
+        decibels = _show.in_decibels(self.envelope().T, 60.0)
+        return _show.resized(_show.grey_levels(decibels + 60.0, 60.0), (384, 256))
+
+    def along_the_array(self) -> npt.NDArray[np.float64]:
+        """Positions of the elements along the array, from its middle, m."""
+        x = np.asarray(from_anywhere("element_x", self.element_x), np.float64)
+        if self.element_z is None:
+            return x
+        z = np.asarray(from_anywhere("element_z", self.element_z), np.float64)
+        steps = np.hypot(np.diff(x), np.diff(z))
+        along = np.concatenate([[0.0], np.cumsum(steps)])
+        return np.asarray(along - along[-1] / 2)
+
+
+@dataclass(repr=False)
+class AlignedData(Shown):
     """Analytic samples that are delayed already: aligned on their beams."""
 
     x: npt.NDArray[np.complex64]
@@ -94,9 +234,28 @@ class AlignedData:
     beam_angle: npt.NDArray[np.float64] | None = None
     """Their angles from the z axis, rad, positive towards positive x."""
 
+    def _facts(self) -> Mapping[str, str]:
+        x = from_anywhere("x", self.x)
+        *frames, beams, samples, elements = x.shape
+        shape = [_show.counted(frame, "frame") for frame in frames]
+        shape += [_show.counted(beams, "beam"), _show.counted(samples, "sample")]
+        facts = {
+            "Samples": " x ".join([*shape, f"{_show.counted(elements, 'element')}, {x.dtype}"]),
+            "Sampling rate": f"sampled at {_show.megahertz(self.fs)}",
+        }
+        if self.c is not None:
+            facts["Sound speed"] = f"{self.c:g} m/s"
+        return facts
 
-@dataclass
-class Lines:
+    def _picture(self) -> npt.NDArray[np.uint8]:
+        x = from_anywhere("x", self.x)
+        sums = np.abs((x[0] if x.ndim == 4 else x).sum(axis=2))
+        decibels = _show.in_decibels(sums.T, 60.0)
+        return _show.resized(_show.grey_levels(decibels + 60.0, 60.0), (384, 256))
+
+
+@dataclass(repr=False)
+class Lines(Shown):
     """Beamformed lines. Sample n lies at the depth ``c * (t0 + n / fs) / 2``."""
 
     z: npt.NDArray[np.complex64]
@@ -114,19 +273,87 @@ class Lines:
     beam_angle: npt.NDArray[np.float64] | None = None
     """Their angles from the z axis, rad, positive towards positive x."""
 
+    def frame(self, index: int) -> Lines:
+        """The lines of one of several frames."""
+        return replace(self, z=from_anywhere("z", self.z)[index])
 
-@dataclass
-class Image:
-    """An image of square pixels."""
+    @property
+    def depth(self) -> npt.NDArray[np.float64]:
+        """Depths of the samples along their lines, m."""
+        samples = np.shape(self.z)[-1]
+        depths: npt.NDArray[np.float64] = self.c * (self.t0 + np.arange(samples) / self.fs) / 2
+        return depths
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        frame: int = 0,
+        dynamic_range: float = 60.0,
+        colour_bar: bool = True,
+    ) -> Axes:
+        """Draws the B-mode image of one frame, with axes in mm: :func:`bmode`, then :meth:`Image.plot`.
+
+        Args:
+            ax: Where to draw; into a figure of its own without it.
+            frame: Which frame, where there are several.
+            dynamic_range: What lies this far below the largest envelope is black, dB.
+            colour_bar: Whether to add a bar of the decibels.
+
+        Returns:
+            The axes. Needs matplotlib: ``pip install 'bonebeam[plot]'``.
+        """
+        return self._image(frame, dynamic_range).plot(ax, colour_bar=colour_bar)
+
+    def to_xarray(self) -> DataArray:
+        """The lines as an ``xarray.DataArray`` over beams and samples, with their positions in m and times in s.
+
+        Needs xarray: ``pip install 'bonebeam[xarray]'``.
+        """
+        from . import _xarray
+
+        return _xarray.lines(self)
+
+    def _image(self, frame: int, dynamic_range: float = 60.0) -> Image:
+        from ._images import bmode
+
+        lines = self if np.ndim(self.z) == 2 else self.frame(frame)
+        return bmode(lines, dynamic_range=dynamic_range)
+
+    def _facts(self) -> Mapping[str, str]:
+        z = from_anywhere("z", self.z)
+        *frames, beams, samples = z.shape
+        shape = [_show.counted(frame, "frame") for frame in frames]
+        shape += [_show.counted(beams, "beam"), f"{_show.counted(samples, 'sample')}, {z.dtype}"]
+        depth = self.depth
+        return {
+            "Samples": " x ".join(shape),
+            "Sampling rate": f"sampled at {_show.megahertz(self.fs)}",
+            "Beams": f"x {_show.range_in_mm(min(self.beam_x), max(self.beam_x))}",
+            "Depths": f"depth {_show.range_in_mm(depth[0], depth[-1])}",
+            "Sound speed": f"{self.c:g} m/s",
+        }
+
+    def _picture(self) -> npt.NDArray[np.uint8]:
+        return self._image(0)._picture()
+
+
+@dataclass(repr=False)
+class Image(Shown):
+    """An image of square pixels: grey levels, or a map of phase symmetry."""
 
     pixels: npt.NDArray[np.float32]
-    """Grey levels 0 to 255, [row, column], row 0 shallowest."""
+    """Grey levels 0 to 255, or phase symmetry 0 to below 1; [row, column], row 0 shallowest."""
     x0: float
     """Lateral position of column 0, m."""
     z0: float
     """Depth of row 0, m."""
     pixel: float
     """From one pixel to the next, m."""
+    dynamic_range: float | None = None
+    """Grey levels: decibels from 0 to 255, where that is known."""
+    quantity: Literal["grey level", "phase symmetry"] = "grey level"
+    """What the pixels are."""
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
@@ -135,3 +362,68 @@ class Image:
         left, top = self.x0 - self.pixel / 2, self.z0 - self.pixel / 2
         edges = (left, left + columns * self.pixel, top + rows * self.pixel, top)
         return tuple(1e3 * edge for edge in edges)  # type: ignore[return-value]
+
+    @property
+    def x(self) -> npt.NDArray[np.float64]:
+        """Lateral positions of the columns, m."""
+        return np.asarray(self.x0 + self.pixel * np.arange(self.pixels.shape[1]), np.float64)
+
+    @property
+    def z(self) -> npt.NDArray[np.float64]:
+        """Depths of the rows, m."""
+        return np.asarray(self.z0 + self.pixel * np.arange(self.pixels.shape[0]), np.float64)
+
+    def plot(self, ax: Axes | None = None, *, colour_bar: bool = True) -> Axes:
+        """Draws the image with axes in mm.
+
+        Args:
+            ax: Where to draw; into a figure of its own without it.
+            colour_bar: Whether to add a bar of the decibels of grey levels, or the values of phase symmetry.
+
+        Returns:
+            The axes. Needs matplotlib: ``pip install 'bonebeam[plot]'``.
+        """
+        from . import _plot
+
+        return _plot.image(self, ax, colour_bar)
+
+    def to_xarray(self) -> DataArray:
+        """The pixels as an ``xarray.DataArray`` over z and x in m.
+
+        Needs xarray: ``pip install 'bonebeam[xarray]'``.
+        """
+        from . import _xarray
+
+        return _xarray.image(self)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes a file, whole or not at all: ``.png`` with grey levels as the command writes them, phase
+        symmetry with its largest value at 255, or ``.npy`` with the pixels, float32 [row, column]."""
+        path = Path(path)
+        if path.suffix.lower() not in (".png", ".npy"):
+            raise ValueError(f"the image's file is {path}; expected a name that ends in .png or .npy")
+        temporary = path.with_name(f".{path.name}.{os.getpid()}-{threading.get_ident()}.tmp")
+        try:
+            with open(temporary, "xb") as file:
+                if path.suffix.lower() == ".png":
+                    file.write(_show.png(self._picture()))
+                else:
+                    np.save(file, np.asarray(self.pixels, np.float32))
+            os.replace(temporary, path)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+    def _facts(self) -> Mapping[str, str]:
+        rows, columns = self.pixels.shape
+        left, right, bottom, top = (1e-3 * edge for edge in self.extent)
+        decibels = "" if self.dynamic_range is None else f" over {self.dynamic_range:g} dB"
+        return {
+            "Pixels": f"{rows} x {columns} pixels of {1e3 * self.pixel:.3f} mm",
+            "Lateral": f"x {_show.range_in_mm(left, right)}",
+            "Depth": f"z {_show.range_in_mm(top, bottom)}",
+            "Quantity": f"{self.quantity}{decibels}",
+        }
+
+    def _picture(self) -> npt.NDArray[np.uint8]:
+        is_grey = self.quantity == "grey level"
+        return _show.grey_levels(self.pixels, 255 if is_grey else float(self.pixels.max()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping
 from os import PathLike
 from typing import Any
@@ -38,22 +39,23 @@ def read(
     >>> read(path).x.shape, read(path, frames=range(1, 3)).x.shape, read(path, frames=2).x.shape
     ((3, 2, 50, 16), (2, 2, 50, 16), (2, 50, 16))
 
-    Raises ValueError where the file cannot be read or holds something else.
+    Raises FileNotFoundError or PermissionError where there is no such file or it may not be read, ValueError
+    where it holds something else.
     """
-    file = _file(path, variables)
+    file = opened(path, variables)
     if frames is None:
-        return _recording(file.read(0, file.frames))
+        return recording(file.read(0, file.frames))
     wanted = range(frames, frames + 1) if isinstance(frames, int) else frames
     if wanted.step != 1 or not 0 <= wanted.start < wanted.stop <= file.frames:
         raise ValueError(f"frames is {frames}; expected some in a row of 0 to {file.frames - 1}")
     one = isinstance(frames, int)
-    return _recording(file.read(wanted.start, wanted.stop), one)
+    return recording(file.read(wanted.start, wanted.stop), one)
 
 
 def frames(
     path: str | PathLike[str], *, variables: Variables | None = None
 ) -> Iterator[ChannelData | AlignedData]:
-    """A recording's frames one after the other, from a file that may be larger than memory.
+    """A recording's frames one after the other: those of a :class:`Dataset`.
 
     Args:
         path, variables: See :func:`read`.
@@ -67,20 +69,26 @@ def frames(
     (2, 50)
     (2, 50)
     """
-    file = _file(path, variables)
-    for frame in range(file.frames):
-        yield _recording(file.read(frame, frame + 1), one=True)
+    from ._dataset import Dataset
+
+    return iter(Dataset(path, variables=variables))
 
 
-def _file(path: str | PathLike[str], variables: Variables | None) -> _native.RecordingFile:
-    told = {
+def opened(path: str | PathLike[str], variables: Variables | None) -> _native.RecordingFile:
+    """A recording's file, of which the first frame is read."""
+    if not os.path.isdir(path):
+        # Tells of a file that is missing or may not be read as Python does.
+        os.stat(path)
+        if os.path.isfile(path):
+            open(path, "rb").close()
+    given = {
         key: value if isinstance(value, str) else np.asarray(value).tolist()
         for key, value in (variables or {}).items()
     }
-    return _native.RecordingFile(path, json.dumps(told))
+    return _native.RecordingFile(path, json.dumps(given))
 
 
-def _recording(keys: dict[str, Any], one: bool = True) -> ChannelData | AlignedData:
+def recording(keys: dict[str, Any], one: bool = True) -> ChannelData | AlignedData:
     """Data by their keys; one frame has no axis of frames, unless it was asked for."""
     for key in ("rf", "iq", "x"):
         if one and len(keys.get(key, ())) == 1:
@@ -90,6 +98,6 @@ def _recording(keys: dict[str, Any], one: bool = True) -> ChannelData | AlignedD
 
 def channel_data(keys: dict[str, Any]) -> ChannelData:
     """Channel data of one frame by their keys."""
-    data = _recording(keys)
+    data = recording(keys)
     assert isinstance(data, ChannelData)
     return data

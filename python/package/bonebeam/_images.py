@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import replace
+from typing import Any, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -66,33 +67,63 @@ def bmode(
         median,
         threads,
     )
-    return Image(pixels, x0, z0, pixel)
+    return Image(pixels, x0, z0, pixel, dynamic_range)
+
+
+@overload
+def phase_symmetry(
+    image: Image,
+    *,
+    scales: Sequence[float] = ...,
+    threshold: float = ...,
+    strip: int = ...,
+    pad: bool = ...,
+    resize: tuple[int, int] | None = ...,
+    threads: int | None = ...,
+    out: npt.NDArray[np.float32] | None = ...,
+) -> Image: ...
+
+
+@overload
+def phase_symmetry(
+    image: npt.ArrayLike | Any,
+    *,
+    scales: Sequence[float] = ...,
+    threshold: float = ...,
+    strip: int = ...,
+    pad: bool = ...,
+    resize: tuple[int, int] | None = ...,
+    threads: int | None = ...,
+    out: npt.NDArray[np.float32] | None = ...,
+) -> npt.NDArray[np.float32]: ...
 
 
 def phase_symmetry(
-    image: npt.ArrayLike | Any,
+    image: Image | npt.ArrayLike | Any,
     *,
     scales: Sequence[float] = (2**-7, 2**-8, 2**-9),
     threshold: float = 15.0,
     strip: int = 16,
     pad: bool = False,
+    resize: tuple[int, int] | None = None,
     threads: int | None = None,
     out: npt.NDArray[np.float32] | None = None,
-) -> npt.NDArray[np.float32]:
+) -> Image | npt.NDArray[np.float32]:
     """Filters an image for ridges, bright lines such as bone surfaces (Eq. 9 and 10 of the paper).
 
     Args:
-        image: Grey levels 0 to 255, [row, column]; sides are 64, 128, 256, 512 or 1024 pixels, or
+        image: An :class:`Image`, or grey levels 0 to 255, [row, column]; sides are 64, 128, 256, 512 or 1024 pixels, or
             ``pad`` makes them so.
         scales: Centre frequencies of the filters, cycles per pixel.
         threshold: Noise threshold T_n, in grey levels.
         strip: Rows or columns worked on at a time; it changes the time, never the result.
         pad: Put the image into a black one of the next sides that the transform takes, and cut the map.
+        resize: Rows and columns that the image is resampled to first; the map has them, too.
         threads: How many threads compute; all processors without it. The result does not depend on it.
         out: float32 [row, column] to write the map into.
 
     Returns:
-        The map, float32 [row, column], at least 0 and below 1.
+        The map, float32 [row, column], at least 0 and below 1; of an :class:`Image` an image at the same position.
 
     >>> import numpy as np
     >>> image = np.zeros((64, 64), np.float32)
@@ -101,9 +132,16 @@ def phase_symmetry(
     >>> int(bones[:, 10].argmax())
     32
     """
+    if isinstance(image, Image):
+        if resize is not None:
+            raise ValueError("`resize` would change the size of the image's pixels; give `image.pixels`")
+        options: dict[str, Any] = {"scales": scales, "threshold": threshold, "strip": strip, "pad": pad}
+        bones = phase_symmetry(image.pixels, **options, threads=threads, out=out)
+        return replace(image, pixels=bones, dynamic_range=None, quantity="phase symmetry")
     dtypes = ("float32", "float64", "uint8")
     pixels = taken("image", image, np.float32, ("row", "column"), dtypes)
-    shape = (pixels.shape[0], pixels.shape[1])
+    rows, columns = pixels.shape if resize is None else resize
+    shape = (rows, columns)
     bones = written(out, np.float32, shape, beside=pixels)
-    _native.phase_symmetry(pixels, list(scales), threshold, strip, pad, bones, threads)
+    _native.phase_symmetry(pixels, list(scales), threshold, strip, pad, resize, bones, threads)
     return bones if out is None else out
