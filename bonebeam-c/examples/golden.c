@@ -388,7 +388,7 @@ static void beamform(void) {
     check(bonebeam_beamformer_line(own, periodic, SAMPLES, ELEMENTS, all, NULL, z), "mv-singular");
     print("mv-singular", z, 2 * SAMPLES);
 
-    static const char *const postfilters[] = {"coherence-factor"};
+    static const char *const postfilters[] = {"coherence-factor", "generalized-coherence-factor"};
     parameters.numbers = half_window_2;
     parameters.count = 1;
     for (size_t i = 0; i < sizeof postfilters / sizeof *postfilters; i++) {
@@ -396,6 +396,18 @@ static void beamform(void) {
         own = beamformer(&parameters, ELEMENTS);
         check(bonebeam_beamformer_line(own, snapshots, SAMPLES, ELEMENTS, all, NULL, z), postfilters[i]);
         print(postfilters[i], z, 2 * SAMPLES);
+    }
+
+    static const struct {
+        const char *name, *method, *apodization;
+    } apodized[] = {{"das-hann", "das", "hann"}, {"mv-hamming", "mv", "hamming"}, {"esmv-rank1-tukey", "esmv-rank1", "tukey"}};
+    parameters.postfilter = NULL;
+    for (size_t i = 0; i < sizeof apodized / sizeof *apodized; i++) {
+        parameters.method = apodized[i].method;
+        parameters.apodization = apodized[i].apodization;
+        own = beamformer(&parameters, ELEMENTS);
+        check(bonebeam_beamformer_line(own, snapshots, SAMPLES, ELEMENTS, all, NULL, z), apodized[i].name);
+        print(apodized[i].name, z, 2 * SAMPLES);
     }
 }
 

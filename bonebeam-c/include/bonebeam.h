@@ -169,6 +169,8 @@ typedef struct {
   const char *method;
   // The key of a postfilter in the same tables, for instance "coherence-factor"; null for none.
   const char *postfilter;
+  // The key of an apodization in the same tables, for instance "hann"; null for none.
+  const char *apodization;
   // The method's argument, if it has one in the tables: β, a rank, a number of steps.
   double argument;
   // One of `bonebeam_covariance`.

@@ -4,7 +4,7 @@ use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, sum};
 use crate::status::{Status, status};
 use crate::workspace::{Workspace, need_bytes, with_view};
 use crate::{Complex, Range};
-use bonebeam::beamform::{self, AlignedLine, Beamformer, Method, Postfilter};
+use bonebeam::beamform::{self, AlignedLine, Apodization, Beamformer, Method, Postfilter};
 use bonebeam::geometry::{self, Aperture, ApertureParameters};
 use core::ffi::{CStr, c_char, c_void};
 
@@ -26,6 +26,8 @@ pub struct BeamformParameters {
     pub method: *const c_char,
     /// The key of a postfilter in the same tables, for instance "coherence-factor"; null for none.
     pub postfilter: *const c_char,
+    /// The key of an apodization in the same tables, for instance "hann"; null for none.
+    pub apodization: *const c_char,
     /// The method's argument, if it has one in the tables: β, a rank, a number of steps.
     pub argument: f64,
     /// One of `bonebeam_covariance`.
@@ -54,12 +56,16 @@ impl BeamformParameters {
     /// Keys and names are strings that end with a zero, and there are `count` numbers.
     pub(crate) unsafe fn core(&self) -> Result<beamform::Parameters, Status> {
         // SAFETY: by the caller's promise.
-        let (method, postfilter, numbers) = unsafe {
+        let (method, postfilter, apodization, numbers) = unsafe {
             (
                 choice(self.method, Method::EXAMPLES, Method::key)?,
                 match self.postfilter.is_null() {
                     true => Postfilter::None,
                     false => choice(self.postfilter, Postfilter::EXAMPLES, Postfilter::key)?,
+                },
+                match self.apodization.is_null() {
+                    true => Apodization::None,
+                    false => choice(self.apodization, Apodization::EXAMPLES, Apodization::key)?,
                 },
                 match self.count {
                     0 => &[],
@@ -73,6 +79,7 @@ impl BeamformParameters {
         let mut parameters = beamform::Parameters {
             method: method.with_argument(self.argument),
             postfilter,
+            apodization,
             ..beamform::Parameters::DEFAULT
         };
         for number in numbers {

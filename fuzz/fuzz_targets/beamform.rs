@@ -5,7 +5,7 @@
 
 use arbitrary::Arbitrary;
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameter, Parameters, Postfilter, Segment, Sizes, Workspace,
+    AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment, Sizes, Workspace,
     constant_segments,
 };
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
@@ -29,6 +29,7 @@ struct Input {
     first_samples: [u8; 4],
     method: u8,
     postfilter: u8,
+    apodization: u8,
     forward: bool,
     set: u8,
     other_runs_before: bool,
@@ -49,12 +50,15 @@ fuzz_target!(|input: Input| {
     let method = Method::EXAMPLES[usize::from(input.method) % Method::EXAMPLES.len()];
     let postfilter =
         Postfilter::EXAMPLES[usize::from(input.postfilter) % Postfilter::EXAMPLES.len()];
+    let apodization =
+        Apodization::EXAMPLES[usize::from(input.apodization) % Apodization::EXAMPLES.len()];
     let mut parameters = Parameters {
         method: match method.parameter() {
             Some(row) => method.with_argument(number(input.argument, &row)),
             None => method,
         },
         postfilter,
+        apodization,
         ..Parameters::DEFAULT
     };
     for (row, value) in Parameters::TABLE.iter().zip(input.values) {

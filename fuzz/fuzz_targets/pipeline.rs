@@ -6,7 +6,7 @@ use std::cell::RefCell;
 
 use arbitrary::Arbitrary;
 use bonebeam::Complex;
-use bonebeam::beamform::{Method, Parameters, Postfilter, Workspace};
+use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::delay::{
     Delay, DelayParameters, IqInterpolation, IqLayout, IqRecord, IqSamples, Record, Stage,
@@ -26,6 +26,7 @@ struct Input {
     plane: bool,
     method: u8,
     postfilter: u8,
+    apodization: u8,
     forward: bool,
     half_window: u8,
     elements: u8,
@@ -84,6 +85,8 @@ fuzz_target!(|input: Input| {
         method: Method::EXAMPLES[usize::from(input.method) % Method::EXAMPLES.len()],
         postfilter: Postfilter::EXAMPLES
             [usize::from(input.postfilter) % Postfilter::EXAMPLES.len()],
+        apodization: Apodization::EXAMPLES
+            [usize::from(input.apodization) % Apodization::EXAMPLES.len()],
         temporal_half_window: usize::from(input.half_window) % 4,
         ..Parameters::DEFAULT
     };

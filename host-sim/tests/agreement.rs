@@ -5,7 +5,7 @@ use bonebeam::covariance::Covariance;
 use std::path::Path;
 use std::process::Command;
 
-use bonebeam::beamform::{Method, Parameters, Postfilter};
+use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
 use bonebeam::geometry::Active;
 use bonebeam_drive::config::Beamform;
 use bonebeam_files::{AlignedData, BeamformedLines};
@@ -89,7 +89,11 @@ fn assert_agrees(elements: usize) {
         postfilter,
         ..Parameters::default()
     });
-    for parameters in windows.into_iter().chain(postfilters) {
+    let apodizations = Apodization::EXAMPLES.map(|apodization| Parameters {
+        apodization,
+        ..Parameters::default()
+    });
+    for parameters in windows.into_iter().chain(postfilters).chain(apodizations) {
         for covariance in COVARIANCES {
             let line = |method| {
                 let parameters = Parameters {

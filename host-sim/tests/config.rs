@@ -1,6 +1,6 @@
 //! The configuration: defaults, the written file that can be given back, and what is refused.
 
-use bonebeam::beamform::{Parameters, Postfilter};
+use bonebeam::beamform::{Apodization, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use std::fs;
 
@@ -77,6 +77,13 @@ fn every_parameter_of_the_core_is_a_key_with_its_range() {
         expected.beamform.core.postfilter = postfilter;
         assert_eq!(Config::read(&path).unwrap(), expected);
     }
+    for apodization in Apodization::EXAMPLES {
+        let key = apodization.key();
+        fs::write(&path, format!("[beamform]\napodization = \"{key}\"\n")).unwrap();
+        let mut expected = Config::default();
+        expected.beamform.core.apodization = apodization;
+        assert_eq!(Config::read(&path).unwrap(), expected);
+    }
     let message = refused("[beamform]\nf_number = 2.0\npostfilter = \"wiener\"\n");
     assert!(
         message.contains("line 3") && message.contains("coherence-factor"),
@@ -106,6 +113,7 @@ fn the_written_configuration_is_read_back_as_it_was() {
                 temporal_half_window: 10,
                 diagonal_loading: 0.1,
                 postfilter: Postfilter::CoherenceFactor,
+                apodization: Apodization::Tukey,
                 ..Parameters::DEFAULT
             },
             covariance: Covariance::Forward,

@@ -1,6 +1,6 @@
 //! The command's sections, from Python's arguments.
 
-use bonebeam::beamform::{Method, Parameters, Postfilter};
+use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
 use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_simulate::Simulate;
@@ -94,7 +94,7 @@ pub fn defaults() -> PyResult<String> {
 }
 
 /// What the package's lists are tested against, as JSON: the keys of the section, the names of the methods and of
-/// the postfilters, and an example of every method, postfilter and parameter of the core.
+/// the postfilters and apodizations, and an example of every method, postfilter, apodization and parameter of the core.
 #[pyfunction]
 pub fn tables() -> PyResult<String> {
     let methods = Method::EXAMPLES.map(|method| Parameters {
@@ -105,17 +105,23 @@ pub fn tables() -> PyResult<String> {
         postfilter,
         ..Parameters::DEFAULT
     });
+    let apodizations = Apodization::EXAMPLES.map(|apodization| Parameters {
+        apodization,
+        ..Parameters::DEFAULT
+    });
     let rows = Parameters::TABLE.map(|row| {
         let mut parameters = Parameters::DEFAULT;
         parameters.set(row.name, row.example);
         parameters
     });
-    let examples = methods.into_iter().chain(postfilters).chain(rows);
+    let examples = methods.into_iter().chain(postfilters).chain(apodizations);
+    let examples = examples.chain(rows);
     let examples: Vec<_> = examples.map(Beamform::of).collect();
     let tables = json!({
         "keys": Beamform::keys().collect::<Vec<_>>(),
         "methods": MethodName::all().collect::<Vec<_>>(),
         "postfilters": Postfilter::EXAMPLES.map(|postfilter| postfilter.key()),
+        "apodizations": Apodization::EXAMPLES.map(|apodization| apodization.key()),
         "examples": examples,
     });
     Ok(tables.to_string())

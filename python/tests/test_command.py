@@ -163,6 +163,7 @@ def test_the_keywords_are_the_keys_of_the_command():
     assert set().union(*map(_parameters.names, ours)) == set(TABLES["keys"])
     assert list(get_args(_parameters.Method)) == TABLES["methods"]
     assert list(get_args(_parameters.Postfilter)) == TABLES["postfilters"]
+    assert list(get_args(_parameters.Apodization)) == TABLES["apodizations"]
     for example in TABLES["examples"]:
         assert set(differing(example)) <= _parameters.names(bonebeam.BeamformerParameters)
     described = (*ours, bonebeam.BeamformerParameters, bonebeam.DelayParameters)

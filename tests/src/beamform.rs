@@ -1,7 +1,7 @@
 //! The beamformers on the golden snapshots: M = 32, L = 16, K = 2.
 
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameters, Postfilter, Sizes, Workspace,
+    AlignedLine, Apodization, Beamformer, Method, Parameters, Postfilter, Sizes, Workspace,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::{Active, Aperture, ApertureParameters};
@@ -48,6 +48,19 @@ pub const POSTFILTERS: [Case; Postfilter::EXAMPLES.len() - 1] = {
     }
     cases
 };
+
+/// The cases with apodization, forward-backward, all elements active.
+pub const APODIZED: [Case; 3] = [
+    apodized("das-hann", Method::Das, Apodization::Hann),
+    apodized("mv-hamming", Method::Mv, Apodization::Hamming),
+    apodized("esmv-rank1-tukey", Method::EsmvRank1, Apodization::Tukey),
+];
+
+const fn apodized(name: &'static str, method: Method, apodization: Apodization) -> Case {
+    let mut case = case(name, method);
+    case.parameters.apodization = apodization;
+    case
+}
 
 /// The cases with forward-backward averaging, all elements active. (DAS has no covariance.)
 pub const FORWARD_BACKWARD: [Case; 7] = [
@@ -153,7 +166,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     let beamformer = Beamformer::new(SINGULAR.parameters)?;
     beamformer.line(forward_backward, line, all, z)?;
     report(SINGULAR.name, hash::complex(z));
-    for case in POSTFILTERS {
+    for case in POSTFILTERS.into_iter().chain(APODIZED) {
         beamform(case, forward_backward, all, z, report)?;
     }
     Ok(())

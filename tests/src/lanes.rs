@@ -38,7 +38,8 @@ impl Task for Cases<'_> {
         let report = self.report;
         delay_lines(zero, report)?;
         let cases = beamform::FORWARD_BACKWARD.into_iter();
-        for case in cases.chain(beamform::POSTFILTERS) {
+        let cases = cases.chain(beamform::POSTFILTERS);
+        for case in cases.chain(beamform::APODIZED) {
             beamformer::<ForwardBackward, V>(zero, case, &SNAPSHOTS, report)?;
         }
         for case in beamform::FORWARD {

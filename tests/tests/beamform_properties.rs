@@ -3,7 +3,7 @@
 use crate::common;
 
 use bonebeam::Error;
-use bonebeam::beamform::{AlignedLine, Method, Parameters, Postfilter};
+use bonebeam::beamform::{AlignedLine, Apodization, Method, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use bonebeam_oracle::reference::f64::beamform::Sample;
 use common::lines::{COVARIANCES, Gaussian, Line, METHODS, core, core_weights, widen};
@@ -29,10 +29,16 @@ fn postfilters() -> impl Strategy<Value = Postfilter> {
 
 /// Parameters with a window that fits `samples`, and the method still to be chosen.
 fn parameters(samples: usize, largest_ratio: f64) -> impl Strategy<Value = Parameters> {
-    (0..samples, 0.3..=largest_ratio).prop_map(|(temporal_half_window, subaperture_ratio)| {
+    let apodization = prop::sample::select(Apodization::EXAMPLES.to_vec());
+    let numbers = (0..samples, 0.3..=largest_ratio, 0..4_usize, 0.0..=1.0_f32);
+    (apodization, numbers).prop_map(|(apodization, numbers)| {
+        let (temporal_half_window, subaperture_ratio, coherence_cutoff, tukey_taper) = numbers;
         Parameters {
+            apodization,
             temporal_half_window,
             subaperture_ratio,
+            coherence_cutoff,
+            tukey_taper,
             ..Parameters::default()
         }
     })
@@ -147,12 +153,12 @@ proptest! {
     ) {
         let parameters = Parameters { method, ..parameters };
         let z = core(&line, parameters, covariance)[n];
-        let Sample { elements, snapshots, .. } = exact(&line, n, parameters, covariance);
+        let sample = exact(&line, n, parameters, covariance);
         let weights = wide_weights(&line, n, parameters, covariance);
         // A method without covariance has a weight for every element.
-        let expected = match weights.len() == elements.len() {
-            true => weights.dotc(&elements),
-            false => (weights.adjoint() * snapshots).mean(),
+        let expected = match weights.len() == sample.elements.len() {
+            true => weights.dotc(&sample.elements),
+            false => sample.output(&weights),
         };
         // The largest element bounds every output.
         let scale = line.x.iter().map(|x| x.norm()).fold(0.0, f32::max);
@@ -278,7 +284,9 @@ proptest! {
         let z = core(&line, parameters, covariance);
         let scale = line.x.iter().map(|x| x.norm()).fold(0.0, f32::max);
         for n in 0..SAMPLES {
-            let das = exact(&line, n, parameters, covariance).snapshots.mean();
+            let sample = exact(&line, n, parameters, covariance);
+            let length = sample.snapshots.nrows();
+            let das = sample.output(&DVector::from_element(length, Complex::from(1.0 / length as f64)));
             prop_assert!((widen(z[n]) - das).norm() <= HEAVY_LOADING * f64::from(scale));
         }
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use bonebeam::beamform::{Method, Parameter, Parameters, Postfilter};
+use bonebeam::beamform::{Apodization, Method, Parameter, Parameters, Postfilter};
 use bonebeam_drive::config::Beamform;
 use bonebeam_formats::Format;
 use host_sim::config::Config;
@@ -232,6 +232,11 @@ fn tables() -> String {
     }
     tables += "\n| postfilter | | |\n|---|---|---|\n";
     for row in Postfilter::EXAMPLES {
+        let [key, name, help] = [row.key(), row.name(), &text(row.help())];
+        tables += &format!("| `{key}` | {name} | {help} |\n");
+    }
+    tables += "\n| apodization | | |\n|---|---|---|\n";
+    for row in Apodization::EXAMPLES {
         let [key, name, help] = [row.key(), row.name(), &text(row.help())];
         tables += &format!("| `{key}` | {name} | {help} |\n");
     }

@@ -141,8 +141,8 @@ fn the_scalar_beamformers_have_the_hashes() {
         assert_eq!(hash::complex(&z), recorded(case.name), "{}", case.name);
     };
     let line = line_of(&SNAPSHOTS, all);
-    let postfilters = beamform::POSTFILTERS.into_iter();
-    for case in postfilters.chain(beamform::FORWARD_BACKWARD) {
+    let others = beamform::POSTFILTERS.into_iter().chain(beamform::APODIZED);
+    for case in others.chain(beamform::FORWARD_BACKWARD) {
         check(case, &line, Covariance::ForwardBackward);
     }
     for case in beamform::FORWARD {

@@ -5,6 +5,7 @@
 //! once as a vector has lanes, with the same bits.
 
 mod aligned_line;
+mod apodization;
 mod line;
 mod methods;
 mod parameters;
@@ -20,6 +21,7 @@ mod workspace;
 pub(crate) use line::LineBlock;
 
 pub use aligned_line::AlignedLine;
+pub use apodization::Apodization;
 pub use methods::Method;
 pub use parameters::{Beamformer, Parameters};
 pub use postfilter::Postfilter;

@@ -1,5 +1,6 @@
 //! What a beamformer can be asked for.
 
+use super::apodization::{Apodization, Window};
 use super::methods::Method;
 use super::postfilter::Postfilter;
 use super::sizes::Sizes;
@@ -25,6 +26,8 @@ macro_rules! parameters {
             pub method: Method,
             /// The factor that its output is multiplied by.
             pub postfilter: Postfilter,
+            /// The weights across the active aperture.
+            pub apodization: Apodization,
             $($(#[doc = $help])* pub $name: $number,)*
         }
 
@@ -33,6 +36,7 @@ macro_rules! parameters {
             pub const DEFAULT: Self = Parameters {
                 method: Method::Mv,
                 postfilter: Postfilter::None,
+                apodization: Apodization::None,
                 $($name: $default,)*
             };
 
@@ -76,6 +80,11 @@ parameters! {
     /// `L = max(1, floor(ratio·active elements))`: the length of the subapertures over the number of active
     /// elements.
     subaperture_ratio: f64 = 0.5 "" (or 0.4), whole false, range!(above 0, at most 1);
+    /// `M₀` of the generalized coherence factor: spatial frequencies up to so many cycles across the active aperture
+    /// count as coherent.
+    coherence_cutoff: usize = 1 "cycles" (or 2), whole true, range!(at least 0 and at most 64);
+    /// The share of the active aperture over which a Tukey window falls, both ends together: 1 makes it a Hann window.
+    tukey_taper: f32 = 0.5 "" (or 0.25), whole false, range!(0 to 1);
 }
 
 impl Default for Parameters {
@@ -85,6 +94,11 @@ impl Default for Parameters {
 }
 
 impl Parameters {
+    /// The window of the apodization, if it has one.
+    pub(super) fn window(&self) -> Option<Window> {
+        Window::new(self.apodization, self.tukey_taper)
+    }
+
     /// The shapes of the memory for up to `elements` active elements: none for DAS.
     pub const fn sizes(&self, elements: usize) -> Sizes {
         match self.method.direct() {

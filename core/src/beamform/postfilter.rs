@@ -1,9 +1,11 @@
 //! Postfilters: a real factor for each sample, from the aligned samples, that multiplies a method's output.
 
+use super::parameters::Parameters;
 use super::segment::{Segment, SegmentGroup};
 use super::snapshot::gather;
 use super::table::{Parameter, choices};
 use crate::simd::{ComplexVector, Scalar, Vector};
+use core::f32::consts::TAU;
 use num_complex::Complex;
 
 choices! {
@@ -13,6 +15,10 @@ choices! {
         None, "none", "no postfilter";
         /// Coherence factor `|Σx_m|²/(M·Σ|x_m|²)` over the `M` active elements, 0 to 1.
         CoherenceFactor, "coherence-factor", "CF";
+        /// Generalized coherence factor: `Σ|p_k|²` over `k = −M₀..=M₀`, over that of all `k`, with `p_k` the discrete
+        /// Fourier transform of the `M` active elements and `M₀` the parameter `coherence_cutoff`; `M₀ = 0` is the
+        /// coherence factor.
+        GeneralizedCoherenceFactor, "generalized-coherence-factor", "GCF";
     }
 }
 
@@ -22,13 +28,13 @@ const BLOCK: usize = 8;
 /// Multiplies `z[lane][i]`, sample `first_sample + i` of its segment, by the factor of that sample.
 #[inline(always)]
 pub(super) fn postfilter<V: Vector>(
-    postfilter: Postfilter,
+    parameters: &Parameters,
     zero: V,
     group: SegmentGroup<'_, '_>,
     z: &mut [&mut [Complex<f32>]],
 ) {
-    if postfilter != Postfilter::None {
-        apply(postfilter, zero, group, z);
+    if parameters.postfilter != Postfilter::None {
+        apply(parameters, zero, group, z);
     }
 }
 
@@ -36,12 +42,12 @@ pub(super) fn postfilter<V: Vector>(
 #[cold]
 #[inline(never)]
 fn apply<V: Vector>(
-    postfilter: Postfilter,
+    parameters: &Parameters,
     zero: V,
     group: SegmentGroup<'_, '_>,
     z: &mut [&mut [Complex<f32>]],
 ) {
-    match postfilter {
+    match parameters.postfilter {
         Postfilter::None => {}
         Postfilter::CoherenceFactor => multiply(
             zero,
@@ -49,6 +55,18 @@ fn apply<V: Vector>(
             #[inline(always)]
             |i| coherence(zero, group.segments, i, group.count),
         ),
+        Postfilter::GeneralizedCoherenceFactor => {
+            // Above half the elements a frequency is one below it.
+            let cutoff = parameters
+                .coherence_cutoff
+                .min(group.count.saturating_sub(1) / 2);
+            multiply(
+                zero,
+                z,
+                #[inline(always)]
+                |i| generalized_coherence(zero, group, i, cutoff),
+            )
+        }
     }
 }
 
@@ -77,21 +95,98 @@ fn multiply<V: Vector>(zero: V, z: &mut [&mut [Complex<f32>]], factor: impl Fn(i
 #[inline(always)]
 fn coherence<V: Vector>(zero: V, segments: &[Segment<'_>], i: isize, count: usize) -> V {
     let zero = zero.zero();
+    let (sum, power) = sums(zero, segments, i, count);
+    share(sum.norm_sqr(), power, count)
+}
+
+/// The sum of the elements and that of their powers.
+#[inline(always)]
+fn sums<V: Vector>(
+    zero: V,
+    segments: &[Segment<'_>],
+    i: isize,
+    count: usize,
+) -> (ComplexVector<V>, V) {
     let mut sum = ComplexVector::from_real(zero);
     let mut power = zero;
-    let mut block = [sum; BLOCK];
-    for first in (0..count).step_by(BLOCK) {
-        let Some(block) = block.get_mut(..(count - first).min(BLOCK)) else {
-            return zero;
-        };
-        gather(zero, segments, i, first, block);
-        for &mut x in block {
+    each_element(
+        zero,
+        segments,
+        i,
+        count,
+        #[inline(always)]
+        |_, x| {
             sum = sum + x;
             power = power + x.norm_sqr();
+        },
+    );
+    (sum, power)
+}
+
+/// Hands the elements of each segment's sample `i` to `take`, in ascending order.
+#[inline(always)]
+fn each_element<V: Vector>(
+    zero: V,
+    segments: &[Segment<'_>],
+    i: isize,
+    count: usize,
+    mut take: impl FnMut(usize, ComplexVector<V>),
+) {
+    let mut block = [ComplexVector::from_real(zero); BLOCK];
+    for first in (0..count).step_by(BLOCK) {
+        let Some(block) = block.get_mut(..(count - first).min(BLOCK)) else {
+            return;
+        };
+        gather(zero, segments, i, first, block);
+        for (m, &mut x) in block.iter_mut().enumerate() {
+            take(first + m, x);
         }
     }
-    let one = zero.splat(1.0);
-    let factor = sum.norm_sqr() / (power * zero.splat(count as f32));
+}
+
+/// The coherent power over `count` times the power of all elements: 0 without power, at most 1.
+#[inline(always)]
+fn share<V: Vector>(coherent: V, power: V, count: usize) -> V {
+    let (zero, one) = (power.zero(), power.splat(1.0));
+    let factor = coherent / (power * zero.splat(count as f32));
     let factor = V::select(factor.less(one), factor, one);
     V::select(zero.less(power), factor, zero)
+}
+
+/// The generalized coherence factor of each segment's sample `i`. With `C = Σ x_m cos(2πkm/M)` and `S` the same of
+/// the sine, `|p_k|² + |p_{−k}|²` is `2·(|C|² + |S|²)`: all sums ascending, frequencies too, from `k = 0`.
+///
+/// Cost: `8·M` flops, `M` sines and cosines a frequency.
+#[inline(always)]
+fn generalized_coherence<V: Vector>(
+    zero: V,
+    group: SegmentGroup<'_, '_>,
+    i: isize,
+    cutoff: usize,
+) -> V {
+    let zero = zero.zero();
+    let SegmentGroup { segments, count } = group;
+    let (sum, power) = sums(zero, segments, i, count);
+    let mut coherent = sum.norm_sqr();
+    for k in 1..=cutoff {
+        let mut parts = [ComplexVector::from_real(zero); 2];
+        each_element(
+            zero,
+            segments,
+            i,
+            count,
+            #[inline(always)]
+            |m, x| {
+                let turns = (k * m).checked_rem(count).unwrap_or(0) as f32 / count as f32;
+                let (sine, cosine) = libm::sincosf(TAU * turns);
+                for (part, factor) in parts.iter_mut().zip([cosine, sine]) {
+                    *part = *part + x.scale(zero.splat(factor));
+                }
+            },
+        );
+        let [cosines, sines] = parts;
+        let both = cosines.norm_sqr() + sines.norm_sqr();
+        coherent = coherent + both + both;
+    }
+    share(coherent, power, count)
 }

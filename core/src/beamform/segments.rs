@@ -90,7 +90,7 @@ impl Beamformer {
         }
         let subaperture = self.check_sizes(count, sizes)?;
         self.fitting_segments(workspace, segments, count, subaperture, z);
-        postfilter(self.parameters().postfilter, workspace.zero, group, z);
+        postfilter(self.parameters(), workspace.zero, group, z);
         Ok(())
     }
 
@@ -103,10 +103,11 @@ impl Beamformer {
         group: SegmentGroup<'_, '_>,
         z: &mut [&mut [Complex<f32>]],
     ) {
+        let window = self.parameters().window();
         for (segment, z) in group.segments.iter().zip(z.iter_mut()) {
-            (direct.output)(segment, group.count, z);
+            (direct.output)(segment, group.count, window.as_ref(), z);
         }
-        postfilter(self.parameters().postfilter, zero, group, z);
+        postfilter(self.parameters(), zero, group, z);
     }
 
     /// Segments that fit, with the vector's instructions. Not inlined: where sizes are constants, as those of
@@ -144,11 +145,16 @@ impl Beamformer {
                 longest = z.len();
             }
         }
+        let subapertures = group.count - subaperture + 1;
+        let gain = match self.parameters().window() {
+            None => A::gain(subapertures),
+            Some(window) => A::gain(1) * window.total(subapertures),
+        };
         for push in 0..longest + 2 * self.parameters().temporal_half_window {
             if let Some(zero_power) = self.push(workspace, group, subaperture, push) {
                 let i = push - 2 * self.parameters().temporal_half_window;
                 let sum = self.output(workspace, subaperture, i, zero_power);
-                let gain = workspace.zero.splat(A::gain(group.count - subaperture + 1));
+                let gain = workspace.zero.splat(gain);
                 let nothing = ComplexVector::from_real(workspace.zero);
                 let value = ComplexVector::select(zero_power, nothing, sum.divide(gain));
                 emit(group.segments, z, i, value);
@@ -186,7 +192,14 @@ impl Beamformer {
             return None;
         };
         let sample = push as isize - temporal_half_window as isize;
-        snapshot::<A, V>(group.segments, sample, active, sum, data);
+        let apodization = self.parameters().window();
+        snapshot::<A, V>(
+            group.segments,
+            sample,
+            apodization.as_ref(),
+            active,
+            (sum, data),
+        );
         let size = A::COVARIANCE.lag_count(subaperture);
         let lags = time_window::slot(window, size, temporal_half_window, push);
         lag_sums::<A, V>(active, subaperture, work, lags);

@@ -1,5 +1,6 @@
 //! One sample of a vector's lanes of segments, from memory into lanes.
 
+use super::apodization::Window;
 use super::segment::Segment;
 use crate::covariance::Averaging;
 use crate::covariance::lag_sums::subaperture_sum;
@@ -7,15 +8,15 @@ use crate::instructions::prefetch;
 use crate::simd::{ComplexVector, MOST_LANES, Vector, transpose};
 use num_complex::Complex;
 
-/// The `active` elements of the segments' sample `i`, their subapertures' `sum`, and that in the solver's
-/// coordinates, the `data`.
+/// The `active` elements of the segments' sample `i`, their subapertures' `sum`, weighted by a window, and that in the
+/// solver's coordinates, the `data`.
 #[inline(never)]
 pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
     segments: &[Segment<'_>],
     i: isize,
+    window: Option<&Window>,
     active: &mut [ComplexVector<V>],
-    sum: &mut [ComplexVector<V>],
-    data: &mut [ComplexVector<V>],
+    (sum, data): (&mut [ComplexVector<V>], &mut [ComplexVector<V>]),
 ) {
     let Some(first) = active.first() else {
         return;
@@ -25,7 +26,10 @@ pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
         #[inline(always)]
         || {
             gather(zero, segments, i, 0, active);
-            subaperture_sum(zero, active, sum);
+            match window {
+                None => subaperture_sum(zero, active, sum),
+                Some(window) => window.subaperture_sum(zero, active, sum),
+            }
             A::data(sum, data);
         },
     );

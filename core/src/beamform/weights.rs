@@ -14,10 +14,10 @@ use num_complex::Complex;
 impl Beamformer {
     /// The weights of a segment's first sample, with `count` active elements: `w` (Eq. 1) or `w_p` (Eq. 7), by the full eigensolver (of
     /// [`Method::EsmvRank1Steps`] by its own kernel), into the
-    /// first `L` entries of `weights` (for DAS `1/count`, into the first `count`). Returns how many.
+    /// first `L` entries of `weights` (for DAS `1/count`, or the apodization over its sum, into the first `count`). Returns how many.
     ///
     /// For inspection and tests: [`Beamformer::line`] never forms weights. `z` is `wᴴ` times the
-    /// mean snapshot of the subapertures. A sample without power has weights 0.
+    /// mean snapshot of the subapertures, weighted by the apodization. A sample without power has weights 0.
     ///
     /// # Errors
     /// As [`Beamformer::segments`]; [`Error::Length`] where `weights` is too short;
@@ -52,7 +52,7 @@ impl Beamformer {
             });
         };
         if let Some(direct) = direct {
-            (direct.weights)(segment, weights);
+            (direct.weights)(segment, self.parameters().window().as_ref(), weights);
             return Ok(length);
         }
         let segments = core::slice::from_ref(segment);

@@ -4,11 +4,14 @@ use bonebeam::geometry::{Array, Element, Ray};
 
 use crate::config::{Beamform, LineKind};
 use crate::{Error, Result};
+use bonebeam_files::terminal::digits;
 use bonebeam_files::{ChannelData, Transmits};
 
 /// A straight array with less than so many wavelengths between its elements is steered, not walked
 /// along: grating lobes stay away from a sector at half a wavelength, a linear array has about one.
 const PHASED: f64 = 0.7;
+/// How many lines there can be.
+const MOST_LINES: usize = 65536;
 /// Halvings of an interval of elements: to a billionth of an element.
 const HALVINGS: usize = 40;
 
@@ -52,12 +55,10 @@ impl Beams {
     /// [`Error::Usage`] for flags that do not fit the transmits.
     pub fn new(data: &ChannelData, array: &Array<'_>, parameters: &Beamform) -> Result<Self> {
         if let Transmits::Focused { x, .. } = &data.transmits {
-            if parameters.lines.is_some() || parameters.line_count.is_some() {
-                return Err(Error::Usage(
-                    "--lines and --line-count have no effect on focused transmits (`tx_x`), which make \
-                     a line each"
-                        .into(),
-                ));
+            if let Some(flag) = asked_for(parameters) {
+                return Err(Error::Usage(format!(
+                    "{flag} has no effect on focused transmits (`tx_x`), which make a line each"
+                )));
             }
             return Ok(Beams {
                 rays: x.iter().map(|&x| Ray::down(x)).collect(),
@@ -72,13 +73,14 @@ impl Beams {
         } else {
             LineKind::Down
         };
-        let asked = parameters.lines.is_some() || parameters.line_count.is_some();
-        if !asked && let Some(rays) = through_foci(data, array, fitting) {
+        if asked_for(parameters).is_none()
+            && let Some(rays) = through_foci(data, array, fitting)
+        {
             return Ok(Beams { rays, own: true });
         }
         let kind = parameters.lines.unwrap_or(fitting);
         Ok(Beams {
-            rays: grid(data, array, kind, parameters),
+            rays: grid(data, array, kind, parameters)?,
             own: false,
         })
     }
@@ -94,15 +96,49 @@ fn phased(data: &ChannelData, c: f64) -> bool {
     steered && data.pitch() < PHASED * c / data.f0
 }
 
+/// The first flag that asks for lines of a grid, if one was given.
+fn asked_for(parameters: &Beamform) -> Option<&'static str> {
+    let flags = [
+        ("--lines", parameters.lines.is_some()),
+        ("--line-count", parameters.line_count.is_some()),
+        ("--line-spacing", parameters.line_spacing.is_some()),
+        ("--lateral-start", parameters.lateral_start.is_some()),
+        ("--lateral-end", parameters.lateral_end.is_some()),
+    ];
+    flags
+        .into_iter()
+        .find(|(_, given)| *given)
+        .map(|(flag, _)| flag)
+}
+
 /// Evenly spaced lines over the whole array: two an element, since an adaptive beam is narrower than
-/// one, or so many as are asked for.
-fn grid(data: &ChannelData, array: &Array<'_>, kind: LineKind, parameters: &Beamform) -> Vec<Ray> {
+/// one, or those that are asked for.
+fn grid(
+    data: &ChannelData,
+    array: &Array<'_>,
+    kind: LineKind,
+    parameters: &Beamform,
+) -> Result<Vec<Ray>> {
     let elements = data.element_x.len();
     let usual = 2 * elements - 1;
+    let lateral = [
+        ("--line-spacing", parameters.line_spacing),
+        ("--lateral-start", parameters.lateral_start),
+        ("--lateral-end", parameters.lateral_end),
+    ];
+    if let Some((flag, _)) = lateral.iter().find(|(_, given)| given.is_some()) {
+        if kind == LineKind::Down {
+            return lateral_lines(data, parameters);
+        }
+        return Err(Error::Usage(format!(
+            "{flag} is of lines that go straight down; --line-count and, of a sector, --sector choose those that fan \
+             out, and --lines down makes straight ones"
+        )));
+    }
     let count = parameters.line_count.unwrap_or(usual);
     let share = |line: usize| line as f64 / (count - 1) as f64;
     let [first, last] = [data.element_x[0], data.element_x[elements - 1]];
-    match kind {
+    Ok(match kind {
         LineKind::Down => {
             let step = match count == usual {
                 true if data.is_straight() => data.pitch() / 2.0,
@@ -121,7 +157,41 @@ fn grid(data: &ChannelData, array: &Array<'_>, kind: LineKind, parameters: &Beam
                 .map(|line| Ray::new(middle, 0.0, left + share(line) * width))
                 .collect()
         }
+    })
+}
+
+/// Lines straight down between the positions asked for, at the spacing or of the count asked for. Where the ends are left open
+/// by both, they are centred on the array.
+fn lateral_lines(data: &ChannelData, parameters: &Beamform) -> Result<Vec<Ray>> {
+    let [left, right] = [data.element_x[0], data.element_x[data.element_x.len() - 1]];
+    let (first, last) = (parameters.lateral_start, parameters.lateral_end);
+    let [start, end] = [first.unwrap_or(left), last.unwrap_or(right)];
+    let (first, step, count) = match (parameters.line_spacing, parameters.line_count) {
+        (Some(step), Some(count)) => {
+            let width = (count - 1) as f64 * step;
+            let middle = (left + right) / 2.0;
+            let from = first.or(last.map(|last| last - width));
+            (from.unwrap_or(middle - width / 2.0), step, count)
+        }
+        (None, Some(count)) => (start, (end - start) / (count - 1) as f64, count),
+        (spacing, None) => {
+            let step = spacing.unwrap_or(data.pitch() / 2.0);
+            // The cast saturates. A last line that rounding puts beyond the end is on it.
+            let steps = ((end - start) / step + 1e-6).floor() as usize;
+            (start, step, steps.saturating_add(1))
+        }
+    };
+    if !(step > 0.0 && (2..=MOST_LINES).contains(&count)) {
+        return Err(Error::Usage(format!(
+            "from {} m to {} m at {} m there are {count} lines (--lateral-start, --lateral-end, --line-spacing); expected 2 to \
+             {MOST_LINES}, from left to right",
+            digits(start),
+            digits(end),
+            digits(step)
+        )));
     }
+    let at = |line: usize| Ray::down(first + line as f64 * step);
+    Ok((0..count).map(at).collect())
 }
 
 /// Where all transmits converge and each at a position of its own: a line through each focus, if they come

@@ -13,7 +13,7 @@ use bonebeam::geometry::{
 };
 use bonebeam::pipeline::{IqInput, LinePipeline};
 use bonebeam::simd::InstructionSet;
-use ndarray::{Array3, ArrayView3};
+use ndarray::{Array3, ArrayView3, CowArray, Ix3};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -51,6 +51,8 @@ pub struct DelayStage<'a> {
     set: InstructionSet,
     /// Whether each record is upsampled once for all lines.
     upsampled: bool,
+    /// The factor of each transmit's record, where they differ.
+    factors: Option<Vec<f32>>,
 }
 
 /// The core's stage for the kind of samples.
@@ -122,6 +124,14 @@ impl<'a> DelayStage<'a> {
         if upsampled {
             check_upsampling(&stage, &beams)?;
         }
+        let factors = match &parameters.transmit_weights {
+            Some(_) if beams.own => {
+                let message = "--transmit-weights is for transmits that are compounded; these make a line each";
+                return Err(Error::Usage(message.into()));
+            }
+            Some(weights) => Some(weights.factors(transmits, parameters.core.tukey_taper)?),
+            None => None,
+        };
         let transmits = (0..transmits).map(|t| Transmit {
             law: law(data, t),
             // A lens delays what is heard, there and back.
@@ -143,6 +153,7 @@ impl<'a> DelayStage<'a> {
             beams,
             set: InstructionSet::detect(),
             upsampled,
+            factors,
         })
     }
 
@@ -286,7 +297,7 @@ impl<'a> DelayStage<'a> {
         // What is not in row-major order is put into it, and each transmit is checked, once.
         match (&self.stage, frame) {
             (Stage::Rf(delay), FrameSamples::Rf(rf)) => {
-                let rf = rf.as_standard_layout();
+                let rf = self.weighted(&rf);
                 let records = records(rf.view(), range, Record::new)?;
                 if self.upsampled {
                     let rf = rf.as_slice().expect("a standard layout is contiguous");
@@ -305,7 +316,7 @@ impl<'a> DelayStage<'a> {
                 // Demodulated from the moment of t0, which a lens puts off.
                 let late = (2.0 * self.data.lens_delay * f_demod).rem_euclid(1.0);
                 let phase = late * std::f64::consts::TAU;
-                let iq = iq.as_standard_layout();
+                let iq = self.weighted(&iq);
                 let records = records(iq.view(), range, |iq, elements| {
                     IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, elements)?
                         .with_phase(phase)
@@ -322,6 +333,21 @@ impl<'a> DelayStage<'a> {
                 "the frame's samples are of another kind than the recording's".into(),
             )),
         }
+    }
+
+    /// The samples in row-major order, each transmit's times its factor.
+    fn weighted<'s, T>(&self, samples: &'s ArrayView3<'_, T>) -> CowArray<'s, T, Ix3>
+    where
+        T: Copy + std::ops::Mul<f32, Output = T>,
+    {
+        let Some(factors) = &self.factors else {
+            return samples.as_standard_layout();
+        };
+        let mut weighted = samples.as_standard_layout().into_owned();
+        for (mut record, &factor) in weighted.outer_iter_mut().zip(factors) {
+            record.mapv_inplace(|sample| sample * factor);
+        }
+        weighted.into()
     }
 
     fn array(&self) -> Array<'_> {

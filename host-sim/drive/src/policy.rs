@@ -96,7 +96,7 @@ pub fn working_memory(
             let rate = parameters.rate_of(data);
             let samples = (2.0 * (last - first) / c * rate).ceil() as usize;
             let (_, transmits, elements, _) = data.samples.dim();
-            let lines = parameters.line_count.unwrap_or(transmits.max(2 * elements));
+            let lines = lines_at_most(data, parameters);
             // The real parts of every element, and where every transmit is read.
             let upsampled = match parameters.rf_interpolation {
                 Some(RfInterpolation::Upsampled) => {
@@ -117,6 +117,20 @@ pub fn working_memory(
     let pictures = pictures.map(|pictures| pictures.memory());
     let all = beamforming.into_iter().chain(pictures).chain([SPARE]);
     all.fold(0, usize::saturating_add)
+}
+
+/// How many lines a recording makes, at most.
+fn lines_at_most(data: &ChannelData, parameters: &Beamform) -> usize {
+    let (_, transmits, elements, _) = data.samples.dim();
+    let [left, right] = [data.element_x[0], data.element_x[elements - 1]];
+    let width = parameters.lateral_end.unwrap_or(right) - parameters.lateral_start.unwrap_or(left);
+    let spacing = parameters.line_spacing.unwrap_or(data.pitch() / 2.0);
+    // The cast saturates.
+    let lateral = (width / spacing) as usize;
+    match parameters.line_count {
+        Some(count) => count,
+        None => transmits.max(2 * elements).max(lateral.saturating_add(1)),
+    }
 }
 
 /// What is asked for beside arrays whose sizes are known, for what is small and for what the system takes itself.

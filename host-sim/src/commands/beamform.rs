@@ -89,6 +89,8 @@ Examples:
   host-sim beamform channels.npz --power-steps 8 --adaptive-depth-start 0.015 --adaptive-depth-end 0.03 \\
       -o lines.npz
   host-sim beamform frames.npz --frames 0..10 -o lines.npz
+  host-sim beamform plane.npz --lateral-start -0.012 --lateral-end 0.012 --line-spacing 0.1e-3 \\
+      --transmit-weights hann --apodization hamming -o lines.npz
   host-sim beamform phased.npz --lines sector --sector 1.2 -o lines.npz --image sector.png
   host-sim beamform channels.npz -o lines.npz --image figure.svg --dynamic-range 60
   host-sim beamform channels.npz -o lines.npz --image bone.png --rows 512 --columns 512 \\

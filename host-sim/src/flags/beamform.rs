@@ -1,7 +1,8 @@
 //! The flags of delay and beamformer.
 
+use bonebeam::beamform::Apodization;
 use bonebeam::covariance::Covariance;
-use bonebeam_drive::config::{Beamform, Interpolation, LineKind, RfInterpolation};
+use bonebeam_drive::config::{Beamform, Interpolation, LineKind, RfInterpolation, TransmitWeights};
 use bonebeam_drive::methods::MethodName;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -69,9 +70,26 @@ pub struct BeamformFlags {
     #[arg(long, value_name = "N", help_heading = "Delay (channel data only)")]
     line_count: Option<usize>,
 
+    /// Distance between lines straight down, for transmits that are compounded, m [default: half the elements']
+    #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
+    line_spacing: Option<f64>,
+
+    /// Lateral position of the first line straight down, m [default: the first element's]
+    #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
+    lateral_start: Option<f64>,
+
+    /// Lateral position beyond which there is no line straight down, m [default: the last element's]
+    #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
+    lateral_end: Option<f64>,
+
     /// Angle from the first to the last line of a sector, rad [default: 1.5708]
     #[arg(long, value_name = "RAD", help_heading = "Delay (channel data only)")]
     sector: Option<f64>,
+
+    /// Weights of compounded transmits: one each, as 0.5,1,0.5, or a window over them, as hann; lines are the weighted
+    /// sum over the sum of the weights' magnitudes [default: equal ones]
+    #[arg(long, value_name = "W,…", value_parser = transmit_weights, help_heading = "Delay (channel data only)")]
+    transmit_weights: Option<TransmitWeights>,
 
     /// How RF is read where transmits are compounded [default: filtered]
     #[arg(long, value_enum, help_heading = "Delay (channel data only)")]
@@ -119,16 +137,36 @@ fn covariances() -> impl TypedValueParser<Value = Covariance> {
     })
 }
 
+/// Weights with commas between them, or the key of a window.
+fn transmit_weights(text: &str) -> Result<TransmitWeights, String> {
+    let windows = Apodization::EXAMPLES;
+    if let Some(window) = windows.into_iter().find(|window| window.key() == text) {
+        return Ok(TransmitWeights::Window(window));
+    }
+    let weights: Result<Vec<f64>, _> = text
+        .split(',')
+        .map(|weight| weight.trim().parse())
+        .collect();
+    weights.map(TransmitWeights::Each).map_err(|_| {
+        let keys = windows.map(|window| window.key()).join(", ");
+        format!("expected numbers with commas between them, or one of {keys}")
+    })
+}
+
 impl BeamformFlags {
     /// The flags that only channel data heed, and whether each was given.
-    pub fn of_delay(&self) -> [(&'static str, bool); 10] {
+    pub fn of_delay(&self) -> [(&'static str, bool); 14] {
         [
             ("--f-number", self.f_number.is_some()),
             ("--min-elements", self.min_elements.is_some()),
             ("--output-rate", self.output_rate.is_some()),
             ("--lines", self.lines.is_some()),
             ("--line-count", self.line_count.is_some()),
+            ("--line-spacing", self.line_spacing.is_some()),
+            ("--lateral-start", self.lateral_start.is_some()),
+            ("--lateral-end", self.lateral_end.is_some()),
             ("--sector", self.sector.is_some()),
+            ("--transmit-weights", self.transmit_weights.is_some()),
             ("--rf-interpolation", self.rf_interpolation.is_some()),
             ("--iq-interpolation", self.iq_interpolation.is_some()),
             ("--depth-start", self.depth_start.is_some()),
@@ -153,6 +191,11 @@ impl BeamformFlags {
         section.output_rate = self.output_rate.or(section.output_rate);
         section.lines = self.lines.or(section.lines);
         section.line_count = self.line_count.or(section.line_count);
+        section.line_spacing = self.line_spacing.or(section.line_spacing);
+        section.lateral_start = self.lateral_start.or(section.lateral_start);
+        section.lateral_end = self.lateral_end.or(section.lateral_end);
+        let weights = self.transmit_weights.clone();
+        section.transmit_weights = weights.or_else(|| section.transmit_weights.take());
         section.sector = self.sector.unwrap_or(section.sector);
         section.rf_interpolation = self.rf_interpolation.or(section.rf_interpolation);
         section.iq_interpolation = self.iq_interpolation.or(section.iq_interpolation);

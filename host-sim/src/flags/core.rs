@@ -1,7 +1,7 @@
 //! The flags of the core's parameters, from the core's table.
 
-use bonebeam::beamform::{Parameter, Parameters, Postfilter};
-use bonebeam_drive::config::{ALIASES, POSTFILTER};
+use bonebeam::beamform::{Apodization, Parameter, Parameters, Postfilter};
+use bonebeam_drive::config::{ALIASES, APODIZATION, POSTFILTER};
 use bonebeam_files::terminal::short;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
@@ -11,6 +11,7 @@ use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 pub(super) struct CoreFlags {
     values: Vec<(&'static str, f64)>,
     postfilter: Option<Postfilter>,
+    apodization: Option<Apodization>,
 }
 
 impl CoreFlags {
@@ -19,6 +20,7 @@ impl CoreFlags {
             parameters.set(name, value).expect("a row of the table");
         }
         parameters.postfilter = self.postfilter.unwrap_or(parameters.postfilter);
+        parameters.apodization = self.apodization.unwrap_or(parameters.apodization);
     }
 }
 
@@ -43,10 +45,16 @@ impl Args for CoreFlags {
         let values = Postfilter::EXAMPLES
             .map(|postfilter| PossibleValue::new(postfilter.key()).help(postfilter.help()));
         let parser = PossibleValuesParser::new(values).map(|key| postfilter(&key));
-        command.args(rows).arg(
-            flag(POSTFILTER, ValueParser::new(parser))
-                .help("The factor that multiplies the beamformer's output [default: none]"),
-        )
+        let postfilter = flag(POSTFILTER, ValueParser::new(parser))
+            .help("The factor that multiplies the beamformer's output [default: none]");
+        let values = Apodization::EXAMPLES
+            .map(|window| PossibleValue::new(window.key()).help(window.help()));
+        let parser = PossibleValuesParser::new(values).map(|key| apodization(&key));
+        let apodization = flag(APODIZATION, ValueParser::new(parser)).help(
+            "Receive weights across the active aperture: of the elements of das, of the subapertures of the other \
+             methods [default: none]",
+        );
+        command.args(rows).args([postfilter, apodization])
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -60,6 +68,7 @@ impl FromArgMatches for CoreFlags {
         Ok(CoreFlags {
             values: Parameters::TABLE.into_iter().filter_map(given).collect(),
             postfilter: matches.get_one(POSTFILTER).copied().flatten(),
+            apodization: matches.get_one(APODIZATION).copied().flatten(),
         })
     }
 
@@ -83,4 +92,10 @@ fn flag(key: &'static str, parser: ValueParser) -> Arg {
 fn postfilter(key: &str) -> Option<Postfilter> {
     let mut all = Postfilter::EXAMPLES.into_iter();
     all.find(|postfilter| postfilter.key() == key)
+}
+
+/// The apodization of a key.
+fn apodization(key: &str) -> Option<Apodization> {
+    let mut all = Apodization::EXAMPLES.into_iter();
+    all.find(|apodization| apodization.key() == key)
 }

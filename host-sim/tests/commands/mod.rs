@@ -7,7 +7,7 @@ mod simulate;
 use crate::common;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use bonebeam::beamform::{Parameters, Postfilter};
+use bonebeam::beamform::{Apodization, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use bonebeam_drive::config::{Beamform, Image};
 use bonebeam_drive::methods::MethodName;
@@ -232,7 +232,7 @@ fn the_written_configuration_repeats_the_run() {
         .write(&folder.path().join("data.npz"))
         .unwrap();
     let flags = "--method esmv --rank 3 --temporal-half-window 2 --covariance forward --diagonal-loading 0.1 \
-                 --subaperture-ratio 0.4 --postfilter coherence-factor --f-number 2 --min-elements 6 --output-rate 25e6 \
+                 --subaperture-ratio 0.4 --postfilter coherence-factor --apodization hamming --f-number 2 --min-elements 6 --output-rate 25e6 \
                  --depth-start 0.004 --depth-end 0.018 --dynamic-range 45 --rows 200 --median";
     run(
         &folder,
@@ -248,6 +248,7 @@ fn the_written_configuration_repeats_the_run() {
                 diagonal_loading: 0.1,
                 subaperture_ratio: 0.4,
                 postfilter: Postfilter::CoherenceFactor,
+                apodization: Apodization::Hamming,
                 ..Parameters::DEFAULT
             },
             covariance: Covariance::Forward,

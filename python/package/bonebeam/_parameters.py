@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict
 
 from . import _native
 
 Method = Literal["das", "mv", "esmv", "esmv-rank1"]
-Postfilter = Literal["none", "coherence-factor"]
+Postfilter = Literal["none", "coherence-factor", "generalized-coherence-factor"]
+Apodization = Literal["none", "hann", "hamming", "tukey"]
 Covariance = Literal["forward", "forward-backward"]
 LineKind = Literal["down", "normals", "sector"]
 Interpolation = Literal["linear", "cubic", "sinc"]
@@ -31,11 +32,17 @@ class BeamformerParameters(TypedDict, total=False):
     exclude_first: With ``esmv-rank1``: all eigenvectors but the first.
     power_steps: With ``esmv-rank1``: the eigenvector by so many steps of power iteration, 1 to 64, in the same time
         whatever the data are, in place of as many Lanczos steps as it takes.
-    postfilter: A factor that multiplies the output of any method: ``coherence-factor``, or ``none``, the default.
+    postfilter: A factor that multiplies the output of any method: ``coherence-factor``,
+        ``generalized-coherence-factor``, or ``none``, the default.
+    apodization: Receive weights across the active aperture, of the elements of ``das`` and of the subapertures of the
+        other methods: ``hann``, ``hamming``, ``tukey``, or ``none``, the default.
     subaperture_ratio: Length L of the subapertures over the active elements, above 0 and at most 1; 0.5 by default.
     temporal_half_window: K: the covariance is averaged over the samples n-K to n+K; 0 by default.
     covariance: ``forward`` (Eq. 2 of the paper) or ``forward-backward`` (Eq. 3), the default.
     diagonal_loading: Delta: Delta/L times the trace is added to the covariance's diagonal; 0.05 by default.
+    coherence_cutoff: Cycles across the active aperture up to which the generalized coherence factor counts spatial
+        frequencies as coherent, 0 to 64; 1 by default.
+    tukey_taper: Share of the active aperture over which a Tukey window falls, 0 to 1; 0.5 by default.
     """
 
     method: Method
@@ -44,10 +51,13 @@ class BeamformerParameters(TypedDict, total=False):
     exclude_first: bool
     power_steps: int | None
     postfilter: Postfilter
+    apodization: Apodization
     subaperture_ratio: float
     temporal_half_window: int
     covariance: Covariance
     diagonal_loading: float
+    coherence_cutoff: int
+    tukey_taper: float
 
 
 class DelayParameters(TypedDict, total=False):
@@ -60,7 +70,12 @@ class DelayParameters(TypedDict, total=False):
     lines: Direction of the lines of compounded transmits: ``down``, along the array's ``normals``, or in a
         ``sector``; by default what fits the array.
     line_count: Number of these lines; two an element by default.
+    line_spacing: Distance between lines that go straight down, m; half the elements' by default.
+    lateral_start, lateral_end: Lateral positions between which these lines go, m; those of the first and the last
+        element by default. Of both, ``line_spacing`` and ``line_count``, three at most are given.
     sector: Angle from the first to the last line of a sector, rad; pi/2 by default.
+    transmit_weights: Weights of compounded transmits, one each, or a window over them as ``hann``; lines are the
+        weighted sum over the sum of the weights' magnitudes. Equal ones by default.
     rf_interpolation: Interpolation of compounded RF: ``filtered`` for each line, the default, or ``upsampled`` once for
         all, within 3e-3 of that and faster if many transmits make a line.
     iq_interpolation: Interpolation of I/Q: ``linear``, ``cubic`` or ``sinc``; by default the cheapest within 1e-3.
@@ -74,7 +89,11 @@ class DelayParameters(TypedDict, total=False):
     output_rate: float | None
     lines: LineKind | None
     line_count: int | None
+    line_spacing: float | None
+    lateral_start: float | None
+    lateral_end: float | None
     sector: float | None
+    transmit_weights: Apodization | Sequence[float] | None
     rf_interpolation: RfInterpolation | None
     iq_interpolation: Interpolation | None
     depth_start: float | None
@@ -111,7 +130,8 @@ def section(function: str, known: type, parameters: Mapping[str, Any]) -> _nativ
         if key not in names(known):
             raise TypeError(f"{function}() got an unexpected keyword argument '{key}'")
         # A number of NumPy is one of Python.
-        value = value.item() if hasattr(value, "item") else value
+        value = value.tolist() if hasattr(value, "tolist") else value
+        value = list(value) if isinstance(value, tuple) else value
         if isinstance(value, float) and not math.isfinite(value):
             raise ValueError(f"`{key}` is {value}; expected a finite number")
         if value is not None:

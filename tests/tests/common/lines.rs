@@ -2,7 +2,8 @@
 //! core, the f32 reference, the f64 reference.
 
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameter, Parameters, Postfilter, Segment, constant_segments,
+    AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment,
+    constant_segments,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
@@ -24,20 +25,30 @@ pub const METHODS: [Method; Method::EXAMPLES.len() + 1] = {
     methods
 };
 
-/// Parameters that differ from the default in one way: every postfilter, and the example of every other one.
+/// Parameters beside the default: every postfilter, every apodization, and the example of every number, with the choices
+/// that take numbers.
 pub fn variants() -> Vec<Parameters> {
     let of_postfilter = |postfilter| Parameters {
         postfilter,
         ..Parameters::default()
     };
     let of_row = |row: &Parameter| {
-        let mut parameters = Parameters::default();
+        let mut parameters = Parameters {
+            postfilter: Postfilter::GeneralizedCoherenceFactor,
+            apodization: Apodization::Tukey,
+            ..Parameters::default()
+        };
         parameters.set(row.name, row.example).expect("a row's name");
         parameters
     };
     let postfilters = Postfilter::EXAMPLES.map(of_postfilter);
     let rows = Parameters::TABLE.iter().map(of_row);
-    postfilters.into_iter().chain(rows).collect()
+    let apodizations = Apodization::EXAMPLES.map(|apodization| Parameters {
+        apodization,
+        ..Parameters::default()
+    });
+    let choices = postfilters.into_iter().chain(apodizations);
+    choices.chain(rows).collect()
 }
 
 /// Aligned samples of one beam, [sample, element], and each sample's active elements.

@@ -1,6 +1,7 @@
 //! Delay and sum.
 
 use crate::beamform::aligned_line::AlignedLine;
+use crate::beamform::apodization::Window;
 use crate::beamform::segment::Segment;
 use num_complex::Complex;
 
@@ -13,8 +14,18 @@ const BLOCK: usize = 8;
 /// At the line's own scale where the sum can neither overflow nor lose bits to the end of the floats'
 /// range, else at its working scale; both give the same bits, but for samples below `2⁻¹²⁶` of the
 /// line's largest.
+///
+/// With a window it is [`Window::das`].
 #[inline(always)]
-pub(in crate::beamform) fn das(segment: &Segment<'_>, count: usize, z: &mut [Complex<f32>]) {
+pub(in crate::beamform) fn das(
+    segment: &Segment<'_>,
+    count: usize,
+    window: Option<&Window>,
+    z: &mut [Complex<f32>],
+) {
+    if let Some(window) = window {
+        return window.das(segment, count, z);
+    }
     let line = &segment.line;
     let samples = line.samples_from(segment.first_sample);
     for (z, snapshot) in z.iter_mut().zip(samples.chunks_exact(line.elements())) {
@@ -30,9 +41,16 @@ pub(in crate::beamform) fn das(segment: &Segment<'_>, count: usize, z: &mut [Com
     }
 }
 
-/// `1/count` each.
-pub(in crate::beamform) fn weights(_: &Segment<'_>, weights: &mut [Complex<f32>]) {
-    weights.fill(Complex::new(1.0 / weights.len() as f32, 0.0));
+/// `1/count` each, or the window over its sum.
+pub(in crate::beamform) fn weights(
+    _: &Segment<'_>,
+    window: Option<&Window>,
+    weights: &mut [Complex<f32>],
+) {
+    match window {
+        Some(window) => window.weights(weights),
+        None => weights.fill(Complex::new(1.0 / weights.len() as f32, 0.0)),
+    }
 }
 
 /// The mean at the line's working scale, put back.
@@ -73,7 +91,7 @@ mod tests {
             first_sample: 0,
         };
         let mut z = [Complex::new(0.0, 0.0); 2];
-        das(&segment, 1, &mut z);
+        das(&segment, 1, None, &mut z);
         assert_eq!(z, x);
     }
 }

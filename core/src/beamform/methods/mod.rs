@@ -9,6 +9,7 @@ mod mv;
 
 pub(super) use eigenspace::{Subspace, at_least_floor, rank_order};
 
+use super::apodization::Window;
 use super::segment::Segment;
 use super::table::{Parameter, Range, choices, range};
 use super::workspace::Solver;
@@ -77,13 +78,18 @@ const STEPS: Parameter = Parameter {
     range: range!(1 to 64),
 };
 
+/// Makes the samples of a segment's `count` active elements, apodized by a window.
+type Output =
+    fn(segment: &Segment<'_>, count: usize, window: Option<&Window>, z: &mut [Complex<f32>]);
+
 /// A method that takes no covariance, and so neither a subaperture nor memory: it works straight on the
 /// aligned samples of a segment's `count` active elements.
 pub(super) struct Direct {
     /// Makes `z`.
-    pub(super) output: fn(segment: &Segment<'_>, count: usize, z: &mut [Complex<f32>]),
+    pub(super) output: Output,
     /// Makes the weights of the segment's first sample, one an active element.
-    pub(super) weights: fn(segment: &Segment<'_>, weights: &mut [Complex<f32>]),
+    pub(super) weights:
+        fn(segment: &Segment<'_>, window: Option<&Window>, weights: &mut [Complex<f32>]),
 }
 
 impl Method {

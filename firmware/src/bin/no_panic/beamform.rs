@@ -2,7 +2,7 @@
 
 use crate::{opaque, take};
 use bonebeam::beamform::{
-    AlignedLine, Beamformer, Method, Parameters, Postfilter, Segment, Sizes, Workspace,
+    AlignedLine, Apodization, Beamformer, Method, Parameters, Postfilter, Segment, Sizes, Workspace,
     constant_segments, segments_within,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
@@ -96,6 +96,11 @@ fn choices() {
     take((postfilter.key(), postfilter.name(), postfilter.help()));
     take((postfilter.parameter(), postfilter.argument()));
     take(postfilter.with_argument(opaque(1.0)));
+    let apodization = opaque(Apodization::None);
+    take((apodization.key(), apodization.name(), apodization.help()));
+    take((apodization.parameter(), apodization.argument()));
+    take(apodization.with_argument(opaque(1.0)));
+    take(apodization.weight(opaque(0.5), opaque(1), opaque(8)));
     let mut parameters = opaque(Parameters::default());
     take(parameters.set(opaque("loading"), opaque(1.0)));
     take(parameters.values());

@@ -1,6 +1,6 @@
 //! The core's parameters in the section `[beamform]`: keys and ranges from the core's table.
 //!
-//! A row of [`Parameters::TABLE`] is a key and a range here without being named. So is the postfilter.
+//! A row of [`Parameters::TABLE`] is a key and a range here without being named. So are postfilter and apodization.
 
 use bonebeam::Error as Refused;
 use bonebeam::beamform::{Parameter, Parameters};
@@ -10,6 +10,8 @@ use bonebeam_files::settings::out_of_range;
 
 /// The key of the postfilter.
 pub const POSTFILTER: &str = "postfilter";
+/// The key of the apodization.
+pub const APODIZATION: &str = "apodization";
 /// Former names of keys and flags.
 pub const ALIASES: [(&str, &str); 3] = [
     ("temporal", "temporal_half_window"),

@@ -7,7 +7,7 @@ mod phase_symmetry;
 
 pub(crate) use core::plain;
 
-pub use beamform::{Beamform, Interpolation, LineKind, RfInterpolation};
-pub use core::{ALIASES, POSTFILTER};
+pub use beamform::{Beamform, Interpolation, LineKind, RfInterpolation, TransmitWeights};
+pub use core::{ALIASES, APODIZATION, POSTFILTER};
 pub use image::{Image, LONGER_SIDE};
 pub use phase_symmetry::{PhaseSymmetry, Size};

@@ -8,14 +8,14 @@ mod validate;
 
 use std::ops::Range;
 
-use bonebeam::beamform::Parameters;
+use bonebeam::beamform::{Apodization, Parameters};
 use bonebeam::covariance::Covariance;
 use bonebeam::delay::{IqInterpolation, MAX_DECIMATION};
 use bonebeam::geometry::Axis;
 use bonebeam::pipeline::DepthGate;
 use serde::{Deserialize, Serialize};
 
-use super::core::POSTFILTER;
+use super::core::{APODIZATION, POSTFILTER};
 use crate::methods::{MethodName, Options, default_beta};
 use crate::names::keys;
 use crate::{Error, Result};
@@ -40,6 +40,45 @@ pub enum LineKind {
     Normals,
     /// A fan from the array's middle
     Sector,
+}
+
+/// The weights of compounded transmits.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum TransmitWeights {
+    /// A window over the transmits in their order.
+    Window(Apodization),
+    /// One each.
+    Each(Vec<f64>),
+}
+
+impl TransmitWeights {
+    /// The factor of each of so many records, so that their mean is the sum of the weighted ones over that of the
+    /// weights' magnitudes.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for another number of weights, or weights that are not finite or all zero.
+    pub fn factors(&self, transmits: usize, tukey_taper: f32) -> Result<Vec<f32>> {
+        let weights: Vec<f64> = match self {
+            TransmitWeights::Window(window) => (0..transmits)
+                .map(|transmit| f64::from(window.weight(tukey_taper, transmit, transmits)))
+                .collect(),
+            TransmitWeights::Each(weights) => weights.clone(),
+        };
+        let total: f64 = weights.iter().map(|weight| weight.abs()).sum();
+        if weights.len() != transmits || !(total > 0.0 && total.is_finite()) {
+            return Err(Error::Usage(format!(
+                "--transmit-weights has {} weights of a sum of magnitudes of {total}; expected {transmits} finite ones, not \
+                 all 0",
+                weights.len()
+            )));
+        }
+        let scale = transmits as f64 / total;
+        Ok(weights
+            .iter()
+            .map(|weight| (weight * scale) as f32)
+            .collect())
+    }
 }
 
 /// How RF is read between its samples, where transmits are compounded.
@@ -99,7 +138,7 @@ pub struct Beamform {
     /// right to f32's accuracy.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power_steps: Option<usize>,
-    /// The parameters of the core's table, and the postfilter. [`Beamform::parameters`] adds the method.
+    /// The parameters of the core's table, postfilter and apodization. [`Beamform::parameters`] adds the method.
     #[serde(skip)]
     pub core: Parameters,
     /// Forward only (Eq. 2), or forward-backward (Eq. 3).
@@ -123,8 +162,20 @@ pub struct Beamform {
     /// How many there are; without it, two an element.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line_count: Option<usize>,
+    /// The distance between lines that go straight down, m; without it, half the distance of the elements.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line_spacing: Option<f64>,
+    /// The lateral position of the first line that goes straight down, m; without it, that of the first element.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lateral_start: Option<f64>,
+    /// The lateral position that no line lies beyond, m; without it, that of the last element.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lateral_end: Option<f64>,
     /// The angle of a sector from its first to its last line, rad.
     pub sector: f64,
+    /// The weights of compounded transmits; without them, equal ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub transmit_weights: Option<TransmitWeights>,
     /// How RF of compounded transmits is read; without it, by the delay stage's filter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rf_interpolation: Option<RfInterpolation>,
@@ -161,7 +212,11 @@ impl Default for Beamform {
             output_rate: None,
             lines: None,
             line_count: None,
+            line_spacing: None,
+            lateral_start: None,
+            lateral_end: None,
             sector: std::f64::consts::FRAC_PI_2,
+            transmit_weights: None,
             rf_interpolation: None,
             iq_interpolation: None,
             depth_start: None,
@@ -177,7 +232,7 @@ impl Beamform {
     pub fn keys() -> impl Iterator<Item = &'static str> {
         let core = Parameters::TABLE.map(|row| row.name);
         let host = keys::<Self>().iter().copied();
-        host.chain([POSTFILTER]).chain(core)
+        host.chain([POSTFILTER, APODIZATION]).chain(core)
     }
 
     /// Fills in β where the method needs it and has neither β nor a rank, so that the written

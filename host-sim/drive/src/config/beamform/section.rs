@@ -9,7 +9,7 @@ use serde::de::{DeserializeSeed, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::super::core::{POSTFILTER, plain, row};
+use super::super::core::{APODIZATION, POSTFILTER, plain, row};
 use super::Beamform;
 
 impl Serialize for Beamform {
@@ -43,6 +43,7 @@ impl Serialize for Core<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
         map.serialize_entry(POSTFILTER, self.0.postfilter.key())?;
+        map.serialize_entry(APODIZATION, self.0.apodization.key())?;
         for (row, value) in Parameters::TABLE.into_iter().zip(self.0.values()) {
             match row.whole {
                 true => map.serialize_entry(row.name, &(value as u64))?,
@@ -97,6 +98,7 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Others<'_, A> {
             match key {
                 Key::Other(key) => return Ok(Some(key)),
                 Key::Postfilter => self.core.postfilter = self.map.next_value()?,
+                Key::Apodization => self.core.apodization = self.map.next_value()?,
                 Key::Row(row) => {
                     let value = match row.whole {
                         true => self.map.next_value::<usize>()? as f64,
@@ -120,6 +122,7 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Others<'_, A> {
 enum Key<T> {
     Row(&'static Parameter),
     Postfilter,
+    Apodization,
     Other(T),
 }
 
@@ -139,6 +142,9 @@ impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for KeySeed<'_, K> {
         }
         if key == POSTFILTER {
             return Ok(Key::Postfilter);
+        }
+        if key == APODIZATION {
+            return Ok(Key::Apodization);
         }
         let seed = self.0.take().expect("one key of another kind at a time");
         let key = seed.deserialize(CowStrDeserializer::new(key))?;

@@ -33,6 +33,10 @@ impl Beamform {
         if let Some(count) = self.line_count.filter(|count| !LINE_COUNTS.contains(count)) {
             return Err(out_of_range(SECTION, "line_count", count, "2 to 65536"));
         }
+        if let Some(spacing) = self.line_spacing {
+            check_positive(SECTION, "line_spacing", spacing, SPACINGS, " (m)")?;
+        }
+        self.validate_lateral()?;
         if !(self.sector > 0.0 && self.sector < std::f64::consts::PI) {
             let expected = "above 0 and below pi (rad)";
             return Err(out_of_range(SECTION, "sector", self.sector, expected));
@@ -47,6 +51,33 @@ impl Beamform {
         check_depths(keys, depths)?;
         let keys = ["depth_start", "depth_end"];
         check_depths(keys, [self.depth_start, self.depth_end])
+    }
+
+    /// Lateral positions are lengths, in order, and of first line, last line, spacing and count one follows from the
+    /// others.
+    fn validate_lateral(&self) -> Result<()> {
+        let widest = LENGTHS[1];
+        let ends = [self.lateral_start, self.lateral_end];
+        for (key, end) in ["lateral_start", "lateral_end"].into_iter().zip(ends) {
+            if let Some(end) = end.filter(|end| !(end.abs() <= widest)) {
+                let expected = format!("at least -{widest} and at most {widest} (m)");
+                return Err(out_of_range(SECTION, key, end, &expected));
+            }
+        }
+        if let [Some(start), Some(end)] = ends {
+            if end <= start {
+                let expected = format!("more than the start of {} (m)", short(start));
+                return Err(out_of_range(SECTION, "lateral_end", end, &expected));
+            }
+            if self.line_spacing.is_some() && self.line_count.is_some() {
+                return Err(Error::Usage(
+                    "--lateral-start, --lateral-end, --line-spacing and --line-count are one too many: each follows from \
+                     the others"
+                        .into(),
+                ));
+            }
+        }
+        Ok(())
     }
 
     fn validate_method(&self) -> Result<()> {

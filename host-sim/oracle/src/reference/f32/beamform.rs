@@ -1,7 +1,7 @@
 //! DAS, MV and ESMV of one line in plain loops, in the order of operations of
 //! `bonebeam::beamform`.
 
-use bonebeam::beamform::{Method, Parameters, Postfilter};
+use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use num_complex::Complex;
 
@@ -33,7 +33,11 @@ pub fn beamform(
     }
     let working = libm::ilogbf(largest).clamp(-126, 126);
     let exponent = match working {
-        -64..=64 if parameters.method == Method::Das => 0,
+        -64..=64
+            if parameters.method == Method::Das && parameters.apodization == Apodization::None =>
+        {
+            0
+        }
         exponent => exponent,
     };
     let times = |factor: f32| -> Vec<Vec<Complex<f32>>> {
@@ -79,23 +83,40 @@ pub fn beamform(
         .collect();
     if parameters.postfilter != Postfilter::None {
         for ((z, sample), &(first, count)) in z.iter_mut().zip(&at_working_scale).zip(active) {
-            *z *= postfilter(&sample[first..first + count], parameters.postfilter);
+            *z *= postfilter(&sample[first..first + count], parameters);
         }
     }
     z
 }
 
 /// The postfilter's factor for the active elements `x` of a sample.
-fn postfilter(x: &[Complex<f32>], postfilter: Postfilter) -> f32 {
+fn postfilter(x: &[Complex<f32>], parameters: &Parameters) -> f32 {
     let mut sum = Complex::<f32>::ZERO;
     let mut power = 0.0;
     for value in x {
         sum += value;
         power += value.norm_sqr();
     }
-    let factor = match postfilter {
+    let all = power * x.len() as f32;
+    let factor = match parameters.postfilter {
         Postfilter::None => 1.0,
-        Postfilter::CoherenceFactor => sum.norm_sqr() / (power * x.len() as f32),
+        Postfilter::CoherenceFactor => sum.norm_sqr() / all,
+        Postfilter::GeneralizedCoherenceFactor => {
+            let mut coherent = sum.norm_sqr();
+            for k in 1..=parameters.coherence_cutoff.min((x.len() - 1) / 2) {
+                let mut cosines = Complex::<f32>::ZERO;
+                let mut sines = Complex::<f32>::ZERO;
+                for (m, value) in x.iter().enumerate() {
+                    let turns = (k * m % x.len()) as f32 / x.len() as f32;
+                    let (sine, cosine) = libm::sincosf(std::f32::consts::TAU * turns);
+                    cosines += value * cosine;
+                    sines += value * sine;
+                }
+                let both = cosines.norm_sqr() + sines.norm_sqr();
+                coherent = coherent + both + both;
+            }
+            coherent / all
+        }
     };
     match power > 0.0 {
         true if factor < 1.0 => factor,
@@ -184,6 +205,51 @@ fn intermediates_of<T: Number>(a: &[Vec<T>]) -> Intermediates {
     }
 }
 
+/// The weights of `count` elements or subapertures; 1 each without apodization.
+fn apodization(count: usize, parameters: &Parameters) -> Vec<f32> {
+    let (taper, edge) = match parameters.apodization {
+        Apodization::None => return vec![1.0; count],
+        Apodization::Hann => (1.0, 0.0),
+        Apodization::Hamming => (1.0, 0.08),
+        Apodization::Tukey => (parameters.tukey_taper, 0.0),
+    };
+    let weight = |index: usize| {
+        let from_middle = (2 * index + 1).abs_diff(count) as f32 / count as f32;
+        let u: f32 = (from_middle - (1.0 - taper)) / taper;
+        if u > 0.0 {
+            let cosine = libm::cosf(std::f32::consts::PI * u);
+            edge + (1.0 - edge) * (0.5 + 0.5 * cosine)
+        } else {
+            1.0
+        }
+    };
+    (0..count).map(weight).collect()
+}
+
+/// The weights' sum in ascending order; of ones it is exact.
+fn total(weights: &[f32]) -> f32 {
+    weights.iter().fold(0.0, |sum, weight| sum + weight)
+}
+
+/// `Σ_l v_l·x[l+i]`: by sliding without apodization, term by term with it.
+fn subapertures(
+    x: &[Complex<f32>],
+    subaperture: usize,
+    parameters: &Parameters,
+    weights: &[f32],
+) -> Vec<Complex<f32>> {
+    if parameters.apodization == Apodization::None {
+        return subaperture_sum(x, subaperture);
+    }
+    let mut sums = vec![Complex::ZERO; subaperture];
+    for (l, weight) in weights.iter().enumerate() {
+        for (i, sum) in sums.iter_mut().enumerate() {
+            *sum += x[l + i] * weight;
+        }
+    }
+    sums
+}
+
 fn subaperture(elements: usize, parameters: &Parameters) -> usize {
     ((parameters.subaperture_ratio * elements as f64).floor() as usize).max(1)
 }
@@ -191,13 +257,15 @@ fn subaperture(elements: usize, parameters: &Parameters) -> usize {
 /// The samples of a run with one active set; `elements` has K more on each side.
 fn run_forward(elements: &[Vec<Complex<f32>>], parameters: &Parameters) -> Vec<Complex<f32>> {
     let n = subaperture(elements[0].len(), parameters);
-    let gain = (elements[0].len() - n + 1) as f32;
+    let weights = apodization(elements[0].len() - n + 1, parameters);
+    let gain = total(&weights);
     let steering = vec![Complex::ONE; n];
     let sums: Vec<_> = elements.iter().map(|x| forward(x, n)).collect();
     outputs(elements, &sums, parameters, |r, x| {
         let (factor, added) = loading(forward_trace(r), n, parameters)?;
         let a = with_diagonal(scaled(r, factor), added);
-        Some(response(&a, &steering, &subaperture_sum(x, n), parameters.method) / gain)
+        let data = subapertures(x, n, parameters, &weights);
+        Some(response(&a, &steering, &data, parameters.method) / gain)
     })
 }
 
@@ -207,13 +275,14 @@ fn run_forward_backward(
     parameters: &Parameters,
 ) -> Vec<Complex<f32>> {
     let n = subaperture(elements[0].len(), parameters);
-    let gain = (2 * (elements[0].len() - n + 1)) as f32;
+    let weights = apodization(elements[0].len() - n + 1, parameters);
+    let gain = 2.0 * total(&weights);
     let steering = real_form_of_steering(n);
     let sums: Vec<_> = elements.iter().map(|x| mirrored(&forward(x, n))).collect();
     outputs(elements, &sums, parameters, |f, x| {
         let (factor, added) = loading(real_form_trace(f), n, parameters)?;
         let a = with_diagonal(real_form(f, factor), added);
-        let data = real_form_of_data(&subaperture_sum(x, n));
+        let data = real_form_of_data(&subapertures(x, n, parameters, &weights));
         Some(response(&a, &steering, &data, parameters.method) / gain)
     })
 }
@@ -240,10 +309,11 @@ fn outputs(
         let x = &elements[i + temporal_half_window];
         if parameters.method == Method::Das {
             let mut sum = Complex::ZERO;
-            for value in x {
-                sum += value;
+            let weights = apodization(x.len(), parameters);
+            for (value, weight) in x.iter().zip(&weights) {
+                sum += value * weight;
             }
-            z.push(sum / x.len() as f32);
+            z.push(sum / total(&weights));
             continue;
         }
         // Blocks of 2K+1 samples are counted from the run's first one.

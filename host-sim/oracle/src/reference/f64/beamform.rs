@@ -3,7 +3,7 @@
 
 use std::ops::{Range, RangeInclusive};
 
-use bonebeam::beamform::{Method, Parameters, Postfilter};
+use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, SymmetricEigen};
 use ndarray::ArrayView2;
@@ -59,6 +59,10 @@ pub struct Sample {
     pub averaging: Covariance,
     /// The postfilter's factor.
     pub factor: f64,
+    /// The weights of the elements, of a sum of 1.
+    element_weights: DVector<f64>,
+    /// Those of the subapertures.
+    subaperture_weights: DVector<f64>,
 }
 
 impl Sample {
@@ -97,10 +101,17 @@ impl Sample {
 
         let elements = snapshots(x, n, active, active.1).column(0).into_owned();
         let snapshots = snapshots(x, n, active, subaperture);
-        let factor = postfilter(&elements, parameters.postfilter);
+        let factor = postfilter(&elements, parameters);
+        let weights = [elements.len(), snapshots.ncols()].map(|n| apodization(n, parameters));
         let sample = Sample::of(elements, snapshots, covariance, averaging)
             .ok_or_else(|| Error::Data(format!("the covariance of sample {n} is singular")))?;
-        Ok(Some(Sample { factor, ..sample }))
+        let [element_weights, subaperture_weights] = weights;
+        Ok(Some(Sample {
+            factor,
+            element_weights,
+            subaperture_weights,
+            ..sample
+        }))
     }
 
     /// The same data with another loaded covariance; `None` where it is not positive definite.
@@ -109,6 +120,8 @@ impl Sample {
         let sample = Sample::of(elements, snapshots, covariance, self.averaging)?;
         Some(Sample {
             factor: self.factor,
+            element_weights: self.element_weights.clone(),
+            subaperture_weights: self.subaperture_weights.clone(),
             ..sample
         })
     }
@@ -120,6 +133,9 @@ impl Sample {
         averaging: Covariance,
     ) -> Option<Self> {
         let steering = Vector::from_element(covariance.nrows(), Complex::ONE);
+        let equal = |count: usize| DVector::from_element(count, 1.0 / count as f64);
+        let (element_weights, subaperture_weights) =
+            (equal(elements.len()), equal(snapshots.ncols()));
         let solved = Cholesky::new(covariance.clone())?.solve(&steering);
         Some(Sample {
             elements,
@@ -128,12 +144,16 @@ impl Sample {
             minimum_variance: &solved / steering.dotc(&solved),
             averaging,
             factor: 1.0,
+            element_weights,
+            subaperture_weights,
         })
     }
 
-    /// Eq. 4: the mean over the subapertures of wᴴX̄_l.
+    /// Eq. 4: the mean over the subapertures of wᴴX̄_l, weighted by the apodization.
     pub fn output(&self, weights: &Vector) -> Complex<f64> {
-        (weights.adjoint() * &self.snapshots).mean()
+        let of_subapertures = weights.adjoint() * &self.snapshots;
+        let weighted = of_subapertures.iter().zip(&self.subaperture_weights);
+        weighted.map(|(value, weight)| value * weight).sum()
     }
 
     /// Eq. 5: the eigenvalues and eigenvectors of the loaded covariance in use.
@@ -174,7 +194,11 @@ impl Sample {
             z: self.output(&eigenspace.project(w, kept)),
         };
         let kept = match method {
-            Method::Das => return vec![Answer::new(self.elements.mean())],
+            Method::Das => {
+                let weighted = self.elements.iter().zip(&self.element_weights);
+                let sum = weighted.map(|(value, weight)| value * weight).sum();
+                return vec![Answer::new(sum)];
+            }
             Method::Mv => return vec![Answer::new(self.output(w))],
             Method::EsmvBeta(beta) => {
                 let ranks = eigenspace.ranks(f64::from(beta), tolerance);
@@ -244,13 +268,48 @@ impl Sample {
 }
 
 /// The postfilter's factor for the active elements `x` of a sample.
-fn postfilter(x: &Vector, postfilter: Postfilter) -> f64 {
-    let power = x.norm_squared();
-    match postfilter {
-        Postfilter::None => 1.0,
-        _ if power == 0.0 => 0.0,
-        Postfilter::CoherenceFactor => x.sum().norm_sqr() / (x.len() as f64 * power),
+fn postfilter(x: &Vector, parameters: &Parameters) -> f64 {
+    let (count, power) = (x.len(), x.norm_squared());
+    // |p_k|², the power of the elements' discrete Fourier transform at frequency k.
+    let spectrum = |k: isize| {
+        let turn = std::f64::consts::TAU * k as f64 / count as f64;
+        let terms = x.iter().enumerate();
+        let p: Complex<f64> = terms
+            .map(|(m, value)| value * Complex::from_polar(1.0, -turn * m as f64))
+            .sum();
+        p.norm_sqr()
+    };
+    let cutoff = match parameters.postfilter {
+        Postfilter::None => return 1.0,
+        Postfilter::CoherenceFactor => 0,
+        Postfilter::GeneralizedCoherenceFactor => {
+            parameters.coherence_cutoff.min((count - 1) / 2) as isize
+        }
+    };
+    if power == 0.0 {
+        return 0.0;
     }
+    (-cutoff..=cutoff).map(spectrum).sum::<f64>() / (count as f64 * power)
+}
+
+/// The window of the apodization at the middles of `count` places, over its sum.
+fn apodization(count: usize, parameters: &Parameters) -> DVector<f64> {
+    let (taper, edge) = match parameters.apodization {
+        Apodization::None => return DVector::from_element(count, 1.0 / count as f64),
+        Apodization::Hann => (1.0, 0.0),
+        Apodization::Hamming => (1.0, 0.08),
+        Apodization::Tukey => (f64::from(parameters.tukey_taper), 0.0),
+    };
+    let window = DVector::from_fn(count, |index, _| {
+        let t = (2.0 * index as f64 + 1.0) / count as f64 - 1.0;
+        let beyond = t.abs() - (1.0 - taper);
+        if beyond <= 0.0 {
+            return 1.0;
+        }
+        let hann = (1.0 + (std::f64::consts::PI * beyond / taper).cos()) / 2.0;
+        edge + (1.0 - edge) * hann
+    });
+    &window / window.sum()
 }
 
 /// A right value of z.
