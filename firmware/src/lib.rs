@@ -3,8 +3,10 @@
 #![no_std]
 
 mod fault;
+mod scanner;
 
 pub use fault::guard_stack;
+pub use scanner::{Scanner, load};
 
 use core::panic::PanicInfo;
 

@@ -3,7 +3,8 @@
 /// What the elements recorded of one transmit: `N` samples of `M` elements, each an `S`, with the head
 /// that the front end puts before them.
 ///
-/// `S` is `[i16; 2]` for I/Q, I first, and `i16` for RF.
+/// `S` is `[i16; 2]` for I/Q, I first, and `i16` for RF. For `[element][sample]`, `M` is the number of samples and `N`
+/// that of elements.
 ///
 /// It begins on a cache line of 32 bytes and fills whole ones, so that invalidating the lines of a block
 /// that DMA has written touches nothing else. The samples begin 8 bytes after the block.
@@ -35,6 +36,37 @@ impl Overflow {
     /// Whether nothing went wrong.
     pub const fn is_none(self) -> bool {
         self.0 == 0
+    }
+}
+
+/// A sample: `i16` of RF, or `[i16; 2]` of I/Q.
+pub trait Sample: Copy {
+    /// Whether one of its numbers is at `limit` or −`limit`, or beyond.
+    fn saturated(self, limit: u16) -> bool;
+}
+
+impl Sample for i16 {
+    fn saturated(self, limit: u16) -> bool {
+        self.unsigned_abs() >= limit
+    }
+}
+
+impl Sample for [i16; 2] {
+    fn saturated(self, limit: u16) -> bool {
+        self[0].saturated(limit) || self[1].saturated(limit)
+    }
+}
+
+impl<S: Sample, const M: usize, const N: usize> Block<S, M, N> {
+    /// Samples at the end of the converter's range, ±`limit`: 8191 for 14 bits. A pass over the block.
+    ///
+    /// The front end's flag [`Overflow::CLIPPED`] says that there is one. A few clipped samples do not spoil a line;
+    /// many do.
+    pub fn saturated(&self, limit: u16) -> u32 {
+        let samples = self.samples.as_flattened().iter();
+        samples
+            .map(|sample| u32::from(sample.saturated(limit)))
+            .sum()
     }
 }
 

@@ -1,70 +1,121 @@
-//! From blocks to a bone map: what the main loop does, for the scan of [`scan`](crate::scan).
+//! From blocks to a bone map: what the main loop does.
 
 use bonebeam::Error;
-use bonebeam::beamform::Sizes;
-use bonebeam::covariance::Covariance;
-use bonebeam::delay::{IqDelay, IqLayout, IqRecord, IqSamples};
-use bonebeam::memory::{Memory, Need};
-use bonebeam::pipeline::{Frame, Pipeline};
+use bonebeam::delay::Stage;
+use bonebeam::memory::Scratch;
+use bonebeam::pipeline::Frame;
 
-use crate::scan::{ELEMENTS, INPUT, PARAMETERS, ScanBlock, TRANSMIT};
+use crate::{Plan, Probe};
 
-/// The plan: what follows from the parameters once and for all.
-pub type Plan = Pipeline<'static, IqDelay>;
-
-/// The scan's plan.
+/// A plan at work on records: a line at a time, then image and map.
 ///
-/// # Errors
-/// None: the parameters of [`scan`](crate::scan) are valid.
-pub fn plan() -> Result<Plan, Error> {
-    Pipeline::of_iq(PARAMETERS, INPUT)
+/// `LINES` is [`Probe::LINES`]. Two probes share one memory: its need is [`Need::or`] of both, and a chain of the
+/// one ends before a chain of the other begins. That plans nothing anew: both plans lie ready.
+///
+/// ```
+/// use bonebeam::memory::{Memory, Need};
+/// use stream::scan::{self, Reference};
+/// use stream::{Chain, Probe};
+///
+/// const NEED: Need = Reference::NEED; // .or(Other::NEED)
+/// let plan = Reference::plan()?;
+/// let mut memory = Box::new(Memory::<{ NEED.real }, { NEED.complex }>::new());
+/// let mut chain = Chain::<Reference, { Reference::LINES }>::new(&plan, memory.scratch())?;
+/// let block = scan::ScanBlock::filled([0; 2]);
+/// chain.line(0, &scan::record(&block)?, Default::default())?;
+/// // An image of one line says so.
+/// assert_eq!(chain.image()?.missing, scan::BEAMS - 1);
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
+///
+/// [`Need::or`]: bonebeam::memory::Need::or
+pub struct Chain<'m, P: Probe, const LINES: usize> {
+    frame: Frame<'m, 'm, P::Stage>,
+    lines: [Option<Line>; LINES],
 }
 
-const NEED: Need = match PARAMETERS.need_of_iq(Covariance::ForwardBackward) {
-    Ok(need) => need,
-    Err(_) => panic!("the scan is not valid"),
-};
-
-/// The beamformer's shapes. They are constants, which makes its loops shorter.
-const SIZES: Sizes = PARAMETERS.beamformer.sizes(ELEMENTS);
-
-/// The memory of a [`Chain`], for a `static`.
-pub type ChainMemory = Memory<{ NEED.real }, { NEED.complex }>;
-
-/// A plan at work on blocks: a line at a time, then image and map.
-pub struct Chain<'m> {
-    frame: Frame<'m, 'm, IqDelay>,
+/// A line of the image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Line {
+    /// The record's stamp.
+    pub stamp: Stamp,
+    /// Whether it came since the last image.
+    pub fresh: bool,
 }
 
-impl<'m> Chain<'m> {
-    /// A chain that has seen no block.
+/// What is known of a record beside its samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Stamp {
+    /// Time of its end, ticks of the application's clock, which may wrap.
+    pub time: u32,
+    /// Samples at the end of the converter's range: [`Block::saturated`](crate::Block::saturated).
+    pub saturated: u32,
+}
+
+/// An image and the state of its lines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Image<'c> {
+    /// Pixels, row-major, 0 to 255.
+    pub pixels: &'c [f32],
+    /// Lines that did not come since the last image: old ones, or black ones. 0 for a whole image.
+    pub missing: usize,
+    /// Samples at the end of the converter's range, in all of its lines.
+    pub saturated: u32,
+}
+
+impl<'m, P: Probe, const LINES: usize> Chain<'m, P, LINES> {
+    /// A chain that has seen no record.
     ///
     /// # Errors
-    /// [`Error::Length`] for a plan of other sizes than the scan's. Another beamformer of the scan's
-    /// subaperture and time window, another reading and a depth gate change none.
-    pub fn new(plan: &'m Plan, memory: &'m mut ChainMemory) -> Result<Self, Error> {
+    /// [`Error::Length`] for less memory than [`Probe::NEED`]; more is no error. A plan of other parameters than
+    /// the probe's is an error of [`Chain::line`], if the beamformer's shapes differ.
+    pub fn new(plan: &'m Plan<P>, scratch: Scratch<'m>) -> Result<Self, Error> {
+        const {
+            assert!(LINES == P::LINES);
+        }
         Ok(Chain {
-            frame: Frame::new(plan, memory.scratch())?,
+            frame: Frame::new(plan, scratch)?,
+            lines: [None; LINES],
         })
     }
 
-    /// Focuses and beamforms a line's block, and keeps its envelope for the image.
+    /// Focuses and beamforms a line's record, and keeps its envelope for the image.
     ///
     /// # Errors
-    /// [`Error::Capacity`] for a line that the scan does not have.
-    pub fn line(&mut self, line: usize, block: &ScanBlock) -> Result<(), Error> {
-        let samples = IqSamples::Counts(block.samples.as_flattened(), 1.0);
-        let record = IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)?;
-        let transmits = [(TRANSMIT, &record)];
-        self.frame.line_by(SIZES, line, transmits).map(drop)
+    /// [`Error::Capacity`] for a line that the scan does not have; as [`Frame::line`].
+    pub fn line<'r>(
+        &mut self,
+        line: usize,
+        record: &'r <P::Stage as Stage>::Record<'r>,
+        stamp: Stamp,
+    ) -> Result<(), Error> {
+        let transmits = [(P::TRANSMIT, record)];
+        self.frame.line_by(P::SIZES, line, transmits)?;
+        if let Some(state) = self.lines.get_mut(line) {
+            *state = Some(Line { stamp, fresh: true });
+        }
+        Ok(())
     }
 
-    /// The image of the lines, row-major, 0 to 255.
+    /// The image of the lines.
     ///
     /// # Errors
     /// None: lines are finite.
-    pub fn image(&mut self) -> Result<&[f32], Error> {
-        self.frame.image()
+    pub fn image(&mut self) -> Result<Image<'_>, Error> {
+        let mut missing = LINES;
+        let mut saturated = 0u32;
+        for line in self.lines.iter_mut().flatten() {
+            missing -= usize::from(line.fresh);
+            line.fresh = false;
+            saturated = saturated.saturating_add(line.stamp.saturated);
+        }
+        Ok(Image {
+            pixels: self.frame.image()?,
+            missing,
+            saturated,
+        })
     }
 
     /// The bone map of the last image, row-major, 0 to below 1.
@@ -73,5 +124,19 @@ impl<'m> Chain<'m> {
     /// None: images are finite.
     pub fn map(&mut self) -> Result<&[f32], Error> {
         Ok(self.frame.bone_map()?)
+    }
+
+    /// The state of each line; `None` where none ever came.
+    pub fn lines(&self) -> &[Option<Line>; LINES] {
+        &self.lines
+    }
+
+    /// The largest age of a line at `now`, ticks; `None` where a line never came.
+    pub fn oldest(&self, now: u32) -> Option<u32> {
+        let ages = self
+            .lines
+            .iter()
+            .map(|line| Some(now.wrapping_sub((*line)?.stamp.time)));
+        ages.reduce(|a, b| Some(a?.max(b?))).flatten()
     }
 }

@@ -1,8 +1,11 @@
 //! Blocks between an interrupt and the main loop.
 
+use core::future::poll_fn;
 use core::ops::Deref;
 use core::sync::atomic::{AtomicU32, Ordering};
+use core::task::Poll;
 
+use atomic_waker::AtomicWaker;
 use heapless::spsc::{Consumer, Producer, Queue};
 
 /// `COUNT` blocks of type `B` and the two queues between interrupt and main loop: the free ones, and those
@@ -12,8 +15,9 @@ use heapless::spsc::{Consumer, Producer, Queue};
 pub struct Pool<B: 'static, const COUNT: usize, const SLOTS: usize> {
     blocks: [B; COUNT],
     free: Queue<&'static mut B, SLOTS>,
-    ready: Queue<&'static mut B, SLOTS>,
+    ready: Queue<(&'static mut B, u32), SLOTS>,
     counters: Counters,
+    waker: AtomicWaker,
 }
 
 /// What a pool has counted since the start.
@@ -21,6 +25,7 @@ pub struct Pool<B: 'static, const COUNT: usize, const SLOTS: usize> {
 pub struct Counters {
     drops: AtomicU32,
     blocks: AtomicU32,
+    late: AtomicU32,
 }
 
 impl Counters {
@@ -33,9 +38,14 @@ impl Counters {
     pub fn blocks(&self) -> u32 {
         self.blocks.load(Ordering::Relaxed)
     }
+
+    /// Blocks that the main loop left since they were beyond its deadline.
+    pub fn late(&self) -> u32 {
+        self.late.load(Ordering::Relaxed)
+    }
 }
 
-/// One more. An interrupt is the only one that counts, so that no other count comes between.
+/// One more. Each counter has one side that counts, so that no other count comes between.
 fn count(counter: &AtomicU32) {
     counter.store(
         counter.load(Ordering::Relaxed).wrapping_add(1),
@@ -59,7 +69,9 @@ impl<B: Send, const COUNT: usize, const SLOTS: usize> Pool<B, COUNT, SLOTS> {
             counters: Counters {
                 drops: AtomicU32::new(0),
                 blocks: AtomicU32::new(0),
+                late: AtomicU32::new(0),
             },
+            waker: AtomicWaker::new(),
         }
     }
 
@@ -77,12 +89,14 @@ impl<B: Send, const COUNT: usize, const SLOTS: usize> Pool<B, COUNT, SLOTS> {
                 ready: to_ready,
                 filling: None,
                 counters: &self.counters,
+                waker: &self.waker,
             },
             Sink {
                 ready,
                 free: to_free,
                 most: 0,
                 counters: &self.counters,
+                waker: &self.waker,
             },
         )
     }
@@ -91,9 +105,10 @@ impl<B: Send, const COUNT: usize, const SLOTS: usize> Pool<B, COUNT, SLOTS> {
 /// The interrupt's end: takes free blocks, has them filled, hands them over.
 pub struct Source<B: 'static> {
     free: Consumer<'static, &'static mut B>,
-    ready: Producer<'static, &'static mut B>,
+    ready: Producer<'static, (&'static mut B, u32)>,
     filling: Option<&'static mut B>,
     counters: &'static Counters,
+    waker: &'static AtomicWaker,
 }
 
 impl<B> Source<B> {
@@ -111,25 +126,29 @@ impl<B> Source<B> {
         self.filling.as_deref_mut()
     }
 
-    /// Hands the block that was begun to the main loop: at the interrupt that DMA ends with. Nothing
+    /// Hands the block that was begun to the main loop and wakes it: at the interrupt that DMA ends with. Nothing
     /// happens where none was begun.
-    pub fn complete(&mut self) {
+    ///
+    /// `time` is now, in ticks of the application's clock, which may wrap.
+    pub fn complete(&mut self, time: u32) {
         if let Some(block) = self.filling.take() {
-            match self.ready.enqueue(block) {
+            match self.ready.enqueue((block, time)) {
                 Ok(()) => count(&self.counters.blocks),
                 // It cannot be: there are more slots than blocks. The block is not lost all the same.
-                Err(block) => self.filling = Some(block),
+                Err((block, _)) => self.filling = Some(block),
             }
+            self.waker.wake();
         }
     }
 }
 
 /// The main loop's end: receives blocks in the order in which they came.
 pub struct Sink<B: 'static> {
-    ready: Consumer<'static, &'static mut B>,
+    ready: Consumer<'static, (&'static mut B, u32)>,
     free: Producer<'static, &'static mut B>,
     most: usize,
     counters: &'static Counters,
+    waker: &'static AtomicWaker,
 }
 
 impl<B> Sink<B> {
@@ -139,11 +158,42 @@ impl<B> Sink<B> {
         if waiting > self.most {
             self.most = waiting;
         }
-        let block = self.ready.dequeue()?;
+        let (block, time) = self.ready.dequeue()?;
         Some(Received {
             block: Some(block),
+            time,
             free: &mut self.free,
         })
+    }
+
+    /// The oldest block that is ready and was complete at most `deadline` ticks ago. Older ones are left, and
+    /// counted as late.
+    pub fn receive_within(
+        &mut self,
+        deadline: u32,
+        now: impl Fn() -> u32,
+    ) -> Option<Received<'_, B>> {
+        while let Some(&(_, time)) = self.ready.peek() {
+            if now().wrapping_sub(time) <= deadline {
+                break;
+            }
+            drop(self.receive());
+            count(&self.counters.late);
+        }
+        self.receive()
+    }
+
+    /// Waits until a block is ready, in an async main loop: [`Source::complete`] wakes it.
+    pub async fn ready(&mut self) {
+        poll_fn(|context| {
+            // First the waker, then the look: a block that comes between the two wakes.
+            self.waker.register(context.waker());
+            match self.ready.ready() {
+                true => Poll::Ready(()),
+                false => Poll::Pending,
+            }
+        })
+        .await;
     }
 
     /// How many blocks are ready.
@@ -165,7 +215,15 @@ impl<B> Sink<B> {
 /// A block in the main loop's hands.
 pub struct Received<'s, B: 'static> {
     block: Option<&'static mut B>,
+    time: u32,
     free: &'s mut Producer<'static, &'static mut B>,
+}
+
+impl<B> Received<'_, B> {
+    /// When it was complete, ticks of the application's clock.
+    pub fn time(&self) -> u32 {
+        self.time
+    }
 }
 
 impl<B> Deref for Received<'_, B> {

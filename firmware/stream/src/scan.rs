@@ -3,12 +3,15 @@
 //!
 //! [`echoes`] stands in for a recording: firmware/build.rs makes the blocks of it that are compiled in.
 
+use bonebeam::Error;
 use bonebeam::beamform::{self, Method};
-use bonebeam::delay::IqInterpolation;
+use bonebeam::covariance::Covariance;
+use bonebeam::delay::{IqDelay, IqInterpolation, IqLayout, IqRecord, IqSamples};
 use bonebeam::geometry::{Array, Axis, Depth, Lines, Scan, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::pipeline::{IqInput, Parameters};
+use bonebeam::memory::{Memory, Need};
+use bonebeam::pipeline::{IqInput, Parameters, Pipeline};
 
-use crate::Block;
+use crate::{Block, Plan, Probe};
 
 /// Elements.
 pub const ELEMENTS: usize = 16;
@@ -72,6 +75,36 @@ pub const TRANSMIT: Transmit<'static> = Transmit::new(TransmitLaw::Focused, 5e-6
 
 /// What the front end delivers.
 pub type ScanBlock = Block<[i16; 2], ELEMENTS, SAMPLES>;
+
+/// The probe of this scan.
+#[derive(Clone, Copy, Debug)]
+pub enum Reference {}
+
+impl Probe for Reference {
+    type Stage = IqDelay;
+    const PARAMETERS: Parameters<'static> = PARAMETERS;
+    const NEED: Need = match PARAMETERS.need_of_iq(Covariance::ForwardBackward) {
+        Ok(need) => need,
+        Err(_) => panic!("the scan is not valid"),
+    };
+    const TRANSMIT: Transmit<'static> = TRANSMIT;
+
+    fn plan() -> Result<Plan<Self>, Error> {
+        Pipeline::of_iq(PARAMETERS, INPUT)
+    }
+}
+
+/// The memory of its chain, for a `static`.
+pub type ScanMemory = Memory<{ Reference::NEED.real }, { Reference::NEED.complex }>;
+
+/// A block's record.
+///
+/// # Errors
+/// None: a block has the scan's elements.
+pub fn record(block: &ScanBlock) -> Result<IqRecord<'_>, Error> {
+    let samples = IqSamples::Counts(block.samples.as_flattened(), 1.0);
+    IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)
+}
 
 /// What the elements record of a beam: pulses from a bent surface, weaker ones from within tissue above
 /// it, and noise; 14 bits, demodulated as [`INPUT`] says.

@@ -35,6 +35,13 @@ pub enum Fault {
         /// The one that came.
         got: u16,
     },
+    /// Frames have no such beam, whichever was due.
+    NoBeam {
+        /// The beam that came.
+        beam: u16,
+        /// Beams of a frame.
+        beams: u16,
+    },
 }
 
 /// What to do with a block.
@@ -98,6 +105,10 @@ impl Sequence {
         self.due = Some(sequence.wrapping_add(1));
 
         let own = match self.beam {
+            _ if beam >= self.beams => Some(Fault::NoBeam {
+                beam,
+                beams: self.beams,
+            }),
             _ if !overflow.is_none() => Some(Fault::Overflowed { sequence, overflow }),
             Some(expected) if beam != expected => Some(Fault::Beam {
                 expected,
@@ -106,9 +117,9 @@ impl Sequence {
             _ => None,
         };
         // Beam 0 begins a frame, whatever came before it.
-        let begins = beam == 0 && beam < self.beams;
+        let begins = beam == 0;
         let line = match own {
-            Some(Fault::Overflowed { .. }) => None,
+            Some(Fault::Overflowed { .. } | Fault::NoBeam { .. }) => None,
             _ if begins => Some(0),
             None => self.beam,
             _ => None,

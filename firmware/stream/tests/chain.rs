@@ -3,9 +3,18 @@
 
 mod common;
 
+use bonebeam::Error;
+use bonebeam::beamform;
+use bonebeam::covariance::Covariance;
+use bonebeam::delay::{Delay, IqLayout};
+use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters, Transmit, TransmitLaw};
+use bonebeam::memory::{Memory, Need};
+use bonebeam::pipeline::{Parameters, Pipeline};
 use common::by_the_core;
-use stream::scan::{self, BEAMS, ELEMENTS, ScanBlock};
-use stream::{Chain, ChainMemory, Fault, Overflow, Pool, Sequence};
+use stream::scan::{self, BEAMS, ELEMENTS, Reference, ScanBlock, ScanMemory};
+use stream::{Chain, Fault, Line, Overflow, Plan, Pool, Probe, Sequence, Stamp, rf_record};
+
+type ScanChain<'m> = Chain<'m, Reference, BEAMS>;
 
 /// What happens to one acquisition.
 #[derive(Clone, Copy, PartialEq)]
@@ -22,8 +31,8 @@ type Whole = (usize, Vec<f32>, Vec<f32>);
 /// Runs frames; the event happens to beam 7 of the frame that it is given for. Returns the faults and the
 /// whole frames.
 fn run(events: &[Event]) -> (Vec<Fault>, Vec<Whole>) {
-    let (plan, mut memory) = (stream::plan().unwrap(), Box::new(ChainMemory::new()));
-    let mut chain = Chain::new(&plan, &mut memory).unwrap();
+    let (plan, mut memory) = (Reference::plan().unwrap(), Box::new(ScanMemory::new()));
+    let mut chain = ScanChain::new(&plan, memory.scratch()).unwrap();
     let pool = Pool::<_, 2, 3>::new([const { ScanBlock::filled([0; 2]) }; 2]);
     let (mut source, mut sink) = Box::leak(Box::new(pool)).split();
     let mut sequence = Sequence::new(BEAMS as u16);
@@ -47,16 +56,20 @@ fn run(events: &[Event]) -> (Vec<Fault>, Vec<Whole>) {
                     block.overflow = Overflow::CLIPPED;
                     block.samples = [[[8191; 2]; ELEMENTS]; scan::SAMPLES];
                 }
-                source.complete();
+                source.complete(0);
             }
             while let Some(block) = sink.receive() {
                 let verdict = sequence.check(block.sequence, block.beam, block.overflow);
                 faults.extend(verdict.faults.into_iter().flatten());
                 if let Some(line) = verdict.line {
-                    chain.line(line.into(), &block).unwrap();
+                    let record = scan::record(&block).unwrap();
+                    let stamp = Stamp::default();
+                    chain.line(line.into(), &record, stamp).unwrap();
                 }
                 if verdict.whole {
-                    let image = chain.image().unwrap().to_vec();
+                    let image = chain.image().unwrap();
+                    assert_eq!(image.missing, 0);
+                    let image = image.pixels.to_vec();
                     whole.push((frame, image, chain.map().unwrap().to_vec()));
                 }
             }
@@ -97,5 +110,172 @@ fn frames_are_the_cores_and_faults_leave_no_trace() {
     for (frame, own_image, own_map) in whole {
         assert!(own_image == image, "image of frame {frame}");
         assert!(own_map == map, "map of frame {frame}");
+    }
+}
+
+/// Beam `beam` of the reference scan.
+fn block(beam: usize) -> Box<ScanBlock> {
+    let mut block = Box::new(ScanBlock::filled([0; 2]));
+    block.samples = scan::echoes(beam);
+    block
+}
+
+/// A frame of which lines are missing says how many, and each line says how old it is: also those of a frame
+/// before.
+#[test]
+fn a_half_filled_frame_says_so() {
+    let (plan, mut memory) = (Reference::plan().unwrap(), Box::new(ScanMemory::new()));
+    let mut chain = ScanChain::new(&plan, memory.scratch()).unwrap();
+    let fill = |chain: &mut ScanChain<'_>, beams: core::ops::Range<usize>, from: u32| {
+        for (beam, time) in beams.zip(from..) {
+            let stamp = Stamp { time, saturated: 2 };
+            let block = block(beam);
+            chain
+                .line(beam, &scan::record(&block).unwrap(), stamp)
+                .unwrap();
+        }
+    };
+    assert_eq!(chain.image().unwrap().missing, BEAMS);
+    fill(&mut chain, 0..10, 100);
+    assert_eq!(chain.oldest(200), None);
+    let image = chain.image().unwrap();
+    assert_eq!((image.missing, image.saturated), (BEAMS - 10, 20));
+
+    fill(&mut chain, 0..BEAMS, 1000);
+    let whole = chain.image().unwrap();
+    assert_eq!((whole.missing, whole.saturated), (0, 2 * BEAMS as u32));
+    let pixels = whole.pixels.to_vec();
+    assert_eq!(chain.oldest(1100), Some(100));
+    // Half a frame more: the rest is of the frame before, and told.
+    fill(&mut chain, 0..12, 2000);
+    let half = chain.image().unwrap();
+    assert_eq!((half.missing, half.pixels), (BEAMS - 12, &pixels[..]));
+    assert_eq!(chain.oldest(2020), Some(2020 - 1012));
+    let line = |time, fresh| {
+        Some(Line {
+            stamp: Stamp { time, saturated: 2 },
+            fresh,
+        })
+    };
+    fill(&mut chain, 3..4, 3000);
+    assert_eq!(
+        chain.lines()[..4],
+        [2000, 2001, 2002, 3000].map(|t| line(t, t == 3000))
+    );
+    // A clock that wraps.
+    fill(&mut chain, 0..BEAMS, u32::MAX - 5);
+    assert_eq!(chain.oldest(94), Some(100));
+}
+
+/// RF of 8 elements, 20 lines.
+enum Rf {}
+
+const RF_SAMPLES: usize = 300;
+
+impl Probe for Rf {
+    type Stage = Delay;
+    const PARAMETERS: Parameters<'static> = Parameters {
+        scan: ScanParameters {
+            array: Array::linear(8, 0.3e-3),
+            lines: Lines::Even(Axis::centred(20, 0.2e-3)),
+            sound_speed: 1540.0,
+            centre_frequency: 5e6,
+            sampling_rate: 20e6,
+            record_samples: RF_SAMPLES,
+            output_rate: 20e6,
+            start: Depth::Metres(3e-3),
+            end: Depth::Metres(9e-3),
+            f_number: 1.5,
+            min_elements: 8,
+        },
+        beamformer: beamform::Parameters::DEFAULT,
+        ..scan::PARAMETERS
+    };
+    const NEED: Need = match Self::PARAMETERS.need(Covariance::ForwardBackward) {
+        Ok(need) => need,
+        Err(_) => panic!("the scan is not valid"),
+    };
+    const TRANSMIT: Transmit<'static> = Transmit::new(TransmitLaw::Focused, 0.0);
+
+    fn plan() -> Result<Plan<Self>, Error> {
+        // A block of the reference is longer than this line.
+        Pipeline::new(Parameters {
+            block: 32,
+            ..Self::PARAMETERS
+        })
+    }
+}
+
+/// Counts of a line, `[element][sample]`.
+fn counts(line: usize) -> Vec<i16> {
+    let mut state = line as u32 + 7;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 20) as i16 - 2048
+    };
+    (0..8 * RF_SAMPLES).map(|_| next()).collect()
+}
+
+/// A frame of RF by a chain: image and map.
+fn rf_frame(chain: &mut Chain<'_, Rf, 20>, layout: IqLayout) -> (Vec<f32>, Vec<f32>) {
+    let mut rf = vec![0.0; 8 * RF_SAMPLES];
+    for line in 0..20 {
+        let mut counts = counts(line);
+        if layout == IqLayout::Interleaved {
+            let planar = counts.clone();
+            let at = |n: usize| planar[n % 8 * RF_SAMPLES + n / 8];
+            counts = (0..planar.len()).map(at).collect();
+        }
+        let record = rf_record(&counts, layout, 8, 0.5, &mut rf).unwrap();
+        chain.line(line, &record, Stamp::default()).unwrap();
+    }
+    let image = chain.image().unwrap().pixels.to_vec();
+    (image, chain.map().unwrap().to_vec())
+}
+
+/// Two probes, RF and I/Q, in turn in one memory: the bits of each alone, in either layout, with plans that
+/// were made once.
+#[test]
+fn two_probes_share_one_memory() {
+    const NEED: Need = Reference::NEED.or(Rf::NEED);
+    let (iq, rf) = (Reference::plan().unwrap(), Rf::plan().unwrap());
+    let mut own = Box::new(Memory::<{ Rf::NEED.real }, { Rf::NEED.complex }>::new());
+    let alone = rf_frame(
+        &mut Chain::new(&rf, own.scratch()).unwrap(),
+        IqLayout::Planar,
+    );
+    assert!(alone.0.iter().any(|&pixel| pixel > 0.0));
+    let (image, map) = by_the_core().unwrap();
+
+    let mut memory = Box::new(Memory::<{ NEED.real }, { NEED.complex }>::new());
+    for layout in [IqLayout::Planar, IqLayout::Interleaved] {
+        let mut chain = Chain::<Rf, 20>::new(&rf, memory.scratch()).unwrap();
+        assert!(rf_frame(&mut chain, layout) == alone, "{layout:?}");
+        let mut chain = ScanChain::new(&iq, memory.scratch()).unwrap();
+        for beam in 0..BEAMS {
+            let block = block(beam);
+            let record = scan::record(&block).unwrap();
+            chain.line(beam, &record, Stamp::default()).unwrap();
+        }
+        assert!(chain.image().unwrap().pixels == image);
+        assert!(chain.map().unwrap() == map);
+    }
+    // Less memory than one of them needs is refused.
+    assert!(matches!(
+        Chain::<Reference, BEAMS>::new(&iq, own.scratch()),
+        Err(Error::Length { .. })
+    ));
+}
+
+#[test]
+fn rf_of_another_length_is_refused() {
+    let counts = [1i16; 16];
+    let mut short = [0.0; 15];
+    let refused = rf_record(&counts, IqLayout::Planar, 2, 1.0, &mut short);
+    assert!(matches!(refused, Err(Error::Length { .. })));
+    for layout in [IqLayout::Planar, IqLayout::Interleaved] {
+        assert!(rf_record(&counts, layout, 0, 1.0, &mut [0.0; 16]).is_err());
+        assert!(rf_record(&counts, layout, 3, 1.0, &mut [0.0; 16]).is_err());
+        assert!(rf_record(&[], layout, 2, 1.0, &mut []).is_err());
     }
 }

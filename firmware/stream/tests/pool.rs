@@ -1,5 +1,10 @@
 //! Blocks between an interrupt and the main loop: none is lost, copied or in two hands.
 
+use std::future::Future;
+use std::pin::pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::task::{Context, Poll, Wake, Waker};
 use std::thread;
 
 use stream::{Block, Pool, Sink, Source};
@@ -18,7 +23,7 @@ fn acquire(source: &mut Source<Small>, sequence: u32) -> bool {
     };
     block.sequence = sequence;
     block.samples = [[[sequence as i16; 2]; 2]; 3];
-    source.complete();
+    source.complete(0);
     true
 }
 
@@ -91,10 +96,78 @@ fn what_was_begun_is_given_again() {
     let first = std::ptr::from_mut(source.begin().unwrap());
     assert_eq!(std::ptr::from_mut(source.begin().unwrap()), first);
     assert!(sink.receive().is_none());
-    source.complete();
-    source.complete();
+    source.complete(0);
+    source.complete(0);
     assert!(sink.receive().is_some());
     assert!(sink.receive().is_none());
+}
+
+/// A block beyond the deadline is left and counted; the clock may wrap.
+#[test]
+fn late_blocks_are_left() {
+    let (mut source, mut sink) = pool::<4, 5>();
+    for time in [u32::MAX - 20, u32::MAX - 10, 5] {
+        source.begin().unwrap();
+        source.complete(time);
+    }
+    // At 10 they are 31, 21 and 5 ticks old.
+    let block = sink.receive_within(20, || 10).unwrap();
+    assert_eq!(block.time(), 5);
+    drop(block);
+    assert!(sink.receive_within(20, || 10).is_none());
+    assert_eq!((sink.counters().late(), sink.counters().blocks()), (2, 3));
+    // All of them are free again.
+    for _ in 0..4 {
+        source.begin().unwrap();
+        source.complete(10);
+    }
+    // As old as the deadline is not late.
+    assert!(sink.receive_within(20, || 30).is_some());
+    assert!(sink.receive_within(20, || 31).is_none());
+    assert_eq!((sink.counters().late(), sink.counters().drops()), (5, 0));
+}
+
+#[derive(Default)]
+struct Wakes(AtomicU32);
+
+impl Wake for Wakes {
+    fn wake(self: Arc<Self>) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// An async main loop sleeps until a block comes, and is woken once for it.
+#[test]
+fn a_block_wakes_the_main_loop() {
+    let (mut source, mut sink) = pool::<2, 3>();
+    let wakes = Arc::new(Wakes::default());
+    let waker = Waker::from(wakes.clone());
+    let mut context = Context::from_waker(&waker);
+    {
+        let mut ready = pin!(sink.ready());
+        assert_eq!(ready.as_mut().poll(&mut context), Poll::Pending);
+        source.complete(0);
+        assert_eq!(wakes.0.load(Ordering::Relaxed), 0);
+        assert!(acquire(&mut source, 1));
+        assert_eq!(wakes.0.load(Ordering::Relaxed), 1);
+        assert_eq!(ready.as_mut().poll(&mut context), Poll::Ready(()));
+    }
+    assert_eq!(sink.receive().unwrap().sequence, 1);
+    assert_eq!(pin!(sink.ready()).poll(&mut context), Poll::Pending);
+}
+
+#[test]
+fn saturated_samples_are_counted() {
+    let mut block = Small::filled([0, 0]);
+    assert_eq!(block.saturated(8191), 0);
+    block.samples[0] = [[8191, 8191], [8190, 0]];
+    block.samples[2] = [[0, -8192], [0, -8191]];
+    assert_eq!(block.saturated(8191), 3);
+    let rf = Block::<i16, 4, 1> {
+        samples: [[i16::MIN, i16::MAX, 0, -1]],
+        ..Block::filled(0)
+    };
+    assert_eq!(rf.saturated(i16::MAX as u16), 2);
 }
 
 /// Two threads, the one that acquires never waiting: every block is either dropped or comes once, whole.

@@ -155,8 +155,33 @@ fn a_beam_out_of_turn_costs_its_frame() {
             line(2, true),
         ]
     );
-    // A beam that frames do not have never becomes a line.
-    assert_eq!(run(&[(0, 3), (1, 0xFFFF)]), [left([None; 2]); 2]);
+}
+
+/// A beam that frames do not have is a fault from the first block on, and never a line.
+#[test]
+fn a_beam_out_of_range_is_a_fault() {
+    let none = |beam| left([None, Some(Fault::NoBeam { beam, beams: 3 })]);
+    assert_eq!(
+        run(&[(0, 3), (1, 0xFFFF), (2, 0), (3, 3), (4, 2), (5, 0)]),
+        [
+            none(3),
+            none(0xFFFF),
+            line(0, false),
+            none(3),
+            left([None; 2]),
+            line(0, false),
+        ]
+    );
+    // It comes before a flag of its block, and after what was lost before it.
+    let mut sequence = Sequence::new(3);
+    sequence.check(0, 0, OK);
+    let lost = Fault::Lost {
+        expected: 1,
+        got: 2,
+    };
+    let verdict = sequence.check(2, 9, Overflow::CLIPPED);
+    let no_beam = Fault::NoBeam { beam: 9, beams: 3 };
+    assert_eq!(verdict, left([Some(lost), Some(no_beam)]));
 }
 
 /// A front end that was reset counts from 0: that is no repeated block, or its frames would be left until

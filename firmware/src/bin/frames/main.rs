@@ -12,27 +12,25 @@
 mod counter;
 
 use bonebeam::beamform::{self, Method};
-use bonebeam::delay::{IqInterpolation, IqLayout, IqParameters, IqRecord, IqSamples};
+use bonebeam::delay::{IqInterpolation, IqParameters};
 use bonebeam::pipeline::{Block, DepthGate, IqInput, Parameters, Pipeline};
 use bonebeam::{Complex, Error};
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hprintln;
 use counter::Counter;
-use firmware::exit;
+use firmware::{exit, load};
 use static_cell::ConstStaticCell;
 use stream::scan::{
-    BEAMS, ELEMENTS, INPUT, LENGTH, PARAMETERS, SAMPLES, SCAN, ScanBlock, TRANSMIT,
+    self, BEAMS, ELEMENTS, INPUT, LENGTH, PARAMETERS, Reference, SCAN, ScanBlock, ScanMemory,
+    TRANSMIT,
 };
-use stream::{Chain, ChainMemory, Plan};
+use stream::{Plan, Probe, Stamp};
+
+type Chain<'m> = stream::Chain<'m, Reference, BEAMS>;
 
 static MEMORY: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
 
-/// `[beam][sample][element][I, Q]`, i16 from the lower byte on.
-static RECORDING: &[u8; BEAMS * BLOCK] = include_bytes!(concat!(env!("OUT_DIR"), "/recording.bin"));
-
-/// Bytes of a block's samples.
-const BLOCK: usize = SAMPLES * ELEMENTS * 4;
 /// Numbers of the elements' lags.
 const LAGS: usize = IqParameters::of(&SCAN, INPUT.demodulation_frequency)
     .need(1)
@@ -91,7 +89,7 @@ const INTERPOLATIONS: [(&str, IqInterpolation); 4] = [
 
 /// The memory of the chain, a block, and what a line is focused in.
 struct Workspaces {
-    chain: ChainMemory,
+    chain: ScanMemory,
     block: ScanBlock,
     aligned: [Complex<f32>; ELEMENTS * LENGTH],
     scratch: [f32; LAGS],
@@ -101,7 +99,7 @@ impl Workspaces {
     /// All zero.
     const fn new() -> Self {
         Workspaces {
-            chain: ChainMemory::new(),
+            chain: ScanMemory::new(),
             block: ScanBlock::filled([0; 2]),
             aligned: [Complex::new(0.0, 0.0); ELEMENTS * LENGTH],
             scratch: [0.0; LAGS],
@@ -134,7 +132,7 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
     } = workspaces;
     let mut outcome = Ok(());
     let set_up = counter.count(|| {
-        outcome = stream::plan().and_then(|plan| Chain::new(&plan, memory).map(drop));
+        outcome = Reference::plan().and_then(|plan| Chain::new(&plan, memory.scratch()).map(drop));
     });
     outcome?;
     hprintln!("set-up {} {}", set_up.instructions, set_up.stack);
@@ -145,16 +143,14 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
             load(block, beam);
             let mut outcome = Ok(());
             let cost = counter.count(|| {
-                let samples = IqSamples::Counts(block.samples.as_flattened(), 1.0);
-                outcome =
-                    IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS).and_then(|record| {
-                        let transmits = [(TRANSMIT, &record)];
-                        let lines = plan.lines();
-                        let line = Block::of_line(lines.scan(), beam);
-                        lines
-                            .align(0.0f32, line, transmits, scratch, aligned)
-                            .map(drop)
-                    });
+                outcome = scan::record(block).and_then(|record| {
+                    let transmits = [(TRANSMIT, &record)];
+                    let lines = plan.lines();
+                    let line = Block::of_line(lines.scan(), beam);
+                    lines
+                        .align(0.0f32, line, transmits, scratch, aligned)
+                        .map(drop)
+                });
             });
             outcome?;
             sum += cost.instructions;
@@ -165,12 +161,15 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
     for case in CASES {
         for (interpolation_name, interpolation) in INTERPOLATIONS {
             let plan = plan(&case, interpolation)?;
-            let mut chain = Chain::new(&plan, memory)?;
+            let mut chain = Chain::new(&plan, memory.scratch())?;
             let (mut sum, mut most, mut stack) = (0, 0, 0);
             for beam in 0..BEAMS {
                 load(block, beam);
                 let mut outcome = Ok(());
-                let cost = counter.count(|| outcome = chain.line(beam, block));
+                let cost = counter.count(|| {
+                    outcome = scan::record(block)
+                        .and_then(|record| chain.line(beam, &record, Stamp::default()));
+                });
                 outcome?;
                 sum += cost.instructions;
                 most = most.max(cost.instructions);
@@ -202,7 +201,7 @@ fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error
     Ok(within)
 }
 
-fn plan(case: &Case, interpolation: IqInterpolation) -> Result<Plan, Error> {
+fn plan(case: &Case, interpolation: IqInterpolation) -> Result<Plan<Reference>, Error> {
     let parameters = Parameters {
         beamformer: beamform::Parameters {
             method: case.method,
@@ -218,14 +217,5 @@ fn plan(case: &Case, interpolation: IqInterpolation) -> Result<Plan, Error> {
     match case.gate {
         Some(gate) => plan.with_gate(gate),
         None => Ok(plan),
-    }
-}
-
-/// The recording of a beam, as DMA would leave it.
-fn load(block: &mut ScanBlock, beam: usize) {
-    let bytes = RECORDING.chunks_exact(BLOCK).nth(beam).unwrap_or_default();
-    let pairs = bytes.as_chunks::<4>().0.iter();
-    for (sample, &[a, b, c, d]) in block.samples.as_flattened_mut().iter_mut().zip(pairs) {
-        *sample = [i16::from_le_bytes([a, b]), i16::from_le_bytes([c, d])];
     }
 }

@@ -65,6 +65,11 @@ impl Clock {
     }
 }
 
+/// Turns of the timer since the start: the time stamps of blocks.
+pub fn turns() -> u32 {
+    TURNS.load(Ordering::Relaxed)
+}
+
 /// The interrupt's own time: to be called around what it does.
 pub fn interrupt(work: impl FnOnce()) {
     let begin = SYST::get_current();

@@ -22,8 +22,8 @@ use defmt::{error, info, warn};
 use defmt_semihosting as _;
 use firmware::{exit, guard_stack};
 use static_cell::{ConstStaticCell, StaticCell};
-use stream::scan::{self, BEAMS, ScanBlock};
-use stream::{Chain, ChainMemory, Plan, Pool, Sequence, Sink};
+use stream::scan::{self, BEAMS, Reference, ScanBlock, ScanMemory};
+use stream::{Chain, Plan, Pool, Probe, Sequence, Sink, Stamp};
 
 /// Blocks: as many as come while image and map are made, and some to spare.
 const BLOCKS: usize = 12;
@@ -42,8 +42,8 @@ type Blocks = Pool<ScanBlock, BLOCKS, { BLOCKS + 1 }>;
 
 static POOL: ConstStaticCell<Blocks> =
     ConstStaticCell::new(Pool::new([const { ScanBlock::filled([0; 2]) }; BLOCKS]));
-static MEMORY: ConstStaticCell<ChainMemory> = ConstStaticCell::new(ChainMemory::new());
-static PLAN: StaticCell<Plan> = StaticCell::new();
+static MEMORY: ConstStaticCell<ScanMemory> = ConstStaticCell::new(ScanMemory::new());
+static PLAN: StaticCell<Plan<Reference>> = StaticCell::new();
 
 #[entry]
 fn main() -> ! {
@@ -83,7 +83,7 @@ impl Stage {
 
 fn run(clock: &Clock) -> Result<bool, Error> {
     let begin = clock.now();
-    let mut chain = Chain::new(plan()?, MEMORY.take())?;
+    let mut chain = Chain::<Reference, BEAMS>::new(plan()?, MEMORY.take().scratch())?;
     let set_up = clock.since(begin);
     let set_up_stack = stack_used();
     cortex_m_stack::repaint_stack();
@@ -109,14 +109,18 @@ fn run(clock: &Clock) -> Result<bool, Error> {
         }
         if let Some(line) = verdict.line {
             let begin = clock.now();
-            chain.line(line.into(), &block)?;
+            let stamp = Stamp {
+                time: block.time(),
+                saturated: block.saturated(8191),
+            };
+            chain.line(line.into(), &scan::record(&block)?, stamp)?;
             lines.add(clock.since(begin));
         }
         // The block is free for the next acquisition.
         drop(block);
         if verdict.whole {
             let begin = clock.now();
-            let image = scan::hash(chain.image()?);
+            let image = scan::hash(chain.image()?.pixels);
             images.add(clock.since(begin));
             info!("frame {}: image {:016x}", frame, image);
             if whole % MAP_EVERY == 0 {
@@ -147,6 +151,8 @@ fn run(clock: &Clock) -> Result<bool, Error> {
         "a block waits for at most {} samples",
         BLOCKS * scan::SAMPLES
     );
+    let oldest = chain.oldest(clock::turns());
+    info!("count oldest line: {} transmits", oldest);
     let (interrupt, times) = clock::interrupts();
     info!("count set-up: {}", set_up);
     info!(
@@ -161,8 +167,8 @@ fn run(clock: &Clock) -> Result<bool, Error> {
     info!(
         "count memory: pool {}, chain {}, plan {}",
         Blocks::BYTES,
-        ChainMemory::BYTES,
-        size_of::<Plan>()
+        ScanMemory::BYTES,
+        size_of::<Plan<Reference>>()
     );
     info!(
         "count stack: {} at set-up, {} afterwards",
@@ -174,8 +180,8 @@ fn run(clock: &Clock) -> Result<bool, Error> {
 
 /// The plan, in its static. Not inlined: what it takes of the stack until it lies there, `run` does not keep.
 #[inline(never)]
-fn plan() -> Result<&'static Plan, Error> {
-    Ok(PLAN.init(stream::plan()?))
+fn plan() -> Result<&'static Plan<Reference>, Error> {
+    Ok(PLAN.init(Reference::plan()?))
 }
 
 /// The most bytes of stack since it was last painted.

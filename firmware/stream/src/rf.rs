@@ -1,0 +1,44 @@
+//! RF as DMA leaves it.
+
+use bonebeam::Error;
+use bonebeam::delay::{IqLayout, Record};
+
+/// A record of RF counts: converts `counts` of `elements` elements into `rf`, `[element][sample]`, times `scale`.
+///
+/// `counts` lie `[sample][element]` ([`IqLayout::Interleaved`]) or `[element][sample]` ([`IqLayout::Planar`]). `rf` holds as
+/// many numbers. Cost: a pass over the samples.
+///
+/// # Errors
+/// [`Error::Length`] for an `rf` of another length; as [`Record::new`].
+pub fn rf_record<'r>(
+    counts: &[i16],
+    layout: IqLayout,
+    elements: usize,
+    scale: f32,
+    rf: &'r mut [f32],
+) -> Result<Record<'r>, Error> {
+    if rf.len() != counts.len() {
+        return Err(Error::Length {
+            name: "rf",
+            expected: counts.len(),
+            actual: rf.len(),
+        });
+    }
+    match layout {
+        IqLayout::Planar => {
+            for (x, &count) in rf.iter_mut().zip(counts) {
+                *x = scale * f32::from(count);
+            }
+        }
+        IqLayout::Interleaved => {
+            let samples = counts.len() / elements.max(1);
+            for (element, own) in rf.chunks_exact_mut(samples.max(1)).enumerate() {
+                let counts = counts.iter().skip(element).step_by(elements.max(1));
+                for (x, &count) in own.iter_mut().zip(counts) {
+                    *x = scale * f32::from(count);
+                }
+            }
+        }
+    }
+    Record::new(rf, elements)
+}
