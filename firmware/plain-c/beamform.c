@@ -2,33 +2,32 @@
 
 #include <math.h>
 
+/* Sizes are constants in each copy, so that loops and addresses are the compiler's. */
+#define INLINE static inline __attribute__((always_inline))
+#define FOR_SIZES(CALL, m) \
+    switch (m) { \
+    case 16: return CALL(16, 8); \
+    case 32: return CALL(32, 16); \
+    default: return CALL(64, 32); \
+    }
+
 #define LOADING 0.05f
 /* As accurate as the core's eigenvector. */
 #define TOLERANCE 4e-6f
 #define STEP_LIMIT 100
 
-static cfloat r[MAX_SUBAPERTURE][MAX_SUBAPERTURE];
-static cfloat factor[MAX_SUBAPERTURE][MAX_SUBAPERTURE];
-static cfloat w[MAX_SUBAPERTURE];
-static cfloat e[MAX_SUBAPERTURE];
-static cfloat next[MAX_SUBAPERTURE];
-static cfloat z[MAX_SUBAPERTURE][MAX_SUBAPERTURE];
-static float d[MAX_SUBAPERTURE];
-static float off[MAX_SUBAPERTURE];
+/* Entries of the covariance, a row a lag: `lags[k][i]` is R[i + k][i], times 2 P. */
+static cfloat lags[MAX_SUBAPERTURE][MAX_SUBAPERTURE];
+static cfloat products[2 * MAX_SUBAPERTURE];
+/* The covariance in the basis in which it is real: l/2 vectors e_i + e_(l-1-i), then l/2 vectors
+   j (e_i - e_(l-1-i)), each of length sqrt(2). `weight` holds coefficients of the same basis. */
+static float t[MAX_SUBAPERTURE][MAX_SUBAPERTURE];
+static float factor[MAX_SUBAPERTURE][MAX_SUBAPERTURE];
+static float z[MAX_SUBAPERTURE][MAX_SUBAPERTURE];
+static float weight[MAX_SUBAPERTURE], e[MAX_SUBAPERTURE], next[MAX_SUBAPERTURE];
+static float d[MAX_SUBAPERTURE], off[MAX_SUBAPERTURE];
 
-/* sum += a b */
-static inline void add_product(cfloat *sum, cfloat a, cfloat b) {
-    sum->re += a.re * b.re; sum->re -= a.im * b.im;
-    sum->im += a.re * b.im; sum->im += a.im * b.re;
-}
-
-/* sum += a b* */
-static inline void add_product_conj(cfloat *sum, cfloat a, cfloat b) {
-    sum->re += a.re * b.re; sum->re += a.im * b.im;
-    sum->im += a.im * b.re; sum->im -= a.re * b.im;
-}
-
-cfloat das(const cfloat *x, int m) {
+cfloat das(const cfloat *restrict x, int m) {
     cfloat sum = {0, 0};
     for (int i = 0; i < m; i++) {
         sum.re += x[i].re;
@@ -37,121 +36,175 @@ cfloat das(const cfloat *x, int m) {
     return (cfloat){sum.re / m, sum.im / m};
 }
 
-/* Eq. 2 for K = 0, the lower triangle; Eq. 3; diagonal loading; the upper triangle. */
-static void covariance(const cfloat *x, int m, int l) {
+/* a b* */
+INLINE cfloat product(cfloat a, cfloat b) {
+    return (cfloat){a.re * b.re + a.im * b.im, a.im * b.re - a.re * b.im};
+}
+
+/* Eq. 2 for K = 0 and Eq. 3: entries of a lag are sums of the same products, and each is one more product and one
+   fewer than its neighbour. */
+INLINE void lag_sums(const cfloat *restrict x, int m, int l) {
     int subapertures = m - l + 1;
-    for (int i = 0; i < l; i++) {
-        for (int j = 0; j <= i; j++) {
-            cfloat sum = {0, 0};
-            for (int p = 0; p < subapertures; p++)
-                add_product_conj(&sum, x[p + i], x[p + j]);
-            r[i][j].re = sum.re / subapertures;
-            r[i][j].im = sum.im / subapertures;
-        }
-    }
-    for (int i = 0; i < l; i++) {
-        for (int j = 0; j <= i && i + j < l; j++) {
-            cfloat a = r[i][j], b = r[l - 1 - j][l - 1 - i];
-            cfloat mean = {0.5f * (a.re + b.re), 0.5f * (a.im + b.im)};
-            r[i][j] = mean;
-            r[l - 1 - j][l - 1 - i] = mean;
-        }
-    }
-    float trace = 0;
-    for (int i = 0; i < l; i++)
-        trace += r[i][i].re;
-    for (int i = 0; i < l; i++)
-        r[i][i].re += LOADING / l * trace;
-    for (int i = 0; i < l; i++)
-        for (int j = 0; j < i; j++)
-            r[j][i] = (cfloat){r[i][j].re, -r[i][j].im};
-}
-
-/* R = G G^H, G in the lower triangle of `factor`. */
-static void cholesky(int l) {
-    for (int i = 0; i < l; i++) {
-        for (int j = 0; j < i; j++) {
-            cfloat sum = {0, 0};
-            for (int k = 0; k < j; k++)
-                add_product_conj(&sum, factor[i][k], factor[j][k]);
-            factor[i][j].re = (r[i][j].re - sum.re) / factor[j][j].re;
-            factor[i][j].im = (r[i][j].im - sum.im) / factor[j][j].re;
-        }
-        float sum = 0;
-        for (int k = 0; k < i; k++)
-            sum += factor[i][k].re * factor[i][k].re + factor[i][k].im * factor[i][k].im;
-        factor[i][i] = (cfloat){sqrtf(r[i][i].re - sum), 0};
-    }
-}
-
-/* Eq. 1: w = R^-1 a / (a^H R^-1 a), a = 1. */
-static void weights(int l) {
-    cholesky(l);
-    for (int i = 0; i < l; i++) {
+    for (int k = 0; k < l; k++) {
         cfloat sum = {0, 0};
-        for (int k = 0; k < i; k++)
-            add_product(&sum, factor[i][k], w[k]);
-        w[i].re = (1 - sum.re) / factor[i][i].re;
-        w[i].im = -sum.im / factor[i][i].re;
+        for (int i = 0; i < subapertures; i++) {
+            products[i] = product(x[i + k], x[i]);
+            sum.re += products[i].re;
+            sum.im += products[i].im;
+        }
+        cfloat *row = lags[k];
+        int entries = l - k;
+        row[0] = sum;
+        for (int i = 1; i < entries; i++) {
+            cfloat in = product(x[i + subapertures - 1 + k], x[i + subapertures - 1]);
+            products[i + subapertures - 1] = in;
+            sum.re += in.re - products[i - 1].re;
+            sum.im += in.im - products[i - 1].im;
+            row[i] = sum;
+        }
+        for (int i = 0, j = entries - 1; i <= j; i++, j--) {
+            cfloat both = {row[i].re + row[j].re, row[i].im + row[j].im};
+            row[i] = row[j] = both;
+        }
+    }
+}
+
+/* The loaded covariance in its real basis, both triangles. l is even. */
+INLINE void covariance(const cfloat *restrict x, int m, int l) {
+    lag_sums(x, m, l);
+    int half = l / 2;
+    float scale = 0.5f / (m - l + 1), trace = 0;
+    for (int i = 0; i < half; i++) {
+        for (int j = 0; j <= i; j++) {
+            cfloat a = lags[i - j][j], b = lags[l - 1 - j - i][i];
+            float sum = scale * (a.re + b.re), difference = scale * (a.re - b.re);
+            float left = scale * (a.im - b.im), right = scale * (-a.im - b.im);
+            t[i][j] = t[j][i] = sum;
+            t[half + i][half + j] = t[half + j][half + i] = difference;
+            t[half + i][j] = t[j][half + i] = left;
+            t[half + j][i] = t[i][half + j] = right;
+        }
+        trace += 2 * scale * lags[0][i].re;
+    }
+    for (int i = 0; i < l; i++)
+        t[i][i] += LOADING / l * trace;
+}
+
+/* Eq. 1, w = R^-1 a / (a^H R^-1 a) with a = 1: T = G G^T by a real Cholesky factorisation, whose rows solve G y = c
+   at once; then G^T w = y. */
+INLINE void weights(int l) {
+    int half = l / 2;
+    for (int i = 0; i < l; i++) {
+        float *restrict row = factor[i];
+        int j = 0;
+        /* Four columns at a time share the loads of the row. */
+        for (; j + 4 <= i; j += 4) {
+            const float *restrict a = factor[j], *restrict b = factor[j + 1];
+            const float *restrict c = factor[j + 2], *restrict d = factor[j + 3];
+            float p = t[i][j], q = t[i][j + 1], r = t[i][j + 2], s = t[i][j + 3];
+            for (int k = 0; k < j; k++) {
+                float own = row[k];
+                p -= own * a[k];
+                q -= own * b[k];
+                r -= own * c[k];
+                s -= own * d[k];
+            }
+            p *= a[j];
+            q = (q - p * b[j]) * b[j + 1];
+            r = (r - p * c[j] - q * c[j + 1]) * c[j + 2];
+            s = (s - p * d[j] - q * d[j + 1] - r * d[j + 2]) * d[j + 3];
+            row[j] = p;
+            row[j + 1] = q;
+            row[j + 2] = r;
+            row[j + 3] = s;
+        }
+        for (; j < i; j++) {
+            const float *restrict above = factor[j];
+            float sum = t[i][j];
+            for (int k = 0; k < j; k++)
+                sum -= row[k] * above[k];
+            row[j] = sum * above[j];
+        }
+        float sum = t[i][i], y = i < half;
+        for (int k = 0; k < i; k++) {
+            sum -= row[k] * row[k];
+            y -= row[k] * weight[k];
+        }
+        /* The diagonal holds reciprocals. */
+        row[i] = 1 / sqrtf(sum);
+        weight[i] = y * row[i];
     }
     for (int i = l - 1; i >= 0; i--) {
-        cfloat sum = {0, 0};
-        for (int k = i + 1; k < l; k++)
-            add_product_conj(&sum, w[k], factor[k][i]);
-        w[i].re = (w[i].re - sum.re) / factor[i][i].re;
-        w[i].im = (w[i].im - sum.im) / factor[i][i].re;
+        const float *restrict row = factor[i];
+        float w = weight[i] * row[i];
+        weight[i] = w;
+        for (int k = 0; k < i; k++)
+            weight[k] -= w * row[k];
     }
     float power = 0;
+    for (int i = 0; i < half; i++)
+        power += weight[i];
+    float scale = 0.5f / power;
     for (int i = 0; i < l; i++)
-        power += w[i].re;
-    for (int i = 0; i < l; i++) {
-        w[i].re /= power;
-        w[i].im /= power;
-    }
+        weight[i] *= scale;
 }
 
 /* Eq. 4: the weights applied to the mean of the subapertures. */
-static cfloat apply(const cfloat *x, int m, int l) {
-    int subapertures = m - l + 1;
-    cfloat z = {0, 0};
-    for (int i = 0; i < l; i++) {
-        cfloat sum = {0, 0};
-        for (int p = 0; p < subapertures; p++) {
-            sum.re += x[p + i].re;
-            sum.im += x[p + i].im;
-        }
-        add_product_conj(&z, sum, w[i]);
+INLINE cfloat apply(const cfloat *restrict x, int m, int l) {
+    int subapertures = m - l + 1, half = l / 2;
+    cfloat mean[MAX_SUBAPERTURE], sum = {0, 0}, out = {0, 0};
+    for (int i = 0; i < subapertures; i++) {
+        sum.re += x[i].re;
+        sum.im += x[i].im;
     }
-    return (cfloat){z.re / subapertures, z.im / subapertures};
+    mean[0] = sum;
+    for (int i = 1; i < l; i++) {
+        sum.re += x[i + subapertures - 1].re - x[i - 1].re;
+        sum.im += x[i + subapertures - 1].im - x[i - 1].im;
+        mean[i] = sum;
+    }
+    for (int i = 0; i < half; i++) {
+        cfloat a = mean[i], b = mean[l - 1 - i];
+        out.re += weight[i] * (a.re + b.re) + weight[half + i] * (a.im - b.im);
+        out.im += weight[i] * (a.im + b.im) - weight[half + i] * (a.re - b.re);
+    }
+    return (cfloat){out.re / subapertures, out.im / subapertures};
 }
 
-/* The eigenvector of R's largest eigenvalue, by power iteration, from the core's start vector. */
-static void power_iteration(int l) {
+/* The eigenvector of T's largest eigenvalue, by power iteration. */
+INLINE void power_iteration(int l) {
     float fraction = 0, length = 0;
     for (int i = 0; i < l; i++) {
         fraction += 0.618034f;
         if (fraction >= 1)
             fraction -= 1;
-        e[i] = (cfloat){0.5f + fraction, 0};
-        length += e[i].re * e[i].re;
+        e[i] = 0.5f + fraction;
+        length += e[i] * e[i];
     }
-    length = sqrtf(length);
+    length = 1 / sqrtf(length);
     for (int i = 0; i < l; i++)
-        e[i].re /= length;
+        e[i] *= length;
     for (int step = 0; step < STEP_LIMIT; step++) {
         float power = 0, change = 0;
-        for (int i = 0; i < l; i++) {
-            cfloat sum = {0, 0};
-            for (int j = 0; j < l; j++)
-                add_product(&sum, r[i][j], e[j]);
-            next[i] = sum;
-            power += sum.re * sum.re + sum.im * sum.im;
+        for (int i = 0; i < l; i += 4) {
+            float p = 0, q = 0, r = 0, s = 0;
+            for (int j = 0; j < l; j++) {
+                float v = e[j];
+                p += t[i][j] * v;
+                q += t[i + 1][j] * v;
+                r += t[i + 2][j] * v;
+                s += t[i + 3][j] * v;
+            }
+            next[i] = p;
+            next[i + 1] = q;
+            next[i + 2] = r;
+            next[i + 3] = s;
+            power += p * p + q * q + r * r + s * s;
         }
         float scale = 1 / sqrtf(power);
         for (int i = 0; i < l; i++) {
-            cfloat v = {next[i].re * scale, next[i].im * scale};
-            float re = v.re - e[i].re, im = v.im - e[i].im;
-            change += re * re + im * im;
+            float v = next[i] * scale, difference = v - e[i];
+            change += difference * difference;
             e[i] = v;
         }
         if (change <= TOLERANCE * TOLERANCE)
@@ -159,108 +212,86 @@ static void power_iteration(int l) {
     }
 }
 
-cfloat mv(const cfloat *x, int m, int l) {
+INLINE cfloat mv_of(const cfloat *restrict x, int m, int l) {
     covariance(x, m, l);
     weights(l);
     return apply(x, m, l);
 }
 
 /* Eq. 7 with the first eigenvector: w = e e^H w. */
-cfloat esmv_rank1(const cfloat *x, int m, int l) {
+INLINE cfloat esmv_rank1_of(const cfloat *restrict x, int m, int l) {
     covariance(x, m, l);
     weights(l);
     power_iteration(l);
-    cfloat share = {0, 0};
+    float share = 0;
     for (int i = 0; i < l; i++)
-        add_product_conj(&share, w[i], e[i]);
-    for (int i = 0; i < l; i++) {
-        w[i] = (cfloat){0, 0};
-        add_product(&w[i], e[i], share);
-    }
+        share += e[i] * weight[i];
+    for (int i = 0; i < l; i++)
+        weight[i] = share * e[i];
     return apply(x, m, l);
 }
 
-/* R = Z T Z^H by Householder reflections from the last row on, T real and tridiagonal with diagonal `d`
-   and off-diagonal `off`; R is destroyed. */
-static void tridiagonal(int l) {
-    cfloat *v = e, *q = next;
-    for (int i = 0; i < l; i++)
-        for (int j = 0; j < l; j++)
-            z[i][j] = (cfloat){i == j, 0};
+/* T = Z D Z^T by Householder reflections from the last row on, D tridiagonal with diagonal `d` and off-diagonal `off`;
+   of T the lower triangle is read, and destroyed. */
+INLINE void tridiagonal(int l) {
+    float tau[MAX_SUBAPERTURE], *restrict q = next;
     for (int k = l - 1; k >= 1; k--) {
-        float tail = 0;
-        for (int i = 0; i < k; i++) {
-            v[i] = r[i][k];
-            if (i < k - 1)
-                tail += v[i].re * v[i].re + v[i].im * v[i].im;
-        }
-        d[k] = r[k][k].re;
-        w[k] = v[k - 1];
+        float *restrict v = t[k], tail = 0, alpha = v[k - 1];
+        for (int i = 0; i < k - 1; i++)
+            tail += v[i] * v[i];
+        d[k] = v[k];
+        off[k - 1] = alpha;
+        tau[k] = 0;
         if (tail == 0)
             continue;
-        cfloat alpha = v[k - 1];
-        float length = sqrtf(alpha.re * alpha.re + alpha.im * alpha.im);
-        float norm = sqrtf(length * length + tail);
-        cfloat phase = length > 0 ? (cfloat){alpha.re / length, alpha.im / length} : (cfloat){1, 0};
-        v[k - 1].re += phase.re * norm;
-        v[k - 1].im += phase.im * norm;
-        w[k] = (cfloat){-phase.re * norm, -phase.im * norm};
-        float tau = 2 / (tail + (length + norm) * (length + norm));
-        float half = 0;
+        float norm = copysignf(sqrtf(alpha * alpha + tail), alpha), projection = 0;
+        v[k - 1] = alpha + norm;
+        off[k - 1] = -norm;
+        tau[k] = 2 / (tail + v[k - 1] * v[k - 1]);
         for (int i = 0; i < k; i++) {
-            cfloat sum = {0, 0};
-            for (int j = 0; j < k; j++)
-                add_product(&sum, r[i][j], v[j]);
-            q[i] = (cfloat){tau * sum.re, tau * sum.im};
-            half += v[i].re * q[i].re + v[i].im * q[i].im;
-        }
-        half *= tau / 2;
-        for (int i = 0; i < k; i++) {
-            q[i].re -= half * v[i].re;
-            q[i].im -= half * v[i].im;
-        }
-        for (int i = 0; i < k; i++) {
-            for (int j = 0; j <= i; j++) {
-                cfloat sum = {0, 0};
-                add_product_conj(&sum, v[i], q[j]);
-                add_product_conj(&sum, q[i], v[j]);
-                r[i][j].re -= sum.re;
-                r[i][j].im -= sum.im;
-                r[j][i] = (cfloat){r[i][j].re, -r[i][j].im};
+            const float *restrict row = t[i];
+            float sum = row[i] * v[i], own = v[i];
+            for (int j = 0; j < i; j++) {
+                sum += row[j] * v[j];
+                q[j] += row[j] * own;
             }
+            q[i] = sum;
         }
-        for (int i = 0; i < l; i++) {
-            cfloat sum = {0, 0};
-            for (int j = 0; j < k; j++)
-                add_product(&sum, z[i][j], v[j]);
-            sum.re *= -tau;
-            sum.im *= -tau;
-            for (int j = 0; j < k; j++)
-                add_product_conj(&z[i][j], sum, v[j]);
+        for (int i = 0; i < k; i++) {
+            q[i] *= tau[k];
+            projection += v[i] * q[i];
         }
-    }
-    d[0] = r[0][0].re;
-    /* Phases that make the off-diagonal real. */
-    cfloat phase = {1, 0};
-    for (int k = 1; k < l; k++) {
-        float length = sqrtf(w[k].re * w[k].re + w[k].im * w[k].im);
-        if (length > 0) {
-            cfloat turned = {0, 0};
-            add_product_conj(&turned, phase, (cfloat){w[k].re / length, w[k].im / length});
-            phase = turned;
-        }
-        off[k - 1] = length;
-        for (int i = 0; i < l; i++) {
-            cfloat turned = {0, 0};
-            add_product(&turned, z[i][k], phase);
-            z[i][k] = turned;
+        projection *= tau[k] / 2;
+        for (int i = 0; i < k; i++)
+            q[i] -= projection * v[i];
+        for (int i = 0; i < k; i++) {
+            float *restrict row = t[i], a = v[i], b = q[i];
+            for (int j = 0; j <= i; j++)
+                row[j] -= a * q[j] + b * v[j];
         }
     }
+    d[0] = t[0][0];
     off[l - 1] = 0;
+    /* The product of the reflections, from the smallest on. */
+    for (int i = 0; i < l; i++)
+        for (int j = 0; j < l; j++)
+            z[i][j] = i == j;
+    for (int k = 2; k < l; k++) {
+        const float *restrict v = t[k];
+        float sum[MAX_SUBAPERTURE] = {0};
+        for (int i = 0; i < k; i++)
+            for (int j = 0; j < k; j++)
+                sum[j] += v[i] * z[i][j];
+        for (int i = 0; i < k; i++) {
+            float scaled = tau[k] * v[i];
+            for (int j = 0; j < k; j++)
+                z[i][j] -= scaled * sum[j];
+        }
+    }
 }
 
 /* Eigenvalues in `d`, eigenvectors in the columns of `z`: implicit QL (EISPACK's tql2). */
-static void ql(int l) {
+INLINE void ql(int l) {
     for (int first = 0; first < l; first++) {
         for (int step = 0; step < 40; step++) {
             int last = first;
@@ -285,14 +316,14 @@ static void ql(int l) {
                 s = f / length;
                 c = g / length;
                 g = d[i + 1] - p;
-                float t = (d[i] - g) * s + 2 * c * b;
-                p = s * t;
+                float turn = (d[i] - g) * s + 2 * c * b;
+                p = s * turn;
                 d[i + 1] = g + p;
-                g = c * t - b;
+                g = c * turn - b;
                 for (int k = 0; k < l; k++) {
-                    cfloat left = z[k][i], right = z[k][i + 1];
-                    z[k][i + 1] = (cfloat){s * left.re + c * right.re, s * left.im + c * right.im};
-                    z[k][i] = (cfloat){c * left.re - s * right.re, c * left.im - s * right.im};
+                    float left = z[k][i], right = z[k][i + 1];
+                    z[k][i + 1] = s * left + c * right;
+                    z[k][i] = c * left - s * right;
                 }
             }
             if (i >= first)
@@ -305,7 +336,7 @@ static void ql(int l) {
 }
 
 /* Eq. 5 to 8: the eigenvectors of the largest eigenvalues that make up beta of the metric. */
-cfloat esmv_beta(const cfloat *x, int m, int l, float beta) {
+INLINE cfloat esmv_beta_of(const cfloat *restrict x, int m, int l, float beta) {
     covariance(x, m, l);
     tridiagonal(l);
     ql(l);
@@ -316,26 +347,39 @@ cfloat esmv_beta(const cfloat *x, int m, int l, float beta) {
             order[place] = order[place - 1];
         order[place] = i;
     }
+    /* e^H a over sqrt(2), and the metric over 2. */
     float total = 0;
     for (int k = 0; k < l; k++) {
-        cfloat sum = {0, 0};
-        for (int i = 0; i < l; i++) {
-            sum.re += z[i][order[k]].re;
-            sum.im -= z[i][order[k]].im;
-        }
-        /* e^H a */
+        float sum = 0;
+        for (int i = 0; i < l / 2; i++)
+            sum += z[i][order[k]];
         e[k] = sum;
-        total += (sum.re * sum.re + sum.im * sum.im) / d[order[k]];
+        total += sum * sum / d[order[k]];
     }
     for (int i = 0; i < l; i++)
-        w[i] = (cfloat){0, 0};
+        weight[i] = 0;
     float reached = 0;
     for (int k = 0; k < l && (k == 0 || reached < beta * total); k++) {
-        float value = d[order[k]];
-        reached += (e[k].re * e[k].re + e[k].im * e[k].im) / value;
-        cfloat share = {e[k].re / (value * total), e[k].im / (value * total)};
+        float value = d[order[k]], share = e[k] / (2 * value * total);
+        reached += e[k] * e[k] / value;
         for (int i = 0; i < l; i++)
-            add_product(&w[i], z[i][order[k]], share);
+            weight[i] += share * z[i][order[k]];
     }
     return apply(x, m, l);
+}
+
+#define MV(m, l) mv_of(x, m, l)
+#define RANK1(m, l) esmv_rank1_of(x, m, l)
+#define BETA(m, l) esmv_beta_of(x, m, l, beta)
+
+cfloat mv(const cfloat *restrict x, int m) {
+    FOR_SIZES(MV, m)
+}
+
+cfloat esmv_rank1(const cfloat *restrict x, int m) {
+    FOR_SIZES(RANK1, m)
+}
+
+cfloat esmv_beta(const cfloat *restrict x, int m, float beta) {
+    FOR_SIZES(BETA, m)
 }

@@ -1,4 +1,4 @@
-/* DAS, MV and ESMV as a C programmer would write them from the paper's equations. */
+/* DAS, MV and ESMV by the core's algorithms: covariance by lag sums, its real form, a real Cholesky factorisation. */
 
 #ifndef BEAMFORM_H
 #define BEAMFORM_H
@@ -10,10 +10,10 @@ typedef struct {
 
 #define MAX_SUBAPERTURE 32
 
-/* x: m delayed analytic samples; l: length of a subaperture. */
-cfloat das(const cfloat *x, int m);
-cfloat mv(const cfloat *x, int m, int l);
-cfloat esmv_rank1(const cfloat *x, int m, int l);
-cfloat esmv_beta(const cfloat *x, int m, int l, float beta);
+/* x: m delayed analytic samples, 16, 32 or 64; subapertures have m/2. */
+cfloat das(const cfloat *restrict x, int m);
+cfloat mv(const cfloat *restrict x, int m);
+cfloat esmv_rank1(const cfloat *restrict x, int m);
+cfloat esmv_beta(const cfloat *restrict x, int m, float beta);
 
 #endif
