@@ -216,6 +216,8 @@ impl<SPI: SpiDevice, RESET: OutputPin, SELECT: OutputPin> Receiver for Afe<SPI, 
     type Settings = Settings;
     const CHANNELS: usize = 8;
     const BITS: u32 = 14;
+    const SYNC: u16 = 0x3F80;
+    const RAMP: bool = true;
 
     async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Error> {
         self.deselect()?;
@@ -305,7 +307,7 @@ pub(crate) fn custom(word: u16, bits: u32) -> Result<u16, Error> {
         return Err(Error::Range {
             name: "test pattern",
             value: word.into(),
-            expected: "at most 14 bits",
+            expected: "at most the bits of a word",
         });
     }
     Ok(word)

@@ -45,6 +45,8 @@ impl<SPI: SpiDevice, RESET: OutputPin> Receiver for Afe58jd18<SPI, RESET> {
     type Settings = Settings<Jd18LowPass>;
     const CHANNELS: usize = 16;
     const BITS: u32 = 14;
+    const SYNC: u16 = 0x3F80;
+    const RAMP: bool = true;
 
     async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Error> {
         reset(&mut self.reset, delay).await?;

@@ -75,7 +75,7 @@ pub enum AlignError<R, D> {
         /// The word that came last.
         word: u16,
     },
-    /// A channel's ramp does not count up by one, or differs from channel 0's.
+    /// A word of a channel's ramp, or of words in turn, is not the next, or differs from channel 0's.
     Ramp {
         /// The channel.
         channel: usize,
@@ -119,8 +119,9 @@ const WORDS: usize = 64;
 ///
 /// 1. Deskew pattern: each channel's delay goes to the middle of its widest range of taps at which all words are
 ///    zeros and ones in turn. At least `least` taps are needed.
-/// 2. Synchronisation pattern: words are moved until their first half is ones.
-/// 3. Ramp: words must count up by one, alike in all channels.
+/// 2. Synchronisation pattern: words are moved until they are [`Receiver::SYNC`].
+/// 3. Ramp: words must count up by one, alike in all channels. Where the part has none, words of zeros and of ones must
+///    take turns.
 ///
 /// The receiver sends echoes again afterwards, and after an error as well.
 ///
@@ -174,14 +175,17 @@ async fn steps<R: Receiver, D: Deserialiser, const N: usize>(
         .await
         .map_err(AlignError::Receiver)?;
     for (channel, lane) in aligned.iter_mut().enumerate() {
-        match frame(lanes, channel, R::BITS).await {
+        match frame(lanes, channel, R::BITS, R::SYNC).await {
             Ok(Ok(slips)) => lane.slips = slips,
             Ok(Err(word)) => return Err(AlignError::NoFrame { channel, word }),
             Err(error) => return Err(AlignError::Deserialiser(error)),
         }
     }
 
-    let pattern = TestPattern::Ramp;
+    let pattern = match R::RAMP {
+        true => TestPattern::Ramp,
+        false => TestPattern::Toggle,
+    };
     receiver
         .test_pattern(pattern)
         .await
@@ -212,13 +216,13 @@ async fn eye<D: Deserialiser>(lanes: &mut D, channel: usize, bits: u32) -> Resul
     Ok(best)
 }
 
-/// Bits by which words are moved until their first half is ones, or the last word.
+/// Bits by which words are moved until they are `sync`, or the last word.
 async fn frame<D: Deserialiser>(
     lanes: &mut D,
     channel: usize,
     bits: u32,
+    sync: u16,
 ) -> Result<Result<u8, u16>, D::Error> {
-    let sync = mask(bits) & !mask(bits / 2);
     let mut last = 0;
     for slips in 0..bits as u8 {
         lanes.capture().await?;
@@ -233,7 +237,7 @@ async fn frame<D: Deserialiser>(
     Ok(Err(last))
 }
 
-/// Whether words of all channels count up, alike.
+/// Whether words of all channels follow each other, alike. Words in turn are zeros or ones.
 async fn ramp<R: Receiver, D: Deserialiser>(
     lanes: &mut D,
     channels: usize,
@@ -255,7 +259,10 @@ async fn ramp<R: Receiver, D: Deserialiser>(
                     got,
                 });
             }
-            expected = expected.wrapping_add(1) & mask(R::BITS);
+            expected = match R::RAMP {
+                true => expected.wrapping_add(1) & mask(R::BITS),
+                false => !expected & mask(R::BITS),
+            };
         }
     }
     Ok(())

@@ -3,7 +3,7 @@
 //!
 //! | | trait | parts |
 //! |---|---|---|
-//! | receivers | [`Receiver`] | [`Afe`] (TI's AFE5808A and AFE5809), [`Afe58jd18`], two of them as a [`Pair`] |
+//! | receivers | [`Receiver`] | [`Afe`] (TI's AFE5808A and AFE5809), [`Afe58jd18`], [`ad9276::Ad9276`], two of a kind as a [`Pair`] |
 //! | lanes of a receiver | [`Deserialiser`], the FPGA's end | [`align`] finds bits and words |
 //! | gain over depth | [`Vcat`], a converter | [`GainCurve`] makes its codes |
 //! | pulsers | [`Pulser`], behind the limits of [`Limited`] | [`tx7332::Tx7332`] |
@@ -12,7 +12,7 @@
 //!
 //! The drivers are async, over `embedded-hal-async`. [`Blocking`] and [`block`] run them over `embedded-hal`.
 //!
-//! No part was at hand. [`registers`] and [`tx7332`] say which facts public sources confirm, and which ones the
+//! No part was at hand. [`registers`], [`ad9276`] and [`tx7332`] say which facts public sources confirm, and which ones the
 //! integrator must check against the data sheet first.
 
 #![no_std]
@@ -20,6 +20,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod ad9276;
 mod afe;
 mod afe58jd18;
 mod alignment;

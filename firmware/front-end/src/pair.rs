@@ -59,7 +59,7 @@ where
     /// line, the second part's pin is [`NoPin`](crate::NoPin).
     pub fn new(first: A, second: B, sync: SYNC, delay: DELAY) -> Self {
         const {
-            assert!(A::BITS == B::BITS);
+            assert!(A::BITS == B::BITS && A::SYNC == B::SYNC);
         }
         Pair {
             first,
@@ -102,6 +102,8 @@ where
     type Settings = A::Settings;
     const CHANNELS: usize = A::CHANNELS + B::CHANNELS;
     const BITS: u32 = A::BITS;
+    const SYNC: u16 = A::SYNC;
+    const RAMP: bool = A::RAMP && B::RAMP;
 
     async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Self::Error> {
         self.first.reset(delay).await.map_err(PairError::First)?;

@@ -4,7 +4,8 @@ use embedded_hal_async::delay::DelayNs;
 
 /// A front end between transducer and processor: amplifiers, filters, converters.
 ///
-/// [`Afe`](crate::Afe), [`Afe58jd18`](crate::Afe58jd18) and two of either as a [`Pair`](crate::Pair) implement it.
+/// [`Afe`](crate::Afe), [`Afe58jd18`](crate::Afe58jd18), [`Ad9276`](crate::ad9276::Ad9276) and two of a kind as a
+/// [`Pair`](crate::Pair) implement it.
 /// [`align`](crate::align) brings the lanes of any of them up.
 #[allow(async_fn_in_trait)]
 pub trait Receiver {
@@ -16,6 +17,10 @@ pub trait Receiver {
     const CHANNELS: usize;
     /// Bits of a word on a lane.
     const BITS: u32;
+    /// The word of [`TestPattern::Sync`], its first bit highest.
+    const SYNC: u16;
+    /// Whether it has [`TestPattern::Ramp`]; [`TestPattern::Toggle`] serves where it has not.
+    const RAMP: bool;
 
     /// Resets the part by its pin: every register is at its default then, and the part runs.
     ///
@@ -87,7 +92,7 @@ pub enum Attenuator {
 pub enum TestPattern {
     /// None: echoes.
     Off,
-    /// Ones in the first half of a word, then zeros: shows where words begin.
+    /// Ones in one half of a word, zeros in the other: shows where words begin.
     Sync,
     /// Zeros and ones in turn: shows the edges of bits.
     Deskew,
@@ -104,7 +109,7 @@ pub enum TestPattern {
 }
 
 impl TestPattern {
-    /// The code, which all of the parts share.
+    /// The code, which TI's parts share.
     pub(crate) fn code(self) -> u16 {
         match self {
             TestPattern::Off => 0b000,

@@ -4,7 +4,11 @@ use core::future::{Future, poll_fn};
 use core::task::Poll;
 
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
-use front_end::mock::{MockAfe, MockDelay, MockLane, MockLanes, MockPart, MockSync, Refused};
+use front_end::ad9276::{self, Ad9276};
+use front_end::mock::{
+    AdRefused, MockAd9276, MockAfe, MockDelay, MockLane, MockLanes, MockPart, MockSync, MockWords,
+    Refused,
+};
 use front_end::{
     Afe, Afe58jd18, AlignError, Attenuator, Blocking, Error, Gain, Jd18LowPass, Lane, LnaGain,
     Pair, PairError, PgaGain, Power, Receiver, Settings, Termination, TestPattern, align, block,
@@ -206,6 +210,113 @@ fn parts_out_of_step_are_found() {
         panic!("{outcome:?}");
     };
     assert_eq!(got, expected + 1);
+}
+
+/// A part of another maker, with other frames, gains and words, behind the same trait.
+#[test]
+fn a_part_of_another_maker_is_a_receiver() {
+    let part = MockAd9276::default();
+    let mut receiver = Ad9276::new(Blocking(&part));
+    let mut delay = Blocking(MockDelay::default());
+    assert_eq!(block(receiver.reset(&mut delay)), Ok(()));
+    // Its default is that of a reset.
+    let reset = [0x0F, 0x11, 0x14].map(|r| part.register(r));
+    assert_eq!(
+        block(receiver.configure(&ad9276::Settings::default())),
+        Ok(())
+    );
+    assert_eq!([0x0F, 0x11, 0x14].map(|r| part.register(r)), reset);
+    // Other bits of the same registers stay.
+    part.set_register(0x14, 0x44);
+    part.set_register(0x05, 0x30);
+    let settings = ad9276::Settings {
+        lna: ad9276::Lna::Db18,
+        pga: ad9276::Pga::Db30,
+        filter: ad9276::Filter::Rate20,
+        offset_binary: false,
+    };
+    assert_eq!(block(receiver.configure(&settings)), Ok(()));
+    let read = [0x04, 0x05, 0x0F, 0x11, 0x14].map(|r| part.register(r));
+    assert_eq!(read, [0x0F, 0x0F, 0xC0, 0x0D, 0x45]);
+    for (power, mode) in [(Power::Standby, 2), (Power::Down, 1), (Power::On, 0)] {
+        assert_eq!(block(receiver.power(power, &mut delay)), Ok(()));
+        assert_eq!(part.register(0x08), mode);
+    }
+    for (pattern, mode) in [
+        (TestPattern::Ones, 2),
+        (TestPattern::Zeros, 3),
+        (TestPattern::Toggle, 7),
+        (TestPattern::Custom(0xABC), 8),
+        (TestPattern::Deskew, 9),
+        (TestPattern::Sync, 10),
+        (TestPattern::Off, 0),
+    ] {
+        assert_eq!(block(receiver.test_pattern(pattern)), Ok(()));
+        assert_eq!(part.register(0x0D), mode);
+    }
+    assert_eq!([0x19, 0x1A].map(|r| part.register(r)), [0xBC, 0x0A]);
+    // What the part has not.
+    for refused in [
+        block(receiver.test_pattern(TestPattern::Ramp)),
+        block(receiver.test_pattern(TestPattern::Custom(0x1000))),
+        block(receiver.attenuate(Attenuator::Steps(1))),
+    ] {
+        assert!(matches!(refused, Err(Error::Range { .. })), "{refused:?}");
+    }
+    assert_eq!(block(receiver.attenuate(Attenuator::Voltage)), Ok(()));
+    assert_eq!(part.refused(), None);
+}
+
+/// Another part answers with another number; the mock refuses registers that there are not.
+#[test]
+fn another_part_is_noticed() {
+    let part = MockAd9276::default();
+    let mut delay = Blocking(MockDelay::default());
+    struct Other<'a>(&'a MockAd9276);
+    impl ErrorType for Other<'_> {
+        type Error = AdRefused;
+    }
+    impl SpiDevice for Other<'_> {
+        fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), AdRefused> {
+            let outcome = (&mut &*self.0).transaction(operations);
+            if let [_, Operation::Read([value])] = operations {
+                *value ^= 1;
+            }
+            outcome
+        }
+    }
+    let refused = block(Ad9276::new(Blocking(Other(&part))).reset(&mut delay));
+    let differs = Error::ReadBack {
+        register: 1,
+        written: 0x72,
+        read: 0x73,
+    };
+    assert_eq!(refused, Err(differs));
+    assert_eq!(
+        (&mut &part).write(&[0, 0x03, 0]),
+        Err(AdRefused::NoRegister(3))
+    );
+    assert_eq!((&mut &part).write(&[0x20, 0x04, 0]), Err(AdRefused::Length));
+}
+
+/// Lanes of 12 bits without a ramp, by the same routine.
+#[test]
+fn lanes_without_a_ramp_are_aligned() {
+    let parts = [MockAd9276::default()];
+    let mut receiver = Ad9276::new(Blocking(&parts[0]));
+    let lanes: [MockLane; 8] = core::array::from_fn(|n| MockLane {
+        first: 3,
+        end: 20,
+        offset: n as u32,
+        tap: 0,
+    });
+    let mut fpga = MockLanes::new(&parts, lanes);
+    let aligned: [Lane; 8] = block(align(&mut receiver, &mut fpga, 8)).unwrap();
+    for (n, lane) in aligned.into_iter().enumerate() {
+        assert_eq!((lane.slips, lane.window), (n as u8, 17));
+        assert_eq!(fpga.lanes[n].offset, 0);
+    }
+    assert_eq!(parts[0].word(0), None);
 }
 
 /// A device that suspends once at each transaction, as a bus with DMA does.

@@ -6,7 +6,7 @@ use core::convert::Infallible;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, ErrorKind, Operation, SpiDevice};
 
-use super::PinResult;
+use super::{MockWords, PinResult};
 use crate::registers::{
     COEFFICIENT_ADDRESS, COEFFICIENTS, CONTROL, CUSTOM_PATTERN, DEMODULATOR_CONTROL, PROFILE,
     PROFILE_ADDRESS, READ_OUT, SOFTWARE_RESET, TEST_PATTERN, jd18,
@@ -195,9 +195,12 @@ impl MockAfe {
     pub fn wrong(&self, register: u8, bits: u16) {
         self.state.borrow_mut().wrong = Some((register, bits));
     }
+}
 
-    /// The word that all channels send at `time`, in samples; `None` for echoes.
-    pub fn word(&self, time: u16) -> Option<u16> {
+impl MockWords for MockAfe {
+    const BITS: u32 = 14;
+
+    fn word(&self, time: u16) -> Option<u16> {
         const MASK: u16 = (1 << 14) - 1;
         let state = self.state.borrow();
         let field = match state.part {
@@ -216,8 +219,7 @@ impl MockAfe {
         }
     }
 
-    /// Starts ramps at `phase`.
-    pub(super) fn start(&self, phase: u16) {
+    fn start(&self, phase: u16) {
         self.state.borrow_mut().phase = phase;
     }
 }

@@ -7,6 +7,18 @@ use embedded_hal::digital::{self, OutputPin};
 use super::{MockAfe, PinResult};
 use crate::Deserialiser;
 
+/// A part's words on its lanes.
+pub trait MockWords {
+    /// Bits of a word.
+    const BITS: u32;
+
+    /// The word that all channels send at `time`, in samples; `None` for echoes.
+    fn word(&self, time: u16) -> Option<u16>;
+
+    /// Starts ramps at `phase`.
+    fn start(&self, phase: u16);
+}
+
 /// One synchronisation line to several parts: a rising edge starts their ramps together.
 #[derive(Clone, Debug)]
 pub struct MockSync<'a>(pub &'a [MockAfe]);
@@ -44,21 +56,17 @@ pub struct MockLane {
 
 /// Deserialiser of `N` lanes, the same number from each part.
 #[derive(Clone, Debug)]
-pub struct MockLanes<'a, const N: usize> {
-    parts: &'a [MockAfe],
+pub struct MockLanes<'a, P, const N: usize> {
+    parts: &'a [P],
     /// The lanes.
     pub lanes: [MockLane; N],
     time: u16,
     noise: u32,
 }
 
-/// Bits of a word.
-const BITS: u32 = 14;
-const MASK: u16 = (1 << BITS) - 1;
-
-impl<'a, const N: usize> MockLanes<'a, N> {
+impl<'a, P: MockWords, const N: usize> MockLanes<'a, P, N> {
     /// Lanes from these parts. Ramps of different parts start at different words.
-    pub fn new(parts: &'a [MockAfe], lanes: [MockLane; N]) -> Self {
+    pub fn new(parts: &'a [P], lanes: [MockLane; N]) -> Self {
         for (part, phase) in parts.iter().zip(1..) {
             part.start(phase);
         }
@@ -71,7 +79,7 @@ impl<'a, const N: usize> MockLanes<'a, N> {
     }
 }
 
-impl<const N: usize> Deserialiser for MockLanes<'_, N> {
+impl<P: MockWords, const N: usize> Deserialiser for MockLanes<'_, P, N> {
     /// The lane that there is not.
     type Error = usize;
     const TAPS: u16 = 32;
@@ -83,7 +91,7 @@ impl<const N: usize> Deserialiser for MockLanes<'_, N> {
 
     async fn slip(&mut self, channel: usize) -> Result<(), usize> {
         let lane = self.lanes.get_mut(channel).ok_or(channel)?;
-        lane.offset = (lane.offset + BITS - 1) % BITS;
+        lane.offset = (lane.offset + P::BITS - 1) % P::BITS;
         Ok(())
     }
 
@@ -96,17 +104,18 @@ impl<const N: usize> Deserialiser for MockLanes<'_, N> {
         let lane = *self.lanes.get(channel).ok_or(channel)?;
         let part = self.parts.get(channel * self.parts.len() / N);
         let part = part.ok_or(channel)?;
+        let mask = ((1u32 << P::BITS) - 1) as u16;
         for (word, time) in words.iter_mut().zip(self.time..) {
             // Echoes are noise.
             self.noise = self
                 .noise
                 .wrapping_mul(1_664_525)
                 .wrapping_add(1_013_904_223);
-            let noise = (self.noise >> 16) as u16 & MASK;
+            let noise = (self.noise >> 16) as u16 & mask;
             let sent = |time| u32::from(part.word(time).unwrap_or(noise));
-            let two = sent(time) << BITS | sent(time.wrapping_add(1));
+            let two = sent(time) << P::BITS | sent(time.wrapping_add(1));
             let good = (lane.first..lane.end).contains(&lane.tap);
-            *word = (two >> (BITS - lane.offset)) as u16 & MASK ^ if good { 0 } else { noise };
+            *word = (two >> (P::BITS - lane.offset)) as u16 & mask ^ if good { 0 } else { noise };
         }
         Ok(())
     }

@@ -2,13 +2,15 @@
 //!
 //! They hold the parts' registers, answer as the parts do, and refuse what a part would ignore.
 
+mod ad9276;
 mod afe;
 mod lanes;
 mod pulser;
 mod tx7332;
 
+pub use ad9276::{AdRefused, MockAd9276};
 pub use afe::{MockAfe, MockPart, MockPin, MockSpi, Refused};
-pub use lanes::{MockLane, MockLanes, MockSync};
+pub use lanes::{MockLane, MockLanes, MockSync, MockWords};
 pub use pulser::{MockProfile, MockPulser, MockPulserError};
 pub use tx7332::{MockBoard, MockTx7332, TxRefused};
 
