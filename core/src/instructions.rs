@@ -1,4 +1,4 @@
-//! What no safe function of stable Rust's `core` does, two instructions and a cast: the core's only `unsafe`.
+//! What no safe function of stable Rust's `core` does, two instructions and two casts: the core's only `unsafe`.
 //!
 //! [`sqrt`]: `libm::sqrtf` is one instruction where the compiler's targets promise it (x86-64,
 //! AArch64), and about a hundred on a Cortex-M, whose FPU has the instruction as well. Both round
@@ -12,6 +12,8 @@
 //! [`vectors`]: a caller's complex memory is one slice, of `num_complex`'s numbers, whatever the stage. Arithmetic
 //! over lanes cannot be defined for these outside their own crate, so that the beamformers compute with
 //! [`ComplexVector`].
+//!
+//! [`integers`]: a caller's real memory is one slice of `f32`, whatever the stage, and the surface's are integers.
 
 use crate::complex_vector::ComplexVector;
 use num_complex::Complex;
@@ -27,6 +29,27 @@ pub(crate) fn vectors<V>(complex: &mut [Complex<V>]) -> &mut [ComplexVector<V>] 
     // SAFETY: both types are `repr(C)` with the same two fields in the same order. The slice is borrowed for as
     // long as the result.
     unsafe { core::slice::from_raw_parts_mut(complex.as_mut_ptr().cast(), complex.len()) }
+}
+
+/// Integers that a caller's real memory can hold.
+pub(crate) trait Integer: Copy {}
+impl Integer for u8 {}
+impl Integer for u16 {}
+impl Integer for u32 {}
+impl Integer for i32 {}
+
+/// A caller's real memory as integers: as many, twice as many of 16 bits, or four times as many of 8. What is in them is anything.
+#[inline(always)]
+#[allow(unsafe_code)]
+pub(crate) fn integers<T: Integer>(real: &mut [f32]) -> &mut [T] {
+    const {
+        assert!(size_of::<f32>() % size_of::<T>() == 0);
+        assert!(align_of::<T>() <= align_of::<f32>());
+    }
+    let count = real.len() * (size_of::<f32>() / size_of::<T>());
+    // SAFETY: every pattern of bits is a value of both types, which have no padding. The slice has the same bytes, is
+    // aligned, and is borrowed for as long as the result.
+    unsafe { core::slice::from_raw_parts_mut(real.as_mut_ptr().cast(), count) }
 }
 
 /// `√x`, correctly rounded; NaN for a negative `x`.

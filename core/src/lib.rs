@@ -7,7 +7,7 @@
 //!
 //! The flow: [`delay`] (recorded data → aligned analytic samples) → [`beamform`] (one line, by way
 //! of [`covariance`], its factorisation and eigenvectors) → [`image`] (decibels, isotropic pixels) →
-//! [`phase_symmetry`] (the ridge filter).
+//! [`phase_symmetry`] (the ridge filter) and [`surface`] (a depth of the bone, or none, in each line).
 //!
 //! Kernels are written over [`simd`] vectors, one independent output a lane. Every kernel is `no_std`,
 //! allocates nothing, never panics and returns the same bits on every target: `+ − × ÷ √` in a fixed
@@ -45,6 +45,7 @@ pub mod memory;
 pub mod phase_symmetry;
 pub mod pipeline;
 pub mod simd;
+pub mod surface;
 
 pub use delay::Record;
 pub use error::Error;

@@ -10,7 +10,8 @@ use crate::commands::bench;
 #[cfg(not(feature = "bench"))]
 use crate::commands::bench_left_out as bench;
 use crate::commands::{
-    beamform, completions, convert, golden, info, main_job, paper, phase_symmetry, simulate, verify,
+    beamform, completions, convert, golden, info, main_job, paper, phase_symmetry, simulate,
+    surface, verify,
 };
 use crate::{Error, Result};
 use bonebeam_drive::threads;
@@ -42,6 +43,7 @@ enum Command {
     Simulate(Box<simulate::Arguments>),
     Beamform(Box<beamform::Arguments>),
     PhaseSymmetry(phase_symmetry::Arguments),
+    Surface(Box<surface::Arguments>),
     Info(Box<info::Arguments>),
     Convert(convert::Arguments),
     Verify(verify::Arguments),
@@ -64,6 +66,8 @@ Examples:
   host-sim beamform channels.npz --method esmv-rank1 -o lines.npz --image lines.png
   host-sim phase-symmetry lines.png --pad --scales 2^-7,2^-8,2^-9 --threshold 15 -o ps.npy \\
       --image ps.png
+  host-sim surface channels.npz -o surface.csv --image surface.png
+  host-sim surface scan.png --pixel-size 0.0001 -o surface.csv --image surface.png
   host-sim info recording.hdf5
   host-sim convert recording.uff -o recording.npz
   host-sim beamform --help";
@@ -92,6 +96,7 @@ fn dispatch(cli: Cli) -> Result<()> {
         None => main_job::run(&cli.main_job),
         Some(Command::Beamform(arguments)) => beamform::run(*arguments),
         Some(Command::PhaseSymmetry(arguments)) => phase_symmetry::run(arguments),
+        Some(Command::Surface(arguments)) => surface::run(*arguments),
         Some(Command::Simulate(arguments)) => simulate::run(*arguments),
         Some(Command::Info(arguments)) => info::run(*arguments),
         Some(Command::Convert(arguments)) => convert::run(arguments),

@@ -7,7 +7,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry};
+use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Surface};
 use bonebeam_files::atomic::Outputs;
 use bonebeam_files::settings::read_toml_with;
 use bonebeam_formats::Variables;
@@ -28,6 +28,8 @@ pub struct Config {
     pub image: Image,
     /// The ridge filter.
     pub phase_symmetry: PhaseSymmetry,
+    /// The bone surface.
+    pub surface: Surface,
     /// What a recording calls its arrays.
     #[serde(skip_serializing_if = "Variables::is_empty")]
     pub variables: Variables,
@@ -52,6 +54,7 @@ impl Config {
         self.beamform.validate()?;
         self.image.validate()?;
         self.phase_symmetry.validate()?;
+        self.surface.validate()?;
         self.variables.check().map_err(Error::Usage)
     }
 

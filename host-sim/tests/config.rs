@@ -4,7 +4,7 @@ use bonebeam::beamform::{Apodization, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use std::fs;
 
-use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size};
+use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size, Surface};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_files::atomic::Outputs;
 use bonebeam_formats::Variables;
@@ -126,6 +126,12 @@ fn the_written_configuration_is_read_back_as_it_was() {
             median: true,
             width: Some(0.02),
             ..Image::default()
+        },
+        surface: Surface {
+            search_end: Some(0.04),
+            absence: Some(-2.0),
+            rest: Some(1.5),
+            ..Surface::default()
         },
         phase_symmetry: PhaseSymmetry {
             resize: Some(Size {

@@ -19,6 +19,7 @@ pub mod phase_symmetry;
 pub mod pipeline;
 pub mod snapshots;
 pub mod sqrt;
+pub mod surface;
 
 /// The examples of the documents must compile, and run.
 #[cfg(doctest)]
@@ -39,6 +40,7 @@ pub struct Workspaces {
     iq: iq::Memory,
     phase_symmetry: phase_symmetry::Memory,
     pipeline: pipeline::Memory,
+    surface: surface::Memory,
 }
 
 impl Workspaces {
@@ -54,6 +56,7 @@ impl Workspaces {
             iq: iq::Memory::new(),
             phase_symmetry: phase_symmetry::Memory::new(),
             pipeline: pipeline::Memory::new(),
+            surface: surface::Memory::new(),
         }
     }
 }
@@ -75,5 +78,6 @@ pub fn run(workspaces: &mut Workspaces, report: &mut impl FnMut(&str, u64)) -> R
     image::run(&mut workspaces.image, report)?;
     phase_symmetry::run(&mut workspaces.phase_symmetry, report)?;
     iq::run(&mut workspaces.iq, &mut workspaces.delay, report)?;
-    pipeline::run(&mut workspaces.pipeline, report)
+    pipeline::run(&mut workspaces.pipeline, report)?;
+    surface::run(&mut workspaces.surface, report)
 }

@@ -21,6 +21,7 @@ mod pipeline;
 mod pipeline_blocks;
 mod pipeline_errors;
 mod simulate;
+mod surface;
 mod upsampled;
 mod volume;
 

@@ -12,7 +12,9 @@ use bonebeam::geometry::{Active, Axis};
 use bonebeam::simd::InstructionSet;
 use bonebeam_oracle::reference::f32 as reference;
 use bonebeam_tests::snapshots::{self, ELEMENTS, PERIODIC, REAL_PARTS, SAMPLES, SNAPSHOTS};
-use bonebeam_tests::{Workspaces, beamform, delay, hash, image, lanes, phase_symmetry, sqrt};
+use bonebeam_tests::{
+    Workspaces, beamform, delay, hash, image, lanes, phase_symmetry, sqrt, surface,
+};
 use common::lines::{Line, scalar};
 use ndarray::Array2;
 use rand::rngs::ChaCha8Rng;
@@ -215,8 +217,22 @@ fn phase_symmetry_of_the_whole_has_the_hash_of_every_strip() {
     }
 }
 
+#[test]
+fn the_surface_by_trying_all_paths_has_the_hashes() {
+    let mut frame = [0; surface::LINES * surface::SAMPLES];
+    surface::frame(&mut frame);
+    for (name, parameters) in surface::CASES {
+        let points = reference::surface::surface(&parameters, &frame);
+        assert!(
+            points.iter().flatten().count() > surface::LINES / 2,
+            "{name}"
+        );
+        assert_eq!(surface::hash_of(&points), recorded(name), "{name}");
+    }
+}
+
 /// Cases that are never computed over lanes, or only over those of a beam each.
-const ONE_LANE: [&str; 10] = [
+const ONE_LANE: [&str; 12] = [
     "sqrt",
     "delay-filter-f32",
     "mv-growing-aperture",
@@ -227,6 +243,8 @@ const ONE_LANE: [&str; 10] = [
     "resample",
     "pipeline-iq-left",
     "pipeline-iq-middle",
+    "surface-frame",
+    "surface-late",
 ];
 
 #[test]

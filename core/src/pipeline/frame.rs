@@ -5,11 +5,14 @@ use super::{Parts, Pipeline};
 use crate::beamform::{Sizes, Workspace};
 use crate::covariance::{Averaging, ForwardBackward};
 use crate::delay::{Delay, Stage};
+use crate::error::check_length;
 use crate::geometry::{ApertureTable, Transmit};
-use crate::image::envelope;
+use crate::image::{envelope, largest};
+use crate::instructions::integers;
 use crate::memory::Scratch;
 use crate::phase_symmetry::{External, Kernels, LogGabor, Microfft, StripSlices};
 use crate::simd::split_front;
+use crate::surface::{Detector, Point, grey};
 use crate::{Complex, Error};
 use core::marker::PhantomData;
 
@@ -223,5 +226,34 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         let bank = self.pipeline.phase_symmetry();
         bank.run(&kernels, &mut external, &mut buffers, &mut |_| {})?;
         Ok(self.map)
+    }
+
+    /// The bone surface in the lines so far, a point or none each, from grey levels of the parameters' dynamic range:
+    /// the detector's settings are made for 60 dB. `detector` is of
+    /// [`Parameters::surface`](super::Parameters::surface), and `memory` what it needs.
+    ///
+    /// # Errors
+    /// [`Error::Length`] for a detector of other lines, for memory that is too short, and if `out` has not a place for
+    /// each line. As [`Detector::frame`].
+    pub fn surface(
+        &mut self,
+        detector: &Detector,
+        memory: Scratch<'_>,
+        out: &mut [Option<Point>],
+    ) -> Result<(), Error> {
+        let samples = self.pipeline.parts.samples;
+        check_length("surface", out.len(), self.pipeline.lines().scan().lines())?;
+        check_length("samples", detector.parameters().samples.count, samples)?;
+        let mut work = &mut *self.scratch.real;
+        let levels = split_front(&mut work, samples);
+        let all: &mut [u8] = integers(work);
+        let all = all.get_mut(..self.envelopes.len()).unwrap_or_default();
+        let (b_mode, reference) = (self.pipeline.b_mode(), largest(self.envelopes));
+        let lines = self.envelopes.chunks_exact(samples.max(1));
+        for (envelopes, out) in lines.zip(all.chunks_exact_mut(samples.max(1))) {
+            b_mode.levels(envelopes, reference, levels)?;
+            grey(levels, out)?;
+        }
+        detector.frame(all, memory, out)
     }
 }

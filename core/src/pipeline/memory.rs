@@ -1,7 +1,7 @@
 //! The memory of a frame.
 
-use super::Parameters;
 use super::line::buffered;
+use super::{Parameters, even};
 use crate::Error;
 use crate::beamform;
 use crate::covariance::Covariance;
@@ -9,6 +9,7 @@ use crate::delay::{DelayParameters, IqParameters};
 use crate::geometry::Scan;
 use crate::memory::Need;
 use crate::phase_symmetry;
+use crate::surface::{self, Settings};
 
 /// How the memory of a frame is divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,6 +116,29 @@ impl Parameters<'_> {
         }
     }
 
+    /// What a [`Detector`](crate::surface::Detector) of these lines is made of, for the surface of a whole frame:
+    /// [`Frame::surface`](super::Frame::surface).
+    ///
+    /// # Errors
+    /// As [`Scan::new`]; [`Error::Parameter`] for lines that are not evenly spaced.
+    pub const fn surface(&self, settings: Settings) -> Result<surface::Parameters, Error> {
+        // Of I/Q the samples lie likewise.
+        let scan = match Scan::of_iq(self.scan) {
+            Ok(scan) => scan,
+            Err(error) => return Err(error),
+        };
+        let lines = match even(&self.scan.lines) {
+            Ok(lines) => lines,
+            Err(error) => return Err(error),
+        };
+        Ok(surface::Parameters {
+            samples: scan.depths(),
+            spacing: lines.step,
+            settings,
+            latency: lines.count.saturating_sub(1),
+        })
+    }
+
     /// Aligned samples in memory at a time.
     const fn buffered(&self, scan: &Scan<'_>) -> usize {
         let half_window = self.beamformer.temporal_half_window;
@@ -160,7 +184,13 @@ impl Parts {
             complex: self.samples,
         };
         let line = line.and(self.line).and(self.beamformer.need(covariance));
-        kept.and(line.or(Need::real(self.b_mode)).or(self.bone_map()))
+        let work = line.or(Need::real(self.b_mode)).or(self.bone_map());
+        kept.and(work.or(Need::real(self.grey())))
+    }
+
+    /// Grey levels of a line as real numbers, and of all as integers of eight bits.
+    const fn grey(&self) -> usize {
+        self.samples.saturating_add(self.envelopes.div_ceil(4))
     }
 
     /// Phase symmetry's spectrum, filtered image, denominator and fast memory.

@@ -1,4 +1,4 @@
-//! From the RF or the I/Q of transmits to lines, an image and a bone map, in fixed memory.
+//! From the RF or the I/Q of transmits to lines, an image, a bone map and the bone surface, in fixed memory.
 //!
 //! A [`Pipeline`] is a plan: validated parameters and the tables that follow from them. It works in no
 //! memory of its own, so that it can be shared between threads. A [`Frame`] is a plan with memory: RF or
@@ -11,7 +11,8 @@
 //! it. The bits are the same for all blocks.
 //!
 //! Each stage can be used by itself: [`LinePipeline`] delays and beamforms lines,
-//! [`BMode`] makes images of them, [`PhaseSymmetry`] bone maps of images.
+//! [`BMode`] makes images of them, [`PhaseSymmetry`] bone maps of images, a
+//! [`Detector`](crate::surface::Detector) finds the surface in grey levels of lines.
 
 mod cuts;
 mod depth_gate;

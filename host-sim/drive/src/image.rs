@@ -188,14 +188,14 @@ pub fn check_beams(beam_x: &[f64]) -> Result<()> {
 }
 
 /// How the beams of an image lie.
-enum Layout {
+pub(crate) enum Layout {
     /// Straight down, evenly spaced.
     Even(Axis),
     /// From one position, at even angles.
     Fan { fan: Fan, angles: Axis },
 }
 
-fn layout<S: Data<Elem = Complex<f32>>>(
+pub(crate) fn layout<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
 ) -> Result<Layout> {
     match &lines.rays {
@@ -317,7 +317,9 @@ fn beam_axis(beam_x: &[f64]) -> Result<Axis> {
 }
 
 /// The depths of the samples: half the two-way time times the speed of sound.
-fn sample_axis<S: Data<Elem = Complex<f32>>>(lines: &BeamformedLines<ArrayBase<S, Ix2>>) -> Axis {
+pub(crate) fn sample_axis<S: Data<Elem = Complex<f32>>>(
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
+) -> Axis {
     Axis {
         first: lines.c * lines.t0 / 2.0,
         step: lines.c / lines.fs / 2.0,

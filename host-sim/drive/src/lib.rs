@@ -13,6 +13,7 @@ pub mod phase_symmetry;
 pub mod pipeline;
 pub mod policy;
 pub mod source;
+pub mod surface;
 pub mod threads;
 
 pub use bonebeam_files::{Error, Result};

@@ -182,6 +182,18 @@ fn write_png(
     encode(pixels.dim(), ColorType::Grayscale, &levels, sink)
 }
 
+/// Stages a picture in colours as `.png`: red, green and blue.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn add_colours_to(pixels: &Array2<[u8; 3]>, path: &Path, outputs: &mut Outputs) -> Result<()> {
+    let standard = pixels.as_standard_layout();
+    let samples = standard.as_slice().unwrap_or_default().as_flattened();
+    outputs.add(path, |sink| {
+        Ok(encode(pixels.dim(), ColorType::Rgb, samples, sink)?)
+    })
+}
+
 /// Writes a PNG of `(rows, columns)` pixels of eight bits a sample.
 ///
 /// # Errors

@@ -14,6 +14,8 @@ mod measures;
 pub mod paper;
 pub mod phase_symmetry;
 pub mod simulate;
+pub mod surface;
+mod surface_files;
 pub mod verify;
 
 use std::env;

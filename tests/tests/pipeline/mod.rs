@@ -11,8 +11,9 @@ use bonebeam::delay::{
     Stage,
 };
 use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
-use bonebeam::memory::{Memory, Need};
+use bonebeam::memory::{Memory, Need, Scratch};
 use bonebeam::pipeline::{Block, DepthGate, Frame, IqInput, LinePipeline, Parameters, Pipeline};
+use bonebeam::surface::{Detector, Point, Settings};
 use bonebeam::{Complex, Error};
 use bonebeam_drive::beamform::{Memory as LaneMemory, beamform};
 use bonebeam_drive::config;
@@ -151,6 +152,52 @@ fn the_bone_is_where_it_is() {
     }
     // And nowhere else: above it the map is dark.
     assert!(map[..20 * 64].iter().all(|&ps| ps < 0.05));
+}
+
+#[test]
+fn the_bones_surface_is_where_it_is() {
+    // No shadow reaches below it, in what is recorded there.
+    let settings = Settings {
+        near: [0.5e-3, 1.5e-3],
+        depths: [5e-3, f64::INFINITY],
+        ..Settings::DEFAULT
+    };
+    let detector = Detector::new(PARAMETERS.surface(settings).unwrap()).unwrap();
+    let mut real = vec![f32::NAN; detector.need().real];
+    let pipeline = Pipeline::new(PARAMETERS).unwrap();
+    let mut memory = Box::new(Memory::<{ NEED.real }, { NEED.complex }>::new());
+    let mut frame = Frame::new(&pipeline, memory.scratch()).unwrap();
+    for line in 0..LINES {
+        let rf = record(line);
+        let record = Record::new(&rf, ELEMENTS).unwrap();
+        frame.line(line, [(focused(), &record)]).unwrap();
+    }
+    let mut points = [None; LINES];
+    let mut find = |out: &mut [Option<Point>]| {
+        let scratch = Scratch {
+            real: &mut real,
+            complex: &mut [],
+        };
+        frame.surface(&detector, scratch, out)
+    };
+    find(&mut points).unwrap();
+    let inner = LINES / 4..3 * LINES / 4;
+    for line in inner {
+        let depth = surface(PARAMETERS.scan.lines.x(line));
+        let found = points[line].expect("bone in every line").depth;
+        assert!(
+            (f64::from(found) - depth).abs() < 0.3e-3,
+            "line {line}: {found} and {depth}"
+        );
+    }
+    let refused = find(&mut [None; LINES - 1]).unwrap_err();
+    assert!(matches!(
+        refused,
+        Error::Length {
+            name: "surface",
+            ..
+        }
+    ));
 }
 
 /// Inside the gate are the bits of the method, outside those of DAS, line by line and through the host's

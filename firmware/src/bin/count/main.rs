@@ -15,6 +15,7 @@ mod input;
 mod iq;
 mod phase_symmetry;
 mod set_up;
+mod surface;
 
 use bonebeam::Error;
 use cortex_m_rt::entry;
@@ -32,6 +33,8 @@ static DECIBELS: ConstStaticCell<decibels::Workspaces> =
     ConstStaticCell::new(decibels::Workspaces::new());
 static PHASE_SYMMETRY: ConstStaticCell<phase_symmetry::Workspaces> =
     ConstStaticCell::new(phase_symmetry::Workspaces::new());
+static SURFACE: ConstStaticCell<surface::Workspaces> =
+    ConstStaticCell::new(surface::Workspaces::new());
 
 #[entry]
 fn main() -> ! {
@@ -55,7 +58,8 @@ fn count(counter: &mut Counter) -> Result<bool, Error> {
     let beamformers = beamform::run(counter, BEAMFORM.take())?;
     let decibels = decibels::run(counter, DECIBELS.take())?;
     let filters = phase_symmetry::run(counter, PHASE_SYMMETRY.take())?;
-    Ok(set_ups && delays && iq && beamformers && decibels && filters)
+    let surfaces = surface::run(counter, SURFACE.take())?;
+    Ok(set_ups && delays && iq && beamformers && decibels && filters && surfaces)
 }
 
 /// Prints a case; whether its instructions per output stay within `bound`.

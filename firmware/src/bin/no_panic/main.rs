@@ -22,6 +22,7 @@ mod geometry;
 mod image;
 mod phase_symmetry;
 mod pipeline;
+mod surface;
 
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
@@ -34,6 +35,7 @@ fn main() -> ! {
     image::all();
     phase_symmetry::all();
     pipeline::all();
+    surface::all();
     loop {
         cortex_m::asm::wfi();
     }

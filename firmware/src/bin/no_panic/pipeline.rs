@@ -9,6 +9,7 @@ use bonebeam::geometry::{Lines, Scan};
 use bonebeam::memory::Scratch;
 use bonebeam::phase_symmetry::LogGabor;
 use bonebeam::pipeline::{Block, DepthGate, Frame, IqInput, LinePipeline, Parameters, Pipeline};
+use bonebeam::surface::{Detector, Settings};
 use bonebeam::{Complex, Error};
 
 /// Calls all of it.
@@ -32,6 +33,7 @@ pub fn all() {
         };
         let covariance = opaque(Covariance::Forward);
         take((
+            parameters.surface(opaque(Settings::DEFAULT)),
             parameters.need(covariance),
             parameters.need_of_iq(covariance),
         ));
@@ -81,6 +83,12 @@ fn gate() -> DepthGate {
 }
 
 fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Result<(), Error> {
+    let surface = bonebeam::surface::Parameters {
+        samples: axis(),
+        spacing: 1.0,
+        settings: Settings::DEFAULT,
+        latency: 1,
+    };
     take((
         pipeline.lines(),
         pipeline.b_mode(),
@@ -96,6 +104,15 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
     take(frame.line(opaque(1), opaque([(transmit(), record)]))?);
     take(frame.image()?);
     take(frame.bone_map()?);
+    let detector = opaque(Detector::new(opaque(surface))?);
+    let mut memory = [0.0; 100];
+    let memory = Scratch {
+        real: opaque(&mut memory[..]),
+        complex: opaque(&mut []),
+    };
+    let mut points = [None; 9];
+    take(frame.surface(&detector, memory, opaque(&mut points[..])));
+    take(points);
     let mut frame = Frame::<_, Forward>::with_averaging(pipeline, opaque(Scratch::empty()))?;
     take(frame.line(opaque(1), opaque([(transmit(), record)]))?);
     Ok(())

@@ -4,6 +4,7 @@ mod beamform;
 mod core;
 mod image;
 mod phase_symmetry;
+mod surface;
 
 pub(crate) use core::plain;
 
@@ -11,3 +12,4 @@ pub use beamform::{Beamform, Interpolation, LineKind, RfInterpolation, TransmitW
 pub use core::{ALIASES, APODIZATION, POSTFILTER};
 pub use image::{Image, LONGER_SIDE};
 pub use phase_symmetry::{PhaseSymmetry, Size};
+pub use surface::Surface;

@@ -9,3 +9,4 @@ pub mod image;
 pub mod iq;
 mod linalg;
 pub mod phase_symmetry;
+pub mod surface;

@@ -4,3 +4,4 @@ pub mod delay;
 pub mod image;
 pub mod iq;
 pub mod phase_symmetry;
+pub mod surface;

@@ -1,0 +1,295 @@
+//! The scores of a line: shadow onset, change of level, shadow to the end.
+
+use super::Levels;
+use super::detector::{PARTS, WHITE};
+use super::logarithm::{NAT, ln};
+use super::parameters::Sizes;
+
+/// A window around a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Window {
+    /// From this cell on, from the cell itself.
+    from: isize,
+    /// Up to before this one.
+    end: isize,
+    /// 2²³ over its number of samples.
+    reciprocal: u32,
+}
+
+/// Sums times reciprocals are means of so many parts: 2²³ of a grey level.
+const SHIFT: u32 = 23 - PARTS.trailing_zeros();
+
+impl Window {
+    /// From one cell to another, both within.
+    pub(super) const fn new(from: isize, to: isize, stride: usize) -> Self {
+        let cells = (to - from + 1) as u32;
+        Window {
+            from,
+            end: to + 1,
+            reciprocal: reciprocal(cells * stride as u32),
+        }
+    }
+
+    /// The sums of the windows of consecutive cells, those of the first of which begin at `origin`.
+    #[inline(always)]
+    fn sums<'a>(&self, sums: &'a [u32], origin: usize) -> impl Iterator<Item = u32> + use<'a> {
+        let [from, end] = [self.from, self.end].map(|offset| {
+            let start = origin.saturating_add_signed(offset);
+            sums.get(start..).unwrap_or_default()
+        });
+        from.iter()
+            .zip(end)
+            .map(|(from, end)| end.wrapping_sub(*from))
+    }
+
+    /// 2²³ times the mean over that part of a cell's window that lies within a line of so many cells; 0 if none does.
+    #[inline(always)]
+    fn cut(&self, sum: u32, cell: i32, cells: i32, stride: i32) -> i32 {
+        let from = (cell + self.from as i32).max(0);
+        let end = (cell + self.end as i32).min(cells);
+        scaled(sum, reciprocal(((end - from) * stride).max(0) as u32))
+    }
+}
+
+const fn reciprocal(samples: u32) -> u32 {
+    match (1u32 << 23).checked_div(samples) {
+        Some(reciprocal) => reciprocal,
+        None => 0,
+    }
+}
+
+/// At most 255·2²³, which an `i32` holds.
+#[inline(always)]
+fn scaled(sum: u32, reciprocal: u32) -> i32 {
+    sum.wrapping_mul(reciprocal) as i32
+}
+
+/// `gain·(x − centre)` within ±limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct RampPlan {
+    /// In 1/16 of a grey level.
+    pub centre: i32,
+    /// 2⁻¹² scores for each of them, below 2¹⁷.
+    pub gain: i32,
+    /// Scores.
+    pub limit: i32,
+}
+
+impl RampPlan {
+    /// Steeper ones are as steep as this.
+    const STEEPEST: i32 = (1 << 17) - 1;
+
+    #[inline(always)]
+    fn at(&self, x: i32) -> i32 {
+        // Below 2³¹: x and the centre are below 2¹⁴.
+        let value = (x - self.centre).wrapping_mul(self.gain) >> 12;
+        value.min(self.limit).max(-self.limit)
+    }
+}
+
+/// The plan of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Line {
+    pub echo: Window,
+    pub near: Window,
+    pub far: Window,
+    pub above: Window,
+    pub below: Window,
+    /// What is added to the onset.
+    pub floor: u32,
+    /// Of the onset's logarithm, in 1/1024.
+    pub weight: i32,
+    pub level: RampPlan,
+    pub rest: RampPlan,
+    /// From this cell on nothing is as bright as the tissue above.
+    pub rest_from: usize,
+    /// The windows whose brightest counts.
+    pub rest_block: Window,
+    /// From this cell on the shadow reaches to the end.
+    pub shadow_from: usize,
+    /// In 1/256 of what lies between dark and tissue.
+    pub shadow_centre: i32,
+    /// 2⁻¹² scores from dark to tissue.
+    pub shadow_gain: i32,
+    pub shadow_limit: i32,
+    /// The least from dark to tissue.
+    pub shadow_range: i32,
+}
+
+/// The means around a cell, but for the last 2²³ times a grey level.
+struct Means {
+    echo: i32,
+    near: i32,
+    far: i32,
+    above: i32,
+    below: i32,
+    /// To the end of the line, in 1/16.
+    shadow: i32,
+    /// The brightest below, likewise.
+    rest: i32,
+}
+
+impl Line {
+    /// Sums of grey from the first cell to before each cell; `sums` begins `above` places earlier, with zeros, and ends
+    /// with the sum of all.
+    pub(super) fn sums(grey: &[u8], [stride, above]: [usize; 2], sums: &mut [u32]) {
+        let (head, sums) = sums.split_at_mut_checked(above).unwrap_or_default();
+        head.fill(0);
+        let mut sum = 0u32;
+        let mut places = sums.iter_mut();
+        if let Some(first) = places.next() {
+            *first = 0;
+        }
+        // Grey first, so that no place is passed over at its end.
+        match stride {
+            1 => {
+                for (&level, place) in grey.iter().zip(places.by_ref()) {
+                    sum = sum.wrapping_add(u32::from(level));
+                    *place = sum;
+                }
+            }
+            2 => {
+                for (&[a, b], place) in grey.as_chunks::<2>().0.iter().zip(places.by_ref()) {
+                    sum = sum.wrapping_add(u32::from(a) + u32::from(b));
+                    *place = sum;
+                }
+            }
+            _ => {
+                for (cell, place) in grey.chunks_exact(stride.max(1)).zip(places.by_ref()) {
+                    sum = cell
+                        .iter()
+                        .fold(sum, |sum, &level| sum.wrapping_add(u32::from(level)));
+                    *place = sum;
+                }
+            }
+        }
+        places.for_each(|place| *place = sum);
+    }
+
+    /// The ramp of the shadow to the end, for a frame's levels.
+    fn shadow(&self, levels: Levels) -> RampPlan {
+        let [dark, tissue] = [levels.dark, levels.tissue].map(|level| i32::from(level).min(WHITE));
+        let range = (tissue - dark).max(self.shadow_range).max(1);
+        RampPlan {
+            centre: dark + ((self.shadow_centre * range) >> 8),
+            gain: (self.shadow_gain / range).clamp(-RampPlan::STEEPEST, RampPlan::STEEPEST),
+            limit: self.shadow_limit,
+        }
+    }
+
+    /// The scores of cells from the first that is searched on. What is in `scores` does not matter.
+    pub(super) fn scores(&self, sums: &[u32], sizes: &Sizes, levels: Levels, scores: &mut [i32]) {
+        let Sizes {
+            cells,
+            first,
+            above,
+            below,
+            ..
+        } = *sizes;
+        let shadow = self.shadow(levels);
+        self.brightest(sums, sizes, scores);
+        // Cells whose windows are all within the line, between those some of whose are cut.
+        let start = above.saturating_sub(first).min(scores.len());
+        let end = cells.saturating_sub(below).saturating_sub(first);
+        let end = end.min(scores.len()).max(start);
+        let (head, rest) = scores.split_at_mut_checked(start).unwrap_or_default();
+        let (whole, tail) = rest.split_at_mut_checked(end - start).unwrap_or_default();
+        self.fill::<true>(sums, sizes, first, &shadow, head);
+        self.fill::<false>(sums, sizes, first + start, &shadow, whole);
+        self.fill::<true>(sums, sizes, first + end, &shadow, tail);
+    }
+
+    /// The brightest mean of a block that begins so far below each cell or lower, in 1/16: in the place of its score.
+    /// Where no block is left, that of the last.
+    fn brightest(&self, sums: &[u32], sizes: &Sizes, rest: &mut [i32]) {
+        let block = self.rest_block.end.unsigned_abs();
+        let ends = sizes.above.saturating_add(sizes.cells).saturating_add(1);
+        let ends = sums.get(..ends).unwrap_or_default();
+        let ends = ends
+            .get(sizes.above.saturating_add(block)..)
+            .unwrap_or_default();
+        let starts = sums.get(sizes.above..).unwrap_or_default();
+        let starts = starts.get(..ends.len()).unwrap_or_default();
+        // The cells for which blocks are left, and where these begin.
+        let nearest = sizes.first.saturating_add(self.rest_from);
+        let left = ends.len().saturating_sub(nearest).min(rest.len());
+        let (beside, beyond) = rest.split_at_mut_checked(left).unwrap_or_default();
+        let beside_end = nearest.saturating_add(left).min(ends.len());
+        let (ends, ends_below) = ends.split_at_checked(beside_end).unwrap_or_default();
+        let (starts, starts_below) = starts.split_at_checked(beside_end).unwrap_or_default();
+        let sum = |(start, end): (&u32, &u32)| end.wrapping_sub(*start);
+        let reciprocal = self.rest_block.reciprocal;
+        let mean = |brightest: u32| scaled(brightest, reciprocal) >> SHIFT;
+        let below = || starts_below.iter().zip(ends_below).map(sum);
+        let beside_blocks = || starts.iter().zip(ends).map(sum);
+        let last = below().next_back().or_else(|| beside_blocks().next_back());
+        beyond.fill(mean(last.unwrap_or(0)));
+        let mut brightest = below().fold(0, u32::max);
+        for (place, sum) in beside.iter_mut().rev().zip(beside_blocks().rev()) {
+            brightest = brightest.max(sum);
+            *place = mean(brightest);
+        }
+    }
+
+    /// Scores of cells from one on, some of whose windows are cut, or none.
+    #[inline(never)]
+    fn fill<const CUT: bool>(
+        &self,
+        sums: &[u32],
+        sizes: &Sizes,
+        first: usize,
+        shadow: &RampPlan,
+        scores: &mut [i32],
+    ) {
+        let origin = sizes.above.saturating_add(first);
+        let (stride, cells) = (sizes.stride as i32, sizes.cells as i32);
+        let total = sums.last().copied().unwrap_or_default();
+        let to_end = sums
+            .get(origin.saturating_add(self.shadow_from)..)
+            .unwrap_or_default();
+        let mut samples = (cells - first as i32 - self.shadow_from as i32) * stride;
+        let mut cell = first as i32;
+        let sums = |window: &Window| window.sums(sums, origin);
+        let onset = sums(&self.echo).zip(sums(&self.near)).zip(sums(&self.far));
+        let level = sums(&self.above).zip(sums(&self.below));
+        let all = onset.zip(level).zip(to_end).zip(scores);
+        for (((((echo, near), far), (above, below)), to_end), score) in all {
+            let mean_of = |window: &Window, sum: u32| match CUT {
+                true => window.cut(sum, cell, cells, stride),
+                false => scaled(sum, window.reciprocal),
+            };
+            let means = Means {
+                echo: mean_of(&self.echo, echo),
+                near: mean_of(&self.near, near),
+                far: mean_of(&self.far, far),
+                above: mean_of(&self.above, above),
+                below: mean_of(&self.below, below),
+                shadow: mean(total.wrapping_sub(*to_end), samples),
+                rest: *score,
+            };
+            *score = self.score(&means, shadow);
+            samples -= stride;
+            cell += 1;
+        }
+    }
+
+    #[inline(always)]
+    fn score(&self, means: &Means, shadow: &RampPlan) -> i32 {
+        let above = |below: i32| ((means.echo - below) >> SHIFT).max(0) as u32;
+        // At most (255·16)², below 2²⁴.
+        let onset = above(means.near).wrapping_mul(above(means.far));
+        let onset = ln(onset.wrapping_add(self.floor)) - ln((WHITE * WHITE) as u32);
+        let level = self.level.at((means.above - means.below) >> SHIFT);
+        let rest = self.rest.at((means.above >> SHIFT) - means.rest);
+        ((onset * self.weight) >> NAT.trailing_zeros()) + level + rest + shadow.at(means.shadow)
+    }
+}
+
+/// In 1/16.
+#[inline(always)]
+fn mean(sum: u32, samples: i32) -> i32 {
+    (sum.wrapping_mul(PARTS as u32) / samples.max(1) as u32) as i32
+}

@@ -1,0 +1,317 @@
+//! What a detector is made of, and how much memory it needs.
+
+use crate::Error;
+use crate::error::{attempt, positive};
+use crate::geometry::Axis;
+use crate::memory::Need;
+
+/// Cells are at least this long, m, and shorter than twice that or a single sample.
+const CELL: f64 = 0.06e-3;
+/// No window is as long, m.
+const LONGEST: f64 = 1.0;
+/// Numbers of both histograms of a frame.
+pub(super) const HISTOGRAMS: usize = 512;
+
+/// A term of the score: `weight·clip((x − centre)/width, −1, 1)`, in nats.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Ramp {
+    /// The most that the term adds, and the most that it takes, nats. 0 switches it off; below 0 it falls with `x`.
+    pub weight: f64,
+    /// Where it is 0.
+    pub centre: f64,
+    /// From there to where it no longer changes, above 0.
+    pub width: f64,
+}
+
+/// Windows, terms and prices. Grey levels count from 0, black, to 1, white.
+///
+/// The score of a cell is `onset_weight·ln(o + onset_floor) + level + rest + shadow`:
+/// - shadow onset `o = max(B − S₁, 0)·max(B − S₂, 0)`, with `B` the mean grey within ±`echo`, `S₁` that of `near` and
+///   `S₂` that of `far` below the cell;
+/// - `level`, a [`Ramp`] of `U − D`: the mean grey of `above` above the cell less that of `below` below it;
+/// - `rest`, a ramp of `U − M`: `M` the brightest mean grey of any `rest_block` that begins `rest_from` below the cell or
+///   lower. Below bone nothing is as bright as the tissue above it; below a fascia there is;
+/// - `shadow`, a ramp of `(E − d)/max(t − d, shadow_range)`: `E` the mean grey from `shadow_from` below the cell to the
+///   end of the line, `d` and `t` the frame's dark and tissue ([`Levels`](super::Levels)).
+///
+/// Windows are cut at the ends of the line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Settings {
+    /// Half the window of the echo itself, m.
+    pub echo: f64,
+    /// From where to where below the echo the first window of the shadow reaches, m.
+    pub near: [f64; 2],
+    /// From where to where the second reaches, m.
+    pub far: [f64; 2],
+    /// What is added to the onset, so that its logarithm is bounded.
+    pub onset_floor: f64,
+    /// How much the logarithm of the onset counts.
+    pub onset_weight: f64,
+    /// From where to where above the cell the tissue reaches, m.
+    pub above: [f64; 2],
+    /// From where to where below it the shadow reaches, m.
+    pub below: [f64; 2],
+    /// The change of level from `above` to `below`.
+    pub level: Ramp,
+    /// What is brightest below, beside the tissue above.
+    pub rest: Ramp,
+    /// How far below the cell it begins, m.
+    pub rest_from: f64,
+    /// Over what length the brightest is a mean, m.
+    pub rest_block: f64,
+    /// How far below the cell the shadow begins that reaches to the end of the line, m.
+    pub shadow_from: f64,
+    /// The mean of that shadow, from the frame's dark (0) to its tissue (1).
+    pub shadow: Ramp,
+    /// The least that counts from dark to tissue: in a frame without a shadow there is little between them.
+    pub shadow_range: f64,
+    /// The depths in which bone is looked for, m: from the first to the second, and so far from the line's end that the
+    /// near window lies within. The second may be infinite.
+    pub depths: [f64; 2],
+    /// Score of a line without bone, nats.
+    pub absence: f64,
+    /// Price of each start and of each end of a surface, nats.
+    pub end: f64,
+    /// Price of a jump to any other depth, nats; at most that of a move by 62 cells.
+    pub jump: f64,
+    /// Price of a move in depth from line to line, nats per m. At `jump` a move becomes a jump.
+    pub slope: f64,
+    /// The spacing of lines for which scores count as they are, m: of lines that are closer they count less, in
+    /// proportion.
+    pub spacing: f64,
+    /// The confidence of a point is `1/(1 + e^−(a + b·m))` with these `a` and `b`, and with `m` the mean of the scores
+    /// above absence, in nats, of up to four lines on either side of the same piece.
+    pub confidence: [f32; 2],
+}
+
+impl Settings {
+    /// For lines of channel data, with 60 dB of grey levels. Tuned on simulated spinous processes and facet joints.
+    pub const DEFAULT: Settings = Settings {
+        echo: 0.3e-3,
+        near: [0.5e-3, 2e-3],
+        far: [1.5e-3, 6e-3],
+        onset_floor: 1e-4,
+        onset_weight: 1.25,
+        above: [0.3e-3, 10e-3],
+        below: [0.6e-3, 10e-3],
+        level: Ramp {
+            weight: 0.85,
+            centre: -0.01,
+            width: 0.15,
+        },
+        rest: Ramp {
+            weight: 2.8,
+            centre: -0.04,
+            width: 0.135,
+        },
+        rest_from: 1.5e-3,
+        rest_block: 1e-3,
+        shadow_from: 1.5e-3,
+        shadow: Ramp {
+            weight: -0.57,
+            centre: 0.1,
+            width: 0.16,
+        },
+        shadow_range: 0.15,
+        depths: [5e-3, f64::INFINITY],
+        absence: -1.3,
+        end: 4.0,
+        jump: 8.0,
+        slope: 2.2e3,
+        spacing: 0.308e-3,
+        confidence: [-0.04, 1.2],
+    };
+
+    /// For pictures, whose grey levels and layers are anything: it finds less, and less of what is none.
+    pub const PICTURE: Settings = Settings {
+        onset_weight: 1.0,
+        level: Ramp {
+            weight: 1.0,
+            centre: 0.0,
+            width: 0.15,
+        },
+        rest: Ramp {
+            weight: 3.0,
+            centre: -0.02,
+            width: 0.1,
+        },
+        shadow: Ramp {
+            weight: -1.0,
+            centre: 0.3,
+            width: 0.2,
+        },
+        absence: 1.0,
+        slope: 1.67e3,
+        confidence: [-2.86, 1.78],
+        ..Self::DEFAULT
+    };
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What a [`Detector`](super::Detector) is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Parameters {
+    /// The depths of a line's samples, at most 65,536 of them.
+    pub samples: Axis,
+    /// From one line to the next, m.
+    pub spacing: f64,
+    /// Windows, terms and prices.
+    pub settings: Settings,
+    /// After how many further lines the surface of a line is decided: at most 16,383. With as many as there are lines
+    /// less one it is the best of the whole frame.
+    pub latency: usize,
+}
+
+/// Sizes that follow from the parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Sizes {
+    /// Samples of a cell.
+    pub stride: usize,
+    /// Cells of a line.
+    pub cells: usize,
+    /// The farthest above and below a cell to which its windows reach, cells.
+    pub above: usize,
+    pub below: usize,
+    /// The first cell in which bone is looked for.
+    pub first: usize,
+    /// How many there are.
+    pub searched: usize,
+    /// Lines whose back pointers are kept.
+    pub kept: usize,
+}
+
+/// Lines on either side over which confidence is a mean.
+pub(super) const AROUND: usize = 4;
+
+impl Parameters {
+    const MAX_SAMPLES: usize = 1 << 16;
+    const MAX_LATENCY: usize = (1 << 14) - 1;
+
+    /// The memory of a [`Tracker`](super::Tracker), and of [`Detector::frame`](super::Detector::frame): real numbers.
+    /// With `n` cells in the depths of the settings, `3·n + n/2·(latency + 5)` and a few hundred.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] or [`Error::Capacity`] naming what is out of range: samples that do not ascend, are too
+    /// many or too few for the windows, a spacing that is not positive.
+    pub const fn need(&self) -> Result<Need, Error> {
+        Ok(attempt!(self.sizes()).need())
+    }
+
+    pub(super) const fn sizes(&self) -> Result<Sizes, Error> {
+        attempt!(self.samples.check("samples"));
+        attempt!(positive("line spacing", self.spacing));
+        if self.samples.count > Self::MAX_SAMPLES {
+            return Err(Error::Capacity {
+                name: "samples",
+                actual: self.samples.count,
+                capacity: Self::MAX_SAMPLES,
+            });
+        }
+        if self.latency > Self::MAX_LATENCY {
+            return Err(Error::Capacity {
+                name: "latency",
+                actual: self.latency,
+                capacity: Self::MAX_LATENCY,
+            });
+        }
+        let Settings { depths, near, .. } = self.settings;
+        attempt!(window("near", near));
+        if !(depths[0] < depths[1] && depths[0].is_finite()) {
+            return Err(Error::Parameter {
+                name: "depths",
+                value: depths[0],
+                expected: "a finite depth, below the second",
+            });
+        }
+        // The casts cut, saturate, and give 0 for what is below it.
+        let quotient = CELL * (1.0 - 1e-9) / self.samples.step;
+        let stride = (quotient as usize).saturating_add(1);
+        let cells = match self.samples.count.checked_div(stride) {
+            Some(cells) => cells,
+            None => 0,
+        };
+        let cell = stride as f64 * self.samples.step;
+        let first = cells_of(depths[0] - self.samples.first, cell);
+        let end = cells_of(depths[1] - self.samples.first, cell);
+        // Below the last there is the near window.
+        let last = cells.saturating_sub(cells_of(near[1], cell));
+        let end = if end < last { end } else { last };
+        if end < first.saturating_add(3) {
+            return Err(Error::Parameter {
+                name: "end of the lines (m)",
+                value: self.samples.last(),
+                expected: "the first of the depths, three cells, and the near window below them",
+            });
+        }
+        let Settings {
+            echo,
+            far,
+            above,
+            below,
+            shadow_from,
+            ..
+        } = self.settings;
+        attempt!(window("echo", [0.0, echo]));
+        attempt!(window("far", far));
+        attempt!(window("above", above));
+        attempt!(window("below", below));
+        attempt!(window("shadow_from", [0.0, shadow_from]));
+        let farthest = longer(longer(far[1], near[1]), longer(below[1], shadow_from));
+        Ok(Sizes {
+            stride,
+            cells,
+            above: cells_of(longer(echo, above[1]), cell),
+            below: cells_of(longer(echo, farthest), cell) + 1,
+            first,
+            searched: end - first,
+            kept: self.latency + 1 + AROUND,
+        })
+    }
+}
+
+impl Sizes {
+    /// Sums and scores of a line, the path's values and what comes from below; a back pointer a cell; two numbers a line.
+    pub(super) const fn need(self) -> Need {
+        let line = self.sums() + 3 * self.searched;
+        let pointers = self.kept.saturating_mul(self.searched).div_ceil(2);
+        let lines = 2 * self.kept;
+        Need::real(pointers.saturating_add(line + lines + HISTOGRAMS))
+    }
+}
+
+impl Sizes {
+    /// Sums of a line, with those above and below it.
+    pub(super) const fn sums(self) -> usize {
+        self.above + self.cells + 1 + self.below
+    }
+}
+
+const fn longer(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The nearest number of cells to a length; none for one below 0.
+pub(super) const fn cells_of(length: f64, cell: f64) -> usize {
+    (length / cell + 0.5) as usize
+}
+
+/// Refuses a window that is not two lengths from 0 on, the second at least the first.
+pub(super) const fn window(name: &'static str, [from, to]: [f64; 2]) -> Result<(), Error> {
+    if from >= 0.0 && from <= to && to < LONGEST {
+        return Ok(());
+    }
+    Err(Error::Parameter {
+        name,
+        value: if from >= 0.0 && from <= to { to } else { from },
+        expected: "lengths of at least 0 and below 1 m, the first at most the second",
+    })
+}

@@ -1,0 +1,426 @@
+//! The path of the surface over the lines: Viterbi's algorithm.
+
+use super::Levels;
+use super::detector::Detector;
+use super::logarithm::NAT;
+use super::onset::Line;
+use super::parameters::{AROUND, Sizes};
+use crate::Error;
+use crate::error::check_length;
+use crate::instructions::integers;
+use crate::memory::Scratch;
+use crate::simd::split_front;
+
+/// The surface in a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Point {
+    /// Its depth along the line, m.
+    pub depth: f32,
+    /// How sure it is, from 0 to 1: the share of such points that lie on bone, by the settings' `confidence`.
+    pub confidence: f32,
+    /// Whether a piece of surface begins here: the line before has none, or one that is a jump away.
+    pub begins: bool,
+}
+
+/// Prices as scores, [`Settings`](super::Settings).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Prices {
+    /// Of a line without bone.
+    pub absence: i32,
+    /// The same, by how much a line counts.
+    pub absent: i32,
+    /// Of a start and of an end.
+    pub end: i32,
+    pub jump: i32,
+    /// Of a cell's move.
+    pub step: i32,
+    /// How much a line counts, in 1/256.
+    pub factor: i32,
+}
+
+impl Prices {
+    /// The farthest move that is none, cells.
+    pub(super) const FARTHEST: i32 = 62;
+}
+
+/// Where the path to a cell comes from, in seven bits, and the cell's score, in nine.
+///
+/// 127 to 65: a cell 0 to 62 above. 64 to 3: a cell 1 to 62 below. Then a jump from the best of the line before, and a
+/// start. Paths of equal value are chosen in this order. Scores are in 1/32 nat from −10 to below 6.
+#[derive(Clone, Copy)]
+struct Pointer(u16);
+
+impl Pointer {
+    /// The cell itself.
+    const HERE: i32 = 127;
+    /// Of a cell below the number of cells is taken off this.
+    const BELOW: i32 = 65;
+    const JUMP: i32 = 1;
+    const START: i32 = 0;
+    /// Bits of the origin, and with so many a path's value lies above its origin.
+    const BITS: u32 = 7;
+    const ORIGIN: i32 = (1 << Self::BITS) - 1;
+
+    #[inline(always)]
+    fn new(origin: i32, score: i32) -> u16 {
+        let score = ((score >> 5) + 320).clamp(0, 511);
+        ((score << Self::BITS) | origin) as u16
+    }
+
+    fn origin(self) -> i32 {
+        i32::from(self.0) & Self::ORIGIN
+    }
+
+    /// In nats.
+    fn score(self) -> f32 {
+        f32::from(self.0 >> Self::BITS) / 32.0 - 10.0
+    }
+}
+
+/// The value of what cannot be: all others lie above half of it.
+const NEVER: i32 = -(1 << 23);
+
+/// A detector at work on the lines of a frame.
+///
+/// ```
+/// use bonebeam::geometry::Axis;
+/// use bonebeam::memory::Scratch;
+/// use bonebeam::surface::{Detector, Levels, Parameters, Settings, Tracker};
+///
+/// let samples = Axis { first: 0.0, step: 0.1e-3, count: 300 };
+/// let detector = Detector::new(Parameters { samples, spacing: 0.3e-3, settings: Settings::DEFAULT, latency: 5 })?;
+/// let mut real = vec![0.0; detector.need().real];
+/// let scratch = Scratch { real: &mut real, complex: &mut [] };
+/// let mut tracker = Tracker::new(&detector, scratch)?;
+///
+/// let mut line = [100; 300];
+/// line[118..122].fill(250);
+/// line[122..].fill(10);
+/// let levels = Levels { dark: 160, tissue: 1600 };
+/// let mut depths = vec![];
+/// for _ in 0..12 {
+///     // Nothing for five lines, then what the sixth line before has.
+///     depths.extend(tracker.line(&line, levels)?.flatten().map(|point| point.depth));
+/// }
+/// assert_eq!(depths.len(), 7);
+/// tracker.finish(|point| depths.extend(point.map(|point| point.depth)));
+/// assert_eq!(depths.len(), 12);
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
+pub struct Tracker<'p, 'm> {
+    detector: &'p Detector,
+    sums: &'m mut [u32],
+    scores: &'m mut [i32],
+    /// Of the best path to each cell of the last line, less the best of the line before; times 128.
+    values: &'m mut [i32],
+    /// Of the best path that comes from below, times 128, with where from.
+    below: &'m mut [i32],
+    /// `[line][cell]`, as a ring.
+    pointers: &'m mut [u16],
+    /// Of each line, as a ring: the best cell of the line before, and in bit 16 whether absence comes from there.
+    heads: &'m mut [u32],
+    /// Likewise: the cell of the path and one, or 0; with bit 31 if a piece begins there.
+    path: &'m mut [u32],
+    /// Lines so far.
+    lines: usize,
+    /// Of those, lines that are decided.
+    decided: usize,
+    /// The best path to a cell of the last line.
+    best: Best,
+    /// The best path that ends in absence.
+    absent: i32,
+}
+
+/// The largest value of a line, and its first cell.
+#[derive(Clone, Copy)]
+struct Best {
+    value: i32,
+    cell: u32,
+}
+
+/// In [`Tracker::path`].
+const BEGINS: u32 = 1 << 31;
+/// In [`Tracker::heads`].
+const FROM_CELL: u32 = 1 << 16;
+
+impl<'p, 'm> Tracker<'p, 'm> {
+    /// No line yet, in memory of [`Detector::need`].
+    ///
+    /// # Errors
+    /// [`Error::Length`] if the memory is shorter.
+    pub fn new(detector: &'p Detector, scratch: Scratch<'m>) -> Result<Self, Error> {
+        scratch.check(detector.need())?;
+        let Sizes { searched, kept, .. } = detector.sizes;
+        let mut real = scratch.real;
+        let pointers = kept.saturating_mul(searched).div_ceil(2);
+        let mut tracker = Tracker {
+            detector,
+            sums: integers(split_front(&mut real, detector.sizes.sums())),
+            scores: integers(split_front(&mut real, searched)),
+            values: integers(split_front(&mut real, searched)),
+            below: integers(split_front(&mut real, searched)),
+            pointers: integers(split_front(&mut real, pointers)),
+            heads: integers(split_front(&mut real, kept)),
+            path: integers(split_front(&mut real, kept)),
+            lines: 0,
+            decided: 0,
+            best: Best {
+                value: NEVER,
+                cell: 0,
+            },
+            absent: 0,
+        };
+        tracker.begin();
+        Ok(tracker)
+    }
+
+    /// Before the first line of a frame.
+    fn begin(&mut self) {
+        self.values.fill(NEVER << Pointer::BITS);
+        self.heads.fill(0);
+        self.path.fill(0);
+        (self.lines, self.decided, self.absent) = (0, 0, 0);
+        self.best = Best {
+            value: NEVER,
+            cell: 0,
+        };
+    }
+
+    /// The next line, from left to right, by its grey levels; what was decided by it: the point, or none, of the line
+    /// as many lines before as the parameters' latency. `levels` are the frame's, or of the frame before.
+    ///
+    /// # Errors
+    /// [`Error::Length`] if it has not as many samples as the parameters.
+    pub fn line(&mut self, grey: &[u8], levels: Levels) -> Result<Option<Option<Point>>, Error> {
+        let Detector { sizes, line, .. } = self.detector;
+        let parameters = self.detector.parameters();
+        check_length("line", grey.len(), parameters.samples.count)?;
+        Line::sums(grey, [sizes.stride, sizes.above], self.sums);
+        line.scores(self.sums, &sizes, levels, self.scores);
+        self.step();
+        if self.lines <= parameters.latency {
+            return Ok(None);
+        }
+        self.trace(parameters.latency.saturating_add(AROUND));
+        Ok(Some(self.decide()))
+    }
+
+    /// What the lines have that are not yet decided, in their order. The next line is the first of another frame.
+    pub fn finish(&mut self, mut take: impl FnMut(Option<Point>)) {
+        let undecided = self.lines.saturating_sub(self.decided);
+        self.trace(undecided.saturating_add(AROUND));
+        for _ in 0..undecided {
+            take(self.decide());
+        }
+        self.begin();
+    }
+
+    /// The best paths to all cells of the next line, by its scores.
+    fn step(&mut self) {
+        let Sizes { searched, kept, .. } = self.detector.sizes;
+        let prices = &self.detector.prices;
+        let slot = self.lines.checked_rem(kept).unwrap_or(0);
+        let start = slot.saturating_mul(searched);
+        let pointers = self.pointers.get_mut(start..).unwrap_or_default();
+        let pointers = pointers.get_mut(..searched).unwrap_or_default();
+        from_below(self.values, prices.step, self.below);
+        let Best { value, cell } = self.best;
+        // At the first line a surface is there without a start.
+        let started = match self.lines {
+            0 => 0,
+            _ => self.absent - prices.end,
+        };
+        let jumped = value - prices.jump;
+        let packed = |value: i32, origin: i32| (value << Pointer::BITS) | origin;
+        let other = packed(jumped, Pointer::JUMP).max(packed(started, Pointer::START));
+        // Values stay small: they count from the best of the line before.
+        let base = if self.lines == 0 { 0 } else { value };
+        let ended = value - prices.end;
+        let head = if ended > self.absent { FROM_CELL } else { 0 };
+        self.absent = self.absent.max(ended) - base + prices.absent;
+        if let Some(place) = self.heads.get_mut(slot) {
+            *place = head | cell;
+        }
+        let cells = Cells {
+            scores: self.scores,
+            below: self.below,
+            values: self.values,
+            pointers,
+        };
+        self.best = cells.step(prices, other, base);
+        self.lines = self.lines.saturating_add(1);
+    }
+
+    /// Follows the best path from the last line back over so many lines before it, or to the first.
+    fn trace(&mut self, before: usize) {
+        let Sizes { searched, kept, .. } = self.detector.sizes;
+        let mut cell = (self.best.value >= self.absent).then_some(self.best.cell);
+        let lines = self.lines;
+        for back in 0..before.saturating_add(1).min(lines).min(kept) {
+            let slot = (lines - 1 - back).checked_rem(kept).unwrap_or(0);
+            let head = self.heads.get(slot).copied().unwrap_or_default();
+            let best = head & (FROM_CELL - 1);
+            let mut mark = 0;
+            let previous = match cell {
+                None => (head & FROM_CELL != 0).then_some(best),
+                Some(cell) => {
+                    let index = slot.saturating_mul(searched).saturating_add(cell as usize);
+                    let pointer = self.pointers.get(index).copied().unwrap_or_default();
+                    let origin = Pointer(pointer).origin();
+                    mark = cell + 1;
+                    match origin {
+                        Pointer::START => {
+                            mark |= BEGINS;
+                            None
+                        }
+                        Pointer::JUMP => {
+                            mark |= BEGINS;
+                            Some(best)
+                        }
+                        _ if origin < Pointer::BELOW => {
+                            Some(cell.saturating_add_signed(Pointer::BELOW - origin))
+                        }
+                        _ => Some(cell.saturating_add_signed(origin - Pointer::HERE)),
+                    }
+                }
+            };
+            if let Some(place) = self.path.get_mut(slot) {
+                *place = mark;
+            }
+            cell = previous;
+        }
+    }
+
+    /// The point of the first line that is not decided, by the path.
+    fn decide(&mut self) -> Option<Point> {
+        let line = self.decided;
+        self.decided = self.decided.saturating_add(1);
+        let (cell, begins) = self.at(line)?;
+        let margin = self.margin(line, cell, begins);
+        Some(Point {
+            depth: self
+                .detector
+                .depth(cell as usize, self.fraction(line, cell)),
+            confidence: self.confidence(margin),
+            begins,
+        })
+    }
+
+    /// The path's cell in a line, and whether a piece begins there.
+    fn at(&self, line: usize) -> Option<(u32, bool)> {
+        let slot = line.checked_rem(self.detector.sizes.kept)?;
+        let mark = self.path.get(slot).copied()?;
+        let cell = (mark & !BEGINS).checked_sub(1)?;
+        Some((cell, mark & BEGINS != 0))
+    }
+
+    /// The score of a cell, in nats.
+    fn score(&self, line: usize, cell: u32) -> Option<f32> {
+        let Sizes { searched, kept, .. } = self.detector.sizes;
+        let slot = line.checked_rem(kept)?;
+        let index = slot.checked_mul(searched)?.checked_add(cell as usize)?;
+        let pointer = self.pointers.get(index).copied()?;
+        ((cell as usize) < searched).then_some(Pointer(pointer).score())
+    }
+
+    /// Of the scores above absence, the mean over up to [`AROUND`] lines on either side of the same piece.
+    fn margin(&self, line: usize, cell: u32, begins: bool) -> f32 {
+        let mut sum = self.score(line, cell).unwrap_or_default();
+        let mut count = 1.0;
+        let mut begun = begins;
+        for back in 1..=AROUND {
+            let Some(line) = line.checked_sub(back).filter(|_| !begun) else {
+                break;
+            };
+            let Some((cell, begins)) = self.at(line) else {
+                break;
+            };
+            sum += self.score(line, cell).unwrap_or_default();
+            count += 1.0;
+            begun = begins;
+        }
+        for line in line + 1..self.lines.min(line + 1 + AROUND) {
+            let Some((cell, false)) = self.at(line) else {
+                break;
+            };
+            sum += self.score(line, cell).unwrap_or_default();
+            count += 1.0;
+        }
+        let absence = self.detector.prices.absence as f32 / NAT as f32;
+        sum / count - absence
+    }
+
+    fn confidence(&self, margin: f32) -> f32 {
+        let [a, b] = self.detector.parameters().settings.confidence;
+        1.0 / (1.0 + libm::expf(-(a + b * margin)))
+    }
+
+    /// Where between −½ and ½ of a cell the parabola through its score and those beside it is largest.
+    fn fraction(&self, line: usize, cell: u32) -> f32 {
+        let beside = [cell.checked_sub(1), cell.checked_add(1)];
+        let [Some(above), Some(below)] = beside.map(|cell| self.score(line, cell?)) else {
+            return 0.0;
+        };
+        let Some(score) = self.score(line, cell) else {
+            return 0.0;
+        };
+        let curvature = 2.0 * score - above - below;
+        if score < above || score < below || curvature <= 0.0 {
+            return 0.0;
+        }
+        0.5 * (below - above) / curvature
+    }
+}
+
+/// The best paths that come from cells below, and by how many cells each. Each cell further on it is worth a step less,
+/// and its origin is less by 1, in one subtraction.
+#[inline(never)]
+fn from_below(values: &[i32], step: i32, below: &mut [i32]) {
+    let step = (step << Pointer::BITS) + 1;
+    let mut run = NEVER << Pointer::BITS;
+    for (&value, below) in values.iter().zip(below).rev() {
+        run -= step;
+        *below = run;
+        run = run.max(value | Pointer::BELOW);
+    }
+}
+
+/// A line's cells.
+struct Cells<'a> {
+    scores: &'a [i32],
+    below: &'a [i32],
+    /// Of the line before, and then of this one.
+    values: &'a mut [i32],
+    pointers: &'a mut [u16],
+}
+
+impl Cells<'_> {
+    /// Of paths from above, from below and the other, the first of the best, with the cell's score.
+    #[inline(never)]
+    fn step(self, prices: &Prices, other: i32, base: i32) -> Best {
+        let step = (prices.step << Pointer::BITS) + 1;
+        let base = base << 8;
+        let (mut best, mut best_cell) = (i32::MIN, 0);
+        let mut run = NEVER << Pointer::BITS;
+        let cells = self.scores.iter().zip(self.below).zip(self.values);
+        for (((&score, &below), value), (pointer, cell)) in
+            cells.zip(self.pointers.iter_mut().zip(0u32..))
+        {
+            run = (run - step).max(*value | Pointer::HERE);
+            let path = run.max(below).max(other);
+            let origin = path & Pointer::ORIGIN;
+            let own = (score * prices.factor - base) >> 8;
+            let sum = path - origin + (own << Pointer::BITS);
+            (*value, *pointer) = (sum, Pointer::new(origin, score));
+            if sum > best {
+                (best, best_cell) = (sum, cell);
+            }
+        }
+        Best {
+            value: best >> Pointer::BITS,
+            cell: best_cell,
+        }
+    }
+}

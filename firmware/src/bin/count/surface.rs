@@ -1,0 +1,86 @@
+//! The bone surface of grey levels, line by line.
+
+use bonebeam::Error;
+use bonebeam::geometry::Axis;
+use bonebeam::memory::{Memory, Need};
+use bonebeam::surface::{Detector, Levels, Parameters, Settings, Survey, Tracker};
+
+use crate::counter::Counter;
+use crate::report;
+
+const SAMPLES: usize = 1024;
+const LINES: usize = 20;
+
+/// 40 mm at 20 MHz, decided nine lines later.
+const PARAMETERS: Parameters = Parameters {
+    samples: Axis {
+        first: 3e-3,
+        step: 0.0385e-3,
+        count: SAMPLES,
+    },
+    spacing: 0.3e-3,
+    settings: Settings::DEFAULT,
+    latency: 9,
+};
+const NEED: Need = match PARAMETERS.need() {
+    Ok(need) => need,
+    Err(_) => panic!("the parameters are not valid"),
+};
+
+/// The bounds on the instructions per sample (see `beamform.rs`).
+const BOUND: u32 = 108;
+const SURVEY_BOUND: u32 = 43;
+
+/// The memory of the cases.
+pub struct Workspaces {
+    memory: Memory<{ NEED.real }, 0>,
+    line: [u8; SAMPLES],
+}
+
+impl Workspaces {
+    /// All zero.
+    pub const fn new() -> Self {
+        Workspaces {
+            memory: Memory::new(),
+            line: [0; SAMPLES],
+        }
+    }
+}
+
+/// Counts onset and path together, of noise with a bone that slopes, and the frame's levels.
+pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+    let Workspaces { memory, line } = workspaces;
+    let detector = Detector::new(PARAMETERS)?;
+    let mut state = 34u32;
+    let mut next = |line: &mut [u8; SAMPLES], bone: usize| {
+        for (sample, grey) in line.iter_mut().enumerate() {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let noise = state >> 24;
+            *grey = match sample {
+                _ if sample >= bone + 8 => noise / 6,
+                _ if sample >= bone => 150 + noise / 4,
+                _ => 40 + noise / 2,
+            } as u8;
+        }
+    };
+    next(line, 500);
+    let mut survey = Survey::new(&detector, memory.scratch())?;
+    let mut outcome = Ok(());
+    let cost = counter.count(|| outcome = survey.line(line));
+    outcome?;
+    let mut within = report("surface-levels", SAMPLES, SAMPLES, &cost, 0, SURVEY_BOUND);
+    let levels: Levels = survey.levels();
+    let bytes = Memory::<{ NEED.real }, 0>::BYTES;
+    let mut tracker = Tracker::new(&detector, memory.scratch())?;
+    // The ring is full when the last line comes.
+    for k in 0..LINES {
+        next(line, 500 + 3 * k);
+        tracker.line(line, levels)?;
+    }
+    next(line, 500 + 3 * LINES);
+    let mut found = Ok(None);
+    let cost = counter.count(|| found = tracker.line(line, levels));
+    within &= found?.flatten().is_some();
+    within &= report("surface", SAMPLES, SAMPLES, &cost, bytes, BOUND);
+    Ok(within)
+}

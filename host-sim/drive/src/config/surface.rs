@@ -1,0 +1,129 @@
+//! The parameters of the bone surface.
+
+use bonebeam::surface::Settings;
+use serde::{Deserialize, Serialize};
+
+use crate::Result;
+use bonebeam_files::settings::{LENGTHS, check_positive, out_of_range};
+
+const SECTION: &str = "surface";
+/// Nats.
+const MAX_PRICE: f64 = 64.0;
+/// Weights of a term, nats: with the width of each, the core takes these.
+const MAX_WEIGHT: f64 = 12.0;
+
+/// Section `[surface]`. What is not told is the core's, which differs between lines and pictures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Surface {
+    /// Lines: black lies this far below the largest envelope, dB. A picture has its own grey levels.
+    pub grey_range: f64,
+    /// The depth at which the search begins, m.
+    pub search_start: f64,
+    /// The depth at which it ends, m; without it, the line's end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub search_end: Option<f64>,
+    /// The score of a line without bone, nats.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absence: Option<f64>,
+    /// The price of each start and of each end of a surface, nats.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub end_price: Option<f64>,
+    /// The price of a jump to another depth, nats.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jump_price: Option<f64>,
+    /// The price of a move in depth from line to line, nats per mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slope_price: Option<f64>,
+    /// The weight of the change of level from the tissue above to the shadow below, nats.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level: Option<f64>,
+    /// The weight of the brightest below, beside the tissue above, nats.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rest: Option<f64>,
+    /// The weight of the shadow down to the end of the line, nats.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shadow: Option<f64>,
+    /// Points that are less sure than this are left out, 0 to 1.
+    pub min_confidence: f64,
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        Self {
+            grey_range: 60.0,
+            search_start: Settings::DEFAULT.depths[0],
+            search_end: None,
+            absence: None,
+            end_price: None,
+            jump_price: None,
+            slope_price: None,
+            level: None,
+            rest: None,
+            shadow: None,
+            min_confidence: 0.0,
+        }
+    }
+}
+
+impl Surface {
+    /// The core's settings: those of lines or of pictures, but for what the section tells.
+    pub fn settings(&self, usual: Settings) -> Settings {
+        let mut settings = Settings {
+            depths: [self.search_start, self.search_end.unwrap_or(f64::INFINITY)],
+            absence: self.absence.unwrap_or(usual.absence),
+            end: self.end_price.unwrap_or(usual.end),
+            jump: self.jump_price.unwrap_or(usual.jump),
+            slope: self.slope_price.map_or(usual.slope, |price| 1e3 * price),
+            ..usual
+        };
+        settings.level.weight = self.level.unwrap_or(usual.level.weight);
+        settings.rest.weight = self.rest.unwrap_or(usual.rest.weight);
+        // The core's falls with the grey of the shadow.
+        settings.shadow.weight = self.shadow.map_or(usual.shadow.weight, |weight| -weight);
+        settings
+    }
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] naming the flag, the key, the value and the range.
+    pub fn validate(&self) -> Result<()> {
+        let within = |key: &str, value: f64, [least, most]: [f64; 2], unit: &str| {
+            if (least..=most).contains(&value) {
+                return Ok(());
+            }
+            let expected = format!("{least} to {most}{unit}");
+            Err(out_of_range(SECTION, key, value, &expected))
+        };
+        within("grey_range", self.grey_range, [0.1, 1000.0], " dB")?;
+        within("search_start", self.search_start, [0.0, LENGTHS[1]], " (m)")?;
+        if let Some(end) = self.search_end {
+            check_positive(SECTION, "search_end", end, LENGTHS, " (m)")?;
+            if end <= self.search_start {
+                let expected = format!("more than --search-start, {} m", self.search_start);
+                return Err(out_of_range(SECTION, "search_end", end, &expected));
+            }
+        }
+        let told = [
+            ("absence", self.absence, [-MAX_PRICE, MAX_PRICE], " nats"),
+            ("end_price", self.end_price, [0.0, MAX_PRICE], " nats"),
+            ("jump_price", self.jump_price, [0.0, MAX_PRICE], " nats"),
+            (
+                "slope_price",
+                self.slope_price,
+                [0.01, 500.0],
+                " nats per mm",
+            ),
+            ("level", self.level, [0.0, MAX_WEIGHT], " nats"),
+            ("rest", self.rest, [0.0, MAX_WEIGHT], " nats"),
+            ("shadow", self.shadow, [0.0, MAX_WEIGHT], " nats"),
+        ];
+        for (key, value, range, unit) in told {
+            if let Some(value) = value {
+                within(key, value, range, unit)?;
+            }
+        }
+        within("min_confidence", self.min_confidence, [0.0, 1.0], "")
+    }
+}

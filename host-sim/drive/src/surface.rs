@@ -1,0 +1,171 @@
+//! Lines or a picture → the bone surface, through the core.
+
+use bonebeam::geometry::Axis;
+use bonebeam::image::{Fan, envelope, largest, log_compression};
+use bonebeam::memory::Scratch;
+use bonebeam::surface::{Detector, Parameters, Point, Settings, grey};
+use ndarray::{ArrayBase, ArrayView2, Data, Ix2};
+use num_complex::Complex;
+use rayon::prelude::*;
+
+use bonebeam_files::BeamformedLines;
+
+use crate::config;
+use crate::image::{Layout, layout, sample_axis};
+use crate::{Error, Result};
+
+/// A point of the bone surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// The line or the column of the picture.
+    pub line: usize,
+    /// To the right, m: of lines from the array's middle, of a picture from the centre of its top left pixel.
+    pub x: f64,
+    /// Down, m.
+    pub z: f64,
+    /// How sure it is, from 0 to 1.
+    pub confidence: f32,
+    /// Which piece of surface it belongs to, from 0.
+    pub piece: usize,
+}
+
+/// The surface in lines, at most a point each, from the first line to the last.
+///
+/// # Errors
+/// Lines that are neither evenly spaced nor an even fan, and what the core refuses: a NaN or infinite sample, lines
+/// that are too short, a parameter that is out of range.
+pub fn of_lines<S: Data<Elem = Complex<f32>>>(
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
+    section: &config::Surface,
+) -> Result<Vec<SurfacePoint>> {
+    let samples = sample_axis(lines);
+    let spacing = match layout(lines)? {
+        Layout::Even(beams) => beams.step,
+        Layout::Fan { fan, angles } => spacing_of_fan(&fan, &angles, &samples),
+    };
+    let grey = grey_of_lines(lines, section.grey_range as f32)?;
+    let settings = section.settings(Settings::DEFAULT);
+    let points = detect(&grey, samples, spacing, settings)?;
+    Ok(placed(points, section.min_confidence, |line, r| {
+        let (z, angle) = match &lines.rays {
+            None => (0.0, 0.0),
+            Some(rays) => (rays.z[line], rays.angle[line]),
+        };
+        [lines.beam_x[line] + r * angle.sin(), z + r * angle.cos()]
+    }))
+}
+
+/// The surface in a picture of square pixels, `[row, column]`, 0 to 255, whose columns are lines: at most a point each.
+/// `pixel` is their side, m.
+///
+/// # Errors
+/// As [`of_lines`].
+pub fn of_picture(
+    pixels: ArrayView2<f32>,
+    pixel: f64,
+    section: &config::Surface,
+) -> Result<Vec<SurfacePoint>> {
+    let columns = pixels.t();
+    let columns = columns.as_standard_layout();
+    let mut levels = vec![0; columns.len()];
+    grey(columns.as_slice().unwrap_or_default(), &mut levels)?;
+    let rows = Axis {
+        first: 0.0,
+        step: pixel,
+        count: pixels.nrows(),
+    };
+    let settings = section.settings(Settings::PICTURE);
+    let points = detect(&levels, rows, pixel, settings)?;
+    Ok(placed(points, section.min_confidence, |column, z| {
+        [column as f64 * pixel, z]
+    }))
+}
+
+/// Half way down a fan, from one line to the next, m.
+fn spacing_of_fan(fan: &Fan, angles: &Axis, samples: &Axis) -> f64 {
+    let middle = (samples.first + samples.last()) / 2.0;
+    angles.step * (fan.radius + middle)
+}
+
+/// Grey levels of lines, `[line][sample]`, so many dB below the largest envelope.
+fn grey_of_lines<S: Data<Elem = Complex<f32>>>(
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
+    dynamic_range: f32,
+) -> Result<Vec<u8>> {
+    let z = lines.z.as_standard_layout();
+    let z = z.as_slice().unwrap_or_default();
+    let samples = lines.z.ncols().max(1);
+    let mut envelopes = vec![0.0; z.len()];
+    let each = z.par_chunks(samples).zip(envelopes.par_chunks_mut(samples));
+    each.try_for_each(|(z, out)| envelope(z, out))?;
+    let reference = largest(&envelopes);
+    let mut levels = vec![0; z.len()];
+    let each = envelopes
+        .par_chunks(samples)
+        .zip(levels.par_chunks_mut(samples));
+    each.try_for_each(|(envelope, out)| {
+        let mut level = vec![0.0; envelope.len()];
+        log_compression(envelope, reference, dynamic_range, &mut level)?;
+        grey(&level, out)
+    })?;
+    Ok(levels)
+}
+
+/// The core's detector over a whole frame.
+fn detect(
+    grey: &[u8],
+    samples: Axis,
+    spacing: f64,
+    settings: Settings,
+) -> Result<Vec<Option<Point>>> {
+    let lines = grey.len() / samples.count.max(1);
+    let detector = Detector::new(Parameters {
+        samples,
+        spacing,
+        settings,
+        latency: lines.saturating_sub(1),
+    })?;
+    let need = detector.need();
+    let mut real = Vec::new();
+    let refused = |_| Error::Usage("the surface takes more memory than there is".into());
+    real.try_reserve_exact(need.real).map_err(refused)?;
+    real.resize(need.real, 0.0);
+    let scratch = Scratch {
+        real: &mut real,
+        complex: &mut [],
+    };
+    let mut points = vec![None; lines];
+    detector.frame(grey, scratch, &mut points)?;
+    Ok(points)
+}
+
+/// Points at the places `at` of their lines and depths, in pieces, but for those that are less sure.
+fn placed(
+    points: Vec<Option<Point>>,
+    least: f64,
+    at: impl Fn(usize, f64) -> [f64; 2],
+) -> Vec<SurfacePoint> {
+    let mut placed: Vec<SurfacePoint> = Vec::new();
+    let mut begins = true;
+    for (line, point) in points.into_iter().enumerate() {
+        let sure = point.filter(|point| f64::from(point.confidence) >= least);
+        let Some(point) = sure else {
+            begins = true;
+            continue;
+        };
+        let [x, z] = at(line, f64::from(point.depth));
+        let piece = match placed.last() {
+            None => 0,
+            Some(last) => last.piece + usize::from(begins || point.begins),
+        };
+        placed.push(SurfacePoint {
+            line,
+            x,
+            z,
+            confidence: point.confidence,
+            piece,
+        });
+        begins = false;
+    }
+    placed
+}

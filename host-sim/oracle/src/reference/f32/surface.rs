@@ -1,0 +1,304 @@
+//! The bone surface once more, plainly: every mean by its own sum, every path by trying all cells before.
+
+use bonebeam::surface::{Levels, Parameters, Point, Ramp};
+
+/// A thing that is searched in: cells of a line, and where each of them lies.
+struct Cells {
+    stride: usize,
+    length: f64,
+    count: usize,
+    first: usize,
+    searched: usize,
+}
+
+fn cells(p: &Parameters) -> Cells {
+    let mut stride = 1;
+    while stride as f64 * p.samples.step < 0.06e-3 * (1.0 - 1e-9) {
+        stride += 1;
+    }
+    let length = stride as f64 * p.samples.step;
+    let count = p.samples.count / stride;
+    let at = |depth: f64| ((depth - p.samples.first) / length + 0.5).max(0.0) as usize;
+    let near = (p.settings.near[1] / length + 0.5) as usize;
+    let end = at(p.settings.depths[1]).min(count - near);
+    let first = at(p.settings.depths[0]);
+    Cells {
+        stride,
+        length,
+        count,
+        first,
+        searched: end - first,
+    }
+}
+
+/// Sum of the grey levels of cells `from..end`, as far as they exist, and how many samples these are.
+fn sum(line: &[u8], cells: &Cells, from: i64, end: i64) -> (i64, i64) {
+    let count = cells.count as i64;
+    let (from, end) = (from.clamp(0, count) as usize, end.clamp(0, count) as usize);
+    let samples = cells.stride * from..cells.stride * end.max(from);
+    let length = samples.len() as i64;
+    (line[samples].iter().map(|&g| i64::from(g)).sum(), length)
+}
+
+/// `⌊1024·ln(value)⌉`, but for the table's step.
+fn ln(value: i64) -> i64 {
+    let exponent = 63 - i64::from(value.leading_zeros());
+    let sixtyfourths = (((value << 24) >> exponent) >> 18) & 63;
+    let mantissa = libm::log(1.0 + (sixtyfourths as f64 + 0.5) / 64.0);
+    710 * exponent + (1024.0 * mantissa).round() as i64
+}
+
+fn ramp(x: i64, centre: i64, gain: i64, limit: i64) -> i64 {
+    (((x - centre) * gain) >> 12).clamp(-limit, limit)
+}
+
+/// 2⁻¹² scores for the whole range of `x` from 0 to 1.
+fn slope(ramp: &Ramp) -> f64 {
+    ramp.weight / ramp.width * 1024.0 * 4096.0
+}
+
+fn nats(value: f64) -> i64 {
+    (1024.0 * value).round() as i64
+}
+
+/// The scores of a line's cells, from the first that is searched on, in 1/1024 nat.
+pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
+    let s = &p.settings;
+    let cells = cells(p);
+    let of = |length: f64| (length / cells.length + 0.5) as i64;
+    // 2²³ times the mean of cells a to b, from a cell.
+    let mean = |cell: i64, a: i64, b: i64| {
+        let (sum, samples) = sum(line, &cells, cell + a, cell + b + 1);
+        if samples == 0 {
+            0
+        } else {
+            sum * ((1 << 23) / samples)
+        }
+    };
+    let white = 4080.0;
+    let dark = i64::from(levels.dark);
+    let least = (s.shadow_range * white).round() as i64;
+    let range = (i64::from(levels.tissue) - dark).max(least);
+    let shadow_gain = (slope(&s.shadow).round() as i64 / range).clamp(-131_071, 131_071);
+    let shadow_centre = dark + (((256.0 * s.shadow.centre).round() as i64 * range) >> 8);
+    let floor = (s.onset_floor * white * white + 0.5) as i64;
+    let scores = (cells.first..cells.first + cells.searched).map(|cell| {
+        let cell = cell as i64;
+        let echo = mean(cell, -of(s.echo), of(s.echo));
+        let near = mean(cell, of(s.near[0]), of(s.near[1]));
+        let far = mean(cell, of(s.far[0]), of(s.far[1]));
+        let above = mean(cell, -of(s.above[1]), -of(s.above[0]));
+        let below = mean(cell, of(s.below[0]), of(s.below[1]));
+        let (total, samples) = sum(line, &cells, cell + of(s.shadow_from), cells.count as i64);
+        let shadow = 16 * total / samples.max(1);
+        let onset = ((echo - near) >> 19).max(0) * ((echo - far) >> 19).max(0);
+        let onset = ln(onset + floor) - ln(4080 * 4080);
+        let level = ramp(
+            (above - below) >> 19,
+            (s.level.centre * white).round() as i64,
+            (slope(&s.level) / white).round() as i64,
+            nats(s.level.weight.abs()),
+        );
+        let block = of(s.rest_block).max(1);
+        let last = cells.count as i64 - block;
+        let from = (cell + of(s.rest_from)).min(last);
+        let rest = (from..=last).map(|at| mean(at, 0, block - 1) >> 19).max();
+        let rest = ramp(
+            (above >> 19) - rest.unwrap_or(0),
+            (s.rest.centre * white).round() as i64,
+            (slope(&s.rest) / white).round() as i64,
+            nats(s.rest.weight.abs()),
+        );
+        let shadow = ramp(
+            shadow,
+            shadow_centre,
+            shadow_gain,
+            nats(s.shadow.weight.abs()),
+        );
+        ((onset * nats(s.onset_weight)) >> 10) + level + rest + shadow
+    });
+    scores.collect()
+}
+
+/// The frame's levels, from every fourth line.
+pub fn levels(p: &Parameters, frame: &[u8]) -> Levels {
+    let cells = cells(p);
+    let (mut grey, mut shadows) = (Vec::new(), Vec::new());
+    for line in frame.chunks(p.samples.count).step_by(4) {
+        grey.extend(
+            line[..cells.stride * cells.count]
+                .iter()
+                .map(|&g| i64::from(g)),
+        );
+        for cell in cells.first..cells.first + cells.searched {
+            let from = cell as i64 + (p.settings.shadow_from / cells.length + 0.5) as i64;
+            let (sum, samples) = sum(line, &cells, from, cells.count as i64);
+            if samples > 0 {
+                shadows.push(sum / samples);
+            }
+        }
+    }
+    let percentile = |mut values: Vec<i64>, percent: usize| {
+        values.sort_unstable();
+        let index = (values.len() * percent).div_ceil(100).max(1) - 1;
+        16 * values[index] as u16
+    };
+    Levels {
+        dark: percentile(shadows, 2),
+        tissue: percentile(grey, 60),
+    }
+}
+
+/// Where a path comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum From {
+    Cell(usize),
+    Jump(usize),
+    Absence,
+}
+
+/// The best paths to all cells of a line, and to absence.
+struct Best {
+    values: Vec<i64>,
+    absent: i64,
+    from: Vec<From>,
+    absent_from: Option<usize>,
+}
+
+/// The first cell of the largest value.
+fn largest(values: &[i64]) -> usize {
+    let largest = values.iter().max();
+    let at = values.iter().position(|value| Some(value) == largest);
+    at.unwrap_or_default()
+}
+
+fn paths(p: &Parameters, scores: &[Vec<i64>]) -> Vec<Best> {
+    let s = &p.settings;
+    let cells = cells(p);
+    let factor = (256.0 * p.spacing / s.spacing).round() as i64;
+    let step = (1024.0 * s.slope * cells.length).round() as i64;
+    let absence = (nats(s.absence) * factor) >> 8;
+    let dearest = nats(s.jump).min(62 * step - 1);
+    let mut lines: Vec<Best> = Vec::new();
+    for scores in scores {
+        let own = |cell: usize| (scores[cell] * factor) >> 8;
+        let best = match lines.last() {
+            None => Best {
+                values: (0..scores.len()).map(own).collect(),
+                absent: absence,
+                from: vec![From::Absence; scores.len()],
+                absent_from: None,
+            },
+            Some(before) => {
+                let peak = largest(&before.values);
+                let ended = before.values[peak] - nats(s.end);
+                let to = |cell: usize| {
+                    let move_from = |from: usize| {
+                        let price = step * cell.abs_diff(from) as i64;
+                        (before.values[from] - price, From::Cell(from))
+                    };
+                    let above = (0..=cell).rev().map(move_from);
+                    let below = (cell + 1..scores.len()).map(move_from);
+                    let jump = (before.values[peak] - dearest, From::Jump(peak));
+                    let start = (before.absent - nats(s.end), From::Absence);
+                    let all = above.chain(below).chain([jump, start]);
+                    // The first of the largest.
+                    let mut all = all.collect::<Vec<_>>();
+                    all.reverse();
+                    let best = all.into_iter().max_by_key(|candidate| candidate.0);
+                    best.unwrap_or((0, From::Absence))
+                };
+                let best: Vec<_> = (0..scores.len()).map(to).collect();
+                Best {
+                    values: best.iter().enumerate().map(|(k, b)| b.0 + own(k)).collect(),
+                    absent: before.absent.max(ended) + absence,
+                    from: best.iter().map(|b| b.1).collect(),
+                    absent_from: (ended > before.absent).then_some(peak),
+                }
+            }
+        };
+        lines.push(best);
+    }
+    lines
+}
+
+/// The best path that ends in the last of some lines: cell, and whether a piece begins there.
+fn trace(lines: &[Best]) -> Vec<Option<(usize, bool)>> {
+    let mut path = vec![None; lines.len()];
+    let Some(last) = lines.last() else {
+        return path;
+    };
+    let peak = largest(&last.values);
+    let mut cell = (last.values[peak] >= last.absent).then_some(peak);
+    for (line, best) in lines.iter().enumerate().rev() {
+        let Some(at) = cell else {
+            cell = best.absent_from;
+            continue;
+        };
+        let from = best.from[at];
+        path[line] = Some((at, !matches!(from, From::Cell(_))));
+        cell = match from {
+            From::Cell(cell) | From::Jump(cell) => Some(cell),
+            From::Absence => None,
+        };
+    }
+    path
+}
+
+/// The surface of a frame, by scores: each line is decided by the lines up to `latency` after it.
+pub fn of_scores(p: &Parameters, scores: &[Vec<i64>]) -> Vec<Option<Point>> {
+    let lines = paths(p, scores);
+    // As they are kept: in 1/32 nat, from −10 to below 6.
+    let kept = |line: usize, cell: usize| ((scores[line][cell] >> 5) + 320).clamp(0, 511);
+    let nats = |line: usize, cell: usize| kept(line, cell) as f32 / 32.0 - 10.0;
+    let cells = cells(p);
+    let decide = |line: usize| {
+        let known = (line + p.latency + 1).min(lines.len());
+        let path = trace(&lines[..known]);
+        let (cell, begins) = path[line]?;
+        // From the first line that the piece reaches to the last, of those around it.
+        let mut first = line;
+        while first > line.saturating_sub(4)
+            && path[first].is_some_and(|(_, begins)| !begins)
+            && path[first - 1].is_some()
+        {
+            first -= 1;
+        }
+        let mut last = line;
+        while last < (line + 4).min(known - 1) && path[last + 1].is_some_and(|(_, begins)| !begins)
+        {
+            last += 1;
+        }
+        let own = nats(line, cell);
+        let back = (first..line).rev();
+        let others = back.chain(line + 1..last + 1);
+        let sum = others.fold(own, |sum, k| sum + path[k].map_or(0.0, |(c, _)| nats(k, c)));
+        let absence = (1024.0 * p.settings.absence).round() as f32 / 1024.0;
+        let margin = sum / (last - first + 1) as f32 - absence;
+        let [a, b] = p.settings.confidence;
+        let mut fraction = 0.0;
+        if cell > 0 && cell + 1 < cells.searched {
+            let (above, below) = (nats(line, cell - 1), nats(line, cell + 1));
+            let curvature = 2.0 * own - above - below;
+            if own >= above && own >= below && curvature > 0.0 {
+                fraction = 0.5 * (below - above) / curvature;
+            }
+        }
+        let sample = ((cells.first + cell) as f64 + f64::from(fraction)) * cells.stride as f64
+            + (cells.stride - 1) as f64 / 2.0;
+        Some(Point {
+            depth: (p.samples.first + sample * p.samples.step) as f32,
+            confidence: 1.0 / (1.0 + libm::expf(-(a + b * margin))),
+            begins,
+        })
+    };
+    (0..lines.len()).map(decide).collect()
+}
+
+/// The surface of a frame, grey levels `[line][sample]`.
+pub fn surface(p: &Parameters, frame: &[u8]) -> Vec<Option<Point>> {
+    let levels = levels(p, frame);
+    let lines = frame.chunks(p.samples.count);
+    let scores: Vec<_> = lines.map(|line| scores(p, line, levels)).collect();
+    of_scores(p, &scores)
+}

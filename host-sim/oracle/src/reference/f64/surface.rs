@@ -1,0 +1,55 @@
+//! The score of a cell as its definition stands, in f64.
+
+use bonebeam::surface::{Ramp, Settings};
+
+/// The mean of `grey`, 0 to 1, from sample `from` to before `end`, as far as they exist; 0 of none.
+fn mean(grey: &[f64], from: i64, end: i64) -> f64 {
+    let count = grey.len() as i64;
+    let (from, end) = (from.clamp(0, count) as usize, end.clamp(0, count) as usize);
+    match grey.get(from..end) {
+        Some(part) if !part.is_empty() => part.iter().sum::<f64>() / part.len() as f64,
+        _ => 0.0,
+    }
+}
+
+fn ramp(ramp: &Ramp, x: f64) -> f64 {
+    ramp.weight * ((x - ramp.centre) / ramp.width).clamp(-1.0, 1.0)
+}
+
+/// The score of the cell of samples `stride·cell` on, in nats, in a line of grey levels from 0 to 1, whose windows
+/// reach over whole cells of `length` m; with the means from which its onset is.
+pub fn score(
+    settings: &Settings,
+    grey: &[f64],
+    [stride, cell]: [usize; 2],
+    length: f64,
+    [dark, tissue]: [f64; 2],
+) -> (f64, [f64; 2]) {
+    let cells = |metres: f64| (metres / length).round() as i64;
+    let whole = &grey[..grey.len() / stride * stride];
+    let window = |from: i64, to: i64| {
+        let at = |cells: i64| (cell as i64 + cells) * stride as i64;
+        mean(whole, at(from), at(to + 1))
+    };
+    let below = |[from, to]: [f64; 2]| window(cells(from), cells(to));
+    let echo = window(-cells(settings.echo), cells(settings.echo));
+    let near = (echo - below(settings.near)).max(0.0);
+    let far = (echo - below(settings.far)).max(0.0);
+    let [nearest, farthest] = settings.above;
+    let above = window(-cells(farthest), -cells(nearest));
+    let level = above - below(settings.below);
+    let block = cells(settings.rest_block).max(1);
+    let last = (whole.len() / stride) as i64 - block - cell as i64;
+    let blocks = cells(settings.rest_from).min(last)..=last;
+    let brightest = blocks.map(|at| window(at, at + block - 1));
+    let rest = above - brightest.fold(0.0, f64::max);
+    let from = (cell as i64 + cells(settings.shadow_from)) * stride as i64;
+    let shadow = mean(whole, from, whole.len() as i64) - dark;
+    let shadow = shadow / (tissue - dark).max(settings.shadow_range);
+    let onset = settings.onset_weight * (near * far + settings.onset_floor).ln();
+    let score = onset
+        + ramp(&settings.level, level)
+        + ramp(&settings.rest, rest)
+        + ramp(&settings.shadow, shadow);
+    (score, [near, far])
+}

@@ -1,0 +1,70 @@
+//! The flags of the bone surface.
+
+use bonebeam_drive::config::Surface;
+use clap::Args;
+
+/// The flags that go over the section.
+#[derive(Debug, Args)]
+pub struct SurfaceFlags {
+    /// Of lines, black lies this far below the largest envelope, dB; a picture has its own grey levels [default: 60]
+    #[arg(long, value_name = "DB", help_heading = "Surface")]
+    grey_range: Option<f64>,
+
+    /// The depth at which the search begins, m [default: 0.005]
+    #[arg(long, value_name = "M", help_heading = "Surface")]
+    search_start: Option<f64>,
+
+    /// The depth at which the search ends, m [default: the end of the lines]
+    #[arg(long, value_name = "M", help_heading = "Surface")]
+    search_end: Option<f64>,
+
+    /// Score of a line without bone, nats: a larger one finds less [default: -1.3; of a picture 1]
+    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    absence: Option<f64>,
+
+    /// Price of each start and of each end of a surface, nats [default: 4]
+    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    end_price: Option<f64>,
+
+    /// Price of a jump to another depth, nats [default: 8]
+    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    jump_price: Option<f64>,
+
+    /// Price of a move in depth from line to line, nats per mm [default: 2.2; of a picture 1.67]
+    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    slope_price: Option<f64>,
+
+    /// Weight of the change of level from tissue above to shadow below, nats [default: 0.85; of a picture 1]
+    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    level: Option<f64>,
+
+    /// Weight of the brightest below, beside the tissue above, nats [default: 2.8; of a picture 3]
+    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    rest: Option<f64>,
+
+    /// Weight of the shadow down to the end of the line, nats [default: 0.57; of a picture 1]
+    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    shadow: Option<f64>,
+
+    /// Leave out points that are less sure, 0 to 1 [default: 0]
+    #[arg(long, value_name = "P", help_heading = "Surface")]
+    min_confidence: Option<f64>,
+}
+
+impl SurfaceFlags {
+    /// What the flags say in place of the section's values.
+    pub fn apply(&self, section: &mut Surface) {
+        section.grey_range = self.grey_range.unwrap_or(section.grey_range);
+        section.search_start = self.search_start.unwrap_or(section.search_start);
+        section.min_confidence = self.min_confidence.unwrap_or(section.min_confidence);
+        let over = |flag: Option<f64>, value: &mut Option<f64>| *value = flag.or(*value);
+        over(self.search_end, &mut section.search_end);
+        over(self.absence, &mut section.absence);
+        over(self.end_price, &mut section.end_price);
+        over(self.jump_price, &mut section.jump_price);
+        over(self.slope_price, &mut section.slope_price);
+        over(self.level, &mut section.level);
+        over(self.rest, &mut section.rest);
+        over(self.shadow, &mut section.shadow);
+    }
+}

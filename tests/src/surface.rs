@@ -1,0 +1,139 @@
+//! The bone surface in a frame of integers: 24 lines of 384 samples of noise, a bright layer, and bone that slopes,
+//! jumps and has a gap.
+
+use bonebeam::Error;
+use bonebeam::geometry::Axis;
+use bonebeam::memory::{self, Need};
+use bonebeam::surface::{Detector, Parameters, Point, Ramp, Settings};
+
+use crate::hash;
+
+/// Lines of the frame.
+pub const LINES: usize = 24;
+/// Samples of a line.
+pub const SAMPLES: usize = 384;
+
+/// Every term counts.
+const SETTINGS: Settings = Settings {
+    level: Ramp {
+        weight: 1.0,
+        centre: 0.02,
+        width: 0.15,
+    },
+    rest: Ramp {
+        weight: 2.0,
+        centre: 0.0,
+        width: 0.1,
+    },
+    shadow: Ramp {
+        weight: -1.0,
+        centre: 0.3,
+        width: 0.25,
+    },
+    absence: -1.5,
+    end: 3.0,
+    jump: 6.0,
+    slope: 1.6e3,
+    ..Settings::DEFAULT
+};
+
+/// The whole frame at once.
+pub const WHOLE: Parameters = Parameters {
+    samples: Axis {
+        first: 3e-3,
+        step: 0.0385e-3,
+        count: SAMPLES,
+    },
+    spacing: 0.3e-3,
+    settings: Settings {
+        depths: [4e-3, f64::INFINITY],
+        ..SETTINGS
+    },
+    latency: LINES - 1,
+};
+/// Line by line, samples that are cells, lines that are closer.
+pub const LATE: Parameters = Parameters {
+    samples: Axis {
+        first: 0.0,
+        step: 0.1e-3,
+        count: SAMPLES,
+    },
+    spacing: 0.2e-3,
+    settings: SETTINGS,
+    latency: 5,
+};
+/// The cases with their names.
+pub const CASES: [(&str, Parameters); 2] = [("surface-frame", WHOLE), ("surface-late", LATE)];
+
+const fn need(parameters: Parameters) -> Need {
+    match parameters.need() {
+        Ok(need) => need,
+        Err(_) => panic!("the parameters are not valid"),
+    }
+}
+const NEED: Need = need(WHOLE).or(need(LATE));
+
+/// The memory of the cases.
+pub struct Memory {
+    scratch: memory::Memory<{ NEED.real }, 0>,
+    frame: [u8; LINES * SAMPLES],
+    points: [Option<Point>; LINES],
+}
+
+impl Memory {
+    pub(crate) const fn new() -> Self {
+        Memory {
+            scratch: memory::Memory::new(),
+            frame: [0; LINES * SAMPLES],
+            points: [None; LINES],
+        }
+    }
+}
+
+/// Grey levels `[line][sample]`.
+pub fn frame(out: &mut [u8; LINES * SAMPLES]) {
+    let mut state = 34u32;
+    for (line, samples) in out.chunks_exact_mut(SAMPLES).enumerate() {
+        let bone = match line {
+            9..12 => SAMPLES,
+            0..9 => 150 + 3 * line,
+            _ => 240 - 2 * line,
+        };
+        for (sample, grey) in samples.iter_mut().enumerate() {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let noise = state >> 24;
+            let level = match sample {
+                60..66 => 130 + noise / 3,
+                _ if sample >= bone + 6 => noise / 6,
+                _ if sample >= bone => 150 + noise / 4,
+                _ => 40 + noise / 2,
+            };
+            *grey = level as u8;
+        }
+    }
+}
+
+/// The hash of a surface: depth and confidence of each point, the depth negative if a piece begins there; 0 for none.
+pub fn hash_of(points: &[Option<Point>]) -> u64 {
+    let numbers = points.iter().flat_map(|point| match point {
+        None => [0.0; 2],
+        Some(point) if point.begins => [-point.depth, point.confidence],
+        Some(point) => [point.depth, point.confidence],
+    });
+    hash::of(numbers)
+}
+
+pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Result<(), Error> {
+    let Memory {
+        scratch,
+        frame: grey,
+        points,
+    } = memory;
+    frame(grey);
+    for (name, parameters) in CASES {
+        let detector = Detector::new(parameters)?;
+        detector.frame(grey, scratch.scratch(), points)?;
+        report(name, hash_of(points));
+    }
+    Ok(())
+}

@@ -1,0 +1,345 @@
+//! The bone surface: known answers, both references, memory that is full of anything, bad input.
+
+use bonebeam::Error;
+use bonebeam::geometry::Axis;
+use bonebeam::memory::Scratch;
+use bonebeam::surface::{Detector, Levels, Parameters, Point, Settings, Survey, Tracker};
+use bonebeam_oracle::reference;
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+
+const PARAMETERS: Parameters = Parameters {
+    samples: Axis {
+        first: 2e-3,
+        step: 0.0385e-3,
+        count: 600,
+    },
+    spacing: 0.3e-3,
+    settings: Settings::DEFAULT,
+    latency: 39,
+};
+
+fn detector(parameters: Parameters) -> Detector {
+    Detector::new(parameters).expect("valid parameters")
+}
+
+/// In memory full of NaN.
+fn found(parameters: Parameters, frame: &[u8]) -> Vec<Option<Point>> {
+    let detector = detector(parameters);
+    let mut real = vec![f32::NAN; detector.need().real];
+    let scratch = Scratch {
+        real: &mut real,
+        complex: &mut [],
+    };
+    let mut points = vec![None; frame.len() / parameters.samples.count];
+    detector
+        .frame(frame, scratch, &mut points)
+        .expect("a frame");
+    points
+}
+
+/// Lines of speckle with bone at a sample of each line, and a shadow of `dark` below it; no bone, no shadow.
+fn lines(samples: usize, bones: &[Option<usize>], dark: u8, seed: u64) -> Vec<u8> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut frame = Vec::new();
+    for bone in bones {
+        let bone = bone.unwrap_or(samples);
+        frame.extend((0..samples).map(|sample| {
+            let level: u8 = rng.random_range(0..60);
+            match sample {
+                _ if sample > bone + 8 => level / 6 + dark,
+                _ if sample >= bone => 180 + level,
+                _ => 90 + level,
+            }
+        }));
+    }
+    frame
+}
+
+#[test]
+fn bone_is_found_where_it_is_and_nowhere_else() {
+    // Slopes of 2 samples a line, a gap of 8 lines, a step of 4.6 mm.
+    let bones: Vec<Option<usize>> = (0..40)
+        .map(|line| match line {
+            0..16 => Some(200 + 2 * line),
+            16..24 => None,
+            _ => Some(350 - line),
+        })
+        .collect();
+    let points = found(PARAMETERS, &lines(600, &bones, 0, 1));
+    for (line, (point, bone)) in points.iter().zip(&bones).enumerate() {
+        assert_eq!(point.is_some(), bone.is_some(), "line {line}");
+        let (Some(point), Some(bone)) = (point, bone) else {
+            continue;
+        };
+        // The echo has nine samples from there on.
+        let middle = PARAMETERS.samples.position(bone + 4);
+        let error = f64::from(point.depth) - middle;
+        assert!(error.abs() < 0.25e-3, "line {line}: {error}");
+        assert!(point.confidence > 0.5 && point.confidence <= 1.0);
+        assert_eq!(point.begins, line == 0 || line == 24, "line {line}");
+    }
+}
+
+#[test]
+fn tissue_alone_a_black_and_a_white_frame_have_no_surface() {
+    let speckle = lines(600, &[None; 40], 0, 2);
+    for frame in [speckle, vec![0; 24_000], vec![255; 24_000]] {
+        let points = found(PARAMETERS, &frame);
+        assert!(points.iter().all(Option::is_none));
+    }
+}
+
+#[test]
+fn a_single_bright_line_is_no_surface() {
+    let mut bones = [None; 40];
+    bones[20] = Some(250);
+    let points = found(PARAMETERS, &lines(600, &bones, 0, 3));
+    assert_eq!(points.iter().flatten().count(), 0);
+}
+
+/// Settings of all kinds, near the usual ones.
+fn any_settings(rng: &mut ChaCha8Rng) -> Settings {
+    let usual = Settings::DEFAULT;
+    let mut ramp = |mut ramp: bonebeam::surface::Ramp| {
+        ramp.weight = rng.random_range(-3.0..3.0);
+        ramp.centre += rng.random_range(-0.1..0.1);
+        ramp.width *= rng.random_range(0.7..2.0);
+        ramp
+    };
+    let [level, rest, shadow] = [usual.level, usual.rest, usual.shadow].map(&mut ramp);
+    Settings {
+        level,
+        rest,
+        shadow,
+        rest_from: rng.random_range(0.0..3e-3),
+        rest_block: rng.random_range(0.0..2e-3),
+        near: [0.2e-3, rng.random_range(0.3e-3..2e-3)],
+        above: [0.1e-3, rng.random_range(0.2e-3..6e-3)],
+        absence: rng.random_range(-4.0..0.0),
+        end: rng.random_range(0.0..4.0),
+        jump: rng.random_range(0.0..20.0),
+        onset_weight: rng.random_range(0.0..2.0),
+        depths: [rng.random_range(0.0..5e-3), rng.random_range(10e-3..40e-3)],
+        ..usual
+    }
+}
+
+#[test]
+fn every_path_has_the_bits_of_the_reference() {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let mut points_of_all = 0;
+    for seed in 0..24 {
+        let count = rng.random_range(1..30);
+        let bones: Vec<Option<usize>> = (0..count)
+            .map(|line| {
+                (rng.random_range(0..8) > 0).then(|| 100 + 3 * line + rng.random_range(0..6))
+            })
+            .collect();
+        let step = [0.0385e-3, 0.1e-3, 0.021e-3][seed % 3];
+        let parameters = Parameters {
+            samples: Axis {
+                first: rng.random_range(-1e-3..3e-3),
+                step,
+                count: 400,
+            },
+            spacing: rng.random_range(0.05e-3..0.6e-3),
+            settings: any_settings(&mut rng),
+            latency: [0, 1, 5, 9, 29][seed % 5],
+        };
+        if Detector::new(parameters).is_err() {
+            continue;
+        }
+        let frame = lines(400, &bones, rng.random_range(0..60), seed as u64);
+        let points = found(parameters, &frame);
+        let expected = reference::f32::surface::surface(&parameters, &frame);
+        assert_eq!(points, expected, "{seed}: {parameters:?}");
+        points_of_all += points.iter().flatten().count();
+    }
+    assert!(points_of_all > 100, "{points_of_all}");
+}
+
+/// The largest error of a score by means that are cut to 1/16 of a grey level, and by the table of the logarithm.
+fn bound(settings: &Settings, [near, far]: [f64; 2]) -> f64 {
+    let grey = 1.2 / 4080.0;
+    // Both differences are cut downwards.
+    let onset = near * far + settings.onset_floor;
+    let least = (near - grey).max(0.0) * (far - grey).max(0.0) + settings.onset_floor;
+    let ramps =
+        [settings.level, settings.rest, settings.shadow].map(|r| (r.weight / r.width).abs());
+    settings.onset_weight * (0.016 + (onset / least).ln())
+        + grey * (ramps[0] + 2.0 * ramps[1] + ramps[2] / settings.shadow_range)
+        + 0.004
+}
+
+#[test]
+fn scores_stay_within_their_bound_of_the_f64_reference() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    for seed in 0..20 {
+        let settings = Settings {
+            depths: [5e-3, f64::INFINITY],
+            ..any_settings(&mut rng)
+        };
+        let parameters = Parameters {
+            settings,
+            ..PARAMETERS
+        };
+        let frame = lines(600, &[Some(300)], 20, seed);
+        let levels = reference::f32::surface::levels(&parameters, &frame);
+        let scores = reference::f32::surface::scores(&parameters, &frame, levels);
+        let grey: Vec<f64> = frame.iter().map(|&g| f64::from(g) / 255.0).collect();
+        let ends = [levels.dark, levels.tissue].map(|level| f64::from(level) / 4080.0);
+        let length = 2.0 * parameters.samples.step;
+        let first = ((5e-3 - parameters.samples.first) / length).round() as usize;
+        assert!(scores.len() > 200);
+        for (k, &score) in scores.iter().enumerate() {
+            let cell = [2, first + k];
+            let (expected, means) =
+                reference::f64::surface::score(&settings, &grey, cell, length, ends);
+            let error = (score as f64 / 1024.0 - expected).abs();
+            assert!(
+                error <= bound(&settings, means),
+                "{seed}, {k}: {score} and {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn line_by_line_is_the_frame_if_latency_is_long_enough() {
+    let bones: Vec<_> = (0..40)
+        .map(|line| (line > 5).then_some(200 + line))
+        .collect();
+    let frame = lines(600, &bones, 0, 6);
+    let whole = found(PARAMETERS, &frame);
+    let late = Parameters {
+        latency: 9,
+        ..PARAMETERS
+    };
+    let detector = detector(late);
+    assert!(detector.need().real < Detector::new(PARAMETERS).unwrap().need().real / 2);
+    let mut real = vec![f32::NAN; detector.need().real];
+    let mut scratch = Scratch {
+        real: &mut real,
+        complex: &mut [],
+    };
+    let mut survey = Survey::new(&detector, scratch.reborrow()).unwrap();
+    for line in frame.chunks(600).step_by(Survey::EVERY) {
+        survey.line(line).unwrap();
+    }
+    let levels = survey.levels();
+    let mut tracker = Tracker::new(&detector, scratch).unwrap();
+    // A frame after another: nothing is left of the first.
+    for _ in 0..2 {
+        let mut points = Vec::new();
+        for line in frame.chunks(600) {
+            points.extend(tracker.line(line, levels).unwrap());
+        }
+        assert_eq!(points.len(), 31);
+        tracker.finish(|point| points.push(point));
+        let at = |points: &[Option<Point>]| -> Vec<_> {
+            points
+                .iter()
+                .map(|p| p.map(|p| (p.depth, p.begins)))
+                .collect()
+        };
+        assert_eq!(at(&points), at(&whole));
+    }
+}
+
+#[test]
+fn levels_are_percentiles_of_the_frame() {
+    let detector = detector(PARAMETERS);
+    let mut real = vec![0.0; detector.need().real];
+    let scratch = Scratch {
+        real: &mut real,
+        complex: &mut [],
+    };
+    let mut survey = Survey::new(&detector, scratch).unwrap();
+    let (none, line) = (survey.levels(), [[50u8; 600], [100; 600]]);
+    assert_eq!((none.dark, none.tissue), (0, 0));
+    survey.line(&line[0]).unwrap();
+    survey.line(&line[1]).unwrap();
+    let expected = Levels {
+        dark: 50 * 16,
+        tissue: 100 * 16,
+    };
+    assert_eq!(survey.levels(), expected);
+}
+
+#[test]
+fn what_is_out_of_range_is_refused_by_its_name() {
+    let with = |change: &dyn Fn(&mut Parameters)| {
+        let mut parameters = PARAMETERS;
+        change(&mut parameters);
+        Detector::new(parameters).unwrap_err()
+    };
+    let cases: [(&str, &dyn Fn(&mut Parameters)); 26] = [
+        ("samples", &|p| p.samples.step = 0.0),
+        ("samples", &|p| p.samples.count = (1 << 16) + 1),
+        ("line spacing", &|p| p.spacing = f64::NAN),
+        ("line spacing over that of the settings", &|p| {
+            p.spacing = 1.0
+        }),
+        ("latency", &|p| p.latency = 1 << 14),
+        ("end of the lines (m)", &|p| p.samples.count = 100),
+        ("depths", &|p| p.settings.depths = [2.0, 1.0]),
+        ("depths", &|p| p.settings.depths = [f64::NAN, 1.0]),
+        ("echo", &|p| p.settings.echo = -1e-3),
+        ("near", &|p| p.settings.near = [2e-3, 1e-3]),
+        ("far", &|p| p.settings.far = [0.0, f64::INFINITY]),
+        ("above", &|p| p.settings.above[0] = f64::NAN),
+        ("below", &|p| p.settings.below[1] = 2.0),
+        ("shadow_from", &|p| p.settings.shadow_from = -1.0),
+        ("rest_from", &|p| p.settings.rest_from = -1.0),
+        ("rest_block", &|p| p.settings.rest_block = f64::NAN),
+        ("rest", &|p| p.settings.rest.centre = 3.0),
+        ("shadow_range", &|p| p.settings.shadow_range = 0.0),
+        ("onset_floor", &|p| p.settings.onset_floor = 0.0),
+        ("onset_weight", &|p| p.settings.onset_weight = -1.0),
+        ("level", &|p| p.settings.level.width = 0.0),
+        ("shadow", &|p| p.settings.shadow.weight = f64::INFINITY),
+        ("absence", &|p| p.settings.absence = f64::NAN),
+        ("jump", &|p| p.settings.jump = 65.0),
+        ("slope", &|p| p.settings.slope = 1.0),
+        ("confidence", &|p| p.settings.confidence[1] = f32::NAN),
+    ];
+    for (name, change) in cases {
+        match with(change) {
+            Error::Parameter { name: found, .. } | Error::Capacity { name: found, .. } => {
+                assert_eq!(found, name);
+            }
+            error => panic!("{name}: {error}"),
+        }
+    }
+}
+
+#[test]
+fn other_lengths_are_refused() {
+    let detector = detector(PARAMETERS);
+    let need = detector.need().real;
+    let mut real = vec![0.0; need];
+    let frame = vec![0; 1200];
+    let length = |refused: Result<(), Error>| match refused.unwrap_err() {
+        Error::Length { name, .. } => name,
+        error => panic!("{error}"),
+    };
+    fn scratch(real: &mut [f32]) -> Scratch<'_> {
+        Scratch {
+            real,
+            complex: &mut [],
+        }
+    }
+    let mut run = |memory: usize, lines: usize| {
+        let scratch = scratch(&mut real[..memory]);
+        length(detector.frame(&frame, scratch, &mut vec![None; lines]))
+    };
+    assert_eq!(run(need, 3), "grey levels");
+    assert_eq!(run(need - 1, 2), "real memory");
+    let levels = Levels { dark: 0, tissue: 0 };
+    let mut tracker = Tracker::new(&detector, scratch(&mut real)).unwrap();
+    let short = tracker.line(&frame[1..600], levels);
+    assert_eq!(length(short.map(drop)), "line");
+    let mut survey = Survey::new(&detector, scratch(&mut real)).unwrap();
+    assert_eq!(length(survey.line(&frame)), "line");
+}
