@@ -126,6 +126,12 @@ impl<B> Source<B> {
         self.filling.as_deref_mut()
     }
 
+    /// The block that was begun, for cache maintenance between the end of DMA and [`Source::complete`]; `None` where none
+    /// was begun.
+    pub fn filling(&mut self) -> Option<&mut B> {
+        self.filling.as_deref_mut()
+    }
+
     /// Hands the block that was begun to the main loop and wakes it: at the interrupt that DMA ends with. Nothing
     /// happens where none was begun.
     ///

@@ -94,7 +94,32 @@ impl Probe for Reference {
     }
 }
 
-/// The memory of its chain, for a `static`.
+/// A second probe over the same blocks: half of the depth.
+#[derive(Clone, Copy, Debug)]
+pub enum Shallow {}
+
+impl Probe for Shallow {
+    type Stage = IqDelay;
+    const PARAMETERS: Parameters<'static> = Parameters {
+        scan: ScanParameters {
+            end: Depth::Seconds(START + (LENGTH / 2 - 1) as f64 / RATE),
+            ..PARAMETERS.scan
+        },
+        block: LENGTH / 2,
+        ..PARAMETERS
+    };
+    const NEED: Need = match Self::PARAMETERS.need_of_iq(Covariance::ForwardBackward) {
+        Ok(need) => need,
+        Err(_) => panic!("the scan is not valid"),
+    };
+    const TRANSMIT: Transmit<'static> = TRANSMIT;
+
+    fn plan() -> Result<Plan<Self>, Error> {
+        Pipeline::of_iq(Self::PARAMETERS, INPUT)
+    }
+}
+
+/// The memory of a chain of [`Reference`], for a `static`.
 pub type ScanMemory = Memory<{ Reference::NEED.real }, { Reference::NEED.complex }>;
 
 /// A block's record.

@@ -93,10 +93,13 @@ fn a_block_in_hand_is_not_filled() {
 #[test]
 fn what_was_begun_is_given_again() {
     let (mut source, mut sink) = pool::<1, 2>();
+    assert!(source.filling().is_none());
     let first = std::ptr::from_mut(source.begin().unwrap());
+    assert_eq!(source.filling().map(std::ptr::from_mut), Some(first));
     assert_eq!(std::ptr::from_mut(source.begin().unwrap()), first);
     assert!(sink.receive().is_none());
     source.complete(0);
+    assert!(source.filling().is_none());
     source.complete(0);
     assert!(sink.receive().is_some());
     assert!(sink.receive().is_none());

@@ -2,8 +2,8 @@
 
 use crate::{opaque, take};
 use bonebeam::beamform::{
-    AlignedLine, Apodization, Beamformer, Method, Parameters, Postfilter, Segment, Sizes, Workspace,
-    constant_segments, segments_within,
+    AlignedLine, Apodization, Beamformer, Method, Parameters, Postfilter, Segment, Sizes,
+    Workspace, constant_segments, segments_within,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::geometry::Active;
