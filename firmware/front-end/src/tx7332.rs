@@ -135,6 +135,8 @@ struct Loaded {
 
 /// TI's TX7332.
 ///
+/// After an error of bus or board the trigger is stopped and the rails are asked for 0 V.
+///
 /// `SPI` moves words of 14 bits, in mode 0, with its select line low for a whole transaction: a frame is three
 /// words. Its controller must be set to 14 bits (STM32, i.MX RT, RP2040), or an adapter drives pins.
 #[derive(Clone, Debug)]
@@ -287,7 +289,10 @@ impl<SPI: SpiDevice<u16>, BOARD: TransmitBoard> Pulser for Tx7332<SPI, BOARD> {
             self.stop().await?;
         }
         self.profile(index, None);
-        self.write_checked(registers).await.map_err(TxError::Part)?;
+        if let Err(error) = self.write_checked(registers).await {
+            self.stop().await?;
+            return Err(TxError::Part(error));
+        }
         let select = u32::from(index) << 12 | receive;
         let loaded = Loaded {
             repeat: repeat << 1 | tail << 6,
@@ -331,16 +336,11 @@ impl<SPI: SpiDevice<u16>, BOARD: TransmitBoard> Pulser for Tx7332<SPI, BOARD> {
             return Err(TxError::Part(error));
         }
         if changes {
-            let asked = loaded.volts;
-            let measured = self.board.supply(asked).await.map_err(TxError::Board)?;
-            // A measurement that is no number is beyond as well.
-            let within = measured <= asked * SUPPLY_TOLERANCE;
-            if !within {
+            let started = self.start(&loaded).await;
+            if started.is_err() {
                 self.stop().await?;
-                return Err(TxError::Supply { asked, measured });
+                return started;
             }
-            let trigger = self.board.trigger(Some(loaded.prf)).await;
-            trigger.map_err(TxError::Board)?;
         }
         self.firing = Some(index);
         Ok(())
@@ -351,6 +351,21 @@ impl<SPI: SpiDevice<u16>, BOARD: TransmitBoard> Pulser for Tx7332<SPI, BOARD> {
         let trigger = self.board.trigger(None).await;
         let supply = self.board.supply(0.0).await.map(drop);
         trigger.and(supply).map_err(TxError::Board)
+    }
+}
+
+impl<SPI, BOARD: TransmitBoard> Tx7332<SPI, BOARD> {
+    /// Brings up the rails, then the trigger.
+    async fn start(&mut self, loaded: &Loaded) -> Result<(), TxError<BOARD::Error>> {
+        let asked = loaded.volts;
+        let measured = self.board.supply(asked).await.map_err(TxError::Board)?;
+        // A measurement that is no number is beyond as well.
+        let within = measured <= asked * SUPPLY_TOLERANCE;
+        if !within {
+            return Err(TxError::Supply { asked, measured });
+        }
+        let trigger = self.board.trigger(Some(loaded.prf)).await;
+        trigger.map_err(TxError::Board)
     }
 }
 

@@ -1,9 +1,7 @@
 //! A TX7332, on a mock of its registers and its board.
 
-use std::convert::Infallible;
-
 use embedded_hal::spi::SpiDevice;
-use front_end::mock::{MockBoard, MockTx7332, TxRefused};
+use front_end::mock::{BoardFailed, MockBoard, MockTx7332, TxRefused};
 use front_end::tx7332::{Tx7332, TxError};
 use front_end::{Blocking, Error, Limited, LimitedError, Limits, Profile, Waveform, block};
 
@@ -275,28 +273,24 @@ fn what_a_tx7332_does_not_take_is_refused_unsent() {
 /// Whatever frame fails, nothing fires afterwards, and a profile that was not written whole cannot be selected.
 #[test]
 fn nothing_fires_after_an_error() {
-    type Failure = TxError<Infallible>;
+    type Failure = TxError<BoardFailed>;
     let reported: Failure = TxError::Part(Error::Spi(embedded_hal::spi::ErrorKind::ModeFault));
     let quiet = |board: &MockBoard| (board.prf.get(), board.volts.get()) == (None, 0.0);
-    let mut frame = 0;
-    loop {
-        let (part, board) = (MockTx7332::default(), MockBoard::default());
-        let mut tx = tx(&part, &board);
-        // A profile that fires is written anew.
-        block(tx.load(0, &profile(&[Some(0); 32]))).unwrap();
-        block(tx.select(0)).unwrap();
-        part.fail(frame);
-        let loaded = block(tx.load(0, &profile(&delays())));
-        assert!(quiet(&board));
-        if loaded.is_ok() {
-            break;
+    // The profile that fires is written anew, or another one. 20 registers, and each of them read in both halves,
+    // with three frames of control.
+    for index in [0, 1] {
+        for frame in 0..20 + 2 * 20 + 3 {
+            let (part, board) = (MockTx7332::default(), MockBoard::default());
+            let mut tx = tx(&part, &board);
+            block(tx.load(0, &profile(&[Some(0); 32]))).unwrap();
+            block(tx.select(0)).unwrap();
+            part.fail(frame);
+            let loaded = block(tx.load(index, &profile(&delays())));
+            assert_eq!(loaded, Err(LimitedError::Pulser(reported)), "frame {frame}");
+            assert!(quiet(&board), "frame {frame}");
+            assert_eq!(block(tx.select(index)), Err(TxError::NotLoaded(index)));
         }
-        assert_eq!(loaded, Err(LimitedError::Pulser(reported)));
-        assert_eq!(block(tx.select(0)), Err(TxError::NotLoaded(0)));
-        frame += 1;
     }
-    // 20 registers, and each of them read in both halves, with three frames of control.
-    assert_eq!(frame, 20 + 2 * 20 + 3);
     for frame in 0..6 + 2 * 6 + 3 + 1 {
         let (part, board) = (MockTx7332::default(), MockBoard::default());
         let mut tx = tx(&part, &board);
@@ -310,6 +304,23 @@ fn nothing_fires_after_an_error() {
         part.fail(frame);
         assert_eq!(block(tx.select(1)), Err(reported), "frame {frame}");
         assert!(quiet(&board), "frame {frame}");
+    }
+    // A board that fails at each call in turn: the old trigger, the old rails, the new rails, the new trigger.
+    for call in 0..4 {
+        let (part, board) = (MockTx7332::default(), MockBoard::default());
+        let mut tx = tx(&part, &board);
+        block(tx.load(0, &profile(&delays()))).unwrap();
+        let faster = Profile {
+            prf: 5000.0,
+            ..profile(&[Some(0); 32])
+        };
+        block(tx.load(1, &faster)).unwrap();
+        block(tx.select(0)).unwrap();
+        board.fail.set(Some(call));
+        assert_eq!(block(tx.select(1)), Err(TxError::Board(BoardFailed)));
+        let fires = board.prf.get().is_some() && board.volts.get() > 0.0;
+        assert!(!fires, "call {call}");
+        assert_eq!(quiet(&board), call > 1, "call {call}");
     }
     // Rails that are higher than they were asked for.
     let (part, board) = (MockTx7332::default(), MockBoard::default());

@@ -12,7 +12,7 @@ pub use ad9276::{AdRefused, MockAd9276};
 pub use afe::{MockAfe, MockPart, MockPin, MockSpi, Refused};
 pub use lanes::{MockLane, MockLanes, MockSync, MockWords};
 pub use pulser::{MockProfile, MockPulser, MockPulserError};
-pub use tx7332::{MockBoard, MockTx7332, TxRefused};
+pub use tx7332::{BoardFailed, MockBoard, MockTx7332, TxRefused};
 
 use core::convert::Infallible;
 

@@ -1,7 +1,6 @@
 //! TI's TX7332, by its registers.
 
 use core::cell::{Cell, RefCell};
-use core::convert::Infallible;
 
 use embedded_hal::spi::{self, ErrorKind, Operation, SpiDevice};
 
@@ -166,12 +165,31 @@ pub struct MockBoard {
     pub excess: Cell<f64>,
     /// Whether rails were moved while triggers came.
     pub moved: Cell<bool>,
+    /// The call from now on that fails, and changes nothing; 0 is the next.
+    pub fail: Cell<Option<u32>>,
+}
+
+/// The call that was to fail: [`MockBoard::fail`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BoardFailed;
+
+impl MockBoard {
+    fn call(&self) -> Result<(), BoardFailed> {
+        let fail = self.fail.get();
+        self.fail.set(fail.and_then(|call| call.checked_sub(1)));
+        match fail {
+            Some(0) => Err(BoardFailed),
+            _ => Ok(()),
+        }
+    }
 }
 
 impl TransmitBoard for &MockBoard {
-    type Error = Infallible;
+    type Error = BoardFailed;
 
-    async fn supply(&mut self, volts: f64) -> Result<f64, Infallible> {
+    async fn supply(&mut self, volts: f64) -> Result<f64, BoardFailed> {
+        self.call()?;
         if self.prf.get().is_some() {
             self.moved.set(true);
         }
@@ -179,7 +197,8 @@ impl TransmitBoard for &MockBoard {
         Ok(volts + self.excess.get())
     }
 
-    async fn trigger(&mut self, prf: Option<f64>) -> Result<(), Infallible> {
+    async fn trigger(&mut self, prf: Option<f64>) -> Result<(), BoardFailed> {
+        self.call()?;
         self.prf.set(prf);
         Ok(())
     }
