@@ -668,6 +668,210 @@ def unusual():
     check("32 elements over 227" in outcome.stdout + outcome.stderr, f"wide: {outcome.stdout}{outcome.stderr}")
 
 
+def public_layouts():
+    """The layouts of public recordings, beside those above: each opens with at most two flags, and as it was recorded."""
+    v = lambda **told: [word for key, value in told.items() for word in ("--variable", f"{key}={value}")]
+    rf = scene("rf")[:1]
+    passes = np.max(np.abs(X)) * np.abs(np.sin(ANGLES)) / C
+    common = {"channel_data": rf[0], "modulation_frequency": F0, "sound_speed": C}
+    positions = np.stack([X + 0.02, 0 * X, 0 * X])
+    for name, more, flags, t0 in (
+        # Mayo Clinic, Tsinghua: an L11-4v, whose pitch is not in the file; sample 0 is when the first element fires.
+        ("mayo", {"angles": ANGLES, "sampling_frequency": FS}, v(pitch=PITCH), -passes),
+        # Florence: degrees, times from the origin.
+        (
+            "florence",
+            {"angles": np.degrees([-0.5, 0.0, 0.5]), "channel_data_sampling_frequency": FS, "channel_data_t0": np.full(3, 1e-6)},
+            v(pitch=PITCH, times="origin"),
+            np.full(3, 1e-6),
+        ),
+        # Eindhoven: positions, and directions of azimuth and elevation.
+        (
+            "eindhoven",
+            {
+                "transmit_direction": np.stack([ANGLES, 0 * ANGLES], 1),
+                "element_positions": positions,
+                "sampling_frequency": FS,
+                "start_time": np.zeros((1, 3)),
+            },
+            [],
+            -passes,
+        ),
+        # Oslo: the same the other way round, from the origin.
+        (
+            "oslo",
+            {
+                "transmit_direction": np.stack([ANGLES, 0 * ANGLES]),
+                "element_positions": positions,
+                "sampling_frequency": FS,
+                "start_time": np.full((1, 3), 2e-6),
+            },
+            v(times="origin"),
+            np.full(3, 2e-6),
+        ),
+    ):
+        path = folder / f"cubdl_{name}.hdf5"
+        with h5py.File(path, "w") as file:
+            for key, value in {**common, **more}.items():
+                file[key] = value
+        angles = [-0.5, 0.0, 0.5] if name == "florence" else ANGLES
+        read_alike(path, "rf", rf, *flags, exact=False, t0=t0, tx_angle=angles)
+        check(len(flags) <= 4, f"{path.name}: more than two flags")
+    # Three shots in three data sets.
+    path = folder / "shots.h5"
+    with h5py.File(path, "w") as file:
+        for key, value in keys("rf").items():
+            file[key] = value
+        for shot in range(3):
+            file[f"shot{shot}"] = rf[0, shot]
+    stacked = v(rf="shot0,shot1,shot2", axes="element,sample")
+    read_alike(path, "rf", rf, *stacked)
+    with h5py.File(path, "r+") as file:
+        del file["shot2"]
+        file["shot2"] = rf[0, 2, :, :-1]
+    outcome = run("info", path, *stacked)
+    check(outcome.returncode == 1 and "several shapes" in outcome.stderr, f"shots: {told(outcome)}")
+    # Elements out of the plane.
+    for name, write in (("plane.npz", lambda path, **more: np.savez(path, rf=rf[0], **keys("rf"), **more)), ("plane.mat", lambda path, **more: scipy.io.savemat(path, {"rf": rf[0], **keys("rf"), **more}))):
+        write(folder / name, element_y=0 * X)
+        read_alike(folder / name, "rf", rf)
+        write(folder / name, element_y=X)
+        outcome = run("info", folder / name)
+        check(outcome.returncode == 1 and "`element_y` is" in outcome.stderr, f"{name}: {told(outcome)}")
+    # Single-element transmits of UFF, whose sources are elements at z = 0, whatever the origin: a grid of lines.
+    index = [3, 16, 28]
+    sources = [(X[k], 0.0) for k in index]
+    single = scene("rf", source=sources)[:1]
+    for name, origin, later in (("own", lambda x: x, 0.0), ("centre", lambda x: 0.0, np.abs(X[index]) / C)):
+        at = lambda x: dict(distance=abs(float(x)), azimuth=float(np.copysign(np.pi / 2, x)), elevation=0.0)
+        waves = [
+            uff.Wave(wavefront=uff.Wavefront.spherical, source=uff.Point(**at(x)), origin=uff.Point(**at(origin(x))), apodization=uff.Apodization(), delay=0.0, sound_speed=C)
+            for x, _ in sources
+        ]
+        path = folder / f"single_{name}.uff"
+        write_uff(path, "rf", single, waves=waves)
+        held = converted(path)
+        fits = held is not None and np.array_equal(held["tx_element"], index) and np.allclose(held["t0"], later, atol=1e-15)
+        check(fits, f"{path.name}: {held and (held.get('tx_element'), held['t0'])}")
+        grid, failed = lines(path, "--method", "das")
+        check(grid is not None and len(grid["z"]) == 2 * ELEMENTS - 1, f"{path.name}: {failed}")
+
+
+def written():
+    """What `convert` writes as UFF and zea's HDF5 is the same recording, by their own readers and by ours."""
+    sources = [(-1e-3, -6e-3), (0.0, -6e-3), (1e-3, 20e-3)]
+    delays = np.array([X * np.sin(a) for a in ANGLES]) / C + 1e-8 * np.sin(np.arange(ELEMENTS))
+    delays[1, 5] = np.nan
+    laws = {
+        "plane": dict(tx_angle=ANGLES),
+        "focused": dict(tx_x=np.array([-2e-3, 0.0, 2e-3]), tx_focus=np.full(3, 15e-3)),
+        "element": dict(tx_element=np.array([3, 16, 28])),
+        "source": dict(tx_source_x=np.array([s[0] for s in sources]), tx_source_z=np.array([s[1] for s in sources])),
+        "delay": dict(tx_delay=delays),
+    }
+    starts = np.array([0.0, 2.0**-20, -(2.0**-22)])
+    for kind in ("rf", "iq"):
+        samples = scene(kind)
+        told_of = {key: value for key, value in keys(kind).items() if key not in ("tx_angle", "t0")}
+        for name, law in laws.items():
+            source = folder / f"{kind}_{name}.npz"
+            np.savez(source, **{kind: samples}, **told_of, **law, t0=starts)
+            for ending in ("uff", "hdf5"):
+                path = folder / f"{kind}_{name}.{ending}"
+                path.unlink(missing_ok=True)
+                outcome = run("convert", source, "-o", path)
+                if (name, ending) == ("delay", "uff"):
+                    check(outcome.returncode == 1 and "tx_delay" in outcome.stderr, f"{path.name}: {told(outcome)}")
+                    continue
+                check(outcome.returncode == 0, f"{path.name}: {told(outcome)}")
+                held = converted(path)
+                if outcome.returncode or held is None:
+                    continue
+                # I/Q turns from the origin, which delays alone put at the first element that fires.
+                turn = 1 if kind == "rf" else np.exp(2j * np.pi * F0 * (starts - held["t0"]))[None, :, None, None]
+                near = np.abs(held[kind] - samples * turn).max() <= (0 if kind == "rf" else 1e-3 * np.abs(samples).max())
+                check(near, f"{path.name}: samples are other numbers")
+                places = {**{key: law[key] for key in law if key != "tx_delay"}, "element_x": X, "fs": FS, "c": C, "f0": F0}
+                for key, value in places.items():
+                    fits = key in held and np.allclose(held[key], value, rtol=1e-6, atol=1e-8)
+                    check(fits, f"{path.name}: {key} is {held.get(key)}, expected {value}")
+                if name == "delay":
+                    # Times from the first element that fires.
+                    moved = held["tx_delay"] - held["t0"][:, None]
+                    fits = np.allclose(moved, delays - starts[:, None], atol=1e-12, equal_nan=True)
+                    check(fits, f"{path.name}: {np.nanmax(np.abs(moved - delays + starts[:, None]))}")
+                else:
+                    check(np.allclose(held["t0"], starts, atol=1e-12), f"{path.name}: t0 is {held['t0']}")
+                own_reader(path, kind, samples, starts)
+        # A lens delays what is heard.
+        source = folder / f"{kind}_lens.npz"
+        np.savez(source, **{kind: samples[0]}, **told_of, **laws["plane"], t0=0.0, lens_delay=2.0**-24)
+        for ending in ("uff", "hdf5"):
+            path = folder / f"{kind}_lens.{ending}"
+            run("convert", source, "-o", path)
+            depths = ("--method", "das", "--depth-start", 0.006, "--depth-end", 0.018)
+            ours, failed = lines(source, *depths)
+            theirs, _ = lines(path, *depths)
+            fits = theirs is not None and np.abs(ours["z"] - theirs["z"]).max() < NEAR * np.abs(ours["z"]).max()
+            check(fits, f"{path.name}: {failed}")
+    written_lines()
+
+
+def own_reader(path, kind, samples, starts):
+    """By pyuff and by zea."""
+    if path.suffix == ".uff":
+        data = uff.Uff(str(path)).read("channel_data")
+        alike = data.data.transpose(3, 2, 1, 0)
+        turn = np.exp(2j * np.pi * F0 * (starts - starts[0]))[None, :, None, None]
+        fits = np.array_equal(alike, samples) if kind == "rf" else np.allclose(alike, samples * turn, atol=1e-3)
+        check(fits, f"{path.name}: pyuff reads other samples")
+        ours = [wave.delay + data.initial_time for wave in data.sequence]
+        places = np.allclose(ours, starts, atol=1e-15) and np.array_equal(data.probe.geometry[0], X)
+        check(places and data.sampling_frequency == FS, f"{path.name}: pyuff reads {ours}")
+    elif zea_file:
+        with zea_file(str(path)) as file:
+            raw = np.asarray(file.data.raw_data[:])
+            scan = file.scan() if callable(file.scan) else file.scan
+            check(raw.shape == (FRAMES, 3, SAMPLES, ELEMENTS, 1 if kind == "rf" else 2), f"{path.name}: zea reads {raw.shape}")
+            if kind == "rf":
+                check(np.array_equal(raw[..., 0], samples.transpose(0, 1, 3, 2)), f"{path.name}: zea reads other samples")
+            rate = np.asarray(scan["sampling_frequency"] if isinstance(scan, dict) else scan.sampling_frequency)
+            check(np.allclose(rate, FS), f"{path.name}: zea reads {rate}")
+
+
+def written_lines():
+    """Lines straight down and of a sector, of one frame and two."""
+    np.savez(folder / "lines_of.npz", rf=scene("rf"), **keys("rf"))
+    for name, flags in (("down", []), ("sector", ["--lines", "sector", "--line-count", 21])):
+        source = folder / f"lines_{name}.npz"
+        run("beamform", folder / "lines_of.npz", "-o", source, "--method", "das", *flags)
+        held = dict(np.load(source))
+        z = held["z"]
+        depth = held["c"] * (held["t0"] + np.arange(z.shape[2]) / held["fs"]) / 2
+        angle = held.get("beam_angle", np.zeros(z.shape[1]))
+        x = held["beam_x"][:, None] + depth * np.sin(angle)[:, None]
+        down = held.get("beam_z", np.zeros(z.shape[1]))[:, None] + depth * np.cos(angle)[:, None]
+        for ending in ("uff", "hdf5"):
+            path = folder / f"lines_{name}.{ending}"
+            outcome = run("convert", source, "-o", path)
+            check(outcome.returncode == 0, f"{path.name}: {told(outcome)}")
+            if outcome.returncode:
+                continue
+            if ending == "uff":
+                data = uff.Uff(str(path)).read("beamformed_data")
+                ours = data.data[:, 0, 0].T.reshape(z.shape)
+                places = [data.scan.x.reshape(x.shape), data.scan.z.reshape(x.shape)]
+            elif zea_file:
+                with zea_file(str(path)) as file:
+                    values = np.asarray(file.data.beamformed_data.values[:])
+                    places = np.asarray(file.data.beamformed_data.coordinates[:]).transpose(2, 1, 0)[::2]
+                ours = (values[..., 0] + 1j * values[..., 1]).transpose(0, 2, 1)
+            else:
+                continue
+            check(np.array_equal(ours, z), f"{path.name}: other lines")
+            check(np.allclose(places, [x, down], atol=1e-8), f"{path.name}: other positions")
+
+
 def sonix_variables():
     """What a folder of a SonixDAQ does not tell."""
     told = dict(fs=FS, f0=F0, c=C, t0=0, pitch=PITCH, tx_angle=",".join(map(str, ANGLES)))
@@ -689,6 +893,10 @@ def sonix():
     check(held is not None and np.array_equal(held["rf"], wide[0]), "channels=board")
     outcome = run("info", path, *variables)
     check(outcome.returncode == 1 and "channels=board" in outcome.stderr, f"128 channels: {outcome.stderr}")
+    outcome = run("info", path)
+    missing = ["channels=board", "fs=HZ", "f0=HZ", "c=1540", "t0=SECONDS", "pitch=METRES", "tx_angle=RADIANS"]
+    fits = all(part in outcome.stderr for part in missing) and outcome.stderr.count("\n") == 1
+    check(outcome.returncode == 1 and fits, f"128 channels of nothing: {outcome.stderr}")
 
 
 def beamformed_alike(path, kind, samples, **told):
@@ -924,7 +1132,7 @@ methods = re.search(r"possible values: (.*?)]", unknown)[1].split(", ")
 with tempfile.TemporaryDirectory() as temporary:
     folder = Path(sys.argv[2] if len(sys.argv) > 2 else temporary).resolve()
     folder.mkdir(exist_ok=True)
-    for part in (formats, types, frames, many_frames, mapped, layouts, unusual, sonix, geometries, information, readme, messages, hostile):
+    for part in (formats, types, frames, many_frames, mapped, layouts, public_layouts, written, unusual, sonix, geometries, information, readme, messages, hostile):
         part()
 print("zea's own files" if zea_file else "zea is not here: its files were written by h5py in its layout")
 for reason in sorted(later):

@@ -143,6 +143,29 @@ impl Outputs {
         Ok(())
     }
 
+    /// The same for contents that a library writes to a file of its own accord: `contents` gets the temporary path.
+    ///
+    /// # Errors
+    /// As [`Outputs::add`].
+    pub fn add_at(
+        &mut self,
+        path: &Path,
+        contents: impl FnOnce(&Path) -> Result<()>,
+    ) -> Result<()> {
+        let pending = open(path)?;
+        let temporary = pending.temporary.as_deref().unwrap_or(path);
+        contents(temporary).map_err(|e| match e {
+            Error::Data(message) => file_error(path, message),
+            other => other,
+        })?;
+        pending
+            .file
+            .sync_all()
+            .map_err(|e| file_error(path, format!("cannot be written: {e}")))?;
+        self.pending.push(pending);
+        Ok(())
+    }
+
     /// Gives every pending file its own name.
     ///
     /// # Errors

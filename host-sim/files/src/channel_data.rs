@@ -41,6 +41,23 @@ pub struct ChannelData {
     pub lens_delay: f64,
 }
 
+/// How far from the image plane an element may lie, m.
+const OUT_OF_PLANE: f64 = 1e-4;
+
+/// Refuses elements at elevations `y`, m, out of the image plane.
+///
+/// # Errors
+/// A sentence that names the first of them.
+pub fn check_plane(y: &[f64]) -> std::result::Result<(), String> {
+    match y.iter().position(|y| !(y.abs() <= OUT_OF_PLANE)) {
+        None => Ok(()),
+        Some(element) => Err(format!(
+            "`element_y` is {} m at element {element}; expected 0, one row of elements in the image plane and not a matrix",
+            y[element]
+        )),
+    }
+}
+
 /// How far an element may lie from its place on an even grid, in pitches: a three-hundredth of a
 /// wavelength at half-wavelength pitch, far above the rounding of coordinates stored as f32.
 const SPACING_TOLERANCE: f64 = 0.01;
@@ -75,6 +92,9 @@ impl ChannelData {
         let (samples, held) = Samples::from_npz(file, frames)?;
         let (_, transmits, elements, _) = samples.dim();
         let element_x = file.vector_of_any_length("element_x", "element")?;
+        if let Some(y) = file.optional_vector("element_y", elements, "element")? {
+            check_plane(&y).map_err(|message| file.error(message))?;
+        }
         samples
             .check_axis("element_x", element_x.len(), 2, "element")
             .map_err(|message| file.error(message))?;

@@ -32,7 +32,7 @@ mod validate;
 mod volume;
 
 pub use aligned::AlignedData;
-pub use channel_data::ChannelData;
+pub use channel_data::{ChannelData, check_plane};
 pub use error::{Error, Result};
 pub use input::cannot_be_opened;
 pub use lines::{BeamRays, BeamformedLines};

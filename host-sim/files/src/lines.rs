@@ -3,7 +3,7 @@
 use std::io::{Seek, Write};
 use std::path::Path;
 
-use ndarray::{Array2, ArrayBase, Data, Ix2, arr0, aview1};
+use ndarray::{Array2, Array3, ArrayBase, ArrayD, Axis, Data, Ix2, arr0, aview1};
 use num_complex::Complex;
 
 use super::atomic::Outputs;
@@ -38,14 +38,45 @@ pub struct BeamRays {
 }
 
 impl BeamformedLines {
+    /// Whether a file is a `.npz` archive of lines.
+    pub fn are_in(path: &Path) -> bool {
+        npz::Reader::open(path).is_ok_and(|file| file.has("z"))
+    }
+
     /// Reads the keys `z`, `fs`, `t0`, `beam_x`, `c` and, if they are there, `beam_z` and `beam_angle` of a
-    /// `.npz` file.
+    /// `.npz` file, whose lines are of one frame.
     ///
     /// # Errors
     /// A key is missing or has the wrong type, rank, length or value.
     pub fn read(path: &Path) -> Result<Self> {
         let mut file = npz::Reader::open(path)?;
         let z: Array2<Complex<f32>> = file.complex("z", "[beam, sample]")?;
+        Self::with(&mut file, z)
+    }
+
+    /// The same of one or more frames, at least one.
+    ///
+    /// # Errors
+    /// As [`BeamformedLines::read`].
+    pub fn read_frames(path: &Path) -> Result<Vec<Self>> {
+        let mut file = npz::Reader::open(path)?;
+        let z: ArrayD<Complex<f32>> = file.complex("z", "[beam, sample]")?;
+        let wrong =
+            |_| file.error("`z` has another rank than [beam, sample] or [frame, beam, sample]");
+        let z = if z.ndim() == 2 {
+            z.insert_axis(Axis(0))
+        } else {
+            z
+        };
+        let z: Array3<Complex<f32>> = z.into_dimensionality().map_err(wrong)?;
+        if z.dim().0 == 0 {
+            return Err(file.error("`z` has no frame"));
+        }
+        let frames = z.outer_iter().map(|z| z.to_owned());
+        frames.map(|z| Self::with(&mut file, z)).collect()
+    }
+
+    fn with(file: &mut npz::Reader, z: Array2<Complex<f32>>) -> Result<Self> {
         let beam_x = file.vector("beam_x", z.nrows(), "beam")?;
         let beam_z = file.optional_vector("beam_z", z.nrows(), "beam")?;
         let beam_angle = file.optional_vector("beam_angle", z.nrows(), "beam")?;

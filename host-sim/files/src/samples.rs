@@ -3,7 +3,7 @@
 use std::io::{Seek, Write};
 use std::ops::Range;
 
-use ndarray::{Array, Array3, Array4, ArrayView3, Axis, Dimension};
+use ndarray::{Array, Array3, Array4, ArrayView3, Axis, Dimension, concatenate};
 use num_complex::Complex;
 
 use super::{npz, npz_writer, units, validate};
@@ -135,6 +135,29 @@ impl Samples {
             Samples::Rf(rf) => *rf = rf.slice_axis(Axis(0), frames.into()).to_owned(),
             Samples::Iq { iq, .. } => *iq = iq.slice_axis(Axis(0), frames.into()).to_owned(),
         }
+    }
+
+    /// Samples whose transmits follow each other in one recording; none for no parts, or parts of several kinds or shapes.
+    pub fn stacked(parts: Vec<Self>) -> Option<Self> {
+        let rf = parts.iter().filter_map(|part| match part {
+            Samples::Rf(rf) => Some(rf.view()),
+            Samples::Iq { .. } => None,
+        });
+        let rf: Vec<_> = rf.collect();
+        if rf.len() == parts.len() {
+            return concatenate(Axis(1), &rf).ok().map(Samples::Rf);
+        }
+        let iq = parts.iter().filter_map(|part| match part {
+            Samples::Iq { iq, f_demod } => Some((iq.view(), *f_demod)),
+            Samples::Rf(_) => None,
+        });
+        let (iq, f_demod): (Vec<_>, Vec<_>) = iq.unzip();
+        let f_demod = f_demod
+            .first()
+            .copied()
+            .filter(|_| iq.len() == parts.len())?;
+        let iq = concatenate(Axis(1), &iq).ok()?;
+        Some(Samples::Iq { iq, f_demod })
     }
 
     /// The conjugate of I/Q, for what was written with the carrier's other sign; RF as it is.

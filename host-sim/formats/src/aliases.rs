@@ -26,6 +26,7 @@ const ALIASES: [(&str, &[&str]); 10] = [
             "samplingrate",
             "samplerate",
             "samplefrequency",
+            "channeldatasamplingfrequency",
         ],
     ),
     (
@@ -38,7 +39,10 @@ const ALIASES: [(&str, &[&str]); 10] = [
         ],
     ),
     ("c", &["c0", "soundspeed", "speedofsound"]),
-    ("t0", &["starttime", "initialtime", "tstart"]),
+    (
+        "t0",
+        &["starttime", "initialtime", "tstart", "channeldatat0"],
+    ),
     (
         "tx_angle",
         &["txangle", "txangles", "angle", "angles", "steeringangles"],

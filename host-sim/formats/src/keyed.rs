@@ -8,9 +8,9 @@ use ndarray::{ArrayD, Axis, IxDyn};
 
 use crate::aliases::{is_given, listed};
 use crate::values::{NamedArrays, Values};
-use crate::variables::{AXES, Given, LAWS, Variables};
+use crate::variables::{AXES, CHANNELS, Given, LAWS, Variables};
 use crate::waves::Law;
-use bonebeam_files::{ChannelData, Error, Result, Samples, Transmits};
+use bonebeam_files::{ChannelData, Error, Result, Samples, Transmits, check_plane};
 
 /// The axes of samples, in the order of [`ChannelData`].
 const ORDER: [&str; 4] = ["frame", "transmit", "element", "sample"];
@@ -26,8 +26,9 @@ pub struct Keyed<'a> {
 }
 
 /// Keys of which one must be told, and what stands for it in a command that is to be completed.
-type Needed = (&'static [&'static str], &'static str);
+pub type Needed = (&'static [&'static str], &'static str);
 
+pub const CHANNEL_ORDER: Needed = (&[CHANNELS], "channels=board");
 const SAMPLES: Needed = (&["rf", "iq"], "rf=NAME");
 const CARRIER: Needed = (&["f_demod"], "f_demod=HZ");
 /// What must be told beside the samples.
@@ -65,6 +66,9 @@ impl Keyed<'_> {
         elements: usize,
     ) -> Result<ChannelData> {
         self.check_that_all_is_given(None)?;
+        if let Some(y) = self.optional("element_y")? {
+            check_plane(&y).map_err(|message| self.source.error(message))?;
+        }
         let element_x = match self.optional("element_x")? {
             Some(x) => x,
             None => self.centred(elements)?,
@@ -156,7 +160,10 @@ impl Keyed<'_> {
 
     /// Tells all that is missing at once, the samples included where they are an array, and a command
     /// line to complete.
-    fn check_that_all_is_given(&self, samples: Option<Needed>) -> Result<()> {
+    ///
+    /// # Errors
+    /// That, with the arrays that there are.
+    pub fn check_that_all_is_given(&self, samples: Option<Needed>) -> Result<()> {
         let given = |key: &str| is_given(self.source, self.variables, key);
         let by_layout = |key: &str| self.law.is_some() && (key == "t0" || key.starts_with("tx_"));
         let carrier = given("iq").then_some(CARRIER);
@@ -239,7 +246,35 @@ impl Keyed<'_> {
         }
     }
 
+    /// The samples of one array, or of several of one shape, whose transmits follow each other.
     fn samples(&self, frames: Range<usize>) -> Result<(Samples, usize)> {
+        for key in ["rf", "iq"] {
+            let Some(Given::Names(names)) = self.variables.get(key) else {
+                continue;
+            };
+            let mut parts = Vec::new();
+            let mut held = 0;
+            for name in names {
+                let mut variables = self.variables.clone();
+                variables.insert(key, Given::Name(name.clone()));
+                let own = Keyed {
+                    source: self.source,
+                    variables: &variables,
+                    law: None,
+                };
+                let (samples, of_part) = own.samples(frames.clone())?;
+                held = of_part;
+                parts.push(samples);
+            }
+            let stacked = Samples::stacked(parts);
+            let stacked = stacked.ok_or_else(|| {
+                self.source.error(format!(
+                    "`{}` have several shapes; expected one, for the transmits of one recording",
+                    names.join("`, `")
+                ))
+            });
+            return Ok((stacked?, held));
+        }
         let (key, name) = match (self.name("rf"), self.name("iq")) {
             (Some(rf), None) => ("rf", rf),
             (None, Some(iq)) => ("iq", iq),

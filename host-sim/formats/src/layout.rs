@@ -30,6 +30,8 @@ layouts! {
     KWave, "kwave";
     /// Field II: `scat` [sample, element, transmit] and `start_time`, as `calc_scat_multi` makes them.
     Field2, "field2";
+    /// Plane waves of the CUBDL challenge: `channel_data` [transmit, element, sample].
+    Cubdl, "cubdl";
     /// A Verasonics workspace: `RcvData`, `Receive`, `Trans`, `TX`, `Resource`.
     Verasonics, "verasonics";
 }
@@ -38,7 +40,7 @@ impl Layout {
     /// The order of the axes of the samples.
     pub fn axes(self) -> [&'static str; 2] {
         match self {
-            Layout::KWave => ["element", "sample"],
+            Layout::KWave | Layout::Cubdl => ["element", "sample"],
             _ => ["sample", "element"],
         }
     }

@@ -1,6 +1,7 @@
 //! Layouts that programs have in common: what their arrays are called, the order of their axes, and the moment that
 //! their times count from. Each thing that is assumed is said.
 
+mod cubdl;
 mod verasonics;
 
 use std::ops::Range;
@@ -11,7 +12,7 @@ use crate::aliases::{complete, is_given};
 use crate::keyed::Keyed;
 use crate::layout::Layout;
 use crate::values::{NamedArrays, steps};
-use crate::variables::{AXES, Given, LAWS, LAYOUT, Variables};
+use crate::variables::{AXES, Given, LAWS, LAYOUT, ORIGIN, TIMES, Variables};
 use crate::waves::{Fired, Law, Wave};
 use bonebeam_files::{ChannelData, Result};
 
@@ -37,6 +38,8 @@ fn layout_of(source: &dyn NamedArrays, variables: &Variables) -> Option<Layout> 
     };
     if verasonics::is(source) {
         Some(Layout::Verasonics)
+    } else if cubdl::is(source) {
+        Some(Layout::Cubdl)
     } else if last("sensor_data") {
         Some(Layout::KWave)
     } else if last("scat") {
@@ -130,6 +133,9 @@ impl Completion<'_> {
         let Some(sides) = rf.or(iq).and_then(|name| self.source.sides(&name)) else {
             return Ok(None);
         };
+        if self.layout == Layout::Cubdl {
+            cubdl::tell(self)?;
+        }
         if self.layout != Layout::Field2 {
             if !self.is_given("c") {
                 self.assume(
@@ -154,7 +160,7 @@ impl Completion<'_> {
             self.assume("fs", Given::Number(1.0 / dt), "fs is 1/dt");
         }
         let law = self.law(&sides)?;
-        if self.all.get(AXES).is_none() {
+        if self.layout != Layout::Cubdl && self.all.get(AXES).is_none() {
             let transmits = match &law {
                 Some((law, _)) => law.len(),
                 None => ["tx_angle", "tx_x", "tx_element", "tx_source_x"]
@@ -189,13 +195,14 @@ impl Completion<'_> {
 
     /// MUST's delays and angles count from the first element that fires; so do plane waves where nothing is told.
     fn law(&mut self, sides: &[usize]) -> Result<Option<Law>> {
-        if self.layout == Layout::Field2 {
-            return Ok(None);
-        }
-        if LAWS
-            .iter()
-            .any(|key| self.given.get(key).is_some() || self.source.has(key))
-        {
+        let from_origin = match self.all.get(TIMES) {
+            Some(Given::Name(from)) => from == ORIGIN,
+            _ => {
+                let of_origin = |key: &&&str| self.given.get(key).is_some() || self.source.has(key);
+                self.layout == Layout::Field2 || LAWS.iter().any(|key| of_origin(&key))
+            }
+        };
+        if from_origin {
             return Ok(None);
         }
         let (Some(c), Some(f0), Some(start)) =
@@ -203,11 +210,14 @@ impl Completion<'_> {
         else {
             return Ok(None);
         };
-        let at = self
-            .layout
-            .axes()
-            .iter()
-            .position(|axis| *axis == "element");
+        let at = match self.layout {
+            Layout::Cubdl => sides.len().checked_sub(2),
+            _ => self
+                .layout
+                .axes()
+                .iter()
+                .position(|axis| *axis == "element"),
+        };
         let elements = at.and_then(|at| sides.get(at).copied()).unwrap_or(0);
         let x = match (self.numbers("element_x")?, self.number("pitch")?) {
             (Some(x), _) => x,

@@ -2,6 +2,7 @@
 //! large for memory is read some frames at a time: [`RecordingFile`].
 
 mod aliases;
+mod export;
 mod guard;
 mod hdf5;
 mod keyed;
@@ -17,6 +18,7 @@ mod variables;
 mod waves;
 mod zea;
 
+pub use export::{Export, add_lines};
 pub use layout::Layout;
 pub use recording_file::RecordingFile;
 pub use variables::{Given, Variables};

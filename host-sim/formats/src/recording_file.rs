@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use bonebeam_files::atomic::Outputs;
 use bonebeam_files::{Recording, Result};
 
-use crate::{Format, Found, Variables};
+use crate::export::add_recording;
+use crate::{Export, Format, Found, Variables};
 
 /// How many bytes of samples are read at a time, where a frame is not more.
 const AT_A_TIME: usize = 16 << 20;
@@ -80,14 +81,17 @@ impl RecordingFile {
         Ok((Cow::Owned(recording), all))
     }
 
-    /// Stages the recording as a `.npz` archive, some frames at a time.
+    /// Stages the recording in a format, some frames at a time.
     ///
     /// # Errors
-    /// Data that are not valid, or a file that cannot be written.
-    pub fn add_npz_to(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
+    /// Data that are not valid or that the format cannot hold, or a file that cannot be written.
+    pub fn add_to(&self, export: Export, path: &Path, outputs: &mut Outputs) -> Result<()> {
         let step = self.frames_at_a_time();
         let parts = (0..self.frames).step_by(step);
         let parts = parts.map(|first| self.read(first..self.frames.min(first + step)));
-        self.first.add_npz_to(self.frames, parts, path, outputs)
+        match export {
+            Export::Npz => self.first.add_npz_to(self.frames, parts, path, outputs),
+            _ => add_recording(export, (&self.first, self.frames), parts, path, outputs),
+        }
     }
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use ndarray::{Array4, ArrayD};
 
-use crate::keyed::Keyed;
+use crate::keyed::{CHANNEL_ORDER, Keyed};
 use crate::values::{AxisRange, NamedArrays, Values};
 use crate::variables::{CHANNELS, Given, Variables};
 use bonebeam_files::memory::{self, product};
@@ -83,6 +83,8 @@ pub fn read(
         variables,
         law: None,
     };
+    let board = (channels == BOARD).then_some(CHANNEL_ORDER);
+    keyed.check_that_all_is_given(board)?;
     let element = order(&folder, channels, variables)?;
     let transmits = keyed.transmits_given()?;
     let [records, samples] = header(&path.join(name(0)))?;

@@ -13,6 +13,8 @@ use bonebeam_files::{ChannelData, Result, Samples, Transmits};
 const SOUND_SPEED: f64 = 1540.0;
 /// How far from the image plane a wave or an element may be, rad or m.
 const OUT_OF_PLANE: f64 = 1e-4;
+/// How near a source is to an element that it is, m.
+const AT_ELEMENT: f64 = 1e-6;
 
 /// A wave of the sequence.
 struct Wave {
@@ -76,7 +78,12 @@ pub fn read(
         None => optional("sound_speed")?.unwrap_or(SOUND_SPEED),
     };
     let start = optional("initial_time")?.unwrap_or(0.0);
-    let (transmits, t0) = law(&waves, start, c)
+    let positions: Vec<[f64; 2]> = element_x
+        .iter()
+        .zip(&element_z)
+        .map(|(&x, &z)| [x, z])
+        .collect();
+    let (transmits, t0) = law(&waves, start, c, &positions)
         .ok_or_else(|| store.error("mixes plane waves with others; expected one kind".into()))?;
     let (samples, held) = samples(store, &at("data"), frames, modulation, &waves)?;
     let data = ChannelData {
@@ -202,7 +209,7 @@ fn wave(store: &Store, name: &str) -> Result<Wave> {
 }
 
 /// The delay law of the waves, and sample 0 of each from its origin; none for waves of several kinds.
-fn law(waves: &[Wave], start: f64, c: f64) -> Option<(Transmits, Vec<f64>)> {
+fn law(waves: &[Wave], start: f64, c: f64, elements: &[[f64; 2]]) -> Option<(Transmits, Vec<f64>)> {
     let start = |wave: &Wave| start + wave.delay;
     let plane = |wave: &Wave| match wave.kind {
         Kind::Plane(angle) => Some(angle),
@@ -218,6 +225,20 @@ fn law(waves: &[Wave], start: f64, c: f64) -> Option<(Transmits, Vec<f64>)> {
         Kind::VirtualSource(source, origin) => Some((source, origin)),
     };
     let sources: Vec<_> = waves.iter().map(source).collect::<Option<_>>()?;
+    // Each at an element: single-element transmits, whose time counts from that element.
+    let element = |[x, z]: [f64; 2]| {
+        let at = |&[ex, ez]: &[f64; 2]| (ex - x).hypot(ez - z) < AT_ELEMENT;
+        elements.iter().position(at)
+    };
+    let index: Option<Vec<usize>> = sources.iter().map(|&(source, _)| element(source)).collect();
+    if let Some(index) = index {
+        let later = |([sx, sz], [ox, oz]): &([f64; 2], [f64; 2])| (sx - ox).hypot(sz - oz) / c;
+        let t0 = waves.iter().zip(&sources);
+        let t0 = t0
+            .map(|(wave, source)| start(wave) + later(source))
+            .collect();
+        return Some((Transmits::Element { index }, t0));
+    }
     // Each straight below its own origin: one line a transmit.
     let below = |&([sx, sz], [ox, oz]): &([f64; 2], [f64; 2])| {
         sz > 0.0 && (sx - ox).abs() < 1e-9 && oz.abs() < 1e-9

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::layout::Layout;
 
 /// The keys that arrays are given for.
-pub const KEYS: [&str; 21] = [
+pub const KEYS: [&str; 22] = [
     "rf",
     "iq",
     "f_demod",
@@ -16,6 +16,7 @@ pub const KEYS: [&str; 21] = [
     "c",
     "t0",
     "element_x",
+    "element_y",
     "element_z",
     "element_angle",
     "lens_delay",
@@ -37,6 +38,12 @@ pub const LAWS: [&str; 5] = ["tx_x", "tx_angle", "tx_element", "tx_source_x", "t
 pub const AXES: &str = "axes";
 /// Which program's layout the arrays have.
 pub const LAYOUT: &str = "layout";
+/// What times of sample 0 count from in a layout: [`ORIGIN`] of the delay law, or the first element that fires, `first`.
+pub const TIMES: &str = "times";
+/// [`TIMES`] from the origin of the delay law.
+pub const ORIGIN: &str = "origin";
+/// Keys of other kinds than arrays and numbers.
+const OTHERS: [&str; 5] = [AXES, CHANNELS, LAYOUT, TIMES, IQ_CONJUGATE];
 /// Whether I/Q was written with the carrier's other sign: 1 turns it.
 pub const IQ_CONJUGATE: &str = "iq_conjugate";
 /// The order of the channels of a SonixDAQ folder.
@@ -93,7 +100,9 @@ impl Variables {
         let given = match numbers.as_deref() {
             Ok([number]) => Given::Number(*number),
             Ok(numbers) => Given::Numbers(numbers.to_vec()),
-            Err(_) if key == AXES => Given::Names(parts().map(str::to_owned).collect()),
+            Err(_) if key == AXES || ["rf", "iq"].contains(&key) && value.contains(',') => {
+                Given::Names(parts().map(str::to_owned).collect())
+            }
             Err(_) => Given::Name(value.to_owned()),
         };
         self.0.insert(key.to_owned(), given);
@@ -139,25 +148,26 @@ impl Variables {
                     Layout::ALL.into_iter().any(|layout| layout.name() == name)
                 }
                 (IQ_CONJUGATE, Given::Number(turn)) => [0.0, 1.0].contains(turn),
-                (AXES | CHANNELS | LAYOUT | IQ_CONJUGATE, _) => false,
-                ("rf" | "iq", given) => matches!(given, Given::Name(_)),
+                (TIMES, Given::Name(from)) => [ORIGIN, "first"].contains(&from.as_str()),
+                (AXES | CHANNELS | LAYOUT | TIMES | IQ_CONJUGATE, _) => false,
+                ("rf" | "iq", given) => matches!(given, Given::Name(_) | Given::Names(_)),
                 (_, Given::Names(_)) => false,
                 (_, Given::Number(value)) => value.is_finite(),
                 (_, Given::Numbers(values)) => values.iter().all(|v| v.is_finite()),
                 (_, Given::Name(_)) => true,
             };
-            if ![AXES, CHANNELS, LAYOUT, IQ_CONJUGATE].contains(&key.as_str())
-                && !KEYS.contains(&key.as_str())
-            {
+            if !OTHERS.contains(&key.as_str()) && !KEYS.contains(&key.as_str()) {
                 return Err(format!(
-                    "`{key}` in [variables] (--variable) is unknown; expected {AXES}, {CHANNELS}, {LAYOUT}, {IQ_CONJUGATE}, {}",
+                    "`{key}` in [variables] (--variable) is unknown; expected {}, {}",
+                    OTHERS.join(", "),
                     KEYS.join(", ")
                 ));
             }
             if !fits {
                 return Err(format!(
                     "`{key}` in [variables] (--variable) is not what it takes: `{AXES}` names of axes, \
-                     `{LAYOUT}` one of {}, `{IQ_CONJUGATE}` 0 or 1, `rf` and `iq` the name of an array, the others a name or finite \
+                     `{LAYOUT}` one of {}, `{IQ_CONJUGATE}` 0 or 1, `{TIMES}` {ORIGIN} or first, `rf` and `iq` the name of an array or of one each \
+                     transmit, with commas between them, the others a name or finite \
                      numbers",
                     Layout::ALL.map(Layout::name).join(", ")
                 ));

@@ -1,4 +1,4 @@
-//! `host-sim convert`: a recording of any format → channel data as `.npz`.
+//! `host-sim convert`: a recording of any format, or lines → `.npz`, UFF or zea's HDF5.
 
 use std::path::PathBuf;
 
@@ -6,22 +6,22 @@ use clap::Args;
 
 use super::{ConfigArgument, VariableArguments, load_config, recording_help};
 use crate::Result;
-use bonebeam_files::Recording;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::{print, warn};
-use bonebeam_formats::RecordingFile;
+use bonebeam_files::{BeamformedLines, Recording};
+use bonebeam_formats::{Export, RecordingFile, add_lines};
 
-/// Write a recording of any format as an .npz archive.
+/// Write a recording of any format, or beamformed lines, as .npz, UFF or zea's HDF5.
 ///
-/// The archive holds the same numbers, with the keys that docs/file-formats.md lists: float32 RF or
-/// complex64 I/Q.
+/// The ending of OUT tells the format: .npz, .uff, or .hdf5 or .h5 for zea. The file holds the same numbers: float32 RF
+/// or complex64 I/Q. An archive has the keys that docs/file-formats.md lists.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    #[arg(value_name = "FILE", help = recording_help())]
+    #[arg(value_name = "FILE", help = format!("{}; or lines as beamform writes them", recording_help()))]
     recording: PathBuf,
 
-    /// The archive
+    /// The file: .npz, .uff, or .hdf5 or .h5 for zea
     #[arg(short, long, value_name = "OUT.npz")]
     output: PathBuf,
 
@@ -35,6 +35,8 @@ pub struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   host-sim convert recording.uff -o recording.npz
+  host-sim convert recording.npz -o recording.hdf5
+  host-sim convert lines.npz -o lines.uff
   host-sim convert recording.mat --variable rf=RcvData --variable axes=sample,element,transmit \\
       --variable c=1540 -o recording.npz
   host-sim convert daq/ --variable channels=board --variable fs=40e6 --variable f0=6.6e6 \\
@@ -49,15 +51,22 @@ pub fn run(arguments: Arguments) -> Result<()> {
     arguments.variables.apply(&mut config.variables)?;
     config.validate()?;
     check_outputs(&[&arguments.recording], &[&arguments.output])?;
+    let export = Export::of(&arguments.output)?;
+    let mut outputs = Outputs::new();
+    if export != Export::Npz && BeamformedLines::are_in(&arguments.recording) {
+        let frames = BeamformedLines::read_frames(&arguments.recording)?;
+        add_lines(export, &frames, &arguments.output, &mut outputs)?;
+        outputs.commit()?;
+        return print(&format!("lines read, {} written\n", export.name()));
+    }
     let file = RecordingFile::open(&arguments.recording, &config.variables)?;
     if let Recording::Channel(data) = file.first() {
         for warning in data.warnings() {
             warn(&format!("{}: {warning}", arguments.recording.display()));
         }
     }
-    let mut outputs = Outputs::new();
-    file.add_npz_to(&arguments.output, &mut outputs)?;
+    file.add_to(export, &arguments.output, &mut outputs)?;
     outputs.commit()?;
     let format = file.format().name();
-    print(&format!("{format} read, .npz archive written\n"))
+    print(&format!("{format} read, {} written\n", export.name()))
 }
