@@ -18,6 +18,7 @@ mod faults;
 mod files;
 mod frames;
 mod golden_vectors;
+mod grid;
 mod in_place;
 mod main_job;
 mod paper;

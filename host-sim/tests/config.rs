@@ -41,8 +41,8 @@ fn the_defaults_are_those_of_the_paper_and_the_contract() {
     assert_eq!(config.beamform.output_rate, None);
     assert_eq!(config.beamform.rate(5e6, 100e6), 20e6);
     // Square pixels, 512 the longer way.
-    assert_eq!(config.image.sides(0.02, 0.04), [512, 257]);
-    assert_eq!(config.image.sides(0.04, 0.02), [257, 512]);
+    assert_eq!(config.image.sides(0.02, 0.04).unwrap(), [512, 257]);
+    assert_eq!(config.image.sides(0.04, 0.02).unwrap(), [257, 512]);
     // 2^-7, 2^-8, 2^-9 and T_n = 15, as for the paper's simulations.
     assert_eq!(
         config.phase_symmetry.scales,

@@ -2,6 +2,7 @@
 
 use std::num::NonZeroUsize;
 
+use bonebeam_drive::config::Image;
 use bonebeam_drive::image::image_of;
 use bonebeam_drive::phase_symmetry::of_image;
 use bonebeam_files::{BeamRays, BeamformedLines};
@@ -30,10 +31,20 @@ pub fn bmode<'py>(
     columns: Option<usize>,
     depth: Option<f64>,
     width: Option<f64>,
+    pixel_size: Option<f64>,
     median: bool,
     threads: Option<NonZeroUsize>,
 ) -> PyResult<Pixels<'py>> {
-    let section = parameters::image(dynamic_range, rows, columns, depth, width, median)?;
+    let section = parameters::image(Image {
+        dynamic_range,
+        rows,
+        columns,
+        depth,
+        width,
+        pixel_size,
+        median,
+        ..Image::default()
+    })?;
     let pool = self::threads(threads)?;
     let lines = BeamformedLines {
         z: z.as_array(),

@@ -42,22 +42,7 @@ impl BeamformParameters {
 }
 
 /// Section `[image]`, checked.
-pub fn image(
-    dynamic_range: f64,
-    rows: Option<usize>,
-    columns: Option<usize>,
-    depth: Option<f64>,
-    width: Option<f64>,
-    median: bool,
-) -> PyResult<Image> {
-    let section = Image {
-        dynamic_range,
-        rows,
-        columns,
-        depth,
-        width,
-        median,
-    };
+pub fn image(section: Image) -> PyResult<Image> {
     section.validate().map_err(refused)?;
     Ok(section)
 }

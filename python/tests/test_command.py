@@ -63,6 +63,21 @@ def test_aligned_data_have_the_bits_of_the_command(command, folder, aligned, par
         assert same_bits(lines[key], expected[key]), key
 
 
+def test_lines_of_any_extent_and_weighted_transmits_are_those_of_the_command(command, folder, plane):
+    recording = folder / "recording.npz"
+    np.savez(recording, **plane.keys())
+    grid = {"lateral_start": -2e-3, "lateral_end": 2e-3, "line_spacing": 0.25e-3, "apodization": "hamming"}
+    transmits = len(plane.keys()["tx_angle"])
+    for weights, word in (("hann", "hann"), (np.arange(1.0, transmits + 1), ",".join(map(str, range(1, transmits + 1))))):
+        words = flags({**grid, "transmit_weights": word})
+        assert command("beamform", recording, *words, "-o", folder / "lines.npz") == ""
+        expected = np.load(folder / "lines.npz")
+        assert np.allclose(expected["beam_x"], np.linspace(-2e-3, 2e-3, 17))
+        lines = saved(bonebeam.beamform(plane, **grid, transmit_weights=weights))
+        for key in expected.files:
+            assert same_bits(lines[key], expected[key]), key
+
+
 @pytest.mark.parametrize("kind", ["point", "plane"])
 @pytest.mark.parametrize("parameters", METHODS[:2])
 def test_channel_data_have_the_bits_of_the_command(command, folder, request, kind, parameters):
@@ -245,7 +260,9 @@ def test_a_file_that_is_missing_is_reported_as_python_does(folder, monkeypatch):
         ({"depth_start": 3e-3, "depth_end": 2e-3}, "`depth_end` is 0.002; expected"),
         ({"output_rate": 1e6}, "`output_rate` is 1000000 Hz; expected more than twice the centre frequency"),
         ({"depth_start": 0.5}, "`depth_start` is 0.5 m; the record holds"),
-        ({"line_count": 3}, "`lines` and `line_count` have no effect on focused transmits"),
+        ({"line_count": 3}, "`line_count` has no effect on focused transmits"),
+        ({"line_spacing": 1e-3}, "`line_spacing` has no effect on focused transmits"),
+        ({"transmit_weights": [1.0, 2.0]}, "`transmit_weights` is for transmits that are compounded"),
     ],
 )
 def test_keywords_are_named(point, arguments, words):

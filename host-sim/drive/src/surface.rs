@@ -32,7 +32,7 @@ pub struct SurfacePoint {
 /// The surface in lines, at most a point each, from the first line to the last.
 ///
 /// # Errors
-/// Lines that are neither evenly spaced nor an even fan, and what the core refuses: a NaN or infinite sample, lines
+/// Lines that are not from left to right or cross, and what the core refuses: a NaN or infinite sample, lines
 /// that are too short, a parameter that is out of range.
 pub fn of_lines<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
@@ -42,6 +42,7 @@ pub fn of_lines<S: Data<Elem = Complex<f32>>>(
     let spacing = match layout(lines)? {
         Layout::Even(beams) => beams.step,
         Layout::Fan { fan, angles } => spacing_of_fan(&fan, &angles, &samples),
+        Layout::Any(lattice) => lattice.width() / (lattice.rays().len() - 1) as f64,
     };
     let grey = grey_of_lines(lines, section.grey_range as f32)?;
     let settings = section.settings(Settings::DEFAULT);

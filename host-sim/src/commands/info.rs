@@ -206,9 +206,11 @@ fn to_be_done(data: &ChannelData, config: &Config) -> Vec<Fact> {
                 ),
             ));
             let across = stage.beam_x()[beams - 1] - stage.beam_x()[0];
-            if across > 0.0 && last > first {
-                let image: &Image = &config.image;
-                let [rows, columns] = image.sides(across, last - first);
+            let image: &Image = &config.image;
+            if across > 0.0
+                && last > first
+                && let Ok([rows, columns]) = image.sides(across, last - first)
+            {
                 facts.push(("image", format!("{rows} x {columns} pixels")));
             }
         }

@@ -53,6 +53,9 @@ struct ImageMeasures {
     rows: usize,
     columns: usize,
     pixel_m: f64,
+    /// The angles of the first and the last column of a polar grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    polar_rad: Option<[f64; 2]>,
     left_m: f64,
     top_m: f64,
     /// Of the grey levels 0 to 255.
@@ -114,6 +117,7 @@ impl Measures {
             rows,
             columns,
             pixel_m: image.pixel,
+            polar_rad: image.angles.map(|angles| [angles.first, angles.last()]),
             left_m: image.x0,
             top_m: image.z0,
             mean: sum / image.pixels.len().max(1) as f64,

@@ -10,6 +10,7 @@ use crate::config::Config;
 use crate::flags::{BeamformFlags, ImageFlags, SurfaceFlags};
 use crate::progress::Progress;
 use crate::{Error, Result};
+use bonebeam_drive::config::Grid;
 use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, image_of};
 use bonebeam_drive::policy::{Pictures, warnings, working_memory};
@@ -40,10 +41,6 @@ pub struct Arguments {
     /// Also the picture with the surface drawn over it
     #[arg(long, value_name = "OVERLAY.png")]
     image: Option<PathBuf>,
-
-    /// Of a picture: the side of its square pixels, m
-    #[arg(long, value_name = "M", help_heading = "Picture")]
-    pixel_size: Option<f64>,
 
     /// Of a picture: the part that is the image, without a screen's text and rulers, in pixels from the top left
     #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = parse_crop, help_heading = "Picture")]
@@ -140,6 +137,11 @@ pub fn run(arguments: Arguments) -> Result<()> {
     arguments.image_flags.apply(&mut config.image);
     config.beamform.resolve();
     config.validate()?;
+    if config.image.grid == Grid::Polar {
+        let message =
+            "--grid polar has no effect on the surface, which is drawn over square pixels";
+        return Err(Error::Usage(message.into()));
+    }
 
     let kind = Kind::of(&arguments.output)?;
     let config_path = Config::path_beside(&arguments.output);
@@ -186,25 +188,21 @@ pub fn run(arguments: Arguments) -> Result<()> {
 }
 
 impl Arguments {
-    /// Flags of pictures have no effect on lines.
+    /// A part of a picture is no part of lines.
     fn refuse_of_picture(&self) -> Result<()> {
-        let given = [
-            ("--pixel-size", self.pixel_size.is_some()),
-            ("--crop", self.crop.is_some()),
-        ];
-        match given.iter().find(|(_, given)| *given) {
-            None => Ok(()),
-            Some((flag, _)) => Err(Error::Usage(format!(
-                "{flag} has no effect on {}, which is not a picture",
-                self.input.display()
-            ))),
+        if self.crop.is_none() {
+            return Ok(());
         }
+        Err(Error::Usage(format!(
+            "--crop has no effect on {}, which is not a picture",
+            self.input.display()
+        )))
     }
 }
 
 fn of_file_of_picture(arguments: &Arguments, config: &Config) -> Result<Found> {
     let path = &arguments.input;
-    let Some(pixel) = arguments.pixel_size else {
+    let Some(pixel) = config.image.pixel_size else {
         return Err(Error::Usage(format!(
             "{} is a picture: give the side of its pixels by --pixel-size, in m, such as 0.0001",
             path.display()
@@ -255,6 +253,7 @@ fn of_file_of_picture(arguments: &Arguments, config: &Config) -> Result<Found> {
             x0: 0.0,
             z0: 0.0,
             pixel,
+            angles: None,
         }),
     })
 }

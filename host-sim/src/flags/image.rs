@@ -1,6 +1,6 @@
 //! The flags of the image.
 
-use bonebeam_drive::config::Image;
+use bonebeam_drive::config::{Grid, Image};
 use clap::Args;
 
 /// The flags that go over the section.
@@ -26,6 +26,15 @@ pub struct ImageFlags {
     #[arg(long, value_name = "N", help_heading = "Image")]
     columns: Option<usize>,
 
+    /// Distance from one pixel to the next, m: of an image that is made, or of one that is read [default: 512 pixels the
+    /// longer way]
+    #[arg(long, value_name = "M", help_heading = "Image")]
+    pixel_size: Option<f64>,
+
+    /// Where the pixels lie [default: cartesian]
+    #[arg(long, value_enum, help_heading = "Image")]
+    grid: Option<Grid>,
+
     /// Smooth the image with a 3 x 3 median
     #[arg(long, help_heading = "Image")]
     median: bool,
@@ -39,6 +48,8 @@ impl ImageFlags {
         section.width = self.width.or(section.width);
         section.rows = self.rows.or(section.rows);
         section.columns = self.columns.or(section.columns);
+        section.pixel_size = self.pixel_size.or(section.pixel_size);
+        section.grid = self.grid.unwrap_or(section.grid);
         section.median |= self.median;
     }
 }

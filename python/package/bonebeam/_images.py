@@ -22,18 +22,20 @@ def bmode(
     columns: int | None = None,
     depth: float | None = None,
     width: float | None = None,
+    pixel_size: float | None = None,
     median: bool = False,
     threads: int | None = None,
 ) -> Image:
     """Makes a B-mode image: envelope, decibels below the largest, square pixels of 0 to 255.
 
     Args:
-        lines: At least two beams, evenly spaced, of one frame.
+        lines: At least two beams from left to right that do not cross, of one frame.
         dynamic_range: What lies this far below the largest envelope is black, dB.
         rows, columns: Pixels down and across; without them as many as fill the image, 512 the longer
             way.
         depth: Depth of the image's bottom, m; the lines' without it.
         width: How far the image reaches across, centred on the beams, m; the beams' without it.
+        pixel_size: Distance from one pixel to the next, m; without it what fills the pixels.
         median: Whether a 3 x 3 median smooths the image.
         threads: How many threads compute; all processors without it.
 
@@ -64,6 +66,7 @@ def bmode(
         columns,
         depth,
         width,
+        pixel_size,
         median,
         threads,
     )

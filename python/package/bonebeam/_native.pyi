@@ -79,6 +79,7 @@ def bmode(
     columns: int | None,
     depth: float | None,
     width: float | None,
+    pixel_size: float | None,
     median: bool,
     threads: int | None,
 ) -> tuple[npt.NDArray[np.float32], float, float, float]: ...

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Result;
+use crate::{Error, Result};
 use bonebeam_files::settings::{LENGTHS, check_positive, out_of_range};
+use bonebeam_files::terminal::short;
 
 const SECTION: &str = "image";
 /// The dynamic ranges, dB, between a black-and-white picture and all that f32 holds.
@@ -13,6 +14,20 @@ const MAX_DYNAMIC_RANGE: f64 = 1000.0;
 pub const LONGER_SIDE: usize = 512;
 /// The longest side of an image, in pixels.
 const MAX_SIDE: usize = 16_384;
+/// How far pixels can be apart, m.
+const PIXELS: [f64; 2] = [1e-6, 1.0];
+
+/// Where the pixels of an image lie.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "kebab-case")]
+pub enum Grid {
+    /// Square pixels, as the body is
+    #[default]
+    Cartesian,
+    /// Columns at even angles, rows at even depths along lines that fan out: without scan conversion
+    Polar,
+}
 
 /// Section `[image]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,6 +41,12 @@ pub struct Image {
     /// Pixels across the image; without them, as many as square pixels need.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub columns: Option<usize>,
+    /// The distance from one pixel to the next, m: of a polar grid from row to row; without it, what makes
+    /// [`LONGER_SIDE`] pixels of the longer side.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pixel_size: Option<f64>,
+    /// Where the pixels lie.
+    pub grid: Grid,
     /// The depth of the image's bottom, m; without it, that of the lines. The top is where the
     /// lines begin.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -44,6 +65,8 @@ impl Default for Image {
             dynamic_range: 60.0,
             rows: None,
             columns: None,
+            pixel_size: None,
+            grid: Grid::Cartesian,
             depth: None,
             width: None,
             median: false,
@@ -54,8 +77,26 @@ impl Default for Image {
 impl Image {
     /// Rows and columns of square pixels over `width` and `height`, m: those asked for, and where a side
     /// is not, as many pixels as fill it without a margin. Where neither is, the longer side has
-    /// [`LONGER_SIDE`].
-    pub fn sides(&self, width: f64, height: f64) -> [usize; 2] {
+    /// [`LONGER_SIDE`], or as many as pixels of the size asked for.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for more pixels a side than there can be.
+    pub fn sides(&self, width: f64, height: f64) -> Result<[usize; 2]> {
+        if let Some(pixel) = self.pixel_size {
+            // The cast saturates.
+            let count = |length: f64| ((length / pixel + 1e-6) as usize).saturating_add(1).max(2);
+            let sides = [
+                self.rows.unwrap_or_else(|| count(height)),
+                self.columns.unwrap_or_else(|| count(width)),
+            ];
+            return match sides.into_iter().find(|&side| side > MAX_SIDE) {
+                None => Ok(sides),
+                Some(side) => Err(Error::Usage(format!(
+                    "--pixel-size is {} m, which makes {side} pixels a side; expected at most {MAX_SIDE}",
+                    short(pixel)
+                ))),
+            };
+        }
         // Pixels are at the ends of a side: one more than there are steps.
         let other = |side: usize, ratio: f64| {
             let steps = (side - 1) as f64 * ratio;
@@ -63,12 +104,26 @@ impl Image {
         };
         let by_columns = |columns| [other(columns, height / width), columns];
         let by_rows = |rows| [rows, other(rows, width / height)];
-        match (self.rows, self.columns) {
+        Ok(match (self.rows, self.columns) {
             (Some(rows), Some(columns)) => [rows, columns],
             (Some(rows), None) => by_rows(rows),
             (None, Some(columns)) => by_columns(columns),
             (None, None) if width > height => by_columns(LONGER_SIDE),
             (None, None) => by_rows(LONGER_SIDE),
+        })
+    }
+
+    /// The depth of the image's bottom, m, of lines between two depths.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a depth above them.
+    pub fn bottom(&self, first: f64, last: f64) -> Result<f64> {
+        match self.depth {
+            Some(depth) if depth <= first => Err(Error::Usage(format!(
+                "--depth is {} m; expected more than {first} m, where the lines begin",
+                short(depth)
+            ))),
+            depth => Ok(depth.unwrap_or(last)),
         }
     }
 
@@ -98,6 +153,9 @@ impl Image {
             {
                 return Err(out_of_range(SECTION, key, side, "2 to 16384"));
             }
+        }
+        if let Some(pixel) = self.pixel_size {
+            check_positive(SECTION, "pixel_size", pixel, PIXELS, " (m)")?;
         }
         for (key, length) in [("depth", self.depth), ("width", self.width)] {
             if let Some(length) = length {

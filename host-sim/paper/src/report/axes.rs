@@ -67,12 +67,14 @@ pub(super) struct Margins {
     pub line: u32,
 }
 
-/// The outer edges of a picture's pixels, mm.
+/// The outer edges of a picture's pixels, mm; across degrees on a polar grid.
 pub(super) struct Extent {
     /// Left and right.
     pub across: [f64; 2],
     /// Top and bottom.
     pub down: [f64; 2],
+    /// What the axis across is called.
+    pub name: &'static str,
 }
 
 impl Extent {
@@ -86,6 +88,7 @@ impl Extent {
         Extent {
             across: edges(left, columns),
             down: edges(top, rows),
+            name: "lateral, mm",
         }
     }
 
@@ -127,7 +130,7 @@ where
     chart
         .configure_mesh()
         .disable_mesh()
-        .x_desc("lateral, mm")
+        .x_desc(extent.name)
         .y_desc("depth, mm")
         .x_labels(margins.labels[0])
         .y_labels(margins.labels[1])

@@ -55,7 +55,12 @@ pub fn figure(image: &BModeImage, dynamic_range: f64) -> Result<String> {
         line: margins.line,
     };
     let corner = [1e3 * image.x0, 1e3 * image.z0];
-    let extent = Extent::new((rows, columns), 1e3 * image.pixel, corner);
+    let mut extent = Extent::new((rows, columns), 1e3 * image.pixel, corner);
+    if let Some(angles) = image.angles {
+        let half = angles.step / 2.0;
+        extent.across = [angles.first - half, angles.last() + half].map(f64::to_degrees);
+        extent.name = "angle, degrees";
+    }
     let svg = draw(size, |root| {
         let (left, right) = root.split_horizontally(LEFT + width);
         axes(&left, &extent, &[], &margins)?;

@@ -171,7 +171,7 @@ impl Point {
         let half = self.image.width.unwrap_or(5e-3) / 2.0;
         let across = [centre - half, centre + half];
         let [first, last] = self.receive.depths();
-        let [rows, columns] = self.image.sides(2.0 * half, last - first);
+        let [rows, columns] = self.image.sides(2.0 * half, last - first)?;
         let grid = PixelGrid::cover(across, [first, last], rows, columns);
         let row = |depth: f64| ((depth - grid.z0) / grid.pixel).round().max(0.0) as usize;
         let focus = self.simulation.focus;

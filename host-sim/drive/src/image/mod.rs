@@ -1,5 +1,7 @@
 //! Lines → image, through the core.
 
+mod lattice;
+
 use bonebeam::geometry::Axis;
 use bonebeam::image::{self as core, BMode, BModeParameters, Fan, Logarithm};
 use bonebeam::simd::{InstructionSet, Task, Vector};
@@ -12,6 +14,7 @@ use bonebeam_files::{BeamRays, BeamformedLines};
 
 use crate::config;
 use crate::{Error, Result};
+use lattice::Lattice;
 
 pub use bonebeam::image::PixelGrid;
 
@@ -26,6 +29,9 @@ pub struct BModeImage {
     pub z0: f64,
     /// The distance from one pixel to the next (m).
     pub pixel: f64,
+    /// The angles of the columns, rad, of an image on a polar grid: `z0` is then the depth of row 0 along its beams, and
+    /// `pixel` the distance of rows.
+    pub angles: Option<Axis>,
 }
 
 /// The smallest grid of a number of pixels that covers all of the lines.
@@ -36,7 +42,7 @@ pub fn grid_of_lines(lines: &BeamformedLines, rows: usize, columns: usize) -> Re
     let samples = sample_axis(lines);
     match layout(lines)? {
         Layout::Even(beams) => Ok(PixelGrid::of_lines(&beams, &samples, rows, columns)),
-        Layout::Fan { .. } => {
+        Layout::Fan { .. } | Layout::Any(_) => {
             let [across, depths] = extent(lines);
             Ok(PixelGrid::cover(across, depths, rows, columns))
         }
@@ -49,7 +55,7 @@ pub fn grid_of_lines(lines: &BeamformedLines, rows: usize, columns: usize) -> Re
 /// As [`grid_of_lines`].
 pub fn grid_of_picture(lines: &BeamformedLines, image: &config::Image) -> Result<PixelGrid> {
     let [width, height] = extent_of_lines(lines);
-    let [rows, columns] = image.sides(width, height);
+    let [rows, columns] = image.sides(width, height)?;
     grid_of_lines(lines, rows, columns)
 }
 
@@ -66,7 +72,7 @@ fn extent_of_lines(lines: &BeamformedLines) -> [f64; 2] {
 /// `dynamic_range` is in dB. Pixels outside the data are 0.
 ///
 /// # Errors
-/// Beams that are neither evenly spaced nor an even fan, and what the core refuses: a NaN or infinite sample, a
+/// Beams that are not from left to right or cross, and what the core refuses: a NaN or infinite sample, a
 /// dynamic range or pixel size that is not positive, fewer than two beams or samples.
 pub fn b_mode<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
@@ -82,16 +88,133 @@ pub fn b_mode<S: Data<Elem = Complex<f32>>>(
         logarithm: Logarithm::Exact,
         median,
     };
-    let b_mode = match layout(lines)? {
-        Layout::Even(beams) => BMode::new(parameters(beams))?,
-        Layout::Fan { fan, angles } => BMode::of_fan(parameters(angles), fan)?,
+    let set = InstructionSet::detect();
+    let pixels = match layout(lines)? {
+        Layout::Even(beams) => pixels(set, &BMode::new(parameters(beams))?, lines.z.view())?,
+        Layout::Fan { fan, angles } => {
+            let b_mode = BMode::of_fan(parameters(angles), fan)?;
+            pixels(set, &b_mode, lines.z.view())?
+        }
+        Layout::Any(lattice) => {
+            let b_mode = BMode::new(parameters(any_axis(&lattice)))?;
+            let levels = levels(&b_mode, lines.z.view())?;
+            let (rows, columns) = (grid.row_axis(), grid.column_axis());
+            let pixels = by_position(rows, columns, |x, z| lattice.at(&levels, [x, z]));
+            smoothed(set, pixels, median)?
+        }
     };
     Ok(BModeImage {
-        pixels: pixels(InstructionSet::detect(), &b_mode, lines.z.view())?,
+        pixels,
         x0: grid.x0,
         z0: grid.z0,
         pixel: grid.pixel,
+        angles: None,
     })
+}
+
+/// An image of beams that fan out, on a polar grid: columns at even angles from the first beam's to the last's, rows at
+/// even depths along the beams.
+///
+/// # Errors
+/// As [`b_mode`], and beams whose angles do not ascend.
+fn polar<S: Data<Elem = Complex<f32>>>(
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
+    section: &config::Image,
+) -> Result<BModeImage> {
+    let lattice = Lattice::new(lines)?;
+    let angle = |beam: usize| lattice.rays()[beam].angle();
+    let last = lattice.rays().len() - 1;
+    if let Some(beam) = (0..last).find(|&beam| angle(beam) >= angle(beam + 1)) {
+        return Err(Error::Usage(format!(
+            "--grid polar is for beams that fan out: beam {beam} goes {} rad aside, the next one {} rad",
+            short(angle(beam)),
+            short(angle(beam + 1))
+        )));
+    }
+    let samples = sample_axis(lines);
+    let bottom = section.bottom(samples.first, samples.last())?;
+    let height = bottom - samples.first;
+    let [rows, columns] = section.sides(lattice.width(), height)?;
+    let steps = |count: usize| (count - 1) as f64;
+    let pixel = section.pixel_size.unwrap_or(height / steps(rows));
+    let angles = Axis {
+        first: angle(0),
+        step: (angle(last) - angle(0)) / steps(columns),
+        count: columns,
+    };
+    let depths = Axis {
+        first: samples.first,
+        step: pixel,
+        count: rows,
+    };
+    let b_mode = BMode::new(BModeParameters {
+        lines: any_axis(&lattice),
+        samples,
+        grid: PixelGrid {
+            x0: 0.0,
+            z0: samples.first,
+            pixel,
+            rows,
+            columns,
+        },
+        dynamic_range: section.dynamic_range as f32,
+        logarithm: Logarithm::Exact,
+        median: false,
+    })?;
+    let levels = levels(&b_mode, lines.z.view())?;
+    let pixels = by_position(depths, angles, |angle, depth| {
+        lattice.at_angle(&levels, angle, depth)
+    });
+    Ok(BModeImage {
+        pixels: smoothed(InstructionSet::detect(), pixels, section.median)?,
+        x0: lines.beam_x[0],
+        z0: samples.first,
+        pixel,
+        angles: Some(angles),
+    })
+}
+
+/// A plan's axis of beams where a lattice finds them.
+fn any_axis(lattice: &Lattice) -> Axis {
+    Axis {
+        first: 0.0,
+        step: 1.0,
+        count: lattice.rays().len(),
+    }
+}
+
+/// The pixels of a value at each position of columns and rows.
+fn by_position(rows: Axis, columns: Axis, value: impl Fn(f64, f64) -> f32 + Sync) -> Array2<f32> {
+    let mut pixels = Array2::zeros((rows.count, columns.count));
+    let own = pixels.as_slice_mut().unwrap_or_default();
+    let of_rows = own.par_chunks_mut(columns.count.max(1)).enumerate();
+    of_rows.for_each(|(row, pixels)| {
+        for (column, pixel) in pixels.iter_mut().enumerate() {
+            *pixel = value(columns.position(column), rows.position(row));
+        }
+    });
+    pixels
+}
+
+/// The pixels through the 3 × 3 median, if that is asked for.
+fn smoothed(set: InstructionSet, pixels: Array2<f32>, median: bool) -> Result<Array2<f32>> {
+    match median {
+        true => set.dispatch(Median(&pixels)),
+        false => Ok(pixels),
+    }
+}
+
+struct Median<'a>(&'a Array2<f32>);
+
+impl Task for Median<'_> {
+    type Output = Result<Array2<f32>>;
+
+    fn run<V: Vector>(self, zero: V) -> Self::Output {
+        let mut out = Array2::zeros(self.0.dim());
+        let (image, columns) = (self.0.as_slice().unwrap_or_default(), self.0.ncols());
+        core::median(zero, image, columns, out.as_slice_mut().unwrap_or_default())?;
+        Ok(out)
+    }
 }
 
 /// The pixels of lines `z` [line, sample], by a plan of the core, with the vectors of `set`.
@@ -103,6 +226,13 @@ pub fn pixels(
     b_mode: &BMode,
     z: ArrayView2<Complex<f32>>,
 ) -> Result<Array2<f32>> {
+    let levels = levels(b_mode, z)?;
+    let levels = levels.as_slice();
+    set.dispatch(Pixels { b_mode, levels })
+}
+
+/// The grey levels of all lines, relative to the largest envelope.
+fn levels(b_mode: &BMode, z: ArrayView2<Complex<f32>>) -> Result<Vec<f32>> {
     let samples = z.ncols().max(1);
     let z = z.as_standard_layout();
     let z = z.as_slice().unwrap_or_default();
@@ -117,8 +247,7 @@ pub fn pixels(
         .par_chunks(samples)
         .zip(levels.par_chunks_mut(samples))
         .try_for_each(|(envelope, levels)| b_mode.levels(envelope, reference, levels))?;
-    let levels = levels.as_slice();
-    set.dispatch(Pixels { b_mode, levels })
+    Ok(levels)
 }
 
 /// The pixels of all lines' grey levels.
@@ -184,7 +313,20 @@ pub fn resize(image: ArrayView2<f32>, rows: usize, columns: usize) -> Result<Arr
 /// # Errors
 /// As [`b_mode`] about the beams.
 pub fn check_beams(beam_x: &[f64]) -> Result<()> {
-    beam_axis(beam_x).map(drop)
+    if beam_x.len() < 2 {
+        return Err(Error::Data(format!(
+            "an image needs at least 2 beams, the lines have {}",
+            beam_x.len()
+        )));
+    }
+    match beam_x.windows(2).position(|pair| !(pair[0] < pair[1])) {
+        None => Ok(()),
+        Some(beam) => Err(Error::Data(format!(
+            "an image needs beams from left to right: beam {beam} lies at {} m, the next one at {} m",
+            beam_x[beam],
+            beam_x[beam + 1]
+        ))),
+    }
 }
 
 /// How the beams of an image lie.
@@ -193,15 +335,18 @@ pub(crate) enum Layout {
     Even(Axis),
     /// From one position, at even angles.
     Fan { fan: Fan, angles: Axis },
+    /// Any others from left to right.
+    Any(Lattice),
 }
 
 pub(crate) fn layout<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
 ) -> Result<Layout> {
-    match &lines.rays {
+    let found = match &lines.rays {
         None => beam_axis(&lines.beam_x).map(Layout::Even),
         Some(rays) => fan(lines, rays),
-    }
+    };
+    found.map_or_else(|| Lattice::new(lines).map(Layout::Any), Ok)
 }
 
 /// From where to where lines reach, across and down, m.
@@ -225,27 +370,17 @@ pub fn extent<S: Data<Elem = Complex<f32>>>(
     extent
 }
 
-/// The fan of beams at even angles from one position.
-///
-/// # Errors
-/// Angles that do not ascend evenly, to a hundredth of a step; a beam that begins off the arc through
-/// the first and the last by more than a hundredth of what lies between two; an array that is concave.
+/// The fan of beams at even angles from one position, to a hundredth of a step, that begin on the arc through the first
+/// and the last, to a hundredth of what lies between two; none for others.
 fn fan<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     rays: &BeamRays,
-) -> Result<Layout> {
-    let needs = |what: String| {
-        Err(Error::Data(format!(
-            "an image needs beams straight down, or beams that fan out evenly from one position: {what}"
-        )))
-    };
+) -> Option<Layout> {
     let last = lines.beam_x.len() - 1;
     let (first_angle, last_angle) = (rays.angle[0], rays.angle[last]);
     let step = (last_angle - first_angle) / last.max(1) as f64;
     if step.is_nan() || step <= 0.0 {
-        return needs(format!(
-            "their angles go from {first_angle} rad to {last_angle} rad"
-        ));
+        return None;
     }
     let radius = (lines.beam_x[last] - lines.beam_x[0]) / (last_angle.sin() - first_angle.sin());
     let x = lines.beam_x[0] - radius * first_angle.sin();
@@ -254,7 +389,7 @@ fn fan<S: Data<Elem = Complex<f32>>>(
     let deepest = sample_axis(lines).last();
     let tolerance = 0.01 * step * (radius.abs() + deepest);
     if radius < -tolerance {
-        return needs("they converge".into());
+        return None;
     }
     for beam in 0..=last {
         let even = first_angle + beam as f64 * step;
@@ -262,13 +397,10 @@ fn fan<S: Data<Elem = Complex<f32>>>(
         let beside = (lines.beam_x[beam] - x - radius * angle.sin())
             .hypot(rays.z[beam] - z - radius * angle.cos());
         if (angle - even).abs() > 0.01 * step || beside > tolerance {
-            return needs(format!(
-                "beam {beam} begins at {} m, {} m and goes {angle} rad aside",
-                lines.beam_x[beam], rays.z[beam]
-            ));
+            return None;
         }
     }
-    Ok(Layout::Fan {
+    Some(Layout::Fan {
         fan: Fan {
             x,
             z,
@@ -282,34 +414,16 @@ fn fan<S: Data<Elem = Complex<f32>>>(
     })
 }
 
-/// The axis of evenly spaced beams.
-///
-/// # Errors
-/// Fewer than two positions, or one that is off the even grid through the first and the last
-/// by more than a hundredth of the spacing.
-fn beam_axis(beam_x: &[f64]) -> Result<Axis> {
+/// The axis of beams whose positions are on the even grid through the first and the last, to a hundredth of the spacing;
+/// none for others.
+fn beam_axis(beam_x: &[f64]) -> Option<Axis> {
     let (&[first, .., last], intervals) = (beam_x, beam_x.len().saturating_sub(1)) else {
-        return Err(Error::Data(format!(
-            "an image needs at least 2 beams, the lines have {}",
-            beam_x.len()
-        )));
+        return None;
     };
     let step = (last - first) / intervals as f64;
-    if !step.is_finite() || step <= 0.0 {
-        return Err(Error::Data(format!(
-            "an image needs beams from left to right: the first lies at {first} m, the last at \
-             {last} m"
-        )));
-    }
-    for (beam, &x) in beam_x.iter().enumerate() {
-        let expected = first + beam as f64 * step;
-        if (x - expected).abs() > 0.01 * step {
-            return Err(Error::Data(format!(
-                "an image needs evenly spaced beams: beam {beam} lies at {x} m, expected {expected} m"
-            )));
-        }
-    }
-    Ok(Axis {
+    let is_even = |(beam, &x): (usize, &f64)| (x - first - beam as f64 * step).abs() <= 0.01 * step;
+    let even = step.is_finite() && step > 0.0 && beam_x.iter().enumerate().all(is_even);
+    even.then_some(Axis {
         first,
         step,
         count: beam_x.len(),
@@ -327,14 +441,18 @@ pub(crate) fn sample_axis<S: Data<Elem = Complex<f32>>>(
     }
 }
 
-/// The B-mode image over the depths and the width asked for, in square pixels.
+/// The B-mode image over the depths and the width asked for, on the grid asked for: square pixels, or columns at even
+/// angles.
 ///
 /// # Errors
-/// A depth above the lines, beams that are not evenly spaced.
+/// A depth above the lines, beams that an image cannot be made of, more pixels a side than there can be.
 pub fn image_of<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     parameters: &config::Image,
 ) -> Result<BModeImage> {
+    if parameters.grid == config::Grid::Polar {
+        return polar(lines, parameters);
+    }
     let depth = |sample: usize| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
     let [beams, [first, last]] = match lines.rays {
         None => [
@@ -343,13 +461,7 @@ pub fn image_of<S: Data<Elem = Complex<f32>>>(
         ],
         Some(_) => extent(lines),
     };
-    if let Some(depth) = parameters.depth.filter(|&depth| depth <= first) {
-        return Err(Error::Usage(format!(
-            "--depth is {} m; expected more than {first} m, where the lines begin",
-            short(depth)
-        )));
-    }
-    let bottom = parameters.depth.unwrap_or(last);
+    let bottom = parameters.bottom(first, last)?;
     let across = match parameters.width {
         Some(width) => {
             let centre = (beams[0] + beams[1]) / 2.0;
@@ -357,8 +469,17 @@ pub fn image_of<S: Data<Elem = Complex<f32>>>(
         }
         None => beams,
     };
-    let [rows, columns] = parameters.sides(across[1] - across[0], bottom - first);
-    let grid = PixelGrid::cover(across, [first, bottom], rows, columns);
+    let [rows, columns] = parameters.sides(across[1] - across[0], bottom - first)?;
+    let grid = match parameters.pixel_size {
+        None => PixelGrid::cover(across, [first, bottom], rows, columns),
+        Some(pixel) => PixelGrid {
+            x0: (across[0] + across[1] - pixel * (columns - 1) as f64) / 2.0,
+            z0: first,
+            pixel,
+            rows,
+            columns,
+        },
+    };
     b_mode(
         lines,
         parameters.dynamic_range as f32,
