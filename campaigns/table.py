@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import pathlib
 
 import numpy as np
@@ -24,13 +25,17 @@ def rows(lines, maps):
     for path in maps:
         bones = np.load(path)
         told = measured[pathlib.Path(path).stem.rsplit("_threshold=", 1)[0]]
-        told = {key: told[key] for key in ("lines", "point", "image")}
+        measures = {key: told[key] for key in ("lines", "point", "image")}
+        made_by = {"version": told["version"], "commit": told["commit"], "recording.xxh128": told["input_xxh128"]}
         shown = {"bone.share": float((bones > 0).mean()), "bone.largest": float(bones.max())}
-        yield parameters(path) | dict(flat(told)) | shown
+        yield parameters(path) | dict(flat(measures)) | shown | made_by
 
 
 table = list(rows(snakemake.input.json, snakemake.input.maps))  # noqa: F821, Snakemake's own
-with open(snakemake.output[0], "w", newline="") as file:  # noqa: F821
+path = pathlib.Path(snakemake.output[0])  # noqa: F821
+new = path.with_suffix(".csv.new")
+with open(new, "w", newline="") as file:
     writer = csv.DictWriter(file, fieldnames=table[0])
     writer.writeheader()
     writer.writerows(table)
+os.replace(new, path)

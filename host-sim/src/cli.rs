@@ -13,6 +13,7 @@ use crate::commands::{
     beamform, completions, convert, golden, info, main_job, paper, phase_symmetry, simulate,
     surface, verify,
 };
+use crate::provenance::PROGRAM;
 use crate::{Error, Result};
 use bonebeam_drive::threads;
 use bonebeam_files::terminal::{complain, print};
@@ -25,7 +26,7 @@ use bonebeam_files::terminal::{complain, print};
 /// Lengths are metres, times seconds, frequencies hertz. An error is one line; the exit status is
 /// 2 where the command line or the configuration is wrong and 1 where the data are.
 #[derive(Debug, Parser)]
-#[command(name = "host-sim", version, after_help = EXAMPLES, arg_required_else_help = false)]
+#[command(name = "host-sim", version = PROGRAM, after_help = EXAMPLES, arg_required_else_help = false)]
 struct Cli {
     /// How many threads compute; all processors without it. The results do not depend on it
     #[arg(long, global = true, value_name = "N")]

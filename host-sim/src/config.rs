@@ -14,6 +14,7 @@ use bonebeam_formats::Variables;
 use bonebeam_simulate::Simulate;
 use serde::{Deserialize, Serialize};
 
+use crate::provenance::{Input, PROGRAM};
 use crate::{Error, Result};
 
 /// All parameters, one section a stage.
@@ -66,20 +67,27 @@ impl Config {
         PathBuf::from(name)
     }
 
-    /// Stages the configuration as TOML, headed by a comment that tells the program's version
-    /// and the command.
+    /// Stages the configuration as TOML, headed by comments: the program's version and commit, the command, and
+    /// the hash of each input.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn add_to(&self, command: &str, path: &Path, outputs: &mut Outputs) -> Result<()> {
-        let version = env!("CARGO_PKG_VERSION");
+    pub fn add_to(
+        &self,
+        command: &str,
+        inputs: &[Input],
+        path: &Path,
+        outputs: &mut Outputs,
+    ) -> Result<()> {
         outputs.add(path, |sink| {
             let command = command.escape_debug();
-            write!(
-                sink,
-                "# host-sim {version}: {command}\n\n{}",
-                toml::to_string(self)?
-            )?;
+            writeln!(sink, "# host-sim {PROGRAM}: {command}")?;
+            for input in inputs {
+                let name = input.path.to_string_lossy();
+                let hash = input.xxh128.as_deref().unwrap_or("not computed");
+                writeln!(sink, "# input {}, xxh128 {hash}", name.escape_debug())?;
+            }
+            write!(sink, "\n{}", toml::to_string(self)?)?;
             Ok(())
         })
     }

@@ -22,6 +22,7 @@ mod grid;
 mod in_place;
 mod main_job;
 mod paper;
+mod resumed;
 
 use std::fs;
 use std::path::Path;

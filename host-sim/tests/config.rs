@@ -13,6 +13,7 @@ use bonebeam_simulate::{Kind, Simulate};
 use host_sim::Error;
 use host_sim::config::Config;
 use host_sim::flags::parse_scale;
+use host_sim::provenance::Input;
 use tempfile::tempdir;
 
 fn refused(text: &str) -> String {
@@ -155,9 +156,13 @@ fn the_written_configuration_is_read_back_as_it_was() {
     };
     for config in [config, Config::default()] {
         let mut outputs = Outputs::new();
-        // Whatever is on the command line stays within the comment.
+        // Whatever is on the command line or in a name stays within the comment.
+        let inputs = [Input {
+            path: "a\nb.npz".into(),
+            xxh128: None,
+        }];
         config
-            .add_to("beamform 'a\nb.npz'", &path, &mut outputs)
+            .add_to("beamform 'a\nb.npz'", &inputs, &path, &mut outputs)
             .unwrap();
         outputs.commit().unwrap();
         assert_eq!(Config::read(&path).unwrap(), config);

@@ -37,7 +37,7 @@ def test_an_example_runs(folder, name, needs):
 
 def test_the_gallery_has_a_picture_of_every_example():
     text = (EXAMPLES.parent.parent / "docs/python.md").read_text()
-    for example in ("plane_waves", "curved_array", "bone_surface"):
+    for example in ("plane_waves", "curved_array", "bone_surface", "campaign"):
         assert f"](gallery/{example}.png)" in text and f"](../python/examples/{example}.py)" in text
         assert (EXAMPLES.parent.parent / f"docs/gallery/{example}.png").stat().st_size < 200_000
 

@@ -7,7 +7,7 @@ use ndarray::{Array2, Array3, ArrayBase, ArrayD, Axis, Data, Ix2, arr0, aview1};
 use num_complex::Complex;
 
 use super::atomic::Outputs;
-use super::{file_error, npz, npz_writer, validate};
+use super::{PartialLines, file_error, npz, npz_writer, validate};
 use crate::memory::product;
 use crate::{Error, Result};
 
@@ -132,9 +132,9 @@ impl BeamformedLines {
         npz.finish()
     }
 
-    /// Stages a file of so many frames, whose `z` is [frame, beam, sample]: those that `next` makes of
-    /// the number of frames before, some at a time, so that memory holds no more. All else is that of the
-    /// first, which is returned.
+    /// Stages a file of so many frames, whose `z` is [frame, beam, sample]: those of `partial`, then those that
+    /// `next` makes of the number of frames before, some at a time, so that memory holds no more, and that
+    /// `partial` gets. All else is common to the frames. Returns the first.
     ///
     /// # Errors
     /// Those of `next`, other frames than there should be, or of other shapes than the first; as
@@ -143,18 +143,27 @@ impl BeamformedLines {
         count: usize,
         path: &Path,
         outputs: &mut Outputs,
+        partial: &mut PartialLines,
         mut next: impl FnMut(usize) -> Result<Vec<Self>>,
     ) -> Result<Self> {
         let wrong = |message: &str| file_error(path, message);
-        let mut frames = next(0)?;
+        // One is made again where all are there: it has what is common to them.
+        let known = partial.done().min(count.saturating_sub(1));
+        let mut frames = next(known)?;
         let first = frames.first().ok_or_else(|| wrong("has no frames"))?;
-        let first = first.clone();
+        let mut first = first.clone();
+        if known > 0 {
+            first.z = partial.read(0)?;
+        }
         let (beams, samples) = first.z.dim();
         outputs.add(path, |sink| {
             let bytes = product(&[count, beams, samples, size_of::<Complex<f32>>()]);
             let mut npz = npz_writer::Writer::new(sink, bytes);
             npz.begin::<Complex<f32>>("z", &[count, beams, samples])?;
-            let mut done = 0;
+            for frame in 0..known {
+                npz.append(&partial.read(frame)?)?;
+            }
+            let mut done = known;
             while !frames.is_empty() {
                 for lines in &frames {
                     lines.check().map_err(|message| wrong(&message))?;
@@ -162,6 +171,7 @@ impl BeamformedLines {
                         Err(wrong("has frames of several shapes"))?;
                     }
                     npz.append(&lines.z)?;
+                    partial.append(&lines.z)?;
                 }
                 done += frames.len();
                 // Before the next are made, these are given back.

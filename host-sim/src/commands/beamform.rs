@@ -12,6 +12,7 @@ use super::{ConfigArgument, VariableArguments, about, command_line, load_config,
 use crate::config::Config;
 use crate::flags::{BeamformFlags, ImageFlags, PhaseSymmetryFlags};
 use crate::progress::Progress;
+use crate::provenance::{self, Input};
 use crate::{Error, Result};
 use bonebeam::phase_symmetry::scale_for_display;
 use bonebeam_drive::config::Beamform;
@@ -23,7 +24,7 @@ use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
 use bonebeam_files::terminal::{digits, print, warn};
-use bonebeam_files::{BeamformedLines, Recording, Transmits};
+use bonebeam_files::{BeamformedLines, PartialLines, Recording, Transmits};
 use bonebeam_formats::RecordingFile;
 use bonebeam_paper::report::figure;
 
@@ -33,7 +34,8 @@ use bonebeam_paper::report::figure;
 /// transmits make one line each, and so do virtual sources before the array that come from left to right;
 /// other transmits are compounded into two lines per element: straight down, along the normals of a
 /// curved array, or in a sector. The configuration used is written beside the lines as
-/// LINES.npz.config.toml.
+/// LINES.npz.config.toml, with the program's version and commit and the recording's hash. A run over many frames that
+/// was interrupted goes on from LINES.npz.partial when it is started again.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, allow_negative_numbers = true)]
 pub struct Arguments {
@@ -184,6 +186,25 @@ impl Arguments {
         check_outputs(&[&self.recording], &outputs)
     }
 
+    /// Warns of parameters that were probably not meant.
+    fn warn_of(&self, recording: &Recording, config: &Config) -> Result<()> {
+        if let Recording::Channel(data) = recording {
+            for warning in warnings(data, &config.beamform)? {
+                warn(&format!("{}: {warning}", self.recording.display()));
+            }
+        }
+        Ok(())
+    }
+
+    /// The lines of an interrupted run, if there was one of the same configuration, frames and recording.
+    fn partial(&self, config: &Config, frames: &Range<usize>) -> Result<PartialLines> {
+        let settings = format!("{:?} {:?} {frames:?}", config.beamform, config.variables);
+        let key = provenance::key(&self.recording, &settings)?;
+        let mut path = self.output.as_os_str().to_owned();
+        path.push(".partial");
+        PartialLines::open(Path::new(&path), key)
+    }
+
     /// Adds the image and the bone map, whichever is asked for.
     fn add_pictures(
         &self,
@@ -244,11 +265,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     if pictured && let Some(beam_x) = given_beams(first) {
         check_beams(beam_x).map_err(|e| about(&arguments.recording, e))?;
     }
-    if let Recording::Channel(data) = first {
-        for warning in warnings(data, &config.beamform)? {
-            warn(&format!("{}: {warning}", arguments.recording.display()));
-        }
-    }
+    arguments.warn_of(first, &config)?;
     let pictures = pictured.then_some(Pictures {
         image: &config.image,
         bone_map: arguments.bone_map.as_ref().map(|_| &config.phase_symmetry),
@@ -279,17 +296,28 @@ pub fn run(arguments: Arguments) -> Result<()> {
     };
 
     let mut outputs = Outputs::new();
-    let lines = match file.frames() {
+    let (lines, partial) = match file.frames() {
         1 => {
             let lines = next(0)?.remove(0);
             lines.add_to(&arguments.output, &mut outputs)?;
-            lines
+            (lines, None)
         }
-        _ => BeamformedLines::add_frames_to(frames.len(), &arguments.output, &mut outputs, next)?,
+        _ => {
+            let mut partial = arguments.partial(&config, &frames)?;
+            let (output, count) = (&arguments.output, frames.len());
+            let first =
+                BeamformedLines::add_frames_to(count, output, &mut outputs, &mut partial, next)?;
+            (first, Some(partial))
+        }
     };
+    let resumed = partial.as_ref().map_or(0, PartialLines::resumed);
     bar.clear();
-    let mut measures = Measures::new(&arguments.recording, file.format(), seconds, &lines);
+    let input = Input::read(&arguments.recording, frames.len() == file.frames())?;
+    let mut measures = Measures::new(&input, file.format(), seconds, resumed, &lines);
     let mut summary = summary_of_lines(first, &config.beamform, frames.len(), &lines);
+    if resumed > 0 {
+        summary += &format!(", {resumed} of them from a run that was interrupted");
+    }
     if pictured {
         let image = image_of(&lines, &config.image).map_err(|e| about(&arguments.recording, e))?;
         arguments.add_pictures(&image, &config, &mut outputs)?;
@@ -305,8 +333,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
     if let Recording::Channel(_) = first {
         config.beamform.output_rate = Some(lines.fs);
     }
-    config.add_to(&command_line(), &config_path, &mut outputs)?;
+    config.add_to(&command_line(), &[input], &config_path, &mut outputs)?;
     outputs.commit()?;
+    partial.map(PartialLines::finish);
     match arguments.json {
         true => print(&measures.json(&config.beamform)?),
         false => print(&format!("{summary}\n")),

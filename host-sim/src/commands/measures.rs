@@ -1,9 +1,8 @@
 //! What `--json` tells of a run: numbers for programs, SI units in their names, null where there is none.
 
-use std::path::Path;
-
 use serde::Serialize;
 
+use crate::provenance::{COMMIT, Input, VERSION};
 use crate::{Error, Result};
 use bonebeam_drive::config::Beamform;
 use bonebeam_drive::image::BModeImage;
@@ -16,10 +15,15 @@ use bonebeam_paper::measure::point::LateralProfile;
 pub struct Measures {
     program: &'static str,
     version: &'static str,
+    commit: &'static str,
     input: String,
+    /// XXH3 of 128 bits over the input's bytes.
+    input_xxh128: Option<String>,
     format: &'static str,
     /// How long delaying and beamforming took.
     seconds: f64,
+    /// Frames that an interrupted run had made.
+    resumed_frames: usize,
     lines: LineMeasures,
     point: Option<PointMeasures>,
     image: Option<ImageMeasures>,
@@ -71,7 +75,13 @@ struct WithParameters<'a> {
 
 impl Measures {
     /// Those of the lines.
-    pub fn new(input: &Path, format: Format, seconds: f64, lines: &BeamformedLines) -> Self {
+    pub fn new(
+        input: &Input,
+        format: Format,
+        seconds: f64,
+        resumed_frames: usize,
+        lines: &BeamformedLines,
+    ) -> Self {
         let (count, samples) = lines.z.dim();
         let depth = |sample: usize| lines.c * (lines.t0 + sample as f64 / lines.fs) / 2.0;
         let powers = lines
@@ -90,10 +100,13 @@ impl Measures {
             });
         Measures {
             program: env!("CARGO_PKG_NAME"),
-            version: env!("CARGO_PKG_VERSION"),
-            input: input.display().to_string(),
+            version: VERSION,
+            commit: COMMIT,
+            input: input.path.display().to_string(),
+            input_xxh128: input.xxh128.clone(),
             format: format.name(),
             seconds,
+            resumed_frames,
             lines: LineMeasures {
                 count,
                 samples,

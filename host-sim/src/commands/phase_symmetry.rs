@@ -9,6 +9,7 @@ use super::{ConfigArgument, about, command_line, load_config};
 use crate::config::Config;
 use crate::flags::PhaseSymmetryFlags;
 use crate::progress::Progress;
+use crate::provenance::Input;
 use crate::{Error, Result};
 use bonebeam_drive::phase_symmetry::of_image;
 use bonebeam_drive::policy::phase_symmetry_memory;
@@ -88,6 +89,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         scale_for_display(levels.as_slice_memory_order_mut().unwrap_or_default())?;
         image::add_to(&levels, picture, &mut outputs)?;
     }
-    config.add_to(&command_line(), &config_path, &mut outputs)?;
+    let inputs = [Input::read(&arguments.image, true)?];
+    config.add_to(&command_line(), &inputs, &config_path, &mut outputs)?;
     outputs.commit()
 }

@@ -10,6 +10,7 @@ use crate::Result;
 use crate::config::Config;
 use crate::flags::SimulateFlags;
 use crate::progress::Progress;
+use crate::provenance::Input;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::warn;
 use bonebeam_files::{Truth, add_surface_to};
@@ -67,7 +68,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
         name.push(ending);
         PathBuf::from(name)
     });
-    let mesh: Vec<&Path> = config.simulate.mesh.as_deref().into_iter().collect();
+    let mesh = config.simulate.mesh.clone();
+    let mesh: Vec<&Path> = mesh.as_deref().into_iter().collect();
     check_outputs(&mesh, &[&arguments.output, &config_path, &truth, &surface])?;
 
     let scanner = config.simulate.scanner().clone();
@@ -84,7 +86,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
 
     let mut outputs = Outputs::new();
     data.add_to(&arguments.output, &mut outputs)?;
-    config.add_to(&command_line(), &config_path, &mut outputs)?;
+    let inputs = mesh.iter().map(|mesh| Input::read(mesh, true));
+    let inputs = inputs.collect::<Result<Vec<_>>>()?;
+    config.add_to(&command_line(), &inputs, &config_path, &mut outputs)?;
     let known = config.simulate.phantom == Kind::DynamicRange;
     truth_of(&phantom, known).add_to(&truth, &mut outputs)?;
     if let Some(bone) = &phantom.surface {

@@ -9,6 +9,7 @@ use super::{ConfigArgument, VariableArguments, about, command_line, load_config}
 use crate::config::Config;
 use crate::flags::{BeamformFlags, ImageFlags, SurfaceFlags};
 use crate::progress::Progress;
+use crate::provenance;
 use crate::{Error, Result};
 use bonebeam_drive::config::Grid;
 use bonebeam_drive::frame::RecordingFrames;
@@ -182,7 +183,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
     if let (Some(path), Some(picture)) = (&arguments.image, &found.picture) {
         Overlay::of(picture, &found.points).add_to(path, &mut outputs)?;
     }
-    config.add_to(&command_line(), &config_path, &mut outputs)?;
+    let inputs = [provenance::Input::read(&arguments.input, true)?];
+    config.add_to(&command_line(), &inputs, &config_path, &mut outputs)?;
     outputs.commit()?;
     print(&format!("{}\n", summary(&found)))
 }

@@ -1,0 +1,141 @@
+//! A run over many frames that is killed goes on where it was.
+
+use crate::common;
+
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use common::channel_data_without;
+use common::program::{names, run};
+use ndarray::{Array4, ArrayD, Axis};
+use ndarray_npy::NpzReader;
+use num_complex::Complex;
+use tempfile::{TempDir, tempdir};
+
+const FRAMES: usize = 60;
+const COMMAND: &str = "beamform data.npz -o lines.npz --method mv --line-count 40 --depth-start 0.005 \
+                       --depth-end 0.02 --threads 1 --json";
+
+/// A folder with frames of plane waves, each of its own numbers.
+fn folder_with_frames() -> TempDir {
+    let folder = tempdir().unwrap();
+    let rf = Array4::from_shape_fn((FRAMES, 2, 4, 2000), |(frame, t, m, n)| {
+        (((n + 7 * m + 3 * t) * (2 * frame + 3)) % 1999) as f32 - 999.0
+    });
+    channel_data_without(&folder.path().join("data.npz"), &["rf"])
+        .with("rf", rf.into_dyn())
+        .finish();
+    folder
+}
+
+fn lines(folder: &Path) -> ArrayD<Complex<f32>> {
+    let file = File::open(folder.join("lines.npz")).unwrap();
+    NpzReader::new(file).unwrap().by_name("z").unwrap()
+}
+
+/// Runs the command and returns its JSON and its standard error.
+fn finished(folder: &TempDir) -> (serde_json::Value, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(COMMAND.split(' '))
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{message}");
+    (serde_json::from_slice(&output.stdout).unwrap(), message)
+}
+
+/// Starts the command, and kills it when so many bytes of its lines are there.
+fn killed(folder: &TempDir, bytes: u64) {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(COMMAND.split(' '))
+        .current_dir(folder.path())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let begin = Instant::now();
+    let path = folder.path().join("lines.npz.partial");
+    while fs::metadata(&path).map_or(0, |m| m.len()) < bytes {
+        assert!(
+            begin.elapsed() < Duration::from_secs(120),
+            "no lines of frames"
+        );
+        assert!(child.try_wait().unwrap().is_none(), "it ended too early");
+        sleep(Duration::from_micros(200));
+    }
+    // SIGKILL: nothing is cleaned up.
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!folder.path().join("lines.npz").exists());
+}
+
+#[test]
+fn frames_that_were_done_are_not_made_again() {
+    let folder = folder_with_frames();
+    let (json, message) = finished(&folder);
+    assert_eq!(
+        (json["resumed_frames"].as_u64(), message.as_str()),
+        (Some(0), "")
+    );
+    let whole = lines(folder.path());
+    assert_eq!(whole.len_of(Axis(0)), FRAMES);
+    let frame = whole.len() / FRAMES * 8 + 4;
+    let expected = names(folder.path());
+    fs::remove_file(folder.path().join("lines.npz")).unwrap();
+
+    // Killed twice, and the second time it had gone on.
+    killed(&folder, 5 * frame as u64);
+    killed(&folder, 15 * frame as u64);
+    let (json, message) = finished(&folder);
+    let resumed = json["resumed_frames"].as_u64().unwrap();
+    assert!((14..FRAMES as u64).contains(&resumed), "{resumed}");
+    assert_eq!(message, "");
+    assert_eq!(lines(folder.path()), whole);
+    assert_eq!(names(folder.path()), expected);
+    let written = fs::read_to_string(folder.path().join("lines.npz.config.toml")).unwrap();
+    let (version, commit) = (env!("CARGO_PKG_VERSION"), json["commit"].as_str().unwrap());
+    assert!(written.starts_with(&format!("# host-sim {version}, commit {commit}: beamform")));
+    let hash = json["input_xxh128"].as_str().unwrap();
+    assert!(written.contains(&format!("\n# input data.npz, xxh128 {hash}\n")));
+
+    // Lines of another configuration, or of a file that has changed, do not count.
+    fs::remove_file(folder.path().join("lines.npz")).unwrap();
+    killed(&folder, 5 * frame as u64);
+    let other = COMMAND.replace("mv", "das");
+    let (code, message) = run(&folder, &other);
+    assert!(
+        code == 0 && message.contains("is of another run"),
+        "{message}"
+    );
+    assert_ne!(lines(folder.path()), whole);
+    fs::remove_file(folder.path().join("lines.npz")).unwrap();
+    killed(&folder, 5 * frame as u64);
+    let data = File::options()
+        .append(true)
+        .open(folder.path().join("data.npz"))
+        .unwrap();
+    data.set_modified(std::time::SystemTime::now() + Duration::from_secs(2))
+        .unwrap();
+    let (json, message) = finished(&folder);
+    assert!(message.contains("is of another run"), "{message}");
+    assert_eq!(json["resumed_frames"].as_u64(), Some(0));
+    assert_eq!(names(folder.path()), expected);
+}
+
+/// A run that fails or is ended soon leaves nothing.
+#[test]
+fn a_run_that_fails_leaves_no_lines() {
+    let folder = folder_with_frames();
+    let path = folder.path().join("data.npz");
+    let mut rf = Array4::<f32>::ones((4, 2, 4, 2000));
+    rf[[3, 1, 2, 700]] = f32::NAN;
+    channel_data_without(&path, &["rf"])
+        .with("rf", rf.into_dyn())
+        .finish();
+    let (code, message) = run(&folder, COMMAND);
+    assert!(code == 1 && message.contains("NaN"), "{message}");
+    assert_eq!(names(folder.path()), ["data.npz"]);
+}

@@ -1,0 +1,18 @@
+"""Plane waves from a file to a compounded B-mode image as PNG."""
+import os
+import sys
+
+os.environ["KERAS_BACKEND"] = "jax"
+import matplotlib.pyplot as plt
+import numpy as np
+import zea
+
+with zea.File(sys.argv[1]) as file:
+    raw = file.dataset("raw_data")[:]
+    parameters = file.load_parameters(
+        xlims=(-19.2e-3, 19.2e-3), zlims=(6e-3, 28e-3), grid_size_x=255, grid_size_z=571, dynamic_range=(-60, 0)
+    )
+pipeline = zea.Pipeline.from_default(with_batch_dim=True)
+inputs = pipeline.prepare_parameters(parameters)
+image = np.asarray(pipeline(data=raw, **inputs)["data"])[0]
+plt.imsave(sys.argv[2], image, vmin=-60, vmax=0, cmap="gray")
