@@ -174,6 +174,15 @@ pub fn add_noise(settings: &Settings, data: &mut ChannelData) -> Result<()> {
     Ok(())
 }
 
+/// Noise of the settings' spectrum and seed in every channel of a record, `[transmit][element][sample]`, with the RMS
+/// `rms`.
+pub fn noise(settings: &Settings, rms: f64) -> Vec<f32> {
+    let samples = settings.time_axis().samples;
+    let mut rows = vec![0.0; settings.beams * settings.elements * samples];
+    Noise::new(settings, samples, rms).add_to(&mut rows);
+    rows
+}
+
 /// Noise and converter of the settings.
 fn receive(settings: &Settings, rf: &mut [f32]) {
     if let Some(level) = settings.noise {

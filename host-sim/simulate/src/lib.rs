@@ -39,7 +39,7 @@ mod vertebra;
 mod volume;
 
 pub use array::Array;
-pub use channel_data::{Summation, add_noise, channel_data, resumed_channel_data};
+pub use channel_data::{Summation, add_noise, channel_data, noise, resumed_channel_data};
 pub use checkpoint::Checkpoint;
 pub use clutter::Clutter;
 pub use ct::{CtScanner, CtVolume};

@@ -14,6 +14,7 @@ pub mod outcome;
 mod point;
 mod point_spread;
 mod spine;
+mod surface;
 mod vertebra;
 mod vertebra_in_tissue;
 mod water_bath;
@@ -34,4 +35,5 @@ pub const PAPER: &[Kind] = &[
     Kind::of::<spine::Spine>(),
     Kind::of::<dynamic_range::DynamicRange>(),
     Kind::of::<claims::Claims>(),
+    Kind::of::<surface::Surface>(),
 ];

@@ -7,3 +7,4 @@ pub mod point;
 pub mod profile;
 pub mod registration;
 pub mod signed_distance;
+pub mod surface;

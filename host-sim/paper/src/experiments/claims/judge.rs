@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::experiments::common::interval::Interval;
 use crate::experiments::outcome::{Ruling, Verdict, number};
 
-use super::interval::Interval;
 use super::medium::{Medium, disturbance};
 use super::parameters::Claims;
 use super::scene::SceneResult;

@@ -5,7 +5,6 @@
 
 mod bones;
 mod geometry;
-mod interval;
 mod judge;
 mod kept;
 mod mechanism;

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::experiments::Outcome;
+use crate::experiments::common::interval::Interval;
 use crate::experiments::outcome::{Attachment, Section, Table, data, number};
 
 use super::judge::{Claim, ClaimsResult};
@@ -229,9 +230,8 @@ fn tuned(result: &ClaimsResult) -> Table {
 }
 
 fn zones(result: &ClaimsResult) -> Table {
-    let text = |interval: &Option<super::interval::Interval>| {
-        interval.map_or("–".into(), |interval| interval.text())
-    };
+    let text =
+        |interval: &Option<Interval>| interval.map_or("–".into(), |interval| interval.text());
     Table {
         title: "Mixed images, mean over scenes in tissue with its 95 % interval".into(),
         head: vec!["", "mean"],

@@ -2,6 +2,7 @@
 
 pub mod beamformers;
 pub mod bone;
+pub mod interval;
 pub mod lines;
 pub mod pictures;
 mod receive;

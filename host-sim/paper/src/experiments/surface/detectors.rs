@@ -1,0 +1,244 @@
+//! The detectors that are compared: at most one answer a line.
+
+use ndarray::{Array2, ArrayView1, Axis, Slice};
+
+use crate::Result;
+use crate::experiments::common::pictures::ridges;
+use crate::measure::surface::{Judged, judge};
+use bonebeam_drive::config::{Image, PhaseSymmetry};
+use bonebeam_drive::image::{b_mode, grid_of_picture};
+use bonebeam_files::BeamformedLines;
+use bonebeam_oracle::surface::{
+    Grey, Prices, change_of_level, foroughi, log_onset, onset, path, ramp, shadow_to_end,
+};
+
+/// The depths in which every detector looks for the surface, m.
+pub const DEPTHS: [f64; 2] = [5e-3, 40e-3];
+/// The dynamic range of the grey levels, dB.
+const RANGE: f64 = 60.0;
+/// The range from the frame's dark to its tissue is no less.
+const LEAST_RANGE: f64 = 0.0;
+
+/// A line's answer: how sure it is, in a unit of its detector, and the depth, m.
+pub type Answer = Option<(f64, f64)>;
+
+/// A detector.
+#[derive(Clone, Copy, Debug)]
+pub enum Detector {
+    /// The largest phase symmetry of each line, with these exponents of the scales.
+    PhaseSymmetry(&'static str, [i32; 2]),
+    /// The largest onset of each line.
+    Onset,
+    /// The largest bone probability of each line.
+    Foroughi,
+    /// The path over the logarithm of that.
+    ForoughiPath,
+    /// The path over terms of the yardstick.
+    Path(Terms),
+}
+
+/// Terms beside the logarithm of the onset, and what a line without a surface costs.
+#[derive(Clone, Copy, Debug)]
+pub struct Terms {
+    name: &'static str,
+    /// Whether the change of level is one.
+    level: bool,
+    /// The weight of the shadow to the end.
+    shadow: f64,
+    absence: f64,
+}
+
+/// All of them, as the table has them.
+pub const DETECTORS: [Detector; 10] = [
+    Detector::PhaseSymmetry("phase symmetry, the paper's scales", [7, 9]),
+    Detector::PhaseSymmetry("phase symmetry, finer scales", [5, 7]),
+    Detector::Onset,
+    Detector::Foroughi,
+    Detector::ForoughiPath,
+    Detector::Path(terms("yardstick: onset, path", false, 0.0, -3.0)),
+    Detector::Path(terms("onset and level, path", true, 0.0, -3.0)),
+    Detector::Path(terms("onset and shadow 1, path", false, 1.0, -4.0)),
+    Detector::Path(terms("onset, level and shadow 1, path", true, 1.0, -4.0)),
+    Detector::Path(terms("onset, level and shadow 2, path", true, 2.0, -3.0)),
+];
+
+const fn terms(name: &'static str, level: bool, shadow: f64, absence: f64) -> Terms {
+    Terms {
+        name,
+        level,
+        shadow,
+        absence,
+    }
+}
+
+/// Lines, and what several detectors ask of them.
+pub struct Frame<'a> {
+    lines: &'a BeamformedLines,
+    grey: Grey,
+    /// Of the image in which phase symmetry is sought.
+    image: &'a Image,
+    threshold: f64,
+}
+
+impl<'a> Frame<'a> {
+    pub fn new(lines: &'a BeamformedLines, image: &'a Image, threshold: f64) -> Self {
+        Frame {
+            lines,
+            grey: Grey::of(lines, RANGE),
+            image,
+            threshold,
+        }
+    }
+
+    /// The answers of a detector.
+    ///
+    /// # Errors
+    /// Lines that do not make an image.
+    pub fn answers(&self, detector: Detector) -> Result<Vec<Answer>> {
+        let grey = &self.grey;
+        Ok(match detector {
+            Detector::PhaseSymmetry(_, scales) => self.ridges(scales)?,
+            Detector::Onset => largest(&onset(grey), grey.z0, grey.step),
+            Detector::Foroughi => {
+                let found = foroughi(grey);
+                largest(&found.probability, found.z0, found.step)
+            }
+            Detector::ForoughiPath => {
+                let found = foroughi(grey);
+                let scores = found.probability.mapv(|p| (p + 1e-4).ln());
+                best_path(&scores, found.z0, found.step, -3.0)
+            }
+            Detector::Path(terms) => {
+                let every = Slice::new(0, None, 2);
+                let scores = self.scores(&terms);
+                let scores = scores.slice_axis(Axis(1), every).to_owned();
+                best_path(&scores, grey.z0, 2.0 * grey.step, terms.absence)
+            }
+        })
+    }
+
+    fn scores(&self, terms: &Terms) -> Array2<f64> {
+        let mut scores = log_onset(&self.grey);
+        if terms.level {
+            scores += &change_of_level(&self.grey).mapv(|x| 2.0 * ramp(x, 0.0, 0.15) - 1.0);
+        }
+        if terms.shadow > 0.0 {
+            let shadow = shadow_to_end(&self.grey, DEPTHS, LEAST_RANGE);
+            scores += &shadow.mapv(|x| terms.shadow * (-ramp(x, 0.3, 0.2) - 1.0));
+        }
+        scores
+    }
+
+    /// The largest phase symmetry of the column that is nearest to each line.
+    fn ridges(&self, [from, to]: [i32; 2]) -> Result<Vec<Answer>> {
+        let grid = grid_of_picture(self.lines, self.image)?;
+        let range = self.image.dynamic_range as f32;
+        let pixels = b_mode(self.lines, range, &grid, self.image.median)?.pixels;
+        let filter = PhaseSymmetry {
+            scales: (from..=to).map(|k| f64::from(-k).exp2()).collect(),
+            threshold: self.threshold,
+            ..PhaseSymmetry::default()
+        };
+        let map = ridges(&pixels, &filter)?;
+        let column = |x: &f64| {
+            let nearest = ((x - grid.x0) / grid.pixel).round().max(0.0) as usize;
+            nearest.min(grid.columns - 1)
+        };
+        let lines: Vec<usize> = self.lines.beam_x.iter().map(column).collect();
+        let value = |(line, row): (usize, usize)| f64::from(map[[row, lines[line]]]);
+        let map = Array2::from_shape_fn((lines.len(), grid.rows), value);
+        Ok(largest(&map, grid.z0, grid.pixel))
+    }
+}
+
+impl Detector {
+    /// For people.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Detector::PhaseSymmetry(name, _) => name,
+            Detector::Onset => "onset",
+            Detector::Foroughi => "Foroughi 2007",
+            Detector::ForoughiPath => "Foroughi 2007, path",
+            Detector::Path(terms) => terms.name,
+        }
+    }
+}
+
+/// The largest score above 0 of each line within the depths.
+fn largest(scores: &Array2<f64>, z0: f64, step: f64) -> Vec<Answer> {
+    let best = |line: ArrayView1<f64>| {
+        let depths = line.iter().enumerate();
+        let depths = depths.map(|(n, score)| (*score, z0 + n as f64 * step));
+        let inside = depths.filter(|(_, z)| (DEPTHS[0]..=DEPTHS[1]).contains(z));
+        let found = inside.max_by(|a, b| a.0.total_cmp(&b.0));
+        found.filter(|(score, _)| *score > 0.0)
+    };
+    scores.rows().into_iter().map(best).collect()
+}
+
+/// The path over scores within the depths.
+fn best_path(scores: &Array2<f64>, z0: f64, step: f64, absence: f64) -> Vec<Answer> {
+    let index = |z: f64| ((z - z0) / step).max(0.0);
+    let from = index(DEPTHS[0]).ceil() as usize;
+    let to = (index(DEPTHS[1]) as usize + 1).min(scores.ncols());
+    let searched = scores.slice_axis(Axis(1), Slice::from(from.min(to)..to));
+    let prices = Prices {
+        absence,
+        ..Prices::YARDSTICK
+    };
+    let found = path(searched, step, &prices);
+    let answer = |at: Option<usize>| Some((f64::INFINITY, z0 + (from + at?) as f64 * step));
+    found.into_iter().map(answer).collect()
+}
+
+/// The answers of frames, those at or above the threshold that gives the largest F1 over all of the frames.
+pub fn judged(frames: &[(Vec<Answer>, &[Option<f64>])], tolerance: f64) -> Vec<Judged> {
+    let at = |threshold: f64| -> Vec<Judged> {
+        let frames = frames.iter().map(|(answers, surface)| {
+            let sure = |answer: &Answer| answer.filter(|a| a.0 >= threshold).map(|a| a.1);
+            let depths: Vec<Option<f64>> = answers.iter().map(sure).collect();
+            judge(&depths, surface, tolerance)
+        });
+        frames.collect()
+    };
+    let mut scores: Vec<f64> = frames
+        .iter()
+        .flat_map(|(answers, _)| answers.iter().flatten().map(|a| a.0))
+        .collect();
+    scores.sort_by(f64::total_cmp);
+    scores.dedup();
+    // A hundredth of them at a time: more would change F1 by less than a hundredth.
+    let step = (scores.len() / 100).max(1);
+    let tried = scores.into_iter().step_by(step).map(at);
+    let f1 = |frames: &Vec<Judged>| Judged::of_all(frames).f1().unwrap_or(0.0);
+    let best = tried.max_by(|a, b| f1(a).total_cmp(&f1(b)));
+    best.unwrap_or_else(|| at(f64::INFINITY))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_threshold_is_the_best_over_all_frames() {
+        let truth = [Some(10e-3), Some(10e-3), None];
+        let answers = |scores: [f64; 3]| {
+            let all = scores.iter().map(|s| Some((*s, 10.1e-3)));
+            all.collect::<Vec<Answer>>()
+        };
+        // 2 leaves out the false answers of both frames, and a hit.
+        let frames = [
+            (answers([3.0, 2.0, 1.0]), &truth[..]),
+            (answers([5.0, 1.5, 1.9]), &truth[..]),
+        ];
+        let found = judged(&frames, 0.5e-3);
+        let count = |j: &Judged| (j.answers, j.hits_mm.len());
+        assert_eq!(
+            found.iter().map(count).collect::<Vec<_>>(),
+            [(2, 2), (1, 1)]
+        );
+        // Paths are not thinned.
+        let sure = vec![(vec![Some((f64::INFINITY, 1e-3)); 3], &truth[..])];
+        assert_eq!(judged(&sure, 0.5e-3)[0].answers, 3);
+    }
+}
