@@ -255,3 +255,73 @@ fn the_water_bath_goes_from_ct_to_table_one() {
         page.matches("src=\"data:image/png;base64,").count()
     );
 }
+
+/// Few beams, and thin slabs of few scatterers.
+const SMALL_SURFACE: &str = "\
+[surface]
+seeds = 1
+thickness = 0.5e-3
+density = 4e9
+
+[surface.simulation]
+fs = 40e6
+beams = 24
+beam_step = 5.0
+depth_start = 2e-3
+depth_end = 45e-3
+focus = 20e-3
+noise = -60.0
+element_height = 4e-3
+elevation_focus = 19e-3
+
+[surface.image]
+dynamic_range = 60.0
+rows = 128
+columns = 128
+median = true
+";
+
+#[test]
+fn detectors_of_the_surface_are_judged_beside_each_other() {
+    let folder = tempdir().unwrap();
+    let config = folder.path().join("surface.toml");
+    fs::write(&config, SMALL_SURFACE).unwrap();
+    let out = folder.path().join("out");
+    let [config_name, out_name] = [&config, &out].map(|path| path.to_str().unwrap());
+    let wanted = ["--experiment", "surface"];
+    let output = run(&[&wanted[..], &["--config", config_name, "-o", out_name]].concat());
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
+
+    let text = fs::read_to_string(out.join("report.json")).unwrap();
+    let report: Value = serde_json::from_str(&text).unwrap();
+    let scenes = report["surface"].as_array().unwrap();
+    let of = |family: &str, condition: &str, detector: &str| -> [u64; 3] {
+        let found = scenes.iter().find(|scene| {
+            scene["family"] == family
+                && scene["condition"] == condition
+                && scene["detector"] == detector
+        });
+        let judged = &found.unwrap()["judged"];
+        let hits = judged["hits_mm"].as_array().unwrap().len() as u64;
+        [
+            hits,
+            judged["answers"].as_u64().unwrap(),
+            judged["surfaces"].as_u64().unwrap(),
+        ]
+    };
+    // Every line of a view meets bone or none, whatever the condition and the detector.
+    let [_, _, surfaces] = of("laminae", "clean", "onset");
+    assert!((12..=24).contains(&surfaces), "{surfaces}");
+    for condition in ["aberration", "clutter", "noise", "sound_speed", "together"] {
+        let judged = of("laminae", condition, "Foroughi 2007");
+        assert_eq!(judged[2], surfaces, "{condition}");
+        assert!(judged[0] <= judged[1].min(surfaces));
+    }
+    // Where there is no bone, no answer is right.
+    let [hits, _, surfaces] = of("no bone", "clean", "onset");
+    assert_eq!((hits, surfaces), (0, 0));
+    // Six conditions, as tables beside the page.
+    let tables = (1..=6).filter(|k| out.join(format!("surface-table-{k}.csv")).exists());
+    assert_eq!(tables.count(), 6);
+}

@@ -53,7 +53,7 @@ impl Condition {
 pub struct Disturbances {
     /// RMS of the delays of the elements on receive, s.
     pub aberration: f64,
-    /// The distance along the array at which their correlation is exp(−½), m.
+    /// Full width at half maximum of their correlation along the array, m.
     pub aberration_length: f64,
     /// Clutter of every channel, dB of the tissue's RMS.
     pub clutter: f64,
@@ -122,8 +122,8 @@ impl Disturbances {
             .iter()
             .map(|_| complex_gaussian(&mut random).re)
             .collect();
-        // White noise through a Gaussian has a correlation that is √2 as wide.
-        let width = self.aberration_length / 2f64.sqrt();
+        // White noise through a Gaussian of the standard deviation σ has a correlation of the full width 4·√(ln 2)·σ.
+        let width = self.aberration_length / (4.0 * std::f64::consts::LN_2.sqrt());
         let smooth = |x: &f64| {
             let weight = |at: &f64| (-0.5 * ((x - at) / width).powi(2)).exp();
             let terms = element_x.iter().zip(&white);
@@ -307,6 +307,6 @@ mod tests {
             let pairs = delays.iter().zip(&delays[lag..]);
             pairs.map(|(a, b)| a * b).sum::<f64>() / (128 - lag) as f64 / (rms * rms)
         };
-        assert!(correlation(1) > 0.9 && correlation(33) < 0.5);
+        assert!(correlation(1) > 0.9 && correlation(5) < 0.75 && correlation(33) < 0.5);
     }
 }

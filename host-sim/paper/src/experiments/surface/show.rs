@@ -19,7 +19,7 @@ pub fn outcome(surface: &Surface, results: &[SceneResult]) -> Result<Outcome> {
         .into_iter()
         .map(|condition| table(condition, results))
         .collect();
-    let mut parts = vec![Section::Text(format!(
+    let parts = vec![Section::Text(format!(
         "Three views of the built-in spine under skin, fat, fasciae and muscle, {} seeds each, and the same layers \
          without bone; delay and sum, 60 dB. One answer or none a line, from 5 to 40 mm; a hit lies within 0.5 mm of the \
          surface that the line meets first. Phase symmetry, onset and Foroughi 2007 answer with the largest value of a \
@@ -27,7 +27,6 @@ pub fn outcome(surface: &Surface, results: &[SceneResult]) -> Result<Outcome> {
          Paths have the prices of the yardstick. Intervals are of a bootstrap over the frames with bone, 95 %.",
         surface.seeds
     ))];
-    parts.extend(tables.iter().cloned().map(Section::Table));
     Ok(Outcome {
         title: "The bone surface: detectors beside each other",
         parts,
