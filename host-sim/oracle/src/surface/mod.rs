@@ -9,7 +9,7 @@ mod scores;
 
 pub use foroughi::{Foroughi, foroughi};
 pub use path::{Prices, path};
-pub use scores::{change_of_level, log_onset, onset, ramp, shadow_to_end, tissue_over_rest};
+pub use scores::{change_of_level, log_onset, onset, ramp, shadow_to_end};
 
 use bonebeam_files::BeamformedLines;
 use ndarray::Array2;

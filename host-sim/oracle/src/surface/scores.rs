@@ -8,13 +8,11 @@ use super::Grey;
 const ECHO: f64 = 0.3e-3;
 /// The windows of the shadow below the echo, m.
 const SHADOWS: [[f64; 2]; 2] = [[0.5e-3, 2e-3], [1.5e-3, 6e-3]];
-/// Where the tissue above begins, and the shadow below of the change of level, m.
-const ABOVE: f64 = 0.3e-3;
+/// The tissue above and the shadow below of the change of level, m.
+const ABOVE: [f64; 2] = [0.3e-3, 5e-3];
 const BELOW: [f64; 2] = [0.6e-3, 10e-3];
 /// So far below the echo the shadow begins that reaches to the end of the line, m.
 const END: f64 = 1.5e-3;
-/// Length of the window whose brightest place is sought in that shadow, m.
-const BLOCK: f64 = 1e-3;
 /// What is added to the onset before its logarithm.
 const FLOOR: f64 = 1e-4;
 /// Shares of the frame that are darker than its shadow (0) and its tissue (1).
@@ -36,37 +34,17 @@ pub fn log_onset(grey: &Grey) -> Array2<f64> {
     onset(grey).mapv(|onset| (onset + FLOOR).ln())
 }
 
-/// Change of level: the mean grey of 0.3 mm to `above` above less that of 0.6 to 10 mm below.
-pub fn change_of_level(grey: &Grey, above: f64) -> Array2<f64> {
+/// Change of level: the mean grey of 0.3 to 5 mm above less that of 0.6 to 10 mm below.
+pub fn change_of_level(grey: &Grey) -> Array2<f64> {
     each(grey, |line, n| {
-        let tissue = mean(line, grey.step, n, [-above, -ABOVE]);
+        let tissue = mean(line, grey.step, n, [-ABOVE[1], -ABOVE[0]]);
         tissue - mean(line, grey.step, n, BELOW)
     })
 }
 
-/// The mean grey of 0.3 mm to `above` above less the brightest mean of any 1 mm from 1.5 mm below on, within the line.
-/// Below bone nothing is as bright as the tissue above it.
-pub fn tissue_over_rest(grey: &Grey, above: f64) -> Array2<f64> {
-    let block = samples(BLOCK, grey.step).max(1);
-    let from = samples(END, grey.step);
-    let mut found = Array2::zeros(grey.levels.dim());
-    for (line, mut out) in grey.levels.rows().into_iter().zip(found.rows_mut()) {
-        let blocks = line.windows(block).into_iter();
-        let mut rest: Vec<f64> = blocks.map(|w| w.sum() / block as f64).collect();
-        for n in (1..rest.len()).rev() {
-            rest[n - 1] = rest[n - 1].max(rest[n]);
-        }
-        for (n, value) in out.iter_mut().enumerate() {
-            let tissue = mean(line, grey.step, n, [-above, -ABOVE]);
-            *value = tissue - rest.get(n + from).copied().unwrap_or(0.0);
-        }
-    }
-    found
-}
-
 /// The mean grey from 1.5 mm below to the end of the line, taken between its own 2nd percentile over the frame (0) and
-/// the 60th percentile of grey (1), both over samples within `depths`, m; the range is at least `least`.
-pub fn shadow_to_end(grey: &Grey, depths: [f64; 2], least: f64) -> Array2<f64> {
+/// the 60th percentile of grey (1), both over samples within `depths`, m.
+pub fn shadow_to_end(grey: &Grey, depths: [f64; 2]) -> Array2<f64> {
     let end = each(grey, |line, n| {
         let from = (n + samples(END, grey.step)).min(line.len().saturating_sub(1));
         let below = line.iter().skip(from);
@@ -78,7 +56,8 @@ pub fn shadow_to_end(grey: &Grey, depths: [f64; 2], least: f64) -> Array2<f64> {
         values.map(|(_, &value)| value).collect::<Vec<f64>>()
     };
     let dark = percentile(within(&end), DARK);
-    let range = (percentile(within(&grey.levels), TISSUE) - dark).max(least);
+    // A grey level of 255 at the least.
+    let range = (percentile(within(&grey.levels), TISSUE) - dark).max(1.0 / 255.0);
     end.mapv(|mean| (mean - dark) / range)
 }
 
@@ -146,17 +125,11 @@ mod tests {
         // Tissue over tissue is none, nor is the shadow.
         assert_eq!((onset[[0, 100]], onset[[0, 300]]), (0.0, 0.0));
         // 0.3 to 5 mm above and 0.6 to 10 mm below.
-        let level = change_of_level(&line, 5e-3)[[0, 204]];
+        let level = change_of_level(&line)[[0, 204]];
         let above = (46.0 * 0.5 + 2.0 * 0.9) / 48.0;
         assert!((level - (above - 0.1)).abs() < 1e-12, "{level}");
-        // Within the shadow nothing is brighter than it; above the echo there is the echo: 5 of 10 samples.
-        let rest = tissue_over_rest(&line, 5e-3);
-        assert!((rest[[0, 204]] - (above - 0.1)).abs() < 1e-12);
-        let brightest = (5.0 * 0.9 + 5.0 * 0.5) / 10.0;
-        assert!((rest[[0, 150]] - (0.5 - brightest)).abs() < 1e-12);
-        // From 1.5 mm below on there is shadow alone: the frame's dark. Its 60th percentile is tissue's 0.5 less that
-        // of the half that is shadow, so that the range is the least.
-        let end = shadow_to_end(&line, [0.0, 40e-3], 0.25);
+        // From 1.5 mm below on there is shadow alone: the frame's dark. Its 60th percentile is tissue.
+        let end = shadow_to_end(&line, [0.0, 40e-3]);
         assert!(end[[0, 204]].abs() < 1e-12);
         let mean = (100.0 * 0.5 + 5.0 * 0.9 + 195.0 * 0.1) / 300.0;
         let dark = 0.1;

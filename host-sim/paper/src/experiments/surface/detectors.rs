@@ -5,12 +5,12 @@ use ndarray::{Array2, ArrayView1, Axis, Slice};
 use crate::Result;
 use crate::experiments::common::pictures::ridges;
 use crate::measure::surface::{Judged, judge};
-use bonebeam_drive::config::{Image, PhaseSymmetry};
+use bonebeam_drive::config::{self, Image, PhaseSymmetry};
 use bonebeam_drive::image::{b_mode, grid_of_picture};
+use bonebeam_drive::surface::of_lines;
 use bonebeam_files::BeamformedLines;
 use bonebeam_oracle::surface::{
     Grey, Prices, change_of_level, foroughi, log_onset, onset, path, ramp, shadow_to_end,
-    tissue_over_rest,
 };
 
 /// The depths in which every detector looks for the surface, m.
@@ -32,70 +32,21 @@ pub enum Detector {
     Foroughi,
     /// The path over the logarithm of that.
     ForoughiPath,
-    /// The path over a score of several terms.
+    /// The yardstick's path over the onset and other terms.
     Path(Terms),
+    /// The core's.
+    Core,
 }
 
-/// Weight, centre and width of a term, in the scores' unit and the term's.
-type Ramp = [f64; 3];
-
-/// A score by the logarithm of the onset and other terms, and the prices of its path.
+/// Terms beside the logarithm of the onset, and the score of a line without a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Terms {
     name: &'static str,
-    onset: f64,
-    /// How far the tissue reaches above, m.
-    above: f64,
-    /// Of the change of level.
-    level: Ramp,
-    /// Of the tissue over the brightest of what is below.
-    rest: Ramp,
-    /// Of the shadow to the end, which counts from the frame's dark to its tissue.
-    shadow: Ramp,
-    /// From dark to tissue it is at least so far.
-    least: f64,
-    prices: Prices,
-}
-
-impl Terms {
-    const YARDSTICK: Terms = Terms {
-        name: "yardstick: onset, path",
-        onset: 1.0,
-        above: 5e-3,
-        level: [0.0, 0.0, 0.15],
-        rest: [0.0, 0.0, 0.1],
-        shadow: [0.0, 0.3, 0.2],
-        least: 0.0,
-        prices: Prices::YARDSTICK,
-    };
-
-    /// The yardstick with further terms of these weights.
-    const fn with(name: &'static str, level: f64, shadow: f64, absence: f64) -> Self {
-        let mut terms = Terms::YARDSTICK;
-        terms.name = name;
-        terms.level[0] = level;
-        terms.shadow[0] = -shadow;
-        terms.prices.absence = absence;
-        terms
-    }
-
-    /// All terms, tuned together on spinous processes and a facet joint of other recordings.
-    const JOINED: Terms = Terms {
-        name: "joined terms, path",
-        onset: 1.25,
-        above: 10e-3,
-        level: [0.85, -0.01, 0.15],
-        rest: [2.8, -0.04, 0.135],
-        shadow: [-0.57, 0.1, 0.16],
-        least: 0.15,
-        prices: Prices {
-            absence: -1.3,
-            end: 4.0,
-            jump: 8.0,
-            slope: 2.2e3,
-            reach: f64::INFINITY,
-        },
-    };
+    /// The weight of the change of level.
+    level: f64,
+    /// The weight of the shadow to the end.
+    shadow: f64,
+    absence: f64,
 }
 
 /// All of them, as the table has them.
@@ -105,13 +56,22 @@ pub const DETECTORS: [Detector; 11] = [
     Detector::Onset,
     Detector::Foroughi,
     Detector::ForoughiPath,
-    Detector::Path(Terms::YARDSTICK),
-    Detector::Path(Terms::with("onset and level, path", 2.0, 0.0, -2.0)),
-    Detector::Path(Terms::with("onset and shadow 1, path", 0.0, 1.0, -3.0)),
-    Detector::Path(Terms::with("onset, level, shadow 1, path", 2.0, 1.0, -2.0)),
-    Detector::Path(Terms::with("onset, level, shadow 2, path", 2.0, 2.0, 0.0)),
-    Detector::Path(Terms::JOINED),
+    Detector::Path(terms("yardstick: onset, path", [0.0, 0.0], -3.0)),
+    Detector::Path(terms("onset and level, path", [2.0, 0.0], -2.0)),
+    Detector::Path(terms("onset and shadow 1, path", [0.0, 1.0], -3.0)),
+    Detector::Path(terms("onset, level, shadow 1, path", [2.0, 1.0], -2.0)),
+    Detector::Path(terms("onset, level, shadow 2, path", [2.0, 2.0], 0.0)),
+    Detector::Core,
 ];
+
+const fn terms(name: &'static str, [level, shadow]: [f64; 2], absence: f64) -> Terms {
+    Terms {
+        name,
+        level,
+        shadow,
+        absence,
+    }
+}
 
 /// Lines, and what several detectors ask of them.
 pub struct Frame<'a> {
@@ -148,29 +108,41 @@ impl<'a> Frame<'a> {
             Detector::ForoughiPath => {
                 let found = foroughi(grey);
                 let scores = found.probability.mapv(|p| (p + 1e-4).ln());
-                best_path(&scores, found.z0, found.step, &Prices::YARDSTICK)
+                best_path(&scores, found.z0, found.step, Prices::YARDSTICK.absence)
             }
             Detector::Path(terms) => {
                 let every = Slice::new(0, None, 2);
                 let scores = self.scores(&terms);
                 let scores = scores.slice_axis(Axis(1), every).to_owned();
-                best_path(&scores, grey.z0, 2.0 * grey.step, &terms.prices)
+                best_path(&scores, grey.z0, 2.0 * grey.step, terms.absence)
             }
+            Detector::Core => self.surface()?,
         })
     }
 
     fn scores(&self, terms: &Terms) -> Array2<f64> {
-        let grey = &self.grey;
-        let mut scores = log_onset(grey) * terms.onset;
-        let mut add = |[weight, centre, width]: Ramp, term: &dyn Fn() -> Array2<f64>| {
-            if weight != 0.0 {
-                scores += &term().mapv(|x| weight * ramp(x, centre, width));
-            }
-        };
-        add(terms.level, &|| change_of_level(grey, terms.above));
-        add(terms.rest, &|| tissue_over_rest(grey, terms.above));
-        add(terms.shadow, &|| shadow_to_end(grey, DEPTHS, terms.least));
+        let mut scores = log_onset(&self.grey);
+        if terms.level != 0.0 {
+            scores += &change_of_level(&self.grey).mapv(|x| terms.level * ramp(x, 0.0, 0.15));
+        }
+        if terms.shadow != 0.0 {
+            scores -= &shadow_to_end(&self.grey, DEPTHS).mapv(|x| terms.shadow * ramp(x, 0.3, 0.2));
+        }
         scores
+    }
+
+    /// The surface of the core, with the command's defaults.
+    fn surface(&self) -> Result<Vec<Answer>> {
+        let section = config::Surface {
+            search_start: DEPTHS[0],
+            search_end: Some(DEPTHS[1]),
+            ..config::Surface::default()
+        };
+        let mut answers = vec![None; self.lines.beam_x.len()];
+        for point in of_lines(self.lines, &section)? {
+            answers[point.line] = Some((f64::INFINITY, point.z));
+        }
+        Ok(answers)
     }
 
     /// The largest phase symmetry of the column that is nearest to each line.
@@ -204,6 +176,7 @@ impl Detector {
             Detector::Foroughi => "Foroughi 2007",
             Detector::ForoughiPath => "Foroughi 2007, path",
             Detector::Path(terms) => terms.name,
+            Detector::Core => "surface",
         }
     }
 }
@@ -221,12 +194,16 @@ fn largest(scores: &Array2<f64>, z0: f64, step: f64) -> Vec<Answer> {
 }
 
 /// The path over scores within the depths.
-fn best_path(scores: &Array2<f64>, z0: f64, step: f64, prices: &Prices) -> Vec<Answer> {
+fn best_path(scores: &Array2<f64>, z0: f64, step: f64, absence: f64) -> Vec<Answer> {
     let index = |z: f64| ((z - z0) / step).max(0.0);
     let from = index(DEPTHS[0]).ceil() as usize;
     let to = (index(DEPTHS[1]) as usize + 1).min(scores.ncols());
     let searched = scores.slice_axis(Axis(1), Slice::from(from.min(to)..to));
-    let found = path(searched, step, prices);
+    let prices = Prices {
+        absence,
+        ..Prices::YARDSTICK
+    };
+    let found = path(searched, step, &prices);
     let answer = |at: Option<usize>| Some((f64::INFINITY, z0 + (from + at?) as f64 * step));
     found.into_iter().map(answer).collect()
 }
