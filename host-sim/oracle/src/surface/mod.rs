@@ -1,7 +1,7 @@
 //! Yardsticks of the bone surface, in f64 and from their definitions: what the core's detector is measured beside.
 //!
-//! [`scores`] gives each sample of a line a score of being the surface, [`path`](mod@path) chooses at most one sample a
-//! line, [`foroughi`](mod@foroughi) is the published detector that users have.
+//! Scores, such as [`log_onset()`], say how likely each sample of a line is the surface. [`path()`] chooses at most one sample a
+//! line. [`foroughi()`] is the published detector that users have.
 
 mod foroughi;
 mod path;
