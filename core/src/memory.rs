@@ -9,7 +9,7 @@
 //! use bonebeam::covariance::{Covariance, ForwardBackward};
 //! use bonebeam::memory::{Memory, Need};
 //!
-//! const SIZES: Sizes = Sizes { elements: 16, subaperture: 8, temporal_half_window: 2 };
+//! const SIZES: Sizes = Sizes { elements: 16, subaperture: 8, temporal_half_window: 2, sub_lines: 1 };
 //! const NEED: Need = SIZES.need(Covariance::ForwardBackward);
 //! // On a target, this is a `static`.
 //! let mut memory = Memory::<{ NEED.real }, { NEED.complex }>::new();
@@ -26,7 +26,7 @@
 //! use bonebeam::Complex;
 //! use bonebeam::memory::Scratch;
 //!
-//! # let sizes = Sizes { elements: 48, subaperture: 23, temporal_half_window: 1 };
+//! # let sizes = Sizes { elements: 48, subaperture: 23, temporal_half_window: 1, sub_lines: 1 };
 //! let need = sizes.need(Covariance::Forward);
 //! let mut real = vec![0.0f32; need.real];
 //! let mut complex = vec![Complex::new(0.0, 0.0); need.complex];

@@ -19,6 +19,7 @@ const fn beamformer(
         elements,
         subaperture,
         temporal_half_window,
+        sub_lines: 1,
     };
     [
         bytes(sizes.need(Covariance::ForwardBackward)),

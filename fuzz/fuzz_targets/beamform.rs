@@ -204,6 +204,7 @@ impl LinesTask<'_> {
             elements: sizes.elements + 3,
             subaperture: sizes.subaperture + 2,
             temporal_half_window: sizes.temporal_half_window + 1,
+            ..sizes
         };
         let mut memory = match self.memory {
             Content::New => Memory::<A, V>::new(zero, sizes, 0.0),

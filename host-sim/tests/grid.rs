@@ -254,6 +254,7 @@ fn sector() -> BeamformedLines {
             z: vec![0.0; 21],
             angle: angles,
         }),
+        sub_lines: 1,
         c: 1500.0,
     }
 }

@@ -204,6 +204,7 @@ pub struct BeamformedLines {
     beam_x: Py<PyArray1<f64>>,
     beam_z: Positions,
     beam_angle: Positions,
+    sub_lines: usize,
     c: f64,
     warnings: Vec<String>,
 }
@@ -249,6 +250,7 @@ pub fn beamform_channel_data<'py>(
         beam_x: PyArray1::from_slice(py, stage.beam_x()).unbind(),
         beam_z,
         beam_angle,
+        sub_lines: parameters.sub_lines,
         c: stage.sound_speed(),
         warnings,
     })

@@ -25,6 +25,7 @@ pub fn bmode<'py>(
     t0: f64,
     beam_x: Vec<f64>,
     rays: Option<(Vec<f64>, Vec<f64>)>,
+    sub_lines: usize,
     c: f64,
     dynamic_range: f64,
     rows: Option<usize>,
@@ -33,6 +34,7 @@ pub fn bmode<'py>(
     width: Option<f64>,
     pixel_size: Option<f64>,
     median: bool,
+    pooling: &str,
     threads: Option<NonZeroUsize>,
 ) -> PyResult<Pixels<'py>> {
     let section = parameters::image(Image {
@@ -43,6 +45,7 @@ pub fn bmode<'py>(
         width,
         pixel_size,
         median,
+        pooling: parameters::pooling(pooling)?,
         ..Image::default()
     })?;
     let pool = self::threads(threads)?;
@@ -52,6 +55,7 @@ pub fn bmode<'py>(
         t0,
         beam_x,
         rays: rays.map(|(z, angle)| BeamRays { z, angle }),
+        sub_lines,
         c,
     };
     let image = py

@@ -1,7 +1,7 @@
 //! The command's sections, from Python's arguments.
 
 use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
-use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size};
+use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size, SubLines};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_simulate::Simulate;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -45,6 +45,18 @@ impl BeamformParameters {
 pub fn image(section: Image) -> PyResult<Image> {
     section.validate().map_err(refused)?;
     Ok(section)
+}
+
+/// What an image shows of sub-lines, by its key.
+pub fn pooling(key: &str) -> PyResult<SubLines> {
+    match key {
+        "largest" => Ok(SubLines::Largest),
+        "rms" => Ok(SubLines::Rms),
+        "each" => Ok(SubLines::Each),
+        other => Err(PyValueError::new_err(format!(
+            "pooling is '{other}'; expected 'largest', 'rms' or 'each'"
+        ))),
+    }
 }
 
 /// Section `[phase_symmetry]`, checked.

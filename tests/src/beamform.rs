@@ -4,7 +4,9 @@ use bonebeam::beamform::{
     AlignedLine, Apodization, Beamformer, Method, Parameters, Postfilter, Sizes, Workspace,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
-use bonebeam::geometry::{Active, Aperture, ApertureParameters};
+use bonebeam::geometry::{
+    Active, Aperture, ApertureParameters, Array, Axis, Depth, Lines, Scan, ScanParameters, Steering,
+};
 use bonebeam::memory::{self, Need};
 use bonebeam::{Complex, Error};
 
@@ -99,6 +101,64 @@ pub const SINGULAR: Case = {
     case
 };
 
+const fn sub_lines(name: &'static str, method: Method) -> Case {
+    let mut case = case(name, method);
+    case.parameters.sub_lines = SUB_LINES;
+    case
+}
+
+/// The sub-lines of the cases that have some.
+pub const SUB_LINES: usize = 4;
+
+/// The line of [`scan`] whose sub-lines these cases have.
+pub const LINE: usize = 9;
+
+/// The cases of sub-lines with forward-backward averaging, all elements active.
+pub const SUB_LINES_FORWARD_BACKWARD: [Case; 7] = [
+    sub_lines("sub-lines-das", Method::Das),
+    sub_lines("sub-lines-mv", Method::Mv),
+    sub_lines("sub-lines-esmv-rank1", Method::EsmvRank1),
+    sub_lines("sub-lines-esmv-beta", Method::EsmvBeta(0.1)),
+    sub_lines("sub-lines-esmv-rank3", Method::EsmvRank(3)),
+    sub_lines("sub-lines-esmv-exclude-first", Method::EsmvExcludeFirst),
+    sub_lines("sub-lines-esmv-rank1-steps", Method::EsmvRank1Steps(STEPS)),
+];
+
+/// The cases of sub-lines with the forward covariance, all elements active.
+pub const SUB_LINES_FORWARD: [Case; 3] = [
+    sub_lines("sub-lines-mv-forward", Method::Mv),
+    sub_lines("sub-lines-esmv-rank1-forward", Method::EsmvRank1),
+    sub_lines("sub-lines-esmv-beta-forward", Method::EsmvBeta(0.1)),
+];
+
+/// The case of two sub-lines, a coherence factor and the aperture of [`GROWING`], forward-backward.
+pub const SUB_LINES_GROWING: Case = {
+    let mut case = sub_lines("sub-lines-mv-growing-aperture", Method::Mv);
+    case.parameters.sub_lines = 2;
+    case.parameters.postfilter = Postfilter::CoherenceFactor;
+    case
+};
+
+/// Where the sub-lines lie: a line an element of a linear array.
+///
+/// # Errors
+/// None: the scan is a valid one.
+pub fn scan() -> Result<Scan<'static>, Error> {
+    Scan::new(ScanParameters {
+        array: Array::linear(ELEMENTS, 0.3e-3),
+        lines: Lines::Even(Axis::centred(ELEMENTS, 0.3e-3)),
+        sound_speed: 1540.0,
+        centre_frequency: 5e6,
+        sampling_rate: 20e6,
+        record_samples: 1024,
+        output_rate: 20e6,
+        start: Depth::Seconds(5e-6),
+        end: Depth::Seconds(5e-6 + (SAMPLES - 1) as f64 / 20e6),
+        f_number: 1.5,
+        min_elements: 8,
+    })
+}
+
 /// The active elements of a sample of [`GROWING`]: from 8 to all, cut at the array's start.
 ///
 /// # Errors
@@ -117,6 +177,7 @@ const SIZES: Sizes = Sizes {
     elements: ELEMENTS,
     subaperture: SUBAPERTURE,
     temporal_half_window: TEMPORAL,
+    sub_lines: SUB_LINES,
 };
 const FORWARD_NEED: Need = SIZES.need(Covariance::Forward);
 const BACKWARD_NEED: Need = SIZES.need(Covariance::ForwardBackward);
@@ -125,15 +186,19 @@ const BACKWARD_NEED: Need = SIZES.need(Covariance::ForwardBackward);
 pub struct Memory {
     forward: memory::Memory<{ FORWARD_NEED.real }, { FORWARD_NEED.complex }>,
     forward_backward: memory::Memory<{ BACKWARD_NEED.real }, { BACKWARD_NEED.complex }>,
-    z: [Complex<f32>; SAMPLES],
+    z: [Complex<f32>; SAMPLES * SUB_LINES],
+    steering: [Complex<f32>; STEERING],
 }
+
+const STEERING: usize = Steering::need(SAMPLES, SUB_LINES).complex;
 
 impl Memory {
     pub(crate) const fn new() -> Self {
         Memory {
             forward: memory::Memory::new(),
             forward_backward: memory::Memory::new(),
-            z: [Complex::new(0.0, 0.0); SAMPLES],
+            z: [Complex::new(0.0, 0.0); SAMPLES * SUB_LINES],
+            steering: [Complex::new(0.0, 0.0); STEERING],
         }
     }
 }
@@ -142,8 +207,10 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     let Memory {
         forward,
         forward_backward,
-        z,
+        z: all_z,
+        steering,
     } = memory;
+    let (z, _) = all_z.split_at_mut(SAMPLES);
     let forward = &mut Workspace::<Forward>::new(0.0, SIZES, forward.scratch())?;
     let forward_backward =
         &mut Workspace::<ForwardBackward>::new(0.0, SIZES, forward_backward.scratch())?;
@@ -169,6 +236,39 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     for case in POSTFILTERS.into_iter().chain(APODIZED) {
         beamform(case, forward_backward, all, z, report)?;
     }
+    let z = &mut all_z[..];
+    for case in SUB_LINES_FORWARD_BACKWARD {
+        beamform_sub_lines(case, forward_backward, all, (steering, z), report)?;
+    }
+    for case in SUB_LINES_FORWARD {
+        beamform_sub_lines(case, forward, all, (steering, z), report)?;
+    }
+    let growing = growing()?;
+    beamform_sub_lines(
+        SUB_LINES_GROWING,
+        forward_backward,
+        growing,
+        (steering, z),
+        report,
+    )?;
+    report("steering", hash::complex(steering));
+    Ok(())
+}
+
+fn beamform_sub_lines<A: Averaging<f32>>(
+    case: Case,
+    workspace: &mut Workspace<'_, A>,
+    active: impl Fn(usize) -> Active,
+    (steering, z): (&mut [Complex<f32>], &mut [Complex<f32>]),
+    report: &mut impl FnMut(&str, u64),
+) -> Result<(), Error> {
+    let count = case.parameters.sub_lines;
+    let (steering, _) = steering.split_at_mut(Steering::need(SAMPLES, count).complex);
+    let steering = Steering::new(&scan()?, LINE, count, steering)?;
+    let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS)?;
+    let (z, _) = z.split_at_mut(SAMPLES * count);
+    Beamformer::new(case.parameters)?.sub_lines(workspace, (line, steering), active, z)?;
+    report(case.name, hash::complex(z));
     Ok(())
 }
 

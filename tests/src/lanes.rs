@@ -5,8 +5,9 @@ use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
 
-use bonebeam::beamform::{AlignedLine, Beamformer, Segment, Workspace};
+use bonebeam::beamform::{AlignedLine, Beamformer, Segment, SteeredSegments, Workspace};
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
+use bonebeam::geometry::Steering;
 use bonebeam::image::median;
 use bonebeam::memory::Scratch;
 use bonebeam::phase_symmetry::{
@@ -38,11 +39,13 @@ impl Task for Cases<'_> {
         let report = self.report;
         delay_lines(zero, report)?;
         let cases = beamform::FORWARD_BACKWARD.into_iter();
+        let cases = cases.chain(beamform::SUB_LINES_FORWARD_BACKWARD);
         let cases = cases.chain(beamform::POSTFILTERS);
         for case in cases.chain(beamform::APODIZED) {
             beamformer::<ForwardBackward, V>(zero, case, &SNAPSHOTS, report)?;
         }
-        for case in beamform::FORWARD {
+        let forward = beamform::FORWARD.into_iter();
+        for case in forward.chain(beamform::SUB_LINES_FORWARD) {
             beamformer::<Forward, V>(zero, case, &SNAPSHOTS, report)?;
         }
         beamformer::<ForwardBackward, V>(zero, beamform::SINGULAR, &PERIODIC, report)?;
@@ -80,6 +83,10 @@ fn beamformer<A: Averaging<V>, V: Vector>(
     };
     let mut workspace = Workspace::<A, V>::new(zero, sizes, scratch)?;
     let line = AlignedLine::new(x, ELEMENTS)?;
+    let sub_lines = case.parameters.sub_lines;
+    let mut steering = vec![Complex::new(0.0, 0.0); Steering::need(SAMPLES, sub_lines).complex];
+    let steering = Steering::new(&beamform::scan()?, beamform::LINE, sub_lines, &mut steering)?;
+    let steering = vec![steering; V::LANES];
     for lane_index in [0, (V::LANES - 1) / 2, V::LANES - 1] {
         let segments: Vec<Segment<'_>> = (0..V::LANES)
             .map(|lane| Segment {
@@ -90,10 +97,15 @@ fn beamformer<A: Averaging<V>, V: Vector>(
             .collect();
         let mut z: Vec<_> = segments
             .iter()
-            .map(|segment| vec![Complex::new(0.0, 0.0); SAMPLES - segment.first_sample])
+            .map(|segment| SAMPLES - segment.first_sample)
+            .map(|samples| vec![Complex::new(0.0, 0.0); samples * sub_lines])
             .collect();
         let mut out: Vec<_> = z.iter_mut().map(Vec::as_mut_slice).collect();
-        beamformer.segments(&mut workspace, &segments, ELEMENTS, &mut out)?;
+        let lines = SteeredSegments {
+            segments: &segments,
+            steering: &steering,
+        };
+        beamformer.sub_line_segments(&mut workspace, lines, ELEMENTS, &mut out)?;
         report(case.name, hash::complex(&z[lane_index]));
     }
     Ok(())

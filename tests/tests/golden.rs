@@ -8,14 +8,14 @@ use std::collections::BTreeSet;
 use bonebeam::Complex;
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
-use bonebeam::geometry::{Active, Axis};
+use bonebeam::geometry::{Active, Axis, Steering};
 use bonebeam::simd::InstructionSet;
 use bonebeam_oracle::reference::f32 as reference;
 use bonebeam_tests::snapshots::{self, ELEMENTS, PERIODIC, REAL_PARTS, SAMPLES, SNAPSHOTS};
 use bonebeam_tests::{
     Workspaces, beamform, delay, hash, image, lanes, phase_symmetry, sqrt, surface,
 };
-use common::lines::{Line, scalar};
+use common::lines::{Line, scalar, scalar_sub_lines};
 use ndarray::Array2;
 use rand::rngs::ChaCha8Rng;
 use rand::{Rng, SeedableRng};
@@ -162,6 +162,25 @@ fn the_scalar_beamformers_have_the_hashes() {
     let (mut z, adaptive) = (of(das), of(adaptive));
     z[beamform::GATE].copy_from_slice(&adaptive[beamform::GATE]);
     assert_eq!(hash::complex(&z), recorded(beamform::GATED.name));
+    let check = |case: beamform::Case, line: &Line, covariance| {
+        let count = case.parameters.sub_lines;
+        let mut memory = vec![Complex::ZERO; Steering::need(SAMPLES, count).complex];
+        let scan = beamform::scan().expect("a valid scan");
+        let steering = Steering::new(&scan, beamform::LINE, count, &mut memory).expect("memory");
+        let z = scalar_sub_lines(line, steering, case.parameters, covariance);
+        assert_eq!(hash::complex(&z), recorded(case.name), "{}", case.name);
+    };
+    for case in beamform::SUB_LINES_FORWARD_BACKWARD {
+        check(case, &line, Covariance::ForwardBackward);
+    }
+    for case in beamform::SUB_LINES_FORWARD {
+        check(case, &line, Covariance::Forward);
+    }
+    check(
+        beamform::SUB_LINES_GROWING,
+        &growing,
+        Covariance::ForwardBackward,
+    );
     let singular = line_of(&PERIODIC, all);
     let parameters = beamform::SINGULAR.parameters;
     let z = scalar(&singular, parameters, Covariance::ForwardBackward);

@@ -32,6 +32,7 @@ fn random_lines(beams: usize, samples: usize, seed: u64) -> BeamformedLines {
         t0: 13e-6,
         beam_x: (0..beams).map(|k| -5e-3 + 0.4e-3 * k as f64).collect(),
         rays: None,
+        sub_lines: 1,
         c: 1540.0,
     }
 }

@@ -147,6 +147,7 @@ fn lines(x: &[f64], f: impl Fn(f64) -> f64) -> BeamformedLines {
         t0,
         beam_x: x.to_vec(),
         rays: None,
+        sub_lines: 1,
         c,
     }
 }

@@ -26,13 +26,13 @@ pub(crate) struct LineBlock<'a, F> {
 impl<'a, F: Fn(usize) -> Active> LineBlock<'a, F> {
     /// The active set of the block's sample `sample`.
     #[inline(always)]
-    fn active(&self, sample: usize) -> Active {
+    pub(super) fn active(&self, sample: usize) -> Active {
         (self.active)(self.first + sample)
     }
 
     /// A segment that begins at the block's sample `sample`.
     #[inline(always)]
-    fn segment(&self, sample: usize, set: Active) -> Segment<'a> {
+    pub(super) fn segment(&self, sample: usize, set: Active) -> Segment<'a> {
         Segment {
             line: self.line,
             first_element: set.first,

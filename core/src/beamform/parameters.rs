@@ -28,6 +28,8 @@ macro_rules! parameters {
             pub postfilter: Postfilter,
             /// The weights across the active aperture.
             pub apodization: Apodization,
+            /// Sub-lines of a line, [`Parameters::SUB_LINES`]: [`Beamformer::sub_lines`] makes them.
+            pub sub_lines: usize,
             $($(#[doc = $help])* pub $name: $number,)*
         }
 
@@ -37,10 +39,29 @@ macro_rules! parameters {
                 method: Method::Mv,
                 postfilter: Postfilter::None,
                 apodization: Apodization::None,
+                sub_lines: 1,
                 $($name: $default,)*
             };
 
-            /// The fields that are numbers.
+            /// The sub-lines of a line: a power of two.
+            pub const SUB_LINES: Parameter = Parameter {
+                name: "sub_lines",
+                unit: "",
+                help: "Directions within the cell of each line, from the line's one covariance: 1, 2, 4, 8, 16 or 32",
+                default: 1.0,
+                example: 4.0,
+                whole: true,
+                range: Range {
+                    text: "1, 2, 4, 8, 16 or 32",
+                    ..range!(1 to 32)
+                },
+            };
+
+            /// What is right where apodization or postfilter leave no choice of sub-lines.
+            pub const WITHOUT_SUB_LINES: &str =
+                "1 with an apodization or the generalized coherence factor";
+
+            /// The fields that are numbers and serve every function of the beamformer.
             pub const TABLE: [Parameter; [$($default as f64),*].len()] = [$(Parameter {
                 name: stringify!($name),
                 unit: $unit,
@@ -106,11 +127,13 @@ impl Parameters {
                 elements: 0,
                 subaperture: 0,
                 temporal_half_window: 0,
+                sub_lines: 1,
             },
             None => Sizes {
                 elements,
                 subaperture: self.subaperture(elements),
                 temporal_half_window: self.temporal_half_window,
+                sub_lines: self.sub_lines,
             },
         }
     }
@@ -136,11 +159,30 @@ impl Beamformer {
     ///
     /// # Errors
     /// [`Error::Parameter`] for a value outside the range of its row in [`Parameters::TABLE`], or for an argument
-    /// of the method outside that of [`Method::parameter`].
+    /// of the method outside that of [`Method::parameter`]; for sub-lines beyond [`Parameters::SUB_LINES`], or with an
+    /// apodization or the generalized coherence factor.
     pub fn new(parameters: Parameters) -> Result<Self, Error> {
         let method = parameters.method;
         if let (Some(row), Some(argument)) = (method.parameter(), method.argument()) {
             row.check(argument)?;
+        }
+        let sub_lines = parameters.sub_lines;
+        Parameters::SUB_LINES.check(sub_lines as f64)?;
+        if !sub_lines.is_power_of_two() {
+            return Err(Error::Parameter {
+                name: Parameters::SUB_LINES.name,
+                value: sub_lines as f64,
+                expected: Parameters::SUB_LINES.range.text,
+            });
+        }
+        let plain = parameters.apodization == Apodization::None
+            && parameters.postfilter != Postfilter::GeneralizedCoherenceFactor;
+        if sub_lines > 1 && !plain {
+            return Err(Error::Parameter {
+                name: Parameters::SUB_LINES.name,
+                value: sub_lines as f64,
+                expected: Parameters::WITHOUT_SUB_LINES,
+            });
         }
         for (row, value) in Parameters::TABLE.iter().zip(parameters.values()) {
             row.check(value)?;
@@ -193,6 +235,10 @@ mod tests {
             method: Method::Das,
             ..Parameters::DEFAULT
         };
-        assert_eq!(das.sizes(8), Sizes::default());
+        let none = Sizes {
+            sub_lines: 1,
+            ..Sizes::default()
+        };
+        assert_eq!(das.sizes(8), none);
     }
 }

@@ -144,6 +144,12 @@ fn each_element<V: Vector>(
     }
 }
 
+/// The coherence factor of the sum of `count` samples and the sum of their powers.
+#[inline(always)]
+pub(super) fn coherence_of<V: Vector>(sum: ComplexVector<V>, power: V, count: usize) -> V {
+    share(sum.norm_sqr(), power, count)
+}
+
 /// The coherent power over `count` times the power of all elements: 0 without power, at most 1.
 #[inline(always)]
 fn share<V: Vector>(coherent: V, power: V, count: usize) -> V {

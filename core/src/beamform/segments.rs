@@ -352,7 +352,7 @@ fn loaded_matrix<A: Averaging<V>, V: Vector>(
 
 /// Puts sample `i` of the lanes out, at the line's own scale.
 #[inline(always)]
-fn emit<V: Vector>(
+pub(super) fn emit<V: Vector>(
     segments: &[Segment<'_>],
     z: &mut [&mut [Complex<f32>]],
     i: usize,

@@ -12,7 +12,7 @@ use crate::memory::Need;
 /// use bonebeam::covariance::Covariance;
 /// use bonebeam::memory::Need;
 ///
-/// const SIZES: Sizes = Sizes { elements: 32, subaperture: 16, temporal_half_window: 2 };
+/// const SIZES: Sizes = Sizes { elements: 32, subaperture: 16, temporal_half_window: 2, sub_lines: 1 };
 /// // A constant, so that arrays can have the lengths.
 /// const NEED: Need = SIZES.need(Covariance::ForwardBackward);
 /// assert_eq!(NEED.complex, 576);
@@ -26,6 +26,8 @@ pub struct Sizes {
     pub subaperture: usize,
     /// `K`: the covariance is averaged over up to `2K+1` samples.
     pub temporal_half_window: usize,
+    /// The most sub-lines; one, or none, take no memory.
+    pub sub_lines: usize,
 }
 
 impl Sizes {
@@ -34,7 +36,8 @@ impl Sizes {
     /// With `S` lag sums kept of a sample (forward `L(L+1)/2`, forward-backward a quarter of `L(L+2)`
     /// for an even `L`), and 1 set of them for `K = 0`, else `2K+2`: `M + (5+K)·L + sets·S` complex
     /// vectors, `5·L` real ones, and about `L² + 10·L` numbers of the matrix, which are complex for forward
-    /// and real for forward-backward.
+    /// and real for forward-backward. `N > 1` sub-lines take `1.5·M + (1+N)·L + 2N` complex vectors,
+    /// `2·L + N` real ones and about `(2N+1)·L` numbers of the matrix more.
     #[inline(always)]
     pub const fn need(self, covariance: Covariance) -> Need {
         let length = self.subaperture;
@@ -52,6 +55,9 @@ impl Sizes {
             .saturating_add(parts.factor)
             .saturating_add(parts.rows)
             .saturating_add(parts.padded.saturating_mul(2));
+        let directions = DirectionParts::new(self);
+        let scalars = scalars.saturating_add(directions.scalars());
+        let need = need.and(directions.need());
         need.and(match covariance {
             Covariance::Forward => Need {
                 real: 0,
@@ -59,6 +65,66 @@ impl Sizes {
             },
             Covariance::ForwardBackward => Need::real(scalars),
         })
+    }
+}
+
+/// What the sub-lines take, in numbers; see the view's fields.
+pub(super) struct DirectionParts {
+    pub(super) powers_of_step: usize,
+    pub(super) rotated: usize,
+    pub(super) sums: usize,
+    pub(super) data: usize,
+    /// Steering vectors, and rows: both as many.
+    pub(super) steering: usize,
+    pub(super) product: usize,
+    pub(super) tridiagonal: usize,
+    pub(super) sub_lines: usize,
+}
+
+impl DirectionParts {
+    #[inline(always)]
+    pub(super) const fn new(sizes: Sizes) -> Self {
+        if sizes.sub_lines <= 1 || sizes.elements == 0 {
+            return DirectionParts {
+                powers_of_step: 0,
+                rotated: 0,
+                sums: 0,
+                data: 0,
+                steering: 0,
+                product: 0,
+                tridiagonal: 0,
+                sub_lines: 0,
+            };
+        }
+        let padded = sizes.subaperture.div_ceil(TILE).saturating_mul(TILE);
+        DirectionParts {
+            powers_of_step: sizes.elements.div_ceil(2),
+            rotated: sizes.elements,
+            sums: sizes.subaperture,
+            data: sizes.subaperture.saturating_mul(sizes.sub_lines),
+            steering: padded.saturating_mul(sizes.sub_lines),
+            product: padded,
+            tridiagonal: sizes.subaperture.saturating_mul(2),
+            sub_lines: sizes.sub_lines,
+        }
+    }
+
+    /// Numbers of the matrix.
+    const fn scalars(&self) -> usize {
+        self.steering.saturating_mul(2).saturating_add(self.product)
+    }
+
+    /// All others.
+    const fn need(&self) -> Need {
+        Need {
+            real: self.tridiagonal.saturating_add(self.sub_lines),
+            complex: self
+                .powers_of_step
+                .saturating_add(self.rotated)
+                .saturating_add(self.sums)
+                .saturating_add(self.data)
+                .saturating_add(self.sub_lines.saturating_mul(2)),
+        }
     }
 }
 

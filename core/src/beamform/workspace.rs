@@ -1,6 +1,6 @@
 //! The beamformer's memory, cut into the parts that its kernels work on.
 
-use super::sizes::{Parts, Sizes};
+use super::sizes::{DirectionParts, Parts, Sizes};
 use crate::Error;
 use crate::covariance::{Averaging, ForwardBackward};
 use crate::instructions::vectors;
@@ -21,7 +21,7 @@ use crate::simd::{ComplexVector, Vector, split_front};
 /// use bonebeam::memory::{Memory, Need};
 /// use bonebeam::{Complex, geometry::Active};
 ///
-/// const SIZES: Sizes = Sizes { elements: 16, subaperture: 8, temporal_half_window: 2 };
+/// const SIZES: Sizes = Sizes { elements: 16, subaperture: 8, temporal_half_window: 2, sub_lines: 1 };
 /// const NEED: Need = SIZES.need(Covariance::ForwardBackward);
 /// // On a target, this is a `static`.
 /// let mut memory = Memory::<{ NEED.real }, { NEED.complex }>::new();
@@ -46,6 +46,33 @@ pub struct Workspace<'a, A: Averaging<V> = ForwardBackward, V: Vector = f32> {
     /// The time window's sets of lag sums.
     pub(super) lags: &'a mut [ComplexVector<V>],
     pub(super) solver: Solver<'a, A::Scalar, V>,
+    pub(super) directions: Directions<'a, A::Scalar, V>,
+}
+
+/// What the directions of sub-lines are worked out in.
+pub(super) struct Directions<'a, S, V> {
+    /// Powers of `e^{js}`, from the centre outwards.
+    pub(super) powers_of_step: &'a mut [ComplexVector<V>],
+    /// The active elements with phases; later the steering vector.
+    pub(super) rotated: &'a mut [ComplexVector<V>],
+    /// The sum of the subapertures with phases.
+    pub(super) sums: &'a mut [ComplexVector<V>],
+    /// That sum of each direction in the solver's coordinates.
+    pub(super) data: &'a mut [ComplexVector<V>],
+    /// The steering vector of each direction in the solver's coordinates, in tiles.
+    pub(super) steering: &'a mut [S],
+    /// The same as rows below the matrix.
+    pub(super) rows: &'a mut [S],
+    /// The matrix times its first eigenvector.
+    pub(super) product: &'a mut [S],
+    /// The tridiagonal matrix, kept for more than one search of its eigenvalues.
+    pub(super) tridiagonal: &'a mut [V],
+    /// `aᴴR⁻¹a` of each direction.
+    pub(super) powers: &'a mut [V],
+    /// `e^{−jφ_c}` of each direction, times the postfilter's factor.
+    pub(super) phases: &'a mut [ComplexVector<V>],
+    /// `wᴴs` of each direction.
+    pub(super) answers: &'a mut [ComplexVector<V>],
 }
 
 /// What the solvers work on.
@@ -86,6 +113,12 @@ impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
             scalars(parts.rows),
         );
         let (vector, phases) = (scalars(parts.padded), scalars(parts.padded));
+        let of = DirectionParts::new(sizes);
+        let (steering, below, product) = (
+            scalars(of.steering),
+            scalars(of.steering),
+            scalars(of.product),
+        );
         Ok(Workspace {
             zero,
             sizes,
@@ -101,6 +134,19 @@ impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
                 tridiagonal: Tridiagonal::new([(); 4].map(|()| split_front(&mut real, length))),
                 values: split_front(&mut real, length),
                 work: split_front(&mut complex, parts.work),
+            },
+            directions: Directions {
+                powers_of_step: split_front(&mut complex, of.powers_of_step),
+                rotated: split_front(&mut complex, of.rotated),
+                sums: split_front(&mut complex, of.sums),
+                data: split_front(&mut complex, of.data),
+                steering,
+                rows: below,
+                product,
+                tridiagonal: split_front(&mut real, of.tridiagonal),
+                powers: split_front(&mut real, of.sub_lines),
+                phases: split_front(&mut complex, of.sub_lines),
+                answers: split_front(&mut complex, of.sub_lines),
             },
         })
     }

@@ -61,6 +61,9 @@ pub trait Basis<V: Vector> {
     /// Entry `i` of the steering vector `a = 1` in the solver's coordinates.
     fn steering(i: usize, subaperture: usize) -> f32;
 
+    /// A centred steering vector `a` (`a_{L−1−i} = a_i*`) in the solver's coordinates, and zeros beyond.
+    fn steered(a: &[ComplexVector<V>], steering: &mut [Self::Scalar]);
+
     /// The steering vector and the data, in the solver's coordinates, as rows below the matrix.
     fn right_sides(data: &[ComplexVector<V>], rows: &mut [[Self::Scalar; RIGHT_SIDES]]);
 

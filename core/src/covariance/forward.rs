@@ -115,6 +115,17 @@ impl<V: Vector> Basis<V> for Forward {
     }
 
     #[inline(always)]
+    fn steered(a: &[ComplexVector<V>], steering: &mut [ComplexVector<V>]) {
+        let Some((entries, beyond)) = steering.split_at_mut_checked(a.len()) else {
+            return;
+        };
+        copy(a, entries);
+        if let Some(a) = a.first() {
+            beyond.fill(a.zero());
+        }
+    }
+
+    #[inline(always)]
     fn right_sides(data: &[ComplexVector<V>], rows: &mut [[ComplexVector<V>; RIGHT_SIDES]]) {
         for (row, &s) in rows.iter_mut().zip(data) {
             let zero = s.zero();

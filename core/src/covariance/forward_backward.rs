@@ -232,6 +232,23 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     }
 
     #[inline(always)]
+    fn steered(a: &[ComplexVector<V>], steering: &mut [V]) {
+        let Some((entries, beyond)) = steering.split_at_mut_checked(a.len()) else {
+            return;
+        };
+        let (pairs, middle) = entries.as_chunks_mut::<2>();
+        for ([sum, difference], a) in pairs.iter_mut().zip(a) {
+            // Of a and its mirror image a*: (a + a*)/2 and −j(a − a*)/2.
+            (*sum, *difference) = (a.re, a.im);
+        }
+        let Some(a) = a.first() else {
+            return;
+        };
+        middle.fill(a.re.splat(FRAC_1_SQRT_2));
+        beyond.fill(a.re.zero());
+    }
+
+    #[inline(always)]
     fn right_sides(data: &[ComplexVector<V>], rows: &mut [[V; RIGHT_SIDES]]) {
         let (pairs, middle) = data.as_chunks::<2>();
         let Some((rows, last)) = rows.split_at_mut_checked(2 * pairs.len()) else {

@@ -14,6 +14,7 @@ mod depth;
 mod lines;
 mod ray;
 mod scan;
+mod steering;
 mod transmit;
 
 pub use aperture::{Active, Aperture, ApertureParameters};
@@ -24,4 +25,5 @@ pub use depth::Depth;
 pub use lines::Lines;
 pub use ray::Ray;
 pub use scan::{Scan, ScanParameters};
+pub use steering::{Steering, SteeringTable};
 pub use transmit::{Transmit, TransmitLaw};

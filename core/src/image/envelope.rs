@@ -26,22 +26,28 @@ use num_complex::Complex;
 /// sample's index; `out` is then untouched.
 pub fn envelope(z: &[Complex<f32>], out: &mut [f32]) -> Result<(), Error> {
     check_length("envelope output", out.len(), z.len())?;
-    if let Some(index) = z
-        .iter()
-        .position(|z| !z.re.is_finite() || !z.im.is_finite())
-    {
-        return Err(Error::NonFinite {
-            name: "analytic signal",
-            index,
-        });
-    }
+    check_signal(z)?;
     for (out, z) in out.iter_mut().zip(z) {
         *out = magnitude(*z);
     }
     Ok(())
 }
 
-fn magnitude(z: Complex<f32>) -> f32 {
+/// Refuses numbers that are not finite.
+pub(super) fn check_signal(z: &[Complex<f32>]) -> Result<(), Error> {
+    let bad = z
+        .iter()
+        .position(|z| !z.re.is_finite() || !z.im.is_finite());
+    match bad {
+        None => Ok(()),
+        Some(index) => Err(Error::NonFinite {
+            name: "analytic signal",
+            index,
+        }),
+    }
+}
+
+pub(super) fn magnitude(z: Complex<f32>) -> f32 {
     let (re, im) = (z.re.abs(), z.im.abs());
     let (large, small) = if re < im { (im, re) } else { (re, im) };
     if large == 0.0 {

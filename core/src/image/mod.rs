@@ -10,6 +10,7 @@ mod envelope;
 mod grid;
 mod log_compression;
 mod median;
+mod pooling;
 mod resample;
 mod scan_conversion;
 
@@ -18,6 +19,7 @@ pub use envelope::envelope;
 pub use grid::PixelGrid;
 pub use log_compression::{Logarithm, largest, log_compression, log_compression_with};
 pub use median::median;
+pub use pooling::{Pooling, pooled_envelope};
 pub use resample::resample;
 pub use scan_conversion::{Fan, scan_convert};
 

@@ -94,6 +94,115 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
     definite
 }
 
+/// Turns groups of rows that stand below a factorised matrix, `TILE·panels` columns each, into `rows·G⁻ᴴ`, as
+/// [`factorise`] does its own: the factor goes by once for all of them.
+///
+/// Cost: `n²` flops (`4n²`) for each row.
+#[inline(always)]
+pub fn divide_forward<S: Scalar<V>, V: Vector, const ROWS: usize>(
+    g: &[PanelColumn<S>],
+    rows: &mut [[S; ROWS]],
+    panels: usize,
+) {
+    let (g, _) = g.as_chunks::<TILE>();
+    let (rows, _) = rows.as_chunks_mut::<TILE>();
+    for i in 0..panels {
+        let own = g.get(first_tile(i)..first_tile(i) + i + 1);
+        let Some((diagonal, own)) = own.and_then(<[_]>::split_last) else {
+            break;
+        };
+        for rows in rows.chunks_exact_mut(panels.max(1)) {
+            let Some((before, [slot, ..])) = rows.split_at_mut_checked(i) else {
+                break;
+            };
+            let mut row = *slot;
+            subtract_products(&mut row, before, own);
+            divide(&mut row, diagonal);
+            *slot = row;
+        }
+    }
+}
+
+/// Turns groups of rows below a factorised matrix, `TILE·panels` columns each, into `rows·G⁻¹`: a row `b*` becomes
+/// `(G⁻ᴴb)*`, so that both ways together make `(A⁻¹b)*`.
+///
+/// Order: column `c` is `b*(c) − Σ_k u*(k)·G(k,c)`, one subtraction after another with `k` descending from the last
+/// column to `c + 1`, then times `1/G(c,c)`.
+///
+/// Cost: as [`divide_forward`].
+#[inline(always)]
+pub fn divide_backward<S: Scalar<V>, V: Vector, const ROWS: usize>(
+    g: &[PanelColumn<S>],
+    rows: &mut [[S; ROWS]],
+    panels: usize,
+) {
+    let (g, _) = g.as_chunks::<TILE>();
+    let (rows, _) = rows.as_chunks_mut::<TILE>();
+    for i in (0..panels).rev() {
+        let tile = |panel: usize| g.get(first_tile(panel) + i);
+        let Some(diagonal) = tile(i) else {
+            break;
+        };
+        for rows in rows.chunks_exact_mut(panels.max(1)) {
+            let Some(([.., slot], behind)) = rows.split_at_mut_checked(i + 1) else {
+                break;
+            };
+            let mut row = *slot;
+            let below = |offset: usize| tile(i + 1 + offset);
+            match V::REGISTERS / (2 * ROWS * S::PARTS) {
+                4.. => subtract_below::<S, V, ROWS, 4>(&mut row, 0, behind, below),
+                2..4 => {
+                    subtract_below::<S, V, ROWS, 2>(&mut row, 0, behind, below);
+                    subtract_below::<S, V, ROWS, 2>(&mut row, 2, behind, below);
+                }
+                _ => {
+                    for c in 0..TILE {
+                        subtract_below::<S, V, ROWS, 1>(&mut row, c, behind, below);
+                    }
+                }
+            }
+            for c in (0..TILE).rev() {
+                for k in (c + 1..TILE).rev() {
+                    for r in 0..ROWS {
+                        row[c][r] = row[c][r] - row[k][r].mul(diagonal[c][k]);
+                    }
+                }
+                for r in 0..ROWS {
+                    row[c][r] = row[c][r].scale(diagonal[c][c].real());
+                }
+            }
+            *slot = row;
+        }
+    }
+}
+
+/// `sums[c][r] −= Σ_k solved[k][r]·G(k,c)`, `k` descending, for `C` columns from `first` on; `below(offset)` is the tile of
+/// the factor whose rows are those of `solved[offset]`.
+#[inline(always)]
+fn subtract_below<'g, S: Scalar<V> + 'g, V: Vector, const ROWS: usize, const C: usize>(
+    sums: &mut Tile<S, ROWS>,
+    first: usize,
+    solved: &[Tile<S, ROWS>],
+    below: impl Fn(usize) -> Option<&'g Tile<S>>,
+) {
+    let mut kept = [sums[first]; C];
+    kept.copy_from_slice(&sums[first..first + C]);
+    for (offset, solved) in solved.iter().enumerate().rev() {
+        let Some(tile) = below(offset) else {
+            break;
+        };
+        for k in (0..TILE).rev() {
+            for c in 0..C {
+                let factor = tile[first + c][k];
+                for r in 0..ROWS {
+                    kept[c][r] = kept[c][r] - solved[k][r].mul(factor);
+                }
+            }
+        }
+    }
+    sums[first..first + C].copy_from_slice(&kept);
+}
+
 /// A tile of `ROWS` rows, column by column.
 type Tile<S, const ROWS: usize = TILE> = [[S; ROWS]; TILE];
 

@@ -36,6 +36,7 @@ pub fn eigen<S: Scalar<V>, V: Vector>(
     let (Some(d), Some(e)) = (diagonal.get_mut(..n), off_diagonal.get_mut(..n)) else {
         return;
     };
+    let ((x, _), (y, _)) = (x.as_chunks_mut::<1>(), y.as_chunks_mut::<1>());
     implicit_ql(zero, d, e, x, y);
     for (value, &d) in values.iter_mut().zip(&*d) {
         *value = d + mean;

@@ -20,7 +20,7 @@ const NOTHING: f32 = f32::from_bits((127 - 50) << 23); // 2^-50
 /// Eigenvalues of the tridiagonal matrix with diagonal `d` and off-diagonal `e`, of which the last is
 /// not used, left in `d` unordered; `e` is destroyed.
 ///
-/// `x` and `y` take part as row vectors that the eigenvectors multiply from the right: `x ← x·S` for
+/// `x` and `y` take part, `N` of each, as row vectors that the eigenvectors multiply from the right: `x ← x·S` for
 /// `T = S·diag(d)·Sᵀ`.
 ///
 /// Order of operations: in each lane the implicit QL step of EISPACK's `tql2` with a Wilkinson shift,
@@ -28,12 +28,12 @@ const NOTHING: f32 = f32::from_bits((127 - 50) << 23); // 2^-50
 ///
 /// Cost: about `1.5·n²` rotations, each 2 divisions, a root and 36 flops, 30 where `x` is real.
 #[inline(always)]
-pub(super) fn implicit_ql<S: Scalar<V>, V: Vector>(
+pub(crate) fn implicit_ql<S: Scalar<V>, V: Vector, const N: usize>(
     zero: V,
     d: &mut [V],
     e: &mut [V],
-    x: &mut [S],
-    y: &mut [ComplexVector<V>],
+    x: &mut [[S; N]],
+    y: &mut [[ComplexVector<V>; N]],
 ) {
     // All are as long.
     let n = d.len().min(e.len()).min(x.len()).min(y.len());
@@ -204,12 +204,12 @@ fn threshold<V: Vector>([here, below]: [V; 2]) -> V {
 /// What a pass has of a row is kept in registers until the next one is rotated with it, then written
 /// once: a lane's own part of a value in memory is costly to write on some processors.
 #[inline(always)]
-fn ql_step<S: Scalar<V>, V: Vector>(
+fn ql_step<S: Scalar<V>, V: Vector, const N: usize>(
     d: &mut [V],
     e: &mut [V],
     block: &Block<V>,
-    x: &mut [S],
-    y: &mut [ComplexVector<V>],
+    x: &mut [[S; N]],
+    y: &mut [[ComplexVector<V>; N]],
 ) {
     let zero = block.first.zero();
     let one = zero.splat(1.0);
@@ -310,16 +310,24 @@ fn ql_step<S: Scalar<V>, V: Vector>(
 /// The right one of two neighbours, rotated, and the left one, in the lanes of `rotated`; in the others, as
 /// they are.
 #[inline(always)]
-fn rotate<S: Scalar<V>, V: Vector>(rotated: V::Mask, [left, right]: [S; 2], s: V, c: V) -> (S, S) {
-    (
-        S::select(rotated, left.scale(s) + right.scale(c), right),
-        S::select(rotated, left.scale(c) - right.scale(s), left),
-    )
+fn rotate<S: Scalar<V>, V: Vector, const N: usize>(
+    rotated: V::Mask,
+    [mut left, mut right]: [[S; N]; 2],
+    s: V,
+    c: V,
+) -> ([S; N], [S; N]) {
+    for k in 0..N {
+        let (a, b) = (left[k], right[k]);
+        right[k] = S::select(rotated, a.scale(s) + b.scale(c), b);
+        left[k] = S::select(rotated, a.scale(c) - b.scale(s), a);
+    }
+    (right, left)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
     /// Beside a diagonal of zeros no entry is relatively small.
     #[test]
     fn an_entry_counts_from_2_to_the_minus_50() {
@@ -373,7 +381,13 @@ mod tests {
             ends: d,
             coupling: small,
         };
-        ql_step(&mut d, &mut e, &block, &mut x, &mut y);
+        ql_step(
+            &mut d,
+            &mut e,
+            &block,
+            x.as_chunks_mut::<1>().0,
+            y.as_chunks_mut::<1>().0,
+        );
         // Turned by an angle of 2⁻⁴⁰, of which the diagonal gets the square.
         assert_eq!(d, [0.0, -small * small, 1.0]);
         assert_eq!(e, [small, 0.0, 0.0]);

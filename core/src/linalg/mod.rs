@@ -14,7 +14,7 @@ pub(crate) mod dominant_eigenpair;
 pub(crate) mod eigen;
 mod gap;
 pub(crate) mod householder;
-mod implicit_ql;
+pub(crate) mod implicit_ql;
 pub(crate) mod inner_product;
 pub(crate) mod lanczos;
 pub(crate) mod matrix_vector;

@@ -1,13 +1,14 @@
 //! A pipeline at work.
 
+use super::line::Output;
 use super::{Parts, Pipeline};
 
 use crate::beamform::{Sizes, Workspace};
 use crate::covariance::{Averaging, ForwardBackward};
 use crate::delay::{Delay, Stage};
 use crate::error::check_length;
-use crate::geometry::{ApertureTable, Transmit};
-use crate::image::{envelope, largest};
+use crate::geometry::{ApertureTable, SteeringTable, Transmit};
+use crate::image::{Pooling, envelope, largest, pooled_envelope};
 use crate::instructions::integers;
 use crate::memory::Scratch;
 use crate::phase_symmetry::{External, Kernels, LogGabor, Microfft, StripSlices};
@@ -76,6 +77,9 @@ pub struct Frame<'p, 'm, D = Delay, A = ForwardBackward> {
     pub(crate) pipeline: &'p Pipeline<'p, D>,
     filters: LogGabor<'m>,
     apertures: ApertureTable<'m>,
+    /// Of sub-lines, if there are some.
+    steering: Option<SteeringTable<'m>>,
+    pooling: Pooling,
     envelopes: &'m mut [f32],
     image: &'m mut [f32],
     map: &'m mut [f32],
@@ -110,12 +114,20 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         let widths = split_front(&mut scratch.real, parts.samples);
         let [image, map] =
             [(); 2].map(|()| split_front(&mut scratch.real, parts.strips.image_len()));
+        let scan = pipeline.lines().scan();
+        let steering = split_front(&mut scratch.complex, parts.steering);
+        let steering = match parts.sub_lines {
+            0 | 1 => None,
+            count => Some(SteeringTable::new(scan, count, steering)?),
+        };
         envelopes.fill(0.0);
         image.fill(0.0);
         Ok(Frame {
             pipeline,
             filters: LogGabor::fixed(),
-            apertures: ApertureTable::new(pipeline.lines().scan(), widths)?,
+            apertures: ApertureTable::new(scan, widths)?,
+            steering,
+            pooling: Pooling::default(),
             envelopes,
             image,
             map,
@@ -129,7 +141,13 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         Frame { filters, ..self }
     }
 
-    /// Line `line` from its transmits (their mean), beamformed; its envelope is kept for the image.
+    /// The same frames, whose lines have the envelope of their sub-lines by `pooling`; else by the largest.
+    pub fn with_pooling(self, pooling: Pooling) -> Self {
+        Frame { pooling, ..self }
+    }
+
+    /// Line `line` from its transmits (their mean), beamformed; its envelope is kept for the image. Returns its
+    /// sub-lines, `[sample][sub-line]`.
     /// Lines may come in any order; one that does not come stays as it was in the last frame.
     ///
     /// # Errors
@@ -166,7 +184,10 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
         D::Record<'r>: 'r,
     {
         let Parts {
-            samples, line: own, ..
+            samples,
+            sub_lines,
+            line: own,
+            ..
         } = self.pipeline.parts;
         let lines = self.pipeline.lines().scan().lines();
         let Some(envelopes) = self.envelopes.chunks_exact_mut(samples.max(1)).nth(line) else {
@@ -177,14 +198,19 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
             });
         };
         let mut scratch = self.scratch.reborrow();
-        let z = split_front(&mut scratch.complex, samples);
+        let z = split_front(&mut scratch.complex, samples.saturating_mul(sub_lines));
         let memory = scratch.take(own)?;
         let mut workspace = Workspace::<A>::new(0.0, sizes, scratch)?;
         let pipeline = self.pipeline.lines();
         let centre = ApertureTable::centre(pipeline.scan(), line);
         let active = |sample| self.apertures.active(centre, sample);
-        pipeline.line_with(line, transmits, memory, &mut workspace, active, z)?;
-        envelope(z, envelopes)?;
+        let steering = self.steering.and_then(|table| table.line(line));
+        let output = Output { steering, z };
+        pipeline.line_with(line, transmits, memory, &mut workspace, (active, output))?;
+        match steering {
+            None => envelope(z, envelopes)?,
+            Some(_) => pooled_envelope(z, sub_lines, self.pooling, envelopes)?,
+        }
         Ok(z)
     }
 

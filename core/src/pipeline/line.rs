@@ -8,7 +8,7 @@ use crate::delay::{
     Compounding, Delay, DelayParameters, IqDelay, IqInterpolation, IqParameters, ScanLine, Stage,
 };
 use crate::error::{check_length, none};
-use crate::geometry::{Active, Scan, Transmit};
+use crate::geometry::{Active, Scan, Steering, Transmit};
 use crate::memory::{Need, Scratch};
 use crate::simd::Vector;
 use crate::{Complex, Error};
@@ -352,7 +352,30 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         D::Record<'r>: 'r,
     {
         let active = |sample| self.scan.active(line, sample);
-        self.line_with(line, transmits, scratch, workspace, active, z)
+        let output = Output { steering: None, z };
+        self.line_with(line, transmits, scratch, workspace, (active, output))
+    }
+
+    /// The sub-lines of a line, `z[n·N + k]` that of sample `n` in direction `k` of `steering`:
+    /// [`LinePipeline::line`] with [`Beamformer::sub_lines`].
+    ///
+    /// # Errors
+    /// As those two.
+    pub fn sub_lines<'r, A: Averaging<f32>>(
+        &self,
+        line: usize,
+        transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
+        scratch: Scratch<'_>,
+        workspace: &mut Workspace<'_, A>,
+        (steering, z): (Steering<'_>, &mut [Complex<f32>]),
+    ) -> Result<(), Error>
+    where
+        D::Record<'r>: 'r,
+    {
+        let active = |sample| self.scan.active(line, sample);
+        let steering = Some(steering);
+        let output = Output { steering, z };
+        self.line_with(line, transmits, scratch, workspace, (active, output))
     }
 
     /// [`LinePipeline::line`] with the active sets from elsewhere.
@@ -362,14 +385,19 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>), IntoIter: Clone>,
         scratch: Scratch<'_>,
         workspace: &mut Workspace<'_, A>,
-        active: impl Fn(usize) -> Active,
-        z: &mut [Complex<f32>],
+        (active, output): (impl Fn(usize) -> Active, Output<'_>),
     ) -> Result<(), Error>
     where
         D::Record<'r>: 'r,
     {
         let samples = self.scan.samples();
-        check_length("z", z.len(), samples)?;
+        let Output { steering, z } = output;
+        // Numbers of a sample.
+        let count = match steering {
+            None => 1,
+            Some(_) => self.beamformer.parameters().sub_lines,
+        };
+        check_length("z", z.len(), samples.saturating_mul(count))?;
         let Some(elements) = NonZeroUsize::new(self.scan.elements()) else {
             return Ok(());
         };
@@ -404,7 +432,8 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             };
             let largest = self.compound(0.0f32, block, transmits.clone(), scratch, new)?;
             let x = AlignedLine::block(x, elements, (needed.start, samples), largest);
-            let out = z.get_mut(own.clone()).unwrap_or_default();
+            let out = z.get_mut(own.start * count..own.end * count);
+            let out = out.unwrap_or_default();
             let within = |sample: usize| sample.max(own.start).min(own.end) - own.start;
             let adaptive = within(self.adaptive.start)..within(self.adaptive.end);
             let block = LineBlock {
@@ -413,7 +442,14 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 active: &active,
                 adaptive,
             };
-            self.beamformer.block(workspace, sizes, &block, out)?;
+            match steering {
+                None => self.beamformer.block(workspace, sizes, &block, out)?,
+                Some(steering) => {
+                    let block = (&block, steering);
+                    self.beamformer
+                        .sub_line_block(workspace, sizes, block, out)?;
+                }
+            }
             buffered = needed;
         }
         Ok(())
@@ -437,6 +473,14 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         }
         Ok(capacity - 2 * half_window)
     }
+}
+
+/// Where a line goes.
+pub(super) struct Output<'z> {
+    /// The directions of its sub-lines; of the line alone without.
+    pub(super) steering: Option<Steering<'z>>,
+    /// `[sample][sub-line]`.
+    pub(super) z: &'z mut [Complex<f32>],
 }
 
 /// Number of aligned samples in memory for an output block of `block` samples, of `2K + 1` at least.

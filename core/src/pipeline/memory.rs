@@ -6,7 +6,7 @@ use crate::Error;
 use crate::beamform;
 use crate::covariance::Covariance;
 use crate::delay::{DelayParameters, IqParameters};
-use crate::geometry::Scan;
+use crate::geometry::{Scan, SteeringTable};
 use crate::memory::Need;
 use crate::phase_symmetry;
 use crate::surface::{self, Settings};
@@ -17,6 +17,10 @@ use crate::surface::{self, Settings};
 pub(crate) struct Parts {
     /// Samples of a line.
     pub(super) samples: usize,
+    /// Sub-lines of a line.
+    pub(super) sub_lines: usize,
+    /// The directions of all sub-lines, if there are some.
+    pub(super) steering: usize,
     /// Samples of all lines.
     pub(super) envelopes: usize,
     /// The delay stage and the aligned samples of a line.
@@ -149,9 +153,13 @@ impl Parameters<'_> {
         let elements = scan.elements();
         let envelopes = scan.lines().saturating_mul(scan.samples());
         let strips = self.strips();
+        let sub_lines = self.beamformer.sub_lines;
+        let steering = SteeringTable::need(scan.lines(), scan.samples(), sub_lines).complex;
         let before_median = if self.median { strips.image_len() } else { 0 };
         Parts {
             samples: scan.samples(),
+            sub_lines,
+            steering: if sub_lines > 1 { steering } else { 0 },
             envelopes,
             line: delay.and(Need {
                 real: 0,
@@ -178,10 +186,13 @@ impl Parts {
         // Apertures; from one stage to the next envelopes, image and map.
         let images = self.strips.image_len().saturating_mul(2);
         let lines = self.envelopes.saturating_add(self.samples);
-        let kept = Need::real(lines.saturating_add(images));
+        let kept = Need {
+            real: lines.saturating_add(images),
+            complex: self.steering,
+        };
         let line = Need {
             real: 0,
-            complex: self.samples,
+            complex: self.samples.saturating_mul(self.sub_lines),
         };
         let line = line.and(self.line).and(self.beamformer.need(covariance));
         let work = line.or(Need::real(self.b_mode)).or(self.bone_map());

@@ -89,6 +89,7 @@ const SIZES: Sizes = Sizes {
     elements: ELEMENTS,
     subaperture: 8,
     temporal_half_window: 2,
+    sub_lines: 1,
 };
 const NEED: Need = SIZES
     .need(Covariance::Forward)

@@ -38,6 +38,9 @@ pub struct DelayStage<'a> {
     /// None where the array is straight.
     elements: Vec<Element>,
     beams: Beams,
+    sub_lines: usize,
+    /// Of each beam its sub-lines, one after the other.
+    all_rays: Vec<Ray>,
     beam_x: Vec<f64>,
     /// Where each beam leaves the array, in elements.
     centres: Vec<f64>,
@@ -137,8 +140,19 @@ impl<'a> DelayStage<'a> {
             // A lens delays what is heard, there and back.
             t0: data.t0[t] - 2.0 * data.lens_delay,
         });
+        let sub_lines = parameters.sub_lines;
+        let all_rays: Vec<Ray> = match sub_lines {
+            1 => beams.rays.clone(),
+            count => {
+                let lines = Lines::Rays(&beams.rays);
+                let of_line = |line| (0..count).map(move |k| lines.sub_line(line, k, count));
+                (0..scan.lines()).flat_map(of_line).collect()
+            }
+        };
         Ok(Self {
-            beam_x: beams.rays.iter().map(Ray::x).collect(),
+            sub_lines,
+            beam_x: all_rays.iter().map(Ray::x).collect(),
+            all_rays,
             centres: (0..scan.lines())
                 .map(|line| scan.aperture_centre(line))
                 .collect(),
@@ -162,7 +176,7 @@ impl<'a> DelayStage<'a> {
         DelayStage { set, ..self }
     }
 
-    /// The lateral positions of the beams, m: where they begin.
+    /// The lateral positions of [`DelayStage::all_rays`], m: where they begin.
     pub fn beam_x(&self) -> &[f64] {
         &self.beam_x
     }
@@ -170,6 +184,19 @@ impl<'a> DelayStage<'a> {
     /// The beams.
     pub fn rays(&self) -> &[Ray] {
         &self.beams.rays
+    }
+
+    /// The beams, or the sub-lines of each, one after the other, if the parameters ask for some: the lines that are made.
+    pub fn all_rays(&self) -> &[Ray] {
+        &self.all_rays
+    }
+
+    /// The scan of the beams.
+    ///
+    /// # Errors
+    /// None: it is that of [`DelayStage::new`].
+    pub(super) fn scan(&self) -> Result<Scan<'_>> {
+        scan(self.data, self.array(), &self.beams, self.parameters)
     }
 
     /// Output samples a beam.
@@ -212,9 +239,10 @@ impl<'a> DelayStage<'a> {
     /// Where the beams begin and go, where that is not straight down from z = 0.
     pub fn beam_rays(&self) -> Option<BeamRays> {
         let down = |ray: &Ray| ray.z() == 0.0 && ray.angle() == 0.0;
-        (!self.rays().iter().all(down)).then(|| BeamRays {
-            z: self.rays().iter().map(Ray::z).collect(),
-            angle: self.rays().iter().map(Ray::angle).collect(),
+        let rays = self.all_rays();
+        (!rays.iter().all(down)).then(|| BeamRays {
+            z: rays.iter().map(Ray::z).collect(),
+            angle: rays.iter().map(Ray::angle).collect(),
         })
     }
 
@@ -226,6 +254,7 @@ impl<'a> DelayStage<'a> {
             t0: self.start,
             beam_x: self.beam_x.clone(),
             rays: self.beam_rays(),
+            sub_lines: self.sub_lines,
             c: self.parameters.sound_speed,
         }
     }
@@ -282,7 +311,7 @@ impl<'a> DelayStage<'a> {
         beamformer: Parameters,
         work: &mut dyn FnMut(&LineSource<'_>) -> Result<()>,
     ) -> Result<()> {
-        let scan = scan(self.data, self.array(), &self.beams, self.parameters)?;
+        let scan = self.scan()?;
         let (own, first) = (self.beams.own, lines.start);
         let range = if own {
             lines.clone()

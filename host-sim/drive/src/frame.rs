@@ -53,6 +53,7 @@ impl<'a> RecordingFrames<'a> {
         let active = |line: usize, sample: usize| stage.active(line, sample);
         let widest = (0..lines).map(|line| active(line, samples - 1).count).max();
         let plan = plan(parameters, widest.unwrap_or(0))?.within(adaptive);
+        let plan = plan.steered(&stage.scan()?)?;
         let passes = stage.passes().map(|lines| {
             let shape = (samples, stage.elements());
             Ok((lines.clone(), plan.tiles_of_lines(lines, shape, &active)?))
@@ -92,7 +93,8 @@ impl<'a> RecordingFrames<'a> {
         }
     }
 
-    /// Lines of one frame of such channel data, which may lie elsewhere, into `z` [beam, sample]. `progress` hears
+    /// Lines of one frame of such channel data, which may lie elsewhere, into `z` [beam, sample], in the order of
+    /// [`DelayStage::all_rays`]. `progress` hears
     /// the fraction done, from any thread.
     ///
     /// # Errors
@@ -145,7 +147,7 @@ impl<'a> RecordingFrames<'a> {
             let frame = data.samples.frame(index);
             let frame = frame.ok_or_else(|| no_frame(index, data.samples.frames()))?;
             let share = |part: f64| progress(((index - start) as f64 + part) / count);
-            let mut z = Array2::zeros((stage.rays().len(), stage.samples()));
+            let mut z = Array2::zeros((stage.all_rays().len(), stage.samples()));
             self.frame(frame, &share, z.view_mut())?;
             Ok(stage.lines(z))
         });
@@ -180,6 +182,7 @@ impl<'a> RecordingFrames<'a> {
                 t0: data.t0,
                 beam_x: beam_x.clone(),
                 rays: None,
+                sub_lines: 1,
                 c: self.parameters.sound_speed.unwrap_or(DEFAULT_SOUND_SPEED),
             })
         });

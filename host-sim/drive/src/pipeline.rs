@@ -3,7 +3,7 @@
 use bonebeam::covariance::Covariance;
 use bonebeam::delay::Stage;
 use bonebeam::geometry::Scan;
-use bonebeam::image::BMode;
+use bonebeam::image::{BMode, Pooling};
 use bonebeam::pipeline::Pipeline;
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, ArrayView2};
@@ -22,6 +22,7 @@ pub struct Frames<'p> {
     b_mode: &'p BMode,
     beamformer: Plan,
     tiles: Vec<Tile>,
+    pooling: Pooling,
     bone_map: phase_symmetry::Plan,
 }
 
@@ -46,7 +47,7 @@ impl<'p> Frames<'p> {
         let (lines, scan) = (pipeline.lines(), *pipeline.lines().scan());
         let parameters = *lines.beamformer().parameters();
         let beamformer = Plan::new(set, parameters, covariance, scan.elements())?;
-        let beamformer = beamformer.within(lines.adaptive());
+        let beamformer = beamformer.within(lines.adaptive()).steered(&scan)?;
         let centres: Vec<f64> = (0..scan.lines())
             .map(|line| scan.aperture_centre(line))
             .collect();
@@ -59,16 +60,23 @@ impl<'p> Frames<'p> {
             b_mode: pipeline.b_mode(),
             beamformer,
             tiles,
+            pooling: Pooling::default(),
             bone_map: phase_symmetry::Plan::of(*pipeline.phase_symmetry())?,
         })
     }
 
-    /// Lines of a frame, as [line, sample].
+    /// The same frames, whose lines have the envelope of their sub-lines by `pooling`; else by the largest.
+    pub fn with_pooling(self, pooling: Pooling) -> Self {
+        Frames { pooling, ..self }
+    }
+
+    /// Lines of a frame, as [line, sample]; of sub-lines, all of the first line, then those of the next.
     ///
     /// # Errors
     /// What the core refuses.
     pub fn lines(&self, source: &LineSource<'_>) -> Result<Array2<Complex<f32>>> {
-        let mut z = Array2::zeros((self.scan.lines(), self.scan.samples()));
+        let lines = self.scan.lines() * self.beamformer.sub_lines();
+        let mut z = Array2::zeros((lines, self.scan.samples()));
         let tiles = &self.tiles;
         self.beamformer
             .run_source(tiles, source, &|_| {}, z.view_mut())?;
@@ -88,7 +96,13 @@ impl<'p> Frames<'p> {
     /// # Errors
     /// A sample that is NaN or infinite.
     pub fn image(&self, z: ArrayView2<'_, Complex<f32>>) -> Result<Array2<f32>> {
-        image::pixels(self.set, self.b_mode, z)
+        match self.beamformer.sub_lines() {
+            1 => image::pixels(self.set, self.b_mode, z),
+            count => {
+                let lines = image::pooled_lines(z, count, self.pooling)?;
+                image::pixels(self.set, self.b_mode, lines.view())
+            }
+        }
     }
 
     /// The phase symmetry of an image, in `[0, 1)`, [row, column].

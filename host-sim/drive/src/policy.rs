@@ -1,5 +1,6 @@
 //! Defaults, warnings and the memory that beamforming takes.
 
+use bonebeam::geometry::Steering;
 use bonebeam::phase_symmetry::Sizes;
 use bonebeam_files::memory::product;
 use bonebeam_files::terminal::short;
@@ -97,6 +98,11 @@ pub fn working_memory(
             let samples = (2.0 * (last - first) / c * rate).ceil() as usize;
             let (_, transmits, elements, _) = data.samples.dim();
             let lines = lines_at_most(data, parameters);
+            let sub_lines = parameters.sub_lines;
+            let directions = match sub_lines {
+                1 => 0,
+                count => Steering::need(samples, count).complex,
+            };
             // The real parts of every element, and where every transmit is read.
             let upsampled = match parameters.rf_interpolation {
                 Some(RfInterpolation::Upsampled) => {
@@ -110,7 +116,8 @@ pub fn working_memory(
                 data.samples.bytes(),
                 upsampled,
                 product(&[rayon::current_num_threads(), TILE]),
-                product(&[3, frames, lines, samples, COMPLEX]),
+                product(&[lines, directions, COMPLEX]),
+                product(&[3, frames, lines, sub_lines, samples, COMPLEX]),
             ]
         }
     };

@@ -24,6 +24,8 @@ pub struct BeamformedLines<Z = Array2<Complex<f32>>> {
     pub beam_x: Vec<f64>,
     /// Where else the beams begin and go than straight down from z = 0, if they do.
     pub rays: Option<BeamRays>,
+    /// How many beams, one after the other, are the sub-lines of one line; 1 where each is a line.
+    pub sub_lines: usize,
     /// The speed of sound, m/s.
     pub c: f64,
 }
@@ -43,8 +45,8 @@ impl BeamformedLines {
         npz::Reader::open(path).is_ok_and(|file| file.has("z"))
     }
 
-    /// Reads the keys `z`, `fs`, `t0`, `beam_x`, `c` and, if they are there, `beam_z` and `beam_angle` of a
-    /// `.npz` file, whose lines are of one frame.
+    /// Reads the keys `z`, `fs`, `t0`, `beam_x`, `c` and, if they are there, `beam_z`, `beam_angle` and `sub_lines` of
+    /// a `.npz` file, whose lines are of one frame.
     ///
     /// # Errors
     /// A key is missing or has the wrong type, rank, length or value.
@@ -91,6 +93,9 @@ impl BeamformedLines {
             t0: file.scalar("t0")?,
             beam_x,
             rays,
+            sub_lines: file
+                .optional_scalar("sub_lines")?
+                .map_or(1, |count| count as usize),
             c: file.scalar("c")?,
         };
         lines.check().map_err(|message| file.error(message))?;
@@ -127,6 +132,9 @@ impl BeamformedLines {
         if let Some(rays) = &self.rays {
             npz.add("beam_z", &aview1(&rays.z))?;
             npz.add("beam_angle", &aview1(&rays.angle))?;
+        }
+        if self.sub_lines > 1 {
+            npz.add("sub_lines", &arr0(self.sub_lines as f64))?;
         }
         npz.add("c", &arr0(self.c))?;
         npz.finish()
@@ -210,6 +218,13 @@ impl<S: Data<Elem = Complex<f32>>> BeamformedLines<ArrayBase<S, Ix2>> {
             validate::all_finite("beam_z", &rays.z, "beam")?;
             validate::count("beam_angle", rays.angle.len(), self.z.nrows(), "beam")?;
             validate::angles("beam_angle", &rays.angle, "beam")?;
+        }
+        if self.sub_lines == 0 || self.z.nrows() % self.sub_lines != 0 {
+            return Err(format!(
+                "`sub_lines` is {}; expected a number that divides the {} beams",
+                self.sub_lines,
+                self.z.nrows()
+            ));
         }
         validate::positive("c", self.c, "m/s")
     }

@@ -81,6 +81,10 @@ pub struct BeamformFlags {
     /// Lateral position beyond which there is no line straight down, m [default: the last element's]
     #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
     lateral_end: Option<f64>,
+    /// Sub-lines of each line: directions within its cell, half way to its neighbours, from the line's one covariance:
+    /// 1, 2, 4, 8, 16 or 32. An adaptive beamformer then keeps the level of a point between two lines [default: 1]
+    #[arg(long, value_name = "N", help_heading = "Delay (channel data only)")]
+    sub_lines: Option<usize>,
 
     /// Angle from the first to the last line of a sector, rad [default: 1.5708]
     #[arg(long, value_name = "RAD", help_heading = "Delay (channel data only)")]
@@ -155,7 +159,7 @@ fn transmit_weights(text: &str) -> Result<TransmitWeights, String> {
 
 impl BeamformFlags {
     /// The flags that only channel data heed, and whether each was given.
-    pub fn of_delay(&self) -> [(&'static str, bool); 14] {
+    pub fn of_delay(&self) -> [(&'static str, bool); 15] {
         [
             ("--f-number", self.f_number.is_some()),
             ("--min-elements", self.min_elements.is_some()),
@@ -165,6 +169,7 @@ impl BeamformFlags {
             ("--line-spacing", self.line_spacing.is_some()),
             ("--lateral-start", self.lateral_start.is_some()),
             ("--lateral-end", self.lateral_end.is_some()),
+            ("--sub-lines", self.sub_lines.is_some()),
             ("--sector", self.sector.is_some()),
             ("--transmit-weights", self.transmit_weights.is_some()),
             ("--rf-interpolation", self.rf_interpolation.is_some()),
@@ -196,6 +201,7 @@ impl BeamformFlags {
         section.lateral_end = self.lateral_end.or(section.lateral_end);
         let weights = self.transmit_weights.clone();
         section.transmit_weights = weights.or_else(|| section.transmit_weights.take());
+        section.sub_lines = self.sub_lines.unwrap_or(section.sub_lines);
         section.sector = self.sector.unwrap_or(section.sector);
         section.rf_interpolation = self.rf_interpolation.or(section.rf_interpolation);
         section.iq_interpolation = self.iq_interpolation.or(section.iq_interpolation);

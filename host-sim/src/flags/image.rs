@@ -1,6 +1,6 @@
 //! The flags of the image.
 
-use bonebeam_drive::config::{Grid, Image};
+use bonebeam_drive::config::{Grid, Image, SubLines};
 use clap::Args;
 
 /// The flags that go over the section.
@@ -38,6 +38,10 @@ pub struct ImageFlags {
     /// Smooth the image with a 3 x 3 median
     #[arg(long, help_heading = "Image")]
     median: bool,
+
+    /// What the image shows of a line's sub-lines [default: largest]
+    #[arg(long, value_enum, help_heading = "Image")]
+    pooling: Option<SubLines>,
 }
 
 impl ImageFlags {
@@ -51,5 +55,6 @@ impl ImageFlags {
         section.pixel_size = self.pixel_size.or(section.pixel_size);
         section.grid = self.grid.unwrap_or(section.grid);
         section.median |= self.median;
+        section.pooling = self.pooling.unwrap_or(section.pooling);
     }
 }

@@ -194,6 +194,7 @@ fn aligned_data_and_lines_return_as_written() {
         t0: 1e-5,
         beam_x: vec![0.0, 1e-3],
         rays: None,
+        sub_lines: 1,
         c: 1480.0,
     };
     lines.write(&path).unwrap();

@@ -211,7 +211,8 @@ def _beamform_channel_data(
     assert first is not None
     z = first.z if z is None else z
     z = z if out is None else out
-    return Lines(z, first.fs, first.t0, first.beam_x, first.c, first.beam_z, first.beam_angle)
+    rays = (first.beam_z, first.beam_angle)
+    return Lines(z, first.fs, first.t0, first.beam_x, first.c, *rays, first.sub_lines)
 
 
 def delay(

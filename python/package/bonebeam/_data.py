@@ -272,6 +272,8 @@ class Lines(Shown):
     """Depths at which beams begin, m, where they are not straight down from z = 0."""
     beam_angle: npt.NDArray[np.float64] | None = None
     """Their angles from the z axis, rad, positive towards positive x."""
+    sub_lines: int = 1
+    """How many beams, one after the other, are the sub-lines of one line."""
 
     def frame(self, index: int) -> Lines:
         """The lines of one of several frames."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, overload
+from typing import Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,8 @@ import numpy.typing as npt
 from . import _native
 from ._arrays import taken, written
 from ._data import Image, Lines
+
+Pooling = Literal["largest", "rms", "each"]
 
 
 def bmode(
@@ -24,6 +26,7 @@ def bmode(
     width: float | None = None,
     pixel_size: float | None = None,
     median: bool = False,
+    pooling: Pooling = "largest",
     threads: int | None = None,
 ) -> Image:
     """Makes a B-mode image: envelope, decibels below the largest, square pixels of 0 to 255.
@@ -37,6 +40,8 @@ def bmode(
         width: How far the image reaches across, centred on the beams, m; the beams' without it.
         pixel_size: Distance from one pixel to the next, m; without it what fills the pixels.
         median: Whether a 3 x 3 median smooths the image.
+        pooling: The envelope of a line with sub-lines: the ``largest`` of theirs, the root of their mean square
+            (``rms``), or ``each`` as a line of its own.
         threads: How many threads compute; all processors without it.
 
     >>> import numpy as np
@@ -60,6 +65,7 @@ def bmode(
         lines.t0,
         beam_x,
         rays,
+        lines.sub_lines,
         lines.c,
         dynamic_range,
         rows,
@@ -68,6 +74,7 @@ def bmode(
         width,
         pixel_size,
         median,
+        pooling,
         threads,
     )
     return Image(pixels, x0, z0, pixel, dynamic_range)

@@ -41,6 +41,7 @@ class BeamformedLines:
     beam_x: npt.NDArray[np.float64]
     beam_z: npt.NDArray[np.float64] | None
     beam_angle: npt.NDArray[np.float64] | None
+    sub_lines: int
     c: float
     warnings: list[str]
 
@@ -73,6 +74,7 @@ def bmode(
     t0: float,
     beam_x: npt.NDArray[np.float64],
     rays: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None,
+    sub_lines: int,
     c: float,
     dynamic_range: float,
     rows: int | None,
@@ -81,6 +83,7 @@ def bmode(
     width: float | None,
     pixel_size: float | None,
     median: bool,
+    pooling: str,
     threads: int | None,
 ) -> tuple[npt.NDArray[np.float32], float, float, float]: ...
 def phase_symmetry(

@@ -104,10 +104,13 @@ class DelayParameters(TypedDict, total=False):
 class ChannelDataParameters(BeamformerParameters, DelayParameters, total=False):
     """Keywords for channel data: those of the delay stage and of the beamformer.
 
+    sub_lines: Directions within the cell of each line, half way to its neighbours, from the line's one covariance: 1 (the
+        default), 2, 4, 8, 16 or 32. The sub-lines of a line are beams one after the other.
     adaptive_depth_start, adaptive_depth_end: The depths between which ``method`` is used, m; above and below them
         is ``das``. The bits on both sides are those of either alone.
     """
 
+    sub_lines: int | None
     adaptive_depth_start: float | None
     adaptive_depth_end: float | None
 

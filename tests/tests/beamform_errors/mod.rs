@@ -118,6 +118,7 @@ fn of([elements, subaperture, temporal_half_window]: [usize; 3]) -> Sizes {
         elements,
         subaperture,
         temporal_half_window,
+        sub_lines: 1,
     }
 }
 

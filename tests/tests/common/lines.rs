@@ -6,7 +6,7 @@ use bonebeam::beamform::{
     constant_segments,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
-use bonebeam::geometry::Active;
+use bonebeam::geometry::{Active, Steering};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam_drive::beamform::Memory;
 use bonebeam_oracle::reference::f32 as f32_reference;
@@ -323,4 +323,26 @@ pub fn scalar(line: &Line, parameters: Parameters, covariance: Covariance) -> Ve
         .map(|set| (set.first, set.count))
         .collect();
     f32_reference::beamform::beamform(&x, &active, &parameters, covariance)
+}
+
+/// The f32 reference of a line's sub-lines, `[sample][sub-line]`.
+pub fn scalar_sub_lines(
+    line: &Line,
+    steering: Steering<'_>,
+    parameters: Parameters,
+    covariance: Covariance,
+) -> Vec<Complex<f32>> {
+    let x: Vec<Vec<_>> = line.x.rows().into_iter().map(|row| row.to_vec()).collect();
+    let active: Vec<_> = line
+        .active
+        .iter()
+        .map(|set| (set.first, set.count))
+        .collect();
+    let of_sample = |n| {
+        (0..steering.sub_lines())
+            .map(|k| steering.direction(n, k))
+            .collect()
+    };
+    let directions: Vec<Vec<_>> = (0..line.active.len()).map(of_sample).collect();
+    f32_reference::sub_lines::sub_lines(&x, &active, &directions, &parameters, covariance).concat()
 }

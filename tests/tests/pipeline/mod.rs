@@ -93,6 +93,7 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
         t0: stage.start(),
         beam_x: stage.beam_x().to_vec(),
         rays: None,
+        sub_lines: 1,
         c: p.sound_speed,
     };
     let grid = grid_of_lines(&lines, 64, 64).unwrap();

@@ -35,11 +35,23 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     zero_power: V::Mask,
 ) -> (ComplexVector<V>, V::Mask) {
     let zero = zero.zero();
-    let padded = subaperture.next_multiple_of(TILE);
-    let nothing = ComplexVector::from_real(zero);
-    let Some(vector) = solver.vector.get_mut(..padded) else {
+    let Some(eigenvalue) = first_eigenpair::<A, V>(zero, solver, subaperture, zero_power) else {
+        let nothing = ComplexVector::from_real(zero);
         return (nothing, zero_power & !zero_power);
     };
+    by_eigenpair::<A, V>(zero, solver, subaperture, s, eigenvalue)
+}
+
+/// The largest eigenvalue of the loaded covariance; its eigenvector is in the solver's `vector`.
+#[inline(always)]
+pub(super) fn first_eigenpair<A: Averaging<V>, V: Vector>(
+    zero: V,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    subaperture: usize,
+    zero_power: V::Mask,
+) -> Option<V> {
+    let padded = subaperture.next_multiple_of(TILE);
+    let vector = solver.vector.get_mut(..padded)?;
     let (tiles, _) = vector.as_chunks_mut();
     let (mut eigenvalue, arrived) = lanczos(
         zero,
@@ -70,7 +82,7 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
             *e = A::Scalar::select(left, direct, *e);
         }
     }
-    by_eigenpair::<A, V>(zero, solver, subaperture, s, eigenvalue)
+    Some(eigenvalue)
 }
 
 /// [`esmv_rank1`] with the eigenpair of a fixed number of `steps` of power iteration.
@@ -87,20 +99,25 @@ pub(in crate::beamform) fn esmv_rank1_steps<A: Averaging<V>, V: Vector>(
 ) -> ComplexVector<V> {
     let zero = zero.zero();
     let nothing = ComplexVector::from_real(zero);
-    let padded = subaperture.next_multiple_of(TILE);
-    let (Some(vector), Some(product)) = (
-        solver.vector.get_mut(..padded),
-        solver.factor.get_mut(..padded / TILE),
-    ) else {
-        return nothing;
-    };
-    let (vector, _) = vector.as_chunks_mut();
-    let Some(eigenvalue) = power_iteration(solver.matrix, subaperture, steps, vector, product)
-    else {
+    let Some(eigenvalue) = stepped_eigenpair::<A, V>(steps, solver, subaperture) else {
         return nothing;
     };
     let (sum, solved) = by_eigenpair::<A, V>(zero, solver, subaperture, s, eigenvalue);
     ComplexVector::select(solved, sum, nothing)
+}
+
+/// The eigenvalue of so many steps of power iteration; the eigenvector is in the solver's `vector`.
+#[inline(always)]
+pub(super) fn stepped_eigenpair<A: Averaging<V>, V: Vector>(
+    steps: usize,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    subaperture: usize,
+) -> Option<V> {
+    let padded = subaperture.next_multiple_of(TILE);
+    let vector = solver.vector.get_mut(..padded)?;
+    let product = solver.factor.get_mut(..padded / TILE)?;
+    let (vector, _) = vector.as_chunks_mut();
+    power_iteration(solver.matrix, subaperture, steps, vector, product)
 }
 
 /// `w_pᴴs` of the eigenvector in the solver's `vector`, and the lanes in which `R` is not singular in f32.
@@ -210,15 +227,36 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         *metric = steering.norm_sqr() / value;
     }
     let total = rank_order(zero, values, metrics, order);
-    let mut sum = nothing;
+    let sum = subspace_sum(
+        zero,
+        subspace,
+        (values, order),
+        total,
+        #[inline(always)]
+        |k| terms.get(k).copied(),
+    );
+    sum.divide(total)
+}
+
+/// The terms of the eigenvectors that `subspace` has, in the `order` of descending eigenvalues. `sums` holds the
+/// cross-spectral metric up to each position of that order.
+#[inline(always)]
+pub(super) fn subspace_sum<V: Vector>(
+    zero: V,
+    subspace: Subspace,
+    (sums, order): (&[V], &[V]),
+    total: V,
+    term: impl Fn(usize) -> Option<ComplexVector<V>>,
+) -> ComplexVector<V> {
+    let mut sum = ComplexVector::from_real(zero);
     // The metric before each position.
     let mut before = zero;
-    for (position, (&index, &metric)) in order.iter().zip(&*values).enumerate() {
+    for (position, (&index, &metric)) in order.iter().zip(sums).enumerate() {
         let kept = subspace.has(position, before, total);
         if kept.any() {
             let term = ComplexVector {
-                re: gather(zero, |k| terms.get(k).map(|term| term.re), index),
-                im: gather(zero, |k| terms.get(k).map(|term| term.im), index),
+                re: gather(zero, |k| term(k).map(|term| term.re), index),
+                im: gather(zero, |k| term(k).map(|term| term.im), index),
             };
             sum = ComplexVector::select(kept, sum + term, sum);
         } else if position > 0 {
@@ -227,7 +265,7 @@ pub(in crate::beamform) fn esmv<A: Averaging<V>, V: Vector>(
         }
         before = metric;
     }
-    sum.divide(total)
+    sum
 }
 
 /// Orders each lane's eigenvalues: `order` gets their indices, largest first, equal ones in the order
@@ -241,8 +279,14 @@ pub(in crate::beamform) fn rank_order<V: Vector>(
     order: &mut [V],
 ) -> V {
     sort(zero, values, order);
+    accumulate(zero, metrics, order, values)
+}
+
+/// The cross-spectral metric up to each position of the `order`, into `sums`. Returns `c_L`.
+#[inline(always)]
+pub(super) fn accumulate<V: Vector>(zero: V, metrics: &[V], order: &[V], sums: &mut [V]) -> V {
     let mut total = zero;
-    for (sum, &index) in values.iter_mut().zip(&*order) {
+    for (sum, &index) in sums.iter_mut().zip(order) {
         total = total + gather(zero, |k| metrics.get(k).copied(), index);
         *sum = total;
     }
@@ -251,7 +295,7 @@ pub(in crate::beamform) fn rank_order<V: Vector>(
 
 /// Sorts each lane's values, largest first, equal ones as they stood; `order` gets their indices.
 #[inline(always)]
-fn sort<V: Vector>(zero: V, values: &mut [V], order: &mut [V]) {
+pub(super) fn sort<V: Vector>(zero: V, values: &mut [V], order: &mut [V]) {
     for (i, index) in order.iter_mut().enumerate() {
         *index = zero.splat(i as f32);
     }

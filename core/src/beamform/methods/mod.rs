@@ -4,9 +4,11 @@
 //! method from another.
 
 mod das;
+mod directions;
 mod eigenspace;
 mod mv;
 
+pub(super) use directions::{Shape, answers};
 pub(super) use eigenspace::{Subspace, at_least_floor, rank_order};
 
 use super::apodization::Window;

@@ -76,6 +76,7 @@ const fn sizes(elements: usize) -> Sizes {
         elements,
         subaperture: elements / 2,
         temporal_half_window: 0,
+        sub_lines: 1,
     }
 }
 

@@ -3,10 +3,10 @@
 use crate::{opaque, take};
 use bonebeam::beamform::{
     AlignedLine, Apodization, Beamformer, Method, Parameters, Postfilter, Segment, Sizes,
-    Workspace, constant_segments, segments_within,
+    SteeredSegments, Workspace, constant_segments, segments_within,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
-use bonebeam::geometry::Active;
+use bonebeam::geometry::{Active, Steering};
 use bonebeam::memory::{Memory, Need};
 use bonebeam::simd::{ComplexVector, Mask, Vector};
 use bonebeam::{Complex, Error};
@@ -14,6 +14,7 @@ use bonebeam::{Complex, Error};
 fn parameters(method: Method) -> Parameters {
     Parameters {
         method,
+        sub_lines: opaque(2),
         ..opaque(Parameters::DEFAULT)
     }
 }
@@ -62,12 +63,25 @@ fn one<A: Averaging<f32>>(method: Method) -> Result<(), Error> {
     };
     let segments = [segment; 2];
     let mut out = [opaque(&mut z[..]), opaque(&mut other[..])];
-    beamformer.segments(
+    take(beamformer.segments(
         &mut workspace,
         opaque(&segments[..]),
         opaque(1),
         opaque(&mut out[..]),
-    )
+    ));
+    let steering = steering()?;
+    let (active, z) = (|_| active(), opaque(&mut *out[0]));
+    beamformer.sub_lines(&mut workspace, (line, steering), active, z)?;
+    let steering = [steering; 2];
+    let lines = SteeredSegments {
+        segments: opaque(&segments[..]),
+        steering: opaque(&steering[..]),
+    };
+    beamformer.sub_line_segments(&mut workspace, lines, opaque(1), opaque(&mut out[..]))
+}
+
+fn steering() -> Result<Steering<'static>, Error> {
+    opaque(Err(Error::Memory))
 }
 
 fn weights_of<A: Averaging<f32>>(method: Method) -> Result<usize, Error> {
@@ -101,6 +115,7 @@ fn choices() {
     take((apodization.parameter(), apodization.argument()));
     take(apodization.with_argument(opaque(1.0)));
     take(apodization.weight(opaque(0.5), opaque(1), opaque(8)));
+    take(Parameters::SUB_LINES.check(opaque(1.0)));
     let mut parameters = opaque(Parameters::default());
     take(parameters.set(opaque("loading"), opaque(1.0)));
     take(parameters.values());
@@ -140,10 +155,11 @@ fn memory() {
 }
 
 fn sizes() -> Sizes {
-    let [elements, subaperture, temporal_half_window] = opaque([1; 3]);
+    let [elements, subaperture, temporal_half_window, sub_lines] = opaque([1; 4]);
     Sizes {
         elements,
         subaperture,
         temporal_half_window,
+        sub_lines,
     }
 }

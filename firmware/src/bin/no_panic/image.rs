@@ -3,7 +3,7 @@
 use crate::geometry::axis;
 use crate::{opaque, take};
 use bonebeam::image::{
-    BMode, BModeParameters, Fan, Logarithm, PixelGrid, envelope, largest, log_compression, median,
+    BMode, BModeParameters, Fan, Logarithm, PixelGrid, Pooling, envelope, largest, log_compression, median, pooled_envelope,
     resample,
 };
 use bonebeam::{Complex, Error};
@@ -14,6 +14,8 @@ pub fn all() {
     let mut to = [0.0; 100];
     let (from, to) = (opaque(&from[..]), opaque(&mut to[..]));
     take(envelope(opaque(&z[..]), to));
+    let pooling = opaque(Pooling::default());
+    take(pooled_envelope(opaque(&z[..]), opaque(2), pooling, to));
     take(largest(from));
     take(log_compression(from, opaque(1.0), opaque(1.0), to));
     take(resample(from, [axis(), axis()], [axis(), axis()], to));

@@ -5,7 +5,8 @@ use crate::{opaque, take};
 use bonebeam::beamform::{self, Method, Workspace};
 use bonebeam::covariance::{Covariance, Forward, ForwardBackward};
 use bonebeam::delay::{Delay, DelayParameters, IqLayout, IqRecord, IqSamples, Record, Stage};
-use bonebeam::geometry::{Lines, Scan};
+use bonebeam::geometry::{Lines, Scan, Steering};
+use bonebeam::image::Pooling;
 use bonebeam::memory::Scratch;
 use bonebeam::phase_symmetry::LogGabor;
 use bonebeam::pipeline::{Block, DepthGate, Frame, IqInput, LinePipeline, Parameters, Pipeline};
@@ -20,6 +21,7 @@ pub fn all() {
             scan: scan_parameters(array, Lines::Even(axis())),
             beamformer: opaque(beamform::Parameters {
                 method: Method::EsmvBeta(0.5),
+                sub_lines: opaque(2),
                 ..beamform::Parameters::DEFAULT
             }),
             rows: opaque(64),
@@ -113,6 +115,7 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
     let mut points = [None; 9];
     take(frame.surface(&detector, memory, opaque(&mut points[..])));
     take(points);
+    take(opaque(frame.with_pooling(opaque(Pooling::Rms))).image()?);
     let mut frame = Frame::<_, Forward>::with_averaging(pipeline, opaque(Scratch::empty()))?;
     take(frame.line(opaque(1), opaque([(transmit(), record)]))?);
     Ok(())
@@ -142,11 +145,21 @@ fn lines<'r, D: Stage>(pipeline: &LinePipeline<D>, record: &'r D::Record<'r>) ->
     };
     let sizes = pipeline.beamformer().sizes(opaque(1));
     let mut workspace = Workspace::<ForwardBackward>::new(0.0, sizes, opaque(Scratch::empty()))?;
-    pipeline.line(
+    take(pipeline.line(
         opaque(1),
         transmits,
         own,
         &mut workspace,
         opaque(&mut z[..]),
-    )
+    ));
+    let (mut scratch, mut aligned, mut directions) =
+        ([0.0; 100], [Complex::ZERO; 100], [Complex::ZERO; 100]);
+    let own = Scratch {
+        real: opaque(&mut scratch[..]),
+        complex: opaque(&mut aligned[..]),
+    };
+    let directions = opaque(&mut directions[..]);
+    let steering = Steering::new(pipeline.scan(), opaque(1), opaque(2), directions)?;
+    let out = (steering, opaque(&mut z[..]));
+    pipeline.sub_lines(opaque(1), transmits, own, &mut workspace, out)
 }

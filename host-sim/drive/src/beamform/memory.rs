@@ -1,6 +1,6 @@
 //! A thread's memory for the core's beamformer: as much as the sizes take, which are known at run time.
 
-use bonebeam::beamform::{Beamformer, Segment, Sizes, Workspace};
+use bonebeam::beamform::{Beamformer, Segment, Sizes, SteeredSegments, Workspace};
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
 use bonebeam::memory::Scratch;
 use bonebeam::simd::{InstructionSet, Task, Vector};
@@ -90,6 +90,18 @@ pub trait AnyMemory: Send {
         count: usize,
         z: &mut [&mut [Complex<f32>]],
     ) -> std::result::Result<(), bonebeam::Error>;
+
+    /// See [`Beamformer::sub_line_segments`].
+    ///
+    /// # Errors
+    /// What the core refuses.
+    fn sub_lines(
+        &mut self,
+        beamformer: &Beamformer,
+        lines: SteeredSegments<'_, '_>,
+        count: usize,
+        z: &mut [&mut [Complex<f32>]],
+    ) -> std::result::Result<(), bonebeam::Error>;
 }
 
 impl<A: Averaging<V>, V: Vector> AnyMemory for Memory<A, V> {
@@ -105,6 +117,16 @@ impl<A: Averaging<V>, V: Vector> AnyMemory for Memory<A, V> {
         z: &mut [&mut [Complex<f32>]],
     ) -> std::result::Result<(), bonebeam::Error> {
         beamformer.segments(&mut self.view(), segments, count, z)
+    }
+
+    fn sub_lines(
+        &mut self,
+        beamformer: &Beamformer,
+        lines: SteeredSegments<'_, '_>,
+        count: usize,
+        z: &mut [&mut [Complex<f32>]],
+    ) -> std::result::Result<(), bonebeam::Error> {
+        beamformer.sub_line_segments(&mut self.view(), lines, count, z)
     }
 }
 

@@ -5,8 +5,9 @@ mod memory;
 mod work_items;
 
 use crate::{Error, Result};
-use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment};
+use bonebeam::beamform::{AlignedLine, Beamformer, Method, Parameters, Segment, SteeredSegments};
 use bonebeam::covariance::Covariance;
+use bonebeam::geometry::{Scan, Steering};
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, ArrayView3, ArrayViewMut2, Axis};
 use num_complex::Complex;
@@ -61,6 +62,8 @@ pub struct Plan {
     adaptive: Range<usize>,
     das: Beamformer,
     needs: Needs,
+    /// The directions of each line's sub-lines, if there are some.
+    steering: Vec<Vec<Complex<f32>>>,
     lanes: usize,
     /// Those that no thread works with.
     workers: Mutex<Vec<Worker>>,
@@ -112,6 +115,7 @@ impl Plan {
             adaptive: 0..usize::MAX,
             das,
             needs,
+            steering: Vec::new(),
             lanes: first.memory.lanes(),
             workers: Mutex::new(vec![first]),
         })
@@ -121,6 +125,34 @@ impl Plan {
     /// active elements.
     pub fn within(self, adaptive: Range<usize>) -> Self {
         Plan { adaptive, ..self }
+    }
+
+    /// The same plan for the sub-lines of the lines of a scan, which [`Plan::run_source`] needs where the parameters ask
+    /// for some.
+    ///
+    /// # Errors
+    /// None: the memory is of the length needed.
+    pub(super) fn steered(self, scan: &Scan<'_>) -> Result<Self> {
+        let count = self.sub_lines();
+        if count == 1 {
+            return Ok(self);
+        }
+        let length = Steering::need(scan.samples(), count).complex;
+        let of_line = |line| {
+            let mut directions = vec![Complex::ZERO; length];
+            Steering::new(scan, line, count, &mut directions)?;
+            Ok(directions)
+        };
+        let lines = (0..scan.lines()).into_par_iter().map(of_line);
+        Ok(Plan {
+            steering: lines.collect::<Result<_>>()?,
+            ..self
+        })
+    }
+
+    /// The sub-lines of a line.
+    pub(super) fn sub_lines(&self) -> usize {
+        self.beamformer.parameters().sub_lines
     }
 
     /// Beamforms a frame of aligned samples: see [`beamform()`].
@@ -153,6 +185,12 @@ impl Plan {
         z: ArrayViewMut2<'_, Complex<f32>>,
     ) -> Result<()> {
         let (beams, samples, elements) = x.dim();
+        if self.sub_lines() > 1 {
+            return Err(Error::Usage(
+                "--sub-lines needs channel data: aligned data do not tell where the elements are"
+                    .into(),
+            ));
+        }
         let x = x.as_standard_layout();
         let lines: Vec<Result<AlignedLine<'_>>> = (0..beams)
             .into_par_iter()
@@ -171,7 +209,8 @@ impl Plan {
         self.work(&tiles, Input::Aligned(&lines), progress, (samples, z))
     }
 
-    /// Beamforms the `tiles` of some lines from records, into `z`, `[line, sample]` of all lines.
+    /// Beamforms the `tiles` of some lines from records, into `z`, `[line, sample]` of all lines, or of all their
+    /// sub-lines.
     ///
     /// # Errors
     /// What the core refuses; as [`Plan::run`] about `z`.
@@ -182,9 +221,9 @@ impl Plan {
         progress: &Finished<'_>,
         z: ArrayViewMut2<'_, Complex<f32>>,
     ) -> Result<()> {
-        let shape = source.shape();
-        let z = in_order(z, shape)?;
-        self.work(tiles, Input::Source(source), progress, (shape.1, z))
+        let (lines, samples) = source.shape();
+        let z = in_order(z, (lines * self.sub_lines(), samples))?;
+        self.work(tiles, Input::Source(source), progress, (samples, z))
     }
 
     /// Aligns the blocks of all tiles, and no more: what that part of the work takes.
@@ -318,14 +357,15 @@ impl Plan {
             Input::Aligned(lines) => lines[item.beam],
             Input::Source(_) => blocks[tile.block_of(item)],
         };
-        let count = tile.items.iter().map(|item| item.samples).sum();
-        z.resize(z.len().max(count), Complex::ZERO);
+        let sub_lines = self.sub_lines();
+        let samples: usize = tile.items.iter().map(|item| item.samples).sum();
+        z.resize(z.len().max(samples * sub_lines), Complex::ZERO);
         let mut rest = &mut z[..];
         for group in groups(&tile.items, self.lanes) {
             let mut out = Vec::with_capacity(group.len());
             let mut segments = Vec::with_capacity(group.len());
             for item in group {
-                let (own, behind) = rest.split_at_mut(item.samples);
+                let (own, behind) = rest.split_at_mut(item.samples * sub_lines);
                 out.push(own);
                 rest = behind;
                 segments.push(Segment {
@@ -334,12 +374,22 @@ impl Plan {
                     first_sample: item.first_sample,
                 });
             }
-            memory.segments(beamformer, &segments, group[0].active.count, &mut out)?;
+            let active = group[0].active.count;
+            if sub_lines == 1 {
+                memory.segments(beamformer, &segments, active, &mut out)?;
+                continue;
+            }
+            let steering = |item: &WorkItem| Steering::of(&self.steering[item.beam], sub_lines);
+            let lines = SteeredSegments {
+                segments: &segments,
+                steering: &group.iter().map(steering).collect::<Vec<_>>(),
+            };
+            memory.sub_lines(beamformer, lines, active, &mut out)?;
         }
         Ok(())
     }
 
-    /// Puts a tile's outputs into the lines; returns how many. What comes with a segment above the samples wanted
+    /// Puts a tile's outputs into the lines; returns how many of a line. What comes with a segment above the samples wanted
     /// stays behind.
     fn put(
         &self,
@@ -356,11 +406,18 @@ impl Plan {
             } else {
                 above.min(item.samples)
             };
-            let own = &outputs[from + above..from + item.samples];
-            let first = item.beam * samples + item.first_sample + above;
-            z[first..first + own.len()].copy_from_slice(own);
+            let sub_lines = self.sub_lines();
+            let own = &outputs[(from + above) * sub_lines..(from + item.samples) * sub_lines];
+            for sub_line in 0..sub_lines {
+                let line = item.beam * sub_lines + sub_line;
+                let first = line * samples + item.first_sample + above;
+                let own = own.iter().skip(sub_line).step_by(sub_lines);
+                for (z, &own) in z[first..].iter_mut().zip(own) {
+                    *z = own;
+                }
+            }
             from += item.samples;
-            count += own.len();
+            count += item.samples - above;
         }
         count
     }

@@ -57,6 +57,22 @@ pub struct Image {
     pub width: Option<f64>,
     /// Whether a 3 × 3 median smooths the image.
     pub median: bool,
+    /// How the envelope of a line is made of those of its sub-lines, if it has some.
+    pub pooling: SubLines,
+}
+
+/// What an image shows of a line's sub-lines.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "kebab-case")]
+pub enum SubLines {
+    /// The largest of their envelopes
+    #[default]
+    Largest,
+    /// The root of their envelopes' mean square
+    Rms,
+    /// Each as a line of its own
+    Each,
 }
 
 impl Default for Image {
@@ -70,6 +86,7 @@ impl Default for Image {
             depth: None,
             width: None,
             median: false,
+            pooling: SubLines::default(),
         }
     }
 }

@@ -10,6 +10,6 @@ pub(crate) use core::plain;
 
 pub use beamform::{Beamform, Interpolation, LineKind, RfInterpolation, TransmitWeights};
 pub use core::{ALIASES, APODIZATION, POSTFILTER};
-pub use image::{Grid, Image, LONGER_SIDE};
+pub use image::{Grid, Image, LONGER_SIDE, SubLines};
 pub use phase_symmetry::{PhaseSymmetry, Size};
 pub use surface::Surface;

@@ -188,6 +188,7 @@ mod tests {
                 z: part(1),
                 angle: part(2),
             }),
+            sub_lines: 1,
             c: 1500.0,
         }
     }

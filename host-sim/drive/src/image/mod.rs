@@ -3,7 +3,7 @@
 mod lattice;
 
 use bonebeam::geometry::Axis;
-use bonebeam::image::{self as core, BMode, BModeParameters, Fan, Logarithm};
+use bonebeam::image::{self as core, BMode, BModeParameters, Fan, Logarithm, Pooling};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array2, ArrayBase, ArrayView2, Data, Ix2};
 use num_complex::Complex;
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use bonebeam_files::terminal::short;
 use bonebeam_files::{BeamRays, BeamformedLines};
 
-use crate::config;
+use crate::config::{self, SubLines};
 use crate::{Error, Result};
 use lattice::Lattice;
 
@@ -441,6 +441,56 @@ pub(crate) fn sample_axis<S: Data<Elem = Complex<f32>>>(
     }
 }
 
+/// Lines whose envelope is that of their sub-lines, at the middle of these.
+///
+/// # Errors
+/// A sample that is not finite.
+pub fn pooled<S: Data<Elem = Complex<f32>>>(
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
+    pooling: Pooling,
+) -> Result<BeamformedLines> {
+    let count = lines.sub_lines;
+    let z = pooled_lines(lines.z.view(), count, pooling)?;
+    let middle = |positions: &[f64]| -> Vec<f64> {
+        let of_line = |own: &[f64]| own.iter().sum::<f64>() / count as f64;
+        positions.chunks(count).map(of_line).collect()
+    };
+    Ok(BeamformedLines {
+        z,
+        fs: lines.fs,
+        t0: lines.t0,
+        beam_x: middle(&lines.beam_x),
+        rays: lines.rays.as_ref().map(|rays| BeamRays {
+            z: middle(&rays.z),
+            angle: middle(&rays.angle),
+        }),
+        sub_lines: 1,
+        c: lines.c,
+    })
+}
+
+/// The envelopes of lines of `count` sub-lines each, `z` as [sub-line, sample], as real numbers [line, sample].
+///
+/// # Errors
+/// A sample that is not finite.
+pub(super) fn pooled_lines(
+    z: ArrayView2<'_, Complex<f32>>,
+    count: usize,
+    pooling: Pooling,
+) -> Result<Array2<Complex<f32>>> {
+    let of_lines = z.axis_chunks_iter(ndarray::Axis(0), count);
+    let mut lines = Array2::zeros((of_lines.len(), z.ncols()));
+    let mut envelope = vec![0.0; z.ncols()];
+    for (mut line, sub_lines) in lines.rows_mut().into_iter().zip(of_lines) {
+        let by_sample: Vec<_> = sub_lines.t().iter().copied().collect();
+        core::pooled_envelope(&by_sample, count, pooling, &mut envelope)?;
+        for (z, &envelope) in line.iter_mut().zip(&envelope) {
+            *z = Complex::from(envelope);
+        }
+    }
+    Ok(lines)
+}
+
 /// The B-mode image over the depths and the width asked for, on the grid asked for: square pixels, or columns at even
 /// angles.
 ///
@@ -450,6 +500,14 @@ pub fn image_of<S: Data<Elem = Complex<f32>>>(
     lines: &BeamformedLines<ArrayBase<S, Ix2>>,
     parameters: &config::Image,
 ) -> Result<BModeImage> {
+    let pooling = match parameters.pooling {
+        SubLines::Largest => Some(Pooling::Largest),
+        SubLines::Rms => Some(Pooling::Rms),
+        SubLines::Each => None,
+    };
+    if let Some(pooling) = pooling.filter(|_| lines.sub_lines > 1) {
+        return image_of(&pooled(lines, pooling)?, parameters);
+    }
     if parameters.grid == config::Grid::Polar {
         return polar(lines, parameters);
     }

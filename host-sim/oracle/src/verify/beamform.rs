@@ -271,7 +271,9 @@ fn weights<A: Averaging<f32>>(
 /// with the rank that R itself has.
 fn moved_by_rounding(sample: &Sample, eigenspace: &Eigenspace, method: Method) -> f64 {
     let method = match method {
-        Method::EsmvBeta(beta) => Method::EsmvRank(eigenspace.rank(f64::from(beta))),
+        Method::EsmvBeta(beta) => {
+            Method::EsmvRank(eigenspace.rank(&sample.steering, f64::from(beta)))
+        }
         method => method,
     };
     let exact = sample.answers(eigenspace, method, 0.0)[0].z;

@@ -418,6 +418,7 @@ impl<'a> AlignedRecording<'a> {
             t0: self.stage.start(),
             beam_x: self.stage.beam_x().to_vec(),
             rays: None,
+            sub_lines: 1,
             c: self.stage.sound_speed(),
         };
         let grid = grid_of_lines(&lines, 128, 128)?;

@@ -171,6 +171,8 @@ pub struct Beamform {
     /// The lateral position that no line lies beyond, m; without it, that of the last element.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lateral_end: Option<f64>,
+    /// Directions within the cell of each line, from the line's one covariance: 1, 2, 4, 8, 16 or 32.
+    pub sub_lines: usize,
     /// The angle of a sector from its first to its last line, rad.
     pub sector: f64,
     /// The weights of compounded transmits; without them, equal ones.
@@ -215,6 +217,7 @@ impl Default for Beamform {
             line_spacing: None,
             lateral_start: None,
             lateral_end: None,
+            sub_lines: Parameters::DEFAULT.sub_lines,
             sector: std::f64::consts::FRAC_PI_2,
             transmit_weights: None,
             rf_interpolation: None,
@@ -330,8 +333,10 @@ impl Beamform {
             rank: options.rank,
             exclude_first: options.exclude_first,
             power_steps: options.power_steps,
+            sub_lines: core.sub_lines,
             core: Parameters {
                 method: Parameters::DEFAULT.method,
+                sub_lines: Parameters::DEFAULT.sub_lines,
                 ..core
             },
             ..Beamform::default()
@@ -347,6 +352,7 @@ impl Beamform {
                 exclude_first: self.exclude_first,
                 power_steps: self.power_steps,
             }),
+            sub_lines: self.sub_lines,
             ..self.core
         }
     }

@@ -4,6 +4,7 @@ use super::super::core::check_rows;
 use super::Beamform;
 use crate::methods::MethodName;
 use crate::{Error, Result};
+use bonebeam::beamform::{Apodization, Parameters, Postfilter};
 use bonebeam_files::settings::{LENGTHS, check_count, check_positive, out_of_range};
 use bonebeam_files::terminal::short;
 
@@ -37,6 +38,7 @@ impl Beamform {
             check_positive(SECTION, "line_spacing", spacing, SPACINGS, " (m)")?;
         }
         self.validate_lateral()?;
+        self.validate_sub_lines()?;
         if !(self.sector > 0.0 && self.sector < std::f64::consts::PI) {
             let expected = "above 0 and below pi (rad)";
             return Err(out_of_range(SECTION, "sector", self.sector, expected));
@@ -76,6 +78,20 @@ impl Beamform {
                         .into(),
                 ));
             }
+        }
+        Ok(())
+    }
+
+    fn validate_sub_lines(&self) -> Result<()> {
+        let (row, count) = (Parameters::SUB_LINES, self.sub_lines);
+        if row.check(count as f64).is_err() || !count.is_power_of_two() {
+            return Err(out_of_range(SECTION, row.name, count, row.range.text));
+        }
+        let plain = self.core.apodization == Apodization::None
+            && self.core.postfilter != Postfilter::GeneralizedCoherenceFactor;
+        if count > 1 && !plain {
+            let expected = Parameters::WITHOUT_SUB_LINES;
+            return Err(out_of_range(SECTION, row.name, count, expected));
         }
         Ok(())
     }

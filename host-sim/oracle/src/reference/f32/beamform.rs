@@ -250,7 +250,7 @@ fn subapertures(
     sums
 }
 
-fn subaperture(elements: usize, parameters: &Parameters) -> usize {
+pub(super) fn subaperture(elements: usize, parameters: &Parameters) -> usize {
     ((parameters.subaperture_ratio * elements as f64).floor() as usize).max(1)
 }
 
@@ -287,7 +287,7 @@ fn run_forward_backward(
     })
 }
 
-fn with_diagonal<T: Number>(mut a: Vec<Vec<T>>, added: f32) -> Vec<Vec<T>> {
+pub(super) fn with_diagonal<T: Number>(mut a: Vec<Vec<T>>, added: f32) -> Vec<Vec<T>> {
     for i in 0..a.len() {
         a[i][i] = T::real(a[i][i].re() + added);
     }
@@ -390,7 +390,7 @@ fn rank1<T: Number>(
 }
 
 /// `vᴴs`.
-fn inner<T: Number>(v: &[T], s: &[Complex<f32>]) -> Complex<f32> {
+pub(super) fn inner<T: Number>(v: &[T], s: &[Complex<f32>]) -> Complex<f32> {
     let mut sum = Complex::ZERO;
     for i in 0..v.len() {
         sum += v[i].conj().times(s[i]);
@@ -399,7 +399,7 @@ fn inner<T: Number>(v: &[T], s: &[Complex<f32>]) -> Complex<f32> {
 }
 
 /// `w_pᴴs` by all eigenvectors: `Σ (e_kᴴa)*(e_kᴴs)/λ_k` over the kept ones, over `c_L`.
-fn eigenspace<T: Number>(
+pub(super) fn eigenspace<T: Number>(
     a: &[Vec<T>],
     steering: &[T],
     s: &[Complex<f32>],

@@ -9,4 +9,5 @@ pub mod image;
 pub mod iq;
 mod linalg;
 pub mod phase_symmetry;
+pub mod sub_lines;
 pub mod surface;

@@ -51,6 +51,8 @@ pub struct Sample {
     pub elements: Vector,
     /// X̄_l as columns, L × P.
     pub snapshots: Matrix,
+    /// The steering vector.
+    pub steering: Vector,
     /// The loaded covariance in use, L × L.
     pub covariance: Matrix,
     /// w of Eq. 1.
@@ -103,7 +105,8 @@ impl Sample {
         let snapshots = snapshots(x, n, active, subaperture);
         let factor = postfilter(&elements, parameters);
         let weights = [elements.len(), snapshots.ncols()].map(|n| apodization(n, parameters));
-        let sample = Sample::of(elements, snapshots, covariance, averaging)
+        let steering = Vector::from_element(subaperture, Complex::ONE);
+        let sample = Sample::of(elements, snapshots, (steering, covariance), averaging)
             .ok_or_else(|| Error::Data(format!("the covariance of sample {n} is singular")))?;
         let [element_weights, subaperture_weights] = weights;
         Ok(Some(Sample {
@@ -117,7 +120,8 @@ impl Sample {
     /// The same data with another loaded covariance; `None` where it is not positive definite.
     pub fn with_covariance(&self, covariance: Matrix) -> Option<Self> {
         let (elements, snapshots) = (self.elements.clone(), self.snapshots.clone());
-        let sample = Sample::of(elements, snapshots, covariance, self.averaging)?;
+        let steering = (self.steering.clone(), covariance);
+        let sample = Sample::of(elements, snapshots, steering, self.averaging)?;
         Some(Sample {
             factor: self.factor,
             element_weights: self.element_weights.clone(),
@@ -126,13 +130,34 @@ impl Sample {
         })
     }
 
+    /// The same covariance in the direction of a sub-line: the phase `slope` from element to element, and `constant` at
+    /// the centre, rad. Its data have the phases of e^{−jφ_c} and of the subapertures' places. `None` where the
+    /// covariance is not positive definite.
+    pub fn towards(&self, slope: f64, constant: f64, parameters: &Parameters) -> Option<Self> {
+        let offset = |i: usize, of: usize| i as f64 - (of - 1) as f64 / 2.0;
+        let turn = |i: usize, of: usize| Complex::new(0.0, slope * offset(i, of)).exp();
+        let common = Complex::new(0.0, -constant).exp();
+        let (subaperture, positions) = self.snapshots.shape();
+        let count = self.elements.len();
+        let elements = Vector::from_fn(count, |m, _| {
+            self.elements[m] * common * turn(m, count).conj()
+        });
+        let snapshots = Matrix::from_fn(subaperture, positions, |i, p| {
+            self.snapshots[(i, p)] * common * turn(p, positions).conj()
+        });
+        let steering = Vector::from_fn(subaperture, |i, _| turn(i, subaperture));
+        let factor = postfilter(&elements, parameters);
+        let steering = (steering, self.covariance.clone());
+        let sample = Sample::of(elements, snapshots, steering, self.averaging)?;
+        Some(Sample { factor, ..sample })
+    }
+
     fn of(
         elements: Vector,
         snapshots: Matrix,
-        covariance: Matrix,
+        (steering, covariance): (Vector, Matrix),
         averaging: Covariance,
     ) -> Option<Self> {
-        let steering = Vector::from_element(covariance.nrows(), Complex::ONE);
         let equal = |count: usize| DVector::from_element(count, 1.0 / count as f64);
         let (element_weights, subaperture_weights) =
             (equal(elements.len()), equal(snapshots.ncols()));
@@ -142,6 +167,7 @@ impl Sample {
             snapshots,
             covariance,
             minimum_variance: &solved / steering.dotc(&solved),
+            steering,
             averaging,
             factor: 1.0,
             element_weights,
@@ -201,7 +227,7 @@ impl Sample {
             }
             Method::Mv => return vec![Answer::new(self.output(w))],
             Method::EsmvBeta(beta) => {
-                let ranks = eigenspace.ranks(f64::from(beta), tolerance);
+                let ranks = eigenspace.ranks(&self.steering, f64::from(beta), tolerance);
                 return ranks.map(|rank| answer(0..rank)).collect();
             }
             Method::EsmvRank(rank) => 0..rank.min(subaperture),
@@ -258,8 +284,7 @@ impl Sample {
             theta = e.norm();
             e /= Complex::from(theta);
         }
-        let steering = Vector::from_element(e.len(), Complex::ONE);
-        let projection = e.dotc(&(&self.covariance * steering));
+        let projection = e.dotc(&(&self.covariance * &self.steering));
         // wᴴRw = 1/(aᴴR⁻¹a).
         let w = &self.minimum_variance;
         let power = w.dotc(&(&self.covariance * w));
@@ -379,27 +404,26 @@ impl Eigenspace {
         signal * (signal.adjoint() * w)
     }
 
-    /// Eq. 8, summed up: c_j = Σ_{k≤j} ρ_k²/λ_k with ρ = Eᴴa, for j = 1..L.
-    pub fn cross_spectral_sums(&self) -> Vec<f64> {
+    /// Eq. 8, summed up: c_j = Σ_{k≤j} ρ_k²/λ_k with ρ = Eᴴa, for j = 1..L, for the steering vector a.
+    pub fn cross_spectral_sums(&self, steering: &Vector) -> Vec<f64> {
         let metric = self.vectors.column_iter().zip(self.values.iter());
         metric
             .scan(0.0, |sum, (vector, value)| {
-                // ρ_k is the conjugate of the sum of e_k's entries, since a = 1.
-                *sum += vector.sum().norm_sqr() / value;
+                *sum += vector.dotc(steering).norm_sqr() / value;
                 Some(*sum)
             })
             .collect()
     }
 
     /// The smallest rank j ≥ 1 with c_j ≥ β·c_L.
-    pub fn rank(&self, beta: f64) -> usize {
-        *self.ranks(beta, 0.0).start()
+    pub fn rank(&self, steering: &Vector, beta: f64) -> usize {
+        *self.ranks(steering, beta, 0.0).start()
     }
 
     /// The ranks that arithmetic of less precision may choose: from the first j with
     /// c_j ≥ (1 − tolerance)·β·c_L to the first with c_j ≥ (1 + tolerance)·β·c_L.
-    pub fn ranks(&self, beta: f64, tolerance: f64) -> RangeInclusive<usize> {
-        let sums = self.cross_spectral_sums();
+    pub fn ranks(&self, steering: &Vector, beta: f64, tolerance: f64) -> RangeInclusive<usize> {
+        let sums = self.cross_spectral_sums(steering);
         let threshold = beta * sums[sums.len() - 1];
         let first_above = |threshold: f64| {
             sums.iter()

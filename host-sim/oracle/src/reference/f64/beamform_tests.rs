@@ -197,7 +197,11 @@ fn eigenvectors_are_orthonormal_and_belong_to_their_descending_values() {
             .is_sorted_by(|larger, smaller| larger >= smaller)
     );
     // Eq. 8: c_L = aᴴR⁻¹a, whose inverse is the output power wᴴRw.
-    let total = *sample.eigenspace().cross_spectral_sums().last().unwrap();
+    let total = *sample
+        .eigenspace()
+        .cross_spectral_sums(&sample.steering)
+        .last()
+        .unwrap();
     let w = &sample.minimum_variance;
     assert!((w.dotc(&(&sample.covariance * w)) * total - 1.0).norm() < ROUNDING);
 }
@@ -209,13 +213,14 @@ fn the_rank_is_the_smallest_whose_sum_reaches_beta() {
         values: DVector::from_vec(vec![4.0, 2.0, 1.0]),
         vectors: Matrix::identity(3, 3),
     };
-    assert_eq!(eigenspace.cross_spectral_sums(), [0.25, 0.75, 1.75]);
+    let ones = DVector::from_element(3, Complex::ONE);
+    assert_eq!(eigenspace.cross_spectral_sums(&ones), [0.25, 0.75, 1.75]);
     assert_eq!(
-        [0.0, 0.1, 0.15, 0.4, 0.45, 1.0].map(|beta| eigenspace.rank(beta)),
+        [0.0, 0.1, 0.15, 0.4, 0.45, 1.0].map(|beta| eigenspace.rank(&ones, beta)),
         [1, 1, 2, 2, 3, 3]
     );
-    assert_eq!(eigenspace.ranks(3.0 / 7.0, 1e-3), 2..=3);
-    assert_eq!(eigenspace.ranks(0.4, 1e-3), 2..=2);
+    assert_eq!(eigenspace.ranks(&ones, 3.0 / 7.0, 1e-3), 2..=3);
+    assert_eq!(eigenspace.ranks(&ones, 0.4, 1e-3), 2..=2);
     assert_eq!(eigenspace.second_to_first(), 0.5);
 }
 

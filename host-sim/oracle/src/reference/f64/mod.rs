@@ -4,4 +4,5 @@ pub mod delay;
 pub mod image;
 pub mod iq;
 pub mod phase_symmetry;
+pub mod steering;
 pub mod surface;

@@ -1,0 +1,372 @@
+//! The methods in several directions, from one factor and one set of eigenvectors.
+
+use super::Method;
+use super::eigenspace::{
+    Subspace, accumulate, at_least_floor, first_eigenpair, sort, stepped_eigenpair, subspace_sum,
+};
+use crate::beamform::workspace::{Directions, Solver};
+use crate::covariance::Averaging;
+use crate::linalg::cholesky::{divide_backward, divide_forward, factorise};
+use crate::linalg::householder::Reduction;
+use crate::linalg::implicit_ql::implicit_ql;
+use crate::linalg::matrix_vector::times_vector;
+use crate::linalg::panels::TILE;
+use crate::simd::{ComplexVector, Mask, Scalar, Vector, copy};
+
+/// How many sub-lines there are, and the subaperture's length.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::beamform) struct Shape {
+    pub(in crate::beamform) sub_lines: usize,
+    pub(in crate::beamform) subaperture: usize,
+}
+
+/// `wᴴs` of each direction for the loaded covariance in the solver's panels, into the `answers`. What they are in the
+/// `zero_power` lanes means nothing.
+///
+/// `steering` and `data` hold each direction's `a` and `s` in the solver's coordinates.
+#[inline(always)]
+pub(in crate::beamform) fn answers<A: Averaging<V>, V: Vector>(
+    zero: V,
+    method: Method,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    directions: &mut Directions<'_, A::Scalar, V>,
+    (shape, zero_power): (Shape, V::Mask),
+) {
+    match shape.sub_lines {
+        2 => of_groups::<A, V, 2>(zero, method, solver, directions, (shape, zero_power)),
+        _ => of_groups::<A, V, TILE>(zero, method, solver, directions, (shape, zero_power)),
+    }
+}
+
+/// [`answers`] of `N` directions in registers at a time.
+#[inline(always)]
+fn of_groups<A: Averaging<V>, V: Vector, const N: usize>(
+    zero: V,
+    method: Method,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    directions: &mut Directions<'_, A::Scalar, V>,
+    (shape, zero_power): (Shape, V::Mask),
+) {
+    let none = zero_power & !zero_power;
+    let definite = match method {
+        Method::Mv => stage(
+            zero,
+            solver,
+            directions,
+            #[inline(always)]
+            move |solver, directions| mv::<A, V, N>(zero, solver, directions, shape),
+        ),
+        Method::EsmvRank1 => stage(
+            zero,
+            solver,
+            directions,
+            #[inline(always)]
+            move |solver, directions| match first_eigenpair::<A, V>(
+                zero,
+                solver,
+                shape.subaperture,
+                zero_power,
+            ) {
+                Some(value) => rank1::<A, V, N>(zero, value, solver, directions, shape),
+                None => none,
+            },
+        ),
+        Method::EsmvRank1Steps(steps) => {
+            return stage(
+                zero,
+                solver,
+                directions,
+                #[inline(always)]
+                move |solver, directions| {
+                    let definite = match stepped_eigenpair::<A, V>(steps, solver, shape.subaperture)
+                    {
+                        Some(value) => rank1::<A, V, N>(zero, value, solver, directions, shape),
+                        None => none,
+                    };
+                    let nothing = ComplexVector::from_real(zero);
+                    for answer in directions.answers.iter_mut() {
+                        let solved = definite & answer.is_finite();
+                        *answer = ComplexVector::select(solved, *answer, nothing);
+                    }
+                },
+            );
+        }
+        _ => none,
+    };
+    let mut solved = definite;
+    for answer in directions.answers.iter().take(shape.sub_lines) {
+        solved = solved & answer.is_finite();
+    }
+    if (solved | zero_power).all() {
+        return;
+    }
+    // The other methods, and the lanes that the faster solvers leave.
+    let subspace = method.subspace();
+    stage(
+        zero,
+        solver,
+        directions,
+        #[inline(always)]
+        move |solver, directions| {
+            esmv::<A, V, N>(zero, subspace, solver, directions, (shape, definite));
+        },
+    );
+}
+
+/// Runs a kernel: a function of its own for each (see `segments`).
+#[inline(never)]
+fn stage<S: Scalar<V>, V: Vector, R>(
+    zero: V,
+    solver: &mut Solver<'_, S, V>,
+    directions: &mut Directions<'_, S, V>,
+    kernel: impl FnOnce(&mut Solver<'_, S, V>, &mut Directions<'_, S, V>) -> R,
+) -> R {
+    zero.vectorize(
+        #[inline(always)]
+        || kernel(solver, directions),
+    )
+}
+
+/// Minimum variance: with `y = G⁻¹a` and `u = G⁻ᴴy = R⁻¹a`, `wᴴs = uᴴs/‖y‖²`. Returns the lanes in which `R` is not
+/// singular in f32.
+///
+/// Order: both sums ascending from zero.
+#[inline(always)]
+fn mv<A: Averaging<V>, V: Vector, const N: usize>(
+    zero: V,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    directions: &mut Directions<'_, A::Scalar, V>,
+    shape: Shape,
+) -> V::Mask {
+    let definite = forward::<A, V, N>(zero, solver, directions, shape);
+    let Shape {
+        sub_lines,
+        subaperture,
+    } = shape;
+    let padded = subaperture.next_multiple_of(TILE);
+    let (rows, _) = directions.rows.as_chunks_mut::<N>();
+    let Some(rows) = rows.get_mut(..padded * (sub_lines / N)) else {
+        return definite;
+    };
+    divide_backward(solver.factor, rows, padded / TILE);
+    let rows = rows.chunks_exact(padded.max(1));
+    let data = directions.data.chunks_exact((N * subaperture).max(1));
+    let (powers, _) = directions.powers.as_chunks::<N>();
+    let (answers, _) = directions.answers.as_chunks_mut::<N>();
+    let groups = rows.zip(data).zip(powers.iter().zip(answers));
+    for ((rows, data), (powers, answers)) in groups {
+        let mut sums = [ComplexVector::from_real(zero); N];
+        let mut data = data.chunks_exact(subaperture.max(1));
+        for r in 0..N {
+            let Some(data) = data.next() else {
+                break;
+            };
+            for (row, &s) in rows.iter().zip(data) {
+                sums[r] = sums[r] + row[r].mul_complex(s);
+            }
+            answers[r] = sums[r].divide(powers[r]);
+        }
+    }
+    definite
+}
+
+/// Rank 1 by the largest eigenvalue and its eigenvector in the solver's `vector`: with `p = R·e₁`,
+/// `w_pᴴs = (pᴴa)*·(e₁ᴴs)/(λ₁²·aᴴR⁻¹a)`. As `e₁ᴴ(R·a)` for the line alone, `pᴴa` weighs an error of `e₁` by `λ₂/λ₁`.
+///
+/// Order: the sums ascending from zero.
+#[inline(always)]
+fn rank1<A: Averaging<V>, V: Vector, const N: usize>(
+    zero: V,
+    eigenvalue: V,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    directions: &mut Directions<'_, A::Scalar, V>,
+    shape: Shape,
+) -> V::Mask {
+    let Shape {
+        sub_lines,
+        subaperture,
+    } = shape;
+    let padded = subaperture.next_multiple_of(TILE);
+    let none = zero.mask(
+        #[inline(always)]
+        |_| false,
+    );
+    let (Some(vector), Some(product)) = (
+        solver.vector.get(..padded),
+        directions.product.get_mut(..padded),
+    ) else {
+        return none;
+    };
+    let (tiles, _) = product.as_chunks_mut();
+    times_vector(solver.matrix, zero, vector.as_chunks().0, tiles);
+    let steering = directions.steering.chunks_exact(padded.max(1));
+    let data = directions.data.chunks_exact(subaperture.max(1));
+    let of_direction = steering.zip(data).zip(directions.answers.iter_mut());
+    for ((a, s), answer) in of_direction.take(sub_lines) {
+        let mut projection = A::Scalar::from_real(zero);
+        let mut echo = ComplexVector::from_real(zero);
+        let vectors = vector.iter().zip(&*product);
+        for ((&a, &s), (&e, &p)) in a.iter().zip(s).zip(vectors) {
+            projection = projection + a.mul_conj(p);
+            echo = echo + e.conj_mul_complex(s);
+        }
+        *answer = projection.conj_mul_complex(echo);
+    }
+    let definite = forward::<A, V, N>(zero, solver, directions, shape);
+    let answers = directions.answers.iter_mut().zip(&*directions.powers);
+    for (answer, &power) in answers.take(sub_lines) {
+        *answer = answer.divide(eigenvalue * eigenvalue * power);
+    }
+    definite
+}
+
+/// The factor, `G⁻¹a` of each direction in the `rows`, conjugated, and `aᴴR⁻¹a = ‖G⁻¹a‖²`, ascending from zero, in the
+/// `powers`.
+#[inline(always)]
+fn forward<A: Averaging<V>, V: Vector, const N: usize>(
+    zero: V,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    directions: &mut Directions<'_, A::Scalar, V>,
+    shape: Shape,
+) -> V::Mask {
+    let Shape {
+        sub_lines,
+        subaperture,
+    } = shape;
+    let padded = subaperture.next_multiple_of(TILE);
+    let none = zero.mask(
+        #[inline(always)]
+        |_| false,
+    );
+    let (rows, _) = directions.rows.as_chunks_mut::<N>();
+    let Some(rows) = rows.get_mut(..padded * (sub_lines / N)) else {
+        return none;
+    };
+    let steering = directions.steering.chunks_exact((N * padded).max(1));
+    for (rows, steering) in rows.chunks_exact_mut(padded.max(1)).zip(steering) {
+        let mut steering = steering.chunks_exact(padded.max(1));
+        for r in 0..N {
+            let Some(steering) = steering.next() else {
+                break;
+            };
+            for (row, a) in rows.iter_mut().zip(steering) {
+                row[r] = a.conj();
+            }
+        }
+    }
+    let Some((first, rest)) = rows.split_at_mut_checked(padded) else {
+        return none;
+    };
+    let panels = padded / TILE;
+    let definite = factorise::<_, _, N>(zero, solver.matrix, solver.factor, first, panels);
+    divide_forward(solver.factor, rest, panels);
+    let (powers, _) = directions.powers.as_chunks_mut::<N>();
+    for (rows, powers) in rows.chunks_exact(padded.max(1)).zip(powers) {
+        let mut sums = [zero; N];
+        for row in rows.iter().take(subaperture) {
+            for r in 0..N {
+                sums[r] = sums[r] + row[r].norm_sqr();
+            }
+        }
+        *powers = sums;
+    }
+    definite
+}
+
+/// By the full eigensolver, as for the line alone, where the answers are not yet right: the lanes in which `R` is
+/// singular (not `definite`) or an answer is not finite.
+///
+/// The matrix is reduced once. Its eigenvalues are found anew for each group of `N` directions, which are rotated in
+/// registers: a rotation costs more than to turn a vector by it, but less than to keep it.
+#[inline(always)]
+fn esmv<A: Averaging<V>, V: Vector, const N: usize>(
+    zero: V,
+    subspace: Subspace,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    directions: &mut Directions<'_, A::Scalar, V>,
+    (shape, definite): (Shape, V::Mask),
+) {
+    let Shape {
+        sub_lines,
+        subaperture: n,
+    } = shape;
+    let padded = n.next_multiple_of(TILE);
+    let mut reduction = Reduction {
+        panels: solver.factor,
+        vectors: solver.rows.as_flattened_mut(),
+        phases: solver.phases,
+        tridiagonal: &mut solver.tridiagonal,
+    };
+    let mean = reduction.reduce(zero, solver.matrix, n);
+    let steering = directions.steering.chunks_exact_mut(padded.max(1));
+    let data = directions.data.chunks_exact_mut(n.max(1));
+    for (steering, data) in steering.zip(data).take(sub_lines) {
+        reduction.project(zero, n, steering, data);
+    }
+    let tridiagonal = reduction.tridiagonal;
+    let saved = directions.tridiagonal.split_at_mut_checked(n);
+    let (Some((saved_d, saved_e)), Some(d), Some(e), Some(order), Some(values)) = (
+        saved,
+        tridiagonal.diagonal.get_mut(..n),
+        tridiagonal.off_diagonal.get_mut(..n),
+        tridiagonal.eigenvector.get_mut(..n),
+        solver.values.get_mut(..n),
+    ) else {
+        return;
+    };
+    let Some(saved_e) = saved_e.get_mut(..n) else {
+        return;
+    };
+    copy(d, saved_d);
+    copy(e, saved_e);
+    let (rows, _) = directions.rows.as_chunks_mut::<N>();
+    let (work, _) = solver.work.as_chunks_mut::<N>();
+    let (Some(x), Some(y)) = (rows.get_mut(..n), work.get_mut(..n)) else {
+        return;
+    };
+    let steering = directions.steering.chunks_exact((N * padded).max(1));
+    let data = directions.data.chunks_exact((N * n).max(1));
+    let (answers, _) = directions.answers.as_chunks_mut::<N>();
+    let groups = steering.zip(data).zip(answers).take(sub_lines / N);
+    for ((steering, data), answers) in groups {
+        copy(saved_d, d);
+        copy(saved_e, e);
+        let steering = steering.chunks_exact(padded.max(1));
+        let mut of_directions = steering.zip(data.chunks_exact(n.max(1)));
+        for r in 0..N {
+            let Some((steering, data)) = of_directions.next() else {
+                break;
+            };
+            let vectors = x.iter_mut().zip(y.iter_mut());
+            for ((x, y), (&a, &s)) in vectors.zip(steering.iter().zip(data)) {
+                (x[r], y[r]) = (a, s);
+            }
+        }
+        implicit_ql(zero, d, e, x, y);
+        for (value, d) in values.iter_mut().zip(&mut *d) {
+            *d = *d + mean;
+            *value = *d;
+        }
+        sort(zero, d, order);
+        for r in 0..N {
+            let vectors = x.iter().zip(y.iter_mut());
+            let metrics = e.iter_mut().zip(&*values);
+            for ((x, y), (metric, &value)) in vectors.zip(metrics) {
+                let value = at_least_floor(value);
+                y[r] = x[r].conj_mul_complex(y[r]).divide(value);
+                *metric = x[r].norm_sqr() / value;
+            }
+            let total = accumulate(zero, e, order, d);
+            let sum = subspace_sum(
+                zero,
+                subspace,
+                (&*d, &*order),
+                total,
+                #[inline(always)]
+                |k| y.get(k).map(|y| y[r]),
+            );
+            let solved = definite & answers[r].is_finite();
+            answers[r] = ComplexVector::select(solved, answers[r], sum.divide(total));
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The envelope of a line from its sub-lines.
+
+use super::envelope::{check_signal, magnitude};
+use crate::Error;
+use crate::error::check_length;
+use num_complex::Complex;
+
+/// How the envelope of a line is made of those of its sub-lines.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum Pooling {
+    /// The largest: an isolated point keeps its level wherever it lies.
+    #[default]
+    Largest,
+    /// The root of the mean square: speckle is smoother, and a point up to `10·lg N` dB lower.
+    Rms,
+}
+
+/// The envelope of a line from `z[n·N + k]`, sub-line `k` of sample `n`, in the unit of `z`.
+///
+/// Order: `|z|` as [`envelope`](super::envelope()); the root mean square is `a·√(Σ(|z|/a)²/N)` with the largest `a`,
+/// ascending from zero, so that no square overflows or vanishes.
+///
+/// ```
+/// use bonebeam::Complex;
+/// use bonebeam::image::{Pooling, pooled_envelope};
+///
+/// let z = [Complex::new(1.0, 0.0), Complex::new(0.0, -7.0)];
+/// let mut out = [0.0];
+/// pooled_envelope(&z, 2, Pooling::Largest, &mut out)?;
+/// assert_eq!(out, [7.0]);
+/// pooled_envelope(&z, 2, Pooling::Rms, &mut out)?;
+/// assert!((out[0] - 5.0).abs() < 1e-6);
+/// # Ok::<(), bonebeam::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Length`] where `z` is not `sub_lines` times as long as `out`, [`Error::NonFinite`] with the first bad
+/// number's index; `out` is then untouched.
+pub fn pooled_envelope(
+    z: &[Complex<f32>],
+    sub_lines: usize,
+    pooling: Pooling,
+    out: &mut [f32],
+) -> Result<(), Error> {
+    check_length("sub-lines", z.len(), out.len().saturating_mul(sub_lines))?;
+    check_signal(z)?;
+    for (out, z) in out.iter_mut().zip(z.chunks_exact(sub_lines.max(1))) {
+        let mut largest = 0.0;
+        for &z in z {
+            let magnitude = magnitude(z);
+            if magnitude > largest {
+                largest = magnitude;
+            }
+        }
+        *out = match pooling {
+            Pooling::Rms if largest > 0.0 => {
+                let mut sum = 0.0;
+                for &z in z {
+                    let part = magnitude(z) / largest;
+                    sum += part * part;
+                }
+                largest * crate::instructions::sqrt(sum / z.len() as f32)
+            }
+            _ => largest,
+        };
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At the ends of the floats' range, and of silence.
+    #[test]
+    fn a_level_that_all_sub_lines_have_is_that_of_the_line() {
+        for level in [0.0, 1e-44, 1.5, 3.0e38] {
+            for (pooling, sub_lines) in
+                [(Pooling::Largest, 4), (Pooling::Rms, 4), (Pooling::Rms, 1)]
+            {
+                let z = [Complex::new(0.0, -level); 4];
+                let mut out = [f32::NAN; 4];
+                let out = &mut out[..4 / sub_lines];
+                assert_eq!(pooled_envelope(&z, sub_lines, pooling, out), Ok(()));
+                assert!(
+                    out.iter().all(|&value| value == level),
+                    "{level} {pooling:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_line_is_refused() {
+        let mut out = [9.0; 2];
+        let z = [Complex::new(1.0, 0.0); 5];
+        let length = Error::Length {
+            name: "sub-lines",
+            actual: 5,
+            expected: 4,
+        };
+        let pooled = pooled_envelope(&z, 2, Pooling::Rms, &mut out);
+        assert_eq!(pooled, Err(length));
+        let bad = [z[0], z[0], Complex::new(0.0, f32::NAN), z[0]];
+        let non_finite = Error::NonFinite {
+            name: "analytic signal",
+            index: 2,
+        };
+        let pooled = pooled_envelope(&bad, 2, Pooling::Largest, &mut out);
+        assert_eq!((pooled, out), (Err(non_finite), [9.0; 2]));
+    }
+}
