@@ -68,9 +68,13 @@ impl TransmitWeights {
         let total: f64 = weights.iter().map(|weight| weight.abs()).sum();
         if weights.len() != transmits || !(total > 0.0 && total.is_finite()) {
             return Err(Error::Usage(format!(
-                "--transmit-weights has {} weights of a sum of magnitudes of {total}; expected {transmits} finite ones, not \
-                 all 0",
-                weights.len()
+                "--transmit-weights has {}; expected {transmits} numbers that are finite and not all 0, one for each \
+                 transmit, or a window",
+                weights
+                    .iter()
+                    .map(|&weight| short(weight))
+                    .collect::<Vec<_>>()
+                    .join(", ")
             )));
         }
         let scale = transmits as f64 / total;
