@@ -1,4 +1,4 @@
-"""Arrays of PyTorch and JAX by DLPack: the same bits, without a copy. `tests/run python-arrays` installs both."""
+"""Arrays of PyTorch and JAX by DLPack: the same bits, without a copy. `tests/run python-peers` installs JAX; PyTorch is taken where it is."""
 
 from dataclasses import replace
 
@@ -23,11 +23,11 @@ def jax():
 
 def everything(arrays, x, data, image):
     """Lines of aligned samples and of channel data, and a map, of arrays that `arrays` makes."""
-    iq = replace(data, rf=None, iq=arrays(data.rf.astype(np.complex64)), f_demod=0.0)
+    iq = replace(data, rf=None, iq=arrays(data.rf.astype(np.complex64)), f_demod=data.f0)
     return [
         bonebeam.beamform(arrays(x), method="mv", temporal_half_window=1),
         bonebeam.Beamformer(x.shape[-1], method="esmv")(arrays(x)),
-        bonebeam.beamform(replace(data, rf=arrays(data.rf), tx_angle=arrays(data.tx_angle)), method="das").z,
+        bonebeam.beamform(replace(data, rf=arrays(data.rf)), method="das").z,
         bonebeam.delay(replace(data, rf=arrays(data.rf))).x,
         bonebeam.beamform(iq, method="das").z,
         bonebeam.phase_symmetry(arrays(image), scales=[2**-4]),
