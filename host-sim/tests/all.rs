@@ -23,6 +23,7 @@ mod in_place;
 mod main_job;
 mod paper;
 mod resumed;
+mod surface;
 
 use std::fs;
 use std::path::Path;

@@ -117,8 +117,13 @@ fn detect(
     grey: &[u8],
     samples: Axis,
     spacing: f64,
-    settings: Settings,
+    mut settings: Settings,
 ) -> Result<Vec<Option<Point>>> {
+    // Of what lies nearer to the end there is too little shadow to tell: the end of the data looks like one.
+    let end = samples.last() - settings.far[1];
+    if settings.depths[1].is_infinite() && end > settings.depths[0] + settings.far[1] {
+        settings.depths[1] = end;
+    }
     let lines = grey.len() / samples.count.max(1);
     let detector = Detector::new(Parameters {
         samples,

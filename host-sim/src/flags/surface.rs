@@ -14,7 +14,7 @@ pub struct SurfaceFlags {
     #[arg(long, value_name = "M", help_heading = "Surface")]
     search_start: Option<f64>,
 
-    /// The depth at which the search ends, m [default: the end of the lines]
+    /// The depth at which the search ends, m [default: 6 mm above the end of the lines]
     #[arg(long, value_name = "M", help_heading = "Surface")]
     search_end: Option<f64>,
 

@@ -60,6 +60,7 @@ fn help_has_examples_that_name_real_flags() {
         &["simulate", "--help"],
         &["beamform", "--help"],
         &["phase-symmetry", "--help"],
+        &["surface", "--help"],
         &["paper", "--help"],
     ] {
         let text = help(command);
@@ -67,7 +68,7 @@ fn help_has_examples_that_name_real_flags() {
         let mut known = flags.to_owned();
         if command == ["--help"] {
             // The examples of the whole program also belong to its commands.
-            for name in ["simulate", "beamform", "phase-symmetry", "paper"] {
+            for name in ["simulate", "beamform", "phase-symmetry", "surface", "paper"] {
                 known += &help(&[name, "--help"]);
             }
         }

@@ -20,7 +20,7 @@ pub struct Surface {
     pub grey_range: f64,
     /// The depth at which the search begins, m.
     pub search_start: f64,
-    /// The depth at which it ends, m; without it, the line's end.
+    /// The depth at which it ends, m; without it, 6 mm above the line's end, where there is that much.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub search_end: Option<f64>,
     /// The score of a line without bone, nats.
