@@ -6,12 +6,10 @@ os.environ["KERAS_BACKEND"] = "jax"
 import matplotlib.pyplot as plt
 import numpy as np
 import zea
+from zea.data.file import load_file
 
-with zea.File(sys.argv[1]) as file:
-    raw = file.dataset("raw_data")[:]
-    parameters = file.load_parameters(
-        xlims=(-19.2e-3, 19.2e-3), zlims=(6e-3, 28e-3), grid_size_x=255, grid_size_z=571, dynamic_range=(-60, 0)
-    )
+grid = {"xlims": (-19.2e-3, 19.2e-3), "zlims": (6e-3, 28e-3), "grid_size_x": 255, "grid_size_z": 571}
+raw, parameters = load_file(sys.argv[1], "raw_data", scan_kwargs={**grid, "dynamic_range": (-60, 0)})
 pipeline = zea.Pipeline.from_default(with_batch_dim=True)
 inputs = pipeline.prepare_parameters(parameters)
 image = np.asarray(pipeline(data=raw, **inputs)["data"])[0]
