@@ -43,7 +43,7 @@ impl Integer for i32 {}
 #[allow(unsafe_code)]
 pub(crate) fn integers<T: Integer>(real: &mut [f32]) -> &mut [T] {
     const {
-        assert!(size_of::<f32>() % size_of::<T>() == 0);
+        assert!(size_of::<f32>().is_multiple_of(size_of::<T>()));
         assert!(align_of::<T>() <= align_of::<f32>());
     }
     let count = real.len() * (size_of::<f32>() / size_of::<T>());

@@ -251,12 +251,13 @@ impl Line {
             .get(origin.saturating_add(self.shadow_from)..)
             .unwrap_or_default();
         let mut samples = (cells - first as i32 - self.shadow_from as i32) * stride;
-        let mut cell = first as i32;
         let sums = |window: &Window| window.sums(sums, origin);
         let onset = sums(&self.echo).zip(sums(&self.near)).zip(sums(&self.far));
         let level = sums(&self.above).zip(sums(&self.below));
         let all = onset.zip(level).zip(to_end).zip(scores);
-        for (((((echo, near), far), (above, below)), to_end), score) in all {
+        for (cell, (((((echo, near), far), (above, below)), to_end), score)) in
+            (first as i32..).zip(all)
+        {
             let mean_of = |window: &Window, sum: u32| match CUT {
                 true => window.cut(sum, cell, cells, stride),
                 false => scaled(sum, window.reciprocal),
@@ -272,7 +273,6 @@ impl Line {
             };
             *score = self.score(&means, shadow);
             samples -= stride;
-            cell += 1;
         }
     }
 

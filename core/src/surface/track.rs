@@ -64,7 +64,7 @@ impl Pointer {
     const ORIGIN: i32 = (1 << Self::BITS) - 1;
 
     #[inline(always)]
-    fn new(origin: i32, score: i32) -> u16 {
+    fn packed(origin: i32, score: i32) -> u16 {
         let score = ((score >> 5) + 320).clamp(0, 511);
         ((score << Self::BITS) | origin) as u16
     }
@@ -198,7 +198,7 @@ impl<'p, 'm> Tracker<'p, 'm> {
         let parameters = self.detector.parameters();
         check_length("line", grey.len(), parameters.samples.count)?;
         Line::sums(grey, [sizes.stride, sizes.above], self.sums);
-        line.scores(self.sums, &sizes, levels, self.scores);
+        line.scores(self.sums, sizes, levels, self.scores);
         self.step();
         if self.lines <= parameters.latency {
             return Ok(None);
@@ -413,7 +413,7 @@ impl Cells<'_> {
             let origin = path & Pointer::ORIGIN;
             let own = (score * prices.factor - base) >> 8;
             let sum = path - origin + (own << Pointer::BITS);
-            (*value, *pointer) = (sum, Pointer::new(origin, score));
+            (*value, *pointer) = (sum, Pointer::packed(origin, score));
             if sum > best {
                 (best, best_cell) = (sum, cell);
             }

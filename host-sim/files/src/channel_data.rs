@@ -49,7 +49,7 @@ const OUT_OF_PLANE: f64 = 1e-4;
 /// # Errors
 /// A sentence that names the first of them.
 pub fn check_plane(y: &[f64]) -> std::result::Result<(), String> {
-    match y.iter().position(|y| !(y.abs() <= OUT_OF_PLANE)) {
+    match y.iter().position(|y| y.is_nan() || y.abs() > OUT_OF_PLANE) {
         None => Ok(()),
         Some(element) => Err(format!(
             "`element_y` is {} m at element {element}; expected 0, one row of elements in the image plane and not a matrix",

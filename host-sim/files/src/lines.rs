@@ -219,7 +219,7 @@ impl<S: Data<Elem = Complex<f32>>> BeamformedLines<ArrayBase<S, Ix2>> {
             validate::count("beam_angle", rays.angle.len(), self.z.nrows(), "beam")?;
             validate::angles("beam_angle", &rays.angle, "beam")?;
         }
-        if self.sub_lines == 0 || self.z.nrows() % self.sub_lines != 0 {
+        if self.sub_lines == 0 || !self.z.nrows().is_multiple_of(self.sub_lines) {
             return Err(format!(
                 "`sub_lines` is {}; expected a number that divides the {} beams",
                 self.sub_lines,

@@ -335,7 +335,9 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     config.add_to(&command_line(), &[input], &config_path, &mut outputs)?;
     outputs.commit()?;
-    partial.map(PartialLines::finish);
+    if let Some(partial) = partial {
+        partial.finish();
+    }
     match arguments.json {
         true => print(&measures.json(&config.beamform)?),
         false => print(&format!("{summary}\n")),

@@ -60,7 +60,7 @@ impl Lattice {
             let beside = |r: f64| pair[1].coordinates(pair[0].point(r))[0];
             if let Some(r) = [samples.first, samples.last()]
                 .into_iter()
-                .find(|&r| !(beside(r) <= 0.0))
+                .find(|&r| beside(r).is_nan() || beside(r) > 0.0)
             {
                 return Err(Error::Data(format!(
                     "an image needs beams from left to right that do not cross: beam {beam} lies right of the next one, {r} m \

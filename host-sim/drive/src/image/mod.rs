@@ -319,7 +319,10 @@ pub fn check_beams(beam_x: &[f64]) -> Result<()> {
             beam_x.len()
         )));
     }
-    match beam_x.windows(2).position(|pair| !(pair[0] < pair[1])) {
+    match beam_x
+        .windows(2)
+        .position(|pair| pair[0].partial_cmp(&pair[1]) != Some(std::cmp::Ordering::Less))
+    {
         None => Ok(()),
         Some(beam) => Err(Error::Data(format!(
             "an image needs beams from left to right: beam {beam} lies at {} m, the next one at {} m",

@@ -61,7 +61,7 @@ impl Beamform {
         let widest = LENGTHS[1];
         let ends = [self.lateral_start, self.lateral_end];
         for (key, end) in ["lateral_start", "lateral_end"].into_iter().zip(ends) {
-            if let Some(end) = end.filter(|end| !(end.abs() <= widest)) {
+            if let Some(end) = end.filter(|end| end.is_nan() || end.abs() > widest) {
                 let expected = format!("at least -{widest} and at most {widest} (m)");
                 return Err(out_of_range(SECTION, key, end, &expected));
             }
