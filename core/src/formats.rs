@@ -1,14 +1,16 @@
 //! `defmt::Format` of what is memory: how much there is of it, not what it holds.
 
-use crate::beamform::Workspace;
+use crate::beamform::{SteeredSegments, Workspace};
 use crate::covariance::Averaging;
 use crate::delay::IqSamples;
+use crate::geometry::{Steering, SteeringTable};
 use crate::memory::{Memory, Scratch};
 use crate::phase_symmetry::{
     External, GainTables, Kernels, LaneFft, LogGabor, LogGaborTables, StripSlices,
 };
 use crate::pipeline::Frame;
 use crate::simd::{ComplexVector, Vector};
+use crate::surface::{Survey, Tracker};
 use defmt::{Format, Formatter};
 
 /// `Type(N bytes)` for types whose memory is so many bytes.
@@ -51,6 +53,36 @@ impl<A: Averaging<V>, V: Vector> Format for Workspace<'_, A, V> {
 impl<D: crate::delay::Stage, A: Averaging<f32>> Format for Frame<'_, '_, D, A> {
     fn format(&self, f: Formatter<'_>) {
         defmt::write!(f, "Frame({})", self.pipeline.need(A::COVARIANCE));
+    }
+}
+
+impl Format for SteeredSegments<'_, '_> {
+    fn format(&self, f: Formatter<'_>) {
+        defmt::write!(f, "SteeredSegments({=usize})", self.segments.len());
+    }
+}
+
+impl Format for Steering<'_> {
+    fn format(&self, f: Formatter<'_>) {
+        defmt::write!(f, "Steering({=usize} samples)", self.samples());
+    }
+}
+
+impl Format for SteeringTable<'_> {
+    fn format(&self, f: Formatter<'_>) {
+        defmt::write!(f, "SteeringTable");
+    }
+}
+
+impl Format for Survey<'_, '_> {
+    fn format(&self, f: Formatter<'_>) {
+        defmt::write!(f, "Survey({})", self.levels());
+    }
+}
+
+impl Format for Tracker<'_, '_> {
+    fn format(&self, f: Formatter<'_>) {
+        defmt::write!(f, "Tracker");
     }
 }
 

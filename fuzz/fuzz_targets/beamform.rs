@@ -5,8 +5,8 @@
 
 use arbitrary::Arbitrary;
 use bonebeam::beamform::{
-    AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment, Sizes, Workspace,
-    constant_segments,
+    AlignedLine, Apodization, Beamformer, Method, Parameter, Parameters, Postfilter, Segment,
+    Sizes, Workspace, constant_segments,
 };
 use bonebeam::covariance::{Averaging, Forward, ForwardBackward};
 use bonebeam::geometry::Active;

@@ -251,7 +251,7 @@ fn the_surface_by_trying_all_paths_has_the_hashes() {
 }
 
 /// Cases that are never computed over lanes, or only over those of a beam each.
-const ONE_LANE: [&str; 12] = [
+const ONE_LANE: [&str; 14] = [
     "sqrt",
     "delay-filter-f32",
     "mv-growing-aperture",
@@ -264,6 +264,8 @@ const ONE_LANE: [&str; 12] = [
     "pipeline-iq-middle",
     "surface-frame",
     "surface-late",
+    "steering",
+    "sub-lines-mv-growing-aperture",
 ];
 
 #[test]

@@ -267,6 +267,8 @@ fn levels_are_percentiles_of_the_frame() {
     assert_eq!(survey.levels(), expected);
 }
 
+type Change<'a> = &'a dyn Fn(&mut Parameters);
+
 #[test]
 fn what_is_out_of_range_is_refused_by_its_name() {
     let with = |change: &dyn Fn(&mut Parameters)| {
@@ -274,7 +276,8 @@ fn what_is_out_of_range_is_refused_by_its_name() {
         change(&mut parameters);
         Detector::new(parameters).unwrap_err()
     };
-    let cases: [(&str, &dyn Fn(&mut Parameters)); 26] = [
+
+    let cases: [(&str, Change); 26] = [
         ("samples", &|p| p.samples.step = 0.0),
         ("samples", &|p| p.samples.count = (1 << 16) + 1),
         ("line spacing", &|p| p.spacing = f64::NAN),

@@ -120,6 +120,11 @@ impl Parameters {
         Window::new(self.apodization, self.tukey_taper)
     }
 
+    /// The postfilter and its cutoff.
+    pub(super) fn postfilter_of_lines(&self) -> (Postfilter, usize) {
+        (self.postfilter, self.coherence_cutoff)
+    }
+
     /// The shapes of the memory for up to `elements` active elements: none for DAS.
     pub const fn sizes(&self, elements: usize) -> Sizes {
         match self.method.direct() {

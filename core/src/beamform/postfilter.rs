@@ -1,6 +1,5 @@
 //! Postfilters: a real factor for each sample, from the aligned samples, that multiplies a method's output.
 
-use super::parameters::Parameters;
 use super::segment::{Segment, SegmentGroup};
 use super::snapshot::gather;
 use super::table::{Parameter, choices};
@@ -28,13 +27,13 @@ const BLOCK: usize = 8;
 /// Multiplies `z[lane][i]`, sample `first_sample + i` of its segment, by the factor of that sample.
 #[inline(always)]
 pub(super) fn postfilter<V: Vector>(
-    parameters: &Parameters,
+    (postfilter, cutoff): (Postfilter, usize),
     zero: V,
     group: SegmentGroup<'_, '_>,
     z: &mut [&mut [Complex<f32>]],
 ) {
-    if parameters.postfilter != Postfilter::None {
-        apply(parameters, zero, group, z);
+    if postfilter != Postfilter::None {
+        apply((postfilter, cutoff), zero, group, z);
     }
 }
 
@@ -42,12 +41,12 @@ pub(super) fn postfilter<V: Vector>(
 #[cold]
 #[inline(never)]
 fn apply<V: Vector>(
-    parameters: &Parameters,
+    (postfilter, cutoff): (Postfilter, usize),
     zero: V,
     group: SegmentGroup<'_, '_>,
     z: &mut [&mut [Complex<f32>]],
 ) {
-    match parameters.postfilter {
+    match postfilter {
         Postfilter::None => {}
         Postfilter::CoherenceFactor => multiply(
             zero,
@@ -57,9 +56,7 @@ fn apply<V: Vector>(
         ),
         Postfilter::GeneralizedCoherenceFactor => {
             // Above half the elements a frequency is one below it.
-            let cutoff = parameters
-                .coherence_cutoff
-                .min(group.count.saturating_sub(1) / 2);
+            let cutoff = cutoff.min(group.count.saturating_sub(1) / 2);
             multiply(
                 zero,
                 z,

@@ -90,7 +90,12 @@ impl Beamformer {
         }
         let subaperture = self.check_sizes(count, sizes)?;
         self.fitting_segments(workspace, segments, count, subaperture, z);
-        postfilter(self.parameters(), workspace.zero, group, z);
+        postfilter(
+            self.parameters().postfilter_of_lines(),
+            workspace.zero,
+            group,
+            z,
+        );
         Ok(())
     }
 
@@ -107,7 +112,7 @@ impl Beamformer {
         for (segment, z) in group.segments.iter().zip(z.iter_mut()) {
             (direct.output)(segment, group.count, window.as_ref(), z);
         }
-        postfilter(self.parameters(), zero, group, z);
+        postfilter(self.parameters().postfilter_of_lines(), zero, group, z);
     }
 
     /// Segments that fit, with the vector's instructions. Not inlined: where sizes are constants, as those of

@@ -1,18 +1,11 @@
 //! The plan of a detector: lengths as cells, prices as integers.
 
-use super::Survey;
 use super::logarithm::NAT;
 use super::onset::{Line, RampPlan, Window};
-use super::parameters::{Parameters, Ramp, Settings, Sizes, cells_of, window};
-use super::track::{Point, Prices, Tracker};
+use super::parameters::{Parameters, Prices, Ramp, Settings, Sizes, WHITE, cells_of, window};
 use crate::Error;
-use crate::error::{attempt, check_length, finite};
-use crate::memory::{Need, Scratch};
-
-/// Means are in so many parts of a grey level.
-pub(super) const PARTS: i32 = 16;
-/// White, in those.
-pub(super) const WHITE: i32 = 255 * PARTS;
+use crate::error::{attempt, finite};
+use crate::memory::Need;
 
 /// Finds the bone surface in grey levels of lines: parameters, checked, and what follows from them.
 ///
@@ -50,7 +43,7 @@ impl Detector {
         &self.parameters
     }
 
-    /// The memory of a [`Tracker`], and of [`Detector::frame`].
+    /// The memory of a [`Tracker`](super::Tracker), and of [`Detector::frame`].
     pub const fn need(&self) -> Need {
         self.sizes.need()
     }
@@ -62,43 +55,6 @@ impl Detector {
         let cell = (first + cell) as f64 + f64::from(fraction);
         let sample = cell * stride as f64 + (stride - 1) as f64 / 2.0;
         (samples.first + sample * samples.step) as f32
-    }
-
-    /// The surface of a whole frame, grey levels `[line][sample]`: a point or none a line. The frame's own
-    /// [`Levels`] are found first, from every fourth line.
-    ///
-    /// # Errors
-    /// [`Error::Length`] if `grey` is not as many lines as `out`, or the memory is shorter than [`Detector::need`].
-    /// [`Error::Capacity`] for more lines than the parameters' latency and one.
-    pub fn frame(
-        &self,
-        grey: &[u8],
-        scratch: Scratch<'_>,
-        out: &mut [Option<Point>],
-    ) -> Result<(), Error> {
-        let samples = self.parameters.samples.count;
-        check_length("grey levels", grey.len(), out.len().saturating_mul(samples))?;
-        scratch.check(self.need())?;
-        let mut scratch = scratch;
-        let mut survey = Survey::new(self, scratch.reborrow())?;
-        for line in grey.chunks_exact(samples.max(1)).step_by(Survey::EVERY) {
-            survey.line(line)?;
-        }
-        let levels = survey.levels();
-        let mut tracker = Tracker::new(self, scratch)?;
-        let mut places = out.iter_mut();
-        let mut put = |point| {
-            if let Some(place) = places.next() {
-                *place = point;
-            }
-        };
-        for line in grey.chunks_exact(samples.max(1)) {
-            if let Some(point) = tracker.line(line, levels)? {
-                put(point);
-            }
-        }
-        tracker.finish(put);
-        Ok(())
     }
 }
 

@@ -1,22 +1,13 @@
 //! The levels of a frame that a line's shadow is compared with.
 
-use super::Detector;
+use super::detector::Detector;
+use super::onset::Levels;
 use super::parameters::HISTOGRAMS;
 use crate::Error;
 use crate::error::check_length;
 use crate::instructions::integers;
 use crate::memory::Scratch;
 use crate::simd::split_front;
-
-/// Grey levels of a frame, in 1/16: its darkest shadows and its tissue.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Levels {
-    /// The 2nd percentile of the mean grey from a cell to the end of its line.
-    pub dark: u16,
-    /// The 60th percentile of grey.
-    pub tissue: u16,
-}
 
 /// Finds the [`Levels`] of a frame, line by line.
 ///

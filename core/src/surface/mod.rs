@@ -41,7 +41,8 @@ mod parameters;
 mod track;
 
 pub use detector::Detector;
-pub use levels::{Levels, Survey};
+pub use levels::Survey;
+pub use onset::Levels;
 pub use parameters::{Parameters, Ramp, Settings};
 pub use track::{Point, Tracker};
 

@@ -1,9 +1,17 @@
 //! The scores of a line: shadow onset, change of level, shadow to the end.
 
-use super::Levels;
-use super::detector::{PARTS, WHITE};
 use super::logarithm::{NAT, ln};
-use super::parameters::Sizes;
+use super::parameters::{PARTS, Sizes, WHITE};
+
+/// Grey levels of a frame, in 1/16: its darkest shadows and its tissue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Levels {
+    /// The 2nd percentile of the mean grey from a cell to the end of its line.
+    pub dark: u16,
+    /// The 60th percentile of grey.
+    pub tissue: u16,
+}
 
 /// A window around a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

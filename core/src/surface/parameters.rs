@@ -5,6 +5,11 @@ use crate::error::{attempt, positive};
 use crate::geometry::Axis;
 use crate::memory::Need;
 
+/// Means are in so many parts of a grey level.
+pub(super) const PARTS: i32 = 16;
+/// White, in those.
+pub(super) const WHITE: i32 = 255 * PARTS;
+
 /// Cells are at least this long, m, and shorter than twice that or a single sample.
 const CELL: f64 = 0.06e-3;
 /// No window is as long, m.
@@ -314,4 +319,26 @@ pub(super) const fn window(name: &'static str, [from, to]: [f64; 2]) -> Result<(
         value: if from >= 0.0 && from <= to { to } else { from },
         expected: "lengths of at least 0 and below 1 m, the first at most the second",
     })
+}
+
+/// Prices as scores, [`Settings`](super::Settings).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Prices {
+    /// Of a line without bone.
+    pub absence: i32,
+    /// The same, by how much a line counts.
+    pub absent: i32,
+    /// Of a start and of an end.
+    pub end: i32,
+    pub jump: i32,
+    /// Of a cell's move.
+    pub step: i32,
+    /// How much a line counts, in 1/256.
+    pub factor: i32,
+}
+
+impl Prices {
+    /// The farthest move that is none, cells.
+    pub(super) const FARTHEST: i32 = 62;
 }

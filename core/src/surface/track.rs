@@ -1,10 +1,10 @@
 //! The path of the surface over the lines: Viterbi's algorithm.
 
-use super::Levels;
 use super::detector::Detector;
+use super::levels::Survey;
 use super::logarithm::NAT;
-use super::onset::Line;
-use super::parameters::{AROUND, Sizes};
+use super::onset::{Levels, Line};
+use super::parameters::{AROUND, Prices, Sizes};
 use crate::Error;
 use crate::error::check_length;
 use crate::instructions::integers;
@@ -21,28 +21,6 @@ pub struct Point {
     pub confidence: f32,
     /// Whether a piece of surface begins here: the line before has none, or one that is a jump away.
     pub begins: bool,
-}
-
-/// Prices as scores, [`Settings`](super::Settings).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(super) struct Prices {
-    /// Of a line without bone.
-    pub absence: i32,
-    /// The same, by how much a line counts.
-    pub absent: i32,
-    /// Of a start and of an end.
-    pub end: i32,
-    pub jump: i32,
-    /// Of a cell's move.
-    pub step: i32,
-    /// How much a line counts, in 1/256.
-    pub factor: i32,
-}
-
-impl Prices {
-    /// The farthest move that is none, cells.
-    pub(super) const FARTHEST: i32 = 62;
 }
 
 /// Where the path to a cell comes from, in seven bits, and the cell's score, in nine.
@@ -81,6 +59,45 @@ impl Pointer {
 
 /// The value of what cannot be: all others lie above half of it.
 const NEVER: i32 = -(1 << 23);
+
+impl Detector {
+    /// The surface of a whole frame, grey levels `[line][sample]`: a point or none a line. The frame's own
+    /// [`Levels`] are found first, from every fourth line.
+    ///
+    /// # Errors
+    /// [`Error::Length`] if `grey` is not as many lines as `out`, or the memory is shorter than [`Detector::need`].
+    /// [`Error::Capacity`] for more lines than the parameters' latency and one.
+    pub fn frame(
+        &self,
+        grey: &[u8],
+        scratch: Scratch<'_>,
+        out: &mut [Option<Point>],
+    ) -> Result<(), Error> {
+        let samples = self.parameters().samples.count;
+        check_length("grey levels", grey.len(), out.len().saturating_mul(samples))?;
+        scratch.check(self.need())?;
+        let mut scratch = scratch;
+        let mut survey = Survey::new(self, scratch.reborrow())?;
+        for line in grey.chunks_exact(samples.max(1)).step_by(Survey::EVERY) {
+            survey.line(line)?;
+        }
+        let levels = survey.levels();
+        let mut tracker = Tracker::new(self, scratch)?;
+        let mut places = out.iter_mut();
+        let mut put = |point| {
+            if let Some(place) = places.next() {
+                *place = point;
+            }
+        };
+        for line in grey.chunks_exact(samples.max(1)) {
+            if let Some(point) = tracker.line(line, levels)? {
+                put(point);
+            }
+        }
+        tracker.finish(put);
+        Ok(())
+    }
+}
 
 /// A detector at work on the lines of a frame.
 ///

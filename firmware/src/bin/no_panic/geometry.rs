@@ -1,11 +1,11 @@
 //! Where things are.
 
 use crate::{opaque, take};
+use bonebeam::Complex;
 use bonebeam::geometry::{
     Aperture, ApertureParameters, ApertureTable, Array, Axis, Depth, Element, Lines, Ray, Scan,
     ScanParameters, Steering, SteeringTable, Transmit, TransmitLaw,
 };
-use bonebeam::Complex;
 
 /// Calls all of it.
 pub fn all() {
@@ -55,7 +55,11 @@ fn scan(array: Array<'_>, lines: Lines<'_>) {
         take((scan.time(opaque(1)), scan.depth(opaque(1)), scan.depths()));
         take((scan.active(opaque(1), opaque(1)), scan.widest(opaque(1))));
         take((scan.parameters(), scan.aperture()));
-        take(scan.parameters().lines.sub_line(opaque(1), opaque(1), opaque(2)));
+        take(
+            scan.parameters()
+                .lines
+                .sub_line(opaque(1), opaque(1), opaque(2)),
+        );
         let mut memory = [Complex::ZERO; 5];
         if let Ok(table) = SteeringTable::new(&scan, opaque(2), opaque(&mut memory[..]))
             && let Some(steering) = table.line(opaque(1))
@@ -64,7 +68,10 @@ fn scan(array: Array<'_>, lines: Lines<'_>) {
             take(steering.direction(opaque(1), opaque(1)));
         }
         take(Steering::of(opaque(&[Complex::ZERO; 5]), opaque(2)).samples());
-        take((Steering::need(opaque(1), opaque(2)), SteeringTable::need(opaque(1), opaque(1), opaque(2))));
+        take((
+            Steering::need(opaque(1), opaque(2)),
+            SteeringTable::need(opaque(1), opaque(1), opaque(2)),
+        ));
         if let Ok(table) = ApertureTable::new(&scan, opaque(&mut [0.0; 5])) {
             take(table.active(opaque(ApertureTable::centre(&scan, opaque(1))), opaque(1)));
         }

@@ -3,8 +3,8 @@
 use crate::geometry::axis;
 use crate::{opaque, take};
 use bonebeam::image::{
-    BMode, BModeParameters, Fan, Logarithm, PixelGrid, Pooling, envelope, largest, log_compression, median, pooled_envelope,
-    resample,
+    BMode, BModeParameters, Fan, Logarithm, PixelGrid, Pooling, envelope, largest, log_compression,
+    median, pooled_envelope, resample,
 };
 use bonebeam::{Complex, Error};
 

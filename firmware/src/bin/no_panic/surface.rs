@@ -39,6 +39,6 @@ fn detector() -> Result<(), Error> {
     let levels: Levels = opaque(survey.levels());
     let mut tracker = Tracker::new(&detector, scratch(real))?;
     take(tracker.line(line, levels)?);
-    tracker.finish(|point| take(point));
+    tracker.finish(take);
     Ok(())
 }
