@@ -13,7 +13,7 @@ use bonebeam::delay::{
 use bonebeam::geometry::{Scan, ScanParameters, Transmit, TransmitLaw};
 use bonebeam::memory::{Memory, Need, Scratch};
 use bonebeam::pipeline::{Block, DepthGate, Frame, IqInput, LinePipeline, Parameters, Pipeline};
-use bonebeam::surface::{Detector, Point, Settings};
+use bonebeam::surface::{Detector, Point, Ramp, Settings};
 use bonebeam::{Complex, Error};
 use bonebeam_drive::beamform::{Memory as LaneMemory, beamform};
 use bonebeam_drive::config;
@@ -157,10 +157,20 @@ fn the_bone_is_where_it_is() {
 
 #[test]
 fn the_bones_surface_is_where_it_is() {
+    let none = Ramp {
+        weight: 0.0,
+        centre: 0.0,
+        width: 1.0,
+    };
     // No shadow reaches below it, in what is recorded there.
     let settings = Settings {
         near: [0.5e-3, 1.5e-3],
         depths: [5e-3, f64::INFINITY],
+        // By the onset alone: there is water above this bone, not tissue.
+        level: none,
+        rest: none,
+        shadow: none,
+        absence: -6.0,
         ..Settings::DEFAULT
     };
     let detector = Detector::new(PARAMETERS.surface(settings).unwrap()).unwrap();

@@ -4,7 +4,6 @@ use bonebeam::geometry::{Axis, Ray};
 use ndarray::{ArrayBase, Data, Ix2};
 use num_complex::Complex;
 
-use super::sample_axis;
 use crate::{Error, Result};
 use bonebeam_files::BeamformedLines;
 
@@ -165,6 +164,17 @@ impl Apex {
             position,
             begins: [-to_apex, -along_b],
         })
+    }
+}
+
+/// The depths of the samples: half the two-way time times the speed of sound.
+pub(crate) fn sample_axis<S: Data<Elem = Complex<f32>>>(
+    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
+) -> Axis {
+    Axis {
+        first: lines.c * lines.t0 / 2.0,
+        step: lines.c / lines.fs / 2.0,
+        count: lines.z.ncols(),
     }
 }
 

@@ -15,6 +15,7 @@ use bonebeam_files::{BeamRays, BeamformedLines};
 use crate::config::{self, SubLines};
 use crate::{Error, Result};
 use lattice::Lattice;
+pub(crate) use lattice::sample_axis;
 
 pub use bonebeam::image::PixelGrid;
 
@@ -431,17 +432,6 @@ fn beam_axis(beam_x: &[f64]) -> Option<Axis> {
         step,
         count: beam_x.len(),
     })
-}
-
-/// The depths of the samples: half the two-way time times the speed of sound.
-pub(crate) fn sample_axis<S: Data<Elem = Complex<f32>>>(
-    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
-) -> Axis {
-    Axis {
-        first: lines.c * lines.t0 / 2.0,
-        step: lines.c / lines.fs / 2.0,
-        count: lines.z.ncols(),
-    }
 }
 
 /// Lines whose envelope is that of their sub-lines, at the middle of these.
