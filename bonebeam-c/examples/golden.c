@@ -523,7 +523,7 @@ static void refusals(void) {
     };
     size_t bytes = bonebeam_beamformer_bytes(&parameters, 16);
     /* The bound of docs/c.md, on every processor. */
-    faults += bytes > 2624;
+    faults += bytes > 2816;
     faults += bonebeam_beamformer_new(NULL, bytes, &parameters, 16, &own) != pointer;
     faults += bonebeam_beamformer_new(memory + align / 2, bytes, &parameters, 16, &own) != pointer;
     faults += bonebeam_beamformer_new(memory, bytes - 1, &parameters, 16, &own) != storage;
