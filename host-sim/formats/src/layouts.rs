@@ -1,6 +1,7 @@
 //! Layouts that programs have in common: what their arrays are called, the order of their axes, and the moment that
 //! their times count from. Each thing that is assumed is said.
 
+mod completion;
 mod cubdl;
 mod verasonics;
 
@@ -15,6 +16,7 @@ use crate::values::{NamedArrays, steps};
 use crate::variables::{AXES, Given, LAWS, LAYOUT, ORIGIN, TIMES, Variables};
 use crate::waves::{Fired, Law, Wave};
 use bonebeam_files::{ChannelData, Result};
+use completion::Completion;
 
 /// That which was asked for, or that which the names of the arrays tell.
 fn layout_of(source: &dyn NamedArrays, variables: &Variables) -> Option<Layout> {
@@ -86,44 +88,7 @@ pub fn channel_data(
     Ok((data, held, assumed))
 }
 
-/// What a layout adds to the names that were found.
-struct Completion<'a> {
-    source: &'a dyn NamedArrays,
-    layout: Layout,
-    /// By the user.
-    given: &'a Variables,
-    all: &'a mut Variables,
-    assumed: &'a mut Vec<String>,
-}
-
 impl Completion<'_> {
-    fn assume(&mut self, key: &str, value: Given, why: &str) {
-        self.all.insert(key, value);
-        self.assumed.push(why.to_owned());
-    }
-
-    fn is_given(&self, key: &str) -> bool {
-        is_given(self.source, self.all, key)
-    }
-
-    /// The numbers of a key, where it is told.
-    fn numbers(&self, key: &str) -> Result<Option<Vec<f64>>> {
-        match self.all.get(key) {
-            Some(Given::Number(value)) => Ok(Some(vec![*value])),
-            Some(Given::Numbers(values)) => Ok(Some(values.clone())),
-            Some(Given::Name(name)) => self.source.vector(name).map(Some),
-            _ if self.source.has(key) => self.source.vector(key).map(Some),
-            _ => Ok(None),
-        }
-    }
-
-    fn number(&self, key: &str) -> Result<Option<f64>> {
-        let numbers = self.numbers(key)?;
-        Ok(numbers
-            .as_deref()
-            .and_then(|numbers| numbers.first().copied()))
-    }
-
     fn tell(&mut self) -> Result<Option<Law>> {
         let samples = ["rf", "iq"].map(|key| match self.all.get(key) {
             Some(Given::Name(name)) => Some(name.clone()),

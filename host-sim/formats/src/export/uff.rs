@@ -4,8 +4,8 @@ use std::path::Path;
 
 use rust_hdf5::types::H5Type;
 
+use super::frames::{Part, each_frame};
 use super::tree::{Branch, Tree, frame, mark};
-use super::{Part, each_frame};
 use bonebeam_files::{BeamformedLines, ChannelData, Result, Samples, Transmits};
 
 /// The version that USTB's files have.
@@ -221,7 +221,7 @@ fn scan(parent: &Branch, lines: &BeamformedLines) -> Result<()> {
         numbers(&scan, "x_axis", &[beams], &lines.beam_x)?;
         numbers(&scan, "z_axis", &[samples], &depths)?;
     }
-    let positions = super::positions(lines);
+    let positions = super::frames::positions(lines);
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let along: Vec<f64> = positions.iter().map(|position| position[axis]).collect();
         numbers(&scan, name, &[positions.len()], &along)?;

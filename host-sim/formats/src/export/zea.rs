@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use super::frames::{Part, delays, each_frame, positions};
 use super::tree::{Branch, Tree, all, frame};
-use super::{Part, delays, each_frame, positions};
 use bonebeam_files::{BeamformedLines, ChannelData, Result, Samples, Transmits};
 
 /// The version of zea whose files these are.

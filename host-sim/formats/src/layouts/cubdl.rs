@@ -3,7 +3,7 @@
 
 use ndarray::{ArrayD, Axis};
 
-use super::Completion;
+use super::completion::Completion;
 use crate::values::NamedArrays;
 use crate::variables::Given;
 use bonebeam_files::Result;
