@@ -8,7 +8,6 @@ mod show;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
-use crate::measure::surface::Judged;
 use bonebeam_drive::config::Image;
 use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_range};
 use bonebeam_simulate::{Block, Bone, Layers, Phantom, Settings};
@@ -20,17 +19,10 @@ use super::common::{self, Receive};
 use super::{Context, Experiment, Outcome, Overrides};
 use detectors::{Answer, DEPTHS, DETECTORS, Frame};
 use disturb::{Condition, Disturbances};
+use show::{FAMILIES, SceneResult};
 
 /// The layers' amplitudes are those of so many scatterers per m³.
 const LAYERS_DENSITY: f64 = 60e9;
-
-/// The views, and beside them the same layers without bone.
-const FAMILIES: [(&str, Option<Bone<'static>>); 4] = [
-    ("spinous processes", Some(Bone::SpinousProcesses)),
-    ("laminae", Some(Bone::Laminae)),
-    ("facet joint", Some(Bone::FacetJoint)),
-    ("no bone", None),
-];
 
 /// Section `[surface]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -91,15 +83,6 @@ struct Answered {
     surface: Vec<Option<f64>>,
     /// As [`DETECTORS`] has them.
     answers: Vec<Vec<Answer>>,
-}
-
-/// What a detector found in a scene.
-#[derive(Clone, Debug, Serialize)]
-struct SceneResult {
-    family: &'static str,
-    condition: Condition,
-    detector: &'static str,
-    judged: Judged,
 }
 
 impl Experiment for Surface {
@@ -187,7 +170,7 @@ impl Experiment for Surface {
                 );
             }
         }
-        show::outcome(self, &results)
+        show::outcome(self.seeds, &results)
     }
 }
 

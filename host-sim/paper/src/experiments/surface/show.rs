@@ -8,13 +8,31 @@ use crate::measure::surface::Judged;
 
 use super::detectors::DETECTORS;
 use super::disturb::Condition;
-use super::{FAMILIES, SceneResult, Surface};
+use bonebeam_simulate::Bone;
+use serde::Serialize;
+
+/// The views, and beside them the same layers without bone.
+pub const FAMILIES: [(&str, Option<Bone<'static>>); 4] = [
+    ("spinous processes", Some(Bone::SpinousProcesses)),
+    ("laminae", Some(Bone::Laminae)),
+    ("facet joint", Some(Bone::FacetJoint)),
+    ("no bone", None),
+];
+
+/// What a detector found in a scene.
+#[derive(Clone, Debug, Serialize)]
+pub struct SceneResult {
+    pub family: &'static str,
+    pub condition: Condition,
+    pub detector: &'static str,
+    pub judged: Judged,
+}
 
 /// The outcome of all scenes.
 ///
 /// # Errors
 /// Numbers that cannot be written.
-pub fn outcome(surface: &Surface, results: &[SceneResult]) -> Result<Outcome> {
+pub fn outcome(seeds: u64, results: &[SceneResult]) -> Result<Outcome> {
     let tables: Vec<Table> = Condition::ALL
         .into_iter()
         .map(|condition| table(condition, results))
@@ -25,7 +43,7 @@ pub fn outcome(surface: &Surface, results: &[SceneResult]) -> Result<Outcome> {
          surface that the line meets first. Phase symmetry, onset and Foroughi 2007 answer with the largest value of a \
          line, from the threshold on that has the largest F1 over all of a table's frames: the best that is possible. \
          Paths have the prices of the yardstick. Intervals are of a bootstrap over the frames with bone, 95 %.",
-        surface.seeds
+        seeds
     ))];
     Ok(Outcome {
         title: "The bone surface: detectors beside each other",
