@@ -6,7 +6,8 @@ use core::convert::Infallible;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, ErrorKind, Operation, SpiDevice};
 
-use super::{MockWords, PinResult};
+use super::PinResult;
+use super::words::MockWords;
 use crate::registers::{
     COEFFICIENT_ADDRESS, COEFFICIENTS, CONTROL, CUSTOM_PATTERN, DEMODULATOR_CONTROL, PROFILE,
     PROFILE_ADDRESS, READ_OUT, SOFTWARE_RESET, TEST_PATTERN, jd18,

@@ -4,20 +4,9 @@ use core::convert::Infallible;
 
 use embedded_hal::digital::{self, OutputPin};
 
+use super::words::MockWords;
 use super::{MockAfe, PinResult};
 use crate::Deserialiser;
-
-/// A part's words on its lanes.
-pub trait MockWords {
-    /// Bits of a word.
-    const BITS: u32;
-
-    /// The word that all channels send at `time`, in samples; `None` for echoes.
-    fn word(&self, time: u16) -> Option<u16>;
-
-    /// Starts ramps at `phase`.
-    fn start(&self, phase: u16);
-}
 
 /// One synchronisation line to several parts: a rising edge starts their ramps together.
 #[derive(Clone, Debug)]

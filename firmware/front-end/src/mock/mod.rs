@@ -7,12 +7,14 @@ mod afe;
 mod lanes;
 mod pulser;
 mod tx7332;
+mod words;
 
 pub use ad9276::{AdRefused, MockAd9276};
 pub use afe::{MockAfe, MockPart, MockPin, MockSpi, Refused};
-pub use lanes::{MockLane, MockLanes, MockSync, MockWords};
+pub use lanes::{MockLane, MockLanes, MockSync};
 pub use pulser::{MockProfile, MockPulser, MockPulserError};
 pub use tx7332::{BoardFailed, MockBoard, MockTx7332, TxRefused};
+pub use words::MockWords;
 
 use core::convert::Infallible;
 
