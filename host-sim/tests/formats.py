@@ -668,6 +668,10 @@ def unusual():
     check("32 elements over 227" in outcome.stdout + outcome.stderr, f"wide: {outcome.stdout}{outcome.stderr}")
 
 
+def at_most_two(path, flags):
+    check(sum(word.startswith("--") for word in flags) <= 2, f"{path.name}: more than two flags")
+
+
 def public_layouts():
     """The layouts of public recordings, beside those above: each opens with at most two flags, and as it was recorded."""
     v = lambda **told: [word for key, value in told.items() for word in ("--variable", f"{key}={value}")]
@@ -676,8 +680,28 @@ def public_layouts():
     common = {"channel_data": rf[0], "modulation_frequency": F0, "sound_speed": C}
     positions = np.stack([X + 0.02, 0 * X, 0 * X])
     for name, more, flags, t0 in (
-        # Mayo Clinic, Tsinghua: an L11-4v, whose pitch is not in the file; sample 0 is when the first element fires.
+        # Mayo Clinic: an L11-4v, whose pitch is not in the file; sample 0 is when the first element fires.
         ("mayo", {"angles": ANGLES, "sampling_frequency": FS}, v(pitch=PITCH), -passes),
+        # Tsinghua: the same, by elements, each with its transmits one after the other.
+        (
+            "tsinghua",
+            {"angles": ANGLES, "sampling_frequency": FS, "channel_data": rf[0].transpose(1, 0, 2).reshape(ELEMENTS, -1)},
+            v(pitch=PITCH),
+            -passes,
+        ),
+        (
+            "tsinghua_3d",
+            {"angles": ANGLES, "sampling_frequency": FS, "channel_data": rf[0].transpose(1, 0, 2)},
+            v(pitch=PITCH),
+            -passes,
+        ),
+        # INSERM: angles are evenly spaced, and not in the file.
+        (
+            "inserm",
+            {"element_positions": positions, "sampling_frequency": FS, "start_time": np.zeros((1, 3))},
+            v(tx_angle=f"{ANGLES[0]}..{ANGLES[-1]}"),
+            -passes,
+        ),
         # Florence: degrees, times from the origin.
         (
             "florence",
@@ -716,7 +740,7 @@ def public_layouts():
                 file[key] = value
         angles = [-0.5, 0.0, 0.5] if name == "florence" else ANGLES
         read_alike(path, "rf", rf, *flags, exact=False, t0=t0, tx_angle=angles)
-        check(len(flags) <= 4, f"{path.name}: more than two flags")
+        at_most_two(path, flags)
     # Three shots in three data sets.
     path = folder / "shots.h5"
     with h5py.File(path, "w") as file:
@@ -726,6 +750,20 @@ def public_layouts():
             file[f"shot{shot}"] = rf[0, shot]
     stacked = v(rf="shot0,shot1,shot2", axes="element,sample")
     read_alike(path, "rf", rf, *stacked)
+    at_most_two(path, stacked)
+    # Without an angle for each of the transmits none is assumed.
+    outcome = run("info", folder / "cubdl_inserm.hdf5")
+    check(outcome.returncode == 1 and "--variable tx_angle=RADIANS" in outcome.stderr, f"cubdl_inserm.hdf5: {told(outcome)}")
+    # Rows of one transmit after the other's, in MATLAB's order, with frames; degrees.
+    frames = scene("rf")
+    rows = folder / "rows.mat"
+    scipy.io.savemat(rows, {"rows": frames.transpose(1, 3, 2, 0).reshape(3 * SAMPLES, ELEMENTS, FRAMES), **keys("rf")})
+    read_alike(rows, "rf", frames, *v(rf="rows", axes="sample,transmit,element,frame"))
+    with h5py.File(folder / "degrees.h5", "w") as file:
+        for key, value in dict(keys("rf"), rf=rf[0]).items():
+            file[key] = value
+    for angles in ("-9deg,0,9deg", "-9deg..9deg"):
+        read_alike(folder / "degrees.h5", "rf", rf, *v(tx_angle=angles), exact=False, tx_angle=np.radians([-9, 0, 9]))
     with h5py.File(path, "r+") as file:
         del file["shot2"]
         file["shot2"] = rf[0, 2, :, :-1]
@@ -891,12 +929,24 @@ def sonix():
     write_sonix(path, "rf", wide[:, :, order])
     held = converted(path, *variables, "--variable", "channels=board")
     check(held is not None and np.array_equal(held["rf"], wide[0]), "channels=board")
-    outcome = run("info", path, *variables)
-    check(outcome.returncode == 1 and "channels=board" in outcome.stderr, f"128 channels: {outcome.stderr}")
+    # Of the array nothing is assumed: both are named at once, in a command to complete.
     outcome = run("info", path)
-    missing = ["channels=board", "fs=HZ", "f0=HZ", "c=1540", "t0=SECONDS", "pitch=METRES", "tx_angle=RADIANS"]
+    missing = ["`f0`", "`element_x` or `pitch`", "--variable f0=HZ --variable pitch=METRES"]
     fits = all(part in outcome.stderr for part in missing) and outcome.stderr.count("\n") == 1
     check(outcome.returncode == 1 and fits, f"128 channels of nothing: {outcome.stderr}")
+    # The machine's own values for the rest, which are said: the board's order, 40 MHz, and each record a frame.
+    told_of = ["--variable", f"f0={F0}", "--variable", f"pitch={PITCH}"]
+    outcome = run("info", path, *told_of)
+    parts = ["\nassumed    fs is 40 MHz", "order of the vendor's board", "3 frames, 1 transmit, 128 elements", "plane waves of 0.0000 degrees"]
+    check(all(part in outcome.stdout for part in parts), f"128 channels, two flags: {told(outcome)} {outcome.stdout}")
+    held = converted(path, *told_of)
+    fits = held is not None and np.array_equal(held["rf"], wide[0][:, None]) and held["fs"] == 40e6
+    check(fits, "128 channels, two flags: samples")
+    at_most_two(path, told_of)
+    # As many angles as records.
+    held = converted(path, *told_of, "--variable", "tx_angle=-10deg..10deg")
+    fits = held is not None and np.allclose(held["tx_angle"], np.radians([-10, 0, 10])) and np.array_equal(held["rf"], wide[0])
+    check(fits, "128 channels, angles: samples")
 
 
 def beamformed_alike(path, kind, samples, **told):

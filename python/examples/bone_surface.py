@@ -1,6 +1,6 @@
 # %% [markdown]
-# The surface of a vertebra in a water bath, as in Fig. 3 of the paper: B-mode images above, phase symmetry below with
-# the surface that it finds. Run as a script, or cell by cell in an editor that knows `# %%`.
+# The surface of a vertebra in a water bath, as in Fig. 3 of the paper: B-mode images, their phase symmetry, and the
+# surface that it finds. Run as a script, or cell by cell in an editor that knows `# %%`.
 #
 #     pip install ./python[examples]
 #     python python/examples/bone_surface.py [FIGURE.png]
@@ -27,18 +27,19 @@ def surface(bones, least=0.05):
 
 # %% Forward covariance, as in the paper; a square image, which phase symmetry takes.
 methods = {"Delay and sum": "das", "Minimum variance": "mv", "Eigenspace, rank 1": "esmv-rank1"}
-figure, axes = plt.subplots(2, len(methods), figsize=(10, 7), layout="constrained", sharex=True, sharey=True)
+figure, axes = plt.subplots(3, len(methods), figsize=(10, 10), layout="constrained", sharex=True, sharey=True)
 for column, (name, method) in enumerate(methods.items()):
     lines = bonebeam.beamform(
         data, method=method, covariance="forward", depth_start=5e-3, depth_end=44.2e-3
     )
     image = bonebeam.bmode(lines, dynamic_range=70, rows=512, columns=512, median=True)
     bones = bonebeam.phase_symmetry(image)
-    above, below = axes[:, column]
-    image.plot(above, colour_bar=method == "esmv-rank1").set(title=name, xlabel="")
-    bones.plot(below, colour_bar=method == "esmv-rank1")
     depth = surface(bones)
-    below.plot(1e3 * bones.x, 1e3 * depth, ".", markersize=1.5, color="tab:red")
+    for ax, shown in zip(axes[:, column], (image, bones, image)):
+        shown.plot(ax, colour_bar=method == "esmv-rank1").set(xlabel="")
+    axes[0, column].set_title(name)
+    axes[2, column].plot(1e3 * bones.x, 1e3 * depth, ".", markersize=2, color="tab:red")
+    axes[2, column].set_xlabel("Lateral position, mm")
     print(f"{name}: bone in {np.isfinite(depth).mean():.0%} of the columns, from {1e3 * np.nanmin(depth):.1f} mm on")
 for ax in axes[:, 1:].flat:
     ax.set_ylabel("")

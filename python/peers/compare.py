@@ -1,10 +1,11 @@
-"""The same task by four packages: lines of code, processor time of one run, and time from nothing to the picture.
+"""The same task by four packages: lines of code, processor time of a run, and of the first, from nothing to the picture.
 
     python python/peers/compare.py FOLDER [--table]
 
 `tests/run python-peers` installs the packages and runs this. A package that is missing is left out. Pictures are in the
-folder. `--table` writes the table into docs/python.md. Each package reads the file that it reads best, with the samples
-of one scene: 9 plane waves, 128 elements. Times are of a second run: compiled code that a package keeps on disk is there.
+folder, and are compared: 255 x 571 pixels of the same scene over 60 dB. `--table` writes the table into docs/python.md.
+Each package reads the file that it reads best, with the same samples: 9 plane waves, 128 elements. Times are of a second
+run: compiled code that a package keeps on disk is there. They are of the processor: the machine may do other work.
 """
 
 import datetime
@@ -16,7 +17,6 @@ import platform
 import resource
 import subprocess
 import sys
-import time
 import tokenize
 from importlib.metadata import version
 from pathlib import Path
@@ -65,6 +65,7 @@ def write_picmus(path, rf):
 
 
 def write_uff(path, rf):
+    path.unlink(missing_ok=True)
     import pyuff_ustb as uff
 
     waves = [
@@ -134,13 +135,31 @@ def lines_of_code(path):
 
 
 def timed(task, recording, picture):
-    """Seconds of the processor, and of the clock, in a process of its own."""
-    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    """Seconds of the processor in a process of its own."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run([sys.executable, task, recording, picture], capture_output=True, text=True)
-    wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode:
         raise RuntimeError(done.stderr.strip().splitlines()[-1])
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, wall
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+# How alike two pictures of the scene are at the least, and how many rows one may lie above the other.
+ALIKE, ROWS = 0.7, 8
+
+
+def likeness(picture, ours):
+    """The correlation of a picture's grey levels with ours, and how far it lies below, mm: where they are most alike."""
+    import matplotlib.image
+
+    theirs, ours = (matplotlib.image.imread(path)[..., 0] for path in (picture, ours))
+    if theirs.shape != (571, 255):
+        raise SystemExit(f"{picture} has {theirs.shape} pixels")
+    middle = ours[ROWS:-ROWS].ravel()
+    shifted = {below: theirs[ROWS + below : 571 - ROWS + below].ravel() for below in range(-ROWS, ROWS + 1)}
+    alike = {below: np.corrcoef(middle, levels)[0, 1] for below, levels in shifted.items()}
+    below = max(alike, key=alike.get)
+    return alike[below], below * 1e3 * C / 2 / FS
 
 
 def version_of(package):
@@ -167,7 +186,11 @@ def main(folder, write_table):
         except RuntimeError as error:
             print(f"{name}: left out: {error}")
             continue
-        row = [f"{name} {version_of(package)}", str(lines_of_code(task)), f"{second[0]:.1f}", f"{second[1]:.1f}", f"{first[0]:.1f}"]
+        alike, below = likeness(picture, folder / "bonebeam.png")
+        if alike < ALIKE:
+            raise SystemExit(f"{name}: its picture's grey levels have a correlation of {alike:.2f} with ours")
+        times = [f"{time:.1f}" for time in (second, first)]
+        row = [f"{name} {version_of(package)}", str(lines_of_code(task)), *times, f"{alike:.2f}, {below:+.2f} mm"]
         rows.append(row)
         print("; ".join(row))
     if write_table:
@@ -183,7 +206,7 @@ def write(rows):
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=HERE, capture_output=True, text=True).stdout.strip()
     head = [
         "", f"{datetime.date.today()}, commit {commit}, {os.cpu_count()} cores of {processor}:", "",
-        "| package | lines of code | processor time, s | time to the picture, s | processor time of the first run, s |",
+        "| package | lines of code | a run, s | the first run, s | picture beside ours |",
         "|---|---|---|---|---|",
     ]
     table = "\n".join([*head, *(f"| {' | '.join(row)} |" for row in rows), "", ""])

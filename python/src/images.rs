@@ -2,21 +2,26 @@
 
 use std::num::NonZeroUsize;
 
-use bonebeam_drive::config::Image;
 use bonebeam_drive::image::image_of;
 use bonebeam_drive::phase_symmetry::of_image;
 use bonebeam_files::{BeamRays, BeamformedLines};
-use numpy::{Complex32, IntoPyArray, PyArray2, PyReadonlyArray2, PyReadwriteArray2};
+use numpy::{Complex32, IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
 
 use crate::error::refused;
 use crate::parameters;
 use crate::threads::threads;
 
-/// Pixels with where they are: `(pixels, x0, z0, pixel)`.
-type Pixels<'py> = (Bound<'py, PyArray2<f32>>, f64, f64, f64);
+/// Pixels with where they are: `(pixels, x0, z0, pixel, angles)`.
+type Pixels<'py> = (
+    Bound<'py, PyArray2<f32>>,
+    f64,
+    f64,
+    f64,
+    Option<Bound<'py, PyArray1<f64>>>,
+);
 
-/// The B-mode image of lines.
+/// The B-mode image of lines, by the keys of the section `[image]` as JSON.
 #[pyfunction]
 pub fn bmode<'py>(
     py: Python<'py>,
@@ -27,27 +32,10 @@ pub fn bmode<'py>(
     rays: Option<(Vec<f64>, Vec<f64>)>,
     sub_lines: usize,
     c: f64,
-    dynamic_range: f64,
-    rows: Option<usize>,
-    columns: Option<usize>,
-    depth: Option<f64>,
-    width: Option<f64>,
-    pixel_size: Option<f64>,
-    median: bool,
-    pooling: &str,
+    section: &str,
     threads: Option<NonZeroUsize>,
 ) -> PyResult<Pixels<'py>> {
-    let section = parameters::image(Image {
-        dynamic_range,
-        rows,
-        columns,
-        depth,
-        width,
-        pixel_size,
-        median,
-        pooling: parameters::pooling(pooling)?,
-        ..Image::default()
-    })?;
+    let section = parameters::image(section)?;
     let pool = self::threads(threads)?;
     let lines = BeamformedLines {
         z: z.as_array(),
@@ -62,7 +50,11 @@ pub fn bmode<'py>(
         .detach(|| pool.install(|| image_of(&lines.checked()?, &section)))
         .map_err(refused)?;
     let pixels = image.pixels.into_pyarray(py);
-    Ok((pixels, image.x0, image.z0, image.pixel))
+    let angles = image.angles.map(|angles| {
+        let angles: Vec<f64> = (0..angles.count).map(|k| angles.position(k)).collect();
+        angles.into_pyarray(py)
+    });
+    Ok((pixels, image.x0, image.z0, image.pixel, angles))
 }
 
 /// The phase symmetry of an image, into `out`.

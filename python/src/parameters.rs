@@ -1,11 +1,12 @@
 //! The command's sections, from Python's arguments.
 
 use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
-use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size, SubLines};
+use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_simulate::Simulate;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
 use crate::error::refused;
@@ -20,43 +21,36 @@ impl BeamformParameters {
     #[new]
     fn new(section: &str) -> PyResult<Self> {
         let given: Map<String, Value> = serde_json::from_str(section).map_err(refused)?;
-        // One by one, so that an error names the key.
-        for (key, value) in &given {
-            let alone = Map::from_iter([(key.clone(), value.clone())]);
-            if let Err(error) = serde_json::from_value::<Beamform>(Value::Object(alone)) {
-                let message = format!("`{key}`: {error}");
-                // A fraction is a number, if not one that every key takes.
-                let other_type = error.to_string().starts_with("invalid type") && !value.is_f64();
-                return Err(match other_type {
-                    true => PyTypeError::new_err(message),
-                    false => PyValueError::new_err(message),
-                });
-            }
-        }
-        let mut section: Beamform =
-            serde_json::from_value(Value::Object(given)).map_err(refused)?;
+        let mut section: Beamform = of_keys(given)?;
         section.validate().map_err(refused)?;
         section.resolve();
         Ok(Self(section))
     }
 }
 
-/// Section `[image]`, checked.
-pub fn image(section: Image) -> PyResult<Image> {
+/// Section `[image]` from the keys that are given, as JSON, checked.
+pub fn image(section: &str) -> PyResult<Image> {
+    let given: Map<String, Value> = serde_json::from_str(section).map_err(refused)?;
+    let section: Image = of_keys(given)?;
     section.validate().map_err(refused)?;
     Ok(section)
 }
 
-/// What an image shows of sub-lines, by its key.
-pub fn pooling(key: &str) -> PyResult<SubLines> {
-    match key {
-        "largest" => Ok(SubLines::Largest),
-        "rms" => Ok(SubLines::Rms),
-        "each" => Ok(SubLines::Each),
-        other => Err(PyValueError::new_err(format!(
-            "pooling is '{other}'; expected 'largest', 'rms' or 'each'"
-        ))),
+/// A section of keys, one by one, so that an error names the key.
+fn of_keys<T: DeserializeOwned>(given: Map<String, Value>) -> PyResult<T> {
+    for (key, value) in &given {
+        let alone = Map::from_iter([(key.clone(), value.clone())]);
+        if let Err(error) = serde_json::from_value::<T>(Value::Object(alone)) {
+            let message = format!("`{key}`: {error}");
+            // A fraction is a number, if not one that every key takes.
+            let other_type = error.to_string().starts_with("invalid type") && !value.is_f64();
+            return Err(match other_type {
+                true => PyTypeError::new_err(message),
+                false => PyValueError::new_err(message),
+            });
+        }
     }
+    serde_json::from_value(Value::Object(given)).map_err(refused)
 }
 
 /// Section `[phase_symmetry]`, checked.

@@ -147,6 +147,25 @@ def test_images_and_maps_have_the_bits_of_the_command(command, folder, point):
     assert same_bits(mapped, np.load(bones))
 
 
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"grid": "polar"},
+        {"grid": "polar", "pixel_size": 1e-4, "columns": 40, "depth": 0.017, "median": True},
+        {"pixel_size": 2e-4, "width": 0.006},
+    ],
+)
+def test_grids_and_pixels_are_those_of_the_command(command, folder, plane, asked):
+    np.savez(folder / "recording.npz", **plane.keys())
+    sector = {"method": "das", "lines": "sector", "line_count": 31, "sector": 0.9, "depth_start": 0.011}
+    words = flags({**sector, **asked})
+    outputs = ["-o", folder / "lines.npz", "--image", folder / "image.npy"]
+    assert command("beamform", folder / "recording.npz", *words, *outputs) == ""
+    image = bonebeam.bmode(bonebeam.beamform(plane, **sector), **asked)
+    assert same_bits(image.pixels, np.load(folder / "image.npy"))
+    assert (image.angle is not None) == ("grid" in asked)
+
+
 def test_a_padded_map_has_the_bits_of_the_command(command, folder):
     image = np.zeros((60, 100), np.float32)
     image[40:43, 20:] = 200

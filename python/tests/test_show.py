@@ -134,6 +134,37 @@ def test_a_map_may_be_of_another_size(image):
         bonebeam.phase_symmetry(image, resize=(128, 64))
 
 
+def test_an_image_on_a_polar_grid_has_degrees(figures, plane):
+    angles = np.radians(np.linspace(-30, 30, 7))
+    z = np.ones((7, 50), np.complex64)
+    z[5, 30] = 10
+    none = np.zeros(7)
+    fan = bonebeam.Lines(z, fs=5e6, t0=1e-5, beam_x=none, c=1540.0, beam_z=none, beam_angle=angles)
+    image = bonebeam.bmode(fan, grid="polar", columns=13, pixel_size=1e-4)
+    assert np.allclose(np.degrees(image.angle), np.linspace(-30, 30, 13))
+    # The bright sample is that of beam 5, at 20 degrees.
+    row, column = np.unravel_index(image.pixels.argmax(), image.pixels.shape)
+    assert np.degrees(image.angle[column]) == pytest.approx(20)
+    assert image.z[row] == pytest.approx(1540 * (1e-5 + 30 / 5e6) / 2, abs=1e-4)
+    left, right, bottom, top = image.extent
+    assert (left, right) == pytest.approx((-32.5, 32.5))
+    assert (bottom, top) == pytest.approx((1e3 * image.z[-1] + 0.05, 1e3 * image.z[0] - 0.05))
+    with pytest.raises(ValueError, match="polar grid"):
+        image.x
+    assert "-32.5 to 32.5 degrees" in repr(image)
+    drawn = image.plot()
+    assert (drawn.get_xlabel(), drawn.get_ylabel()) == ("Angle, degrees", "Depth along the beam, mm")
+    bones = bonebeam.phase_symmetry(image, scales=[2**-4], pad=True)
+    assert bones.extent == image.extent
+    pytest.importorskip("xarray")
+    array = image.to_xarray()
+    assert array.dims == ("depth", "angle") and array.angle.units == "rad"
+    assert float(array.isel(depth=row, angle=column)) == image.pixels.max()
+    for wrong, message in (({"grid": "round"}, "`grid`: unknown variant `round`"), ({"pooling": "mean"}, "`pooling`: unknown")):
+        with pytest.raises(ValueError, match=message):
+            bonebeam.bmode(fan, **wrong)
+
+
 def test_pages_show_facts_and_a_picture(point, lines, image):
     for shown in (point, lines, image):
         page = shown._repr_html_()
@@ -178,7 +209,7 @@ def test_figures_have_axes_in_mm_and_a_bar(figures, point, lines, image):
     assert picture.get_clim() == (-40, 0)
     assert np.allclose(np.asarray(picture.get_array()), image.pixels / 255 * 40 - 40, atol=1e-5)
     assert (drawn.get_xlabel(), drawn.get_ylabel()) == ("Lateral position, mm", "Depth, mm")
-    bar, = (ax for ax in drawn.figure.axes if ax is not drawn)
+    (bar,) = drawn.child_axes
     assert bar.get_ylabel() == "Level, dB"
     # Depth goes down.
     assert drawn.get_ylim()[0] > drawn.get_ylim()[1]

@@ -2,18 +2,18 @@
 //!
 //! The names and meanings are those of the `.npz` files, where `[variables]` says nothing else.
 
+mod axes;
+
 use std::ops::Range;
 
-use ndarray::{ArrayD, Axis, IxDyn};
+use ndarray::{ArrayD, IxDyn};
 
 use crate::aliases::{is_given, listed};
 use crate::values::{NamedArrays, Values};
-use crate::variables::{AXES, CHANNELS, Given, LAWS, Variables};
+use crate::variables::{AXES, Given, LAWS, Variables};
 use crate::waves::Law;
+use axes::{Axes, ORDER};
 use bonebeam_files::{ChannelData, Error, Result, Samples, Transmits, check_plane};
-
-/// The axes of samples, in the order of [`ChannelData`].
-const ORDER: [&str; 4] = ["frame", "transmit", "element", "sample"];
 
 /// The arrays of a file, by the keys that channel data have.
 pub struct Keyed<'a> {
@@ -26,9 +26,8 @@ pub struct Keyed<'a> {
 }
 
 /// Keys of which one must be told, and what stands for it in a command that is to be completed.
-pub type Needed = (&'static [&'static str], &'static str);
+type Needed = (&'static [&'static str], &'static str);
 
-pub const CHANNEL_ORDER: Needed = (&[CHANNELS], "channels=board");
 const SAMPLES: Needed = (&["rf", "iq"], "rf=NAME");
 const CARRIER: Needed = (&["f_demod"], "f_demod=HZ");
 /// What must be told beside the samples.
@@ -66,6 +65,17 @@ impl Keyed<'_> {
         elements: usize,
     ) -> Result<ChannelData> {
         self.check_that_all_is_given(None)?;
+        let variables = self.variables.spread(transmits, elements);
+        let keyed = Keyed {
+            source: self.source,
+            variables: &variables,
+            law: self.law.clone(),
+        };
+        keyed.of_all(samples, transmits, elements)
+    }
+
+    /// The channel data, where all is given.
+    fn of_all(&self, samples: Samples, transmits: usize, elements: usize) -> Result<ChannelData> {
         if let Some(y) = self.optional("element_y")? {
             check_plane(&y).map_err(|message| self.source.error(message))?;
         }
@@ -119,15 +129,24 @@ impl Keyed<'_> {
     /// No delay law, or an array that is not readable.
     pub fn transmits_given(&self) -> Result<usize> {
         self.check_that_all_is_given(None)?;
+        self.transmits_of_law()?.ok_or_else(|| self.no_law())
+    }
+
+    /// How many transmits the delay law has, where it is told and not spread over as many as there are.
+    fn transmits_of_law(&self) -> Result<Option<usize>> {
+        if let Some((law, _)) = &self.law {
+            return Ok(Some(law.len()));
+        }
         for key in ["tx_x", "tx_angle", "tx_element", "tx_source_x"] {
+            if self.variables.get(key).is_some_and(Given::is_spread) {
+                return Ok(None);
+            }
             if let Some(values) = self.optional(key)? {
-                return Ok(values.len());
+                return Ok(Some(values.len()));
             }
         }
-        match self.optional_numbers("tx_delay")? {
-            Some(delays) => Ok(delays.shape()[0]),
-            None => Err(self.no_law()),
-        }
+        let delays = self.optional_numbers("tx_delay")?;
+        Ok(delays.and_then(|delays| delays.shape().first().copied()))
     }
 
     fn no_law(&self) -> Error {
@@ -163,7 +182,7 @@ impl Keyed<'_> {
     ///
     /// # Errors
     /// That, with the arrays that there are.
-    pub fn check_that_all_is_given(&self, samples: Option<Needed>) -> Result<()> {
+    fn check_that_all_is_given(&self, samples: Option<Needed>) -> Result<()> {
         let given = |key: &str| is_given(self.source, self.variables, key);
         let by_layout = |key: &str| self.law.is_some() && (key == "t0" || key.starts_with("tx_"));
         let carrier = given("iq").then_some(CARRIER);
@@ -284,17 +303,21 @@ impl Keyed<'_> {
             }
             (None, None) => return Err(self.missing("rf")),
         };
-        let axes = self.axes()?;
+        let sides = self.source.sides(name);
+        let given = self.variables.get(AXES);
+        let transmits = self.transmits_of_law()?;
+        let axes = Axes::new(given, sides.as_deref(), transmits)?;
         let shape = self.source.shape_for_parts(name)?;
         let along = shape.and_then(|shape| {
-            let axis = frame_axis(axes.as_deref(), shape.len())?;
+            let axis = axes.of_frames(shape.len())?;
             Some((axis, shape[axis]))
         });
         let part = along.map(|(axis, _)| (axis, frames));
+        let wrong = |message: String| self.source.error(format!("`{name}` {message}"));
         let samples = match (key, self.source.samples(name, part)?) {
-            ("rf", Values::Real(rf)) => Samples::Rf(self.arranged(name, rf, axes.as_deref())?),
+            ("rf", Values::Real(rf)) => Samples::Rf(axes.arranged(rf).map_err(wrong)?),
             ("iq", Values::Complex(iq)) => Samples::Iq {
-                iq: self.arranged(name, iq, axes.as_deref())?,
+                iq: axes.arranged(iq).map_err(wrong)?,
                 f_demod: self.scalar("f_demod")?,
             },
             ("rf", Values::Complex(_)) => {
@@ -316,70 +339,6 @@ impl Keyed<'_> {
         }
         let held = along.map_or_else(|| samples.frames(), |(_, held)| held);
         Ok((samples, held))
-    }
-
-    /// The places in [`ORDER`] of the file's axes.
-    fn axes(&self) -> Result<Option<Vec<usize>>> {
-        let Some(Given::Names(names)) = self.variables.get(AXES) else {
-            return Ok(None);
-        };
-        let index = |name: &String| ORDER.iter().position(|known| known == name);
-        let indices: Option<Vec<usize>> = names.iter().map(index).collect();
-        let once = |indices: &Vec<usize>| {
-            let needed = (2..4).all(|axis| indices.contains(&axis));
-            needed && (0..4).all(|axis| indices.iter().filter(|&&p| p == axis).count() <= 1)
-        };
-        indices.filter(once).map(Some).ok_or_else(|| {
-            Error::Usage(format!(
-                "`{AXES}` in [variables] is {}; expected element and sample once each, and transmit and \
-                 frame where there are several",
-                names.join(", ")
-            ))
-        })
-    }
-
-    /// Samples as [frame, transmit, element, sample], from the file's order of axes.
-    fn arranged<T: Clone>(
-        &self,
-        name: &str,
-        mut values: ArrayD<T>,
-        axes: Option<&[usize]>,
-    ) -> Result<ndarray::Array4<T>> {
-        let shape = values.shape().to_vec();
-        let count = axes.map_or(shape.len().clamp(3, 4), <[usize]>::len);
-        // MATLAB drops axes of length 1 at the end; any file may have one too many there.
-        while values.ndim() > count && values.shape().last() == Some(&1) {
-            let last = Axis(values.ndim() - 1);
-            values = values.index_axis_move(last, 0);
-        }
-        while axes.is_some() && values.ndim() < count {
-            let end = Axis(values.ndim());
-            values = values.insert_axis(end);
-        }
-        let contract: Vec<usize> = (4 - count..4).collect();
-        let mut indices = axes.unwrap_or(&contract).to_vec();
-        if values.ndim() != indices.len() {
-            return Err(self.source.error(format!(
-                "`{name}` has shape {shape:?}; expected [transmit, element, sample], or with a frame axis \
-                 before them; another order is told by --variable axes=sample,element,transmit"
-            )));
-        }
-        for axis in [0, 1] {
-            if !indices.contains(&axis) {
-                indices.push(axis);
-                let end = Axis(values.ndim());
-                values = values.insert_axis(end);
-            }
-        }
-        let order: Vec<usize> = (0..4)
-            .filter_map(|axis| indices.iter().position(|&index| index == axis))
-            .collect();
-        let values = values.permuted_axes(IxDyn(&order));
-        let values = values.as_standard_layout().into_owned();
-        values.into_dimensionality().map_err(|e| {
-            self.source
-                .error(format!("`{name}` has shape {shape:?}: {e}"))
-        })
     }
 
     fn transmits(&self, transmits: usize) -> Result<Transmits> {
@@ -466,15 +425,4 @@ impl Keyed<'_> {
         }
         Ok(Transmits::Delays { delay })
     }
-}
-
-/// Which axis of an array is that of the frames, of those that [`ORDER`] has at `axes` or of its own; none
-/// where there is one frame.
-fn frame_axis(axes: Option<&[usize]>, rank: usize) -> Option<usize> {
-    let axis = match axes {
-        Some(axes) => axes.iter().position(|&index| index == 0)?,
-        None if rank < ORDER.len() => return None,
-        None => 0,
-    };
-    (axis < rank).then_some(axis)
 }

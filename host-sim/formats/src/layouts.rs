@@ -98,9 +98,12 @@ impl Completion<'_> {
         let Some(sides) = rf.or(iq).and_then(|name| self.source.sides(&name)) else {
             return Ok(None);
         };
+        let [transmits, elements] = self.counts(&sides);
+        *self.all = self.all.spread(transmits, elements);
         if self.layout == Layout::Cubdl {
-            cubdl::tell(self)?;
+            cubdl::tell(self, &sides)?;
         }
+        let [transmits, elements] = self.counts(&sides);
         if self.layout != Layout::Field2 {
             if !self.is_given("c") {
                 self.assume(
@@ -114,7 +117,8 @@ impl Completion<'_> {
                 self.assume("t0", Given::Number(0.0), why);
             }
         }
-        if self.layout != Layout::Field2 && !LAWS.iter().any(|key| self.is_given(key)) {
+        let is_one = self.layout != Layout::Cubdl || transmits == 1;
+        if self.layout != Layout::Field2 && is_one && !LAWS.iter().any(|key| self.is_given(key)) {
             let why = "plane waves straight down, since no delay law is told";
             self.assume("tx_angle", Given::Number(0.0), why);
         }
@@ -124,7 +128,7 @@ impl Completion<'_> {
         {
             self.assume("fs", Given::Number(1.0 / dt), "fs is 1/dt");
         }
-        let law = self.law(&sides)?;
+        let law = self.law(elements)?;
         if self.layout != Layout::Cubdl && self.all.get(AXES).is_none() {
             let transmits = match &law {
                 Some((law, _)) => law.len(),
@@ -149,6 +153,26 @@ impl Completion<'_> {
         Ok(law)
     }
 
+    /// How many transmits and elements there are along the axes of the samples, before it is known whether a third axis
+    /// is that of frames.
+    fn counts(&self, sides: &[usize]) -> [usize; 2] {
+        let mut names: Vec<&str> = match self.all.get(AXES) {
+            Some(Given::Names(names)) => names.iter().map(String::as_str).collect(),
+            _ if self.layout == Layout::Cubdl && sides.len() == 2 => self.layout.axes().to_vec(),
+            _ if self.layout == Layout::Cubdl => vec!["transmit", "element", "sample"],
+            _ => [self.layout.axes().as_slice(), &["transmit"]].concat(),
+        };
+        // Where the transmits follow each other along the axis of the samples, the two are one.
+        let is_joined = |pair: &[&str]| !pair.contains(&"element") && !pair.contains(&"frame");
+        if names.len() > sides.len() && names.windows(2).any(is_joined) {
+            names.retain(|name| *name != "sample");
+        }
+        ["transmit", "element"].map(|axis| {
+            let at = names.iter().position(|name| *name == axis);
+            at.and_then(|at| sides.get(at).copied()).unwrap_or(1)
+        })
+    }
+
     /// k-Wave's `dt`, wherever it lies, s.
     fn step_in_time(&self) -> Result<Option<f64>> {
         let names = self.source.names();
@@ -159,12 +183,16 @@ impl Completion<'_> {
     }
 
     /// MUST's delays and angles count from the first element that fires; so do plane waves where nothing is told.
-    fn law(&mut self, sides: &[usize]) -> Result<Option<Law>> {
+    fn law(&mut self, elements: usize) -> Result<Option<Law>> {
         let from_origin = match self.all.get(TIMES) {
             Some(Given::Name(from)) => from == ORIGIN,
             _ => {
                 let of_origin = |key: &&&str| self.given.get(key).is_some() || self.source.has(key);
-                self.layout == Layout::Field2 || LAWS.iter().any(|key| of_origin(&key))
+                match self.layout {
+                    Layout::Field2 => true,
+                    Layout::Cubdl => false,
+                    _ => LAWS.iter().any(|key| of_origin(&key)),
+                }
             }
         };
         if from_origin {
@@ -175,15 +203,6 @@ impl Completion<'_> {
         else {
             return Ok(None);
         };
-        let at = match self.layout {
-            Layout::Cubdl => sides.len().checked_sub(2),
-            _ => self
-                .layout
-                .axes()
-                .iter()
-                .position(|axis| *axis == "element"),
-        };
-        let elements = at.and_then(|at| sides.get(at).copied()).unwrap_or(0);
         let x = match (self.numbers("element_x")?, self.number("pitch")?) {
             (Some(x), _) => x,
             (None, Some(pitch)) => {
@@ -201,8 +220,8 @@ impl Completion<'_> {
                     .collect();
                 (delay, angles)
             }
-            (_, angles) => {
-                let angles = angles.unwrap_or_default();
+            (_, None) => return Ok(None),
+            (_, Some(angles)) => {
                 let from_centre =
                     |angle: &f64| x.iter().map(|x| x * angle.sin() / c).collect::<Vec<f64>>();
                 let rows: Vec<Vec<f64>> = angles.iter().map(from_centre).collect();

@@ -149,7 +149,11 @@ pub fn read(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<
 fn read_as_written(path: &Path, variables: &Variables, frames: Range<usize>) -> Result<Found> {
     if path.is_dir() {
         return match sonix::is(path) {
-            true => channel(sonix::read(path, variables, frames), Format::Sonix),
+            true => {
+                let (data, held, assumed) = sonix::read(path, variables, frames)?;
+                let found = channel(Ok((data, held)), Format::Sonix)?;
+                Ok(Found { assumed, ..found })
+            }
             false => Err(file_error(
                 path,
                 "is a folder without CH000.daq, as a SonixDAQ makes; expected a file",

@@ -1,6 +1,7 @@
 //! Folders of a SonixDAQ: a file `CH000.daq` a channel, of 16-bit samples behind three 32-bit numbers.
 //!
-//! The files tell nothing of the scan: `[variables]` does.
+//! The files tell nothing of the scan: `[variables]` does, and what it leaves out is assumed where the machine has a
+//! usual value.
 
 use std::fs;
 use std::io::{Read, Seek, SeekFrom};
@@ -9,9 +10,10 @@ use std::path::{Path, PathBuf};
 
 use ndarray::{Array4, ArrayD};
 
-use crate::keyed::{CHANNEL_ORDER, Keyed};
+use crate::aliases::is_given;
+use crate::keyed::Keyed;
 use crate::values::{AxisRange, NamedArrays, Values};
-use crate::variables::{CHANNELS, Given, Variables};
+use crate::variables::{CHANNELS, Given, LAWS, Variables};
 use bonebeam_files::memory::{self, product};
 use bonebeam_files::{ChannelData, Error, Result, Samples, cannot_be_opened, file_error, input};
 
@@ -22,6 +24,8 @@ const MAX_CHANNELS: usize = 1000;
 /// The channels of the vendor's board, in eight groups of sixteen.
 const BOARD: usize = 128;
 const GROUPS: usize = 8;
+/// The rate at which the machine samples 128 channels, Hz.
+const RATE: f64 = 40e6;
 
 /// A folder without named arrays.
 struct Folder {
@@ -63,8 +67,46 @@ fn name(channel: usize) -> String {
     format!("CH{channel:03}.daq")
 }
 
-/// The channel data of some frames, and how many the files hold: their records are transmits, and after
-/// the last of them comes the next frame.
+/// What nobody tells and the machine usually has; and what was assumed.
+fn complete(folder: &Folder, variables: &Variables, channels: usize) -> (Variables, Vec<String>) {
+    let mut all = variables.clone();
+    let mut assumed = Vec::new();
+    let mut assume = |keys: &[&str], given: Given, why: &str| {
+        if !keys.iter().any(|key| is_given(folder, variables, key)) {
+            all.insert(keys[0], given);
+            assumed.push(why.to_owned());
+        }
+    };
+    let number = Given::Number;
+    assume(
+        &["fs"],
+        number(RATE),
+        "fs is 40 MHz, as the machine samples 128 channels",
+    );
+    assume(&["c"], number(1540.0), "c is 1540 m/s");
+    assume(
+        &["t0"],
+        number(0.0),
+        "t0 is 0: sample 0 is when the wave passes the array's middle",
+    );
+    let laws = ["tx_angle"]
+        .iter()
+        .chain(&LAWS)
+        .copied()
+        .collect::<Vec<_>>();
+    let why = "each record is a frame of one plane wave straight down, since no delay law is told";
+    assume(&laws, number(0.0), why);
+    if channels == BOARD {
+        let board = Given::Name("board".into());
+        let why =
+            "channels are in the order of the vendor's board (channels=element if they are not)";
+        assume(&[CHANNELS], board, why);
+    }
+    (all, assumed)
+}
+
+/// The channel data of some frames, how many the files hold, and what was assumed: their records are transmits, and
+/// after the last of them comes the next frame.
 ///
 /// # Errors
 /// A file that is missing or damaged, records of different lengths, or variables that do not tell the
@@ -73,21 +115,21 @@ pub fn read(
     path: &Path,
     variables: &Variables,
     frames: Range<usize>,
-) -> Result<(ChannelData, usize)> {
+) -> Result<(ChannelData, usize, Vec<String>)> {
     let folder = Folder {
         path: path.to_path_buf(),
     };
     let channels = channels(path)?;
+    let [records, samples] = header(&path.join(name(0)))?;
+    let (variables, assumed) = complete(&folder, variables, channels);
+    let variables = variables.spread(records, channels);
     let keyed = Keyed {
         source: &folder,
-        variables,
+        variables: &variables,
         law: None,
     };
-    let board = (channels == BOARD).then_some(CHANNEL_ORDER);
-    keyed.check_that_all_is_given(board)?;
-    let element = order(&folder, channels, variables)?;
     let transmits = keyed.transmits_given()?;
-    let [records, samples] = header(&path.join(name(0)))?;
+    let element = order(&folder, channels, &variables)?;
     if transmits == 0 || records % transmits != 0 {
         return Err(folder.error(format!(
             "has {records} records a channel; expected a multiple of the {transmits} transmits that the \
@@ -129,7 +171,7 @@ pub fn read(
         }
     }
     let data = keyed.with_samples(Samples::Rf(rf), transmits, channels)?;
-    Ok((data, held))
+    Ok((data, held, assumed))
 }
 
 /// So many bytes of a file, from a place on.

@@ -68,7 +68,44 @@ pub enum Given {
     Names(Vec<String>),
 }
 
+/// A number, or degrees as radians: `10deg`.
+fn number(text: &str) -> Option<f64> {
+    match text.trim().strip_suffix("deg") {
+        Some(degrees) => degrees.trim().parse().ok().map(f64::to_radians),
+        None => text.trim().parse().ok(),
+    }
+}
+
+impl Given {
+    /// The ends of `FIRST..LAST`.
+    fn ends(&self) -> Option<[f64; 2]> {
+        let Given::Name(text) = self else { return None };
+        let (first, last) = text.split_once("..")?;
+        Some([number(first)?, number(last)?])
+    }
+
+    /// Whether it is `FIRST..LAST`: evenly spaced numbers, one for each transmit or element.
+    pub fn is_spread(&self) -> bool {
+        self.ends().is_some()
+    }
+}
+
 impl Variables {
+    /// With the numbers in place of each `FIRST..LAST`: one for each element, or for each transmit.
+    #[must_use]
+    pub fn spread(&self, transmits: usize, elements: usize) -> Self {
+        let spread = |(key, given): (&String, &Given)| {
+            let of_elements = key.starts_with("element_");
+            let count = if of_elements { elements } else { transmits };
+            let values = given.ends().map(|[first, last]| {
+                let step = (last - first) / (count.max(2) - 1) as f64;
+                (0..count).map(|k| first + k as f64 * step).collect()
+            });
+            (key.clone(), values.map_or(given.clone(), Given::Numbers))
+        };
+        Self(self.0.iter().map(spread).collect())
+    }
+
     /// Whether nothing is given.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
@@ -84,8 +121,8 @@ impl Variables {
         self.0.insert(key.to_owned(), given);
     }
 
-    /// Takes `KEY=VALUE` of the command line: a number, numbers with commas between them, or a name, or
-    /// names with commas for the axes.
+    /// Takes `KEY=VALUE` of the command line: a number, numbers with commas between them, the ends of evenly spaced
+    /// numbers (`-16deg..16deg`), or a name, or names with commas for the axes.
     ///
     /// # Errors
     /// No `=`, or nothing on a side of it.
@@ -96,14 +133,14 @@ impl Variables {
             .filter(|(key, value)| !key.is_empty() && !value.is_empty())
             .ok_or_else(|| format!("{text}: expected KEY=NAME or KEY=NUMBER"))?;
         let parts = || value.split(',').map(str::trim);
-        let numbers: Result<Vec<f64>, _> = parts().map(str::parse).collect();
+        let numbers: Option<Vec<f64>> = parts().map(number).collect();
         let given = match numbers.as_deref() {
-            Ok([number]) => Given::Number(*number),
-            Ok(numbers) => Given::Numbers(numbers.to_vec()),
-            Err(_) if key == AXES || ["rf", "iq"].contains(&key) && value.contains(',') => {
+            Some([number]) => Given::Number(*number),
+            Some(numbers) => Given::Numbers(numbers.to_vec()),
+            None if key == AXES || ["rf", "iq"].contains(&key) && value.contains(',') => {
                 Given::Names(parts().map(str::to_owned).collect())
             }
-            Err(_) => Given::Name(value.to_owned()),
+            None => Given::Name(value.to_owned()),
         };
         self.0.insert(key.to_owned(), given);
         Ok(())
@@ -202,6 +239,16 @@ mod tests {
             Some(&Given::Name("RcvData".to_owned()))
         );
         variables.check().unwrap();
+        variables.take("tx_angle=-180deg..90deg").unwrap();
+        variables.take("element_x=-3..1").unwrap();
+        let spread = variables.spread(4, 3);
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let angles = [-2.0 * quarter, -quarter, 0.0, quarter];
+        assert_eq!(spread.get("tx_angle"), Some(&Given::Numbers(angles.into())));
+        let x = Given::Numbers(vec![-3.0, -1.0, 1.0]);
+        assert_eq!(spread.get("element_x"), Some(&x));
+        variables.take("tx_angle=90deg").unwrap();
+        assert_eq!(variables.number("tx_angle"), Some(quarter));
         variables.take("fs=").unwrap_err();
         variables.take("fs").unwrap_err();
         for wrong in ["depth=3", "rf=3", "axes=3", "fs=nan"] {

@@ -48,6 +48,8 @@ def written(
     if out is None:
         return np.empty(shape, dtype)
     array = from_anywhere("out", out)
+    if not array.flags.writeable:
+        array = _writable(out, array)
     is_right = array.dtype == np.dtype(dtype) and array.shape == shape
     if not (is_right and array.flags.c_contiguous and array.flags.aligned):
         order = "C" if array.flags.c_contiguous else "another"
@@ -60,3 +62,10 @@ def written(
     if np.may_share_memory(array, beside):
         raise ValueError("`out` shares its memory with what is read; expected memory of its own")
     return array
+
+
+def _writable(out: Any, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """The same memory by NumPy's own interface, which may be written where older DLPack tells nothing of that."""
+    own = np.asarray(out)
+    is_same = (own.shape, own.strides, own.dtype) == (array.shape, array.strides, array.dtype)
+    return own if is_same and own.ctypes.data == array.ctypes.data else array

@@ -342,41 +342,49 @@ class Lines(Shown):
 
 @dataclass(repr=False)
 class Image(Shown):
-    """An image of square pixels: grey levels, or a map of phase symmetry."""
+    """An image: grey levels, or a map of phase symmetry. Pixels are square, or on a polar grid."""
 
     pixels: npt.NDArray[np.float32]
     """Grey levels 0 to 255, or phase symmetry 0 to below 1; [row, column], row 0 shallowest."""
     x0: float
     """Lateral position of column 0, m."""
     z0: float
-    """Depth of row 0, m."""
+    """Depth of row 0, m; on a polar grid along the beams."""
     pixel: float
-    """From one pixel to the next, m."""
+    """From one pixel to the next, m; on a polar grid from row to row."""
     dynamic_range: float | None = None
     """Grey levels: decibels from 0 to 255, where that is known."""
     quantity: Literal["grey level", "phase symmetry"] = "grey level"
     """What the pixels are."""
+    angle: npt.NDArray[np.float64] | None = None
+    """On a polar grid: angles of the columns from the z axis, rad, evenly spaced."""
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
-        """The image's edges in mm, as ``extent`` of ``matplotlib.pyplot.imshow``."""
+        """The image's edges as ``extent`` of ``matplotlib.pyplot.imshow``: in mm, on a polar grid across in degrees."""
         rows, columns = self.pixels.shape
-        left, top = self.x0 - self.pixel / 2, self.z0 - self.pixel / 2
-        edges = (left, left + columns * self.pixel, top + rows * self.pixel, top)
-        return tuple(1e3 * edge for edge in edges)  # type: ignore[return-value]
+        if self.angle is None:
+            first, step = 1e3 * self.x0, 1e3 * self.pixel
+        else:
+            degrees = np.degrees(self.angle)
+            first, step = float(degrees[0]), float(degrees[-1] - degrees[0]) / (columns - 1)
+        top = 1e3 * (self.z0 - self.pixel / 2)
+        return first - step / 2, first + (columns - 0.5) * step, top + 1e3 * rows * self.pixel, top
 
     @property
     def x(self) -> npt.NDArray[np.float64]:
         """Lateral positions of the columns, m."""
+        if self.angle is not None:
+            raise ValueError("the image is on a polar grid: its columns are at `angle`, and `x` is not the same in all rows")
         return np.asarray(self.x0 + self.pixel * np.arange(self.pixels.shape[1]), np.float64)
 
     @property
     def z(self) -> npt.NDArray[np.float64]:
-        """Depths of the rows, m."""
+        """Depths of the rows, m; on a polar grid along the beams."""
         return np.asarray(self.z0 + self.pixel * np.arange(self.pixels.shape[0]), np.float64)
 
     def plot(self, ax: Axes | None = None, *, colour_bar: bool = True) -> Axes:
-        """Draws the image with axes in mm.
+        """Draws the image with axes in mm, on a polar grid over degrees.
 
         Args:
             ax: Where to draw; into a figure of its own without it.
@@ -390,7 +398,7 @@ class Image(Shown):
         return _plot.image(self, ax, colour_bar)
 
     def to_xarray(self) -> DataArray:
-        """The pixels as an ``xarray.DataArray`` over z and x in m.
+        """The pixels as an ``xarray.DataArray`` over z and x in m, on a polar grid over depth and angle.
 
         Needs xarray: ``pip install 'bonebeam[xarray]'``.
         """
@@ -417,12 +425,15 @@ class Image(Shown):
 
     def _facts(self) -> Mapping[str, str]:
         rows, columns = self.pixels.shape
-        left, right, bottom, top = (1e-3 * edge for edge in self.extent)
+        left, right, bottom, top = self.extent
         decibels = "" if self.dynamic_range is None else f" over {self.dynamic_range:g} dB"
+        across = {"Lateral": f"x {_show.range_in_mm(1e-3 * left, 1e-3 * right)}"}
+        if self.angle is not None:
+            across = {"Angles": f"{left:.1f} to {right:.1f} degrees"}
         return {
             "Pixels": f"{rows} x {columns} pixels of {1e3 * self.pixel:.3f} mm",
-            "Lateral": f"x {_show.range_in_mm(left, right)}",
-            "Depth": f"z {_show.range_in_mm(top, bottom)}",
+            **across,
+            "Depth": f"z {_show.range_in_mm(1e-3 * top, 1e-3 * bottom)}",
             "Quantity": f"{self.quantity}{decibels}",
         }
 

@@ -9,11 +9,12 @@ from typing import Any, Literal, overload
 import numpy as np
 import numpy.typing as npt
 
-from . import _native
+from . import _native, _parameters
 from ._arrays import taken, written
 from ._data import Image, Lines
 
 Pooling = Literal["largest", "rms", "each"]
+Grid = Literal["cartesian", "polar"]
 
 
 def bmode(
@@ -25,11 +26,12 @@ def bmode(
     depth: float | None = None,
     width: float | None = None,
     pixel_size: float | None = None,
+    grid: Grid = "cartesian",
     median: bool = False,
     pooling: Pooling = "largest",
     threads: int | None = None,
 ) -> Image:
-    """Makes a B-mode image: envelope, decibels below the largest, square pixels of 0 to 255.
+    """Makes a B-mode image: envelope, decibels below the largest, pixels of 0 to 255.
 
     Args:
         lines: At least two beams from left to right that do not cross, of one frame.
@@ -38,7 +40,10 @@ def bmode(
             way.
         depth: Depth of the image's bottom, m; the lines' without it.
         width: How far the image reaches across, centred on the beams, m; the beams' without it.
-        pixel_size: Distance from one pixel to the next, m; without it what fills the pixels.
+        pixel_size: Distance from one pixel to the next, on a polar grid from row to row, m; without it what fills the
+            pixels.
+        grid: ``cartesian``, square pixels as the body is, or ``polar``: columns at even angles, rows at even depths
+            along lines that fan out, without scan conversion.
         median: Whether a 3 x 3 median smooths the image.
         pooling: The envelope of a line with sub-lines: the ``largest`` of theirs, the root of their mean square
             (``rms``), or ``each`` as a line of its own.
@@ -59,7 +64,18 @@ def bmode(
         places = (none if place is None else place for place in (lines.beam_z, lines.beam_angle))
         beam_z, beam_angle = (np.asarray(place, np.float64) for place in places)
         rays = (beam_z, beam_angle)
-    pixels, x0, z0, pixel = _native.bmode(
+    section = {
+        "dynamic_range": dynamic_range,
+        "rows": rows,
+        "columns": columns,
+        "depth": depth,
+        "width": width,
+        "pixel_size": pixel_size,
+        "grid": grid,
+        "median": median,
+        "pooling": pooling,
+    }
+    pixels, x0, z0, pixel, angle = _native.bmode(
         z,
         lines.fs,
         lines.t0,
@@ -67,17 +83,10 @@ def bmode(
         rays,
         lines.sub_lines,
         lines.c,
-        dynamic_range,
-        rows,
-        columns,
-        depth,
-        width,
-        pixel_size,
-        median,
-        pooling,
+        _parameters.as_json(section),
         threads,
     )
-    return Image(pixels, x0, z0, pixel, dynamic_range)
+    return Image(pixels, x0, z0, pixel, dynamic_range, angle=angle)
 
 
 @overload

@@ -76,16 +76,9 @@ def bmode(
     rays: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None,
     sub_lines: int,
     c: float,
-    dynamic_range: float,
-    rows: int | None,
-    columns: int | None,
-    depth: float | None,
-    width: float | None,
-    pixel_size: float | None,
-    median: bool,
-    pooling: str,
+    section: str,
     threads: int | None,
-) -> tuple[npt.NDArray[np.float32], float, float, float]: ...
+) -> tuple[npt.NDArray[np.float32], float, float, float, npt.NDArray[np.float64] | None]: ...
 def phase_symmetry(
     image: npt.NDArray[np.float32],
     scales: list[float],

@@ -128,10 +128,16 @@ class AlignedDataParameters(BeamformerParameters, total=False):
 
 def section(function: str, known: type, parameters: Mapping[str, Any]) -> _native.BeamformParameters:
     """The section of the keywords that were given, checked."""
-    given: dict[str, Any] = {}
-    for key, value in parameters.items():
+    for key in parameters:
         if key not in names(known):
             raise TypeError(f"{function}() got an unexpected keyword argument '{key}'")
+    return _native.BeamformParameters(as_json(parameters))
+
+
+def as_json(parameters: Mapping[str, Any]) -> str:
+    """The keywords that were given, for the host."""
+    given: dict[str, Any] = {}
+    for key, value in parameters.items():
         # A number of NumPy is one of Python.
         value = value.tolist() if hasattr(value, "tolist") else value
         value = list(value) if isinstance(value, tuple) else value
@@ -139,7 +145,7 @@ def section(function: str, known: type, parameters: Mapping[str, Any]) -> _nativ
             raise ValueError(f"`{key}` is {value}; expected a finite number")
         if value is not None:
             given[key] = value
-    return _native.BeamformParameters(json.dumps(given))
+    return json.dumps(given)
 
 
 def names(known: type) -> set[str]:

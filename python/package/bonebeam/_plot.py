@@ -25,6 +25,8 @@ def image(image: Image, ax: Axes | None, colour_bar: bool) -> Axes:
         pixels = image.pixels / 255 * image.dynamic_range - image.dynamic_range
     ax = _drawn(pixels, image.extent, limits, ax, label if colour_bar else None)
     ax.set(xlabel="Lateral position, mm", ylabel="Depth, mm")
+    if image.angle is not None:
+        ax.set(xlabel="Angle, degrees", ylabel="Depth along the beam, mm", aspect="auto")
     return ax
 
 
@@ -64,8 +66,9 @@ def _drawn(
         _, ax = _pyplot().subplots(layout="constrained")
     drawn = ax.imshow(pixels, cmap="gray", vmin=limits[0], vmax=limits[1], extent=extent)
     if label is not None:
+        # As high as the pixels, whatever the shape of the axes.
         figure: Any = ax.figure
-        figure.colorbar(drawn, ax=ax, label=label)
+        figure.colorbar(drawn, cax=ax.inset_axes((1.03, 0.0, 0.04, 1.0)), label=label)
     return ax
 
 

@@ -41,11 +41,17 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
 
 
 def image(image: Image) -> DataArray:
-    """Pixels over z and x."""
+    """Pixels over z and x, or over depth and angle."""
     name = image.quantity.replace(" ", "_")
     attributes: dict[str, Any] = {"long_name": image.quantity.capitalize(), "units": "1"}
     if image.dynamic_range is not None:
         attributes["dynamic_range"] = image.dynamic_range
+    if image.angle is not None:
+        polar = {
+            "depth": _coordinate(("depth",), image.z, "m", "Depth along the beam"),
+            "angle": _coordinate(("angle",), image.angle, "rad", "Angle of the beam from the z axis"),
+        }
+        return _array(image.pixels, ("depth", "angle"), polar, name, attributes)
     coordinates = {
         "z": _coordinate(("z",), image.z, "m", "Depth"),
         "x": _coordinate(("x",), image.x, "m", "Lateral position"),

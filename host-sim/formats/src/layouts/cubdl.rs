@@ -5,7 +5,7 @@ use ndarray::{ArrayD, Axis};
 
 use super::completion::Completion;
 use crate::values::NamedArrays;
-use crate::variables::Given;
+use crate::variables::{AXES, Given};
 use bonebeam_files::Result;
 
 const CENTRE: &str = "modulation_frequency";
@@ -29,11 +29,11 @@ fn first_of(table: &ArrayD<f64>) -> Vec<f64> {
     }
 }
 
-/// Adds what the usual names do not tell.
+/// Adds what the usual names do not tell of samples of these sides.
 ///
 /// # Errors
 /// An array that is not readable.
-pub fn tell(completion: &mut Completion<'_>) -> Result<()> {
+pub fn tell(completion: &mut Completion<'_>, sides: &[usize]) -> Result<()> {
     if completion.given.get("f0").is_none() && !completion.source.has("f0") {
         let name = Given::Name(CENTRE.into());
         completion.assume("f0", name, "f0 is the file's modulation_frequency, of RF");
@@ -51,6 +51,17 @@ pub fn tell(completion: &mut Completion<'_>) -> Result<()> {
             let why = format!("tx_angle is the file's {name}, in {unit}");
             completion.assume("tx_angle", Given::Numbers(angles), &why);
         }
+    }
+    let transmits = completion.numbers("tx_angle")?.map_or(1, |all| all.len());
+    let by_elements = match sides {
+        [_, both] => transmits > 1 && both % transmits == 0,
+        [first, second, _] => *first != transmits && *second == transmits,
+        _ => false,
+    };
+    if by_elements && completion.all.get(AXES).is_none() {
+        let axes = ["element", "transmit", "sample"].map(str::to_owned);
+        let why = "the axes of the samples are element, transmit, sample, the samples of a transmit after the other's";
+        completion.assume(AXES, Given::Names(axes.into()), why);
     }
     if !["element_x", "pitch"]
         .iter()
