@@ -19,10 +19,10 @@ data = bonebeam.simulate("vertebra", slice=-4e-3, scanner=scanner)
 print(data)
 
 
-# %% The surface: in each column the depth of the strongest ridge, m, or NaN where there is none.
-def surface(bones, least=0.05):
-    rows = bones.pixels.argmax(axis=0)
-    return np.where(bones.pixels.max(axis=0) >= least, bones.z[rows], np.nan)
+# %% The surface: in each column the depth of the strongest ridge below the skin, m, or NaN where there is none.
+def surface(bones, least=0.05, skin=10e-3):
+    ridges = np.where(bones.z[:, None] >= skin, bones.pixels, 0)
+    return np.where(ridges.max(axis=0) >= least, bones.z[ridges.argmax(axis=0)], np.nan)
 
 
 # %% Forward covariance, as in the paper; a square image, which phase symmetry takes.
@@ -43,4 +43,4 @@ for column, (name, method) in enumerate(methods.items()):
     print(f"{name}: bone in {np.isfinite(depth).mean():.0%} of the columns, from {1e3 * np.nanmin(depth):.1f} mm on")
 for ax in axes[:, 1:].flat:
     ax.set_ylabel("")
-figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "bone_surface.png", dpi=70)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "bone_surface.png", dpi=60)

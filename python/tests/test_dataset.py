@@ -49,6 +49,9 @@ def test_files_follow_one_another(folder, recording, plane):
     expected = [*rf, *(-(number + 1) * plane.rf for number in range(6))]
     for index in (10, 0, 4, 5, 9, 4):
         assert same_bits(dataset[index].rf, expected[index])
+    # Each open file keeps its first frame in memory.
+    assert all(same_bits(frame.rf, rf) for frame, rf in zip(dataset, expected, strict=True))
+    assert len(dataset._files) <= 4
     assert same_bits(dataset[3:7][1].rf, expected[4])
     with pytest.raises(ValueError, match="at least one"):
         bonebeam.Dataset([])
