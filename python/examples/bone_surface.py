@@ -43,4 +43,4 @@ for column, (name, method) in enumerate(methods.items()):
     print(f"{name}: bone in {np.isfinite(depth).mean():.0%} of the columns, from {1e3 * np.nanmin(depth):.1f} mm on")
 for ax in axes[:, 1:].flat:
     ax.set_ylabel("")
-figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "bone_surface.png", dpi=60)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "bone_surface.png", dpi=54)
