@@ -42,9 +42,23 @@ pub(in crate::beamform) fn esmv_rank1<A: Averaging<V>, V: Vector>(
     by_eigenpair::<A, V>(zero, solver, subaperture, s, eigenvalue)
 }
 
-/// The largest eigenvalue of the loaded covariance; its eigenvector is in the solver's `vector`.
-#[inline(always)]
+/// The largest eigenvalue of the loaded covariance; its eigenvector is in the solver's `vector`. One function for
+/// the line and for its sub-lines.
+#[inline(never)]
 pub(super) fn first_eigenpair<A: Averaging<V>, V: Vector>(
+    zero: V,
+    solver: &mut Solver<'_, A::Scalar, V>,
+    subaperture: usize,
+    zero_power: V::Mask,
+) -> Option<V> {
+    zero.vectorize(
+        #[inline(always)]
+        || dominant::<A, V>(zero, solver, subaperture, zero_power),
+    )
+}
+
+#[inline(always)]
+fn dominant<A: Averaging<V>, V: Vector>(
     zero: V,
     solver: &mut Solver<'_, A::Scalar, V>,
     subaperture: usize,
