@@ -2,6 +2,7 @@
 
 use std::num::NonZeroUsize;
 
+use bonebeam_drive::config::Beamform;
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::frame;
 use bonebeam_drive::policy::{warnings, working_memory};
@@ -166,7 +167,11 @@ pub fn delay<'py>(
     let pool = self::threads(threads)?;
     let frame = data.frame()?;
     let data = data.channel_data(py, &frame)?;
-    let parameters = &parameters.0;
+    // Aligned samples are those of lines.
+    let parameters = &Beamform {
+        sub_lines: Some(1),
+        ..parameters.0.clone()
+    };
     let warnings = warnings(&data, parameters).map_err(refused)?;
     let warnings = warnings.iter().map(|text| in_python(text)).collect();
     let stage = DelayStage::new(&data, parameters).map_err(refused)?;
@@ -250,7 +255,7 @@ pub fn beamform_channel_data<'py>(
         beam_x: PyArray1::from_slice(py, stage.beam_x()).unbind(),
         beam_z,
         beam_angle,
-        sub_lines: parameters.sub_lines,
+        sub_lines: stage.lines(()).sub_lines,
         c: stage.sound_speed(),
         warnings,
     })

@@ -318,6 +318,7 @@ fn parameters(interpolation: RfInterpolation) -> Beamform {
         rf_interpolation: Some(interpolation),
         depth_start: Some(3e-3),
         depth_end: Some(19e-3),
+        sub_lines: Some(1),
         ..Beamform::default()
     }
 }

@@ -67,7 +67,7 @@ impl Window {
     }
 
     /// The weight of place `index` of `count`: the window at `t = (2·index + 1 − count)/count`, the middle of the place.
-    fn weight(&self, index: usize, count: usize) -> f32 {
+    pub(super) fn weight(&self, index: usize, count: usize) -> f32 {
         let middle = index.saturating_mul(2).saturating_add(1);
         let from_middle = middle.abs_diff(count) as f32 / count as f32;
         let u = (from_middle - (1.0 - self.taper)) / self.taper;

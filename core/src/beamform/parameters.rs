@@ -57,10 +57,6 @@ macro_rules! parameters {
                 },
             };
 
-            /// What is right where apodization or postfilter leave no choice of sub-lines.
-            pub const WITHOUT_SUB_LINES: &str =
-                "1 with an apodization or the generalized coherence factor";
-
             /// The fields that are numbers and serve every function of the beamformer.
             pub const TABLE: [Parameter; [$($default as f64),*].len()] = [$(Parameter {
                 name: stringify!($name),
@@ -164,8 +160,7 @@ impl Beamformer {
     ///
     /// # Errors
     /// [`Error::Parameter`] for a value outside the range of its row in [`Parameters::TABLE`], or for an argument
-    /// of the method outside that of [`Method::parameter`]; for sub-lines beyond [`Parameters::SUB_LINES`], or with an
-    /// apodization or the generalized coherence factor.
+    /// of the method outside that of [`Method::parameter`]; for sub-lines beyond [`Parameters::SUB_LINES`].
     pub fn new(parameters: Parameters) -> Result<Self, Error> {
         let method = parameters.method;
         if let (Some(row), Some(argument)) = (method.parameter(), method.argument()) {
@@ -178,15 +173,6 @@ impl Beamformer {
                 name: Parameters::SUB_LINES.name,
                 value: sub_lines as f64,
                 expected: Parameters::SUB_LINES.range.text,
-            });
-        }
-        let plain = parameters.apodization == Apodization::None
-            && parameters.postfilter != Postfilter::GeneralizedCoherenceFactor;
-        if sub_lines > 1 && !plain {
-            return Err(Error::Parameter {
-                name: Parameters::SUB_LINES.name,
-                value: sub_lines as f64,
-                expected: Parameters::WITHOUT_SUB_LINES,
             });
         }
         for (row, value) in Parameters::TABLE.iter().zip(parameters.values()) {

@@ -54,16 +54,12 @@ fn apply<V: Vector>(
             #[inline(always)]
             |i| coherence(zero, group.segments, i, group.count),
         ),
-        Postfilter::GeneralizedCoherenceFactor => {
-            // Above half the elements a frequency is one below it.
-            let cutoff = cutoff.min(group.count.saturating_sub(1) / 2);
-            multiply(
-                zero,
-                z,
-                #[inline(always)]
-                |i| generalized_coherence(zero, group, i, cutoff),
-            )
-        }
+        Postfilter::GeneralizedCoherenceFactor => multiply(
+            zero,
+            z,
+            #[inline(always)]
+            |i| generalized_coherence(zero, group, i, cutoff),
+        ),
     }
 }
 
@@ -156,8 +152,7 @@ fn share<V: Vector>(coherent: V, power: V, count: usize) -> V {
     V::select(zero.less(power), factor, zero)
 }
 
-/// The generalized coherence factor of each segment's sample `i`. With `C = Σ x_m cos(2πkm/M)` and `S` the same of
-/// the sine, `|p_k|² + |p_{−k}|²` is `2·(|C|² + |S|²)`: all sums ascending, frequencies too, from `k = 0`.
+/// The generalized coherence factor of each segment's sample `i`, by [`share_of_spectrum`].
 ///
 /// Cost: `8·M` flops, `M` sines and cosines a frequency.
 #[inline(always)]
@@ -167,28 +162,65 @@ fn generalized_coherence<V: Vector>(
     i: isize,
     cutoff: usize,
 ) -> V {
-    let zero = zero.zero();
     let SegmentGroup { segments, count } = group;
-    let (sum, power) = sums(zero, segments, i, count);
+    share_of_spectrum(
+        sums(zero, segments, i, count),
+        (count, cutoff),
+        #[inline(always)]
+        |frequency| {
+            each_element(
+                zero,
+                segments,
+                i,
+                count,
+                #[inline(always)]
+                |m, x| frequency.add(m, x),
+            );
+        },
+    )
+}
+
+/// The parts of the discrete Fourier transform at `k` cycles across `count` elements.
+pub(super) struct Frequency<V> {
+    k: usize,
+    count: usize,
+    cosines: ComplexVector<V>,
+    sines: ComplexVector<V>,
+}
+
+impl<V: Vector> Frequency<V> {
+    /// Adds element `m`.
+    #[inline(always)]
+    pub(super) fn add(&mut self, m: usize, x: ComplexVector<V>) {
+        let turns = (self.k * m).checked_rem(self.count).unwrap_or(0) as f32 / self.count as f32;
+        let (sine, cosine) = libm::sincosf(TAU * turns);
+        self.cosines = self.cosines + x.scale(x.re.splat(cosine));
+        self.sines = self.sines + x.scale(x.re.splat(sine));
+    }
+}
+
+/// The generalized coherence factor of `count` elements from their sum and the sum of their powers; `each` hands them out.
+/// With `C = Σ x_m cos(2πkm/M)` and `S` the same of the sine, `|p_k|² + |p_{−k}|²` is `2·(|C|² + |S|²)`: sums in the order
+/// of `each`, frequencies ascending from `k = 0`.
+#[inline(always)]
+pub(super) fn share_of_spectrum<V: Vector>(
+    (sum, power): (ComplexVector<V>, V),
+    (count, cutoff): (usize, usize),
+    each: impl Fn(&mut Frequency<V>),
+) -> V {
+    let zero = power.zero();
+    // Above half the elements a frequency is one below it.
+    let cutoff = cutoff.min(count.saturating_sub(1) / 2);
     let mut coherent = sum.norm_sqr();
     for k in 1..=cutoff {
-        let mut parts = [ComplexVector::from_real(zero); 2];
-        each_element(
-            zero,
-            segments,
-            i,
+        let mut frequency = Frequency {
+            k,
             count,
-            #[inline(always)]
-            |m, x| {
-                let turns = (k * m).checked_rem(count).unwrap_or(0) as f32 / count as f32;
-                let (sine, cosine) = libm::sincosf(TAU * turns);
-                for (part, factor) in parts.iter_mut().zip([cosine, sine]) {
-                    *part = *part + x.scale(zero.splat(factor));
-                }
-            },
-        );
-        let [cosines, sines] = parts;
-        let both = cosines.norm_sqr() + sines.norm_sqr();
+            cosines: ComplexVector::from_real(zero),
+            sines: ComplexVector::from_real(zero),
+        };
+        each(&mut frequency);
+        let both = frequency.cosines.norm_sqr() + frequency.sines.norm_sqr();
         coherent = coherent + both + both;
     }
     share(coherent, power, count)

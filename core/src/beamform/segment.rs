@@ -1,7 +1,7 @@
 //! Samples of one line with one active aperture.
 
 use super::aligned_line::AlignedLine;
-use crate::geometry::Active;
+use crate::geometry::{Active, Steering};
 use core::ops::Range;
 
 /// Consecutive samples of one line with one active aperture: the work of a lane.
@@ -21,6 +21,15 @@ pub struct Segment<'a> {
 pub(super) struct SegmentGroup<'s, 'a> {
     pub(super) segments: &'s [Segment<'a>],
     pub(super) count: usize,
+}
+
+/// Segments with the directions of their lines' sub-lines.
+#[derive(Clone, Copy, Debug)]
+pub struct SteeredSegments<'s, 'a> {
+    /// Up to one a lane.
+    pub segments: &'s [Segment<'a>],
+    /// The directions of each segment's line, from the line's first sample on.
+    pub steering: &'s [Steering<'a>],
 }
 
 /// Splits `0..samples` where the active set changes: `(first sample, number of samples, active)`.

@@ -151,10 +151,7 @@ impl Beamformer {
             }
         }
         let subapertures = group.count - subaperture + 1;
-        let gain = match self.parameters().window() {
-            None => A::gain(subapertures),
-            Some(window) => A::gain(1) * window.total(subapertures),
-        };
+        let gain = self.gain::<A, V>(subapertures);
         for push in 0..longest + 2 * self.parameters().temporal_half_window {
             if let Some(zero_power) = self.push(workspace, group, subaperture, push) {
                 let i = push - 2 * self.parameters().temporal_half_window;
@@ -164,6 +161,15 @@ impl Beamformer {
                 let value = ComplexVector::select(zero_power, nothing, sum.divide(gain));
                 emit(group.segments, z, i, value);
             }
+        }
+    }
+
+    /// What the sum over so many subapertures is divided by.
+    #[inline(always)]
+    pub(super) fn gain<A: Averaging<V>, V: Vector>(&self, subapertures: usize) -> f32 {
+        match self.parameters().window() {
+            None => A::gain(subapertures),
+            Some(window) => A::gain(1) * window.total(subapertures),
         }
     }
 

@@ -97,6 +97,7 @@ fn delay(
         f_number: 0.1,
         depth_start: Some(5e-3),
         depth_end: Some(InVivo::DEPTH),
+        sub_lines: Some(1),
         ..config::Beamform::default()
     };
     let stage = DelayStage::new(data, &parameters)?.with_instruction_set(settings.instruction_set);

@@ -95,6 +95,7 @@ fn vertebra(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result<
     let parameters = config::Beamform {
         depth_start: Some(5e-3),
         depth_end: Some(InVivo::DEPTH),
+        sub_lines: Some(1),
         ..config::Beamform::default()
     };
     let aligned = |data| -> Result<_> {

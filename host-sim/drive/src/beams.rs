@@ -19,12 +19,17 @@ const HALVINGS: usize = 40;
 pub struct Beams {
     /// From left to right.
     pub rays: Vec<Ray>,
+    /// Twice as close: these, and one between each two of them, if the lines that are put out are made of sub-lines.
+    pub between: Option<Vec<Ray>>,
     /// Whether each has a transmit of its own; else all transmits are compounded into each.
     pub own: bool,
 }
 
-/// The elements, with the directions in which they look.
-pub fn elements(data: &ChannelData) -> Vec<Element> {
+/// The elements, with the directions in which they look, where the array is not straight.
+pub fn elements_of(data: &ChannelData) -> Vec<Element> {
+    if data.is_straight() {
+        return Vec::new();
+    }
     let last = data.element_x.len() - 1;
     // Across the line from one element to another.
     let across = |left: usize, right: usize| {
@@ -48,6 +53,17 @@ pub fn elements(data: &ChannelData) -> Vec<Element> {
         .collect()
 }
 
+/// The array of a recording, whose elements are told where it is not straight.
+pub(super) fn array_of<'e>(data: &'e ChannelData, elements: &'e [Element]) -> Array<'e> {
+    if elements.is_empty() {
+        return Array::LinearAt(&data.element_x);
+    }
+    Array::At {
+        elements,
+        pitch: data.pitch(),
+    }
+}
+
 impl Beams {
     /// The lines of `data` on `array`, as the parameters ask for them.
     ///
@@ -62,6 +78,7 @@ impl Beams {
             }
             return Ok(Beams {
                 rays: x.iter().map(|&x| Ray::down(x)).collect(),
+                between: None,
                 own: true,
             });
         }
@@ -76,12 +93,27 @@ impl Beams {
         if asked_for(parameters).is_none()
             && let Some(rays) = through_foci(data, array, fitting)
         {
-            return Ok(Beams { rays, own: true });
+            return Ok(Beams {
+                rays,
+                between: None,
+                own: true,
+            });
         }
         let kind = parameters.lines.unwrap_or(fitting);
-        Ok(Beams {
-            rays: grid(data, array, kind, parameters)?,
-            own: false,
+        let rays = grid(data, array, kind, parameters)?;
+        // Two lines an element: sub-lines of one an element are as right, at half the cost.
+        let halved = parameters.chooses_sub_lines() && !counted(parameters);
+        Ok(match halved {
+            true => Beams {
+                rays: rays.iter().copied().step_by(2).collect(),
+                between: Some(rays),
+                own: false,
+            },
+            false => Beams {
+                rays,
+                between: None,
+                own: false,
+            },
         })
     }
 }
@@ -109,6 +141,17 @@ fn asked_for(parameters: &Beamform) -> Option<&'static str> {
         .into_iter()
         .find(|(_, given)| *given)
         .map(|(flag, _)| flag)
+}
+
+/// Whether the number of lines is asked for.
+fn counted(parameters: &Beamform) -> bool {
+    let asked = [
+        parameters.line_count.is_some(),
+        parameters.line_spacing.is_some(),
+        parameters.lateral_start.is_some(),
+        parameters.lateral_end.is_some(),
+    ];
+    asked.contains(&true)
 }
 
 /// Evenly spaced lines over the whole array: two an element, since an adaptive beam is narrower than

@@ -3,26 +3,24 @@
 use std::ops::Range;
 
 use bonebeam::beamform::Parameters;
-use bonebeam::delay::{
-    Delay, DelayParameters, IqLayout, IqRecord, IqSamples, MAX_DECIMATION, MAX_SAMPLES, Record,
-    Upsampled,
-};
+use bonebeam::delay::{Delay, DelayParameters, IqLayout, IqRecord, IqSamples, MAX_SAMPLES, Record};
 use bonebeam::geometry::{
     Active, Aperture, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit,
     TransmitLaw,
 };
 use bonebeam::pipeline::{IqInput, LinePipeline};
 use bonebeam::simd::InstructionSet;
-use ndarray::{Array3, ArrayView3, CowArray, Ix3};
+use ndarray::{Array3, ArrayView2, ArrayView3, ArrayViewMut2, CowArray, Ix3};
 use num_complex::Complex;
 use rayon::prelude::*;
 
 use super::beams::{self, Beams};
 use super::compound::Compounded;
+use super::limits::{check_depths, check_rate, check_upsampling, record_times};
 use super::source::{LineSource, Recorded};
+use super::sub_lines::SubLines;
 use crate::config::{Beamform, RfInterpolation};
 use crate::{Error, Result};
-use bonebeam_files::terminal::{digits, short};
 use bonebeam_files::{BeamRays, BeamformedLines, ChannelData, FrameSamples, Samples, Transmits};
 
 /// Lines of records that are upsampled, at a time: as few times as memory allows.
@@ -38,9 +36,7 @@ pub struct DelayStage<'a> {
     /// None where the array is straight.
     elements: Vec<Element>,
     beams: Beams,
-    sub_lines: usize,
-    /// Of each beam its sub-lines, one after the other.
-    all_rays: Vec<Ray>,
+    sub_lines: SubLines,
     beam_x: Vec<f64>,
     /// Where each beam leaves the array, in elements.
     centres: Vec<f64>,
@@ -85,11 +81,8 @@ impl<'a> DelayStage<'a> {
             .depth_end
             .map_or(Depth::Seconds(end), Depth::Metres);
         check_depths(start, end, c)?;
-        let elements = match data.is_straight() {
-            true => Vec::new(),
-            false => beams::elements(data),
-        };
-        let array = array_of(data, &elements);
+        let elements = beams::elements_of(data);
+        let array = beams::array_of(data, &elements);
         let beams = Beams::new(data, &array, parameters)?;
         let own = ScanParameters {
             array: Array::LinearAt(&[]),
@@ -125,7 +118,11 @@ impl<'a> DelayStage<'a> {
         };
         let upsampled = parameters.rf_interpolation == Some(RfInterpolation::Upsampled);
         if upsampled {
-            check_upsampling(&stage, &beams)?;
+            let delay = match &stage {
+                Stage::Rf(delay) => Some(&**delay),
+                Stage::Iq(_) => None,
+            };
+            check_upsampling(delay, beams.own)?;
         }
         let factors = match &parameters.transmit_weights {
             Some(_) if beams.own => {
@@ -140,19 +137,10 @@ impl<'a> DelayStage<'a> {
             // A lens delays what is heard, there and back.
             t0: data.t0[t] - 2.0 * data.lens_delay,
         });
-        let sub_lines = parameters.sub_lines;
-        let all_rays: Vec<Ray> = match sub_lines {
-            1 => beams.rays.clone(),
-            count => {
-                let lines = Lines::Rays(&beams.rays);
-                let of_line = |line| (0..count).map(move |k| lines.sub_line(line, k, count));
-                (0..scan.lines()).flat_map(of_line).collect()
-            }
-        };
+        let sub_lines = SubLines::new(data, &beams, parameters);
         Ok(Self {
+            beam_x: sub_lines.rays.iter().map(Ray::x).collect(),
             sub_lines,
-            beam_x: all_rays.iter().map(Ray::x).collect(),
-            all_rays,
             centres: (0..scan.lines())
                 .map(|line| scan.aperture_centre(line))
                 .collect(),
@@ -181,14 +169,43 @@ impl<'a> DelayStage<'a> {
         &self.beam_x
     }
 
-    /// The beams.
+    /// The beams that are aligned.
     pub fn rays(&self) -> &[Ray] {
         &self.beams.rays
     }
 
-    /// The beams, or the sub-lines of each, one after the other, if the parameters ask for some: the lines that are made.
+    /// The lines that are put out: the beams, their sub-lines, one after the other, or lines that are the largest of some
+    /// sub-lines.
     pub fn all_rays(&self) -> &[Ray] {
-        &self.all_rays
+        &self.sub_lines.rays
+    }
+
+    /// How many sub-lines a beam has.
+    pub fn sub_lines(&self) -> usize {
+        self.sub_lines.count
+    }
+
+    /// Of how many sub-lines each line that is put out is the largest at each sample; none where each is put out.
+    pub fn pooled(&self) -> Option<usize> {
+        self.sub_lines.pooled()
+    }
+
+    /// What a point between two lines, or two sub-lines, loses at most, dB, about; none of DAS. What the transmits lose,
+    /// which focus on the beam, comes to it.
+    pub fn loss_between(&self) -> Option<f64> {
+        self.sub_lines.loss
+    }
+
+    /// The lines that are put out, of all sub-lines of all beams.
+    ///
+    /// # Errors
+    /// A sample that is not finite.
+    pub(super) fn pool(
+        &self,
+        all: ArrayView2<'_, Complex<f32>>,
+        z: ArrayViewMut2<'_, Complex<f32>>,
+    ) -> Result<()> {
+        self.sub_lines.pool(all, z)
     }
 
     /// The scan of the beams.
@@ -254,7 +271,7 @@ impl<'a> DelayStage<'a> {
             t0: self.start,
             beam_x: self.beam_x.clone(),
             rays: self.beam_rays(),
-            sub_lines: self.sub_lines,
+            sub_lines: self.sub_lines.put_out(),
             c: self.parameters.sound_speed,
         }
     }
@@ -380,7 +397,7 @@ impl<'a> DelayStage<'a> {
     }
 
     fn array(&self) -> Array<'_> {
-        array_of(self.data, &self.elements)
+        beams::array_of(self.data, &self.elements)
     }
 }
 
@@ -417,52 +434,6 @@ fn records<'r, T: Sync, R: Send>(
     Ok(checked.collect::<std::result::Result<_, _>>()?)
 }
 
-/// An RF record holds the pulse at an output rate.
-fn check_rate(rate: f64, data: &ChannelData) -> Result<()> {
-    let (lowest, highest) = (2.0 * data.f0, data.fs / MAX_DECIMATION as f64);
-    if rate > lowest && rate >= highest {
-        return Ok(());
-    }
-    Err(Error::Usage(format!(
-        "--output-rate is {} Hz; expected more than twice the centre frequency of {} \
-         Hz and at least 1/{MAX_DECIMATION} of the sampling rate of {} Hz",
-        short(rate),
-        data.f0,
-        data.fs
-    )))
-}
-
-/// Records can be upsampled where lines are compounded of them.
-fn check_upsampling(stage: &Stage, beams: &Beams) -> Result<()> {
-    let Stage::Rf(delay) = stage else {
-        return Err(Error::Usage(
-            "--rf-interpolation upsampled has no effect on I/Q; give --iq-interpolation".into(),
-        ));
-    };
-    if beams.own {
-        return Err(Error::Usage(
-            "--rf-interpolation upsampled is for transmits that are compounded; these make a line each"
-                .into(),
-        ));
-    }
-    Upsampled::new(delay).map(drop).map_err(|error| {
-        Error::Usage(format!(
-            "--rf-interpolation upsampled cannot read this record: {error}"
-        ))
-    })
-}
-
-/// The array of a recording, whose elements are told where it is not straight.
-fn array_of<'e>(data: &'e ChannelData, elements: &'e [Element]) -> Array<'e> {
-    if elements.is_empty() {
-        return Array::LinearAt(&data.element_x);
-    }
-    Array::At {
-        elements,
-        pitch: data.pitch(),
-    }
-}
-
 /// The delay law of one transmit.
 fn law(data: &ChannelData, transmit: usize) -> TransmitLaw<'_> {
     match &data.transmits {
@@ -483,37 +454,4 @@ fn law(data: &ChannelData, transmit: usize) -> TransmitLaw<'_> {
             TransmitLaw::Delays(own.expect("checked to be in row-major order"))
         }
     }
-}
-
-/// The depths are in order.
-fn check_depths(start: Depth, end: Depth, c: f64) -> Result<()> {
-    let [first, last] = [start, end].map(|depth| depth.seconds(c));
-    if last > first {
-        return Ok(());
-    }
-    match (start, end) {
-        (Depth::Seconds(_), Depth::Seconds(_)) => Err(Error::Data(format!(
-            "the record leaves no depth: it ends {} s after the transmit, and begins at {} s",
-            digits(last),
-            digits(first)
-        ))),
-        _ => Err(Error::Usage(format!(
-            "no depth is left between {} m and {} m (--depth-start, --depth-end, or the ends \
-             of the record)",
-            digits(c * first / 2.0),
-            digits(c * last / 2.0)
-        ))),
-    }
-}
-
-/// The two-way times between which every transmit has recorded, from 0 at the earliest.
-fn record_times(data: &ChannelData) -> (f64, f64) {
-    let length = (data.samples.dim().3 - 1) as f64 / data.fs;
-    let mut start = 0.0f64;
-    let mut end = f64::INFINITY;
-    for &t0 in &data.t0 {
-        start = start.max(t0);
-        end = end.min(t0 + length);
-    }
-    (start, end)
 }

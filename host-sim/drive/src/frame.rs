@@ -2,7 +2,10 @@
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
+use bonebeam::beamform::Parameters;
+use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Axis as Depths};
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, ArrayViewMut2, Axis};
@@ -22,6 +25,8 @@ pub struct RecordingFrames<'a> {
     plan: Plan,
     of: Of<'a>,
     parameters: &'a Beamform,
+    /// All sub-lines of a frame that are not put out.
+    all: Mutex<Array2<Complex<f32>>>,
 }
 
 enum Of<'a> {
@@ -52,7 +57,11 @@ impl<'a> RecordingFrames<'a> {
         let adaptive = parameters.adaptive_samples(&stage.depths())?;
         let active = |line: usize, sample: usize| stage.active(line, sample);
         let widest = (0..lines).map(|line| active(line, samples - 1).count).max();
-        let plan = plan(parameters, widest.unwrap_or(0))?.within(adaptive);
+        let core = Parameters {
+            sub_lines: stage.sub_lines(),
+            ..parameters.parameters()
+        };
+        let plan = plan(core, parameters.covariance, widest.unwrap_or(0))?.within(adaptive);
         let plan = plan.steered(&stage.scan()?)?;
         let passes = stage.passes().map(|lines| {
             let shape = (samples, stage.elements());
@@ -61,6 +70,10 @@ impl<'a> RecordingFrames<'a> {
         let passes = passes.collect::<Result<_>>()?;
         Ok(RecordingFrames {
             plan,
+            all: Mutex::new(match stage.pooled() {
+                Some(_) => Array2::zeros((lines * stage.sub_lines(), samples)),
+                None => Array2::zeros((0, 0)),
+            }),
             of: Of::Channel(Box::new(stage), passes),
             parameters,
         })
@@ -79,7 +92,8 @@ impl<'a> RecordingFrames<'a> {
             count: samples,
         })?;
         Ok(RecordingFrames {
-            plan: plan(parameters, elements)?.within(adaptive),
+            plan: plan(parameters.parameters(), parameters.covariance, elements)?.within(adaptive),
+            all: Mutex::new(Array2::zeros((0, 0))),
             of: Of::Aligned,
             parameters,
         })
@@ -110,13 +124,21 @@ impl<'a> RecordingFrames<'a> {
         };
         let done = AtomicUsize::new(0);
         let count = |n: usize| report(progress, &done, n, z_len(stage));
+        let mut all = self.all.lock().unwrap_or_else(PoisonError::into_inner);
         for (lines, tiles) in passes {
             let beamformer = self.parameters.parameters();
+            let mut out = match stage.pooled() {
+                Some(_) => all.view_mut(),
+                None => z.view_mut(),
+            };
             stage.source(frame, lines.clone(), beamformer, &mut |source| {
-                self.plan.run_source(tiles, source, &count, z.view_mut())
+                self.plan.run_source(tiles, source, &count, out.view_mut())
             })?;
         }
-        Ok(())
+        match stage.pooled() {
+            Some(_) => stage.pool(all.view(), z),
+            None => Ok(()),
+        }
     }
 
     /// Lines of some frames of such a recording, which may be another part of the same file.
@@ -204,10 +226,8 @@ pub fn beamform_channel_data(
     Ok(lines.remove(0))
 }
 
-fn plan(parameters: &Beamform, largest: usize) -> Result<Plan> {
-    let set = InstructionSet::detect();
-    let core = parameters.parameters();
-    Plan::new(set, core, parameters.covariance, largest)
+fn plan(parameters: Parameters, covariance: Covariance, largest: usize) -> Result<Plan> {
+    Plan::new(InstructionSet::detect(), parameters, covariance, largest)
 }
 
 fn z_len(stage: &DelayStage<'_>) -> usize {

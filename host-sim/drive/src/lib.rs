@@ -7,12 +7,14 @@ pub mod config;
 pub mod delay;
 pub mod frame;
 pub mod image;
+mod limits;
 pub mod methods;
 mod names;
 pub mod phase_symmetry;
 pub mod pipeline;
 pub mod policy;
 pub mod source;
+mod sub_lines;
 pub mod surface;
 pub mod threads;
 

@@ -10,6 +10,7 @@ use num_complex::Complex;
 use crate::beamform::TILE;
 use crate::config::{Beamform, Image, LONGER_SIDE, PhaseSymmetry, RfInterpolation};
 use crate::delay::LINES_UPSAMPLED;
+use crate::sub_lines;
 use crate::{Error, Result};
 
 /// Depths beyond so many times the record's end are a mistake, and would take memory for nothing.
@@ -97,10 +98,10 @@ pub fn working_memory(
             let rate = parameters.rate_of(data);
             let samples = (2.0 * (last - first) / c * rate).ceil() as usize;
             let (_, transmits, elements, _) = data.samples.dim();
-            let lines = lines_at_most(data, parameters);
-            let sub_lines = parameters.sub_lines;
+            // Lines that there cannot be are refused later.
+            let (lines, sub_lines) = sub_lines::count(data, parameters).unwrap_or_default();
             let directions = match sub_lines {
-                1 => 0,
+                0 | 1 => 0,
                 count => Steering::need(samples, count).complex,
             };
             // The real parts of every element, and where every transmit is read.
@@ -124,20 +125,6 @@ pub fn working_memory(
     let pictures = pictures.map(|pictures| pictures.memory());
     let all = beamforming.into_iter().chain(pictures).chain([SPARE]);
     all.fold(0, usize::saturating_add)
-}
-
-/// How many lines a recording makes, at most.
-fn lines_at_most(data: &ChannelData, parameters: &Beamform) -> usize {
-    let (_, transmits, elements, _) = data.samples.dim();
-    let [left, right] = [data.element_x[0], data.element_x[elements - 1]];
-    let width = parameters.lateral_end.unwrap_or(right) - parameters.lateral_start.unwrap_or(left);
-    let spacing = parameters.line_spacing.unwrap_or(data.pitch() / 2.0);
-    // The cast saturates.
-    let lateral = (width / spacing) as usize;
-    match parameters.line_count {
-        Some(count) => count,
-        None => transmits.max(2 * elements).max(lateral.saturating_add(1)),
-    }
 }
 
 /// What is asked for beside arrays whose sizes are known, for what is small and for what the system takes itself.

@@ -33,7 +33,8 @@ use bonebeam_paper::report::figure;
 /// FILE holds channel data, which are delayed first, or aligned data (`x` …) as .npz, which are not. Focused
 /// transmits make one line each, and so do virtual sources before the array that come from left to right;
 /// other transmits are compounded into two lines per element: straight down, along the normals of a
-/// curved array, or in a sector. The configuration used is written beside the lines as
+/// curved array, or in a sector. A line of an adaptive method is the largest of several directions (--sub-lines), so that
+/// it has what lies between two lines. The configuration used is written beside the lines as
 /// LINES.npz.config.toml, with the program's version and commit and the recording's hash. A run over many frames that
 /// was interrupted goes on from LINES.npz.partial when it is started again.
 #[derive(Debug, Args)]

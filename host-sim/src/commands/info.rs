@@ -205,6 +205,7 @@ fn to_be_done(data: &ChannelData, config: &Config) -> Vec<Fact> {
                     parameters.method
                 ),
             ));
+            facts.extend(sub_lines(&stage));
             let across = stage.beam_x()[beams - 1] - stage.beam_x()[0];
             let image: &Image = &config.image;
             if across > 0.0
@@ -221,6 +222,25 @@ fn to_be_done(data: &ChannelData, config: &Config) -> Vec<Fact> {
         Err(error) => facts.push(("warning", error.to_string())),
     }
     facts
+}
+
+/// What lies between the lines, and what is lost there.
+fn sub_lines(stage: &DelayStage<'_>) -> Option<Fact> {
+    let loss = stage.loss_between()?;
+    let aligned = stage.rays().len();
+    let own = match (stage.sub_lines(), stage.pooled()) {
+        (1, _) => "none: a point between two lines".to_owned(),
+        (count, None) => {
+            format!("{count} of each of {aligned} aligned lines; a point between two")
+        }
+        (count, Some(size)) => format!(
+            "{count} of each of {aligned} aligned lines, a line is the largest of {size}; a point between two"
+        ),
+    };
+    Some((
+        "sub-lines",
+        format!("{own} loses up to {loss:.1} dB, about"),
+    ))
 }
 
 fn of_aligned_data(data: &AlignedData, frames: usize, parameters: &Beamform) -> Vec<Fact> {

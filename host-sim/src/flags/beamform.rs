@@ -81,8 +81,10 @@ pub struct BeamformFlags {
     /// Lateral position beyond which there is no line straight down, m [default: the last element's]
     #[arg(long, value_name = "M", help_heading = "Delay (channel data only)")]
     lateral_end: Option<f64>,
+
     /// Sub-lines of each line: directions within its cell, half way to its neighbours, from the line's one covariance:
-    /// 1, 2, 4, 8, 16 or 32. An adaptive beamformer then keeps the level of a point between two lines [default: 1]
+    /// 1, 2, 4, 8, 16 or 32, each put out [default: das 1; others as many as keep a point between two lines within
+    /// 2.5 dB, and each line is the largest of its own]
     #[arg(long, value_name = "N", help_heading = "Delay (channel data only)")]
     sub_lines: Option<usize>,
 
@@ -201,7 +203,7 @@ impl BeamformFlags {
         section.lateral_end = self.lateral_end.or(section.lateral_end);
         let weights = self.transmit_weights.clone();
         section.transmit_weights = weights.or_else(|| section.transmit_weights.take());
-        section.sub_lines = self.sub_lines.unwrap_or(section.sub_lines);
+        section.sub_lines = self.sub_lines.or(section.sub_lines);
         section.sector = self.sector.unwrap_or(section.sector);
         section.rf_interpolation = self.rf_interpolation.or(section.rf_interpolation);
         section.iq_interpolation = self.iq_interpolation.or(section.iq_interpolation);

@@ -173,7 +173,8 @@ fn the_method_works_between_the_depths_asked_for() {
         beam_x: None,
     };
     aligned.write(&folder.path().join("delayed.npz")).unwrap();
-    let depths = "--depth-start 0.009 --depth-end 0.0135";
+    // One direction a line: the largest of several is that of DAS, too.
+    let depths = "--sub-lines 1 --depth-start 0.009 --depth-end 0.0135";
     for recording in [format!("data.npz {depths}"), "delayed.npz".into()] {
         let lines = |flags: &str| {
             run(

@@ -104,8 +104,9 @@ class DelayParameters(TypedDict, total=False):
 class ChannelDataParameters(BeamformerParameters, DelayParameters, total=False):
     """Keywords for channel data: those of the delay stage and of the beamformer.
 
-    sub_lines: Directions within the cell of each line, half way to its neighbours, from the line's one covariance: 1 (the
-        default), 2, 4, 8, 16 or 32. The sub-lines of a line are beams one after the other.
+    sub_lines: Directions within the cell of each line, half way to its neighbours, from the line's one covariance: 1,
+        2, 4, 8, 16 or 32, beams one after the other. Without it, ``das`` has one, and of the others each line is the
+        largest of as many as keep a point between two lines within 2.5 dB.
     adaptive_depth_start, adaptive_depth_end: The depths between which ``method`` is used, m; above and below them
         is ``das``. The bits on both sides are those of either alone.
     """

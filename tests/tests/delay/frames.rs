@@ -32,7 +32,11 @@ fn frames_do_not_depend_on_the_threads_or_on_the_range_of_beams() {
     };
     for transmits in [focused, plane] {
         let data = recording(transmits);
-        let stage = DelayStage::new(&data, &Beamform::default()).unwrap();
+        let section = Beamform {
+            sub_lines: Some(1),
+            ..Beamform::default()
+        };
+        let stage = DelayStage::new(&data, &section).unwrap();
         let beams = stage.beam_x().len();
         let frames = [1, 2, 7].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);

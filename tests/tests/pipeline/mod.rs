@@ -77,6 +77,7 @@ fn a_frame_has_the_bits_of_the_hosts_drive() {
     let settings = config::Beamform {
         depth_start: Some(4e-3),
         depth_end: Some(12e-3),
+        sub_lines: Some(1),
         ..config::Beamform::default()
     };
     let stage = DelayStage::new(&data, &settings).unwrap();

@@ -20,6 +20,23 @@ pub(in crate::beamform) struct Shape {
     pub(in crate::beamform) subaperture: usize,
 }
 
+impl Shape {
+    /// The subaperture's length in whole tiles.
+    #[inline(always)]
+    fn padded(self) -> usize {
+        self.subaperture.next_multiple_of(TILE)
+    }
+}
+
+/// No lane.
+#[inline(always)]
+fn no_lane<V: Vector>(zero: V) -> V::Mask {
+    zero.mask(
+        #[inline(always)]
+        |_| false,
+    )
+}
+
 /// `wᴴs` of each direction for the loaded covariance in the solver's panels, into the `answers`. What they are in the
 /// `zero_power` lanes means nothing.
 ///
@@ -143,7 +160,7 @@ fn mv<A: Averaging<V>, V: Vector, const N: usize>(
         sub_lines,
         subaperture,
     } = shape;
-    let padded = subaperture.next_multiple_of(TILE);
+    let padded = shape.padded();
     let (rows, _) = directions.rows.as_chunks_mut::<N>();
     let Some(rows) = rows.get_mut(..padded * (sub_lines / N)) else {
         return definite;
@@ -186,11 +203,7 @@ fn rank1<A: Averaging<V>, V: Vector, const N: usize>(
         sub_lines,
         subaperture,
     } = shape;
-    let padded = subaperture.next_multiple_of(TILE);
-    let none = zero.mask(
-        #[inline(always)]
-        |_| false,
-    );
+    let (padded, none) = (shape.padded(), no_lane(zero));
     let (Some(vector), Some(product)) = (
         solver.vector.get(..padded),
         directions.product.get_mut(..padded),
@@ -233,11 +246,7 @@ fn forward<A: Averaging<V>, V: Vector, const N: usize>(
         sub_lines,
         subaperture,
     } = shape;
-    let padded = subaperture.next_multiple_of(TILE);
-    let none = zero.mask(
-        #[inline(always)]
-        |_| false,
-    );
+    let (padded, none) = (shape.padded(), no_lane(zero));
     let (rows, _) = directions.rows.as_chunks_mut::<N>();
     let Some(rows) = rows.get_mut(..padded * (sub_lines / N)) else {
         return none;
@@ -290,7 +299,7 @@ fn esmv<A: Averaging<V>, V: Vector, const N: usize>(
         sub_lines,
         subaperture: n,
     } = shape;
-    let padded = n.next_multiple_of(TILE);
+    let padded = shape.padded();
     let mut reduction = Reduction {
         panels: solver.factor,
         vectors: solver.rows.as_flattened_mut(),

@@ -309,6 +309,7 @@ impl<'a> AlignedRecording<'a> {
     fn new(data: &'a ChannelData) -> Result<Self> {
         let settings = config::Beamform {
             f_number: 1.0,
+            sub_lines: Some(1),
             ..config::Beamform::default()
         };
         let stage = DelayStage::new(data, &settings)?;

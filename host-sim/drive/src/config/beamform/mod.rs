@@ -175,8 +175,10 @@ pub struct Beamform {
     /// The lateral position that no line lies beyond, m; without it, that of the last element.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lateral_end: Option<f64>,
-    /// Directions within the cell of each line, from the line's one covariance: 1, 2, 4, 8, 16 or 32.
-    pub sub_lines: usize,
+    /// Directions within the cell of each line, from the line's one covariance, each put out: 1, 2, 4, 8, 16 or 32.
+    /// Without it, as many as keep the level of a point between two, and of these the largest is put out; of DAS 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sub_lines: Option<usize>,
     /// The angle of a sector from its first to its last line, rad.
     pub sector: f64,
     /// The weights of compounded transmits; without them, equal ones.
@@ -221,7 +223,7 @@ impl Default for Beamform {
             line_spacing: None,
             lateral_start: None,
             lateral_end: None,
-            sub_lines: Parameters::DEFAULT.sub_lines,
+            sub_lines: None,
             sector: std::f64::consts::FRAC_PI_2,
             transmit_weights: None,
             rf_interpolation: None,
@@ -328,7 +330,7 @@ impl Beamform {
         None
     }
 
-    /// The section of a beamformer.
+    /// The section of a beamformer; with one sub-line the recording decides how many there are.
     pub fn of(core: Parameters) -> Self {
         let (method, options) = MethodName::of(core.method);
         Beamform {
@@ -337,7 +339,7 @@ impl Beamform {
             rank: options.rank,
             exclude_first: options.exclude_first,
             power_steps: options.power_steps,
-            sub_lines: core.sub_lines,
+            sub_lines: (core.sub_lines > 1).then_some(core.sub_lines),
             core: Parameters {
                 method: Parameters::DEFAULT.method,
                 sub_lines: Parameters::DEFAULT.sub_lines,
@@ -347,7 +349,12 @@ impl Beamform {
         }
     }
 
-    /// The core's parameters.
+    /// Whether the recording decides the number of sub-lines.
+    pub fn chooses_sub_lines(&self) -> bool {
+        self.sub_lines.is_none() && self.method != MethodName::Das
+    }
+
+    /// The core's parameters, with one sub-line where the recording decides.
     pub fn parameters(&self) -> Parameters {
         Parameters {
             method: self.method.method(&Options {
@@ -356,7 +363,7 @@ impl Beamform {
                 exclude_first: self.exclude_first,
                 power_steps: self.power_steps,
             }),
-            sub_lines: self.sub_lines,
+            sub_lines: self.sub_lines.unwrap_or(1),
             ..self.core
         }
     }

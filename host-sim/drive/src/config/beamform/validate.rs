@@ -4,7 +4,7 @@ use super::super::core::check_rows;
 use super::Beamform;
 use crate::methods::MethodName;
 use crate::{Error, Result};
-use bonebeam::beamform::{Apodization, Parameters, Postfilter};
+use bonebeam::beamform::Parameters;
 use bonebeam_files::settings::{LENGTHS, check_count, check_positive, out_of_range};
 use bonebeam_files::terminal::short;
 
@@ -83,15 +83,9 @@ impl Beamform {
     }
 
     fn validate_sub_lines(&self) -> Result<()> {
-        let (row, count) = (Parameters::SUB_LINES, self.sub_lines);
+        let (row, count) = (Parameters::SUB_LINES, self.sub_lines.unwrap_or(1));
         if row.check(count as f64).is_err() || !count.is_power_of_two() {
             return Err(out_of_range(SECTION, row.name, count, row.range.text));
-        }
-        let plain = self.core.apodization == Apodization::None
-            && self.core.postfilter != Postfilter::GeneralizedCoherenceFactor;
-        if count > 1 && !plain {
-            let expected = Parameters::WITHOUT_SUB_LINES;
-            return Err(out_of_range(SECTION, row.name, count, expected));
         }
         Ok(())
     }

@@ -91,11 +91,23 @@ pub fn beamform(
 
 /// The postfilter's factor for the active elements `x` of a sample.
 fn postfilter(x: &[Complex<f32>], parameters: &Parameters) -> f32 {
-    let mut sum = Complex::<f32>::ZERO;
     let mut power = 0.0;
     for value in x {
-        sum += value;
         power += value.norm_sqr();
+    }
+    let ascending: Vec<(usize, Complex<f32>)> = x.iter().copied().enumerate().collect();
+    postfilter_of(&ascending, power, parameters)
+}
+
+/// The same of elements with their indices, in the order in which they are summed up, and their power.
+pub(super) fn postfilter_of(
+    x: &[(usize, Complex<f32>)],
+    power: f32,
+    parameters: &Parameters,
+) -> f32 {
+    let mut sum = Complex::<f32>::ZERO;
+    for (_, value) in x {
+        sum += value;
     }
     let all = power * x.len() as f32;
     let factor = match parameters.postfilter {
@@ -106,7 +118,7 @@ fn postfilter(x: &[Complex<f32>], parameters: &Parameters) -> f32 {
             for k in 1..=parameters.coherence_cutoff.min((x.len() - 1) / 2) {
                 let mut cosines = Complex::<f32>::ZERO;
                 let mut sines = Complex::<f32>::ZERO;
-                for (m, value) in x.iter().enumerate() {
+                for (m, value) in x {
                     let turns = (k * m % x.len()) as f32 / x.len() as f32;
                     let (sine, cosine) = libm::sincosf(std::f32::consts::TAU * turns);
                     cosines += value * cosine;
@@ -206,7 +218,7 @@ fn intermediates_of<T: Number>(a: &[Vec<T>]) -> Intermediates {
 }
 
 /// The weights of `count` elements or subapertures; 1 each without apodization.
-fn apodization(count: usize, parameters: &Parameters) -> Vec<f32> {
+pub(super) fn apodization(count: usize, parameters: &Parameters) -> Vec<f32> {
     let (taper, edge) = match parameters.apodization {
         Apodization::None => return vec![1.0; count],
         Apodization::Hann => (1.0, 0.0),
@@ -227,12 +239,12 @@ fn apodization(count: usize, parameters: &Parameters) -> Vec<f32> {
 }
 
 /// The weights' sum in ascending order; of ones it is exact.
-fn total(weights: &[f32]) -> f32 {
+pub(super) fn total(weights: &[f32]) -> f32 {
     weights.iter().fold(0.0, |sum, weight| sum + weight)
 }
 
 /// `Σ_l v_l·x[l+i]`: by sliding without apodization, term by term with it.
-fn subapertures(
+pub(super) fn subapertures(
     x: &[Complex<f32>],
     subaperture: usize,
     parameters: &Parameters,
@@ -331,11 +343,26 @@ fn response<T: Number>(
     s: &[Complex<f32>],
     method: Method,
 ) -> Complex<f32> {
+    response_by(
+        (a, steering, s),
+        method,
+        || minimum_variance(a, steering, s),
+        |eigenpair| rank1(a, steering, s, eigenpair),
+    )
+}
+
+/// The same by a way of minimum variance, one of rank 1, and all eigenvectors for the rest.
+pub(super) fn response_by<T: Number>(
+    (a, steering, s): (&[Vec<T>], &[T], &[Complex<f32>]),
+    method: Method,
+    minimum_variance: impl Fn() -> Option<Complex<f32>>,
+    rank1: impl Fn((f32, Vec<T>)) -> Option<Complex<f32>>,
+) -> Complex<f32> {
     let solved = match method {
-        Method::Mv => minimum_variance(a, steering, s),
-        Method::EsmvRank1 => rank1(a, steering, s, dominant_eigenpair(a)),
+        Method::Mv => minimum_variance(),
+        Method::EsmvRank1 => rank1(dominant_eigenpair(a)),
         Method::EsmvRank1Steps(steps) => {
-            let sum = rank1(a, steering, s, power_iteration(a, steps));
+            let sum = rank1(power_iteration(a, steps));
             return sum.filter(|z| z.is_finite()).unwrap_or(Complex::ZERO);
         }
         _ => None,
@@ -399,7 +426,7 @@ pub(super) fn inner<T: Number>(v: &[T], s: &[Complex<f32>]) -> Complex<f32> {
 }
 
 /// `w_pᴴs` by all eigenvectors: `Σ (e_kᴴa)*(e_kᴴs)/λ_k` over the kept ones, over `c_L`.
-pub(super) fn eigenspace<T: Number>(
+fn eigenspace<T: Number>(
     a: &[Vec<T>],
     steering: &[T],
     s: &[Complex<f32>],

@@ -4,12 +4,13 @@ use bonebeam::beamform::{Method, Parameters, Postfilter};
 use bonebeam::covariance::Covariance;
 use num_complex::Complex;
 
-use super::beamform::{eigenspace, inner, subaperture, with_diagonal};
+use super::beamform::{
+    apodization, inner, postfilter_of, response_by, subaperture, subapertures, total, with_diagonal,
+};
 use super::covariance::{
     forward, forward_trace, loading, mirrored, real_form, real_form_of_data, real_form_trace,
-    scaled, subaperture_sum, window_sum,
+    scaled, window_sum,
 };
-use super::dominant_eigenpair::{dominant_eigenpair, power_iteration};
 use super::linalg::{Number, factor, power, row_times};
 
 /// `e^{js/2}` and `e^{−jφ_c}`.
@@ -97,28 +98,21 @@ fn rotated(x: &[Complex<f32>], half: Complex<f32>) -> Vec<Complex<f32>> {
     x.iter().zip(a).map(|(x, a)| x * a.conj()).collect()
 }
 
-/// `e^{−jφ_c}` times the postfilter's factor, for the sum of the samples with phases.
+/// `e^{−jφ_c}` times the postfilter's factor, for the samples with phases in the order in which they are summed up.
 fn phase(
     x: &[Complex<f32>],
-    sum: Complex<f32>,
+    y: &[(usize, Complex<f32>)],
     phase: Complex<f32>,
-    postfilter: Postfilter,
+    parameters: &Parameters,
 ) -> Complex<f32> {
-    let factor = match postfilter {
-        Postfilter::None | Postfilter::GeneralizedCoherenceFactor => 1.0,
-        Postfilter::CoherenceFactor => {
-            let mut power = 0.0;
-            for x in x {
-                power += x.norm_sqr();
-            }
-            match sum.norm_sqr() / (power * x.len() as f32) {
-                _ if power <= 0.0 => 0.0,
-                factor if factor < 1.0 => factor,
-                _ => 1.0,
-            }
-        }
-    };
-    phase * factor
+    if parameters.postfilter == Postfilter::None {
+        return phase;
+    }
+    let mut power = 0.0;
+    for x in x {
+        power += x.norm_sqr();
+    }
+    phase * postfilter_of(y, power, parameters)
 }
 
 fn das(
@@ -128,19 +122,24 @@ fn das(
 ) -> Vec<Vec<Complex<f32>>> {
     let samples = elements[parameters.temporal_half_window..].iter();
     let of_sample = |(x, directions): (&Vec<Complex<f32>>, &Vec<Direction>)| {
+        let weights = apodization(x.len(), parameters);
         let of_direction = |&[half, turn]: &Direction| {
-            let (count, powers) = (x.len(), powers(half, x.len()));
-            let mut sum = Complex::<f32>::ZERO;
-            let middle = count % 2;
-            if middle == 1 {
-                sum += x[count / 2];
+            let y = rotated(x, half);
+            // From the middle outwards.
+            let count = x.len();
+            let mut order: Vec<usize> = Vec::new();
+            if count % 2 == 1 {
+                order.push(count / 2);
             }
             for k in 0..count / 2 {
-                let power = powers[k + middle];
-                sum += x[count / 2 + middle + k] * power.conj();
-                sum += x[count / 2 - 1 - k] * power;
+                order.extend([count.div_ceil(2) + k, count / 2 - 1 - k]);
             }
-            (sum / count as f32) * phase(x, sum, turn, parameters.postfilter)
+            let y: Vec<(usize, Complex<f32>)> = order.iter().map(|&m| (m, y[m])).collect();
+            let mut sum = Complex::<f32>::ZERO;
+            for (m, y) in &y {
+                sum += y * weights[*m];
+            }
+            (sum / total(&weights)) * phase(x, &y, turn, parameters)
         };
         directions.iter().map(of_direction).collect()
     };
@@ -153,7 +152,7 @@ fn run_forward(
     parameters: &Parameters,
 ) -> Vec<Vec<Complex<f32>>> {
     let n = subaperture(elements[0].len(), parameters);
-    let gain = (elements[0].len() - n + 1) as f32;
+    let gain = total(&apodization(elements[0].len() - n + 1, parameters));
     let sums: Vec<_> = elements.iter().map(|x| forward(x, n)).collect();
     outputs(elements, directions, parameters, |i, block, length| {
         let r = window_sum(&sums[i..i + length], block);
@@ -171,7 +170,7 @@ fn run_forward_backward(
     parameters: &Parameters,
 ) -> Vec<Vec<Complex<f32>>> {
     let n = subaperture(elements[0].len(), parameters);
-    let gain = (2 * (elements[0].len() - n + 1)) as f32;
+    let gain = 2.0 * total(&apodization(elements[0].len() - n + 1, parameters));
     let sums: Vec<_> = elements.iter().map(|x| mirrored(&forward(x, n))).collect();
     outputs(elements, directions, parameters, |i, block, length| {
         let f = window_sum(&sums[i..i + length], block);
@@ -202,20 +201,18 @@ fn outputs<R: Fn(&[Complex<f32>], &[Complex<f32>]) -> Complex<f32>>(
     let half_window = parameters.temporal_half_window;
     let length = 2 * half_window + 1;
     let n = subaperture(elements[0].len(), parameters);
+    let weights = apodization(elements[0].len() - n + 1, parameters);
     let of_sample = |(i, directions): (usize, &Vec<Direction>)| {
         let x = &elements[i + half_window];
         let response = covariance(i, i.div_ceil(length) * length - i, length);
         let of_direction = |&[half, turn]: &Direction| {
             let y = rotated(x, half);
             let a = steering_vector(half, n);
-            let sums = subaperture_sum(&y, n);
+            let sums = subapertures(&y, n, parameters, &weights);
             let s: Vec<Complex<f32>> = a.iter().zip(sums).map(|(a, sum)| a * sum).collect();
             let value = response.as_ref().map_or(Complex::ZERO, |of| of(&a, &s));
-            let mut sum = Complex::ZERO;
-            for y in &y {
-                sum += y;
-            }
-            value * phase(x, sum, turn, parameters.postfilter)
+            let y: Vec<(usize, Complex<f32>)> = y.into_iter().enumerate().collect();
+            value * phase(x, &y, turn, parameters)
         };
         directions.iter().map(of_direction).collect()
     };
@@ -229,18 +226,12 @@ fn response<T: Number>(
     s: &[Complex<f32>],
     method: Method,
 ) -> Complex<f32> {
-    let solved = match method {
-        Method::Mv => minimum_variance(a, steering, s),
-        Method::EsmvRank1 => rank1(a, steering, s, dominant_eigenpair(a)),
-        Method::EsmvRank1Steps(steps) => {
-            let sum = rank1(a, steering, s, power_iteration(a, steps));
-            return sum.filter(|z| z.is_finite()).unwrap_or(Complex::ZERO);
-        }
-        _ => None,
-    };
-    solved
-        .filter(|z| z.is_finite())
-        .unwrap_or_else(|| eigenspace(a, steering, s, method))
+    response_by(
+        (a, steering, s),
+        method,
+        || minimum_variance(a, steering, s),
+        |eigenpair| rank1(a, steering, s, eigenpair),
+    )
 }
 
 /// The factor of `a`, the row `(G⁻¹b)*` below it, and `‖G⁻¹b‖²`; `None` where `a` is singular.

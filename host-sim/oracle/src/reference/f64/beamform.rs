@@ -149,7 +149,12 @@ impl Sample {
         let factor = postfilter(&elements, parameters);
         let steering = (steering, self.covariance.clone());
         let sample = Sample::of(elements, snapshots, steering, self.averaging)?;
-        Some(Sample { factor, ..sample })
+        Some(Sample {
+            factor,
+            element_weights: self.element_weights.clone(),
+            subaperture_weights: self.subaperture_weights.clone(),
+            ..sample
+        })
     }
 
     fn of(

@@ -30,12 +30,13 @@ const NOT_TAKEN: [&str; 8] = [
 const DEPTHS: [f64; 2] = [5e-3, 40e-3];
 
 impl Default for Receive {
-    /// Forward only, as in the paper's figures.
+    /// Forward only, and one direction a line, as in the paper's figures.
     fn default() -> Self {
         Receive(Beamform {
             covariance: Covariance::Forward,
             depth_start: Some(DEPTHS[0]),
             depth_end: Some(DEPTHS[1]),
+            sub_lines: Some(1),
             ..Beamform::default()
         })
     }
@@ -95,6 +96,7 @@ impl<'de> Deserialize<'de> for Receive {
         if !covariance {
             section.covariance = default.covariance;
         }
+        section.sub_lines = section.sub_lines.or(default.sub_lines);
         section.depth_start = section.depth_start.or(default.depth_start);
         section.depth_end = section.depth_end.or(default.depth_end);
         Ok(Receive(section))

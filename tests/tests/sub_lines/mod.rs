@@ -1,31 +1,24 @@
 //! Sub-lines: the core's bits beside the f32 reference, its error beside the f64 reference, and what follows from
 //! their definition.
 
+mod directions;
+mod frames;
+
 use crate::common;
 
 use bonebeam::Error;
+use bonebeam::beamform::Method;
 use bonebeam::beamform::{
-    AlignedLine, Apodization, Beamformer, Method, Parameters, Postfilter, Segment, SteeredSegments,
+    AlignedLine, Apodization, Beamformer, Parameters, Postfilter, Segment, SteeredSegments,
     constant_segments,
 };
 use bonebeam::covariance::{Averaging, Covariance, Forward, ForwardBackward};
-use bonebeam::delay::Record;
-use bonebeam::geometry::{
-    Active, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Steering, SteeringTable,
-};
-use bonebeam::image::Pooling;
-use bonebeam::memory::Scratch;
-use bonebeam::pipeline::{self, DepthGate, Frame, Pipeline};
+use bonebeam::geometry::{Active, Array, Axis, Depth, Lines, Scan, ScanParameters, Steering};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use bonebeam_drive::beamform::Memory;
-use bonebeam_drive::pipeline::Frames;
-use bonebeam_drive::source::{LineSource, Recorded};
 use bonebeam_oracle::reference::f64::beamform::Sample;
-use bonebeam_oracle::reference::f64::steering::direction;
-use common::frames::{ELEMENTS, LINES, PARAMETERS, focused, record};
 use common::lines::{COVARIANCES, Line, METHODS, core, scalar_sub_lines, widen};
 use num_complex::Complex;
-use std::f64::consts::TAU;
 
 const PITCH: f64 = 0.3e-3;
 
@@ -252,12 +245,19 @@ fn hard_lines_have_the_bits_of_the_reference() {
         Line::from_fn(4, 17, |_, m| wave(m) * 1e30),
         Line::from_fn(4, 16, |n, m| wave(m) * if n == 0 { 1.0 } else { 1e-25 }),
     ] {
-        for (postfilter, diagonal_loading) in
-            [(Postfilter::None, 0.0), (Postfilter::CoherenceFactor, 0.05)]
-        {
+        for (postfilter, apodization, diagonal_loading) in [
+            (Postfilter::None, Apodization::None, 0.0),
+            (Postfilter::CoherenceFactor, Apodization::None, 0.05),
+            (
+                Postfilter::GeneralizedCoherenceFactor,
+                Apodization::Hamming,
+                0.05,
+            ),
+        ] {
             let parameters = Parameters {
                 sub_lines: 4,
                 postfilter,
+                apodization,
                 diagonal_loading,
                 temporal_half_window: 1,
                 ..Parameters::default()
@@ -340,10 +340,15 @@ fn the_error_beside_the_f64_reference_is_within_the_bound() {
             let steering = Steering::new(&scan, at, sub_lines_of, &mut memory).expect("memory");
             for covariance in COVARIANCES {
                 for method in METHODS {
-                    for postfilter in [Postfilter::None, Postfilter::CoherenceFactor] {
+                    for (postfilter, apodization) in [
+                        (Postfilter::None, Apodization::None),
+                        (Postfilter::CoherenceFactor, Apodization::Tukey),
+                        (Postfilter::GeneralizedCoherenceFactor, Apodization::Hann),
+                    ] {
                         let parameters = Parameters {
                             method,
                             postfilter,
+                            apodization,
                             sub_lines: sub_lines_of,
                             temporal_half_window: 1,
                             ..Parameters::default()
@@ -408,117 +413,6 @@ fn an_echo_on_a_sub_line_has_its_own_level_there() {
     }
 }
 
-/// Arrays with their lines: linear, a sector, curved.
-fn geometries(check: impl Fn(&Scan<'_>)) {
-    let arc: Vec<Element> = (0..32)
-        .map(|m| Element::convex(32, 0.4e-3, 40e-3, m))
-        .collect();
-    let curved = Array::At {
-        elements: &arc,
-        pitch: 0.4e-3,
-    };
-    let phased = Array::linear(32, 0.15e-3);
-    let sector: Vec<Ray> = (0..31)
-        .map(|line| Ray::new(0.0, 0.0, -0.7 + 1.4 / 30.0 * f64::from(line)))
-        .collect();
-    let normals: Vec<Ray> = (0..63)
-        .map(|line| curved.normal(f64::from(line) / 2.0))
-        .collect();
-    let uneven = [-2e-3, -1e-3, 0.5e-3, 0.7e-3];
-    for (array, lines) in [
-        (
-            Array::linear(32, PITCH),
-            Lines::Even(Axis::centred(32, PITCH)),
-        ),
-        (Array::linear(32, PITCH), Lines::At(&uneven)),
-        (phased, Lines::Rays(&sector)),
-        (curved, Lines::Rays(&normals)),
-    ] {
-        check(&Scan::new(parameters(array, lines, 300)).expect("a valid scan"));
-    }
-}
-
-#[test]
-fn directions_are_those_of_the_definition() {
-    geometries(|scan| {
-        for sub_lines in [2, 4, 16] {
-            assert_directions(scan, sub_lines);
-        }
-    });
-}
-
-/// Of more than four sub-lines within what the polynomial errs.
-fn assert_directions(scan: &Scan<'_>, sub_lines: usize) {
-    let need = SteeringTable::need(scan.lines(), scan.samples(), sub_lines);
-    let mut memory = vec![Complex::ZERO; need.complex];
-    let table = SteeringTable::new(scan, sub_lines, &mut memory).expect("memory that fits");
-    let p = scan.parameters();
-    let wave = TAU * p.centre_frequency / p.sound_speed;
-    for line in [0, 1, scan.lines() / 2, scan.lines() - 1] {
-        let steering = table.line(line).expect("a line of the scan");
-        assert_eq!((steering.samples(), steering.sub_lines()), (300, sub_lines));
-        for n in [0, 17, 299] {
-            let depth = scan.depth(n);
-            let point = |ray: Ray| ray.point(depth);
-            let ends = [0, sub_lines - 1].map(|k| point(p.lines.sub_line(line, k, sub_lines)));
-            let half = (ends[1][0] - ends[0][0]).hypot(ends[1][1] - ends[0][1]) / 2.0;
-            let bound = match sub_lines {
-                2 | 4 => 1e-7,
-                _ => 1e-7 + wave * half * (half / depth).powi(4) / 5.0,
-            };
-            for k in 0..sub_lines {
-                let sub_line = p.lines.sub_line(line, k, sub_lines);
-                let points = [scan.ray(line), sub_line].map(point);
-                let active = scan.active(line, n);
-                let [slope, constant] = direction(&p.array, active, points, wave);
-                let expected = [Complex::cis(slope / 2.0), Complex::cis(-constant)];
-                for (found, expected) in steering.direction(n, k).into_iter().zip(expected) {
-                    let error = (widen(found) - expected).norm();
-                    assert!(error < bound, "{line} {n} {k}: {error:e}, {bound:e}");
-                }
-            }
-        }
-    }
-    assert!(table.line(scan.lines()).is_none());
-}
-
-/// Half way between two lines, the outermost sub-lines of both are half a sub-line away.
-#[test]
-fn sub_lines_divide_the_lines_cells_evenly() {
-    geometries(|scan| {
-        let lines = scan.parameters().lines;
-        if let Lines::At(x) = lines {
-            // From -1.5 to -0.25 mm.
-            assert_eq!(x[1], -1e-3);
-            for (k, x) in [-1.34375e-3, -1.03125e-3, -0.71875e-3, -0.40625e-3]
-                .iter()
-                .enumerate()
-            {
-                assert!((lines.sub_line(1, k, 4).x() - x).abs() < 1e-15);
-            }
-            return;
-        }
-        let all: Vec<Ray> = (0..scan.lines())
-            .flat_map(|line| (0..4).map(move |k| lines.sub_line(line, k, 4)))
-            .collect();
-        let steps = |along: fn(&Ray) -> f64| {
-            let steps: Vec<f64> = all
-                .windows(2)
-                .map(|ray| along(&ray[1]) - along(&ray[0]))
-                .collect();
-            steps
-        };
-        for step in steps(Ray::angle) {
-            assert!((step - steps(Ray::angle)[0]).abs() < 1e-9);
-        }
-        // Along an arc the lateral steps change slowly.
-        for pair in steps(Ray::x).windows(2) {
-            assert!((pair[1] - pair[0]).abs() < 1e-3 * pair[0].abs() + 1e-15);
-        }
-        assert_eq!(Lines::At(&[1e-3]).sub_line(0, 1, 4), Ray::down(1e-3));
-    });
-}
-
 #[test]
 fn what_does_not_fit_is_refused() {
     let of = |sub_lines| Parameters {
@@ -538,32 +432,6 @@ fn what_does_not_fit_is_refused() {
                 expected
             })
         );
-    }
-    let apodized = Parameters {
-        apodization: Apodization::Hann,
-        ..of(2)
-    };
-    let generalized = Parameters {
-        postfilter: Postfilter::GeneralizedCoherenceFactor,
-        ..of(2)
-    };
-    for parameters in [apodized, generalized] {
-        let refused = Beamformer::new(parameters).err();
-        let expected = Parameters::WITHOUT_SUB_LINES;
-        let (name, value) = ("sub_lines", 2.0);
-        assert_eq!(
-            refused,
-            Some(Error::Parameter {
-                name,
-                value,
-                expected
-            })
-        );
-        let one = Parameters {
-            sub_lines: 1,
-            ..parameters
-        };
-        assert!(Beamformer::new(one).is_ok());
     }
     let line = Line::noise(1, 6, 8);
     let scan = linear(8, 6);
@@ -618,90 +486,4 @@ fn what_does_not_fit_is_refused() {
             ..
         })
     ));
-}
-
-/// The core's frame in blocks of any length, lines by themselves and the host's threads: the same sub-lines, and the same
-/// image of them; inside a depth gate those of the method, outside those of DAS.
-#[test]
-fn frames_have_the_same_sub_lines_and_image() {
-    let beamformer = Parameters {
-        sub_lines: 4,
-        ..PARAMETERS.beamformer
-    };
-    let gate = DepthGate {
-        from: 6e-3,
-        to: 9e-3,
-    };
-    let of = |method, block| pipeline::Parameters {
-        beamformer: Parameters {
-            method,
-            ..beamformer
-        },
-        block,
-        ..PARAMETERS
-    };
-    let rf: Vec<Vec<f32>> = (0..LINES).map(record).collect();
-    let records: Vec<Record> = rf
-        .iter()
-        .map(|rf| Record::new(rf, ELEMENTS).unwrap())
-        .collect();
-    let all = |pipeline: &Pipeline<'_>, pooling| {
-        let need = pipeline.need(Covariance::ForwardBackward);
-        let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::ZERO; need.complex]);
-        let scratch = Scratch {
-            real: &mut real,
-            complex: &mut complex,
-        };
-        let mut frame = Frame::new(pipeline, scratch).unwrap().with_pooling(pooling);
-        let mut z = Vec::new();
-        for (line, record) in records.iter().enumerate() {
-            z.extend_from_slice(frame.line(line, [(focused(), record)]).unwrap());
-        }
-        (z, frame.image().unwrap().to_vec())
-    };
-    let rank1 = PARAMETERS.beamformer.method;
-    let whole = Pipeline::new(of(rank1, usize::MAX)).unwrap();
-    for pooling in [Pooling::Largest, Pooling::Rms] {
-        let (z, image) = all(&whole, pooling);
-        for block in [1, 50] {
-            let blocks = Pipeline::new(of(rank1, block)).unwrap();
-            assert_eq!(all(&blocks, pooling), (z.clone(), image.clone()), "{block}");
-        }
-        let frames = Frames::new(&whole, Covariance::ForwardBackward).unwrap();
-        let frames = frames.with_pooling(pooling);
-        let source = LineSource::Rf(Recorded {
-            pipeline: whole.lines().by_reference(),
-            transmits: &[focused(); LINES],
-            records: &records,
-            of_line: &|line| line..line + 1,
-        });
-        let lines = frames.lines(&source).unwrap();
-        let samples = whole.lines().scan().samples();
-        assert_eq!(lines.dim(), (4 * LINES, samples));
-        for (line, of_line) in z.chunks_exact(4 * samples).enumerate() {
-            for (n, of_sample) in of_line.chunks_exact(4).enumerate() {
-                for (k, z) in of_sample.iter().enumerate() {
-                    assert_eq!(*z, lines[[4 * line + k, n]], "{line} {n} {k}");
-                }
-            }
-        }
-        let pixels = frames.image(lines.view()).unwrap();
-        assert_eq!(pixels.as_slice().unwrap(), image);
-    }
-    let (z, _) = all(&whole, Pooling::Largest);
-    let das = Pipeline::new(of(Method::Das, usize::MAX)).unwrap();
-    let (by_das, _) = all(&das, Pooling::Largest);
-    let inside = gate.samples(&whole.lines().scan().depths()).unwrap();
-    let gated = Pipeline::new(of(rank1, 50))
-        .unwrap()
-        .with_gate(gate)
-        .unwrap();
-    let samples = whole.lines().scan().samples();
-    for (i, found) in all(&gated, Pooling::Largest).0.iter().enumerate() {
-        let expected = match inside.contains(&(i / 4 % samples)) {
-            true => z[i],
-            false => by_das[i],
-        };
-        assert_eq!(*found, expected, "{i}");
-    }
 }

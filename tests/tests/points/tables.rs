@@ -1,0 +1,218 @@
+//! Tables and a picture of what lies between lines, for the documents.
+
+use super::{C, DEPTH, ELEMENTS, GEOMETRIES, Geometry, Point, section};
+
+use bonebeam::image::{Pooling, pooled_envelope};
+use bonebeam_drive::config::Image;
+use bonebeam_drive::image::image_of;
+use bonebeam_drive::methods::MethodName;
+use bonebeam_files::{BeamformedLines, image};
+use ndarray::{Array2, Axis, concatenate};
+use num_complex::Complex;
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+use std::path::Path;
+
+/// For each geometry and frequency the largest loss at a quarter and at a half of the line spacing, and how far beside the
+/// point its peak lies at most.
+#[test]
+#[ignore = "prints a table"]
+fn table_of_points_beside_the_lines() {
+    println!(
+        "| geometry | f0, MHz | SNR, dB | lines, sub-lines | MV, dB | rank 1, dB | beside, mm |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for geometry in GEOMETRIES {
+        for f0 in [3e6, 5e6, 7.5e6, 10e6, 15e6] {
+            for snr in [10.0, 40.0] {
+                let point = |lines, beside| Point {
+                    geometry,
+                    f0,
+                    snr,
+                    lines,
+                    beside,
+                    iq: false,
+                };
+                let methods = [MethodName::Mv, MethodName::EsmvRank1].map(section);
+                let on = methods
+                    .each_ref()
+                    .map(|method| point(127, 0.0).peak(method, Some(1))[0]);
+                let of = |lines, sub_lines| (lines, Some(sub_lines));
+                for (lines, sub_lines) in [
+                    of(127, 1),
+                    of(127, 8),
+                    of(63, 1),
+                    of(63, 16),
+                    of(63, 32),
+                    (127, None),
+                ] {
+                    let (mut losses, mut off) = ([0.0f64; 2], 0.0f64);
+                    for beside in [0.03125, 0.25, 0.5] {
+                        let point = point(lines, beside);
+                        let methods = methods.iter().zip(&on);
+                        for (loss, (method, on)) in losses.iter_mut().zip(methods) {
+                            let [level, beside] = point.peak(method, sub_lines);
+                            *loss = loss.max(on - level);
+                            off = off.max(beside);
+                        }
+                    }
+                    println!(
+                        "| {geometry:?} | {} | {snr} | {lines}, {} | {:.1} | {:.1} | {:.3} |",
+                        f0 / 1e6,
+                        sub_lines.map_or("default".to_owned(), |count| count.to_string()),
+                        losses[0],
+                        losses[1],
+                        1e3 * off
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The envelopes of 127 lines of 64 by 16 sub-lines: each of eight, by the largest, by the root of the mean square, or of one
+/// in the middle alone.
+fn pooled(lines: &BeamformedLines, pooling: Option<Pooling>) -> Array2<f64> {
+    let (count, size, skipped) = (2 * ELEMENTS - 1, 8, 4);
+    Array2::from_shape_fn((count, lines.z.ncols()), |(line, n)| {
+        let first = skipped + line * size;
+        let own: Vec<Complex<f32>> = (first..first + size).map(|k| lines.z[[k, n]]).collect();
+        let mut level = [0.0];
+        match pooling {
+            None => level[0] = own[size / 2].norm(),
+            Some(pooling) => pooled_envelope(&own, size, pooling, &mut level).expect("a level"),
+        }
+        f64::from(level[0])
+    })
+}
+
+/// The overlap of two histograms of levels in dB, taken from 1: gCNR.
+fn gcnr(inside: &[f64], outside: &[f64]) -> f64 {
+    let bins = |levels: &[f64]| {
+        let mut bins = [0.0; 60];
+        for level in levels {
+            let bin = (level.log10() * 10.0 + 45.0).clamp(0.0, 59.0) as usize;
+            bins[bin] += 1.0 / levels.len() as f64;
+        }
+        bins
+    };
+    let both = bins(inside).into_iter().zip(bins(outside));
+    1.0 - both.map(|(a, b)| a.min(b)).sum::<f64>()
+}
+
+/// Poolings of points and of speckle with a cyst: the spread of a point's level over its place between two lines, speckle's
+/// mean over its deviation, the contrast of the cyst and its gCNR.
+#[test]
+#[ignore = "prints a table"]
+fn table_of_poolings() {
+    let at = |beside| Point {
+        geometry: Geometry::Linear,
+        f0: 5e6,
+        snr: 40.0,
+        lines: ELEMENTS,
+        beside,
+        iq: false,
+    };
+    let tissue = at(0.0);
+    let wave = tissue.wavelength();
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut uniform = |width: f64| (random.random::<f64>() - 0.5) * width;
+    let mut scatterers = Vec::new();
+    while scatterers.len() < 6000 {
+        let [x, z] = [uniform(40.0), uniform(26.0)];
+        if x.hypot(z) > 4.0 {
+            scatterers.push(([x * wave, (DEPTH + z) * wave], uniform(2.0)));
+        }
+    }
+    let record = tissue.record_of(&scatterers);
+    println!("| method | a line is | point, dB | speckle | cyst, dB | gCNR |");
+    println!("|---|---|---|---|---|---|");
+    for method in [MethodName::Das, MethodName::Mv, MethodName::EsmvRank1] {
+        let section = section(method);
+        let lines = tissue.lines_of(&record, &section, Some(16));
+        let points: Vec<BeamformedLines> = (0..=8)
+            .map(|k| at(f64::from(k) / 16.0).lines(&section, Some(16)))
+            .collect();
+        for (name, pooling) in [
+            ("one direction", None),
+            ("the largest of 8", Some(Pooling::Largest)),
+            ("RMS of 8", Some(Pooling::Rms)),
+        ] {
+            let peaks = points.iter().map(|lines| {
+                let peak = pooled(lines, pooling).into_iter().fold(0.0, f64::max);
+                20.0 * peak.log10()
+            });
+            let [lowest, highest] = peaks.fold([f64::MAX, f64::MIN], |[low, high], peak| {
+                [low.min(peak), high.max(peak)]
+            });
+            let levels = pooled(&lines, pooling);
+            let (mut inside, mut outside) = (Vec::new(), Vec::new());
+            for ((line, n), level) in levels.indexed_iter() {
+                let x = (line as f64 / 2.0 - (ELEMENTS - 1) as f64 / 2.0) * tissue.pitch() / wave;
+                let depth = C * (lines.t0 + n as f64 / lines.fs) / 2.0;
+                let from = x.hypot(depth / wave - DEPTH);
+                if from < 3.0 {
+                    inside.push(*level);
+                } else if from > 5.0 && x.abs() < 14.0 {
+                    outside.push(*level);
+                }
+            }
+            let mean = |levels: &[f64]| levels.iter().sum::<f64>() / levels.len() as f64;
+            let power =
+                |levels: &[f64]| levels.iter().map(|l| l * l).sum::<f64>() / levels.len() as f64;
+            let deviation = (power(&outside) - mean(&outside).powi(2)).sqrt();
+            println!(
+                "| {} | {name} | {:.1} | {:.2} | {:.1} | {:.3} |",
+                method,
+                highest - lowest,
+                mean(&outside) / deviation,
+                10.0 * (power(&inside) / power(&outside)).log10(),
+                gcnr(&inside, &outside)
+            );
+        }
+    }
+}
+
+/// Points further and further from the lines: left with one direction a line, right by default.
+#[test]
+#[ignore = "writes docs/between-lines.png"]
+fn write_the_picture_between_lines() {
+    let scene = Point {
+        geometry: Geometry::Linear,
+        f0: 5e6,
+        snr: 40.0,
+        lines: 2 * ELEMENTS - 1,
+        beside: 0.0,
+        iq: false,
+    };
+    let wave = scene.wavelength();
+    // Each ten pitches and an eighth of a line's spacing further.
+    let points: Vec<_> = (-2..=2)
+        .flat_map(|k| [-1.0, 1.0].map(|row| (k, row)))
+        .map(|(k, row)| {
+            let beside = f64::from(k + 2) / 16.0 + if row > 0.0 { 1.0 / 32.0 } else { 0.0 };
+            (
+                [
+                    (10.5 * f64::from(k) + beside) * wave,
+                    (DEPTH + 2.5 * row) * wave,
+                ],
+                1.0,
+            )
+        })
+        .collect();
+    let record = scene.record_of(&points);
+    let section = section(MethodName::EsmvRank1);
+    let pictures = [Some(1), None].map(|sub_lines| {
+        let lines = scene.lines_of(&record, &section, sub_lines);
+        let parameters = Image {
+            columns: Some(360),
+            ..Image::default()
+        };
+        image_of(&lines, &parameters).expect("an image").pixels
+    });
+    let gap = Array2::from_elem((pictures[0].nrows(), 8), 255.0);
+    let [left, right] = &pictures;
+    let both = concatenate(Axis(1), &[left.view(), gap.view(), right.view()]).expect("alike");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/between-lines.png");
+    image::write(&both, &folder).expect("a file");
+}
