@@ -4,11 +4,11 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
-use ndarray::Axis;
+use ndarray::{Array4, Axis};
 use num_complex::Complex;
 
 use super::atomic::Outputs;
-use super::{AlignedData, ChannelData, npz, npz_writer};
+use super::{AlignedData, ChannelData, Samples, npz, npz_writer};
 use crate::Result;
 use crate::memory::product;
 
@@ -27,7 +27,20 @@ impl Recording {
     /// # Errors
     /// The file cannot be opened, its keys are of both kinds or of neither, or what it holds is not valid.
     pub fn read_npz(path: &Path, frames: Range<usize>) -> Result<(Self, usize)> {
-        let file = &mut npz::Reader::open(path)?;
+        Self::read_npz_into(path, frames, None)
+    }
+
+    /// The same in the memory of a recording that is not needed any more.
+    ///
+    /// # Errors
+    /// As [`Recording::read_npz`].
+    pub fn read_npz_into(
+        path: &Path,
+        frames: Range<usize>,
+        spare: Option<Self>,
+    ) -> Result<(Self, usize)> {
+        let spare = spare.map(Self::into_spare).unwrap_or_default();
+        let file = &mut npz::Reader::open(path)?.with_spare(spare);
         match (file.has("rf") || file.has("iq"), file.has("x")) {
             (true, false) => {
                 let (data, frames) = ChannelData::from_npz(file, frames)?;
@@ -77,6 +90,28 @@ impl Recording {
                 Recording::Aligned(data) => Ok(data.finish_npz(npz)?),
             }
         })
+    }
+
+    fn into_spare(self) -> npz::Spare {
+        let none = npz::Spare::default();
+        let real = |samples: Array4<f32>| samples.into_raw_vec_and_offset().0;
+        let complex = |samples: Array4<_>| samples.into_raw_vec_and_offset().0;
+        match self {
+            Recording::Channel(data) => match data.samples {
+                Samples::Rf(rf) => npz::Spare {
+                    real: real(rf),
+                    ..none
+                },
+                Samples::Iq { iq, .. } => npz::Spare {
+                    complex: complex(iq),
+                    ..none
+                },
+            },
+            Recording::Aligned(data) => npz::Spare {
+                complex: complex(data.x),
+                ..none
+            },
+        }
     }
 
     /// How many frames there are.

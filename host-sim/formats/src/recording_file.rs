@@ -81,6 +81,27 @@ impl RecordingFile {
         Ok((Cow::Owned(recording), all))
     }
 
+    /// The same with the memory of what was read before in `spare`, where a format allows that: a recording's frames then
+    /// take the memory of one.
+    ///
+    /// # Errors
+    /// As [`RecordingFile::read`].
+    pub fn read_into<'s>(
+        &'s self,
+        frames: Range<usize>,
+        spare: &'s mut Option<Recording>,
+    ) -> Result<(&'s Recording, Range<usize>)> {
+        if frames.end <= self.first.frames() {
+            return Ok((&self.first, frames));
+        }
+        let recording = match self.format {
+            Format::Npz => Recording::read_npz_into(&self.path, frames, spare.take())?.0,
+            _ => crate::read(&self.path, &self.variables, frames)?.recording,
+        };
+        let all = 0..recording.frames();
+        Ok((spare.insert(recording), all))
+    }
+
     /// Stages the recording in a format, some frames at a time.
     ///
     /// # Errors

@@ -282,16 +282,16 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let beamformer = RecordingFrames::new(first, &config.beamform);
     let beamformer = beamformer.map_err(|e| about(&arguments.recording, e))?;
     let bar = Progress::new("beamforming", 1000);
-    let mut seconds = 0.0;
+    let (mut seconds, mut spare) = (0.0, None);
     // The lines of the next frames after so many.
     let mut next = |done: usize| -> Result<Vec<BeamformedLines>> {
         let start = frames.start + done;
         let block = start..frames.end.min(start + at_a_time);
         let share = |part: f64| (done as f64 + part * block.len() as f64) / frames.len() as f64;
         let progress = |part: f64| bar.set((1000.0 * share(part)) as u64, 1000);
-        let (recording, own) = file.read(block.clone())?;
+        let (recording, own) = file.read_into(block.clone(), &mut spare)?;
         let begin = Instant::now();
-        let lines = beamformer.lines(&recording, own, &progress);
+        let lines = beamformer.lines(recording, own, &progress);
         seconds += begin.elapsed().as_secs_f64();
         lines.map_err(|e| about(&arguments.recording, e))
     };

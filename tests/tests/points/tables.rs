@@ -206,6 +206,7 @@ fn write_the_picture_between_lines() {
         let lines = scene.lines_of(&record, &section, sub_lines);
         let parameters = Image {
             columns: Some(360),
+            dynamic_range: 30.0,
             ..Image::default()
         };
         image_of(&lines, &parameters).expect("an image").pixels

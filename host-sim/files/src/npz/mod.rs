@@ -1,21 +1,22 @@
 //! The keyed arrays of a `.npz` file, with errors that name file, key and what would be right.
 
+mod frames;
+
 use std::fs::File;
-use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom};
-use std::ops::Range;
+use std::io::{BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use ndarray::{Array, Array2, Array4, ArrayD, Axis, Dimension};
+use ndarray::{Array, Array2, ArrayD, Dimension};
 use num_complex::Complex;
-use zip::result::{ZipError, ZipResult};
-use zip::{CompressionMethod, ZipArchive};
+use zip::ZipArchive;
+use zip::result::ZipError;
 
 pub use super::npz_writer::{Writer, Written};
 
 use super::npy::{self, Half, NpyError, or_type};
-use super::npy_header::{Header, MAX_LENGTH};
+use super::npy_header::MAX_LENGTH;
+use crate::input;
 use crate::{Error, Result};
-use crate::{input, memory};
 
 /// How many times its compressed size a member may become: recordings shrink to a half or a tenth.
 /// Memory is bounded so: by what the file holds times this, and three times for the conversions.
@@ -27,6 +28,16 @@ const SMALL: u64 = 16 << 20;
 pub struct Reader {
     path: PathBuf,
     archive: ZipArchive<BufReader<File>>,
+    spare: Spare,
+}
+
+/// Memory of samples that nobody needs any more, for the next ones.
+#[derive(Default)]
+pub struct Spare {
+    /// For real samples.
+    pub real: Vec<f32>,
+    /// For complex ones.
+    pub complex: Vec<Complex<f32>>,
 }
 
 impl Reader {
@@ -40,7 +51,13 @@ impl Reader {
         Ok(Self {
             path: path.to_path_buf(),
             archive,
+            spare: Spare::default(),
         })
+    }
+
+    /// The same, which puts the samples of some frames into spare memory.
+    pub fn with_spare(self, spare: Spare) -> Self {
+        Reader { spare, ..self }
     }
 
     /// An error about this file.
@@ -107,52 +124,6 @@ impl Reader {
         }
         let expected = format!("{axes}, which is {shape:?}");
         Err(self.rank_error(key, array.shape(), &expected))
-    }
-
-    /// Real samples of some frames, of the types that [`Reader::samples_of_any_rank`] takes, as [frame,
-    /// …]; and how many frames there are. The file may leave the axis of frames out, which is then one.
-    /// `axes` names the others. Samples in columns are read whole.
-    pub fn real_frames(
-        &mut self,
-        key: &str,
-        axes: &str,
-        frames: Range<usize>,
-    ) -> Result<(Array4<f32>, usize)> {
-        let (bytes, held) = self.bytes_of_frames(key, frames)?;
-        let array = self.real_samples(key, &bytes)?;
-        self.framed(key, axes, array, held)
-    }
-
-    /// Complex samples of some frames, complex64 or complex128: as [`Reader::real_frames`].
-    pub fn complex_frames(
-        &mut self,
-        key: &str,
-        axes: &str,
-        frames: Range<usize>,
-    ) -> Result<(Array4<Complex<f32>>, usize)> {
-        let (bytes, held) = self.bytes_of_frames(key, frames)?;
-        let array = self.complex_samples(key, &bytes)?;
-        self.framed(key, axes, array, held)
-    }
-
-    fn framed<T>(
-        &self,
-        key: &str,
-        axes: &str,
-        array: ArrayD<T>,
-        held: Option<usize>,
-    ) -> Result<(Array4<T>, usize)> {
-        let expected = match array.ndim() {
-            4 => format!("[frame, {axes}]"),
-            _ => format!("[{axes}], or with a frame axis before them"),
-        };
-        let array = match array.ndim() {
-            3 => array.insert_axis(Axis(0)),
-            _ => array,
-        };
-        let array: Array4<T> = self.ranked(key, array, &expected)?;
-        let held = held.unwrap_or(array.dim().0);
-        Ok((array, held))
     }
 
     /// Real numbers (f64, f32 or integers), `count` of them: one for each `of`.
@@ -317,62 +288,6 @@ impl Reader {
         }
     }
 
-    /// The bytes of an array of four axes with only some places along the first, and how many places that
-    /// has; all bytes, and nothing, where it has other axes, is stored in columns, or has no more places.
-    /// The archive's checksum is not compared for a part.
-    fn bytes_of_frames(
-        &mut self,
-        key: &str,
-        frames: Range<usize>,
-    ) -> Result<(Vec<u8>, Option<usize>)> {
-        let head = self.head(key)?;
-        // What is wrong with a header is reported where all of it is read.
-        let Ok((mut header, numbers)) = Header::read(&head) else {
-            return Ok((self.bytes(key)?, None));
-        };
-        if header.shape.len() != 4 {
-            return Ok((self.bytes(key)?, None));
-        }
-        if header.in_columns {
-            self.check_whole(key, numbers.end)?;
-            return Ok((self.bytes(key)?, None));
-        }
-        let held = header.shape[0];
-        let end = frames.end.min(held);
-        let start = frames.start.min(end);
-        if (start, end) == (0, held) || numbers.is_empty() {
-            return Ok((self.bytes(key)?, None));
-        }
-        let frame = numbers.len() / held;
-        header.shape[0] = end - start;
-        let too_large = |e: Error| self.error(format!("`{key}` is too large: {e}"));
-        let length = (end - start) * frame;
-        memory::check(length.saturating_mul(npy::CONVERSIONS), "the array").map_err(too_large)?;
-        let mut bytes = header.bytes();
-        let own = bytes.len();
-        bytes.resize(own + length, 0);
-        self.read_at(key, numbers.start + start * frame, &mut bytes[own..])?;
-        Ok((bytes, Some(held)))
-    }
-
-    /// An array in columns is read whole, whatever frames are asked for: there must be memory for it.
-    fn check_whole(&mut self, key: &str, claimed: usize) -> Result<()> {
-        // What it claims may not be there.
-        let member = self.archive.by_name(&format!("{key}.npy"));
-        let size = member.map(|member| member.size());
-        let size = size.map_err(|e| self.damaged(key, &e))?;
-        let claimed = claimed.min(size as usize);
-        // Its bytes, too.
-        let bytes = claimed.saturating_mul(1 + npy::CONVERSIONS);
-        memory::check(bytes, "the array").map_err(|e| {
-            self.error(format!(
-                "`{key}` is too large: {e}; it is stored in columns (Fortran order) and read whole: in \
-                 C order, as numpy.ascontiguousarray or host-sim convert on a larger machine make it, it \
-                 is read frame by frame"
-            ))
-        })
-    }
-
     /// The beginning of a member, with the header of its array.
     fn head(&mut self, key: &str) -> Result<Vec<u8>> {
         let mut head = Vec::new();
@@ -385,35 +300,6 @@ impl Reader {
             });
         outcome.map_err(|e| self.damaged(key, &e))?;
         Ok(head)
-    }
-
-    /// Fills `bytes` with those of a member from a place on: at once where it is stored as it is, else by
-    /// inflating what is before.
-    fn read_at(&mut self, key: &str, from: usize, bytes: &mut [u8]) -> Result<()> {
-        let name = format!("{key}.npy");
-        let mut read = || -> ZipResult<bool> {
-            let member = self.archive.by_name(&name)?;
-            let limit = member.compressed_size().saturating_mul(MAX_INFLATION);
-            if (from + bytes.len()) as u64 > limit.max(SMALL) {
-                return Ok(false);
-            }
-            if member.compression() == CompressionMethod::Stored {
-                drop(member);
-                let mut member = self.archive.by_name_seek(&name)?;
-                member.seek(SeekFrom::Start(from as u64))?;
-                member.read_exact(bytes)?;
-                return Ok(true);
-            }
-            let mut member = member;
-            io::copy(&mut member.by_ref().take(from as u64), &mut io::sink())?;
-            member.read_exact(bytes)?;
-            Ok(true)
-        };
-        match read() {
-            Ok(true) => Ok(()),
-            Ok(false) => Err(self.inflated(key)),
-            Err(e) => Err(self.damaged(key, &e)),
-        }
     }
 
     fn typed<T>(

@@ -1,0 +1,276 @@
+//! Some frames of an archive's samples.
+
+use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::Range;
+
+use ndarray::{Array4, ArrayD, Axis};
+use num_complex::Complex;
+use zip::CompressionMethod;
+use zip::result::ZipResult;
+
+use super::{MAX_INFLATION, Reader, SMALL};
+use crate::npy;
+use crate::npy_header::Header;
+use crate::{Error, Result, memory};
+
+/// Bytes of numbers that are read at a time.
+const AT_A_TIME: usize = 1 << 15;
+
+/// A part of an array of four axes: the header that it would have, its bytes within the member, and how many places the
+/// array's first axis has.
+struct Part {
+    header: Header,
+    bytes: Range<usize>,
+    held: usize,
+}
+
+impl Reader {
+    /// Real samples of some frames, of the types that [`Reader::samples_of_any_rank`] takes, as [frame,
+    /// …]; and how many frames there are. The file may leave the axis of frames out, which is then one.
+    /// `axes` names the others. Samples in columns are read whole.
+    pub fn real_frames(
+        &mut self,
+        key: &str,
+        axes: &str,
+        frames: Range<usize>,
+    ) -> Result<(Array4<f32>, usize)> {
+        if let Some(part) = self.part(key, &frames)? {
+            let numbers = std::mem::take(&mut self.spare.real);
+            let numbers = match part.header.descr.as_str() {
+                "<f4" => self.stored(key, &part, numbers, f32::from_le_bytes)?,
+                "<i2" => self.stored(key, &part, numbers, |b| i16::from_le_bytes(b).into())?,
+                _ => None,
+            };
+            if let Some(array) = numbers {
+                return self.framed(key, axes, array, Some(part.held));
+            }
+        }
+        let (bytes, held) = self.bytes_of_frames(key, frames)?;
+        let array = self.real_samples(key, &bytes)?;
+        self.framed(key, axes, array, held)
+    }
+
+    /// Complex samples of some frames, complex64 or complex128: as [`Reader::real_frames`].
+    pub fn complex_frames(
+        &mut self,
+        key: &str,
+        axes: &str,
+        frames: Range<usize>,
+    ) -> Result<(Array4<Complex<f32>>, usize)> {
+        if let Some(part) = self.part(key, &frames)?
+            && part.header.descr == "<c8"
+        {
+            let numbers = std::mem::take(&mut self.spare.complex);
+            let number = |[a, b, c, d, e, f, g, h]: [u8; 8]| {
+                let (re, im) = ([a, b, c, d], [e, f, g, h]);
+                Complex::new(f32::from_le_bytes(re), f32::from_le_bytes(im))
+            };
+            if let Some(array) = self.stored(key, &part, numbers, number)? {
+                return self.framed(key, axes, array, Some(part.held));
+            }
+        }
+        let (bytes, held) = self.bytes_of_frames(key, frames)?;
+        let array = self.complex_samples(key, &bytes)?;
+        self.framed(key, axes, array, held)
+    }
+
+    fn framed<T>(
+        &self,
+        key: &str,
+        axes: &str,
+        array: ArrayD<T>,
+        held: Option<usize>,
+    ) -> Result<(Array4<T>, usize)> {
+        let expected = match array.ndim() {
+            4 => format!("[frame, {axes}]"),
+            _ => format!("[{axes}], or with a frame axis before them"),
+        };
+        let array = match array.ndim() {
+            3 => array.insert_axis(Axis(0)),
+            _ => array,
+        };
+        let array: Array4<T> = self.ranked(key, array, &expected)?;
+        let held = held.unwrap_or(array.dim().0);
+        Ok((array, held))
+    }
+
+    /// The bytes of an array of four axes with only some places along the first, and how many places that
+    /// has; all bytes, and nothing, where it has other axes, is stored in columns, or has no more places.
+    /// The archive's checksum is not compared for a part.
+    fn bytes_of_frames(
+        &mut self,
+        key: &str,
+        frames: Range<usize>,
+    ) -> Result<(Vec<u8>, Option<usize>)> {
+        let Some(part) = self.part(key, &frames)? else {
+            return Ok((self.bytes(key)?, None));
+        };
+        let mut bytes = part.header.bytes();
+        let own = bytes.len();
+        bytes.resize(own + part.bytes.len(), 0);
+        self.read_at(key, part.bytes.start, &mut bytes[own..])?;
+        Ok((bytes, Some(part.held)))
+    }
+
+    /// Where some places along the first of four axes are; none where [`Reader::bytes_of_frames`] reads all.
+    fn part(&mut self, key: &str, frames: &Range<usize>) -> Result<Option<Part>> {
+        let head = self.head(key)?;
+        // What is wrong with a header is reported where all of it is read.
+        let Ok((mut header, numbers)) = Header::read(&head) else {
+            return Ok(None);
+        };
+        if header.shape.len() != 4 {
+            return Ok(None);
+        }
+        if header.in_columns {
+            self.check_whole(key, numbers.end)?;
+            return Ok(None);
+        }
+        let held = header.shape[0];
+        let end = frames.end.min(held);
+        let start = frames.start.min(end);
+        if (start, end) == (0, held) || numbers.is_empty() {
+            return Ok(None);
+        }
+        let frame = numbers.len() / held;
+        header.shape[0] = end - start;
+        let too_large = |e: Error| self.error(format!("`{key}` is too large: {e}"));
+        let length = (end - start) * frame;
+        memory::check(length.saturating_mul(npy::CONVERSIONS), "the array").map_err(too_large)?;
+        let first = numbers.start + start * frame;
+        Ok(Some(Part {
+            header,
+            bytes: first..first + length,
+            held,
+        }))
+    }
+
+    /// The numbers of a part, in the memory of `numbers`, where they are stored as they are; a few thousand at a time, so
+    /// that no other memory is touched.
+    fn stored<T, const N: usize>(
+        &mut self,
+        key: &str,
+        part: &Part,
+        mut numbers: Vec<T>,
+        number: impl Fn([u8; N]) -> T,
+    ) -> Result<Option<ArrayD<T>>> {
+        let name = format!("{key}.npy");
+        numbers.clear();
+        numbers.reserve_exact(part.bytes.len() / N);
+        let mut read = || -> ZipResult<bool> {
+            if self.archive.by_name(&name)?.compression() != CompressionMethod::Stored {
+                return Ok(false);
+            }
+            let mut member = self.archive.by_name_seek(&name)?;
+            member.seek(SeekFrom::Start(part.bytes.start as u64))?;
+            let mut some = [0; AT_A_TIME];
+            let mut left = part.bytes.len();
+            while left > 0 {
+                let some = &mut some[..left.min(AT_A_TIME)];
+                member.read_exact(some)?;
+                numbers.extend(some.as_chunks().0.iter().map(|&bytes| number(bytes)));
+                left -= some.len();
+            }
+            Ok(true)
+        };
+        match read() {
+            Ok(true) => {
+                let array = ArrayD::from_shape_vec(part.header.shape.clone(), numbers);
+                Ok(Some(array.map_err(|e| self.error(format!("`{key}` {e}")))?))
+            }
+            Ok(false) => Ok(None),
+            Err(e) => Err(self.damaged(key, &e)),
+        }
+    }
+
+    /// An array in columns is read whole, whatever frames are asked for: there must be memory for it.
+    fn check_whole(&mut self, key: &str, claimed: usize) -> Result<()> {
+        // What it claims may not be there.
+        let member = self.archive.by_name(&format!("{key}.npy"));
+        let size = member.map(|member| member.size());
+        let size = size.map_err(|e| self.damaged(key, &e))?;
+        let claimed = claimed.min(size as usize);
+        // Its bytes, too.
+        let bytes = claimed.saturating_mul(1 + npy::CONVERSIONS);
+        memory::check(bytes, "the array").map_err(|e| {
+            self.error(format!(
+                "`{key}` is too large: {e}; it is stored in columns (Fortran order) and read whole: in \
+                 C order, as numpy.ascontiguousarray or host-sim convert on a larger machine make it, it \
+                 is read frame by frame"
+            ))
+        })
+    }
+
+    /// Fills `bytes` with those of a member from a place on: at once where it is stored as it is, else by
+    /// inflating what is before.
+    fn read_at(&mut self, key: &str, from: usize, bytes: &mut [u8]) -> Result<()> {
+        let name = format!("{key}.npy");
+        let mut read = || -> ZipResult<bool> {
+            let member = self.archive.by_name(&name)?;
+            let limit = member.compressed_size().saturating_mul(MAX_INFLATION);
+            if (from + bytes.len()) as u64 > limit.max(SMALL) {
+                return Ok(false);
+            }
+            if member.compression() == CompressionMethod::Stored {
+                drop(member);
+                let mut member = self.archive.by_name_seek(&name)?;
+                member.seek(SeekFrom::Start(from as u64))?;
+                member.read_exact(bytes)?;
+                return Ok(true);
+            }
+            let mut member = member;
+            io::copy(&mut member.by_ref().take(from as u64), &mut io::sink())?;
+            member.read_exact(bytes)?;
+            Ok(true)
+        };
+        match read() {
+            Ok(true) => Ok(()),
+            Ok(false) => Err(self.inflated(key)),
+            Err(e) => Err(self.damaged(key, &e)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Spare, Writer};
+    use super::*;
+    use std::io::Cursor;
+
+    /// Samples of every type that is read without a copy, whatever the spare memory is.
+    #[test]
+    fn frames_in_spare_memory_are_those_of_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("frames.npz");
+        let shape = (5, 2, 3, 7000);
+        let at = |(f, t, m, n): (usize, usize, usize, usize)| (f * 7919 + t * 31 + m * 5 + n) % 251;
+        let real = Array4::from_shape_fn(shape, |place| at(place) as f32 - 125.5);
+        let whole = Array4::from_shape_fn(shape, |place| at(place) as i16 - 125);
+        let complex = real.mapv(|re| Complex::new(re, 0.25 - re));
+        let mut bytes = Cursor::new(Vec::new());
+        let mut npz = Writer::new(&mut bytes, 0);
+        npz.add("real", &real).unwrap();
+        npz.add("whole", &whole).unwrap();
+        npz.add("complex", &complex).unwrap();
+        npz.finish().unwrap();
+        std::fs::write(&path, bytes.into_inner()).unwrap();
+        for spare in [0, 17, 100_000] {
+            for frames in [0..1, 1..3, 4..5, 3..9] {
+                let own = frames.start..frames.end.min(5);
+                let mut file = Reader::open(&path).unwrap().with_spare(Spare {
+                    real: vec![f32::NAN; spare],
+                    complex: vec![Complex::from(f32::NAN); spare],
+                });
+                let part = real.slice_axis(Axis(0), own.clone().into());
+                let (found, held) = file.real_frames("real", "a", frames.clone()).unwrap();
+                assert_eq!((found.view(), held), (part, 5));
+                let part = whole.slice_axis(Axis(0), own.clone().into());
+                let (found, held) = file.real_frames("whole", "a", frames.clone()).unwrap();
+                assert_eq!((found, held), (part.mapv(f32::from), 5));
+                let part = complex.slice_axis(Axis(0), own.into());
+                let (found, held) = file.complex_frames("complex", "a", frames).unwrap();
+                assert_eq!((found.view(), held), (part, 5));
+            }
+        }
+    }
+}
