@@ -3,7 +3,8 @@
 use std::fs::{self, Metadata};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
+use std::thread;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use twox_hash::XxHash3_128;
 
@@ -22,6 +23,8 @@ pub const PROGRAM: &str = concat!(
 );
 /// The largest file that is hashed where only a part of it was used, bytes.
 const PART: u64 = 1 << 30;
+/// More than a step of the clock of files: two changes within one step have the same time.
+const CLOCK: Duration = Duration::from_millis(20);
 
 /// A file that a result was made of.
 pub struct Input {
@@ -32,82 +35,156 @@ pub struct Input {
     pub xxh128: Option<String>,
 }
 
-impl Input {
-    /// Reads and hashes a file or the files of a folder.
+/// A file, or the files of a folder, as they are before they are read.
+///
+/// Readers of archives and of HDF5 go to and fro in a file, read parts of it and read some of them twice, so a hash
+/// cannot be taken of the bytes on their way. It is taken of the file afterwards, and the file must not have changed
+/// in between.
+pub struct Snapshot {
+    path: PathBuf,
+    files: Vec<State>,
+}
+
+/// A file's path, its length and the time of its last change.
+#[derive(PartialEq)]
+struct State {
+    path: PathBuf,
+    bytes: u64,
+    changed: Option<SystemTime>,
+}
+
+impl Snapshot {
+    /// Looks at a file or at the files of a folder.
     ///
     /// # Errors
-    /// A file that cannot be read.
-    pub fn read(path: &Path, is_whole: bool) -> Result<Self> {
-        let files = files_of(path)?;
-        let bytes: u64 = files.iter().map(|(_, metadata)| metadata.len()).sum();
+    /// A file that is not there, or that is being written.
+    pub fn of(path: &Path) -> Result<Self> {
+        let snapshot = Snapshot {
+            path: path.to_path_buf(),
+            files: files_of(path)?,
+        };
+        let age = |file: &State| file.changed.and_then(|time| time.elapsed().ok());
+        if snapshot.files.iter().filter_map(age).any(|age| age < CLOCK) {
+            thread::sleep(CLOCK);
+            snapshot.check()?;
+        }
+        Ok(snapshot)
+    }
+
+    /// Refuses a file that changed.
+    ///
+    /// # Errors
+    /// Another length or time of change than before, a file more or less.
+    pub fn check(&self) -> Result<()> {
+        if files_of(&self.path)? == self.files {
+            return Ok(());
+        }
+        let message = "changed while it was read; run again when nothing writes it";
+        Err(file_error(&self.path, message))
+    }
+
+    /// Hashes what has been read. `is_whole` tells whether all of it was used.
+    ///
+    /// # Errors
+    /// A file that changed or that cannot be read.
+    pub fn hashed(&self, is_whole: bool) -> Result<Input> {
+        let bytes: u64 = self.files.iter().map(|file| file.bytes).sum();
         let xxh128 = match is_whole || bytes <= PART {
-            true => Some(format!("{:032x}", hash(path, &files)?)),
+            true => Some(format!("{:032x}", self.hash()?)),
             false => None,
         };
+        self.check()?;
         Ok(Input {
-            path: path.to_path_buf(),
+            path: self.path.clone(),
             xxh128,
         })
     }
-}
 
-fn hash(path: &Path, files: &[(PathBuf, Metadata)]) -> Result<u128> {
-    let mut hasher = XxHash3_128::with_seed(0);
-    let mut buffer = vec![0; 1 << 18];
-    for (file, _) in files {
-        if file != path {
-            hasher.write(file.file_name().unwrap_or_default().as_encoded_bytes());
-        }
-        let wrong = |e| unreadable(file, &e);
-        let mut opened = input::open(file).map_err(wrong)?;
-        loop {
-            match opened.read(&mut buffer).map_err(wrong)? {
-                0 => break,
-                count => hasher.write(&buffer[..count]),
+    fn hash(&self) -> Result<u128> {
+        let mut hasher = XxHash3_128::with_seed(0);
+        let mut buffer = vec![0; 1 << 18];
+        for State { path, .. } in &self.files {
+            if *path != self.path {
+                hasher.write(path.file_name().unwrap_or_default().as_encoded_bytes());
+            }
+            let wrong = |e| unreadable(path, &e);
+            let mut opened = input::open(path).map_err(wrong)?;
+            loop {
+                match opened.read(&mut buffer).map_err(wrong)? {
+                    0 => break,
+                    count => hasher.write(&buffer[..count]),
+                }
             }
         }
+        Ok(hasher.finish_128())
     }
-    Ok(hasher.finish_128())
-}
 
-/// A number that changes with the input's path, length or time of change, and with `settings`.
-///
-/// # Errors
-/// A file that cannot be read.
-pub fn key(path: &Path, settings: &str) -> Result<u128> {
-    let mut hasher = XxHash3_128::with_seed(0);
-    hasher.write(PROGRAM.as_bytes());
-    hasher.write(settings.as_bytes());
-    let full = fs::canonicalize(path).map_err(|e| unreadable(path, &e))?;
-    hasher.write(full.as_os_str().as_encoded_bytes());
-    for (_, metadata) in files_of(path)? {
-        hasher.write(&metadata.len().to_le_bytes());
-        let changed = metadata.modified().ok();
-        let changed = changed.and_then(|time| time.duration_since(UNIX_EPOCH).ok());
-        hasher.write(&changed.unwrap_or_default().as_nanos().to_le_bytes());
+    /// A number that changes with the input's path, length or time of change, and with `settings`.
+    ///
+    /// # Errors
+    /// A file that is not there.
+    pub fn key(&self, settings: &str) -> Result<u128> {
+        let mut hasher = XxHash3_128::with_seed(0);
+        hasher.write(PROGRAM.as_bytes());
+        hasher.write(settings.as_bytes());
+        let full = fs::canonicalize(&self.path).map_err(|e| unreadable(&self.path, &e))?;
+        hasher.write(full.as_os_str().as_encoded_bytes());
+        for file in &self.files {
+            hasher.write(&file.bytes.to_le_bytes());
+            let changed = file.changed.and_then(|t| t.duration_since(UNIX_EPOCH).ok());
+            hasher.write(&changed.unwrap_or_default().as_nanos().to_le_bytes());
+        }
+        Ok(hasher.finish_128())
     }
-    Ok(hasher.finish_128())
 }
 
 /// The file, or the files of a folder by their names.
-fn files_of(path: &Path) -> Result<Vec<(PathBuf, Metadata)>> {
+fn files_of(path: &Path) -> Result<Vec<State>> {
+    let state = |path: PathBuf, metadata: &Metadata| State {
+        path,
+        bytes: metadata.len(),
+        changed: metadata.modified().ok(),
+    };
     let wrong = |e| unreadable(path, &e);
     let metadata = fs::metadata(path).map_err(wrong)?;
     if !metadata.is_dir() {
-        return Ok(vec![(path.to_path_buf(), metadata)]);
+        return Ok(vec![state(path.to_path_buf(), &metadata)]);
     }
     let mut files = Vec::new();
     for entry in fs::read_dir(path).map_err(wrong)? {
         let file = entry.map_err(wrong)?.path();
         let metadata = fs::metadata(&file).map_err(wrong)?;
         if metadata.is_file() {
-            files.push((file, metadata));
+            files.push(state(file, &metadata));
         }
     }
-    files.sort_by(|a, b| a.0.cmp(&b.0));
+    files.sort_by(|a, b| a.path.cmp(&b.path));
     Ok(files)
 }
 
 fn unreadable(path: &Path, error: &std::io::Error) -> Error {
     file_error(path, cannot_be_opened(error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Within one step of the system's clock, too, at the same length.
+    #[test]
+    fn a_file_that_changes_after_its_snapshot_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("data");
+        for _ in 0..10 {
+            fs::write(&path, "before").unwrap();
+            let snapshot = Snapshot::of(&path).unwrap();
+            assert!(snapshot.check().is_ok());
+            fs::write(&path, "behind").unwrap();
+            let message = snapshot.hashed(true).err().unwrap().to_string();
+            assert!(message.contains("changed while it was read"), "{message}");
+        }
+        let snapshot = Snapshot::of(folder.path()).unwrap();
+        fs::write(folder.path().join("more"), "").unwrap();
+        assert!(snapshot.check().is_err());
+    }
 }

@@ -12,7 +12,7 @@ use super::{ConfigArgument, VariableArguments, about, command_line, load_config,
 use crate::config::Config;
 use crate::flags::{BeamformFlags, ImageFlags, PhaseSymmetryFlags};
 use crate::progress::Progress;
-use crate::provenance::{self, Input};
+use crate::provenance::Snapshot;
 use crate::{Error, Result};
 use bonebeam::phase_symmetry::scale_for_display;
 use bonebeam_drive::config::Beamform;
@@ -198,9 +198,14 @@ impl Arguments {
     }
 
     /// The lines of an interrupted run, if there was one of the same configuration, frames and recording.
-    fn partial(&self, config: &Config, frames: &Range<usize>) -> Result<PartialLines> {
+    fn partial(
+        &self,
+        snapshot: &Snapshot,
+        config: &Config,
+        frames: &Range<usize>,
+    ) -> Result<PartialLines> {
         let settings = format!("{:?} {:?} {frames:?}", config.beamform, config.variables);
-        let key = provenance::key(&self.recording, &settings)?;
+        let key = snapshot.key(&settings)?;
         let mut path = self.output.as_os_str().to_owned();
         path.push(".partial");
         PartialLines::open(Path::new(&path), key)
@@ -259,6 +264,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let config_path = Config::path_beside(&arguments.output);
     arguments.check_paths(&config_path)?;
 
+    let snapshot = Snapshot::of(&arguments.recording)?;
     let file = RecordingFile::open(&arguments.recording, &config.variables)?;
     let first = file.first();
     arguments.refuse_flags_without_effect(first)?;
@@ -290,6 +296,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         let share = |part: f64| (done as f64 + part * block.len() as f64) / frames.len() as f64;
         let progress = |part: f64| bar.set((1000.0 * share(part)) as u64, 1000);
         let (recording, own) = file.read_into(block.clone(), &mut spare)?;
+        snapshot.check()?;
         let begin = Instant::now();
         let lines = beamformer.lines(recording, own, &progress);
         seconds += begin.elapsed().as_secs_f64();
@@ -304,7 +311,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
             (lines, None)
         }
         _ => {
-            let mut partial = arguments.partial(&config, &frames)?;
+            let mut partial = arguments.partial(&snapshot, &config, &frames)?;
             let (output, count) = (&arguments.output, frames.len());
             let first =
                 BeamformedLines::add_frames_to(count, output, &mut outputs, &mut partial, next)?;
@@ -313,7 +320,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     };
     let resumed = partial.as_ref().map_or(0, PartialLines::resumed);
     bar.clear();
-    let input = Input::read(&arguments.recording, frames.len() == file.frames())?;
+    let input = snapshot.hashed(frames.len() == file.frames())?;
     let mut measures = Measures::new(&input, file.format(), seconds, resumed, &lines);
     let mut summary = summary_of_lines(first, &config.beamform, frames.len(), &lines);
     if resumed > 0 {

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::{ConfigArgument, VariableArguments, load_config, recording_help};
 use crate::Result;
+use crate::provenance::Snapshot;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::{print, warn};
 use bonebeam_files::{BeamformedLines, Recording};
@@ -52,10 +53,12 @@ pub fn run(arguments: Arguments) -> Result<()> {
     config.validate()?;
     check_outputs(&[&arguments.recording], &[&arguments.output])?;
     let export = Export::of(&arguments.output)?;
+    let snapshot = Snapshot::of(&arguments.recording)?;
     let mut outputs = Outputs::new();
     if export != Export::Npz && BeamformedLines::are_in(&arguments.recording) {
         let frames = BeamformedLines::read_frames(&arguments.recording)?;
         add_lines(export, &frames, &arguments.output, &mut outputs)?;
+        snapshot.check()?;
         outputs.commit()?;
         return print(&format!("lines read, {} written\n", export.name()));
     }
@@ -66,6 +69,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         }
     }
     file.add_to(export, &arguments.output, &mut outputs)?;
+    snapshot.check()?;
     outputs.commit()?;
     let format = file.format().name();
     print(&format!("{format} read, {} written\n", export.name()))

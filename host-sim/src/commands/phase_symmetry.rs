@@ -9,7 +9,7 @@ use super::{ConfigArgument, about, command_line, load_config};
 use crate::config::Config;
 use crate::flags::PhaseSymmetryFlags;
 use crate::progress::Progress;
-use crate::provenance::Input;
+use crate::provenance::Snapshot;
 use crate::{Error, Result};
 use bonebeam_drive::phase_symmetry::of_image;
 use bonebeam_drive::policy::phase_symmetry_memory;
@@ -72,6 +72,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     check_outputs(&[&arguments.image], &outputs)?;
 
+    let snapshot = Snapshot::of(&arguments.image)?;
     let pixels = image::read(&arguments.image)?;
     let bytes = phase_symmetry_memory(pixels.dim().into(), &config.phase_symmetry);
     memory::check(bytes, "phase symmetry").map_err(|e| about(&arguments.image, e))?;
@@ -89,7 +90,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         scale_for_display(levels.as_slice_memory_order_mut().unwrap_or_default())?;
         image::add_to(&levels, picture, &mut outputs)?;
     }
-    let inputs = [Input::read(&arguments.image, true)?];
+    let inputs = [snapshot.hashed(true)?];
     config.add_to(&command_line(), &inputs, &config_path, &mut outputs)?;
     outputs.commit()
 }

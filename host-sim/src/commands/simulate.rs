@@ -10,7 +10,7 @@ use crate::Result;
 use crate::config::Config;
 use crate::flags::SimulateFlags;
 use crate::progress::Progress;
-use crate::provenance::Input;
+use crate::provenance::Snapshot;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::warn;
 use bonebeam_files::{Truth, add_surface_to};
@@ -72,6 +72,8 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let mesh: Vec<&Path> = mesh.as_deref().into_iter().collect();
     check_outputs(&mesh, &[&arguments.output, &config_path, &truth, &surface])?;
 
+    let snapshots = mesh.iter().map(|mesh| Snapshot::of(mesh));
+    let snapshots = snapshots.collect::<Result<Vec<_>>>()?;
     let scanner = config.simulate.scanner().clone();
     let built = config.simulate.build(&scanner)?;
     built.warnings.iter().for_each(|warning| warn(warning));
@@ -86,7 +88,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
 
     let mut outputs = Outputs::new();
     data.add_to(&arguments.output, &mut outputs)?;
-    let inputs = mesh.iter().map(|mesh| Input::read(mesh, true));
+    let inputs = snapshots.iter().map(|mesh| mesh.hashed(true));
     let inputs = inputs.collect::<Result<Vec<_>>>()?;
     config.add_to(&command_line(), &inputs, &config_path, &mut outputs)?;
     let known = config.simulate.phantom == Kind::DynamicRange;

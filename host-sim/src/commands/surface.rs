@@ -9,7 +9,7 @@ use super::{ConfigArgument, VariableArguments, about, command_line, load_config}
 use crate::config::Config;
 use crate::flags::{BeamformFlags, ImageFlags, SurfaceFlags};
 use crate::progress::Progress;
-use crate::provenance;
+use crate::provenance::Snapshot;
 use crate::{Error, Result};
 use bonebeam_drive::config::Grid;
 use bonebeam_drive::frame::RecordingFrames;
@@ -158,6 +158,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     check_outputs(&[&arguments.input], &outputs)?;
 
+    let snapshot = Snapshot::of(&arguments.input)?;
     let found = match Input::of(&arguments.input)? {
         Input::Picture => of_file_of_picture(&arguments, &config)?,
         Input::Lines => {
@@ -183,7 +184,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     if let (Some(path), Some(picture)) = (&arguments.image, &found.picture) {
         Overlay::of(picture, &found.points).add_to(path, &mut outputs)?;
     }
-    let inputs = [provenance::Input::read(&arguments.input, true)?];
+    let inputs = [snapshot.hashed(true)?];
     config.add_to(&command_line(), &inputs, &config_path, &mut outputs)?;
     outputs.commit()?;
     print(&format!("{}\n", summary(&found)))
