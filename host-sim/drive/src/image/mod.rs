@@ -1,9 +1,10 @@
 //! Lines → image, through the core.
 
 mod lattice;
+mod layout;
 
 use bonebeam::geometry::Axis;
-use bonebeam::image::{self as core, BMode, BModeParameters, Fan, Logarithm, Pooling};
+use bonebeam::image::{self as core, BMode, BModeParameters, Logarithm, Pooling};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array2, ArrayBase, ArrayView2, Data, Ix2};
 use num_complex::Complex;
@@ -16,6 +17,8 @@ use crate::config::{self, SubLines};
 use crate::{Error, Result};
 use lattice::Lattice;
 pub(crate) use lattice::sample_axis;
+pub(crate) use layout::{Layout, layout};
+pub use layout::{check_beams, extent};
 
 pub use bonebeam::image::PixelGrid;
 
@@ -307,131 +310,6 @@ pub fn resize(image: ArrayView2<f32>, rows: usize, columns: usize) -> Result<Arr
         resized.as_slice_mut().unwrap_or_default(),
     )?;
     Ok(resized)
-}
-
-/// Tells before a long computation whether an image can be made of lines at these positions.
-///
-/// # Errors
-/// As [`b_mode`] about the beams.
-pub fn check_beams(beam_x: &[f64]) -> Result<()> {
-    if beam_x.len() < 2 {
-        return Err(Error::Data(format!(
-            "an image needs at least 2 beams, the lines have {}",
-            beam_x.len()
-        )));
-    }
-    match beam_x
-        .windows(2)
-        .position(|pair| pair[0].partial_cmp(&pair[1]) != Some(std::cmp::Ordering::Less))
-    {
-        None => Ok(()),
-        Some(beam) => Err(Error::Data(format!(
-            "an image needs beams from left to right: beam {beam} lies at {} m, the next one at {} m",
-            beam_x[beam],
-            beam_x[beam + 1]
-        ))),
-    }
-}
-
-/// How the beams of an image lie.
-pub(crate) enum Layout {
-    /// Straight down, evenly spaced.
-    Even(Axis),
-    /// From one position, at even angles.
-    Fan { fan: Fan, angles: Axis },
-    /// Any others from left to right.
-    Any(Lattice),
-}
-
-pub(crate) fn layout<S: Data<Elem = Complex<f32>>>(
-    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
-) -> Result<Layout> {
-    let found = match &lines.rays {
-        None => beam_axis(&lines.beam_x).map(Layout::Even),
-        Some(rays) => fan(lines, rays),
-    };
-    found.map_or_else(|| Lattice::new(lines).map(Layout::Any), Ok)
-}
-
-/// From where to where lines reach, across and down, m.
-pub fn extent<S: Data<Elem = Complex<f32>>>(
-    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
-) -> [[f64; 2]; 2] {
-    let samples = sample_axis(lines);
-    let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-    for (beam, &x) in lines.beam_x.iter().enumerate() {
-        let (z, angle) = match &lines.rays {
-            None => (0.0, 0.0),
-            Some(rays) => (rays.z[beam], rays.angle[beam]),
-        };
-        for r in [samples.first, samples.last()] {
-            let position = [x + r * angle.sin(), z + r * angle.cos()];
-            for (range, at) in extent.iter_mut().zip(position) {
-                *range = [range[0].min(at), range[1].max(at)];
-            }
-        }
-    }
-    extent
-}
-
-/// The fan of beams at even angles from one position, to a hundredth of a step, that begin on the arc through the first
-/// and the last, to a hundredth of what lies between two; none for others.
-fn fan<S: Data<Elem = Complex<f32>>>(
-    lines: &BeamformedLines<ArrayBase<S, Ix2>>,
-    rays: &BeamRays,
-) -> Option<Layout> {
-    let last = lines.beam_x.len() - 1;
-    let (first_angle, last_angle) = (rays.angle[0], rays.angle[last]);
-    let step = (last_angle - first_angle) / last.max(1) as f64;
-    if step.is_nan() || step <= 0.0 {
-        return None;
-    }
-    let radius = (lines.beam_x[last] - lines.beam_x[0]) / (last_angle.sin() - first_angle.sin());
-    let x = lines.beam_x[0] - radius * first_angle.sin();
-    let z = rays.z[0] - radius * first_angle.cos();
-    // A sector's radius is 0 but for rounding.
-    let deepest = sample_axis(lines).last();
-    let tolerance = 0.01 * step * (radius.abs() + deepest);
-    if radius < -tolerance {
-        return None;
-    }
-    for beam in 0..=last {
-        let even = first_angle + beam as f64 * step;
-        let angle = rays.angle[beam];
-        let beside = (lines.beam_x[beam] - x - radius * angle.sin())
-            .hypot(rays.z[beam] - z - radius * angle.cos());
-        if (angle - even).abs() > 0.01 * step || beside > tolerance {
-            return None;
-        }
-    }
-    Some(Layout::Fan {
-        fan: Fan {
-            x,
-            z,
-            radius: radius.max(0.0),
-        },
-        angles: Axis {
-            first: first_angle,
-            step,
-            count: last + 1,
-        },
-    })
-}
-
-/// The axis of beams whose positions are on the even grid through the first and the last, to a hundredth of the spacing;
-/// none for others.
-fn beam_axis(beam_x: &[f64]) -> Option<Axis> {
-    let (&[first, .., last], intervals) = (beam_x, beam_x.len().saturating_sub(1)) else {
-        return None;
-    };
-    let step = (last - first) / intervals as f64;
-    let is_even = |(beam, &x): (usize, &f64)| (x - first - beam as f64 * step).abs() <= 0.01 * step;
-    let even = step.is_finite() && step > 0.0 && beam_x.iter().enumerate().all(is_even);
-    even.then_some(Axis {
-        first,
-        step,
-        count: beam_x.len(),
-    })
 }
 
 /// Lines whose envelope is that of their sub-lines, at the middle of these.
