@@ -9,7 +9,8 @@ use embedded_hal::spi::Operation;
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::SpiDevice;
 
-use crate::afe::{custom, wake};
+use crate::afe::wake;
+use crate::frames::custom;
 use crate::{Attenuator, Error, Power, Receiver, TestPattern};
 
 /// Register 0x00: the port, and a reset of all registers.

@@ -9,10 +9,8 @@ use embedded_hal_async::spi::SpiDevice;
 use crate::demodulator::{PROFILES, WORDS, pack};
 use crate::frames::Frames;
 use crate::registers::{
-    ADC_DOWN, ADC_STANDBY, ATTENUATION, ATTENUATION_ENABLE, COEFFICIENT_ADDRESS, COEFFICIENTS,
-    CONTROL, CUSTOM_PATTERN, DEMODULATOR_CONTROL, LNA_GAIN, LOW_PASS, OFFSET_BINARY, PGA_GAIN,
-    PROFILE, PROFILE_ADDRESS, READ_OUT, TERMINATION, TERMINATION_ENABLE, TEST_PATTERN, VCA_DOWN,
-    VCA_STANDBY,
+    ADC_DOWN, ADC_STANDBY, COEFFICIENT_ADDRESS, COEFFICIENTS, CONTROL, DEMODULATOR_CONTROL, FIELDS,
+    PROFILE, PROFILE_ADDRESS, READ_OUT, VCA_DOWN, VCA_STANDBY,
 };
 use crate::{Attenuator, Demodulator, Error, Power, Receiver, Settings, TestPattern};
 
@@ -75,7 +73,10 @@ impl<SPI: SpiDevice, RESET: OutputPin> Afe<SPI, RESET> {
     /// An AFE5808A. Nothing is sent yet.
     pub fn afe5808a(spi: SPI, reset: RESET) -> Self {
         Afe {
-            frames: Frames { spi },
+            frames: Frames {
+                spi,
+                fields: &FIELDS,
+            },
             reset,
             select: NoPin,
             demodulator: false,
@@ -88,7 +89,10 @@ impl<SPI: SpiDevice, RESET: OutputPin, SELECT: OutputPin> Afe<SPI, RESET, SELECT
     /// An AFE5809. Nothing is sent yet.
     pub fn afe5809(spi: SPI, reset: RESET, select: SELECT) -> Self {
         Afe {
-            frames: Frames { spi },
+            frames: Frames {
+                spi,
+                fields: &FIELDS,
+            },
             reset,
             select,
             demodulator: true,
@@ -227,31 +231,16 @@ impl<SPI: SpiDevice, RESET: OutputPin, SELECT: OutputPin> Receiver for Afe<SPI, 
     }
 
     async fn configure(&mut self, settings: &Settings) -> Result<(), Error> {
-        let (enable, ohm) = settings.termination.codes();
-        self.frames
-            .set([
-                (OFFSET_BINARY, settings.offset_binary.into()),
-                (PGA_GAIN, settings.gain.pga as u16),
-                (LOW_PASS, settings.low_pass as u16),
-                (LNA_GAIN, settings.gain.lna as u16),
-                (TERMINATION_ENABLE, enable),
-                (TERMINATION, ohm),
-            ])
-            .await
+        let low_pass = settings.low_pass as u16;
+        self.frames.configure(settings, low_pass).await
     }
 
     async fn attenuate(&mut self, attenuator: Attenuator) -> Result<(), Error> {
-        let (enable, steps) = attenuation(attenuator)?;
-        let fields = [(ATTENUATION_ENABLE, enable), (ATTENUATION, steps)];
-        self.frames.set(fields).await
+        self.frames.attenuate(attenuator).await
     }
 
     async fn test_pattern(&mut self, pattern: TestPattern) -> Result<(), Error> {
-        if let TestPattern::Custom(word) = pattern {
-            let word = custom(word, Self::BITS)?;
-            self.frames.write_checked([(CUSTOM_PATTERN, word)]).await?;
-        }
-        self.frames.set([(TEST_PATTERN, pattern.code())]).await
+        self.frames.test_pattern(pattern, Self::BITS).await
     }
 
     async fn power(&mut self, power: Power, delay: &mut impl DelayNs) -> Result<(), Error> {
@@ -286,31 +275,6 @@ pub(crate) async fn wake(was: &mut Power, power: Power, delay: &mut impl DelayNs
         delay.delay_ns(was.wake_ns()).await;
     }
     *was = power;
-}
-
-/// Enable bit and steps of the digital attenuator.
-pub(crate) fn attenuation(attenuator: Attenuator) -> Result<(u16, u16), Error> {
-    match attenuator {
-        Attenuator::Voltage => Ok((0, 0)),
-        Attenuator::Steps(steps @ 0..=7) => Ok((1, steps.into())),
-        Attenuator::Steps(steps) => Err(Error::Range {
-            name: "attenuation",
-            value: steps.into(),
-            expected: "at most 7 steps of 6 dB",
-        }),
-    }
-}
-
-/// A word of the custom pattern.
-pub(crate) fn custom(word: u16, bits: u32) -> Result<u16, Error> {
-    if u32::from(word) >> bits != 0 {
-        return Err(Error::Range {
-            name: "test pattern",
-            value: word.into(),
-            expected: "at most the bits of a word",
-        });
-    }
-    Ok(word)
 }
 
 /// Refuses what the demodulator has no room for.

@@ -4,13 +4,9 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::SpiDevice;
 
-use crate::afe::{attenuation, custom, reset, wake};
+use crate::afe::{reset, wake};
 use crate::frames::Frames;
-use crate::registers::CUSTOM_PATTERN;
-use crate::registers::jd18::{
-    ATTENUATION, ATTENUATION_ENABLE, DIGITAL_DOWN, DOWN, INTERFACE, INTERFACE_VALUE, LNA_GAIN,
-    LOW_PASS, OFFSET_BINARY, PGA_GAIN, STANDBY, TERMINATION, TERMINATION_ENABLE, TEST_PATTERN,
-};
+use crate::registers::jd18::{DIGITAL_DOWN, DOWN, FIELDS, INTERFACE, INTERFACE_VALUE, STANDBY};
 use crate::{Attenuator, Error, Jd18LowPass, Power, Receiver, Settings, TestPattern};
 
 /// TI's AFE58JD18, a front end of 16 channels, by its LVDS lanes.
@@ -28,7 +24,10 @@ impl<SPI: SpiDevice, RESET: OutputPin> Afe58jd18<SPI, RESET> {
     /// The part behind `spi` and `reset`. Nothing is sent yet.
     pub fn new(spi: SPI, reset: RESET) -> Self {
         Afe58jd18 {
-            frames: Frames { spi },
+            frames: Frames {
+                spi,
+                fields: &FIELDS,
+            },
             reset,
             power: Power::On,
         }
@@ -57,31 +56,16 @@ impl<SPI: SpiDevice, RESET: OutputPin> Receiver for Afe58jd18<SPI, RESET> {
     }
 
     async fn configure(&mut self, settings: &Settings<Jd18LowPass>) -> Result<(), Error> {
-        let (enable, ohm) = settings.termination.codes();
-        self.frames
-            .set([
-                (OFFSET_BINARY, settings.offset_binary.into()),
-                (PGA_GAIN, settings.gain.pga as u16),
-                (LOW_PASS, settings.low_pass as u16),
-                (LNA_GAIN, settings.gain.lna as u16),
-                (TERMINATION_ENABLE, enable),
-                (TERMINATION, ohm),
-            ])
-            .await
+        let low_pass = settings.low_pass as u16;
+        self.frames.configure(settings, low_pass).await
     }
 
     async fn attenuate(&mut self, attenuator: Attenuator) -> Result<(), Error> {
-        let (enable, steps) = attenuation(attenuator)?;
-        let fields = [(ATTENUATION_ENABLE, enable), (ATTENUATION, steps)];
-        self.frames.set(fields).await
+        self.frames.attenuate(attenuator).await
     }
 
     async fn test_pattern(&mut self, pattern: TestPattern) -> Result<(), Error> {
-        if let TestPattern::Custom(word) = pattern {
-            let word = custom(word, Self::BITS)?;
-            self.frames.write_checked([(CUSTOM_PATTERN, word)]).await?;
-        }
-        self.frames.set([(TEST_PATTERN, pattern.code())]).await
+        self.frames.test_pattern(pattern, Self::BITS).await
     }
 
     async fn power(&mut self, power: Power, delay: &mut impl DelayNs) -> Result<(), Error> {

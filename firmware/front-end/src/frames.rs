@@ -3,13 +3,14 @@
 use embedded_hal::spi::Operation;
 use embedded_hal_async::spi::SpiDevice;
 
-use crate::Error;
-use crate::registers::{CONTROL, Field, READ_OUT};
+use crate::registers::{CONTROL, CUSTOM_PATTERN, Field, Fields, READ_OUT};
+use crate::{Attenuator, Error, Settings, TestPattern};
 
 /// A part behind its SPI device.
 #[derive(Clone, Debug)]
 pub(crate) struct Frames<SPI> {
     pub spi: SPI,
+    pub fields: &'static Fields,
 }
 
 impl<SPI: SpiDevice> Frames<SPI> {
@@ -86,4 +87,66 @@ impl<SPI: SpiDevice> Frames<SPI> {
         }
         self.write_checked(written).await
     }
+
+    /// Sets gains, filter, by its code, termination and words of all channels.
+    pub async fn configure<F>(
+        &mut self,
+        settings: &Settings<F>,
+        low_pass: u16,
+    ) -> Result<(), Error> {
+        let fields = self.fields;
+        let (enable, ohm) = settings.termination.codes();
+        self.set([
+            (fields.offset_binary, settings.offset_binary.into()),
+            (fields.pga_gain, settings.gain.pga as u16),
+            (fields.low_pass, low_pass),
+            (fields.lna_gain, settings.gain.lna as u16),
+            (fields.termination_enable, enable),
+            (fields.termination, ohm),
+        ])
+        .await
+    }
+
+    /// Sets the attenuator.
+    pub async fn attenuate(&mut self, attenuator: Attenuator) -> Result<(), Error> {
+        let (enable, steps) = match attenuator {
+            Attenuator::Voltage => (0, 0),
+            Attenuator::Steps(steps @ 0..=7) => (1, steps.into()),
+            Attenuator::Steps(steps) => {
+                return Err(Error::Range {
+                    name: "attenuation",
+                    value: steps.into(),
+                    expected: "at most 7 steps of 6 dB",
+                });
+            }
+        };
+        let fields = self.fields;
+        self.set([
+            (fields.attenuation_enable, enable),
+            (fields.attenuation, steps),
+        ])
+        .await
+    }
+
+    /// Sends a pattern of words of so many bits.
+    pub async fn test_pattern(&mut self, pattern: TestPattern, bits: u32) -> Result<(), Error> {
+        if let TestPattern::Custom(word) = pattern {
+            let word = custom(word, bits)?;
+            self.write_checked([(CUSTOM_PATTERN, word)]).await?;
+        }
+        let field = self.fields.test_pattern;
+        self.set([(field, pattern.code())]).await
+    }
+}
+
+/// A word of the custom pattern.
+pub(crate) fn custom(word: u16, bits: u32) -> Result<u16, Error> {
+    if u32::from(word) >> bits != 0 {
+        return Err(Error::Range {
+            name: "test pattern",
+            value: word.into(),
+            expected: "at most the bits of a word",
+        });
+    }
+    Ok(word)
 }

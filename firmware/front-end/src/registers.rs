@@ -38,8 +38,8 @@
 //! - the demodulator: how 112 and 64 bits are framed (the drivers keep the select line low throughout one
 //!   frame), the order of coefficients in a word, [`PROFILE_ADDRESS`], [`PROFILE`], the fields of a profile, the
 //!   bits of the frequency, whether its memories can be read
-//! - AFE58JD18: the other codes of [`jd18::LOW_PASS`], which are those of its sibling AFE5818; the other
-//!   codes of gain and termination, taken to be the AFE5808A's; [`jd18::OFFSET_BINARY`]
+//! - AFE58JD18: the other codes of the low-pass filter, which are those of its sibling AFE5818; the other
+//!   codes of gain and termination, taken to be the AFE5808A's; the field `offset_binary`
 //! - the times of wake-up, and the voltage of the attenuator
 
 /// Bits of a register, `shift` to `shift + bits − 1`.
@@ -89,32 +89,50 @@ pub const CUSTOM_PATTERN: u8 = 5;
 pub const ADC_DOWN: Field = Field::new(1, 0, 0);
 /// Converter in partial power-down, with a fast wake-up.
 pub const ADC_STANDBY: Field = Field::new(1, 10, 10);
-/// The test pattern of all channels.
-pub const TEST_PATTERN: Field = Field::new(2, 15, 13);
-/// Words count from 0; two's complement where it is clear.
-pub const OFFSET_BINARY: Field = Field::new(4, 3, 3);
-/// The low-pass filter.
-pub const LOW_PASS: Field = Field::new(51, 3, 1);
-/// The second amplifier: 30 dB where it is set, 24 dB where it is clear.
-pub const PGA_GAIN: Field = Field::new(51, 13, 13);
-/// The resistance of the active termination.
-pub const TERMINATION: Field = Field::new(52, 7, 6);
-/// Active termination.
-pub const TERMINATION_ENABLE: Field = Field::new(52, 8, 8);
-/// The first amplifier.
-pub const LNA_GAIN: Field = Field::new(52, 14, 13);
 /// Amplifiers in partial power-down, with a fast wake-up.
 pub const VCA_STANDBY: Field = Field::new(53, 14, 14);
 /// Amplifiers off.
 pub const VCA_DOWN: Field = Field::new(53, 15, 15);
-/// Steps of 6 dB of the digital attenuator.
-pub const ATTENUATION: Field = Field::new(59, 6, 4);
-/// The digital attenuator in place of the voltage.
-pub const ATTENUATION_ENABLE: Field = Field::new(59, 7, 7);
+
+/// Fields that all parts have, each in registers of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fields {
+    /// The test pattern of all channels.
+    pub test_pattern: Field,
+    /// Words count from 0; two's complement where it is clear.
+    pub offset_binary: Field,
+    /// The low-pass filter.
+    pub low_pass: Field,
+    /// The second amplifier: 30 dB where it is set, 24 dB where it is clear.
+    pub pga_gain: Field,
+    /// The first amplifier.
+    pub lna_gain: Field,
+    /// Active termination.
+    pub termination_enable: Field,
+    /// The resistance of the active termination.
+    pub termination: Field,
+    /// The digital attenuator in place of the voltage.
+    pub attenuation_enable: Field,
+    /// Steps of 6 dB of the digital attenuator.
+    pub attenuation: Field,
+}
+
+/// Fields of the AFE5808A and the AFE5809.
+pub const FIELDS: Fields = Fields {
+    test_pattern: Field::new(2, 15, 13),
+    offset_binary: Field::new(4, 3, 3),
+    low_pass: Field::new(51, 3, 1),
+    pga_gain: Field::new(51, 13, 13),
+    lna_gain: Field::new(52, 14, 13),
+    termination_enable: Field::new(52, 8, 8),
+    termination: Field::new(52, 7, 6),
+    attenuation_enable: Field::new(59, 7, 7),
+    attenuation: Field::new(59, 6, 4),
+};
 
 /// Registers of the AFE58JD18.
 pub mod jd18 {
-    use super::Field;
+    use super::{Field, Fields};
 
     /// Register 1, whose bits 2 and 4 must be set.
     pub const INTERFACE: u8 = 1;
@@ -122,28 +140,22 @@ pub mod jd18 {
     pub const INTERFACE_VALUE: u16 = 0x0014;
     /// All of the part off.
     pub const DIGITAL_DOWN: Field = Field::new(1, 0, 0);
-    /// The test pattern of all channels.
-    pub const TEST_PATTERN: Field = Field::new(2, 9, 7);
-    /// Words count from 0; two's complement where it is clear.
-    pub const OFFSET_BINARY: Field = Field::new(4, 3, 3);
-    /// The low-pass filter.
-    pub const LOW_PASS: Field = Field::new(195, 3, 0);
-    /// The second amplifier: 30 dB where it is set, 24 dB where it is clear.
-    pub const PGA_GAIN: Field = Field::new(195, 13, 13);
-    /// The resistance of the active termination.
-    pub const TERMINATION: Field = Field::new(196, 7, 6);
-    /// Active termination.
-    pub const TERMINATION_ENABLE: Field = Field::new(196, 8, 8);
-    /// The first amplifier.
-    pub const LNA_GAIN: Field = Field::new(196, 14, 13);
     /// Fast power-down.
     pub const STANDBY: Field = Field::new(197, 14, 14);
     /// Amplifiers off.
     pub const DOWN: Field = Field::new(197, 15, 15);
-    /// Steps of 6 dB of the digital attenuator.
-    pub const ATTENUATION: Field = Field::new(203, 6, 4);
-    /// The digital attenuator in place of the voltage.
-    pub const ATTENUATION_ENABLE: Field = Field::new(203, 7, 7);
+    /// Fields that the other parts have, too.
+    pub const FIELDS: Fields = Fields {
+        test_pattern: Field::new(2, 9, 7),
+        offset_binary: Field::new(4, 3, 3),
+        low_pass: Field::new(195, 3, 0),
+        pga_gain: Field::new(195, 13, 13),
+        lna_gain: Field::new(196, 14, 13),
+        termination_enable: Field::new(196, 8, 8),
+        termination: Field::new(196, 7, 6),
+        attenuation_enable: Field::new(203, 7, 7),
+        attenuation: Field::new(203, 6, 4),
+    };
 }
 
 /// Register 0xC0 of the demodulator: read-out. The two highest bits of an address name its two halves of

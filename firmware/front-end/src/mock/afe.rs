@@ -9,8 +9,8 @@ use embedded_hal::spi::{self, ErrorKind, Operation, SpiDevice};
 use super::PinResult;
 use super::words::MockWords;
 use crate::registers::{
-    COEFFICIENT_ADDRESS, COEFFICIENTS, CONTROL, CUSTOM_PATTERN, DEMODULATOR_CONTROL, PROFILE,
-    PROFILE_ADDRESS, READ_OUT, SOFTWARE_RESET, TEST_PATTERN, jd18,
+    COEFFICIENT_ADDRESS, COEFFICIENTS, CONTROL, CUSTOM_PATTERN, DEMODULATOR_CONTROL, FIELDS,
+    PROFILE, PROFILE_ADDRESS, READ_OUT, SOFTWARE_RESET, jd18,
 };
 
 /// The parts that there are mocks of.
@@ -205,8 +205,8 @@ impl MockWords for MockAfe {
         const MASK: u16 = (1 << 14) - 1;
         let state = self.state.borrow();
         let field = match state.part {
-            MockPart::Afe58jd18 => jd18::TEST_PATTERN,
-            _ => TEST_PATTERN,
+            MockPart::Afe58jd18 => jd18::FIELDS.test_pattern,
+            _ => FIELDS.test_pattern,
         };
         match field.of(state.registers[usize::from(field.register)]) {
             0b000 => None,
