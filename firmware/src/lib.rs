@@ -3,9 +3,11 @@
 #![no_std]
 
 mod fault;
+mod main_loop;
 mod scanner;
 
 pub use fault::guard_stack;
+pub use main_loop::{Maps, process};
 pub use scanner::{Scanner, load};
 
 use core::panic::PanicInfo;

@@ -21,10 +21,10 @@ use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hprintln;
 use critical_section::Mutex;
 use embassy_executor::Executor;
-use firmware::{Scanner, exit};
+use firmware::{Maps, Scanner, exit, process};
 use static_cell::{ConstStaticCell, StaticCell};
-use stream::scan::{self, BEAMS, Reference, ScanBlock, Shallow};
-use stream::{Chain, Plan, Pool, Probe, Sequence, Sink, Stamp};
+use stream::scan::{BEAMS, Reference, ScanBlock, Shallow};
+use stream::{Chain, Plan, Pool, Probe, Sequence, Sink};
 
 const BLOCKS: usize = 12;
 /// Ticks from one transmit to the next, of 40 instructions each.
@@ -119,25 +119,13 @@ async fn frame<P: Probe<Stage = IqDelay>>(
             sink.ready().await;
             continue;
         };
-        let verdict = sequence.check(block.sequence, block.beam, block.overflow);
-        for fault in verdict.faults.into_iter().flatten() {
-            hprintln!("{:?}", fault);
-        }
-        let Some(line) = verdict.line else {
-            continue;
-        };
-        let stamp = Stamp {
-            time: block.time(),
-            saturated: block.saturated(8191),
-        };
-        chain.line(line.into(), &scan::record(&block)?, stamp)?;
-        let number = block.sequence / BEAMS as u32;
-        // The block is free for the next acquisition.
-        drop(block);
-        if verdict.whole {
-            let missing = chain.image()?.missing;
-            let map = scan::hash(chain.map()?);
-            hprintln!("frame {number}: {missing} missing, {name}bone map {map:016x}");
+        if let Some(maps) = process(&mut chain, sequence, block)? {
+            let Maps {
+                frame,
+                missing,
+                hash,
+            } = maps;
+            hprintln!("frame {frame}: {missing} missing, {name}bone map {hash:016x}");
             return Ok(());
         }
     }

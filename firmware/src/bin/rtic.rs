@@ -19,10 +19,10 @@ mod app {
     use cortex_m::peripheral::syst::SystClkSource;
     use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
     use cortex_m_semihosting::hprintln;
-    use firmware::{Scanner, exit};
+    use firmware::{Maps, Scanner, exit, process};
     use static_cell::{ConstStaticCell, StaticCell};
-    use stream::scan::{self, BEAMS, Reference, ScanBlock, ScanMemory};
-    use stream::{Chain, Plan, Pool, Probe, Sequence, Sink, Stamp};
+    use stream::scan::{BEAMS, Reference, ScanBlock, ScanMemory};
+    use stream::{Chain, Plan, Pool, Probe, Sequence, Sink};
 
     const BLOCKS: usize = 12;
     /// Ticks from one transmit to the next, of 40 instructions each.
@@ -90,35 +90,20 @@ mod app {
                 cortex_m::asm::wfi();
                 continue;
             };
-            let verdict = sequence.check(block.sequence, block.beam, block.overflow);
-            for fault in verdict.faults.into_iter().flatten() {
-                hprintln!("{:?}", fault);
-            }
-            let Some(line) = verdict.line else {
-                continue;
+            let Ok(maps) = process(chain, &mut sequence, block) else {
+                exit(EXIT_FAILURE)
             };
-            let stamp = Stamp {
-                time: block.time(),
-                saturated: block.saturated(8191),
-            };
-            let made =
-                scan::record(&block).and_then(|record| chain.line(line.into(), &record, stamp));
-            let frame = block.sequence / BEAMS as u32;
-            drop(block);
-            if made.is_err() {
-                exit(EXIT_FAILURE);
-            }
-            if verdict.whole {
-                let missing = chain.image().map(|image| image.missing);
-                let (Ok(missing), Ok(map)) = (missing, chain.map()) else {
-                    exit(EXIT_FAILURE)
-                };
-                let map = scan::hash(map);
+            if let Some(Maps {
+                frame,
+                missing,
+                hash,
+            }) = maps
+            {
                 hprintln!(
                     "frame {}: {} missing, bone map {:016x}",
                     frame,
                     missing,
-                    map
+                    hash
                 );
                 if frame == 2 {
                     exit(EXIT_SUCCESS);
