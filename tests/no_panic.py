@@ -3,10 +3,15 @@
     tests/no_panic.py            all functions, by one link
     tests/no_panic.py --panics   a real panic in every 68th of them, by a link each
 
-Works on a copy of the tree below the target folder. Each function of the core gets, at the start of its
-body, the call of a function that is nowhere and has a number. The linker names all that it misses: these are
-the functions that the image calls. What the compiler works out beforehand (`const`) or has shown to be never
-called is not missed. The others must be among the exceptions; an exception that is called is refused as well.
+Works on a copy of the tree below the target folder. Each function of the core gets a panic of its own at the
+start of its body, behind a condition that the compiler knows nothing of: the call of a function that is nowhere,
+has a number and does not return. The linker refuses the image and names all that it misses: these are the panics
+that would be left, and so the functions that the image calls. What the compiler works out beforehand (`const`) or
+has shown to be never called is not missed. The others must be among the exceptions; an exception that is called is
+refused as well.
+
+A function that the core exports must be called by the image itself, too, with arguments that the compiler knows
+nothing of: what the core passes may rule out a panic.
 
 So that a `const fn` may call it, the compiler's own `const_eval_select` chooses: nothing while compiling, the
 call at run time. It is not stable, hence RUSTC_BOOTSTRAP.
@@ -21,6 +26,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 TARGET = (ROOT / os.environ.get("CARGO_TARGET_DIR", "target")).resolve() / "no-panic"
 TREE = TARGET / "tree"
+# A condition that the compiler knows nothing of.
+UNKNOWN = "core::hint::black_box(false)"
 
 # Functions that the image does not call, by a pattern of their names, with the reason.
 EXCEPTIONS = {
@@ -34,7 +41,6 @@ EXCEPTIONS = {
     r"^beamform/methods/eigenspace.rs: (merge|exchange)$": "several lanes",
     r"^linalg/implicit_ql.rs: .*(block|next)$": "several lanes; one has block_of_one",
     r"^instructions.rs: (prefetch|sqrt)$": "another processor's, or not called on this one",
-    r"^delay/(analytic.rs|decimator/mod.rs|interpolate/mod.rs): .* gain$": "of tests",
     r"^delay/decimator/mod.rs: half_band$": "const: worked out while compiling",
     r"^delay/iq/(fixed.rs: half|interpolation.rs: impl Sinc new|phasor.rs: constant_phasor)$": "const",
     r"^surface/logarithm.rs: mantissa$": "const: worked out while compiling",
@@ -48,6 +54,20 @@ def without_comments(text):
     return re.sub(pattern, lambda m: re.sub(r"[^\n]", " ", m[0]), text, flags=re.S)
 
 
+def exported():
+    """The names of functions and types that the core exports."""
+    source = ROOT / "core/src"
+    public = re.findall(r"^pub mod (\w+);", (source / "lib.rs").read_text(), re.M)
+    names = set()
+    for path in source.rglob("*.rs"):
+        code = without_comments(path.read_text())
+        for use in re.findall(r"^pub use ([^;]*);", code, re.M):
+            names.update(re.findall(r"\w+", use))
+        if path in [source / end for name in public for end in (f"{name}.rs", f"{name}/mod.rs")]:
+            names.update(re.findall(r"^pub (?:const )?(?:fn|struct|enum|trait) (\w+)", code, re.M))
+    return names
+
+
 def functions(path):
     """Name and start of the body of each function of a file, without its tests."""
     code = without_comments(path.read_text())
@@ -56,7 +76,7 @@ def functions(path):
         (m.start(), code.find("\n}", m.start()), " ".join(m[0].split()))
         for m in re.finditer(r"^(?:impl|pub trait|pub\(crate\) trait|trait|macro_rules!)[^{]*", code, re.M)
     ]
-    for m in re.finditer(r"(#\[cfg\(test\)\]\s*(?:const )?)?\bfn (\w+)", code):
+    for m in re.finditer(r"(#\[cfg\(test\)\]\s*(?:pub\S* )?(?:const )?)?\bfn (\w+)", code):
         depth = 0
         for at in range(m.end(), len(code)):
             depth += {"(": 1, "[": 1, ")": -1, "]": -1}.get(code[at], 0)
@@ -66,8 +86,25 @@ def functions(path):
             continue
         within = [scope for start, end, scope in scopes if start < m.start() < end]
         scope = within[-1] + " " if within else ""
-        name = path.relative_to(TREE / "core/src").as_posix()
-        yield f"{name}: {scope}{m[2]}", at + 1
+        file = path.relative_to(TREE / "core/src").as_posix()
+        yield f"{file}: {scope}{m[2]}", at + 1
+
+
+def not_called_by_the_image():
+    """Exported functions whose names the image's own sources do not have."""
+    image = "".join(p.read_text() for p in (ROOT / "firmware/src/bin/no_panic").glob("*.rs"))
+    called = set(re.findall(r"\w+", image))
+    names = exported()
+    for path in sorted((ROOT / "core/src").rglob("*.rs")):
+        scope = ""
+        for line in without_comments(path.read_text()).splitlines():
+            if line.startswith(("impl", "macro_rules!", "mod tests")):
+                owner = re.match(r"impl(?:<.*?>)? (\w+)", line)
+                scope = owner[1] if owner else line
+            if m := re.match(r"( *)pub (?:const )?fn (\w+)", line):
+                at = m[2] if m[1] == "" else scope
+                if (at in names or at.startswith("macro_rules!")) and m[2] not in called:
+                    yield f"{path.relative_to(ROOT / 'core/src').as_posix()}: {m[2]}"
 
 
 def put(calls):
@@ -112,20 +149,23 @@ def exception(name):
 
 
 def all_at_once():
-    names = put(lambda k: f'unsafe extern "C" {{ safe fn called_{k}(); }} called_{k}()')
-    reached = {int(k) for k in re.findall(r"undefined symbol: called_(\d+)", link())}
+    names = put(lambda k: f'unsafe extern "C" {{ safe fn panic_{k}() -> !; }} if {UNKNOWN} {{ panic_{k}() }}')
+    reached = {int(k) for k in re.findall(r"undefined symbol: panic_(\d+)", link())}
     missing = [n for k, n in enumerate(names) if k not in reached and not exception(n)]
     not_called = {name for k, name in enumerate(names) if k not in reached}
     called = {names[k] for k in reached} - not_called
     needless = {exception(name): name for name in called if exception(name)}
     unused = [p for p in EXCEPTIONS if not any(re.search(p, name) for name in names)]
+    indirect = [n for n in not_called_by_the_image() if not exception(n)]
     for name in missing:
         print("not in the image:", name)
+    for name in indirect:
+        print("exported, and not called by the image itself:", name)
     for pattern, name in needless.items():
         print(f"in the image, though an exception ({pattern}): {name}")
     for pattern in unused:
         print("an exception of no function:", pattern)
-    if missing or needless or unused:
+    if missing or indirect or needless or unused:
         sys.exit("firmware/src/bin/no_panic must call each, or tests/no_panic.py name it with its reason")
     print(f"{len(names)} functions: {len(reached)} in the image, {len(names) - len(reached)} exceptions")
     return names, reached
@@ -134,7 +174,7 @@ def all_at_once():
 def panics():
     names, reached = all_at_once()
     for chosen in sorted(reached)[::68]:
-        call = "if core::hint::black_box(false) { panic!() }"
+        call = f"if {UNKNOWN} {{ panic!() }}"
         put(lambda k: call if k == chosen else None)
         refused = "undefined symbol: a_panic_is_left" in link()
         print("refused:" if refused else "LINKED:", names[chosen])

@@ -151,7 +151,7 @@ fn memory() {
     segments_within(opaque(1), |_| active(), wanted, opaque(1)).for_each(take);
     let mut number = ComplexVector::from_real(opaque(0.0f32));
     number.set_lane(opaque(1), Complex::ZERO);
-    take(number.lane(opaque(1)));
+    take((number.lane(opaque(1)), number.divide(opaque(1.0))));
 }
 
 fn sizes() -> Sizes {

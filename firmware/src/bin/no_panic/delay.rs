@@ -12,6 +12,7 @@ use bonebeam::{Complex, Error};
 /// Calls all of it.
 pub fn all() {
     take(hilbert_taps(opaque(1.0), opaque(1.0)));
+    take(IqInterpolation::for_band(opaque(1.0), opaque(1.0)));
     let x = [0.0; 5];
     for array in arrays(&x) {
         if let Ok(scan) = Scan::new(parameters(array, Lines::Even(axis()))) {
@@ -51,7 +52,7 @@ fn upsampled(scan: &Scan) -> Result<(), Error> {
     let delay = Delay::new(opaque(DelayParameters::of(scan)))?;
     let upsampled = Upsampled::new(&delay)?;
     take((upsampled.record_len(), upsampled.need().real));
-    take(upsampled.line_len());
+    take((upsampled.line_len(), upsampled.block_len(opaque(1))));
     let (mut reals, mut places) = ([[0.0; 100]; 4], [[0; 100]; 2]);
     let [samples, scratch, record, values] = opaque(reals.each_mut().map(|x| &mut x[..]));
     let [centre, receive_delays] = opaque(places.each_mut().map(|x| &mut x[..]));

@@ -54,6 +54,7 @@ fn scan(array: Array<'_>, lines: Lines<'_>) {
         take((scan.elements(), scan.lines(), scan.samples(), scan.start()));
         take((scan.time(opaque(1)), scan.depth(opaque(1)), scan.depths()));
         take((scan.active(opaque(1), opaque(1)), scan.widest(opaque(1))));
+        take(scan.active_at(opaque(1.0), opaque(1)));
         take((scan.parameters(), scan.aperture()));
         take(
             scan.parameters()

@@ -4,7 +4,7 @@ use crate::geometry::axis;
 use crate::{opaque, take};
 use bonebeam::image::{
     BMode, BModeParameters, Fan, Logarithm, PixelGrid, Pooling, envelope, largest, log_compression,
-    median, pooled_envelope, resample,
+    log_compression_with, median, pooled_envelope, resample, scan_convert,
 };
 use bonebeam::{Complex, Error};
 
@@ -18,9 +18,24 @@ pub fn all() {
     take(pooled_envelope(opaque(&z[..]), opaque(2), pooling, to));
     take(largest(from));
     take(log_compression(from, opaque(1.0), opaque(1.0), to));
+    let logarithm = opaque(Logarithm::Exact);
+    let [reference, range] = opaque([1.0; 2]);
+    take(log_compression_with(logarithm, from, reference, range, to));
     take(resample(from, [axis(), axis()], [axis(), axis()], to));
+    take(scan_convert(
+        from,
+        fan(),
+        [axis(), axis()],
+        [axis(), axis()],
+        to,
+    ));
     take(median(0.0f32, from, opaque(1), to));
     take(b_mode(from, to));
+}
+
+fn fan() -> Fan {
+    let [x, z, radius] = opaque([1.0; 3]);
+    Fan { x, z, radius }
 }
 
 fn b_mode(from: &[f32], to: &mut [f32]) -> Result<(), Error> {
@@ -37,9 +52,8 @@ fn b_mode(from: &[f32], to: &mut [f32]) -> Result<(), Error> {
         logarithm: opaque(Logarithm::Exact),
         median: opaque(true),
     });
-    let [x, z, radius] = opaque([1.0; 3]);
     pixels(&BMode::new(parameters)?, from, to)?;
-    pixels(&BMode::of_fan(parameters, Fan { x, z, radius })?, from, to)
+    pixels(&BMode::of_fan(parameters, fan())?, from, to)
 }
 
 fn pixels(b_mode: &BMode, from: &[f32], to: &mut [f32]) -> Result<(), Error> {

@@ -41,6 +41,7 @@ fn filters() -> Result<(), Error> {
         strip,
     };
     take((sizes.need(), sizes.image_len(), sizes.spectrum_len()));
+    take((sizes.strip_len(), sizes.sums_len(), sizes.gains_len()));
     take((
         sizes.filtered_len(),
         sizes.amplitude_len(),
@@ -52,6 +53,8 @@ fn filters() -> Result<(), Error> {
         threshold: opaque(1.0),
     })?;
     take((bank.sizes(), bank.filters(), bank.gain_tables_len()));
+    bank.row_strips().for_each(take);
+    bank.column_strips().for_each(take);
     let filters = opaque(LogGabor::fixed());
     let mut gains = [0.0; 100];
     let tables = GainTables::new(&filters, &bank, opaque(&mut gains[..]))?;
@@ -77,6 +80,24 @@ fn map<F: Fft<f32>, G: Gains<f32>>(bank: &PhaseSymmetry, fft: &F, gains: &G) -> 
     bank.run(&kernels, &mut external, &mut memory, &mut |filters| {
         take(filters)
     })?;
+    let [filter, first, end] = opaque([1; 3]);
+    let External {
+        spectrum,
+        filtered,
+        amplitude,
+        symmetry,
+        ..
+    } = external;
+    bank.filter_columns(
+        &kernels,
+        filter,
+        first..end,
+        spectrum,
+        filtered,
+        &mut memory,
+    )?;
+    let sums = [symmetry, amplitude];
+    bank.add_rows(&kernels, filter, first..end, filtered, sums, &mut memory)?;
     take(memory.line);
     Ok(())
 }

@@ -115,6 +115,13 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
     let mut points = [None; 9];
     take(frame.surface(&detector, memory, opaque(&mut points[..])));
     take(points);
+    let sizes = opaque(beamform::Sizes {
+        elements: 1,
+        subaperture: 1,
+        temporal_half_window: 1,
+        sub_lines: 1,
+    });
+    take(frame.line_by(sizes, opaque(1), opaque([(transmit(), record)]))?);
     take(opaque(frame.with_pooling(opaque(Pooling::Rms))).image()?);
     let mut frame = Frame::<_, Forward>::with_averaging(pipeline, opaque(Scratch::empty()))?;
     take(frame.line(opaque(1), opaque([(transmit(), record)]))?);
