@@ -223,7 +223,7 @@ fn the_water_bath_goes_from_ct_to_table_one() {
     }
     let beside = report["comparisons"].as_array().unwrap();
     let table_one = beside.iter().filter(|c| c["group"] == "Table I").count();
-    assert_eq!(table_one, 16);
+    assert_eq!(table_one, 24);
     assert_eq!(report["checks_passed"], true);
 
     // The colour maps have axes and a bar beside their pixels: dots on white, not the pixels alone.

@@ -3,7 +3,8 @@
 //! Every pixel has a signed distance s to the bone's surface, inside positive, and an intensity
 //! of 0..255. Near the surface, in region A, the intensity-weighted mean of s is the localization
 //! error and its weighted standard deviation the sharpness; the mean intensity outside (B) and
-//! inside (C), over all pixels beyond A up to 10 mm from the surface, is the noise.
+//! inside (C), beyond A up to 10 mm from the surface, is the noise: over all pixels, and over those above 0,
+//! of which the paper speaks.
 
 use ndarray::{Array2, ArrayView2};
 
@@ -45,6 +46,10 @@ pub struct SurfaceMeasure {
     pub outside: Option<f64>,
     /// Mean intensity of region C, inside the bone.
     pub inside: Option<f64>,
+    /// Mean intensity of the pixels above 0 in region B.
+    pub outside_above_zero: Option<f64>,
+    /// Mean intensity of the pixels above 0 in region C.
+    pub inside_above_zero: Option<f64>,
 }
 
 /// Measures an image, 0..255 `[row, column]`, with the signed distance of its pixels in m, of the
@@ -68,6 +73,7 @@ pub fn measure(
         };
         let intensity = f64::from(intensity);
         sum.pixels += 1;
+        sum.above_zero += usize::from(intensity > 0.0);
         sum.intensity += intensity;
         sum.first += intensity * s;
     }
@@ -88,6 +94,8 @@ pub fn measure(
         at: a.mean_intensity(),
         outside: b.mean_intensity(),
         inside: c.mean_intensity(),
+        outside_above_zero: b.mean_above_zero(),
+        inside_above_zero: c.mean_above_zero(),
     }
 }
 
@@ -129,6 +137,7 @@ pub fn distribution(pixels: ArrayView2<f32>, distance: ArrayView2<f64>, bin: f64
 #[derive(Clone, Copy, Default)]
 struct Sum {
     pixels: usize,
+    above_zero: usize,
     intensity: f64,
     first: f64,
 }
@@ -136,5 +145,29 @@ struct Sum {
 impl Sum {
     fn mean_intensity(&self) -> Option<f64> {
         (self.pixels > 0).then(|| self.intensity / self.pixels as f64)
+    }
+
+    fn mean_above_zero(&self) -> Option<f64> {
+        (self.above_zero > 0).then(|| self.intensity / self.above_zero as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn black_pixels_count_in_one_of_the_two_means() {
+        // Two pixels a region, of which one is black in B, none in A, both in C.
+        let distance = ndarray::arr2(&[[-3e-3, -2e-3, 0.0, 1e-3, 3e-3, 4e-3]]);
+        let pixels = ndarray::arr2(&[[0.0f32, 60.0, 10.0, 30.0, 0.0, 0.0]]);
+        let found = measure(pixels.view(), distance.view(), Region::B_MODE);
+        assert_eq!(
+            (found.outside, found.outside_above_zero),
+            (Some(30.0), Some(60.0))
+        );
+        assert_eq!((found.inside, found.inside_above_zero), (Some(0.0), None));
+        assert_eq!(found.at, Some(20.0));
+        assert!((found.mean.unwrap() - 0.75e-3).abs() < 1e-12);
     }
 }

@@ -7,8 +7,8 @@ use super::scene::SceneMeasure;
 pub enum Direction {
     Less,
     More,
-    /// An error of the same order, or a smaller one.
-    AsSmall,
+    /// An error that is the same within 0.2 mm.
+    Same,
 }
 
 /// A claim, and the measure that it is judged by.
@@ -50,7 +50,7 @@ pub const STATEMENTS: [Statement; 12] = [
         "The bone is localized as well as with DAS (PS)",
         ABSTRACT,
         "PS: mean localization error, mm",
-        Direction::AsSmall,
+        Direction::Same,
         |m| m.phase_symmetry.mean_mm,
         "0.94, 0.97 → 0.84, 0.95",
     ),
@@ -82,7 +82,7 @@ pub const STATEMENTS: [Statement; 12] = [
         "The B-mode image localizes as well as that of DAS",
         DISCUSSION,
         "US: mean localization error, mm",
-        Direction::AsSmall,
+        Direction::Same,
         |m| m.b_mode.mean_mm,
         "0.70, 0.90 → 0.66, 0.79",
     ),

@@ -1,53 +1,163 @@
-//! Means with their intervals.
+//! Means with their intervals, and tests of them.
 
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
 use serde::Serialize;
 
 use crate::experiments::outcome::number;
 
-/// Draws of the bootstrap.
-const DRAWS: usize = 2000;
+use super::student;
 
-/// A mean and the interval that holds it with 95 %.
+/// Coverage of an interval.
+const COVERAGE: f64 = 0.95;
+
+/// A mean and the interval that holds it with 95 %: Student's t, for values whose mean is near a Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Interval {
     /// The mean over scenes.
     pub mean: f64,
-    /// The interval's ends: percentiles of a bootstrap over scenes.
-    pub ends: [f64; 2],
+    /// The interval's ends; none of a single scene.
+    pub ends: Option<[f64; 2]>,
+    /// Standard error of the mean; none of a single scene.
+    pub error: Option<f64>,
     /// How many scenes.
     pub scenes: usize,
 }
 
 impl Interval {
-    /// The mean of values with a bootstrap over them; none without values.
+    /// The mean of values, which are independent; none without values.
     pub fn of(values: &[f64]) -> Option<Self> {
         if values.is_empty() {
             return None;
         }
-        let n = values.len();
-        let mut random = ChaCha8Rng::seed_from_u64(1);
-        let mut means: Vec<f64> = (0..DRAWS)
-            .map(|_| {
-                let sum: f64 = (0..n)
-                    .map(|_| values[((random.random::<f64>() * n as f64) as usize).min(n - 1)])
-                    .sum();
-                sum / n as f64
-            })
-            .collect();
-        means.sort_by(f64::total_cmp);
-        let at = |share: f64| means[((share * DRAWS as f64) as usize).min(DRAWS - 1)];
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let square: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
+        let error = (values.len() > 1).then(|| (square / (n - 1.0) / n).sqrt());
+        let ends = error.map(|error| {
+            let half = student::quantile(0.5 + 0.5 * COVERAGE, n - 1.0) * error;
+            [mean - half, mean + half]
+        });
         Some(Interval {
-            mean: values.iter().sum::<f64>() / n as f64,
-            ends: [at(0.025), at(0.975)],
-            scenes: n,
+            mean,
+            ends,
+            error,
+            scenes: values.len(),
         })
+    }
+
+    /// The chance of a mean as low as this, or lower, if the true one is `bound`: the p-value of "below the bound".
+    /// 1 of a single scene.
+    pub fn chance_below(&self, bound: f64) -> f64 {
+        let Some(error) = self.error else { return 1.0 };
+        let distance = self.mean - bound;
+        let t = match error == 0.0 {
+            true if distance == 0.0 => 0.0,
+            true => distance.signum() * f64::INFINITY,
+            false => distance / error,
+        };
+        student::cumulative(t, self.scenes as f64 - 1.0)
+    }
+
+    /// The p-value of "above the bound".
+    pub fn chance_above(&self, bound: f64) -> f64 {
+        let mirrored = Interval {
+            mean: -self.mean,
+            ..*self
+        };
+        mirrored.chance_below(-bound)
+    }
+
+    /// The p-value of "within ± `margin` of 0": two one-sided tests.
+    pub fn chance_within(&self, margin: f64) -> f64 {
+        self.chance_below(margin).max(self.chance_above(-margin))
     }
 
     /// For people.
     pub fn text(&self) -> String {
-        let [low, high] = self.ends.map(|v| number(Some(v)));
-        format!("{} ({low} to {high})", number(Some(self.mean)))
+        let mean = number(Some(self.mean));
+        match self.ends {
+            None => format!("{mean} (one scene)"),
+            Some(ends) => {
+                let [low, high] = ends.map(|v| number(Some(v)));
+                format!("{mean} ({low} to {high})")
+            }
+        }
+    }
+}
+
+/// Holm's correction of p-values that belong to one family: each p times the number of those that are not smaller, at
+/// most 1, and none below a smaller one's.
+pub fn holm(chances: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..chances.len()).collect();
+    order.sort_by(|&a, &b| chances[a].total_cmp(&chances[b]));
+    let mut corrected = vec![1.0; chances.len()];
+    let mut most = 0.0f64;
+    for (k, index) in order.into_iter().enumerate() {
+        most = most
+            .max((chances.len() - k) as f64 * chances[index])
+            .min(1.0);
+        corrected[index] = most;
+    }
+    corrected
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bonebeam_simulate::complex_gaussian;
+    use rand::SeedableRng;
+    use rand::rngs::ChaCha8Rng;
+
+    #[test]
+    fn an_interval_is_that_of_a_published_example() {
+        // Student's sleep data (1908): differences of ten patients, mean 1.58, t = 4.0621, 95 % from 0.70 to 2.46.
+        let sleep = [1.2, 2.4, 1.3, 1.3, 0.0, 1.0, 1.8, 0.8, 4.6, 1.4];
+        let found = Interval::of(&sleep).unwrap();
+        let [low, high] = found.ends.unwrap();
+        assert!((found.mean - 1.58).abs() < 1e-12);
+        assert!((low - 0.700_114).abs() < 1e-5 && (high - 2.459_886).abs() < 1e-5);
+        assert!((2.0 * found.chance_above(0.0) - 0.002_833).abs() < 1e-6);
+        assert_eq!(Interval::of(&[]), None);
+        assert_eq!(Interval::of(&[2.0]).unwrap().ends, None);
+        assert_eq!(Interval::of(&[2.0]).unwrap().chance_within(1e9), 1.0);
+    }
+
+    #[test]
+    fn intervals_cover_what_they_say() {
+        // 4000 samples: a share of 0.95 has a standard deviation of 0.0034.
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        for n in [3, 8, 12] {
+            let covered = (0..4000).filter(|_| {
+                let values: Vec<f64> = (0..n).map(|_| complex_gaussian(&mut random).re).collect();
+                let [low, high] = Interval::of(&values).unwrap().ends.unwrap();
+                low <= 0.0 && 0.0 <= high
+            });
+            let share = covered.count() as f64 / 4000.0;
+            assert!((share - 0.95).abs() < 0.014, "{n}: {share}");
+        }
+    }
+
+    #[test]
+    fn equivalence_needs_both_ends_within_the_margin() {
+        let near = Interval::of(&[0.05, 0.0, -0.05, 0.02]).unwrap();
+        assert!(near.chance_within(0.2) < 0.01);
+        // As near, but not known well enough.
+        let wide = Interval::of(&[0.5, -0.45, 0.3, -0.33]).unwrap();
+        assert!(wide.chance_within(0.2) > 0.05);
+        // At the margin the chance is a half. With t = √3 and two degrees of freedom it is (1 + √(3/5))/2.
+        let at = Interval::of(&[0.1, 0.2, 0.3]).unwrap();
+        assert!((at.chance_within(0.2) - 0.5).abs() < 1e-9);
+        assert!((at.chance_within(0.1) - 0.5 * (1.0 + 0.6f64.sqrt())).abs() < 1e-9);
+    }
+
+    #[test]
+    fn holm_corrects_by_rank() {
+        // The four p-values of Holm's procedure as textbooks have it.
+        let found = holm(&[0.01, 0.04, 0.03, 0.005]);
+        let expected = [0.03, 0.06, 0.06, 0.02];
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        assert_eq!(holm(&[0.6, 0.9]), [1.0, 1.0]);
+        assert!(holm(&[]).is_empty());
     }
 }

@@ -7,6 +7,7 @@ pub mod lines;
 pub mod pictures;
 mod receive;
 pub mod recording;
+pub mod student;
 pub mod truth;
 pub mod variants;
 

@@ -28,26 +28,30 @@ const PAPER: [[[[f64; 4]; 2]; 2]; 2] = [
 
 /// Table I beside the paper's.
 pub fn table_one(measured: &[Measured]) -> Vec<Comparison> {
+    // A quantity, and its column in the paper's table, which has its means over the pixels above 0.
     let quantities = [
-        "localisation error, mm",
-        "STD, mm",
-        "mean grey in B",
-        "mean grey in C",
+        ("localisation error, mm", 0),
+        ("STD, mm", 1),
+        ("mean grey in B, all pixels", 2),
+        ("mean grey in B, pixels above 0", 2),
+        ("mean grey in C, all pixels", 3),
+        ("mean grey in C, pixels above 0", 3),
     ];
     let mut all = Vec::new();
     for (image, kind) in KINDS.iter().enumerate() {
         for (k, slice) in measured.iter().enumerate() {
-            for (q, quantity) in quantities.iter().enumerate() {
+            for (q, (quantity, column)) in quantities.into_iter().enumerate() {
                 let here = |index: usize| {
                     let row = row_of(slice, index)?[image];
-                    [row.error_mm, row.std_mm, row.b, row.c][q]
+                    let [b, c] = [[row.b, row.b_above_zero], [row.c, row.c_above_zero]];
+                    [row.error_mm, row.std_mm, b[0], b[1], c[0], c[1]][q]
                 };
                 let [das, esmv] = &PAPER[image][k];
                 all.push(comparison(
                     "Table I",
                     &format!("{kind}, slice {}: {quantity}", k + 1),
                     here,
-                    [&das[q..=q], &esmv[q..=q]],
+                    [&das[column..=column], &esmv[column..=column]],
                     BATH,
                 ));
             }

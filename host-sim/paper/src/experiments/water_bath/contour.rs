@@ -158,6 +158,10 @@ pub struct Row {
     pub b: Option<f64>,
     /// Mean grey level in region C, inside.
     pub c: Option<f64>,
+    /// Mean grey level of the pixels above 0 in region B.
+    pub b_above_zero: Option<f64>,
+    /// Mean grey level of the pixels above 0 in region C.
+    pub c_above_zero: Option<f64>,
 }
 
 impl From<SurfaceMeasure> for Row {
@@ -167,6 +171,8 @@ impl From<SurfaceMeasure> for Row {
             std_mm: measured.std.map(|v| 1e3 * v),
             b: measured.outside,
             c: measured.inside,
+            b_above_zero: measured.outside_above_zero,
+            c_above_zero: measured.inside_above_zero,
         }
     }
 }
@@ -181,6 +187,8 @@ pub fn uniform(distance: &Array2<f64>, region: Region) -> Row {
     Row {
         b: None,
         c: None,
+        b_above_zero: None,
+        c_above_zero: None,
         ..uniform_baseline(distance.view(), region).into()
     }
 }

@@ -270,8 +270,16 @@ fn line_plots(k: usize, measured: &Measured) -> Vec<Plot> {
     plots
 }
 
-fn cells(row: &Row) -> [String; 4] {
-    [row.error_mm, row.std_mm, row.b, row.c].map(number)
+fn cells(row: &Row) -> [String; 6] {
+    let Row {
+        error_mm,
+        std_mm,
+        b,
+        c,
+        b_above_zero,
+        c_above_zero,
+    } = *row;
+    [error_mm, std_mm, b, b_above_zero, c, c_above_zero].map(number)
 }
 
 fn table(measured: &[Measured]) -> Table {
@@ -291,7 +299,15 @@ fn table(measured: &[Measured]) -> Table {
     }
     Table {
         title: "Table I, with all sources of error on".into(),
-        head: vec!["", "error, mm", "STD, mm", "B", "C"],
+        head: vec![
+            "",
+            "error, mm",
+            "STD, mm",
+            "B",
+            "B, pixels above 0",
+            "C",
+            "C, pixels above 0",
+        ],
         rows,
         page_only: false,
     }
