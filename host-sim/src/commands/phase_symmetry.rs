@@ -72,6 +72,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
     }
     check_outputs(&[&arguments.image], &outputs)?;
 
+    Format::of(&arguments.image)?;
     let snapshot = Snapshot::of(&arguments.image)?;
     let pixels = image::read(&arguments.image)?;
     let bytes = phase_symmetry_memory(pixels.dim().into(), &config.phase_symmetry);
