@@ -114,7 +114,7 @@ fn beam_axis(beam_x: &[f64]) -> Option<Axis> {
 /// Tells before a long computation whether an image can be made of lines at these positions.
 ///
 /// # Errors
-/// As [`b_mode`] about the beams.
+/// As [`b_mode`](super::b_mode) about the beams.
 pub fn check_beams(beam_x: &[f64]) -> Result<()> {
     if beam_x.len() < 2 {
         return Err(Error::Data(format!(
