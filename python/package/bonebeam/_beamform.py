@@ -225,7 +225,8 @@ def delay(
     """Delays channel data: analytic samples, aligned on their beams, with the active elements.
 
     Focused transmits make one beam each; plane waves and single-element transmits are compounded into
-    two beams an element.
+    two beams an element. Aligned samples hold one direction a line: `beamform` makes of them what it makes of
+    channel data with ``sub_lines=1``.
 
     Args:
         data: Channel data of one frame. Their samples are read where they are; other types and orders
