@@ -6,7 +6,8 @@ use std::fs;
 
 use bonebeam_files::{BeamformedLines, image};
 use common::program::{DATA, USAGE, fails, folder_with_channel_data, names, run};
-use ndarray::Array2;
+use common::{Npz, scalar, vector};
+use ndarray::{Array2, Array4};
 use num_complex::Complex;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -144,10 +145,8 @@ fn the_surface_of_lines_lies_where_the_beams_do() {
     let folder = tempdir().unwrap();
     let levels = picture();
     let lines = BeamformedLines {
-        // Grey levels of 60 dB.
         z: Array2::from_shape_fn((COLUMNS, ROWS), |(line, sample)| {
-            let decibels = 60.0 * (levels[(sample, line)] / 250.0 - 1.0);
-            Complex::new(0.0, 10f32.powf(decibels / 20.0))
+            envelope(levels[(sample, line)])
         }),
         fs: 7.7e6,
         t0: 0.0,
@@ -162,6 +161,117 @@ fn the_surface_of_lines_lies_where_the_beams_do() {
     // What is less sure is left out.
     works(&folder, "surface lines.npz -o b.csv --min-confidence 1");
     assert!(rows(&folder, "b.csv").len() < 110);
+}
+
+/// Envelopes whose grey levels over 60 dB are the picture's.
+fn envelope(level: f32) -> Complex<f32> {
+    Complex::new(0.0, 10f32.powf(60.0 * (level / 250.0 - 1.0) / 20.0))
+}
+
+#[test]
+fn frames_have_a_surface_each_and_beamforming_writes_that_of_the_first() {
+    let folder = tempdir().unwrap();
+    let levels = picture();
+    // Two elements hear the same; bone lies 12 samples higher in the second frame.
+    let x = Array4::from_shape_fn((2, COLUMNS, ROWS, 2), |(frame, line, sample, _)| {
+        envelope(levels[((sample + 12 * frame).min(ROWS - 1), line)])
+    });
+    let beam_x: Vec<f64> = (0..COLUMNS).map(|k| -8e-3 + PIXEL * k as f64).collect();
+    Npz::create(&folder.path().join("data.npz"))
+        .with("x", x.into_dyn())
+        .with("fs", scalar(7.7e6))
+        .with("t0", scalar(0.0))
+        .with("c", scalar(1540.0))
+        .with("beam_x", vector(&beam_x))
+        .finish();
+    works(
+        &folder,
+        "beamform data.npz --method das -o lines.npz --surface first.csv",
+    );
+    let first = rows(&folder, "first.csv");
+    follow(&first, [-8e-3, 0.0]);
+    for input in ["lines.npz", "data.npz --method das"] {
+        works(&folder, &format!("surface {input} --frames 0 -o one.csv"));
+        assert_eq!(rows(&folder, "one.csv"), first);
+        works(&folder, &format!("surface {input} -o both.csv"));
+        let text = fs::read_to_string(folder.path().join("both.csv")).unwrap();
+        let (head, body) = text.split_once('\n').unwrap();
+        assert_eq!(head, "frame,line,x_m,z_m,confidence,piece");
+        let of = |frame: &str| -> Vec<[f64; 2]> {
+            let rows = body.lines().filter_map(|row| row.strip_prefix(frame));
+            let depth = |row: &str| {
+                let numbers: Vec<f64> = row.split(',').map(|n| n.parse().unwrap()).collect();
+                [numbers[0], numbers[2]]
+            };
+            rows.map(depth).collect()
+        };
+        let [zeroth, next] = ["0,", "1,"].map(of);
+        assert_eq!(
+            zeroth,
+            first.iter().map(|r| [r[0], r[2]]).collect::<Vec<_>>()
+        );
+        assert_eq!(next.len(), zeroth.len());
+        for (a, b) in zeroth.iter().zip(&next) {
+            assert!((a[1] - b[1] - 12.0 * PIXEL).abs() < 0.1e-3, "{a:?} {b:?}");
+        }
+    }
+    works(&folder, "surface lines.npz -o both.json");
+    let text = fs::read_to_string(folder.path().join("both.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(json["frames"][1]["frame"], 1);
+    assert!(json["frames"][1]["pieces"][0].as_array().unwrap().len() > 110);
+    works(&folder, "surface lines.npz -o both.ply");
+    let text = fs::read_to_string(folder.path().join("both.ply")).unwrap();
+    let points = 2 * first.len();
+    assert!(text.contains(&format!("element vertex {points}\n")));
+    assert!(text.contains("property int frame\n"));
+    // No edge joins the frames.
+    assert!(text.contains(&format!("element edge {}\n", points - 2)));
+}
+
+#[test]
+fn the_fan_of_a_picture_is_found_told_and_written() {
+    let folder = tempdir().unwrap();
+    // From 40 mm below an apex 30 mm above the picture; bone 20 mm deep.
+    let mut rng = ChaCha8Rng::seed_from_u64(35);
+    let fan = Array2::from_shape_fn((640, 900), |(row, column)| {
+        let speckle: f32 = rng.random_range(0.0..60.0);
+        let (u, v) = (PIXEL * column as f64 - 45e-3, PIXEL * row as f64 + 30e-3);
+        let depth = u.hypot(v) - 40e-3;
+        if !(0.0..50e-3).contains(&depth) || u.atan2(v).abs() > 0.5 {
+            return 0.0;
+        }
+        match depth {
+            ..20e-3 => 60.0 + speckle,
+            ..20.5e-3 => 190.0 + speckle,
+            _ => speckle / 4.0,
+        }
+    });
+    image::write(&fan, &folder.path().join("fan.png")).unwrap();
+    let on_bone = |name: &str| {
+        let rows = rows(&folder, name);
+        for [_, x, z, ..] in &rows {
+            let depth = (x - 45e-3).hypot(z + 30e-3) - 40e-3;
+            assert!((depth - 20.25e-3).abs() < 0.5e-3, "{x} {z}: {depth}");
+        }
+        rows.len()
+    };
+    let common = "surface fan.png --pixel-size 0.0001";
+    works(&folder, &format!("{common} -o a.csv --image over.png"));
+    let found = on_bone("a.csv");
+    assert!(found > 550, "{found}");
+    let config = fs::read_to_string(folder.path().join("a.csv.config.toml")).unwrap();
+    assert!(config.contains("[surface.fan]"), "{config}");
+    let told = "--fan 0.045,-0.03,0.04,0.09,-0.5,0.5";
+    works(&folder, &format!("{common} {told} -o b.csv"));
+    assert!(on_bone("b.csv").abs_diff(found) < 20);
+    // A part of the picture has the places of the whole.
+    let crop = "--crop 200,40,520,560";
+    works(&folder, &format!("{common} {told} {crop} -o c.csv"));
+    assert!(on_bone("c.csv") > 400);
+    works(&folder, &format!("{common} --columns-as-lines -o d.csv"));
+    let config = fs::read_to_string(folder.path().join("d.csv.config.toml")).unwrap();
+    assert!(!config.contains("[surface.fan]"), "{config}");
 }
 
 #[test]
@@ -205,8 +315,36 @@ fn what_is_wrong_is_told() {
             &["--crop", "not a picture"],
         ),
         (
-            "surface data.npz --frame 3 -o a.csv".into(),
-            &["--frame is 3", "0 to 0"],
+            "surface data.npz --frames 3 -o a.csv".into(),
+            &["--frames asks for 3", "0 to 0"],
+        ),
+        (
+            "surface data.npz --fan 0,0,1,2,0,1 -o a.csv".into(),
+            &["--fan", "not a picture"],
+        ),
+        (
+            format!("{sized} -o a.csv --fan 0,0,1,2,0"),
+            &["--fan", "six numbers"],
+        ),
+        (
+            format!("{sized} -o a.csv --fan 0,0,0.2,0.1,0,1"),
+            &["--fan", "end beyond the beginning"],
+        ),
+        (
+            format!("{sized} -o a.csv --fan 0,0,0.01,0.1,0,1 --columns-as-lines"),
+            &["--fan", "--columns-as-lines"],
+        ),
+        (
+            format!("{sized} -o a.csv --fan 5,0,0.01,0.1,0,1"),
+            &["--fan", "no beam"],
+        ),
+        (
+            format!("{sized} -o a.csv --frames 0"),
+            &["--frames", "a picture"],
+        ),
+        (
+            "beamform data.npz -o a.npz --surface a.txt".into(),
+            &["--surface is a.txt", ".ply"],
         ),
     ] {
         fails(&folder, &arguments, USAGE, parts);

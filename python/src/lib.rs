@@ -11,6 +11,7 @@ mod files;
 mod images;
 mod parameters;
 mod simulate;
+mod surface;
 mod threads;
 mod words;
 
@@ -30,6 +31,8 @@ mod _native {
     use crate::parameters::{BeamformParameters, defaults, tables};
     #[pymodule_export]
     use crate::simulate::simulate;
+    #[pymodule_export]
+    use crate::surface::{surface_of_lines, surface_of_picture};
     #[pymodule_export]
     use crate::threads::{default_threads, processors, share_processors};
 

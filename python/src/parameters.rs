@@ -1,7 +1,7 @@
 //! The command's sections, from Python's arguments.
 
 use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
-use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size};
+use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size, Surface};
 use bonebeam_drive::methods::MethodName;
 use bonebeam_simulate::Simulate;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -32,6 +32,14 @@ impl BeamformParameters {
 pub fn image(section: &str) -> PyResult<Image> {
     let given: Map<String, Value> = serde_json::from_str(section).map_err(refused)?;
     let section: Image = of_keys(given)?;
+    section.validate().map_err(refused)?;
+    Ok(section)
+}
+
+/// Section `[surface]` from the keys that are given, as JSON, checked.
+pub fn surface(section: &str) -> PyResult<Surface> {
+    let given: Map<String, Value> = serde_json::from_str(section).map_err(refused)?;
+    let section: Surface = of_keys(given)?;
     section.validate().map_err(refused)?;
     Ok(section)
 }
@@ -80,6 +88,7 @@ pub fn defaults() -> PyResult<String> {
         "beamform": Beamform::default(),
         "image": Image::default(),
         "phase_symmetry": PhaseSymmetry::default(),
+        "surface": Surface::default(),
     });
     Ok(sections.to_string())
 }

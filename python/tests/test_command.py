@@ -216,6 +216,7 @@ def test_the_defaults_are_those_of_the_command():
     for function, section in [
         (bonebeam.bmode, "image"),
         (bonebeam.phase_symmetry, "phase_symmetry"),
+        (bonebeam.surface, "surface"),
         (bonebeam.simulate, "simulate"),
     ]:
         ours = function.__kwdefaults__ | ({"phantom": "vertebra"} if section == "simulate" else {})

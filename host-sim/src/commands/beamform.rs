@@ -7,7 +7,9 @@ use std::time::Instant;
 
 use clap::Args;
 
+use super::frames::{FrameRange, parse_frames};
 use super::measures::Measures;
+use super::surface_files::{FrameSurface, Kind, add_surfaces_to};
 use super::{ConfigArgument, VariableArguments, about, command_line, load_config, recording_help};
 use crate::config::Config;
 use crate::flags::{BeamformFlags, ImageFlags, PhaseSymmetryFlags};
@@ -20,6 +22,7 @@ use bonebeam_drive::frame::RecordingFrames;
 use bonebeam_drive::image::{BModeImage, check_beams, image_of};
 use bonebeam_drive::phase_symmetry;
 use bonebeam_drive::policy::{Pictures, warnings, working_memory};
+use bonebeam_drive::surface::of_lines;
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::image::{self, Format};
 use bonebeam_files::memory;
@@ -79,6 +82,11 @@ pub struct Arguments {
     #[command(flatten, next_help_heading = "Bone map")]
     phase_symmetry: PhaseSymmetryFlags,
 
+    /// Also the bone surface, of the first frame: .csv, .json or .ply, as `host-sim surface` writes it, with the values of
+    /// the section [surface] of --config
+    #[arg(long, value_name = "SURFACE.csv", help_heading = "Bone surface")]
+    surface: Option<PathBuf>,
+
     #[command(flatten)]
     config: ConfigArgument,
 }
@@ -98,54 +106,10 @@ Examples:
   host-sim beamform channels.npz -o lines.npz --image figure.svg --dynamic-range 60
   host-sim beamform channels.npz -o lines.npz --image bone.png --rows 512 --columns 512 \\
       --bone-map map.npy --scales 2^-7,2^-8,2^-9 --threshold 15
+  host-sim beamform channels.npz --method das -o lines.npz --surface surface.csv
   host-sim beamform delayed.npz --method mv --covariance forward -o lines.npz
   host-sim beamform recording.mat --variable rf=RcvData --variable c=1540 -o lines.npz
   host-sim beamform channels.npz --config lines.npz.config.toml -o again.npz";
-
-/// The frames of a recording that are asked for: without an end, all from the first on.
-#[derive(Clone, Debug)]
-struct FrameRange {
-    first: usize,
-    end: Option<usize>,
-}
-
-fn parse_frames(text: &str) -> std::result::Result<FrameRange, String> {
-    let expected = "expected a frame such as 3, or a range such as 0..10 or 5..";
-    let number = |text: &str| text.parse::<usize>().map_err(|_| expected.to_owned());
-    match text.split_once("..") {
-        None => {
-            let first = number(text)?;
-            Ok(FrameRange {
-                first,
-                end: Some(first.saturating_add(1)),
-            })
-        }
-        Some((first, "")) => Ok(FrameRange {
-            first: number(first)?,
-            end: None,
-        }),
-        Some((first, end)) => Ok(FrameRange {
-            first: number(first)?,
-            end: Some(number(end)?),
-        }),
-    }
-}
-
-impl FrameRange {
-    /// Those frames of a recording of so many.
-    fn of(&self, frames: usize) -> Result<Range<usize>> {
-        let range = self.first..self.end.unwrap_or(frames);
-        if !range.is_empty() && range.end <= frames {
-            return Ok(range);
-        }
-        Err(Error::Usage(format!(
-            "--frames asks for {} to {}; the recording has frames 0 to {}",
-            range.start,
-            range.end.saturating_sub(1),
-            frames - 1
-        )))
-    }
-}
 
 impl Arguments {
     /// A flag that would have no effect is a mistake.
@@ -184,7 +148,20 @@ impl Arguments {
             }
             None => self.phase_symmetry.refuse("without --bone-map")?,
         }
+        if let Some(path) = &self.surface {
+            Kind::of("--surface", path)?;
+            outputs.push(path);
+        }
         check_outputs(&[&self.recording], &outputs)
+    }
+
+    /// What is drawn.
+    fn pictures<'a>(&self, config: &'a Config) -> Pictures<'a> {
+        Pictures {
+            image: &config.image,
+            bone_map: self.bone_map.as_ref().map(|_| &config.phase_symmetry),
+            figure: self.image.as_deref().is_some_and(is_figure),
+        }
     }
 
     /// Warns of parameters that were probably not meant.
@@ -209,6 +186,24 @@ impl Arguments {
         let mut path = self.output.as_os_str().to_owned();
         path.push(".partial");
         PartialLines::open(Path::new(&path), key)
+    }
+
+    /// Adds the surface, if it is asked for, and says what was found.
+    fn add_surface(
+        &self,
+        lines: &BeamformedLines,
+        config: &Config,
+        outputs: &mut Outputs,
+    ) -> Result<String> {
+        let Some(path) = &self.surface else {
+            return Ok(String::new());
+        };
+        let points = of_lines(lines, &config.surface).map_err(|e| about(&self.recording, e))?;
+        let surface = FrameSurface { frame: 0, points };
+        let count = lines.beam_x.len();
+        let text = format!("; {}", surface.summary(count));
+        add_surfaces_to(&[surface], count, path, outputs)?;
+        Ok(text)
     }
 
     /// Adds the image and the bone map, whichever is asked for.
@@ -269,19 +264,14 @@ pub fn run(arguments: Arguments) -> Result<()> {
     let first = file.first();
     arguments.refuse_flags_without_effect(first)?;
     let pictured = arguments.image.is_some() || arguments.bone_map.is_some();
-    if pictured && let Some(beam_x) = given_beams(first) {
+    if (pictured || arguments.surface.is_some())
+        && let Some(beam_x) = given_beams(first)
+    {
         check_beams(beam_x).map_err(|e| about(&arguments.recording, e))?;
     }
     arguments.warn_of(first, &config)?;
-    let pictures = pictured.then_some(Pictures {
-        image: &config.image,
-        bone_map: arguments.bone_map.as_ref().map(|_| &config.phase_symmetry),
-        figure: arguments.image.as_deref().is_some_and(is_figure),
-    });
-    let frames = match &arguments.frames {
-        Some(frames) => frames.of(file.frames())?,
-        None => 0..file.frames(),
-    };
+    let pictures = pictured.then(|| arguments.pictures(&config));
+    let frames = FrameRange::of(arguments.frames.as_ref(), file.frames())?;
     let at_a_time = file.frames_at_a_time().min(frames.len());
     let bytes = working_memory(first, &config.beamform, pictures.as_ref(), at_a_time);
     memory::check(bytes, "beamforming").map_err(|e| about(&arguments.recording, e))?;
@@ -338,6 +328,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         (config.image.rows, config.image.columns) = (Some(rows), Some(columns));
         measures.add_image(&image);
     }
+    summary += &arguments.add_surface(&lines, &config, &mut outputs)?;
     if let Recording::Channel(_) = first {
         config.beamform.output_rate = Some(lines.fs);
     }

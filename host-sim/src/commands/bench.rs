@@ -6,13 +6,12 @@ use bonebeam::simd::InstructionSet;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
-use super::about;
+use super::{about, read_document};
 use crate::Result;
 use crate::progress::Progress;
 use bonebeam_bench::{Section, Settings, rewrite, run as measure, text};
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::print;
-use bonebeam_files::{cannot_be_opened, file_error, input};
 
 /// Measure the core's speed beside a naive baseline on faer, rustfft and scipy, on this machine.
 ///
@@ -72,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .map(PathBuf::as_path)
         .collect();
     check_outputs(&[], &outputs)?;
-    let document = arguments.docs.as_deref().map(read).transpose()?;
+    let document = arguments.docs.as_deref().map(read_document).transpose()?;
     let sections = match arguments.only.as_slice() {
         [] => Section::value_variants(),
         some => some,
@@ -99,12 +98,4 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         })?;
     }
     outputs.commit()
-}
-
-/// The longest document that is read, bytes.
-const MOST: u64 = 1 << 20;
-
-fn read(path: &Path) -> Result<String> {
-    let bytes = input::read(path, MOST).map_err(|e| file_error(path, cannot_be_opened(&e)))?;
-    String::from_utf8(bytes).map_err(|_| file_error(path, "is not UTF-8"))
 }

@@ -1,12 +1,15 @@
 //! `host-sim` alone: the main job.
 
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use clap::Args;
 
+use super::{about, read_document};
 use crate::progress::Progress;
+use crate::provenance::PROGRAM;
 use crate::{Error, Result};
 use bonebeam_files::atomic::{Outputs, check_writable};
 use bonebeam_files::temporary_files;
@@ -67,16 +70,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     job.apply(&arguments.overrides);
     job.validate()?;
     let folder = arguments.out.as_deref().unwrap_or(Path::new("out"));
-    run_in(&job, folder, Page::MainJob)
+    run_in(&job, folder, Page::MainJob, None)
 }
 
 /// Runs a job, prints its tables and writes its folder.
 ///
 /// # Errors
 /// A folder that cannot be written, or a check that fails.
-pub(super) fn run_in(job: &Job, folder: &Path, page: Page) -> Result<()> {
+pub(super) fn run_in(job: &Job, folder: &Path, page: Page, docs: Option<&Path>) -> Result<()> {
     let created = prepare(folder)?;
-    let result = compute_and_write(job, folder, page);
+    let result = compute_and_write(job, folder, page, docs);
     if result.is_err() {
         // Nothing partial stays; a folder that is not empty is somebody else's.
         for folder in created {
@@ -104,7 +107,8 @@ fn prepare(folder: &Path) -> Result<Vec<&Path>> {
     Ok(created)
 }
 
-fn compute_and_write(job: &Job, folder: &Path, page: Page) -> Result<()> {
+fn compute_and_write(job: &Job, folder: &Path, page: Page, docs: Option<&Path>) -> Result<()> {
+    let document = docs.map(read_document).transpose()?;
     let bar = Progress::new("", 1000);
     let step = Mutex::new(String::new());
     let outcomes = job.run(&|what, done| {
@@ -122,6 +126,12 @@ fn compute_and_write(job: &Job, folder: &Path, page: Page) -> Result<()> {
     let report = Report::new(job, &outcomes, page)?;
     let mut outputs = Outputs::new();
     let names = report.add_to(folder, &mut outputs)?;
+    if let (Some(path), Some(document)) = (docs, document) {
+        let head = format!("Version {PROGRAM}.");
+        let text = report.rewrite(&document, &head);
+        let text = text.map_err(|e| about(path, e))?;
+        outputs.add(path, |sink| Ok(sink.write_all(text.as_bytes())?))?;
+    }
     outputs.commit()?;
     let mut text = format!(
         "{}\n{} files in {}:\n",

@@ -7,6 +7,7 @@ pub mod bench;
 pub mod bench_left_out;
 pub mod completions;
 pub mod convert;
+mod frames;
 pub mod golden;
 pub mod info;
 pub mod main_job;
@@ -16,6 +17,7 @@ pub mod phase_symmetry;
 pub mod simulate;
 pub mod surface;
 mod surface_files;
+mod surface_inputs;
 pub mod verify;
 
 use std::env;
@@ -23,6 +25,7 @@ use std::path::{Path, PathBuf};
 
 use crate::config::Config;
 use crate::{Error, Result};
+use bonebeam_files::{cannot_be_opened, file_error, input};
 use bonebeam_formats::{Format, Layout, Variables};
 use clap::builder::PossibleValuesParser;
 
@@ -48,6 +51,16 @@ fn about(path: &Path, error: Error) -> Error {
         },
         Error::Usage(_) | Error::File { .. } => error,
     }
+}
+
+/// The longest document that is read, bytes.
+const LONGEST_DOCUMENT: u64 = 1 << 20;
+
+/// A document whose tables are written anew.
+fn read_document(path: &Path) -> Result<String> {
+    let bytes = input::read(path, LONGEST_DOCUMENT);
+    let bytes = bytes.map_err(|e| file_error(path, cannot_be_opened(&e)))?;
+    String::from_utf8(bytes).map_err(|_| file_error(path, "is not UTF-8"))
 }
 
 /// The help of the argument that every command takes that reads a recording.

@@ -56,6 +56,11 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE.ply")]
     mesh: Option<PathBuf>,
 
+    /// Rewrite the tables of this document, between the comments `<!-- NAME -->` and `<!-- end of NAME -->` of each
+    /// experiment that it has
+    #[arg(long, value_name = "FILE.md")]
+    docs: Option<PathBuf>,
+
     /// TOML file with the parameters, such as the one in the folder of an earlier run
     #[arg(long, value_name = "FILE.toml", conflicts_with = "quick")]
     config: Option<PathBuf>,
@@ -69,7 +74,8 @@ Examples:
   host-sim paper --experiment dynamic_range
   host-sim paper --claims --seed 9 --only tissue -o seeds-9
   host-sim paper --claims --merge seeds-9/report.json --merge seeds-17/report.json -o all-seeds
-  host-sim paper --keep recordings --config out/paper/config.toml";
+  host-sim paper --keep recordings --config out/paper/config.toml
+  host-sim paper --experiment surface --keep recordings --docs docs/reproduction.md";
 
 /// Runs the command.
 ///
@@ -108,7 +114,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         job.keep_in(folder);
     }
     let folder = arguments.output.as_deref();
-    main_job::run_in(&job, folder.unwrap_or(Path::new("out/paper")), Page::Paper)
+    main_job::run_in(
+        &job,
+        folder.unwrap_or(Path::new("out/paper")),
+        Page::Paper,
+        arguments.docs.as_deref(),
+    )
 }
 
 /// The longest report that is read, bytes: a thousand times what a run of usual length writes.

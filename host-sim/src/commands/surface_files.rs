@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::{Error, Result};
 use bonebeam_drive::image::BModeImage;
-use bonebeam_drive::surface::SurfacePoint;
+use bonebeam_drive::surface::{PictureFan, SurfacePoint};
 use bonebeam_files::atomic::Outputs;
 use bonebeam_files::image;
 
@@ -24,21 +24,58 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The format that a file's name asks for.
+    /// The format that the name of a flag's file asks for.
     ///
     /// # Errors
     /// Another name.
-    pub fn of(path: &Path) -> Result<Self> {
+    pub fn of(flag: &str, path: &Path) -> Result<Self> {
         let extension = path.extension().and_then(|e| e.to_str());
         match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("csv") => Ok(Self::Csv),
             Some("json") => Ok(Self::Json),
             Some("ply") => Ok(Self::Ply),
             _ => Err(Error::Usage(format!(
-                "--output is {}; expected a name that ends in .csv, .json or .ply",
+                "{flag} is {}; expected a name that ends in .csv, .json or .ply",
                 path.display()
             ))),
         }
+    }
+}
+
+/// The surface in a frame.
+pub struct FrameSurface {
+    pub frame: usize,
+    pub points: Vec<SurfacePoint>,
+}
+
+impl FrameSurface {
+    /// How many of so many lines have bone, and where.
+    pub fn summary(&self, lines: usize) -> String {
+        let depths = self.points.iter().map(|point| 1e3 * point.z);
+        let least = depths.clone().fold(f64::INFINITY, f64::min);
+        let most = depths.fold(f64::NEG_INFINITY, f64::max);
+        let Some(last) = self.points.last() else {
+            return format!("no bone surface in {lines} lines");
+        };
+        format!(
+            "bone surface in {} of {lines} lines, in {} piece{}, from {least:.2} to {most:.2} mm",
+            self.points.len(),
+            last.piece + 1,
+            if last.piece == 0 { "" } else { "s" }
+        )
+    }
+
+    fn document(&self) -> Vec<Vec<DocumentPoint>> {
+        let pieces = self.points.chunk_by(|a, b| a.piece == b.piece);
+        let point = |point: &SurfacePoint| DocumentPoint {
+            line: point.line,
+            x_m: point.x,
+            z_m: point.z,
+            confidence: point.confidence,
+        };
+        pieces
+            .map(|piece| piece.iter().map(point).collect())
+            .collect()
     }
 }
 
@@ -47,6 +84,15 @@ impl Kind {
 struct Document {
     /// How many lines were searched.
     lines: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pieces: Option<Vec<Vec<DocumentPoint>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frames: Option<Vec<FrameDocument>>,
+}
+
+#[derive(Serialize)]
+struct FrameDocument {
+    frame: usize,
     pieces: Vec<Vec<DocumentPoint>>,
 }
 
@@ -58,74 +104,92 @@ struct DocumentPoint {
     confidence: f32,
 }
 
-/// Stages the points of `lines` lines.
+/// Stages the surfaces of frames of `lines` lines, by the name's ending. Of several frames each is told.
 ///
 /// # Errors
-/// The file cannot be written.
-pub fn add_to(
-    points: &[SurfacePoint],
+/// Another ending, or the file cannot be written.
+pub fn add_surfaces_to(
+    frames: &[FrameSurface],
     lines: usize,
-    kind: Kind,
     path: &Path,
     outputs: &mut Outputs,
 ) -> Result<()> {
-    let text = match kind {
-        Kind::Csv => csv(points),
+    let text = match Kind::of("--output", path)? {
+        Kind::Csv => csv(frames),
         Kind::Json => {
-            let pieces = points.chunk_by(|a, b| a.piece == b.piece);
-            let point = |point: &SurfacePoint| DocumentPoint {
-                line: point.line,
-                x_m: point.x,
-                z_m: point.z,
-                confidence: point.confidence,
+            let of = |frame: &FrameSurface| FrameDocument {
+                frame: frame.frame,
+                pieces: frame.document(),
             };
-            let document = Document {
-                lines,
-                pieces: pieces
-                    .map(|piece| piece.iter().map(point).collect())
-                    .collect(),
+            let document = match frames {
+                [one] => Document {
+                    lines,
+                    pieces: Some(one.document()),
+                    frames: None,
+                },
+                _ => Document {
+                    lines,
+                    pieces: None,
+                    frames: Some(frames.iter().map(of).collect()),
+                },
             };
             let text = serde_json::to_string_pretty(&document);
             text.map_err(|e| Error::Data(format!("the surface cannot be written: {e}")))? + "\n"
         }
-        Kind::Ply => ply(points),
+        Kind::Ply => ply(frames),
     };
     outputs.add(path, |sink| Ok(sink.write_all(text.as_bytes())?))
 }
 
-fn csv(points: &[SurfacePoint]) -> String {
-    let mut text = String::from("line,x_m,z_m,confidence,piece\n");
-    for point in points {
-        let SurfacePoint {
-            line,
-            x,
-            z,
-            confidence,
-            piece,
-        } = point;
-        text += &format!("{line},{x:.7},{z:.7},{confidence:.4},{piece}\n");
+fn csv(frames: &[FrameSurface]) -> String {
+    let several = frames.len() != 1;
+    let mut text = String::from(if several { "frame," } else { "" });
+    text += "line,x_m,z_m,confidence,piece\n";
+    for FrameSurface { frame, points } in frames {
+        for point in points {
+            let SurfacePoint {
+                line,
+                x,
+                z,
+                confidence,
+                piece,
+            } = point;
+            if several {
+                text += &format!("{frame},");
+            }
+            text += &format!("{line},{x:.7},{z:.7},{confidence:.4},{piece}\n");
+        }
     }
     text
 }
 
 /// In mm, as the meshes of the simulator; y is 0.
-fn ply(points: &[SurfacePoint]) -> String {
-    let edges = (1..points.len()).filter(|&k| points[k - 1].piece == points[k].piece);
-    let edges: Vec<usize> = edges.collect();
-    let mut text = format!(
-        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
-         property float confidence\nelement edge {}\nproperty int vertex1\nproperty int vertex2\nend_header\n",
-        points.len(),
-        edges.len()
-    );
-    for point in points {
-        let (x, z) = (1e3 * point.x, 1e3 * point.z);
-        text += &format!("{x:.4} 0 {z:.4} {:.4}\n", point.confidence);
+fn ply(frames: &[FrameSurface]) -> String {
+    let several = frames.len() != 1;
+    let (mut vertices, mut edges, mut count) = (String::new(), vec![], 0usize);
+    for FrameSurface { frame, points } in frames {
+        for (k, point) in points.iter().enumerate() {
+            let (x, z) = (1e3 * point.x, 1e3 * point.z);
+            vertices += &format!("{x:.4} 0 {z:.4} {:.4}", point.confidence);
+            vertices += &if several {
+                format!(" {frame}\n")
+            } else {
+                "\n".into()
+            };
+            if k > 0 && points[k - 1].piece == point.piece {
+                edges.push(format!("{} {count}\n", count - 1));
+            }
+            count += 1;
+        }
     }
-    for edge in edges {
-        text += &format!("{} {edge}\n", edge - 1);
-    }
-    text
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\n\
+         property float confidence\n{}element edge {}\nproperty int vertex1\nproperty int vertex2\nend_header\n\
+         {vertices}{}",
+        if several { "property int frame\n" } else { "" },
+        edges.len(),
+        edges.concat()
+    )
 }
 
 /// A picture with a surface drawn over it, red, green and blue.
@@ -137,29 +201,42 @@ impl Overlay {
     /// Of a sure point and of a doubtful one.
     const SURE: [f32; 3] = [255.0, 140.0, 0.0];
     const DOUBTFUL: [f32; 3] = [90.0, 120.0, 255.0];
+    /// Of the outline of a fan.
+    const OUTLINE: [u8; 3] = [0, 110, 60];
 
-    /// Lines from point to point of a piece.
-    pub fn of(picture: &BModeImage, points: &[SurfacePoint]) -> Self {
+    /// Lines from point to point of a piece, and the outline of the fan that was searched.
+    pub fn of(picture: &BModeImage, fan: Option<&PictureFan>, points: &[SurfacePoint]) -> Self {
         // The cast saturates.
         let pixels = picture.pixels.mapv(|level| [(level + 0.5) as u8; 3]);
         let mut overlay = Self { pixels };
-        let place = |point: &SurfacePoint| {
-            [point.x - picture.x0, point.z - picture.z0].map(|length| length / picture.pixel)
+        let place = |[x, z]: [f64; 2]| {
+            [x - picture.x0, z - picture.z0].map(|length| length / picture.pixel)
         };
+        if let Some(fan) = fan {
+            let outline = outline(fan);
+            let next = outline.iter().skip(1).chain(outline.first());
+            for (from, to) in outline.iter().zip(next) {
+                overlay.line(place(*from), place(*to), Self::OUTLINE);
+            }
+        }
         for piece in points.chunk_by(|a, b| a.piece == b.piece) {
             for (k, point) in piece.iter().enumerate() {
                 let next = piece.get(k + 1).unwrap_or(point);
-                overlay.line(place(point), place(next), point.confidence);
+                let [from, to] = [point, next].map(|point| place([point.x, point.z]));
+                overlay.line(from, to, Self::colour(point.confidence));
             }
         }
         overlay
     }
 
-    fn line(&mut self, from: [f64; 2], to: [f64; 2], confidence: f32) {
-        let colour: [u8; 3] = std::array::from_fn(|k| {
+    fn colour(confidence: f32) -> [u8; 3] {
+        std::array::from_fn(|k| {
             let (low, high) = (Self::DOUBTFUL[k], Self::SURE[k]);
             (low + (high - low) * confidence + 0.5) as u8
-        });
+        })
+    }
+
+    fn line(&mut self, from: [f64; 2], to: [f64; 2], colour: [u8; 3]) {
         let steps = (to[0] - from[0]).abs().max((to[1] - from[1]).abs());
         let steps = 2.0 * steps.ceil().min(1e5) + 1.0;
         for k in 0..=steps as usize {
@@ -181,4 +258,14 @@ impl Overlay {
     pub fn add_to(&self, path: &Path, outputs: &mut Outputs) -> Result<()> {
         image::add_colours_to(&self.pixels, path, outputs)
     }
+}
+
+/// Both arcs, m.
+fn outline(fan: &PictureFan) -> Vec<[f64; 2]> {
+    const STEPS: usize = 64;
+    let [first, last] = fan.angles;
+    let angles = (0..=STEPS).map(|k| first + (last - first) * k as f64 / STEPS as f64);
+    let near = angles.clone().map(|angle| fan.at(fan.radii[0], angle));
+    near.chain(angles.rev().map(|angle| fan.at(fan.radii[1], angle)))
+        .collect()
 }

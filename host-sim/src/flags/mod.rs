@@ -11,4 +11,4 @@ pub use beamform::BeamformFlags;
 pub use image::ImageFlags;
 pub use phase_symmetry::{PhaseSymmetryFlags, parse_scale};
 pub use simulate::SimulateFlags;
-pub use surface::SurfaceFlags;
+pub use surface::{SurfaceFlags, SurfacePictureFlags};

@@ -1,6 +1,7 @@
 //! The flags of the bone surface.
 
 use bonebeam_drive::config::Surface;
+use bonebeam_drive::surface::PictureFan;
 use clap::Args;
 
 /// The flags that go over the section.
@@ -49,6 +50,50 @@ pub struct SurfaceFlags {
     /// Leave out points that are less sure, 0 to 1 [default: 0]
     #[arg(long, value_name = "P", help_heading = "Surface")]
     min_confidence: Option<f64>,
+}
+
+/// The flags of pictures that go over the section.
+#[derive(Debug, Args)]
+pub struct SurfacePictureFlags {
+    /// Where the beams of a curved array or a sector go: the apex, the distance from there at which they begin and end,
+    /// in m from the centre of the picture's top left pixel, and the angles of the first and the last, in rad
+    /// [default: the fan that black corners show, if they do]
+    #[arg(long, value_name = "X,Z,BEGIN,END,FIRST,LAST", value_parser = parse_fan, help_heading = "Picture")]
+    fan: Option<PictureFan>,
+
+    /// Columns are lines, also of a picture that looks like a fan
+    #[arg(long, help_heading = "Picture")]
+    columns_as_lines: bool,
+}
+
+fn parse_fan(text: &str) -> Result<PictureFan, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, z, begin, end, first, last]) => Ok(PictureFan {
+            x,
+            z,
+            radii: [begin, end],
+            angles: [first, last],
+        }),
+        _ => Err("expected six numbers, such as 0.032,-0.04,0.05,0.13,-0.5,0.5".into()),
+    }
+}
+
+impl SurfacePictureFlags {
+    /// The flag that was given.
+    pub fn given(&self) -> Option<&'static str> {
+        match (self.fan, self.columns_as_lines) {
+            (Some(_), _) => Some("--fan"),
+            (None, true) => Some("--columns-as-lines"),
+            (None, false) => None,
+        }
+    }
+
+    /// What the flags say in place of the section's values.
+    pub fn apply(&self, section: &mut Surface) {
+        section.fan = self.fan.or(section.fan);
+        section.columns_as_lines |= self.columns_as_lines;
+    }
 }
 
 impl SurfaceFlags {

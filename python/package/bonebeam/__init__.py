@@ -7,6 +7,7 @@ Arrays in, arrays out; nothing is computed here in Python::
     image = bonebeam.bmode(lines, dynamic_range=60)          # grey levels, 0 to 255
     bones = bonebeam.phase_symmetry(image, pad=True)         # ridges, 0 to below 1
     bones.plot()                                             # axes in mm, by matplotlib
+    bone = bonebeam.surface(lines)                           # a depth in each line, or none
 
 The names and defaults of parameters are those of the command ``host-sim``, and so are the bits of the
 results. What is refused is a ``ValueError``. Lengths are metres, times seconds,
@@ -27,6 +28,7 @@ from ._parameters import (
 )
 from ._native import __version__
 from ._simulate import simulate
+from ._surface import Fan, Surface, surface
 
 __all__ = [
     "AlignedData",
@@ -37,8 +39,10 @@ __all__ = [
     "ChannelDataParameters",
     "Dataset",
     "DelayParameters",
+    "Fan",
     "Image",
     "Lines",
+    "Surface",
     "__version__",
     "beamform",
     "bmode",
@@ -47,4 +51,5 @@ __all__ = [
     "phase_symmetry",
     "read",
     "simulate",
+    "surface",
 ]

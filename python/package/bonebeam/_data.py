@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from xarray import DataArray
 
+Float64s = npt.NDArray[np.float64]
+
 TRANSMITS = {
     "tx_x": "focused beam",
     "tx_angle": "plane wave",
@@ -315,6 +317,16 @@ class Lines(Shown):
         from . import _xarray
 
         return _xarray.lines(self)
+
+    def _beams(self) -> tuple[Float64s, tuple[Float64s, Float64s] | None]:
+        """The beams' lateral positions, and where they begin and go if not straight down."""
+        beam_x = np.asarray(self.beam_x, np.float64)
+        if self.beam_z is None and self.beam_angle is None:
+            return beam_x, None
+        none = np.zeros_like(beam_x)
+        places = (none if place is None else place for place in (self.beam_z, self.beam_angle))
+        beam_z, beam_angle = (np.asarray(place, np.float64) for place in places)
+        return beam_x, (beam_z, beam_angle)
 
     def _image(self, frame: int, dynamic_range: float = 60.0) -> Image:
         from ._images import bmode

@@ -57,13 +57,7 @@ def bmode(
     ((64, 64), 255.0)
     """
     z = taken("z", lines.z, np.complex64, ("beam", "sample"), ("complex64", "complex128"))
-    beam_x = np.asarray(lines.beam_x, np.float64)
-    rays = None
-    if lines.beam_z is not None or lines.beam_angle is not None:
-        none = np.zeros_like(beam_x)
-        places = (none if place is None else place for place in (lines.beam_z, lines.beam_angle))
-        beam_z, beam_angle = (np.asarray(place, np.float64) for place in places)
-        rays = (beam_z, beam_angle)
+    beam_x, rays = lines._beams()
     section = {
         "dynamic_range": dynamic_range,
         "rows": rows,

@@ -89,3 +89,31 @@ def phase_symmetry(
     out: npt.NDArray[np.float32],
     threads: int | None,
 ) -> None: ...
+Points = tuple[
+    npt.NDArray[np.int64],
+    npt.NDArray[np.float64],
+    npt.NDArray[np.float64],
+    npt.NDArray[np.float32],
+    npt.NDArray[np.int64],
+]
+Fan = tuple[float, float, float, float, float, float]
+
+def surface_of_lines(
+    z: npt.NDArray[np.complex64],
+    fs: float,
+    t0: float,
+    beam_x: npt.NDArray[np.float64],
+    rays: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None,
+    sub_lines: int,
+    c: float,
+    section: str,
+) -> Points: ...
+def surface_of_picture(
+    pixels: npt.NDArray[np.float32],
+    pixel: float,
+    x0: float,
+    z0: float,
+    depth: float,
+    fan: Fan | None,
+    section: str,
+) -> tuple[Points, int, Fan | None]: ...

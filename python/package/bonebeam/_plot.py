@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ._data import ChannelData, Image
+    from ._surface import Surface
 
 
 def image(image: Image, ax: Axes | None, colour_bar: bool) -> Axes:
@@ -51,6 +52,13 @@ def channel_data(
     extent = tuple(1e3 * float(edge) for edge in (*sides, depth[1], depth[0]))
     ax = _drawn(decibels, extent, (-dynamic_range, 0.0), ax, "Envelope, dB" if colour_bar else None)
     ax.set(xlabel="Position along the array, mm", ylabel="Depth (c t / 2), mm", aspect="auto")
+    return ax
+
+
+def surface(surface: Surface, ax: Axes) -> Axes:
+    """Points in mm over whatever the axes have, from violet, doubtful, to yellow, sure."""
+    x, z = 1e3 * surface.x, 1e3 * surface.z
+    ax.scatter(x, z, s=4, c=surface.confidence, cmap="plasma", vmin=0.0, vmax=1.0)
     return ax
 
 

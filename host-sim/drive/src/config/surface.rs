@@ -3,7 +3,8 @@
 use bonebeam::surface::Settings;
 use serde::{Deserialize, Serialize};
 
-use crate::Result;
+use crate::surface::PictureFan;
+use crate::{Error, Result};
 use bonebeam_files::settings::{LENGTHS, check_positive, out_of_range};
 
 const SECTION: &str = "surface";
@@ -46,6 +47,11 @@ pub struct Surface {
     pub shadow: Option<f64>,
     /// Points that are less sure than this are left out, 0 to 1.
     pub min_confidence: f64,
+    /// Pictures: columns are lines, also of what looks like a fan.
+    pub columns_as_lines: bool,
+    /// Pictures: the fan of a curved array or a sector. Without it, the fan that the black corners show, if they do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fan: Option<PictureFan>,
 }
 
 impl Default for Surface {
@@ -62,6 +68,8 @@ impl Default for Surface {
             rest: None,
             shadow: None,
             min_confidence: 0.0,
+            columns_as_lines: false,
+            fan: None,
         }
     }
 }
@@ -124,6 +132,38 @@ impl Surface {
                 within(key, value, range, unit)?;
             }
         }
-        within("min_confidence", self.min_confidence, [0.0, 1.0], "")
+        within("min_confidence", self.min_confidence, [0.0, 1.0], "")?;
+        self.fan
+            .map_or(Ok(()), |fan| check_fan(&fan, self.columns_as_lines))
     }
+}
+
+/// Checks a fan.
+fn check_fan(fan: &PictureFan, columns: bool) -> Result<()> {
+    if columns {
+        return Err(Error::Usage(
+            "--fan has no effect with --columns-as-lines, by which columns are lines".into(),
+        ));
+    }
+    let refused = |value: f64, expected: &str| Err(out_of_range(SECTION, "fan", value, expected));
+    let PictureFan {
+        x,
+        z,
+        radii: [near, far],
+        angles: [first, last],
+    } = *fan;
+    let far_off = |at: &f64| !(-LENGTHS[1]..=LENGTHS[1]).contains(at);
+    if let Some(place) = [x, z].into_iter().find(far_off) {
+        return refused(place, "an apex within 10 m");
+    }
+    if !(0.0 <= near && near < far && far <= LENGTHS[1]) {
+        return refused(
+            far,
+            "an end beyond the beginning, which is at least 0, in m from the apex",
+        );
+    }
+    if !(-std::f64::consts::PI < first && first < last && last < std::f64::consts::PI) {
+        return refused(last, "a last angle above the first, in rad");
+    }
+    Ok(())
 }

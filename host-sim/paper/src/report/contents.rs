@@ -1,9 +1,9 @@
 //! What a report shows: the outcomes of a job's experiments.
 
 use super::tables;
-use crate::Result;
 use crate::experiments::outcome::{Comparison, Table, Verdict};
 use crate::experiments::{Job, Outcome};
+use crate::{Error, Result};
 use bonebeam_oracle::verify::Check;
 
 /// Which page a report has.
@@ -63,6 +63,40 @@ impl<'a> Report<'a> {
         self.checks().iter().all(|check| check.passed())
     }
 
+    /// A document with the tables of every experiment whose comments `<!-- NAME -->` and `<!-- end of NAME -->` it has,
+    /// between those; `head` stands above them.
+    ///
+    /// # Errors
+    /// A document that has the comments of none.
+    pub fn rewrite(&self, document: &str, head: &str) -> Result<String> {
+        let mut text = document.to_owned();
+        let mut found = false;
+        for (name, outcome) in self.outcomes {
+            let [begin, end] = [
+                format!("<!-- {name} -->\n"),
+                format!("<!-- end of {name} -->"),
+            ];
+            let Some((before, rest)) = text.split_once(&begin) else {
+                continue;
+            };
+            let Some((_, after)) = rest.split_once(&end) else {
+                return Err(Error::Data(format!("has no line `{end}`")));
+            };
+            let tables: Vec<String> = outcome.tables.iter().map(tables::markdown).collect();
+            text = format!(
+                "{before}{begin}\n{head}\n\n{}\n{end}{after}",
+                tables.join("\n")
+            );
+            found = true;
+        }
+        match found {
+            true => Ok(text),
+            false => Err(Error::Data(
+                "has no comments `<!-- NAME -->` and `<!-- end of NAME -->` of an experiment that was run".into(),
+            )),
+        }
+    }
+
     /// The tables, for the terminal.
     pub fn text(&self) -> String {
         let mut texts: Vec<String> = tables::comparisons(&self.comparisons())
@@ -78,5 +112,41 @@ impl<'a> Report<'a> {
             texts.push(tables::text(&tables::verdicts(&self.verdicts())));
         }
         texts.join("\n")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::PAPER;
+
+    #[test]
+    fn tables_stand_between_their_comments() {
+        let job = Job::full(PAPER);
+        let table = Table {
+            title: "A table".into(),
+            head: vec!["", "a", "b"],
+            rows: vec![vec!["x".into(), "1".into(), "2".into()]],
+            page_only: false,
+        };
+        let outcome = Outcome {
+            tables: vec![table],
+            ..Outcome::default()
+        };
+        let outcomes = [("surface", outcome)];
+        let report = Report::new(&job, &outcomes, Page::Paper).unwrap();
+        let document = "before\n<!-- surface -->\nold\n<!-- end of surface -->\nafter\n";
+        let expected = "before\n<!-- surface -->\n\nHead.\n\n**A table**\n\n| | a | b |\n|---|---|---|\n| x | 1 | 2 |\n\n\
+                        <!-- end of surface -->\nafter\n";
+        let once = report.rewrite(document, "Head.").unwrap();
+        assert_eq!(once, expected);
+        assert_eq!(report.rewrite(&once, "Head.").unwrap(), expected);
+        for wrong in [
+            "nothing",
+            "<!-- surface -->\n",
+            "<!-- claims -->\n<!-- end of claims -->",
+        ] {
+            assert!(report.rewrite(wrong, "").is_err(), "{wrong}");
+        }
     }
 }

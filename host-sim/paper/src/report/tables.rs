@@ -87,6 +87,28 @@ pub fn verdicts(verdicts: &[&Verdict]) -> Table {
     }
 }
 
+/// The table as Markdown, its title above it.
+pub fn markdown(table: &Table) -> String {
+    let line = |cells: &[&str]| {
+        let cells = cells.iter().map(|cell| match cell.is_empty() {
+            true => " |".to_owned(),
+            false => format!(" {cell} |"),
+        });
+        format!("|{}\n", cells.collect::<String>())
+    };
+    let rule = format!("|{}\n", "---|".repeat(table.head.len()));
+    let rows = table.rows.iter().map(|row| {
+        let cells: Vec<&str> = row.iter().map(String::as_str).collect();
+        line(&cells)
+    });
+    format!(
+        "**{}**\n\n{}{rule}{}",
+        table.title,
+        line(&table.head),
+        rows.collect::<String>()
+    )
+}
+
 /// The table as aligned text.
 pub fn text(table: &Table) -> String {
     let cell = |row: &[String], k: usize| row[k].chars().count();

@@ -34,8 +34,8 @@ pub enum Detector {
     ForoughiPath,
     /// The yardstick's path over the onset and other terms.
     Path(Terms),
-    /// The core's.
-    Core,
+    /// The core's, on lines of this method of [`METHODS`].
+    Core(&'static str, usize),
 }
 
 /// Terms beside the logarithm of the onset, and the score of a line without a surface.
@@ -50,7 +50,7 @@ pub struct Terms {
 }
 
 /// All of them, as the table has them.
-pub const DETECTORS: [Detector; 11] = [
+pub const DETECTORS: [Detector; 13] = [
     Detector::PhaseSymmetry("phase symmetry, the paper's scales", [7, 9]),
     Detector::PhaseSymmetry("phase symmetry, finer scales", [5, 7]),
     Detector::Onset,
@@ -61,8 +61,13 @@ pub const DETECTORS: [Detector; 11] = [
     Detector::Path(terms("onset and shadow 1, path", [0.0, 1.0], -3.0)),
     Detector::Path(terms("onset, level, shadow 1, path", [2.0, 1.0], -2.0)),
     Detector::Path(terms("onset, level, shadow 2, path", [2.0, 2.0], 0.0)),
-    Detector::Core,
+    Detector::Core("surface", 0),
+    Detector::Core("surface on MV", 1),
+    Detector::Core("surface on rank 1", 2),
 ];
+
+/// The keys of the beamformers; all detectors but the core's are on the first.
+pub const METHODS: [&str; 3] = ["das", "mv", "esmv-rank1"];
 
 const fn terms(name: &'static str, [level, shadow]: [f64; 2], absence: f64) -> Terms {
     Terms {
@@ -116,7 +121,7 @@ impl<'a> Frame<'a> {
                 let scores = scores.slice_axis(Axis(1), every).to_owned();
                 best_path(&scores, grey.z0, 2.0 * grey.step, terms.absence)
             }
-            Detector::Core => self.surface()?,
+            Detector::Core(..) => self.surface()?,
         })
     }
 
@@ -168,6 +173,14 @@ impl<'a> Frame<'a> {
 }
 
 impl Detector {
+    /// The beamformer, an index of [`METHODS`].
+    pub fn method(&self) -> usize {
+        match self {
+            Detector::Core(_, method) => *method,
+            _ => 0,
+        }
+    }
+
     /// For people.
     pub fn name(&self) -> &'static str {
         match self {
@@ -176,7 +189,7 @@ impl Detector {
             Detector::Foroughi => "Foroughi 2007",
             Detector::ForoughiPath => "Foroughi 2007, path",
             Detector::Path(terms) => terms.name,
-            Detector::Core => "surface",
+            Detector::Core(name, _) => name,
         }
     }
 }

@@ -87,32 +87,67 @@ const BESIDE: f64 = 5e-3;
 /// Half the length of the interpolator that delays a channel, samples.
 const TAPS: i64 = 8;
 
+/// A recording of one frame of RF with its disturbances, which several conditions share.
+pub struct Disturbed<'a> {
+    section: &'a Disturbances,
+    recorded: &'a ChannelData,
+    aberrated: ChannelData,
+    /// `[transmit][element][sample]`, as [`Disturbed::noise`].
+    clutter: Vec<f32>,
+    noise: Vec<f32>,
+}
+
+impl Disturbed<'_> {
+    /// The recording in a condition.
+    ///
+    /// # Errors
+    /// I/Q.
+    pub fn under(&self, condition: Condition) -> Result<ChannelData> {
+        let both = |one| condition == one || condition == Condition::Together;
+        let mut data = match both(Condition::Aberration) {
+            true => self.aberrated.clone(),
+            false => self.recorded.clone(),
+        };
+        if both(Condition::Clutter) {
+            self.section.add_clutter(&self.clutter, &mut data)?;
+        }
+        if both(Condition::Noise) {
+            self.section.add_noise(&self.noise, &mut data)?;
+        }
+        if condition == Condition::SoundSpeed {
+            data.c *= self.section.sound_speed;
+        }
+        Ok(data)
+    }
+}
+
 impl Disturbances {
-    /// Disturbs a recording of one frame of RF by `settings`, whose seed is the disturbance's.
+    /// Those of a recording of one frame of RF by `settings`, whose seed is theirs.
     ///
     /// # Errors
     /// I/Q, or transmits without axes.
-    pub fn apply(
-        &self,
-        condition: Condition,
+    pub fn of<'a>(
+        &'a self,
         settings: &Settings,
-        data: &mut ChannelData,
-    ) -> Result<()> {
-        let level = tissue_rms(data)?;
-        let both = |one| condition == one || condition == Condition::Together;
-        if both(Condition::Aberration) {
-            self.aberrate(settings, data)?;
-        }
-        if both(Condition::Clutter) {
-            self.add_clutter(settings, level, data)?;
-        }
-        if both(Condition::Noise) {
-            self.add_noise(settings, level, data)?;
-        }
-        if condition == Condition::SoundSpeed {
-            data.c *= self.sound_speed;
-        }
-        Ok(())
+        recorded: &'a ChannelData,
+    ) -> Result<Disturbed<'a>> {
+        let mut aberrated = recorded.clone();
+        let level = tissue_rms(&mut aberrated)?;
+        self.aberrate(settings, &mut aberrated)?;
+        let by = |noise_spectrum, shift: u32| Settings {
+            noise_spectrum,
+            seed: settings.seed.wrapping_add(1 << shift),
+            ..settings.clone()
+        };
+        let coherent = self.coherent.max(1) as f64;
+        let rms = level * 10f64.powf(self.clutter / 20.0) / coherent.sqrt();
+        Ok(Disturbed {
+            section: self,
+            recorded,
+            aberrated,
+            clutter: noise(&by(NoiseSpectrum::Transducer, 33), rms),
+            noise: noise(&by(NoiseSpectrum::Amplifier, 34), level),
+        })
     }
 
     /// Delays of the elements, s: a smooth random curve without mean and slope.
@@ -157,15 +192,9 @@ impl Disturbances {
         Ok(())
     }
 
-    fn add_clutter(&self, settings: &Settings, level: f64, data: &mut ChannelData) -> Result<()> {
+    /// Each element hears what is independent, and that of its neighbours.
+    fn add_clutter(&self, independent: &[f32], data: &mut ChannelData) -> Result<()> {
         let coherent = self.coherent.max(1);
-        let rms = level * 10f64.powf(self.clutter / 20.0) / (coherent as f64).sqrt();
-        let heard = Settings {
-            noise_spectrum: NoiseSpectrum::Transducer,
-            seed: settings.seed.wrapping_add(1 << 33),
-            ..settings.clone()
-        };
-        let independent = noise(&heard, rms);
         let rf = rf(data)?;
         let (_, _, elements, samples) = rf.dim();
         let rows = rf.rows_mut().into_iter().enumerate();
@@ -180,13 +209,7 @@ impl Disturbances {
         Ok(())
     }
 
-    fn add_noise(&self, settings: &Settings, level: f64, data: &mut ChannelData) -> Result<()> {
-        let amplifier = Settings {
-            noise_spectrum: NoiseSpectrum::Amplifier,
-            seed: settings.seed.wrapping_add(1 << 34),
-            ..settings.clone()
-        };
-        let white = noise(&amplifier, level);
+    fn add_noise(&self, white: &[f32], data: &mut ChannelData) -> Result<()> {
         let (t0, fs, c) = (data.t0[0], data.fs, data.c);
         let rf = rf(data)?;
         let samples = rf.dim().3;

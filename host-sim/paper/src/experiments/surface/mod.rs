@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Result;
 use bonebeam_drive::config::Image;
+use bonebeam_files::BeamformedLines;
 use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_range};
 use bonebeam_simulate::{Block, Bone, Layers, Phantom, Settings};
 
@@ -17,7 +18,7 @@ use super::common::truth::TOLERANCE;
 use super::common::variants::{Aligned, Variant};
 use super::common::{self, Receive};
 use super::{Context, Experiment, Outcome, Overrides};
-use detectors::{Answer, DEPTHS, DETECTORS, Frame};
+use detectors::{Answer, DEPTHS, DETECTORS, Frame, METHODS};
 use disturb::{Condition, Disturbances};
 use show::{FAMILIES, SceneResult};
 
@@ -194,26 +195,33 @@ impl Surface {
         let recorded = recording(context, &file, &settings, &phantom, &|done| {
             (context.progress)(&format!("{what}: simulate"), done);
         })?;
+        let disturbed = self.disturbances.of(&settings, &recorded)?;
         for condition in Condition::ALL {
             let step = format!("{what}: {}", condition.name());
             (context.progress)(&step, 0.0);
-            let mut data = recorded.clone();
-            self.disturbances.apply(condition, &settings, &mut data)?;
+            let data = disturbed.under(condition)?;
             let aligned = Aligned::new(&data, &self.receive)?;
-            let das = Variant::forward("das", 0);
-            let mut lines = aligned.lines(&das, &self.receive, &step, context.progress)?;
-            // Depths are told by the true speed.
-            lines.c = recorded.c;
-            let surface = lines.beam_x.iter().map(|x| {
+            let by = |key: &&str| {
+                let variant = Variant::forward(key, 0);
+                let lines = aligned.lines(&variant, &self.receive, &step, context.progress);
+                // Depths are told by the true speed.
+                lines.map(|lines| BeamformedLines {
+                    c: recorded.c,
+                    ..lines
+                })
+            };
+            let lines: Vec<BeamformedLines> = METHODS.iter().map(by).collect::<Result<_>>()?;
+            let surface = lines[0].beam_x.iter().map(|x| {
                 let depth = phantom.bone.as_ref()?.first_hit(*x)?;
                 (DEPTHS[0]..=DEPTHS[1]).contains(&depth).then_some(depth)
             });
             let surface = surface.collect();
-            let frame = Frame::new(&lines, &self.image, self.threshold);
+            let frame = |lines| Frame::new(lines, &self.image, self.threshold);
+            let frames: Vec<Frame<'_>> = lines.iter().map(frame).collect();
             let mut answers = Vec::new();
             for (k, detector) in DETECTORS.iter().enumerate() {
                 (context.progress)(&step, k as f64 / DETECTORS.len() as f64);
-                answers.push(frame.answers(*detector)?);
+                answers.push(frames[detector.method()].answers(*detector)?);
             }
             scenes.push(Answered {
                 family: name,

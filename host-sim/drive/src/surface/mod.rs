@@ -1,10 +1,13 @@
 //! Lines or a picture → the bone surface, through the core.
 
+mod fan;
+mod picture;
+
 use bonebeam::geometry::Axis;
 use bonebeam::image::{Fan, envelope, largest, log_compression};
 use bonebeam::memory::Scratch;
 use bonebeam::surface::{Detector, Parameters, Point, Settings, grey};
-use ndarray::{ArrayBase, ArrayView2, Data, Ix2};
+use ndarray::{ArrayBase, Data, Ix2};
 use num_complex::Complex;
 use rayon::prelude::*;
 
@@ -13,13 +16,15 @@ use bonebeam_files::BeamformedLines;
 use crate::config;
 use crate::image::{Layout, layout, sample_axis};
 use crate::{Error, Result};
+pub use fan::PictureFan;
+pub use picture::{Picture, PictureSurface, of_picture};
 
 /// A point of the bone surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// The line or the column of the picture.
+    /// The line, the beam of the picture's fan, or the column of the picture.
     pub line: usize,
-    /// To the right, m: of lines from the array's middle, of a picture from the centre of its top left pixel.
+    /// To the right, m, in the coordinates of the lines or of the picture.
     pub x: f64,
     /// Down, m.
     pub z: f64,
@@ -53,32 +58,6 @@ pub fn of_lines<S: Data<Elem = Complex<f32>>>(
             Some(rays) => (rays.z[line], rays.angle[line]),
         };
         [lines.beam_x[line] + r * angle.sin(), z + r * angle.cos()]
-    }))
-}
-
-/// The surface in a picture of square pixels, `[row, column]`, 0 to 255, whose columns are lines: at most a point each.
-/// `pixel` is their side, m.
-///
-/// # Errors
-/// As [`of_lines`].
-pub fn of_picture(
-    pixels: ArrayView2<f32>,
-    pixel: f64,
-    section: &config::Surface,
-) -> Result<Vec<SurfacePoint>> {
-    let columns = pixels.t();
-    let columns = columns.as_standard_layout();
-    let mut levels = vec![0; columns.len()];
-    grey(columns.as_slice().unwrap_or_default(), &mut levels)?;
-    let rows = Axis {
-        first: 0.0,
-        step: pixel,
-        count: pixels.nrows(),
-    };
-    let settings = section.settings(Settings::PICTURE);
-    let points = detect(&levels, rows, pixel, settings)?;
-    Ok(placed(points, section.min_confidence, |column, z| {
-        [column as f64 * pixel, z]
     }))
 }
 

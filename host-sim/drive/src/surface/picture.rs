@@ -1,0 +1,288 @@
+//! The surface in a picture: its columns are lines, or the beams of its fan.
+
+use bonebeam::geometry::Axis;
+use bonebeam::surface::{Settings, grey};
+use ndarray::ArrayView2;
+use rayon::prelude::*;
+
+use super::{PictureFan, SurfacePoint, detect, placed};
+use crate::config;
+use crate::{Error, Result};
+
+/// A picture of square pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Picture<'a> {
+    /// Grey levels 0 to 255, `[row, column]`, row 0 shallowest.
+    pub pixels: ArrayView2<'a, f32>,
+    /// The side of a pixel, m.
+    pub pixel: f64,
+    /// The lateral position of column 0, m.
+    pub x0: f64,
+    /// The vertical position of row 0, m.
+    pub z0: f64,
+    /// How deep row 0 lies, m: columns are searched from there.
+    pub depth: f64,
+}
+
+/// The surface in a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PictureSurface {
+    /// From left to right.
+    pub points: Vec<SurfacePoint>,
+    /// Lines that were searched.
+    pub lines: usize,
+    /// The fan whose beams they are; without it, they are the columns.
+    pub fan: Option<PictureFan>,
+}
+
+/// The longest lines and the most of them, samples.
+const LARGEST: [f64; 2] = [65_536.0, 4096.0];
+
+/// The surface in a picture, at most a point each line. Lines are the beams of the fan that the section has, or else of
+/// the one that the picture's black corners show; of other pictures the columns.
+///
+/// # Errors
+/// A fan that lies beside the picture, and what the core refuses: a level that is not finite, lines that are too short, a
+/// parameter that is out of range.
+pub fn of_picture(picture: &Picture<'_>, section: &config::Surface) -> Result<PictureSurface> {
+    let found = match (section.columns_as_lines, section.fan) {
+        (true, _) => None,
+        (false, Some(fan)) => Some(fan),
+        (false, None) => {
+            let fan = PictureFan::of(picture.pixels);
+            fan.map(|fan| fan.placed(picture.pixel, [picture.x0, picture.z0]))
+        }
+    };
+    match found {
+        None => of_columns(picture, section),
+        Some(fan) => of_fan(picture, fan, section),
+    }
+}
+
+fn of_columns(picture: &Picture<'_>, section: &config::Surface) -> Result<PictureSurface> {
+    let Picture {
+        pixels,
+        pixel,
+        x0,
+        z0,
+        depth,
+    } = *picture;
+    let columns = pixels.t();
+    let columns = columns.as_standard_layout();
+    let mut levels = vec![0; columns.len()];
+    grey(columns.as_slice().unwrap_or_default(), &mut levels)?;
+    let rows = Axis {
+        first: depth,
+        step: pixel,
+        count: pixels.nrows(),
+    };
+    let points = detect(&levels, rows, pixel, section.settings(Settings::PICTURE))?;
+    let at = |column: usize, r: f64| [x0 + column as f64 * pixel, z0 - depth + r];
+    Ok(PictureSurface {
+        points: placed(points, section.min_confidence, at),
+        lines: pixels.ncols(),
+        fan: None,
+    })
+}
+
+fn of_fan(
+    picture: &Picture<'_>,
+    fan: PictureFan,
+    section: &config::Surface,
+) -> Result<PictureSurface> {
+    let [first, last] = fan.angles;
+    let middle = (fan.radii[0] + fan.radii[1]) / 2.0;
+    let wanted = [
+        (fan.radii[1] - fan.radii[0]) / picture.pixel,
+        (last - first) * middle / picture.pixel,
+    ];
+    if wanted[0] > LARGEST[0] - 1.0 || wanted[1] > LARGEST[1] - 1.0 {
+        return Err(Error::Usage(format!(
+            "--fan has {:.0} beams of {:.0} pixels; expected at most {:.0} of {:.0}",
+            wanted[1], wanted[0], LARGEST[1], LARGEST[0]
+        )));
+    }
+    let [samples, lines] = wanted.map(|count| count as usize + 1);
+    let step = (last - first) / (lines - 1).max(1) as f64;
+    let angle = |line: usize| first + step * line as f64;
+    let mut levels = vec![0.0; samples * lines];
+    let beams = levels.par_chunks_mut(samples).enumerate();
+    // Samples from the first that the picture has to the last.
+    let seen: Vec<Option<usize>> = beams
+        .map(|(line, levels)| beam(picture, &fan, angle(line), levels))
+        .collect();
+    if seen.iter().all(Option::is_none) {
+        return Err(Error::Usage("--fan has no beam within the picture".into()));
+    }
+    let mut grey_levels = vec![0; levels.len()];
+    grey(&levels, &mut grey_levels)?;
+    let depths = Axis {
+        first: 0.0,
+        step: picture.pixel,
+        count: samples,
+    };
+    let settings = section.settings(Settings::PICTURE);
+    let mut points = detect(&grey_levels, depths, step * middle, settings)?;
+    for (point, seen) in points.iter_mut().zip(seen) {
+        // Where the picture is cut, there is too little shadow to tell.
+        let end = seen.filter(|&seen| seen + 1 < samples);
+        let end = end.map(|end| depths.position(end) - settings.far[1]);
+        let beyond = |depth: f32| end.is_some_and(|end| f64::from(depth) > end);
+        if seen.is_none() || point.is_some_and(|point| beyond(point.depth)) {
+            *point = None;
+        }
+    }
+    let at = |line: usize, r: f64| fan.at(fan.radii[0] + r, angle(line));
+    Ok(PictureSurface {
+        points: placed(points, section.min_confidence, at),
+        lines,
+        fan: Some(fan),
+    })
+}
+
+/// The levels of a beam, bilinear, and the last sample that the picture has. Beyond it, and before the first, they are
+/// mirrored, so that the edge of a picture is no shadow.
+fn beam(picture: &Picture<'_>, fan: &PictureFan, angle: f64, levels: &mut [f32]) -> Option<usize> {
+    let value = |sample: usize| -> Option<f32> {
+        let [x, z] = fan.at(fan.radii[0] + sample as f64 * picture.pixel, angle);
+        let at = [(z - picture.z0), (x - picture.x0)].map(|length| length / picture.pixel);
+        if at.iter().any(|at| *at < 0.0) {
+            return None;
+        }
+        let [row, column] = at.map(|at| at as usize);
+        let [down, right] = at.map(|at| (at - at.floor()) as f32);
+        let level = |row: usize, column: usize| picture.pixels.get([row, column]).copied();
+        let across = |row: usize| -> Option<f32> {
+            let left = level(row, column)?;
+            let beside = level(row, column + 1).unwrap_or(left);
+            Some(left + right * (beside - left))
+        };
+        let above = across(row)?;
+        let below = across(row + 1).unwrap_or(above);
+        Some(above + down * (below - above))
+    };
+    let inside = |sample: &usize| value(*sample).is_some();
+    let first = (0..levels.len()).find(inside)?;
+    let last = (first..levels.len()).take_while(inside).last()?;
+    let period = 2 * (last - first).max(1);
+    for (sample, level) in levels.iter_mut().enumerate() {
+        // A triangle wave over the samples that there are.
+        let along = (sample as i64 - first as i64).rem_euclid(period as i64) as usize;
+        let mirrored = first + along.min(period - along);
+        *level = value(mirrored).unwrap_or(0.0);
+    }
+    Some(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::Array2;
+
+    const PIXEL: f64 = 0.15e-3;
+    const FAN: PictureFan = PictureFan {
+        x: 60e-3,
+        z: -33e-3,
+        radii: [40e-3, 110e-3],
+        angles: [-0.55, 0.5],
+    };
+
+    /// How deep the bone of a beam lies, m.
+    fn bone(angle: f64) -> Option<f64> {
+        (angle < 0.3).then_some(30e-3 + 10e-3 * angle)
+    }
+
+    /// Speckle of a fan, bone and its shadow; black beside it.
+    fn drawn(rows: usize, columns: usize) -> Array2<f32> {
+        let mut state = 3u64;
+        Array2::from_shape_fn((rows, columns), |(row, column)| {
+            // Knuth's generator.
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            let speckle = (state >> 40) as f32 / 16_777_216.0 * 60.0;
+            let (u, v) = (column as f64 * PIXEL - FAN.x, row as f64 * PIXEL - FAN.z);
+            let (radius, angle) = (u.hypot(v), u.atan2(v));
+            let inside = (FAN.radii[0]..FAN.radii[1]).contains(&radius)
+                && (FAN.angles[0]..FAN.angles[1]).contains(&angle);
+            if !inside {
+                return 0.0;
+            }
+            let below = bone(angle).map(|bone| radius - FAN.radii[0] - bone);
+            match below {
+                Some(below) if below > 0.6e-3 => speckle / 4.0,
+                Some(below) if below >= 0.0 => 190.0 + speckle,
+                _ => 60.0 + speckle,
+            }
+        })
+    }
+
+    fn surface(pixels: &Array2<f32>, section: &config::Surface) -> PictureSurface {
+        let picture = Picture {
+            pixels: pixels.view(),
+            pixel: PIXEL,
+            x0: 0.0,
+            z0: 0.0,
+            depth: 0.0,
+        };
+        of_picture(&picture, section).unwrap()
+    }
+
+    /// Of the beams with bone nearly all have a point on it, and hardly any other.
+    fn follows(found: &PictureSurface, share: f64) {
+        let mut hits = 0;
+        for point in &found.points {
+            let (u, v) = (point.x - FAN.x, point.z - FAN.z);
+            let off = bone(u.atan2(v)).map(|bone| u.hypot(v) - FAN.radii[0] - bone - 0.3e-3);
+            hits += usize::from(off.is_some_and(|off| off.abs() < 0.4e-3));
+        }
+        let beams = found.lines as f64 * (0.3 - FAN.angles[0]) / (FAN.angles[1] - FAN.angles[0]);
+        assert!(hits as f64 > share * beams, "{hits} of {beams} beams");
+        let count = found.points.len() as f64;
+        assert!(hits as f64 > 0.97 * count, "{hits} of {count} points");
+    }
+
+    #[test]
+    fn bone_is_found_along_the_beams_of_a_fan_told_or_found() {
+        let pixels = drawn(520, 760);
+        let told = config::Surface {
+            fan: Some(FAN),
+            ..config::Surface::default()
+        };
+        let found = surface(&pixels, &told);
+        assert_eq!(found.fan, Some(FAN));
+        follows(&found, 0.95);
+        let found = surface(&pixels, &config::Surface::default());
+        let fan = found.fan.unwrap();
+        assert!((fan.x - FAN.x).hypot(fan.z - FAN.z) < 1e-3, "{fan:?}");
+        follows(&found, 0.95);
+        // Columns are no beams.
+        let columns = config::Surface {
+            columns_as_lines: true,
+            ..config::Surface::default()
+        };
+        assert_eq!(surface(&pixels, &columns).fan, None);
+    }
+
+    #[test]
+    fn what_cuts_a_fan_is_no_shadow() {
+        // Tissue alone, cut 36 mm below the beginning of its middle beams.
+        let mut pixels = drawn(520, 760);
+        pixels.mapv_inplace(|level| {
+            if level > 0.0 {
+                60.0 + level % 60.0
+            } else {
+                0.0
+            }
+        });
+        let cut = Array2::from_shape_fn((290, 600), |(row, column)| pixels[[row, column + 100]]);
+        let section = config::Surface {
+            fan: Some(PictureFan {
+                x: FAN.x - 100.0 * PIXEL,
+                ..FAN
+            }),
+            ..config::Surface::default()
+        };
+        assert_eq!(surface(&cut, &section).points, []);
+    }
+}

@@ -1,0 +1,240 @@
+//! What `host-sim surface` reads: a picture, lines or a recording, and the surface in each.
+
+use std::path::Path;
+
+use super::about;
+use super::frames::FrameRange;
+use super::surface::Arguments;
+use super::surface_files::FrameSurface;
+use crate::config::Config;
+use crate::progress::Progress;
+use crate::provenance::Snapshot;
+use crate::{Error, Result};
+use bonebeam_drive::frame::RecordingFrames;
+use bonebeam_drive::image::{BModeImage, image_of};
+use bonebeam_drive::policy::{Pictures, warnings, working_memory};
+use bonebeam_drive::surface::{Picture, PictureFan, of_lines, of_picture};
+use bonebeam_files::terminal::warn;
+use bonebeam_files::{BeamformedLines, Recording, image, memory, npz};
+use bonebeam_formats::RecordingFile;
+use ndarray::Slice;
+
+/// A part of a picture, pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Crop {
+    x: usize,
+    y: usize,
+    width: usize,
+    height: usize,
+}
+
+/// Of `X,Y,WIDTH,HEIGHT`.
+pub fn parse_crop(text: &str) -> std::result::Result<Crop, String> {
+    let numbers: Option<Vec<usize>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, width, height]) if width > 0 && height > 0 => Ok(Crop {
+            x,
+            y,
+            width,
+            height,
+        }),
+        _ => Err("expected four whole numbers of pixels, such as 80,40,512,480".into()),
+    }
+}
+
+/// What FILE holds.
+enum Input {
+    Picture,
+    Lines,
+    Recording,
+}
+
+impl Input {
+    fn of(path: &Path) -> Result<Self> {
+        let extension = path.extension().and_then(|e| e.to_str());
+        let is = |name: &str| extension.is_some_and(|e| e.eq_ignore_ascii_case(name));
+        if is("png") || is("npy") {
+            return Ok(Self::Picture);
+        }
+        let lines = is("npz") && {
+            let file = npz::Reader::open(path)?;
+            file.has("z") && file.has("beam_x")
+        };
+        Ok(if lines { Self::Lines } else { Self::Recording })
+    }
+}
+
+/// The surfaces of frames, and the picture in which the first lies.
+pub struct Found {
+    /// At least one.
+    pub frames: Vec<FrameSurface>,
+    pub lines: usize,
+    pub picture: Option<BModeImage>,
+    /// The fan of a picture, whose beams are the lines.
+    pub fan: Option<PictureFan>,
+}
+
+impl Found {
+    /// The surfaces of what the arguments name.
+    ///
+    /// # Errors
+    /// Flags without an effect on it, what is not valid, what the core refuses.
+    pub fn of(arguments: &Arguments, config: &Config, snapshot: &Snapshot) -> Result<Self> {
+        match Input::of(&arguments.input)? {
+            Input::Picture => of_file_of_picture(arguments, config),
+            Input::Lines => {
+                arguments.refuse_of_picture()?;
+                let frames = BeamformedLines::read_frames(&arguments.input)?;
+                let range = FrameRange::of(arguments.frames.as_ref(), frames.len())?;
+                let mut found = None;
+                for index in range {
+                    add_frame(&mut found, index, &frames[index], arguments, config)?;
+                }
+                found.ok_or_else(|| Error::Usage("--frames asks for none".into()))
+            }
+            Input::Recording => {
+                arguments.refuse_of_picture()?;
+                of_recording(arguments, config, snapshot)
+            }
+        }
+    }
+}
+
+fn of_file_of_picture(arguments: &Arguments, config: &Config) -> Result<Found> {
+    let path = &arguments.input;
+    if arguments.frames.is_some() {
+        let message = format!("--frames has no effect on {}, a picture", path.display());
+        return Err(Error::Usage(message));
+    }
+    let Some(pixel) = config.image.pixel_size else {
+        return Err(Error::Usage(format!(
+            "{} is a picture: give the side of its pixels by --pixel-size, in m, such as 0.0001",
+            path.display()
+        )));
+    };
+    if !(1e-6..=1e-2).contains(&pixel) {
+        return Err(Error::Usage(format!(
+            "--pixel-size is {pixel}; expected 1e-6 to 0.01 (m)"
+        )));
+    }
+    let pixels = image::read(path)?;
+    let (rows, columns) = pixels.dim();
+    let Crop {
+        x,
+        y,
+        width,
+        height,
+    } = arguments.crop.unwrap_or(Crop {
+        x: 0,
+        y: 0,
+        width: columns,
+        height: rows,
+    });
+    let ends = [x.saturating_add(width), y.saturating_add(height)];
+    if ends[0] > columns || ends[1] > rows {
+        return Err(Error::Usage(format!(
+            "--crop reaches to {},{}; {} has {columns} x {rows} pixels",
+            ends[0],
+            ends[1],
+            path.display()
+        )));
+    }
+    let part = pixels.slice_each_axis(|axis| match axis.axis.index() {
+        0 => Slice::from(y..ends[1]),
+        _ => Slice::from(x..ends[0]),
+    });
+    let picture = Picture {
+        pixels: part,
+        pixel,
+        x0: x as f64 * pixel,
+        z0: y as f64 * pixel,
+        depth: 0.0,
+    };
+    let mut found = of_picture(&picture, &config.surface).map_err(|e| about(path, e))?;
+    if found.fan.is_none() {
+        // Columns of the whole picture.
+        for point in &mut found.points {
+            point.line += x;
+        }
+    }
+    Ok(Found {
+        frames: vec![FrameSurface {
+            frame: 0,
+            points: found.points,
+        }],
+        lines: found.lines,
+        picture: Some(BModeImage {
+            pixels,
+            x0: 0.0,
+            z0: 0.0,
+            pixel,
+            angles: None,
+        }),
+        fan: found.fan,
+    })
+}
+
+/// The surface of a frame; of the first with its picture, if it is asked for.
+fn add_frame(
+    found: &mut Option<Found>,
+    frame: usize,
+    lines: &BeamformedLines,
+    arguments: &Arguments,
+    config: &Config,
+) -> Result<()> {
+    let of_file = |error| about(&arguments.input, error);
+    let points = of_lines(lines, &config.surface).map_err(of_file)?;
+    let surface = FrameSurface { frame, points };
+    match found {
+        Some(found) => found.frames.push(surface),
+        None => {
+            let wanted = arguments.image.is_some();
+            let picture = wanted.then(|| image_of(lines, &config.image)).transpose();
+            *found = Some(Found {
+                frames: vec![surface],
+                lines: lines.beam_x.len(),
+                picture: picture.map_err(of_file)?,
+                fan: None,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Beamforms the frames, as many at a time as the file is read by, and finds the surface of each.
+fn of_recording(arguments: &Arguments, config: &Config, snapshot: &Snapshot) -> Result<Found> {
+    let path = &arguments.input;
+    let file = RecordingFile::open(path, &config.variables)?;
+    let frames = FrameRange::of(arguments.frames.as_ref(), file.frames())?;
+    let first = file.first();
+    if let Recording::Channel(data) = first {
+        for warning in warnings(data, &config.beamform)? {
+            warn(&format!("{}: {warning}", path.display()));
+        }
+    }
+    let pictures = arguments.image.as_ref().map(|_| Pictures {
+        image: &config.image,
+        bone_map: None,
+        figure: false,
+    });
+    let at_a_time = file.frames_at_a_time().min(frames.len());
+    let bytes = working_memory(first, &config.beamform, pictures.as_ref(), at_a_time);
+    memory::check(bytes, "beamforming").map_err(|e| about(path, e))?;
+    let beamformer = RecordingFrames::new(first, &config.beamform).map_err(|e| about(path, e))?;
+    let bar = Progress::new("beamforming", 1000);
+    let (mut found, mut spare) = (None, None);
+    for start in frames.clone().step_by(at_a_time.max(1)) {
+        let block = start..frames.end.min(start + at_a_time);
+        let done = (start - frames.start) as f64;
+        let share = |part: f64| (done + part * block.len() as f64) / frames.len() as f64;
+        let progress = |part: f64| bar.set((1000.0 * share(part)) as u64, 1000);
+        let (recording, own) = file.read_into(block.clone(), &mut spare)?;
+        snapshot.check()?;
+        let lines = beamformer.lines(recording, own, &progress);
+        for (index, lines) in block.clone().zip(lines.map_err(|e| about(path, e))?) {
+            add_frame(&mut found, index, &lines, arguments, config)?;
+        }
+    }
+    bar.clear();
+    found.ok_or_else(|| Error::Usage("--frames asks for none".into()))
+}

@@ -1,0 +1,193 @@
+"""Lines or a picture to the bone surface."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native, _parameters, _show
+from ._arrays import taken
+from ._data import Image, Lines, Shown
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+class Fan(NamedTuple):
+    """Where the beams of a picture go: out from an apex."""
+
+    x: float
+    """Lateral position of the apex, m."""
+    z: float
+    """Its depth, m."""
+    begin: float
+    """Distance from the apex at which beams begin, m."""
+    end: float
+    """Distance from the apex at which they end, m."""
+    first: float
+    """Angle of the first beam from the z axis, rad, positive towards positive x."""
+    last: float
+    """Angle of the last beam, rad."""
+
+
+@dataclass(repr=False)
+class Surface(Shown):
+    """A bone surface: at most a point each line, from the first line to the last."""
+
+    line: npt.NDArray[np.int64]
+    """The line of each point: an index of the beams, or of a picture's columns."""
+    x: npt.NDArray[np.float64]
+    """Lateral positions, m."""
+    z: npt.NDArray[np.float64]
+    """Depths, m."""
+    confidence: npt.NDArray[np.float32]
+    """How sure each point is, 0 to 1."""
+    piece: npt.NDArray[np.int64]
+    """Which piece of surface each belongs to, from 0."""
+    lines: int
+    """How many lines were searched."""
+    source: Lines | Image
+    """What was searched."""
+    fan: Fan | None = None
+    """Of a picture of a curved array or a sector: the fan, whose beams are the lines."""
+
+    def __len__(self) -> int:
+        return len(self.line)
+
+    @property
+    def points_mm(self) -> npt.NDArray[np.float64]:
+        """The points in mm, [point, 3] with x, 0 and z, as registration takes them."""
+        return 1e3 * np.column_stack([self.x, np.zeros_like(self.x), self.z])
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws the points, coloured by their confidence, with axes in mm.
+
+        Args:
+            ax: Where to draw, such as the axes of :meth:`Image.plot`; without it over what was searched, in a figure of
+                its own.
+
+        Returns:
+            The axes. Needs matplotlib: ``pip install 'bonebeam[plot]'``.
+        """
+        from . import _plot
+
+        ax = self.source.plot() if ax is None else ax
+        return _plot.surface(self, ax)
+
+    def _facts(self) -> Mapping[str, str]:
+        points = len(self)
+        facts = {"Points": f"{_show.counted(points, 'point')} in {_show.counted(self.lines, 'line')}"}
+        if points:
+            pieces = int(self.piece[-1]) + 1
+            facts["Pieces"] = _show.counted(pieces, "piece")
+            facts["Depth"] = f"z {_show.range_in_mm(self.z.min(), self.z.max())}"
+            facts["Confidence"] = f"confidence {self.confidence.mean():.2f} on average"
+        return facts
+
+    def _picture(self) -> npt.NDArray[np.uint8]:
+        return self.source._picture()
+
+
+def surface(
+    source: Lines | Image | npt.ArrayLike | Any,
+    *,
+    pixel_size: float | None = None,
+    fan: Fan | tuple[float, float, float, float, float, float] | None = None,
+    columns_as_lines: bool = False,
+    grey_range: float = 60.0,
+    search_start: float = 5e-3,
+    search_end: float | None = None,
+    absence: float | None = None,
+    end_price: float | None = None,
+    jump_price: float | None = None,
+    slope_price: float | None = None,
+    level: float | None = None,
+    rest: float | None = None,
+    shadow: float | None = None,
+    min_confidence: float = 0.0,
+) -> Surface:
+    """Finds the bone surface: a depth in each line, or none.
+
+    Bone is a bright echo with a shadow below it, continuous from line to line. Without a value, weights and prices are the
+    core's, which differ between lines and pictures (docs/numerics.md).
+
+    Args:
+        source: :class:`Lines` of one frame, best by ``das``; or an :class:`Image` or a picture, grey levels 0 to 255 as
+            [row, column]. A map of phase symmetry has no shadows, and so no surface.
+        pixel_size: Side of the pixels of a picture, m.
+        fan: Of a picture of a curved array or a sector: where its beams go. Without it, the fan that black corners
+            show, if they do.
+        columns_as_lines: Columns of a picture are lines, also of what looks like a fan.
+        grey_range: Of lines, what lies this far below the largest envelope is black, dB.
+        search_start: Depth at which the search begins, m.
+        search_end: Depth at which it ends, m; 6 mm above the end of the lines without it.
+        absence: Score of a line without bone, nats: a larger one finds less.
+        end_price: Price of each start and of each end of a surface, nats.
+        jump_price: Price of a jump to another depth, nats.
+        slope_price: Price of a move in depth from line to line, nats per mm.
+        level: Weight of the change of level from tissue above to shadow below, nats.
+        rest: Weight of the brightest below, beside the tissue above, nats.
+        shadow: Weight of the shadow down to the end of the line, nats.
+        min_confidence: Points that are less sure are left out, 0 to 1.
+
+    >>> import numpy as np
+    >>> picture = np.full((300, 40), 80.0, np.float32)
+    >>> picture[120:124], picture[124:] = 220.0, 5.0
+    >>> found = surface(picture, pixel_size=0.1e-3)
+    >>> len(found), round(1e3 * float(found.z[20]))
+    (40, 12)
+    """
+    section = {
+        "columns_as_lines": columns_as_lines,
+        "grey_range": grey_range,
+        "search_start": search_start,
+        "search_end": search_end,
+        "absence": absence,
+        "end_price": end_price,
+        "jump_price": jump_price,
+        "slope_price": slope_price,
+        "level": level,
+        "rest": rest,
+        "shadow": shadow,
+        "min_confidence": min_confidence,
+    }
+    keys = _parameters.as_json(section)
+    if isinstance(source, Lines):
+        if pixel_size is not None or fan is not None or columns_as_lines:
+            raise ValueError("`pixel_size`, `fan` and `columns_as_lines` are of pictures; `source` is lines")
+        z = taken("z", source.z, np.complex64, ("beam", "sample"), ("complex64", "complex128"))
+        beam_x, rays = source._beams()
+        points = _native.surface_of_lines(
+            z, source.fs, source.t0, beam_x, rays, source.sub_lines, source.c, keys
+        )
+        return Surface(*points, lines=len(beam_x), source=source)
+    image = _image(source, pixel_size)
+    pixels = taken("source", image.pixels, np.float32, ("row", "column"), ("float32", "float64", "uint8"))
+    # A picture from elsewhere begins at its top, an image of lines where they do.
+    depth = image.z0 if isinstance(source, Image) else 0.0
+    points, lines, found = _native.surface_of_picture(
+        pixels, image.pixel, image.x0, image.z0, depth, None if fan is None else Fan(*fan), keys
+    )
+    return Surface(*points, lines=lines, source=image, fan=None if found is None else Fan(*found))
+
+
+def _image(source: Any, pixel_size: float | None) -> Image:
+    """The picture with the size of its pixels."""
+    if isinstance(source, Image):
+        if source.quantity == "phase symmetry":
+            raise ValueError("`source` is a map of phase symmetry, which has no shadows; expected lines or grey levels")
+        if source.angle is not None:
+            raise ValueError("`source` is on a polar grid; expected lines, or an image of square pixels")
+        if pixel_size is not None:
+            raise ValueError("`pixel_size` is that of the image; expected it for pictures without one")
+        return source
+    if pixel_size is None:
+        raise ValueError("`source` is a picture: give the side of its pixels as `pixel_size`, in m, such as 0.1e-3")
+    if not 1e-6 <= pixel_size <= 1e-2:
+        raise ValueError(f"`pixel_size` is {pixel_size}; expected 1e-6 to 0.01 (m)")
+    pixels = taken("source", source, np.float32, ("row", "column"), ("float32", "float64", "uint8"))
+    return Image(pixels, 0.0, 0.0, pixel_size)
