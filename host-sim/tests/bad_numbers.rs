@@ -317,4 +317,12 @@ fn doubtful_values_are_warned_of() {
         .with("tx_focus", scalar(5.0))
         .finish();
     warned("", &["`tx_focus` is 5 m", "in mm"]);
+    // Samples taken for elements.
+    let many: Vec<f64> = (0..1100).map(|m| 1e-4 * (f64::from(m) - 549.5)).collect();
+    let rf = Array3::from_elem((2, 1100, 64), 1f32);
+    channel_data_without(&path, &["rf", "element_x"])
+        .with("rf", rf.into_dyn())
+        .with("element_x", vector(&many))
+        .finish();
+    warned("", &["1100 elements over 109.9 mm", "the axes of the samples"]);
 }

@@ -401,6 +401,11 @@ def types():
         if dtype not in ("float16", ">f4", ">i2"):
             write_mat5(folder / f"{name}.mat", "rf", other[0])
             read_alike(folder / f"{name}.mat", "rf", rf)
+    above = (rf + 100).astype(np.uint16)
+    for write in (write_h5, write_mat5):
+        path = folder / f"uint16_{write.__name__}.dat"
+        write(path, "rf", above[0])
+        read_alike(path, "rf", rf + 100)
     # MATLAB keeps whole numbers of any class as bytes where they fit: as here, in a double array.
     write_npz(folder / "arrays of one.npz", "rf", rf[0], fs=np.array([FS]), c=np.array([[C]]), t0=np.array([0.0]))
     read_alike(folder / "arrays of one.npz", "rf", rf)
@@ -610,7 +615,28 @@ def layouts():
             # float32 of the samples: whole numbers that RF of any type holds.
             read_alike(path, "rf", samples.astype(np.float32), *flags, exact=False, **expected)
             told_of = run("info", path, *flags)
-            check(told_of.returncode == 0 and "\nassumed " in told_of.stdout, f"{path.name}: {told(told_of)}")
+            assumed = [line.split(maxsplit=1)[1] for line in told_of.stdout.splitlines() if line.startswith("assumed ")]
+            check(told_of.returncode == 0 and assumed, f"{path.name}: {told(told_of)}")
+            # What turns a file into lines or another file says the same.
+            for command in ("convert", "beamform"):
+                words = ["--method", "das", "--line-count", 5] if command == "beamform" else []
+                outcome = run(command, path, "-o", "assumed.npz", *flags, *words)
+                line = f"host-sim: {path}: assumed: {'; '.join(assumed)}"
+                check(line in outcome.stderr.splitlines(), f"{path.name}: {command}: {told(outcome)}")
+    # Of a workspace that tells little, each default is said.
+    for receive in verasonics["Receive"]:
+        del receive["decimSampleRate"], receive["sampleMode"], receive["startDepth"]
+    little = dict(waves, Receive=verasonics["Receive"])
+    little["Trans"] = {name: waves["Trans"][name] for name in ("frequency", "ElementPos", "ConnectorES")}
+    del little["TW"], little["Resource"]
+    mat5(folder / "defaults.mat", little)
+    held = converted(folder / "defaults.mat")
+    fits = held is not None and held["fs"] == 4 * F0 and held["c"] == C and np.allclose(held["element_x"], X, atol=1e-12)
+    check(fits and np.allclose(held["t0"], -passes, atol=1e-12) and "lens_delay" not in held, f"defaults.mat: {held and held['t0']}")
+    outcome = run("info", folder / "defaults.mat")
+    for name in ("units", "decimSampleRate", "speedOfSound", "peak", "lensCorrection"):
+        is_said = any(line.startswith("assumed ") and f".{name} is not there" in line for line in outcome.stdout.splitlines())
+        check(is_said, f"defaults.mat: {name}: {outcome.stdout}")
     # A mode that leaves samples out is refused by its name.
     for receive in verasonics["Receive"]:
         receive["sampleMode"] = "BS100BW"

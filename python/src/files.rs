@@ -6,7 +6,7 @@ use bonebeam_files::{ChannelData, Recording, Samples, Transmits};
 use bonebeam_formats::{self as formats, Variables};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::error::refused;
 
@@ -41,7 +41,11 @@ impl RecordingFile {
             .detach(read)
             .map_err(|e: bonebeam_files::Error| refused(e))?
         {
-            Recording::Channel(data) => channel_data(py, data),
+            Recording::Channel(data) => {
+                let keys = channel_data(py, data)?;
+                keys.set_item("assumed", PyTuple::new(py, self.0.assumed())?)?;
+                Ok(keys)
+            }
             Recording::Aligned(data) => {
                 let keys = PyDict::new(py);
                 keys.set_item("x", data.x.into_pyarray(py))?;

@@ -4,6 +4,7 @@ import os
 import pickle
 import subprocess
 import sys
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -110,10 +111,25 @@ def test_what_fails_in_a_process_is_told(recording):
     with pytest.raises(ValueError, match="`processes` is 0; expected at least 1"):
         dataset.map(len, processes=0)
     assert list(dataset.map(lambda frame: frame.rf.shape[0], processes=1)) == [3] * 5
-    # Given up after the first.
-    results = dataset.map(where, processes=2)
-    next(results)
+
+
+def marks(frame, folder, frames):
+    """Leaves a file for its frame; all but the first take a while."""
+    number = next(n for n, other in enumerate(frames) if same_bits(other, frame.rf[0, 0, :40]))
+    (folder / str(number)).touch()
+    time.sleep(1.5 if number else 0)
+    return number
+
+
+def test_what_is_given_up_is_not_worked_on(folder, recording):
+    path, rf = recording
+    marked = folder / "marked"
+    marked.mkdir()
+    results = bonebeam.Dataset(path).map(marks, folder=marked, frames=rf[:, 0, 0, :40], processes=2)
+    assert next(results) == 0
     results.close()
+    # The first, and what both processes were at: the pool had been given all five.
+    assert {path.name for path in marked.iterdir()} <= {"0", "1", "2"}
 
 
 def test_progress_goes_to_the_standard_error(recording, capsys):

@@ -107,6 +107,24 @@ def test_variables_name_the_arrays_of_a_file(folder, plane):
         bonebeam.read(path, variables={"depth": 3})
 
 
+def test_what_was_assumed_of_a_file_is_told(folder, plane):
+    io = pytest.importorskip("scipy.io")
+    path = folder / "must.mat"
+    param = {"fs": plane.fs, "fc": plane.f0, "pitch": plane.element_x[1] - plane.element_x[0]}
+    io.savemat(path, {"RF": plane.rf[0].T, "param": param})
+    data = bonebeam.read(path)
+    assert "c is 1540 m/s, of which the file tells nothing" in data.assumed
+    assert bonebeam.Dataset(path)[0].assumed == data.assumed
+    assert repr(data).endswith(f"assumed: {'; '.join(data.assumed)}>")
+    assert "<th style='text-align:left'>Assumed</th>" in data._repr_html_()
+    assert "assumed" not in data.keys()
+    # What the command reads is what was read.
+    np.savez(folder / "again.npz", **data.keys())
+    again = bonebeam.read(folder / "again.npz")
+    assert again.assumed == () and "assumed" not in repr(again)
+    assert same_bits(bonebeam.beamform(again, method="das").z, bonebeam.beamform(data, method="das").z)
+
+
 def test_the_way_of_the_lines_is_as_asked(folder, command, plane):
     path = folder / "recording.npz"
     np.savez(path, **plane.keys())

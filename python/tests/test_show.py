@@ -152,8 +152,8 @@ def test_an_image_on_a_polar_grid_has_degrees(figures, plane):
     with pytest.raises(ValueError, match="polar grid"):
         image.x
     assert "-32.5 to 32.5 degrees" in repr(image)
-    drawn = image.plot()
-    assert (drawn.get_xlabel(), drawn.get_ylabel()) == ("Angle, degrees", "Depth along the beam, mm")
+    for drawn in (image.plot(), fan.plot(grid="polar")):
+        assert (drawn.get_xlabel(), drawn.get_ylabel()) == ("Angle, degrees", "Depth along the beam, mm")
     bones = bonebeam.phase_symmetry(image, scales=[2**-4], pad=True)
     assert bones.extent == image.extent
     pytest.importorskip("xarray")
@@ -217,6 +217,10 @@ def test_figures_have_axes_in_mm_and_a_bar(figures, point, lines, image):
     drawn = lines.plot(dynamic_range=50)
     assert drawn.images[0].get_clim() == (-50, 0)
     assert tuple(drawn.images[0].get_extent()) == bonebeam.bmode(lines, dynamic_range=50).extent
+    drawn = lines.plot(pixel_size=2e-4)
+    left, right, bottom, top = drawn.images[0].get_extent()
+    rows, columns = drawn.images[0].get_array().shape
+    assert ((right - left) / columns, (bottom - top) / rows) == pytest.approx((0.2, 0.2))
 
     drawn = point.plot(transmit=3, dynamic_range=30)
     assert drawn.images[0].get_clim() == (-30, 0)

@@ -42,7 +42,12 @@ pub fn complain(error: &Error) {
 
 /// Tells what is probably not meant in one line on the standard error; the run goes on.
 pub fn warn(message: &str) {
-    let line = format!("host-sim: warning: {}\n", one_line(message));
+    remark(&format!("warning: {message}"));
+}
+
+/// Tells what is worth knowing in one line on the standard error; the run goes on.
+pub fn remark(message: &str) {
+    let line = format!("host-sim: {}\n", one_line(message));
     let _ = io::stderr().lock().write_all(line.as_bytes());
 }
 

@@ -10,7 +10,8 @@ use clap::Args;
 use super::frames::{FrameRange, parse_frames};
 use super::measures::Measures;
 use super::surface_files::{FrameSurface, Kind, add_surfaces_to};
-use super::{ConfigArgument, VariableArguments, about, command_line, load_config, recording_help};
+use super::{ConfigArgument, VariableArguments};
+use super::{about, command_line, load_config, recording_help, tell_assumed};
 use crate::config::Config;
 use crate::flags::{BeamformFlags, ImageFlags, PhaseSymmetryFlags};
 use crate::progress::Progress;
@@ -270,6 +271,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         check_beams(beam_x).map_err(|e| about(&arguments.recording, e))?;
     }
     arguments.warn_of(first, &config)?;
+    tell_assumed(&arguments.recording, &file);
     let pictures = pictured.then(|| arguments.pictures(&config));
     let frames = FrameRange::of(arguments.frames.as_ref(), file.frames())?;
     let at_a_time = file.frames_at_a_time().min(frames.len());

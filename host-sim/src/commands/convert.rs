@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{ConfigArgument, VariableArguments, load_config, recording_help};
+use super::{ConfigArgument, VariableArguments, load_config, recording_help, tell_assumed};
 use crate::Result;
 use crate::provenance::Snapshot;
 use bonebeam_files::atomic::{Outputs, check_outputs};
@@ -63,6 +63,7 @@ pub fn run(arguments: Arguments) -> Result<()> {
         return print(&format!("lines read, {} written\n", export.name()));
     }
     let file = RecordingFile::open(&arguments.recording, &config.variables)?;
+    tell_assumed(&arguments.recording, &file);
     if let Recording::Channel(data) = file.first() {
         for warning in data.warnings() {
             warn(&format!("{}: {warning}", arguments.recording.display()));

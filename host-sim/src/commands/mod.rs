@@ -25,8 +25,9 @@ use std::path::{Path, PathBuf};
 
 use crate::config::Config;
 use crate::{Error, Result};
+use bonebeam_files::terminal::remark;
 use bonebeam_files::{cannot_be_opened, file_error, input};
-use bonebeam_formats::{Format, Layout, Variables};
+use bonebeam_formats::{Format, Layout, RecordingFile, Variables};
 use clap::builder::PossibleValuesParser;
 
 /// The file of `--config`, or the defaults.
@@ -61,6 +62,14 @@ fn read_document(path: &Path) -> Result<String> {
     let bytes = input::read(path, LONGEST_DOCUMENT);
     let bytes = bytes.map_err(|e| file_error(path, cannot_be_opened(&e)))?;
     String::from_utf8(bytes).map_err(|_| file_error(path, "is not UTF-8"))
+}
+
+/// Tells on the standard error what a recording's file does not tell and was assumed; the run goes on.
+fn tell_assumed(path: &Path, file: &RecordingFile) {
+    if !file.assumed().is_empty() {
+        let assumed = file.assumed().join("; ");
+        remark(&format!("{}: assumed: {assumed}", path.display()));
+    }
 }
 
 /// The help of the argument that every command takes that reads a recording.

@@ -121,10 +121,12 @@ class ChannelData(Shown):
     """Virtual sources: their depths, m; above 0 the wave converges on the source."""
     tx_delay: npt.NDArray[np.float64] | None = None
     """Any transmits: when each element fires, s, [transmit, element]; NaN where it does not."""
+    assumed: tuple[str, ...] = ()
+    """What the file that was read does not tell and was assumed: a sentence each. No key of a ``.npz`` file."""
 
     def keys(self) -> dict[str, Any]:
-        """The fields that are there, by name."""
-        return {key: value for key, value in vars(self).items() if value is not None}
+        """The fields that are there, by name; without ``assumed``."""
+        return {key: value for key, value in vars(self).items() if value is not None and key != "assumed"}
 
     @property
     def samples(self) -> npt.NDArray[Any]:
@@ -198,6 +200,8 @@ class ChannelData(Shown):
         pitch = (position[-1] - position[0]) / max(len(position) - 1, 1)
         facts["Sound speed"] = f"{self.c:g} m/s"
         facts["Array"] = f"array of {1e3 * pitch * len(position):.1f} mm"
+        if self.assumed:
+            facts["Assumed"] = f"assumed: {'; '.join(self.assumed)}"
         return facts
 
     def _picture(self) -> npt.NDArray[np.uint8]:
@@ -294,6 +298,8 @@ class Lines(Shown):
         *,
         frame: int = 0,
         dynamic_range: float = 60.0,
+        pixel_size: float | None = None,
+        grid: Literal["cartesian", "polar"] = "cartesian",
         colour_bar: bool = True,
     ) -> Axes:
         """Draws the B-mode image of one frame, with axes in mm: :func:`bmode`, then :meth:`Image.plot`.
@@ -301,13 +307,14 @@ class Lines(Shown):
         Args:
             ax: Where to draw; into a figure of its own without it.
             frame: Which frame, where there are several.
-            dynamic_range: What lies this far below the largest envelope is black, dB.
+            dynamic_range, pixel_size, grid: See :func:`bmode`.
             colour_bar: Whether to add a bar of the decibels.
 
         Returns:
             The axes. Needs matplotlib: ``pip install 'bonebeam[plot]'``.
         """
-        return self._image(frame, dynamic_range).plot(ax, colour_bar=colour_bar)
+        image = self._image(frame, dynamic_range=dynamic_range, pixel_size=pixel_size, grid=grid)
+        return image.plot(ax, colour_bar=colour_bar)
 
     def to_xarray(self) -> DataArray:
         """The lines as an ``xarray.DataArray`` over beams and samples, with their positions in m and times in s.
@@ -328,11 +335,11 @@ class Lines(Shown):
         beam_z, beam_angle = (np.asarray(place, np.float64) for place in places)
         return beam_x, (beam_z, beam_angle)
 
-    def _image(self, frame: int, dynamic_range: float = 60.0) -> Image:
+    def _image(self, frame: int, **asked: Any) -> Image:
         from ._images import bmode
 
         lines = self if np.ndim(self.z) == 2 else self.frame(frame)
-        return bmode(lines, dynamic_range=dynamic_range)
+        return bmode(lines, **asked)
 
     def _facts(self) -> Mapping[str, str]:
         z = from_anywhere("z", self.z)

@@ -151,7 +151,8 @@ class Dataset(Sequence["ChannelData | AlignedData"]):
 def _results(work: bytes, frames: int, processes: int) -> Iterator[Any]:
     # Processes that are forked would lack the threads of this one.
     context = multiprocessing.get_context("spawn")
-    arguments = (work, processes)
+    given_up = context.Event()
+    arguments = (work, processes, given_up)
     with ProcessPoolExecutor(processes, context, _begin, arguments) as pool:
         try:
             waiting: deque[Future[Any]] = deque()
@@ -162,21 +163,26 @@ def _results(work: bytes, frames: int, processes: int) -> Iterator[Any]:
             while waiting:
                 yield waiting.popleft().result()
         finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+            # The pool itself would do all that it was given.
+            given_up.set()
 
 
 # What a process works on: as it came, and as it is.
 _work: Any = None
+# Set when nobody waits for results any more.
+_given_up: Any = None
 
 
-def _begin(work: bytes, processes: int) -> None:
-    global _work
-    _work = work
+def _begin(work: bytes, processes: int, given_up: Any) -> None:
+    global _work, _given_up
+    _work, _given_up = work, given_up
     _native.share_processors(processes)
 
 
 def _result(frame: int) -> Any:
     global _work
+    if _given_up.is_set():
+        return None
     if isinstance(_work, bytes):
         _work = pickle.loads(_work)
     dataset, function, keywords = _work
