@@ -324,5 +324,8 @@ fn doubtful_values_are_warned_of() {
         .with("rf", rf.into_dyn())
         .with("element_x", vector(&many))
         .finish();
-    warned("", &["1100 elements over 109.9 mm", "the axes of the samples"]);
+    warned(
+        "",
+        &["1100 elements over 109.9 mm", "the axes of the samples"],
+    );
 }

@@ -163,14 +163,17 @@ impl Variables {
             [LAYOUT, IQ_CONJUGATE].contains(&key)
                 || keys.contains(&key) && self.number(key).is_some()
         };
-        match self.0.keys().find(|key| !has_effect(key)) {
-            None => Ok(()),
-            Some(key) => Err(format!(
-                "`{key}` in [variables] (--variable) has no effect on a file of this format, which names \
-                 its arrays itself; numbers for {} have one",
-                keys.join(", ")
-            )),
-        }
+        let Some(key) = self.0.keys().find(|key| !has_effect(key)) else {
+            return Ok(());
+        };
+        let others = match keys {
+            [] => String::new(),
+            _ => format!("; numbers for {} have one", keys.join(", ")),
+        };
+        Err(format!(
+            "`{key}` in [variables] (--variable) has no effect on a file of this format, which names its arrays \
+             itself{others}"
+        ))
     }
 
     /// Every key is one that is known, and has what it takes.
@@ -217,6 +220,19 @@ impl Variables {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_has_no_effect_is_told_with_what_has() {
+        let mut variables = Variables::default();
+        variables.insert("c", Given::Name("speed".into()));
+        let refused = |keys: &[&str]| variables.only_numbers(keys).unwrap_err();
+        assert!(
+            refused(&["c", "fs"]).ends_with("names its arrays itself; numbers for c, fs have one")
+        );
+        assert!(refused(&[]).ends_with("names its arrays itself"));
+        variables.insert("c", Given::Number(1500.0));
+        assert_eq!(variables.only_numbers(&["c"]), Ok(()));
+    }
 
     #[test]
     fn names_and_numbers_are_distinguished() {
