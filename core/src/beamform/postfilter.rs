@@ -1,6 +1,6 @@
 //! Postfilters: a real factor for each sample, from the aligned samples, that multiplies a method's output.
 
-use super::segment::{Segment, SegmentGroup};
+use super::segment::SegmentGroup;
 use super::snapshot::gather;
 use super::table::{Parameter, choices};
 use crate::simd::{ComplexVector, Scalar, Vector};
@@ -27,13 +27,13 @@ const BLOCK: usize = 8;
 /// Multiplies `z[lane][i]`, sample `first_sample + i` of its segment, by the factor of that sample.
 #[inline(always)]
 pub(super) fn postfilter<V: Vector>(
-    (postfilter, cutoff): (Postfilter, usize),
+    postfilter: (Postfilter, usize),
     zero: V,
     group: SegmentGroup<'_, '_>,
     z: &mut [&mut [Complex<f32>]],
 ) {
-    if postfilter != Postfilter::None {
-        apply((postfilter, cutoff), zero, group, z);
+    if postfilter.0 != Postfilter::None {
+        apply(postfilter, zero, group, z);
     }
 }
 
@@ -41,37 +41,22 @@ pub(super) fn postfilter<V: Vector>(
 #[cold]
 #[inline(never)]
 fn apply<V: Vector>(
-    (postfilter, cutoff): (Postfilter, usize),
+    postfilter: (Postfilter, usize),
     zero: V,
     group: SegmentGroup<'_, '_>,
     z: &mut [&mut [Complex<f32>]],
 ) {
-    match postfilter {
-        Postfilter::None => {}
-        Postfilter::CoherenceFactor => multiply(
-            zero,
-            z,
-            #[inline(always)]
-            |i| coherence(zero, group.segments, i, group.count),
-        ),
-        Postfilter::GeneralizedCoherenceFactor => multiply(
-            zero,
-            z,
-            #[inline(always)]
-            |i| generalized_coherence(zero, group, i, cutoff),
-        ),
-    }
-}
-
-/// Multiplies `z[lane][i]` by lane `lane` of `factor(i)`.
-#[inline(never)]
-fn multiply<V: Vector>(zero: V, z: &mut [&mut [Complex<f32>]], factor: impl Fn(isize) -> V) {
     let longest = z.iter().map(|z| z.len()).max().unwrap_or(0);
     zero.vectorize(
         #[inline(always)]
         || {
             for i in 0..longest {
-                let factor = factor(i as isize);
+                let sample = SampleOf {
+                    zero,
+                    group,
+                    i: i as isize,
+                };
+                let factor = factor(postfilter, sample.sums(), &sample);
                 for (z, &factor) in z.iter_mut().zip(factor.lanes()) {
                     if let Some(z) = z.get_mut(i) {
                         *z *= factor;
@@ -82,68 +67,77 @@ fn multiply<V: Vector>(zero: V, z: &mut [&mut [Complex<f32>]], factor: impl Fn(i
     );
 }
 
-/// The coherence factor of each segment's sample `i`: both sums ascending from zero, at the line's working scale,
-/// so that squares neither overflow nor, above −300 dB of the line's largest sample, underflow. A sample
-/// without power has the factor 0. Rounding is cut at 1.
-#[inline(always)]
-fn coherence<V: Vector>(zero: V, segments: &[Segment<'_>], i: isize, count: usize) -> V {
-    let zero = zero.zero();
-    let (sum, power) = sums(zero, segments, i, count);
-    share(sum.norm_sqr(), power, count)
+/// The active elements of a sample.
+pub(super) trait Elements<V: Vector> {
+    fn count(&self) -> usize;
+
+    /// Hands each element with its index to `take`, in the order in which they are summed up.
+    fn each(&self, take: impl FnMut(usize, ComplexVector<V>));
 }
 
-/// The sum of the elements and that of their powers.
+/// The factor of a postfilter with its cutoff, of elements with their sum and the sum of their powers, both at the
+/// line's working scale, so that squares neither overflow nor, above −300 dB of the line's largest sample, underflow.
 #[inline(always)]
-fn sums<V: Vector>(
-    zero: V,
-    segments: &[Segment<'_>],
-    i: isize,
-    count: usize,
-) -> (ComplexVector<V>, V) {
-    let mut sum = ComplexVector::from_real(zero);
-    let mut power = zero;
-    each_element(
-        zero,
-        segments,
-        i,
-        count,
-        #[inline(always)]
-        |_, x| {
-            sum = sum + x;
-            power = power + x.norm_sqr();
-        },
-    );
-    (sum, power)
+pub(super) fn factor<V: Vector>(
+    (postfilter, cutoff): (Postfilter, usize),
+    (sum, power): (ComplexVector<V>, V),
+    elements: &impl Elements<V>,
+) -> V {
+    let coherent = match postfilter {
+        Postfilter::None => return power.splat(1.0),
+        Postfilter::CoherenceFactor => sum.norm_sqr(),
+        Postfilter::GeneralizedCoherenceFactor => low_frequencies(sum, elements, cutoff),
+    };
+    share(coherent, power, elements.count())
 }
 
-/// Hands the elements of each segment's sample `i` to `take`, in ascending order.
-#[inline(always)]
-fn each_element<V: Vector>(
+/// Sample `i` of each segment.
+struct SampleOf<'s, 'a, V> {
     zero: V,
-    segments: &[Segment<'_>],
+    group: SegmentGroup<'s, 'a>,
     i: isize,
-    count: usize,
-    mut take: impl FnMut(usize, ComplexVector<V>),
-) {
-    let mut block = [ComplexVector::from_real(zero); BLOCK];
-    for first in (0..count).step_by(BLOCK) {
-        let Some(block) = block.get_mut(..(count - first).min(BLOCK)) else {
-            return;
-        };
-        gather(zero, segments, i, first, block);
-        for (m, &mut x) in block.iter_mut().enumerate() {
-            take(first + m, x);
+}
+
+impl<V: Vector> SampleOf<'_, '_, V> {
+    /// The sum of the elements and that of their powers, ascending from zero.
+    #[inline(always)]
+    fn sums(&self) -> (ComplexVector<V>, V) {
+        let zero = self.zero.zero();
+        let (mut sum, mut power) = (ComplexVector::from_real(zero), zero);
+        self.each(
+            #[inline(always)]
+            |_, x| {
+                sum = sum + x;
+                power = power + x.norm_sqr();
+            },
+        );
+        (sum, power)
+    }
+}
+
+impl<V: Vector> Elements<V> for SampleOf<'_, '_, V> {
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.group.count
+    }
+
+    #[inline(always)]
+    fn each(&self, mut take: impl FnMut(usize, ComplexVector<V>)) {
+        let SegmentGroup { segments, count } = self.group;
+        let mut block = [ComplexVector::from_real(self.zero.zero()); BLOCK];
+        for first in (0..count).step_by(BLOCK) {
+            let Some(block) = block.get_mut(..(count - first).min(BLOCK)) else {
+                return;
+            };
+            gather(self.zero, segments, self.i, first, block);
+            for (m, &mut x) in block.iter_mut().enumerate() {
+                take(first + m, x);
+            }
         }
     }
 }
 
-/// The coherence factor of the sum of `count` samples and the sum of their powers.
-#[inline(always)]
-pub(super) fn coherence_of<V: Vector>(sum: ComplexVector<V>, power: V, count: usize) -> V {
-    share(sum.norm_sqr(), power, count)
-}
-
-/// The coherent power over `count` times the power of all elements: 0 without power, at most 1.
+/// The coherent power over `count` times the power of all elements: 0 without power; rounding is cut at 1.
 #[inline(always)]
 fn share<V: Vector>(coherent: V, power: V, count: usize) -> V {
     let (zero, one) = (power.zero(), power.splat(1.0));
@@ -152,76 +146,36 @@ fn share<V: Vector>(coherent: V, power: V, count: usize) -> V {
     V::select(zero.less(power), factor, zero)
 }
 
-/// The generalized coherence factor of each segment's sample `i`, by [`share_of_spectrum`].
+/// `Σ|p_k|²` over `k = −cutoff..=cutoff`, with `p_k` the discrete Fourier transform of the elements and `p_0` their sum.
+/// With `C = Σ x_m cos(2πkm/M)` and `S` the same of the sine, `|p_k|² + |p_{−k}|²` is `2·(|C|² + |S|²)`: sums in the
+/// order of the elements, frequencies ascending from `k = 0`.
 ///
 /// Cost: `8·M` flops, `M` sines and cosines a frequency.
 #[inline(always)]
-fn generalized_coherence<V: Vector>(
-    zero: V,
-    group: SegmentGroup<'_, '_>,
-    i: isize,
+fn low_frequencies<V: Vector>(
+    sum: ComplexVector<V>,
+    elements: &impl Elements<V>,
     cutoff: usize,
 ) -> V {
-    let SegmentGroup { segments, count } = group;
-    share_of_spectrum(
-        sums(zero, segments, i, count),
-        (count, cutoff),
-        #[inline(always)]
-        |frequency| {
-            each_element(
-                zero,
-                segments,
-                i,
-                count,
-                #[inline(always)]
-                |m, x| frequency.add(m, x),
-            );
-        },
-    )
-}
-
-/// The parts of the discrete Fourier transform at `k` cycles across `count` elements.
-pub(super) struct Frequency<V> {
-    k: usize,
-    count: usize,
-    cosines: ComplexVector<V>,
-    sines: ComplexVector<V>,
-}
-
-impl<V: Vector> Frequency<V> {
-    /// Adds element `m`.
-    #[inline(always)]
-    pub(super) fn add(&mut self, m: usize, x: ComplexVector<V>) {
-        let turns = (self.k * m).checked_rem(self.count).unwrap_or(0) as f32 / self.count as f32;
-        let (sine, cosine) = libm::sincosf(TAU * turns);
-        self.cosines = self.cosines + x.scale(x.re.splat(cosine));
-        self.sines = self.sines + x.scale(x.re.splat(sine));
-    }
-}
-
-/// The generalized coherence factor of `count` elements from their sum and the sum of their powers; `each` hands them out.
-/// With `C = Σ x_m cos(2πkm/M)` and `S` the same of the sine, `|p_k|² + |p_{−k}|²` is `2·(|C|² + |S|²)`: sums in the order
-/// of `each`, frequencies ascending from `k = 0`.
-#[inline(always)]
-pub(super) fn share_of_spectrum<V: Vector>(
-    (sum, power): (ComplexVector<V>, V),
-    (count, cutoff): (usize, usize),
-    each: impl Fn(&mut Frequency<V>),
-) -> V {
-    let zero = power.zero();
+    let zero = sum.re.zero();
+    let count = elements.count();
     // Above half the elements a frequency is one below it.
     let cutoff = cutoff.min(count.saturating_sub(1) / 2);
     let mut coherent = sum.norm_sqr();
     for k in 1..=cutoff {
-        let mut frequency = Frequency {
-            k,
-            count,
-            cosines: ComplexVector::from_real(zero),
-            sines: ComplexVector::from_real(zero),
-        };
-        each(&mut frequency);
-        let both = frequency.cosines.norm_sqr() + frequency.sines.norm_sqr();
+        let mut cosines = ComplexVector::from_real(zero);
+        let mut sines = ComplexVector::from_real(zero);
+        elements.each(
+            #[inline(always)]
+            |m, x| {
+                let turns = (k * m).checked_rem(count).unwrap_or(0) as f32 / count as f32;
+                let (sine, cosine) = libm::sincosf(TAU * turns);
+                cosines = cosines + x.scale(zero.splat(cosine));
+                sines = sines + x.scale(zero.splat(sine));
+            },
+        );
+        let both = cosines.norm_sqr() + sines.norm_sqr();
         coherent = coherent + both + both;
     }
-    share(coherent, power, count)
+    coherent
 }

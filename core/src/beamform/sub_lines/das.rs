@@ -3,9 +3,10 @@
 use super::steer::{Powers, number};
 use crate::beamform::apodization::Window;
 use crate::beamform::parameters::Beamformer;
-use crate::beamform::postfilter::{Postfilter, coherence_of, share_of_spectrum};
+use crate::beamform::postfilter::{Elements, Postfilter, factor};
 use crate::beamform::segment::Segment;
 use crate::geometry::Steering;
+use crate::simd::ComplexVector;
 use num_complex::Complex;
 
 impl Beamformer {
@@ -45,25 +46,8 @@ impl Beamformer {
                     None => steered.sum() / count as f32,
                     Some(window) => steered.weighted(window) / window.total(count),
                 };
-                *z = line.unscale(mean * (phase * self.factor(&steered)));
-            }
-        }
-    }
-
-    /// The postfilter's factor.
-    fn factor(&self, steered: &Steered<'_>) -> f32 {
-        let (postfilter, cutoff) = self.parameters().postfilter_of_lines();
-        let count = steered.active.len();
-        match postfilter {
-            Postfilter::None => 1.0,
-            Postfilter::CoherenceFactor => {
-                coherence_of(number(steered.sum()), steered.power(), count)
-            }
-            Postfilter::GeneralizedCoherenceFactor => {
-                let sums = (number(steered.sum()), steered.power());
-                share_of_spectrum(sums, (count, cutoff), |frequency| {
-                    steered.each(|m, y| frequency.add(m, number(y)));
-                })
+                *z =
+                    line.unscale(mean * (phase * steered.factor(parameters.postfilter_of_lines())));
             }
         }
     }
@@ -77,9 +61,45 @@ struct Steered<'a> {
 }
 
 impl Steered<'_> {
-    /// Hands each element `m` with its phase, `e^{−js(m−centre)}·x_m` at the scale, to `take`, from the middle outwards.
+    /// The postfilter's factor.
+    fn factor(&self, postfilter: (Postfilter, usize)) -> f32 {
+        match postfilter.0 {
+            Postfilter::None => 1.0,
+            _ => factor(postfilter, (number(self.sum()), self.power()), self),
+        }
+    }
+
+    fn sum(&self) -> Complex<f32> {
+        let mut sum = Complex::new(0.0, 0.0);
+        self.each(|_, y| sum += y.lane(0));
+        sum
+    }
+
+    fn weighted(&self, window: &Window) -> Complex<f32> {
+        let mut sum = Complex::new(0.0, 0.0);
+        self.each(|m, y| sum += y.lane(0) * window.weight(m, self.active.len()));
+        sum
+    }
+
+    /// `Σ|x_m|²`, ascending from zero.
+    fn power(&self) -> f32 {
+        let mut power = 0.0;
+        for &x in self.active {
+            power += (x * self.scale).norm_sqr();
+        }
+        power
+    }
+}
+
+impl Elements<f32> for Steered<'_> {
+    fn count(&self) -> usize {
+        self.active.len()
+    }
+
+    /// With its phase, `e^{−js(m−centre)}·x_m` at the scale, from the middle outwards.
     #[inline(always)]
-    fn each(&self, mut take: impl FnMut(usize, Complex<f32>)) {
+    fn each(&self, mut take: impl FnMut(usize, ComplexVector<f32>)) {
+        let mut take = |m, y| take(m, number(y));
         let &Steered {
             active,
             scale,
@@ -100,26 +120,5 @@ impl Steered<'_> {
             take(middle + to_right, right * scale * power.conj());
             take(to_left, left * scale * power);
         }
-    }
-
-    fn sum(&self) -> Complex<f32> {
-        let mut sum = Complex::new(0.0, 0.0);
-        self.each(|_, y| sum += y);
-        sum
-    }
-
-    fn weighted(&self, window: &Window) -> Complex<f32> {
-        let mut sum = Complex::new(0.0, 0.0);
-        self.each(|m, y| sum += y * window.weight(m, self.active.len()));
-        sum
-    }
-
-    /// `Σ|x_m|²`, ascending from zero.
-    fn power(&self) -> f32 {
-        let mut power = 0.0;
-        for &x in self.active {
-            power += (x * self.scale).norm_sqr();
-        }
-        power
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::beamform::apodization::Window;
 use crate::beamform::parameters::Parameters;
-use crate::beamform::postfilter::{Postfilter, coherence_of, share_of_spectrum};
+use crate::beamform::postfilter::{Elements, Postfilter, factor};
 use crate::beamform::segment::SteeredSegments;
 use crate::beamform::workspace::Directions;
 use crate::covariance::Averaging;
@@ -121,7 +121,7 @@ pub(super) fn steer<A: Averaging<V>, V: Vector>(
                 rotate(half, active, directions.powers_of_step, rotated);
                 *slot = match parameters.postfilter {
                     Postfilter::None => phase,
-                    _ => phase.scale(factor(parameters, rotated, power)),
+                    _ => phase.scale(factor_of(parameters, rotated, power)),
                 };
                 match window {
                     None => subaperture_sum(zero, rotated, sums),
@@ -143,31 +143,38 @@ pub(super) fn steer<A: Averaging<V>, V: Vector>(
 
 /// The factor of a postfilter, of the elements with phases and of their power.
 #[inline(never)]
-fn factor<V: Vector>(parameters: &Parameters, rotated: &[ComplexVector<V>], power: V) -> V {
-    let zero = power.zero();
-    zero.vectorize(
+fn factor_of<V: Vector>(parameters: &Parameters, rotated: &[ComplexVector<V>], power: V) -> V {
+    power.vectorize(
         #[inline(always)]
         || {
-            let (postfilter, cutoff) = parameters.postfilter_of_lines();
-            let mut sum = ComplexVector::from_real(zero);
+            let mut sum = ComplexVector::from_real(power.zero());
             for &y in rotated {
                 sum = sum + y;
             }
-            match postfilter {
-                Postfilter::GeneralizedCoherenceFactor => share_of_spectrum(
-                    (sum, power),
-                    (rotated.len(), cutoff),
-                    #[inline(always)]
-                    |frequency| {
-                        for (m, &y) in rotated.iter().enumerate() {
-                            frequency.add(m, y);
-                        }
-                    },
-                ),
-                _ => coherence_of(sum, power, rotated.len()),
-            }
+            factor(
+                parameters.postfilter_of_lines(),
+                (sum, power),
+                &Rotated(rotated),
+            )
         },
     )
+}
+
+/// The elements with phases.
+struct Rotated<'a, V>(&'a [ComplexVector<V>]);
+
+impl<V: Vector> Elements<V> for Rotated<'_, V> {
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    #[inline(always)]
+    fn each(&self, mut take: impl FnMut(usize, ComplexVector<V>)) {
+        for (m, &y) in self.0.iter().enumerate() {
+            take(m, y);
+        }
+    }
 }
 
 /// The direction of sub-line `k` at sample `i` of each lane's segment.
