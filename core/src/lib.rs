@@ -44,6 +44,7 @@ mod magnitude;
 pub mod memory;
 pub mod phase_symmetry;
 pub mod pipeline;
+mod self_test;
 pub mod simd;
 pub mod surface;
 
@@ -52,6 +53,7 @@ pub use error::Error;
 pub use memory::Memory;
 pub use num_complex::Complex;
 pub use pipeline::{Frame, Parameters, Pipeline};
+pub use self_test::self_test;
 
 /// The names that an application needs, from channel data to bone maps: `use bonebeam::prelude::*`.
 pub mod prelude {

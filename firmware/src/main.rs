@@ -17,6 +17,10 @@ static WORKSPACES: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces
 
 #[entry]
 fn main() -> ! {
+    if let Err(method) = bonebeam::self_test() {
+        hprintln!("error: {method} has other bits");
+        exit(EXIT_FAILURE);
+    }
     let outcome = bonebeam_tests::run(WORKSPACES.take(), &mut |name, hash| {
         hprintln!("{name} {hash:016x}");
     });

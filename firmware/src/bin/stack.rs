@@ -255,6 +255,7 @@ fn beamform(arrays: &mut Arrays) -> Result<(), Error> {
     of("Beamformer::new", || {
         Beamformer::new(black_box(Parameters::DEFAULT))
     })?;
+    of("self_test", || Ok(bonebeam::self_test()))?;
     for (name, method) in [
         ("DAS", Method::Das),
         ("MV", Method::Mv),

@@ -36,6 +36,7 @@ fn main() -> ! {
     phase_symmetry::all();
     pipeline::all();
     surface::all();
+    take(bonebeam::self_test());
     loop {
         cortex_m::asm::wfi();
     }
