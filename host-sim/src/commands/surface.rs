@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::frames::{FrameRange, parse_frames};
 use super::surface_files::{Kind, Overlay, add_surfaces_to};
-use super::surface_inputs::{Crop, Found, parse_crop};
+use super::surface_inputs::{Crop, Found, Source, parse_crop};
 use super::{ConfigArgument, VariableArguments, command_line, load_config};
 use crate::config::Config;
 use crate::flags::{BeamformFlags, ImageFlags, SurfaceFlags, SurfacePictureFlags};
@@ -28,7 +28,7 @@ use bonebeam_files::terminal::print;
 pub struct Arguments {
     /// The recording, the lines, or the picture
     #[arg(value_name = "FILE")]
-    pub input: PathBuf,
+    input: PathBuf,
 
     /// The points, .csv: line, x and z in m, confidence, piece; .json: the same by pieces; .ply: x, 0, z in mm with
     /// confidence, and edges between neighbours; of several frames with the frame
@@ -37,18 +37,18 @@ pub struct Arguments {
 
     /// Also the picture, of the first frame, with the surface drawn over it
     #[arg(long, value_name = "OVERLAY.png")]
-    pub image: Option<PathBuf>,
+    image: Option<PathBuf>,
 
     /// Of a picture: the part that is the image, without a screen's text and rulers, in pixels from the top left
     #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = parse_crop, help_heading = "Picture")]
-    pub crop: Option<Crop>,
+    crop: Option<Crop>,
 
     #[command(flatten)]
     picture: SurfacePictureFlags,
 
     /// The frames A to B−1 of a recording or of lines of many, or frame A alone: A..B or A [default: all]
     #[arg(long, value_name = "A..B", value_parser = parse_frames)]
-    pub frames: Option<FrameRange>,
+    frames: Option<FrameRange>,
 
     #[command(flatten)]
     surface: SurfaceFlags,
@@ -113,7 +113,17 @@ pub fn run(arguments: Arguments) -> Result<()> {
     check_outputs(&[&arguments.input], &outputs)?;
 
     let snapshot = Snapshot::of(&arguments.input)?;
-    let found = Found::of(&arguments, &config, &snapshot)?;
+    let source = Source {
+        path: &arguments.input,
+        crop: arguments.crop,
+        frames: arguments.frames.as_ref(),
+        drawn: arguments.image.is_some(),
+        of_picture: match arguments.crop {
+            Some(_) => Some("--crop"),
+            None => arguments.picture.given(),
+        },
+    };
+    let found = Found::of(&source, &config, &snapshot)?;
     let mut outputs = Outputs::new();
     add_surfaces_to(&found.frames, found.lines, &arguments.output, &mut outputs)?;
     if let (Some(path), Some(picture)) = (&arguments.image, &found.picture) {
@@ -126,23 +136,6 @@ pub fn run(arguments: Arguments) -> Result<()> {
     config.add_to(&command_line(), &inputs, &config_path, &mut outputs)?;
     outputs.commit()?;
     print(&format!("{}\n", summary(&found)))
-}
-
-impl Arguments {
-    /// What tells of a picture has no effect on lines.
-    ///
-    /// # Errors
-    /// A flag that was given.
-    pub fn refuse_of_picture(&self) -> Result<()> {
-        let crop = self.crop.is_some().then_some("--crop");
-        let Some(flag) = crop.or(self.picture.given()) else {
-            return Ok(());
-        };
-        Err(Error::Usage(format!(
-            "{flag} has no effect on {}, which is not a picture",
-            self.input.display()
-        )))
-    }
 }
 
 /// How much of the lines have bone, and where.

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::about;
 use super::frames::FrameRange;
-use super::surface::Arguments;
 use super::surface_files::FrameSurface;
 use crate::config::Config;
 use crate::progress::Progress;
@@ -42,6 +41,30 @@ pub fn parse_crop(text: &str) -> std::result::Result<Crop, String> {
     }
 }
 
+/// What is read, and of it which part.
+pub struct Source<'a> {
+    pub path: &'a Path,
+    pub crop: Option<Crop>,
+    pub frames: Option<&'a FrameRange>,
+    /// Whether the picture is drawn.
+    pub drawn: bool,
+    /// A flag of pictures that was given.
+    pub of_picture: Option<&'static str>,
+}
+
+impl Source<'_> {
+    /// Refuses a flag of pictures.
+    fn refuse_of_picture(&self) -> Result<()> {
+        let Some(flag) = self.of_picture else {
+            return Ok(());
+        };
+        Err(Error::Usage(format!(
+            "{flag} has no effect on {}, which is not a picture",
+            self.path.display()
+        )))
+    }
+}
+
 /// What FILE holds.
 enum Input {
     Picture,
@@ -75,34 +98,34 @@ pub struct Found {
 }
 
 impl Found {
-    /// The surfaces of what the arguments name.
+    /// The surfaces of a source.
     ///
     /// # Errors
     /// Flags without an effect on it, what is not valid, what the core refuses.
-    pub fn of(arguments: &Arguments, config: &Config, snapshot: &Snapshot) -> Result<Self> {
-        match Input::of(&arguments.input)? {
-            Input::Picture => of_file_of_picture(arguments, config),
+    pub fn of(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Result<Self> {
+        match Input::of(source.path)? {
+            Input::Picture => of_file_of_picture(source, config),
             Input::Lines => {
-                arguments.refuse_of_picture()?;
-                let frames = BeamformedLines::read_frames(&arguments.input)?;
-                let range = FrameRange::of(arguments.frames.as_ref(), frames.len())?;
+                source.refuse_of_picture()?;
+                let frames = BeamformedLines::read_frames(source.path)?;
+                let range = FrameRange::of(source.frames, frames.len())?;
                 let mut found = None;
                 for index in range {
-                    add_frame(&mut found, index, &frames[index], arguments, config)?;
+                    add_frame(&mut found, index, &frames[index], source, config)?;
                 }
                 found.ok_or_else(|| Error::Usage("--frames asks for none".into()))
             }
             Input::Recording => {
-                arguments.refuse_of_picture()?;
-                of_recording(arguments, config, snapshot)
+                source.refuse_of_picture()?;
+                of_recording(source, config, snapshot)
             }
         }
     }
 }
 
-fn of_file_of_picture(arguments: &Arguments, config: &Config) -> Result<Found> {
-    let path = &arguments.input;
-    if arguments.frames.is_some() {
+fn of_file_of_picture(source: &Source<'_>, config: &Config) -> Result<Found> {
+    let path = source.path;
+    if source.frames.is_some() {
         let message = format!("--frames has no effect on {}, a picture", path.display());
         return Err(Error::Usage(message));
     }
@@ -124,7 +147,7 @@ fn of_file_of_picture(arguments: &Arguments, config: &Config) -> Result<Found> {
         y,
         width,
         height,
-    } = arguments.crop.unwrap_or(Crop {
+    } = source.crop.unwrap_or(Crop {
         x: 0,
         y: 0,
         width: columns,
@@ -179,16 +202,16 @@ fn add_frame(
     found: &mut Option<Found>,
     frame: usize,
     lines: &BeamformedLines,
-    arguments: &Arguments,
+    source: &Source<'_>,
     config: &Config,
 ) -> Result<()> {
-    let of_file = |error| about(&arguments.input, error);
+    let of_file = |error| about(source.path, error);
     let points = of_lines(lines, &config.surface).map_err(of_file)?;
     let surface = FrameSurface { frame, points };
     match found {
         Some(found) => found.frames.push(surface),
         None => {
-            let wanted = arguments.image.is_some();
+            let wanted = source.drawn;
             let picture = wanted.then(|| image_of(lines, &config.image)).transpose();
             *found = Some(Found {
                 frames: vec![surface],
@@ -202,17 +225,17 @@ fn add_frame(
 }
 
 /// Beamforms the frames, as many at a time as the file is read by, and finds the surface of each.
-fn of_recording(arguments: &Arguments, config: &Config, snapshot: &Snapshot) -> Result<Found> {
-    let path = &arguments.input;
+fn of_recording(source: &Source<'_>, config: &Config, snapshot: &Snapshot) -> Result<Found> {
+    let path = source.path;
     let file = RecordingFile::open(path, &config.variables)?;
-    let frames = FrameRange::of(arguments.frames.as_ref(), file.frames())?;
+    let frames = FrameRange::of(source.frames, file.frames())?;
     let first = file.first();
     if let Recording::Channel(data) = first {
         for warning in warnings(data, &config.beamform)? {
             warn(&format!("{}: {warning}", path.display()));
         }
     }
-    let pictures = arguments.image.as_ref().map(|_| Pictures {
+    let pictures = source.drawn.then_some(Pictures {
         image: &config.image,
         bone_map: None,
         figure: false,
@@ -232,7 +255,7 @@ fn of_recording(arguments: &Arguments, config: &Config, snapshot: &Snapshot) -> 
         snapshot.check()?;
         let lines = beamformer.lines(recording, own, &progress);
         for (index, lines) in block.clone().zip(lines.map_err(|e| about(path, e))?) {
-            add_frame(&mut found, index, &lines, arguments, config)?;
+            add_frame(&mut found, index, &lines, source, config)?;
         }
     }
     bar.clear();
