@@ -1,19 +1,25 @@
-//! A bar on the terminal while a computation runs.
+//! How far a computation is: a bar on the terminal, lines where there is none.
 
 use std::io::{IsTerminal, Write, stderr};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use bonebeam_files::terminal::one_line;
+
 /// Time between two drawings of the bar.
 const PERIOD: Duration = Duration::from_millis(50);
+/// Time between two lines without a terminal.
+const LINE: Duration = Duration::from_secs(60);
 /// Width of the bar, characters.
 const WIDTH: usize = 40;
 /// The longest message, characters, so that a line stays within a terminal.
 const LONGEST: usize = 60;
 
-/// A progress bar on the standard error. If that is no terminal, nothing is drawn.
+/// Progress on the standard error: a bar, or a line a minute if that is no terminal.
 pub struct Progress {
-    shown: bool,
+    terminal: bool,
+    /// Whether each new message has a line without a terminal.
+    each_step: bool,
     begin: Instant,
     state: Mutex<State>,
 }
@@ -23,20 +29,33 @@ struct State {
     done: u64,
     steps: u64,
     drawn: Option<Instant>,
+    /// The message of the last line without a terminal, and when it was written.
+    last_line: (String, Instant),
 }
 
 impl Progress {
     /// A bar of so many steps; with none, its message alone is shown.
     pub fn new(message: &str, steps: u64) -> Self {
+        let begin = Instant::now();
         Self {
-            shown: stderr().is_terminal(),
-            begin: Instant::now(),
+            terminal: stderr().is_terminal(),
+            each_step: false,
+            begin,
             state: Mutex::new(State {
                 message: message.to_owned(),
                 done: 0,
                 steps,
                 drawn: None,
+                last_line: (message.to_owned(), begin),
             }),
+        }
+    }
+
+    /// The same for work of many steps: without a terminal each message has a line.
+    pub fn of_steps(steps: u64) -> Self {
+        Self {
+            each_step: true,
+            ..Progress::new("", steps)
         }
     }
 
@@ -52,23 +71,28 @@ impl Progress {
 
     /// Removes the bar.
     pub fn clear(&self) {
-        self.write("\r\x1b[K");
+        if self.terminal {
+            write("\r\x1b[K");
+        }
     }
 
     fn change(&self, change: impl FnOnce(&mut State)) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         change(&mut state);
-        if self.shown && state.is_due(Instant::now()) {
-            self.write(&format!("\r{}\x1b[K", state.line(self.begin.elapsed())));
+        let now = Instant::now();
+        if self.terminal {
+            if state.is_due(now) {
+                write(&format!("\r{}\x1b[K", state.line(now - self.begin)));
+            }
+        } else if state.line_is_due(now, self.each_step) {
+            write(&format!("host-sim: {}\n", state.words(now - self.begin)));
         }
     }
+}
 
-    /// A terminal that cannot be written to is no reason to end the computation.
-    fn write(&self, text: &str) {
-        if self.shown {
-            let _ = stderr().lock().write_all(text.as_bytes());
-        }
-    }
+/// A terminal that cannot be written to is no reason to end the computation.
+fn write(text: &str) {
+    let _ = stderr().lock().write_all(text.as_bytes());
 }
 
 impl State {
@@ -81,17 +105,50 @@ impl State {
         due
     }
 
+    /// Whether to write a line at `now`: once a [`LINE`], and at each new message if that is asked for.
+    fn line_is_due(&mut self, now: Instant, each_step: bool) -> bool {
+        let (message, written) = &self.last_line;
+        let due = now - *written >= LINE || (each_step && *message != self.message);
+        if due {
+            self.last_line = (self.message.clone(), now);
+        }
+        due
+    }
+
+    /// The share that is done, 0 to 1.
+    fn share(&self) -> f64 {
+        (self.done as f64 / self.steps.max(1) as f64).min(1.0)
+    }
+
+    /// Time left; empty where nothing is done.
+    fn left(&self, elapsed: Duration) -> String {
+        match self.done {
+            0 => String::new(),
+            _ => short(elapsed.as_secs_f64() * (1.0 / self.share() - 1.0)),
+        }
+    }
+
+    /// A line without a bar.
+    fn words(&self, elapsed: Duration) -> String {
+        let message = one_line(&self.message);
+        if self.steps == 0 {
+            return message;
+        }
+        let share = format!("{message}: {:.0} %", 100.0 * self.share());
+        match &self.left(elapsed)[..] {
+            "" => share,
+            left => format!("{share}, {left} left"),
+        }
+    }
+
     fn line(&self, elapsed: Duration) -> String {
         let message: String = self.message.chars().take(LONGEST).collect();
         if self.steps == 0 {
             return message;
         }
-        let share = (self.done as f64 / self.steps as f64).min(1.0);
+        let share = self.share();
         let bar = "█".repeat((share * WIDTH as f64) as usize);
-        let left = match self.done {
-            0 => String::new(),
-            _ => short(elapsed.as_secs_f64() * (1.0 / share - 1.0)),
-        };
+        let left = self.left(elapsed);
         format!(
             "{message:20} {bar:░<WIDTH$} {:>3.0} % {left:>4}",
             100.0 * share
@@ -119,6 +176,7 @@ mod tests {
             done: 250,
             steps: 1000,
             drawn: None,
+            last_line: (String::new(), Instant::now()),
         };
         let line = state.line(Duration::from_secs(10));
         let bar = "█".repeat(10) + &"░".repeat(30);
@@ -131,8 +189,24 @@ mod tests {
         assert!(state.line(Duration::ZERO).ends_with("  0 %     "));
         state.done = 2000;
         assert!(state.line(Duration::ZERO).ends_with("100 %   0s"));
+        assert_eq!(state.words(Duration::ZERO), "beamforming: 100 %, 0s left");
         state.steps = 0;
         assert_eq!(state.line(Duration::ZERO), "beamforming");
+        assert_eq!(state.words(Duration::ZERO), "beamforming");
+    }
+
+    #[test]
+    fn without_a_terminal_there_is_a_line_a_minute_and_for_each_step_of_many() {
+        let progress = Progress::new("reading", 3);
+        let mut state = progress.state.into_inner().unwrap();
+        let begin = state.last_line.1;
+        assert!(!state.line_is_due(begin + LINE / 2, true));
+        state.message = "writing".into();
+        assert!(!state.line_is_due(begin + LINE / 2, false));
+        assert!(state.line_is_due(begin + LINE / 2, true));
+        assert!(!state.line_is_due(begin + LINE, true));
+        assert!(state.line_is_due(begin + LINE + LINE / 2, false));
+        assert!(!state.line_is_due(begin + 2 * LINE, false));
     }
 
     #[test]

@@ -1,7 +1,10 @@
 //! `host-sim paper` from the command to its folder.
 
 use std::fs;
-use std::process::{Command, Output};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use crate::common::program::loads_nothing;
 use serde_json::Value;
@@ -162,6 +165,10 @@ sweep_step = 1.5e-3
 sweep_density = 2.0
 thickness = 0.4e-3
 ct_voxel = [0.38e-3, 0.38e-3, 0.6e-3]
+tried = [
+    { coherence = inf, noise = -60.0, noise_rise = 0.0 },
+    { coherence = 0.0, noise = -60.0, noise_rise = 0.0 },
+]
 
 [water_bath.simulation]
 fs = 40e6
@@ -179,6 +186,62 @@ rows = 128
 columns = 128
 median = true
 ";
+
+/// Killed in the sweep, and started again: the report of a run that was not.
+#[test]
+fn a_run_that_was_killed_goes_on_to_the_same_bytes() {
+    let folder = tempdir().unwrap();
+    let config = folder.path().join("bath.toml");
+    fs::write(&config, SMALL_BATH).unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let arguments = |out: &Path| {
+        let names = [&config, out].map(|path| path.to_str().unwrap().to_owned());
+        let [config, out] = names;
+        ["paper", "--figure", "4", "--config", &config, "-o", &out].map(String::from)
+    };
+    let killed = place("killed");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(arguments(&killed))
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let kept = killed.join(".kept");
+    let recordings = || {
+        let all = fs::read_dir(&kept).into_iter().flatten().flatten();
+        let done = all.filter(|entry| entry.path().extension().is_some_and(|e| e == "npz"));
+        done.count()
+    };
+    let begin = Instant::now();
+    while recordings() < 3 {
+        assert!(begin.elapsed() < Duration::from_secs(300), "no recordings");
+        assert!(child.try_wait().unwrap().is_none(), "it ended too early");
+        sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!killed.join("report.json").exists());
+    let finished = |out: &Path| {
+        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .args(arguments(out))
+            .output()
+            .unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{message}");
+        // Without a terminal each step has a line.
+        assert!(
+            message.contains("host-sim: water bath: CT: 0 %\n"),
+            "{message}"
+        );
+    };
+    finished(&killed);
+    assert!(!kept.exists(), "what was kept goes when the run is done");
+    finished(&place("whole"));
+    for file in ["report.json", "numbers.csv", "config.toml", "report.html"] {
+        let [a, b] = [&killed, &place("whole")].map(|out| fs::read(out.join(file)).unwrap());
+        assert!(a == b, "{file}");
+    }
+}
 
 #[test]
 fn the_water_bath_goes_from_ct_to_table_one() {
@@ -209,6 +272,21 @@ fn the_water_bath_goes_from_ct_to_table_one() {
     assert!((15.0..40.0).contains(&depth), "{shift} mm");
     // Four balls picked to whole voxels cannot be fitted better than to a few tenths.
     assert!(registration("registration", "fre_mm") > 0.05);
+
+    // The level of the clutter is fitted to region C of DAS in slice 1; what is not coherent is suppressed.
+    let level = bath["clutter"]["level"].as_f64().unwrap();
+    let rows = bath["tried"].as_array().unwrap();
+    let c = |row: usize, slice: usize, beamformer: usize| {
+        let measured = &rows[row]["slices"][slice][beamformer][0];
+        measured["c"].as_f64().unwrap()
+    };
+    assert!((-40.0..60.0).contains(&level), "{level} dB");
+    for row in 0..2 {
+        assert!((c(row, 0, 0) - 92.41).abs() < 2.0, "{}", c(row, 0, 0));
+        assert!(c(row, 0, 1) < c(row, 0, 0));
+    }
+    assert!(c(1, 0, 1) < c(0, 0, 1) && c(1, 1, 1) < c(0, 1, 1));
+    assert!((bath["slices"][0]["table"][0][0]["c"].as_f64().unwrap() - 92.41).abs() < 2.0);
 
     // Two slices, three beamformers, every combination of sources, and beside them an image of one grey level.
     let slices = bath["slices"].as_array().unwrap();

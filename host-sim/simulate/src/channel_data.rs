@@ -23,6 +23,7 @@ use bonebeam_files::{ChannelData, Samples, Transmits};
 use super::cell_sum::{self, Beam, Sum, Tile};
 use super::cells::cells;
 use super::checkpoint::Checkpoint;
+use super::coherence::decorrelate;
 use super::direct_sum;
 use super::fourier::{Fourier, unit};
 use super::noise::Noise;
@@ -87,34 +88,27 @@ pub fn resumed_channel_data(
 ) -> Result<ChannelData> {
     settings.validate()?;
     phantom.check_in_front()?;
-    let sources = phantom.sources();
     let beams: Vec<Beam> = (0..settings.beams).map(|l| beam(settings, l)).collect();
-    let mut transmits = vec![false; settings.elements];
-    for i in beams.iter().flat_map(|beam| beam.elements.clone()) {
-        transmits[i] = true;
-    }
-    let acquisition = Acquisition {
+    let how = How {
         settings,
-        sources: &sources,
-        shadow: phantom.shadow(),
-        element_x: settings.array().element_x(),
-        transmits: &transmits,
         beams: &beams,
+        summation,
+        set,
     };
-    progress(0.0);
-    let (window, pairs) = match summation {
-        Summation::Direct => acquisition.direct(&|done| progress(SUM_SHARE * done))?,
-        Summation::Cells => {
-            acquisition.cells(set, checkpoint, &|done| progress(SUM_SHARE * done))?
+    let mut phantom = phantom.clone();
+    let mut rf = match phantom.take_incoherent_clutter() {
+        None => how.echoes(&phantom, progress, checkpoint)?,
+        Some(clutter) => {
+            let share = phantom.sources().len() as f64;
+            let share = share / (share + clutter.sources().len() as f64);
+            let mut rf = how.echoes(&phantom, &|done| progress(share * done), checkpoint)?;
+            let rest = |done| progress(share + (1.0 - share) * done);
+            let mut more = how.echoes(&clutter, &rest, &mut Checkpoint::none())?;
+            decorrelate(settings, clutter.clutter_coherence, &mut more);
+            rf.iter_mut().zip(&more).for_each(|(sum, v)| *sum += v);
+            rf
         }
     };
-    let done = AtomicUsize::new(0);
-    let tick = || {
-        let beams = (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / settings.beams as f64;
-        progress(SUM_SHARE + (1.0 - SUM_SHARE) * beams);
-    };
-    let mut rf = form_beams(settings, &window, &pairs, &beams, &tick);
-    drop(pairs);
     let peak = rf.par_iter().map(|v| v.abs()).reduce(|| 0.0, f32::max);
     if peak == 0.0 || !peak.is_finite() {
         return Err(Error::Data(format!(
@@ -132,7 +126,7 @@ pub fn resumed_channel_data(
             .into(),
         fs: settings.fs,
         t0: vec![record.t0; beams.len()],
-        element_x: acquisition.element_x,
+        element_x: settings.array().element_x(),
         element_z: None,
         element_angle: None,
         c: settings.c,
@@ -144,6 +138,53 @@ pub fn resumed_channel_data(
         },
         lens_delay: 0.0,
     })
+}
+
+/// How a record is made.
+struct How<'a> {
+    settings: &'a Settings,
+    beams: &'a [Beam],
+    summation: Summation,
+    set: InstructionSet,
+}
+
+impl How<'_> {
+    /// The echoes of a phantom, free of noise, `[beam][element][sample]`.
+    fn echoes(
+        &self,
+        phantom: &Phantom,
+        progress: &(dyn Fn(f64) + Sync),
+        checkpoint: &mut Checkpoint,
+    ) -> Result<Vec<f32>> {
+        let How {
+            settings, beams, ..
+        } = self;
+        let sources = phantom.sources();
+        let mut transmits = vec![false; settings.elements];
+        for i in beams.iter().flat_map(|beam| beam.elements.clone()) {
+            transmits[i] = true;
+        }
+        let acquisition = Acquisition {
+            settings,
+            sources: &sources,
+            shadow: phantom.shadow(),
+            element_x: settings.array().element_x(),
+            transmits: &transmits,
+            beams,
+        };
+        progress(0.0);
+        let sum = |done: f64| progress(SUM_SHARE * done);
+        let (window, pairs) = match self.summation {
+            Summation::Direct => acquisition.direct(&sum)?,
+            Summation::Cells => acquisition.cells(self.set, checkpoint, &sum)?,
+        };
+        let done = AtomicUsize::new(0);
+        let tick = || {
+            let beams = (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / settings.beams as f64;
+            progress(SUM_SHARE + (1.0 - SUM_SHARE) * beams);
+        };
+        Ok(form_beams(settings, &window, &pairs, beams, &tick))
+    }
 }
 
 /// Adds what the receiver does to a record that was simulated without: the settings' noise, then the
@@ -174,12 +215,12 @@ pub fn add_noise(settings: &Settings, data: &mut ChannelData) -> Result<()> {
     Ok(())
 }
 
-/// Noise of the settings' spectrum and seed in every channel of a record, `[transmit][element][sample]`, with the RMS
-/// `rms`.
+/// Noise of the settings' spectrum, seed and time-gain curve in every channel of a record,
+/// `[transmit][element][sample]`, with the RMS `rms` at depth 0.
 pub fn noise(settings: &Settings, rms: f64) -> Vec<f32> {
     let samples = settings.time_axis().samples;
     let mut rows = vec![0.0; settings.beams * settings.elements * samples];
-    Noise::new(settings, samples, rms).add_to(&mut rows);
+    Noise::new(settings, rms).add_to(&mut rows);
     rows
 }
 
@@ -188,7 +229,7 @@ fn receive(settings: &Settings, rf: &mut [f32]) {
     if let Some(level) = settings.noise {
         let peak = rf.par_iter().map(|v| v.abs()).reduce(|| 0.0, f32::max);
         let rms = f64::from(peak) * libm::pow(10.0, level / 20.0);
-        Noise::new(settings, settings.time_axis().samples, rms).add_to(rf);
+        Noise::new(settings, rms).add_to(rf);
     }
     if let Some(bits) = settings.adc_bits {
         quantise(rf, bits);

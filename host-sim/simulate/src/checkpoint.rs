@@ -62,6 +62,7 @@ impl Checkpoint {
             }
             hasher.write_u8(u8::from(source.unhidden));
         }
+        hasher.write_u64(phantom.clutter_coherence.to_bits());
         phantom.hash_bone(&mut hasher);
         hasher.finish()
     }

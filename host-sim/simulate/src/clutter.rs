@@ -5,6 +5,8 @@
 //! nowhere else.
 
 use crate::Result;
+use bonebeam_files::settings::{check_level, out_of_range};
+use serde::{Deserialize, Serialize};
 
 use super::phantom::Phantom;
 use super::surface::StraightDown;
@@ -20,8 +22,8 @@ const X: [f64; 2] = [-20e-3, 20e-3];
 /// What echoes in a bone's shadow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clutter {
-    /// Amplitude of the diffuse scatterers, dB of a scatterer of the bone; none without it.
-    pub diffuse: Option<f64>,
+    /// The diffuse scatterers; none without them.
+    pub diffuse: Option<DiffuseClutter>,
     /// Amplitude of the bone's image at twice its depth, dB; none without it.
     pub reverberation: Option<f64>,
     /// Thickness of the slab around the image plane, m. A phantom that has no surface but an outline has its
@@ -33,6 +35,60 @@ pub struct Clutter {
     pub seed: u64,
 }
 
+/// Section `clutter` of a scene: diffuse scatterers in the bone's shadow.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DiffuseClutter {
+    /// Amplitude of a scatterer directly behind the surface, dB of one on the bone.
+    pub level: f64,
+    /// Coherence length of the echoes over the aperture, m: full width at half maximum of their correlation between
+    /// two elements, see [`decorrelate`](super::decorrelate). None for scatterers that focus perfectly.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coherence: Option<f64>,
+    /// Decrease of the amplitude behind the surface, dB per m.
+    pub fall: f64,
+}
+
+impl Default for DiffuseClutter {
+    fn default() -> Self {
+        DiffuseClutter {
+            level: -40.0,
+            coherence: None,
+            fall: 0.0,
+        }
+    }
+}
+
+impl DiffuseClutter {
+    /// Checks every value of the clutter of a section.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] naming the key, the value and the range.
+    pub fn validate(&self, section: &str) -> Result<()> {
+        check_level(section, "clutter.level", Some(self.level))?;
+        if let Some(length) = self
+            .coherence
+            .filter(|length| !(0.0..=1.0).contains(length))
+        {
+            return Err(out_of_range(
+                section,
+                "clutter.coherence",
+                length,
+                "0 to 1 (m)",
+            ));
+        }
+        if !(-2000.0..=2000.0).contains(&self.fall) {
+            return Err(out_of_range(
+                section,
+                "clutter.fall",
+                self.fall,
+                "-2000 to 2000 (dB per m)",
+            ));
+        }
+        Ok(())
+    }
+}
+
 impl Clutter {
     /// Adds the clutter to a phantom; diffuse clutter only where it has a bone.
     ///
@@ -41,7 +97,7 @@ impl Clutter {
     pub fn add(&self, phantom: &mut Phantom) -> Result<()> {
         let amplitude = |level: f64| libm::pow(10.0, level / 20.0);
         phantom.reverberation = self.reverberation.map_or(0.0, amplitude);
-        let Some(level) = self.diffuse else {
+        let Some(diffuse) = self.diffuse else {
             return Ok(());
         };
         let block = Block {
@@ -51,13 +107,16 @@ impl Clutter {
             density: DENSITY,
             seed: self.seed.wrapping_add(1 << 32),
         };
-        let behind = |hit: Option<f64>, z: f64| hit.is_some_and(|hit| z > hit);
-        let of = |behind: bool| behind.then(|| amplitude(level));
+        phantom.clutter_coherence = diffuse.coherence.unwrap_or(f64::INFINITY);
+        let of = |hit: Option<f64>, z: f64| {
+            let hit = hit.filter(|hit| z > *hit)?;
+            Some(amplitude(diffuse.level - diffuse.fall * (z - hit)))
+        };
         match (&phantom.surface, &phantom.bone) {
             (Some(surface), _) => {
                 let lines = StraightDown::new(surface);
                 block.scatter(&mut phantom.clutter, |[x, y, z]| {
-                    of(behind(lines.first_hit(x, y), z))
+                    of(lines.first_hit(x, y), z)
                 })
             }
             (None, Some(outline)) => {
@@ -66,7 +125,7 @@ impl Clutter {
                     ..block
                 };
                 plane.scatter(&mut phantom.clutter, |[x, _, z]| {
-                    of(behind(outline.first_hit(x), z))
+                    of(outline.first_hit(x), z)
                 })?;
                 phantom.clutter.iter_mut().for_each(|s| s.y = 0.0);
                 Ok(())
@@ -82,7 +141,11 @@ mod tests {
     use crate::{Outline, Scatterer};
 
     const SEEN: Clutter = Clutter {
-        diffuse: Some(-20.0),
+        diffuse: Some(DiffuseClutter {
+            level: -20.0,
+            coherence: None,
+            fall: 0.0,
+        }),
         reverberation: Some(-40.0),
         thickness: 4e-3,
         depth_end: 30e-3,
@@ -162,6 +225,25 @@ mod tests {
             let count = within(&phantom, x, z).count() as f64;
             let expected = 30.0 * (x[1] - x[0]) * (z[1] - z[0]);
             assert!((count - expected).abs() < 4.0 * expected.sqrt(), "{count}");
+        }
+    }
+
+    #[test]
+    fn its_amplitude_falls_behind_the_surface() {
+        let mut phantom = step();
+        let falls = Clutter {
+            diffuse: Some(DiffuseClutter {
+                level: -20.0,
+                fall: 1000.0,
+                ..DiffuseClutter::default()
+            }),
+            ..SEEN
+        };
+        falls.add(&mut phantom).unwrap();
+        for s in &phantom.clutter {
+            let front = if s.x < 0.0 { 10e-3 } else { 20e-3 };
+            let expected = 10f64.powf((-20.0 - 1000.0 * (s.z - front)) / 20.0);
+            assert!((s.amplitude / expected - 1.0).abs() < 1e-12, "{s:?}");
         }
     }
 

@@ -16,13 +16,20 @@ pub struct Noise {
     shape: Vec<f64>,
     transform: Fourier,
     window: usize,
-    samples: usize,
+    /// Amplification of each sample.
+    gains: Vec<f64>,
     seed: u64,
 }
 
 impl Noise {
-    /// Noise of the RMS `rms` in rows of `samples`.
-    pub fn new(settings: &Settings, samples: usize, rms: f64) -> Self {
+    /// Noise of the RMS `rms` at depth 0 in rows of the settings' record.
+    pub fn new(settings: &Settings, rms: f64) -> Self {
+        let axis = settings.time_axis();
+        let samples = axis.samples;
+        let gain = |n: usize| {
+            let depth = 0.5 * settings.c * (axis.t0 + n as f64 / axis.fs);
+            libm::pow(10.0, settings.noise_rise * depth / 20.0)
+        };
         let window = samples.next_power_of_two();
         let pulse = settings.pulse();
         let f0 = settings.f0;
@@ -42,14 +49,14 @@ impl Noise {
             shape,
             transform: Fourier::new(window),
             window,
-            samples,
+            gains: (0..samples).map(gain).collect(),
             seed: settings.seed,
         }
     }
 
     /// Adds it to every row.
     pub fn add_to(&self, rf: &mut [f32]) {
-        rf.par_chunks_exact_mut(self.samples)
+        rf.par_chunks_exact_mut(self.gains.len())
             .enumerate()
             .for_each_init(
                 || (Vec::new(), Vec::new()),
@@ -64,8 +71,8 @@ impl Noise {
                         }
                     }
                     self.transform.inverse(x, scratch);
-                    for (sample, value) in row.iter_mut().zip(x.iter()) {
-                        *sample += value.re as f32;
+                    for ((sample, value), gain) in row.iter_mut().zip(x.iter()).zip(&self.gains) {
+                        *sample += (value.re * gain) as f32;
                     }
                 },
             );

@@ -61,7 +61,7 @@ impl Default for Tissue {
 }
 
 /// Scatterers, and the bone that hides some of them from some elements.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Phantom {
     /// The scatterers: first those on the bone.
     pub scatterers: Vec<Scatterer>,
@@ -73,12 +73,40 @@ pub struct Phantom {
     pub surface: Option<Surface>,
     /// Scatterers that no bone hides: clutter as it comes by all sorts of ways.
     pub clutter: Vec<Scatterer>,
+    /// Coherence length of the clutter's echoes over the aperture, m; infinite for clutter that focuses perfectly.
+    pub clutter_coherence: f64,
     /// What of a bone's echo is thrown back by the array and echoes from the bone again, as an amplitude:
     /// an image of the bone at twice its depth. 0 for none.
     pub reverberation: f64,
 }
 
+impl Default for Phantom {
+    fn default() -> Self {
+        Phantom {
+            scatterers: Vec::new(),
+            on_bone: 0,
+            bone: None,
+            surface: None,
+            clutter: Vec::new(),
+            clutter_coherence: f64::INFINITY,
+            reverberation: 0.0,
+        }
+    }
+}
+
 impl Phantom {
+    /// Takes clutter out that is not coherent over the whole aperture: a phantom of its own, where there is some.
+    pub(super) fn take_incoherent_clutter(&mut self) -> Option<Phantom> {
+        if self.clutter_coherence.is_infinite() || self.clutter.is_empty() {
+            return None;
+        }
+        Some(Phantom {
+            clutter: std::mem::take(&mut self.clutter),
+            clutter_coherence: self.clutter_coherence,
+            ..Phantom::default()
+        })
+    }
+
     /// One scatterer of amplitude 1 at the transmit focus (the paper's Fig. 2), `offset` in m to
     /// the right of element `elements/2`, which with one beam per element is a beam's axis.
     pub fn point(settings: &Settings, offset: f64) -> Self {

@@ -10,8 +10,8 @@ use bonebeam_files::ChannelData;
 use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_range};
 
 use crate::{
-    Block, Bone, Checkpoint, Clutter, DynamicRange, Layers, PAPER_DENSITY, Phantom, Result,
-    Settings, Summation, Tissue, demodulate, resumed_channel_data,
+    Block, Bone, Checkpoint, Clutter, DiffuseClutter, DynamicRange, Layers, PAPER_DENSITY, Phantom,
+    Result, Settings, Summation, Tissue, demodulate, resumed_channel_data,
 };
 
 const SECTION: &str = "simulate";
@@ -50,10 +50,10 @@ pub struct Simulate {
     /// Bones: amplitude of the bone's image at twice its depth, dB; none without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reverberation: Option<f64>,
-    /// Bones: amplitude of diffuse clutter in the bone's shadow, 30 scatterers per mm³ (in the image plane alone 30
-    /// per mm²), dB of those on the bone; none without it.
+    /// Bones: diffuse clutter in the bone's shadow, 30 scatterers per mm³ (in the image plane alone 30 per mm²); none
+    /// without it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub clutter: Option<f64>,
+    pub clutter: Option<DiffuseClutter>,
     /// Array, pulse, transmits, record and noise. Without this section they are the paper's for
     /// the phantom; with it, a key that it leaves out is the paper's, and the record noise-free.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -281,7 +281,9 @@ impl Simulate {
             )?;
         }
         check_level(SECTION, "reverberation", self.reverberation)?;
-        check_level(SECTION, "clutter", self.clutter)?;
+        if let Some(clutter) = self.clutter {
+            clutter.validate(SECTION)?;
+        }
         self.scanner.as_ref().map_or(Ok(()), Settings::validate)
     }
 }

@@ -76,6 +76,9 @@ pub struct Settings {
     /// What the noise's spectrum is.
     #[serde(default)]
     pub noise_spectrum: NoiseSpectrum,
+    /// Increase of the noise with depth, dB per m, as a time-gain curve makes it; `noise` is then its level at depth 0.
+    #[serde(default)]
+    pub noise_rise: f64,
     /// Bits of the analogue-to-digital converter, whose range is the largest sample; none for samples that
     /// are not rounded.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -113,6 +116,7 @@ impl Default for Settings {
             receive_f_number: 1.5,
             noise: None,
             noise_spectrum: NoiseSpectrum::Transducer,
+            noise_rise: 0.0,
             adc_bits: None,
             element_height: 0.0,
             elevation_focus: None,
@@ -263,6 +267,12 @@ impl Settings {
             && !(-400.0..=40.0).contains(&noise)
         {
             return usage(format!("noise must be -400 to 40 dB, is {}", short(noise)));
+        }
+        if !(0.0..=2000.0).contains(&self.noise_rise) {
+            return usage(format!(
+                "noise_rise must be 0 to 2000 dB per m, is {}",
+                short(self.noise_rise)
+            ));
         }
         if let Some(bits) = self.adc_bits
             && !(2..=24).contains(&bits)

@@ -109,7 +109,10 @@ fn prepare(folder: &Path) -> Result<Vec<&Path>> {
 
 fn compute_and_write(job: &Job, folder: &Path, page: Page, docs: Option<&Path>) -> Result<()> {
     let document = docs.map(read_document).transpose()?;
-    let bar = Progress::new("", 1000);
+    let bar = match page {
+        Page::MainJob => Progress::new("", 1000),
+        Page::Paper => Progress::of_steps(1000),
+    };
     let step = Mutex::new(String::new());
     let outcomes = job.run(&|what, done| {
         // A thread that panicked has ended the run anyway.

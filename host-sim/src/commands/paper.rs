@@ -13,7 +13,8 @@ use bonebeam_paper::report::Page;
 
 /// Reproduce the paper: its figures, its tables, and what becomes of its claims.
 ///
-/// Everything is simulated, so that the truth is known; nothing is adjusted to look like the paper.
+/// Everything is simulated, so that the truth is known. One number is fitted to the paper, the level of the water
+/// bath's clutter; nothing else is adjusted to look like it.
 /// The folder holds report.html, which is one file that can be sent, report.json with every number and
 /// the configuration with its seeds, a CSV of every table and of every number, and the pictures as PNG.
 ///
@@ -43,7 +44,8 @@ pub struct Arguments {
     output: Option<PathBuf>,
 
     /// Keep recordings and long results in this folder, and take them from it where they are of the same
-    /// parameters
+    /// parameters [default: .kept in the folder of the outputs, until the run is done: one that was interrupted goes on
+    /// from there]
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
 
@@ -106,21 +108,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         job.merge(report).map_err(|e| about(path, e))?;
     }
     job.validate()?;
-    if let Some(folder) = &arguments.keep {
-        fs::create_dir_all(folder).map_err(|e| Error::File {
-            path: folder.clone(),
-            message: format!("the folder cannot be made: {}", e.kind()),
-        })?;
-        job.keep_in(folder);
-    }
-    let folder = arguments.output.as_deref();
-    main_job::run_in(
-        &job,
-        folder.unwrap_or(Path::new("out/paper")),
-        Page::Paper,
-        arguments.docs.as_deref(),
-    )
+    let folder = arguments
+        .output
+        .as_deref()
+        .unwrap_or(Path::new("out/paper"));
+    let until_done = folder.join(KEPT);
+    job.keep_in(arguments.keep.as_deref().unwrap_or(&until_done));
+    main_job::run_in(&job, folder, Page::Paper, arguments.docs.as_deref())?;
+    // The outputs are there. What cannot be removed is overwritten or taken by the next run.
+    let _ = fs::remove_dir_all(&until_done);
+    Ok(())
 }
+
+/// The folder within the outputs in which recordings and long results are until the run is done.
+const KEPT: &str = ".kept";
 
 /// The longest report that is read, bytes: a thousand times what a run of usual length writes.
 const MOST: u64 = 100_000_000;

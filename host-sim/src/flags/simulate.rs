@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use bonebeam_simulate::{Baffle, Kind, NoiseSpectrum, Simulate};
+use bonebeam_simulate::{Baffle, Kind, NoiseSpectrum, Settings, Simulate};
 use clap::Args;
 
 use crate::{Error, Result};
@@ -53,6 +53,20 @@ pub struct SimulateFlags {
     #[arg(long, value_name = "DB", help_heading = "Bone")]
     clutter: Option<f64>,
 
+    /// Coherence length of the clutter's echoes over the aperture, m: full width at half maximum of their correlation
+    /// between two elements [default: clutter that focuses perfectly]
+    #[arg(long, value_name = "M", help_heading = "Bone")]
+    clutter_coherence: Option<f64>,
+
+    /// Decrease of the clutter behind the surface, dB per m [default: 0]
+    #[arg(
+        long,
+        value_name = "DB",
+        allow_negative_numbers = true,
+        help_heading = "Bone"
+    )]
+    clutter_fall: Option<f64>,
+
     /// Thickness of the slab of scatterers around the image plane, m [default: 0.006]
     #[arg(long, value_name = "M", help_heading = "Volume")]
     thickness: Option<f64>,
@@ -77,6 +91,35 @@ pub struct SimulateFlags {
     /// What the noise's spectrum is [default: transducer]
     #[arg(long, value_enum, help_heading = "Scanner")]
     noise_spectrum: Option<NoiseSpectrum>,
+
+    /// Increase of the noise with depth, as a time-gain curve makes it, dB per m; --noise is its level at depth 0
+    /// [default: 0]
+    #[arg(long, value_name = "DB", help_heading = "Scanner")]
+    noise_rise: Option<f64>,
+
+    /// Number of elements [default: 128]
+    #[arg(long, value_name = "N", help_heading = "Scanner")]
+    elements: Option<usize>,
+
+    /// Distance between neighbouring elements, m [default: 0.000308]
+    #[arg(long, value_name = "M", help_heading = "Scanner")]
+    pitch: Option<f64>,
+
+    /// Centre frequency of the pulse, Hz [default: 5e6]
+    #[arg(long, value_name = "HZ", help_heading = "Scanner")]
+    centre_frequency: Option<f64>,
+
+    /// Fractional bandwidth of the transducer at −6 dB, one way [default: 0.6]
+    #[arg(long, help_heading = "Scanner")]
+    bandwidth: Option<f64>,
+
+    /// Sampling rate of the record, Hz; at least 4 times the centre frequency [default: 100e6]
+    #[arg(long, value_name = "HZ", help_heading = "Scanner")]
+    sampling_rate: Option<f64>,
+
+    /// Sound speed, m/s [default: 1540]
+    #[arg(long, value_name = "M/S", help_heading = "Scanner")]
+    sound_speed: Option<f64>,
 
     /// Bits of the converter; its range is the largest sample [default: samples are not rounded]
     #[arg(long, value_name = "N", help_heading = "Scanner")]
@@ -151,8 +194,18 @@ impl SimulateFlags {
         section.thickness = self.thickness.unwrap_or(section.thickness);
         section.tissue_density = self.tissue_density.or(section.tissue_density);
         section.reverberation = self.reverberation.or(section.reverberation);
-        section.clutter = self.clutter.or(section.clutter);
-        let scanner = section.scanner();
+        if let Some(level) = self.clutter {
+            section.clutter.get_or_insert_default().level = level;
+        }
+        if let Some(clutter) = &mut section.clutter {
+            clutter.coherence = self.clutter_coherence.or(clutter.coherence);
+            clutter.fall = self.clutter_fall.unwrap_or(clutter.fall);
+        }
+        self.apply_scanner(section.scanner());
+        self.refuse_those_of_the_other(section)
+    }
+
+    fn apply_scanner(&self, scanner: &mut Settings) {
         scanner.noise = match self.noise_free {
             true => None,
             false => self.noise.or(scanner.noise),
@@ -171,11 +224,18 @@ impl SimulateFlags {
         scanner.beam_step = self.beam_step.unwrap_or(scanner.beam_step);
         scanner.depth_start = self.depth_start.unwrap_or(scanner.depth_start);
         scanner.depth_end = self.depth_end.unwrap_or(scanner.depth_end);
-        self.refuse_those_of_the_other(section.phantom)
+        scanner.noise_rise = self.noise_rise.unwrap_or(scanner.noise_rise);
+        scanner.elements = self.elements.unwrap_or(scanner.elements);
+        scanner.pitch = self.pitch.unwrap_or(scanner.pitch);
+        scanner.f0 = self.centre_frequency.unwrap_or(scanner.f0);
+        scanner.bandwidth = self.bandwidth.unwrap_or(scanner.bandwidth);
+        scanner.fs = self.sampling_rate.unwrap_or(scanner.fs);
+        scanner.c = self.sound_speed.unwrap_or(scanner.c);
     }
 
     /// A flag that would have no effect is a mistake.
-    fn refuse_those_of_the_other(&self, phantom: Kind) -> Result<()> {
+    fn refuse_those_of_the_other(&self, section: &mut Simulate) -> Result<()> {
+        let phantom = section.phantom;
         let point = phantom == Kind::Point;
         let flags = [
             ("--offset", self.offset.is_some(), point),
@@ -198,10 +258,35 @@ impl SimulateFlags {
             ),
             ("--clutter", self.clutter.is_some(), phantom.has_bone()),
         ];
-        match flags.iter().find(|(_, given, has)| *given && !has) {
-            None => Ok(()),
-            Some((flag, ..)) => Err(Error::Usage(format!(
+        if let Some((flag, ..)) = flags.iter().find(|(_, given, has)| *given && !has) {
+            return Err(Error::Usage(format!(
                 "{flag} has no effect on the phantom {phantom}"
+            )));
+        }
+        let needs = [
+            (
+                "--clutter-coherence",
+                self.clutter_coherence.is_some(),
+                "--clutter",
+                section.clutter.is_some(),
+            ),
+            (
+                "--clutter-fall",
+                self.clutter_fall.is_some(),
+                "--clutter",
+                section.clutter.is_some(),
+            ),
+            (
+                "--noise-rise",
+                self.noise_rise.is_some(),
+                "--noise",
+                section.scanner().noise.is_some(),
+            ),
+        ];
+        match needs.iter().find(|(_, given, _, has)| *given && !has) {
+            None => Ok(()),
+            Some((flag, _, needed, _)) => Err(Error::Usage(format!(
+                "{flag} has no effect without {needed}"
             ))),
         }
     }

@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 
 use super::common::Common;
 use super::outcome::Outcome;
-use crate::Result;
+use crate::{Error, Result};
 
 /// Hears, from any thread, what is being done and the fraction of it that is done.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
@@ -86,6 +86,22 @@ pub struct Context<'a> {
     pub merged: &'a [serde_json::Value],
     /// Hears how far it is.
     pub progress: Progress<'a>,
+}
+
+impl Context<'_> {
+    /// The folder of what is kept, made if it is not there.
+    ///
+    /// # Errors
+    /// A folder that cannot be made.
+    pub fn kept(&self) -> Result<Option<&Path>> {
+        if let Some(folder) = self.kept {
+            std::fs::create_dir_all(folder).map_err(|e| Error::File {
+                path: folder.to_path_buf(),
+                message: format!("the folder cannot be made: {}", e.kind()),
+            })?;
+        }
+        Ok(self.kept)
+    }
 }
 
 /// What the main job's command line can say in place of parameters.

@@ -262,7 +262,8 @@ impl Job {
         Ok(())
     }
 
-    /// The folder in which recordings and results that took long are kept, and looked for.
+    /// The folder in which recordings and results that took long are kept, and looked for. It is made when the first is
+    /// there.
     pub fn keep_in(&mut self, folder: &Path) {
         self.kept = Some(folder.to_path_buf());
     }

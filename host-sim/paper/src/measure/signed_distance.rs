@@ -106,32 +106,56 @@ pub fn uniform_baseline(distance: ArrayView2<f64>, region: Region) -> SurfaceMea
     measure(Array2::ones(distance.dim()).view(), distance, region)
 }
 
-/// Mean intensity as a function of the signed distance, for plotting.
+/// Intensity as a function of the signed distance, for plotting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distribution {
     /// Centres of the bins, m, ascending.
     pub distance: Vec<f64>,
     /// Mean intensity of the pixels in each bin; none for a bin without pixels.
     pub intensity: Vec<Option<f64>>,
+    /// Median and 90 % quantile of the pixels above 0 in each bin, to a grey level; none for a bin without any.
+    pub above_zero: Vec<Option<[f64; 2]>>,
 }
+
+/// Grey levels of which quantiles are taken.
+const LEVELS: usize = 256;
 
 /// Sorts the pixels within 10 mm of the surface by signed distance into bins of width `bin` in m.
 pub fn distribution(pixels: ArrayView2<f32>, distance: ArrayView2<f64>, bin: f64) -> Distribution {
     assert_eq!(pixels.dim(), distance.dim(), "one distance per pixel");
     let count = (2.0 * REACH / bin).ceil() as usize;
     let mut sums = vec![Sum::default(); count];
+    let mut levels = vec![[0usize; LEVELS]; count];
     for (&intensity, &s) in pixels.iter().zip(&distance) {
         let position = (s + REACH) / bin;
         if position >= 0.0 && position < count as f64 {
             let sum = &mut sums[position as usize];
             sum.pixels += 1;
             sum.intensity += f64::from(intensity);
+            if intensity > 0.0 {
+                levels[position as usize][(intensity.round() as usize).min(LEVELS - 1)] += 1;
+            }
         }
     }
     Distribution {
         distance: (0..count).map(|k| (k as f64 + 0.5) * bin - REACH).collect(),
         intensity: sums.iter().map(Sum::mean_intensity).collect(),
+        above_zero: levels.iter().map(quantiles).collect(),
     }
+}
+
+/// Median and 90 % quantile of a histogram.
+fn quantiles(levels: &[usize; LEVELS]) -> Option<[f64; 2]> {
+    let all: usize = levels.iter().sum();
+    let quantile = |share: f64| {
+        let mut below = 0;
+        levels.iter().position(|n| {
+            below += n;
+            below as f64 >= share * all as f64
+        })
+    };
+    let [half, most] = [quantile(0.5)?, quantile(0.9)?];
+    (all > 0).then_some([half as f64, most as f64])
 }
 
 #[derive(Clone, Copy, Default)]
@@ -169,5 +193,20 @@ mod tests {
         assert_eq!((found.inside, found.inside_above_zero), (Some(0.0), None));
         assert_eq!(found.at, Some(20.0));
         assert!((found.mean.unwrap() - 0.75e-3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn quantiles_of_a_bin_leave_black_pixels_out() {
+        // Ten black pixels and levels 1 to 10 in one bin, black pixels alone in the next.
+        let pixels = Array2::from_shape_fn((1, 24), |(_, k)| (k as f32 - 9.0).clamp(0.0, 10.0));
+        let mut pixels = pixels;
+        pixels.iter_mut().skip(20).for_each(|v| *v = 0.0);
+        let distance =
+            Array2::from_shape_fn((1, 24), |(_, k)| if k < 20 { 0.5e-3 } else { 1.5e-3 });
+        let found = distribution(pixels.view(), distance.view(), 1e-3);
+        assert_eq!(found.above_zero[10], Some([5.0, 9.0]));
+        assert_eq!(found.intensity[10], Some(2.75));
+        assert_eq!(found.above_zero[11], None);
+        assert_eq!(found.intensity[11], Some(0.0));
     }
 }

@@ -29,8 +29,8 @@ pub fn page(report: &Report<'_>) -> Result<String> {
                 "Mehdizadeh et al., "
                 i { "Joint beamforming and feature detection for enhanced visualization of spinal "
                     "bone surfaces in ultrasound images" }
-                ", done again on simulated data, whose truth is known. Nothing is adjusted to look "
-                "like the paper."
+                ", done again on simulated data, whose truth is known. One number is fitted to the paper, "
+                "the level of the water bath's clutter. Nothing else is adjusted to look like it."
             }
             @match report.kind {
                 "full" => {}

@@ -22,7 +22,7 @@ pub fn kept<T: Serialize + DeserializeOwned>(
     key: &str,
     compute: impl FnOnce() -> Result<T>,
 ) -> Result<T> {
-    let Some(folder) = context.kept else {
+    let Some(folder) = context.kept()? else {
         return compute();
     };
     let mut hasher = FnvHasher::default();

@@ -81,13 +81,10 @@ impl Experiment for Claims {
                 "`half_windows` in [claims] must have at least one number, each at most 100";
             return Err(Error::Usage(message.into()));
         }
-        for (key, level) in [
-            ("noise", self.noise),
-            ("clutter", self.clutter),
-            ("reverberation", self.reverberation),
-        ] {
+        for (key, level) in [("noise", self.noise), ("reverberation", self.reverberation)] {
             check_level(Self::NAME, key, Some(level))?;
         }
+        self.clutter.validate(Self::NAME)?;
         if self.poses().is_empty() {
             return Err(Error::Usage(format!(
                 "--only {} leaves no scene; their words are built-in, mesh, water, tissue, quiet, disturbed",

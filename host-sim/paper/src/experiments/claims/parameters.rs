@@ -8,7 +8,7 @@ use super::medium::{Medium, disturbance};
 use crate::experiments::common::Receive;
 use crate::experiments::common::variants::Variant;
 use bonebeam_drive::config::{Image, PhaseSymmetry};
-use bonebeam_simulate::{NoiseSpectrum, Settings};
+use bonebeam_simulate::{DiffuseClutter, NoiseSpectrum, Settings};
 
 /// The geometries by name.
 pub const GEOMETRIES: [&str; 2] = ["built-in", "mesh"];
@@ -34,8 +34,8 @@ pub struct Claims {
     pub(super) half_windows: Vec<usize>,
     /// The disturbance: noise, dB of the largest sample.
     pub(super) noise: f64,
-    /// Diffuse clutter in the bone's shadow, dB of a scatterer of bone.
-    pub(super) clutter: f64,
+    /// The disturbance: diffuse clutter in the bone's shadow.
+    pub(super) clutter: DiffuseClutter,
     /// The bone's image at twice its depth, dB.
     pub(super) reverberation: f64,
     /// Words that a scene's name must have; all scenes without any.
@@ -68,7 +68,11 @@ impl Default for Claims {
             tuning_seeds: 2,
             half_windows: vec![0, 2, 10],
             noise: -40.0,
-            clutter: -2.0,
+            clutter: DiffuseClutter {
+                level: 4.4,
+                coherence: Some(1e-3),
+                ..DiffuseClutter::default()
+            },
             reverberation: -20.0,
             only: Vec::new(),
             simulation: Settings {

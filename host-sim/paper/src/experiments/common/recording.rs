@@ -21,7 +21,7 @@ pub fn recording(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<ChannelData> {
     progress(0.0);
-    let place = context.kept.map(|folder| {
+    let place = context.kept()?.map(|folder| {
         let key = Checkpoint::key(settings, phantom);
         folder.join(format!("{what}-{key:016x}.npz"))
     });

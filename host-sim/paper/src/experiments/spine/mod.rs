@@ -7,7 +7,9 @@ use crate::Result;
 use crate::measure::signed_distance::Region;
 use bonebeam_drive::config::{Image, PhaseSymmetry};
 use bonebeam_drive::image::b_mode;
-use bonebeam_simulate::{Block, Bone, Clutter, Layers, NoiseSpectrum, Phantom, Settings};
+use bonebeam_simulate::{
+    Block, Bone, Clutter, DiffuseClutter, Layers, NoiseSpectrum, Phantom, Settings,
+};
 
 use super::common::bone::{BoneMeasure, View};
 use super::common::pictures::{picture, ridges, scales};
@@ -29,8 +31,8 @@ pub struct Spine {
     thickness: f64,
     /// Scatterers per m³; together they are as bright as 60 per mm³.
     density: f64,
-    /// Amplitude of diffuse clutter in the bone's shadow, dB of a scatterer of bone.
-    clutter: f64,
+    /// Diffuse clutter in the bone's shadow.
+    clutter: DiffuseClutter,
     /// K: half the time window, samples.
     half_window: usize,
     /// Array, pulse, transmit, noise.
@@ -110,7 +112,11 @@ impl Default for Spine {
         Spine {
             thickness: 4e-3,
             density: 30e9,
-            clutter: -30.0,
+            clutter: DiffuseClutter {
+                level: -24.0,
+                coherence: Some(1e-3),
+                ..DiffuseClutter::default()
+            },
             half_window: 2,
             simulation: Settings {
                 fs: 40e6,
@@ -163,6 +169,7 @@ impl Experiment for Spine {
 
     fn validate(&self) -> Result<()> {
         common::validate(&self.simulation, &self.receive, &self.image)?;
+        self.clutter.validate(Self::NAME)?;
         SCENES
             .iter()
             .try_for_each(|scene| self.filter(scene).validate())

@@ -112,7 +112,8 @@ impl Disturbed<'_> {
             self.section.add_clutter(&self.clutter, &mut data)?;
         }
         if both(Condition::Noise) {
-            self.section.add_noise(&self.noise, &mut data)?;
+            let sum = rf(&mut data)?.iter_mut().zip(&self.noise);
+            sum.for_each(|(value, noise)| *value += noise);
         }
         if condition == Condition::SoundSpeed {
             data.c *= self.section.sound_speed;
@@ -134,19 +135,21 @@ impl Disturbances {
         let mut aberrated = recorded.clone();
         let level = tissue_rms(&mut aberrated)?;
         self.aberrate(settings, &mut aberrated)?;
-        let by = |noise_spectrum, shift: u32| Settings {
+        let by = |noise_spectrum, shift: u32, noise_rise| Settings {
             noise_spectrum,
+            noise_rise,
             seed: settings.seed.wrapping_add(1 << shift),
             ..settings.clone()
         };
         let coherent = self.coherent.max(1) as f64;
-        let rms = level * 10f64.powf(self.clutter / 20.0) / coherent.sqrt();
+        let clutter = level * 10f64.powf(self.clutter / 20.0) / coherent.sqrt();
+        let white = level * 10f64.powf(self.noise / 20.0);
         Ok(Disturbed {
             section: self,
             recorded,
             aberrated,
-            clutter: noise(&by(NoiseSpectrum::Transducer, 33), rms),
-            noise: noise(&by(NoiseSpectrum::Amplifier, 34), level),
+            clutter: noise(&by(NoiseSpectrum::Transducer, 33, 0.0), clutter),
+            noise: noise(&by(NoiseSpectrum::Amplifier, 34, self.noise_rise), white),
         })
     }
 
@@ -204,23 +207,6 @@ impl Disturbances {
                 let from = (transmit * elements + neighbour % elements) * samples;
                 let heard = independent.iter().skip(from);
                 values.iter_mut().zip(heard).for_each(|(v, n)| *v += n);
-            }
-        }
-        Ok(())
-    }
-
-    fn add_noise(&self, white: &[f32], data: &mut ChannelData) -> Result<()> {
-        let (t0, fs, c) = (data.t0[0], data.fs, data.c);
-        let rf = rf(data)?;
-        let samples = rf.dim().3;
-        let gain = |n: usize| {
-            let depth = 0.5 * c * (t0 + n as f64 / fs);
-            10f64.powf((self.noise + self.noise_rise * depth) / 20.0) as f32
-        };
-        let gains: Vec<f32> = (0..samples).map(gain).collect();
-        for (mut row, white) in rf.rows_mut().into_iter().zip(white.chunks_exact(samples)) {
-            for ((value, noise), gain) in row.iter_mut().zip(white).zip(&gains) {
-                *value += noise * gain;
             }
         }
         Ok(())

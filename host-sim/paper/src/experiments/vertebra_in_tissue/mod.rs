@@ -65,7 +65,8 @@ impl Experiment for VertebraInTissue {
             " (per mm³)",
         )?;
         check_level(Self::NAME, "reverberation", self.reverberation)?;
-        check_level(Self::NAME, "clutter", self.clutter)
+        self.clutter
+            .map_or(Ok(()), |clutter| clutter.validate(Self::NAME))
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {

@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 use crate::Result;
 use crate::experiments::common::Receive;
 use bonebeam_drive::config::{Image, PhaseSymmetry};
-use bonebeam_simulate::{Block, Bone, Clutter, Layers, PAPER_DENSITY, Phantom, Settings};
+use bonebeam_simulate::{
+    Block, Bone, Clutter, DiffuseClutter, Layers, PAPER_DENSITY, Phantom, Settings,
+};
 
 /// The block of tissue: from and to, lateral and in depth, m.
 pub const TISSUE: [[f64; 2]; 2] = [[-15e-3, 15e-3], [12e-3, 37e-3]];
@@ -30,9 +32,9 @@ pub struct VertebraInTissue {
     /// Amplitude of the bone's image at twice its depth, dB; none without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) reverberation: Option<f64>,
-    /// Amplitude of diffuse clutter in the bone's shadow, dB of a scatterer of bone; none without it.
+    /// Diffuse clutter in the bone's shadow; none without it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) clutter: Option<f64>,
+    pub(super) clutter: Option<DiffuseClutter>,
     /// Array, pulse, transmit, noise.
     pub(super) simulation: Settings,
     /// Delay and beamformer.
@@ -56,7 +58,11 @@ impl Default for VertebraInTissue {
             thickness: 6e-3,
             tissue_density: 1e-9 * PAPER_DENSITY,
             reverberation: Some(-20.0),
-            clutter: Some(5.0),
+            clutter: Some(DiffuseClutter {
+                level: 11.4,
+                coherence: Some(1e-3),
+                ..DiffuseClutter::default()
+            }),
             simulation: Settings {
                 depth_end: 44.2e-3,
                 ..Settings::volume()

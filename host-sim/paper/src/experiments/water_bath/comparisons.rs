@@ -15,7 +15,7 @@ const LINES: &str = "Another bone. A dash: the peak does not reach the level, or
      it. The paper's text on Fig. 9 repeats two figures of Fig. 8.";
 
 /// Table I of the paper: of a kind of image and a slice DAS and ESMV, each with error, STD, B and C.
-const PAPER: [[[[f64; 4]; 2]; 2]; 2] = [
+pub const PAPER: [[[[f64; 4]; 2]; 2]; 2] = [
     [
         [[0.70, 0.72, 27.18, 92.41], [0.66, 0.65, 4.71, 16.81]],
         [[0.90, 0.85, 63.06, 125.52], [0.79, 0.77, 10.17, 15.80]],

@@ -1,6 +1,6 @@
 //! The CT contour in the image plane under each combination of error sources, and Table I against it.
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView2, Axis, Slice};
 use serde::Serialize;
 
 use crate::measure::registration::{Point, Rigid};
@@ -191,6 +191,13 @@ pub fn uniform(distance: &Array2<f64>, region: Region) -> Row {
         c_above_zero: None,
         ..uniform_baseline(distance.view(), region).into()
     }
+}
+
+/// Every so-many-th pixel of an image along each axis.
+pub fn every<T: Copy>(image: &Array2<T>, every: usize) -> Array2<T> {
+    let every = Slice::new(0, None, every as isize);
+    let rows = image.slice_axis(Axis(0), every);
+    rows.slice_axis(Axis(1), every).to_owned()
 }
 
 /// Every so-many-th pixel of a grid.

@@ -15,14 +15,12 @@ use bonebeam_drive::image::{PixelGrid, b_mode};
 use bonebeam_drive::methods::{COMPARED, ComparedMethod};
 use bonebeam_files::{BeamformedLines, ChannelData, Transmits};
 use bonebeam_oracle::verify::Check;
-use bonebeam_simulate::{Clutter, Phantom, Scatterer, Settings};
+use bonebeam_simulate::{Phantom, Scatterer, Settings};
 
 use super::parameters::{FEATURED, METHODS, WaterBath};
 use super::specimen::Specimen;
 use super::sweep::Volume;
 
-/// Scatterers on bone in the two slices, per m²: the paper's.
-const ON_BONE: f64 = 200e6;
 /// Beams that are delayed at a time.
 const BEAMS: usize = 64;
 
@@ -37,14 +35,15 @@ pub struct Images {
     pub checks: Vec<Check>,
 }
 
-fn methods(keys: &[&str]) -> Vec<&'static ComparedMethod> {
+/// Rows of [`COMPARED`] by their keys.
+pub fn methods(keys: &[&str]) -> Vec<&'static ComparedMethod> {
     let wanted = |key: &&str| COMPARED.iter().find(|row| row.key == *key);
     keys.iter().filter_map(wanted).collect()
 }
 
 impl WaterBath {
     /// The paper's pixels: as far across as the array, 39.4 mm.
-    fn grid(&self) -> PixelGrid {
+    pub(super) fn grid(&self) -> PixelGrid {
         let [rows, columns] = [self.image.rows, self.image.columns].map(|n| n.unwrap_or(512));
         let pixel = 0.077e-3 * 512.0 / columns as f64;
         PixelGrid {
@@ -57,7 +56,12 @@ impl WaterBath {
     }
 
     /// Bone in water around a slice.
-    fn phantom(&self, specimen: &Specimen, all: &[Scatterer], elevation: f64) -> Phantom {
+    pub(super) fn phantom(
+        &self,
+        specimen: &Specimen,
+        all: &[Scatterer],
+        elevation: f64,
+    ) -> Phantom {
         let half = 0.5 * self.thickness;
         let near = all.iter().filter(|s| (s.y - elevation).abs() <= half);
         let scatterers: Vec<Scatterer> = near
@@ -76,7 +80,7 @@ impl WaterBath {
 
     /// The scanner as it is in water: its delays are those of the speed that it takes for granted, so that the
     /// wave meets deeper than it means to.
-    fn scanner(&self) -> Settings {
+    pub(super) fn scanner(&self) -> Settings {
         let ratio = self.ratio(true);
         Settings {
             focus: self.simulation.focus * ratio,
@@ -146,7 +150,7 @@ impl WaterBath {
 
     /// The lines of some beamformers, and how the beams in the middle compare with the references where that
     /// is asked for by the checks' name and extent.
-    fn lines_of(
+    pub(super) fn lines_of(
         &self,
         data: &ChannelData,
         receive: &Receive,
@@ -191,31 +195,14 @@ impl WaterBath {
         Ok((all, found))
     }
 
-    /// A slice's recording and its images.
-    pub fn slice(&self, k: usize, specimen: &Specimen, context: &Context<'_>) -> Result<Images> {
+    /// The images of a slice's recording.
+    ///
+    /// # Errors
+    /// Lines that do not make an image.
+    pub fn images(&self, k: usize, data: &ChannelData, context: &Context<'_>) -> Result<Images> {
         let (common, progress) = (context.common, context.progress);
         let what = format!("water bath: slice {}", k + 1);
-        let all = specimen.scatterers(ON_BONE)?;
-        let mut phantom = self.phantom(specimen, &all, self.slices[k]);
-        drop(all);
-        let seed = self.simulation.seed.wrapping_add(k as u64);
-        let clutter = Clutter {
-            diffuse: Some(self.clutter[k]),
-            reverberation: Some(self.reverberation),
-            thickness: self.thickness,
-            depth_end: self.simulation.depth_end,
-            seed,
-        };
-        clutter.add(&mut phantom)?;
-        let scanner = Settings {
-            seed,
-            ..self.scanner()
-        };
         let name = format!("water-bath-{}", k + 1);
-        let data = recording(context, &name, &scanner, &phantom, &|done| {
-            progress(&format!("{what}: simulate"), done);
-        })?;
-        drop(phantom);
         progress(&format!("{what}: beamform"), 0.0);
         let grid = self.grid();
         // One slice is enough to check.
@@ -224,7 +211,7 @@ impl WaterBath {
             let methods = methods(keys);
             let extent = extent.filter(|_| sound_speed);
             let (lines, mut checks) =
-                self.lines_of(&data, &self.receive, &methods, sound_speed, extent)?;
+                self.lines_of(data, &self.receive, &methods, sound_speed, extent)?;
             let studio = Studio {
                 what: &name,
                 grid,

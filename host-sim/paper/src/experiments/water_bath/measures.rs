@@ -1,7 +1,7 @@
 //! What is measured of the two slices: Table I under every combination of sources, curves by distance, image
 //! lines, and registrations that are repeated.
 
-use ndarray::{Array2, Axis, Slice};
+use ndarray::Array2;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
@@ -37,8 +37,8 @@ pub struct Measured {
     pub table: Vec<[Row; 2]>,
     /// The image of one grey level there.
     pub uniform: [Row; 2],
-    /// Mean grey level by distance, by method; B-mode, then phase symmetry.
-    pub by_distance: Vec<[Vec<Option<f64>>; 2]>,
+    /// Grey levels by distance, by method; B-mode, then phase symmetry.
+    pub by_distance: Vec<[ByDistance; 2]>,
     /// The bins' middles, mm.
     pub distance_mm: Vec<f64>,
     pub down: Line,
@@ -49,6 +49,15 @@ pub struct Measured {
     pub contour_mm: Vec<Vec<(f64, f64)>>,
     #[serde(skip)]
     pub distance: Array2<f64>,
+}
+
+/// Grey levels of an image by distance from the contour.
+#[derive(Serialize)]
+pub struct ByDistance {
+    /// Mean of all pixels.
+    pub mean: Vec<Option<f64>>,
+    /// Median and 90 % quantile of the pixels above 0.
+    pub above_zero: Vec<Option<[f64; 2]>>,
 }
 
 /// A row of the table of sources.
@@ -133,7 +142,13 @@ impl WaterBath {
             uniform: baseline(&distance),
             by_distance: (slice.pairs.iter())
                 .map(|pair| {
-                    [&pair.b_mode.pixels, &pair.phase_symmetry.pixels].map(|p| by(p).intensity)
+                    [&pair.b_mode.pixels, &pair.phase_symmetry.pixels].map(|pixels| {
+                        let found = by(pixels);
+                        ByDistance {
+                            mean: found.intensity,
+                            above_zero: found.above_zero,
+                        }
+                    })
                 })
                 .collect(),
             distance_mm: bins.distance.iter().map(|s| 1e3 * s).collect(),
@@ -163,12 +178,10 @@ impl WaterBath {
                     .pairs
                     .iter()
                     .filter(|p| FEATURED.contains(&p.beamformer));
-                let thin = |pixels: &Array2<f32>| {
-                    let every = Slice::new(0, None, THINNED as isize);
-                    let rows = pixels.slice_axis(Axis(0), every);
-                    rows.slice_axis(Axis(1), every).to_owned()
+                let both = |p: &Pair| {
+                    [&p.b_mode.pixels, &p.phase_symmetry.pixels]
+                        .map(|pixels| contour::every(pixels, THINNED))
                 };
-                let both = |p: &Pair| [thin(&p.b_mode.pixels), thin(&p.phase_symmetry.pixels)];
                 featured.map(both).collect()
             })
             .collect();

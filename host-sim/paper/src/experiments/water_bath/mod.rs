@@ -4,6 +4,7 @@
 //! volumes, the CT volume is registered to the ultrasound one, and its surface at −524 HU is what the images
 //! are measured against. Every step is simulated, so that each source of error can be taken out.
 
+mod clutter;
 mod comparisons;
 mod contour;
 mod figures;
@@ -21,6 +22,8 @@ use bonebeam_files::terminal::warn;
 
 use super::common;
 use super::{Context, Covers, Experiment, Outcome, Overrides};
+use contour::Sources;
+use parameters::Shadow;
 pub use parameters::WaterBath;
 use registration::{Ct, Registrations};
 use specimen::Specimen;
@@ -43,6 +46,7 @@ impl Experiment for WaterBath {
         (quick.sweep, quick.sweep_step) = (31, 1e-3);
         quick.sweep_density = 4.0;
         quick.thickness = 1e-3;
+        quick.tried = [f64::INFINITY, 0.0].map(Shadow::quiet).to_vec();
         quick.ct_voxel = quick.ct_voxel.map(|v| 2.0 * v);
         quick
     }
@@ -86,6 +90,7 @@ impl Experiment for WaterBath {
                 [1000.0, 2000.0],
                 " (m/s)",
             ),
+            ("fitted_c", self.fitted_c, [0.0, 255.0], " (grey level)"),
             ("ct_blur", self.ct_blur, [0.0, 5e-3], " (m)"),
             ("ct_bone", self.ct_bone, [0.0, 5000.0], " (HU)"),
             ("ct_ball", self.ct_ball, [-400.0, 5000.0], " (HU)"),
@@ -96,15 +101,11 @@ impl Experiment for WaterBath {
                 return Err(out_of_range(Self::NAME, key, value, &expected));
             }
         }
-        let [first, second] = self.clutter;
-        for (key, level) in [
-            ("reverberation", self.reverberation),
-            ("clutter[0]", first),
-            ("clutter[1]", second),
-        ] {
-            check_level(Self::NAME, key, Some(level))?;
+        for shadow in &self.tried {
+            shadow.validate()?;
         }
-        Ok(())
+        check_level(Self::NAME, "reverberation", Some(self.reverberation))?;
+        self.clutter.validate(Self::NAME)
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
@@ -119,10 +120,21 @@ impl Experiment for WaterBath {
         let volumes = self.volumes(&specimen, context)?;
         let targets = self.targets(&specimen, &ct.pose)?;
         let registrations = Registrations::new(self, &specimen, &ct, &volumes, &targets)?;
-        let slices = [
-            self.slice(0, &specimen, context)?,
-            self.slice(1, &specimen, context)?,
-        ];
+        let way = registrations.of(Sources::ALL).transform;
+        let mut law = self.clutter;
+        let mut tried = Vec::new();
+        let mut slice = |k: usize| {
+            let distance = self.outline(k, &ct, &way, true)?.distance_map(&self.grid());
+            let recorded = self.record(k, &specimen, context)?;
+            if k == 0 {
+                law = self.law(&recorded, &distance)?;
+            }
+            self.try_shadows(&recorded, &distance, context, &mut tried)?;
+            let data = self.mixed(&recorded, law, &self.scanner_of(k))?;
+            drop(recorded);
+            self.images(k, &data, context)
+        };
+        let slices = [slice(0)?, slice(1)?];
         progress("water bath: measures", 0.0);
         let mut measured = Vec::new();
         for (k, slice) in slices.iter().enumerate() {
@@ -131,6 +143,8 @@ impl Experiment for WaterBath {
         let draws = self.draws(&slices, &specimen, &ct, &volumes[1])?;
         figures::outcome(figures::Found {
             bath: self,
+            law,
+            tried: &tried,
             ct: &ct,
             volume: &volumes[1],
             registrations: &registrations,

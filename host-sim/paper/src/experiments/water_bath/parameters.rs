@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::experiments::common::Receive;
 use crate::measure::registration::Point;
 use bonebeam_drive::config::Image;
-use bonebeam_simulate::Settings;
+use bonebeam_simulate::{DiffuseClutter, Settings};
 
 /// The paper's threshold, HU.
 pub const THRESHOLD: f64 = -524.0;
@@ -19,6 +19,51 @@ pub const METHODS: [&str; 3] = ["das", "esmv-0.001", "esmv-rank1"];
 pub const FEATURED: [&str; 2] = ["das", "esmv-rank1"];
 /// The kinds of image.
 pub const KINDS: [&str; 2] = ["US", "PS"];
+
+/// What a bone's shadow is filled with, in a table `[[water_bath.tried]]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shadow {
+    /// Coherence length of the clutter, m; infinite for clutter that focuses perfectly.
+    pub coherence: f64,
+    /// Noise at depth 0, dB of the largest sample.
+    pub noise: f64,
+    /// Increase of the noise with depth, dB per m.
+    pub noise_rise: f64,
+}
+
+impl Shadow {
+    const TRIED: [Shadow; 10] = [
+        Shadow::quiet(f64::INFINITY),
+        Shadow::quiet(10e-3),
+        Shadow::quiet(3e-3),
+        Shadow::quiet(1e-3),
+        Shadow::quiet(0.3e-3),
+        Shadow::quiet(0.0),
+        Shadow::noisy(f64::INFINITY),
+        Shadow::noisy(3e-3),
+        Shadow::noisy(1e-3),
+        Shadow::noisy(0.0),
+    ];
+
+    /// Noise of −60 dB.
+    pub(super) const fn quiet(coherence: f64) -> Self {
+        Shadow {
+            coherence,
+            noise: -60.0,
+            noise_rise: 0.0,
+        }
+    }
+
+    /// Noise of −52 dB that rises by 5 dB/cm.
+    const fn noisy(coherence: f64) -> Self {
+        Shadow {
+            coherence,
+            noise: -52.0,
+            noise_rise: 500.0,
+        }
+    }
+}
 
 /// Section `[water_bath]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,9 +104,13 @@ pub struct WaterBath {
     pub(super) picking_error: f64,
     /// Amplitude of the bone's echo that the array throws back, dB (assumed).
     pub(super) reverberation: f64,
-    /// Amplitude of diffuse clutter in the bone's shadow in either slice, dB of a scatterer of bone. It gives
-    /// region C of DAS the level of the paper's Table I.
-    pub(super) clutter: [f64; 2],
+    /// Mean grey level of region C of DAS in slice 1, B-mode, that the level of the clutter is fitted to; 0 for the
+    /// level of `clutter` as it stands.
+    pub(super) fitted_c: f64,
+    /// Diffuse clutter in the bone's shadow, in both slices.
+    pub(super) clutter: DiffuseClutter,
+    /// Shadows that are tried beside that of `clutter` and `simulation`, each with its own fitted level.
+    pub(super) tried: Vec<Shadow>,
     /// Array, pulse, transmit, noise.
     pub(super) simulation: Settings,
     /// Delay and beamformer.
@@ -91,7 +140,13 @@ impl Default for WaterBath {
             ct_ball: 100.0,
             picking_error: 0.1e-3,
             reverberation: -25.0,
-            clutter: [3.0, 13.0],
+            fitted_c: 92.41,
+            clutter: DiffuseClutter {
+                level: 10.0,
+                coherence: Some(1e-3),
+                fall: 0.0,
+            },
+            tried: Shadow::TRIED.to_vec(),
             // Two beams an element as the paper's 256, at the rate of its receiver; water of 20 °C.
             simulation: Settings {
                 beams: 255,
@@ -99,6 +154,8 @@ impl Default for WaterBath {
                 fs: 40e6,
                 c: 1480.0,
                 depth_end: 45e-3,
+                noise: Some(-52.0),
+                noise_rise: 500.0,
                 ..Settings::volume()
             },
             receive,

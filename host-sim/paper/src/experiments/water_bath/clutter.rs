@@ -1,0 +1,388 @@
+//! Clutter in the two slices: its level, which is fitted to one number of the paper, and what follows from its
+//! coherence over the aperture.
+
+use ndarray::{Array2, Zip};
+use serde::Serialize;
+
+use crate::experiments::Context;
+use crate::experiments::common::pictures::ridges;
+use crate::experiments::common::recording::recording;
+use crate::experiments::outcome::{Section, Table, number};
+use crate::measure::signed_distance::{Region, measure};
+use crate::{Error, Result};
+use bonebeam_drive::image::b_mode;
+use bonebeam_files::settings::{check_level, out_of_range};
+use bonebeam_files::{BeamformedLines, ChannelData, Samples};
+use bonebeam_simulate::{Clutter, DiffuseClutter, Phantom, Settings, add_noise, decorrelate};
+
+use super::comparisons::PAPER;
+use super::contour::{self, Row};
+use super::images::methods;
+use super::parameters::{FEATURED, Shadow, WaterBath};
+use super::specimen::Specimen;
+
+/// Scatterers on bone in the two slices, per m²: the paper's.
+const ON_BONE: f64 = 200e6;
+/// Levels between which the fitted one lies, dB, and how well it is found.
+const LEVELS: [f64; 2] = [-40.0, 60.0];
+const PRECISION: f64 = 0.01;
+/// Images of a fit have so many pixels a side less: the mean of a region needs no more.
+const THINNED: usize = 2;
+
+/// What is recorded of a slice, free of noise: the bone with its reverberation, and clutter of 0 dB that focuses
+/// perfectly.
+pub struct Recorded {
+    slice: usize,
+    bone: ChannelData,
+    clutter: ChannelData,
+}
+
+/// A shadow, the level of clutter that gives region C of DAS in slice 1 its grey level, and the measures of
+/// [`FEATURED`].
+#[derive(Clone, Debug, Serialize)]
+pub struct Tried {
+    /// Clutter's coherence and noise.
+    pub shadow: Shadow,
+    /// Level, dB of a scatterer of bone.
+    pub level: f64,
+    /// By slice and beamformer: B-mode, then phase symmetry.
+    pub slices: Vec<Vec<[Row; 2]>>,
+}
+
+impl WaterBath {
+    /// Settings of a slice: the scanner as it is in water.
+    pub(super) fn scanner_of(&self, k: usize) -> Settings {
+        Settings {
+            seed: self.simulation.seed.wrapping_add(k as u64),
+            ..self.scanner()
+        }
+    }
+
+    /// Bone and clutter of a slice.
+    ///
+    /// # Errors
+    /// A slice that cannot be simulated.
+    pub fn record(&self, k: usize, specimen: &Specimen, context: &Context<'_>) -> Result<Recorded> {
+        let all = specimen.scatterers(ON_BONE)?;
+        let bare = self.phantom(specimen, &all, self.slices[k]);
+        drop(all);
+        let scanner = Settings {
+            noise: None,
+            noise_rise: 0.0,
+            ..self.scanner_of(k)
+        };
+        let clutter = Clutter {
+            diffuse: None,
+            reverberation: Some(self.reverberation),
+            thickness: self.thickness,
+            depth_end: self.simulation.depth_end,
+            seed: scanner.seed,
+        };
+        let mut bone = bare.clone();
+        clutter.add(&mut bone)?;
+        let diffuse = Clutter {
+            diffuse: Some(DiffuseClutter {
+                level: 0.0,
+                coherence: None,
+                ..self.clutter
+            }),
+            reverberation: None,
+            ..clutter
+        };
+        let mut shadow = Phantom {
+            scatterers: Vec::new(),
+            on_bone: 0,
+            ..bare
+        };
+        diffuse.add(&mut shadow)?;
+        let record = |part: &str, phantom: &Phantom| {
+            let name = format!("water-bath-{}-{part}", k + 1);
+            recording(context, &name, &scanner, phantom, &|done| {
+                (context.progress)(
+                    &format!("water bath: slice {}: simulate {part}", k + 1),
+                    done,
+                );
+            })
+        };
+        Ok(Recorded {
+            slice: k,
+            bone: record("bone", &bone)?,
+            clutter: record("clutter", &shadow)?,
+        })
+    }
+
+    /// The clutter of a slice with a coherence length, m.
+    fn clutter_of(&self, recorded: &Recorded, coherence: f64) -> Result<ChannelData> {
+        let mut clutter = recorded.clutter.clone();
+        let rf = rf(&mut clutter)?;
+        decorrelate(&self.scanner_of(recorded.slice), coherence, rf);
+        Ok(clutter)
+    }
+
+    /// A slice as it is recorded with clutter of a law, and with noise.
+    ///
+    /// # Errors
+    /// I/Q.
+    pub fn mixed(
+        &self,
+        recorded: &Recorded,
+        law: DiffuseClutter,
+        scanner: &Settings,
+    ) -> Result<ChannelData> {
+        let coherence = law.coherence.unwrap_or(f64::INFINITY);
+        let mut data = self.clutter_of(recorded, coherence)?;
+        let scale = 10f64.powf(law.level / 20.0) as f32;
+        if let (Samples::Rf(sum), Samples::Rf(bone)) = (&mut data.samples, &recorded.bone.samples) {
+            Zip::from(sum)
+                .and(bone)
+                .for_each(|sum, bone| *sum = bone + scale * *sum);
+        }
+        add_noise(scanner, &mut data)?;
+        Ok(data)
+    }
+
+    /// The level at which region C of DAS has the grey level that is asked for, dB, in the recording of slice 1 with
+    /// the distances of its pixels from the contour, for a coherence length, m, and the noise of `scanner`.
+    ///
+    /// # Errors
+    /// A grey level that no clutter gives.
+    pub fn fitted(
+        &self,
+        recorded: &Recorded,
+        distance: &Array2<f64>,
+        coherence: f64,
+        scanner: &Settings,
+    ) -> Result<f64> {
+        let mut bone = recorded.bone.clone();
+        add_noise(scanner, &mut bone)?;
+        let das = |data: &ChannelData| -> Result<BeamformedLines> {
+            let (mut lines, _) =
+                self.lines_of(data, &self.receive, &methods(&["das"]), true, None)?;
+            Ok(lines.remove(0))
+        };
+        let (bone, clutter) = (das(&bone)?, das(&self.clutter_of(recorded, coherence)?)?);
+        let grid = contour::thinned(&self.grid(), THINNED);
+        let thinned = contour::every(distance, THINNED);
+        let level_of_c = |level: f64| -> Result<f64> {
+            let scale = 10f64.powf(level / 20.0) as f32;
+            let mut sum = bone.clone();
+            sum.z
+                .zip_mut_with(&clutter.z, |sum, clutter| *sum += clutter * scale);
+            let range = self.image.dynamic_range as f32;
+            let image = b_mode(&sum, range, &grid, self.image.median)?;
+            let found = measure(image.pixels.view(), thinned.view(), Region::B_MODE);
+            found
+                .inside
+                .ok_or_else(|| Error::Data("no pixel lies in region C".into()))
+        };
+        let [mut low, mut high] = LEVELS;
+        let [least, most] = [level_of_c(low)?, level_of_c(high)?];
+        if !(least..=most).contains(&self.fitted_c) {
+            return Err(Error::Usage(format!(
+                "`fitted_c` in [water_bath] is {}; with clutter of {low} to {high} dB region C of DAS has grey levels \
+                 of {least:.1} to {most:.1}",
+                self.fitted_c
+            )));
+        }
+        while high - low > PRECISION {
+            let middle = 0.5 * (low + high);
+            match level_of_c(middle)? < self.fitted_c {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        Ok(0.5 * (low + high))
+    }
+
+    /// The law of the clutter, its level fitted where that is asked for.
+    ///
+    /// # Errors
+    /// As [`WaterBath::fitted`].
+    pub fn law(&self, recorded: &Recorded, distance: &Array2<f64>) -> Result<DiffuseClutter> {
+        if self.fitted_c == 0.0 {
+            return Ok(self.clutter);
+        }
+        let coherence = self.clutter.coherence.unwrap_or(f64::INFINITY);
+        Ok(DiffuseClutter {
+            level: self.fitted(
+                recorded,
+                distance,
+                coherence,
+                &self.scanner_of(recorded.slice),
+            )?,
+            ..self.clutter
+        })
+    }
+
+    /// Measures a slice with every shadow that is tried: the first slice fits the levels.
+    ///
+    /// # Errors
+    /// A slice that cannot be beamformed.
+    pub fn try_shadows(
+        &self,
+        recorded: &Recorded,
+        distance: &Array2<f64>,
+        context: &Context<'_>,
+        rows: &mut Vec<Tried>,
+    ) -> Result<()> {
+        for (n, &shadow) in self.tried.iter().enumerate() {
+            let what = format!("water bath: slice {}: shadows", recorded.slice + 1);
+            (context.progress)(&what, n as f64 / self.tried.len() as f64);
+            let coherence = shadow.coherence;
+            let scanner = Settings {
+                noise: Some(shadow.noise),
+                noise_rise: shadow.noise_rise,
+                ..self.scanner_of(recorded.slice)
+            };
+            if rows.len() == n {
+                rows.push(Tried {
+                    shadow,
+                    level: match self.fitted_c {
+                        0.0 => self.clutter.level,
+                        _ => self.fitted(recorded, distance, coherence, &scanner)?,
+                    },
+                    slices: Vec::new(),
+                });
+            }
+            let law = DiffuseClutter {
+                level: rows[n].level,
+                coherence: coherence.is_finite().then_some(coherence),
+                ..self.clutter
+            };
+            let data = self.mixed(recorded, law, &scanner)?;
+            let (lines, _) =
+                self.lines_of(&data, &self.receive, &methods(&FEATURED), true, None)?;
+            let measured = lines.iter().map(|lines| {
+                let range = self.image.dynamic_range as f32;
+                let image = b_mode(lines, range, &self.grid(), self.image.median)?;
+                let map = ridges(&image.pixels, &context.common.phase_symmetry)?;
+                Ok([
+                    contour::row(image.pixels.view(), distance, Region::B_MODE),
+                    contour::row(map.view(), distance, Region::PHASE_SYMMETRY),
+                ])
+            });
+            rows[n].slices.push(measured.collect::<Result<_>>()?);
+        }
+        Ok(())
+    }
+}
+
+/// The samples of a recording of RF.
+fn rf(data: &mut ChannelData) -> Result<&mut [f32]> {
+    match &mut data.samples {
+        Samples::Rf(rf) => rf.as_slice_mut(),
+        Samples::Iq { .. } => None,
+    }
+    .ok_or_else(|| Error::Data("the recording is not RF as it is simulated".into()))
+}
+
+impl Shadow {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] naming the key, the value and the range.
+    pub fn validate(&self) -> Result<()> {
+        const SECTION: &str = "water_bath";
+        if self.coherence.is_nan() || self.coherence < 0.0 {
+            let expected = "at least 0 (m), inf for clutter that focuses perfectly";
+            return Err(out_of_range(
+                SECTION,
+                "tried.coherence",
+                self.coherence,
+                expected,
+            ));
+        }
+        check_level(SECTION, "tried.noise", Some(self.noise))?;
+        if !(0.0..=2000.0).contains(&self.noise_rise) {
+            let expected = "0 to 2000 (dB per m)";
+            return Err(out_of_range(
+                SECTION,
+                "tried.noise_rise",
+                self.noise_rise,
+                expected,
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// What was fitted, and what each shadow predicts.
+pub fn sections(bath: &WaterBath, law: &DiffuseClutter, rows: &[Tried]) -> Vec<Section> {
+    let fitted = match bath.fitted_c {
+        0.0 => format!(
+            "The level of the clutter is {:.1} dB, without a fit.",
+            law.level
+        ),
+        c => format!(
+            "One number is fitted: the level of the clutter, {:.1} dB of a scatterer of bone, gives region C of DAS in \
+             slice 1 the grey level {c:.0} of the paper. All else is predicted, slice 2 included.",
+            law.level
+        ),
+    };
+    let coherence = match law.coherence {
+        None => "focuses perfectly".into(),
+        Some(length) => format!(
+            "has a coherence length of {:.1} mm over the aperture, {:.1} elements",
+            1e3 * length,
+            length / bath.simulation.pitch
+        ),
+    };
+    let text = format!(
+        "{fitted} The clutter of the images {coherence}. The table has other shadows, each with its own fitted level: \
+         mean grey level of region C, all pixels."
+    );
+    vec![
+        Section::Heading("What fills the shadow"),
+        Section::Text(text),
+        Section::Table(table(rows)),
+    ]
+}
+
+fn table(rows: &[Tried]) -> Table {
+    let mut cells = vec![paper()];
+    for row in rows {
+        let Shadow {
+            coherence,
+            noise,
+            noise_rise,
+        } = row.shadow;
+        let name = match coherence.is_finite() {
+            false => "focuses perfectly".into(),
+            true => number(Some(1e3 * coherence)),
+        };
+        let noise = format!("{noise} + {} dB/cm", 0.01 * noise_rise);
+        let mut line = vec![name, noise, number(Some(row.level))];
+        for image in 0..2 {
+            for slice in &row.slices {
+                line.extend(slice.iter().map(|beamformer| number(beamformer[image].c)));
+            }
+        }
+        cells.push(line);
+    }
+    Table {
+        title: "Region C by the clutter's coherence and the noise; US 1, DAS is fitted".into(),
+        head: vec![
+            "coherence length, mm",
+            "noise, dB",
+            "level, dB",
+            "US 1, DAS",
+            "rank 1",
+            "US 2, DAS",
+            "rank 1",
+            "PS 1, DAS",
+            "rank 1",
+            "PS 2, DAS",
+            "rank 1",
+        ],
+        rows: cells,
+        page_only: false,
+    }
+}
+
+/// The paper's row.
+fn paper() -> Vec<String> {
+    let mut line = vec!["the paper".to_owned(), String::new(), String::new()];
+    let slices = PAPER.iter().flatten();
+    line.extend(slices.flatten().map(|[.., c]| number(Some(*c))));
+    line
+}
