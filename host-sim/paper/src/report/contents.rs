@@ -82,7 +82,13 @@ impl<'a> Report<'a> {
             let Some((_, after)) = rest.split_once(&end) else {
                 return Err(Error::Data(format!("has no line `{end}`")));
             };
-            let tables: Vec<String> = outcome.tables.iter().map(tables::markdown).collect();
+            let verdicts: Vec<&Verdict> = outcome.verdicts.iter().collect();
+            let verdicts = (!verdicts.is_empty()).then(|| tables::verdicts(&verdicts));
+            let others = tables::every(outcome).into_iter();
+            let all = verdicts
+                .into_iter()
+                .chain(others.filter(|table| !table.page_only));
+            let tables: Vec<String> = all.map(|table| tables::markdown(&table)).collect();
             text = format!(
                 "{before}{begin}\n{head}\n\n{}\n{end}{after}",
                 tables.join("\n")

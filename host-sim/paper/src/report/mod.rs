@@ -141,14 +141,7 @@ impl Report<'_> {
     ) -> Result<Vec<(String, String)>> {
         let mut sheets = vec![(NUMBERS.to_owned(), numbers::every(data))];
         for (name, outcome) in self.outcomes {
-            let comparisons: Vec<&Comparison> = outcome.comparisons.iter().collect();
-            let beside = tables::comparisons(&comparisons);
-            let shown = outcome.parts.iter().filter_map(|part| match part {
-                Section::Table(table) => Some(table),
-                _ => None,
-            });
-            let all = beside.iter().chain(&outcome.tables).chain(shown);
-            for (k, table) in all.enumerate() {
+            for (k, table) in tables::every(outcome).iter().enumerate() {
                 let file = format!("{name}-table-{}.csv", k + 1);
                 sheets.push((file, numbers::table(table)));
             }

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::experiments::outcome::{Comparison, PaperComparison, Table, Verdict, number};
+use crate::experiments::Outcome;
+use crate::experiments::outcome::{Comparison, PaperComparison, Section, Table, Verdict, number};
 use bonebeam_oracle::verify::Check;
 
 /// The paper's figures, one or two.
@@ -36,6 +37,17 @@ pub fn comparisons(comparisons: &[&Comparison]) -> Vec<Table> {
     };
     let groups = comparisons.chunk_by(|a, b| a.group == b.group);
     groups.map(table).collect()
+}
+
+/// Every table of an outcome: the comparisons with the paper, its own, and those of its part of the page.
+pub fn every(outcome: &Outcome) -> Vec<Table> {
+    let compared: Vec<&Comparison> = outcome.comparisons.iter().collect();
+    let shown = outcome.parts.iter().filter_map(|part| match part {
+        Section::Table(table) => Some(table),
+        _ => None,
+    });
+    let own = outcome.tables.iter().chain(shown).cloned();
+    comparisons(&compared).into_iter().chain(own).collect()
 }
 
 /// The checks.

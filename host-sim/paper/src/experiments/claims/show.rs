@@ -24,7 +24,7 @@ pub fn outcome(
     let mut parts = vec![Section::Text(format!(
         "DAS and rank-1 ESMV on {} scenes of {} seeds: two bones (the built-in vertebra and a mesh) in water and \
          in tissue, each once quiet (noise at −60 dB) and once disturbed (noise at −40 dB, clutter in the bone's \
-         shadow, a reverberation of the bone). A seed moves the bone by up to 1 mm each way and has tissue, clutter \
+         shadow that is coherent over about three elements, a reverberation of the bone). A seed moves the bone by up to 1 mm each way and has tissue, clutter \
          and noise of its own. The scenes lie in the image plane alone. Rank 1 has K = 0, 2 and 10, forward (Eq. 5) \
          and forward-backward (FB). Each table has the mean of ESMV − DAS with its 95 % interval (paired, \
          Student's t over the scenes). A claim is shown in a condition where a two-sided test says so at 5 % after \
