@@ -142,6 +142,13 @@ fn flags_that_contradict_each_other() {
         USAGE,
         &["--f-number has no effect", "delayed.npz"],
     );
+    let layout = format!("{BEAMFORM} --layout must");
+    fails(
+        &folder,
+        &layout,
+        DATA,
+        &["--layout) has no effect", "data.npz"],
+    );
     let spacing = format!("{BEAMFORM} --beam-spacing 1e-3");
     let parts = ["--beam-spacing has no effect", "channel data"];
     fails(&folder, &spacing, USAGE, &parts);

@@ -160,18 +160,23 @@ impl Variables {
     /// A key that would have no effect.
     pub fn only_numbers(&self, keys: &[&str]) -> Result<(), String> {
         let has_effect = |key: &str| {
-            [LAYOUT, IQ_CONJUGATE].contains(&key)
-                || keys.contains(&key) && self.number(key).is_some()
+            let fits = key == LAYOUT || self.number(key).is_some();
+            key == IQ_CONJUGATE || keys.contains(&key) && fits
         };
         let Some(key) = self.0.keys().find(|key| !has_effect(key)) else {
             return Ok(());
         };
-        let others = match keys {
+        let numbers: Vec<&str> = keys.iter().copied().filter(|key| *key != LAYOUT).collect();
+        let others = match &numbers[..] {
             [] => String::new(),
-            _ => format!("; numbers for {} have one", keys.join(", ")),
+            numbers => format!("; numbers for {} have one", numbers.join(", ")),
+        };
+        let flag = match &key[..] {
+            LAYOUT => "--layout",
+            _ => "--variable",
         };
         Err(format!(
-            "`{key}` in [variables] (--variable) has no effect on a file of this format, which names its arrays \
+            "`{key}` in [variables] ({flag}) has no effect on a file of this format, which names its arrays \
              itself{others}"
         ))
     }
@@ -232,6 +237,13 @@ mod tests {
         assert!(refused(&[]).ends_with("names its arrays itself"));
         variables.insert("c", Given::Number(1500.0));
         assert_eq!(variables.only_numbers(&["c"]), Ok(()));
+        variables.insert(LAYOUT, Given::Name("must".into()));
+        assert_eq!(variables.only_numbers(&[LAYOUT, "c"]), Ok(()));
+        let refused = variables.only_numbers(&["c"]).unwrap_err();
+        assert!(
+            refused.contains("`layout` in [variables] (--layout) has no effect"),
+            "{refused}"
+        );
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::ops::Range;
 use ndarray::{Array2, Array4};
 
 use crate::values::{NamedArrays, Values};
-use crate::variables::Variables;
+use crate::variables::{LAYOUT, Variables};
 use crate::waves::{Fired, Wave};
 use bonebeam_files::memory::{self, product};
 use bonebeam_files::{ChannelData, Result, Samples};
@@ -319,7 +319,7 @@ pub fn read(
     variables: &Variables,
     frames: Range<usize>,
 ) -> Result<(ChannelData, usize, Vec<String>)> {
-    let only = variables.only_numbers(&["fs", "c", "f0", "lens_delay"]);
+    let only = variables.only_numbers(&[LAYOUT, "fs", "c", "f0", "lens_delay"]);
     only.map_err(|e| source.error(e))?;
     let frequency = 1e6 * source.scalar("Trans.frequency")?;
     let mut w = Workspace {
