@@ -110,6 +110,29 @@ fn kernel_weights<A: Averaging<f32>>(
     }
 }
 
+/// Divides the projections by their eigenvalues times `total` within the subspace, and leaves 0 outside of it. `metrics`
+/// are ranked, `order` has their indices.
+fn keep_subspace(
+    subspace: Subspace,
+    total: f32,
+    order: &[f32],
+    metrics: &[f32],
+    (projections, eigenvalues): (&mut [ComplexVector<f32>], &[ComplexVector<f32>]),
+) {
+    let mut before = 0.0;
+    for (position, (&index, &metric)) in order.iter().zip(metrics).enumerate() {
+        let k = index as usize;
+        if let (Some(entry), Some(eigenvalue)) = (projections.get_mut(k), eigenvalues.get(k)) {
+            *entry = if subspace.has(position, before, total) {
+                entry.divide(eigenvalue.re * total)
+            } else {
+                ComplexVector { re: 0.0, im: 0.0 }
+            };
+        }
+        before = metric;
+    }
+}
+
 /// `w_p = Σ e_k(e_kᴴa)/λ_k / c_L` over the eigenvectors that `subspace` has, as many as there are
 /// `weights`, for the loaded covariance in the solver's panels.
 ///
@@ -174,18 +197,7 @@ fn eigenspace_weights<A: Averaging<f32>>(
         *entry = projection.complex();
     }
     let total = rank_order(0.0, values, metrics, order);
-    let mut before = 0.0;
-    for (position, (&index, &metric)) in order.iter().zip(&*values).enumerate() {
-        let k = index as usize;
-        if let (Some(entry), Some(eigenvalue)) = (filtered.get_mut(k), result.get(k)) {
-            *entry = if subspace.has(position, before, total) {
-                entry.divide(eigenvalue.re * total)
-            } else {
-                nothing
-            };
-        }
-        before = metric;
-    }
+    keep_subspace(subspace, total, order, values, (filtered, result));
     for (i, results) in result.chunks_mut(2).enumerate() {
         vector.fill(A::Scalar::from_real(0.0));
         next.fill(nothing);

@@ -146,17 +146,7 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
             if m % TILE > 0 {
                 clear_tile(zero, p, m);
             }
-            let (u_tiles, _) = u[..end].as_chunks::<TILE>();
-            let (p_tiles, _) = p[..end].as_chunks_mut::<TILE>();
-            for p in p_tiles.as_flattened_mut() {
-                *p = p.scale(tau);
-            }
-            let half = zero.splat(0.5) * tau * inner_product(zero, u_tiles, p_tiles).real();
-            for (p, u) in p_tiles.iter_mut().zip(u_tiles) {
-                for k in 0..TILE {
-                    p[k] = p[k] - u[k].scale(half);
-                }
-            }
+            update_vector(tau, u[..end].as_chunks().0, p[..end].as_chunks_mut().0);
             (v, u) = (u, v);
             (q, p) = (p, q);
         }
@@ -310,6 +300,21 @@ fn polar<S: Scalar<V>, V: Vector>(alpha: S) -> (V, S) {
             length,
             S::select(nothing, S::from_real(one), alpha.scale(reciprocal)),
         )
+    }
+}
+
+/// Makes `q = τ·p − (τ/2·uᴴ(τ·p))·u` of `p`, the matrix times the reflector `u`: the matrix less `v·qᴴ + q·vᴴ` with
+/// `v = u` is the reflected one.
+#[inline(always)]
+fn update_vector<S: Scalar<V>, V: Vector>(tau: V, u: &[PanelColumn<S>], p: &mut [PanelColumn<S>]) {
+    for p in p.as_flattened_mut() {
+        *p = p.scale(tau);
+    }
+    let half = tau.splat(0.5) * tau * inner_product(tau.zero(), u, p).real();
+    for (p, u) in p.iter_mut().zip(u) {
+        for k in 0..TILE {
+            p[k] = p[k] - u[k].scale(half);
+        }
     }
 }
 

@@ -199,6 +199,17 @@ fn threshold<V: Vector>([here, below]: [V; 2]) -> V {
     here.splat(NEGLIGIBLE) * (here.abs() + below.abs())
 }
 
+/// The last row less Wilkinson's shift, which is taken from the first two rows.
+#[inline(always)]
+fn shifted_end<V: Vector>(block: &Block<V>) -> V {
+    let zero = block.first.zero();
+    let [first, second, last] = block.ends;
+    let half_gap = (second - first) / (block.coupling + block.coupling);
+    let r = (half_gap * half_gap + zero.splat(1.0)).sqrt();
+    let shifted = V::select(half_gap.less(zero), half_gap - r, half_gap + r);
+    last - first + block.coupling / shifted
+}
+
 /// One implicit QL step on each lane's block.
 ///
 /// What a pass has of a row is kept in registers until the next one is rotated with it, then written
@@ -213,11 +224,7 @@ fn ql_step<S: Scalar<V>, V: Vector, const N: usize>(
 ) {
     let zero = block.first.zero();
     let one = zero.splat(1.0);
-    let [first, second, last] = block.ends;
-    let half_gap = (second - first) / (block.coupling + block.coupling);
-    let r = (half_gap * half_gap + one).sqrt();
-    let shifted = V::select(half_gap.less(zero), half_gap - r, half_gap + r);
-    let mut g = last - first + block.coupling / shifted;
+    let mut g = shifted_end(block);
     let (mut s, mut c, mut p) = (one, one, zero);
     let mut wanted = block.wanted;
     let rows = block.rows.start..block.rows.end + 1;
