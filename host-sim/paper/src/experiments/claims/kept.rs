@@ -40,3 +40,18 @@ pub fn kept<T: Serialize + DeserializeOwned>(
     outputs.commit()?;
     Ok(found)
 }
+
+#[cfg(test)]
+mod tests {
+    /// Some of these are not by serde_json without its feature `float_roundtrip`.
+    #[test]
+    fn numbers_are_read_as_they_were_written() {
+        let mut value = 0.1f64;
+        for _ in 0..10_000 {
+            value = (value * 997.0 + 0.123_456_789).fract() + 1e-3;
+            let text = serde_json::to_string(&value).unwrap();
+            let read: f64 = serde_json::from_str(&text).unwrap();
+            assert_eq!(read.to_bits(), value.to_bits(), "{text}");
+        }
+    }
+}
