@@ -38,6 +38,7 @@ EXCEPTIONS = {
     r"^magnitude.rs: (side_by_side|magnitude)$": "registers of several lanes",
     r"^phase_symmetry/columns.rs: .*store_squares$": "several lanes",
     r"^beamform/snapshot.rs: elements$": "several lanes",
+    r"^beamform/pushes.rs: impl Place next$": "several lanes",
     r"^beamform/methods/eigenspace.rs: (merge|exchange)$": "several lanes",
     r"^linalg/implicit_ql.rs: .*(block|next)$": "several lanes; one has block_of_one",
     r"^instructions.rs: (prefetch|sqrt)$": "another processor's, or not called on this one",

@@ -344,7 +344,8 @@ bonebeam_status bonebeam_beamformer_new(void *memory,
                                         bonebeam_beamformer **beamformer);
 
 // Beamforms a line: `z[n]` from the aligned samples `x[n·elements]` to `x[n·elements + elements - 1]`, of which
-// `active[n]` are used. `z` has the scale of `x`.
+// `active[n]` are used. `z` has the scale of `x`. With a `depth_step` of s, `z[i]` is sample `n = i·s`, and there are
+// `samples/s` of them, rounded up.
 //
 // `adaptive`: a depth gate. Samples outside are DAS, and need not fit the beamformer's number of elements. Null:
 // all samples are adaptive.
@@ -428,8 +429,8 @@ bonebeam_status bonebeam_iq_lines_new(void *memory,
                                       const bonebeam_beamform_parameters *beamformer,
                                       bonebeam_iq_lines **lines);
 
-// Computes line `index`, the mean over `count` transmits. `z` has `output_samples` numbers; they may be changed in
-// part if something is refused.
+// Computes line `index`, the mean over `count` transmits. `z` has `output_samples` numbers, over the `depth_step` and
+// rounded up if there is one; they may be changed in part if something is refused.
 bonebeam_status bonebeam_iq_lines_line(bonebeam_iq_lines *lines,
                                        size_t index,
                                        const bonebeam_iq_wave *waves,

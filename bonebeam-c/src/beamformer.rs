@@ -213,7 +213,8 @@ pub unsafe extern "C" fn bonebeam_beamformer_new(
 }
 
 /// Beamforms a line: `z[n]` from the aligned samples `x[n·elements]` to `x[n·elements + elements - 1]`, of which
-/// `active[n]` are used. `z` has the scale of `x`.
+/// `active[n]` are used. `z` has the scale of `x`. With a `depth_step` of s, `z[i]` is sample `n = i·s`, and there are
+/// `samples/s` of them, rounded up.
 ///
 /// `adaptive`: a depth gate. Samples outside are DAS, and need not fit the beamformer's number of elements. Null:
 /// all samples are adaptive.
@@ -234,7 +235,7 @@ pub unsafe extern "C" fn bonebeam_beamformer_line(
             beamformer: by,
             workspace,
         } = one_mut(beamformer)?;
-        let z = Output::complex(z, samples)?;
+        let z = Output::complex(z, by.line_samples(samples))?;
         let x = AlignedLine::new(z.apart(complex(x, length)?)?, elements)?;
         let active = z.apart(array(active, samples)?)?;
         let none = geometry::Active { first: 0, count: 0 };

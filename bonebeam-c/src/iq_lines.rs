@@ -154,8 +154,8 @@ pub unsafe extern "C" fn bonebeam_iq_lines_new(
     }
 }
 
-/// Computes line `index`, the mean over `count` transmits. `z` has `output_samples` numbers; they may be changed in
-/// part if something is refused.
+/// Computes line `index`, the mean over `count` transmits. `z` has `output_samples` numbers, over the `depth_step` and
+/// rounded up if there is one; they may be changed in part if something is refused.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_iq_lines_line(
     lines: *mut IqLines,
@@ -171,7 +171,7 @@ pub unsafe extern "C" fn bonebeam_iq_lines_line(
             return Err(Status::Capacity);
         }
         let p = own.pipeline.delay().parameters();
-        let z = Output::complex(z, p.output_samples)?;
+        let z = Output::complex(z, own.pipeline.line_samples())?;
         let mut records = [const { None }; BONEBEAM_IQ_WAVES];
         for (place, wave) in records.iter_mut().zip(waves) {
             *place = Some((wave.wave.core(p.elements)?, wave.record.core(p, &z)?));

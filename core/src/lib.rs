@@ -39,6 +39,7 @@ mod formats;
 pub mod geometry;
 pub mod image;
 mod instructions;
+mod kaiser;
 mod linalg;
 mod magnitude;
 pub mod memory;
@@ -46,6 +47,7 @@ pub mod phase_symmetry;
 pub mod pipeline;
 mod self_test;
 pub mod simd;
+mod sine;
 pub mod surface;
 
 pub use delay::Record;

@@ -101,6 +101,33 @@ pub const SINGULAR: Case = {
     case
 };
 
+/// The cases with a depth step, forward-backward, all elements active: without a time window, with one, with one longer
+/// than the step, and of sub-lines.
+pub const DEPTH_STEPS: [Case; 4] = [
+    depth_step(case("das-depth-step-2", Method::Das), 2, 0),
+    depth_step(case("esmv-rank1-depth-step-4", Method::EsmvRank1), 4, 0),
+    depth_step(case("mv-depth-step-3", Method::Mv), 3, TEMPORAL),
+    depth_step(
+        sub_lines("sub-lines-mv-depth-step-8", Method::Mv),
+        8,
+        TEMPORAL,
+    ),
+];
+
+/// The case of [`GROWING`] with a depth step.
+pub const GROWING_DEPTH_STEP: Case = depth_step(
+    case("mv-growing-aperture-depth-step-3", Method::Mv),
+    3,
+    TEMPORAL,
+);
+
+const fn depth_step(case: Case, depth_step: usize, temporal_half_window: usize) -> Case {
+    let mut case = case;
+    case.parameters.depth_step = depth_step;
+    case.parameters.temporal_half_window = temporal_half_window;
+    case
+}
+
 const fn sub_lines(name: &'static str, method: Method) -> Case {
     let mut case = case(name, method);
     case.parameters.sub_lines = SUB_LINES;
@@ -225,6 +252,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
         beamform(case, forward, all, z, report)?;
     }
     beamform(GROWING, forward_backward, growing()?, z, report)?;
+    beamform(GROWING_DEPTH_STEP, forward_backward, growing()?, z, report)?;
     let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS)?;
     let beamformer = Beamformer::new(GATED.parameters)?;
     beamformer.line_within(forward_backward, line, growing()?, GATE, z)?;
@@ -237,6 +265,12 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
         beamform(case, forward_backward, all, z, report)?;
     }
     let z = &mut all_z[..];
+    for case in DEPTH_STEPS {
+        match case.parameters.sub_lines {
+            1 => beamform(case, forward_backward, all, z, report)?,
+            _ => beamform_sub_lines(case, forward_backward, all, (steering, z), report)?,
+        }
+    }
     for case in SUB_LINES_FORWARD_BACKWARD {
         beamform_sub_lines(case, forward_backward, all, (steering, z), report)?;
     }
@@ -266,8 +300,9 @@ fn beamform_sub_lines<A: Averaging<f32>>(
     let (steering, _) = steering.split_at_mut(Steering::need(SAMPLES, count).complex);
     let steering = Steering::new(&scan()?, LINE, count, steering)?;
     let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS)?;
-    let (z, _) = z.split_at_mut(SAMPLES * count);
-    Beamformer::new(case.parameters)?.sub_lines(workspace, (line, steering), active, z)?;
+    let beamformer = Beamformer::new(case.parameters)?;
+    let (z, _) = z.split_at_mut(beamformer.line_samples(SAMPLES) * count);
+    beamformer.sub_lines(workspace, (line, steering), active, z)?;
     report(case.name, hash::complex(z));
     Ok(())
 }
@@ -280,7 +315,9 @@ fn beamform<A: Averaging<f32>>(
     report: &mut impl FnMut(&str, u64),
 ) -> Result<(), Error> {
     let line = AlignedLine::new(&SNAPSHOTS, ELEMENTS)?;
-    Beamformer::new(case.parameters)?.line(workspace, line, active, z)?;
+    let beamformer = Beamformer::new(case.parameters)?;
+    let (z, _) = z.split_at_mut(beamformer.line_samples(SAMPLES));
+    beamformer.line(workspace, line, active, z)?;
     report(case.name, hash::complex(z));
     Ok(())
 }

@@ -1,10 +1,11 @@
 //! The image stage on the golden snapshots read as 32 beams of 48 samples.
 
-use bonebeam::Error;
 use bonebeam::geometry::Axis;
 use bonebeam::image::{
-    Logarithm, envelope, largest, log_compression, log_compression_with, median, resample,
+    DepthInterpolation, Logarithm, Pooling, envelope, largest, log_compression,
+    log_compression_with, median, resample,
 };
+use bonebeam::{Complex, Error};
 
 use crate::hash;
 use crate::snapshots::{ELEMENTS, LENGTH, SAMPLES, SNAPSHOTS};
@@ -39,12 +40,71 @@ pub const COLUMNS: Axis = Axis {
     count: SIDE,
 };
 
+/// A case of envelopes of lines with a depth step.
+#[derive(Clone, Copy, Debug)]
+pub struct Interpolated {
+    /// Envelopes of the line.
+    pub samples: usize,
+    /// The depth step.
+    pub depth_step: usize,
+    /// Cycles of the carrier from one of the samples to the next.
+    pub cycles: f64,
+    /// Sub-lines of the line.
+    pub sub_lines: usize,
+    /// What is made of them.
+    pub pooling: Pooling,
+}
+
+/// The cases of envelopes, with their names: lines that begin with the snapshots.
+pub const INTERPOLATED: [(&str, Interpolated); 3] = [
+    (
+        "depth-interpolation-2",
+        Interpolated {
+            samples: 200,
+            depth_step: 2,
+            cycles: 0.25,
+            sub_lines: 1,
+            pooling: Pooling::Largest,
+        },
+    ),
+    (
+        "depth-interpolation-3-rms",
+        Interpolated {
+            samples: 101,
+            depth_step: 3,
+            cycles: 0.31,
+            sub_lines: 4,
+            pooling: Pooling::Rms,
+        },
+    ),
+    (
+        "depth-interpolation-8-largest",
+        Interpolated {
+            samples: 95,
+            depth_step: 8,
+            cycles: 1.7,
+            sub_lines: 2,
+            pooling: Pooling::Largest,
+        },
+    ),
+];
+
+/// The case of a line at all samples, with every fourth of them.
+pub const LINE: &str = "depth-interpolation-line-4";
+/// Its samples.
+pub const LINE_SAMPLES: usize = 150;
+/// Cycles of its carrier from one sample to the next.
+pub const LINE_CYCLES: f64 = 0.2;
+/// Complex numbers of the cases' scratch and output.
+const SCRATCH: usize = 256;
+
 /// The memory of the cases.
 pub struct Memory {
     envelope: [f32; LENGTH],
     levels: [f32; LENGTH],
     image: [f32; SIDE * SIDE],
     smooth: [f32; SIDE * SIDE],
+    scratch: [Complex<f32>; SCRATCH],
 }
 
 impl Memory {
@@ -54,6 +114,7 @@ impl Memory {
             levels: [0.0; LENGTH],
             image: [0.0; SIDE * SIDE],
             smooth: [0.0; SIDE * SIDE],
+            scratch: [Complex::new(0.0, 0.0); SCRATCH],
         }
     }
 }
@@ -71,6 +132,7 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
         levels,
         image,
         smooth,
+        scratch,
     } = memory;
     envelope(&SNAPSHOTS, magnitudes)?;
     report("envelope", hash::real(magnitudes));
@@ -86,5 +148,30 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
     report("resample", hash::real(image));
     median(0.0f32, image, SIDE, smooth)?;
     report("median", hash::real(smooth));
+    interpolations(magnitudes, scratch, report)
+}
+
+/// A line of sub-lines, the snapshots' elements, and a line of one, with a depth step, at all samples.
+fn interpolations(
+    envelopes: &mut [f32],
+    scratch: &mut [Complex<f32>],
+    report: &mut impl FnMut(&str, u64),
+) -> Result<(), Error> {
+    for (name, case) in INTERPOLATED {
+        let interpolation = DepthInterpolation::new(case.samples, case.depth_step, case.cycles)?;
+        let z = SNAPSHOTS.get(..interpolation.line_samples() * case.sub_lines);
+        let (scratch, _) = scratch.split_at_mut(interpolation.need(case.sub_lines).complex);
+        let (envelopes, _) = envelopes.split_at_mut(case.samples);
+        let of_line = (case.sub_lines, case.pooling);
+        interpolation.envelope(z.unwrap_or_default(), of_line, scratch, envelopes)?;
+        report(name, hash::real(envelopes));
+    }
+    let interpolation = DepthInterpolation::new(LINE_SAMPLES, 4, LINE_CYCLES)?;
+    let need = interpolation.need(1).complex;
+    let (scratch, rest) = scratch.split_at_mut(need);
+    let (out, _) = rest.split_at_mut(LINE_SAMPLES);
+    let z = SNAPSHOTS.get(..interpolation.line_samples());
+    interpolation.line(z.unwrap_or_default(), scratch, out)?;
+    report(LINE, hash::complex(out));
     Ok(())
 }

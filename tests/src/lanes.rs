@@ -41,6 +41,7 @@ impl Task for Cases<'_> {
         let cases = beamform::FORWARD_BACKWARD.into_iter();
         let cases = cases.chain(beamform::SUB_LINES_FORWARD_BACKWARD);
         let cases = cases.chain(beamform::POSTFILTERS);
+        let cases = cases.chain(beamform::DEPTH_STEPS);
         for case in cases.chain(beamform::APODIZED) {
             beamformer::<ForwardBackward, V>(zero, case, &SNAPSHOTS, report)?;
         }
@@ -97,7 +98,10 @@ fn beamformer<A: Averaging<V>, V: Vector>(
             .collect();
         let mut z: Vec<_> = segments
             .iter()
-            .map(|segment| SAMPLES - segment.first_sample)
+            .map(|segment| {
+                let before = beamformer.line_samples(segment.first_sample);
+                beamformer.line_samples(SAMPLES) - before
+            })
             .map(|samples| vec![Complex::new(0.0, 0.0); samples * sub_lines])
             .collect();
         let mut out: Vec<_> = z.iter_mut().map(Vec::as_mut_slice).collect();

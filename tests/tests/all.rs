@@ -8,6 +8,7 @@ mod circles;
 mod common;
 mod delay;
 mod delay_errors;
+mod depth_step;
 mod documents;
 mod formats;
 mod geometry;

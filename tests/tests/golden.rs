@@ -9,6 +9,7 @@ use bonebeam::Complex;
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
 use bonebeam::geometry::{Active, Axis, Steering};
+use bonebeam::image::Pooling;
 use bonebeam::simd::InstructionSet;
 use bonebeam_oracle::reference::f32 as reference;
 use bonebeam_tests::snapshots::{self, ELEMENTS, PERIODIC, REAL_PARTS, SAMPLES, SNAPSHOTS};
@@ -150,9 +151,18 @@ fn the_scalar_beamformers_have_the_hashes() {
     for case in beamform::FORWARD {
         check(case, &line, Covariance::Forward);
     }
+    let one = |case: &beamform::Case| case.parameters.sub_lines == 1;
+    for case in beamform::DEPTH_STEPS.into_iter().filter(one) {
+        check(case, &line, Covariance::ForwardBackward);
+    }
     let growing = beamform::growing().expect("a valid aperture");
     let growing = line_of(&SNAPSHOTS, growing);
     check(beamform::GROWING, &growing, Covariance::ForwardBackward);
+    check(
+        beamform::GROWING_DEPTH_STEP,
+        &growing,
+        Covariance::ForwardBackward,
+    );
     let adaptive = beamform::GATED.parameters;
     let das = Parameters {
         method: Method::Das,
@@ -170,7 +180,8 @@ fn the_scalar_beamformers_have_the_hashes() {
         let z = scalar_sub_lines(line, steering, case.parameters, covariance);
         assert_eq!(hash::complex(&z), recorded(case.name), "{}", case.name);
     };
-    for case in beamform::SUB_LINES_FORWARD_BACKWARD {
+    let stepped = beamform::DEPTH_STEPS.into_iter().filter(|case| !one(case));
+    for case in stepped.chain(beamform::SUB_LINES_FORWARD_BACKWARD) {
         check(case, &line, Covariance::ForwardBackward);
     }
     for case in beamform::SUB_LINES_FORWARD {
@@ -223,6 +234,39 @@ fn the_scalar_image_stage_has_the_hashes() {
 }
 
 #[test]
+fn the_scalar_depth_interpolation_has_the_hashes() {
+    for (name, case) in image::INTERPOLATED {
+        let grid = (case.samples, case.depth_step, case.cycles);
+        let outputs = case.samples.div_ceil(case.depth_step);
+        let of_sub_line = |k: usize| {
+            let own = SNAPSHOTS[..outputs * case.sub_lines].iter().skip(k);
+            let z: Vec<_> = own.step_by(case.sub_lines).copied().collect();
+            let y = reference::depth_interpolation::for_envelope(&z, grid);
+            reference::image::envelope(&y)
+        };
+        let all: Vec<Vec<f32>> = (0..case.sub_lines).map(of_sub_line).collect();
+        let pooled = |n: usize| {
+            let levels = all.iter().map(|envelope| envelope[n]);
+            let largest = levels.clone().fold(0.0, f32::max);
+            match case.pooling {
+                Pooling::Largest => largest,
+                Pooling::Rms => {
+                    let squares = levels.map(|level| (level / largest) * (level / largest));
+                    let sum = squares.fold(0.0, |sum, square| sum + square);
+                    largest * (sum / case.sub_lines as f32).sqrt()
+                }
+            }
+        };
+        let envelopes: Vec<f32> = (0..case.samples).map(pooled).collect();
+        assert_eq!(hash::real(&envelopes), recorded(name), "{name}");
+    }
+    let z = &SNAPSHOTS[..image::LINE_SAMPLES.div_ceil(4)];
+    let grid = (image::LINE_SAMPLES, 4, image::LINE_CYCLES);
+    let line = reference::depth_interpolation::line(z, grid);
+    assert_eq!(hash::complex(&line), recorded(image::LINE));
+}
+
+#[test]
 fn phase_symmetry_of_the_whole_has_the_hash_of_every_strip() {
     let map = reference::phase_symmetry::phase_symmetry(
         &phase_symmetry::IMAGE,
@@ -251,7 +295,7 @@ fn the_surface_by_trying_all_paths_has_the_hashes() {
 }
 
 /// Cases that are never computed over lanes, or only over those of a beam each.
-const ONE_LANE: [&str; 14] = [
+const ONE_LANE: [&str; 19] = [
     "sqrt",
     "delay-filter-f32",
     "mv-growing-aperture",
@@ -266,6 +310,11 @@ const ONE_LANE: [&str; 14] = [
     "surface-late",
     "steering",
     "sub-lines-mv-growing-aperture",
+    "mv-growing-aperture-depth-step-3",
+    "depth-interpolation-2",
+    "depth-interpolation-3-rms",
+    "depth-interpolation-8-largest",
+    "depth-interpolation-line-4",
 ];
 
 #[test]

@@ -1,6 +1,7 @@
 //! Receive apodization: a window over the active aperture.
 
 use super::aligned_line::AlignedLine;
+use super::depth_step::DepthStep;
 use super::segment::Segment;
 use super::table::{Parameter, choices};
 use crate::simd::{ComplexVector, Scalar, Vector};
@@ -98,7 +99,12 @@ impl Window {
     ///
     /// Cost: `4·count` flops a sample, and a cosine an element for the whole segment.
     #[inline(never)]
-    pub(super) fn das(&self, segment: &Segment<'_>, count: usize, z: &mut [Complex<f32>]) {
+    pub(super) fn das(
+        &self,
+        segment: &Segment<'_>,
+        (count, step): (usize, DepthStep),
+        z: &mut [Complex<f32>],
+    ) {
         let line: &AlignedLine<'_> = &segment.line;
         let scale = line.scale();
         z.fill(Complex::new(0.0, 0.0));
@@ -110,12 +116,15 @@ impl Window {
             for (k, weight) in weights.iter_mut().enumerate() {
                 *weight = self.weight(first + k, count);
             }
-            let samples = line.samples_from(segment.first_sample);
-            for (z, snapshot) in z.iter_mut().zip(samples.chunks_exact(line.elements())) {
+            let add = |(z, snapshot): (&mut Complex<f32>, &[Complex<f32>])| {
                 let elements = snapshot.get(segment.first_element + first..);
                 for (&x, &mut weight) in elements.unwrap_or_default().iter().zip(&mut *weights) {
                     *z += x * scale * weight;
                 }
+            };
+            match step.get() {
+                1 => z.iter_mut().zip(segment.all_snapshots()).for_each(add),
+                _ => z.iter_mut().zip(segment.snapshots(step)).for_each(add),
             }
         }
         let total = self.total(count);

@@ -1,6 +1,7 @@
 //! One beam, depth by depth, with an aperture that grows.
 
 use super::aligned_line::AlignedLine;
+use super::depth_step::DepthStep;
 use super::methods::Method;
 use super::parameters::Beamformer;
 use super::segment::{Segment, SegmentGroup, constant_segments, segments_within};
@@ -17,6 +18,8 @@ use num_complex::Complex;
 pub(crate) struct LineBlock<'a, F> {
     pub(crate) line: AlignedLine<'a>,
     pub(crate) first: usize,
+    /// How many there are, computed or not.
+    pub(crate) samples: usize,
     /// The active set of each sample of the line.
     pub(crate) active: F,
     /// The samples that are adaptive, counted from `first`; the others are DAS.
@@ -28,6 +31,14 @@ impl<'a, F: Fn(usize) -> Active> LineBlock<'a, F> {
     #[inline(always)]
     pub(super) fn active(&self, sample: usize) -> Active {
         (self.active)(self.first + sample)
+    }
+
+    /// The indices among the block's computed samples of those within its samples `samples`.
+    #[inline(always)]
+    pub(super) fn outputs(&self, step: DepthStep, samples: Range<usize>) -> Range<usize> {
+        let of = step.outputs_of(self.first + samples.start..self.first + samples.end);
+        let before = step.outputs(self.first);
+        of.start.wrapping_sub(before)..of.end.wrapping_sub(before)
     }
 
     /// A segment that begins at the block's sample `sample`.
@@ -42,14 +53,15 @@ impl<'a, F: Fn(usize) -> Active> LineBlock<'a, F> {
 }
 
 impl Beamformer {
-    /// Beamforms one beam: `z[n]` from the samples of `line`, with the active set `active(n)`.
+    /// Beamforms one beam: `z[n]` from the samples of `line`, with the active set `active(n)`. With a
+    /// [depth step](super::Parameters::depth_step) `s`, `z[i]` is sample `n = i·s`.
     ///
     /// One active set serves the whole time window of a sample. Samples without an active element
     /// are 0. See [`Beamformer::segments`] for scale and cost. `active` is asked twice for each sample:
     /// the whole line is checked before anything is put out.
     ///
     /// # Errors
-    /// As [`Beamformer::segments`]; [`Error::Length`] where `z` is not as long as the line.
+    /// As [`Beamformer::segments`]; [`Error::Length`] where `z` has not [`Beamformer::line_samples`] numbers.
     #[inline]
     pub fn line<A: Averaging<f32>>(
         &self,
@@ -58,18 +70,19 @@ impl Beamformer {
         active: impl Fn(usize) -> Active,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        check_length("z", z.len(), line.samples())?;
+        check_length("z", z.len(), self.line_samples(line.samples()))?;
         let block = LineBlock {
             line,
             first: 0,
             active,
-            adaptive: 0..z.len(),
+            samples: line.samples(),
+            adaptive: 0..line.samples(),
         };
         let sizes = workspace.sizes;
         self.block(workspace, sizes, &block, z)
     }
 
-    /// The samples of a block, as many as `z` holds. Inlined, so that the compiler knows the workspace's `sizes`
+    /// The computed samples of a block. Inlined, so that the compiler knows the workspace's `sizes`
     /// where they are constants; read once a line, since a kernel might change them for all that the compiler knows.
     #[inline(always)]
     pub(crate) fn block<A: Averaging<f32>>(
@@ -79,7 +92,7 @@ impl Beamformer {
         block: &LineBlock<'_, impl Fn(usize) -> Active>,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        if block.adaptive == (0..z.len()) {
+        if block.adaptive == (0..block.samples) {
             self.adaptive_block(workspace, sizes, block, z)
         } else {
             self.gated_block(workspace, sizes, block, z)
@@ -96,18 +109,19 @@ impl Beamformer {
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
         let active = |sample| block.active(sample);
-        for (first_sample, samples, set) in constant_segments(z.len(), &active) {
+        let step = self.parameters().step();
+        for (first_sample, samples, set) in constant_segments(block.samples, &active) {
             self.check_segment(&block.segment(first_sample, set), set.count, samples)?;
             if set.count > 0 && self.parameters().method.direct().is_none() {
                 self.check_sizes(set.count, sizes)?;
             }
         }
-        for (first_sample, samples, set) in constant_segments(z.len(), &active) {
+        for (first_sample, samples, set) in constant_segments(block.samples, &active) {
             let group = SegmentGroup {
                 segments: &[block.segment(first_sample, set)],
                 count: set.count,
             };
-            let out = z.get_mut(first_sample..first_sample + samples);
+            let out = z.get_mut(block.outputs(step, first_sample..first_sample + samples));
             let out = out.unwrap_or_default();
             self.segments_within(workspace, sizes, group, &mut [out])?;
         }
@@ -130,10 +144,11 @@ impl Beamformer {
         adaptive: Range<usize>,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        check_length("z", z.len(), line.samples())?;
+        check_length("z", z.len(), self.line_samples(line.samples()))?;
         let block = LineBlock {
             line,
             first: 0,
+            samples: line.samples(),
             active,
             adaptive,
         };
@@ -150,7 +165,7 @@ impl Beamformer {
         block: &LineBlock<'_, impl Fn(usize) -> Active>,
         z: &mut [Complex<f32>],
     ) -> Result<(), Error> {
-        let samples = z.len();
+        let (samples, step) = (block.samples, self.parameters().step());
         let (active, adaptive) = (|sample| block.active(sample), &block.adaptive);
         let method = self.parameters().method;
         let within = || {
@@ -166,7 +181,8 @@ impl Beamformer {
             }
         }
         for (first, length, set) in within() {
-            let out = z.get_mut(first..first + length).unwrap_or_default();
+            let out = z.get_mut(block.outputs(step, first..first + length));
+            let out = out.unwrap_or_default();
             let group = SegmentGroup {
                 segments: &[block.segment(first, set)],
                 count: set.count,
@@ -181,7 +197,8 @@ impl Beamformer {
         for rest in [0..start, adaptive.end.clamp(start, samples)..samples] {
             for (first, length, set) in constant_segments(rest.len(), |n| active(rest.start + n)) {
                 let first = rest.start + first;
-                let out = z.get_mut(first..first + length).unwrap_or_default();
+                let out = z.get_mut(block.outputs(step, first..first + length));
+                let out = out.unwrap_or_default();
                 let group = SegmentGroup {
                     segments: &[block.segment(first, set)],
                     count: set.count,

@@ -6,10 +6,12 @@
 
 mod aligned_line;
 mod apodization;
+mod depth_step;
 mod line;
 mod methods;
 mod parameters;
 mod postfilter;
+mod pushes;
 mod segment;
 mod segments;
 mod sizes;

@@ -1,8 +1,10 @@
 //! What a beamformer can be asked for.
 
 use super::apodization::{Apodization, Window};
+use super::depth_step::DepthStep;
 use super::methods::Method;
 use super::postfilter::Postfilter;
+use super::pushes::Pushes;
 use super::sizes::Sizes;
 use super::table::{Parameter, Range, range};
 use crate::Error;
@@ -102,6 +104,9 @@ parameters! {
     coherence_cutoff: usize = 1 "cycles" (or 2), whole true, range!(at least 0 and at most 64);
     /// The share of the active aperture over which a Tukey window falls, both ends together: 1 makes it a Hann window.
     tukey_taper: f32 = 0.5 "" (or 0.25), whole false, range!(0 to 1);
+    /// Samples of a line from one that is beamformed to the next, from the first on; images interpolate between these. A
+    /// beamformed sample has the same value for every depth step.
+    depth_step: usize = 1 "samples" (or 3), whole true, range!(1 to 8);
 }
 
 impl Default for Parameters {
@@ -114,6 +119,34 @@ impl Parameters {
     /// The window of the apodization, if it has one.
     pub(super) fn window(&self) -> Option<Window> {
         Window::new(self.apodization, self.tukey_taper)
+    }
+
+    /// The depth step.
+    #[inline(always)]
+    pub(crate) fn step(&self) -> DepthStep {
+        DepthStep::new(self.depth_step)
+    }
+
+    /// The number of computed samples of a line of `samples` aligned samples: every [`Parameters::depth_step`]-th,
+    /// from the first on.
+    ///
+    /// ```
+    /// use bonebeam::beamform::Parameters;
+    ///
+    /// let parameters = Parameters { depth_step: 4, ..Parameters::DEFAULT };
+    /// assert_eq!(parameters.line_samples(9), 3); // samples 0, 4 and 8
+    /// ```
+    pub const fn line_samples(&self, samples: usize) -> usize {
+        match samples.checked_div(self.depth_step) {
+            None => samples,
+            Some(whole) => whole + (!samples.is_multiple_of(self.depth_step)) as usize,
+        }
+    }
+
+    /// How segments are gone along.
+    #[inline(always)]
+    pub(super) fn pushes(&self) -> Pushes {
+        Pushes::new(self.temporal_half_window, self.step())
     }
 
     /// The postfilter and its cutoff.
@@ -181,9 +214,19 @@ impl Beamformer {
         Ok(Beamformer { parameters })
     }
 
+    /// A beamformer with parameters that were checked.
+    pub(super) fn unchecked(parameters: Parameters) -> Self {
+        Beamformer { parameters }
+    }
+
     /// The parameters.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
+    }
+
+    /// The number of computed samples of a line: [`Parameters::line_samples`].
+    pub fn line_samples(&self, samples: usize) -> usize {
+        self.parameters().line_samples(samples)
     }
 
     /// The shapes of its memory for up to `elements` active elements: [`Parameters::sizes`].

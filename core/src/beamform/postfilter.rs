@@ -1,5 +1,7 @@
 //! Postfilters: a real factor for each sample, from the aligned samples, that multiplies a method's output.
 
+use super::depth_step::DepthStep;
+use super::pushes::Place;
 use super::segment::SegmentGroup;
 use super::snapshot::gather;
 use super::table::{Parameter, choices};
@@ -24,16 +26,16 @@ choices! {
 /// Active elements that are gathered at a time.
 const BLOCK: usize = 8;
 
-/// Multiplies `z[lane][i]`, sample `first_sample + i` of its segment, by the factor of that sample.
+/// Multiplies `z[lane][i]`, computed sample `i` of its segment, by the factor of that sample.
 #[inline(always)]
 pub(super) fn postfilter<V: Vector>(
-    postfilter: (Postfilter, usize),
+    (postfilter, step): ((Postfilter, usize), DepthStep),
     zero: V,
     group: SegmentGroup<'_, '_>,
     z: &mut [&mut [Complex<f32>]],
 ) {
     if postfilter.0 != Postfilter::None {
-        apply(postfilter, zero, group, z);
+        apply((postfilter, step), zero, group, z);
     }
 }
 
@@ -41,7 +43,7 @@ pub(super) fn postfilter<V: Vector>(
 #[cold]
 #[inline(never)]
 fn apply<V: Vector>(
-    postfilter: (Postfilter, usize),
+    (postfilter, step): ((Postfilter, usize), DepthStep),
     zero: V,
     group: SegmentGroup<'_, '_>,
     z: &mut [&mut [Complex<f32>]],
@@ -54,7 +56,7 @@ fn apply<V: Vector>(
                 let sample = SampleOf {
                     zero,
                     group,
-                    i: i as isize,
+                    place: Place::output(i, step),
                 };
                 let factor = factor(postfilter, sample.sums(), &sample);
                 for (z, &factor) in z.iter_mut().zip(factor.lanes()) {
@@ -91,11 +93,11 @@ pub(super) fn factor<V: Vector>(
     share(coherent, power, elements.count())
 }
 
-/// Sample `i` of each segment.
+/// A sample of each segment.
 struct SampleOf<'s, 'a, V> {
     zero: V,
     group: SegmentGroup<'s, 'a>,
-    i: isize,
+    place: Place,
 }
 
 impl<V: Vector> SampleOf<'_, '_, V> {
@@ -129,7 +131,7 @@ impl<V: Vector> Elements<V> for SampleOf<'_, '_, V> {
             let Some(block) = block.get_mut(..(count - first).min(BLOCK)) else {
                 return;
             };
-            gather(self.zero, segments, self.i, first, block);
+            gather(self.zero, segments, self.place, first, block);
             for (m, &mut x) in block.iter_mut().enumerate() {
                 take(first + m, x);
             }

@@ -1,8 +1,10 @@
 //! Samples of one line with one active aperture.
 
 use super::aligned_line::AlignedLine;
+use super::depth_step::DepthStep;
 use crate::geometry::{Active, Steering};
 use core::ops::Range;
+use num_complex::Complex;
 
 /// Consecutive samples of one line with one active aperture: the work of a lane.
 #[derive(Clone, Copy, Debug)]
@@ -12,8 +14,24 @@ pub struct Segment<'a> {
     pub line: AlignedLine<'a>,
     /// The first active element.
     pub first_element: usize,
-    /// The first sample that is put out.
+    /// The first sample; the first that is put out is the first computed one from there on.
     pub first_sample: usize,
+}
+
+impl<'a> Segment<'a> {
+    /// The snapshots of all samples from the segment's first one on.
+    #[inline(always)]
+    pub(super) fn all_snapshots(&self) -> impl Iterator<Item = &'a [Complex<f32>]> {
+        let samples = self.line.samples_from(self.first_sample);
+        samples.chunks_exact(self.line.elements())
+    }
+
+    /// The snapshots of the computed samples from the segment's first one on, each with what follows up to the next.
+    #[inline(always)]
+    pub(super) fn snapshots(&self, step: DepthStep) -> impl Iterator<Item = &'a [Complex<f32>]> {
+        let samples = self.line.samples_from(step.first(self.first_sample));
+        samples.chunks(self.line.elements().saturating_mul(step.get()).max(1))
+    }
 }
 
 /// The work of a vector: a segment in each lane, all with `count` active elements.

@@ -24,7 +24,8 @@ use num_complex::Complex;
 
 impl Beamformer {
     /// Beamforms up to `V::LANES` segments with the same number `count` of active elements, one in each
-    /// lane: `z[lane][i]` is sample `first_sample + i`.
+    /// lane: `z[lane][i]` is computed sample `i` of the segment, counted from the first one at or behind `first_sample`;
+    /// with a depth step of 1, sample `first_sample + i`.
     ///
     /// Segments may differ in beam, depth and length. A lane's bits do not depend on the other lanes nor
     /// on `V`, but for `K > 0` on where its segment begins: the time window's blocks are counted from
@@ -76,7 +77,8 @@ impl Beamformer {
         }
         check_length("z", z.len(), segments.len())?;
         for (segment, z) in segments.iter().zip(z.iter()) {
-            self.check_segment(segment, count, z.len())?;
+            let samples = self.parameters().step().span(segment.first_sample, z.len());
+            self.check_segment(segment, count, samples)?;
         }
         if count == 0 {
             for z in z.iter_mut() {
@@ -90,8 +92,9 @@ impl Beamformer {
         }
         let subaperture = self.check_sizes(count, sizes)?;
         self.fitting_segments(workspace, segments, count, subaperture, z);
+        let parameters = self.parameters();
         postfilter(
-            self.parameters().postfilter_of_lines(),
+            (parameters.postfilter_of_lines(), parameters.step()),
             workspace.zero,
             group,
             z,
@@ -108,11 +111,12 @@ impl Beamformer {
         group: SegmentGroup<'_, '_>,
         z: &mut [&mut [Complex<f32>]],
     ) {
-        let window = self.parameters().window();
+        let (window, step) = (self.parameters().window(), self.parameters().step());
         for (segment, z) in group.segments.iter().zip(z.iter_mut()) {
-            (direct.output)(segment, group.count, window.as_ref(), z);
+            (direct.output)(segment, (group.count, step), window.as_ref(), z);
         }
-        postfilter(self.parameters().postfilter_of_lines(), zero, group, z);
+        let of_lines = self.parameters().postfilter_of_lines();
+        postfilter((of_lines, step), zero, group, z);
     }
 
     /// Segments that fit, with the vector's instructions. Not inlined: where sizes are constants, as those of
@@ -144,22 +148,24 @@ impl Beamformer {
         subaperture: usize,
         z: &mut [&mut [Complex<f32>]],
     ) {
-        let mut longest = 0;
-        for z in z.iter() {
-            if z.len() > longest {
-                longest = z.len();
+        let pushes = self.parameters().pushes();
+        let mut most = 0;
+        for (segment, z) in group.segments.iter().zip(z.iter()) {
+            let count = pushes.count(segment, z.len());
+            if count > most {
+                most = count;
             }
         }
         let subapertures = group.count - subaperture + 1;
         let gain = self.gain::<A, V>(subapertures);
-        for push in 0..longest + 2 * self.parameters().temporal_half_window {
+        for push in 0..most {
             if let Some(zero_power) = self.push(workspace, group, subaperture, push) {
                 let i = push - 2 * self.parameters().temporal_half_window;
                 let sum = self.output(workspace, subaperture, i, zero_power);
                 let gain = workspace.zero.splat(gain);
                 let nothing = ComplexVector::from_real(workspace.zero);
                 let value = ComplexVector::select(zero_power, nothing, sum.divide(gain));
-                emit(group.segments, z, i, value);
+                emit(group.segments, z, |of| pushes.output(of, push), value);
             }
         }
     }
@@ -173,8 +179,8 @@ impl Beamformer {
         }
     }
 
-    /// Takes the segment's sample `push − K` into the covariance; from push `2K` on, the loaded
-    /// covariance of sample `push − 2K` is complete, and the lanes without power are returned.
+    /// Takes the next sample of each segment into the covariance, [`Pushes::read`]. Where the time window of a computed
+    /// sample is then complete, works out its loaded covariance, and returns the lanes without power.
     #[inline(always)]
     pub(super) fn push<A: Averaging<V>, V: Vector>(
         &self,
@@ -202,11 +208,11 @@ impl Beamformer {
         ) else {
             return None;
         };
-        let sample = push as isize - temporal_half_window as isize;
+        let pushes = self.parameters().pushes();
         let apodization = self.parameters().window();
         snapshot::<A, V>(
             group.segments,
-            sample,
+            pushes.read(push),
             apodization.as_ref(),
             active,
             (sum, data),
@@ -215,7 +221,7 @@ impl Beamformer {
         let lags = time_window::slot(window, size, temporal_half_window, push);
         lag_sums::<A, V>(active, subaperture, work, lags);
         let (suffix, prefix) = time_window::window(window, size, temporal_half_window, push);
-        if push < 2 * temporal_half_window {
+        if !pushes.is_due(group.segments, push) {
             return None;
         }
         let parameters = self.parameters();
@@ -361,16 +367,16 @@ fn loaded_matrix<A: Averaging<V>, V: Vector>(
     }
 }
 
-/// Puts sample `i` of the lanes out, at the line's own scale.
+/// Puts a sample of the lanes out, at the line's own scale, where `index` has one for a lane.
 #[inline(always)]
 pub(super) fn emit<V: Vector>(
     segments: &[Segment<'_>],
     z: &mut [&mut [Complex<f32>]],
-    i: usize,
+    index: impl Fn(&Segment<'_>) -> Option<usize>,
     value: ComplexVector<V>,
 ) {
     for (lane, (segment, z)) in segments.iter().zip(z).enumerate() {
-        if let Some(z) = z.get_mut(i) {
+        if let Some(z) = index(segment).and_then(|index| z.get_mut(index)) {
             *z = segment.line.unscale(value.lane(lane));
         }
     }

@@ -1,6 +1,7 @@
 //! One sample of a vector's lanes of segments, from memory into lanes.
 
 use super::apodization::Window;
+use super::pushes::Place;
 use super::segment::Segment;
 use crate::covariance::Averaging;
 use crate::covariance::lag_sums::subaperture_sum;
@@ -8,12 +9,12 @@ use crate::instructions::prefetch;
 use crate::simd::{ComplexVector, MOST_LANES, Vector, transpose};
 use num_complex::Complex;
 
-/// The `active` elements of the segments' sample `i`, their subapertures' `sum`, weighted by a window, and that in the
+/// The `active` elements of the segments' sample at `place`, their subapertures' `sum`, weighted by a window, and that in the
 /// solver's coordinates, the `data`.
 #[inline(never)]
 pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
     segments: &[Segment<'_>],
-    i: isize,
+    place: Place,
     window: Option<&Window>,
     active: &mut [ComplexVector<V>],
     (sum, data): (&mut [ComplexVector<V>], &mut [ComplexVector<V>]),
@@ -25,7 +26,7 @@ pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
     zero.vectorize(
         #[inline(always)]
         || {
-            gather(zero, segments, i, 0, active);
+            gather(zero, segments, place, 0, active);
             match window {
                 None => subaperture_sum(zero, active, sum),
                 Some(window) => window.subaperture_sum(zero, active, sum),
@@ -35,8 +36,7 @@ pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
     );
 }
 
-/// The active elements of each segment's sample `i` (counted from the segment's first) from active element `first`
-/// on, at the line's working scale; zero outside the record.
+/// The active elements of each segment's sample at `place` from active element `first` on, at the line's working scale; zero outside the record.
 ///
 /// A register of consecutive elements is read at once and the lanes' registers transposed: whole
 /// cache lines, many of them under way at a time, instead of a number by itself. The next sample's
@@ -45,7 +45,7 @@ pub(super) fn snapshot<A: Averaging<V>, V: Vector>(
 pub(super) fn gather<V: Vector>(
     zero: V,
     segments: &[Segment<'_>],
-    i: isize,
+    place: Place,
     first: usize,
     snapshot: &mut [ComplexVector<V>],
 ) {
@@ -54,7 +54,7 @@ pub(super) fn gather<V: Vector>(
         let [segment, ..] = segments else {
             return;
         };
-        let active = elements_of(segment, i, first);
+        let active = elements_of(segment, place, first);
         let scale = zero.splat(segment.line.scale());
         let (inside, outside) = snapshot.split_at_mut(if active.len() < snapshot.len() {
             active.len()
@@ -74,9 +74,9 @@ pub(super) fn gather<V: Vector>(
     let mut scales = [zero; MOST_LANES];
     let lanes = rows.iter_mut().zip(&mut scales);
     for (segment, (row, scale)) in segments.iter().zip(lanes) {
-        let next = elements_of(segment, i + 1, first);
+        let next = elements_of(segment, place.next(), first);
         prefetch(next.get(..snapshot.len()).unwrap_or(next));
-        *row = elements_of(segment, i, first);
+        *row = elements_of(segment, place, first);
         *scale = zero.splat(segment.line.scale());
     }
     // A register holds both parts of half as many elements.
@@ -94,12 +94,14 @@ pub(super) fn gather<V: Vector>(
     }
 }
 
-/// The segment's sample `i` from its active element `first` on, and what follows; nothing outside the
+/// The segment's sample at `place` from its active element `first` on, and what follows; nothing outside the
 /// record.
 #[inline(always)]
-fn elements_of<'a>(segment: &Segment<'a>, i: isize, first: usize) -> &'a [Complex<f32>] {
-    let sample = segment.first_sample.checked_add_signed(i);
-    match sample.filter(|&n| n < segment.line.samples()) {
+fn elements_of<'a>(segment: &Segment<'a>, place: Place, first: usize) -> &'a [Complex<f32>] {
+    match place
+        .sample(segment)
+        .filter(|&n| n < segment.line.samples())
+    {
         Some(sample) => {
             let samples = segment.line.samples_from(sample);
             samples

@@ -1,7 +1,7 @@
 //! One sample's weights, for inspection.
 
 use super::methods::{Method, Subspace, at_least_floor, rank_order, weighted_sum};
-use super::parameters::Beamformer;
+use super::parameters::{Beamformer, Parameters};
 use super::segment::{Segment, SegmentGroup};
 use super::workspace::{Solver, Workspace};
 use crate::Error;
@@ -58,8 +58,13 @@ impl Beamformer {
         let segments = core::slice::from_ref(segment);
         let group = SegmentGroup { segments, count };
         let mut zero_power = true;
+        // Of any sample, computed in a line or not.
+        let every = Beamformer::unchecked(Parameters {
+            depth_step: 1,
+            ..*self.parameters()
+        });
         for push in 0..=2 * self.parameters().temporal_half_window {
-            let pushed = self.push(workspace, group, length, push);
+            let pushed = every.push(workspace, group, length, push);
             zero_power = pushed.unwrap_or(true);
         }
         if zero_power {

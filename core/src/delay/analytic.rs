@@ -13,8 +13,8 @@
 //! | 40 MHz | 63 | 2.6·10⁻⁴ | 1.8·10⁻⁴ | 6·10⁻⁴ |
 //! | 100 MHz | 159 | 2.6·10⁻⁴ | 1.8·10⁻⁴ | 6·10⁻⁴ |
 
-use super::kaiser::Kaiser;
 use crate::Error;
+use crate::kaiser::Kaiser;
 use crate::simd::{Vector, load};
 
 /// The most non-zero taps on one side of the Hilbert transformer.

@@ -10,11 +10,9 @@ mod decimator;
 mod delay_law;
 mod interpolate;
 mod iq;
-mod kaiser;
 mod record;
 mod rf;
 mod scan_line;
-mod sine;
 mod stage;
 
 pub use analytic::{MAX_HILBERT_TAPS, hilbert_taps};

@@ -47,6 +47,7 @@ pub(super) fn check_signal(z: &[Complex<f32>]) -> Result<(), Error> {
     }
 }
 
+#[inline(always)]
 pub(super) fn magnitude(z: Complex<f32>) -> f32 {
     let (re, im) = (z.re.abs(), z.im.abs());
     let (large, small) = if re < im { (im, re) } else { (re, im) };

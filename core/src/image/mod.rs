@@ -6,6 +6,7 @@
 //! NaN and infinity before it writes anything.
 
 mod b_mode;
+mod depth_interpolation;
 mod envelope;
 mod grid;
 mod log_compression;
@@ -15,6 +16,7 @@ mod resample;
 mod scan_conversion;
 
 pub use b_mode::{BMode, BModeParameters};
+pub use depth_interpolation::DepthInterpolation;
 pub use envelope::envelope;
 pub use grid::PixelGrid;
 pub use log_compression::{Logarithm, largest, log_compression, log_compression_with};

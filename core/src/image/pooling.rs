@@ -48,26 +48,34 @@ pub fn pooled_envelope(
     check_length("sub-lines", z.len(), out.len().saturating_mul(sub_lines))?;
     check_signal(z)?;
     for (out, z) in out.iter_mut().zip(z.chunks_exact(sub_lines.max(1))) {
-        let mut largest = 0.0;
-        for &z in z {
-            let magnitude = magnitude(z);
-            if magnitude > largest {
-                largest = magnitude;
-            }
-        }
-        *out = match pooling {
-            Pooling::Rms if largest > 0.0 => {
-                let mut sum = 0.0;
-                for &z in z {
-                    let part = magnitude(z) / largest;
-                    sum += part * part;
-                }
-                largest * crate::instructions::sqrt(sum / z.len() as f32)
-            }
-            _ => largest,
-        };
+        *out = pool(z.len(), pooling, |k| {
+            z.get(k).map_or(0.0, |&z| magnitude(z))
+        });
     }
     Ok(())
+}
+
+/// One envelope of `count` magnitudes, each asked for once, for the root mean square twice.
+#[inline(always)]
+pub(super) fn pool(count: usize, pooling: Pooling, magnitude: impl Fn(usize) -> f32) -> f32 {
+    let mut largest = 0.0;
+    for k in 0..count {
+        let magnitude = magnitude(k);
+        if magnitude > largest {
+            largest = magnitude;
+        }
+    }
+    match pooling {
+        Pooling::Rms if largest > 0.0 => {
+            let mut sum = 0.0;
+            for k in 0..count {
+                let part = magnitude(k) / largest;
+                sum += part * part;
+            }
+            largest * crate::instructions::sqrt(sum / count as f32)
+        }
+        _ => largest,
+    }
 }
 
 #[cfg(test)]

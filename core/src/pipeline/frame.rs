@@ -8,7 +8,7 @@ use crate::covariance::{Averaging, ForwardBackward};
 use crate::delay::{Delay, Stage};
 use crate::error::check_length;
 use crate::geometry::{ApertureTable, SteeringTable, Transmit};
-use crate::image::{Pooling, envelope, largest, pooled_envelope};
+use crate::image::{Pooling, largest};
 use crate::instructions::integers;
 use crate::memory::Scratch;
 use crate::phase_symmetry::{External, Kernels, LogGabor, Microfft, StripSlices};
@@ -147,7 +147,7 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
     }
 
     /// Line `line` from its transmits (their mean), beamformed; its envelope is kept for the image. Returns its
-    /// sub-lines, `[sample][sub-line]`.
+    /// sub-lines, `[computed sample][sub-line]`.
     /// Lines may come in any order; one that does not come stays as it was in the last frame.
     ///
     /// # Errors
@@ -185,6 +185,8 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
     {
         let Parts {
             samples,
+            line_samples,
+            interpolation,
             sub_lines,
             line: own,
             ..
@@ -198,19 +200,21 @@ impl<'p, 'm, D: Stage, A: Averaging<f32>> Frame<'p, 'm, D, A> {
             });
         };
         let mut scratch = self.scratch.reborrow();
-        let z = split_front(&mut scratch.complex, samples.saturating_mul(sub_lines));
-        let memory = scratch.take(own)?;
-        let mut workspace = Workspace::<A>::new(0.0, sizes, scratch)?;
+        let z = split_front(&mut scratch.complex, line_samples.saturating_mul(sub_lines));
+        let mut work = scratch.reborrow();
+        let memory = work.take(own)?;
+        let mut workspace = Workspace::<A>::new(0.0, sizes, work)?;
         let pipeline = self.pipeline.lines();
         let centre = ApertureTable::centre(pipeline.scan(), line);
         let active = |sample| self.apertures.active(centre, sample);
         let steering = self.steering.and_then(|table| table.line(line));
         let output = Output { steering, z };
         pipeline.line_with(line, transmits, memory, &mut workspace, (active, output))?;
-        match steering {
-            None => envelope(z, envelopes)?,
-            Some(_) => pooled_envelope(z, sub_lines, self.pooling, envelopes)?,
-        }
+        let work = scratch.take(interpolation)?.complex;
+        let of_line = (sub_lines, self.pooling);
+        self.pipeline
+            .interpolation
+            .envelope(z, of_line, work, envelopes)?;
         Ok(z)
     }
 

@@ -1,7 +1,7 @@
 //! From the records of transmits to a beamformed line, block by block.
 
-use super::DepthGate;
 use super::cuts::Cuts;
+use super::{Block, DepthGate};
 use crate::beamform::{AlignedLine, Beamformer, LineBlock, Parameters, Workspace};
 use crate::covariance::Averaging;
 use crate::delay::{
@@ -73,30 +73,6 @@ pub struct IqInput {
     pub demodulation_frequency: f64,
     /// How they are read between their samples; without it as [`IqParameters::of`].
     pub interpolation: Option<IqInterpolation>,
-}
-
-/// A block of a line's aligned samples: where it begins, and which elements are computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Block {
-    /// The line.
-    pub line: usize,
-    /// The first sample.
-    pub first: usize,
-    /// The elements that are computed; the others are 0. A beamformer reads those that are active at a sample
-    /// whose time window reaches the block; deeper sets contain shallower ones.
-    pub active: Active,
-}
-
-impl Block {
-    /// A line from its first sample on, with every element that is active at any depth.
-    pub fn of_line(scan: &Scan, line: usize) -> Self {
-        Block {
-            line,
-            first: 0,
-            active: scan.widest(line),
-        }
-    }
 }
 
 impl<'a> LinePipeline<'a> {
@@ -223,6 +199,11 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         self.delay.need(lanes, self.scan.samples())
     }
 
+    /// The number of computed samples of a line, every [depth step](Parameters::depth_step)-th of the scan's.
+    pub fn line_samples(&self) -> usize {
+        self.beamformer.line_samples(self.scan.samples())
+    }
+
     /// Length of a line's aligned samples, `[sample][element]`.
     pub fn aligned_len(&self) -> usize {
         self.scan.samples() * self.scan.elements()
@@ -338,7 +319,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
     /// samples 300 dB below what the records hold are at the end of the floats' range.
     ///
     /// # Errors
-    /// As those two; [`Error::Length`] where `z` is not as long as the line, or the memory not one of
+    /// As those two; [`Error::Length`] where `z` has not [`LinePipeline::line_samples`] numbers, or the memory not one of
     /// [`LinePipeline::need`]. `z` may be changed in part.
     pub fn line<'r, A: Averaging<f32>>(
         &self,
@@ -356,7 +337,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         self.line_with(line, transmits, scratch, workspace, (active, output))
     }
 
-    /// The sub-lines of a line, `z[n·N + k]` that of sample `n` in direction `k` of `steering`:
+    /// The sub-lines of a line, `z[n·N + k]` that of computed sample `n` in direction `k` of `steering`:
     /// [`LinePipeline::line`] with [`Beamformer::sub_lines`].
     ///
     /// # Errors
@@ -397,7 +378,8 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             None => 1,
             Some(_) => self.beamformer.parameters().sub_lines,
         };
-        check_length("z", z.len(), samples.saturating_mul(count))?;
+        let outputs = self.line_samples();
+        check_length("z", z.len(), outputs.saturating_mul(count))?;
         let Some(elements) = NonZeroUsize::new(self.scan.elements()) else {
             return Ok(());
         };
@@ -408,6 +390,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let sizes = workspace.sizes();
         let half_window = self.beamformer.parameters().temporal_half_window;
         let block = self.block(aligned.len(), elements)?;
+        let step = self.beamformer.parameters().step();
         let transmits = transmits.into_iter();
         let mut buffered = 0..0;
         for own in Cuts::new(samples, half_window, block, &active) {
@@ -432,13 +415,15 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
             };
             let largest = self.compound(0.0f32, block, transmits.clone(), scratch, new)?;
             let x = AlignedLine::block(x, elements, (needed.start, samples), largest);
-            let out = z.get_mut(own.start * count..own.end * count);
+            let outputs = step.outputs_of(own.clone());
+            let out = z.get_mut(outputs.start * count..outputs.end * count);
             let out = out.unwrap_or_default();
             let within = |sample: usize| sample.max(own.start).min(own.end) - own.start;
             let adaptive = within(self.adaptive.start)..within(self.adaptive.end);
             let block = LineBlock {
                 line: x,
                 first: own.start,
+                samples: own.len(),
                 active: &active,
                 adaptive,
             };

@@ -7,6 +7,7 @@ use crate::beamform;
 use crate::covariance::Covariance;
 use crate::delay::{DelayParameters, IqParameters};
 use crate::geometry::{Scan, SteeringTable};
+use crate::image::DepthInterpolation;
 use crate::memory::Need;
 use crate::phase_symmetry;
 use crate::surface::{self, Settings};
@@ -17,6 +18,10 @@ use crate::surface::{self, Settings};
 pub(crate) struct Parts {
     /// Samples of a line.
     pub(super) samples: usize,
+    /// Those that its beamformer computes.
+    pub(super) line_samples: usize,
+    /// What the image interpolates lines in.
+    pub(super) interpolation: Need,
     /// Sub-lines of a line.
     pub(super) sub_lines: usize,
     /// The directions of all sub-lines, if there are some.
@@ -154,10 +159,15 @@ impl Parameters<'_> {
         let envelopes = scan.lines().saturating_mul(scan.samples());
         let strips = self.strips();
         let sub_lines = self.beamformer.sub_lines;
+        let line_samples = self.beamformer.line_samples(scan.samples());
+        let step = self.beamformer.depth_step;
+        let interpolation = DepthInterpolation::need_of(line_samples, step, sub_lines);
         let steering = SteeringTable::need(scan.lines(), scan.samples(), sub_lines).complex;
         let before_median = if self.median { strips.image_len() } else { 0 };
         Parts {
             samples: scan.samples(),
+            line_samples,
+            interpolation,
             sub_lines,
             steering: if sub_lines > 1 { steering } else { 0 },
             envelopes,
@@ -192,9 +202,10 @@ impl Parts {
         };
         let line = Need {
             real: 0,
-            complex: self.samples.saturating_mul(self.sub_lines),
+            complex: self.line_samples.saturating_mul(self.sub_lines),
         };
-        let line = line.and(self.line).and(self.beamformer.need(covariance));
+        let beamformed = self.line.and(self.beamformer.need(covariance));
+        let line = line.and(beamformed.or(self.interpolation));
         let work = line.or(Need::real(self.b_mode)).or(self.bone_map());
         kept.and(work.or(Need::real(self.grey())))
     }

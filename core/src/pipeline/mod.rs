@@ -14,22 +14,24 @@
 //! [`BMode`] makes images of them, [`PhaseSymmetry`] bone maps of images, a
 //! [`Detector`](crate::surface::Detector) finds the surface in grey levels of lines.
 
+mod block;
 mod cuts;
 mod depth_gate;
 mod frame;
 mod line;
 mod memory;
 
+pub use block::Block;
 pub use depth_gate::DepthGate;
 pub use frame::Frame;
-pub use line::{Block, IqInput, LinePipeline};
+pub use line::{IqInput, LinePipeline};
 
 use crate::Error;
 use crate::beamform;
 use crate::covariance::Covariance;
 use crate::delay::{Delay, IqDelay, Stage};
 use crate::geometry::{Axis, Lines, Scan, ScanParameters};
-use crate::image::{BMode, BModeParameters, Logarithm, PixelGrid};
+use crate::image::{BMode, BModeParameters, DepthInterpolation, Logarithm, PixelGrid};
 use crate::memory::Need;
 use crate::phase_symmetry::{self, PhaseSymmetry};
 pub(crate) use memory::Parts;
@@ -103,6 +105,7 @@ pub struct Parameters<'a> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Pipeline<'a, D = Delay> {
     lines: LinePipeline<'a, D>,
+    interpolation: DepthInterpolation,
     b_mode: BMode,
     phase_symmetry: PhaseSymmetry,
     parts: Parts,
@@ -242,7 +245,9 @@ impl<'a, D: Stage> Pipeline<'a, D> {
     ) -> Result<Self, Error> {
         let (lines, samples) = (even(&parameters.scan.lines)?, of_scan.scan().depths());
         let (rows, columns) = (parameters.rows, parameters.columns);
+        let step = of_scan.beamformer().parameters().depth_step;
         Ok(Pipeline {
+            interpolation: DepthInterpolation::of(of_scan.scan(), step)?,
             lines: of_scan,
             b_mode: BMode::new(BModeParameters {
                 lines,
@@ -275,6 +280,11 @@ impl<'a, D: Stage> Pipeline<'a, D> {
     /// RF or I/Q → lines.
     pub fn lines(&self) -> &LinePipeline<'a, D> {
         &self.lines
+    }
+
+    /// Lines with a depth step → envelopes at all samples.
+    pub fn interpolation(&self) -> &DepthInterpolation {
+        &self.interpolation
     }
 
     /// Lines → image.

@@ -8,6 +8,7 @@ use bonebeam::geometry::{
     Active, Aperture, Array, Axis, Depth, Element, Lines, Ray, Scan, ScanParameters, Transmit,
     TransmitLaw,
 };
+use bonebeam::image::DepthInterpolation;
 use bonebeam::pipeline::{IqInput, LinePipeline};
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array3, ArrayView2, ArrayView3, ArrayViewMut2, CowArray, Ix3};
@@ -37,6 +38,7 @@ pub struct DelayStage<'a> {
     elements: Vec<Element>,
     beams: Beams,
     sub_lines: SubLines,
+    interpolation: DepthInterpolation,
     beam_x: Vec<f64>,
     /// Where each beam leaves the array, in elements.
     centres: Vec<f64>,
@@ -141,6 +143,7 @@ impl<'a> DelayStage<'a> {
         Ok(Self {
             beam_x: sub_lines.rays.iter().map(Ray::x).collect(),
             sub_lines,
+            interpolation: DepthInterpolation::of(&scan, parameters.core.depth_step)?,
             centres: (0..scan.lines())
                 .map(|line| scan.aperture_centre(line))
                 .collect(),
@@ -205,7 +208,7 @@ impl<'a> DelayStage<'a> {
         all: ArrayView2<'_, Complex<f32>>,
         z: ArrayViewMut2<'_, Complex<f32>>,
     ) -> Result<()> {
-        self.sub_lines.pool(all, z)
+        self.sub_lines.pool(all, &self.interpolation, z)
     }
 
     /// The scan of the beams.
@@ -214,6 +217,16 @@ impl<'a> DelayStage<'a> {
     /// None: it is that of [`DelayStage::new`].
     pub(super) fn scan(&self) -> Result<Scan<'_>> {
         scan(self.data, self.array(), &self.beams, self.parameters)
+    }
+
+    /// Whether lines are put out as they are beamformed: neither pooled nor interpolated.
+    pub(super) fn puts_out_beamformed(&self) -> bool {
+        self.pooled().is_none() && self.interpolation.depth_step() == 1
+    }
+
+    /// Output samples of a beam that the beamformer computes; the others are interpolated.
+    pub fn line_samples(&self) -> usize {
+        self.interpolation.line_samples()
     }
 
     /// Output samples a beam.

@@ -25,7 +25,7 @@ pub struct RecordingFrames<'a> {
     plan: Plan,
     of: Of<'a>,
     parameters: &'a Beamform,
-    /// All sub-lines of a frame that are not put out.
+    /// All sub-lines of a frame as they are beamformed, if those are not put out.
     all: Mutex<Array2<Complex<f32>>>,
 }
 
@@ -70,9 +70,9 @@ impl<'a> RecordingFrames<'a> {
         let passes = passes.collect::<Result<_>>()?;
         Ok(RecordingFrames {
             plan,
-            all: Mutex::new(match stage.pooled() {
-                Some(_) => Array2::zeros((lines * stage.sub_lines(), samples)),
-                None => Array2::zeros((0, 0)),
+            all: Mutex::new(match stage.puts_out_beamformed() {
+                false => Array2::zeros((lines * stage.sub_lines(), stage.line_samples())),
+                true => Array2::zeros((0, 0)),
             }),
             of: Of::Channel(Box::new(stage), passes),
             parameters,
@@ -84,6 +84,11 @@ impl<'a> RecordingFrames<'a> {
     /// # Errors
     /// As [`RecordingFrames::new`].
     pub fn of_aligned_data(data: &AlignedData, parameters: &'a Beamform) -> Result<Self> {
+        if parameters.core.depth_step > 1 {
+            let message =
+                "--depth-step needs channel data: aligned data do not tell their centre frequency";
+            return Err(Error::Usage(message.into()));
+        }
         let (.., samples, elements) = data.x.dim();
         let c = parameters.sound_speed.unwrap_or(DEFAULT_SOUND_SPEED);
         let adaptive = parameters.adaptive_samples(&Depths {
@@ -127,17 +132,17 @@ impl<'a> RecordingFrames<'a> {
         let mut all = self.all.lock().unwrap_or_else(PoisonError::into_inner);
         for (lines, tiles) in passes {
             let beamformer = self.parameters.parameters();
-            let mut out = match stage.pooled() {
-                Some(_) => all.view_mut(),
-                None => z.view_mut(),
+            let mut out = match stage.puts_out_beamformed() {
+                false => all.view_mut(),
+                true => z.view_mut(),
             };
             stage.source(frame, lines.clone(), beamformer, &mut |source| {
                 self.plan.run_source(tiles, source, &count, out.view_mut())
             })?;
         }
-        match stage.pooled() {
-            Some(_) => stage.pool(all.view(), z),
-            None => Ok(()),
+        match stage.puts_out_beamformed() {
+            false => stage.pool(all.view(), z),
+            true => Ok(()),
         }
     }
 

@@ -15,7 +15,8 @@ pub(super) fn check_rate(rate: f64, data: &ChannelData) -> Result<()> {
     }
     Err(Error::Usage(format!(
         "--output-rate is {} Hz; expected more than twice the centre frequency of {} \
-         Hz and at least 1/{MAX_DECIMATION} of the sampling rate of {} Hz",
+         Hz and at least 1/{MAX_DECIMATION} of the sampling rate of {} Hz; --depth-step gives lines of fewer \
+         samples from records read at such a rate",
         short(rate),
         data.f0,
         data.fs

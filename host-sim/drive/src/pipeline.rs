@@ -3,7 +3,7 @@
 use bonebeam::covariance::Covariance;
 use bonebeam::delay::Stage;
 use bonebeam::geometry::Scan;
-use bonebeam::image::{BMode, Pooling};
+use bonebeam::image::{BMode, DepthInterpolation, Pooling};
 use bonebeam::pipeline::Pipeline;
 use bonebeam::simd::InstructionSet;
 use ndarray::{Array2, ArrayView2};
@@ -19,6 +19,7 @@ use crate::Result;
 pub struct Frames<'p> {
     set: InstructionSet,
     scan: Scan<'p>,
+    interpolation: &'p DepthInterpolation,
     b_mode: &'p BMode,
     beamformer: Plan,
     tiles: Vec<Tile>,
@@ -57,6 +58,7 @@ impl<'p> Frames<'p> {
         Ok(Frames {
             set,
             scan,
+            interpolation: pipeline.interpolation(),
             b_mode: pipeline.b_mode(),
             beamformer,
             tiles,
@@ -70,13 +72,13 @@ impl<'p> Frames<'p> {
         Frames { pooling, ..self }
     }
 
-    /// Lines of a frame, as [line, sample]; of sub-lines, all of the first line, then those of the next.
+    /// Lines of a frame, as [line, computed sample]; of sub-lines, all of the first line, then those of the next.
     ///
     /// # Errors
     /// What the core refuses.
     pub fn lines(&self, source: &LineSource<'_>) -> Result<Array2<Complex<f32>>> {
         let lines = self.scan.lines() * self.beamformer.sub_lines();
-        let mut z = Array2::zeros((lines, self.scan.samples()));
+        let mut z = Array2::zeros((lines, self.interpolation.line_samples()));
         let tiles = &self.tiles;
         self.beamformer
             .run_source(tiles, source, &|_| {}, z.view_mut())?;
@@ -96,10 +98,11 @@ impl<'p> Frames<'p> {
     /// # Errors
     /// A sample that is NaN or infinite.
     pub fn image(&self, z: ArrayView2<'_, Complex<f32>>) -> Result<Array2<f32>> {
-        match self.beamformer.sub_lines() {
-            1 => image::pixels(self.set, self.b_mode, z),
-            count => {
-                let lines = image::pooled_lines(z, count, self.pooling)?;
+        match (self.beamformer.sub_lines(), self.interpolation.depth_step()) {
+            (1, 1) => image::pixels(self.set, self.b_mode, z),
+            (count, _) => {
+                let pooling = (count, self.pooling);
+                let lines = image::pooled_lines(z, pooling, self.interpolation)?;
                 image::pixels(self.set, self.b_mode, lines.view())
             }
         }

@@ -1,7 +1,7 @@
 //! Sub-lines of a recording's lines: how many a line has where nothing is asked for, and how they are put out.
 
 use bonebeam::geometry::{Lines, Ray};
-use bonebeam::image;
+use bonebeam::image::{self, DepthInterpolation};
 use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -79,27 +79,34 @@ impl SubLines {
         self.pooled.map(|[size, _]| size)
     }
 
-    /// The lines that are put out, `[line, sample]`: at each sample that of their sub-lines, `all` as [sub-line, sample],
-    /// whose magnitude is the largest; the first of several.
+    /// The lines that are put out, `[line, sample]`: at each sample that of their sub-lines, `all` as [sub-line, computed
+    /// sample], whose magnitude is the largest; the first of several.
     ///
     /// # Errors
     /// A sample that is not finite.
     pub(crate) fn pool(
         &self,
         all: ArrayView2<'_, Complex<f32>>,
+        interpolation: &DepthInterpolation,
         mut z: ArrayViewMut2<'_, Complex<f32>>,
     ) -> Result<()> {
-        let Some([size, skipped]) = self.pooled else {
-            z.assign(&all);
-            return Ok(());
-        };
+        let [size, skipped] = self.pooled.unwrap_or([1, 0]);
         let lines: Vec<_> = z.rows_mut().into_iter().enumerate().collect();
         lines.into_par_iter().try_for_each(|(line, mut z)| {
             let mut levels = [vec![0.0; z.len()], vec![0.0; z.len()]];
+            let mut scratch = vec![Complex::ZERO; interpolation.need(1).complex];
+            let mut interpolated = vec![Complex::ZERO; z.len()];
             let first = skipped + line * size;
-            for (k, own) in all.axis_iter(Axis(0)).skip(first).take(size).enumerate() {
+            for (k, computed) in all.axis_iter(Axis(0)).skip(first).take(size).enumerate() {
                 let [largest, level] = &mut levels;
-                let own = own.to_slice().expect("a row of an array in order");
+                let computed = computed.to_slice().expect("a row of an array in order");
+                let own = match interpolation.depth_step() {
+                    1 => computed,
+                    _ => {
+                        interpolation.line(computed, &mut scratch, &mut interpolated)?;
+                        &interpolated
+                    }
+                };
                 image::envelope(own, level)?;
                 let so_far = z.iter_mut().zip(largest).zip(&*level);
                 for (((z, largest), &level), &value) in so_far.zip(own) {

@@ -142,7 +142,7 @@ fn line_memory<A: Averaging<V>, V: Vector>(
 fn core_line<A: Averaging<f32>>(line: &Line, parameters: Parameters) -> Vec<Complex<f32>> {
     let beamformer = Beamformer::new(parameters).expect("valid parameters");
     let mut memory = line_memory::<A, f32>(0.0, &beamformer, line);
-    let mut z = vec![Complex::ZERO; line.active.len()];
+    let mut z = vec![Complex::ZERO; beamformer.line_samples(line.active.len())];
     beamformer
         .line(
             &mut memory.view(),
@@ -176,7 +176,8 @@ fn core_line_within<A: Averaging<f32>>(
 ) -> Vec<Complex<f32>> {
     let beamformer = Beamformer::new(parameters).expect("valid parameters");
     let mut memory = line_memory::<A, f32>(0.0, &beamformer, line);
-    let mut z = vec![Complex::new(f32::NAN, 0.0); line.active.len()];
+    let outputs = beamformer.line_samples(line.active.len());
+    let mut z = vec![Complex::new(f32::NAN, 0.0); outputs];
     let (mut view, active) = (memory.view(), |n: usize| line.active[n]);
     beamformer
         .line_within(&mut view, line.delayed(), active, within, &mut z)
@@ -263,9 +264,10 @@ fn core_group<A: Averaging<V>, V: Vector>(
     let beamformer = Beamformer::new(parameters).expect("valid parameters");
     let mut z: Vec<_> = lines
         .iter()
-        .map(|line| vec![Complex::ZERO; line.active.len()])
+        .map(|line| vec![Complex::ZERO; beamformer.line_samples(line.active.len())])
         .collect();
-    let samples = z.iter().map(Vec::len).max().unwrap_or(0);
+    let lengths = lines.iter().map(|line| line.active.len());
+    let samples = lengths.max().unwrap_or(0);
     let longest = lines.iter().find(|line| line.active.len() == samples);
     let sets = &longest.expect("a line").active;
     let mut memory = line_memory::<A, V>(zero, &beamformer, longest.expect("a line"));
@@ -284,9 +286,10 @@ fn core_group<A: Averaging<V>, V: Vector>(
             .collect();
         let mut out: Vec<&mut [Complex<f32>]> = z
             .iter_mut()
-            .map(|z| {
-                let length = z.len();
-                &mut z[first.min(length)..(first + count).min(length)]
+            .zip(lines)
+            .map(|(z, line)| {
+                let output = |n: usize| beamformer.line_samples(n.min(line.active.len()));
+                &mut z[output(first)..output(first + count)]
             })
             .collect();
         beamformer

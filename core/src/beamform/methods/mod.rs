@@ -12,6 +12,7 @@ pub(super) use directions::{Shape, answers};
 pub(super) use eigenspace::{Subspace, at_least_floor, rank_order};
 
 use super::apodization::Window;
+use super::depth_step::DepthStep;
 use super::segment::Segment;
 use super::table::{Parameter, Range, choices, range};
 use super::workspace::Solver;
@@ -80,9 +81,9 @@ const STEPS: Parameter = Parameter {
     range: range!(1 to 64),
 };
 
-/// Makes the samples of a segment's `count` active elements, apodized by a window.
+/// Makes the computed samples of a segment's active elements, so many at each depth step, apodized by a window.
 type Output =
-    fn(segment: &Segment<'_>, count: usize, window: Option<&Window>, z: &mut [Complex<f32>]);
+    fn(segment: &Segment<'_>, (usize, DepthStep), window: Option<&Window>, z: &mut [Complex<f32>]);
 
 /// A method that takes no covariance, and so neither a subaperture nor memory: it works straight on the
 /// aligned samples of a segment's `count` active elements.

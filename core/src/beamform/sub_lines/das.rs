@@ -4,6 +4,7 @@ use super::steer::{Powers, number};
 use crate::beamform::apodization::Window;
 use crate::beamform::parameters::Beamformer;
 use crate::beamform::postfilter::{Elements, Postfilter, factor};
+use crate::beamform::pushes::Place;
 use crate::beamform::segment::Segment;
 use crate::geometry::Steering;
 use crate::simd::ComplexVector;
@@ -25,8 +26,8 @@ impl Beamformer {
         let parameters = self.parameters();
         let window = parameters.window();
         let line = &segment.line;
-        let samples = line.samples_from(segment.first_sample);
-        let snapshots = samples.chunks_exact(line.elements());
+        let step = parameters.step();
+        let snapshots = segment.snapshots(step);
         z.fill(Complex::new(0.0, 0.0));
         let of_samples = z.chunks_exact_mut(parameters.sub_lines.max(1));
         for (i, (z, snapshot)) in of_samples.zip(snapshots).enumerate() {
@@ -35,8 +36,9 @@ impl Beamformer {
             let Some(active) = active.filter(|active| !active.is_empty()) else {
                 return;
             };
+            let sample = Place::output(i, step).sample(segment).unwrap_or(0);
             for (k, z) in z.iter_mut().enumerate() {
-                let [half, phase] = steering.direction(segment.first_sample + i, k);
+                let [half, phase] = steering.direction(sample, k);
                 let steered = Steered {
                     active,
                     scale: line.scale(),

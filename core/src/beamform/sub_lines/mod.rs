@@ -24,13 +24,13 @@ use num_complex::Complex;
 use steer::{Sample, steer};
 
 impl Beamformer {
-    /// Beamforms the sub-lines of one beam: `z[n·N + k]` is sub-line `k` of sample `n`, with
+    /// Beamforms the sub-lines of one beam: `z[n·N + k]` is sub-line `k` of computed sample `n`, with
     /// `N` = [`Parameters::sub_lines`]. With one sub-line that is [`Beamformer::line`].
     ///
     /// [`Parameters::sub_lines`]: super::Parameters::sub_lines
     ///
     /// # Errors
-    /// As [`Beamformer::sub_line_segments`]; [`Error::Length`] where `z` is not `N` times as long as the line.
+    /// As [`Beamformer::sub_line_segments`]; [`Error::Length`] where `z` has not `N` times [`Beamformer::line_samples`] numbers.
     #[inline]
     pub fn sub_lines<A: Averaging<f32>>(
         &self,
@@ -41,10 +41,12 @@ impl Beamformer {
     ) -> Result<(), Error> {
         let samples = line.samples();
         let count = self.parameters().sub_lines;
-        check_length("z", z.len(), samples.saturating_mul(count))?;
+        let outputs = self.line_samples(samples);
+        check_length("z", z.len(), outputs.saturating_mul(count))?;
         let block = LineBlock {
             line,
             first: 0,
+            samples,
             active,
             adaptive: 0..samples,
         };
@@ -52,7 +54,7 @@ impl Beamformer {
         self.sub_line_block(workspace, sizes, (&block, steering), z)
     }
 
-    /// The sub-lines of a block of `z.len()/N` samples.
+    /// The sub-lines of a block's computed samples.
     pub(crate) fn sub_line_block<A: Averaging<f32>>(
         &self,
         workspace: &mut Workspace<'_, A>,
@@ -62,7 +64,11 @@ impl Beamformer {
     ) -> Result<(), Error> {
         let parameters = self.parameters();
         let (count, half_window) = (parameters.sub_lines, parameters.temporal_half_window);
-        let samples = z.len().checked_div(count).unwrap_or(0);
+        let (samples, step) = (block.samples, parameters.step());
+        let of = |samples| {
+            let outputs = block.outputs(step, samples);
+            outputs.start * count..outputs.end * count
+        };
         let active = |sample| block.active(sample);
         let within = || segments_within(samples, active, block.adaptive.clone(), half_window);
         // All is checked before anything is put out.
@@ -75,7 +81,7 @@ impl Beamformer {
             }
         }
         for (first, length, set) in within() {
-            let out = z.get_mut(first * count..(first + length) * count);
+            let out = z.get_mut(of(first..first + length));
             let lines = SteeredSegments {
                 segments: &[block.segment(first, set)],
                 steering: &[steering],
@@ -89,7 +95,7 @@ impl Beamformer {
         for rest in [0..start, end..samples] {
             for (first, length, set) in constant_segments(rest.len(), |n| active(rest.start + n)) {
                 let first = rest.start + first;
-                let out = z.get_mut(first * count..(first + length) * count);
+                let out = z.get_mut(of(first..first + length));
                 let segment = block.segment(first, set);
                 self.das_sub_lines(&segment, steering, set.count, out.unwrap_or_default());
             }
@@ -97,7 +103,7 @@ impl Beamformer {
         Ok(())
     }
 
-    /// [`Beamformer::segments`] of the sub-lines: `z[lane][i·N + k]` is sub-line `k` of sample `first_sample + i`.
+    /// [`Beamformer::segments`] of the sub-lines: `z[lane][i·N + k]` is sub-line `k` of computed sample `i`.
     /// With one sub-line that is [`Beamformer::segments`].
     ///
     /// With the direction `s`, `φ_c` of a sub-line at a sample ([`Steering`]) and `a_i = e^{js(i−(L−1)/2)}`,
@@ -149,8 +155,9 @@ impl Beamformer {
         check_length("z", z.len(), segments.len())?;
         check_length("steering", steering.len(), segments.len())?;
         for ((segment, steering), z) in segments.iter().zip(steering).zip(z.iter()) {
-            let samples = z.len().checked_div(sub_lines).unwrap_or(0);
-            check_length("z", z.len(), samples.saturating_mul(sub_lines))?;
+            let outputs = z.len().checked_div(sub_lines).unwrap_or(0);
+            check_length("z", z.len(), outputs.saturating_mul(sub_lines))?;
+            let samples = parameters.step().span(segment.first_sample, outputs);
             self.check_segment(segment, count, samples)?;
             check_steering(steering, segment, samples, sub_lines)?;
         }
@@ -201,20 +208,21 @@ impl Beamformer {
         let (half_window, sub_lines) = (parameters.temporal_half_window, parameters.sub_lines);
         let segments = lines.segments;
         let group = SegmentGroup { segments, count };
-        let mut longest = 0;
-        for z in z.iter() {
-            let samples = z.len().checked_div(sub_lines).unwrap_or(0);
-            if samples > longest {
-                longest = samples;
+        let pushes = parameters.pushes();
+        let mut most = 0;
+        for (segment, z) in segments.iter().zip(z.iter()) {
+            let count = pushes.count(segment, z.len().checked_div(sub_lines).unwrap_or(0));
+            if count > most {
+                most = count;
             }
         }
         let window = parameters.window();
         let gain = self.gain::<A, V>(count - subaperture + 1);
-        for push in 0..longest + 2 * half_window {
+        for push in 0..most {
             let Some(zero_power) = self.push(workspace, group, subaperture, push) else {
                 continue;
             };
-            let i = push - 2 * half_window;
+            let place = pushes.complete(push);
             let Workspace {
                 zero,
                 snapshot: active,
@@ -228,11 +236,11 @@ impl Beamformer {
             };
             if half_window > 0 {
                 // The sample that was pushed last lies `K` further on.
-                gather(zero, segments, i as isize, 0, active);
+                gather(zero, segments, place, 0, active);
             }
             let sample = Sample {
                 lines,
-                i,
+                place,
                 active,
                 subaperture,
             };
@@ -253,7 +261,12 @@ impl Beamformer {
             let answers = directions.answers.iter().zip(&*directions.phases);
             for (k, (&sum, &phase)) in answers.enumerate().take(sub_lines) {
                 let value = ComplexVector::select(zero_power, nothing, sum.divide(gain));
-                emit(segments, z, i * sub_lines + k, value.mul(phase));
+                emit(
+                    segments,
+                    z,
+                    |of| Some(pushes.output(of, push)? * sub_lines + k),
+                    value.mul(phase),
+                );
             }
         }
     }

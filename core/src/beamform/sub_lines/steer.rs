@@ -3,6 +3,7 @@
 use crate::beamform::apodization::Window;
 use crate::beamform::parameters::Parameters;
 use crate::beamform::postfilter::{Elements, Postfilter, factor};
+use crate::beamform::pushes::Place;
 use crate::beamform::segment::SteeredSegments;
 use crate::beamform::workspace::Directions;
 use crate::covariance::Averaging;
@@ -15,8 +16,7 @@ use num_complex::Complex;
 #[derive(Clone, Copy)]
 pub(super) struct Sample<'s, 'a, V> {
     pub(super) lines: SteeredSegments<'s, 'a>,
-    /// Its index, from the first of each segment.
-    pub(super) i: usize,
+    pub(super) place: Place,
     pub(super) active: &'s [ComplexVector<V>],
     pub(super) subaperture: usize,
 }
@@ -79,7 +79,7 @@ impl<V: Vector> Powers<V> {
     }
 }
 
-/// For each sub-line of sample `i` of the segments: the steering vector and the sum of the subapertures with phases, in
+/// For each sub-line of a sample of the segments: the steering vector and the sum of the subapertures with phases, in
 /// the solver's coordinates, and `e^{−jφ_c}`, times the postfilter's factor.
 ///
 /// Order: `y_m = e^{−js(m−centre)}·x_m`; their subaperture sums slide as those of the line; sum `i` times `a_i`.
@@ -92,7 +92,7 @@ pub(super) fn steer<A: Averaging<V>, V: Vector>(
 ) {
     let Sample {
         lines,
-        i,
+        place,
         active,
         subaperture,
     } = sample;
@@ -111,7 +111,7 @@ pub(super) fn steer<A: Averaging<V>, V: Vector>(
                 if k >= parameters.sub_lines {
                     break;
                 }
-                let [half, phase] = direction(zero, lines, i, k);
+                let [half, phase] = direction(zero, lines, place, k);
                 let (Some(rotated), Some(sums)) = (
                     directions.rotated.get_mut(..active.len()),
                     directions.sums.get_mut(..subaperture),
@@ -177,18 +177,18 @@ impl<V: Vector> Elements<V> for Rotated<'_, V> {
     }
 }
 
-/// The direction of sub-line `k` at sample `i` of each lane's segment.
+/// The direction of sub-line `k` at a sample of each lane's segment.
 #[inline(always)]
 fn direction<V: Vector>(
     zero: V,
     lines: SteeredSegments<'_, '_>,
-    i: usize,
+    place: Place,
     k: usize,
 ) -> [ComplexVector<V>; 2] {
     let mut direction = [ComplexVector::from_real(zero.splat(1.0)); 2];
     let segments = lines.segments.iter().zip(lines.steering);
     for (lane, (segment, steering)) in segments.enumerate() {
-        let [half, phase] = steering.direction(segment.first_sample + i, k);
+        let [half, phase] = steering.direction(place.sample(segment).unwrap_or(0), k);
         direction[0].set_lane(lane, half);
         direction[1].set_lane(lane, phase);
     }

@@ -15,7 +15,7 @@
 //! consecutive ones. A record streams through, some samples at a time; what a filter reaches back for
 //! stays in front of the new ones.
 
-use super::kaiser::Kaiser;
+use crate::kaiser::Kaiser;
 use crate::simd::{Vector, copy, load, split_front as take_first};
 use core::ops::Range;
 use core::slice::ChunksExactMut;

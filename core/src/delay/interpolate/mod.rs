@@ -28,12 +28,12 @@ mod single;
 pub(super) use read::{Locator, TapPositions};
 
 use super::decimator::Decimator;
-use super::kaiser::Kaiser;
 use super::positive;
-use super::sine::sin;
 use crate::Error;
 use crate::error::attempt;
+use crate::kaiser::Kaiser;
 use crate::simd::PARTIAL_SUMS;
+use crate::sine::sin;
 
 /// The largest ratio of recorded to output rate.
 pub const MAX_DECIMATION: usize = 16;

@@ -1,8 +1,8 @@
 //! Interpolation beside its documented errors, and its filters beside their design.
 
 use super::super::decimator::{DecimatorMemory, decimated_len, streams_len};
-use super::super::kaiser;
 use super::*;
+use crate::kaiser;
 use core::f64::consts::PI;
 
 const F0: f64 = 5e6;

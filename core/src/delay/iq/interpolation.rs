@@ -12,8 +12,8 @@
 //! | 32 | 8.8·10⁻⁴ | 3.6·10⁻⁶ | 3.2·10⁻⁴ |
 
 use crate::Complex;
-use crate::delay::kaiser::Kaiser;
-use crate::delay::sine::sin;
+use crate::kaiser::Kaiser;
+use crate::sine::sin;
 use core::f64::consts::PI;
 
 /// How I/Q is read between two samples.
@@ -160,7 +160,7 @@ impl Read<TAPS> for Sinc {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::delay::kaiser;
+    use crate::kaiser;
 
     /// The worst error over sub-sample phases and positions, of a Gaussian envelope whose peak is 1.
     fn error<const TAPS: usize>(read: &impl Read<TAPS>, ratio: f64) -> f64 {

@@ -15,6 +15,7 @@ fn parameters(method: Method) -> Parameters {
     Parameters {
         method,
         sub_lines: opaque(2),
+        depth_step: opaque(3),
         ..opaque(Parameters::DEFAULT)
     }
 }
@@ -46,6 +47,8 @@ fn one<A: Averaging<f32>>(method: Method) -> Result<(), Error> {
     take((
         beamformer.sizes(opaque(1)),
         beamformer.subaperture(opaque(1)),
+        beamformer.line_samples(opaque(9)),
+        opaque(Parameters::DEFAULT).line_samples(opaque(9)),
     ));
     take(beamformer.parameters());
     let mut memory = Memory::<100, 100>::new();

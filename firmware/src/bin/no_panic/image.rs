@@ -1,10 +1,12 @@
 //! The image stage.
 
-use crate::geometry::axis;
+use crate::geometry::{arrays, axis, parameters as scan_parameters};
 use crate::{opaque, take};
+use bonebeam::geometry::{Lines, Scan};
 use bonebeam::image::{
-    BMode, BModeParameters, Fan, Logarithm, PixelGrid, Pooling, envelope, largest, log_compression,
-    log_compression_with, median, pooled_envelope, resample, scan_convert,
+    BMode, BModeParameters, DepthInterpolation, Fan, Logarithm, PixelGrid, Pooling, envelope,
+    largest, log_compression, log_compression_with, median, pooled_envelope, resample,
+    scan_convert,
 };
 use bonebeam::{Complex, Error};
 
@@ -16,6 +18,7 @@ pub fn all() {
     take(envelope(opaque(&z[..]), to));
     let pooling = opaque(Pooling::default());
     take(pooled_envelope(opaque(&z[..]), opaque(2), pooling, to));
+    take(interpolation(opaque(&z[..]), to));
     take(largest(from));
     take(log_compression(from, opaque(1.0), opaque(1.0), to));
     let logarithm = opaque(Logarithm::Exact);
@@ -31,6 +34,27 @@ pub fn all() {
     ));
     take(median(0.0f32, from, opaque(1), to));
     take(b_mode(from, to));
+}
+
+fn interpolation(z: &[Complex<f32>], to: &mut [f32]) -> Result<(), Error> {
+    let interpolation = opaque(DepthInterpolation::new(opaque(9), opaque(2), opaque(0.25))?);
+    take((
+        interpolation.depth_step(),
+        interpolation.samples(),
+        interpolation.line_samples(),
+        interpolation.need(opaque(2)),
+    ));
+    let (mut scratch, mut line) = ([Complex::ZERO; 100], [Complex::ZERO; 100]);
+    let (scratch, line) = (opaque(&mut scratch[..]), opaque(&mut line[..]));
+    take(interpolation.line(z, scratch, line));
+    let of_line = opaque((2, Pooling::Rms));
+    take(interpolation.envelope(z, of_line, scratch, to));
+    let x = [0.0; 5];
+    for array in arrays(&x) {
+        let scan = Scan::of_iq(scan_parameters(array, Lines::Even(axis())))?;
+        take(DepthInterpolation::of(&scan, opaque(2)));
+    }
+    Ok(())
 }
 
 fn fan() -> Fan {

@@ -22,6 +22,7 @@ pub fn all() {
             beamformer: opaque(beamform::Parameters {
                 method: Method::EsmvBeta(0.5),
                 sub_lines: opaque(2),
+                depth_step: opaque(3),
                 ..beamform::Parameters::DEFAULT
             }),
             rows: opaque(64),
@@ -94,6 +95,7 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
     take((
         pipeline.lines(),
         pipeline.b_mode(),
+        pipeline.interpolation(),
         pipeline.phase_symmetry(),
         pipeline.need(opaque(Covariance::Forward)),
     ));
@@ -138,6 +140,7 @@ fn lines<'r, D: Stage>(pipeline: &LinePipeline<D>, record: &'r D::Record<'r>) ->
     take((
         pipeline.align_need(opaque(1)).real,
         pipeline.aligned_len(),
+        pipeline.line_samples(),
         pipeline.need(opaque(1)),
     ));
     let (mut scratch, mut aligned, mut z) =

@@ -35,7 +35,7 @@ const FEWEST: usize = 64;
 pub type Finished<'a> = dyn Fn(usize) + Sync + 'a;
 
 /// Beamforms every beam of `x` (`[beam, sample, element]`) with the active set `active(beam,
-/// sample)`; returns `z` as `[beam, sample]`, in the input's scale. The result does not depend on the number of
+/// sample)`; returns `z` as `[beam, computed sample]`, in the input's scale. The result does not depend on the number of
 /// threads. [`Plan`] is for many frames, a range of depths, or an instruction set of choice.
 ///
 /// # Errors
@@ -167,12 +167,12 @@ impl Plan {
         progress: &Finished<'_>,
     ) -> Result<Array2<Complex<f32>>> {
         let (beams, samples, _) = x.dim();
-        let mut z = Array2::zeros((beams, samples));
+        let mut z = Array2::zeros((beams, self.beamformer.line_samples(samples)));
         self.run_into(x, active, progress, z.view_mut())?;
         Ok(z)
     }
 
-    /// The same into memory of the caller, `z` as `[beam, sample]`.
+    /// The same into memory of the caller, `z` as `[beam, computed sample]`.
     ///
     /// # Errors
     /// As [`Plan::run`], and [`Error::Data`] where `z` is not in that order or of another shape. What is
@@ -202,14 +202,15 @@ impl Plan {
                 AlignedLine::new(line, elements).map_err(|error| name_sample(error, beam, elements))
             })
             .collect();
-        let z = in_order(z, (beams, samples))?;
+        let computed = self.beamformer.line_samples(samples);
+        let z = in_order(z, (beams, computed))?;
         let tiles = self.tiles(0..beams, samples, active, None)?;
         // The first bad beam is named, whichever thread found one first.
         let lines = lines.into_iter().collect::<Result<Vec<_>>>()?;
-        self.work(&tiles, Input::Aligned(&lines), progress, (samples, z))
+        self.work(&tiles, Input::Aligned(&lines), progress, (computed, z))
     }
 
-    /// Beamforms the `tiles` of some lines from records, into `z`, `[line, sample]` of all lines, or of all their
+    /// Beamforms the `tiles` of some lines from records, into `z`, `[line, computed sample]` of all lines, or of all their
     /// sub-lines.
     ///
     /// # Errors
@@ -222,8 +223,9 @@ impl Plan {
         z: ArrayViewMut2<'_, Complex<f32>>,
     ) -> Result<()> {
         let (lines, samples) = source.shape();
-        let z = in_order(z, (lines * self.sub_lines(), samples))?;
-        self.work(tiles, Input::Source(source), progress, (samples, z))
+        let computed = self.beamformer.line_samples(samples);
+        let z = in_order(z, (lines * self.sub_lines(), computed))?;
+        self.work(tiles, Input::Source(source), progress, (computed, z))
     }
 
     /// Aligns the blocks of all tiles, and no more: what that part of the work takes.
@@ -358,14 +360,17 @@ impl Plan {
             Input::Source(_) => blocks[tile.block_of(item)],
         };
         let sub_lines = self.sub_lines();
-        let samples: usize = tile.items.iter().map(|item| item.samples).sum();
-        z.resize(z.len().max(samples * sub_lines), Complex::ZERO);
+        let outputs = tile.items.iter().map(|item| self.outputs(item).len());
+        z.resize(
+            z.len().max(outputs.sum::<usize>() * sub_lines),
+            Complex::ZERO,
+        );
         let mut rest = &mut z[..];
         for group in groups(&tile.items, self.lanes) {
             let mut out = Vec::with_capacity(group.len());
             let mut segments = Vec::with_capacity(group.len());
             for item in group {
-                let (own, behind) = rest.split_at_mut(item.samples * sub_lines);
+                let (own, behind) = rest.split_at_mut(self.outputs(item).len() * sub_lines);
                 out.push(own);
                 rest = behind;
                 segments.push(Segment {
@@ -389,6 +394,12 @@ impl Plan {
         Ok(())
     }
 
+    /// The indices of a work item's outputs among those of its line.
+    fn outputs(&self, item: &WorkItem) -> Range<usize> {
+        let before = |sample| self.beamformer.line_samples(sample);
+        before(item.first_sample)..before(item.first_sample + item.samples)
+    }
+
     /// Puts a tile's outputs into the lines; returns how many of a line. What comes with a segment above the samples wanted
     /// stays behind.
     fn put(
@@ -407,16 +418,19 @@ impl Plan {
                 above.min(item.samples)
             };
             let sub_lines = self.sub_lines();
-            let own = &outputs[(from + above) * sub_lines..(from + item.samples) * sub_lines];
+            let of_item = self.outputs(item);
+            let first = self.beamformer.line_samples(item.first_sample + above);
+            let own = from + first - of_item.start..from + of_item.len();
+            let own = &outputs[own.start * sub_lines..own.end * sub_lines];
             for sub_line in 0..sub_lines {
                 let line = item.beam * sub_lines + sub_line;
-                let first = line * samples + item.first_sample + above;
+                let first = line * samples + first;
                 let own = own.iter().skip(sub_line).step_by(sub_lines);
                 for (z, &own) in z[first..].iter_mut().zip(own) {
                     *z = own;
                 }
             }
-            from += item.samples;
+            from += of_item.len();
             count += item.samples - above;
         }
         count

@@ -4,7 +4,9 @@ mod lattice;
 mod layout;
 
 use bonebeam::geometry::Axis;
-use bonebeam::image::{self as core, BMode, BModeParameters, Logarithm, Pooling};
+use bonebeam::image::{
+    self as core, BMode, BModeParameters, DepthInterpolation, Logarithm, Pooling,
+};
 use bonebeam::simd::{InstructionSet, Task, Vector};
 use ndarray::{Array2, ArrayBase, ArrayView2, Data, Ix2};
 use num_complex::Complex;
@@ -321,7 +323,9 @@ pub fn pooled<S: Data<Elem = Complex<f32>>>(
     pooling: Pooling,
 ) -> Result<BeamformedLines> {
     let count = lines.sub_lines;
-    let z = pooled_lines(lines.z.view(), count, pooling)?;
+    // Lines of a recording have every sample.
+    let interpolation = DepthInterpolation::new(lines.z.ncols(), 1, 0.0)?;
+    let z = pooled_lines(lines.z.view(), (count, pooling), &interpolation)?;
     let middle = |positions: &[f64]| -> Vec<f64> {
         let of_line = |own: &[f64]| own.iter().sum::<f64>() / count as f64;
         positions.chunks(count).map(of_line).collect()
@@ -340,21 +344,23 @@ pub fn pooled<S: Data<Elem = Complex<f32>>>(
     })
 }
 
-/// The envelopes of lines of `count` sub-lines each, `z` as [sub-line, sample], as real numbers [line, sample].
+/// The envelopes of lines of `count` sub-lines each, `z` as [sub-line, computed sample], as real numbers [line, sample].
 ///
 /// # Errors
 /// A sample that is not finite.
 pub(super) fn pooled_lines(
     z: ArrayView2<'_, Complex<f32>>,
-    count: usize,
-    pooling: Pooling,
+    (count, pooling): (usize, Pooling),
+    interpolation: &DepthInterpolation,
 ) -> Result<Array2<Complex<f32>>> {
     let of_lines = z.axis_chunks_iter(ndarray::Axis(0), count);
-    let mut lines = Array2::zeros((of_lines.len(), z.ncols()));
-    let mut envelope = vec![0.0; z.ncols()];
+    let mut lines = Array2::zeros((of_lines.len(), interpolation.samples()));
+    let mut envelope = vec![0.0; interpolation.samples()];
+    let mut scratch = vec![Complex::ZERO; interpolation.need(count).complex];
     for (mut line, sub_lines) in lines.rows_mut().into_iter().zip(of_lines) {
         let by_sample: Vec<_> = sub_lines.t().iter().copied().collect();
-        core::pooled_envelope(&by_sample, count, pooling, &mut envelope)?;
+        let of_line = (count, pooling);
+        interpolation.envelope(&by_sample, of_line, &mut scratch, &mut envelope)?;
         for (z, &envelope) in line.iter_mut().zip(&envelope) {
             *z = Complex::from(envelope);
         }

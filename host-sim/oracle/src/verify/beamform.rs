@@ -124,7 +124,7 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
         Ok((0..lines.len()).map(bound).collect())
     }
 
-    /// Judges the `samples` of one beam's lines by several methods, which share all parameters but
+    /// Judges the computed ones of the `samples` of one beam's lines by several methods, which share all parameters but
     /// the method: a list a method. Errors are relative to the largest |z| of the method's samples.
     ///
     /// # Errors
@@ -136,13 +136,15 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
         samples: Range<usize>,
     ) -> Result<Vec<Vec<Judgement>>> {
         let x = self.x.index_axis(Axis(0), beam);
+        let step = lines[0].1.depth_step;
+        let computed = || samples.clone().filter(|n| n.is_multiple_of(step));
         let scale = |z: &Array2<Complex<f32>>| {
-            let levels = samples.clone().map(|n| wide(z[[beam, n]]).norm());
+            let levels = computed().map(|n| wide(z[[beam, n / step]]).norm());
             levels.fold(f64::MIN_POSITIVE, f64::max)
         };
         let scales: Vec<f64> = lines.iter().map(|(z, _)| scale(z)).collect();
         let mut judgements = vec![Vec::new(); lines.len()];
-        for n in samples.clone() {
+        for n in computed() {
             let active = pair((self.active)(beam, n));
             let sample = Sample::new(x, n, active, &lines[0].1, self.covariance)?;
             let exact = sample.map(|sample| {
@@ -150,7 +152,7 @@ impl<A: Fn(usize, usize) -> Active + Sync> AlignedFrame<'_, A> {
                 (sample, eigenspace)
             });
             for (k, &(z, parameters)) in lines.iter().enumerate() {
-                let z = wide(z[[beam, n]]);
+                let z = wide(z[[beam, n / step]]);
                 judgements[k].push(match &exact {
                     // Where there is no power, z is 0.
                     None => Judgement {

@@ -12,7 +12,7 @@ use super::covariance::{
 use super::dominant_eigenpair::{dominant_eigenpair, power_iteration};
 use super::linalg::{FLOOR, Number, cholesky, eigen, factor, partial_sums, row_times};
 
-/// z of every sample of a line. `x[n]` holds the elements of sample `n`; `active[n]` its first
+/// z of every computed sample of a line, each `depth_step`-th. `x[n]` holds the elements of sample `n`; `active[n]` its first
 /// active element and the number of them.
 ///
 /// The line is scaled by a power of two so that its largest component lies in [1, 2) ([2, 4) for
@@ -86,7 +86,7 @@ pub fn beamform(
             *z *= postfilter(&sample[first..first + count], parameters);
         }
     }
-    z
+    z.into_iter().step_by(parameters.depth_step).collect()
 }
 
 /// The postfilter's factor for the active elements `x` of a sample.

@@ -3,6 +3,7 @@
 pub mod beamform;
 mod covariance;
 pub mod delay;
+pub mod depth_interpolation;
 mod dominant_eigenpair;
 mod filter;
 pub mod image;

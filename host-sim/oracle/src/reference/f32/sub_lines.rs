@@ -16,7 +16,7 @@ use super::linalg::{Number, factor, power, row_times};
 /// `e^{js/2}` and `e^{−jφ_c}`.
 pub type Direction = [Complex<f32>; 2];
 
-/// z of every sub-line of every sample of a line. `x[n]` holds the elements of sample `n`; `active[n]` its first
+/// z of every sub-line of every computed sample of a line, each `depth_step`-th. `x[n]` holds the elements of sample `n`; `active[n]` its first
 /// active element and the number of them; `directions[n]` those of its sub-lines.
 ///
 /// The line is scaled as by [`beamform`](super::beamform::beamform), for DAS, too.
@@ -62,7 +62,7 @@ pub fn sub_lines(
     for z in z.iter_mut().flatten() {
         *z = Complex::new(saturate(z.re * up), saturate(z.im * up));
     }
-    z
+    z.into_iter().step_by(parameters.depth_step).collect()
 }
 
 /// The powers of `e^{js}` from the middle outwards, for so many elements.

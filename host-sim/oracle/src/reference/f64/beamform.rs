@@ -13,7 +13,7 @@ use crate::{Error, Result};
 type Vector = DVector<Complex<f64>>;
 type Matrix = DMatrix<Complex<f64>>;
 
-/// z of every sample of a line. `x` is [sample, element]; `active` holds, for each sample, the
+/// z of every computed sample of a line, each `depth_step`-th. `x` is [sample, element]; `active` holds, for each sample, the
 /// first active element and the number of them.
 pub fn beamform(
     x: ArrayView2<Complex<f32>>,
@@ -22,6 +22,7 @@ pub fn beamform(
     covariance: Covariance,
 ) -> Result<Vec<Complex<f64>>> {
     (0..x.nrows())
+        .step_by(parameters.depth_step)
         .map(|n| {
             let sample = Sample::new(x, n, active[n], parameters, covariance)?;
             Ok(sample.map_or(Complex::ZERO, |sample| {

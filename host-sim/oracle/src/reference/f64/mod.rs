@@ -1,6 +1,7 @@
 //! The f64 reference.
 pub mod beamform;
 pub mod delay;
+pub mod depth_interpolation;
 pub mod image;
 pub mod iq;
 pub mod phase_symmetry;

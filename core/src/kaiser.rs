@@ -1,4 +1,4 @@
-//! The Kaiser window, for the filters of this module. f64: evaluated when a table is built.
+//! The Kaiser window, for filters. f64: evaluated when a table is built.
 
 /// Terms of the series of I₀: complete to the last bit for the β ≤ 10 in use here.
 const TERMS: usize = 28;
@@ -15,7 +15,7 @@ const COEFFICIENTS: [f64; TERMS] = {
 
 /// The Kaiser window of a shape β, at most 10.
 #[derive(Clone, Copy)]
-pub(super) struct Kaiser {
+pub(crate) struct Kaiser {
     /// (β/2)².
     square: f64,
     /// Terms that its largest value takes.
@@ -25,7 +25,7 @@ pub(super) struct Kaiser {
 }
 
 impl Kaiser {
-    pub(super) const fn new(beta: f64) -> Self {
+    pub(crate) const fn new(beta: f64) -> Self {
         let square = (beta / 2.0) * (beta / 2.0);
         let mut terms = 1;
         let mut power = 1.0;
@@ -42,7 +42,7 @@ impl Kaiser {
     }
 
     /// At `position`, −1..1 across its support; 0 beyond.
-    pub(super) const fn at(&self, position: f64) -> f64 {
+    pub(crate) const fn at(&self, position: f64) -> f64 {
         let inside = 1.0 - position * position;
         if inside < 0.0 {
             return 0.0;
@@ -64,7 +64,7 @@ const fn bessel_i0(square: f64, terms: usize) -> f64 {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
 
     #[test]
@@ -89,7 +89,7 @@ pub(super) mod tests {
     }
 
     /// The window as it stands in books, with libm's root and 40 terms of the series in ascending order.
-    pub(in super::super) fn plain(position: f64, beta: f64) -> f64 {
+    pub(crate) fn plain(position: f64, beta: f64) -> f64 {
         let bessel_i0 = |x: f64| {
             let square = (x / 2.0) * (x / 2.0);
             let (mut term, mut sum) = (1.0, 1.0);

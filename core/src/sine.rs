@@ -48,7 +48,7 @@ const COSINE: [f64; 6] = [
 ];
 
 /// The sine of an angle below 2²⁰ in magnitude.
-pub(super) const fn sin(angle: f64) -> f64 {
+pub(crate) const fn sin(angle: f64) -> f64 {
     if angle >= -FRAC_PI_4 && angle <= FRAC_PI_4 {
         let (cube, rest) = odd(angle);
         return angle + cube * (SINE[0] + angle * angle * rest);

@@ -1,0 +1,27 @@
+//! Blocks of a line's aligned samples.
+
+use crate::geometry::{Active, Scan};
+
+/// A block of a line's aligned samples: where it begins, and which elements are computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Block {
+    /// The line.
+    pub line: usize,
+    /// The first sample.
+    pub first: usize,
+    /// The elements that are computed; the others are 0. A beamformer reads those that are active at a sample
+    /// whose time window reaches the block; deeper sets contain shallower ones.
+    pub active: Active,
+}
+
+impl Block {
+    /// A line from its first sample on, with every element that is active at any depth.
+    pub fn of_line(scan: &Scan, line: usize) -> Self {
+        Block {
+            line,
+            first: 0,
+            active: scan.widest(line),
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Lines with a depth step at every sample, in plain loops, in the order of operations of
+//! `bonebeam::image::DepthInterpolation`.
+
+use std::f32::consts::TAU;
+use std::f64::consts::PI;
+
+use num_complex::Complex;
+
+use super::filter::kaiser;
+
+/// The taps of the sample `between` two of the line, of `depth_step` each.
+fn taps(between: usize, depth_step: usize) -> Vec<f32> {
+    let mut values = Vec::new();
+    for tap in 0..8 {
+        let from = between as f64 / depth_step as f64 + 3.0 - f64::from(tap);
+        values.push(libm::sin(PI * from) / (PI * from) * kaiser(from / 4.0, 4.0));
+    }
+    let mut sum = 0.0;
+    for value in &values {
+        sum += value;
+    }
+    values.iter().map(|value| (value / sum) as f32).collect()
+}
+
+/// `e^{j2πx}` of what is left of `cycles` below one, rounded to f32.
+fn phasor(cycles: f64) -> Complex<f32> {
+    let angle = 2.0 * PI * cycles.rem_euclid(1.0);
+    Complex::new(libm::sin(angle + PI / 2.0) as f32, libm::sin(angle) as f32)
+}
+
+/// `e^{−jφ}` of the carrier at each sample of a line: of every 16th from its phase in 2⁻³² cycles.
+fn phases(samples: usize, cycles: f64) -> Vec<Complex<f32>> {
+    let turn = (cycles.rem_euclid(1.0) * 4_294_967_296.0 + 0.5) as u64 as u32;
+    let mut phases: Vec<Complex<f32>> = Vec::new();
+    for k in 0..samples {
+        phases.push(if k % 16 == 0 {
+            let angle = turn.wrapping_mul(k as u32) as i32 as f32 * (TAU / 4_294_967_296.0);
+            Complex::new(libm::cosf(angle), -libm::sinf(angle))
+        } else {
+            phases[k - 1] * phasor(cycles).conj()
+        });
+    }
+    phases
+}
+
+/// All `samples` of a line from every `depth_step`-th, `z`, in baseband: each with the sample of the line before it, and
+/// how many samples behind that it lies. Between two of the line a filter makes it.
+fn baseband(
+    z: &[Complex<f32>],
+    (samples, depth_step, cycles): (usize, usize, f64),
+) -> Vec<Complex<f32>> {
+    let phases = phases(z.len(), cycles * depth_step as f64);
+    let at = |k: i64| {
+        let k = k.clamp(0, z.len() as i64 - 1) as usize;
+        z[k] * phases[k]
+    };
+    let mut out = Vec::new();
+    for n in 0..samples {
+        let (k, between) = (n / depth_step, n % depth_step);
+        let mut sum = Complex::<f32>::ZERO;
+        if between > 0 {
+            for (tap, weight) in taps(between, depth_step).iter().enumerate() {
+                sum += at((k + tap) as i64 - 3) * weight;
+            }
+        }
+        out.push(sum);
+    }
+    out
+}
+
+/// The line with its carrier, at all samples; `cycles` of the carrier from one to the next.
+pub fn line(
+    z: &[Complex<f32>],
+    (samples, depth_step, cycles): (usize, usize, f64),
+) -> Vec<Complex<f32>> {
+    let phases = phases(z.len(), cycles * depth_step as f64);
+    let mut out = baseband(z, (samples, depth_step, cycles));
+    for (n, y) in out.iter_mut().enumerate() {
+        let (k, between) = (n / depth_step, n % depth_step);
+        *y = match between {
+            0 => z[k],
+            _ => *y * phases[k].conj() * phasor(cycles * between as f64),
+        };
+    }
+    out
+}
+
+/// What the envelope is taken of: the line's own samples, and the baseband between them.
+pub fn for_envelope(
+    z: &[Complex<f32>],
+    (samples, depth_step, cycles): (usize, usize, f64),
+) -> Vec<Complex<f32>> {
+    let mut out = baseband(z, (samples, depth_step, cycles));
+    for (own, &z) in out.iter_mut().step_by(depth_step).zip(z) {
+        *own = z;
+    }
+    out
+}

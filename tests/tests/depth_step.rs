@@ -1,0 +1,407 @@
+//! Lines with a depth step, and what images make of them.
+
+use crate::common;
+
+use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
+use bonebeam::covariance::Covariance;
+use bonebeam::delay::Record;
+use bonebeam::geometry::Active;
+use bonebeam::image::{DepthInterpolation, Pooling, envelope};
+use bonebeam::memory::Scratch;
+use bonebeam::pipeline::{self, DepthGate, Frame, Pipeline};
+use bonebeam::simd::InstructionSet;
+use bonebeam::{Complex, Error};
+use bonebeam_drive::beamform::Plan;
+use bonebeam_drive::pipeline::Frames;
+use bonebeam_drive::source::{LineSource, Recorded};
+use bonebeam_oracle::reference::f64::depth_interpolation as exact;
+use common::frames::{ELEMENTS, LINES, PARAMETERS, focused, record};
+use common::lines::{COVARIANCES, Line, core, core_lanes, core_within, frame, stacked, widen};
+use std::f64::consts::{LN_2, TAU};
+
+fn bits(z: &[Complex<f32>]) -> Vec<[u32; 2]> {
+    z.iter().map(|z| [z.re.to_bits(), z.im.to_bits()]).collect()
+}
+
+/// Every `step`-th number.
+fn every(z: &[Complex<f32>], step: usize) -> Vec<Complex<f32>> {
+    z.iter().step_by(step).copied().collect()
+}
+
+/// An aperture that is empty at first and changes where no depth step is whole.
+fn growing(samples: usize) -> Vec<Active> {
+    let set = |n: usize| match n / 7 {
+        0 => Active { first: 0, count: 0 },
+        step => Active {
+            first: 2,
+            count: (3 + 2 * step).min(20),
+        },
+    };
+    (0..samples).map(set).collect()
+}
+
+/// Lines that end at different samples, so that lanes do.
+fn lines() -> Vec<Line> {
+    let of = |k: usize| {
+        let mut line = Line::noise(60 + k as u64, 57 + k % 3, 24);
+        line.active = growing(57 + k % 3);
+        line
+    };
+    (0..9).map(of).collect()
+}
+
+fn parameters() -> Vec<Parameters> {
+    let of = |method, temporal_half_window| Parameters {
+        method,
+        temporal_half_window,
+        ..Parameters::default()
+    };
+    let mut all = Vec::new();
+    for method in [Method::Das, Method::Mv, Method::EsmvRank1] {
+        all.extend([0, 1, 4].map(|window| of(method, window)));
+    }
+    all.push(Parameters {
+        postfilter: Postfilter::GeneralizedCoherenceFactor,
+        apodization: Apodization::Tukey,
+        ..of(Method::EsmvBeta(0.1), 2)
+    });
+    all.push(Parameters {
+        apodization: Apodization::Hann,
+        postfilter: Postfilter::CoherenceFactor,
+        ..of(Method::Das, 0)
+    });
+    all
+}
+
+/// One line, lanes of lines, a frame on threads, and a part of a line: the samples of the line without a depth step.
+#[test]
+fn a_depth_step_chooses_samples_and_changes_none() {
+    let lines = lines();
+    let within = 11..40;
+    for parameters in parameters() {
+        for covariance in COVARIANCES {
+            let full: Vec<_> = lines
+                .iter()
+                .map(|line| core(line, parameters, covariance))
+                .collect();
+            let part = core_within(&lines[0], within.clone(), parameters, covariance);
+            for depth_step in 2..=8 {
+                let stepped = Parameters {
+                    depth_step,
+                    ..parameters
+                };
+                let name = format!("{covariance:?}, {stepped:?}");
+                let expected: Vec<_> = full.iter().map(|z| bits(&every(z, depth_step))).collect();
+                assert_eq!(
+                    bits(&core(&lines[0], stepped, covariance)),
+                    expected[0],
+                    "{name}"
+                );
+                let found = core_within(&lines[0], within.clone(), stepped, covariance);
+                assert_eq!(bits(&found), bits(&every(&part, depth_step)), "{name}");
+                for set in [InstructionSet::Scalar, InstructionSet::detect()] {
+                    let found = core_lanes(set, &lines, stepped, covariance);
+                    let found: Vec<_> = found.iter().map(|z| bits(z)).collect();
+                    assert_eq!(found, expected, "{} {name}", set.name());
+                }
+                let alike: Vec<Line> = lines.iter().step_by(3).cloned().collect();
+                let z = frame(&alike, stepped, covariance);
+                for (k, z) in z.rows().into_iter().enumerate() {
+                    assert_eq!(bits(&z.to_vec()), expected[3 * k], "frame, {name}");
+                }
+            }
+        }
+    }
+}
+
+/// Segments that begin anywhere, as those within a range of samples do: the frame of the host is that of lines alone.
+#[test]
+fn a_range_of_samples_of_a_frame_has_the_samples_of_each_line() {
+    let lines: Vec<Line> = lines().into_iter().step_by(3).collect();
+    let active = |beam: usize, sample: usize| lines[beam].active[sample];
+    let x = stacked(&lines);
+    for depth_step in [1, 2, 3, 5] {
+        for temporal_half_window in [0, 1, 3] {
+            let parameters = Parameters {
+                depth_step,
+                temporal_half_window,
+                ..Parameters::default()
+            };
+            let covariance = Covariance::ForwardBackward;
+            for within in [0..57, 13..31, 20..21, 50..57] {
+                let plan = Plan::new(InstructionSet::detect(), parameters, covariance, 20).unwrap();
+                let plan = plan.within(within.clone());
+                let z = plan.run(x.view(), &active, &|_| {}).unwrap();
+                for (line, z) in lines.iter().zip(z.rows()) {
+                    let expected = core_within(line, within.clone(), parameters, covariance);
+                    let name = format!("{within:?} {parameters:?}");
+                    assert_eq!(bits(&z.to_vec()), bits(&expected), "{name}");
+                }
+            }
+        }
+    }
+}
+
+type Lines = Vec<Complex<f32>>;
+
+/// All lines and the image of a frame of the core.
+fn framed(parameters: pipeline::Parameters<'static>, gate: Option<DepthGate>) -> (Lines, Vec<f32>) {
+    let mut pipeline = Pipeline::new(parameters).unwrap();
+    if let Some(gate) = gate {
+        pipeline = pipeline.with_gate(gate).unwrap();
+    }
+    let need = pipeline.need(Covariance::ForwardBackward);
+    assert_eq!(need, parameters.need(Covariance::ForwardBackward).unwrap());
+    let (mut real, mut complex) = (vec![0.0; need.real], vec![Complex::ZERO; need.complex]);
+    let scratch = Scratch {
+        real: &mut real,
+        complex: &mut complex,
+    };
+    let mut frame = Frame::new(&pipeline, scratch).unwrap();
+    let mut z = Vec::new();
+    for line in 0..LINES {
+        let rf = record(line);
+        let record = Record::new(&rf, ELEMENTS).unwrap();
+        z.extend_from_slice(frame.line(line, [(focused(), &record)]).unwrap());
+    }
+    (z, frame.image().unwrap().to_vec())
+}
+
+fn stepped(depth_step: usize, sub_lines: usize, block: usize) -> pipeline::Parameters<'static> {
+    pipeline::Parameters {
+        beamformer: Parameters {
+            depth_step,
+            sub_lines,
+            ..PARAMETERS.beamformer
+        },
+        block,
+        ..PARAMETERS
+    }
+}
+
+/// In blocks of any length, inside a depth gate and outside: every `step`-th sample of a line without a depth step.
+#[test]
+fn a_frames_lines_are_the_samples_of_lines_without_a_depth_step() {
+    let gate = DepthGate {
+        from: 6e-3,
+        to: 9.1e-3,
+    };
+    for (sub_lines, gate) in [(1, None), (2, None), (1, Some(gate)), (2, Some(gate))] {
+        let (full, _) = framed(stepped(1, sub_lines, usize::MAX), gate);
+        let samples = full.len() / LINES;
+        for depth_step in [2, 3, 8] {
+            let of_line = |z: &[Complex<f32>]| -> Lines {
+                let kept = z.chunks_exact(sub_lines).step_by(depth_step);
+                kept.flatten().copied().collect()
+            };
+            let expected: Lines = full.chunks_exact(samples).flat_map(of_line).collect();
+            for block in [1, 7, 50, usize::MAX] {
+                let (z, _) = framed(stepped(depth_step, sub_lines, block), gate);
+                let name = format!("{depth_step} {sub_lines} {block} {gate:?}");
+                assert!(bits(&z) == bits(&expected), "{name}");
+            }
+        }
+    }
+}
+
+/// The core's frame and the host's threads.
+#[test]
+fn frames_have_the_same_image() {
+    for (depth_step, sub_lines) in [(2, 1), (3, 1), (2, 4), (4, 2)] {
+        let parameters = stepped(depth_step, sub_lines, usize::MAX);
+        let (_, image) = framed(parameters, None);
+        let pipeline = Pipeline::new(parameters).unwrap();
+        let rf: Vec<Vec<f32>> = (0..LINES).map(record).collect();
+        let records: Vec<Record> = rf
+            .iter()
+            .map(|rf| Record::new(rf, ELEMENTS).unwrap())
+            .collect();
+        let source = LineSource::Rf(Recorded {
+            pipeline: pipeline.lines().by_reference(),
+            transmits: &[focused(); LINES],
+            records: &records,
+            of_line: &|line| line..line + 1,
+        });
+        let frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
+        let z = frames.lines(&source).unwrap();
+        assert_eq!(z.ncols(), pipeline.lines().line_samples());
+        let pixels = frames.image(z.view()).unwrap();
+        assert_eq!(
+            pixels.as_slice().unwrap(),
+            image,
+            "{depth_step} {sub_lines}"
+        );
+    }
+}
+
+/// Of two samples a line takes half of the memory for its samples.
+#[test]
+fn lines_with_a_depth_step_take_less_memory() {
+    let need = |depth_step, sub_lines| {
+        let parameters = stepped(depth_step, sub_lines, 16);
+        parameters
+            .need(Covariance::ForwardBackward)
+            .unwrap()
+            .complex
+    };
+    let samples = Pipeline::new(PARAMETERS).unwrap().lines().scan().samples();
+    for depth_step in 2..=8 {
+        let saved = need(1, 1) - need(depth_step, 1);
+        assert_eq!(saved, samples - samples.div_ceil(depth_step));
+    }
+    // Of many sub-lines the interpolation takes more than the beamformer.
+    let of_many = [1, 2, 4, 8].map(|depth_step| need(depth_step, 8));
+    assert!(of_many.is_sorted_by(|a, b| a > b), "{of_many:?}");
+}
+
+fn interpolated(z: &[Complex<f32>], grid: (usize, usize, f64)) -> (Vec<f32>, Lines) {
+    let (samples, depth_step, cycles) = grid;
+    let interpolation = DepthInterpolation::new(samples, depth_step, cycles).unwrap();
+    assert_eq!(interpolation.line_samples(), z.len());
+    let mut scratch = vec![Complex::new(f32::NAN, f32::NAN); interpolation.need(1).complex];
+    let (mut levels, mut line) = (vec![f32::NAN; samples], vec![Complex::ZERO; samples]);
+    let one = (1, Pooling::Largest);
+    interpolation
+        .envelope(z, one, &mut scratch, &mut levels)
+        .unwrap();
+    interpolation.line(z, &mut scratch, &mut line).unwrap();
+    (levels, line)
+}
+
+/// Beside the definition in f64: 4·10⁻⁶ of the largest magnitude, for any number of samples and any carrier.
+#[test]
+fn interpolation_is_the_definition() {
+    for depth_step in 1..=8 {
+        for samples in [1usize, 2, depth_step, depth_step + 1, 50, 1003] {
+            for cycles in [0.0, 0.25, 0.31, 1.0 / 3.0, 2.2, -0.1] {
+                let outputs = samples.div_ceil(depth_step);
+                let z = Line::noise(outputs as u64, outputs, 1)
+                    .x
+                    .into_raw_vec_and_offset()
+                    .0;
+                let grid = (samples, depth_step, cycles);
+                let (levels, line) = interpolated(&z, grid);
+                let expected = exact::line(&z, grid);
+                let largest = expected.iter().map(|z| z.norm()).fold(0.0, f64::max);
+                for (n, exact) in expected.iter().enumerate() {
+                    let error = (widen(line[n]) - exact).norm();
+                    let of_level = (f64::from(levels[n]) - exact.norm()).abs();
+                    let bound = 4e-6 * largest;
+                    assert!(
+                        error < bound && of_level < bound,
+                        "{grid:?} {n}: {error} {of_level}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// What the line has keeps its bits.
+#[test]
+fn samples_of_the_line_are_not_interpolated() {
+    let z = Line::noise(3, 40, 1).x.into_raw_vec_and_offset().0;
+    let mut expected = vec![0.0; z.len()];
+    envelope(&z, &mut expected).unwrap();
+    for depth_step in 1..=8 {
+        let (levels, line) = interpolated(&z, (39 * depth_step + 1, depth_step, 0.3));
+        assert_eq!(bits(&every(&line, depth_step)), bits(&z));
+        let own: Vec<f32> = levels.into_iter().step_by(depth_step).collect();
+        assert_eq!(own, expected);
+    }
+}
+
+/// Tones around the carrier, of the line's band of `1/step` cycles a sample: what the filter's response leaves out is
+/// 0.010 in its middle half and 0.091 in three quarters, whatever the depth step.
+#[test]
+fn a_tone_errs_by_the_filters_response() {
+    for depth_step in 2..=8 {
+        for (part, bound) in [(0.0, 1e-6), (0.25, 0.010), (0.5, 0.010), (0.75, 0.091)] {
+            let cycles = 0.25 + part / 2.0 / depth_step as f64;
+            let at = |n: usize| {
+                let z = Complex::from_polar(1.0, TAU * (cycles * n as f64).fract());
+                Complex::new(z.re as f32, z.im as f32)
+            };
+            let full: Lines = (0..401).map(at).collect();
+            let (levels, line) = interpolated(&every(&full, depth_step), (401, depth_step, 0.25));
+            // Away from the ends, where the baseband goes on as it is there.
+            for n in 4 * depth_step..401 - 5 * depth_step {
+                let error = (line[n] - full[n]).norm().max((levels[n] - 1.0).abs());
+                assert!(error < bound, "{depth_step} {part} {n}: {error}");
+            }
+        }
+    }
+}
+
+/// A pulse of 60 % at 4·f₀ a sample, whatever its place between samples: its envelope, of its largest.
+#[test]
+fn a_pulses_envelope_errs_by_what_its_band_leaves_out() {
+    let width = 0.3 / (2.0 * LN_2).sqrt();
+    for (depth_step, bound) in [(2, 5e-3), (3, 0.04)] {
+        for place in 0..20u32 {
+            let middle = 100.0 + f64::from(place) / 7.0;
+            let at = |n: usize| {
+                let t = (n as f64 - middle) / 4.0;
+                let level = (-2.0 * (std::f64::consts::PI * width * t).powi(2)).exp();
+                let z = Complex::from_polar(level, TAU * t);
+                Complex::new(z.re as f32, z.im as f32)
+            };
+            let full: Lines = (0..201).map(at).collect();
+            let (levels, _) = interpolated(&every(&full, depth_step), (201, depth_step, 0.25));
+            for (level, full) in levels.iter().zip(&full) {
+                let error = (level - full.norm()).abs();
+                assert!(error < bound, "{depth_step} {place}: {error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_no_line_is_refused() {
+    let name = |depth_step, cycles| match DepthInterpolation::new(9, depth_step, cycles) {
+        Err(Error::Parameter { name, .. }) => name,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(name(0, 0.25), "depth_step");
+    assert_eq!(name(9, 0.25), "depth_step");
+    assert_eq!(name(2, f64::NAN), "cycles of the carrier");
+    let row = Parameters::TABLE
+        .into_iter()
+        .find(|row| row.name == "depth_step");
+    let range = row.expect("a row").range;
+    assert_eq!((range.least, range.most), (1.0, 8.0));
+
+    let interpolation = DepthInterpolation::new(9, 2, 0.25).unwrap();
+    let mut z = [Complex::ONE; 6];
+    let mut scratch = [Complex::ZERO; 13];
+    let mut out = [7.0; 10];
+    let run = |z: &[Complex<f32>], scratch: usize, out: &mut [f32]| {
+        let scratch = &mut vec![Complex::ZERO; scratch][..];
+        interpolation.envelope(z, (1, Pooling::Largest), scratch, out)
+    };
+    let length = |name, actual, expected| {
+        Err(Error::Length {
+            name,
+            actual,
+            expected,
+        })
+    };
+    assert_eq!(run(&z[..5], 12, &mut out), length("envelope output", 10, 9));
+    assert_eq!(run(&z, 12, &mut out[..9]), length("sub-lines", 6, 5));
+    assert_eq!(run(&z[..5], 13, &mut out[..9]), length("scratch", 13, 12));
+    z[3].im = f32::NAN;
+    let bad = Error::NonFinite {
+        name: "analytic signal",
+        index: 3,
+    };
+    assert_eq!(run(&z[..5], 12, &mut out[..9]), Err(bad));
+    assert_eq!(out, [7.0; 10]);
+    let mut line = [Complex::ZERO; 9];
+    let refused = interpolation.line(&z[..5], &mut scratch[..12], &mut line);
+    assert_eq!(refused, Err(bad));
+    // Magnitudes beyond the largest number are that.
+    let sign = [1.0, -1.0, 1.0, -1.0, 1.0];
+    let largest = sign.map(|sign| Complex::new(f32::MAX, f32::MAX) * sign);
+    run(&largest, 12, &mut out[..9]).unwrap();
+    assert!(out[..9].iter().all(|level| *level == f32::MAX));
+}
