@@ -3,7 +3,7 @@
 use super::apodization::{Apodization, Window};
 use super::depth_step::DepthStep;
 use super::methods::Method;
-use super::postfilter::Postfilter;
+use super::postfilter::{Applied, Postfilter};
 use super::pushes::Pushes;
 use super::sizes::Sizes;
 use super::table::{Parameter, Range, range};
@@ -149,9 +149,12 @@ impl Parameters {
         Pushes::new(self.temporal_half_window, self.step())
     }
 
-    /// The postfilter and its cutoff.
-    pub(super) fn postfilter_of_lines(&self) -> (Postfilter, usize) {
-        (self.postfilter, self.coherence_cutoff)
+    /// The postfilter and what it takes.
+    pub(super) fn postfilter_of_lines(&self) -> Applied {
+        Applied {
+            postfilter: self.postfilter,
+            cutoff: self.coherence_cutoff,
+        }
     }
 
     /// The shapes of the memory for up to `elements` active elements: none for DAS.

@@ -23,18 +23,25 @@ choices! {
     }
 }
 
+/// A postfilter and the parameters that it takes.
+#[derive(Clone, Copy)]
+pub(super) struct Applied {
+    pub(super) postfilter: Postfilter,
+    pub(super) cutoff: usize,
+}
+
 /// Active elements that are gathered at a time.
 const BLOCK: usize = 8;
 
 /// Multiplies `z[lane][i]`, computed sample `i` of its segment, by the factor of that sample.
 #[inline(always)]
 pub(super) fn postfilter<V: Vector>(
-    (postfilter, step): ((Postfilter, usize), DepthStep),
+    (postfilter, step): (Applied, DepthStep),
     zero: V,
     group: SegmentGroup<'_, '_>,
     z: &mut [&mut [Complex<f32>]],
 ) {
-    if postfilter.0 != Postfilter::None {
+    if postfilter.postfilter != Postfilter::None {
         apply((postfilter, step), zero, group, z);
     }
 }
@@ -43,7 +50,7 @@ pub(super) fn postfilter<V: Vector>(
 #[cold]
 #[inline(never)]
 fn apply<V: Vector>(
-    (postfilter, step): ((Postfilter, usize), DepthStep),
+    (postfilter, step): (Applied, DepthStep),
     zero: V,
     group: SegmentGroup<'_, '_>,
     z: &mut [&mut [Complex<f32>]],
@@ -77,11 +84,11 @@ pub(super) trait Elements<V: Vector> {
     fn each(&self, take: impl FnMut(usize, ComplexVector<V>));
 }
 
-/// The factor of a postfilter with its cutoff, of elements with their sum and the sum of their powers, both at the
+/// The factor of a postfilter, of elements with their sum and the sum of their powers, both at the
 /// line's working scale, so that squares neither overflow nor, above −300 dB of the line's largest sample, underflow.
 #[inline(always)]
 pub(super) fn factor<V: Vector>(
-    (postfilter, cutoff): (Postfilter, usize),
+    Applied { postfilter, cutoff }: Applied,
     (sum, power): (ComplexVector<V>, V),
     elements: &impl Elements<V>,
 ) -> V {

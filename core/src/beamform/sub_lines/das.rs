@@ -3,7 +3,7 @@
 use super::steer::{Powers, number};
 use crate::beamform::apodization::Window;
 use crate::beamform::parameters::Beamformer;
-use crate::beamform::postfilter::{Elements, Postfilter, factor};
+use crate::beamform::postfilter::{Applied, Elements, Postfilter, factor};
 use crate::beamform::pushes::Place;
 use crate::beamform::segment::Segment;
 use crate::geometry::Steering;
@@ -64,8 +64,8 @@ struct Steered<'a> {
 
 impl Steered<'_> {
     /// The postfilter's factor.
-    fn factor(&self, postfilter: (Postfilter, usize)) -> f32 {
-        match postfilter.0 {
+    fn factor(&self, postfilter: Applied) -> f32 {
+        match postfilter.postfilter {
             Postfilter::None => 1.0,
             _ => factor(postfilter, (number(self.sum()), self.power()), self),
         }
