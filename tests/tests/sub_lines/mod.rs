@@ -245,15 +245,11 @@ fn hard_lines_have_the_bits_of_the_reference() {
         Line::from_fn(4, 17, |_, m| wave(m) * 1e30),
         Line::from_fn(4, 16, |n, m| wave(m) * if n == 0 { 1.0 } else { 1e-25 }),
     ] {
-        for (postfilter, apodization, diagonal_loading) in [
-            (Postfilter::None, Apodization::None, 0.0),
-            (Postfilter::CoherenceFactor, Apodization::None, 0.05),
-            (
-                Postfilter::GeneralizedCoherenceFactor,
-                Apodization::Hamming,
-                0.05,
-            ),
-        ] {
+        let without = (Postfilter::None, Apodization::None, 0.0);
+        let unapodized = Postfilter::EXAMPLES.map(|by| (by, Apodization::None, 0.05));
+        let apodized = Postfilter::EXAMPLES.map(|by| (by, Apodization::Hamming, 0.05));
+        let all = unapodized.into_iter().chain(apodized).chain([without]);
+        for (postfilter, apodization, diagonal_loading) in all {
             let parameters = Parameters {
                 sub_lines: 4,
                 postfilter,
@@ -340,11 +336,8 @@ fn the_error_beside_the_f64_reference_is_within_the_bound() {
             let steering = Steering::new(&scan, at, sub_lines_of, &mut memory).expect("memory");
             for covariance in COVARIANCES {
                 for method in METHODS {
-                    for (postfilter, apodization) in [
-                        (Postfilter::None, Apodization::None),
-                        (Postfilter::CoherenceFactor, Apodization::Tukey),
-                        (Postfilter::GeneralizedCoherenceFactor, Apodization::Hann),
-                    ] {
+                    let windows = Apodization::EXAMPLES.into_iter().cycle();
+                    for (postfilter, apodization) in Postfilter::EXAMPLES.into_iter().zip(windows) {
                         let parameters = Parameters {
                             method,
                             postfilter,
