@@ -267,7 +267,7 @@ fn the_tables_of_the_documents_are_the_cores() {
     assert_eq!(document, expected, "write them by the test write_tables");
 }
 
-/// `cargo test -p bonebeam-tests --test documents -- --ignored write_tables`.
+/// `cargo test --workspace --release --test across documents:: -- --ignored write_tables`.
 #[test]
 #[ignore = "writes docs/numerics.md"]
 fn write_tables() {
