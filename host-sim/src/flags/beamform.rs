@@ -12,7 +12,7 @@ use super::core::CoreFlags;
 /// The flags that go over the section.
 #[derive(Debug, Args)]
 pub struct BeamformFlags {
-    /// The beamformer [default: esmv-rank1]
+    /// The beamformer [default: esmv-rank1; by the command surface, das]
     #[arg(long, value_enum, help_heading = "Beamformer")]
     method: Option<MethodName>,
 
