@@ -193,6 +193,10 @@ def copy():
             copied.parent.mkdir(parents=True, exist_ok=True)
             if not copied.exists() or copied.read_bytes() != source.read_bytes():
                 copied.write_bytes(source.read_bytes())
+    # A file that is gone from the core is gone from the copy.
+    for copied in (TREE / "core/src").rglob("*.rs"):
+        if not (ROOT / copied.relative_to(TREE)).is_file():
+            copied.unlink()
 
 
 copy()
