@@ -79,16 +79,12 @@ impl<'a> RecordingFrames<'a> {
         })
     }
 
-    /// As [`RecordingFrames::new`], of aligned data. All their elements are active at every depth.
+    /// As [`RecordingFrames::new`], of aligned data. All their elements are active at every depth. Lines have the computed
+    /// samples of a depth step.
     ///
     /// # Errors
     /// As [`RecordingFrames::new`].
     pub fn of_aligned_data(data: &AlignedData, parameters: &'a Beamform) -> Result<Self> {
-        if parameters.core.depth_step > 1 {
-            let message =
-                "--depth-step needs channel data: aligned data do not tell their centre frequency";
-            return Err(Error::Usage(message.into()));
-        }
         let (.., samples, elements) = data.x.dim();
         let c = parameters.sound_speed.unwrap_or(DEFAULT_SOUND_SPEED);
         let adaptive = parameters.adaptive_samples(&Depths {
@@ -205,7 +201,8 @@ impl<'a> RecordingFrames<'a> {
             let x = data.x.index_axis(Axis(0), index);
             Ok(BeamformedLines {
                 z: self.plan.run(x, &|_, _| all, &count)?,
-                fs: data.fs,
+                // The carrier that interpolation takes is not told.
+                fs: data.fs / self.parameters.core.depth_step as f64,
                 t0: data.t0,
                 beam_x: beam_x.clone(),
                 rays: None,

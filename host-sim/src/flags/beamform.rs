@@ -2,7 +2,9 @@
 
 use bonebeam::beamform::Apodization;
 use bonebeam::covariance::Covariance;
-use bonebeam_drive::config::{Beamform, Interpolation, LineKind, RfInterpolation, TransmitWeights};
+use bonebeam_drive::config::{
+    Beamform, Interpolation, LineKind, Preset, RfInterpolation, TransmitWeights,
+};
 use bonebeam_drive::methods::MethodName;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -12,6 +14,10 @@ use super::core::CoreFlags;
 /// The flags that go over the section.
 #[derive(Debug, Args)]
 pub struct BeamformFlags {
+    /// Values for a purpose; other flags go over them
+    #[arg(long, value_enum, help_heading = "Beamformer")]
+    preset: Option<Preset>,
+
     /// The beamformer [default: esmv-rank1; by the command surface, das]
     #[arg(long, value_enum, help_heading = "Beamformer")]
     method: Option<MethodName>,
@@ -189,6 +195,9 @@ impl BeamformFlags {
     /// What the flags say in place of the section's values.
     pub fn apply(&self, section: &mut Beamform) {
         self.apply_method(section);
+        if let Some(preset) = self.preset {
+            preset.apply(section);
+        }
         self.core.apply(&mut section.core);
         section.covariance = self.covariance.unwrap_or(section.covariance);
         section.adaptive_depth_start = self.adaptive_depth_start.or(section.adaptive_depth_start);

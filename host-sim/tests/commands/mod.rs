@@ -1,5 +1,6 @@
 //! The commands from file to file: what their flags mean, and that runs can be repeated.
 
+mod depth_step;
 mod help;
 mod pictures;
 mod simulate;

@@ -58,6 +58,7 @@ class Beamformer:
     ) -> None:
         checked = section("Beamformer", BeamformerParameters, parameters)
         self._native = _native.Beamformer(checked, elements, threads)
+        self._depth_step = int(parameters.get("depth_step") or 1)
 
     def __call__(
         self,
@@ -72,7 +73,8 @@ class Beamformer:
             x: complex64 [beam, sample, element], or with frames before the beams. It is read where it is;
                 complex128 and other orders are copied.
             active: The first active element and how many there are, [beam, sample, 2]; all without it.
-            out: complex64 [beam, sample], or with frames before, to write the lines into.
+            out: complex64 [beam, sample], or with frames before, to write the lines into. With a ``depth_step`` they have
+                that fewer samples, rounded up.
 
         Returns:
             The lines: ``out`` where it is given.
@@ -82,15 +84,17 @@ class Beamformer:
         samples = taken("x", samples, np.complex64, axes, COMPLEX)
         if 0 in samples.shape:
             raise ValueError(f"`x` is empty (shape {list(samples.shape)}); expected [{', '.join(axes)}]")
-        lines = written(out, np.complex64, samples.shape[:-1], beside=samples)
-        frames, beams, depths = ((1,) + lines.shape)[-3:]
+        *beams_of_frames, depths = samples.shape[:-1]
+        computed = -(-depths // self._depth_step)
+        lines = written(out, np.complex64, (*beams_of_frames, computed), beside=samples)
+        frames, beams = ((1,) + lines.shape)[-3:-1]
         if active is not None:
             active = np.require(active, np.int64, ["C", "A"])
             if active.shape != (beams, depths, 2):
                 shape = [beams, depths, 2]
                 raise ValueError(f"`active` has shape {list(active.shape)}; expected {shape}")
         self._native.run(
-            samples.reshape((frames, beams, depths, -1)), active, lines.reshape((frames, beams, depths))
+            samples.reshape((frames, beams, depths, -1)), active, lines.reshape((frames, beams, computed))
         )
         return lines if out is None else out
 
@@ -177,7 +181,9 @@ def beamform(
         z = beamform(x.x, **beamformer, threads=threads, active=x.active, out=out)
         beam_x, c = _native.even_beams(z.shape[-2], checked)
         beam_x = beam_x if x.beam_x is None else x.beam_x
-        return Lines(z, x.fs, x.t0, beam_x, c, x.beam_z, x.beam_angle)
+        # Without a carrier nothing is interpolated: lines have the beamformed samples.
+        fs = x.fs / int(parameters.get("depth_step") or 1)
+        return Lines(z, fs, x.t0, beam_x, c, x.beam_z, x.beam_angle)
     _refuse("an array", BeamformerParameters, parameters)
     samples = from_anywhere("x", x)
     elements = samples.shape[-1] if samples.ndim else 0

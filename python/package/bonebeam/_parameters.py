@@ -43,8 +43,8 @@ class BeamformerParameters(TypedDict, total=False):
     coherence_cutoff: Cycles across the active aperture up to which the generalized coherence factor counts spatial
         frequencies as coherent, 0 to 64; 1 by default.
     tukey_taper: Share of the active aperture over which a Tukey window falls, 0 to 1; 0.5 by default.
-    depth_step: Samples of a line from one that is beamformed to the next, 1 to 8; the others are interpolated. 1 by
-        default, for every sample.
+    depth_step: Samples of a line from one that is beamformed to the next, 1 to 8; of channel data the others
+        are interpolated. 1 by default, for every sample.
     """
 
     method: Method

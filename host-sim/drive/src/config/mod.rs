@@ -8,7 +8,7 @@ mod surface;
 
 pub(crate) use core::plain;
 
-pub use beamform::{Beamform, Interpolation, LineKind, RfInterpolation, TransmitWeights};
+pub use beamform::{Beamform, Interpolation, LineKind, Preset, RfInterpolation, TransmitWeights};
 pub use core::{ALIASES, APODIZATION, POSTFILTER};
 pub use image::{Grid, Image, LONGER_SIDE, SubLines};
 pub use phase_symmetry::{PhaseSymmetry, Size};

@@ -7,6 +7,7 @@
 
 mod claims;
 pub mod common;
+mod depth_step;
 mod dynamic_range;
 mod experiment;
 mod job;
@@ -36,4 +37,5 @@ pub const PAPER: &[Kind] = &[
     Kind::of::<dynamic_range::DynamicRange>(),
     Kind::of::<claims::Claims>(),
     Kind::of::<surface::Surface>(),
+    Kind::of::<depth_step::DepthStep>(),
 ];

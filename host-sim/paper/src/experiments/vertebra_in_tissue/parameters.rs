@@ -36,15 +36,15 @@ pub struct VertebraInTissue {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) clutter: Option<DiffuseClutter>,
     /// Array, pulse, transmit, noise.
-    pub(super) simulation: Settings,
+    pub(crate) simulation: Settings,
     /// Delay and beamformer.
-    pub(super) receive: Receive,
+    pub(crate) receive: Receive,
     /// K: half the time window, samples.
     pub(super) half_window: usize,
     /// The B-mode image.
-    pub(super) image: Image,
+    pub(crate) image: Image,
     /// The ridge filter.
-    pub(super) phase_symmetry: PhaseSymmetry,
+    pub(crate) phase_symmetry: PhaseSymmetry,
 }
 
 impl Default for VertebraInTissue {
@@ -76,7 +76,7 @@ impl Default for VertebraInTissue {
 }
 
 impl VertebraInTissue {
-    pub(super) fn phantom(&self) -> Result<Phantom> {
+    pub(crate) fn phantom(&self) -> Result<Phantom> {
         let bone = Bone::Vertebra {
             mesh: self.mesh.as_deref(),
             slice: self.slice,

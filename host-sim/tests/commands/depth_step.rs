@@ -1,0 +1,111 @@
+//! Lines by a depth step and by a preset.
+
+use super::{brightest, laws, point, run};
+use bonebeam_files::{AlignedData, BeamformedLines};
+use ndarray::{Array3, Axis};
+use num_complex::Complex;
+use std::process::Command;
+use tempfile::{TempDir, tempdir};
+
+fn lines(folder: &TempDir, recording: &str, flags: &str) -> BeamformedLines {
+    run(
+        folder,
+        &format!("beamform {recording} -o lines.npz {flags}"),
+    );
+    BeamformedLines::read(&folder.path().join("lines.npz")).unwrap()
+}
+
+/// Every `step`-th sample of each line.
+fn every(lines: &BeamformedLines, step: usize) -> Vec<Vec<Complex<f32>>> {
+    let rows = lines.z.rows().into_iter();
+    rows.map(|row| row.iter().step_by(step).copied().collect())
+        .collect()
+}
+
+/// Every so many-th sample of channel data is that of lines of all samples, and a point lies where it did; pooled
+/// sub-lines are interpolated before.
+#[test]
+fn lines_of_channel_data_have_all_samples() {
+    let folder = tempdir().unwrap();
+    let [_, plane, _] = laws();
+    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    let recording = "data.npz --depth-start 0.009 --depth-end 0.0135";
+    for (flags, exact) in [
+        ("--method das", true),
+        ("--method mv --sub-lines 2 --temporal-half-window 1", true),
+        ("--method mv", false),
+    ] {
+        let all = lines(&folder, recording, flags);
+        for step in [2, 3] {
+            let stepped = lines(&folder, recording, &format!("{flags} --depth-step {step}"));
+            let name = format!("{flags} {step}");
+            assert_eq!(stepped.z.dim(), all.z.dim(), "{name}");
+            assert_eq!((stepped.fs, stepped.t0), (all.fs, all.t0), "{name}");
+            assert_ne!(stepped.z, all.z, "{name}");
+            if exact {
+                assert_eq!(every(&stepped, step), every(&all, step), "{name}");
+            }
+            let ((x, z), (expected_x, expected_z)) = (brightest(&stepped), brightest(&all));
+            let sample = all.c / all.fs / 2.0;
+            assert_eq!(x, expected_x, "{name}");
+            assert!(
+                (z - expected_z).abs() < 1.5 * sample,
+                "{name}: {z} {expected_z}"
+            );
+        }
+    }
+}
+
+/// Aligned data do not tell the carrier: their lines have the computed samples.
+#[test]
+fn lines_of_aligned_data_have_the_computed_samples() {
+    let folder = tempdir().unwrap();
+    let x = Array3::from_shape_fn((3, 121, 16), |(b, n, m)| {
+        Complex::cis((b + 1) as f32 * 0.1 * n as f32 + 0.3 * m as f32) + 0.1 * (n % 7) as f32
+    });
+    let aligned = AlignedData {
+        x: x.insert_axis(Axis(0)),
+        fs: 20e6,
+        t0: 13e-6,
+        beam_x: None,
+    };
+    aligned.write(&folder.path().join("delayed.npz")).unwrap();
+    let all = lines(&folder, "delayed.npz", "--method mv");
+    let stepped = lines(&folder, "delayed.npz", "--method mv --depth-step 3");
+    assert_eq!(every(&stepped, 1), every(&all, 3));
+    assert_eq!((stepped.fs, stepped.t0), (20e6 / 3.0, 13e-6));
+}
+
+#[test]
+fn a_preset_is_its_flags_and_others_go_over_it() {
+    let folder = tempdir().unwrap();
+    let [_, plane, _] = laws();
+    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    let recording = "data.npz --depth-start 0.009 --depth-end 0.0135";
+    let of = |flags: &str| lines(&folder, recording, flags).z;
+    for (preset, same) in [
+        ("--preset live", "--depth-step 2"),
+        ("--preset live --method mv", "--method mv --depth-step 4"),
+        ("--preset live --method das", "--method das --depth-step 4"),
+        ("--preset live --depth-step 3", "--depth-step 3"),
+    ] {
+        assert_eq!(of(preset), of(same), "{preset}");
+    }
+}
+
+#[test]
+fn a_rate_below_the_carriers_is_refused_and_names_the_way() {
+    let folder = tempdir().unwrap();
+    let [_, plane, _] = laws();
+    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args("beamform data.npz -o lines.npz --output-rate 10e6".split(' '))
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    for part in ["--output-rate is 10000000 Hz", "--depth-step"] {
+        assert!(message.contains(part), "{message}");
+    }
+}
