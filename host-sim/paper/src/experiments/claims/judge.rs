@@ -17,6 +17,8 @@ use super::tuning::Tuned;
 const FEWEST: usize = 3;
 /// Mean errors within this are the same, mm.
 const SAME: f64 = 0.2;
+/// A claim of "some 20 %" allows so much less, as a share of DAS.
+const SOME: f64 = 0.05;
 /// The chance of a false finding among all conditions of a claim.
 const LEVEL: f64 = 0.05;
 
@@ -61,8 +63,22 @@ pub struct Cell {
     pub means: [f64; 2],
     /// Mean difference, and its interval.
     pub difference: Interval,
+    /// By which share of DAS the measure is smaller, where the claim has a figure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reduction: Option<Interval>,
     /// Whether the claim is shown here: true, or false where the opposite is; none where it is open.
     pub shown: Option<bool>,
+}
+
+impl Cell {
+    /// Whether the interval of the reduction reaches the share that is claimed.
+    fn reaches(&self, magnitude: Option<f64>) -> bool {
+        let Some(magnitude) = magnitude else {
+            return true;
+        };
+        let ends = self.reduction.and_then(|reduction| reduction.ends);
+        ends.is_some_and(|[_, most]| most >= magnitude - SOME)
+    }
 }
 
 /// Judges every claim on the scenes.
@@ -149,6 +165,7 @@ fn cells(
             let Some(difference) = Interval::of(&differences) else {
                 continue;
             };
+            let reductions: Vec<f64> = pairs.iter().map(|[das, esmv]| 1.0 - esmv / das).collect();
             let mean = |k: usize| pairs.iter().map(|p| p[k]).sum::<f64>() / pairs.len() as f64;
             let means = [mean(0), mean(1)];
             cells.push(Cell {
@@ -158,6 +175,7 @@ fn cells(
                 beamformer: key.clone(),
                 means,
                 difference,
+                reduction: statement.magnitude.and_then(|_| Interval::of(&reductions)),
                 shown: None,
             });
         }
@@ -165,6 +183,10 @@ fn cells(
     let rulings = rulings(&cells, statement.direction);
     for (cell, ruling) in cells.iter_mut().zip(rulings) {
         cell.shown = ruling.filter(|_| cell.difference.scenes >= FEWEST);
+        // A claim with a figure is not shown by a smaller effect.
+        if cell.shown == Some(true) && !cell.reaches(statement.magnitude) {
+            cell.shown = None;
+        }
     }
     cells
 }
@@ -215,7 +237,7 @@ fn verdict(statement: &Statement, cells: &[Cell]) -> Verdict {
         let few = cells.iter().any(|c| c.difference.scenes < FEWEST);
         Ruling::Open(match few {
             true => format!("fewer than {FEWEST} scenes a condition"),
-            false => "no difference is significant".into(),
+            false => "no difference is significant, or none as large as is claimed".into(),
         })
     } else {
         Ruling::DependsOn(factor(cells))
@@ -369,6 +391,12 @@ mod tests {
         );
         let expected = "the medium: tissue 0 of 1, water 1 of 1";
         assert_eq!(depends, Ruling::DependsOn(expected.into()));
+        // A tenth less is no fifth less, though it is less.
+        assert!(matches!(ruling(scenes(|_| 0.9), std), Ruling::Open(_)));
+        assert_eq!(
+            ruling(scenes(|_| 0.9), "US: STD in region A, mm"),
+            Ruling::Holds
+        );
         // More is claimed of average precision.
         let precision = "PS: average precision";
         assert_eq!(ruling(scenes(|_| 1.2), precision), Ruling::Holds);

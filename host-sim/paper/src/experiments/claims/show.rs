@@ -28,8 +28,9 @@ pub fn outcome(
          and noise of its own. The scenes lie in the image plane alone. Rank 1 has K = 0, 2 and 10, forward (Eq. 5) \
          and forward-backward (FB). Each table has the mean of ESMV − DAS with its 95 % interval (paired, \
          Student's t over the scenes). A claim is shown in a condition where a two-sided test says so at 5 % after \
-         Holm's correction for all conditions of the claim. Errors are the same where two one-sided tests put \
-         their difference within ±0.2 mm.",
+         Holm's correction for all conditions of the claim. A claim with a figure, as \"some 20 %\", also \
+         needs an interval of the reduction that reaches it to within 5 points. Errors are the same where two one-sided \
+         tests put their difference within ±0.2 mm.",
         result.scenes.len(),
         seeds.len()
     ))];

@@ -18,6 +18,8 @@ pub struct Statement {
     pub measure: &'static str,
     pub direction: Direction,
     pub tissue_only: bool,
+    /// By which share of DAS the measure is claimed to be smaller; none where the claim has no figure.
+    pub magnitude: Option<f64>,
     pub pick: fn(&SceneMeasure) -> Option<f64>,
     pub paper: &'static str,
 }
@@ -36,8 +38,18 @@ const fn statement(
         measure,
         direction,
         tissue_only: false,
+        magnitude: None,
         pick,
         paper,
+    }
+}
+
+impl Statement {
+    const fn by(self, share: f64) -> Self {
+        Statement {
+            magnitude: Some(share),
+            ..self
+        }
     }
 }
 
@@ -61,7 +73,8 @@ pub const STATEMENTS: [Statement; 12] = [
         Direction::Less,
         |m| m.phase_symmetry.std_mm,
         "0.53, 0.57 → 0.42, 0.45",
-    ),
+    )
+    .by(0.2),
     statement(
         "The same within 1 mm on both sides of the known surface",
         "beside the abstract",
@@ -77,7 +90,8 @@ pub const STATEMENTS: [Statement; 12] = [
         Direction::Less,
         |m| m.phase_symmetry.intensity_c,
         "3.06, 5.16 → 1.24, 1.88",
-    ),
+    )
+    .by(0.6),
     statement(
         "The B-mode image localizes as well as that of DAS",
         DISCUSSION,
@@ -151,6 +165,7 @@ pub const SPECKLE: Statement = Statement {
     measure: "US: intensity B",
     direction: Direction::Less,
     tissue_only: true,
+    magnitude: None,
     pick: |m: &SceneMeasure| m.b_mode.intensity_b,
     paper: "27.2, 63.1 → 4.71, 10.2 (water)",
 };
