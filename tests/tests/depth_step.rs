@@ -13,9 +13,8 @@ use bonebeam::simd::InstructionSet;
 use bonebeam::{Complex, Error};
 use bonebeam_drive::beamform::Plan;
 use bonebeam_drive::pipeline::Frames;
-use bonebeam_drive::source::{LineSource, Recorded};
 use bonebeam_oracle::reference::f64::depth_interpolation as exact;
-use common::frames::{ELEMENTS, LINES, PARAMETERS, focused, record};
+use common::frames::{ELEMENTS, LINES, PARAMETERS, focused, record, with_source};
 use common::lines::{COVARIANCES, Line, core, core_lanes, core_within, frame, stacked, widen};
 use std::f64::consts::{LN_2, TAU};
 
@@ -211,19 +210,8 @@ fn frames_have_the_same_image() {
         let parameters = stepped(depth_step, sub_lines, usize::MAX);
         let (_, image) = framed(parameters, None);
         let pipeline = Pipeline::new(parameters).unwrap();
-        let rf: Vec<Vec<f32>> = (0..LINES).map(record).collect();
-        let records: Vec<Record> = rf
-            .iter()
-            .map(|rf| Record::new(rf, ELEMENTS).unwrap())
-            .collect();
-        let source = LineSource::Rf(Recorded {
-            pipeline: pipeline.lines().by_reference(),
-            transmits: &[focused(); LINES],
-            records: &records,
-            of_line: &|line| line..line + 1,
-        });
         let frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
-        let z = frames.lines(&source).unwrap();
+        let z = with_source(&pipeline, |source| frames.lines(source).unwrap());
         assert_eq!(z.ncols(), pipeline.lines().line_samples());
         let pixels = frames.image(z.view()).unwrap();
         assert_eq!(

@@ -95,16 +95,15 @@ pub fn resumed_channel_data(
         summation,
         set,
     };
-    let mut phantom = phantom.clone();
-    let mut rf = match phantom.take_incoherent_clutter() {
-        None => how.echoes(&phantom, progress, checkpoint)?,
-        Some(clutter) => {
-            let share = phantom.sources().len() as f64;
+    let mut rf = match phantom.without_incoherent_clutter() {
+        None => how.echoes(phantom, progress, checkpoint)?,
+        Some([rest, clutter]) => {
+            let share = rest.sources().len() as f64;
             let share = share / (share + clutter.sources().len() as f64);
-            let mut rf = how.echoes(&phantom, &|done| progress(share * done), checkpoint)?;
-            let rest = |done| progress(share + (1.0 - share) * done);
-            let mut more = how.echoes(&clutter, &rest, &mut Checkpoint::none())?;
-            decorrelate(settings, clutter.clutter_coherence, &mut more);
+            let mut rf = how.echoes(&rest, &|done| progress(share * done), checkpoint)?;
+            let progress = |done| progress(share + (1.0 - share) * done);
+            let mut more = how.echoes(&clutter, &progress, &mut Checkpoint::none())?;
+            decorrelate(settings, phantom.clutter_coherence, &mut more);
             rf.iter_mut().zip(&more).for_each(|(sum, v)| *sum += v);
             rf
         }

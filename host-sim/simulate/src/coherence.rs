@@ -21,7 +21,7 @@ use super::settings::Settings;
 
 /// Distance of the field's nodes in time, s.
 const NODE: f64 = 1e-6;
-/// A Gaussian ends at so many standard deviations.
+/// Standard deviations at which a Gaussian ends.
 const REACH: f64 = 4.0;
 /// The stream of the first node: far from those of the noise's rows, which have the same seed.
 const STREAM: u64 = 1 << 40;

@@ -95,16 +95,17 @@ impl Default for Phantom {
 }
 
 impl Phantom {
-    /// Takes clutter out that is not coherent over the whole aperture: a phantom of its own, where there is some.
-    pub(super) fn take_incoherent_clutter(&mut self) -> Option<Phantom> {
+    /// The phantom without its clutter, and the clutter, if that is not coherent over the whole aperture.
+    pub(super) fn without_incoherent_clutter(&self) -> Option<[Phantom; 2]> {
         if self.clutter_coherence.is_infinite() || self.clutter.is_empty() {
             return None;
         }
-        Some(Phantom {
-            clutter: std::mem::take(&mut self.clutter),
-            clutter_coherence: self.clutter_coherence,
+        let mut rest = self.clone();
+        let clutter = Phantom {
+            clutter: std::mem::take(&mut rest.clutter),
             ..Phantom::default()
-        })
+        };
+        Some([rest, clutter])
     }
 
     /// One scatterer of amplitude 1 at the transmit focus (the paper's Fig. 2), `offset` in m to

@@ -1,11 +1,18 @@
 //! Lines by a depth step and by a preset.
 
-use super::{brightest, laws, point, run};
-use bonebeam_files::{AlignedData, BeamformedLines};
-use ndarray::{Array3, Axis};
+use super::{brightest, laws, point, run, write_aligned};
+use bonebeam_files::BeamformedLines;
 use num_complex::Complex;
 use std::process::Command;
 use tempfile::{TempDir, tempdir};
+
+/// A folder with the recording `data.npz` of a point by plane waves.
+fn folder_with_point() -> TempDir {
+    let folder = tempdir().unwrap();
+    let [_, plane, _] = laws();
+    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    folder
+}
 
 fn lines(folder: &TempDir, recording: &str, flags: &str) -> BeamformedLines {
     run(
@@ -26,9 +33,7 @@ fn every(lines: &BeamformedLines, step: usize) -> Vec<Vec<Complex<f32>>> {
 /// sub-lines are interpolated before.
 #[test]
 fn lines_of_channel_data_have_all_samples() {
-    let folder = tempdir().unwrap();
-    let [_, plane, _] = laws();
-    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    let folder = folder_with_point();
     let recording = "data.npz --depth-start 0.009 --depth-end 0.0135";
     for (flags, exact) in [
         ("--method das", true),
@@ -60,16 +65,7 @@ fn lines_of_channel_data_have_all_samples() {
 #[test]
 fn lines_of_aligned_data_have_the_computed_samples() {
     let folder = tempdir().unwrap();
-    let x = Array3::from_shape_fn((3, 121, 16), |(b, n, m)| {
-        Complex::cis((b + 1) as f32 * 0.1 * n as f32 + 0.3 * m as f32) + 0.1 * (n % 7) as f32
-    });
-    let aligned = AlignedData {
-        x: x.insert_axis(Axis(0)),
-        fs: 20e6,
-        t0: 13e-6,
-        beam_x: None,
-    };
-    aligned.write(&folder.path().join("delayed.npz")).unwrap();
+    write_aligned(&folder, 121);
     let all = lines(&folder, "delayed.npz", "--method mv");
     let stepped = lines(&folder, "delayed.npz", "--method mv --depth-step 3");
     assert_eq!(every(&stepped, 1), every(&all, 3));
@@ -78,9 +74,7 @@ fn lines_of_aligned_data_have_the_computed_samples() {
 
 #[test]
 fn a_preset_is_its_flags_and_others_go_over_it() {
-    let folder = tempdir().unwrap();
-    let [_, plane, _] = laws();
-    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    let folder = folder_with_point();
     let recording = "data.npz --depth-start 0.009 --depth-end 0.0135";
     let of = |flags: &str| lines(&folder, recording, flags).z;
     for (preset, same) in [
@@ -95,9 +89,7 @@ fn a_preset_is_its_flags_and_others_go_over_it() {
 
 #[test]
 fn a_rate_below_the_carriers_is_refused_and_names_the_way() {
-    let folder = tempdir().unwrap();
-    let [_, plane, _] = laws();
-    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    let folder = folder_with_point();
     let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args("beamform data.npz -o lines.npz --output-rate 10e6".split(' '))
         .current_dir(folder.path())

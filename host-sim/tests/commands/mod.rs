@@ -157,14 +157,9 @@ fn depths_and_rate_are_those_asked_for() {
     assert_eq!(lines.t0, 2.0 * 0.005 / C);
 }
 
-/// Between two depths are the bits of the method, above and below those of DAS; a window reaches over the
-/// edges. Of channel data and of aligned data.
-#[test]
-fn the_method_works_between_the_depths_asked_for() {
-    let folder = tempdir().unwrap();
-    let [_, plane, _] = laws();
-    point(plane).write(&folder.path().join("data.npz")).unwrap();
-    let x = Array3::from_shape_fn((3, 120, 16), |(b, n, m)| {
+/// `delayed.npz`: aligned data of 3 lines, each of its own frequency, 16 elements and `samples` samples.
+fn write_aligned(folder: &TempDir, samples: usize) {
+    let x = Array3::from_shape_fn((3, samples, 16), |(b, n, m)| {
         Complex::cis((b + 1) as f32 * 0.1 * n as f32 + 0.3 * m as f32) + 0.1 * (n % 7) as f32
     });
     let aligned = AlignedData {
@@ -174,6 +169,16 @@ fn the_method_works_between_the_depths_asked_for() {
         beam_x: None,
     };
     aligned.write(&folder.path().join("delayed.npz")).unwrap();
+}
+
+/// Between two depths are the bits of the method, above and below those of DAS; a window reaches over the
+/// edges. Of channel data and of aligned data.
+#[test]
+fn the_method_works_between_the_depths_asked_for() {
+    let folder = tempdir().unwrap();
+    let [_, plane, _] = laws();
+    point(plane).write(&folder.path().join("data.npz")).unwrap();
+    write_aligned(&folder, 120);
     // One direction a line: the largest of several is that of DAS, too.
     let depths = "--sub-lines 1 --depth-start 0.009 --depth-end 0.0135";
     for recording in [format!("data.npz {depths}"), "delayed.npz".into()] {

@@ -2,12 +2,13 @@
 
 use bonebeam::beamform::{self, Method};
 use bonebeam::covariance::Covariance;
-use bonebeam::delay::{IqInterpolation, IqLayout, IqRecord, IqSamples};
+use bonebeam::delay::{IqInterpolation, IqLayout, IqRecord, IqSamples, Record};
 use bonebeam::geometry::{
     Array, Axis as Positions, Depth, Lines, ScanParameters, Transmit, TransmitLaw,
 };
 use bonebeam::memory::Need;
-use bonebeam::pipeline::{IqInput, Parameters};
+use bonebeam::pipeline::{IqInput, Parameters, Pipeline};
+use bonebeam_drive::source::{LineSource, Recorded};
 
 pub const ELEMENTS: usize = 16;
 pub const LINES: usize = 40;
@@ -76,6 +77,21 @@ pub fn record(line: usize) -> Vec<f32> {
 
 pub fn focused() -> Transmit<'static> {
     Transmit::new(TransmitLaw::Focused, 0.0)
+}
+
+/// The host's source of the records of all lines, each line of its own.
+pub fn with_source<T>(pipeline: &Pipeline, run: impl FnOnce(&LineSource<'_>) -> T) -> T {
+    let rf: Vec<Vec<f32>> = (0..LINES).map(record).collect();
+    let records: Vec<Record> = rf
+        .iter()
+        .map(|rf| Record::new(rf, ELEMENTS).unwrap())
+        .collect();
+    run(&LineSource::Rf(Recorded {
+        pipeline: pipeline.lines().by_reference(),
+        transmits: &[focused(); LINES],
+        records: &records,
+        of_line: &|line| line..line + 1,
+    }))
 }
 
 pub const DEMODULATION: f64 = 5.2e6;

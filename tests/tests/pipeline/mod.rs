@@ -25,7 +25,7 @@ use bonebeam_drive::source::{LineSource, Recorded};
 use bonebeam_files::{BeamformedLines, ChannelData, Transmits};
 use common::frames::{
     ELEMENTS, LINES, NEED, PARAMETERS, counted, counts, focused, iq_input, iq_parameters, record,
-    surface,
+    surface, with_source,
 };
 use ndarray::Array3;
 
@@ -119,22 +119,12 @@ fn the_hosts_frames_have_the_bits_of_the_cores() {
     let (z, image, map) = frame(PARAMETERS);
     let pipeline = Pipeline::new(PARAMETERS).unwrap();
     let mut frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
-    let rf: Vec<Vec<f32>> = (0..LINES).map(record).collect();
-    let records: Vec<Record> = rf
-        .iter()
-        .map(|rf| Record::new(rf, ELEMENTS).unwrap())
-        .collect();
-    let source = LineSource::Rf(Recorded {
-        pipeline: pipeline.lines().by_reference(),
-        transmits: &[focused(); LINES],
-        records: &records,
-        of_line: &|line| line..line + 1,
-    });
-    let lines = frames.lines(&source).unwrap();
+    let lines = with_source(&pipeline, |source| frames.lines(source).unwrap());
     assert_eq!(lines.as_slice().unwrap(), z);
     let pixels = frames.image(lines.view()).unwrap();
     assert_eq!(pixels.as_slice().unwrap(), image);
-    assert_eq!(frames.run(&source).unwrap().as_slice().unwrap(), map);
+    let bones = with_source(&pipeline, |source| frames.run(source).unwrap().to_owned());
+    assert_eq!(bones.as_slice().unwrap(), map);
 }
 
 #[test]
@@ -229,11 +219,6 @@ fn a_depth_gate_parts_the_method_from_das() {
     };
     let (adaptive, das) = (by(PARAMETERS.beamformer.method), by(Method::Das));
     let scan = Scan::new(PARAMETERS.scan).unwrap();
-    let records: Vec<Vec<f32>> = (0..LINES).map(record).collect();
-    let records: Vec<Record> = records
-        .iter()
-        .map(|rf| Record::new(rf, ELEMENTS).unwrap())
-        .collect();
     for (from, to) in [(0.0, 7.02e-3), (6.31e-3, 9e-3), (9.5e-3, 1.0)] {
         let gate = DepthGate { from, to };
         let pipeline = Pipeline::new(PARAMETERS).unwrap().with_gate(gate).unwrap();
@@ -249,13 +234,7 @@ fn a_depth_gate_parts_the_method_from_das() {
             assert_eq!(*z, expected, "{gate:?}: line {}", k / scan.samples());
         }
         let frames = Frames::new(&pipeline, Covariance::ForwardBackward).unwrap();
-        let source = LineSource::Rf(Recorded {
-            pipeline: pipeline.lines().by_reference(),
-            transmits: &[focused(); LINES],
-            records: &records,
-            of_line: &|line| line..line + 1,
-        });
-        let lines = frames.lines(&source).unwrap();
+        let lines = with_source(&pipeline, |source| frames.lines(source).unwrap());
         assert_eq!(lines.as_slice().unwrap(), z);
         let pixels = frames.image(lines.view()).unwrap();
         assert_eq!(pixels.as_slice().unwrap(), image);

@@ -9,8 +9,7 @@ use bonebeam::image::Pooling;
 use bonebeam::memory::Scratch;
 use bonebeam::pipeline::{self, DepthGate, Frame, Pipeline};
 use bonebeam_drive::pipeline::Frames;
-use bonebeam_drive::source::{LineSource, Recorded};
-use common::frames::{ELEMENTS, LINES, PARAMETERS, focused, record};
+use common::frames::{ELEMENTS, LINES, PARAMETERS, focused, record, with_source};
 use num_complex::Complex;
 
 /// The core's frame in blocks of any length, lines by themselves and the host's threads: the same sub-lines, and the same
@@ -62,13 +61,7 @@ fn frames_have_the_same_sub_lines_and_image() {
         }
         let frames = Frames::new(&whole, Covariance::ForwardBackward).unwrap();
         let frames = frames.with_pooling(pooling);
-        let source = LineSource::Rf(Recorded {
-            pipeline: whole.lines().by_reference(),
-            transmits: &[focused(); LINES],
-            records: &records,
-            of_line: &|line| line..line + 1,
-        });
-        let lines = frames.lines(&source).unwrap();
+        let lines = with_source(&whole, |source| frames.lines(source).unwrap());
         let samples = whole.lines().scan().samples();
         assert_eq!(lines.dim(), (4 * LINES, samples));
         for (line, of_line) in z.chunks_exact(4 * samples).enumerate() {

@@ -1,10 +1,11 @@
 //! Recordings that are simulated once and kept, where the user has a folder for them.
 
 use bonebeam::simd::InstructionSet;
+use ndarray::Array4;
 
-use crate::Result;
 use crate::experiments::Context;
-use bonebeam_files::ChannelData;
+use crate::{Error, Result};
+use bonebeam_files::{ChannelData, Samples};
 use bonebeam_simulate::{Checkpoint, Phantom, Settings, Summation, resumed_channel_data};
 
 /// The recording of a phantom: from the folder of kept ones, or simulated and put there. `what` begins
@@ -46,4 +47,15 @@ pub fn recording(
     }
     checkpoint.finish();
     Ok(data)
+}
+
+/// The samples of a recording of RF, `[frame][transmit][element][sample]`.
+///
+/// # Errors
+/// I/Q.
+pub fn rf(data: &mut ChannelData) -> Result<&mut Array4<f32>> {
+    match &mut data.samples {
+        Samples::Rf(rf) => Ok(rf),
+        Samples::Iq { .. } => Err(Error::Data("the recording is I/Q; expected RF".into())),
+    }
 }

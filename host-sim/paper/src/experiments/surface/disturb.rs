@@ -8,8 +8,9 @@ use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::experiments::common::recording::rf;
 use crate::{Error, Result};
-use bonebeam_files::{ChannelData, Samples, Transmits};
+use bonebeam_files::{ChannelData, Transmits};
 use bonebeam_simulate::{NoiseSpectrum, Settings, complex_gaussian, noise};
 
 /// What a scene is disturbed by.
@@ -236,13 +237,6 @@ fn tissue_rms(data: &mut ChannelData) -> Result<f64> {
         }
     }
     Ok((power / count.max(1) as f64).sqrt())
-}
-
-fn rf(data: &mut ChannelData) -> Result<&mut ndarray::Array4<f32>> {
-    match &mut data.samples {
-        Samples::Rf(rf) => Ok(rf),
-        Samples::Iq { .. } => Err(Error::Data("the recording is I/Q; expected RF".into())),
-    }
 }
 
 /// A delay by a fraction of samples: a sinc within a Hann window.

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::experiments::Context;
 use crate::experiments::common::pictures::ridges;
-use crate::experiments::common::recording::recording;
+use crate::experiments::common::recording::{recording, rf};
 use crate::experiments::outcome::{Section, Table, number};
 use crate::measure::signed_distance::{Region, measure};
 use crate::{Error, Result};
@@ -26,7 +26,7 @@ const ON_BONE: f64 = 200e6;
 /// Levels between which the fitted one lies, dB, and how well it is found.
 const LEVELS: [f64; 2] = [-40.0, 60.0];
 const PRECISION: f64 = 0.01;
-/// Images of a fit have so many pixels a side less: the mean of a region needs no more.
+/// A fit takes every second pixel of a row and of a column: enough for the mean of a region.
 const THINNED: usize = 2;
 
 /// What is recorded of a slice, free of noise: the bone with its reverberation, and clutter of 0 dB that focuses
@@ -114,7 +114,8 @@ impl WaterBath {
     /// The clutter of a slice with a coherence length, m.
     fn clutter_of(&self, recorded: &Recorded, coherence: f64) -> Result<ChannelData> {
         let mut clutter = recorded.clutter.clone();
-        let rf = rf(&mut clutter)?;
+        let rf = rf(&mut clutter)?.as_slice_mut();
+        let rf = rf.ok_or_else(|| Error::Data("the recording is not in its order".into()))?;
         decorrelate(&self.scanner_of(recorded.slice), coherence, rf);
         Ok(clutter)
     }
@@ -141,18 +142,22 @@ impl WaterBath {
         Ok(data)
     }
 
-    /// The level at which region C of DAS has the grey level that is asked for, dB, in the recording of slice 1 with
-    /// the distances of its pixels from the contour, for a coherence length, m, and the noise of `scanner`.
+    /// The level of the clutter, dB: that at which region C of DAS has the grey level `fitted_c`, in the recording of
+    /// slice 1 with the distances of its pixels from the contour, for a coherence length, m, and the noise of `scanner`.
+    /// Without a fit that of the parameters.
     ///
     /// # Errors
     /// A grey level that no clutter gives.
-    pub fn fitted(
+    pub fn level(
         &self,
         recorded: &Recorded,
         distance: &Array2<f64>,
         coherence: f64,
         scanner: &Settings,
     ) -> Result<f64> {
+        if self.fitted_c == 0.0 {
+            return Ok(self.clutter.level);
+        }
         let mut bone = recorded.bone.clone();
         add_noise(scanner, &mut bone)?;
         let das = |data: &ChannelData| -> Result<BeamformedLines> {
@@ -194,22 +199,15 @@ impl WaterBath {
         Ok(0.5 * (low + high))
     }
 
-    /// The law of the clutter, its level fitted where that is asked for.
+    /// The law of the clutter with its level.
     ///
     /// # Errors
-    /// As [`WaterBath::fitted`].
+    /// As [`WaterBath::level`].
     pub fn law(&self, recorded: &Recorded, distance: &Array2<f64>) -> Result<DiffuseClutter> {
-        if self.fitted_c == 0.0 {
-            return Ok(self.clutter);
-        }
+        let scanner = self.scanner_of(recorded.slice);
         let coherence = self.clutter.coherence.unwrap_or(f64::INFINITY);
         Ok(DiffuseClutter {
-            level: self.fitted(
-                recorded,
-                distance,
-                coherence,
-                &self.scanner_of(recorded.slice),
-            )?,
+            level: self.level(recorded, distance, coherence, &scanner)?,
             ..self.clutter
         })
     }
@@ -237,10 +235,7 @@ impl WaterBath {
             if rows.len() == n {
                 rows.push(Tried {
                     shadow,
-                    level: match self.fitted_c {
-                        0.0 => self.clutter.level,
-                        _ => self.fitted(recorded, distance, coherence, &scanner)?,
-                    },
+                    level: self.level(recorded, distance, coherence, &scanner)?,
                     slices: Vec::new(),
                 });
             }
@@ -265,15 +260,6 @@ impl WaterBath {
         }
         Ok(())
     }
-}
-
-/// The samples of a recording of RF.
-fn rf(data: &mut ChannelData) -> Result<&mut [f32]> {
-    match &mut data.samples {
-        Samples::Rf(rf) => rf.as_slice_mut(),
-        Samples::Iq { .. } => None,
-    }
-    .ok_or_else(|| Error::Data("the recording is not RF as it is simulated".into()))
 }
 
 impl Shadow {
