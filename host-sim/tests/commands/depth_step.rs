@@ -29,7 +29,7 @@ fn every(lines: &BeamformedLines, step: usize) -> Vec<Vec<Complex<f32>>> {
         .collect()
 }
 
-/// Every so many-th sample of channel data is that of lines of all samples, and a point lies where it did; pooled
+/// Every `depth_step`-th sample of channel data is that of lines of all samples, and a point lies where it did; pooled
 /// sub-lines are interpolated before.
 #[test]
 fn lines_of_channel_data_have_all_samples() {

@@ -97,7 +97,7 @@ impl DepthStep {
     }
 }
 
-/// The lines that a depth step makes: every so many-th sample has the bits that it has here, the others are interpolated.
+/// The lines that a depth step makes: every `depth_step`-th sample keeps its bits, the others are interpolated.
 fn interpolated(
     lines: &BeamformedLines,
     depth_step: usize,
