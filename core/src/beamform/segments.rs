@@ -344,10 +344,12 @@ fn slot_of(push: usize, temporal_half_window: usize, subaperture: usize) -> Rang
 
 /// The loaded matrix from the lag sums `lag(index)`; returns the lanes without power, all of them if
 /// there are not as many sums as it takes.
+///
+/// `lag` goes on by value: through a reference, its calls are not inlined (8 % of MV's time at 64/32/2).
 #[inline(never)]
 fn loaded_matrix<A: Averaging<V>, V: Vector>(
     zero: V,
-    lag: impl Fn(usize) -> Option<ComplexVector<V>>,
+    lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
     subaperture: usize,
     parameters: &Parameters,
     matrix: &mut [PanelColumn<A::Scalar>],
@@ -355,9 +357,9 @@ fn loaded_matrix<A: Averaging<V>, V: Vector>(
     let zero_power = zero.vectorize(
         #[inline(always)]
         || {
-            let trace = A::trace(&lag, subaperture)?;
+            let trace = A::trace(lag, subaperture)?;
             let loading = DiagonalLoading::new(trace, subaperture, parameters.diagonal_loading);
-            A::matrix(&lag, subaperture, &loading, matrix)?;
+            A::matrix(lag, subaperture, &loading, matrix)?;
             Some(loading.zero_power)
         },
     );

@@ -44,12 +44,15 @@ pub trait Basis<V: Vector> {
     );
 
     /// The trace of the matrix in use, from the kept sums `lag(index)`, all of which there must be.
-    fn trace(lag: impl Fn(usize) -> Option<ComplexVector<V>>, subaperture: usize) -> Option<V>;
+    fn trace(
+        lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
+        subaperture: usize,
+    ) -> Option<V>;
 
     /// The matrix in use, scaled and loaded, in panels, from the kept sums `lag(index)`, all of which
     /// there must be.
     fn matrix(
-        lag: impl Fn(usize) -> Option<ComplexVector<V>>,
+        lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
         subaperture: usize,
         diagonal_loading: &DiagonalLoading<V>,
         matrix: &mut [PanelColumn<Self::Scalar>],

@@ -58,7 +58,10 @@ impl<V: Vector> Basis<V> for Forward {
     }
 
     #[inline(always)]
-    fn trace(lag: impl Fn(usize) -> Option<ComplexVector<V>>, subaperture: usize) -> Option<V> {
+    fn trace(
+        lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
+        subaperture: usize,
+    ) -> Option<V> {
         let mut trace = lag(0)?.re.zero();
         for column in 0..subaperture {
             trace = trace + lag(Self::index(subaperture, 0, column))?.re;
@@ -68,7 +71,7 @@ impl<V: Vector> Basis<V> for Forward {
 
     #[inline(always)]
     fn matrix(
-        lag: impl Fn(usize) -> Option<ComplexVector<V>>,
+        lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
         subaperture: usize,
         diagonal_loading: &DiagonalLoading<V>,
         matrix: &mut [PanelColumn<ComplexVector<V>>],

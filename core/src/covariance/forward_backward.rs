@@ -51,7 +51,7 @@ impl ForwardBackward {
     /// zero.
     #[inline(always)]
     fn pairs<V: Vector>(
-        lag: &impl Fn(usize) -> Option<ComplexVector<V>>,
+        lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
         subaperture: usize,
         i: usize,
         j: usize,
@@ -88,7 +88,7 @@ impl ForwardBackward {
     /// Pair `i` with itself, loaded; the rows that fill up the last tile are those of the identity.
     #[inline(always)]
     fn diagonal<V: Vector>(
-        lag: &impl Fn(usize) -> Option<ComplexVector<V>>,
+        lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
         subaperture: usize,
         i: usize,
         diagonal_loading: &DiagonalLoading<V>,
@@ -151,7 +151,10 @@ impl<V: Vector> Basis<V> for ForwardBackward {
     }
 
     #[inline(always)]
-    fn trace(lag: impl Fn(usize) -> Option<ComplexVector<V>>, subaperture: usize) -> Option<V> {
+    fn trace(
+        lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
+        subaperture: usize,
+    ) -> Option<V> {
         let half = subaperture / 2;
         let mut trace = lag(0)?.re.zero();
         for column in 0..half {
@@ -166,7 +169,7 @@ impl<V: Vector> Basis<V> for ForwardBackward {
 
     #[inline(always)]
     fn matrix(
-        lag: impl Fn(usize) -> Option<ComplexVector<V>>,
+        lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
         subaperture: usize,
         diagonal_loading: &DiagonalLoading<V>,
         matrix: &mut [PanelColumn<V>],
@@ -180,19 +183,19 @@ impl<V: Vector> Basis<V> for ForwardBackward {
             for (t, tile) in before.iter_mut().enumerate() {
                 for k in 0..PAIRS {
                     let j = PAIRS * t + k;
-                    let [ss, ds, sd, dd] = Self::pairs(&lag, subaperture, i, j, factor)?;
+                    let [ss, ds, sd, dd] = Self::pairs(lag, subaperture, i, j, factor)?;
                     let [next_ss, next_ds, next_sd, next_dd] =
-                        Self::pairs(&lag, subaperture, i + 1, j, factor)?;
+                        Self::pairs(lag, subaperture, i + 1, j, factor)?;
                     tile[2 * k] = [ss, ds, next_ss, next_ds];
                     tile[2 * k + 1] = [sd, dd, next_sd, next_dd];
                 }
             }
             // The diagonal tile is symmetric.
-            let [ss, ds, sd, dd] = Self::diagonal(&lag, subaperture, i, diagonal_loading)?;
+            let [ss, ds, sd, dd] = Self::diagonal(lag, subaperture, i, diagonal_loading)?;
             let [cross_ss, cross_ds, cross_sd, cross_dd] =
-                Self::pairs(&lag, subaperture, i + 1, i, factor)?;
+                Self::pairs(lag, subaperture, i + 1, i, factor)?;
             let [next_ss, next_ds, next_sd, next_dd] =
-                Self::diagonal(&lag, subaperture, i + 1, diagonal_loading)?;
+                Self::diagonal(lag, subaperture, i + 1, diagonal_loading)?;
             *diagonal = [
                 [ss, ds, cross_ss, cross_ds],
                 [sd, dd, cross_sd, cross_dd],
