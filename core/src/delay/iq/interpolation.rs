@@ -13,6 +13,7 @@
 
 use crate::Complex;
 use crate::kaiser::Kaiser;
+use crate::simd::{ComplexVector, Vector};
 use crate::sine::sin;
 use core::f64::consts::PI;
 
@@ -57,11 +58,32 @@ impl IqInterpolation {
     }
 }
 
-/// Interpolates the samples around a position.
+/// Interpolates the samples around a position, an element in each lane.
 pub(super) trait Read<const TAPS: usize> {
-    /// The value `weight` (0..1) of a sample after the one in the middle: the one before the position is
-    /// `samples[TAPS/2 − 1]`.
-    fn read(&self, samples: &[Complex<f32>; TAPS], weight: f32) -> Complex<f32>;
+    /// The values `weight` (0..1) of a sample after the one in the middle, of the first `count` lanes: `taps(lane)` are
+    /// the samples of a lane, the one before its position at `TAPS/2 − 1`.
+    fn read<V: Vector>(
+        &self,
+        weight: V,
+        count: usize,
+        taps: impl Fn(usize) -> [Complex<f32>; TAPS],
+    ) -> ComplexVector<V>;
+}
+
+/// The taps of all lanes side by side.
+#[inline(always)]
+fn side_by_side<V: Vector, const TAPS: usize>(
+    zero: V,
+    count: usize,
+    taps: impl Fn(usize) -> [Complex<f32>; TAPS],
+) -> [ComplexVector<V>; TAPS] {
+    let mut vectors = [ComplexVector::from_real(zero); TAPS];
+    for lane in 0..count.min(V::LANES) {
+        for (vector, tap) in vectors.iter_mut().zip(taps(lane)) {
+            vector.set_lane(lane, tap);
+        }
+    }
+    vectors
 }
 
 pub(super) struct Linear;
@@ -69,8 +91,17 @@ pub(super) struct Linear;
 impl Read<2> for Linear {
     /// `a + weight·(b − a)`.
     #[inline(always)]
-    fn read(&self, &[a, b]: &[Complex<f32>; 2], weight: f32) -> Complex<f32> {
-        Complex::new(a.re + weight * (b.re - a.re), a.im + weight * (b.im - a.im))
+    fn read<V: Vector>(
+        &self,
+        weight: V,
+        count: usize,
+        taps: impl Fn(usize) -> [Complex<f32>; 2],
+    ) -> ComplexVector<V> {
+        let [a, b] = side_by_side(weight.zero(), count, taps);
+        ComplexVector {
+            re: a.re + weight * (b.re - a.re),
+            im: a.im + weight * (b.im - a.im),
+        }
     }
 }
 
@@ -80,16 +111,22 @@ impl Read<4> for Cubic {
     /// Lagrange's: with u = weight, p = u·(u − 1), q = (u + 1)·(u − 2), the weights are
     /// −p·(u − 2)/6, q·(u − 1)/2, −q·u/2 and p·(u + 1)/6; sums (a + b) + (c + d).
     #[inline(always)]
-    fn read(&self, &[a, b, c, d]: &[Complex<f32>; 4], weight: f32) -> Complex<f32> {
-        const SIXTH: f32 = 1.0 / 6.0;
+    fn read<V: Vector>(
+        &self,
+        weight: V,
+        count: usize,
+        taps: impl Fn(usize) -> [Complex<f32>; 4],
+    ) -> ComplexVector<V> {
+        let [a, b, c, d] = side_by_side(weight.zero(), count, taps);
         let u = weight;
-        let p = SIXTH * (u * (u - 1.0));
-        let q = 0.5 * ((u + 1.0) * (u - 2.0));
-        let weights = [p * (2.0 - u), q * (u - 1.0), -(q * u), p * (u + 1.0)];
-        let sum = |a: f32, b: f32, c: f32, d: f32| {
-            (weights[0] * a + weights[1] * b) + (weights[2] * c + weights[3] * d)
-        };
-        Complex::new(sum(a.re, b.re, c.re, d.re), sum(a.im, b.im, c.im, d.im))
+        let (one, two) = (u.splat(1.0), u.splat(2.0));
+        let p = u.splat(1.0 / 6.0) * (u * (u - one));
+        let q = u.splat(0.5) * ((u + one) * (u - two));
+        let [f, g, h, i] = [p * (two - u), q * (u - one), -(q * u), p * (u + one)];
+        ComplexVector {
+            re: (f * a.re + g * b.re) + (h * c.re + i * d.re),
+            im: (f * a.im + g * b.im) + (h * c.im + i * d.im),
+        }
     }
 }
 
@@ -97,6 +134,8 @@ impl Read<4> for Cubic {
 pub(super) const TAPS: usize = 12;
 /// Rows of its table a sample; between rows the value is interpolated linearly.
 const PHASES: usize = 64;
+/// Sums that its products are added in.
+const SUMS: usize = 4;
 /// The shape of its Kaiser window.
 const BETA: f64 = 6.0;
 
@@ -132,11 +171,11 @@ impl Sinc {
     }
 }
 
-impl Read<TAPS> for Sinc {
+impl Sinc {
     /// s = 64·weight; the row is ⌊s⌋, at most 63; a tap is `row + (s − ⌊s⌋)·(next − row)`. Products are
     /// added in four sums, of taps 0, 4 and 8, and so on; then `(s₀ + s₂) + (s₁ + s₃)`.
     #[inline(always)]
-    fn read(&self, samples: &[Complex<f32>; TAPS], weight: f32) -> Complex<f32> {
+    fn value(&self, samples: &[Complex<f32>; TAPS], weight: f32) -> Complex<f32> {
         let s = weight * PHASES as f32;
         // A weight is at least 0 and below 1, so that the cast rounds down.
         let at = (s as usize).min(PHASES - 1);
@@ -144,16 +183,35 @@ impl Read<TAPS> for Sinc {
         let none = [0.0; TAPS];
         let row = self.table.get(at).unwrap_or(&none);
         let next = self.table.get(at + 1).unwrap_or(&none);
-        let mut sums = [[0.0f32; 2]; 4];
-        let taps = row.iter().zip(next).zip(samples).enumerate();
-        for (k, ((row, next), sample)) in taps {
-            let tap = row + part * (next - row);
-            let [re, im] = &mut sums[k % 4];
-            *re += tap * sample.re;
-            *im += tap * sample.im;
+        let (mut re, mut im) = ([0.0; SUMS], [0.0; SUMS]);
+        let [row, next] = [row, next].map(|taps| taps.as_chunks::<SUMS>().0);
+        let samples = samples.as_chunks::<SUMS>().0;
+        for ((row, next), samples) in row.iter().zip(next).zip(samples) {
+            for j in 0..SUMS {
+                let tap = row[j] + part * (next[j] - row[j]);
+                re[j] += tap * samples[j].re;
+                im[j] += tap * samples[j].im;
+            }
         }
-        let [a, b, c, d] = sums;
-        Complex::new((a[0] + c[0]) + (b[0] + d[0]), (a[1] + c[1]) + (b[1] + d[1]))
+        let sum = |[a, b, c, d]: [f32; SUMS]| (a + c) + (b + d);
+        Complex::new(sum(re), sum(im))
+    }
+}
+
+impl Read<TAPS> for Sinc {
+    /// A lane after the other: each has rows of the table of its own.
+    #[inline(always)]
+    fn read<V: Vector>(
+        &self,
+        weight: V,
+        count: usize,
+        taps: impl Fn(usize) -> [Complex<f32>; TAPS],
+    ) -> ComplexVector<V> {
+        let mut values = ComplexVector::from_real(weight.zero());
+        for (lane, &weight) in weight.lanes().iter().enumerate().take(count) {
+            values.set_lane(lane, self.value(&taps(lane), weight));
+        }
+        values
     }
 }
 
@@ -178,7 +236,7 @@ mod tests {
                     Complex::new(envelope, -0.5 * envelope)
                 };
                 let samples: [Complex<f32>; TAPS] = core::array::from_fn(sample);
-                let value = read.read(&samples, weight as f32);
+                let value = read.read(weight as f32, 1, |_| samples).lane(0);
                 worst = worst.max(libm::fabs(f64::from(value.re) - pulse(t)));
                 worst = worst.max(2.0 * libm::fabs(f64::from(value.im) + 0.5 * pulse(t)));
             }
@@ -214,12 +272,15 @@ mod tests {
         let samples: [Complex<f32>; TAPS] =
             core::array::from_fn(|k| Complex::new(k as f32, 1.0 - k as f32));
         let near = |value: Complex<f32>, sample: Complex<f32>| (value - sample).norm() < 1e-5;
-        assert!(near(SINC.read(&samples, 0.0), samples[5]));
+        assert!(near(SINC.read(0.0f32, 1, |_| samples).lane(0), samples[5]));
         assert_eq!(
-            Cubic.read(&[samples[2], samples[3], samples[7], samples[1]], 0.0),
+            Cubic
+                .read(0.0f32, 1, |_| [2, 3, 7, 1].map(|k| samples[k]))
+                .lane(0),
             samples[3]
         );
-        assert_eq!(Linear.read(&[samples[2], samples[3]], 0.0), samples[2]);
+        let linear = Linear.read(0.0f32, 1, |_| [samples[2], samples[3]]);
+        assert_eq!(linear.lane(0), samples[2]);
     }
     #[test]
     fn the_sinc_is_that_of_libms_functions() {

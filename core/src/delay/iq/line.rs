@@ -198,20 +198,27 @@ impl<T: Sample, R> Reader<'_, T, R> {
         let cycles = V::select(valid, cycles, zero);
 
         // Below 2²³ and not negative, so that truncation is the floor.
-        let mut floors = [0i32; MOST_LANES];
+        let (mut floors, mut wholes) = ([0i32; MOST_LANES], [0i32; MOST_LANES]);
         position.truncate(&mut floors);
-        let (mut re, mut im) = (zero, zero);
-        let lanes = re.lanes_mut().iter_mut().zip(im.lanes_mut()).take(count);
-        let positions = position.lanes().iter().zip(ahead.lanes()).zip(&floors);
-        for (k, ((re, im), ((position, ahead), &floor))) in lanes.zip(positions).enumerate() {
-            let weight = position - floor as f32;
-            let start = (centre.whole - ahead) as i32 + floor - (TAPS as i32 / 2 - 1);
-            let y = self.read.read(&self.window.taps(first + k, start), weight);
-            (*re, *im) = (y.re, y.im);
+        (zero.splat(centre.whole) - ahead).truncate(&mut wholes);
+        let mut floor = zero;
+        for (floor, &whole) in floor.lanes_mut().iter_mut().zip(&floors) {
+            *floor = whole as f32;
         }
+        let before = TAPS as i32 / 2 - 1;
+        let y = self.read.read(
+            position - floor,
+            count,
+            #[inline(always)]
+            |lane| {
+                let start = |(whole, floor): (&i32, &i32)| whole + floor - before;
+                let start = wholes.get(lane).zip(floors.get(lane)).map_or(0, start);
+                self.window.taps(first + lane, start)
+            },
+        );
 
         let (cosine, sine) = phasor::phasor(cycles);
-        let (re, im) = (V::select(valid, re, zero), V::select(valid, im, zero));
+        let (re, im) = (V::select(valid, y.re, zero), V::select(valid, y.im, zero));
         let scale = zero.splat(self.scale);
         let (cosine, sine) = (cosine * scale, sine * scale);
         (re * cosine - im * sine, re * sine + im * cosine)

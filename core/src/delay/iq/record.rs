@@ -198,6 +198,16 @@ impl<T: Sample> Window<'_, T> {
         let first = first as u32 as usize;
         if first < self.length.saturating_sub(TAPS - 1) {
             let start = element * self.element + first * self.sample;
+            // Apart where vectors wait for them: one comparison for all. A microcontroller takes 5 % longer by it.
+            if cfg!(target_pointer_width = "64")
+                && self.sample == 1
+                && let Some(samples) = self
+                    .samples
+                    .get(start..)
+                    .and_then(<[T]>::first_chunk::<TAPS>)
+            {
+                return samples.map(Sample::value);
+            }
             for (k, tap) in taps.iter_mut().enumerate() {
                 if let Some(sample) = self.samples.get(start + k * self.sample) {
                     *tap = sample.value();

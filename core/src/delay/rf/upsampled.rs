@@ -376,9 +376,11 @@ impl Batch {
         }
         for (pair, &at) in pairs.iter_mut().zip(&*at) {
             let at = at as usize;
-            if let Some(&[here, next]) = record.get(at..at + 2) {
-                *pair = [here, next];
-            }
+            // Positions are within the record. A loop that might end here is no gather to LLVM, which takes half as long again.
+            let Some(&[here, next]) = record.get(at..at + 2) else {
+                return;
+            };
+            *pair = [here, next];
         }
         for ((value, weight), &[here, next]) in line.iter_mut().zip(&*weight).zip(&*pairs) {
             *value += here + weight * (next - here);
