@@ -1,10 +1,11 @@
 //! Whole frames, through the host's drive of the core.
 
 use std::hint::black_box;
+use std::ops::Range;
 
 use bonebeam::beamform::{Method, Parameters};
 use bonebeam::covariance::Covariance;
-use bonebeam::delay::Record;
+use bonebeam::delay::{IqLayout, IqRecord, IqSamples, Record, Stage};
 use bonebeam::geometry::{Active, Transmit, TransmitLaw};
 use bonebeam::pipeline::Pipeline;
 use ndarray::ArrayView3;
@@ -22,7 +23,8 @@ use bonebeam_drive::beamform;
 use bonebeam_drive::pipeline::Frames;
 use bonebeam_drive::source::{LineSource, Recorded};
 use bonebeam_drive::threads::pool;
-use bonebeam_files::ChannelData;
+use bonebeam_files::{ChannelData, FrameSamples};
+use bonebeam_simulate::demodulate;
 
 /// Frames a second of the published GPU implementation.
 const GPU: f64 = 10.0;
@@ -38,10 +40,7 @@ pub fn frames(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Resul
         true => recording(Medium::Water, 8, 16.0)?,
         false => recording(Medium::Tissue, 64, 2.0)?,
     };
-    let pipeline = |method| InVivo::pipeline(method, data.samples.dim().3);
-    let [rank1, beta] = [Method::EsmvRank1, Method::EsmvBeta(0.01)].map(pipeline);
-    let (rank1, beta) = (rank1?, beta?);
-    rows.extend(in_vivo_frame([&rank1, &beta], &data, settings, step)?);
+    rows.extend(in_vivo_frame(&data, settings, step)?);
     Ok(Table {
         section: Section::Frames.to_string(),
         title: "Frames a second".into(),
@@ -50,11 +49,16 @@ pub fn frames(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Resul
              the best published full Capon beamformer on one processor (Quadro 6000, 2012): 80 \
              beams of 400 samples, M = 64, L = 32, K = 1, forward-backward MV. The paper's frame in \
              vivo: {} beams over 128 elements at 0.308 mm, recorded at 40 MHz, {} samples at 20 MHz \
-             from 0 to 40 mm, F# 1.5, L = M/2, K = 2, forward-backward rank-1 ESMV; envelope, 60 dB, \
-             512 × 512 pixels, 3 × 3 median; phase symmetry with 18 filters. Its recording is a simulated \
-             vertebra in tissue, by {} transmits, each of which serves the lines beside it.",
+             from 0 to 40 mm, F# 1.5, L = M/2, K = 2, forward-backward, on two cores where nothing else is said; \
+             envelope, 60 dB, 512 × 512 pixels, 3 × 3 median; phase symmetry with 18 filters. Its recording is a \
+             simulated vertebra in tissue, by {} transmits, each of which serves the lines beside it. Rows of a method \
+             go from the recording to the bone map. live is the preset, with K = 0: two sub-lines of each of 128 lines, \
+             a depth step of 2 for rank 1 and of 4 for MV; 256 lines for DAS, with a depth step of 4.",
             InVivo::BEAMS,
-            rank1.lines().scan().samples(),
+            InVivo::pipeline(InVivo::PARAMETERS, data.samples.dim().3)?
+                .lines()
+                .scan()
+                .samples(),
             data.t0.len()
         ),
         yardstick: "GPU".into(),
@@ -109,54 +113,166 @@ fn gpu_frame(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Result
         .collect())
 }
 
-/// Seconds of each stage, and of the whole by rank 1 and by β.
+/// A kind of the frame in vivo.
+struct Kind {
+    name: &'static str,
+    beamformer: Parameters,
+    threads: usize,
+    /// Frames a second, if it has a target: with registers of 512 bits, and with others.
+    target: Option<[f64; 2]>,
+}
+
+/// From the paper's way to the preset `live`, whose depth steps are those of its table of errors.
+fn kinds() -> [Kind; 9] {
+    let of = |method| Parameters {
+        method,
+        ..InVivo::PARAMETERS
+    };
+    let two_sub_lines = |beamformer| Parameters {
+        sub_lines: 2,
+        ..beamformer
+    };
+    let live = |method, depth_step| Parameters {
+        method,
+        depth_step,
+        ..Parameters::DEFAULT
+    };
+    let kind = |name, beamformer, threads, target| Kind {
+        name,
+        beamformer,
+        threads,
+        target,
+    };
+    let beta = Method::EsmvBeta(0.01);
+    let rank1 = of(Method::EsmvRank1);
+    [
+        kind("rank 1", rank1, 2, Some([16.0, 10.0])),
+        kind("β = 1 %", of(beta), 2, Some([16.0, 10.0])),
+        kind("MV", of(Method::Mv), 2, None),
+        kind("DAS", of(Method::Das), 2, None),
+        kind("rank 1, one core", rank1, 1, None),
+        kind(
+            "rank 1, 128 lines of two sub-lines",
+            two_sub_lines(rank1),
+            2,
+            None,
+        ),
+        kind(
+            "live, rank 1",
+            two_sub_lines(live(Method::EsmvRank1, 2)),
+            2,
+            Some([10.0; 2]),
+        ),
+        kind(
+            "live, MV",
+            two_sub_lines(live(Method::Mv, 4)),
+            2,
+            Some([10.0; 2]),
+        ),
+        kind("live, DAS", live(Method::Das, 4), 2, Some([10.0; 2])),
+    ]
+}
+
+/// Seconds of each stage, and of the whole by each kind, from RF, and by the first from I/Q.
 fn in_vivo_frame(
-    [pipeline, by_beta]: [&Pipeline<'_>; 2],
     data: &ChannelData,
     settings: &Settings,
     step: &mut (dyn FnMut(&str) + Send),
 ) -> Result<Vec<Row>> {
-    step("the frame in vivo: data");
-    let scan = *pipeline.lines().scan();
-    let size = (scan.lines(), scan.samples(), scan.elements());
-    let x = snapshots(Wavefield::Echo, size);
+    let record_samples = data.samples.dim().3;
     let rf = data.samples.rf(0);
     let rf = rf.ok_or_else(|| Error::Data("the simulated recording is not RF".into()))?;
-    let records = rf
-        .outer_iter()
-        .map(|rf| {
-            let rf = rf.to_slice().expect("a standard layout");
-            Ok(Record::new(rf, scan.elements())?)
-        })
-        .collect::<Result<Vec<_>>>()?;
-    let transmits: Vec<Transmit<'_>> = data
-        .t0
-        .iter()
-        .map(|&t0| Transmit::new(TransmitLaw::Focused, t0))
-        .collect();
-    let lines_each = scan.lines() / transmits.len();
-    let source = &LineSource::Rf(Recorded {
+    let records = rf.outer_iter().map(|rf| {
+        let rf = rf.to_slice().expect("a standard layout");
+        Record::new(rf, InVivo::ELEMENTS)
+    });
+    let records = records.collect::<std::result::Result<Vec<_>, _>>()?;
+    let transmits = transmits(data);
+    let mut rows = Vec::new();
+    for (index, kind) in kinds().iter().enumerate() {
+        step(kind.name);
+        let pipeline = &InVivo::pipeline(kind.beamformer, record_samples)?;
+        let source = &LineSource::Rf(Recorded {
+            pipeline: pipeline.lines().by_reference(),
+            transmits: &transmits,
+            records: &records,
+            of_line: &of_line(pipeline.lines().scan().lines(), transmits.len()),
+        });
+        with_frames(kind, pipeline, settings, |frames| {
+            if index == 0 {
+                let scan = *pipeline.lines().scan();
+                let size = (scan.lines(), scan.samples(), scan.elements());
+                let x = snapshots(Wavefield::Echo, size);
+                rows.extend(stages(frames, pipeline, source, x.view(), settings)?);
+            }
+            rows.push(whole(kind, frames, source, settings)?);
+            Ok(())
+        })?;
+    }
+    step("from I/Q");
+    rows.push(of_iq(data, &kinds()[0], settings)?);
+    Ok(rows)
+}
+
+/// The same frame from I/Q.
+fn of_iq(data: &ChannelData, kind: &Kind, settings: &Settings) -> Result<Row> {
+    let data = demodulate(data.clone());
+    let Some(FrameSamples::Iq { iq, .. }) = data.samples.frame(0) else {
+        return Err(Error::Data("the demodulated recording is not I/Q".into()));
+    };
+    let records = iq.outer_iter().map(|iq| {
+        let iq = iq.to_slice().expect("a standard layout");
+        IqRecord::new(IqSamples::Float(iq), IqLayout::Planar, InVivo::ELEMENTS)
+    });
+    let records = records.collect::<std::result::Result<Vec<_>, _>>()?;
+    let kind = Kind {
+        name: "rank 1, from I/Q at 10 MHz",
+        target: None,
+        ..*kind
+    };
+    let pipeline = &InVivo::pipeline_of_iq(kind.beamformer, data.samples.dim().3)?;
+    let transmits = transmits(&data);
+    let source = &LineSource::Iq(Recorded {
         pipeline: pipeline.lines().by_reference(),
         transmits: &transmits,
         records: &records,
-        of_line: &|line| line / lines_each..line / lines_each + 1,
+        of_line: &of_line(InVivo::BEAMS, transmits.len()),
     });
-    step("the frame in vivo");
-    pool(2)?.install(|| {
-        let plan = |pipeline| {
-            let set = settings.instruction_set;
-            Frames::with_instruction_set(set, pipeline, Covariance::ForwardBackward)
-        };
-        let mut rank1 = plan(pipeline)?;
-        let mut rows = stages(&mut rank1, pipeline, source, x.view(), settings)?;
-        rows.extend(whole([&mut rank1, &mut plan(by_beta)?], source, settings)?);
-        Ok(rows)
+    with_frames(&kind, pipeline, settings, |frames| {
+        whole(&kind, frames, source, settings)
     })
+}
+
+/// Hands the drive of a pipeline to `then`, on as many threads as the kind has.
+fn with_frames<D: Stage + Sync, T: Send>(
+    kind: &Kind,
+    pipeline: &Pipeline<'_, D>,
+    settings: &Settings,
+    then: impl FnOnce(&mut Frames<'_>) -> Result<T> + Send,
+) -> Result<T> {
+    pool(kind.threads)?.install(|| {
+        let set = settings.instruction_set;
+        let mut frames = Frames::with_instruction_set(set, pipeline, Covariance::ForwardBackward)?;
+        then(&mut frames)
+    })
+}
+
+/// Which transmit makes a line.
+fn of_line(lines: usize, transmits: usize) -> impl Fn(usize) -> Range<usize> + Sync {
+    move |line| {
+        let transmit = line * transmits / lines;
+        transmit..transmit + 1
+    }
+}
+
+fn transmits(data: &ChannelData) -> Vec<Transmit<'_>> {
+    let transmit = |&t0: &f64| Transmit::new(TransmitLaw::Focused, t0);
+    data.t0.iter().map(transmit).collect()
 }
 
 fn in_vivo_row(stage: &str, seconds: f64) -> Row {
     Row::new(
-        format!("the frame in vivo, two cores: {stage}"),
+        format!("the frame in vivo, {stage}"),
         Quantity::milliseconds(seconds),
     )
 }
@@ -214,26 +330,21 @@ fn stages(
     Ok(rows)
 }
 
-/// From RF to the bone map, by rank 1 and by β.
+/// From the recording to the bone map.
 fn whole(
-    [rank1, by_beta]: [&mut Frames<'_>; 2],
+    kind: &Kind,
+    frames: &mut Frames<'_>,
     source: &LineSource<'_>,
     settings: &Settings,
-) -> Result<Vec<Row>> {
-    rank1.run(source)?;
-    by_beta.run(source)?;
-    let seconds = side_by_side(
-        2 * settings.budget,
-        [&mut || drop(black_box(rank1.run(source))), &mut || {
-            drop(black_box(by_beta.run(source)))
-        }],
-    );
-    let target = Target::AtLeast(if settings.is_wide() { 16.0 } else { 10.0 });
-    let whole = ["rank 1", "β = 1 %"].into_iter().zip(seconds);
-    let whole = whole.map(|(method, seconds)| {
-        in_vivo_row(&format!("RF to bone map, {method}"), seconds)
-            .result(1.0 / seconds, "frames/s")
-            .target(target)
-    });
-    Ok(whole.collect())
+) -> Result<Row> {
+    frames.run(source)?;
+    let seconds = fastest(2 * settings.budget, || drop(black_box(frames.run(source))));
+    let row = in_vivo_row(kind.name, seconds).result(1.0 / seconds, "frames/s");
+    Ok(match kind.target {
+        None => row,
+        Some([wide, others]) => row.target(Target::AtLeast(match settings.is_wide() {
+            true => wide,
+            false => others,
+        })),
+    })
 }

@@ -1,10 +1,9 @@
 //! The paper's frame in vivo.
 
 use bonebeam::beamform::{Method, Parameters};
+use bonebeam::delay::IqDelay;
 use bonebeam::geometry::{Array, Axis, Depth, Lines, ScanParameters};
-use bonebeam::pipeline::{self, Pipeline};
-
-use crate::Result;
+use bonebeam::pipeline::{self, IqInput, Pipeline};
 use bonebeam_drive::phase_symmetry;
 
 /// Pixels on each side of the image that the bones are looked for in.
@@ -24,6 +23,8 @@ impl InVivo {
     pub(super) const BEAMS: usize = 256;
     /// Of the recording, Hz.
     pub(super) const SAMPLING_RATE: f64 = 40e6;
+    /// Hz; I/Q is demodulated by it.
+    const CENTRE_FREQUENCY: f64 = 5e6;
 
     pub(super) const PARAMETERS: Parameters = Parameters {
         method: Method::EsmvRank1,
@@ -31,15 +32,22 @@ impl InVivo {
         ..Parameters::DEFAULT
     };
 
-    pub(super) fn pipeline(method: Method, record_samples: usize) -> Result<Pipeline<'static>> {
+    /// What its pipelines share. `beamformer` makes so many sub-lines of a line that all of them are [`InVivo::BEAMS`];
+    /// records of `record_samples` are sampled at `sampling_rate`, Hz.
+    fn parameters(
+        beamformer: Parameters,
+        record_samples: usize,
+        sampling_rate: f64,
+    ) -> pipeline::Parameters<'static> {
         let width = (Self::ELEMENTS - 1) as f64 * Self::PITCH;
-        Ok(Pipeline::new(pipeline::Parameters {
+        let lines = Self::BEAMS / beamformer.sub_lines;
+        pipeline::Parameters {
             scan: ScanParameters {
                 array: Array::linear(Self::ELEMENTS, Self::PITCH),
-                lines: Lines::Even(Axis::centred(Self::BEAMS, width / (Self::BEAMS - 1) as f64)),
+                lines: Lines::Even(Axis::centred(lines, width / (lines - 1) as f64)),
                 sound_speed: Self::SOUND_SPEED,
-                centre_frequency: 5e6,
-                sampling_rate: Self::SAMPLING_RATE,
+                centre_frequency: Self::CENTRE_FREQUENCY,
+                sampling_rate,
                 record_samples,
                 output_rate: Self::RATE,
                 start: Depth::Metres(0.0),
@@ -47,10 +55,7 @@ impl InVivo {
                 f_number: 1.5,
                 min_elements: 8,
             },
-            beamformer: Parameters {
-                method,
-                ..Self::PARAMETERS
-            },
+            beamformer,
             rows: PIXELS,
             columns: PIXELS,
             dynamic_range: DYNAMIC_RANGE,
@@ -59,6 +64,31 @@ impl InVivo {
             threshold: 15.0,
             strip: phase_symmetry::Parameters::STRIP,
             block: usize::MAX,
-        })?)
+        }
+    }
+
+    /// From RF.
+    pub(super) fn pipeline(
+        beamformer: Parameters,
+        record_samples: usize,
+    ) -> Result<Pipeline<'static>, bonebeam::Error> {
+        Pipeline::new(Self::parameters(
+            beamformer,
+            record_samples,
+            Self::SAMPLING_RATE,
+        ))
+    }
+
+    /// From I/Q, demodulated and sampled at twice the centre frequency.
+    pub(super) fn pipeline_of_iq(
+        beamformer: Parameters,
+        record_samples: usize,
+    ) -> Result<Pipeline<'static, IqDelay>, bonebeam::Error> {
+        let parameters = Self::parameters(beamformer, record_samples, 2.0 * Self::CENTRE_FREQUENCY);
+        let iq = IqInput {
+            demodulation_frequency: Self::CENTRE_FREQUENCY,
+            interpolation: None,
+        };
+        Pipeline::of_iq(parameters, iq)
     }
 }
