@@ -45,6 +45,7 @@ EXCEPTIONS = {
     r"^delay/decimator/mod.rs: half_band$": "const: worked out while compiling",
     r"^delay/iq/(fixed.rs: half|interpolation.rs: impl Sinc new|phasor.rs: constant_phasor)$": "const",
     r"^surface/logarithm.rs: mantissa$": "const: worked out while compiling",
+    r"^phase_symmetry/fft64.rs: twiddle$": "const: worked out while compiling",
     r"^phase_symmetry/log_gabor.rs: (orientation|impl LogGaborTables of|cubic_at)$": "const",
 }
 

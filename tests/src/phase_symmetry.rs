@@ -1,4 +1,4 @@
-//! Phase symmetry of a 64 × 64 image in strips of several heights, which all have one hash.
+//! Phase symmetry of a 64 × 64 image, in strips of several heights and in one memory, which all have one hash.
 
 use bonebeam::Error;
 use bonebeam::memory::{self, Need};
@@ -18,13 +18,15 @@ pub const STRIPS: [(&str, usize); 4] = [
     ("phase-symmetry-strip-16", 16),
     ("phase-symmetry-strip-64", SIDE),
 ];
+/// In one memory.
+pub const MAP: &str = "phase-symmetry-map";
 /// For the largest of them; what lies in slow memory is the same for all.
 const SIZES: Sizes = Sizes {
     rows: SIDE,
     columns: SIDE,
     strip: SIDE,
 };
-const NEED: Need = SIZES.need();
+const NEED: Need = SIZES.need().or(SIZES.map_need());
 /// `r₀`, cycles per pixel.
 pub const SCALES: [f64; 3] = [1.0 / 8.0, 1.0 / 16.0, 1.0 / 32.0];
 /// `T_n`.
@@ -103,5 +105,10 @@ pub(crate) fn run(memory: &mut Memory, report: &mut impl FnMut(&str, u64)) -> Re
         bank.run(&kernels, &mut external, fast, &mut |_| {})?;
         report(name, hash::real(&memory.symmetry));
     }
+    let bank = PhaseSymmetry::new(&parameters(1))?;
+    let scratch = memory.fast.scratch();
+    let map = &mut memory.symmetry;
+    bank.map(kernels.gains, &IMAGE, scratch, map, &mut |_| {})?;
+    report(MAP, hash::real(map));
     Ok(())
 }

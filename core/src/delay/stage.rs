@@ -73,6 +73,23 @@ pub trait Stage: Sealed {
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
     ) -> Result<(), Error> {
+        self.block_at_every(zero, line, record, (first, 1), scratch, out)
+    }
+
+    /// [`Stage::block`] of which only every `step`-th output sample is wanted, counted from the line's first. I/Q in fixed
+    /// point puts 0, or adds nothing, elsewhere. The other readings ignore the step.
+    ///
+    /// # Errors
+    /// As [`Stage::block`].
+    fn block_at_every<V: Vector>(
+        &self,
+        zero: V,
+        line: &ScanLine,
+        record: &Self::Record<'_>,
+        (first, step): (usize, usize),
+        scratch: &mut [f32],
+        out: &mut [Complex<f32>],
+    ) -> Result<(), Error> {
         let shape = self.shape();
         let samples = out.len().checked_div(shape.elements).unwrap_or(0);
         check_length("out", out.len(), samples * shape.elements)?;
@@ -96,6 +113,7 @@ pub trait Stage: Sealed {
             record,
             first,
             samples,
+            step: step.max(1),
         };
         self.compute(zero, &source, scratch, out)
     }
@@ -143,6 +161,8 @@ pub struct Source<'a, R> {
     /// The first output sample that is asked for, and how many.
     pub(super) first: usize,
     pub(super) samples: usize,
+    /// From one sample that is wanted to the next, at least 1; the line's first is one.
+    pub(super) step: usize,
 }
 
 /// A stage that lies elsewhere: in a static, say.

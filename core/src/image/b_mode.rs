@@ -129,11 +129,34 @@ impl BMode {
         work: &mut [f32],
         out: &mut [f32],
     ) -> Result<(), Error> {
+        self.image_in_steps(zero, envelopes, work, out, &mut |_| {})
+    }
+
+    /// [`BMode::image`], of whose steps `progress` hears, which count from 1: 4096 envelopes or pixels each, below a
+    /// million instructions on a Cortex-M7, so that a watchdog can be kicked. A fan's pixels are one step.
+    ///
+    /// # Errors
+    /// As [`BMode::image`].
+    pub fn image_in_steps<V: Vector>(
+        &self,
+        zero: V,
+        envelopes: &[f32],
+        work: &mut [f32],
+        out: &mut [f32],
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<(), Error> {
+        let mut done = 0;
+        let mut step = || {
+            done += 1;
+            progress(done);
+        };
         check_length("envelopes", envelopes.len(), self.envelopes_len())?;
         check_length("work", work.len(), self.need().real)?;
         let (levels, scratch) = work.split_at_mut(self.envelopes_len());
-        self.levels(envelopes, largest(envelopes), levels)?;
-        self.pixels(zero, levels, scratch, out)
+        let reference = largest(envelopes);
+        step();
+        self.levels_in_steps(envelopes, reference, levels, &mut step)?;
+        self.pixels_in_steps(zero, levels, scratch, out, &mut step)
     }
 
     /// Grey levels of envelopes, of any number of lines, relative to the frame's `reference`.
@@ -141,12 +164,23 @@ impl BMode {
     /// # Errors
     /// As [`log_compression_with()`](super::log_compression_with()).
     pub fn levels(&self, envelopes: &[f32], reference: f32, out: &mut [f32]) -> Result<(), Error> {
+        self.levels_in_steps(envelopes, reference, out, &mut || {})
+    }
+
+    fn levels_in_steps(
+        &self,
+        envelopes: &[f32],
+        reference: f32,
+        out: &mut [f32],
+        step: &mut dyn FnMut(),
+    ) -> Result<(), Error> {
         let BModeParameters {
             logarithm,
             dynamic_range,
             ..
         } = self.parameters;
-        log_compression::log_compression_with(logarithm, envelopes, reference, dynamic_range, out)
+        let range = (reference, dynamic_range);
+        log_compression::log_compression_in_steps(logarithm, envelopes, range, out, step)
     }
 
     /// The image of all lines' grey levels, `[line][sample]`. `scratch`: [`BMode::pixels_need`] values.
@@ -160,6 +194,17 @@ impl BMode {
         scratch: &mut [f32],
         out: &mut [f32],
     ) -> Result<(), Error> {
+        self.pixels_in_steps(zero, levels, scratch, out, &mut || {})
+    }
+
+    fn pixels_in_steps<V: Vector>(
+        &self,
+        zero: V,
+        levels: &[f32],
+        scratch: &mut [f32],
+        out: &mut [f32],
+        step: &mut dyn FnMut(),
+    ) -> Result<(), Error> {
         let BModeParameters {
             lines,
             samples,
@@ -169,17 +214,20 @@ impl BMode {
         check_length("scratch", scratch.len(), self.pixels_need().real)?;
         check_length("image", out.len(), grid.pixels())?;
         let (rows, columns) = (grid.row_axis(), grid.column_axis());
-        let to_pixels = |out: &mut [f32]| match self.fan {
-            None => resample::resample(levels, [lines, samples], [rows, columns], out),
-            Some(fan) => {
-                scan_conversion::scan_convert(levels, fan, [lines, samples], [rows, columns], out)
+        let axes = ([lines, samples], [rows, columns]);
+        let mut to_pixels = |out: &mut [f32]| match (self.fan, axes) {
+            (None, (data, pixels)) => resample::resample_in_steps(levels, data, pixels, out, step),
+            (Some(fan), (data, pixels)) => {
+                scan_conversion::scan_convert(levels, fan, data, pixels, out)?;
+                step();
+                Ok(())
             }
         };
         if !self.parameters.median {
             return to_pixels(out);
         }
         to_pixels(scratch)?;
-        median::median(zero, scratch, grid.columns, out)
+        median::median_in_steps(zero, scratch, grid.columns, out, step)
     }
 }
 

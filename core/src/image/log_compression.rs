@@ -1,6 +1,6 @@
 //! Log compression: decibels below the frame's largest envelope, mapped to 0..255.
 
-use super::check_finite;
+use super::{STEP, check_finite};
 use crate::Error;
 use crate::error::check_length;
 
@@ -81,6 +81,18 @@ pub fn log_compression_with(
     dynamic_range: f32,
     out: &mut [f32],
 ) -> Result<(), Error> {
+    let range = (reference, dynamic_range);
+    log_compression_in_steps(logarithm, envelope, range, out, &mut || {})
+}
+
+/// [`log_compression_with`] by reference and dynamic range; `progress` hears of each step.
+pub(super) fn log_compression_in_steps(
+    logarithm: Logarithm,
+    envelope: &[f32],
+    (reference, dynamic_range): (f32, f32),
+    out: &mut [f32],
+    progress: &mut dyn FnMut(),
+) -> Result<(), Error> {
     check_length("log compression output", out.len(), envelope.len())?;
     check_range(dynamic_range)?;
     check_not_negative("reference envelope", reference)?;
@@ -95,6 +107,16 @@ pub fn log_compression_with(
         }
     }
     let slope = 255.0 / dynamic_range;
+    for (out, envelope) in out.chunks_mut(STEP).zip(envelope.chunks(STEP)) {
+        levels(logarithm, envelope, reference, slope, out);
+        progress();
+    }
+    Ok(())
+}
+
+/// Grey levels of a step. By itself, so that its loops have the registers.
+#[inline(never)]
+fn levels(logarithm: Logarithm, envelope: &[f32], reference: f32, slope: f32, out: &mut [f32]) {
     let pairs = out.iter_mut().zip(envelope);
     match logarithm {
         Logarithm::Exact => {
@@ -108,7 +130,6 @@ pub fn log_compression_with(
             }
         }
     }
-    Ok(())
 }
 
 pub(super) fn check_range(dynamic_range: f32) -> Result<(), Error> {

@@ -1,6 +1,6 @@
 //! The 3×3 median.
 
-use super::check_finite;
+use super::{STEP, check_finite};
 use crate::Error;
 use crate::error::check_length;
 use crate::simd::{Vector, copy};
@@ -33,6 +33,17 @@ pub fn median<V: Vector>(
     columns: usize,
     out: &mut [f32],
 ) -> Result<(), Error> {
+    median_in_steps(zero, image, columns, out, &mut || {})
+}
+
+/// [`median`]; `progress` hears of each step.
+pub(super) fn median_in_steps<V: Vector>(
+    zero: V,
+    image: &[f32],
+    columns: usize,
+    out: &mut [f32],
+    progress: &mut dyn FnMut(),
+) -> Result<(), Error> {
     if columns == 0 {
         return Err(Error::Parameter {
             name: "image columns",
@@ -45,18 +56,22 @@ pub fn median<V: Vector>(
     check_length("median output", out.len(), image.len())?;
     check_finite("image", image)?;
 
-    zero.vectorize(
-        #[inline(always)]
-        || rows_of(zero, image, columns, out),
-    );
+    let step = (STEP / columns).max(1);
+    for (k, out) in out.chunks_mut((step * columns).max(1)).enumerate() {
+        zero.vectorize(
+            #[inline(always)]
+            || rows_of(zero, image, k * step, columns, out),
+        );
+        progress();
+    }
     Ok(())
 }
 
-/// Row by row, a pixel a lane.
+/// The rows from `first` on, row by row, a pixel a lane.
 #[inline(always)]
-fn rows_of<V: Vector>(zero: V, image: &[f32], columns: usize, out: &mut [f32]) {
+fn rows_of<V: Vector>(zero: V, image: &[f32], first: usize, columns: usize, out: &mut [f32]) {
     let rows = image.len() / columns;
-    for (row, out) in out.chunks_exact_mut(columns).enumerate() {
+    for (row, out) in (first..).zip(out.chunks_exact_mut(columns)) {
         let below = if row + 1 < rows { row + 1 } else { row };
         let three = [row.saturating_sub(1), row, below].map(
             #[inline(always)]

@@ -1,6 +1,6 @@
 //! Bilinear resampling of lines to isotropic pixels.
 
-use super::check_finite;
+use super::{STEP, check_finite};
 use crate::Error;
 use crate::error::check_length;
 use crate::geometry::Axis;
@@ -35,9 +35,20 @@ use crate::geometry::Axis;
 /// into `data`. `out` is then untouched.
 pub fn resample(
     data: &[f32],
+    lines: [Axis; 2],
+    pixels: [Axis; 2],
+    out: &mut [f32],
+) -> Result<(), Error> {
+    resample_in_steps(data, lines, pixels, out, &mut || {})
+}
+
+/// [`resample`]; `progress` hears of each step.
+pub(super) fn resample_in_steps(
+    data: &[f32],
     [beams, samples]: [Axis; 2],
     [rows, columns]: [Axis; 2],
     out: &mut [f32],
+    progress: &mut dyn FnMut(),
 ) -> Result<(), Error> {
     check_axes(&beams, &samples, &rows, &columns)?;
     check_length(
@@ -74,7 +85,11 @@ pub fn resample(
                     *pixel = value;
                 }
             }
+            if (row + 1).is_multiple_of(STEP / AT_A_TIME) {
+                progress();
+            }
         }
+        progress();
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! The one-dimensional transform of rows and columns, as many lines at a time as a vector has
 //! lanes.
 
+use super::fft64;
 use crate::simd::Vector;
 use num_complex::Complex;
 
@@ -26,7 +27,8 @@ pub trait Fft<V: Vector> {
     fn transform(&self, input: impl Fn(usize) -> Complex<V>, line: &mut [Complex<V>]);
 }
 
-/// The transform of the `microfft` crate, with its own tables in flash. Radix 2, in place.
+/// The transform of the `microfft` crate, with its own tables in flash. Radix 2; of 64 points the same operations, three
+/// levels at a time.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Microfft;
@@ -34,22 +36,42 @@ pub struct Microfft;
 impl Fft<f32> for Microfft {
     #[inline(always)]
     fn transform(&self, input: impl Fn(usize) -> Complex<f32>, line: &mut [Complex<f32>]) {
-        use microfft::complex::{cfft_64, cfft_128, cfft_256, cfft_512, cfft_1024};
+        use microfft::complex::{cfft_128, cfft_256, cfft_512, cfft_1024};
         if !is_supported(line.len()) {
             return;
+        }
+        if let Some(line) = line.as_mut_array() {
+            return fft64::transform(input, line);
         }
         for (n, bin) in line.iter_mut().enumerate() {
             *bin = input(n);
         }
         // microfft's sizes are types, ours are values.
         match line.len() {
-            64 => sized(line, cfft_64),
             128 => sized(line, cfft_128),
             256 => sized(line, cfft_256),
             512 => sized(line, cfft_512),
             1024 => sized(line, cfft_1024),
             _ => {}
         }
+    }
+}
+
+/// The inverse transform of one line without its factor 1/N, by `output(k, number)` and not in `line`, which is worked
+/// in.
+#[inline(always)]
+pub(super) fn inverse_to(
+    input: impl Fn(usize) -> Complex<f32>,
+    line: &mut [Complex<f32>],
+    mut output: impl FnMut(usize, Complex<f32>),
+) {
+    if let Some(line) = line.as_mut_array() {
+        let input = |n| input(opposite(n, fft64::POINTS));
+        return fft64::transform_to(input, line, output);
+    }
+    inverse(&Microfft, input, line);
+    for (k, number) in line.iter().enumerate() {
+        output(k, *number);
     }
 }
 

@@ -220,6 +220,19 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
             bank.rows * width,
         );
         let (first, lanes) = (columns.first - strip.start, columns.lanes);
+        if V::LANES == 1 && width == 1 {
+            // The rows of −fy take the radial factors backwards, but for 0 and Nyquist.
+            let mut factors = angular.iter();
+            let (nearer, farther) = gains.split_at_mut(edges.min(gains.len()));
+            for ((gain, radial), angular) in nearer.iter_mut().zip(radial).zip(&mut factors) {
+                *gain = gain.splat(radial * angular);
+            }
+            let radial = radial.get(1..edges - 1).unwrap_or_default().iter().rev();
+            for ((gain, radial), angular) in farther.iter_mut().zip(radial).zip(factors) {
+                *gain = gain.splat(radial * angular);
+            }
+            return;
+        }
         let rows = angular.chunks_exact(width.max(1)).enumerate();
         for (gain, (row, angular)) in gains.iter_mut().zip(rows) {
             let nearer = row.min(bank.rows - row);
@@ -233,6 +246,35 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
                 let radial = load_partial(*gain, radial, at, lanes);
                 *gain = radial * load_partial(*gain, angular, first, lanes);
             }
+        }
+    }
+}
+
+/// Gains of either kind, told apart when the program runs, so that code of one map serves both.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "one in a frame, and there is no heap"
+)]
+#[derive(Debug)]
+pub(crate) enum AnyGains<'m> {
+    /// On the fly.
+    Computed(LogGabor<'m>),
+    /// From tables.
+    Tables(GainTables<&'m mut [f32]>),
+}
+
+impl Gains<f32> for AnyGains<'_> {
+    fn check(&self, bank: &PhaseSymmetry) -> Result<(), Error> {
+        match self {
+            AnyGains::Computed(filters) => Gains::<f32>::check(filters, bank),
+            AnyGains::Tables(tables) => Gains::<f32>::check(tables, bank),
+        }
+    }
+
+    fn fill(&self, bank: &PhaseSymmetry, filter: usize, columns: LaneColumns, gains: &mut [f32]) {
+        match self {
+            AnyGains::Computed(filters) => filters.fill(bank, filter, columns, gains),
+            AnyGains::Tables(tables) => tables.fill(bank, filter, columns, gains),
         }
     }
 }

@@ -6,19 +6,22 @@
 //! `PS = Σ max(e − |o| − T_n, 0) / (Σ √(e² + o²) + ε)`, `ε = 10⁻¹⁰`,
 //!
 //! over 6 orientations and 1 to 8 scales. The boundary is periodic. [`PhaseSymmetry`] computes it
-//! in strips: S rows or columns of the image sit in fast memory at a time, the rest in external
-//! memory behind [`ReadAt`] and [`WriteAt`], and the result has the same bits for every S.
+//! in strips ([`PhaseSymmetry::run`]): S rows or columns of the image sit in fast memory at a time, the rest in external
+//! memory behind [`ReadAt`] and [`WriteAt`], and the result has the same bits for every S. With all in one memory
+//! ([`PhaseSymmetry::map`]) a microcontroller takes half of the instructions, for the same bits.
 
 mod bank;
 mod columns;
 mod display;
 mod external;
 mod fft;
+mod fft64;
 mod gains;
 mod lane_fft;
 mod lines;
 mod log_gabor;
 mod memory;
+mod resident;
 mod rows;
 mod spectrum;
 mod strip;
@@ -27,6 +30,7 @@ pub use bank::{MAX_SCALES, Parameters, PhaseSymmetry};
 pub use display::scale_for_display;
 pub use external::{ReadAt, WriteAt};
 pub use fft::{Fft, Microfft};
+pub(crate) use gains::AnyGains;
 pub use gains::{GainTables, Gains, LaneColumns};
 pub use lane_fft::LaneFft;
 pub use log_gabor::{LogGabor, LogGaborTables};

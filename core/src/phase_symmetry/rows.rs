@@ -146,12 +146,18 @@ impl PhaseSymmetry {
     }
 }
 
+/// Eq. 10's quotient, which stays below 1.
+#[inline(always)]
+pub(super) fn quotient(above: f32, below: f32) -> f32 {
+    let ratio = above / (below + EPSILON);
+    if ratio < 1.0 { ratio } else { BELOW_ONE }
+}
+
 /// Eq. 10's quotients of the sums `above` and `below`, which lie column by column, into `below`, row by
 /// row.
 fn divide(above: &mut [f32], below: &mut [f32], height: usize) {
     for (above, below) in above.iter_mut().zip(&*below) {
-        let ratio = *above / (*below + EPSILON);
-        *above = if ratio < 1.0 { ratio } else { BELOW_ONE };
+        *above = quotient(*above, *below);
     }
     let height = height.max(1);
     let columns = (above.len() / height).max(1);

@@ -176,7 +176,7 @@ fn transform_strip_of_columns<V: Vector, F: Fft<V>>(
     );
 }
 
-fn check_pixels(pixels: &[f32], offset: usize) -> Result<(), Error> {
+pub(super) fn check_pixels(pixels: &[f32], offset: usize) -> Result<(), Error> {
     for (k, &pixel) in pixels.iter().enumerate() {
         if !pixel.is_finite() {
             return Err(Error::NonFinite {

@@ -244,7 +244,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let Some(elements) = NonZeroUsize::new(self.scan.elements()) else {
             return Err(none("elements"));
         };
-        let largest = self.compound(zero, block, transmits, scratch, out)?;
+        let largest = self.compound(zero, (block, 1), transmits, scratch, out)?;
         let whole = (block.first, self.scan.samples());
         Ok(AlignedLine::block(out, elements, whole, largest))
     }
@@ -256,11 +256,11 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         behind.saturating_sub(1)
     }
 
-    /// The aligned samples of a block; returns a magnitude that none of them exceeds.
+    /// The aligned samples of a block, wanted at every `step`-th sample of the line; returns a magnitude that none of them exceeds.
     fn compound<'r, V: Vector>(
         &self,
         zero: V,
-        block: Block,
+        (block, step): (Block, usize),
         transmits: impl IntoIterator<Item = (Transmit<'r>, &'r D::Record<'r>)>,
         scratch: &mut [f32],
         out: &mut [Complex<f32>],
@@ -289,8 +289,9 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 active: block.active,
                 compounding,
             };
+            let wanted = (block.first, step);
             self.delay
-                .block(zero, &line, record, block.first, scratch, out)?;
+                .block_at_every(zero, &line, record, wanted, scratch, out)?;
             let of_record = D::largest(record);
             if of_record > largest {
                 largest = of_record;
@@ -391,6 +392,8 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
         let half_window = self.beamformer.parameters().temporal_half_window;
         let block = self.block(aligned.len(), elements)?;
         let step = self.beamformer.parameters().step();
+        // Time windows read all samples.
+        let wanted = if half_window == 0 { step.get() } else { 1 };
         let transmits = transmits.into_iter();
         let mut buffered = 0..0;
         for own in Cuts::new(samples, half_window, block, &active) {
@@ -413,6 +416,7 @@ impl<'a, D: Stage> LinePipeline<'a, D> {
                 first: buffered.end,
                 active: active(self.deepest(needed.end)),
             };
+            let block = (block, wanted);
             let largest = self.compound(0.0f32, block, transmits.clone(), scratch, new)?;
             let x = AlignedLine::block(x, elements, (needed.start, samples), largest);
             let outputs = step.outputs_of(own.clone());

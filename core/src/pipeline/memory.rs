@@ -206,20 +206,12 @@ impl Parts {
         };
         let beamformed = self.line.and(self.beamformer.need(covariance));
         let line = line.and(beamformed.or(self.interpolation));
-        let work = line.or(Need::real(self.b_mode)).or(self.bone_map());
+        let work = line.or(Need::real(self.b_mode)).or(self.strips.map_need());
         kept.and(work.or(Need::real(self.grey())))
     }
 
     /// Grey levels of a line as real numbers, and of all as integers of eight bits.
     const fn grey(&self) -> usize {
         self.samples.saturating_add(self.envelopes.div_ceil(4))
-    }
-
-    /// Phase symmetry's spectrum, filtered image, denominator and fast memory.
-    const fn bone_map(&self) -> Need {
-        let sizes = self.strips;
-        let images = sizes.filtered_len().saturating_add(sizes.amplitude_len());
-        let whole = Need::real(sizes.spectrum_len()).and(Need::real(images));
-        whole.and(sizes.need())
     }
 }

@@ -57,8 +57,8 @@ pub struct Parameters<'a> {
     pub scales: &'a [f64],
     /// Phase symmetry: the noise threshold `T_n`, in grey levels.
     pub threshold: f32,
-    /// Phase symmetry: how many rows or columns are worked on at a time. It changes memory and time,
-    /// never the map.
+    /// Phase symmetry by [`Pipeline::phase_symmetry`]: how many rows or columns are worked on at a time. It changes
+    /// memory and time, never the map. A [`Frame`] has all in one memory, whatever the strips.
     pub strip: usize,
     /// How many samples of a line are focused and beamformed at a time: as many as the time window at least, the
     /// whole line at most. It changes memory and time, never the line.

@@ -95,6 +95,9 @@ const NEED: Need = SIZES
     .need(Covariance::Forward)
     .or(SIZES.need(Covariance::ForwardBackward));
 
+/// Of strips, or of a map in one memory.
+const FAST: Need = STRIPS.need().or(STRIPS.map_need());
+
 struct Arrays {
     noise: [f32; PIXELS],
     rf: [f32; ELEMENTS * example::PARAMETERS.scan.record_samples],
@@ -108,7 +111,7 @@ struct Arrays {
     spectrum: [f32; STRIPS.spectrum_len()],
     filtered: [f32; STRIPS.filtered_len()],
     gains: [f32; STRIPS.gain_tables_len(SCALES.len())],
-    strip: Memory<{ STRIPS.need().real }, { STRIPS.need().complex }>,
+    strip: Memory<{ FAST.real }, { FAST.complex }>,
     tables: LogGaborTables,
     workspace: Memory<{ NEED.real }, { NEED.complex }>,
     frame: example::FrameMemory,
@@ -391,6 +394,10 @@ fn phase_symmetry(arrays: &mut Arrays) -> Result<(), Error> {
     let filters = LogGabor::fixed();
     of("GainTables::new", || {
         GainTables::new(&filters, &bank, &mut gains[..])
+    })?;
+    of("PhaseSymmetry::map", || {
+        let scratch = strip.scratch();
+        bank.map(&filters, image, scratch, out, &mut |_| {})
     })?;
     let tables = GainTables::new(&filters, &bank, &mut gains[..])?;
     let strip = &mut StripSlices::new(STRIPS, strip.scratch())?;

@@ -135,6 +135,88 @@ fn fast_memory_is_worked_on_where_it_lies_and_gives_the_same_bits() {
     assert_eq!([amplitude.copied, symmetry.copied], [128 * 64; 2]);
 }
 
+/// Sizes with and without 64 points, gains of both kinds; the steps are counted, and what memory held does not matter.
+#[test]
+fn in_one_memory_a_map_has_the_same_bits() {
+    for (rows, columns) in [(64, 64), (64, 128), (256, 64), (128, 128)] {
+        let image = test_image(rows, columns, 7);
+        let expected = bits(&in_core(&image, &THREE, 3.0));
+        let bank = bank(rows, columns, &THREE, 3.0, 5).unwrap();
+        let filters = core::LogGabor::fixed();
+        let tables = vec![0.0; bank.gain_tables_len()];
+        let tables = core::GainTables::new(&filters, &bank.by_columns(), tables).unwrap();
+        let need = bank.sizes().map_need();
+        let map = |gains: &dyn Fn(Scratch<'_>, &mut [f32], &mut dyn FnMut(usize))| {
+            let scratch = Scratch {
+                real: &mut vec![f32::NAN; need.real],
+                complex: &mut vec![Complex::new(f32::NAN, f32::NAN); need.complex],
+            };
+            let mut map = vec![f32::NAN; rows * columns];
+            let mut heard = Vec::new();
+            gains(scratch, &mut map, &mut |done| heard.push(done));
+            assert!((1..=bank.map_steps()).eq(heard), "{rows}x{columns}");
+            let map = Array2::from_shape_vec((rows, columns), map).expect("the image's size");
+            assert!(bits(&map) == expected, "{rows}x{columns}");
+        };
+        let image = image.as_slice().expect("row-major");
+        map(&|scratch, map, heard| bank.map(&filters, image, scratch, map, heard).unwrap());
+        map(&|scratch, map, heard| bank.map(&tables, image, scratch, map, heard).unwrap());
+    }
+}
+
+#[test]
+fn a_map_in_one_memory_refuses_what_does_not_fit_it_and_stays() {
+    let bank = bank(64, 128, &[0.1], 3.0, 16).unwrap();
+    let need = bank.sizes().map_need();
+    let filters = core::LogGabor::fixed();
+    let run = |image: &[f32], real: usize, complex: usize, map: &mut [f32]| {
+        let scratch = Scratch {
+            real: &mut vec![0.0; real],
+            complex: &mut vec![Complex::ZERO; complex],
+        };
+        bank.map(&filters, image, scratch, map, &mut |_| {})
+    };
+    let (image, mut map) = (vec![1.0; 64 * 128], vec![7.0; 64 * 128]);
+    let length = |name, actual, expected| {
+        Err(bonebeam::Error::Length {
+            name,
+            actual,
+            expected,
+        })
+    };
+    let (real, complex, pixels) = (need.real, need.complex, 64 * 128);
+    assert_eq!(
+        run(&image[1..], real, complex, &mut map),
+        length("image", pixels - 1, pixels)
+    );
+    assert_eq!(
+        run(&image, real, complex, &mut map[1..]),
+        length("map", pixels - 1, pixels)
+    );
+    assert!(run(&image, real - 1, complex, &mut map).is_err());
+    assert!(run(&image, real, complex - 1, &mut map).is_err());
+    let mut bad = image.clone();
+    bad[5000] = f32::NAN;
+    let refused = bonebeam::Error::NonFinite {
+        name: "image",
+        index: 5000,
+    };
+    assert_eq!(run(&bad, real, complex, &mut map), Err(refused));
+    let strips = vec![0.0; bank.gain_tables_len()];
+    let strips = core::GainTables::new(&filters, &bank, strips).unwrap();
+    let scratch = Scratch {
+        real: &mut vec![0.0; real],
+        complex: &mut vec![Complex::ZERO; complex],
+    };
+    assert!(
+        bank.map(&strips, &image, scratch, &mut map, &mut |_| {})
+            .is_err()
+    );
+    assert!(map.iter().all(|&ps| ps == 7.0));
+    assert_eq!(run(&image, real, complex, &mut map), Ok(()));
+    assert!(map.iter().all(|&ps| ps == 0.0));
+}
+
 /// A microcontroller's way: workspace and tables of fixed size, memory of the caller's own.
 /// Gives the map and the most rows or columns of 128 complex numbers that were moved at once.
 fn on_target(
@@ -230,6 +312,13 @@ fn memory_is_what_the_documentation_says() {
     assert_eq!(bytes(64, 1), 1_792);
     assert_eq!(bytes(64, 64), 66_304);
     assert_eq!(bytes(512, 16), 137_216);
+    let map = core::Sizes {
+        rows: 64,
+        columns: 64,
+        strip: 1,
+    }
+    .map_need();
+    assert_eq!(4 * map.real + 8 * map.complex, 66_816);
     assert_eq!(core::LaneFft::BYTES, 4_096);
     let bank = bank(512, 512, &THREE, 15.0, 16).unwrap();
     assert_eq!(4 * bank.gain_tables_len(), 5_003_276);

@@ -93,3 +93,46 @@ fn iq_is_read_as_told() {
     let own = IqParameters::of(&scan, iq_input(None).demodulation_frequency);
     assert_eq!(interpolation(None), own.interpolation);
 }
+
+/// In fixed point only the computed samples of a depth step are focused, if no time window reads the others: they have
+/// the bits of the line at every sample, in any blocks and of two transmits as well.
+#[test]
+fn fixed_point_focuses_the_samples_of_a_depth_step() {
+    let line = |depth_step: usize, half_window: usize, block: usize, transmits: usize| {
+        let parameters = Parameters {
+            beamformer: beamform::Parameters {
+                depth_step,
+                temporal_half_window: half_window,
+                ..PARAMETERS_OF_IQ.beamformer
+            },
+            block,
+            ..PARAMETERS_OF_IQ
+        };
+        let fixed = iq_input(Some(IqInterpolation::LinearFixed));
+        let pipeline = Pipeline::of_iq(parameters, fixed).unwrap();
+        let need = pipeline.need(Covariance::ForwardBackward);
+        let scratch = Scratch {
+            real: &mut vec![f32::NAN; need.real],
+            complex: &mut vec![Complex::new(f32::NAN, f32::NAN); need.complex],
+        };
+        let mut frame = Frame::new(&pipeline, scratch).unwrap();
+        let counts = [counts(17), counts(18)];
+        let records = counts.each_ref().map(|counts| counted(counts));
+        let transmits = records[..transmits]
+            .iter()
+            .map(|record| (focused(), record));
+        frame.line(17, transmits).unwrap().to_vec()
+    };
+    for (half_window, transmits) in [(0, 1), (0, 2), (1, 1)] {
+        let whole = line(1, half_window, usize::MAX, transmits);
+        assert!(whole.iter().any(|z| z.re != 0.0));
+        for (step, block) in [(2, usize::MAX), (3, 24), (3, 25), (8, 9)] {
+            let computed: Vec<_> = whole.iter().step_by(step).copied().collect();
+            let of_step = line(step, half_window, block, transmits);
+            assert_eq!(
+                of_step, computed,
+                "{half_window}, {transmits}, {step}, {block}"
+            );
+        }
+    }
+}

@@ -127,8 +127,18 @@ impl IqParameters {
         };
         let dense = window.element == 1;
         let zero = Complex::new(0.0, 0.0);
-        for (n, out) in out.chunks_exact_mut(self.elements.max(1)).enumerate() {
-            let centre = self.fixed_centre(source, &centres, source.first + n);
+        let wanted = source.first.checked_next_multiple_of(source.step);
+        let mut wanted = wanted.unwrap_or(source.first);
+        let rows = out.chunks_exact_mut(self.elements.max(1));
+        for (n, out) in (source.first..).zip(rows) {
+            if n != wanted {
+                if !row.add {
+                    out.fill(zero);
+                }
+                continue;
+            }
+            wanted += source.step;
+            let centre = self.fixed_centre(source, &centres, n);
             let (before, rest) = out.split_at_mut_checked(active.start).unwrap_or_default();
             let (own, behind) = rest.split_at_mut_checked(active.len()).unwrap_or_default();
             if !row.add {

@@ -47,10 +47,16 @@ impl Counter {
         black_box(call(work));
         let end = SYST::get_current();
         Cost {
-            instructions: (begin.wrapping_sub(end) & LAST_TICK) * INSTRUCTIONS_PER_TICK,
+            instructions: instructions(begin, end),
             stack: free - cortex_m_stack::stack_painted(),
         }
     }
+}
+
+/// Instructions between two values of the timer, in whole ticks.
+#[allow(dead_code, reason = "not every image parts its work")]
+pub fn instructions(begin: u32, end: u32) -> u32 {
+    (begin.wrapping_sub(end) & LAST_TICK) * INSTRUCTIONS_PER_TICK
 }
 
 /// The timer's value when it has just ticked, so that the same work reads the same.

@@ -1,16 +1,17 @@
-//! Phase symmetry of two sizes, 18 filters, in strips; the gains from tables and on the fly.
+//! Phase symmetry of two sizes, 18 filters, in strips and in one memory; the gains from tables and on the fly.
 
 use core::hint::black_box;
 
 use bonebeam::Error;
-use bonebeam::memory::{Memory, Scratch};
+use bonebeam::memory::{Memory, Need, Scratch};
 use bonebeam::phase_symmetry::{
     External, GainTables, Gains, Kernels, LogGabor, LogGaborTables, Microfft, Parameters,
     PhaseSymmetry, Sizes, StripSlices,
 };
+use cortex_m::peripheral::SYST;
 use cortex_m_semihosting::hprintln;
 
-use crate::counter::{Cost, Counter};
+use crate::counter::{Cost, Counter, instructions};
 use crate::input::image;
 use crate::report;
 
@@ -20,6 +21,9 @@ const THRESHOLD: f32 = 3.0;
 const LARGEST: usize = 128;
 /// What [`GainTables`] take for that.
 const GAINS: usize = sizes(LARGEST).gain_tables_len(SCALES.len());
+/// Of strips, or of a map in one memory.
+const NEED: Need = sizes(LARGEST).need().or(sizes(LARGEST).map_need());
+
 /// Images of a square side, in strips.
 const fn sizes(side: usize) -> Sizes {
     Sizes {
@@ -35,12 +39,15 @@ const PRINTED: usize = 61;
 const COPY_BOUND: u32 = 20_000;
 const TABLES: &str = "phase-symmetry";
 const ON_THE_FLY: &str = "phase-symmetry-on-the-fly";
+const STRIPS: &str = "phase-symmetry-strips";
+/// What a step may take, between two kicks of a watchdog.
+const STEP_BOUND: u32 = 1_000_000;
 
 /// The memory of the cases.
 pub struct Workspaces {
     tables: LogGaborTables,
     gains: [f32; GAINS],
-    fast: Memory<{ sizes(LARGEST).need().real }, { sizes(LARGEST).need().complex }>,
+    fast: Memory<{ NEED.real }, { NEED.complex }>,
     external: Arrays,
 }
 
@@ -90,7 +97,7 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
         filters,
         gains,
         external,
-        [5800, 7600, 10_000_000],
+        [2180, 3800, 3800, 10_000_000],
     )?;
     let large = side::<LARGEST>(
         counter,
@@ -98,19 +105,19 @@ pub fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, E
         filters,
         gains,
         external,
-        [6200, 8000, 10_000_000],
+        [3970, 5630, 5080, 10_000_000],
     )?;
     Ok(copied && small && large)
 }
 
-/// One size; the bounds are those with tables, on the fly, and of making the tables.
+/// One size; the bounds are those in one memory with tables and on the fly, in strips, and of making the tables.
 fn side<const SIDE: usize>(
     counter: &mut Counter,
-    scratch: Scratch<'_>,
+    mut scratch: Scratch<'_>,
     filters: &LogGabor<'_>,
     gains: &mut [f32],
     external: &mut Arrays,
-    bounds: [u32; 3],
+    bounds: [u32; 4],
 ) -> Result<bool, Error> {
     let bank = PhaseSymmetry::new(&Parameters {
         sizes: sizes(SIDE),
@@ -126,26 +133,63 @@ fn side<const SIDE: usize>(
         })
     });
     outcome?;
-    let [first, second, set_up] = bounds;
-    let within = report("set-up-gains", SIDE, 1, &cost, gain_bytes, set_up);
-    let tables = &GainTables::new(filters, &bank, gains)?;
-    let memory = &mut StripSlices::new(bank.sizes(), scratch)?;
-    let cost = map(counter, memory, &bank, tables, external)?;
-    for n in (0..SIDE * SIDE).step_by(PRINTED) {
+    let [with_tables, on_the_fly, in_strips, set_up] = bounds;
+    let mut within = report("set-up-gains", SIDE, 1, &cost, gain_bytes, set_up);
+    let (pixels, sizes) = (SIDE * SIDE, bank.sizes());
+    image(&mut external.image[..pixels], SIDE);
+
+    let need = sizes.map_need();
+    let bytes = 4 * need.real + 8 * need.complex;
+    let columns = bank.by_columns();
+    let tables = &GainTables::new(filters, &columns, &mut *gains)?;
+    let fast = scratch.reborrow();
+    let (cost, step) = map(counter, fast, &bank, tables, external)?;
+    within &= report(TABLES, SIDE, pixels, &cost, bytes + gain_bytes, with_tables);
+    for n in (0..pixels).step_by(PRINTED) {
         hprintln!("value {TABLES} {SIDE} {n} {:e} 0", external.symmetry[n]);
     }
+    let fast = scratch.reborrow();
+    let (cost, step_on_the_fly) = map(counter, fast, &bank, filters, external)?;
+    let bytes = bytes + LogGaborTables::BYTES;
+    within &= report(ON_THE_FLY, SIDE, pixels, &cost, bytes, on_the_fly);
+    let step = step.max(step_on_the_fly);
+    hprintln!("step {TABLES} {SIDE} {step}");
+    within &= step < STEP_BOUND;
+
+    let tables = &GainTables::new(filters, &bank, gains)?;
+    let memory = &mut StripSlices::new(sizes, scratch)?;
+    let cost = strips(counter, memory, &bank, tables, external)?;
     // All but the image and the map.
-    let sizes = bank.sizes();
     let stores = 4 * (sizes.spectrum_len() + sizes.filtered_len() + sizes.amplitude_len());
     let need = sizes.need();
-    let bytes = 4 * need.real + 8 * need.complex + stores;
-    let within = report(TABLES, SIDE, SIDE * SIDE, &cost, bytes + gain_bytes, first) && within;
-    let cost = map(counter, memory, &bank, filters, external)?;
-    let bytes = bytes + LogGaborTables::BYTES;
-    Ok(report(ON_THE_FLY, SIDE, SIDE * SIDE, &cost, bytes, second) && within)
+    let bytes = 4 * need.real + 8 * need.complex + stores + gain_bytes;
+    Ok(report(STRIPS, SIDE, pixels, &cost, bytes, in_strips) && within)
 }
 
+/// A map in one memory, and its largest step.
 fn map(
+    counter: &mut Counter,
+    memory: Scratch<'_>,
+    bank: &PhaseSymmetry,
+    gains: &impl Gains<f32>,
+    arrays: &mut Arrays,
+) -> Result<(Cost, u32), Error> {
+    let pixels = bank.sizes().image_len();
+    let (image, map) = (&arrays.image[..pixels], &mut arrays.symmetry[..pixels]);
+    let (mut outcome, mut largest) = (Ok(()), 0);
+    let cost = counter.count(|| {
+        let mut before = SYST::get_current();
+        outcome = bank.map(gains, image, memory, map, &mut |_| {
+            let now = SYST::get_current();
+            largest = largest.max(instructions(before, now));
+            before = now;
+        });
+    });
+    outcome?;
+    Ok((cost, largest))
+}
+
+fn strips(
     counter: &mut Counter,
     memory: &mut StripSlices<'_, f32>,
     bank: &PhaseSymmetry,
@@ -154,7 +198,6 @@ fn map(
 ) -> Result<Cost, Error> {
     let sizes = bank.sizes();
     let pixels = sizes.image_len();
-    image(&mut arrays.image[..pixels], sizes.columns);
     let mut external = External {
         image: &mut &arrays.image[..pixels],
         spectrum: &mut &mut arrays.spectrum[..sizes.spectrum_len()],

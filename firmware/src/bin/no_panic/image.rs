@@ -91,5 +91,6 @@ fn pixels(b_mode: &BMode, from: &[f32], to: &mut [f32]) -> Result<(), Error> {
     let work = opaque(&mut work[..]);
     b_mode.levels(from, opaque(1.0), to)?;
     b_mode.pixels(0.0f32, from, work, to)?;
-    b_mode.image(0.0f32, from, work, to)
+    take(b_mode.image(0.0f32, from, work, to));
+    b_mode.image_in_steps(0.0f32, from, work, to, &mut |steps| take(steps))
 }

@@ -40,7 +40,12 @@ fn filters() -> Result<(), Error> {
         columns,
         strip,
     };
-    take((sizes.need(), sizes.image_len(), sizes.spectrum_len()));
+    take((
+        sizes.need(),
+        sizes.map_need(),
+        sizes.image_len(),
+        sizes.spectrum_len(),
+    ));
     take((sizes.strip_len(), sizes.sums_len(), sizes.gains_len()));
     take((
         sizes.filtered_len(),
@@ -59,9 +64,21 @@ fn filters() -> Result<(), Error> {
     let mut gains = [0.0; 100];
     let tables = GainTables::new(&filters, &bank, opaque(&mut gains[..]))?;
     take(tables.bank());
+    take((bank.map_steps(), bank.by_columns()));
+    take(in_one_memory(&bank, &filters));
+    take(in_one_memory(&bank, &tables));
     take(map(&bank, &Microfft, &filters));
     take(map(&bank, &LaneFft::new(), &tables));
     map(&bank, &Microfft, &tables)
+}
+
+fn in_one_memory<G: Gains<f32>>(bank: &PhaseSymmetry, gains: &G) -> Result<(), Error> {
+    let mut memory = Memory::<64, 64>::new();
+    let (image, mut map) = ([0.0; 100], [0.0; 100]);
+    let (image, scratch) = (opaque(&image[..]), opaque(memory.scratch()));
+    bank.map(gains, image, scratch, opaque(&mut map[..]), &mut |steps| {
+        take(steps)
+    })
 }
 
 fn map<F: Fft<f32>, G: Gains<f32>>(bank: &PhaseSymmetry, fft: &F, gains: &G) -> Result<(), Error> {

@@ -107,7 +107,9 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
     let mut frame = Frame::new(pipeline, scratch)?.with_filters(opaque(LogGabor::fixed()));
     take(frame.line(opaque(1), opaque([(transmit(), record)]))?);
     take(frame.image()?);
+    take(frame.image_in_steps(&mut |steps| take(steps))?);
     take(frame.bone_map()?);
+    take(frame.bone_map_in_steps(&mut |steps| take(steps))?);
     let detector = opaque(Detector::new(opaque(surface))?);
     let mut memory = [0.0; 100];
     let memory = Scratch {
@@ -125,6 +127,10 @@ fn frames<'r, D: Stage>(pipeline: &Pipeline<D>, record: &'r D::Record<'r>) -> Re
     });
     take(frame.line_by(sizes, opaque(1), opaque([(transmit(), record)]))?);
     take(opaque(frame.with_pooling(opaque(Pooling::Rms))).image()?);
+    let mut gains = [0.0; 100];
+    let frame = Frame::new(pipeline, opaque(Scratch::empty()))?;
+    let mut frame = opaque(frame.with_gain_tables(opaque(&mut gains[..]))?);
+    take(frame.bone_map()?);
     let mut frame = Frame::<_, Forward>::with_averaging(pipeline, opaque(Scratch::empty()))?;
     take(frame.line(opaque(1), opaque([(transmit(), record)]))?);
     Ok(())

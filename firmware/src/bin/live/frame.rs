@@ -1,0 +1,194 @@
+//! A frame of 64 lines of 208 samples by MV from I/Q in fixed point, image and map, with one shape of the beamformer in
+//! the program, as a scanner has it.
+//!
+//! Prints `live NAME LINES IMAGE MAP STEP STACK`, instructions, with the largest step of image and map and the stack in bytes, and
+//! `frame NAME READING INSTRUCTIONS` with the map's share.
+
+use bonebeam::Error;
+use bonebeam::beamform;
+use bonebeam::covariance::Covariance;
+use bonebeam::delay::IqInterpolation;
+use bonebeam::geometry::{Axis, Depth, Lines, ScanParameters};
+use bonebeam::memory::{Memory, Need};
+use bonebeam::pipeline::{Frame, IqInput, Parameters, Pipeline};
+use cortex_m::peripheral::SYST;
+use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS};
+use cortex_m_semihosting::hprintln;
+use firmware::{exit, load};
+use static_cell::ConstStaticCell;
+use stream::scan::{BEAMS, ELEMENTS, INPUT, PARAMETERS as STREAM, ScanBlock, TRANSMIT, record};
+
+use crate::CASE;
+use crate::counter::{Counter, instructions};
+
+/// Samples of a line: those of the scan of `stream` down to 20.5 mm.
+const SAMPLES: usize = 208;
+/// Across the lines, metres.
+const WIDTH: f64 = 12e-3;
+
+/// What a frame is made of, and its bound.
+pub struct Case {
+    /// The name that is printed.
+    pub name: &'static str,
+    /// Lines that are focused.
+    pub lines: usize,
+    /// Sub-lines of each.
+    pub sub_lines: usize,
+    /// From one computed sample to the next.
+    pub depth_step: usize,
+    /// A bone map for every so manieth frame.
+    pub map_every: u32,
+    /// The most instructions: 3 % above what Rust 1.95 gives.
+    pub bound: u32,
+}
+
+/// What a step of image or map may take, between two kicks of a watchdog.
+const STEP_BOUND: u32 = 1_000_000;
+
+impl Case {
+    const fn parameters(&self) -> Parameters<'static> {
+        let rate = STREAM.scan.output_rate;
+        let start = match STREAM.scan.start {
+            Depth::Seconds(start) => start,
+            Depth::Metres(_) => panic!("the scan begins at a time"),
+        };
+        Parameters {
+            scan: ScanParameters {
+                lines: Lines::Even(Axis::centred(self.lines, WIDTH / self.lines as f64)),
+                end: Depth::Seconds(start + (SAMPLES - 1) as f64 / rate),
+                ..STREAM.scan
+            },
+            beamformer: beamform::Parameters {
+                sub_lines: self.sub_lines,
+                depth_step: self.depth_step,
+                ..STREAM.beamformer
+            },
+            block: SAMPLES,
+            ..STREAM
+        }
+    }
+
+    const fn need(&self) -> Need {
+        match self.parameters().need_of_iq(Covariance::ForwardBackward) {
+            Ok(need) => need,
+            Err(_) => panic!("the scan is not valid"),
+        }
+    }
+}
+
+const NEED: Need = CASE.need();
+const GAINS: usize = bonebeam::phase_symmetry::Sizes {
+    rows: STREAM.rows,
+    columns: STREAM.columns,
+    strip: 1,
+}
+.gain_tables_len(STREAM.scales.len());
+
+static MEMORY: ConstStaticCell<Workspaces> = ConstStaticCell::new(Workspaces::new());
+
+/// The memory of the frame.
+struct Workspaces {
+    block: ScanBlock,
+    frame: Memory<{ NEED.real }, { NEED.complex }>,
+    gains: [f32; GAINS],
+}
+
+impl Workspaces {
+    /// All zero.
+    const fn new() -> Self {
+        Workspaces {
+            block: ScanBlock::filled([0; 2]),
+            frame: Memory::new(),
+            gains: [0.0; GAINS],
+        }
+    }
+}
+
+/// Counts the frame, and ends with a failure where it or a step exceeds its bound.
+pub fn main() -> ! {
+    let Some(mut counter) = cortex_m::Peripherals::take().and_then(|p| Counter::new(p.SYST)) else {
+        hprintln!("error: SysTick does not follow the instructions: run QEMU with -icount shift=0");
+        exit(EXIT_FAILURE)
+    };
+    match run(&mut counter, MEMORY.take()) {
+        Ok(true) => exit(EXIT_SUCCESS),
+        Ok(false) => hprintln!("error: more instructions than the bounds in src/bin/live allow"),
+        Err(error) => hprintln!("error: {error}"),
+    }
+    exit(EXIT_FAILURE)
+}
+
+fn run(counter: &mut Counter, workspaces: &mut Workspaces) -> Result<bool, Error> {
+    let Workspaces {
+        block,
+        frame,
+        gains,
+    } = workspaces;
+    const PARAMETERS: Parameters = CASE.parameters();
+    let input = IqInput {
+        interpolation: Some(IqInterpolation::LinearFixed),
+        ..INPUT
+    };
+    let plan = Pipeline::of_iq(PARAMETERS, input)?;
+    let mut frame = Frame::new(&plan, frame.scratch())?.with_gain_tables(gains)?;
+    let (mut lines, mut stack) = (0, 0);
+    for line in 0..CASE.lines {
+        load(block, line * BEAMS / CASE.lines);
+        let mut outcome = Ok(());
+        let cost = counter.count(|| {
+            outcome = record(block).and_then(|record| {
+                let sizes = const { PARAMETERS.beamformer.sizes(ELEMENTS) };
+                let transmits = [(TRANSMIT, &record)];
+                frame.line_by(sizes, line, transmits).map(drop)
+            });
+        });
+        outcome?;
+        lines += cost.instructions;
+        stack = stack.max(cost.stack);
+    }
+    let mut outcome = Ok(());
+    let mut steps = Steps::default();
+    let image = counter.count(|| {
+        steps.begin();
+        outcome = frame.image_in_steps(&mut |_| steps.end()).map(drop);
+    });
+    outcome?;
+    let mut outcome = Ok(());
+    let map = counter.count(|| {
+        steps.begin();
+        outcome = frame.bone_map_in_steps(&mut |_| steps.end()).map(drop);
+    });
+    outcome?;
+    let Case {
+        name,
+        map_every,
+        bound,
+        ..
+    } = CASE;
+    stack = stack.max(image.stack).max(map.stack);
+    let (image, map) = (image.instructions, map.instructions);
+    let whole = lines + image + map / map_every;
+    let largest = steps.largest;
+    hprintln!("live {name} {lines} {image} {map} {largest} {stack}");
+    hprintln!("frame {name} fixed {whole}");
+    Ok(whole <= bound && largest < STEP_BOUND)
+}
+
+/// The largest step.
+#[derive(Default)]
+struct Steps {
+    before: u32,
+    largest: u32,
+}
+
+impl Steps {
+    fn begin(&mut self) {
+        self.before = SYST::get_current();
+    }
+
+    fn end(&mut self) {
+        let now = SYST::get_current();
+        self.largest = self.largest.max(instructions(self.before, now));
+        self.before = now;
+    }
+}
