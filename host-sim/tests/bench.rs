@@ -149,6 +149,7 @@ fn what_cannot_be_measured_is_refused_in_one_line() {
 /// One table of two rows, the second without a yardstick.
 fn example() -> Report {
     let json = serde_json::json!({
+        "program": "1.2.3, commit 0",
         "machine": { "processor": "Abacus", "threads": 1, "instruction_sets": ["BEADS"] },
         "instruction_set": "BEADS",
         "quick": false,
@@ -173,7 +174,7 @@ fn example() -> Report {
 
 #[test]
 fn a_document_changes_between_its_comments_only() {
-    let begin = "<!-- speed: written by `host-sim bench --docs docs/benchmarks.md` -->";
+    let begin = "<!-- speed, BEADS: written by `host-sim bench --docs docs/benchmarks.md` -->";
     let end = "<!-- end of speed -->";
     let document = format!("# Before\n\n{begin}\nold\n{end}\n\nAfter.\n");
     let written = rewrite(&document, &example()).unwrap();
@@ -181,7 +182,7 @@ fn a_document_changes_between_its_comments_only() {
     assert!(written.ends_with(&format!("{end}\n\nAfter.\n")));
     assert!(!written.contains("old"));
     for line in [
-        "Abacus, 1 thread; BEADS (the core's lanes: BEADS)",
+        "Version 1.2.3, commit 0. Abacus, 1 thread; BEADS (the core's lanes: BEADS)",
         "|  | here | pencil | result | target | met |",
         "| one and one | 2.00 µs | 9.00 µs | 4.50 × | ≥ 5 × | no |",
         "| two and two | 123 ms |  |  |  |  |",
@@ -196,5 +197,11 @@ fn a_document_changes_between_its_comments_only() {
 #[test]
 fn the_project_has_a_place_for_the_tables() {
     let document = include_str!("../../docs/benchmarks.md");
-    assert!(rewrite(document, &example()).is_ok());
+    for instruction_set in ["AVX-512", "AVX2"] {
+        let report = Report {
+            instruction_set: instruction_set.into(),
+            ..example()
+        };
+        assert!(rewrite(document, &report).is_ok(), "{instruction_set}");
+    }
 }

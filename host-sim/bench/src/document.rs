@@ -6,29 +6,36 @@ use super::report::{Report, Table};
 use super::text::{cells, head, machine};
 use crate::{Error, Result};
 
-const BEGIN: &str = "<!-- speed: written by `host-sim bench --docs docs/benchmarks.md` -->\n";
 const END: &str = "<!-- end of speed -->";
 
-/// `document` with what stands between the two comments replaced by the report's tables.
+/// The comment before the tables of an instruction set.
+fn begin(instruction_set: &str) -> String {
+    format!(
+        "<!-- speed, {instruction_set}: written by `host-sim bench --docs docs/benchmarks.md` -->\n"
+    )
+}
+
+/// `document` with what stands between the two comments of the report's instruction set replaced by its tables.
 ///
 /// # Errors
 /// [`Error::Data`] where the comments are missing.
 pub fn rewrite(document: &str, report: &Report) -> Result<String> {
+    let begin = begin(&report.instruction_set);
     let missing = || {
         Error::Data(format!(
             "has no lines `{}` and `{END}`, between which the tables belong",
-            BEGIN.trim_end()
+            begin.trim_end()
         ))
     };
-    let (before, rest) = document.split_once(BEGIN).ok_or_else(missing)?;
+    let (before, rest) = document.split_once(&begin).ok_or_else(missing)?;
     let (_, after) = rest.split_once(END).ok_or_else(missing)?;
-    Ok(format!("{before}{BEGIN}{}{END}{after}", tables(report)))
+    Ok(format!("{before}{begin}{}{END}{after}", tables(report)))
 }
 
 fn tables(report: &Report) -> String {
     // Writing to a String cannot fail.
     let mut text = String::new();
-    let _ = writeln!(text, "\n{}\n", machine(report));
+    let _ = writeln!(text, "\nVersion {}. {}\n", report.program, machine(report));
     for table in &report.tables {
         let _ = writeln!(text, "**{}.** {}\n", table.title, table.method);
         let _ = writeln!(text, "{}\n", markdown(table));

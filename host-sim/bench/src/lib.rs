@@ -35,11 +35,12 @@ pub use text::text;
 
 use machine::Machine;
 
-/// Measures the sections; `progress` hears which, and what of it, before it begins.
+/// Measures the sections by `program`, a version; `progress` hears which, and what of it, before it begins.
 ///
 /// # Errors
 /// What the core refuses, and results that are not those of the yardstick.
 pub fn run(
+    program: &str,
     settings: &Settings,
     sections: &[Section],
     progress: &mut (dyn FnMut(Section, &str) + Send),
@@ -50,6 +51,7 @@ pub fn run(
     });
     let tables = tables.collect::<Result<Vec<Table>>>()?;
     Ok(Report {
+        program: program.to_owned(),
         machine: Machine::here(settings.unit_bits),
         instruction_set: settings.instruction_set.name().to_owned(),
         quick: settings.quick,

@@ -7,6 +7,8 @@ use super::machine::Machine;
 /// Everything that one run measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
+    /// The version and the commit of the program.
+    pub program: String,
     /// Where.
     pub machine: Machine,
     /// The instruction set of the core's lanes.

@@ -9,6 +9,7 @@ use clap::{Args, ValueEnum};
 use super::{about, read_document};
 use crate::Result;
 use crate::progress::Progress;
+use crate::provenance::PROGRAM;
 use bonebeam_bench::{Section, Settings, rewrite, run as measure, text};
 use bonebeam_files::atomic::{Outputs, check_outputs};
 use bonebeam_files::terminal::print;
@@ -39,8 +40,8 @@ pub struct Arguments {
     #[arg(short, long, value_name = "FILE.json")]
     output: Option<PathBuf>,
 
-    /// Rewrite the tables of this document, between its two comments
-    #[arg(long, value_name = "FILE.md", conflicts_with_all = ["quick", "only", "instruction_set"])]
+    /// Rewrite the tables of this document, between the two comments of the instruction set
+    #[arg(long, value_name = "FILE.md", conflicts_with_all = ["quick", "only"])]
     docs: Option<PathBuf>,
 }
 
@@ -50,7 +51,8 @@ Examples:
   host-sim bench --quick
   host-sim bench --only peak,fraction --instruction-set avx2
   host-sim bench -o bench.json
-  host-sim bench -o bench.json --docs docs/benchmarks.md";
+  host-sim bench -o bench.json --docs docs/benchmarks.md
+  host-sim bench --instruction-set avx2 --docs docs/benchmarks.md";
 
 /// The names of instruction sets, with all of them in the help.
 fn instruction_sets() -> impl TypedValueParser<Value = InstructionSet> {
@@ -79,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let settings = Settings::new(arguments.quick, arguments.instruction_set)?;
 
     let bar = Progress::new("", 0);
-    let report = measure(&settings, sections, &mut |section, what| {
+    let report = measure(PROGRAM, &settings, sections, &mut |section, what| {
         bar.set_message(format!("{section}: {what}"));
     })?;
     bar.clear();
