@@ -41,6 +41,9 @@ impl DepthStep {
     /// The first computed sample at or behind `sample`.
     #[inline(always)]
     pub(super) fn first(self, sample: usize) -> usize {
+        if self.get() == 1 {
+            return sample;
+        }
         self.outputs(sample).saturating_mul(self.get())
     }
 
