@@ -9,6 +9,7 @@
 //! x = 0 at y = z = 0. A phantom of the image plane alone has y = 0 throughout.
 
 mod array;
+mod bone_surface;
 mod cell_sum;
 mod cells;
 mod chain;
@@ -40,6 +41,7 @@ mod vertebra;
 mod volume;
 
 pub use array::Array;
+pub use bone_surface::BoneSurface;
 pub use channel_data::{Summation, add_noise, channel_data, noise, resumed_channel_data};
 pub use checkpoint::Checkpoint;
 pub use clutter::{Clutter, DiffuseClutter};
@@ -58,7 +60,7 @@ pub use section::{Kind, Simulate};
 pub use settings::{Baffle, NoiseSpectrum, Settings};
 pub use shadow::visible;
 pub use surface::Surface;
-pub use vertebra::slice_vertebra;
+pub use vertebra::{VertebraShape, slice_vertebra};
 pub use volume::{Block, Bone, DynamicRange, Layers, PAPER_DENSITY};
 
 pub use bonebeam_files::{Error, Result};

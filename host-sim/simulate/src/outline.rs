@@ -10,9 +10,13 @@ use crate::{Error, Result};
 
 use super::chain::Point;
 use super::noise::complex_gaussian;
+use super::scatterer::SurfacePoint;
 
 /// Consecutive segments that share a bounding circle, by which far ones are passed over.
 const CHUNK: usize = 24;
+
+/// How far beside an outline it is asked for its inside, m.
+const PROBE: f64 = 1e-6;
 
 /// Closed loops that bound bone by the even–odd rule.
 #[derive(Clone, Debug, PartialEq)]
@@ -171,6 +175,36 @@ impl Outline {
             .collect()
     }
 
+    /// The same points with the unit normals there, away from the bone.
+    pub(super) fn points_with_normals(&self, spacing: f64) -> Vec<SurfacePoint> {
+        let mut all = Vec::new();
+        for points in &self.loops {
+            let points = resample(points, spacing);
+            let n = points.len();
+            let Some(&p) = points.first() else { continue };
+            let normal = |k: usize| {
+                let (before, after) = (points[(k + n - 1) % n], points[(k + 1) % n]);
+                let chord = [after[0] - before[0], after[1] - before[1]];
+                let length = libm::hypot(chord[0], chord[1]).max(f64::MIN_POSITIVE);
+                [chord[1] / length, -chord[0] / length]
+            };
+            // Which way the loop goes.
+            let out = normal(0);
+            let inside =
+                |step: f64| self.signed_distance(p[0] + step * out[0], p[1] + step * out[1]);
+            let sign = if inside(PROBE) > inside(-PROBE) {
+                -1.0
+            } else {
+                1.0
+            };
+            all.extend((0..n).map(|k| {
+                let [x, z] = normal(k).map(|v| sign * v);
+                ([points[k][0], 0.0, points[k][1]], [x, 0.0, z])
+            }));
+        }
+        all
+    }
+
     /// The outline as straight facets between corners about `edge` apart, each corner moved off
     /// the outline by a Gaussian distance of standard deviation `roughness`, m.
     pub fn faceted(&self, edge: f64, roughness: f64, seed: u64) -> Result<Self> {
@@ -315,6 +349,18 @@ mod tests {
             (map[[1, 0]] - 0.5).abs() < 1e-12
                 && (map[[2, 1]] - outline.signed_distance(1.5, 8.0)).abs() < 1e-12
         );
+    }
+
+    #[test]
+    fn normals_point_away_from_the_bone() {
+        let outline = square_with_hole();
+        for ([x, _, z], [nx, _, nz]) in outline.points_with_normals(0.5) {
+            assert!((libm::hypot(nx, nz) - 1.0).abs() < 1e-12);
+            assert!(
+                outline.signed_distance(x + 0.1 * nx, z + 0.1 * nz) < 0.0,
+                "({x}, {z})"
+            );
+        }
     }
 
     #[test]

@@ -8,6 +8,7 @@ use rand::{RngExt, SeedableRng};
 
 use crate::{Error, Result};
 
+use super::bone_surface::{BoneSurface, SurfaceDensity};
 use super::mesh::slice_mesh;
 use super::outline::Outline;
 use super::scatterer::{PointSource, Scatterer};
@@ -67,6 +68,9 @@ pub struct Phantom {
     pub scatterers: Vec<Scatterer>,
     /// How many of them lie on the bone.
     pub on_bone: usize,
+    /// Where those on the bone have to be seen to be heard: on the smooth surface that casts shadows. Empty where they
+    /// lie on that.
+    pub seen_at: Vec<[f64; 3]>,
     /// The bone's outline in the image plane, which casts shadows unless `surface` does.
     pub bone: Option<Outline>,
     /// The bone's surface, which casts shadows where there is one.
@@ -85,6 +89,7 @@ impl Default for Phantom {
         Phantom {
             scatterers: Vec::new(),
             on_bone: 0,
+            seen_at: Vec::new(),
             bone: None,
             surface: None,
             clutter: Vec::new(),
@@ -130,13 +135,7 @@ impl Phantom {
     /// # Errors
     /// An outline longer than any bone's.
     pub fn bone(outline: &Outline) -> Result<Self> {
-        let length = outline.length();
-        if length.is_nan() || length > LONGEST_OUTLINE {
-            return Err(Error::Data(format!(
-                "the bone's outline is {length:.1} m long; expected at most {LONGEST_OUTLINE} m, about \
-                 ten times a vertebra's"
-            )));
-        }
+        check_length(outline)?;
         let surface = outline.faceted(FACET, ROUGHNESS, 1)?;
         let scatterers: Vec<Scatterer> = surface
             .equally_spaced(BONE_SPACING)
@@ -156,12 +155,43 @@ impl Phantom {
         })
     }
 
+    /// A bone in a water bath whose surface scatters as `surface` has it, with the relief of a seed. Shadows are those of
+    /// the smooth outline.
+    ///
+    /// # Errors
+    /// An outline longer than any bone's.
+    pub fn rough_bone(outline: &Outline, surface: &BoneSurface, seed: u64) -> Result<Self> {
+        check_length(outline)?;
+        let smooth = outline.faceted(FACET, 0.0, 1)?;
+        let points = smooth.points_with_normals(BONE_SPACING);
+        let density = SurfaceDensity::Line(1.0 / BONE_SPACING);
+        let (scatterers, seen_at) = surface.scatterers(&points, density, seed);
+        Ok(Phantom {
+            on_bone: scatterers.len(),
+            scatterers,
+            seen_at,
+            bone: Some(smooth),
+            ..Phantom::default()
+        })
+    }
+
     /// The bone of a mesh (see [`slice_mesh`](super::slice_mesh)), or without one the built-in
-    /// vertebra, cut at height `slice` in m, its shallowest point at `depth` in m, in a water bath.
-    pub fn slice(mesh: Option<&Path>, slice: f64, depth: f64) -> Result<Self> {
-        match mesh {
-            None => Phantom::vertebra(slice, depth),
-            Some(path) => Phantom::bone(&slice_mesh(path, slice)?.at_depth(depth)?),
+    /// vertebra, cut at height `slice` in m, its shallowest point at `depth` in m, in a water bath; with a surface of
+    /// its own and its seed, or as [`Phantom::bone`] has it.
+    pub fn slice(
+        mesh: Option<&Path>,
+        slice: f64,
+        depth: f64,
+        surface: Option<(&BoneSurface, u64)>,
+    ) -> Result<Self> {
+        let outline = match mesh {
+            None => slice_vertebra(slice)?,
+            Some(path) => slice_mesh(path, slice)?,
+        };
+        let outline = outline.at_depth(depth)?;
+        match surface {
+            None => Phantom::bone(&outline),
+            Some((surface, seed)) => Phantom::rough_bone(&outline, surface, seed),
         }
     }
 
@@ -181,6 +211,7 @@ impl Phantom {
         if scatterers.into_iter().all(|s| numbers(s) && in_front(s.z))
             && outline.into_iter().all(|p| in_front(p[1]))
             && surface.all(|v| in_front(v[2]))
+            && self.seen_at.iter().flatten().all(|v| v.is_finite())
             && self.reverberation.is_finite()
         {
             return Ok(());
@@ -202,7 +233,11 @@ impl Phantom {
     /// All that echoes: the scatterers, the clutter, the bone's image by reverberation.
     pub(super) fn sources(&self) -> Vec<PointSource> {
         let at = |s: &Scatterer| PointSource::at([s.x, s.y, s.z], s.amplitude);
-        let scatterers = self.scatterers.iter().map(at);
+        let seen = |(k, s): (usize, &Scatterer)| PointSource {
+            seen_at: self.seen_at.get(k).copied().unwrap_or([s.x, s.y, s.z]),
+            ..at(s)
+        };
+        let scatterers = self.scatterers.iter().enumerate().map(seen);
         let clutter = self.clutter.iter().map(|s| PointSource {
             unhidden: true,
             ..at(s)
@@ -211,10 +246,11 @@ impl Phantom {
             true => 0,
             false => self.on_bone.min(self.scatterers.len()),
         };
-        let image = self.scatterers[..bone].iter().map(|s| PointSource {
+        let image = self.scatterers[..bone].iter().enumerate();
+        let image = image.map(|(k, s)| PointSource {
             z: 2.0 * s.z,
             amplitude: self.reverberation * s.amplitude,
-            ..at(s)
+            ..seen((k, s))
         });
         scatterers.chain(clutter).chain(image).collect()
     }
@@ -273,4 +309,16 @@ impl Phantom {
         }
         self
     }
+}
+
+/// Refuses an outline longer than any bone's.
+fn check_length(outline: &Outline) -> Result<()> {
+    let length = outline.length();
+    if length.is_nan() || length > LONGEST_OUTLINE {
+        return Err(Error::Data(format!(
+            "the bone's outline is {length:.1} m long; expected at most {LONGEST_OUTLINE} m, about \
+             ten times a vertebra's"
+        )));
+    }
+    Ok(())
 }

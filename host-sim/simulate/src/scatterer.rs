@@ -13,6 +13,9 @@ pub struct Scatterer {
     pub amplitude: f64,
 }
 
+/// A point of a smooth surface, m, and its unit normal outwards.
+pub(super) type SurfacePoint = ([f64; 3], [f64; 3]);
+
 /// A scatterer as the sum takes it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PointSource {

@@ -6,7 +6,7 @@ use crate::Result;
 
 use super::chain::{Segment, closed_loops};
 use super::outline::Outline;
-use super::scatterer::Scatterer;
+use super::scatterer::{Scatterer, SurfacePoint};
 
 /// A surface of triangles, in metres along the array's axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -182,6 +182,22 @@ impl Surface {
         density: f64,
         wanted: impl Fn([f64; 3]) -> bool,
     ) -> Result<Vec<Scatterer>> {
+        let points = self.points_with_normals(density, wanted)?.into_iter();
+        let scatterer = |([x, y, z], _): SurfacePoint| Scatterer {
+            x,
+            y,
+            z,
+            amplitude: 1.0,
+        };
+        Ok(points.map(scatterer).collect())
+    }
+
+    /// The points of [`Surface::scatterers`] with the unit normals there, outwards.
+    pub(super) fn points_with_normals(
+        &self,
+        density: f64,
+        wanted: impl Fn([f64; 3]) -> bool,
+    ) -> Result<Vec<SurfacePoint>> {
         // 1/p and 1/p² of the plastic number p.
         const STEP: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
         let mut points = Vec::new();
@@ -189,7 +205,8 @@ impl Surface {
         for [a, b, c] in self.corners() {
             let (ab, ac) = (sub(b, a), sub(c, a));
             let normal = cross(ab, ac);
-            owed += 0.5 * dot(normal, normal).sqrt() * density;
+            let length = dot(normal, normal).sqrt();
+            owed += 0.5 * length * density;
             while owed >= 1.0 {
                 owed -= 1.0;
                 index += 1;
@@ -203,12 +220,7 @@ impl Surface {
                 }
                 let p = [0, 1, 2].map(|k| a[k] + u * ab[k] + v * ac[k]);
                 if wanted(p) {
-                    points.push(Scatterer {
-                        x: p[0],
-                        y: p[1],
-                        z: p[2],
-                        amplitude: 1.0,
-                    });
+                    points.push((p, normal.map(|n| n / length)));
                 }
             }
         }

@@ -2,10 +2,13 @@
 //!
 //! Body, pedicles, laminae, spinous, transverse and articular processes are simple solids joined
 //! by a smooth minimum; the vertebral canal is taken out. Sizes follow common anatomical figures
-//! for L3. Millimetres within this file: x to the right, y from the spinous process's tip towards
-//! the front, z towards the head.
+//! for L3. Other vertebrae differ by a [`VertebraShape`]. Millimetres within this file: x to the right, y from the spinous
+//! process's tip towards the front, z towards the head.
 
 use libm::pow;
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+use serde::Serialize;
 
 use crate::{Error, Result};
 
@@ -17,43 +20,124 @@ type Vector = [f64; 3];
 
 /// Radius of the fillets between the parts, mm.
 const FILLET: f64 = 3.0;
+/// Where the spinous process begins, mm.
+const BASE: f64 = 16.0;
 
 /// The outline at height `slice` in m, as seen from behind: x to the right, z growing towards
 /// the front, the spinous process's tip near z = 0. Slices from −20 to 16 mm cut the posterior
 /// parts.
 pub fn slice_vertebra(slice: f64) -> Result<Outline> {
-    let grid = PlaneGrid {
-        corner: [-55e-3, -5e-3],
-        step: 0.1e-3,
-        nodes: [1101, 901],
-    };
-    let segments = contour(&grid, |[x, z]| distance([1e3 * x, 1e3 * z, 1e3 * slice]));
-    let loops = closed_loops(&segments)
-        .filter(|loops| !loops.is_empty())
-        .ok_or_else(|| {
-            Error::Usage(format!(
-                "slice at {} mm does not cut the vertebra",
-                1e3 * slice
-            ))
-        })?;
-    Outline::new(loops)
+    VertebraShape::default().slice(slice)
 }
 
-/// Signed distance to the vertebra's surface, mm, negative inside; exact on the surface only.
-pub(super) fn distance(p: Vector) -> f64 {
-    // The vertebra is symmetric, so one side is described.
-    let p = [p[0].abs(), p[1], p[2]];
-    let mut bone = body(p);
-    for part in [
-        pedicle(p),
-        lamina(p),
-        spinous_process(p),
-        transverse_process(p),
-        articular_processes(p),
-    ] {
-        bone = smooth_min(bone, part, FILLET);
+/// By what a vertebra differs from the built-in one. Lengths are factors of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct VertebraShape {
+    /// All of it.
+    pub scale: f64,
+    /// Across.
+    pub width: f64,
+    /// The spinous process, from its base to its tip.
+    pub spinous_length: f64,
+    /// Its thickness.
+    pub spinous_thickness: f64,
+    /// How far its tip lies to the right of the middle, mm.
+    pub spinous_deviation: f64,
+    /// How far a lamina falls towards the front on its way of 12.5 mm outwards, mm; 4 in the built-in one.
+    pub lamina_fall: f64,
+    /// The articular processes.
+    pub facets: f64,
+    /// How much wider the right side is than the left.
+    pub asymmetry: f64,
+}
+
+impl Default for VertebraShape {
+    fn default() -> Self {
+        VertebraShape {
+            scale: 1.0,
+            width: 1.0,
+            spinous_length: 1.0,
+            spinous_thickness: 1.0,
+            spinous_deviation: 0.0,
+            lamina_fall: 4.0,
+            facets: 1.0,
+            asymmetry: 0.0,
+        }
     }
-    -smooth_min(-bone, canal(p), 1.5)
+}
+
+impl VertebraShape {
+    /// A shape of a population, by its seed. The ranges are those of lumbar vertebrae of adults, about.
+    pub fn drawn(seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut within = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
+        VertebraShape {
+            scale: within(0.85, 1.1),
+            width: within(0.9, 1.1),
+            spinous_length: within(0.8, 1.2),
+            spinous_thickness: within(0.8, 1.25),
+            spinous_deviation: within(-2.0, 2.0),
+            lamina_fall: within(1.5, 6.5),
+            facets: within(0.8, 1.2),
+            asymmetry: within(-0.12, 0.12),
+        }
+    }
+
+    /// As [`slice_vertebra`], of this shape.
+    ///
+    /// # Errors
+    /// A slice that does not cut it.
+    pub fn slice(&self, slice: f64) -> Result<Outline> {
+        let grid = PlaneGrid {
+            corner: [-55e-3, -5e-3],
+            step: 0.1e-3,
+            nodes: [1101, 901],
+        };
+        let segments = contour(&grid, |[x, z]| {
+            self.distance([1e3 * x, 1e3 * z, 1e3 * slice])
+        });
+        let loops = closed_loops(&segments)
+            .filter(|loops| !loops.is_empty())
+            .ok_or_else(|| {
+                Error::Usage(format!(
+                    "slice at {} mm does not cut the vertebra",
+                    1e3 * slice
+                ))
+            })?;
+        Outline::new(loops)
+    }
+
+    /// Signed distance to its surface, mm, negative inside; exact on the surface of the built-in one only.
+    fn distance(&self, p: Vector) -> f64 {
+        let p = p.map(|v| v / self.scale);
+        let side = if p[0] < 0.0 { -1.0 } else { 1.0 };
+        let across = p[0] / (self.width * (1.0 + side * self.asymmetry));
+        // The spinous process leans to a side the more the nearer its tip.
+        let lean = self.spinous_deviation * ((BASE - p[1]) / BASE).max(0.0);
+        let spinous = [
+            (across - lean) / self.spinous_thickness,
+            p[1] + (BASE - p[1]) * (1.0 - 1.0 / self.spinous_length),
+            p[2],
+        ];
+        // One side is described.
+        let p = [across.abs(), p[1], p[2]];
+        let mut bone = body(p);
+        for part in [
+            pedicle(p),
+            lamina(p, self.lamina_fall),
+            spinous_process(spinous),
+            transverse_process(p),
+            articular_processes(p, self.facets),
+        ] {
+            bone = smooth_min(bone, part, FILLET);
+        }
+        -smooth_min(-bone, canal(p), 1.5)
+    }
+}
+
+/// Signed distance to the built-in vertebra's surface, mm, negative inside; exact on the surface only.
+pub(super) fn distance(p: Vector) -> f64 {
+    VertebraShape::default().distance(p)
 }
 
 /// A superellipsoid with flat end plates, drawn in at the waist and at the back.
@@ -84,9 +168,9 @@ fn pedicle(p: Vector) -> f64 {
 }
 
 /// A slab from the spinous process's base outwards, its lower edge further back.
-fn lamina(p: Vector) -> f64 {
+fn lamina(p: Vector, fall: f64) -> f64 {
     let y = p[1] + 0.22 * (p[2] + 2.0);
-    let (dx, dy) = (12.5f64, 4.0);
+    let (dx, dy) = (12.5f64, fall);
     let length = (dx * dx + dy * dy).sqrt();
     let (u, v) = (
         (p[0] * dx + (y - 12.5) * dy) / length,
@@ -110,9 +194,10 @@ fn transverse_process(p: Vector) -> f64 {
 }
 
 /// The lower pair beside the laminae, the upper pair further out with a mammillary process.
-fn articular_processes([x, y, z]: Vector) -> f64 {
-    let lower = ellipsoid([x - 11.5, y - 14.0, z + 11.0], [5.0, 5.4, 11.0]);
-    let upper = ellipsoid([x - 17.5, y - 16.0, z - 9.0], [4.6, 6.8, 9.5]);
+fn articular_processes([x, y, z]: Vector, size: f64) -> f64 {
+    let sized = |axes: Vector| axes.map(|v| size * v);
+    let lower = ellipsoid([x - 11.5, y - 14.0, z + 11.0], sized([5.0, 5.4, 11.0]));
+    let upper = ellipsoid([x - 17.5, y - 16.0, z - 9.0], sized([4.6, 6.8, 9.5]));
     smooth_min(lower, upper, 2.0)
 }
 
@@ -164,4 +249,54 @@ fn dot(a: Vector, b: Vector) -> f64 {
 
 fn norm(a: Vector) -> f64 {
     dot(a, a).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mirrored_shape_is_the_shape_from_the_other_side() {
+        let shape = VertebraShape::drawn(3);
+        let mirrored = VertebraShape {
+            spinous_deviation: -shape.spinous_deviation,
+            asymmetry: -shape.asymmetry,
+            ..shape
+        };
+        for p in [[3.0, 1.0, -4.0], [-11.0, 14.0, 2.0], [0.5, 6.0, 0.0]] {
+            let q = [-p[0], p[1], p[2]];
+            assert_eq!(shape.distance(p), mirrored.distance(q));
+        }
+    }
+
+    #[test]
+    fn a_longer_spinous_process_ends_further_back() {
+        // The tip: least depth of the outline near the middle, m; the base stays at 16 mm.
+        let tip = |spinous_length: f64| {
+            let shape = VertebraShape {
+                spinous_length,
+                ..VertebraShape::default()
+            };
+            shape.slice(-4e-3).unwrap().first_hit(0.0).unwrap()
+        };
+        let built_in = BASE * 1e-3 - tip(1.0);
+        for length in [0.8, 1.2] {
+            let found = BASE * 1e-3 - tip(length);
+            assert!(
+                (found / built_in - length).abs() < 0.03,
+                "{length}: {found}"
+            );
+        }
+    }
+
+    #[test]
+    fn drawn_shapes_differ_and_are_cut() {
+        let mut lengths = Vec::new();
+        for seed in 1..=4 {
+            let outline = VertebraShape::drawn(seed).slice(-8e-3).unwrap();
+            lengths.push(1e9 * outline.length());
+        }
+        lengths.sort_by(f64::total_cmp);
+        assert!(lengths.windows(2).all(|pair| pair[1] - pair[0] > 1.0));
+    }
 }

@@ -13,6 +13,7 @@ use rand::{RngExt, SeedableRng};
 use crate::{Error, Result};
 use bonebeam_files::memory::{self, product};
 
+use super::bone_surface::{BoneSurface, SurfaceDensity};
 use super::marching_tetrahedra::{self, VolumeGrid};
 use super::mesh::read_mesh;
 use super::phantom::Phantom;
@@ -112,23 +113,34 @@ impl Bone<'_> {
         Ok((surface.moved([0.0, 0.0, depth - top]), warnings))
     }
 
-    /// The phantom of this bone in water: scatterers of amplitude 1 on its surface, within the slab.
+    /// The phantom of this bone in water: scatterers on its surface, within the slab, as `rough` has them with its seed, or
+    /// of amplitude 1.
     ///
     /// # Errors
     /// As [`Bone::surface`].
-    pub fn phantom(&self, depth: f64, thickness: f64) -> Result<(Phantom, Vec<String>)> {
+    pub fn phantom(
+        &self,
+        depth: f64,
+        thickness: f64,
+        rough: Option<(&BoneSurface, u64)>,
+    ) -> Result<(Phantom, Vec<String>)> {
         let (surface, warnings) = self.surface(depth, thickness)?;
         let [half, across] = [0.5 * thickness, 25e-3];
-        let scatterers =
-            surface.scatterers(ON_BONE, |[x, y, _]| x.abs() <= across && y.abs() <= half)?;
-        let outline = surface.outline().map_err(Error::Data)?;
-        let phantom = Phantom {
-            on_bone: scatterers.len(),
-            scatterers,
-            bone: outline,
-            surface: Some(surface),
+        let near = |[x, y, _]: [f64; 3]| x.abs() <= across && y.abs() <= half;
+        let mut phantom = Phantom {
+            bone: surface.outline().map_err(Error::Data)?,
             ..Phantom::default()
         };
+        match rough {
+            None => phantom.scatterers = surface.scatterers(ON_BONE, near)?,
+            Some((rough, seed)) => {
+                let points = surface.points_with_normals(ON_BONE, near)?;
+                let density = SurfaceDensity::Area(ON_BONE);
+                (phantom.scatterers, phantom.seen_at) = rough.scatterers(&points, density, seed);
+            }
+        }
+        phantom.on_bone = phantom.scatterers.len();
+        phantom.surface = Some(surface);
         Ok((phantom, warnings))
     }
 }

@@ -67,6 +67,28 @@ pub struct SimulateFlags {
     )]
     clutter_fall: Option<f64>,
 
+    /// Roughness of the bone's surface: RMS of its relief, m [default: the paper's facets; 3e-5 with one of the next
+    /// three]
+    #[arg(long, value_name = "M", help_heading = "Bone")]
+    roughness: Option<f64>,
+
+    /// Correlation length of the relief, m [default: 0.0005]
+    #[arg(long, value_name = "M", help_heading = "Bone")]
+    roughness_correlation: Option<f64>,
+
+    /// Ratio of specular to diffuse reflection of the bone's surface, dB [default: 10]
+    #[arg(
+        long,
+        value_name = "DB",
+        allow_negative_numbers = true,
+        help_heading = "Bone"
+    )]
+    specular_to_diffuse: Option<f64>,
+
+    /// How far behind the bone's surface its spongy bone echoes, m [default: bone that is cortex throughout]
+    #[arg(long, value_name = "M", help_heading = "Bone")]
+    cortex: Option<f64>,
+
     /// Thickness of the slab of scatterers around the image plane, m [default: 0.006]
     #[arg(long, value_name = "M", help_heading = "Volume")]
     thickness: Option<f64>,
@@ -201,8 +223,26 @@ impl SimulateFlags {
             clutter.coherence = self.clutter_coherence.or(clutter.coherence);
             clutter.fall = self.clutter_fall.unwrap_or(clutter.fall);
         }
+        if self.bone().is_some() {
+            let bone = section.bone.get_or_insert_default();
+            bone.roughness = self.roughness.unwrap_or(bone.roughness);
+            bone.correlation = self.roughness_correlation.unwrap_or(bone.correlation);
+            bone.specular_to_diffuse = self.specular_to_diffuse.unwrap_or(bone.specular_to_diffuse);
+            bone.cortex = self.cortex.or(bone.cortex);
+        }
         self.apply_scanner(section.scanner());
         self.refuse_those_of_the_other(section)
+    }
+
+    /// The first flag of the bone's surface that is given.
+    fn bone(&self) -> Option<&'static str> {
+        let flags = [
+            ("--roughness", self.roughness),
+            ("--roughness-correlation", self.roughness_correlation),
+            ("--specular-to-diffuse", self.specular_to_diffuse),
+            ("--cortex", self.cortex),
+        ];
+        flags.iter().find_map(|(flag, given)| given.map(|_| *flag))
     }
 
     fn apply_scanner(&self, scanner: &mut Settings) {
@@ -257,6 +297,11 @@ impl SimulateFlags {
                 phantom.is_volume(),
             ),
             ("--clutter", self.clutter.is_some(), phantom.has_bone()),
+            (
+                self.bone().unwrap_or_default(),
+                self.bone().is_some(),
+                phantom.has_bone(),
+            ),
         ];
         if let Some((flag, ..)) = flags.iter().find(|(_, given, has)| *given && !has) {
             return Err(Error::Usage(format!(

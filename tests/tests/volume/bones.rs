@@ -13,7 +13,7 @@ fn bones_of_a_volume_have_their_scatterers_and_their_outline() {
         Bone::Laminae,
         Bone::FacetJoint,
     ] {
-        let (phantom, warnings) = bone.phantom(15e-3, 6e-3).unwrap();
+        let (phantom, warnings) = bone.phantom(15e-3, 6e-3, None).unwrap();
         assert!(warnings.is_empty());
         let outline = phantom.bone.as_ref().expect("the plane cuts it");
         let all = &phantom.scatterers;
@@ -59,7 +59,7 @@ fn the_density_of_scatterers_on_bone_is_the_papers() {
         mesh: None,
         slice: 0.0,
     }
-    .phantom(15e-3, 6e-3)
+    .phantom(15e-3, 6e-3, None)
     .unwrap();
     let surface = phantom.surface.as_ref().unwrap();
     let within = surface

@@ -230,7 +230,7 @@ impl Spine {
     }
 
     fn phantom(&self, scene: &SpineScene) -> Result<Phantom> {
-        let (mut phantom, _) = scene.bone.phantom(scene.depth, self.thickness)?;
+        let (mut phantom, _) = scene.bone.phantom(scene.depth, self.thickness, None)?;
         let settings = &self.simulation;
         phantom.check_within(settings)?;
         let block = Block {

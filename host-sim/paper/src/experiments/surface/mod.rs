@@ -235,7 +235,7 @@ impl Surface {
 
     fn phantom(&self, bone: Option<&Bone<'_>>, settings: &Settings) -> Result<Phantom> {
         let mut phantom = match bone {
-            Some(bone) => bone.phantom(self.depth, self.thickness)?.0,
+            Some(bone) => bone.phantom(self.depth, self.thickness, None)?.0,
             None => Phantom::default(),
         };
         let block = Block {

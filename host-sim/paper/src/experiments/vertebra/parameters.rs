@@ -61,7 +61,7 @@ impl Default for Vertebra {
 impl Vertebra {
     /// The slice of the vertebra in its water bath.
     pub(super) fn phantom(&self) -> Result<Phantom> {
-        let phantom = Phantom::slice(self.mesh.as_deref(), self.slice, self.depth)?;
+        let phantom = Phantom::slice(self.mesh.as_deref(), self.slice, self.depth, None)?;
         phantom.check_within(&self.simulation)?;
         Ok(phantom)
     }

@@ -81,7 +81,7 @@ impl VertebraInTissue {
             mesh: self.mesh.as_deref(),
             slice: self.slice,
         };
-        let (mut phantom, _) = bone.phantom(self.depth, self.thickness)?;
+        let (mut phantom, _) = bone.phantom(self.depth, self.thickness, None)?;
         phantom.check_within(&self.simulation)?;
         let density = 1e9 * self.tissue_density;
         let block = Block {
