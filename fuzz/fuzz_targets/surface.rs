@@ -17,7 +17,7 @@ struct Input {
     lines: u8,
     samples: u8,
     latency: u8,
-    numbers: [f64; 12],
+    numbers: [f64; 14],
     any_bits: bool,
     exponent: i8,
     data: Vec<u8>,
@@ -78,12 +78,15 @@ fn settings(input: &Input) -> Settings {
         end,
         jump,
         slope,
+        cell,
+        contrast,
         level,
         rest,
         shadow,
         width,
     ] = input.numbers;
     let mut settings = Settings {
+        cell: within(cell, [0.01e-3, 1e-3]),
         depths: [within(from, [0.0, 2e-3]), f64::INFINITY],
         absence: within(absence, [-66.0, 66.0]),
         end: within(end, [0.0, 66.0]),
@@ -91,6 +94,7 @@ fn settings(input: &Input) -> Settings {
         slope: within(slope, [0.0, 1e5]),
         ..usual
     };
+    settings.contrast.weight = within(contrast, [-17.0, 17.0]);
     settings.level.weight = within(level, [-17.0, 17.0]);
     settings.rest.weight = within(rest, [-17.0, 17.0]);
     settings.shadow.weight = within(shadow, [-17.0, 17.0]);

@@ -131,6 +131,7 @@ fn the_written_configuration_is_read_back_as_it_was() {
         surface: Surface {
             search_end: Some(0.04),
             absence: Some(-2.0),
+            contrast: Some(0.5),
             rest: Some(1.5),
             ..Surface::default()
         },

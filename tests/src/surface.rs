@@ -13,8 +13,15 @@ pub const LINES: usize = 24;
 /// Samples of a line.
 pub const SAMPLES: usize = 384;
 
-/// Every term counts.
+/// Every term but the contrast counts.
 const SETTINGS: Settings = Settings {
+    cell: 0.06e-3,
+    onset_weight: 1.25,
+    contrast: Ramp {
+        weight: 0.0,
+        centre: 0.0,
+        width: 1.0,
+    },
     level: Ramp {
         weight: 1.0,
         centre: 0.02,
@@ -34,6 +41,7 @@ const SETTINGS: Settings = Settings {
     end: 3.0,
     jump: 6.0,
     slope: 1.6e3,
+    confidence: [-0.04, 1.2],
     ..Settings::DEFAULT
 };
 
@@ -62,8 +70,25 @@ pub const LATE: Parameters = Parameters {
     settings: SETTINGS,
     latency: 5,
 };
+/// Cells of three samples, and the contrast counts.
+pub const CONTRAST: Parameters = Parameters {
+    settings: Settings {
+        cell: 0.11e-3,
+        contrast: Ramp {
+            weight: 0.8,
+            centre: 0.1,
+            width: 0.2,
+        },
+        ..WHOLE.settings
+    },
+    ..WHOLE
+};
 /// The cases with their names.
-pub const CASES: [(&str, Parameters); 2] = [("surface-frame", WHOLE), ("surface-late", LATE)];
+pub const CASES: [(&str, Parameters); 3] = [
+    ("surface-frame", WHOLE),
+    ("surface-late", LATE),
+    ("surface-contrast", CONTRAST),
+];
 
 const fn need(parameters: Parameters) -> Need {
     match parameters.need() {
@@ -71,7 +96,7 @@ const fn need(parameters: Parameters) -> Need {
         Err(_) => panic!("the parameters are not valid"),
     }
 }
-const NEED: Need = need(WHOLE).or(need(LATE));
+const NEED: Need = need(WHOLE).or(need(LATE)).or(need(CONTRAST));
 
 /// The memory of the cases.
 pub struct Memory {

@@ -296,7 +296,7 @@ fn the_surface_by_trying_all_paths_has_the_hashes() {
 }
 
 /// Cases that are never computed over lanes, or only over those of a beam each.
-const ONE_LANE: [&str; 20] = [
+const ONE_LANE: [&str; 21] = [
     "sqrt",
     "delay-filter-f32",
     "mv-growing-aperture",
@@ -309,6 +309,7 @@ const ONE_LANE: [&str; 20] = [
     "pipeline-iq-middle",
     "surface-frame",
     "surface-late",
+    "surface-contrast",
     "steering",
     "sub-lines-mv-growing-aperture",
     "mv-growing-aperture-depth-step-3",

@@ -9,8 +9,8 @@ use crate::memory::Need;
 
 /// Finds the bone surface in grey levels of lines: parameters, checked, and what follows from them.
 ///
-/// A frame takes `Detector::need` numbers of memory. On a Cortex-M7 scores and path together take about 110
-/// instructions a sample of two samples a cell, the levels of a line 31 (`firmware/count`).
+/// A frame takes `Detector::need` numbers of memory. On a Cortex-M7 scores and path together take about 60
+/// instructions a sample where cells have four samples, the levels of a line 20 (`firmware/count`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Detector {
@@ -86,6 +86,7 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
     ));
     let cell = sizes.stride as f64 * step;
     let white = WHITE as f64;
+    let contrast = attempt!(ramp("contrast", &settings.contrast));
     let level = attempt!(ramp("level", &settings.level));
     let rest = attempt!(ramp("rest", &settings.rest));
     let shadow = attempt!(ramp("shadow", &settings.shadow));
@@ -106,6 +107,7 @@ const fn line(settings: &Settings, sizes: &Sizes, step: f64) -> Result<Line, Err
         below: Window::new(signed(below[0], cell), signed(below[1], cell), sizes.stride),
         floor: (onset_floor * white * white + 0.5) as u32,
         weight: integer(onset_weight * 1024.0),
+        contrast: RampPlan::new(&settings.contrast, contrast),
         level: RampPlan::new(&settings.level, level),
         rest: RampPlan::new(&settings.rest, rest),
         rest_from: cells_of(rest_from, cell),

@@ -1,4 +1,4 @@
-//! The scores of a line: shadow onset, change of level, shadow to the end.
+//! The scores of a line: shadow onset, contrast, change of level, rest, shadow to the end.
 
 use super::logarithm::{NAT, ln};
 use super::parameters::{PARTS, Sizes, WHITE};
@@ -110,6 +110,7 @@ pub(super) struct Line {
     pub floor: u32,
     /// Of the onset's logarithm, in 1/1024.
     pub weight: i32,
+    pub contrast: RampPlan,
     pub level: RampPlan,
     pub rest: RampPlan,
     /// From this cell on nothing is as bright as the tissue above.
@@ -162,6 +163,13 @@ impl Line {
             2 => {
                 for (&[a, b], place) in grey.as_chunks::<2>().0.iter().zip(places.by_ref()) {
                     sum = sum.wrapping_add(u32::from(a) + u32::from(b));
+                    *place = sum;
+                }
+            }
+            4 => {
+                for (cell, place) in grey.as_chunks::<4>().0.iter().zip(places.by_ref()) {
+                    let [a, b, c, d] = cell.map(u32::from);
+                    sum = sum.wrapping_add(a + b + c + d);
                     *place = sum;
                 }
             }
@@ -290,9 +298,11 @@ impl Line {
         // At most (255·16)², below 2²⁴.
         let onset = above(means.near).wrapping_mul(above(means.far));
         let onset = ln(onset.wrapping_add(self.floor)) - ln((WHITE * WHITE) as u32);
+        let contrast = self.contrast.at((means.echo - means.above) >> SHIFT);
         let level = self.level.at((means.above - means.below) >> SHIFT);
         let rest = self.rest.at((means.above >> SHIFT) - means.rest);
-        ((onset * self.weight) >> NAT.trailing_zeros()) + level + rest + shadow.at(means.shadow)
+        let onset = (onset * self.weight) >> NAT.trailing_zeros();
+        onset + contrast + level + rest + shadow.at(means.shadow)
     }
 }
 

@@ -10,8 +10,6 @@ pub(super) const PARTS: i32 = 16;
 /// White, in those.
 pub(super) const WHITE: i32 = 255 * PARTS;
 
-/// Cells are at least this long, m, and shorter than twice that or a single sample.
-const CELL: f64 = 0.06e-3;
 /// No window is as long, m.
 const LONGEST: f64 = 1.0;
 /// Numbers of both histograms of a frame.
@@ -31,10 +29,11 @@ pub struct Ramp {
 
 /// Windows, terms and prices. Grey levels count from 0, black, to 1, white.
 ///
-/// The score of a cell is `onset_weight·ln(o + onset_floor) + level + rest + shadow`:
+/// The score of a cell is `onset_weight·ln(o + onset_floor) + contrast + level + rest + shadow`:
 /// - shadow onset `o = max(B − S₁, 0)·max(B − S₂, 0)`, with `B` the mean grey within ±`echo`, `S₁` that of `near` and
 ///   `S₂` that of `far` below the cell;
-/// - `level`, a [`Ramp`] of `U − D`: the mean grey of `above` above the cell less that of `below` below it;
+/// - `contrast`, a [`Ramp`] of `B − U`: the echo less the mean grey of `above` above the cell;
+/// - `level`, a ramp of `U − D`: that mean less the mean grey of `below` below the cell;
 /// - `rest`, a ramp of `U − M`: `M` the brightest mean grey of any `rest_block` that begins `rest_from` below the cell or
 ///   lower. Below bone nothing is as bright as the tissue above it; below a fascia there is;
 /// - `shadow`, a ramp of `(E − d)/max(t − d, shadow_range)`: `E` the mean grey from `shadow_from` below the cell to the
@@ -44,6 +43,8 @@ pub struct Ramp {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
+    /// Cells have at least this length, m, and the fewest samples for it.
+    pub cell: f64,
     /// Half the window of the echo itself, m.
     pub echo: f64,
     /// From where to where below the echo the first window of the shadow reaches, m.
@@ -58,6 +59,8 @@ pub struct Settings {
     pub above: [f64; 2],
     /// From where to where below it the shadow reaches, m.
     pub below: [f64; 2],
+    /// The echo beside the tissue above.
+    pub contrast: Ramp,
     /// The change of level from `above` to `below`.
     pub level: Ramp,
     /// What is brightest below, beside the tissue above.
@@ -92,64 +95,80 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// For lines of channel data, with 60 dB of grey levels. Tuned on simulated spinous processes and facet joints.
+    /// For lines of channel data, with 60 dB of grey levels. Tuned on simulated spinous processes, laminae, facet joints
+    /// and round bones of many sizes, positions and layers.
     pub const DEFAULT: Settings = Settings {
+        cell: 0.12e-3,
         echo: 0.3e-3,
         near: [0.5e-3, 2e-3],
         far: [1.5e-3, 6e-3],
         onset_floor: 1e-4,
-        onset_weight: 1.25,
+        onset_weight: 1.39,
         above: [0.3e-3, 10e-3],
         below: [0.6e-3, 10e-3],
+        contrast: Ramp {
+            weight: 1.22,
+            centre: -0.03,
+            width: 0.09,
+        },
         level: Ramp {
-            weight: 0.85,
-            centre: -0.01,
-            width: 0.15,
+            weight: 1.32,
+            centre: 0.06,
+            width: 0.19,
         },
         rest: Ramp {
-            weight: 2.8,
-            centre: -0.04,
-            width: 0.135,
+            weight: 1.83,
+            centre: 0.007,
+            width: 0.08,
         },
         rest_from: 1.5e-3,
         rest_block: 1e-3,
         shadow_from: 1.5e-3,
         shadow: Ramp {
-            weight: -0.57,
-            centre: 0.1,
-            width: 0.16,
+            weight: -1.75,
+            centre: 0.36,
+            width: 0.2,
         },
         shadow_range: 0.15,
         depths: [5e-3, f64::INFINITY],
-        absence: -1.3,
-        end: 4.0,
-        jump: 8.0,
-        slope: 2.2e3,
+        absence: -1.33,
+        end: 4.75,
+        jump: 10.1,
+        slope: 2.87e3,
         spacing: 0.308e-3,
-        confidence: [-0.04, 1.2],
+        confidence: [-0.27, 0.84],
     };
 
-    /// For pictures, whose grey levels and layers are anything: it finds less, and less of what is none.
+    /// For pictures, whose grey levels and layers are anything. Tuned on simulated scenes with bright fasciae over dark
+    /// muscle, drawn as scanners draw them: gain, saturation, edges enhanced.
     pub const PICTURE: Settings = Settings {
-        onset_weight: 1.0,
-        level: Ramp {
-            weight: 1.0,
+        cell: 0.06e-3,
+        onset_weight: 1.4,
+        contrast: Ramp {
+            weight: 1.17,
             centre: 0.0,
-            width: 0.15,
+            width: 0.09,
+        },
+        level: Ramp {
+            weight: 0.18,
+            centre: 0.07,
+            width: 0.27,
         },
         rest: Ramp {
-            weight: 3.0,
-            centre: -0.02,
-            width: 0.1,
+            weight: 1.6,
+            centre: 0.015,
+            width: 0.08,
         },
         shadow: Ramp {
-            weight: -1.0,
-            centre: 0.3,
-            width: 0.2,
+            weight: -2.5,
+            centre: 0.23,
+            width: 0.09,
         },
-        absence: 1.0,
-        slope: 1.67e3,
-        confidence: [-2.86, 1.78],
+        absence: -0.3,
+        end: 5.2,
+        jump: 10.9,
+        slope: 2.7e3,
+        confidence: [1.29, 0.62],
         ..Self::DEFAULT
     };
 }
@@ -238,7 +257,8 @@ impl Parameters {
             });
         }
         // The casts cut, saturate, and give 0 for what is below it.
-        let quotient = CELL * (1.0 - 1e-9) / self.samples.step;
+        attempt!(positive("cell", self.settings.cell));
+        let quotient = self.settings.cell * (1.0 - 1e-9) / self.samples.step;
         let stride = (quotient as usize).saturating_add(1);
         let cells = match self.samples.count.checked_div(stride) {
             Some(cells) => cells,

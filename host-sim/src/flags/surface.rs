@@ -19,31 +19,35 @@ pub struct SurfaceFlags {
     #[arg(long, value_name = "M", help_heading = "Surface")]
     search_end: Option<f64>,
 
-    /// Score of a line without bone, nats: a larger one finds less [default: -1.3; of a picture 1]
+    /// Score of a line without bone, nats: a larger one finds less [default: -1.33; of a picture -0.3]
     #[arg(long, value_name = "NATS", help_heading = "Surface")]
     absence: Option<f64>,
 
-    /// Price of each start and of each end of a surface, nats [default: 4]
+    /// Price of each start and of each end of a surface, nats [default: 4.75; of a picture 5.2]
     #[arg(long, value_name = "NATS", help_heading = "Surface")]
     end_price: Option<f64>,
 
-    /// Price of a jump to another depth, nats [default: 8]
+    /// Price of a jump to another depth, nats [default: 10.1; of a picture 10.9]
     #[arg(long, value_name = "NATS", help_heading = "Surface")]
     jump_price: Option<f64>,
 
-    /// Price of a move in depth from line to line, nats per mm [default: 2.2; of a picture 1.67]
+    /// Price of a move in depth from line to line, nats per mm [default: 2.87; of a picture 2.7]
     #[arg(long, value_name = "NATS", help_heading = "Surface")]
     slope_price: Option<f64>,
 
-    /// Weight of the change of level from tissue above to shadow below, nats [default: 0.85; of a picture 1]
+    /// Weight of the echo beside the tissue above, nats [default: 1.22; of a picture 1.17]
+    #[arg(long, value_name = "NATS", help_heading = "Surface")]
+    contrast: Option<f64>,
+
+    /// Weight of the change of level from tissue above to shadow below, nats [default: 1.32; of a picture 0.18]
     #[arg(long, value_name = "NATS", help_heading = "Surface")]
     level: Option<f64>,
 
-    /// Weight of the brightest below, beside the tissue above, nats [default: 2.8; of a picture 3]
+    /// Weight of the brightest below, beside the tissue above, nats [default: 1.83; of a picture 1.6]
     #[arg(long, value_name = "NATS", help_heading = "Surface")]
     rest: Option<f64>,
 
-    /// Weight of the shadow down to the end of the line, nats [default: 0.57; of a picture 1]
+    /// Weight of the shadow down to the end of the line, nats [default: 1.75; of a picture 2.5]
     #[arg(long, value_name = "NATS", help_heading = "Surface")]
     shadow: Option<f64>,
 
@@ -108,6 +112,7 @@ impl SurfaceFlags {
         over(self.end_price, &mut section.end_price);
         over(self.jump_price, &mut section.jump_price);
         over(self.slope_price, &mut section.slope_price);
+        over(self.contrast, &mut section.contrast);
         over(self.level, &mut section.level);
         over(self.rest, &mut section.rest);
         over(self.shadow, &mut section.shadow);

@@ -105,6 +105,7 @@ def surface(
     end_price: float | None = None,
     jump_price: float | None = None,
     slope_price: float | None = None,
+    contrast: float | None = None,
     level: float | None = None,
     rest: float | None = None,
     shadow: float | None = None,
@@ -129,6 +130,7 @@ def surface(
         end_price: Price of each start and of each end of a surface, nats.
         jump_price: Price of a jump to another depth, nats.
         slope_price: Price of a move in depth from line to line, nats per mm.
+        contrast: Weight of the echo beside the tissue above, nats.
         level: Weight of the change of level from tissue above to shadow below, nats.
         rest: Weight of the brightest below, beside the tissue above, nats.
         shadow: Weight of the shadow down to the end of the line, nats.
@@ -150,6 +152,7 @@ def surface(
         "end_price": end_price,
         "jump_price": jump_price,
         "slope_price": slope_price,
+        "contrast": contrast,
         "level": level,
         "rest": rest,
         "shadow": shadow,

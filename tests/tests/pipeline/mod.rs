@@ -158,6 +158,7 @@ fn the_bones_surface_is_where_it_is() {
         near: [0.5e-3, 1.5e-3],
         depths: [5e-3, f64::INFINITY],
         // By the onset alone: there is water above this bone, not tissue.
+        contrast: none,
         level: none,
         rest: none,
         shadow: none,

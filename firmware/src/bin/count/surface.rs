@@ -28,8 +28,8 @@ const NEED: Need = match PARAMETERS.need() {
 };
 
 /// The bounds on the instructions per sample (see `beamform.rs`).
-const BOUND: u32 = 113;
-const SURVEY_BOUND: u32 = 33;
+const BOUND: u32 = 62;
+const SURVEY_BOUND: u32 = 22;
 
 /// The memory of the cases.
 pub struct Workspaces {

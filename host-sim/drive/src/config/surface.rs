@@ -36,6 +36,9 @@ pub struct Surface {
     /// The price of a move in depth from line to line, nats per mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slope_price: Option<f64>,
+    /// The weight of the echo beside the tissue above, nats.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contrast: Option<f64>,
     /// The weight of the change of level from the tissue above to the shadow below, nats.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<f64>,
@@ -64,6 +67,7 @@ impl Default for Surface {
             end_price: None,
             jump_price: None,
             slope_price: None,
+            contrast: None,
             level: None,
             rest: None,
             shadow: None,
@@ -85,6 +89,7 @@ impl Surface {
             slope: self.slope_price.map_or(usual.slope, |price| 1e3 * price),
             ..usual
         };
+        settings.contrast.weight = self.contrast.unwrap_or(usual.contrast.weight);
         settings.level.weight = self.level.unwrap_or(usual.level.weight);
         settings.rest.weight = self.rest.unwrap_or(usual.rest.weight);
         // The core's falls with the grey of the shadow.
@@ -123,6 +128,7 @@ impl Surface {
                 [0.01, 500.0],
                 " nats per mm",
             ),
+            ("contrast", self.contrast, [0.0, MAX_WEIGHT], " nats"),
             ("level", self.level, [0.0, MAX_WEIGHT], " nats"),
             ("rest", self.rest, [0.0, MAX_WEIGHT], " nats"),
             ("shadow", self.shadow, [0.0, MAX_WEIGHT], " nats"),

@@ -13,15 +13,51 @@ pub struct Judged {
     pub hits_mm: Vec<f64>,
 }
 
-/// Judges answers, depths in m, a line each. A hit lies at most `tolerance` m from the surface that its line meets
-/// first; a line without one has no hit.
-pub fn judge(answers: &[Option<f64>], surface: &[Option<f64>], tolerance: f64) -> Judged {
-    let distances = answers.iter().zip(surface);
+/// From one line to the next the surface is not deeper or shallower by more than this, m; beyond, it is another.
+const STEP: f64 = 3e-3;
+
+/// What lines meet first: their lateral positions and, for each, a depth or none, m.
+#[derive(Clone, Copy, Debug)]
+pub struct Known<'a> {
+    /// Ascending.
+    pub x: &'a [f64],
+    /// As many as `x`.
+    pub depths: &'a [Option<f64>],
+}
+
+impl Known<'_> {
+    /// The shortest distance, m, from a depth of a line to the surface near it: straight from each line's depth to the
+    /// next's. None of a line without a surface.
+    fn distance(&self, line: usize, depth: f64, near: f64) -> Option<f64> {
+        let (own, x) = (*self.depths.get(line)?, *self.x.get(line)?);
+        let vertical = (depth - own?).abs();
+        let sides = self.x.windows(2).zip(self.depths.windows(2));
+        let sides = sides.filter(|(x2, _)| x2[1] >= x - near && x2[0] <= x + near);
+        let distances = sides.filter_map(|(x2, depths)| {
+            let [from, to] = [[x2[0], depths[0]?], [x2[1], depths[1]?]];
+            let along = [to[0] - from[0], to[1] - from[1]];
+            if along[1].abs() > STEP {
+                return None;
+            }
+            let start = [x - from[0], depth - from[1]];
+            let length = along[0] * along[0] + along[1] * along[1];
+            let at = (start[0] * along[0] + start[1] * along[1]) / length.max(f64::MIN_POSITIVE);
+            let at = at.clamp(0.0, 1.0);
+            Some((start[0] - at * along[0]).hypot(start[1] - at * along[1]))
+        });
+        Some(distances.fold(vertical, f64::min))
+    }
+}
+
+/// Judges answers, depths in m, a line each. A hit lies at most `tolerance` m from the surface, by the shortest way, in a
+/// line that meets one.
+pub fn judge(answers: &[Option<f64>], known: Known<'_>, tolerance: f64) -> Judged {
+    let lines = answers.iter().enumerate();
     let distances =
-        distances.filter_map(|(found, truth)| Some((found.as_ref()? - truth.as_ref()?).abs()));
+        lines.filter_map(|(line, found)| known.distance(line, found.as_ref().copied()?, tolerance));
     Judged {
         answers: answers.iter().flatten().count(),
-        surfaces: surface.iter().flatten().count(),
+        surfaces: known.depths.iter().flatten().count(),
         hits_mm: distances
             .filter(|distance| *distance <= tolerance)
             .map(|distance| 1e3 * distance)
@@ -84,18 +120,42 @@ mod tests {
         // A hit, one too deep, one where there is no surface, a surface without an answer, neither.
         let answers = [Some(10.2e-3), Some(20.6e-3), Some(5e-3), None, None];
         let surface = [Some(10e-3), Some(20e-3), None, Some(15e-3), None];
-        let judged = judge(&answers, &surface, 0.5e-3);
+        let x = [0.0, 5e-3, 10e-3, 15e-3, 20e-3];
+        let known = Known {
+            x: &x,
+            depths: &surface,
+        };
+        let judged = judge(&answers, known, 0.5e-3);
         assert_eq!((judged.answers, judged.surfaces), (3, 3));
         assert_eq!(judged.precision(), Some(1.0 / 3.0));
         assert_eq!(judged.recall(), Some(1.0 / 3.0));
         assert!((judged.mean_mm().unwrap() - 0.2).abs() < 1e-9);
-        let none = judge(&[None; 4], &[None; 4], 0.5e-3);
+        let nothing = Known {
+            x: &x[..4],
+            depths: &[None; 4],
+        };
+        let none = judge(&[None; 4], nothing, 0.5e-3);
         assert_eq!(
             (none.precision(), none.recall(), none.f1()),
             (None, None, None)
         );
         let both = Judged::of_all([&judged, &judged, &none]);
         assert_eq!((both.answers, both.surfaces, both.hits_mm.len()), (6, 6, 2));
+    }
+
+    #[test]
+    fn on_a_slope_the_shortest_way_counts() {
+        // 60 degrees steep: half of what the depths differ by. The fourth line's surface is another one.
+        let steep = 0.3e-3 * 3f64.sqrt();
+        let known = Known {
+            x: &[0.0, 0.3e-3, 0.6e-3, 0.9e-3],
+            depths: &[10e-3, 10e-3 + steep, 10e-3 + 2.0 * steep, 20e-3].map(Some),
+        };
+        let at = |line, depth| 1e3 * known.distance(line, depth, 0.5e-3).unwrap();
+        assert!((at(1, 10e-3 + steep + 0.4e-3) - 0.2).abs() < 1e-9);
+        assert!((at(3, 20.4e-3) - 0.4).abs() < 1e-9);
+        // Beyond the end of the surface.
+        assert!((at(0, 9.6e-3) - 0.4).abs() < 1e-9);
     }
 
     #[test]

@@ -13,7 +13,7 @@ struct Cells {
 
 fn cells(p: &Parameters) -> Cells {
     let mut stride = 1;
-    while stride as f64 * p.samples.step < 0.06e-3 * (1.0 - 1e-9) {
+    while stride as f64 * p.samples.step < p.settings.cell * (1.0 - 1e-9) {
         stride += 1;
     }
     let length = stride as f64 * p.samples.step;
@@ -93,6 +93,12 @@ pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
         let shadow = 16 * total / samples.max(1);
         let onset = ((echo - near) >> 19).max(0) * ((echo - far) >> 19).max(0);
         let onset = ln(onset + floor) - ln(4080 * 4080);
+        let contrast = ramp(
+            (echo - above) >> 19,
+            (s.contrast.centre * white).round() as i64,
+            (slope(&s.contrast) / white).round() as i64,
+            nats(s.contrast.weight.abs()),
+        );
         let level = ramp(
             (above - below) >> 19,
             (s.level.centre * white).round() as i64,
@@ -115,7 +121,7 @@ pub fn scores(p: &Parameters, line: &[u8], levels: Levels) -> Vec<i64> {
             shadow_gain,
             nats(s.shadow.weight.abs()),
         );
-        ((onset * nats(s.onset_weight)) >> 10) + level + rest + shadow
+        ((onset * nats(s.onset_weight)) >> 10) + contrast + level + rest + shadow
     });
     scores.collect()
 }

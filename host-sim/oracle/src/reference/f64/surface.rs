@@ -48,6 +48,7 @@ pub fn score(
     let shadow = shadow / (tissue - dark).max(settings.shadow_range);
     let onset = settings.onset_weight * (near * far + settings.onset_floor).ln();
     let score = onset
+        + ramp(&settings.contrast, echo - above)
         + ramp(&settings.level, level)
         + ramp(&settings.rest, rest)
         + ramp(&settings.shadow, shadow);

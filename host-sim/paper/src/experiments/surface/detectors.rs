@@ -4,7 +4,7 @@ use ndarray::{Array2, ArrayView1, Axis, Slice};
 
 use crate::Result;
 use crate::experiments::common::pictures::ridges;
-use crate::measure::surface::{Judged, judge};
+use crate::measure::surface::{Judged, Known, judge};
 use bonebeam_drive::config::{self, Image, PhaseSymmetry};
 use bonebeam_drive::image::{b_mode, grid_of_picture};
 use bonebeam_drive::surface::of_lines;
@@ -222,12 +222,12 @@ fn best_path(scores: &Array2<f64>, z0: f64, step: f64, absence: f64) -> Vec<Answ
 }
 
 /// The answers of frames, those at or above the threshold that gives the largest F1 over all of the frames.
-pub fn judged(frames: &[(Vec<Answer>, &[Option<f64>])], tolerance: f64) -> Vec<Judged> {
+pub fn judged(frames: &[(Vec<Answer>, Known<'_>)], tolerance: f64) -> Vec<Judged> {
     let at = |threshold: f64| -> Vec<Judged> {
-        let frames = frames.iter().map(|(answers, surface)| {
+        let frames = frames.iter().map(|(answers, known)| {
             let sure = |answer: &Answer| answer.filter(|a| a.0 >= threshold).map(|a| a.1);
             let depths: Vec<Option<f64>> = answers.iter().map(sure).collect();
-            judge(&depths, surface, tolerance)
+            judge(&depths, *known, tolerance)
         });
         frames.collect()
     };
@@ -251,15 +251,18 @@ mod tests {
 
     #[test]
     fn the_threshold_is_the_best_over_all_frames() {
-        let truth = [Some(10e-3), Some(10e-3), None];
+        let truth = Known {
+            x: &[0.0, 0.3e-3, 0.6e-3],
+            depths: &[Some(10e-3), Some(10e-3), None],
+        };
         let answers = |scores: [f64; 3]| {
             let all = scores.iter().map(|s| Some((*s, 10.1e-3)));
             all.collect::<Vec<Answer>>()
         };
         // From 2 on three of four hits and no false answer: F1 6/7. With all of them it is 8/10, and 6/8 from 1.9 on.
         let frames = [
-            (answers([3.0, 2.0, 1.0]), &truth[..]),
-            (answers([5.0, 0.5, 1.9]), &truth[..]),
+            (answers([3.0, 2.0, 1.0]), truth),
+            (answers([5.0, 0.5, 1.9]), truth),
         ];
         let found = judged(&frames, 0.5e-3);
         let count = |j: &Judged| (j.answers, j.hits_mm.len());
@@ -268,7 +271,7 @@ mod tests {
             [(2, 2), (1, 1)]
         );
         // Paths are not thinned.
-        let sure = vec![(vec![Some((f64::INFINITY, 1e-3)); 3], &truth[..])];
+        let sure = vec![(vec![Some((f64::INFINITY, 1e-3)); 3], truth)];
         assert_eq!(judged(&sure, 0.5e-3)[0].answers, 3);
     }
 }

@@ -13,6 +13,8 @@ use bonebeam_files::BeamformedLines;
 use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_range};
 use bonebeam_simulate::{Block, Bone, Layers, Phantom, Settings};
 
+use crate::measure::surface::Known;
+
 use super::common::recording::recording;
 use super::common::truth::TOLERANCE;
 use super::common::variants::{Aligned, Variant};
@@ -81,9 +83,20 @@ impl Default for Surface {
 struct Answered {
     family: &'static str,
     condition: Condition,
+    /// Lateral positions of the lines, m.
+    x: Vec<f64>,
     surface: Vec<Option<f64>>,
     /// As [`DETECTORS`] has them.
     answers: Vec<Vec<Answer>>,
+}
+
+impl Answered {
+    fn known(&self) -> Known<'_> {
+        Known {
+            x: &self.x,
+            depths: &self.surface,
+        }
+    }
 }
 
 impl Experiment for Surface {
@@ -155,7 +168,7 @@ impl Experiment for Surface {
             for (k, detector) in DETECTORS.iter().enumerate() {
                 let frames: Vec<_> = scenes
                     .iter()
-                    .map(|s| (s.answers[k].clone(), &s.surface[..]))
+                    .map(|s| (s.answers[k].clone(), s.known()))
                     .collect();
                 let judged = detectors::judged(&frames, TOLERANCE);
                 results.extend(
@@ -226,6 +239,7 @@ impl Surface {
             scenes.push(Answered {
                 family: name,
                 condition,
+                x: lines[0].beam_x.clone(),
                 surface,
                 answers,
             });

@@ -40,7 +40,7 @@ pub fn outcome(seeds: u64, results: &[SceneResult]) -> Result<Outcome> {
     let parts = vec![Section::Text(format!(
         "Three views of the built-in spine under skin, fat, fasciae and muscle, {} seeds each, and the same layers \
          without bone; delay and sum unless a row has another beamformer, 60 dB. One answer or none a line, from 5 to 40 mm; a hit lies within 0.5 mm of the \
-         surface that the line meets first. Phase symmetry, onset and Foroughi 2007 answer with the largest value of a \
+         surface that lines meet first, by the shortest way, in a line that meets it. Phase symmetry, onset and Foroughi 2007 answer with the largest value of a \
          line, from the threshold on that has the largest F1 over all of a table's frames: the best that is possible. \
          Paths have the prices of the yardstick. Intervals are Student's t over the frames with bone, 95 %.",
         seeds
