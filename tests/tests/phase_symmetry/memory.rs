@@ -135,6 +135,9 @@ fn fast_memory_is_worked_on_where_it_lies_and_gives_the_same_bits() {
     assert_eq!([amplitude.copied, symmetry.copied], [128 * 64; 2]);
 }
 
+/// Makes a map in memory, and tells the steps done.
+type Map<'a> = dyn Fn(Scratch<'_>, &mut [f32], &mut dyn FnMut(usize)) + 'a;
+
 /// Sizes with and without 64 points, gains of both kinds; the steps are counted, and what memory held does not matter.
 #[test]
 fn in_one_memory_a_map_has_the_same_bits() {
@@ -146,7 +149,7 @@ fn in_one_memory_a_map_has_the_same_bits() {
         let tables = vec![0.0; bank.gain_tables_len()];
         let tables = core::GainTables::new(&filters, &bank.by_columns(), tables).unwrap();
         let need = bank.sizes().map_need();
-        let map = |gains: &dyn Fn(Scratch<'_>, &mut [f32], &mut dyn FnMut(usize))| {
+        let map = |gains: &Map<'_>| {
             let scratch = Scratch {
                 real: &mut vec![f32::NAN; need.real],
                 complex: &mut vec![Complex::new(f32::NAN, f32::NAN); need.complex],
