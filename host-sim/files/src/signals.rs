@@ -15,7 +15,7 @@ use signal_hook::consts::{SIGABRT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXCPU, SI
 use signal_hook::iterator::Signals;
 use signal_hook::{flag, low_level::pipe};
 
-use crate::temporary_files::{lock, try_lock};
+use crate::temporary_files::{lock, lock_soon};
 use crate::{Error, Result};
 
 /// The stack of the thread that waits, bytes.
@@ -49,7 +49,7 @@ fn begin() -> io::Result<()> {
         };
         // With the lock in hand nothing new is made while the program ends. The thread that aborts may have it.
         let mut temporary_files = match signal {
-            SIGABRT => try_lock(),
+            SIGABRT => lock_soon(),
             _ => Some(lock()),
         };
         if let Some(temporary_files) = &mut temporary_files {

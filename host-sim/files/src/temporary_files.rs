@@ -27,10 +27,16 @@ pub fn lock() -> MutexGuard<'static, TemporaryFiles> {
         .unwrap_or_else(PoisonError::into_inner)
 }
 
-/// As [`lock`], where nobody has it.
+/// As [`lock`], where nobody has it or gives it back within half a second: the thread that aborts keeps it.
 #[cfg(all(feature = "signals", unix))]
-pub(crate) fn try_lock() -> Option<MutexGuard<'static, TemporaryFiles>> {
-    TEMPORARY_FILES.try_lock().ok()
+pub(crate) fn lock_soon() -> Option<MutexGuard<'static, TemporaryFiles>> {
+    for _ in 0..500 {
+        if let Ok(files) = TEMPORARY_FILES.try_lock() {
+            return Some(files);
+        }
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    None
 }
 
 impl TemporaryFiles {
