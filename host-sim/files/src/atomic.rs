@@ -10,7 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::file_error;
-use super::temporary_files;
+use super::temporary_files::{self, Turn};
 use crate::{Error, Result};
 
 /// What an output's contents are written to: seekable, as a zip archive needs it.
@@ -101,10 +101,10 @@ struct Pending {
 impl Drop for Pending {
     fn drop(&mut self) {
         if let Some(temporary) = &self.temporary {
-            let mut registered = temporary_files::lock();
+            let mut turn = temporary_files::lock();
             // What cannot be removed stays: there is nobody to tell.
             let _ = fs::remove_file(temporary);
-            registered.forget(temporary);
+            turn.forget(temporary);
         }
     }
 }
@@ -174,12 +174,12 @@ impl Outputs {
     pub fn commit(mut self) -> Result<()> {
         let _alone = self.lock_folders();
         // A signal waits until all are in their places.
-        let mut registered = temporary_files::lock();
+        let mut turn = temporary_files::lock();
         for pending in &mut self.pending {
             if let Some(temporary) = &pending.temporary {
                 fs::rename(temporary, &pending.target)
                     .map_err(|e| file_error(&pending.target, format!("cannot be written: {e}")))?;
-                registered.forget(temporary);
+                turn.forget(temporary);
             }
             // From here on another run may have a file of that name.
             pending.temporary = None;
@@ -329,8 +329,8 @@ fn open(path: &Path) -> Result<Pending> {
             format!("its folder {} {state}", folder.display()),
         ));
     }
-    let mut registered = temporary_files::lock();
-    let (file, temporary) = temporary(folder).map_err(|e| {
+    let mut turn = temporary_files::lock();
+    let (file, temporary) = temporary(folder, &mut turn).map_err(|e| {
         let reason = e.kind();
         file_error(
             path,
@@ -340,7 +340,6 @@ fn open(path: &Path) -> Result<Pending> {
             ),
         )
     })?;
-    registered.add(&temporary);
     Ok(Pending {
         file,
         temporary: Some(temporary),
@@ -351,20 +350,29 @@ fn open(path: &Path) -> Result<Pending> {
 /// A new file in the folder, locked, with the permissions of any new file. Its name has the process in it and a
 /// number that no other file of the process has; a name that is taken, by a process in another container or one
 /// that was killed, is left alone.
-fn temporary(folder: &Path) -> io::Result<(File, PathBuf)> {
+fn temporary(folder: &Path, turn: &mut Turn) -> io::Result<(File, PathBuf)> {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     loop {
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let path = folder.join(temporary_files::name(number));
-        let file = match OpenOptions::new().write(true).create_new(true).open(&path) {
+        // Before it is made: a program that aborts has it in its list.
+        turn.add(&path);
+        let new = OpenOptions::new().write(true).create_new(true).open(&path);
+        let file = match new {
             Ok(file) => file,
-            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => continue,
-            Err(e) => return Err(e),
+            Err(e) => {
+                turn.forget(&path);
+                if e.kind() == io::ErrorKind::AlreadyExists {
+                    continue;
+                }
+                return Err(e);
+            }
         };
         // A run that starts may have taken it for a leftover before it was locked.
         let taken = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
         if !taken && path.exists() {
             return Ok((file, path));
         }
+        turn.forget(&path);
     }
 }

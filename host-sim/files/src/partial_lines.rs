@@ -177,6 +177,8 @@ impl PartialLines {
 
     fn write(&mut self, z: &Array2<Complex<f32>>) -> io::Result<()> {
         if self.done == 0 && self.file.is_none() {
+            let mut turn = temporary_files::lock();
+            turn.add(&self.path);
             let new = OpenOptions::new()
                 .read(true)
                 .write(true)
@@ -184,12 +186,15 @@ impl PartialLines {
                 .open(&self.path);
             let mut file = match new {
                 Ok(file) => file,
-                // Another run's.
-                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => return Ok(()),
-                Err(e) => return Err(e),
+                Err(e) => {
+                    turn.forget(&self.path);
+                    // Another run's.
+                    let taken = e.kind() == io::ErrorKind::AlreadyExists;
+                    return if taken { Ok(()) } else { Err(e) };
+                }
             };
             self.is_temporary = true;
-            temporary_files::lock().add(&self.path);
+            drop(turn);
             // A file system without locks goes without.
             let _ = file.try_lock();
             self.shape = z.dim();
@@ -224,10 +229,10 @@ impl PartialLines {
 impl Drop for PartialLines {
     fn drop(&mut self) {
         if self.is_temporary {
-            let mut registered = temporary_files::lock();
+            let mut turn = temporary_files::lock();
             // A file that cannot be removed stays: there is nobody to tell.
             let _ = fs::remove_file(&self.path);
-            registered.forget(&self.path);
+            turn.forget(&self.path);
         }
     }
 }

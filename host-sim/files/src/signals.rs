@@ -15,7 +15,7 @@ use signal_hook::consts::{SIGABRT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXCPU, SI
 use signal_hook::iterator::Signals;
 use signal_hook::{flag, low_level::pipe};
 
-use crate::temporary_files::{lock, lock_soon};
+use crate::temporary_files::{lock, lock_soon, remove_all};
 use crate::{Error, Result};
 
 /// The stack of the thread that waits, bytes.
@@ -47,14 +47,12 @@ fn begin() -> io::Result<()> {
         let Some(signal) = signals.forever().next() else {
             return;
         };
-        // With the lock in hand nothing new is made while the program ends. The thread that aborts may have it.
-        let mut temporary_files = match signal {
+        // In its turn, so that nothing new is made while the program ends. The thread that aborts may have it.
+        let _turn = match signal {
             SIGABRT => lock_soon(),
             _ => Some(lock()),
         };
-        if let Some(temporary_files) = &mut temporary_files {
-            temporary_files.remove();
-        }
+        remove_all();
         let status = if signal == SIGABRT { 1 } else { 128 + signal };
         std::process::exit(status);
     })?;

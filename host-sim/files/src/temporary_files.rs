@@ -8,63 +8,77 @@ use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-static TEMPORARY_FILES: Mutex<TemporaryFiles> = Mutex::new(TemporaryFiles {
+/// Whoever makes, renames or removes a temporary file has this lock: see [`lock`].
+static TURN: Mutex<()> = Mutex::new(());
+
+/// What is to be removed. It has a lock of its own, which nobody keeps: a thread that aborts in its turn never ends it.
+static LISTS: Mutex<Lists> = Mutex::new(Lists {
     files: BTreeSet::new(),
     folders: Vec::new(),
 });
 
-/// Temporary files, and folders that are new.
-pub struct TemporaryFiles {
+struct Lists {
     files: BTreeSet<PathBuf>,
     folders: Vec<PathBuf>,
 }
 
-/// Locks the lists; a signal waits until the guard is dropped.
-pub fn lock() -> MutexGuard<'static, TemporaryFiles> {
-    // A thread that panicked with the lock has left the lists whole.
-    TEMPORARY_FILES
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
+/// The right to make, rename and remove temporary files.
+pub struct Turn {
+    _alone: MutexGuard<'static, ()>,
 }
 
-/// As [`lock`], where nobody has it or gives it back within half a second: the thread that aborts keeps it.
+/// Waits for the turn; a signal waits until it is dropped.
+pub fn lock() -> Turn {
+    // A thread that panicked with the lock has left the lists whole.
+    let _alone = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    Turn { _alone }
+}
+
+/// As [`lock`], where nobody has the turn or gives it back within half a second: the thread that aborts keeps it.
 #[cfg(all(feature = "signals", unix))]
-pub(crate) fn lock_soon() -> Option<MutexGuard<'static, TemporaryFiles>> {
+pub(crate) fn lock_soon() -> Option<Turn> {
     for _ in 0..500 {
-        if let Ok(files) = TEMPORARY_FILES.try_lock() {
-            return Some(files);
+        if let Ok(_alone) = TURN.try_lock() {
+            return Some(Turn { _alone });
         }
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
     None
 }
 
-impl TemporaryFiles {
-    /// A temporary file is there.
+fn lists() -> MutexGuard<'static, Lists> {
+    LISTS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Turn {
+    /// A temporary file is about to be made.
     pub fn add(&mut self, file: &Path) {
-        self.files.insert(file.to_path_buf());
+        let file = file.to_path_buf();
+        lists().files.insert(file);
     }
 
-    /// It is gone, or an output now.
+    /// It is gone, an output now, or was not made.
     pub fn forget(&mut self, file: &Path) {
-        self.files.remove(file);
+        lists().files.remove(file);
     }
 
     /// A folder is new: to be removed if it stays empty.
     pub fn add_folder(&mut self, folder: &Path) {
-        self.folders.push(folder.to_path_buf());
+        let folder = folder.to_path_buf();
+        lists().folders.push(folder);
     }
+}
 
-    /// Removes them all.
-    #[cfg(all(feature = "signals", unix))]
-    pub(crate) fn remove(&mut self) {
-        for file in &self.files {
-            let _ = fs::remove_file(file);
-        }
-        // The innermost first; one that is not empty is somebody else's by now.
-        for folder in self.folders.iter().rev() {
-            let _ = fs::remove_dir(folder);
-        }
+/// Removes all files and empty folders of the lists.
+#[cfg(all(feature = "signals", unix))]
+pub(crate) fn remove_all() {
+    let lists = lists();
+    for file in &lists.files {
+        let _ = fs::remove_file(file);
+    }
+    // The innermost first; one that is not empty is somebody else's by now.
+    for folder in lists.folders.iter().rev() {
+        let _ = fs::remove_dir(folder);
     }
 }
 
