@@ -1,7 +1,9 @@
 //! What the experiments share: parameters, lines by every beamformer, their pictures.
 
+pub mod aberration;
 pub mod beamformers;
 pub mod bone;
+pub mod brightness;
 pub mod interval;
 pub mod lines;
 pub mod pictures;

@@ -1,17 +1,12 @@
 //! Disturbances of a recording: aberration, clutter, noise, a wrong speed of sound.
 
-use std::f64::consts::PI;
-
-use ndarray::ArrayView1;
-use rand::SeedableRng;
-use rand::rngs::ChaCha8Rng;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::experiments::common::aberration::aberrate;
 use crate::experiments::common::recording::rf;
 use crate::{Error, Result};
 use bonebeam_files::{ChannelData, Transmits};
-use bonebeam_simulate::{NoiseSpectrum, Settings, complex_gaussian, noise};
+use bonebeam_simulate::{NoiseSpectrum, Settings, noise};
 
 /// What a scene is disturbed by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -85,8 +80,6 @@ impl Default for Disturbances {
 /// The depths whose echoes are the tissue's, m, and how far beside its beam an element hears them, m.
 const TISSUE: [f64; 2] = [4e-3, 14e-3];
 const BESIDE: f64 = 5e-3;
-/// Half the length of the interpolator that delays a channel, samples.
-const TAPS: i64 = 8;
 
 /// A recording of one frame of RF with its disturbances, which several conditions share.
 pub struct Disturbed<'a> {
@@ -135,7 +128,12 @@ impl Disturbances {
     ) -> Result<Disturbed<'a>> {
         let mut aberrated = recorded.clone();
         let level = tissue_rms(&mut aberrated)?;
-        self.aberrate(settings, &mut aberrated)?;
+        aberrate(
+            &mut aberrated,
+            self.aberration,
+            self.aberration_length,
+            settings.seed,
+        )?;
         let by = |noise_spectrum, shift: u32, noise_rise| Settings {
             noise_spectrum,
             noise_rise,
@@ -152,48 +150,6 @@ impl Disturbances {
             clutter: noise(&by(NoiseSpectrum::Transducer, 33, 0.0), clutter),
             noise: noise(&by(NoiseSpectrum::Amplifier, 34, self.noise_rise), white),
         })
-    }
-
-    /// Delays of the elements, s: a smooth random curve without mean and slope.
-    fn delays(&self, element_x: &[f64], seed: u64) -> Vec<f64> {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let white: Vec<f64> = element_x
-            .iter()
-            .map(|_| complex_gaussian(&mut random).re)
-            .collect();
-        // White noise through a Gaussian of the standard deviation σ has a correlation of the full width 4·√(ln 2)·σ.
-        let width = self.aberration_length / (4.0 * std::f64::consts::LN_2.sqrt());
-        let smooth = |x: &f64| {
-            let weight = |at: &f64| (-0.5 * ((x - at) / width).powi(2)).exp();
-            let terms = element_x.iter().zip(&white);
-            terms.map(|(at, value)| weight(at) * value).sum::<f64>()
-        };
-        let mut delays: Vec<f64> = element_x.iter().map(smooth).collect();
-        let n = delays.len() as f64;
-        let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / n;
-        let centre = mean(&mut element_x.iter().copied());
-        let level = mean(&mut delays.iter().copied());
-        let spread = mean(&mut element_x.iter().map(|x| (x - centre).powi(2)));
-        let tilt = mean(&mut delays.iter().zip(element_x).map(|(d, x)| d * (x - centre)));
-        let slope = tilt / spread.max(f64::MIN_POSITIVE);
-        for (delay, x) in delays.iter_mut().zip(element_x) {
-            *delay -= level + slope * (x - centre);
-        }
-        let rms = mean(&mut delays.iter().map(|d| d * d)).sqrt();
-        let scale = self.aberration / rms.max(f64::MIN_POSITIVE);
-        delays.iter().map(|d| d * scale).collect()
-    }
-
-    fn aberrate(&self, settings: &Settings, data: &mut ChannelData) -> Result<()> {
-        let delays = self.delays(&data.element_x, settings.seed);
-        let fs = data.fs;
-        let kernels: Vec<_> = delays.iter().map(|delay| Kernel::of(delay * fs)).collect();
-        let mut rows: Vec<_> = rf(data)?.rows_mut().into_iter().collect();
-        rows.par_iter_mut().enumerate().for_each(|(row, values)| {
-            let delayed = kernels[row % kernels.len()].apply(values.view());
-            values.iter_mut().zip(delayed).for_each(|(v, d)| *v = d);
-        });
-        Ok(())
     }
 
     /// Each element hears what is independent, and that of its neighbours.
@@ -237,79 +193,4 @@ fn tissue_rms(data: &mut ChannelData) -> Result<f64> {
         }
     }
     Ok((power / count.max(1) as f64).sqrt())
-}
-
-/// A delay by a fraction of samples: a sinc within a Hann window.
-struct Kernel {
-    /// Whole samples.
-    whole: i64,
-    /// Of the samples from `whole + 1 − TAPS` before on.
-    weights: Vec<f32>,
-}
-
-impl Kernel {
-    fn of(delay: f64) -> Self {
-        let whole = delay.floor() as i64;
-        let fraction = delay - whole as f64;
-        let weight = |k: i64| {
-            let x = k as f64 - fraction;
-            let sinc = if x == 0.0 {
-                1.0
-            } else {
-                (PI * x).sin() / (PI * x)
-            };
-            (sinc * (0.5 + 0.5 * (PI * x / (TAPS as f64 + 1.0)).cos())) as f32
-        };
-        Kernel {
-            whole,
-            weights: (1 - TAPS..=TAPS).map(weight).collect(),
-        }
-    }
-
-    /// Samples before the first and after the last are 0.
-    fn apply(&self, row: ArrayView1<f32>) -> Vec<f32> {
-        let at = |n: i64| usize::try_from(n).ok().and_then(|n| row.get(n)).copied();
-        let delayed = |n: i64| {
-            let taps = self.weights.iter().zip(1 - TAPS..);
-            taps.map(|(w, k)| w * at(n - self.whole - k).unwrap_or(0.0))
-                .sum()
-        };
-        (0..row.len() as i64).map(delayed).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use ndarray::Array1;
-
-    #[test]
-    fn a_sine_is_delayed() {
-        let sine = |n: f64| (2.0 * PI * 5.0 / 40.0 * n).sin();
-        let row = Array1::from_shape_fn(200, |n| sine(n as f64) as f32);
-        for delay in [-3.4, -0.5, 0.0, 1.25, 2.0] {
-            let found = Kernel::of(delay).apply(row.view());
-            for (n, found) in found.iter().enumerate().take(180).skip(20) {
-                let error = f64::from(*found) - sine(n as f64 - delay);
-                assert!(error.abs() < 3e-3, "{delay}: {error} at {n}");
-            }
-        }
-    }
-
-    #[test]
-    fn delays_have_the_rms_that_is_asked_for_and_no_slope() {
-        let x: Vec<f64> = (0..128).map(|k| 0.3e-3 * k as f64).collect();
-        let delays = Disturbances::default().delays(&x, 3);
-        let rms = (delays.iter().map(|d| d * d).sum::<f64>() / 128.0).sqrt();
-        assert!((rms - 35e-9).abs() < 1e-12, "{rms}");
-        assert!(delays.iter().sum::<f64>().abs() < 1e-15);
-        let tilt: f64 = delays.iter().zip(&x).map(|(d, x)| d * x).sum();
-        assert!(tilt.abs() < 1e-16, "{tilt}");
-        // Neighbours are alike, those 10 mm away are not.
-        let correlation = |lag: usize| {
-            let pairs = delays.iter().zip(&delays[lag..]);
-            pairs.map(|(a, b)| a * b).sum::<f64>() / (128 - lag) as f64 / (rms * rms)
-        };
-        assert!(correlation(1) > 0.9 && correlation(5) < 0.75 && correlation(33) < 0.5);
-    }
 }

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::parameters::{TISSUE, VertebraInTissue};
 use crate::Result;
 use crate::experiments::common::bone::{BoneMeasure, View};
+use crate::experiments::common::brightness::Brightness;
 use crate::experiments::common::pictures::{picture, ridges};
 use crate::experiments::common::variants::Variant;
 use crate::experiments::outcome::Picture;
@@ -21,6 +22,8 @@ const BOXES: [(&str, f64, [f64; 2]); 2] = [("A", -1.0, [26e-3, 29e-3]), ("B", 1.
 pub struct TissueResult {
     /// Level of region C of DAS, dB of the image's peak: the mean grey level over the dynamic range.
     pub(super) das_c_db: Option<f64>,
+    /// The bone over the tissue, DAS.
+    pub(super) brightness: Option<Brightness>,
     /// What an image of one grey level scores, B-mode and phase symmetry.
     pub(super) uniform: [BoneMeasure; 2],
     /// An entry a beamformer.

@@ -11,11 +11,13 @@ use bonebeam_simulate::Settings;
 
 use super::common;
 use super::common::bone::View;
+use super::common::brightness::Brightness;
 use super::common::recording::recording;
 use super::common::truth::beside;
 use super::common::variants::{Aligned, Variant};
 use super::{Context, Covers, Experiment, Outcome, Overrides};
 use measure::TissueResult;
+use parameters::TISSUE;
 pub use parameters::VertebraInTissue;
 
 impl Experiment for VertebraInTissue {
@@ -64,6 +66,7 @@ impl Experiment for VertebraInTissue {
             [1e-3, 1e4],
             " (per mm³)",
         )?;
+        self.bone.validate(Self::NAME)?;
         check_level(Self::NAME, "reverberation", self.reverberation)?;
         self.clutter
             .map_or(Ok(()), |clutter| clutter.validate(Self::NAME))
@@ -76,10 +79,14 @@ impl Experiment for VertebraInTissue {
         })?;
         let aligned = Aligned::new(&data, &self.receive)?;
         let mut measures = Vec::new();
-        let mut view = None;
+        let (mut view, mut brightness) = (None, None);
         for variant in variants(self.half_window) {
             let lines = aligned.lines(&variant, &self.receive, "fig3", context.progress)?;
             let view = View::once(&mut view, phantom.bone.as_ref(), &lines, &self.image)?;
+            if measures.is_empty() {
+                let [lateral, depths] = TISSUE;
+                brightness = Brightness::of(&lines, view, lateral, depths)?;
+            }
             measures.push(self.measure(&variant, &lines, view)?);
         }
         let view = view.ok_or_else(|| Error::Data("no beamformer was asked for".into()))?;
@@ -88,6 +95,7 @@ impl Experiment for VertebraInTissue {
         let das = measures.first().and_then(|m| m.b_mode.intensity_c);
         let result = TissueResult {
             das_c_db: das.map(|grey| range * (grey / 255.0 - 1.0)),
+            brightness,
             uniform: regions.map(|region| view.uniform(region)),
             beamformers: measures,
         };

@@ -8,7 +8,7 @@ use crate::Result;
 use crate::experiments::common::Receive;
 use bonebeam_drive::config::{Image, PhaseSymmetry};
 use bonebeam_simulate::{
-    Block, Bone, Clutter, DiffuseClutter, Layers, PAPER_DENSITY, Phantom, Settings,
+    Block, Bone, BoneSurface, Clutter, DiffuseClutter, Layers, PAPER_DENSITY, Phantom, Settings,
 };
 
 /// The block of tissue: from and to, lateral and in depth, m.
@@ -29,6 +29,8 @@ pub struct VertebraInTissue {
     pub(super) thickness: f64,
     /// Scatterers of tissue per mm³. Together they are as bright as the paper's 222.
     pub(super) tissue_density: f64,
+    /// How the bone's surface scatters.
+    pub(super) bone: BoneSurface,
     /// Amplitude of the bone's image at twice its depth, dB; none without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) reverberation: Option<f64>,
@@ -57,9 +59,10 @@ impl Default for VertebraInTissue {
             depth: 15e-3,
             thickness: 6e-3,
             tissue_density: 1e-9 * PAPER_DENSITY,
+            bone: BoneSurface::default(),
             reverberation: Some(-20.0),
             clutter: Some(DiffuseClutter {
-                level: 11.4,
+                level: 15.2,
                 coherence: Some(1e-3),
                 ..DiffuseClutter::default()
             }),
@@ -81,7 +84,11 @@ impl VertebraInTissue {
             mesh: self.mesh.as_deref(),
             slice: self.slice,
         };
-        let (mut phantom, _) = bone.phantom(self.depth, self.thickness, None)?;
+        let (mut phantom, _) = bone.phantom(
+            self.depth,
+            self.thickness,
+            Some((&self.bone, self.simulation.seed)),
+        )?;
         phantom.check_within(&self.simulation)?;
         let density = 1e9 * self.tissue_density;
         let block = Block {
