@@ -212,7 +212,8 @@ impl WaterBath {
         })
     }
 
-    /// Measures a slice with every shadow that is tried: the first slice fits the levels.
+    /// Measures a slice with every shadow that is tried: the first slice fits the levels, but for the images' own, whose
+    /// law is known.
     ///
     /// # Errors
     /// A slice that cannot be beamformed.
@@ -220,6 +221,7 @@ impl WaterBath {
         &self,
         recorded: &Recorded,
         distance: &Array2<f64>,
+        law: &DiffuseClutter,
         context: &Context<'_>,
         rows: &mut Vec<Tried>,
     ) -> Result<()> {
@@ -233,9 +235,14 @@ impl WaterBath {
                 ..self.scanner_of(recorded.slice)
             };
             if rows.len() == n {
+                let own = coherence == law.coherence.unwrap_or(f64::INFINITY)
+                    && scanner == self.scanner_of(recorded.slice);
                 rows.push(Tried {
                     shadow,
-                    level: self.level(recorded, distance, coherence, &scanner)?,
+                    level: match own {
+                        true => law.level,
+                        false => self.level(recorded, distance, coherence, &scanner)?,
+                    },
                     slices: Vec::new(),
                 });
             }

@@ -66,6 +66,8 @@ pub struct SourcesMeasured {
     pub sources: String,
     pub uniform: [Row; 2],
     pub featured: Vec<[Row; 2]>,
+    /// How far the peak of B-mode lies below the contour on the line down (Fig. 8a), mm, of each of [`FEATURED`].
+    pub peak_mm: Vec<Option<f64>>,
 }
 
 /// Localisation errors over repeated registrations, mm: of each slice, B-mode and phase symmetry of each of
@@ -103,9 +105,16 @@ impl WaterBath {
                 false => &slice.true_speed,
             };
             let featured = pairs.iter().filter(|p| FEATURED.contains(&p.beamformer));
+            let (down, column) = Line::down(&slice.grid, &distance, 0.0);
+            let peak = |pair: &Pair| {
+                let grey = pair.b_mode.pixels.column(column).to_vec();
+                let first = down.first();
+                Some(down.peak(&Profile { grey }, first)?.at_mm - first?)
+            };
             Ok(SourcesMeasured {
                 sources: sources.name(),
                 uniform: baseline(&distance),
+                peak_mm: featured.clone().map(peak).collect(),
                 featured: featured.map(|pair| rows(pair, &distance)).collect(),
             })
         });

@@ -95,6 +95,7 @@ impl Experiment for WaterBath {
             ("ct_bone", self.ct_bone, [0.0, 5000.0], " (HU)"),
             ("ct_ball", self.ct_ball, [-400.0, 5000.0], " (HU)"),
             ("picking_error", self.picking_error, [0.0, 5e-3], " (m)"),
+            ("delay_error", self.delay_error, [0.0, 1e-5], " (s)"),
         ] {
             if !(least..=most).contains(&value) {
                 let expected = format!("{least} to {most}{unit}");
@@ -129,7 +130,7 @@ impl Experiment for WaterBath {
             if k == 0 {
                 law = self.law(&recorded, &distance)?;
             }
-            self.try_shadows(&recorded, &distance, context, &mut tried)?;
+            self.try_shadows(&recorded, &distance, &law, context, &mut tried)?;
             let data = self.mixed(&recorded, law, &self.scanner_of(k))?;
             drop(recorded);
             self.images(k, &data, context)

@@ -102,6 +102,9 @@ pub struct WaterBath {
     /// Standard deviation of a further error of picking along each axis, m, in the repeated registrations
     /// (assumed).
     pub(super) picking_error: f64,
+    /// A delay of trigger and lens that the scanner does not know, s, in the table of the bias of Fig. 8a (assumed: 1 mm
+    /// of a lens of 1000 m/s, there and back).
+    pub(super) delay_error: f64,
     /// Amplitude of the bone's echo that the array throws back, dB (assumed).
     pub(super) reverberation: f64,
     /// Mean grey level of region C of DAS in slice 1, B-mode, that the level of the clutter is fitted to; 0 for the
@@ -139,6 +142,7 @@ impl Default for WaterBath {
             ct_bone: 1200.0,
             ct_ball: 100.0,
             picking_error: 0.1e-3,
+            delay_error: 0.7e-6,
             reverberation: -25.0,
             fitted_c: 92.41,
             clutter: DiffuseClutter {
