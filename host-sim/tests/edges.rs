@@ -312,7 +312,7 @@ fn reports_to_merge_are_checked_before_anything_is_computed() {
         ("[1, 2]", "has no `claims`"),
         (r#"{"claims": {}}"#, "`claims.scenes` is not a list"),
         (
-            r#"{"claims": {"scenes": [{"seed": 1}]}}"#,
+            r#"{"claims": {"scenes": [{"bone": 1}]}}"#,
             "`claims.scenes` is not a list",
         ),
     ] {

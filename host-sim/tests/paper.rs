@@ -105,10 +105,10 @@ fn what_cannot_be_reproduced_is_refused_with_what_can() {
 /// One scene a run: a bone in water, quiet.
 const ONE_SCENE: &str = "\
 [claims]
-seeds = 1
-tuning_seeds = 1
+bones = 1
+tuning_bones = 1
 half_windows = [0]
-only = [\"built-in\", \"water\", \"quiet\"]
+only = [\"water\", \"quiet\"]
 
 [claims.simulation]
 beams = 16
@@ -125,7 +125,7 @@ median = true
 ";
 
 #[test]
-fn runs_of_other_seeds_are_judged_together() {
+fn runs_of_other_bones_are_judged_together() {
     let folder = tempdir().unwrap();
     let place = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     fs::write(place("claims.toml"), ONE_SCENE).unwrap();
@@ -149,7 +149,7 @@ fn runs_of_other_seeds_are_judged_together() {
     );
     assert_eq!((first.len(), both.len()), (1, 2));
     assert_eq!(both[0], first[0], "a merged scene is as it was");
-    assert_eq!(both[1]["seed"], 2);
+    assert_eq!(both[1]["bone"], 2);
     assert_ne!(both[1]["beamformers"], both[0]["beamformers"]);
     // The scene that was kept is the one that was computed.
     assert_eq!(scenes("again", &["--seed", "1", "--keep", &kept]), first);

@@ -185,6 +185,16 @@ fn the_readme_is_short() {
     assert!(read(&root().join("README.md")).lines().count() <= 140);
 }
 
+/// Tables are written by a command, and do not count.
+#[test]
+fn the_reproduction_is_short() {
+    let document = read(&root().join("docs/reproduction.md"));
+    let prose = prose(&document);
+    let lines = prose.lines().filter(|l| !l.starts_with(['|', '<']));
+    let words = lines.flat_map(str::split_whitespace).count();
+    assert!(words <= 2500, "{words} words");
+}
+
 #[test]
 fn the_package_has_a_readme_and_licences_of_its_own() {
     for name in ["LICENSE-MIT", "LICENSE-APACHE"] {

@@ -18,7 +18,7 @@ use bonebeam_paper::report::Page;
 /// The folder holds report.html, which is one file that can be sent, report.json with every number and
 /// the configuration with its seeds, a CSV of every table and of every number, and the pictures as PNG.
 ///
-/// More seeds than one machine has time for: several runs with --claims and other seeds, and one with
+/// More bones than one machine has time for: several runs with --claims and other seeds, and one with
 /// --merge, which takes their report.json.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -30,12 +30,13 @@ pub struct Arguments {
     #[arg(long)]
     quick: bool,
 
-    /// The first seed of noise, tissue and clutter, in place of the configuration's
+    /// The first seed of noise, tissue and clutter, and the number of the claims' first bone, in place of the
+    /// configuration's
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
 
-    /// Only the claims' scenes whose name has this word: built-in, mesh, water, tissue, quiet, disturbed; may be
-    /// repeated
+    /// Only the claims' scenes whose name has this word: water, tissue, quiet, disturbed, aberration-20-ns,
+    /// aberration-35-ns, speed-low, speed-high; may be repeated
     #[arg(long, value_name = "WORD", value_delimiter = ',')]
     only: Vec<String>,
 
@@ -54,7 +55,7 @@ pub struct Arguments {
     merge: Vec<PathBuf>,
 
     /// A closed surface in mm, +x towards the front and +z towards the head: the bone of Fig. 3 and of the water
-    /// bath, the second geometry of the claims
+    /// bath, and of which every bone of the claims is a pose
     #[arg(long, value_name = "FILE.ply")]
     mesh: Option<PathBuf>,
 
@@ -74,8 +75,8 @@ Examples:
   host-sim paper --quick --threads 1 -o look
   host-sim paper --figure 2 --figure 3
   host-sim paper --experiment dynamic_range
-  host-sim paper --claims --seed 9 --only tissue -o seeds-9
-  host-sim paper --claims --merge seeds-9/report.json --merge seeds-17/report.json -o all-seeds
+  host-sim paper --claims --seed 13 --only tissue -o more
+  host-sim paper --claims --merge more/report.json --merge others/report.json -o all
   host-sim paper --keep recordings --config out/paper/config.toml
   host-sim paper --experiment surface --keep recordings --docs docs/reproduction.md";
 

@@ -13,6 +13,8 @@ use bonebeam_oracle::verify::Check;
 pub struct Outcome {
     /// The heading of its part of the page.
     pub title: &'static str,
+    /// The answer to the paper's question in two sentences; empty where the experiment has none.
+    pub answer: String,
     /// The page, from top to bottom.
     pub parts: Vec<Section>,
     /// Every picture, to be written beside the page.

@@ -1,4 +1,4 @@
-//! Pictures of either bone: one disturbed scene in water.
+//! Pictures of the first bones: one disturbed scene each in water and in tissue.
 
 use crate::Result;
 use crate::experiments::Context;
@@ -6,50 +6,51 @@ use crate::experiments::common::pictures::{picture, ridges, scales};
 use crate::experiments::common::truth::beside;
 use crate::experiments::outcome::{Section, SideBySide, View};
 
-use super::geometry::Geometries;
+use super::condition::{Condition, Medium};
 use super::mechanism::Figure;
-use super::medium::Medium;
-use super::parameters::{Claims, GEOMETRIES};
+use super::parameters::Claims;
 use super::pose::one;
 
-/// The pictures of the first seed with the shortest time window, the paper's in water.
+/// How many bones are shown.
+const SHOWN: u64 = 2;
+
+/// The pictures of the first bones with the paper's time windows.
 ///
 /// # Errors
 /// A scene that cannot be simulated.
-pub fn shown(claims: &Claims, context: &Context<'_>, geometries: &Geometries) -> Result<Figure> {
-    let (image, filter) = claims.display(Medium::Water);
-    let shortest = claims.half_windows.iter().copied().min().unwrap_or(0);
-    let wanted = GEOMETRIES
-        .into_iter()
-        .filter(|geometry| claims.wants(geometry, Medium::Water, true));
+pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Figure> {
     let mut figure = Figure {
         parts: Vec::new(),
         pictures: Vec::new(),
     };
-    for geometry in wanted {
-        let scene = (geometry, Medium::Water, true);
-        let made = one(
-            claims,
-            context,
-            geometries,
-            scene,
-            shortest,
-            "claims: bones",
-        )?;
+    let first = claims.simulation.seed;
+    let wanted = [Condition::WaterDisturbed, Condition::TissueDisturbed];
+    let wanted = wanted.into_iter().filter(|c| claims.wants(*c));
+    let bones = first..first.saturating_add(claims.bones.min(SHOWN));
+    for (condition, number) in wanted.flat_map(|c| bones.clone().map(move |n| (c, n))) {
+        let (image, filter) = claims.display(condition.medium());
+        let windows = claims.half_windows.iter().copied();
+        let window = match condition.medium() {
+            Medium::Water => windows.min(),
+            Medium::Tissue => windows.max(),
+        };
+        let window = window.unwrap_or(0);
+        let made = one(claims, context, number, condition, window, "claims: bones")?;
+        let medium = condition.medium().name();
         let mut views = Vec::new();
         for (variant, pixels) in made.images {
             let map = ridges(&pixels, filter)?;
-            let name = format!("{geometry} bone, {}", variant.name);
+            let name = format!("bone {number}, {}, {}", condition.name(), variant.name);
             let grid = &made.view.grid;
             let pictures = vec![
                 picture(
-                    format!("claims-{geometry}-{}.png", variant.key),
+                    format!("claims-{number}-{medium}-{}.png", variant.key),
                     format!("{name}: B-mode over {} dB", image.dynamic_range),
                     pixels,
                     grid,
                 ),
                 picture(
-                    format!("claims-{geometry}-{}-ps.png", variant.key),
+                    format!("claims-{number}-{medium}-{}-ps.png", variant.key),
                     format!("{name}: phase symmetry"),
                     map,
                     grid,
@@ -63,7 +64,7 @@ pub fn shown(claims: &Claims, context: &Context<'_>, geometries: &Geometries) ->
         }
         let reference = views.remove(0);
         figure.parts.push(Section::SideBySide(SideBySide {
-            id: format!("claims-{geometry}"),
+            id: format!("claims-{number}-{medium}"),
             reference,
             others: views,
             first: 0,

@@ -1,19 +1,22 @@
 //! What the scenes say of each claim.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
+use crate::Result;
 use crate::experiments::common::interval::{Interval, holm};
+use crate::experiments::common::variants::Variant;
 use crate::experiments::outcome::{Ruling, Verdict, number};
 
-use super::medium::{Medium, disturbance};
+use super::condition::{Condition, Medium};
 use super::parameters::Claims;
+use super::population::Bone;
 use super::scene::SceneResult;
 use super::statements::{Direction, SPECKLE, STATEMENTS, Statement};
 use super::tuning::Tuned;
 
-/// Fewer scenes decide nothing.
+/// Fewer bones decide nothing.
 const FEWEST: usize = 3;
 /// Mean errors within this are the same, mm.
 const SAME: f64 = 0.2;
@@ -27,9 +30,11 @@ const LEVEL: f64 = 0.05;
 pub struct ClaimsResult {
     /// Every scene.
     pub scenes: Vec<SceneResult>,
+    /// The bones of the scenes.
+    pub bones: Vec<Bone>,
     /// Every claim's differences.
     pub claims: Vec<Claim>,
-    /// The filters that were found on other seeds.
+    /// The filters that were found on other bones.
     pub tuned: Vec<Tuned>,
     /// The names of the beamformers by their keys, DAS first.
     pub beamformers: Vec<(String, String)>,
@@ -51,14 +56,12 @@ pub struct Claim {
 /// ESMV − DAS in one condition.
 #[derive(Clone, Debug, Serialize)]
 pub struct Cell {
-    /// What surrounds the bone.
-    pub medium: Medium,
-    /// With noise, clutter and reverberation.
-    pub disturbed: bool,
-    /// Which bone.
-    pub geometry: String,
+    /// What surrounds the bone, and what disturbs it.
+    pub condition: Condition,
     /// The beamformer's key.
     pub beamformer: String,
+    /// Whether the paper has this beamformer there: the verdict counts a condition once, by it.
+    pub papers: bool,
     /// Mean of DAS, and of ESMV.
     pub means: [f64; 2],
     /// Mean difference, and its interval.
@@ -82,28 +85,38 @@ impl Cell {
 }
 
 /// Judges every claim on the scenes.
-pub fn judge(scenes: Vec<SceneResult>, tuned: Vec<Tuned>, claims: &Claims) -> ClaimsResult {
+///
+/// # Errors
+/// A mesh that cannot be read.
+pub fn judge(scenes: Vec<SceneResult>, tuned: Vec<Tuned>, claims: &Claims) -> Result<ClaimsResult> {
+    let numbers: BTreeSet<u64> = scenes.iter().map(|scene| scene.bone).collect();
+    let bones = numbers.into_iter().map(|number| Bone::new(claims, number));
     let beamformers: Vec<(String, String)> = claims
         .variants()
         .into_iter()
         .map(|v| (v.key, v.name))
         .collect();
+    Ok(ClaimsResult {
+        claims: judged(&scenes, claims),
+        bones: bones.collect::<Result<_>>()?,
+        tuned,
+        zones: zones(&scenes),
+        beamformers,
+        scenes,
+    })
+}
+
+/// Every claim on the scenes.
+fn judged(scenes: &[SceneResult], claims: &Claims) -> Vec<Claim> {
     let judged = STATEMENTS.iter().chain([&SPECKLE]).filter_map(|statement| {
-        let cells = cells(&scenes, statement, &beamformers);
+        let cells = cells(scenes, statement, claims);
         (!cells.is_empty()).then(|| Claim {
             measure: statement.measure,
             verdict: verdict(statement, &cells),
             cells,
         })
     });
-    let claims = judged.collect();
-    ClaimsResult {
-        claims,
-        tuned,
-        zones: zones(&scenes),
-        beamformers,
-        scenes,
-    }
+    judged.collect()
 }
 
 /// Mean of a column of the mixed images.
@@ -135,22 +148,17 @@ fn zones(scenes: &[SceneResult]) -> Vec<(String, Option<Interval>)> {
 }
 
 /// The differences of a claim's measure, by condition and beamformer.
-fn cells(
-    scenes: &[SceneResult],
-    statement: &Statement,
-    beamformers: &[(String, String)],
-) -> Vec<Cell> {
-    let mut conditions: BTreeMap<(Medium, bool, &str), Vec<&SceneResult>> = BTreeMap::new();
+fn cells(scenes: &[SceneResult], statement: &Statement, claims: &Claims) -> Vec<Cell> {
+    let mut conditions: BTreeMap<Condition, Vec<&SceneResult>> = BTreeMap::new();
     for scene in scenes {
-        if statement.tissue_only && scene.medium != Medium::Tissue {
+        if statement.tissue_only && scene.condition.medium() != Medium::Tissue {
             continue;
         }
-        let condition = (scene.medium, scene.disturbed, &scene.geometry[..]);
-        conditions.entry(condition).or_default().push(scene);
+        conditions.entry(scene.condition).or_default().push(scene);
     }
     let mut cells = Vec::new();
-    for ((medium, disturbed, geometry), scenes) in conditions {
-        for (key, _) in beamformers.iter().skip(1) {
+    for (condition, scenes) in conditions {
+        for Variant { key, .. } in claims.variants().iter().skip(1) {
             let pairs: Vec<[f64; 2]> = scenes
                 .iter()
                 .filter_map(|scene| {
@@ -169,10 +177,9 @@ fn cells(
             let mean = |k: usize| pairs.iter().map(|p| p[k]).sum::<f64>() / pairs.len() as f64;
             let means = [mean(0), mean(1)];
             cells.push(Cell {
-                medium,
-                disturbed,
-                geometry: geometry.to_owned(),
+                condition,
                 beamformer: key.clone(),
+                papers: *key == claims.papers(condition.medium()),
                 means,
                 difference,
                 reduction: statement.magnitude.and_then(|_| Interval::of(&reductions)),
@@ -224,53 +231,51 @@ fn decided(shown: bool, opposite: bool) -> Option<bool> {
     }
 }
 
+/// The verdict. The beamformers of a condition share its recordings, so that it counts once: by the beamformer that the
+/// paper has there.
 fn verdict(statement: &Statement, cells: &[Cell]) -> Verdict {
-    let shown = |cells: &[&Cell]| cells.iter().filter(|c| c.shown == Some(true)).count();
-    let all: Vec<&Cell> = cells.iter().collect();
-    let count = shown(&all);
-    let opposite = cells.iter().filter(|c| c.shown == Some(false)).count();
-    let ruling = if count == cells.len() {
+    let conditions: Vec<&Cell> = cells.iter().filter(|c| c.papers).collect();
+    let having = |shown: Option<bool>| -> Vec<&str> {
+        let some = conditions.iter().filter(|c| c.shown == shown);
+        some.map(|c| c.condition.name()).collect()
+    };
+    let (shown, opposite) = (having(Some(true)), having(Some(false)));
+    let count = shown.len();
+    let ruling = if count == conditions.len() && count > 0 {
         Ruling::Holds
-    } else if count == 0 && opposite > 0 {
+    } else if count == 0 && !opposite.is_empty() {
         Ruling::DoesNotHold
     } else if count == 0 {
-        let few = cells.iter().any(|c| c.difference.scenes < FEWEST);
+        let few = conditions.iter().any(|c| c.difference.scenes < FEWEST);
         Ruling::Open(match few {
-            true => format!("fewer than {FEWEST} scenes a condition"),
+            true => format!("fewer than {FEWEST} bones a condition"),
             false => "no difference is significant, or none as large as is claimed".into(),
         })
     } else {
-        Ruling::DependsOn(factor(cells))
+        Ruling::DependsOn(format!("the condition: shown in {}", shown.join("; ")))
     };
     let mut evidence = format!(
-        "shown in {count} of {} conditions, the opposite in {opposite}.",
-        cells.len()
+        "shown in {count} of {} conditions, the opposite in {}",
+        conditions.len(),
+        opposite.len()
     );
-    // Where the paper has it: forward, the shortest time window in water and the longest in tissue.
-    for medium in [Medium::Water, Medium::Tissue] {
-        let forward = cells
-            .iter()
-            .filter(|c| c.medium == medium && !c.beamformer.contains("-fb"));
-        let keys: Vec<&str> = forward.map(|c| &c.beamformer[..]).collect();
-        let key = match medium {
-            Medium::Water => keys.first(),
-            Medium::Tissue => keys.last(),
+    let others = cells.iter().filter(|c| !c.papers);
+    let (mut other, mut agree) = (0, 0);
+    for cell in others {
+        let papers = conditions.iter().find(|c| c.condition == cell.condition);
+        other += 1;
+        agree += usize::from(papers.is_some_and(|c| c.shown == cell.shown));
+    }
+    if other > 0 {
+        evidence += &format!("; other K or FB agree in {agree} of {other}");
+    }
+    evidence += ".";
+    for condition in [Condition::WaterDisturbed, Condition::TissueDisturbed] {
+        let Some(cell) = conditions.iter().find(|c| c.condition == condition) else {
+            continue;
         };
-        let Some(key) = key else { continue };
-        let window = key.rsplit("-k").next().unwrap_or_default();
-        let of = |k: usize| {
-            let chosen = cells
-                .iter()
-                .filter(|c| c.medium == medium && c.beamformer == *key);
-            let values: Vec<f64> = chosen.map(|c| c.means[k]).collect();
-            values.iter().sum::<f64>() / values.len() as f64
-        };
-        evidence += &format!(
-            " {}, K = {window}: {} → {}.",
-            medium.name(),
-            number(Some(of(0))),
-            number(Some(of(1)))
-        );
+        let [das, esmv] = cell.means.map(|v| number(Some(v)));
+        evidence += &format!(" {}: {das} → {esmv}.", condition.name());
     }
     if statement.paper != "–" {
         evidence += &format!(" Paper: {}.", statement.paper);
@@ -281,47 +286,6 @@ fn verdict(statement: &Statement, cells: &[Cell]) -> Verdict {
         ruling,
         evidence: format!("{}: {evidence}", statement.measure),
     }
-}
-
-/// The factor that tells best where the claim is shown, with its counts.
-fn factor(cells: &[Cell]) -> String {
-    type Level = fn(&Cell) -> String;
-    let factors: [(&str, Level); 5] = [
-        ("the medium", |c| c.medium.name().into()),
-        ("disturbance", |c| disturbance(c.disturbed).into()),
-        ("the geometry", |c| c.geometry.clone()),
-        ("K", |c| {
-            format!(
-                "K = {}",
-                c.beamformer.rsplit("-k").next().unwrap_or_default()
-            )
-        }),
-        ("the covariance", |c| {
-            let backward = c.beamformer.contains("-fb");
-            if backward { "FB" } else { "forward" }.into()
-        }),
-    ];
-    let mut best: Option<(f64, String)> = None;
-    for (name, level) in factors {
-        let mut counts: BTreeMap<String, [usize; 2]> = BTreeMap::new();
-        for cell in cells {
-            let entry = counts.entry(level(cell)).or_default();
-            entry[0] += usize::from(cell.shown == Some(true));
-            entry[1] += 1;
-        }
-        let shares = counts
-            .values()
-            .map(|[shown, of]| *shown as f64 / *of as f64);
-        let [low, high] = shares.fold([1.0f64, 0.0f64], |[l, h], s| [l.min(s), h.max(s)]);
-        if best.as_ref().is_none_or(|(range, _)| high - low > *range) {
-            let counted = counts
-                .iter()
-                .map(|(level, [shown, of])| format!("{level} {shown} of {of}"));
-            let counted: Vec<String> = counted.collect();
-            best = Some((high - low, format!("{name}: {}", counted.join(", "))));
-        }
-    }
-    best.map_or(String::new(), |(_, text)| text)
 }
 
 #[cfg(test)]
@@ -343,12 +307,12 @@ mod tests {
         }
     }
 
-    /// Scenes whose ESMV is `factor(medium)` times DAS, which differs from seed to seed.
+    /// Scenes whose ESMV is `factor(medium)` times DAS, which differs from bone to bone.
     fn scenes(factor: impl Fn(Medium) -> f64) -> Vec<SceneResult> {
         let mut all = Vec::new();
         for medium in [Medium::Water, Medium::Tissue] {
-            for seed in 1..=8 {
-                let das = 1.0 + 0.1 * seed as f64;
+            for bone in 1..=8 {
+                let das = 1.0 + 0.1 * bone as f64;
                 let of = |key: &str, value: f64| SceneMeasure {
                     beamformer: key.into(),
                     b_mode: measure(value),
@@ -356,10 +320,13 @@ mod tests {
                     tuned: measure(value),
                 };
                 all.push(SceneResult {
-                    geometry: "built-in".into(),
-                    medium,
-                    disturbed: false,
-                    seed,
+                    bone,
+                    condition: match medium {
+                        Medium::Water => Condition::WaterQuiet,
+                        Medium::Tissue => Condition::TissueQuiet,
+                    },
+                    brightness: None,
+                    detectors: Vec::new(),
                     beamformers: vec![of("das", das), of("esmv-rank1-k0", das * factor(medium))],
                     uniform: [measure(1.0), measure(1.0)],
                     zones: None,
@@ -374,8 +341,8 @@ mod tests {
             half_windows: vec![0],
             ..Claims::default()
         };
-        let result = judge(scenes, Vec::new(), &claims);
-        let found = result.claims.into_iter().find(|c| c.measure == measure);
+        let result = judged(&scenes, &claims);
+        let found = result.into_iter().find(|c| c.measure == measure);
         found.unwrap().verdict.ruling
     }
 
@@ -389,7 +356,7 @@ mod tests {
             scenes(|medium| if medium == Medium::Water { 0.8 } else { 1.2 }),
             std,
         );
-        let expected = "the medium: tissue 0 of 1, water 1 of 1";
+        let expected = "the condition: shown in water, quiet";
         assert_eq!(depends, Ruling::DependsOn(expected.into()));
         // A tenth less is no fifth less, though it is less.
         assert!(matches!(ruling(scenes(|_| 0.9), std), Ruling::Open(_)));
@@ -416,9 +383,9 @@ mod tests {
         };
         let small = scenes(|_| 1.0).into_iter().map(small).collect();
         assert_eq!(ruling(small, error), Ruling::Holds);
-        // Two scenes decide nothing.
+        // Two bones decide nothing.
         let mut few = scenes(|_| 0.8);
-        few.retain(|scene| scene.seed <= 2);
+        few.retain(|scene| scene.bone <= 2);
         assert!(matches!(ruling(few, std), Ruling::Open(_)));
     }
 }

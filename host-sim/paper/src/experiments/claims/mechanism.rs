@@ -14,9 +14,8 @@ use crate::experiments::outcome::{Curve, Picture, Plot, Section, SideBySide, Vie
 use crate::measure::contrast::moments;
 use bonebeam_drive::config::PhaseSymmetry;
 
-use super::geometry::Geometries;
-use super::medium::Medium;
-use super::parameters::{Claims, GEOMETRIES};
+use super::condition::{Condition, Medium};
+use super::parameters::Claims;
 use super::pose::one;
 
 /// The echo of the surface: signed distances, m.
@@ -163,23 +162,19 @@ pub struct Figure {
     pub pictures: Vec<Picture>,
 }
 
-/// The figure of the first seed; none where scenes in tissue are not wanted.
+/// The figure of the first bone; none where quiet scenes in tissue are not wanted.
 ///
 /// # Errors
 /// A scene that cannot be simulated.
-pub fn shown(
-    claims: &Claims,
-    context: &Context<'_>,
-    geometries: &Geometries,
-) -> Result<Option<Figure>> {
-    let geometry = GEOMETRIES[0];
-    if !claims.wants(geometry, Medium::Tissue, false) {
+pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Option<Figure>> {
+    let condition = Condition::TissueQuiet;
+    if !claims.wants(condition) {
         return Ok(None);
     }
-    let scene = (geometry, Medium::Tissue, false);
     let longest = claims.half_windows.iter().copied().max().unwrap_or(0);
     let what = "claims: mechanism";
-    let made = one(claims, context, geometries, scene, longest, what)?;
+    let number = claims.simulation.seed;
+    let made = one(claims, context, number, condition, longest, what)?;
     let Some([das, esmv]) = pair(&made.images) else {
         return Ok(None);
     };

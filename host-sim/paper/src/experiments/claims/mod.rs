@@ -1,15 +1,15 @@
-//! Do the paper's claims hold? DAS and rank-1 ESMV over seeds, geometries, media and disturbances.
+//! Do the paper's claims hold? DAS and rank-1 ESMV over a population of bones, media and disturbances.
 //!
-//! A scene is one pose of one bone in water or in tissue, quiet or disturbed. Echoes add up, so that bone,
-//! tissue and clutter are simulated once a pose and summed for its four scenes.
+//! A scene is one bone in one condition. Echoes add up, so that bone, tissue and clutter are simulated once a bone and
+//! summed for its scenes. Statistics count bones.
 
 mod bones;
-mod geometry;
+mod condition;
 mod judge;
 mod kept;
 mod mechanism;
-mod medium;
 mod parameters;
+mod population;
 mod pose;
 mod scene;
 mod show;
@@ -20,12 +20,15 @@ use crate::{Error, Result};
 use bonebeam_files::settings::{LENGTHS, check_level, check_positive, out_of_range};
 
 use super::{Context, Covers, Experiment, Outcome, Overrides, common};
-use geometry::Geometries;
+use condition::Condition;
 use judge::{ClaimsResult, judge};
 pub use parameters::Claims;
 use pose::Pose;
 use scene::SceneResult;
 use tuning::Tuned;
+
+/// The first bone that is tuned on: far from those that are judged, here or in another run.
+const TUNED: u64 = (1 << 40) + 100;
 
 impl Experiment for Claims {
     const NAME: &'static str = "claims";
@@ -38,12 +41,12 @@ impl Experiment for Claims {
 
     const FLAGS: &'static [&'static str] = &["--mesh", "--only", "--keep", "--merge"];
 
-    /// Two seeds, one to tune on, half the beams, one time window.
+    /// Two bones, one to tune on, half the beams, one time window.
     fn quick() -> Self {
         let full = Claims::default();
         Claims {
-            seeds: 2,
-            tuning_seeds: 1,
+            bones: 2,
+            tuning_bones: 1,
             half_windows: vec![2],
             simulation: common::quick(full.simulation),
             ..full
@@ -70,8 +73,26 @@ impl Experiment for Claims {
         self.tissue.validate()?;
         self.water_phase_symmetry.validate()?;
         self.tissue_phase_symmetry.validate()?;
-        check_positive(Self::NAME, "depth", self.depth, LENGTHS, " (m)")?;
-        for (key, count) in [("seeds", self.seeds), ("tuning_seeds", self.tuning_seeds)] {
+        for (key, depth) in [("depths[0]", self.depths[0]), ("depths[1]", self.depths[1])] {
+            check_positive(Self::NAME, key, depth, LENGTHS, " (m)")?;
+        }
+        for (key, value, most, unit) in [
+            ("slices[0]", self.slices[0], 0.1, " (m)"),
+            ("slices[1]", self.slices[1], 0.1, " (m)"),
+            ("mesh_slice", self.mesh_slice, 0.1, " (m)"),
+            ("tilt", self.tilt, 90.0, " (degrees)"),
+        ] {
+            if !(-most..=most).contains(&value) {
+                return Err(out_of_range(
+                    Self::NAME,
+                    key,
+                    value,
+                    &format!("-{most} to {most}{unit}"),
+                ));
+            }
+        }
+        self.bone.validate(Self::NAME)?;
+        for (key, count) in [("bones", self.bones), ("tuning_bones", self.tuning_bones)] {
             if !(1..=10_000).contains(&count) {
                 return Err(out_of_range(Self::NAME, key, count, "1 to 10000"));
             }
@@ -85,10 +106,17 @@ impl Experiment for Claims {
             check_level(Self::NAME, key, Some(level))?;
         }
         self.clutter.validate(Self::NAME)?;
-        if self.poses().is_empty() {
+        if self.conditions().is_empty() {
+            let mut words: Vec<&str> = vec!["water", "tissue"];
+            for condition in Condition::ALL {
+                if !words.contains(&condition.disturbance()) {
+                    words.push(condition.disturbance());
+                }
+            }
             return Err(Error::Usage(format!(
-                "--only {} leaves no scene; their words are built-in, mesh, water, tissue, quiet, disturbed",
-                self.only.join(",")
+                "--only {} leaves no scene; their words are {}",
+                self.only.join(","),
+                words.join(", ")
             )));
         }
         Ok(())
@@ -99,47 +127,36 @@ impl Experiment for Claims {
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Outcome> {
-        let geometries = Geometries::new(self)?;
-        let tuned = self.tune(context, &geometries)?;
-        let poses = self.poses();
+        let tuned = self.tune(context)?;
         let mut scenes: Vec<SceneResult> = Vec::new();
         for merged in context.merged {
             scenes.extend(scene::read(merged)?);
         }
         let first = self.simulation.seed;
-        let count = poses.len() as u64 * self.seeds;
-        for (k, seed) in (first..first.saturating_add(self.seeds)).enumerate() {
-            for (p, &geometry) in poses.iter().enumerate() {
-                let number = k * poses.len() + p + 1;
-                let what = format!("claims: pose {number} of {count}");
-                let pose = Pose::new(self, context, &geometries, geometry, seed, &what)?;
-                for scene in scene::scenes(&pose, &tuned)? {
-                    scenes.retain(|old| !old.is_same(&scene));
-                    scenes.push(scene);
-                }
+        for number in first..first.saturating_add(self.bones) {
+            let what = format!("claims: bone {} of {}", number - first + 1, self.bones);
+            let pose = Pose::new(self, context, number, &what)?;
+            for scene in scene::scenes(&pose, &tuned)? {
+                scenes.retain(|old| !old.is_same(&scene));
+                scenes.push(scene);
             }
         }
         scenes.sort_by_key(SceneResult::order);
-        let bones = bones::shown(self, context, &geometries)?;
-        let mechanism = mechanism::shown(self, context, &geometries)?;
-        let result: ClaimsResult = judge(scenes, tuned, self);
-        show::outcome(&result, bones, mechanism, geometries.attachment())
+        let bones = bones::shown(self, context)?;
+        let mechanism = mechanism::shown(self, context)?;
+        let result: ClaimsResult = judge(scenes, tuned, self)?;
+        show::outcome(&result, bones, mechanism)
     }
 }
 
 impl Claims {
-    /// The parameters of phase symmetry that are best for each beamformer and medium, on seeds that are
-    /// not judged.
-    fn tune(&self, context: &Context<'_>, geometries: &Geometries) -> Result<Vec<Tuned>> {
-        // Seeds far from those that are judged, here or in another run.
-        let first = 1 << 40;
+    /// The parameters of phase symmetry that are best for each beamformer and medium, on bones that are not judged.
+    fn tune(&self, context: &Context<'_>) -> Result<Vec<Tuned>> {
         let mut scores = Vec::new();
-        for seed in first..first + self.tuning_seeds {
-            for geometry in self.poses() {
-                let what = format!("claims: tune {}", seed - first + 1);
-                let pose = Pose::new(self, context, geometries, geometry, seed, &what)?;
-                scores.extend(tuning::scores(&pose)?);
-            }
+        for number in TUNED..TUNED + self.tuning_bones {
+            let what = format!("claims: tune {}", number - TUNED + 1);
+            let pose = Pose::new(self, context, number, &what)?;
+            scores.extend(tuning::scores(&pose)?);
         }
         Ok(tuning::best(tuning::means(scores)))
     }

@@ -4,32 +4,33 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::medium::{Medium, disturbance};
+use super::condition::{Condition, Medium};
 use crate::experiments::common::Receive;
 use crate::experiments::common::variants::Variant;
 use bonebeam_drive::config::{Image, PhaseSymmetry};
-use bonebeam_simulate::{DiffuseClutter, NoiseSpectrum, Settings};
-
-/// The geometries by name.
-pub const GEOMETRIES: [&str; 2] = ["built-in", "mesh"];
+use bonebeam_simulate::{BoneSurface, DiffuseClutter, NoiseSpectrum, Settings};
 
 /// Section `[claims]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Claims {
-    /// A closed surface in mm as the second geometry, in place of one that is made of the built-in vertebra.
+    /// A closed surface in mm, of which every bone is a pose, in place of the shapes drawn from the built-in vertebra.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) mesh: Option<PathBuf>,
-    /// Height of the slice through the built-in vertebra, m.
-    pub(super) slice: f64,
     /// Height of the slice through the mesh, m.
     pub(super) mesh_slice: f64,
-    /// Mean depth of the bone's shallowest point, m.
-    pub(super) depth: f64,
-    /// How many seeds are judged. The first is that of `simulation`.
-    pub(super) seeds: u64,
-    /// How many other seeds the parameters of phase symmetry are tuned on.
-    pub(super) tuning_seeds: u64,
+    /// Heights of the slices through drawn shapes, m.
+    pub(super) slices: [f64; 2],
+    /// Depths of the bones' shallowest points, m.
+    pub(super) depths: [f64; 2],
+    /// The largest tilt in the image plane, either way, degrees.
+    pub(super) tilt: f64,
+    /// How the bones' surfaces scatter, each with a relief of its own.
+    pub(super) bone: BoneSurface,
+    /// How many bones are judged. The number of the first is the seed of `simulation`.
+    pub(super) bones: u64,
+    /// How many other bones the parameters of phase symmetry are tuned on.
+    pub(super) tuning_bones: u64,
     /// The time windows K, samples.
     pub(super) half_windows: Vec<usize>,
     /// The disturbance: noise, dB of the largest sample.
@@ -61,12 +62,14 @@ impl Default for Claims {
         receive.0.depth_end = Some(44.2e-3);
         Claims {
             mesh: None,
-            slice: -4e-3,
             mesh_slice: 0.0,
-            depth: 15e-3,
-            seeds: 8,
-            tuning_seeds: 2,
-            half_windows: vec![0, 2, 10],
+            slices: [-10e-3, 1e-3],
+            depths: [10e-3, 30e-3],
+            tilt: 15.0,
+            bone: BoneSurface::default(),
+            bones: 12,
+            tuning_bones: 3,
+            half_windows: vec![0, 10],
             noise: -40.0,
             clutter: DiffuseClutter {
                 level: 4.4,
@@ -119,20 +122,26 @@ impl Claims {
         all
     }
 
-    /// Whether the scene is wanted.
-    pub(super) fn wants(&self, geometry: &str, medium: Medium, disturbed: bool) -> bool {
-        let name = [geometry, medium.name(), disturbance(disturbed)];
+    /// Whether a condition is wanted.
+    pub(super) fn wants(&self, condition: Condition) -> bool {
+        let name = [condition.medium().name(), condition.disturbance()];
         self.only.iter().all(|word| name.contains(&&word[..]))
     }
 
-    /// The geometries of which a scene is wanted.
-    pub(super) fn poses(&self) -> Vec<&'static str> {
-        let wanted = |geometry: &&&str| {
-            let media = [Medium::Water, Medium::Tissue].into_iter();
-            media
-                .flat_map(|medium| [(medium, false), (medium, true)])
-                .any(|(medium, disturbed)| self.wants(geometry, medium, disturbed))
+    /// The conditions that are wanted.
+    pub(super) fn conditions(&self) -> Vec<Condition> {
+        let all = Condition::ALL.into_iter();
+        all.filter(|condition| self.wants(*condition)).collect()
+    }
+
+    /// The key of the beamformer that the paper has in a medium: forward, with the shortest time window in water and the
+    /// longest in tissue.
+    pub(super) fn papers(&self, medium: Medium) -> String {
+        let windows = self.half_windows.iter().copied();
+        let window = match medium {
+            Medium::Water => windows.min(),
+            Medium::Tissue => windows.max(),
         };
-        GEOMETRIES.iter().filter(wanted).copied().collect()
+        format!("esmv-rank1-k{}", window.unwrap_or(0))
     }
 }

@@ -1,33 +1,42 @@
 //! What is measured of a scene.
 
+use ndarray::{Array2, ArrayView1};
 use serde::{Deserialize, Serialize};
 
-use crate::experiments::common::bone::BoneMeasure;
+use crate::experiments::common::bone::{BoneMeasure, FOUND, View};
+use crate::experiments::common::brightness::Brightness;
 use crate::experiments::common::pictures::ridges;
+use crate::experiments::common::truth::TOLERANCE;
+use crate::experiments::surface::detectors::{DEPTHS, Detector, Frame, ONSET_PATH};
 use crate::measure::signed_distance::Region;
+use crate::measure::surface::{Judged, judge};
 use crate::{Error, Result};
+use bonebeam_drive::config::Image;
+use bonebeam_files::BeamformedLines;
 
+use super::condition::{Condition, Medium};
 use super::kept::kept;
 use super::mechanism::{Zones, zones};
-use super::medium::Medium;
-use super::pose::{Images, Pose};
+use super::population::Bone;
+use super::pose::{Images, Pose, TISSUE};
 use super::tuning::Tuned;
 
 /// What came out of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneResult {
-    /// Which bone.
-    pub geometry: String,
-    /// What surrounds it.
-    pub medium: Medium,
-    /// With noise, clutter and reverberation.
-    pub disturbed: bool,
-    /// Seed of pose, tissue, clutter and noise.
-    pub seed: u64,
+    /// The number of its bone.
+    pub bone: u64,
+    /// What surrounds the bone, and what disturbs it.
+    pub condition: Condition,
+    /// The bone over the tissue, DAS; none in water.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub brightness: Option<Brightness>,
     /// DAS first.
     pub beamformers: Vec<SceneMeasure>,
     /// What an image of one grey level scores, B-mode and phase symmetry.
     pub uniform: [BoneMeasure; 2],
+    /// Detectors of the surface, by their names.
+    pub detectors: Vec<(String, Judged)>,
     /// DAS's image with parts of rank-1 ESMV's; in tissue alone.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub zones: Option<Zones>,
@@ -42,7 +51,7 @@ pub struct SceneMeasure {
     pub b_mode: BoneMeasure,
     /// Phase symmetry with the paper's parameters.
     pub phase_symmetry: BoneMeasure,
-    /// Phase symmetry with those that are best for this beamformer on other seeds.
+    /// Phase symmetry with those that are best for this beamformer on other bones.
     pub tuned: BoneMeasure,
 }
 
@@ -53,13 +62,8 @@ impl SceneResult {
     }
 
     /// The order in which scenes stand.
-    pub fn order(&self) -> (Medium, bool, String, u64) {
-        (
-            self.medium,
-            self.disturbed,
-            self.geometry.clone(),
-            self.seed,
-        )
+    pub fn order(&self) -> (Condition, u64) {
+        (self.condition, self.bone)
     }
 }
 
@@ -76,16 +80,16 @@ pub fn read(data: &serde_json::Value) -> Result<Vec<SceneResult>> {
     })
 }
 
-/// The measures of the scenes of a pose; from the folder of kept results where they are there.
+/// The measures of the scenes of a bone; from the folder of kept results where they are there.
 ///
 /// # Errors
 /// A scene that cannot be simulated.
 pub fn scenes(pose: &Pose<'_>, tuned: &[Tuned]) -> Result<Vec<SceneResult>> {
-    let (claims, geometry, seed) = (pose.claims, pose.geometry, pose.seed);
-    let key = format!("{claims:?} {tuned:?} {geometry} {seed}");
+    let claims = pose.claims;
+    let key = format!("{claims:?} {tuned:?} {}", pose.bone.number);
     kept(pose.context, "claims", &key, || {
         let mut found = Vec::new();
-        pose.images(|made| {
+        pose.images(&claims.conditions(), |made| {
             found.push(measured(pose, &made, tuned)?);
             Ok(())
         })?;
@@ -95,35 +99,89 @@ pub fn scenes(pose: &Pose<'_>, tuned: &[Tuned]) -> Result<Vec<SceneResult>> {
 
 fn measured(pose: &Pose<'_>, made: &Images, tuned: &[Tuned]) -> Result<SceneResult> {
     let Images {
-        medium,
-        disturbed,
+        condition,
         view,
         images,
+        das,
     } = made;
-    let (_, paper) = pose.claims.display(*medium);
+    let medium = condition.medium();
+    let (_, paper) = pose.claims.display(medium);
+    let papers = pose.claims.papers(medium);
     let mut beamformers = Vec::new();
+    let mut maps = Vec::new();
     for (variant, image) in images {
         let found = tuned
             .iter()
-            .find(|t| t.medium == *medium && t.beamformer == variant.key);
+            .find(|t| t.medium == medium && t.beamformer == variant.key);
         let best = found.map_or(paper.clone(), |found| found.filter(paper));
+        let [map, tuned] = [ridges(image, paper)?, ridges(image, &best)?];
         beamformers.push(SceneMeasure {
             beamformer: variant.key.clone(),
             b_mode: view.measure(image, Region::B_MODE),
-            phase_symmetry: view.measure(&ridges(image, paper)?, Region::PHASE_SYMMETRY),
-            tuned: view.measure(&ridges(image, &best)?, Region::PHASE_SYMMETRY),
+            phase_symmetry: view.measure(&map, Region::PHASE_SYMMETRY),
+            tuned: view.measure(&tuned, Region::PHASE_SYMMETRY),
         });
+        if maps.is_empty() {
+            maps.push(("phase symmetry on DAS, the paper's filter", map));
+            maps.push(("phase symmetry on DAS, tuned", tuned));
+        } else if variant.key == papers {
+            maps.push(("phase symmetry on rank 1, tuned", tuned));
+        }
     }
+    let brightness = match medium {
+        Medium::Water => None,
+        Medium::Tissue => Brightness::of(das, view, TISSUE[0], TISSUE[1])?,
+    };
     Ok(SceneResult {
-        geometry: pose.geometry.to_owned(),
-        medium: *medium,
-        disturbed: *disturbed,
-        seed: pose.seed,
+        bone: pose.bone.number,
+        condition: *condition,
+        brightness,
         beamformers,
         uniform: [Region::B_MODE, Region::PHASE_SYMMETRY].map(|region| view.uniform(region)),
+        detectors: detectors(&pose.bone, view, &maps, das)?,
         zones: match medium {
             Medium::Water => None,
             Medium::Tissue => zones(view, images, paper, pose.claims.tissue.dynamic_range)?,
         },
     })
+}
+
+/// Detectors beside each other: the largest ridge of each column, from grey level 64 on, and of the lines of DAS the shadow
+/// onset's path and the core's detector.
+fn detectors(
+    bone: &Bone,
+    view: &View,
+    maps: &[(&str, Array2<f32>)],
+    das: &BeamformedLines,
+) -> Result<Vec<(String, Judged)>> {
+    let depth = |row: f64| view.grid.z0 + row * view.grid.pixel;
+    let surface: Vec<_> = view.hits.iter().map(|hit| hit.map(depth)).collect();
+    let mut found = Vec::new();
+    for (name, map) in maps {
+        let ridge = |column: ArrayView1<f32>| {
+            let rows = column.into_iter().enumerate();
+            let (row, value) = rows.max_by(|a, b| a.1.total_cmp(b.1))?;
+            (*value >= FOUND).then(|| depth(row as f64))
+        };
+        let answers: Vec<_> = map.columns().into_iter().map(ridge).collect();
+        found.push(((*name).to_owned(), judge(&answers, &surface, TOLERANCE)));
+    }
+    let outer = bone.outline.without_holes()?;
+    let [first, last] = DEPTHS;
+    let surface = das.beam_x.iter().map(|x| {
+        let hit = outer.first_hit(*x);
+        hit.filter(|depth| (first..=last).contains(depth))
+    });
+    let surface: Vec<_> = surface.collect();
+    let image = Image::default();
+    let frame = Frame::new(das, &image, 0.0);
+    for (name, detector) in [
+        ("shadow onset in two windows, path", ONSET_PATH),
+        ("the core's surface detector", Detector::Core("surface", 0)),
+    ] {
+        let answers = frame.answers(detector)?;
+        let answers: Vec<_> = answers.into_iter().map(|a| a.map(|a| a.1)).collect();
+        found.push((name.to_owned(), judge(&answers, &surface, TOLERANCE)));
+    }
+    Ok(found)
 }

@@ -7,13 +7,16 @@ use crate::experiments::common::pictures::ridges;
 use crate::experiments::common::truth::precision;
 use bonebeam_drive::config::PhaseSymmetry;
 
+use super::condition::{Condition, Medium};
 use super::kept::kept;
-use super::medium::Medium;
 use super::pose::Pose;
 
 /// The filters that are tried: scales as exponents of 2, from and to, and thresholds.
-const SCALES: [[i32; 2]; 9] = [
+const SCALES: [[i32; 2]; 12] = [
+    [1, 1],
     [1, 2],
+    [1, 3],
+    [2, 2],
     [2, 3],
     [3, 4],
     [4, 5],
@@ -23,7 +26,9 @@ const SCALES: [[i32; 2]; 9] = [
     [7, 9],
     [5, 9],
 ];
-const THRESHOLDS: [f64; 5] = [5.0, 10.0, 15.0, 30.0, 60.0];
+const THRESHOLDS: [f64; 8] = [0.0, 2.5, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0];
+/// The conditions that are tuned on.
+const CONDITIONS: [Condition; 2] = [Condition::WaterDisturbed, Condition::TissueDisturbed];
 
 /// Parameters of phase symmetry for a beamformer in a medium.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -36,8 +41,10 @@ pub struct Tuned {
     pub scales: Vec<f64>,
     /// Threshold.
     pub threshold: f64,
-    /// Mean average precision on the seeds that they were tuned on.
+    /// Mean average precision on the bones that they were tuned on.
     pub average_precision: f64,
+    /// Whether it lies at an end of the grid that could be farther out: the largest threshold, or the coarsest scale. A scale of 2⁻¹ is the finest that pixels have.
+    pub at_edge: bool,
     #[serde(skip)]
     scenes: usize,
 }
@@ -68,11 +75,22 @@ impl Tuned {
 /// # Errors
 /// A scene that cannot be simulated.
 pub fn scores(pose: &Pose<'_>) -> Result<Vec<Score>> {
-    let key = format!("{:?} {} {}", pose.claims, pose.geometry, pose.seed);
+    let key = format!("{:?} {}", pose.claims, pose.bone.number);
     kept(pose.context, "claims-tune", &key, || {
         let mut scores = Vec::new();
-        pose.images(|made| {
-            let (_, paper) = pose.claims.display(made.medium);
+        let wanted = pose.claims.conditions();
+        let wanted: Vec<_> = CONDITIONS
+            .into_iter()
+            .filter(|c| wanted.contains(c))
+            .collect();
+        let wanted = if wanted.is_empty() {
+            pose.claims.conditions()
+        } else {
+            wanted
+        };
+        pose.images(&wanted, |made| {
+            let medium = made.condition.medium();
+            let (_, paper) = pose.claims.display(medium);
             for (variant, image) in &made.images {
                 for [from, to] in SCALES {
                     for threshold in THRESHOLDS {
@@ -85,7 +103,7 @@ pub fn scores(pose: &Pose<'_>) -> Result<Vec<Score>> {
                         let map = ridges(image, &filter)?;
                         let score = precision(&map, &made.view.hits, &made.view.grid);
                         scores.push(Score {
-                            medium: made.medium,
+                            medium,
                             beamformer: variant.key.clone(),
                             scales,
                             threshold,
@@ -118,6 +136,7 @@ pub fn means(scores: Vec<Score>) -> Vec<Tuned> {
                     weight * (score.average_precision - found.average_precision);
             }
             None => means.push(Tuned {
+                at_edge: at_edge(&score),
                 medium: score.medium,
                 beamformer: score.beamformer,
                 scales: score.scales,
@@ -128,6 +147,12 @@ pub fn means(scores: Vec<Score>) -> Vec<Tuned> {
         }
     }
     means
+}
+
+fn at_edge(score: &Score) -> bool {
+    let coarsest = SCALES.iter().map(|[_, to]| *to).max();
+    let coarse = score.scales.last().map(|s| -s.log2().round() as i32) == coarsest;
+    coarse || THRESHOLDS.last() == Some(&score.threshold)
 }
 
 /// The best filter of every beamformer and medium.

@@ -18,7 +18,7 @@ const NEAR: Region = Region {
     inner: 1e-3,
 };
 /// Grey level from which a ridge counts as found.
-const FOUND: f32 = 64.0;
+pub const FOUND: f32 = 64.0;
 
 /// A bone and the pixels of its image.
 pub struct View {

@@ -49,6 +49,9 @@ pub struct Terms {
     absence: f64,
 }
 
+/// The yardstick: the path over the onset of a shadow, levels in a window before it and in one behind.
+pub const ONSET_PATH: Detector = Detector::Path(terms("yardstick: onset, path", [0.0, 0.0], -3.0));
+
 /// All of them, as the table has them.
 pub const DETECTORS: [Detector; 13] = [
     Detector::PhaseSymmetry("phase symmetry, the paper's scales", [7, 9]),
@@ -56,7 +59,7 @@ pub const DETECTORS: [Detector; 13] = [
     Detector::Onset,
     Detector::Foroughi,
     Detector::ForoughiPath,
-    Detector::Path(terms("yardstick: onset, path", [0.0, 0.0], -3.0)),
+    ONSET_PATH,
     Detector::Path(terms("onset and level, path", [2.0, 0.0], -2.0)),
     Detector::Path(terms("onset and shadow 1, path", [0.0, 1.0], -3.0)),
     Detector::Path(terms("onset, level, shadow 1, path", [2.0, 1.0], -2.0)),

@@ -1,7 +1,7 @@
 //! Where is the bone surface? Detectors beside each other, on three views of a spine under layers of tissue, clean and
 //! disturbed.
 
-mod detectors;
+pub(super) mod detectors;
 mod disturb;
 mod show;
 

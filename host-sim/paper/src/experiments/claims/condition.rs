@@ -1,0 +1,114 @@
+//! The conditions of a bone's scenes: what surrounds it, and what disturbs the recording.
+
+use serde::{Deserialize, Serialize};
+
+/// What surrounds the bone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Medium {
+    /// Nothing that echoes.
+    Water,
+    /// Scatterers of one amplitude.
+    Tissue,
+}
+
+/// A condition. All but the quiet ones have noise, clutter in the bone's shadow and its reverberation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Condition {
+    WaterQuiet,
+    WaterDisturbed,
+    TissueQuiet,
+    TissueDisturbed,
+    /// Aberration on receive, 20 ns RMS.
+    #[serde(rename = "tissue-aberration-20-ns")]
+    Aberration20,
+    /// Aberration on receive, 35 ns RMS.
+    #[serde(rename = "tissue-aberration-35-ns")]
+    Aberration35,
+    /// Beamformed with a speed of sound that is 2 % too small.
+    #[serde(rename = "tissue-speed-low")]
+    SpeedLow,
+    /// Or too large.
+    #[serde(rename = "tissue-speed-high")]
+    SpeedHigh,
+}
+
+impl Medium {
+    /// As `--only` has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Medium::Water => "water",
+            Medium::Tissue => "tissue",
+        }
+    }
+}
+
+impl Condition {
+    pub const ALL: [Condition; 8] = [
+        Condition::WaterQuiet,
+        Condition::WaterDisturbed,
+        Condition::TissueQuiet,
+        Condition::TissueDisturbed,
+        Condition::Aberration20,
+        Condition::Aberration35,
+        Condition::SpeedLow,
+        Condition::SpeedHigh,
+    ];
+
+    pub fn medium(self) -> Medium {
+        match self {
+            Condition::WaterQuiet | Condition::WaterDisturbed => Medium::Water,
+            _ => Medium::Tissue,
+        }
+    }
+
+    /// With noise, clutter and reverberation.
+    pub fn is_disturbed(self) -> bool {
+        !matches!(self, Condition::WaterQuiet | Condition::TissueQuiet)
+    }
+
+    /// As `--only` has it.
+    pub fn disturbance(self) -> &'static str {
+        match self {
+            Condition::WaterQuiet | Condition::TissueQuiet => "quiet",
+            Condition::WaterDisturbed | Condition::TissueDisturbed => "disturbed",
+            Condition::Aberration20 => "aberration-20-ns",
+            Condition::Aberration35 => "aberration-35-ns",
+            Condition::SpeedLow => "speed-low",
+            Condition::SpeedHigh => "speed-high",
+        }
+    }
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Condition::WaterQuiet => "water, quiet",
+            Condition::WaterDisturbed => "water, disturbed",
+            Condition::TissueQuiet => "tissue, quiet",
+            Condition::TissueDisturbed => "tissue, disturbed",
+            Condition::Aberration20 => "tissue, aberration 20 ns",
+            Condition::Aberration35 => "tissue, aberration 35 ns",
+            Condition::SpeedLow => "tissue, sound speed −2 %",
+            Condition::SpeedHigh => "tissue, sound speed +2 %",
+        }
+    }
+
+    /// RMS of the delays of the elements on receive, s; none without aberration.
+    pub fn aberration(self) -> Option<f64> {
+        match self {
+            Condition::Aberration20 => Some(20e-9),
+            Condition::Aberration35 => Some(35e-9),
+            _ => None,
+        }
+    }
+
+    /// The speed of sound that the beamformer takes, of the true one.
+    pub fn speed(self) -> f64 {
+        match self {
+            Condition::SpeedLow => 0.98,
+            Condition::SpeedHigh => 1.02,
+            _ => 1.0,
+        }
+    }
+}
