@@ -158,7 +158,7 @@ pub(super) fn document(title: &str, body: &Markup) -> String {
 
 /// An experiment's part of the page.
 fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
-    let parts = parts(outcome, PictureLocation::SeparateFile)?;
+    let parts = parts(&outcome.parts, PictureLocation::SeparateFile)?;
     Ok(html! {
         section id=(name) {
             h2 { (outcome.title) }
@@ -167,11 +167,11 @@ fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
     })
 }
 
-/// The parts of an experiment.
+/// Parts of an experiment.
 ///
 /// # Errors
 /// A plot cannot be drawn, or a picture not encoded.
-pub(super) fn parts(outcome: &Outcome, source: PictureLocation) -> Result<Vec<Markup>> {
+pub(super) fn parts(parts: &[Section], source: PictureLocation) -> Result<Vec<Markup>> {
     let part = |part: &Section| {
         Ok(match part {
             Section::Heading(heading) => html! { h3 { (heading) } },
@@ -183,11 +183,15 @@ pub(super) fn parts(outcome: &Outcome, source: PictureLocation) -> Result<Vec<Ma
             Section::Plots(plots) => plot::plots(plots)?,
         })
     };
-    outcome.parts.iter().map(part).collect()
+    parts.iter().map(part).collect()
 }
 
+/// Tables of more rows are folded.
+const LONG: usize = 8;
+
 pub(super) fn table(table: &Table) -> Markup {
-    html! {
+    let head = |k: usize| table.head.get(k).copied().unwrap_or_default();
+    let shown = html! {
         div .table {
             table {
                 caption { (table.title) }
@@ -196,14 +200,28 @@ pub(super) fn table(table: &Table) -> Markup {
                     @for row in &table.rows {
                         tr {
                             @for (k, cell) in row.iter().enumerate() {
-                                @if k == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
+                                @if k == 0 { th scope="row" { (cell) } }
+                                // A narrow screen stacks the cells, each after its column's name.
+                                @else { td data-head=(head(k)) { (cell) } }
                             }
                         }
                     }
                 }
             }
         }
+    };
+    match table.rows.len() > LONG {
+        true => folded(
+            &format!("{} ({} rows)", table.title, table.rows.len()),
+            &shown,
+        ),
+        false => shown,
     }
+}
+
+/// What is shown where the reader asks for it.
+pub(super) fn folded(summary: &str, what: &Markup) -> Markup {
+    html! { details { summary { (summary) } (what) } }
 }
 
 /// Every note once, after the quantities that it is about.

@@ -5,9 +5,9 @@ use maud::{Markup, html};
 
 use crate::Result;
 use crate::experiments::Outcome;
-use crate::experiments::outcome::{Comparison, Ruling, Verdict};
+use crate::experiments::outcome::{Comparison, Ruling, Section, Verdict};
 
-use super::html::{document, notes, parts, table};
+use super::html::{document, folded, notes, parts, table};
 use super::pictures::PictureLocation;
 use super::{Report, tables};
 
@@ -22,10 +22,17 @@ pub fn page(report: &Report<'_>) -> Result<String> {
     let experiments = outcomes.map(|(name, outcome)| experiment(name, outcome));
     let experiments = experiments.collect::<Result<Vec<_>>>()?;
     let checks = report.checks();
+    let answers = report
+        .outcomes
+        .iter()
+        .map(|(_, outcome)| &outcome.answer[..]);
+    let answers = answers.filter(|answer| !answer.is_empty());
     let body = html! {
         header {
             h1 { "The paper's experiments" }
-            p .lead {
+            @for answer in answers { p .lead { (answer) } }
+            @if !verdicts.is_empty() { (rulings(&verdicts)) }
+            p {
                 "Mehdizadeh et al., "
                 i { "Joint beamforming and feature detection for enhanced visualization of spinal "
                     "bone surfaces in ultrasound images" }
@@ -46,7 +53,6 @@ pub fn page(report: &Report<'_>) -> Result<String> {
                 p { span .bad { "A check failed." } " See " a href="#checks" { "the checks" } "." }
             }
             nav {
-                @if !verdicts.is_empty() { a href="#verdicts" { "Verdicts" } }
                 @for (name, outcome) in report.outcomes {
                     a href=(format!("#{name}")) { (outcome.title) }
                 }
@@ -55,7 +61,6 @@ pub fn page(report: &Report<'_>) -> Result<String> {
             }
         }
         main {
-            @if !verdicts.is_empty() { (rulings(&verdicts)) }
             @for experiment in experiments { (experiment) }
             @if !checks.is_empty() {
                 section #checks {
@@ -86,20 +91,27 @@ pub fn page(report: &Report<'_>) -> Result<String> {
     Ok(document("Bonebeam: the paper's experiments", &body))
 }
 
-/// An experiment's part of the page: its figures, then its numbers.
+/// An experiment's part of the page: its first figure, then its numbers; further figures are folded.
 fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
-    let parts = parts(outcome, PictureLocation::Embedded)?;
     let comparisons: Vec<&Comparison> = outcome.comparisons.iter().collect();
+    let first = outcome.parts.iter().position(is_figure);
+    let first = first.map_or(outcome.parts.len(), |at| at + 1);
+    let (open, rest) = outcome.parts.split_at(first);
     Ok(html! {
         section id=(name) {
             h2 { (outcome.title) }
-            @for part in parts { (part) }
+            @for part in parts(open, PictureLocation::Embedded)? { (part) }
+            @for group in groups(rest) {
+                @let shown = parts(group, PictureLocation::Embedded)?;
+                @let shown = html! { @for part in &shown { (part) } };
+                @if group.iter().any(is_figure) { (folded(summary(group), &shown)) } @else { (shown) }
+            }
             @if !comparisons.is_empty() {
                 h3 { "Beside the paper" }
                 div .tables {
                     @for beside in tables::comparisons(&comparisons) { (table(&beside)) }
                 }
-                (notes(&comparisons))
+                (folded("Why the figures differ", &notes(&comparisons)))
             }
             @if !outcome.tables.is_empty() {
                 h3 { "All beamformers" }
@@ -117,21 +129,51 @@ fn experiment(name: &str, outcome: &Outcome) -> Result<Markup> {
     })
 }
 
+fn is_figure(part: &Section) -> bool {
+    matches!(
+        part,
+        Section::Gallery(_) | Section::SideBySide(_) | Section::Coloured(_) | Section::Plots(_)
+    )
+}
+
+/// Parts from each heading to the next.
+fn groups(parts: &[Section]) -> Vec<&[Section]> {
+    let mut groups = Vec::new();
+    let mut from = 0;
+    for (at, part) in parts.iter().enumerate() {
+        if at > from && matches!(part, Section::Heading(_)) {
+            groups.push(&parts[from..at]);
+            from = at;
+        }
+    }
+    groups.push(&parts[from..]);
+    groups
+}
+
+/// The heading of a group.
+fn summary(group: &[Section]) -> &'static str {
+    match group.first() {
+        Some(Section::Heading(heading)) => heading,
+        _ => "More figures",
+    }
+}
+
 /// The verdicts, each with what it rests on.
 fn rulings(verdicts: &[&Verdict]) -> Markup {
     html! {
         section #verdicts {
-            h2 { "Do the claims hold?" }
             div .table {
                 table .words {
-                    thead { tr { th { "claim" } th { "where" } th { "verdict" } th { "figures" } } }
+                    thead { tr { th { "claim" } th { "where" } th { "verdict" } } }
                     tbody {
                         @for verdict in verdicts {
                             tr {
                                 th scope="row" { (verdict.claim) }
-                                td { (verdict.place) }
-                                td class=(class(&verdict.ruling)) { (verdict.ruling) }
-                                td { (verdict.evidence) }
+                                td data-head="where" { (verdict.place) }
+                                td data-head="verdict" {
+                                    span class=(class(&verdict.ruling)) { (verdict.ruling) }
+                                    details { summary { "figures" } (verdict.evidence) }
+                                }
                             }
                         }
                     }
