@@ -111,8 +111,8 @@ half_windows = [0]
 only = [\"water\", \"quiet\"]
 
 [claims.simulation]
-beams = 16
-beam_step = 8.0
+beams = 32
+beam_step = 4.0
 fs = 40e6
 depth_end = 44.2e-3
 noise = -60.0
