@@ -18,6 +18,7 @@ use crate::Result;
 
 use super::noise::complex_gaussian;
 use super::scatterer::{Scatterer, SurfacePoint};
+use super::surface::Surface;
 
 /// Wave vectors of a relief.
 const WAVES: usize = 128;
@@ -104,6 +105,22 @@ impl BoneSurface {
             }
         }
         Ok(())
+    }
+
+    /// Scatterers on a smooth closed surface, `density` per m², where `wanted`, with the relief of a seed; and the points
+    /// where they have to be seen to be heard.
+    ///
+    /// # Errors
+    /// More than any machine holds.
+    pub fn cover(
+        &self,
+        surface: &Surface,
+        density: f64,
+        wanted: impl Fn([f64; 3]) -> bool,
+        seed: u64,
+    ) -> Result<(Vec<Scatterer>, Vec<[f64; 3]>)> {
+        let points = surface.points_with_normals(density, wanted)?;
+        Ok(self.scatterers(&points, SurfaceDensity::Area(density), seed))
     }
 
     /// The scatterers of a smooth surface's `points`, and the points where they have to be seen to be heard.

@@ -108,7 +108,7 @@ impl VertebraShape {
     }
 
     /// Signed distance to its surface, mm, negative inside; exact on the surface of the built-in one only.
-    fn distance(&self, p: Vector) -> f64 {
+    pub(super) fn distance(&self, p: Vector) -> f64 {
         let p = p.map(|v| v / self.scale);
         let side = if p[0] < 0.0 { -1.0 } else { 1.0 };
         let across = p[0] / (self.width * (1.0 + side * self.asymmetry));

@@ -13,13 +13,13 @@ use rand::{RngExt, SeedableRng};
 use crate::{Error, Result};
 use bonebeam_files::memory::{self, product};
 
-use super::bone_surface::{BoneSurface, SurfaceDensity};
+use super::bone_surface::BoneSurface;
 use super::marching_tetrahedra::{self, VolumeGrid};
 use super::mesh::read_mesh;
 use super::phantom::Phantom;
 use super::scatterer::Scatterer;
 use super::surface::{StraightDown, Surface};
-use super::vertebra;
+use super::vertebra::{self, VertebraShape};
 
 /// Distance between vertebrae, mm: a lumbar vertebra with its disc.
 const LEVEL: f64 = 34.0;
@@ -43,6 +43,15 @@ pub enum Bone<'a> {
         mesh: Option<&'a Path>,
         /// Height of the image plane, m.
         slice: f64,
+    },
+    /// One vertebra of another shape, turned in the image plane.
+    Shape {
+        /// The shape.
+        shape: &'a VertebraShape,
+        /// Height of the image plane, m.
+        slice: f64,
+        /// By how much it is turned, degrees.
+        tilt: f64,
     },
     /// The spine's spinous processes along it (the paper's Fig. 11).
     SpinousProcesses,
@@ -93,6 +102,14 @@ impl Bone<'_> {
                 let one = |[x, y, z]: [f64; 3]| vertebra::distance([x, z, y + slice]);
                 (cut(thickness, one), Vec::new())
             }
+            Bone::Shape { shape, slice, tilt } => {
+                let slice = 1e3 * slice;
+                let (sin, cos) = libm::sincos(tilt.to_radians());
+                let one = |[x, y, z]: [f64; 3]| {
+                    shape.distance([cos * x + sin * z, cos * z - sin * x, y + slice])
+                };
+                (cut(thickness, one), Vec::new())
+            }
             Bone::SpinousProcesses => {
                 let spine = |[x, y, z]: [f64; 3]| spine([y, z, x]);
                 (cut(thickness, spine), Vec::new())
@@ -134,9 +151,8 @@ impl Bone<'_> {
         match rough {
             None => phantom.scatterers = surface.scatterers(ON_BONE, near)?,
             Some((rough, seed)) => {
-                let points = surface.points_with_normals(ON_BONE, near)?;
-                let density = SurfaceDensity::Area(ON_BONE);
-                (phantom.scatterers, phantom.seen_at) = rough.scatterers(&points, density, seed);
+                (phantom.scatterers, phantom.seen_at) =
+                    rough.cover(&surface, ON_BONE, near, seed)?;
             }
         }
         phantom.on_bone = phantom.scatterers.len();
@@ -320,5 +336,47 @@ impl DynamicRange {
         Array2::from_shape_fn((411, 361), |(row, column)| {
             Self::level(-18e-3 + 1e-4 * column as f64, 5e-3 + 1e-4 * row as f64) as f32
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::outline::Outline;
+    use super::*;
+
+    #[test]
+    fn a_turned_shape_has_the_outline_of_its_turned_slice() {
+        let shape = VertebraShape::drawn(3);
+        let (slice, tilt) = (-4e-3, 12.0);
+        let bone = Bone::Shape {
+            shape: &shape,
+            slice,
+            tilt,
+        };
+        let (surface, _) = bone.surface(15e-3, 4e-3).unwrap();
+        let found = surface.outline().unwrap().unwrap();
+        let (sin, cos) = libm::sincos(f64::to_radians(tilt));
+        let turn = |[x, z]: [f64; 2]| [cos * x - sin * z, sin * x + cos * z];
+        let expected = shape.slice(slice).unwrap();
+        let loops = expected.loops().iter();
+        let turned = loops.map(|points| points.iter().copied().map(turn).collect());
+        let turned = Outline::new(turned.collect()).unwrap();
+        // The shallowest point is at 15 mm in the slab of 4 mm, of which the slice is a part.
+        let top = |outline: &Outline| {
+            let points = outline.loops().iter().flatten();
+            points.map(|p| p[1]).fold(f64::INFINITY, f64::min)
+        };
+        let down = top(&found) - top(&turned);
+        assert!((top(&found) - 15e-3).abs() < 1e-3, "{}", top(&found));
+        let mut near = 0;
+        for [x, z] in found.loops().iter().flatten() {
+            // Nodes are 0.35 mm apart; the box around the bone ends 55 mm deep and 30 mm beside the middle.
+            if x.abs() < 25e-3 && *z - down < 40e-3 {
+                let off = turned.signed_distance(*x, *z - down);
+                assert!(off.abs() < 0.1e-3, "{x} {z} {off}");
+                near += 1;
+            }
+        }
+        assert!(near > 200, "{near}");
     }
 }

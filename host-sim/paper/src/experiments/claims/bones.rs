@@ -9,7 +9,7 @@ use crate::experiments::outcome::{Section, SideBySide, View};
 use super::condition::{Condition, Medium};
 use super::mechanism::Figure;
 use super::parameters::Claims;
-use super::pose::one;
+use super::pose::{Beamformed, one};
 
 /// How many bones are shown.
 const SHOWN: u64 = 2;
@@ -38,7 +38,10 @@ pub fn shown(claims: &Claims, context: &Context<'_>) -> Result<Figure> {
         let made = one(claims, context, number, condition, window, "claims: bones")?;
         let medium = condition.medium().name();
         let mut views = Vec::new();
-        for (variant, pixels) in made.images {
+        for Beamformed {
+            variant, pixels, ..
+        } in made.images
+        {
             let map = ridges(&pixels, filter)?;
             let name = format!("bone {number}, {}, {}", condition.name(), variant.name);
             let grid = &made.view.grid;

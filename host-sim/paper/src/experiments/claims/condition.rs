@@ -18,6 +18,8 @@ pub enum Medium {
 pub enum Condition {
     WaterQuiet,
     WaterDisturbed,
+    /// A bone in three dimensions, by an array with a lens.
+    WaterVolume,
     TissueQuiet,
     TissueDisturbed,
     /// Aberration on receive, 20 ns RMS.
@@ -45,9 +47,10 @@ impl Medium {
 }
 
 impl Condition {
-    pub const ALL: [Condition; 8] = [
+    pub const ALL: [Condition; 9] = [
         Condition::WaterQuiet,
         Condition::WaterDisturbed,
+        Condition::WaterVolume,
         Condition::TissueQuiet,
         Condition::TissueDisturbed,
         Condition::Aberration20,
@@ -58,7 +61,9 @@ impl Condition {
 
     pub fn medium(self) -> Medium {
         match self {
-            Condition::WaterQuiet | Condition::WaterDisturbed => Medium::Water,
+            Condition::WaterQuiet | Condition::WaterDisturbed | Condition::WaterVolume => {
+                Medium::Water
+            }
             _ => Medium::Tissue,
         }
     }
@@ -73,6 +78,7 @@ impl Condition {
         match self {
             Condition::WaterQuiet | Condition::TissueQuiet => "quiet",
             Condition::WaterDisturbed | Condition::TissueDisturbed => "disturbed",
+            Condition::WaterVolume => "volume",
             Condition::Aberration20 => "aberration-20-ns",
             Condition::Aberration35 => "aberration-35-ns",
             Condition::SpeedLow => "speed-low",
@@ -85,6 +91,7 @@ impl Condition {
         match self {
             Condition::WaterQuiet => "water, quiet",
             Condition::WaterDisturbed => "water, disturbed",
+            Condition::WaterVolume => "water, disturbed, in 3-D",
             Condition::TissueQuiet => "tissue, quiet",
             Condition::TissueDisturbed => "tissue, disturbed",
             Condition::Aberration20 => "tissue, aberration 20 ns",

@@ -9,14 +9,13 @@ use crate::experiments::Context;
 use crate::experiments::common::bone::View;
 use crate::experiments::common::pictures::{picture, ridges, scales};
 use crate::experiments::common::truth::{beside, precision};
-use crate::experiments::common::variants::Variant;
 use crate::experiments::outcome::{Curve, Picture, Plot, Section, SideBySide, View as Shown};
 use crate::measure::contrast::moments;
 use bonebeam_drive::config::PhaseSymmetry;
 
 use super::condition::{Condition, Medium};
 use super::parameters::Claims;
-use super::pose::one;
+use super::pose::{Beamformed, one};
 
 /// The echo of the surface: signed distances, m.
 const ECHO: [f64; 2] = [-0.5e-3, 1.5e-3];
@@ -88,14 +87,14 @@ fn mixed(das: &Array2<f32>, esmv: &Array2<f32>, map: &Array2<Zone>, zone: Zone) 
 }
 
 /// DAS and forward rank-1 ESMV of the longest time window.
-fn pair(images: &[(Variant, Array2<f32>)]) -> Option<[&Array2<f32>; 2]> {
-    let das = &images.first()?.1;
+fn pair(images: &[Beamformed]) -> Option<[&Array2<f32>; 2]> {
+    let das = &images.first()?.pixels;
     let forward = images
         .iter()
         .skip(1)
-        .filter(|(v, _)| !v.key.contains("-fb"));
-    let esmv = forward.max_by_key(|(v, _)| v.half_window)?;
-    Some([das, &esmv.1])
+        .filter(|made| !made.variant.key.contains("-fb"));
+    let esmv = forward.max_by_key(|made| made.variant.half_window)?;
+    Some([das, &esmv.pixels])
 }
 
 /// The levels of the pixels of a zone that lie in front of the bone, where there is tissue, grey.
@@ -120,7 +119,7 @@ fn levels(image: &Array2<f32>, view: &View, map: &Array2<Zone>, zone: Zone) -> V
 /// An image that phase symmetry does not take.
 pub fn zones(
     view: &View,
-    images: &[(Variant, Array2<f32>)],
+    images: &[Beamformed],
     filter: &PhaseSymmetry,
     range: f64,
 ) -> Result<Option<Zones>> {

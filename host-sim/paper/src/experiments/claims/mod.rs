@@ -4,6 +4,7 @@
 //! summed for its scenes. Statistics count bones.
 
 mod bones;
+mod by_direction;
 mod condition;
 mod judge;
 mod kept;
@@ -46,6 +47,7 @@ impl Experiment for Claims {
         let full = Claims::default();
         Claims {
             bones: 2,
+            volumes: 1,
             tuning_bones: 1,
             half_windows: vec![2],
             simulation: common::quick(full.simulation),
@@ -81,6 +83,8 @@ impl Experiment for Claims {
             ("slices[1]", self.slices[1], 0.1, " (m)"),
             ("mesh_slice", self.mesh_slice, 0.1, " (m)"),
             ("tilt", self.tilt, 90.0, " (degrees)"),
+            ("tissue_levels[0]", self.tissue_levels[0], 100.0, " (dB)"),
+            ("tissue_levels[1]", self.tissue_levels[1], 100.0, " (dB)"),
         ] {
             if !(-most..=most).contains(&value) {
                 return Err(out_of_range(
@@ -92,6 +96,10 @@ impl Experiment for Claims {
             }
         }
         self.bone.validate(Self::NAME)?;
+        if self.volumes > self.bones {
+            let range = "at most `bones`";
+            return Err(out_of_range(Self::NAME, "volumes", self.volumes, range));
+        }
         for (key, count) in [("bones", self.bones), ("tuning_bones", self.tuning_bones)] {
             if !(1..=10_000).contains(&count) {
                 return Err(out_of_range(Self::NAME, key, count, "1 to 10000"));

@@ -23,12 +23,16 @@ pub struct Claims {
     pub(super) slices: [f64; 2],
     /// Depths of the bones' shallowest points, m.
     pub(super) depths: [f64; 2],
+    /// Amplitudes of tissue's scatterers, dB of bone's.
+    pub(super) tissue_levels: [f64; 2],
     /// The largest tilt in the image plane, either way, degrees.
     pub(super) tilt: f64,
     /// How the bones' surfaces scatter, each with a relief of its own.
     pub(super) bone: BoneSurface,
     /// How many bones are judged. The number of the first is the seed of `simulation`.
     pub(super) bones: u64,
+    /// How many of them, the first ones, are also imaged in three dimensions; none of a mesh.
+    pub(super) volumes: u64,
     /// How many other bones the parameters of phase symmetry are tuned on.
     pub(super) tuning_bones: u64,
     /// The time windows K, samples.
@@ -65,15 +69,17 @@ impl Default for Claims {
             mesh_slice: 0.0,
             slices: [-10e-3, 1e-3],
             depths: [10e-3, 30e-3],
+            tissue_levels: [-28.0, -7.0],
             tilt: 15.0,
             bone: BoneSurface::default(),
             bones: 12,
+            volumes: 4,
             tuning_bones: 3,
             half_windows: vec![0, 10],
             noise: -40.0,
             clutter: DiffuseClutter {
-                level: 4.4,
-                coherence: Some(1e-3),
+                level: 4.6,
+                coherence: Some(2e-3),
                 ..DiffuseClutter::default()
             },
             reverberation: -20.0,

@@ -7,12 +7,13 @@ use bonebeam_simulate::{Outline, VertebraShape, slice_mesh};
 
 use super::parameters::Claims;
 
-/// Steps of the low-discrepancy sequence by which slices, tilts and depths fill their ranges: 1/p, 1/p², 1/p³ of the
-/// root p of p⁴ = p + 1.
-const STEPS: [f64; 3] = [
-    0.819_172_513_396_164_5,
-    0.671_043_606_703_789_2,
-    0.549_700_477_901_97,
+/// Steps of the low-discrepancy sequence by which slices, tilts, depths and tissue levels fill their ranges: 1/p to 1/p⁴
+/// of the root p of p⁵ = p + 1.
+const STEPS: [f64; 4] = [
+    0.856_674_883_854_502_9,
+    0.733_891_856_627_126,
+    0.628_706_721_037_808_6,
+    0.538_597_257_223_61,
 ];
 
 /// A bone of the population.
@@ -29,6 +30,8 @@ pub struct Bone {
     pub tilt: f64,
     /// Depth of its shallowest point, m.
     pub depth: f64,
+    /// Amplitude of the scatterers of the tissue around it, dB of the bone's.
+    pub tissue_level: f64,
     #[serde(skip)]
     pub outline: Outline,
 }
@@ -46,6 +49,7 @@ impl Bone {
         let slice = within(claims.slices, STEPS[0]);
         let tilt = claims.tilt * within([-1.0, 1.0], STEPS[1]);
         let depth = within(claims.depths, STEPS[2]);
+        let tissue_level = within(claims.tissue_levels, STEPS[3]);
         let shape = VertebraShape::drawn(number);
         let (shape, slice, outline) = match &claims.mesh {
             Some(path) => (
@@ -61,6 +65,7 @@ impl Bone {
             slice,
             tilt,
             depth,
+            tissue_level,
             outline: turned(&outline, tilt)?.at_depth(depth)?,
         })
     }
@@ -98,7 +103,7 @@ mod tests {
             STEPS.map(within)
         };
         // Of twelve in a row each third of a range has some.
-        for axis in 0..3 {
+        for axis in 0..STEPS.len() {
             for third in 0..3 {
                 let inside = (1..=12).filter(|&k| (3.0 * place(k)[axis]) as usize == third);
                 assert!(inside.count() >= 2, "{axis} {third}");

@@ -10,7 +10,10 @@ use crate::{Error, Result};
 use bonebeam_drive::config::{Image, PhaseSymmetry};
 use bonebeam_drive::image::b_mode;
 use bonebeam_files::{BeamformedLines, ChannelData, Samples};
-use bonebeam_simulate::{Clutter, Phantom, Settings, Summation, Tissue, add_noise, channel_data};
+use bonebeam_simulate::{
+    self as simulate, Clutter, Outline, Phantom, Settings, Summation, Tissue, add_noise,
+    channel_data,
+};
 
 /// Correlation of the aberration along the array: its full width at half maximum, m.
 const ABERRATION_LENGTH: f64 = 3e-3;
@@ -21,10 +24,15 @@ use super::condition::{Condition, Medium};
 use super::parameters::Claims;
 use super::population::Bone;
 
+/// Thickness of the slab around the image plane whose bone echoes in three dimensions, m.
+const SLAB: f64 = 6e-3;
+
 /// The recordings of a pose, free of noise; those that are wanted.
 struct Recordings {
     /// The bone, quiet and with clutter and reverberation.
     bone: [Option<ChannelData>; 2],
+    /// The bone in three dimensions, and its outline in the image plane.
+    volume: Option<(ChannelData, Outline)>,
     tissue: Option<ChannelData>,
 }
 
@@ -40,10 +48,30 @@ pub struct Pose<'a> {
 /// The B-mode images of a scene by every beamformer, and the view of its bone.
 pub struct Images {
     pub condition: Condition,
+    /// The bone in the image plane.
+    pub outline: Outline,
     pub view: View,
-    pub images: Vec<(Variant, Array2<f32>)>,
-    /// The lines of the first beamformer, DAS.
-    pub das: BeamformedLines,
+    /// DAS first.
+    pub images: Vec<Beamformed>,
+}
+
+/// What a beamformer makes of a scene.
+pub struct Beamformed {
+    pub variant: Variant,
+    pub lines: BeamformedLines,
+    /// B-mode over the medium's dynamic range.
+    pub pixels: Array2<f32>,
+}
+
+impl Beamformed {
+    /// B-mode over another dynamic range, dB.
+    ///
+    /// # Errors
+    /// A dynamic range that is not positive.
+    pub fn over(&self, dynamic_range: f64, view: &View, median: bool) -> Result<Array2<f32>> {
+        let made = b_mode(&self.lines, dynamic_range as f32, &view.grid, median)?;
+        Ok(made.pixels)
+    }
 }
 
 impl<'a> Pose<'a> {
@@ -65,6 +93,16 @@ impl<'a> Pose<'a> {
         })
     }
 
+    /// The conditions of its scenes.
+    pub fn conditions(&self) -> Vec<Condition> {
+        let claims = self.claims;
+        let first = claims.simulation.seed;
+        let is_volume = self.bone.shape.is_some() && self.bone.number < first + claims.volumes;
+        let mut conditions = claims.conditions();
+        conditions.retain(|c| is_volume || *c != Condition::WaterVolume);
+        conditions
+    }
+
     /// Hands over the images of the wanted scenes, one scene after the other.
     ///
     /// # Errors
@@ -77,7 +115,11 @@ impl<'a> Pose<'a> {
         let parts = self.recordings(conditions)?;
         for condition in conditions {
             let data = self.mixed(&parts, *condition)?;
-            each(self.beamformed(&data, *condition)?)?;
+            let outline = match &parts.volume {
+                Some((_, outline)) if *condition == Condition::WaterVolume => outline,
+                _ => &self.bone.outline,
+            };
+            each(self.beamformed(&data, *condition, outline.clone())?)?;
         }
         Ok(())
     }
@@ -89,9 +131,9 @@ impl<'a> Pose<'a> {
             noise: None,
             ..self.settings()
         };
-        let simulate = |part: &str, phantom: &Phantom| {
+        let simulated = |part: &str, settings: &Settings, phantom: &Phantom| {
             let step = format!("{}: {part}", self.what);
-            channel_data(&quiet, phantom, Summation::Cells, &|done| {
+            channel_data(settings, phantom, Summation::Cells, &|done| {
                 (self.context.progress)(&step, done);
             })
         };
@@ -100,6 +142,7 @@ impl<'a> Pose<'a> {
         let tissue = wanted.iter().any(|c| c.medium() == Medium::Tissue);
         let tissue = tissue.then(|| {
             let block = Tissue {
+                amplitude: libm::pow(10.0, self.bone.tissue_level / 20.0),
                 seed,
                 x: TISSUE[0],
                 z: TISSUE[1],
@@ -108,25 +151,51 @@ impl<'a> Pose<'a> {
             let mut phantom = water.clone().with_tissue(&block);
             phantom.scatterers.drain(..phantom.on_bone);
             (phantom.on_bone, phantom.seen_at) = (0, Vec::new());
-            simulate("tissue", &phantom)
+            simulated("tissue", &quiet, &phantom)
         });
-        let disturbed = wanted.iter().any(|c| c.is_disturbed());
-        let disturbed = disturbed.then(|| {
-            let clutter = Clutter {
-                diffuse: Some(claims.clutter),
-                reverberation: Some(claims.reverberation),
-                thickness: 0.0,
-                depth_end: quiet.depth_end,
-                seed,
-            };
+        let clutter = |thickness: f64| Clutter {
+            diffuse: Some(claims.clutter),
+            reverberation: Some(claims.reverberation),
+            thickness,
+            depth_end: quiet.depth_end,
+            seed,
+        };
+        let is_plane = |c: &Condition| *c != Condition::WaterVolume;
+        let mut planes = wanted.iter().filter(|c| is_plane(c));
+        let disturbed = planes.any(|c| c.is_disturbed()).then(|| {
             let mut phantom = water.clone();
-            clutter.add(&mut phantom)?;
-            simulate("clutter", &phantom)
+            clutter(0.0).add(&mut phantom)?;
+            simulated("clutter", &quiet, &phantom)
+        });
+        let shape = self
+            .bone
+            .shape
+            .as_ref()
+            .filter(|_| !wanted.iter().all(is_plane));
+        let volume = shape.map(|shape| {
+            let bone = simulate::Bone::Shape {
+                shape,
+                slice: self.bone.slice,
+                tilt: self.bone.tilt,
+            };
+            let rough = Some((&claims.bone, seed));
+            let (mut phantom, _) = bone.phantom(self.bone.depth, SLAB, rough)?;
+            clutter(SLAB).add(&mut phantom)?;
+            let array = Settings::volume();
+            let settings = Settings {
+                element_height: array.element_height,
+                elevation_focus: array.elevation_focus,
+                ..quiet.clone()
+            };
+            let none = || Error::Data("the image plane misses the bone".into());
+            let outline = phantom.bone.clone().ok_or_else(none)?;
+            Ok::<_, Error>((simulated("volume", &settings, &phantom)?, outline))
         });
         let undisturbed = wanted.iter().any(|c| !c.is_disturbed());
-        let undisturbed = undisturbed.then(|| simulate("bone", &water));
+        let undisturbed = undisturbed.then(|| simulated("bone", &quiet, &water));
         Ok(Recordings {
             bone: [undisturbed.transpose()?, disturbed.transpose()?],
+            volume: volume.transpose()?,
             tissue: tissue.transpose()?,
         })
     }
@@ -142,7 +211,10 @@ impl<'a> Pose<'a> {
     /// The recording of a scene.
     fn mixed(&self, parts: &Recordings, condition: Condition) -> Result<ChannelData> {
         let claims = self.claims;
-        let bone = parts.bone[usize::from(condition.is_disturbed())].as_ref();
+        let bone = match condition {
+            Condition::WaterVolume => parts.volume.as_ref().map(|(data, _)| data),
+            _ => parts.bone[usize::from(condition.is_disturbed())].as_ref(),
+        };
         let none = || Error::Data("the bone was not simulated".into());
         let mut data = bone.ok_or_else(none)?.clone();
         if let Some(part) = parts
@@ -168,31 +240,38 @@ impl<'a> Pose<'a> {
         Ok(data)
     }
 
-    fn beamformed(&self, data: &ChannelData, condition: Condition) -> Result<Images> {
+    fn beamformed(
+        &self,
+        data: &ChannelData,
+        condition: Condition,
+        outline: Outline,
+    ) -> Result<Images> {
         let claims = self.claims;
         let (image, _) = claims.display(condition.medium());
         let mut heard = data.clone();
         heard.c *= condition.speed();
         let aligned = Aligned::new(&heard, &claims.receive)?;
-        let (mut view, mut das) = (None, None);
+        let mut view = None;
         let mut images = Vec::new();
         for variant in claims.variants() {
             let progress = self.context.progress;
             let mut lines = aligned.lines(&variant, &claims.receive, self.what, progress)?;
             // Depths are told by the true speed, so that a wrong one defocuses and no more.
             lines.c = data.c;
-            let bone = Some(&self.bone.outline);
-            let grid = View::once(&mut view, bone, &lines, image)?.grid;
+            let grid = View::once(&mut view, Some(&outline), &lines, image)?.grid;
             let made = b_mode(&lines, image.dynamic_range as f32, &grid, image.median)?;
-            images.push((variant, made.pixels));
-            das.get_or_insert(lines);
+            images.push(Beamformed {
+                variant,
+                lines,
+                pixels: made.pixels,
+            });
         }
         let none = || Error::Data("no beamformer was asked for".into());
         Ok(Images {
             condition,
+            outline,
             view: view.ok_or_else(none)?,
             images,
-            das: das.ok_or_else(none)?,
         })
     }
 }

@@ -9,17 +9,29 @@ use crate::experiments::common::pictures::ridges;
 use crate::experiments::common::truth::TOLERANCE;
 use crate::experiments::surface::detectors::{DEPTHS, Detector, Frame, ONSET_PATH};
 use crate::measure::signed_distance::Region;
-use crate::measure::surface::{Judged, judge};
+use crate::measure::surface::{Judged, Known, judge};
 use crate::{Error, Result};
 use bonebeam_drive::config::Image;
 use bonebeam_files::BeamformedLines;
+use bonebeam_simulate::Outline;
 
+use super::by_direction;
 use super::condition::{Condition, Medium};
 use super::kept::kept;
 use super::mechanism::{Zones, zones};
-use super::population::Bone;
 use super::pose::{Images, Pose, TISSUE};
-use super::tuning::Tuned;
+use super::tuning::{BY_DIRECTION, Tuned};
+use bonebeam::phase_symmetry::scale_for_display;
+
+/// Detectors of the surface beside each other. PS is phase symmetry.
+pub const DETECTORS: [&str; 6] = [
+    "PS on DAS, the paper's filter",
+    "PS on DAS, tuned",
+    "PS on DAS, tuned, thresholds by direction",
+    "PS on rank 1, tuned",
+    "shadow onset in two windows, path",
+    "the core's surface detector",
+];
 
 /// What came out of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -89,7 +101,7 @@ pub fn scenes(pose: &Pose<'_>, tuned: &[Tuned]) -> Result<Vec<SceneResult>> {
     let key = format!("{claims:?} {tuned:?} {}", pose.bone.number);
     kept(pose.context, "claims", &key, || {
         let mut found = Vec::new();
-        pose.images(&claims.conditions(), |made| {
+        pose.images(&pose.conditions(), |made| {
             found.push(measured(pose, &made, tuned)?);
             Ok(())
         })?;
@@ -100,21 +112,26 @@ pub fn scenes(pose: &Pose<'_>, tuned: &[Tuned]) -> Result<Vec<SceneResult>> {
 fn measured(pose: &Pose<'_>, made: &Images, tuned: &[Tuned]) -> Result<SceneResult> {
     let Images {
         condition,
+        outline,
         view,
         images,
-        das,
     } = made;
     let medium = condition.medium();
-    let (_, paper) = pose.claims.display(medium);
+    let (display, paper) = pose.claims.display(medium);
     let papers = pose.claims.papers(medium);
+    let best_by_direction = tuned.iter().find(|t| t.is_for(medium, BY_DIRECTION));
     let mut beamformers = Vec::new();
     let mut maps = Vec::new();
-    for (variant, image) in images {
-        let found = tuned
-            .iter()
-            .find(|t| t.medium == medium && t.beamformer == variant.key);
-        let best = found.map_or(paper.clone(), |found| found.filter(paper));
-        let [map, tuned] = [ridges(image, paper)?, ridges(image, &best)?];
+    for made in images {
+        let (variant, image) = (&made.variant, &made.pixels);
+        let map = ridges(image, paper)?;
+        let tuned = match tuned.iter().find(|t| t.is_for(medium, &variant.key)) {
+            Some(best) => {
+                let image = made.over(best.dynamic_range, view, display.median)?;
+                ridges(&image, &best.filter(paper))?
+            }
+            None => map.clone(),
+        };
         beamformers.push(SceneMeasure {
             beamformer: variant.key.clone(),
             b_mode: view.measure(image, Region::B_MODE),
@@ -122,12 +139,23 @@ fn measured(pose: &Pose<'_>, made: &Images, tuned: &[Tuned]) -> Result<SceneResu
             tuned: view.measure(&tuned, Region::PHASE_SYMMETRY),
         });
         if maps.is_empty() {
-            maps.push(("phase symmetry on DAS, the paper's filter", map));
-            maps.push(("phase symmetry on DAS, tuned", tuned));
+            maps.push((DETECTORS[0], map));
+            maps.push((DETECTORS[1], tuned));
+            if let Some(best) = best_by_direction {
+                let image = made.over(best.dynamic_range, view, display.median)?;
+                let bank = by_direction::filter(&image, &best.scales);
+                let sides = [image.nrows(), image.ncols()];
+                let mut map =
+                    by_direction::map(&bank.iter().collect::<Vec<_>>(), sides, best.threshold);
+                scale_for_display(map.as_slice_memory_order_mut().unwrap_or_default())?;
+                maps.push((DETECTORS[2], map));
+            }
         } else if variant.key == papers {
-            maps.push(("phase symmetry on rank 1, tuned", tuned));
+            maps.push((DETECTORS[3], tuned));
         }
     }
+    let none = || Error::Data("no beamformer was asked for".into());
+    let das = &images.first().ok_or_else(none)?.lines;
     let brightness = match medium {
         Medium::Water => None,
         Medium::Tissue => Brightness::of(das, view, TISSUE[0], TISSUE[1])?,
@@ -138,7 +166,7 @@ fn measured(pose: &Pose<'_>, made: &Images, tuned: &[Tuned]) -> Result<SceneResu
         brightness,
         beamformers,
         uniform: [Region::B_MODE, Region::PHASE_SYMMETRY].map(|region| view.uniform(region)),
-        detectors: detectors(&pose.bone, view, &maps, das)?,
+        detectors: detectors(outline, view, &maps, das)?,
         zones: match medium {
             Medium::Water => None,
             Medium::Tissue => zones(view, images, paper, pose.claims.tissue.dynamic_range)?,
@@ -149,13 +177,21 @@ fn measured(pose: &Pose<'_>, made: &Images, tuned: &[Tuned]) -> Result<SceneResu
 /// Detectors beside each other: the largest ridge of each column, from grey level 64 on, and of the lines of DAS the shadow
 /// onset's path and the core's detector.
 fn detectors(
-    bone: &Bone,
+    outline: &Outline,
     view: &View,
     maps: &[(&str, Array2<f32>)],
     das: &BeamformedLines,
 ) -> Result<Vec<(String, Judged)>> {
     let depth = |row: f64| view.grid.z0 + row * view.grid.pixel;
-    let surface: Vec<_> = view.hits.iter().map(|hit| hit.map(depth)).collect();
+    let depths: Vec<_> = view.hits.iter().map(|hit| hit.map(depth)).collect();
+    let columns = 0..depths.len();
+    let x: Vec<f64> = columns
+        .map(|column| view.grid.x0 + column as f64 * view.grid.pixel)
+        .collect();
+    let columns = Known {
+        x: &x,
+        depths: &depths,
+    };
     let mut found = Vec::new();
     for (name, map) in maps {
         let ridge = |column: ArrayView1<f32>| {
@@ -164,24 +200,28 @@ fn detectors(
             (*value >= FOUND).then(|| depth(row as f64))
         };
         let answers: Vec<_> = map.columns().into_iter().map(ridge).collect();
-        found.push(((*name).to_owned(), judge(&answers, &surface, TOLERANCE)));
+        found.push(((*name).to_owned(), judge(&answers, columns, TOLERANCE)));
     }
-    let outer = bone.outline.without_holes()?;
+    let outer = outline.without_holes()?;
     let [first, last] = DEPTHS;
     let surface = das.beam_x.iter().map(|x| {
         let hit = outer.first_hit(*x);
         hit.filter(|depth| (first..=last).contains(depth))
     });
-    let surface: Vec<_> = surface.collect();
+    let depths: Vec<_> = surface.collect();
+    let lines = Known {
+        x: &das.beam_x,
+        depths: &depths,
+    };
     let image = Image::default();
     let frame = Frame::new(das, &image, 0.0);
     for (name, detector) in [
-        ("shadow onset in two windows, path", ONSET_PATH),
-        ("the core's surface detector", Detector::Core("surface", 0)),
+        (DETECTORS[4], ONSET_PATH),
+        (DETECTORS[5], Detector::Core("surface", 0)),
     ] {
         let answers = frame.answers(detector)?;
         let answers: Vec<_> = answers.into_iter().map(|a| a.map(|a| a.1)).collect();
-        found.push((name.to_owned(), judge(&answers, &surface, TOLERANCE)));
+        found.push((name.to_owned(), judge(&answers, lines, TOLERANCE)));
     }
     Ok(found)
 }

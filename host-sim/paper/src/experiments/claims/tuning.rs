@@ -1,5 +1,6 @@
 //! The filter of phase symmetry that is best for each beamformer and medium.
 
+use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
@@ -7,9 +8,10 @@ use crate::experiments::common::pictures::ridges;
 use crate::experiments::common::truth::precision;
 use bonebeam_drive::config::PhaseSymmetry;
 
+use super::by_direction;
 use super::condition::{Condition, Medium};
 use super::kept::kept;
-use super::pose::Pose;
+use super::pose::{Beamformed, Images, Pose};
 
 /// The filters that are tried: scales as exponents of 2, from and to, and thresholds.
 const SCALES: [[i32; 2]; 12] = [
@@ -27,6 +29,11 @@ const SCALES: [[i32; 2]; 12] = [
     [5, 9],
 ];
 const THRESHOLDS: [f64; 8] = [0.0, 2.5, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0];
+/// The dynamic ranges that are tried, dB from the paper's.
+const RANGES: [f64; 4] = [-15.0, 0.0, 20.0, 40.0];
+/// The key of DAS with a threshold for each direction; its thresholds are standard deviations of the noise.
+pub const BY_DIRECTION: &str = "DAS, a threshold for each direction";
+const DEVIATIONS: [f64; 6] = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0];
 /// The conditions that are tuned on.
 const CONDITIONS: [Condition; 2] = [Condition::WaterDisturbed, Condition::TissueDisturbed];
 
@@ -39,11 +46,14 @@ pub struct Tuned {
     pub beamformer: String,
     /// Scales, cycles per pixel.
     pub scales: Vec<f64>,
-    /// Threshold.
+    /// Threshold, grey levels; of [`BY_DIRECTION`] standard deviations of the noise.
     pub threshold: f64,
+    /// Dynamic range of the image, dB.
+    pub dynamic_range: f64,
     /// Mean average precision on the bones that they were tuned on.
     pub average_precision: f64,
-    /// Whether it lies at an end of the grid that could be farther out: the largest threshold, or the coarsest scale. A scale of 2⁻¹ is the finest that pixels have.
+    /// Whether it lies at an end of the grid that could be farther out: the largest threshold, the coarsest scale, or an
+    /// end of the dynamic ranges. A scale of 2⁻¹ is the finest that pixels have.
     pub at_edge: bool,
     #[serde(skip)]
     scenes: usize,
@@ -56,10 +66,17 @@ pub struct Score {
     beamformer: String,
     scales: Vec<f64>,
     threshold: f64,
+    dynamic_range: f64,
+    at_edge: bool,
     average_precision: f64,
 }
 
 impl Tuned {
+    /// Whether it is for this beamformer in this medium.
+    pub fn is_for(&self, medium: Medium, beamformer: &str) -> bool {
+        self.medium == medium && self.beamformer == beamformer
+    }
+
     /// The paper's filter with these scales and this threshold.
     pub fn filter(&self, paper: &PhaseSymmetry) -> PhaseSymmetry {
         PhaseSymmetry {
@@ -78,37 +95,29 @@ pub fn scores(pose: &Pose<'_>) -> Result<Vec<Score>> {
     let key = format!("{:?} {}", pose.claims, pose.bone.number);
     kept(pose.context, "claims-tune", &key, || {
         let mut scores = Vec::new();
-        let wanted = pose.claims.conditions();
+        let wanted = pose.conditions();
         let wanted: Vec<_> = CONDITIONS
             .into_iter()
             .filter(|c| wanted.contains(c))
             .collect();
         let wanted = if wanted.is_empty() {
-            pose.claims.conditions()
+            pose.conditions()
         } else {
             wanted
         };
         pose.images(&wanted, |made| {
-            let medium = made.condition.medium();
-            let (_, paper) = pose.claims.display(medium);
-            for (variant, image) in &made.images {
-                for [from, to] in SCALES {
-                    for threshold in THRESHOLDS {
-                        let scales: Vec<f64> = (from..=to).map(|k| f64::from(-k).exp2()).collect();
-                        let filter = PhaseSymmetry {
-                            scales: scales.clone(),
-                            threshold,
-                            ..paper.clone()
-                        };
-                        let map = ridges(image, &filter)?;
-                        let score = precision(&map, &made.view.hits, &made.view.grid);
-                        scores.push(Score {
-                            medium,
-                            beamformer: variant.key.clone(),
-                            scales,
-                            threshold,
-                            average_precision: score.unwrap_or(0.0),
-                        });
+            for (k, beamformed) in made.images.iter().enumerate() {
+                for (range, offset) in RANGES.into_iter().enumerate() {
+                    let at_end = range == 0 || range + 1 == RANGES.len();
+                    let tried = Tried {
+                        pose,
+                        made: &made,
+                        offset,
+                        at_end,
+                    };
+                    scores.extend(tried.filters(beamformed)?);
+                    if k == 0 {
+                        scores.extend(tried.by_direction(beamformed)?);
                     }
                 }
             }
@@ -116,6 +125,101 @@ pub fn scores(pose: &Pose<'_>) -> Result<Vec<Score>> {
         })?;
         Ok(scores)
     })
+}
+
+/// Filters that are tried on a scene, with one dynamic range.
+struct Tried<'a> {
+    pose: &'a Pose<'a>,
+    made: &'a Images,
+    /// dB from the paper's dynamic range.
+    offset: f64,
+    /// Whether it is one of the farthest.
+    at_end: bool,
+}
+
+impl Tried<'_> {
+    fn image(&self, beamformed: &Beamformed) -> Result<(Array2<f32>, f64)> {
+        let (display, _) = self.pose.claims.display(self.made.condition.medium());
+        let dynamic_range = display.dynamic_range + self.offset;
+        let image = beamformed.over(dynamic_range, &self.made.view, display.median)?;
+        Ok((image, dynamic_range))
+    }
+
+    fn score(&self, map: &Array2<f32>) -> Score {
+        let view = &self.made.view;
+        Score {
+            medium: self.made.condition.medium(),
+            beamformer: String::new(),
+            scales: Vec::new(),
+            threshold: 0.0,
+            dynamic_range: 0.0,
+            at_edge: self.at_end,
+            average_precision: precision(map, &view.hits, &view.grid).unwrap_or(0.0),
+        }
+    }
+
+    /// The paper's filter.
+    fn filters(&self, beamformed: &Beamformed) -> Result<Vec<Score>> {
+        let (_, paper) = self.pose.claims.display(self.made.condition.medium());
+        let (image, dynamic_range) = self.image(beamformed)?;
+        let mut scores = Vec::new();
+        for range in SCALES {
+            for threshold in THRESHOLDS {
+                let scales = scales(range);
+                let filter = PhaseSymmetry {
+                    scales: scales.clone(),
+                    threshold,
+                    ..paper.clone()
+                };
+                scores.push(Score {
+                    beamformer: beamformed.variant.key.clone(),
+                    at_edge: self.at_end
+                        || is_coarsest(range)
+                        || THRESHOLDS.last() == Some(&threshold),
+                    scales,
+                    threshold,
+                    dynamic_range,
+                    ..self.score(&ridges(&image, &filter)?)
+                });
+            }
+        }
+        Ok(scores)
+    }
+
+    /// That with a threshold for each direction.
+    fn by_direction(&self, beamformed: &Beamformed) -> Result<Vec<Score>> {
+        let (image, dynamic_range) = self.image(beamformed)?;
+        let sides = [image.nrows(), image.ncols()];
+        let finest = SCALES.iter().map(|[from, _]| *from).min().unwrap_or(1);
+        let coarsest = SCALES.iter().map(|[_, to]| *to).max().unwrap_or(1);
+        let bank = by_direction::filter(&image, &scales([finest, coarsest]));
+        let mut scores = Vec::new();
+        for range in SCALES {
+            let [from, to] = range.map(|k| (k - finest) as usize);
+            let bank: Vec<_> = bank[from..=to].iter().collect();
+            for k in DEVIATIONS {
+                scores.push(Score {
+                    beamformer: BY_DIRECTION.into(),
+                    scales: scales(range),
+                    threshold: k,
+                    dynamic_range,
+                    at_edge: self.at_end || is_coarsest(range) || DEVIATIONS.last() == Some(&k),
+                    ..self.score(&by_direction::map(&bank, sides, k))
+                });
+            }
+        }
+        Ok(scores)
+    }
+}
+
+/// Scales from exponents of 2, the finest first, cycles per pixel.
+fn scales([from, to]: [i32; 2]) -> Vec<f64> {
+    (from..=to).map(|k| f64::from(-k).exp2()).collect()
+}
+
+/// Whether a range of scales has the coarsest that is tried.
+fn is_coarsest([_, to]: [i32; 2]) -> bool {
+    SCALES.iter().all(|[_, other]| *other <= to)
 }
 
 /// The mean score of every filter.
@@ -127,6 +231,7 @@ pub fn means(scores: Vec<Score>) -> Vec<Tuned> {
                 && t.beamformer == score.beamformer
                 && t.scales == score.scales
                 && t.threshold == score.threshold
+                && t.dynamic_range == score.dynamic_range
         };
         match means.iter_mut().find(same) {
             Some(found) => {
@@ -136,23 +241,18 @@ pub fn means(scores: Vec<Score>) -> Vec<Tuned> {
                     weight * (score.average_precision - found.average_precision);
             }
             None => means.push(Tuned {
-                at_edge: at_edge(&score),
+                at_edge: score.at_edge,
                 medium: score.medium,
                 beamformer: score.beamformer,
                 scales: score.scales,
                 threshold: score.threshold,
+                dynamic_range: score.dynamic_range,
                 average_precision: score.average_precision,
                 scenes: 1,
             }),
         }
     }
     means
-}
-
-fn at_edge(score: &Score) -> bool {
-    let coarsest = SCALES.iter().map(|[_, to]| *to).max();
-    let coarse = score.scales.last().map(|s| -s.log2().round() as i32) == coarsest;
-    coarse || THRESHOLDS.last() == Some(&score.threshold)
 }
 
 /// The best filter of every beamformer and medium.

@@ -124,7 +124,7 @@ impl Default for Spine {
             bone: BoneSurface::default(),
             clutter: DiffuseClutter {
                 level: -24.0,
-                coherence: Some(1e-3),
+                coherence: Some(2e-3),
                 ..DiffuseClutter::default()
             },
             half_window: 2,

@@ -62,8 +62,8 @@ impl Default for VertebraInTissue {
             bone: BoneSurface::default(),
             reverberation: Some(-20.0),
             clutter: Some(DiffuseClutter {
-                level: 15.2,
-                coherence: Some(1e-3),
+                level: 14.0,
+                coherence: Some(2e-3),
                 ..DiffuseClutter::default()
             }),
             simulation: Settings {

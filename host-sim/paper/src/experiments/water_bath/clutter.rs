@@ -63,7 +63,7 @@ impl WaterBath {
     /// # Errors
     /// A slice that cannot be simulated.
     pub fn record(&self, k: usize, specimen: &Specimen, context: &Context<'_>) -> Result<Recorded> {
-        let all = specimen.scatterers(ON_BONE)?;
+        let all = specimen.scatterers(ON_BONE, Some((&self.bone, self.simulation.seed)))?;
         let bare = self.phantom(specimen, &all, self.slices[k]);
         drop(all);
         let scanner = Settings {
@@ -91,6 +91,7 @@ impl WaterBath {
         };
         let mut shadow = Phantom {
             scatterers: Vec::new(),
+            seen_at: Vec::new(),
             on_bone: 0,
             ..bare
         };

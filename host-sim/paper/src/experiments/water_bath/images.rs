@@ -9,6 +9,7 @@ use crate::experiments::common::lines::Checked;
 use crate::experiments::common::pictures::{Pair, Studio};
 use crate::experiments::common::recording::recording;
 use crate::experiments::common::{Checks, Receive};
+use crate::measure::registration::Point;
 use bonebeam_drive::beamform::beamform;
 use bonebeam_drive::delay::DelayStage;
 use bonebeam_drive::image::{PixelGrid, b_mode};
@@ -59,20 +60,20 @@ impl WaterBath {
     pub(super) fn phantom(
         &self,
         specimen: &Specimen,
-        all: &[Scatterer],
+        all: &[(Scatterer, Point)],
         elevation: f64,
     ) -> Phantom {
         let half = 0.5 * self.thickness;
-        let near = all.iter().filter(|s| (s.y - elevation).abs() <= half);
-        let scatterers: Vec<Scatterer> = near
-            .map(|s| Scatterer {
-                y: s.y - elevation,
-                ..*s
-            })
-            .collect();
+        let near = all.iter().filter(|(s, _)| (s.y - elevation).abs() <= half);
+        let moved = near.map(|(s, [x, y, z])| {
+            let y_here = s.y - elevation;
+            (Scatterer { y: y_here, ..*s }, [*x, y - elevation, *z])
+        });
+        let (scatterers, seen_at): (Vec<Scatterer>, Vec<Point>) = moved.unzip();
         Phantom {
             on_bone: scatterers.len(),
             scatterers,
+            seen_at,
             surface: Some(specimen.surface().clone().moved([0.0, -elevation, 0.0])),
             ..Phantom::default()
         }
@@ -94,7 +95,7 @@ impl WaterBath {
     /// One plane wave a slice: of the volume the places of the balls and a look at the whole are wanted, and a
     /// focused sweep would take as long as everything else together.
     pub fn volumes(&self, specimen: &Specimen, context: &Context<'_>) -> Result<[Volume; 2]> {
-        let all = specimen.scatterers(self.sweep_density * 1e6)?;
+        let all = specimen.scatterers(self.sweep_density * 1e6, None)?;
         let plane = Settings {
             beams: 1,
             first_beam: 0.5 * (self.simulation.elements - 1) as f64,

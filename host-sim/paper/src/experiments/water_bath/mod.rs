@@ -106,6 +106,7 @@ impl Experiment for WaterBath {
             shadow.validate()?;
         }
         check_level(Self::NAME, "reverberation", Some(self.reverberation))?;
+        self.bone.validate(Self::NAME)?;
         self.clutter.validate(Self::NAME)
     }
 

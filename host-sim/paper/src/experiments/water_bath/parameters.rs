@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::experiments::common::Receive;
 use crate::measure::registration::Point;
 use bonebeam_drive::config::Image;
-use bonebeam_simulate::{DiffuseClutter, Settings};
+use bonebeam_simulate::{BoneSurface, DiffuseClutter, Settings};
 
 /// The paper's threshold, HU.
 pub const THRESHOLD: f64 = -524.0;
@@ -35,15 +35,18 @@ pub struct Shadow {
 impl Shadow {
     const TRIED: [Shadow; 10] = [
         Shadow::quiet(f64::INFINITY),
-        Shadow::quiet(10e-3),
         Shadow::quiet(3e-3),
         Shadow::quiet(1e-3),
-        Shadow::quiet(0.3e-3),
         Shadow::quiet(0.0),
         Shadow::noisy(f64::INFINITY),
+        Shadow::noisy(10e-3),
         Shadow::noisy(3e-3),
         Shadow::noisy(1e-3),
         Shadow::noisy(0.0),
+        Shadow {
+            noise: -52.0,
+            ..Shadow::noisy(2e-3)
+        },
     ];
 
     /// Noise of −60 dB.
@@ -55,11 +58,11 @@ impl Shadow {
         }
     }
 
-    /// Noise of −52 dB that rises by 5 dB/cm.
+    /// Noise of −58 dB that rises by 5 dB/cm.
     const fn noisy(coherence: f64) -> Self {
         Shadow {
             coherence,
-            noise: -52.0,
+            noise: -58.0,
             noise_rise: 500.0,
         }
     }
@@ -105,6 +108,8 @@ pub struct WaterBath {
     /// A delay of trigger and lens that the scanner does not know, s, in the table of the bias of Fig. 8a (assumed: 1 mm
     /// of a lens of 1000 m/s, there and back).
     pub(super) delay_error: f64,
+    /// How the bone's surface scatters in the two slices. In the sweep it is smooth.
+    pub(super) bone: BoneSurface,
     /// Amplitude of the bone's echo that the array throws back, dB (assumed).
     pub(super) reverberation: f64,
     /// Mean grey level of region C of DAS in slice 1, B-mode, that the level of the clutter is fitted to; 0 for the
@@ -143,11 +148,12 @@ impl Default for WaterBath {
             ct_ball: 100.0,
             picking_error: 0.1e-3,
             delay_error: 0.7e-6,
+            bone: BoneSurface::default(),
             reverberation: -25.0,
             fitted_c: 92.41,
             clutter: DiffuseClutter {
                 level: 10.0,
-                coherence: Some(1e-3),
+                coherence: Some(2e-3),
                 fall: 0.0,
             },
             tried: Shadow::TRIED.to_vec(),
@@ -158,7 +164,7 @@ impl Default for WaterBath {
                 fs: 40e6,
                 c: 1480.0,
                 depth_end: 45e-3,
-                noise: Some(-52.0),
+                noise: Some(-58.0),
                 noise_rise: 500.0,
                 ..Settings::volume()
             },

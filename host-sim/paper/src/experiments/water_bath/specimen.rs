@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::measure::registration::{Point, Rigid};
 use crate::{Error, Result};
-use bonebeam_simulate::{Bone, CtScanner, CtVolume, Scatterer, Surface};
+use bonebeam_simulate::{Bone, BoneSurface, CtScanner, CtVolume, Scatterer, Surface};
 
 /// Radius of the plastic balls, m: the paper's.
 pub const RADIUS: f64 = 1e-3;
@@ -90,15 +90,30 @@ impl Specimen {
         &self.whole
     }
 
-    /// Scatterers on the bone, `density` per m², and on the balls.
+    /// Scatterers on the bone, `density` per m², as `rough` has them with its seed or of amplitude 1, and on the balls; each
+    /// with the point where it has to be seen to be heard.
     ///
     /// # Errors
     /// More than any machine holds.
-    pub fn scatterers(&self, density: f64) -> Result<Vec<Scatterer>> {
+    pub fn scatterers(
+        &self,
+        density: f64,
+        rough: Option<(&BoneSurface, u64)>,
+    ) -> Result<Vec<(Scatterer, Point)>> {
         let near = |[x, _, _]: Point| x.abs() <= ACROSS;
-        let mut all = self.bone.scatterers(density, near)?;
+        let smooth = |surface: &Surface, density: f64| -> Result<Vec<(Scatterer, Point)>> {
+            let all = surface.scatterers(density, near)?.into_iter();
+            Ok(all.map(|s| (s, [s.x, s.y, s.z])).collect())
+        };
+        let mut all = match rough {
+            None => smooth(&self.bone, density)?,
+            Some((rough, seed)) => {
+                let (scatterers, seen_at) = rough.cover(&self.bone, density, near, seed)?;
+                scatterers.into_iter().zip(seen_at).collect()
+            }
+        };
         for ball in &self.balls {
-            all.extend(ball.scatterers(ON_BALLS, near)?);
+            all.extend(smooth(ball, ON_BALLS)?);
         }
         Ok(all)
     }
