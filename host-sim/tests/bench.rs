@@ -191,6 +191,10 @@ fn a_document_changes_between_its_comments_only() {
     }
     // Rewriting it again changes nothing.
     assert_eq!(rewrite(&written, &example()).unwrap(), written);
+    // A text that the document has already is not repeated.
+    assert!(written.contains("\n**Sums.** By hand.\n"));
+    let written = rewrite(&format!("By hand.\n{document}"), &example()).unwrap();
+    assert!(written.contains("\n**Sums.**\n"));
     assert!(rewrite("nothing to replace", &example()).is_err());
 }
 

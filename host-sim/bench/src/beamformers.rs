@@ -162,14 +162,12 @@ pub fn against_faer(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) ->
         section: Section::Beamformers.to_string(),
         title: "Beamformers against naive faer, time of one output sample, M/L/K".into(),
         method: format!(
-            "One thread, forward-backward unless said. Lines of {} samples, all elements \
-             active: an echo from aside, another direction in every beam, whose amplitude \
-             fluctuates along the depth like speckle, with white noise 20 dB below it; or that \
-             noise alone, where no eigenvalue stands out. faer (c32, run-time dispatch, memory made \
-             beforehand): the window's snapshots side by side in one matrix, its product with its \
-             adjoint, then Cholesky, or for ESMV the full eigendecomposition. Both sides' results \
-             are compared. \"ESMV by β and others\" is the slowest of β = 10 %, 1 % and 0.001 %, rank \
-             3, and all but λ₁.",
+            "One thread, forward-backward unless said. Lines of {} samples, all elements active: an \
+             echo from another direction in every beam, whose amplitude fluctuates along the depth \
+             like speckle, with white noise 20 dB below it; or that noise alone. faer (c32, run-time \
+             dispatch, memory made beforehand): the product of the window's snapshots with its adjoint, \
+             then Cholesky, or for ESMV the full eigendecomposition. \"ESMV by β and others\" is the \
+             slowest of β = 10 %, 1 % and 0.001 %, rank 3, and all but λ₁.",
             settings.samples
         ),
         yardstick: "faer".into(),

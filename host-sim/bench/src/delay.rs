@@ -279,16 +279,13 @@ pub fn against_beamforming(
         section: Section::Delay.to_string(),
         title: "The delay stage against beamforming, time of one output sample".into(),
         method: format!(
-            "One thread. {BEAMS} recordings of noise by 128 elements at 100 MHz, one after the \
-             other, delayed to analytic samples at 20 MHz from 5 to 40 mm, all elements at every \
-             depth, into memory used before; beams halfway between two elements, or a third of their \
-             distance beside that, where no two elements are read alike. MV at 128/64/0, rank-1 ESMV \
-             and ESMV by β = 10 % at 128/64/10 of the beamformers' echo, forward-backward. Then the \
-             stage without decimation, of recordings at 20 MHz, beside the whole; and I/Q at 20 MHz by each \
-             reading, beside RF at that rate. The last is a \
-             frame by delay and sum, from a recording of {PLANE_WAVES} plane waves by 128 elements at 20.8 MHz: \
-             {LINES} lines of {LINE_SAMPLES} samples, F# 1.5, each record upsampled once; beside the same read by \
-             the delay stage's filter, of which an eighth of the lines is timed."
+            "One thread. {BEAMS} recordings of noise by 128 elements at 100 MHz, delayed to analytic samples at \
+             20 MHz from 5 to 40 mm, all elements at every depth; beams halfway between two elements, or a third \
+             of their distance beside that (no two alike). Beside MV at 128/64/0, rank-1 ESMV and ESMV by \
+             β = 10 % at 128/64/10, forward-backward. Then recordings at 20 MHz, without decimation, beside the \
+             whole; I/Q at 20 MHz by each interpolation, beside RF at that rate; and a frame by delay and sum of \
+             {PLANE_WAVES} plane waves by 128 elements at 20.8 MHz ({LINES} lines of {LINE_SAMPLES} samples, \
+             F# 1.5), each record upsampled once, beside the delay stage's filter, timed for an eighth of the lines."
         ),
         yardstick: "beside".into(),
         rows,

@@ -29,15 +29,22 @@ pub fn rewrite(document: &str, report: &Report) -> Result<String> {
     };
     let (before, rest) = document.split_once(&begin).ok_or_else(missing)?;
     let (_, after) = rest.split_once(END).ok_or_else(missing)?;
-    Ok(format!("{before}{begin}{}{END}{after}", tables(report)))
+    Ok(format!(
+        "{before}{begin}{}{END}{after}",
+        tables(report, before)
+    ))
 }
 
-fn tables(report: &Report) -> String {
+/// The tables that have rows, each with its text, unless the document has that text `before`.
+fn tables(report: &Report, before: &str) -> String {
     // Writing to a String cannot fail.
     let mut text = String::new();
     let _ = writeln!(text, "\nVersion {}. {}\n", report.program, machine(report));
-    for table in &report.tables {
-        let _ = writeln!(text, "**{}.** {}\n", table.title, table.method);
+    for table in report.tables.iter().filter(|table| !table.rows.is_empty()) {
+        let _ = match before.contains(&table.method) {
+            true => writeln!(text, "**{}.**\n", table.title),
+            false => writeln!(text, "**{}.** {}\n", table.title, table.method),
+        };
         let _ = writeln!(text, "{}\n", markdown(table));
     }
     text

@@ -45,15 +45,14 @@ pub fn frames(settings: &Settings, step: &mut (dyn FnMut(&str) + Send)) -> Resul
         section: Section::Frames.to_string(),
         title: "Frames a second".into(),
         method: format!(
-            "Snapshots as above, through the host's drive of the core. The GPU's frame is that of \
-             the best published full Capon beamformer on one processor (Quadro 6000, 2012): 80 \
-             beams of 400 samples, M = 64, L = 32, K = 1, forward-backward MV. The paper's frame in \
-             vivo: {} beams over 128 elements at 0.308 mm, recorded at 40 MHz, {} samples at 20 MHz \
-             from 0 to 40 mm, F# 1.5, L = M/2, K = 2, forward-backward, on two cores where nothing else is said; \
-             envelope, 60 dB, 512 × 512 pixels, 3 × 3 median; phase symmetry with 18 filters. Its recording is a \
-             simulated vertebra in tissue, by {} transmits, each of which serves the lines beside it. Rows of a method \
-             go from the recording to the bone map. live is the preset, with K = 0: two sub-lines of each of 128 lines, \
-             a depth step of 2 for rank 1 and of 4 for MV; 256 lines for DAS, with a depth step of 4.",
+            "The GPU's frame is that of the best published full Capon beamformer on one processor \
+             (Quadro 6000, 2012): 80 beams of 400 samples, M = 64, L = 32, K = 1, forward-backward MV, of \
+             snapshots as above. The paper's frame in vivo, of a simulated vertebra in tissue: {} beams over 128 \
+             elements at 0.308 mm, recorded at 40 MHz, {} samples at 20 MHz from 0 to 40 mm, F# 1.5, L = M/2, \
+             K = 2, forward-backward, {} transmits, each for the lines beside it, two cores unless said; 60 dB, \
+             512 × 512 pixels, 3 × 3 median; phase symmetry with 18 filters. Rows of a method go from the recording \
+             to the bone map. live is the preset, with K = 0: 128 lines of two sub-lines, with a depth step of 2 for \
+             rank 1 and of 4 for MV; 256 lines with a depth step of 4 for DAS.",
             InVivo::BEAMS,
             InVivo::pipeline(InVivo::PARAMETERS, data.samples.dim().3)?
                 .lines()
