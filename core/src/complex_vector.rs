@@ -1,6 +1,6 @@
-//! Complex vectors: the type by itself, which the cast of memory needs.
+//! Vectors of complex numbers, and their type for casts of memory.
 
-/// As many complex numbers as a register holds real ones, one a lane.
+/// One complex number in each lane: a register of real and one of imaginary parts.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct ComplexVector<V> {

@@ -2,8 +2,9 @@
 
 use core::fmt;
 
-/// Why a call was refused. Nothing was computed and no output was touched, unless the
-/// function's own documentation says otherwise.
+/// Reason for refusing a call.
+///
+/// Nothing was computed and no output was written, unless the function's documentation says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -47,8 +48,9 @@ pub enum Error {
 }
 
 impl Error {
-    /// A number for each kind of error, for interfaces that have no types: never 0, and never another one
-    /// in a later version.
+    /// Number of the kind of error, for interfaces without types.
+    ///
+    /// It is never 0, and keeps its meaning in later versions.
     ///
     /// ```
     /// use bonebeam::Error;

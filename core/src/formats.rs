@@ -1,4 +1,4 @@
-//! `defmt::Format` of what is memory: how much there is of it, not what it holds.
+//! `defmt::Format` of memory types: their sizes, not their contents.
 
 use crate::beamform::{SteeredSegments, Workspace};
 use crate::covariance::Averaging;

@@ -1,19 +1,18 @@
-//! What no safe function of stable Rust's `core` does, two instructions and two casts: the core's only `unsafe`.
+//! The core's only `unsafe` code: two instructions and two casts.
 //!
-//! [`sqrt`]: `libm::sqrtf` is one instruction where the compiler's targets promise it (x86-64,
-//! AArch64), and about a hundred on a Cortex-M, whose FPU has the instruction as well. Both round
-//! correctly, so the bits do not depend on which is taken: the golden hash `sqrt` is met by the
-//! workstation's and by the Cortex-M7's.
+//! Safe functions of stable Rust's `core` offer none of the four.
 //!
-//! [`prefetch`]: lanes of beams that lie far apart in memory are read some cache lines at a time,
-//! which no processor foresees; asked for a sample ahead, they come while that sample is computed
-//! (some 5 % of the time of the in-vivo frame's lines). It changes no bit.
-//!
-//! [`vectors`]: a caller's complex memory is one slice, of `num_complex`'s numbers, whatever the stage. Arithmetic
-//! over lanes cannot be defined for these outside their own crate, so that the beamformers compute with
-//! [`ComplexVector`].
-//!
-//! [`integers`]: a caller's real memory is one slice of `f32`, whatever the stage, and the surface's are integers.
+//! - [`sqrt`]: `libm::sqrtf` is one instruction if the compiler's target promises it (x86-64, AArch64). On a
+//!   Cortex-M it takes about a hundred, although the FPU has the instruction. Both round correctly, so the bits do
+//!   not depend on the choice: the golden hash `sqrt` holds on a workstation and on a Cortex-M7.
+//! - [`prefetch`]: requests the next sample's cache lines while a sample is computed. Lanes of beams lie far apart
+//!   in memory, which no hardware prefetcher detects. This saves some 5 % of the time of the in-vivo frame's lines,
+//!   and changes no bit.
+//! - [`vectors`]: a caller's complex memory is one slice of `num_complex` numbers for all stages. Arithmetic over
+//!   lanes cannot be defined for that type outside its own crate, so the beamformers compute with
+//!   [`ComplexVector`].
+//! - [`integers`]: a caller's real memory is one slice of `f32` for all stages. The surface detector stores
+//!   integers in it.
 
 use crate::complex_vector::ComplexVector;
 use num_complex::Complex;

@@ -1,4 +1,4 @@
-//! The Kaiser window, for filters. f64: evaluated when a table is built.
+//! The Kaiser window for filter design, in f64.
 
 /// Terms of the series of I₀: complete to the last bit for the β ≤ 10 in use here.
 const TERMS: usize = 28;

@@ -57,7 +57,9 @@ pub use num_complex::Complex;
 pub use pipeline::{Frame, Parameters, Pipeline};
 pub use self_test::self_test;
 
-/// The names that an application needs, from channel data to bone maps: `use bonebeam::prelude::*`.
+/// All names that an application needs, from channel data to bone maps.
+///
+/// `use bonebeam::prelude::*;`
 pub mod prelude {
     pub use crate::beamform::{self, Method};
     pub use crate::covariance::Covariance;

@@ -1,7 +1,7 @@
 //! The largest magnitude of many numbers.
 //!
-//! On processors of 32 bits a function of its own: within another the compiler counts the loop by an index beside
-//! the address, for want of registers (64 elements of DAS: 796 instructions a sample for 700).
+//! A function of its own on 32-bit processors. Inlined, the compiler lacks registers and counts the loop by an
+//! index beside the address (64 elements of DAS: 796 instructions a sample for 700).
 
 use crate::Complex;
 

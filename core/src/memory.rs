@@ -1,8 +1,8 @@
-//! The memory of all stages: how much each needs, and where it is.
+//! Memory of all stages: its size and its layout.
 //!
-//! Each stage says how many numbers it needs, a [`Need`], by a `const` function of its sizes or parameters. Each
-//! takes them as a [`Scratch`]: two slices, of real and of complex numbers. A [`Memory`] is the same with sizes
-//! that are known at compile time, for a `static`.
+//! Each stage has a `const` function of its sizes or parameters that returns a [`Need`], the numbers that it works
+//! in. Each takes a [`Scratch`]: a slice of real and a slice of complex numbers. A [`Memory`] owns both for sizes
+//! that are known at compile time, for instance in a `static`.
 //!
 //! ```
 //! use bonebeam::beamform::{Sizes, Workspace};
@@ -36,24 +36,24 @@
 use crate::simd::split_front;
 use crate::{Complex, Error};
 
-/// How many numbers a stage needs to work in. Counts beyond `usize::MAX` are given as that.
+/// The size of a stage's memory, in numbers. Saturates at `usize::MAX`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Need {
-    /// Real numbers, or vectors of them.
+    /// Number of real numbers, or vectors of them.
     pub real: usize,
-    /// Complex numbers, or vectors of them.
+    /// Number of complex numbers, or vectors of them.
     pub complex: usize,
 }
 
 impl Need {
-    /// Real numbers only.
+    /// A need of real numbers only.
     #[inline(always)]
     pub const fn real(real: usize) -> Self {
         Need { real, complex: 0 }
     }
 
-    /// Both at the same time.
+    /// The sum of two needs, for stages at work at the same time.
     ///
     /// ```
     /// use bonebeam::memory::Need;
@@ -70,7 +70,7 @@ impl Need {
         }
     }
 
-    /// One after the other: the larger number of each kind.
+    /// The larger need of each kind, for stages that run one after the other.
     pub const fn or(self, other: Need) -> Self {
         Need {
             real: larger(self.real, other.real),
@@ -83,9 +83,9 @@ const fn larger(a: usize, b: usize) -> usize {
     if a > b { a } else { b }
 }
 
-/// Memory for a stage to work in, at least as much as its [`Need`]. Contents are irrelevant.
+/// Memory that a stage works in, at least its [`Need`].
 ///
-/// `V` is `f32`, or the vector of a stage that computes several lanes at once.
+/// Contents are irrelevant. `V` is `f32`, or the vector of a stage that computes several lanes at once.
 #[derive(Debug)]
 pub struct Scratch<'a, V = f32> {
     /// Real numbers.
@@ -95,7 +95,7 @@ pub struct Scratch<'a, V = f32> {
 }
 
 impl<'a, V> Scratch<'a, V> {
-    /// No memory, for a stage that needs none.
+    /// An empty scratch, for a stage that needs no memory.
     pub const fn empty() -> Self {
         Scratch {
             real: &mut [],
@@ -119,7 +119,7 @@ impl<'a, V> Scratch<'a, V> {
         at_least("complex memory", self.complex.len(), need.complex)
     }
 
-    /// Splits the first `need` off; the rest stays.
+    /// Splits `need` off the front; the rest remains in `self`.
     ///
     /// # Errors
     /// [`Error::Length`] if one of the slices is shorter. Nothing is then split off.
@@ -146,7 +146,7 @@ fn at_least(name: &'static str, actual: usize, expected: usize) -> Result<(), Er
     })
 }
 
-/// Memory of `REAL` and `COMPLEX` numbers, those of a [`Need`], for a `static`.
+/// Owned memory of `REAL` real and `COMPLEX` complex numbers, for a `static`.
 #[derive(Clone, Debug)]
 pub struct Memory<const REAL: usize, const COMPLEX: usize> {
     real: [f32; REAL],
@@ -154,10 +154,10 @@ pub struct Memory<const REAL: usize, const COMPLEX: usize> {
 }
 
 impl<const REAL: usize, const COMPLEX: usize> Memory<REAL, COMPLEX> {
-    /// The size in bytes: 4 for each real number, 8 for each complex one.
+    /// Size in bytes: 4 for each real number, 8 for each complex one.
     pub const BYTES: usize = size_of::<Self>();
 
-    /// Memory, all zero.
+    /// Memory filled with zeros.
     pub const fn new() -> Self {
         Memory {
             real: [0.0; REAL],
@@ -165,7 +165,7 @@ impl<const REAL: usize, const COMPLEX: usize> Memory<REAL, COMPLEX> {
         }
     }
 
-    /// The memory as a stage takes it.
+    /// Borrows the memory as a [`Scratch`].
     #[inline]
     pub fn scratch(&mut self) -> Scratch<'_> {
         Scratch {

@@ -1,4 +1,6 @@
-//! Known answers, computed when a device starts: a processor or a build that rounds otherwise is found before a picture is.
+//! A self-test with known answers, for the start of a device.
+//!
+//! It detects a processor or a build that rounds differently before the first image.
 
 use crate::beamform::{
     AlignedLine, Beamformer, Method, Parameters as BeamformerParameters, Sizes, Workspace,
@@ -30,14 +32,14 @@ const CASES: [(Method, i32, u32); 5] = [
     (Method::EsmvRank1, 0, 0x5fa3_41ca),
 ];
 
-/// Computes short lines by delay and sum, minimum variance and both eigenspace methods, and their levels, and compares
-/// their bits with those of a workstation.
+/// Compares short computed lines with known results, bit for bit.
 ///
-/// `Ok` where all bits are right, and the first method whose bits are not.
+/// The lines use delay and sum, minimum variance and both eigenspace methods; their levels are compared too. `Ok`
+/// means that all bits are right.
 ///
-/// What it finds: another mode of rounding, subnormal numbers that are flushed to zero, fused multiplication and
-/// addition, a fault of the unit for floating-point numbers or of a build. It does not test memory or the rest of the
-/// program. Run it once after a reset, before the first frame.
+/// The test detects another rounding mode, subnormal numbers flushed to zero, fused multiplication and addition,
+/// and a fault of the floating-point unit or of a build. It does not test memory or the rest of the program. Run it
+/// once after a reset, before the first frame.
 ///
 /// RAM: 6 kB of stack. Cost: 40 samples, at most 20,000 instructions each on a Cortex-M7.
 ///
@@ -46,7 +48,7 @@ const CASES: [(Method, i32, u32); 5] = [
 /// ```
 ///
 /// # Errors
-/// The method's name, for instance `MV`.
+/// The name of the first method with wrong bits, for instance `MV`.
 // All inline: built where it is called. In the core itself it would have the kernels built once for it, and the compiler
 // inlined less of them elsewhere: rank 1 took 8 % more instructions on the Cortex-M7.
 #[inline]

@@ -1,8 +1,7 @@
-//! The sine as a `const fn`, so that filters for known parameters are constants. f64: evaluated when a
-//! table is built.
+//! The sine as a `const fn`, for filters as constants. In f64.
 //!
-//! The operations are those of libm's `sin`, and so are the bits, but at the odd multiples of π/4, where
-//! either may take off the multiple of π/2 on the other side. They are FreeBSD's:
+//! The operations and bits are those of libm's `sin`. At the odd multiples of π/4 the two may subtract different
+//! multiples of π/2. The operations are FreeBSD's:
 //!
 //! ```text
 //! Copyright (C) 1993 by Sun Microsystems, Inc. All rights reserved.

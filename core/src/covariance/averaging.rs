@@ -1,4 +1,4 @@
-//! What an averaging of the covariance is: what is kept of it, and the basis in which it is solved.
+//! The two covariance estimates: their kept sums, and the basis of their solver.
 
 use super::Covariance;
 use super::diagonal_loading::DiagonalLoading;
@@ -8,34 +8,37 @@ use crate::simd::{ComplexVector, Scalar, Vector};
 /// Rows that stand below the matrix for MV.
 pub(crate) const RIGHT_SIDES: usize = 3;
 
-/// Which covariance is in use: [`Forward`](super::Forward) or
-/// [`ForwardBackward`](super::ForwardBackward), over the lanes of `V`.
+/// The covariance in use, [`Forward`](super::Forward) or [`ForwardBackward`](super::ForwardBackward).
 ///
-/// `A::COVARIANCE` is the averaging as data, `A::Scalar` the number of its matrix: a
+/// `V` holds the lanes. `A::COVARIANCE` is the averaging as data. `A::Scalar` is the number type of its matrix: a
 /// [`ComplexVector`] or a `V`.
 pub trait Averaging<V: Vector>: Basis<V> {}
 
 impl<A: Basis<V>, V: Vector> Averaging<V> for A {}
 
-/// What is kept of a sample's covariance, and how it becomes the solver's matrix. Out of reach from
-/// outside the crate, so that there are no other averagings.
+/// Kept sums of a sample's covariance, and their conversion to the solver's matrix.
+///
+/// Private to the crate, so that there are no other averagings.
 pub trait Basis<V: Vector> {
-    /// The number of the solver's matrix: complex for forward, real for forward-backward.
+    /// Number type of the solver's matrix.
+    ///
+    /// Complex for forward, real for forward-backward.
     type Scalar: Scalar<V>;
 
-    /// The same as data.
+    /// The averaging as data.
     const COVARIANCE: Covariance;
 
-    /// Splits `length` of the matrix's numbers off the memory that has numbers of their kind.
+    /// Splits `length` matrix entries off the memory of their number type.
     fn scalars<'a>(
         real: &mut &'a mut [V],
         complex: &mut &'a mut [ComplexVector<V>],
         length: usize,
     ) -> &'a mut [Self::Scalar];
 
-    /// Takes the forward sums of the lags `lag..lag + LAGS` into `lags`: `rows[column][k]` is that of
-    /// lag `lag + k`, the entry at `(lag + k + column, column)`. There is a row for each column of `lag`;
-    /// what stands beyond the last column of a longer lag is to be left out.
+    /// Stores the forward sums of the lags `lag..lag + LAGS` in `lags`.
+    ///
+    /// `rows[column][k]` is the sum of lag `lag + k`, the entry at `(lag + k + column, column)`. There is a row for
+    /// each column of `lag`; entries beyond the last column of a longer lag are ignored.
     fn keep<const LAGS: usize>(
         lags: &mut [ComplexVector<V>],
         subaperture: usize,
@@ -43,14 +46,17 @@ pub trait Basis<V: Vector> {
         rows: &[[ComplexVector<V>; LAGS]],
     );
 
-    /// The trace of the matrix in use, from the kept sums `lag(index)`, all of which there must be.
+    /// Returns the trace of the matrix in use from the kept sums `lag(index)`.
+    ///
+    /// All sums must be present.
     fn trace(
         lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
         subaperture: usize,
     ) -> Option<V>;
 
-    /// The matrix in use, scaled and loaded, in panels, from the kept sums `lag(index)`, all of which
-    /// there must be.
+    /// Writes the matrix in use, scaled and loaded, in panels.
+    ///
+    /// Its source is the kept sums `lag(index)`, all of which must be present.
     fn matrix(
         lag: impl Fn(usize) -> Option<ComplexVector<V>> + Copy,
         subaperture: usize,
@@ -58,27 +64,33 @@ pub trait Basis<V: Vector> {
         matrix: &mut [PanelColumn<Self::Scalar>],
     ) -> Option<()>;
 
-    /// The subaperture sum `s` in the solver's coordinates.
+    /// Transforms the subaperture sum `s` to the solver's coordinates.
     fn data(s: &[ComplexVector<V>], data: &mut [ComplexVector<V>]);
 
     /// Entry `i` of the steering vector `a = 1` in the solver's coordinates.
     fn steering(i: usize, subaperture: usize) -> f32;
 
-    /// A centred steering vector `a` (`a_{L−1−i} = a_i*`) in the solver's coordinates, and zeros beyond.
+    /// Transforms a centred steering vector to the solver's coordinates.
+    ///
+    /// `a_{L−1−i} = a_i*`. Entries of `steering` beyond `L` become zero.
     fn steered(a: &[ComplexVector<V>], steering: &mut [Self::Scalar]);
 
-    /// The steering vector and the data, in the solver's coordinates, as rows below the matrix.
+    /// Writes steering vector and data as rows below the matrix.
+    ///
+    /// Both are in the solver's coordinates.
     fn right_sides(data: &[ComplexVector<V>], rows: &mut [[Self::Scalar; RIGHT_SIDES]]);
 
-    /// From one column of those rows after factorisation, with `y = G⁻¹a` and `t = G⁻¹s`: `|y|²`
-    /// and `y*·t`.
+    /// Returns `|y|²` and `y*·t` of one factorised column.
+    ///
+    /// `y = G⁻¹a` and `t = G⁻¹s`, from the rows below the matrix.
     fn whitened(rows: &[Self::Scalar; RIGHT_SIDES]) -> (V, ComplexVector<V>);
 
-    /// What `wᴴs` must be divided by, for `P` subapertures, to be `z` of Eq. 4.
+    /// Divisor of `wᴴs` that gives `z` of Eq. 4, for `P` subapertures.
     fn gain(subapertures: usize) -> f32;
 
-    /// Weights in the solver's coordinates → weights of the subaperture's elements (Eq. 1, 7), with
-    /// `scratch` of the same length.
+    /// Transforms weights from the solver's coordinates to the subaperture's elements.
+    ///
+    /// Weights of Eq. 1 or 7. `scratch` has the same length.
     fn weights(v: &mut [ComplexVector<V>], scratch: &mut [ComplexVector<V>]);
 }
 

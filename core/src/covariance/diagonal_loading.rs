@@ -5,22 +5,26 @@ use crate::simd::Vector;
 /// Below this share of the line's largest power a sample counts as zero: 300 dB.
 const NOTHING: f32 = f32::from_bits((127 - 100) << 23); // 2^-100
 
-/// What turns a covariance of some trace into the solvers' matrix: each entry times `factor`, and
-/// `added` to the diagonal. Weights do not depend on the scale.
+/// Scale and loading that turn a covariance into the solvers' matrix.
+///
+/// Each entry is multiplied by `factor`, and `added` is added to the diagonal. Weights do not depend on the scale.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DiagonalLoading<V: Vector> {
-    /// The power of two that brings the trace into `[1, 2)`; exact, and exact to multiply with.
+    /// Power of two that brings the trace into `[1, 2)`.
+    ///
+    /// The factor and products with it are exact.
     pub factor: V,
     /// `Δ/L·tr` at that scale.
     pub added: V,
-    /// The lanes whose trace is zero (or below `2⁻¹⁰⁰`): their matrix becomes the identity, so that
-    /// the solvers stay finite, and their output is to be zero.
+    /// Lanes whose trace is zero or below `2⁻¹⁰⁰`.
+    ///
+    /// Their matrix becomes the identity, so that the solvers stay finite. Their output is set to zero.
     pub zero_power: V::Mask,
 }
 
 impl<V: Vector> DiagonalLoading<V> {
-    /// For a matrix of `subaperture` rows and the loading `Δ`.
+    /// Computes the loading `Δ` of a matrix of `subaperture` rows.
     #[inline(always)]
     pub fn new(trace: V, subaperture: usize, diagonal_loading: f32) -> Self {
         let zero_power = trace.less(trace.splat(NOTHING));

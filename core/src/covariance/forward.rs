@@ -1,4 +1,4 @@
-//! The covariance of Eq. 2 as it is.
+//! The covariance of Eq. 2 without further averaging.
 
 use super::Covariance;
 use super::averaging::{Basis, RIGHT_SIDES};
@@ -6,7 +6,7 @@ use super::diagonal_loading::DiagonalLoading;
 use crate::linalg::panels::{PanelColumn, TILE, panel};
 use crate::simd::{ComplexVector, Scalar, Vector, copy, split_front};
 
-/// `R` of Eq. 2 as it is: complex Hermitian.
+/// `R` of Eq. 2, complex Hermitian.
 ///
 /// Kept: every entry on and below the diagonal, column by column, with the lags ascending.
 #[derive(Clone, Copy, Debug)]

@@ -5,9 +5,8 @@
 //! `(e_i + e_i')/√2` and `j(e_i − e_i')/√2` (and `e_c` for the middle element of an odd `L`).
 //! Everything after this step is then real arithmetic: a quarter of the work, no approximation.
 //!
-//! The coordinates are ordered pair by pair: sum 0, difference 0, sum 1, …, and last the middle
-//! element of an odd `L`. Scale: `2T`, `√2·Qᴴs` and `Qᴴa/√2`, which saves the factors `1/√2`;
-//! [`Basis::gain`] makes up for them.
+//! The coordinates are ordered pair by pair: sum 0, difference 0, sum 1, …, and last the middle element of an odd
+//! `L`. The scale is `2T`, `√2·Qᴴs` and `Qᴴa/√2`, which saves the factors `1/√2`; [`Basis::gain`] corrects it.
 
 use super::Covariance;
 use super::averaging::{Basis, RIGHT_SIDES};

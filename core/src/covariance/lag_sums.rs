@@ -1,23 +1,23 @@
-//! Sums over the subapertures of one sample, lag by lag, by sliding along the array.
+//! Covariance sums over the subapertures of one sample, by sliding along the array.
 
 use super::Averaging;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
-/// Takes each entry `r = Σ_l x[l+i]·x*[l+j]`, `l = 0..=count−subaperture`, of the inner sum of Eq. 2 on
-/// and below the diagonal, with `lag = i − j` and `column = j`, into `lags`, as the averaging keeps it.
+/// Computes the covariance of one sample, summed over its subapertures.
 ///
-/// `x` holds the `count` active elements. Along a diagonal only the products
-/// `p_i = x[i+lag]·x*[i]` are met: column 0 is their sum over `i = 0..P`, ascending from zero, with
-/// `P = count − subaperture + 1`; from column `j` to the next the sum slides, `(r + p_{j+P}) − p_j`. The
-/// subtraction stays within one sample, so an echo never leaks into the samples around it.
+/// The entries are those of the inner sum of Eq. 2 on and below the diagonal, `r = Σ_l x[l+i]·x*[l+j]` for `l =
+/// 0..=count−subaperture`, with `lag = i − j` and `column = j`. The averaging stores them in `lags`.
 ///
-/// Two lags go side by side, since each is one chain of dependent additions; without vectors four,
-/// which share what is loaded and counted (with AVX-512, their rows would leave the first-level
-/// cache). `scratch` (at least `4·subaperture`) holds their sums, and until then the products that the
-/// sums lose again, so that each is computed once.
+/// `x` holds the `count` active elements. A diagonal uses only the products `p_i = x[i+lag]·x*[i]`. Column 0 is
+/// their sum over `i = 0..P`, ascending from zero, with `P = count − subaperture + 1`. The next column is `(r +
+/// p_{j+P}) − p_j`. The subtraction stays within one sample, so an echo never leaks into neighbouring samples.
 ///
-/// Cost: `count·L − L²/2` complex products (6 flops) and `2·P·L + 2·L²` additions, instead of
-/// `4·L²·P`.
+/// Two lags are computed together, since each is one chain of dependent additions. The scalar build computes four,
+/// which share loads and loop counters (with AVX-512, their rows would exceed the first-level cache). `scratch` (at
+/// least `4·subaperture`) holds their sums, and before that the products to be subtracted later, so that each
+/// product is computed once.
+///
+/// Cost: `count·L − L²/2` complex products (6 flops) and `2·P·L + 2·L²` additions, instead of `4·L²·P`.
 #[inline(always)]
 pub fn lag_sums<A: Averaging<V>, V: Vector>(
     x: &[ComplexVector<V>],
@@ -162,9 +162,10 @@ fn products<V: Vector, const LAGS: usize>(
     products
 }
 
-/// `s[i] = Σ_l x[l+i]`: the sum of the subapertures' snapshots (Eq. 4 without `w` and `1/P`).
+/// `s[i] = Σ_l x[l+i]`, the sum of the subapertures' snapshots.
 ///
-/// The first entry is summed directly, the rest slide: `s[i+1] = (s[i] + x[i+P]) − x[i]`.
+/// This is Eq. 4 without `w` and `1/P`. The first entry is summed directly. The others slide: `s[i+1] = (s[i] +
+/// x[i+P]) − x[i]`.
 #[inline(always)]
 pub fn subaperture_sum<V: Vector>(zero: V, x: &[ComplexVector<V>], s: &mut [ComplexVector<V>]) {
     let subapertures = x.len() - s.len() + 1;

@@ -1,8 +1,8 @@
 //! Spatially smoothed, time-averaged covariance (Eq. 2, 3).
 //!
-//! `lag_sums` sums the subapertures of one sample, `time_window` adds up neighbouring samples,
-//! [`Averaging`] turns the sums into the matrix in use ([`Forward`], or [`ForwardBackward`] as an
-//! exactly equivalent real symmetric one), `diagonal_loading` conditions it for the solvers.
+//! `lag_sums` sums the subapertures of one sample. `time_window` sums neighbouring samples. [`Averaging`] turns the
+//! sums into the matrix in use: [`Forward`], or [`ForwardBackward`] as an exactly equivalent real symmetric matrix.
+//! `diagonal_loading` conditions it for the solvers.
 //!
 //! The matrices are sums, not means: weights do not change when a covariance is multiplied by a
 //! positive number, so the divisors of Eq. 2 and 3 are never applied.
@@ -19,7 +19,7 @@ pub(crate) use averaging::RIGHT_SIDES;
 pub use forward::Forward;
 pub use forward_backward::ForwardBackward;
 
-/// Which covariance, where that is decided at run time: data, to be kept in a configuration.
+/// The covariance estimate as data, for a configuration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

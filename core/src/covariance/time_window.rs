@@ -1,16 +1,16 @@
-//! The sum over a window of neighbouring samples (the outer sum of Eq. 2), by two stacks.
+//! Sum over a window of neighbouring samples (outer sum of Eq. 2), by two stacks.
 //!
-//! A running add-and-subtract over time would leave an echo's rounding error in the shadow behind
-//! it. The two-stack sum only adds: the last `2K+1` samples' sets of lag sums stand in blocks of
-//! `2K+1`; the older block is kept as suffix sums, the newer one as one growing prefix, and a window
-//! is one suffix plus the prefix. Three additions a number and sample, whatever `K` is.
+//! A running add-and-subtract over time would leave an echo's rounding error in the shadow behind it. The two-stack
+//! sum only adds. The lag sums of the last `2K+1` samples are kept in blocks of `2K+1`: the older block as suffix
+//! sums, the newer one as one growing prefix. A window is one suffix plus the prefix. Cost: three additions for
+//! each number and sample, for every `K`.
 
 use crate::simd::{ComplexVector, Vector, copy};
 
 /// Numbers whose suffix sums are formed together, half the widest registers.
 const CHUNK: usize = 8;
 
-/// How many sets of lag sums a window of `2K+1` samples takes; `usize::MAX` at most.
+/// Number of sets of lag sums in a window of `2K+1` samples; saturates.
 pub const fn sets(temporal_half_window: usize) -> usize {
     match temporal_half_window {
         0 => 1,
@@ -18,10 +18,10 @@ pub const fn sets(temporal_half_window: usize) -> usize {
     }
 }
 
-/// Where sample `push` of a segment (counted from 0) is to be written in `memory`, before [`window`]
-/// is asked for. `size` numbers make a set.
+/// Returns the slot of `memory` for sample `push` of a segment.
 ///
-/// At the beginning of a block the block before becomes suffix sums, newest first.
+/// `push` counts from 0, and a set has `size` numbers. Write the slot before calling [`window`]. At the beginning
+/// of a block, the block before becomes suffix sums, newest first.
 #[inline(always)]
 pub fn slot<V: Vector>(
     memory: &mut [ComplexVector<V>],
@@ -85,8 +85,9 @@ fn chunk<V: Vector, const N: usize>(
     }
 }
 
-/// Adds the slot of sample `push` to the prefix and returns the suffix and the prefix whose sum is
-/// the window that ends there. There is no suffix where a block ends.
+/// Adds the slot of sample `push` to the prefix, and returns suffix and prefix.
+///
+/// Their sum is the window that ends at `push`. At the end of a block there is no suffix.
 #[inline(always)]
 pub fn window<V: Vector>(
     memory: &mut [ComplexVector<V>],

@@ -1,25 +1,26 @@
-//! Cholesky factorisation `A = G·Gᴴ`, and the rows below it that the factor divides.
+//! Cholesky factorisation `A = G·Gᴴ`, and triangular solves with its factor.
 
 use super::FLOOR;
 use super::panels::{PanelColumn, TILE, panel};
 use crate::simd::{Scalar, Vector};
 
-/// Factorises the matrix of `panels` panels `a` into `g`, and turns `rows`, which stand below `a`,
-/// into `rows·G⁻ᴴ`: a row `b*` becomes `(G⁻¹b)*`.
+/// Factorises a matrix into `g`, and solves for the rows below it.
+///
+/// The matrix is `a`, of `panels` panels. `rows` become `rows·G⁻ᴴ`: a row `b*` becomes `(G⁻¹b)*`.
 ///
 /// Order: entry `(i, j)` is `A(i,j) − Σ_k G(i,k)·G(j,k)*`, one subtraction after another with `k`
 /// ascending, then times `1/G(j,j)`; the pivot is `A(j,j) − Σ_k |G(j,k)|²` likewise, its root and
 /// then its reciprocal taken. The rows below follow the same rule. The diagonal of `g` is `1/G(j,j)`.
 ///
-/// Panel by panel from the top, and in it tile by tile: a tile of 4×4 entries stays in registers
-/// while `k` runs over all columns before it, so that each product costs two operations and half a
-/// load. The rows below follow each panel while it is near.
+/// The order of panels is from the top, and tile by tile in each. A tile of 4×4 entries stays in registers while
+/// `k` runs over all columns before it, so that each product costs two operations and half a load. The rows below
+/// follow each panel while it is in the cache.
 ///
-/// There are as many tiles of `a`, `g` and `rows` as the panels ask for; what is beyond is left.
+/// `a`, `g` and `rows` have as many tiles as the panels need; further tiles stay unchanged.
 ///
-/// Returns the lanes in which the matrix is positive definite: no pivot is below the rounding error
-/// of the trace. From there on the others' pivots count as just that, but what follows is made of
-/// rounding errors, which can grow beyond f32; their caller takes the eigensolver.
+/// Returns the lanes with a positive definite matrix: no pivot is below the rounding error of the trace. Other
+/// lanes continue with that error as their pivot. Their results are rounding errors that can exceed f32; the caller
+/// uses the eigensolver for them.
 ///
 /// Cost: `n³/3` flops real, `4n³/3` complex, `n` roots and divisions; `n²` (`4n²`) for each row below.
 #[inline(always)]
@@ -94,8 +95,10 @@ pub fn factorise<S: Scalar<V>, V: Vector, const ROWS: usize>(
     definite
 }
 
-/// Turns groups of rows that stand below a factorised matrix, `TILE·panels` columns each, into `rows·G⁻ᴴ`, as
-/// [`factorise`] does its own: the factor goes by once for all of them.
+/// Turns groups of rows below a factorised matrix into `rows·G⁻ᴴ`.
+///
+/// Each row has `TILE·panels` columns. The operations are those of [`factorise`]; the factor is read once for all
+/// groups.
 ///
 /// Cost: `n²` flops (`4n²`) for each row.
 #[inline(always)]
@@ -123,13 +126,14 @@ pub fn divide_forward<S: Scalar<V>, V: Vector, const ROWS: usize>(
     }
 }
 
-/// Turns groups of rows below a factorised matrix, `TILE·panels` columns each, into `rows·G⁻¹`: a row `b*` becomes
-/// `(G⁻ᴴb)*`, so that both ways together make `(A⁻¹b)*`.
+/// Turns groups of rows below a factorised matrix into `rows·G⁻¹`.
+///
+/// Each row has `TILE·panels` columns. A row `b*` becomes `(G⁻ᴴb)*`, so that both solves together give `(A⁻¹b)*`.
 ///
 /// Order: column `c` is `b*(c) − Σ_k u*(k)·G(k,c)`, one subtraction after another with `k` descending from the last
 /// column to `c + 1`, then times `1/G(c,c)`.
 ///
-/// Cost: as [`divide_forward`].
+/// Cost: that of [`divide_forward`].
 #[inline(always)]
 pub fn divide_backward<S: Scalar<V>, V: Vector, const ROWS: usize>(
     g: &[PanelColumn<S>],

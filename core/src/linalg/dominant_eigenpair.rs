@@ -1,5 +1,6 @@
-//! The dominant eigenpair directly, for spectra of any kind: reduction to tridiagonal form, that matrix's
-//! pair, and the way back.
+//! The dominant eigenpair by direct reduction, for every spectrum.
+//!
+//! Householder reduction to tridiagonal form, the dominant eigenpair of that matrix, and the back-transformation.
 
 use super::householder::Reduction;
 use super::panels::{PanelColumn, TILE};
@@ -8,12 +9,13 @@ use crate::simd::{Scalar, Vector};
 /// The fraction of the eigenvalue below which a step towards it is the last.
 const LAST_STEP: f32 = 1e-6;
 
-/// Leaves the unit eigenvector to the largest eigenvalue of the matrix `a` of `n` rows in the
-/// reduction's first vector, with zeros in the rows that fill up the last panel, and returns the
-/// eigenvalue; both mean nothing in the lanes that are not `wanted`.
+/// Computes the largest eigenvalue of `a` and its unit eigenvector.
 ///
-/// Cost: the reduction, `2n²` flops (`8n²` complex) back, and for the tridiagonal matrix some seven
-/// times `n` divisions.
+/// `a` has `n` rows. The eigenvector is left in the reduction's first vector, with zeros in the padding rows of the
+/// last panel. Returns the eigenvalue. Lanes that are not `wanted` have undefined results.
+///
+/// Cost: the reduction, `2n²` flops (`8n²` complex) back, and for the tridiagonal matrix some seven times `n`
+/// divisions.
 #[inline(always)]
 pub fn dominant_eigenpair<S: Scalar<V>, V: Vector>(
     zero: V,

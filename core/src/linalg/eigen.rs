@@ -1,4 +1,4 @@
-//! The full Hermitian eigensolver: Householder reduction to a real tridiagonal matrix, then implicit QL.
+//! Full Hermitian eigensolver: Householder reduction, then implicit QL.
 
 use super::householder::Reduction;
 use super::implicit_ql::implicit_ql;
@@ -6,12 +6,10 @@ use super::panels::PanelColumn;
 use super::tridiagonal::Tridiagonal;
 use crate::simd::{ComplexVector, Scalar, Vector};
 
-/// All eigenvalues of the matrix `a` of as many rows as there are `values`, unordered, and what the eigenvectors `E`
-/// make of two given vectors of as many entries, one of the matrix's own numbers and a complex one: each
-/// `x ← Eᴴx`.
+/// Computes all eigenvalues of `a`, unordered, and projects two vectors: `x ← Eᴴx`.
 ///
-/// A unit vector gives a row of `E` (entry `k` is `E(i,k)*`); a caller who needs only `Eᴴa` and `Eᴴx`
-/// saves `O(n³)` work.
+/// The matrix has as many rows as `values`. One vector has the matrix's number type, the other is complex. A unit
+/// vector gives a row of `E` (entry `k` is `E(i,k)*`). A caller who needs only `Eᴴa` and `Eᴴx` saves `O(n³)` work.
 ///
 /// Cost: the reduction, then QL.
 #[inline(always)]

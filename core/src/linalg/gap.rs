@@ -1,10 +1,11 @@
-//! How far the largest eigenvalue is from the others at least, by the sum of the squares of all.
+//! Lower bound of the gap below the largest eigenvalue, from a sum of squares.
 
 use super::panels::{PanelColumn, TILE, columns};
 use crate::simd::{Scalar, Vector};
 
-/// `‖A − μ‖²`: the diagonal's from zero, and twice the rest's, column by column below the diagonal in
-/// each panel from zero.
+/// `‖A − μ‖²` for `μ = mean`.
+///
+/// The diagonal is summed from zero, then twice the entries below it, column by column in each panel from zero.
 #[inline(always)]
 pub fn squared_deviations<S: Scalar<V>, V: Vector>(a: &[PanelColumn<S>], n: usize, mean: V) -> V {
     let zero = mean.zero();
@@ -32,7 +33,9 @@ pub fn squared_deviations<S: Scalar<V>, V: Vector>(a: &[PanelColumn<S>], n: usiz
     diagonal + (rest + rest)
 }
 
-/// How far an eigenvalue `deviation` above the mean is from the others, by the sum of all squares.
+/// Lower bound of the gap between an eigenvalue and all others.
+///
+/// `deviation` is the distance of the eigenvalue above the mean; `squares` is the sum of all squared deviations.
 #[inline(always)]
 pub fn gap_by_squares<V: Vector>(squares: V, deviation: V) -> V {
     let others = squares - deviation * deviation;

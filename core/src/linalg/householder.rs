@@ -1,5 +1,6 @@
-//! Householder reduction of a Hermitian matrix in panels to a real symmetric tridiagonal one:
-//! `A = Q·D·T·Dᴴ·Qᴴ`, with reflections `Q` and unit phases `D`.
+//! Householder reduction of a Hermitian matrix to a real tridiagonal one.
+//!
+//! `A = Q·D·T·Dᴴ·Qᴴ` with reflections `Q` and unit phases `D`; the matrix is stored in panels.
 //!
 //! Rows are reduced from the last to the second. In row `m`, with `c_j = A(j,m)` for `j < m`,
 //! `α = c_{m−1}` and `t² = Σ_{j<m−1} |c_j|²`, the reflector is `v = c` but for
@@ -18,26 +19,29 @@ use crate::simd::{ComplexVector, Scalar, Vector, copy};
 /// phases would not be of length 1.
 const NOTHING: f32 = f32::from_bits((127 - 100) << 23); // 2^-100
 
-/// What a reduction works in and leaves.
+/// Workspace and results of a reduction.
 pub struct Reduction<'a, 't, S, V> {
-    /// The matrix, whose lower triangle gives way to the reflectors: `v_j` at row `m`, column `j`, and
-    /// `τ` on the diagonal.
+    /// The matrix; its lower triangle is overwritten by the reflectors.
+    ///
+    /// `v_j` is at row `m`, column `j`, and `τ` on the diagonal.
     pub panels: &'a mut [PanelColumn<S>],
-    /// Four numbers a row, rows that fill up the last panel included.
+    /// Four numbers a row, the padding rows of the last panel included.
     pub vectors: &'a mut [S],
-    /// Between the entries `m − 1` and `m` of `D`, at `m`.
+    /// Phases between the entries `m − 1` and `m` of `D`, at index `m`.
     pub phases: &'a mut [S],
-    /// `T`.
+    /// The tridiagonal matrix `T`.
     pub tridiagonal: &'a mut Tridiagonal<'t, V>,
 }
 
 impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
-    /// Reduces the matrix `a` of `n` rows less the mean of its diagonal (the sum ascending from zero,
-    /// divided by `n`), which is returned: the vectors stay, and the errors, which are a fraction of the
-    /// largest entry, shrink where the eigenvalues crowd far from zero.
+    /// Reduces the matrix `a` of `n` rows less the mean of its diagonal.
     ///
-    /// Each pass over the matrix takes off what the last reflection takes and multiplies what is left
-    /// by the next reflector, so that it is read and written once a row.
+    /// Returns the mean: the sum of the diagonal, ascending from zero, divided by `n`. The eigenvectors do not
+    /// change. Errors are a fraction of the largest entry, so they shrink if the eigenvalues lie close together and
+    /// far from zero.
+    ///
+    /// Each pass over the matrix applies the last reflection and multiplies the result by the next reflector. The
+    /// matrix is therefore read and written once a row.
     ///
     /// Cost: `4n³/3` flops real, `16n³/3` complex; `n` roots and divisions.
     #[inline(always)]
@@ -190,8 +194,9 @@ impl<S: Scalar<V>, V: Vector> Reduction<'_, '_, S, V> {
         }
     }
 
-    /// `x ← Dᴴ·Qᴴ·x` for both vectors, of `n` entries; a reflector is read once for the two. The first is of
-    /// the matrix's own numbers.
+    /// `x ← Dᴴ·Qᴴ·x` for two vectors of `n` entries.
+    ///
+    /// The first has the matrix's number type. Each reflector is read once for both.
     #[inline(always)]
     pub fn project(&self, zero: V, n: usize, x: &mut [S], y: &mut [ComplexVector<V>]) {
         let (Some(x), Some(y), Some(phases)) =

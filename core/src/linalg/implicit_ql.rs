@@ -1,9 +1,9 @@
-//! All eigenvalues of a real symmetric tridiagonal matrix in each lane: implicit QL.
+//! All eigenvalues of a real tridiagonal matrix in each lane: implicit QL.
 //!
-//! A lane looks for one eigenvalue after another, from the first row on. Each has a row, a block below
-//! it and a count of steps of its own. A pass rotates the rows of all lanes' blocks at once, from the
-//! lowest end to the highest begin; a lane keeps what its own block gets of that. On covariances this
-//! takes 7 to 24 % more rotations than one lane alone.
+//! A lane finds one eigenvalue after another, from the first row on, with its own row, block below it and step
+//! count. A pass rotates the rows of all lanes' blocks at once, from the lowest end to the highest beginning. A
+//! lane keeps the rotations of its own block. On covariances this takes 7 to 24 % more rotations than one lane
+//! alone.
 
 use crate::simd::{ComplexVector, Mask, Scalar, Vector};
 

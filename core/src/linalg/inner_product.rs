@@ -1,9 +1,11 @@
-//! The inner product of two vectors in tiles.
+//! Inner product of two vectors in tiles.
 
 use super::panels::{PanelColumn, TILE};
 use crate::simd::{Scalar, Vector};
 
-/// `uᴴp`: four partial sums, of every fourth entry from zero, added `(0 + 1) + (2 + 3)`.
+/// `uᴴp` in four partial sums.
+///
+/// Each adds every fourth entry from zero; the total is `(0 + 1) + (2 + 3)`.
 #[inline(always)]
 pub fn inner_product<S: Scalar<V>, V: Vector>(
     zero: V,

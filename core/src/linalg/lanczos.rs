@@ -1,23 +1,24 @@
-//! Lanczos iteration: the largest eigenvalue and its eigenvector (the rank-1 signal subspace), where
-//! few steps lead there and prove it.
+//! Lanczos iteration for the largest eigenvalue and its eigenvector.
 //!
-//! - **Start**: the unit vector of coordinate 0 or 1, whichever has the larger diagonal entry, so that
-//!   the first product is a column of the matrix. (Forward-backward's first two coordinates are one
-//!   pair of elements; no wave is absent from both.) All later basis vectors are zero there.
-//! - **Step**: `(A − s)·v` loses its components along all basis vectors so far; the rest is the next
-//!   basis vector. The shift `s`, the mean of the eigenvalues besides the largest as far as that is
-//!   known, changes nothing but what rounds away. The matrix in that basis is tridiagonal; its largest
-//!   eigenvalue `θ` with the eigenvector `y` approaches `λ₁`, much faster than the power iteration does.
-//! - **Gap**: no other eigenvalue is nearer to `θ` than `2θ − tr A` where that is positive, since `θ` is
-//!   then more than all others together can be; elsewhere, with the mean `μ`, than
-//!   `(θ − μ) − √(‖A − μ‖² − (θ − μ)²)`, from the sum of all squares.
-//! - **Stop**: the error of `e₁` is at most the residual `‖A·e − θ·e‖` over the gap: a lane is done
-//!   when this is [`ACCURACY`]. The residual is the next basis vector's length times the last entry of
-//!   `y`, and what rounding can add to it: the row of `T` that `y` leaves open, and, for each entry of
-//!   `y`, what is left of the other vectors in its own. That is rounding errors of what was subtracted,
-//!   so where little was left of a product, its vector may only count for little.
-//! - **Limit**: a lane without a gap is left at once, any other after [`step_limit`] steps or where its
-//!   basis ends: [`dominant_eigenpair`](super::dominant_eigenpair) serves those.
+//! It gives the rank-1 signal subspace if few steps converge and prove it.
+//!
+//! - **Start**: the unit vector of coordinate 0 or 1 with the larger diagonal entry, so that the first product is a
+//!   column of the matrix. (Forward-backward's first two coordinates are one pair of elements; no wave is absent
+//!   from both.) All later basis vectors are zero at that coordinate.
+//! - **Step**: `(A − s)·v` is orthogonalised against all basis vectors; the remainder is the next basis vector. The
+//!   shift `s` is an estimate of the mean of the other eigenvalues; it changes rounding errors only. The matrix in
+//!   that basis is tridiagonal. Its largest eigenvalue `θ` with the eigenvector `y` approaches `λ₁`, much faster
+//!   than power iteration.
+//! - **Gap**: no other eigenvalue is nearer to `θ` than `2θ − tr A` if that is positive, since `θ` is then more
+//!   than the sum of all others. Otherwise the bound is `(θ − μ) − √(‖A − μ‖² − (θ − μ)²)` with the mean `μ`, from
+//!   the sum of all squares.
+//! - **Stop**: the error of `e₁` is at most the residual `‖A·e − θ·e‖` over the gap. A lane is done if this is at
+//!   most [`ACCURACY`]. The residual is the length of the next basis vector times the last entry of `y`, plus
+//!   bounds of rounding errors: of the row of `T` that `y` does not solve, and, for each entry of `y`, of the
+//!   components along other basis vectors that remain in its own. These components are rounding errors of the
+//!   subtracted vectors. A product of which little remains therefore allows its vector only a small weight.
+//! - **Limit**: a lane without a gap stops at once, any other after [`step_limit`] steps or at the end of its
+//!   basis. Those lanes use [`dominant_eigenpair`](super::dominant_eigenpair).
 
 use super::gap::{gap_by_squares, squared_deviations};
 use super::inner_product::inner_product;
@@ -26,10 +27,10 @@ use super::panels::{PanelColumn, TILE, panel, trace};
 use super::tridiagonal::Tridiagonal;
 use crate::simd::{Mask, Scalar, Vector, get, get_mut};
 
-/// The error of `e₁` at which a lane is done.
+/// Error of `e₁` at which a lane is done.
 pub const ACCURACY: f32 = 2e-6;
 
-/// The most steps that are ever taken.
+/// Maximum number of steps.
 pub const STEP_LIMIT: usize = 16;
 
 /// The steps before it is looked whether a lane has a gap and is done.
@@ -48,7 +49,9 @@ const ROUNDING: f32 = 1e-7;
 /// The fraction of the gap below which a step towards `θ` is the last.
 const LAST_STEP: f32 = 1e-3;
 
-/// The most steps on a matrix of `n` rows: up to about the cost of [`dominant_eigenpair`](super::dominant_eigenpair).
+/// Maximum number of steps on a matrix of `n` rows.
+///
+/// About the cost of [`dominant_eigenpair`](super::dominant_eigenpair).
 pub const fn step_limit(n: usize) -> usize {
     match n {
         0..8 => n,
@@ -58,26 +61,26 @@ pub const fn step_limit(n: usize) -> usize {
     }
 }
 
-/// What the iteration works in, and leaves its eigenvector in.
+/// Workspace of the iteration, and its eigenvector.
 pub struct Memory<'a, 't, S, V> {
-    /// As long as the panels have rows, for each step that there can be.
+    /// Basis vectors, each as long as the panels have rows, for each possible step.
     pub basis: &'a mut [PanelColumn<S>],
-    /// As long as the panels have rows; in the end the unit eigenvector.
+    /// Work vector as long as the panels have rows; finally the unit eigenvector.
     pub vector: &'a mut [PanelColumn<S>],
     /// The matrix in the basis.
     pub tridiagonal: &'a mut Tridiagonal<'t, V>,
-    /// The eigenvector in the basis: a number for each step.
+    /// The eigenvector in the basis, a number for each step.
     pub kept: &'a mut [V],
 }
 
 /// Iterates on the matrix `a` of `n` rows.
 ///
-/// Leaves the unit eigenvector in the memory's `vector` and returns its eigenvalue and the lanes that are
-/// done; those in `ignored` are none of them. A lane that is done or left does not change any more, so its
-/// bits do not depend on the other lanes.
+/// Leaves the unit eigenvector in the memory's `vector`. Returns its eigenvalue and the lanes that are done,
+/// without those in `ignored`. A lane that is done or has stopped does not change any more, so its bits do not
+/// depend on other lanes.
 ///
-/// Cost of step `k` but the first: `2n²` flops real, `8n²` complex for the product, `4nk` (`16nk`) for
-/// the projections.
+/// Cost of step `k` but the first: `2n²` flops real, `8n²` complex for the product, `4nk` (`16nk`) for the
+/// projections.
 #[inline(always)]
 pub fn lanczos<S: Scalar<V>, V: Vector>(
     zero: V,

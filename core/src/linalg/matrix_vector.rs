@@ -1,12 +1,12 @@
-//! The product of a Hermitian matrix in panels and a vector.
+//! Product of a Hermitian matrix in panels and a vector.
 
 use super::panels::{PanelColumn, TILE, panel};
 use crate::simd::{Scalar, Vector};
 
 /// `y = (A − shift)·v`, each entry summed from `−shift·v` over ascending columns.
 ///
-/// Each column of a panel serves twice while it is in registers: for its own rows and, mirrored,
-/// for the row of its own index.
+/// Each column of a panel is used twice while it is in registers: for its own rows and, mirrored, for the row of
+/// its own index.
 #[inline(always)]
 pub fn times_vector<S: Scalar<V>, V: Vector>(
     a: &[PanelColumn<S>],

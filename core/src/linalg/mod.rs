@@ -1,12 +1,14 @@
-//! Linear algebra over lanes: a Hermitian (or real symmetric) matrix of trace near 1 in each (see
-//! [`DiagonalLoading`](crate::covariance::diagonal_loading::DiagonalLoading)), kept in [`panels`].
+//! Linear algebra over lanes, on one Hermitian or real symmetric matrix a lane.
 //!
-//! - [`cholesky`]: the factorisation, and what it divides.
-//! - [`lanczos`]: the dominant eigenpair in few steps, where they prove it; by [`matrix_vector`],
-//!   [`inner_product`] and [`gap`].
-//! - [`power_iteration`]: nearly the same, in a fixed number of steps.
-//! - [`dominant_eigenpair`]: the same directly, for the lanes that are left. [`householder`] reduces the
-//!   matrix to a [`tridiagonal`] one, whose dominant eigenpair is taken back.
+//! Its trace is near 1 (see [`DiagonalLoading`](crate::covariance::diagonal_loading::DiagonalLoading)). [`panels`]
+//! gives its storage.
+//!
+//! - [`cholesky`]: the factorisation and its triangular solves.
+//! - [`lanczos`]: the dominant eigenpair if few steps prove it; by [`matrix_vector`], [`inner_product`] and
+//!   [`gap`].
+//! - [`power_iteration`]: the dominant eigenpair approximately, in a fixed number of steps.
+//! - [`dominant_eigenpair`]: the dominant eigenpair directly, for the other lanes. [`householder`] reduces the
+//!   matrix to a [`tridiagonal`] one, whose dominant eigenpair is transformed back.
 //! - [`eigen`]: all eigenvalues, by the same reduction and [`implicit_ql`].
 
 pub(crate) mod cholesky;

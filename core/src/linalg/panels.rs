@@ -1,21 +1,23 @@
-//! Where the solvers keep a Hermitian matrix: the lower triangle in panels of four rows.
+//! Storage of a Hermitian matrix: its lower triangle in panels of four rows.
 //!
-//! Panel `I` holds rows `4I..4I+4` column by column, from column 0 to the diagonal tile's last, so
-//! that a product of two panels reads both from front to back. The diagonal tiles are whole, and
-//! the rows that fill up the last panel are those of the identity.
+//! Panel `I` holds rows `4I..4I+4` column by column, from column 0 to the last of the diagonal tile. A product of
+//! two panels then reads both from front to back. Diagonal tiles are full, and padding rows of the last panel are
+//! those of the identity.
 
 use crate::simd::{Scalar, Vector};
 
 /// Rows of a panel, and columns of a tile.
 pub const TILE: usize = 4;
 
-/// One column of a panel.
+/// A column of a panel.
 pub type PanelColumn<S> = [S; TILE];
 
-/// A square of a panel.
+/// A square tile of a panel.
 pub type Tile<S> = [PanelColumn<S>; TILE];
 
-/// The first column of panel `index`; for the number of panels, how many columns there are.
+/// First column of panel `index`.
+///
+/// For the number of panels, the number of all columns.
 #[inline(always)]
 pub const fn panel(index: usize) -> usize {
     // Σ 4·(i + 1) for i < index.
@@ -28,7 +30,7 @@ pub fn columns<S>(a: &[PanelColumn<S>], index: usize) -> Option<(&[PanelColumn<S
     a.get(panel(index)..panel(index + 1))?.split_last_chunk()
 }
 
-/// [`columns`] to be written.
+/// Panel `index` for writing, as [`columns`].
 #[inline(always)]
 pub fn columns_mut<S>(
     a: &mut [PanelColumn<S>],
@@ -38,7 +40,7 @@ pub fn columns_mut<S>(
     columns.split_last_chunk_mut()
 }
 
-/// The sum of the diagonal, ascending from zero.
+/// Trace, summed in ascending order from zero.
 #[inline(always)]
 pub fn trace<S: Scalar<V>, V: Vector>(zero: V, a: &[PanelColumn<S>], n: usize) -> V {
     let mut sum = zero;

@@ -1,30 +1,30 @@
-//! Power iteration with a fixed number of steps: an approximate dominant eigenpair in constant time.
+//! Power iteration: an approximate dominant eigenpair in a fixed number of steps.
 //!
-//! What is done does not depend on the matrix: no step is left out, no lane waits for another. It is for
-//! hard real time, and for hardware without branches. The error falls by `λ₂/λ₁` a step;
-//! docs/numerics.md has it over gaps and steps.
+//! The operations do not depend on the matrix: no step is skipped, and no lane waits for another. Power iteration
+//! suits hard real time and hardware without branches. The error falls by `λ₂/λ₁` a step; docs/numerics.md lists it
+//! over gaps and steps.
 //!
-//! - **Start**: the unit vector `u` of coordinate 0 or 1, whichever has the larger diagonal entry (as
+//! - **Start**: the unit vector `u` of coordinate 0 or 1 with the larger diagonal entry (as in
 //!   [`lanczos`](super::lanczos)), so that the first step's product is a column of the matrix.
-//! - **Step**: `v ← A·v/‖A·v‖`. There is no shift.
+//! - **Step**: `v ← A·v/‖A·v‖`, without a shift.
 //! - **Result**: after `N` steps `v` is along `Aᴺu`, and the eigenvalue is the last `‖A·v‖`.
 //!
-//! A loaded matrix maps no unit vector to less than its loading, so that no length is 0; a caller with a
-//! loading of 0 looks whether what comes of it is finite. Neither can overflow: the trace is below 2, and
-//! the loading at most 10⁶ times that.
+//! A loaded matrix maps a unit vector to at least its loading, so no length is 0. A caller with a loading of 0
+//! checks that the result is finite. Nothing overflows: the trace is below 2, and the loading at most 10⁶ times
+//! that.
 
 use super::inner_product::inner_product;
 use super::matrix_vector::times_vector;
 use super::panels::{PanelColumn, TILE, panel};
 use crate::simd::{Scalar, Vector};
 
-/// Takes `steps` of the matrix `a` of `n` rows (one where 0 are asked for).
+/// Takes `steps` steps (at least one) with the matrix `a` of `n` rows.
 ///
-/// Leaves the unit vector in `vector`, with zeros in the rows that fill up the last panel, and returns the
-/// eigenvalue, of no matrix none. `product`: as long as `vector`, to work in.
+/// Leaves the unit vector in `vector`, with zeros in the padding rows of the last panel. Returns the eigenvalue;
+/// `None` for an empty matrix. `product` is scratch as long as `vector`.
 ///
-/// Cost: `n` times 2 flops real (4 complex) for the length and 1 (2) for the division a step; `2n²`
-/// (`8n²`) for the product of each but the first.
+/// Cost: `n` times 2 flops real (4 complex) for the length and 1 (2) for the division a step; `2n²` (`8n²`) for the
+/// product of each but the first.
 #[inline(always)]
 pub fn power_iteration<S: Scalar<V>, V: Vector>(
     a: &[PanelColumn<S>],

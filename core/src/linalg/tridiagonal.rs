@@ -1,5 +1,6 @@
-//! A real symmetric tridiagonal matrix in each lane and its dominant eigenpair: Laguerre's iteration, then
-//! a twisted factorisation.
+//! A real symmetric tridiagonal matrix in each lane, and its dominant eigenpair.
+//!
+//! Laguerre's iteration gives the eigenvalue, a twisted factorisation the eigenvector.
 
 use super::FLOOR;
 use crate::simd::{Mask, Vector};
@@ -10,20 +11,21 @@ const STEP_LIMIT: usize = 20;
 /// What an eigenvector's last entry is set to at first, 2⁻⁴⁰: the others may be larger by 30 orders.
 const LAST_ENTRY: f32 = 1.0 / 1_099_511_627_776.0;
 
-/// The matrix and the vectors that its eigenvector takes, as slices of as many vectors as it can
-/// have rows.
+/// The matrix and the work vectors of its eigenvector.
+///
+/// Each slice has the length of the largest possible matrix.
 pub struct Tridiagonal<'a, V> {
     pub diagonal: &'a mut [V],
     /// Entry `k` couples rows `k` and `k + 1`; not negative.
     pub off_diagonal: &'a mut [V],
-    /// The eigenvector found last.
+    /// The most recent eigenvector.
     pub eigenvector: &'a mut [V],
     /// The ratio of each entry to the one before.
     ratios: &'a mut [V],
 }
 
 impl<'a, V> Tridiagonal<'a, V> {
-    /// Over four slices, each for as many rows as the largest matrix has.
+    /// A matrix in four slices, each for as many rows as the largest matrix has.
     pub fn new([diagonal, off_diagonal, eigenvector, ratios]: [&'a mut [V]; 4]) -> Self {
         Tridiagonal {
             diagonal,
@@ -35,9 +37,10 @@ impl<'a, V> Tridiagonal<'a, V> {
 }
 
 impl<V: Vector> Tridiagonal<'_, V> {
-    /// A number that no eigenvalue of the leading `rows` rows exceeds, where `bound` is one for all
-    /// of them but the last: the larger eigenvalue of the matrix of two rows that it makes with that
-    /// row.
+    /// Upper bound of the eigenvalues of the leading `rows` rows.
+    ///
+    /// `bound` is an upper bound for these rows without the last. The result is the larger eigenvalue of the 2 × 2
+    /// matrix of `bound` and the last row.
     #[inline(always)]
     pub fn upper_bound(&self, rows: usize, bound: V) -> V {
         let Some(&alpha) = self.diagonal.get(rows.wrapping_sub(1)) else {
@@ -52,14 +55,13 @@ impl<V: Vector> Tridiagonal<'_, V> {
         mean + (difference * difference + coupling * coupling).sqrt()
     }
 
-    /// The largest eigenvalue `θ` of the leading `rows` rows from an upper bound, in the lanes of
-    /// `wanted`; in the others, the bound.
+    /// The largest eigenvalue `θ` of the leading `rows` rows, from an upper bound.
     ///
-    /// Laguerre's iteration on the characteristic polynomial, which comes down from above without
-    /// ever passing its largest root. With `S₁ = Σ 1/(θ−θ_j)` and `S₂ = Σ 1/(θ−θ_j)²` over the `m`
-    /// roots, from the pivots `δ` of `θ − T` and their derivatives as `Σ δ'/δ` and
-    /// `Σ (δ'/δ)² − δ''/δ`, the step is `m/(S₁ + √((m−1)(m·S₂ − S₁²)))`. A lane rests after a step
-    /// below `enough`: what error `e` is left was some `m/2·(step/gap)²` of it.
+    /// Only lanes of `wanted` iterate; others return the bound. Laguerre's iteration on the characteristic
+    /// polynomial descends from above without passing the largest root. With `S₁ = Σ 1/(θ−θ_j)` and `S₂ = Σ
+    /// 1/(θ−θ_j)²` over the `m` roots, from the pivots `δ` of `θ − T` and their derivatives as `Σ δ'/δ` and `Σ
+    /// (δ'/δ)² − δ''/δ`, the step is `m/(S₁ + √((m−1)(m·S₂ − S₁²)))`. A lane stops after a step below `enough`.
+    /// From an error `e` such a step leaves some `m/2·(step/gap)²·e`.
     #[inline(always)]
     pub fn largest(&self, rows: usize, bound: V, enough: V, wanted: V::Mask) -> V {
         let (zero, one) = (bound.zero(), bound.splat(1.0));
@@ -108,10 +110,12 @@ impl<V: Vector> Tridiagonal<'_, V> {
         theta
     }
 
-    /// Puts the eigenvector to `theta` of the leading `rows` rows, of length 1, into `eigenvector`,
-    /// entry by entry from the last; returns what is left of the first row, where rounding shows: near
-    /// zero where the first entry is not small beside the others, and infinite where the entries part
-    /// so far that their squares leave f32. `reciprocals` are those of the off-diagonal entries.
+    /// Computes the unit eigenvector to `theta` of the leading `rows` rows, upwards.
+    ///
+    /// The entries are computed from the last to the first and stored in `eigenvector`. `reciprocals` are those of
+    /// the off-diagonal entries. Returns the residual of the first row, which shows rounding errors: it is near
+    /// zero if the first entry is not small beside the others, and infinite if the squares of the entries exceed
+    /// f32.
     #[inline(always)]
     pub fn eigenvector_upwards(&mut self, rows: usize, theta: V, reciprocals: &[V]) -> V {
         let (mut entry, mut behind) = (theta.splat(LAST_ENTRY), theta.zero());
@@ -150,11 +154,11 @@ impl<V: Vector> Tridiagonal<'_, V> {
         V::select(zero.less(reciprocal), left, theta.splat(f32::INFINITY))
     }
 
-    /// Puts the eigenvector to `theta` of the leading `rows` rows, of length 1, into `eigenvector`.
+    /// Computes the unit eigenvector to `theta` of the leading `rows` rows.
     ///
-    /// The pivots `δ` from the top give the ratio of an entry to the one behind, the pivots `d` from
-    /// the bottom to the one before. They meet at the entry (the last of equals) where
-    /// `|δ_i + d_i − (θ − α_i)|` is least, near the largest one: towards it both are accurate.
+    /// The result is stored in `eigenvector`. The pivots `δ` from the top give the ratio of an entry to the next,
+    /// the pivots `d` from the bottom the ratio to the one before. They meet at the entry (the last of equals) with
+    /// the smallest `|δ_i + d_i − (θ − α_i)|`, near the largest entry, where both are accurate.
     #[inline(always)]
     pub fn eigenvector(&mut self, rows: usize, theta: V) {
         let (zero, one) = (theta.zero(), theta.splat(1.0));

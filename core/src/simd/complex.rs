@@ -1,4 +1,4 @@
-//! Complex vectors, and what the linear algebra needs of a number.
+//! Complex vectors, and the number types of the linear algebra.
 
 use super::Vector;
 pub use crate::complex_vector::ComplexVector;
@@ -6,7 +6,7 @@ use core::ops::{Add, Sub};
 use num_complex::Complex;
 
 impl<V: Vector> ComplexVector<V> {
-    /// A real vector as a complex one.
+    /// Complex vector of a real one.
     #[inline(always)]
     pub fn from_real(re: V) -> Self {
         ComplexVector { re, im: re.zero() }
@@ -18,7 +18,7 @@ impl<V: Vector> ComplexVector<V> {
         Self::from_real(self.re.zero())
     }
 
-    /// Which lanes are neither NaN nor infinite.
+    /// Lanes whose value is neither NaN nor infinite.
     #[inline(always)]
     pub fn is_finite(self) -> V::Mask {
         self.re.is_finite() & self.im.is_finite()
@@ -33,7 +33,7 @@ impl<V: Vector> ComplexVector<V> {
         }
     }
 
-    /// Puts a number into lane `k`, if there is one.
+    /// Stores a number in lane `k`; does nothing past the last lane.
     #[inline(always)]
     pub fn set_lane(&mut self, k: usize, value: Complex<f32>) {
         if let (Some(re), Some(im)) = (
@@ -44,7 +44,7 @@ impl<V: Vector> ComplexVector<V> {
         }
     }
 
-    /// Each lane divided by a real number.
+    /// Divides each lane by a real number.
     #[inline(always)]
     pub fn divide(self, divisor: V) -> Self {
         ComplexVector {
@@ -76,13 +76,14 @@ impl<V: Vector> Sub for ComplexVector<V> {
     }
 }
 
-/// What the linear algebra needs of a number: a real vector for real symmetric matrices, a complex
-/// one for Hermitian ones. The same code then serves both.
+/// Number type of the linear algebra: real or complex.
+///
+/// A real vector serves real symmetric matrices, a complex one Hermitian matrices, with the same code.
 pub trait Scalar<V: Vector>: Copy + Send + Sync + Add<Output = Self> + Sub<Output = Self> {
-    /// Registers that a number takes.
+    /// Number of registers of a number.
     const PARTS: usize;
 
-    /// A real number.
+    /// Number with the given real part.
     fn from_real(value: V) -> Self;
 
     /// The real part.
@@ -103,13 +104,13 @@ pub trait Scalar<V: Vector>: Copy + Send + Sync + Add<Output = Self> + Sub<Outpu
     /// `self · rhs` with a complex right side.
     fn mul_complex(self, rhs: ComplexVector<V>) -> ComplexVector<V>;
 
-    /// Each lane times a real number.
+    /// Multiplies each lane by a real number.
     fn scale(self, factor: V) -> Self;
 
     /// `|self|²`: `re·re + im·im`.
     fn norm_sqr(self) -> V;
 
-    /// The complex number of the same value.
+    /// The same value as a complex number.
     fn complex(self) -> ComplexVector<V>;
 
     /// `yes` where `mask` is true, `no` elsewhere.

@@ -1,46 +1,46 @@
-//! Instruction sets, told apart at run time.
+//! Selection of an instruction set at run time.
 
 use super::Vector;
 use core::fmt;
 use core::str::FromStr;
 
-/// An instruction set that kernels are compiled for. The bits of a result do not depend on it, only the
-/// time.
+/// An instruction set that kernels are compiled for; it changes no bit.
 ///
-/// What the processor has is asked at run time with the feature `std`. Without it, an instruction set
-/// counts as there where the compiler's target promises it.
+/// With the feature `std`, the processor is asked at run time. Without it, an instruction set counts as available
+/// if the compiler's target promises it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum InstructionSet {
-    /// x86-64's baseline, 4 lanes.
+    /// x86-64's baseline; 4 lanes.
     #[cfg(target_arch = "x86_64")]
     Sse2,
-    /// AVX2, 8 lanes.
+    /// AVX2; 8 lanes.
     #[cfg(target_arch = "x86_64")]
     Avx2,
-    /// AVX-512, 16 lanes.
+    /// AVX-512; 16 lanes.
     #[cfg(target_arch = "x86_64")]
     Avx512,
-    /// AArch64's baseline, 4 lanes.
+    /// AArch64's baseline; 4 lanes.
     #[cfg(target_arch = "aarch64")]
     Neon,
-    /// No vectors: one lane, as on a microcontroller.
+    /// No vectors; one lane, as on a microcontroller.
     Scalar,
 }
 
-/// Work to be done with the vectors of an instruction set that is chosen at run time: a function that is
-/// generic over [`Vector`], with its arguments. See [`InstructionSet::dispatch`].
+/// A generic function over [`Vector`] with its arguments, for run-time dispatch.
+///
+/// [`InstructionSet::dispatch`] calls it with vectors of the chosen instruction set.
 pub trait Task {
-    /// What comes of it.
+    /// Return type.
     type Output;
 
-    /// Does it with vectors like `zero`, a vector of zeros.
+    /// Runs the task with vectors of the type of `zero`, a vector of zeros.
     fn run<V: Vector>(self, zero: V) -> Self::Output;
 }
 
 impl InstructionSet {
-    /// All that this processor architecture can have, the fastest first.
+    /// All instruction sets of this processor architecture, the fastest first.
     pub const ALL: &[Self] = &[
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512,
@@ -53,17 +53,17 @@ impl InstructionSet {
         InstructionSet::Scalar,
     ];
 
-    /// Those that this processor has, the fastest first.
+    /// Instruction sets that this processor has, the fastest first.
     pub fn available() -> impl Iterator<Item = Self> {
         Self::ALL.iter().copied().filter(|set| set.is_available())
     }
 
-    /// The fastest that this processor has.
+    /// The fastest instruction set that this processor has.
     pub fn detect() -> Self {
         Self::available().next().unwrap_or(InstructionSet::Scalar)
     }
 
-    /// Whether this processor has it.
+    /// Whether this processor has the instruction set.
     pub fn is_available(self) -> bool {
         match self {
             #[cfg(target_arch = "x86_64")]
@@ -78,7 +78,7 @@ impl InstructionSet {
         }
     }
 
-    /// How people write it.
+    /// Name for people.
     pub const fn name(self) -> &'static str {
         match self {
             #[cfg(target_arch = "x86_64")]
@@ -93,7 +93,7 @@ impl InstructionSet {
         }
     }
 
-    /// How a command line or a configuration writes it, and what [`str::parse`] takes.
+    /// Name for command lines and configurations; [`str::parse`] accepts it.
     pub const fn key(self) -> &'static str {
         match self {
             #[cfg(target_arch = "x86_64")]
@@ -108,8 +108,9 @@ impl InstructionSet {
         }
     }
 
-    /// Does `task` with this instruction set's vectors, or one lane at a time where the processor does
-    /// not have it.
+    /// Runs `task` with this instruction set's vectors.
+    ///
+    /// On a processor without it, the task runs with one lane.
     ///
     /// ```
     /// use bonebeam::Error;
@@ -176,7 +177,7 @@ fn level() -> fearless_simd::Level {
     Level::try_detect().unwrap_or(Level::baseline())
 }
 
-/// A name that is no instruction set of this processor architecture.
+/// Error for a name that is no instruction set of this processor architecture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct UnknownInstructionSet;

@@ -1,29 +1,33 @@
-//! Dot products in a fixed order: sixteen partial sums, whatever a register holds.
+//! Dot products in a fixed order: sixteen partial sums for every register width.
 
-/// Partial sums of a dot product: term k goes to sum k mod 16. Also how many products are formed
-/// together, so that adding up their partial sums is work for whole registers.
+/// Number of partial sums of a dot product: term k goes to sum k mod 16.
+///
+/// As many products are formed together, so that whole registers add up their partial sums.
 pub const PARTIAL_SUMS: usize = 16;
 
-/// What dot products are formed of: samples of as many lines, and the coefficients
-/// `row + weight·(next − row)` that they share.
+/// Operands of dot products: samples of several lines and shared coefficients.
+///
+/// The coefficients are `row + weight·(next − row)`.
 #[derive(Clone, Copy, Debug)]
 pub struct Term<'a, const BLOCKS: usize, const LINES: usize> {
-    /// The samples of each line.
+    /// Samples of each line.
     pub samples: [&'a [[f32; PARTIAL_SUMS]; BLOCKS]; LINES],
-    /// The coefficients at weight 0.
+    /// Coefficients at weight 0.
     pub row: &'a [[f32; PARTIAL_SUMS]; BLOCKS],
-    /// The coefficients at weight 1.
+    /// Coefficients at weight 1.
     pub next: &'a [[f32; PARTIAL_SUMS]; BLOCKS],
-    /// Where between them.
+    /// Interpolation weight between the two rows.
     pub weight: f32,
 }
 
 /// A vector whose instruction set forms dot products of consecutive samples.
 ///
-/// This is the one place where lanes of a register meet, in an order that does not depend on how
-/// many there are: sixteen partial sums take a term each in turn, and are then added up.
+/// This is the only operation that mixes the lanes of a register. Its order does not depend on the number of lanes:
+/// terms go to sixteen partial sums in turn, which are then added up.
 pub trait Dot: Copy {
-    /// Sixteen dot products of each line, the k-th of `term(k)`; none if one of the terms is none.
+    /// Sixteen dot products of each line; the k-th uses `term(k)`.
+    ///
+    /// Returns `None` if one of the terms is `None`.
     ///
     /// Order: for j = 0..16, s_j is the sum of samples·coefficient over its `BLOCKS` terms in
     /// ascending order, with the coefficient row + weight·(next − row); then s_j += s_{j+8} for

@@ -1,4 +1,4 @@
-//! A register of an instruction set, by the `fearless_simd` crate.
+//! Registers of an instruction set, by the `fearless_simd` crate.
 
 use super::{Dot, Mask, PARTIAL_SUMS, Term, Vector};
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -9,20 +9,20 @@ use fearless_simd::prelude::{
 
 /// One register of `f32`: 4 lanes with SSE2 and NEON, 8 with AVX2, 16 with AVX-512.
 ///
-/// Whoever has one has proof that the processor has the instructions: see [`Lanes::new`].
+/// A value of this type is proof that the processor has the instructions: see [`Lanes::new`].
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct Lanes<S: Simd>(S::f32s);
 
-/// One truth value a lane of [`Lanes`].
+/// One truth value for each lane of [`Lanes`].
 #[derive(Clone, Copy, Debug)]
 pub struct LanesMask<S: Simd>(S::mask32s);
 
 impl<S: Simd> Lanes<S> {
     /// Zero in every lane; `simd` is proof of the instruction set.
     ///
-    /// [`InstructionSet::dispatch`](super::InstructionSet::dispatch) makes one where the processor is
-    /// asked. Where the target promises the instructions, nothing need be asked:
+    /// [`InstructionSet::dispatch`](super::InstructionSet::dispatch) makes the token after asking the processor. If
+    /// the target promises the instructions, a token needs no check:
     ///
     /// ```
     /// # #[cfg(target_arch = "x86_64")]

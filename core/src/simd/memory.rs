@@ -1,4 +1,4 @@
-//! From memory into lanes.
+//! Loads of memory into lanes.
 
 use super::Vector;
 use core::slice::SliceIndex;

@@ -1,36 +1,37 @@
-//! Lanes: independent outputs side by side, one in each lane of a vector.
+//! Vectors whose lanes hold independent outputs.
 //!
-//! Every operation acts on each lane alone and no operation mixes lanes, so a lane's bits depend
-//! neither on the width nor on its neighbours. [`f32`] is a vector of one lane, for a
-//! microcontroller; `Lanes` (feature `simd`) is a register of an instruction set that the
-//! processor has been seen to have. Kernels are written once, over [`Vector`].
+//! Every operation acts on each lane alone, so a lane's bits depend neither on the width nor on other lanes.
+//! [`f32`] is a vector of one lane, for a microcontroller. `Lanes` (feature `simd`) is a register of an instruction
+//! set that the processor was found to have. Kernels are written once, over [`Vector`].
 //!
-//! # Where the vector comes from
+//! # Source of a vector
 //!
-//! A vector is proof that the processor has its instructions, so no function makes one from nothing.
-//! The caller gives one: an entry either works in memory made of vectors, and takes it from there, or has
-//! an argument `zero`. Inside, [`Vector::splat`] makes every other vector from one at hand.
+//! A vector is proof that the processor has its instructions, so no function makes one from nothing. The caller
+//! provides one: an entry takes it from memory made of vectors, or has an argument `zero`. Inside,
+//! [`Vector::splat`] makes every other vector from an existing one.
 //!
-//! The first vector is `0.0f32`; or what `InstructionSet::dispatch` gives, which asks the processor at
-//! run time (features `simd` and `std`); or `Lanes::new` of a token of the `fearless_simd` crate, for a
-//! target that promises the instructions (feature `simd`).
+//! The first vector is one of three:
+//!
+//! - `0.0f32`, one lane;
+//! - from `InstructionSet::dispatch`, which asks the processor at run time (features `simd` and `std`);
+//! - from `Lanes::new` with a token of the `fearless_simd` crate, for a target that promises the instructions
+//!   (feature `simd`).
 //!
 //! # Rules of inlining
 //!
-//! A function is compiled for an instruction set only where it is inlined into one that is. A call that is
-//! left passes registers through memory and does each operation by a call of its own, which is ten times
-//! slower and shows in no test. Therefore:
+//! A function is compiled for an instruction set only if it is inlined into one that is. A remaining call passes
+//! registers through memory and makes a call for each operation. It is ten times slower, and no test shows it.
+//! Therefore:
 //!
-//! 1. A kernel is generic over [`Vector`] and marked `#[inline(always)]`, and so is all that it calls, down
-//!    to the last operation. Closures are functions, too: those that touch a vector carry the attribute.
-//! 2. A kernel is entered through [`Vector::vectorize`], which compiles what is inlined into it for the
-//!    vector's instruction set: `zero.vectorize(#[inline(always)] || kernel(zero, …))`. Entries stand
-//!    where the work is long: a strip, a line, a block of samples.
-//! 3. A stage of a kernel that should be compiled by itself is an `#[inline(never)]` function that enters
-//!    anew by rule 2. Its comment gives the reason: slices that come as arguments do not overlap, which
-//!    the compiler knows of a function's arguments only; or a microcontroller's few registers are the
-//!    stage's own; or one stage serves several kernels and need not be compiled again.
-//! 4. What works on single numbers (a filter's taps, a lane by itself) is left to the compiler.
+//! 1. A kernel is generic over [`Vector`] and marked `#[inline(always)]`, as is everything that it calls, down to
+//!    the last operation. Closures that touch a vector carry the attribute, too.
+//! 2. A kernel is entered through [`Vector::vectorize`], which compiles the inlined code for the vector's
+//!    instruction set: `zero.vectorize(#[inline(always)] || kernel(zero, …))`. An entry encloses long work: a
+//!    strip, a line, a block of samples.
+//! 3. A stage of a kernel that should be compiled separately is an `#[inline(never)]` function that enters anew by
+//!    rule 2. Its comment gives the reason: the compiler then knows that its slices do not overlap; or a
+//!    microcontroller's few registers all belong to the stage; or several kernels share the stage.
+//! 4. Work on single numbers (a filter's taps, a lane by itself) is left to the compiler.
 
 mod complex;
 #[cfg(feature = "simd")]
@@ -51,11 +52,10 @@ pub(crate) use memory::{MOST_LANES, copy, get, get_mut, load, load_at, split_fro
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// As many real numbers as a register holds, one a lane: [`f32`], or `Lanes` with the feature `simd`. No
-/// other type can be one.
+/// A vector of real numbers: [`f32`], or `Lanes` with the feature `simd`.
 ///
-/// A vector knows its instruction set, so every other one is made from one at hand: see
-/// [`Vector::splat`].
+/// No other type implements the trait. A vector knows its instruction set, so every further vector is made from an
+/// existing one: see [`Vector::splat`].
 ///
 /// ```
 /// use bonebeam::simd::Vector;
@@ -165,7 +165,7 @@ pub trait Vector:
     }
 }
 
-/// One truth value a lane.
+/// One truth value for each lane.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// Whether every lane is true.
     fn all(self) -> bool;
@@ -173,7 +173,7 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     /// Whether any lane is true.
     fn any(self) -> bool;
 
-    /// Lane `k`; one beyond the last is false, or that of the only one.
+    /// Value of lane `k`. Past the last lane: false, or the only lane's value.
     fn lane(self, k: usize) -> bool;
 }
 
