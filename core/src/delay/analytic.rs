@@ -1,11 +1,11 @@
-//! The analytic signal along depth: an odd FIR Hilbert transformer with a Kaiser window.
+//! Analytic signal along depth, by an odd FIR Hilbert transformer.
 //!
-//! The real part is the signal itself; the imaginary part is
-//! `y[n] = Σ_j h_j·(x[n−2j−1] − x[n+2j+1])`, h_j = 2/(π(2j+1))·kaiser((2j+1)/2N, β = 6), so that a
-//! cosine gives e^{+jωt}. The even taps are zero and not computed.
+//! Its window is a Kaiser window. The real part is the signal itself. The imaginary part is `y[n] = Σ_j
+//! h_j·(x[n−2j−1] − x[n+2j+1])`, h_j = 2/(π(2j+1))·kaiser((2j+1)/2N, β = 6), so that a cosine gives e^{+jωt}. The
+//! even taps are zero and not computed.
 //!
-//! Worst error with the default length, relative to the peak of a Gaussian pulse of 5 MHz and 60 %
-//! bandwidth (of its phase: where the envelope is above −20 dB):
+//! Worst error with the default length, relative to the peak of a Gaussian pulse of 5 MHz and 60 % bandwidth
+//! (phase: where the envelope is above −20 dB):
 //!
 //! | output rate | taps (all) | imaginary part | envelope | phase, rad |
 //! |---|---|---|---|---|
@@ -17,14 +17,16 @@ use crate::Error;
 use crate::kaiser::Kaiser;
 use crate::simd::{Vector, load};
 
-/// The most non-zero taps on one side of the Hilbert transformer.
+/// Maximum number of non-zero taps on one side of the Hilbert transformer.
 pub const MAX_HILBERT_TAPS: usize = 64;
 const BETA: f64 = 6.0;
 /// Outputs whose sums are formed together, so that none waits for its last addition.
 pub(super) const GROUP: usize = 8;
 
-/// Non-zero taps a side, N, that suit a pulse around `centre_frequency` at `output_rate`, Hz:
-/// ⌈2·output_rate/f₀⌉, almost four periods of f₀ a side; from 1 to [`MAX_HILBERT_TAPS`].
+/// Number of non-zero Hilbert taps a side, N, for a pulse at an output rate.
+///
+/// `centre_frequency` and `output_rate` in Hz. N = ⌈2·output_rate/f₀⌉, almost four periods of f₀ a side; from 1 to
+/// [`MAX_HILBERT_TAPS`].
 ///
 /// ```
 /// assert_eq!(bonebeam::delay::hilbert_taps(20e6, 5e6), 8);

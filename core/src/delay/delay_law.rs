@@ -1,17 +1,15 @@
-//! Delay laws: when the transmit wave reaches a pixel, and how much later than the element on the
-//! axis each other element hears its echo.
+//! Delay laws: transmit delay of a pixel, and receive delay of each element.
 //!
-//! The pixel at the distance r along a scan line reads element m at (τ_tx + τ_rx − t0)·fs samples. An
-//! element lies a along the line and d beside it, so τ_rx = √(ρ² + d²)/c with ρ = r − a; for a line
-//! straight down from the elements of a linear array, r = z, a = 0 and d = x_m − x.
+//! A pixel at the distance r along a scan line reads element m at (τ_tx + τ_rx − t0)·fs samples. The element is at
+//! a along the line and at d beside it, so τ_rx = √(ρ² + d²)/c with ρ = r − a. For a line straight down from a
+//! linear array, r = z, a = 0 and d = x_m − x.
 //!
-//! f32 cannot hold that number (at sample 6000 its step is 5·10⁻⁴). So the part common
-//! to all elements, that of an element at a = d = 0, is computed once per pixel in f64, and an element
-//! adds only its receive delay behind it, (√(ρ² + d²) − r)·fs/c. Of that a·fs/c is the same at all depths and taken
-//! in f64 once; the rest is (√(ρ² + d²) − ρ)·fs/c = (fs·d²/c)/(|ρ| + √(ρ² + d²)) + (|ρ| − ρ)·fs/c, which
-//! suffers no cancellation in f32: its error is at most seven roundings, 4·10⁻⁷ of the receive delay, or five where
-//! a = 0. At F# 1.5, down
-//! to 40 mm at 100 MHz, that was at most 2.2·10⁻⁵ samples, 7·10⁻⁶ rad at 5 MHz.
+//! f32 cannot hold that number (at sample 6000 its step is 5·10⁻⁴). Therefore the part common to all elements, the
+//! delay of an element at a = d = 0, is computed once a pixel in f64. An element adds its receive delay, (√(ρ² +
+//! d²) − r)·fs/c. Its term a·fs/c is the same at all depths and computed in f64 once. The rest is (√(ρ² + d²) −
+//! ρ)·fs/c = (fs·d²/c)/(|ρ| + √(ρ² + d²)) + (|ρ| − ρ)·fs/c, without cancellation in f32: its error is at most seven
+//! roundings, 4·10⁻⁷ of the receive delay, or five if a = 0. At F# 1.5, down to 40 mm at 100 MHz, that is at most
+//! 2.2·10⁻⁵ samples, 7·10⁻⁶ rad at 5 MHz.
 
 use super::FAR;
 use crate::Error;
@@ -19,7 +17,7 @@ use crate::error::{check_length, none};
 use crate::geometry::{Array, Ray, TransmitLaw};
 use crate::simd::Vector;
 
-/// A transmit law made ready for the pixels of one scan line.
+/// A transmit law prepared for the pixels of one scan line.
 #[derive(Clone, Copy, Debug)]
 pub struct TransmitDelay<'a> {
     shape: Shape<'a>,
@@ -32,9 +30,11 @@ enum Shape<'a> {
     Straight { offset: f64, slope: f64 },
     /// `√((r − along)² + square)`, m.
     Round { along: f64, square: f64 },
-    /// From a source `range` m from the origin: the same less `range`.
+    /// Diverging from a source `range` m from the origin: the same less `range`.
     Diverging { along: f64, square: f64, range: f64 },
-    /// Towards it: `range` less that where `first + slope · r` is above `focus`, else `range` and that.
+    /// Converging on the virtual source, then diverging.
+    ///
+    /// `range` less the distance if `first + slope · r` is above `focus`, else `range` plus the distance.
     Converging {
         along: f64,
         square: f64,
@@ -42,7 +42,7 @@ enum Shape<'a> {
         /// The depth of the line's beginning, its growth a metre, and the source's, m.
         depth: [f64; 3],
     },
-    /// The first of the elements' waves.
+    /// The earliest of the elements' waves.
     Delays {
         delays: &'a [f64],
         array: Array<'a>,

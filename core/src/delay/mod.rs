@@ -1,9 +1,9 @@
 //! Channel data → aligned analytic samples.
 //!
-//! [`Delay`] makes the RF of one transmit (a [`Record`]) into the aligned analytic samples of one scan
-//! line, by delay laws (`delay_law`), a filter that interpolates and decimates (`interpolate`, behind
-//! half-band filters where the record is much faster than the output, `decimator`) and a Hilbert
-//! transformer (`analytic`). [`IqDelay`] does so from I/Q (an [`IqRecord`]), by the same laws.
+//! [`Delay`] turns the RF of one transmit (a [`Record`]) into the aligned analytic samples of one scan line. Its
+//! parts are delay laws (`delay_law`), a filter that interpolates and decimates (`interpolate`, after half-band
+//! filters of `decimator` if the record is much faster than the output) and a Hilbert transformer (`analytic`).
+//! [`IqDelay`] starts from I/Q (an [`IqRecord`]), with the same laws.
 
 mod analytic;
 mod decimator;
@@ -26,7 +26,7 @@ pub use stage::Stage;
 use crate::Error;
 use crate::error::{at_least_one, attempt, finite, positive};
 
-/// The most samples in a record or a line: every index must be exact in f32.
+/// Maximum number of samples of a record or a line; every index is exact in f32.
 pub const MAX_SAMPLES: usize = 1 << 22;
 /// Positions on the axis beyond ± this many samples read 0.
 const FAR: f64 = (1 << 23) as f64;

@@ -5,12 +5,11 @@ use crate::error::{check_length, none};
 use crate::magnitude::largest;
 use core::num::NonZeroUsize;
 
-/// The largest magnitude accepted in the RF, so that no sum can overflow, nor one that is added to what
-/// is there already.
+/// Largest accepted magnitude of RF, so that no sum overflows.
 ///
-/// The filters multiply it by less than 17 (`no_parameters_multiply_more`, below). What is below half the
-/// last position of the largest float, 2¹⁰³ = 1.01·10³¹, is lost where it is added to that: a gain of 100
-/// would still do.
+/// The filters multiply it by less than 17 (`no_parameters_multiply_more`, below). Compounding adds the result to
+/// an existing line. A value below 2¹⁰³ = 1.01·10³¹, half the last position of the largest float, is lost in that
+/// addition: a gain of 100 would still be safe.
 pub const MAX_MAGNITUDE: f32 = 1e29;
 
 /// What the filters can multiply a magnitude by, one after the other: the sum of a filter's magnitudes is
@@ -20,8 +19,7 @@ pub const MAX_MAGNITUDE: f32 = 1e29;
 #[cfg(test)]
 const LARGEST_GAIN: f64 = 1.42 * 1.25 * 1.25 * 2.2 * 3.4;
 
-/// What the elements recorded of one transmit, row-major `[element][sample]`, checked once for all
-/// the lines that read it.
+/// RF of one transmit, `[element][sample]`, checked once for all its lines.
 #[derive(Clone, Copy, Debug)]
 pub struct Record<'a> {
     rf: &'a [f32],
@@ -31,8 +29,9 @@ pub struct Record<'a> {
 }
 
 impl<'a> Record<'a> {
-    /// Checks that `rf` holds as many samples of each of `elements` elements, all within
-    /// ±[`MAX_MAGNITUDE`].
+    /// Checks shape and magnitude of the RF of `elements` elements.
+    ///
+    /// Each element has the same number of samples, all within ±[`MAX_MAGNITUDE`].
     ///
     /// ```
     /// use bonebeam::delay::Record;
@@ -73,12 +72,12 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// The number of elements.
+    /// Number of elements.
     pub fn elements(&self) -> usize {
         self.elements.get()
     }
 
-    /// The samples of each element.
+    /// Number of samples of each element.
     pub fn samples(&self) -> usize {
         self.rf.len() / self.elements
     }

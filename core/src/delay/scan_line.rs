@@ -1,14 +1,14 @@
-//! What a delay stage focuses: one scan line of one transmit.
+//! One scan line of one transmit: the input of a delay stage.
 
 use crate::geometry::{Active, Array, Ray, Scan, Transmit};
 
-/// Coherent compounding: what becomes of the line that `out` holds already.
+/// Coherent compounding: the use of the line that `out` already holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Compounding {
-    /// Overwrite it; elements that are not active become 0.
+    /// Overwrites `out`; elements that are not active become 0.
     Replace,
-    /// Add to it, as the next of several transmits; other elements stay as they are.
+    /// Adds to `out`, for further transmits; other elements stay unchanged.
     Add,
 }
 
@@ -18,18 +18,20 @@ pub enum Compounding {
 pub struct ScanLine<'a> {
     /// The transmit.
     pub transmit: Transmit<'a>,
-    /// The line.
+    /// The ray of the line.
     pub ray: Ray,
-    /// Where the elements are.
+    /// Element positions.
     pub array: Array<'a>,
-    /// Elements to compute: the active ones of the deepest sample include all shallower ones'.
+    /// Elements to compute: the active aperture of the deepest sample.
+    ///
+    /// It includes all shallower apertures.
     pub active: Active,
     /// Overwrite or add.
     pub compounding: Compounding,
 }
 
 impl<'a> ScanLine<'a> {
-    /// Line `line` of a scan.
+    /// Scan line `line` of a scan.
     pub fn of(
         scan: &Scan<'a>,
         line: usize,

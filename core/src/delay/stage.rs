@@ -1,4 +1,4 @@
-//! What the delay stages have in common, so that a pipeline takes either.
+//! The interface that both delay stages share.
 
 use super::delay_law::TransmitDelay;
 use super::scan_line::{Compounding, ScanLine};
@@ -7,34 +7,37 @@ use crate::memory::Need;
 use crate::simd::Vector;
 use crate::{Complex, Error};
 
-/// A delay stage: [`Delay`] of RF or [`IqDelay`] of I/Q.
+/// A delay stage: [`Delay`] for RF or [`IqDelay`] for I/Q.
 ///
-/// It makes any block of a line by itself, with memory for the block. A sample's bits do not depend on
-/// how a line is cut.
+/// Any block of a line can be computed alone, in memory for the block. A sample's bits do not depend on the
+/// division of a line into blocks.
 ///
 /// [`Delay`]: super::Delay
 /// [`IqDelay`]: super::IqDelay
 pub trait Stage: Sealed {
-    /// What the elements recorded of one transmit.
+    /// The recorded data of one transmit.
     type Record<'r>: Copy + Sync;
 
-    /// The scratch for blocks of so many samples, for vectors of so many lanes (1 for `f32`): real numbers only,
-    /// f32 for all vectors, and so a bare slice.
+    /// Scratch for blocks of `samples` samples with vectors of `lanes` lanes.
+    ///
+    /// `lanes` is 1 for `f32`. Real numbers only, f32 for all vectors: a plain slice serves.
     fn need(&self, lanes: usize, samples: usize) -> Need;
 
-    /// The aligned analytic samples of one scan line.
+    /// Computes the aligned analytic samples of one scan line.
     ///
-    /// `zero`: any vector of the instruction set to compute with. `scratch`: [`Stage::need`] values
-    /// for the line's samples, contents irrelevant. `out`: row-major `[output sample][element]`, the scale of
-    /// the record. Samples outside the record, and depths of 0 or less, read as 0. [`Delay`] and [`IqDelay`]
-    /// tell the order of operations and the cost.
+    /// `zero`: any vector of the instruction set to compute with. `scratch`: [`Stage::need`] values for the line's
+    /// samples, contents irrelevant. `out`: row-major `[output sample][element]`, the scale of the record. Samples
+    /// outside the record, and depths of 0 or less, are read as 0. [`Delay`] and [`IqDelay`] document the order of
+    /// operations and the cost.
     ///
     /// # Errors
-    /// Before anything is written: [`Error::Length`] for a slice of the wrong length or a record or array of
-    /// another shape; [`Error::Parameter`] for a law, t0, position or active range that is not
-    /// possible; [`Error::NonFinite`] with the flat index into `out`, when adding. Of I/Q read by
-    /// [`IqInterpolation::LinearFixed`], [`Error::Parameter`] for samples that are not counts, and for elements 8191
-    /// or more samples' way from the line.
+    /// Before anything is written:
+    ///
+    /// - [`Error::Length`] for a slice of the wrong length or a record or array of another shape;
+    /// - [`Error::Parameter`] for an impossible law, t0, position or active range;
+    /// - [`Error::NonFinite`] with the flat index into `out`, when adding;
+    /// - [`Error::Parameter`] for I/Q with [`IqInterpolation::LinearFixed`] if samples are not counts, or if
+    ///   elements are 8191 or more samples' path from the line.
     ///
     /// [`Delay`]: super::Delay
     /// [`IqDelay`]: super::IqDelay
@@ -56,11 +59,13 @@ pub trait Stage: Sealed {
         self.block(zero, line, record, 0, scratch, out)
     }
 
-    /// The samples of a line from output sample `first` on, as many as `out` holds, to the bit as
-    /// [`Stage::line`] has them. `scratch`: [`Stage::need`] values for so many.
+    /// Computes the samples of a line from output sample `first` on.
     ///
-    /// Cost: that of as many samples of a line; for RF also of the margins: up to a Hilbert reach beyond both
-    /// ends is read, and up to full thirty-twos.
+    /// The length of `out` is that of the block, and its bits are those of [`Stage::line`]. `scratch`:
+    /// [`Stage::need`] values for the block.
+    ///
+    /// Cost: that of as many samples of a line. RF adds margins: up to a Hilbert reach beyond both ends, and up to
+    /// a multiple of 32 samples.
     ///
     /// # Errors
     /// As [`Stage::line`]; [`Error::Capacity`] for a block that ends behind the line.
@@ -76,8 +81,10 @@ pub trait Stage: Sealed {
         self.block_at_every(zero, line, record, (first, 1), scratch, out)
     }
 
-    /// [`Stage::block`] of which only every `step`-th output sample is wanted, counted from the line's first. I/Q in fixed
-    /// point puts 0, or adds nothing, elsewhere. The other readings ignore the step.
+    /// [`Stage::block`] of which only every `step`-th output sample is used.
+    ///
+    /// Samples are counted from the line's first. I/Q in fixed point writes 0, or adds nothing, at the other
+    /// samples. Other stages ignore the step.
     ///
     /// # Errors
     /// As [`Stage::block`].
@@ -118,18 +125,18 @@ pub trait Stage: Sealed {
         self.compute(zero, &source, scratch, out)
     }
 
-    /// A magnitude that neither part of an aligned sample of this record exceeds.
+    /// Upper bound of the parts of an aligned sample of this record.
     fn largest(record: &Self::Record<'_>) -> f32;
 
-    /// What calls are checked against.
+    /// The shape that calls are checked against.
     #[doc(hidden)]
     fn shape(&self) -> Shape;
 
-    /// The elements and samples of a record.
+    /// Number of elements and of samples of a record.
     #[doc(hidden)]
     fn shape_of(record: &Self::Record<'_>) -> [usize; 2];
 
-    /// The samples, once everything that the stages have in common has been checked.
+    /// Computes the samples after all common checks.
     #[doc(hidden)]
     fn compute<V: Vector>(
         &self,
@@ -140,7 +147,7 @@ pub trait Stage: Sealed {
     ) -> Result<(), Error>;
 }
 
-/// No others: that their samples are finite is known of these.
+/// Private supertrait: no other stages exist, so their samples are finite.
 pub trait Sealed {}
 
 impl<S: Sealed> Sealed for &S {}
@@ -153,7 +160,7 @@ pub struct Shape {
     pub(super) sound_speed: f64,
 }
 
-/// What a line is focused from.
+/// The source data of a line.
 pub struct Source<'a, R> {
     pub(super) line: &'a ScanLine<'a>,
     pub(super) transmit: TransmitDelay<'a>,

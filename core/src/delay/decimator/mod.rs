@@ -1,19 +1,17 @@
 //! Decimation by powers of two: half-band FIR filters.
 //!
-//! A record 2.5 times as fast as the output, or more, is decimated until it is slower than that. Each
-//! halving is `y[j] = x[2j]/2 + Σ_k h_k·(x[2j−k] + x[2j+k])`, k = 1, 3, …, 2P − 1, with
-//! h_k ∝ sin(πk/2)/(πk)·kaiser(k/2P, β) that add up to 1/4:
+//! A record at 2.5 times the output rate or more is decimated below that ratio. Each halving is `y[j] = x[2j]/2 +
+//! Σ_k h_k·(x[2j−k] + x[2j+k])`, k = 1, 3, …, 2P − 1, with h_k ∝ sin(πk/2)/(πk)·kaiser(k/2P, β) that add up to 1/4:
 //!
-//! - The last one: P = 6, β = 6.5. What lies below 0.7 of half the output rate is kept, and what would
-//!   fold onto that is removed, both to 2.5·10⁻⁴.
-//! - Those before: P = 4, β = 8.5, and 1.6·10⁻⁴.
+//! - The last halving: P = 6, β = 6.5. Frequencies below 0.7 of half the output rate pass, and their aliases are
+//!   removed, both to 2.5·10⁻⁴.
+//! - Earlier halvings: P = 4, β = 8.5, to 1.6·10⁻⁴.
 //!
-//! What else is above half the output rate is left to the filter that reads the decimated record
+//! The filter that reads the decimated record removes other frequencies above half the output rate
 //! ([`interpolate`](super::interpolate)).
 //!
-//! Lanes are samples. Those at even and at odd positions are kept apart, so that a filter lies over
-//! consecutive ones. A record streams through, some samples at a time; what a filter reaches back for
-//! stays in front of the new ones.
+//! Lanes are samples. Samples at even and at odd positions are stored apart, so that a filter covers consecutive
+//! ones. A record is filtered in chunks; the samples before a chunk that the filter needs are kept in front of it.
 
 use crate::kaiser::Kaiser;
 use crate::simd::{Vector, copy, load, split_front as take_first};
@@ -94,9 +92,9 @@ static LAST_TAPS: [f32; LAST] = half_band(LAST_BETA);
 
 /// The memory of a [`Decimator`].
 pub(super) struct DecimatorMemory<'s, 'd> {
-    /// What passes through the filters, [`streams_len`].
+    /// Buffer of the filters, [`streams_len`] long.
     pub streams: &'s mut [f32],
-    /// The decimated record, [`decimated_len`], or several of them.
+    /// The decimated record, [`decimated_len`] long, or several of them.
     pub decimated: &'d mut [f32],
 }
 

@@ -1,11 +1,10 @@
-//! Band-limited interpolation and decimation in one filter: a Kaiser-windowed sinc, tabulated.
+//! Band-limited interpolation and decimation by one tabulated windowed sinc.
 //!
-//! A value between the recorded samples is `Σ_k x[k]·h(t − k)`, with h a windowed sinc whose cut-off
-//! is a little above half the output rate where the recorded rate is higher: reading at the output
-//! instants is then a proper decimation, which keeps noise above the output band from folding into
-//! it (white noise falls by fs/output rate, to 5 %). Records sampled at 2.5 times the output rate or
-//! more are first decimated (`decimator`) to 1.25 to 2.5 times. The filter spans at least 12.8 output
-//! intervals (16 recorded ones where it only interpolates).
+//! A value between recorded samples is `Σ_k x[k]·h(t − k)`, with h a Kaiser-windowed sinc. If the recorded rate is
+//! above the output rate, its cut-off is a little above half the output rate. Reading at the output instants is
+//! then a proper decimation, which keeps noise above the output band from aliasing (white noise falls by fs/output
+//! rate, to 5 %). Records sampled at 2.5 times the output rate or more are first decimated (`decimator`) to 1.25 to
+//! 2.5 times. The filter spans at least 12.8 output intervals (16 recorded ones if it only interpolates).
 //!
 //! Worst error, relative to the pulse's peak, on a Gaussian pulse e^{−at²}·cos 2πf₀t of 5 MHz and
 //! 60 % bandwidth at −6 dB, over all positions and sub-sample phases:
@@ -18,9 +17,9 @@
 //! | 40 → 20 MHz | 7·10⁻⁴ | 0.081 |
 //! | 100 → 20 MHz | 5·10⁻⁴ | 0.013 |
 //!
-//! In the last two rows the error is the pulse's own content near and above the output's Nyquist
-//! frequency, which the decimation must remove, alike for every element. What differs between
-//! sub-sample phases, and so disturbs the beamformer, is 2·10⁻⁵ and 8·10⁻⁵.
+//! In the last two rows the error is the pulse's own content near and above the output's Nyquist frequency.
+//! Decimation must remove it, equally for every element. The error that depends on the sub-sample phase, and so
+//! disturbs the beamformer, is 2·10⁻⁵ and 8·10⁻⁵.
 
 mod read;
 mod single;
@@ -35,7 +34,7 @@ use crate::kaiser::Kaiser;
 use crate::simd::PARTIAL_SUMS;
 use crate::sine::sin;
 
-/// The largest ratio of recorded to output rate.
+/// Maximum ratio of recorded to output rate.
 pub const MAX_DECIMATION: usize = 16;
 /// The most taps of the filter, in blocks of [`PARTIAL_SUMS`]: where what it reads is more than
 /// [`ONE_BLOCK`] times as fast as the output.

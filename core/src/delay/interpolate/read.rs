@@ -1,4 +1,4 @@
-//! Reading a record through the tabulated filter.
+//! Reads of a record through the tabulated filter.
 
 use super::{Interpolator, MAX_BLOCKS};
 use crate::simd::{Dot, PARTIAL_SUMS, Term, Vector};

@@ -1,4 +1,4 @@
-//! The windowed sinc in f32, for filters that are set up where f64 is computed in software.
+//! The windowed sinc in f32, for filters made on processors with f64 in software.
 
 use core::f32::consts::PI;
 

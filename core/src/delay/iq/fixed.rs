@@ -1,22 +1,21 @@
 //! I/Q counts in fixed point: linear interpolation, the carrier phase from a table.
 //!
-//! For processors without f64, and where the delay stage must cost little. Positions, weights and phases are whole
-//! numbers:
+//! For processors without f64, or for a delay stage of low cost. Positions, weights and phases are integers:
 //!
-//! - The position of an element straight above the line is p·2³² and its phase v·2⁴⁴, in cycles. Where the transmit wave's
-//!   path grows evenly with depth (focused and plane waves), both grow by the same whole number from sample to
-//!   sample. f64 is needed once a line then, else once a sample.
-//! - An element's receive delay is worked out in f32 at every sample ([`delay_law`](crate::delay::delay_law)), and cut
-//!   to 2⁻¹⁸ samples: l. Straight down from a linear array, how far it lies aside is an f32, too: that of element
-//!   0 and its pitches.
-//! - It is read at ⌊p·2¹³⌋ + ⌊l/2⁵⌋, and its phase is v + l·⌊f_demod/fs·2²⁶ + ½⌋.
+//! - The position of an element straight above the line is p·2³² and its phase v·2⁴⁴, in cycles. If the transmit
+//!   path grows linearly with depth (focused and plane waves), both grow by the same integer from sample to sample,
+//!   and f64 is needed once a line. Otherwise f64 is needed once a sample.
+//! - An element's receive delay l is computed in f32 at every sample ([`delay_law`](crate::delay::delay_law)), and
+//!   rounded down to 2⁻¹⁸ samples. For lines straight down from a linear array, the lateral distance is f32, too:
+//!   the distance of element 0 and a number of pitches.
+//! - The element is read at ⌊p·2¹³⌋ + ⌊l/2⁵⌋, with the phase v + l·⌊f_demod/fs·2²⁶ + ½⌋.
 //! - Between the samples a and b: a·(2¹³ − w) + b·w, with the weight w of 13 bits.
-//! - Cosine and sine stand in a table of 4096 phases of 14 bits; the nearest one serves.
+//! - Cosine and sine come from the nearest entry of a table of 4096 phases of 14 bits.
 //! - `⌊re·cos/2¹⁶⌋ − ⌊im·sin/2¹⁶⌋` and `⌊re·sin/2¹⁶⌋ + ⌊im·cos/2¹⁶⌋`, in 2⁻¹¹ of a count, times the scale in f32.
 //!
-//! Beside the line's own error the position errs by up to 2⁻¹² samples, and the phase by half a step of the table,
-//! 7.7·10⁻⁴ rad, and 10⁻⁴·f_demod/fs rad. Records have up to 2¹⁶ samples and elements lie within 8191 samples' way of the
-//! line, so that positions and receive delays fit a word.
+//! Errors beside linear interpolation: up to 2⁻¹² samples of position, and in phase half a step of the table,
+//! 7.7·10⁻⁴ rad, and 10⁻⁴·f_demod/fs rad. Records have up to 2¹⁶ samples, and elements are at most 8191 samples'
+//! path from the line, so that positions and receive delays fit a word.
 
 use super::parameters::{DELAY_NUMBERS, IqParameters};
 use super::phasor;
@@ -81,7 +80,7 @@ struct Centre {
 
 /// The positions of a line's output samples.
 enum Centres {
-    /// At sample 0, and from a sample to the next.
+    /// Values at sample 0, and increments a sample.
     Even {
         first: Centre,
         step: Centre,

@@ -1,7 +1,7 @@
-//! Interpolation of I/Q between its samples.
+//! Interpolation of I/Q samples.
 //!
-//! Worst error, of the pulse's peak, on a Gaussian pulse of the bandwidth B at −6 dB, by the rate of the
-//! record over B:
+//! Worst error relative to the pulse's peak, on a Gaussian pulse of bandwidth B at −6 dB, by the record's rate over
+//! B:
 //!
 //! | fs/B | linear | cubic | sinc |
 //! |---|---|---|---|
@@ -17,27 +17,30 @@ use crate::simd::{ComplexVector, Vector};
 use crate::sine::sin;
 use core::f64::consts::PI;
 
-/// How I/Q is read between two samples.
+/// Interpolation between two I/Q samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum IqInterpolation {
-    /// Along the line between the two.
+    /// Linear interpolation.
     Linear,
-    /// Along the cubic polynomial through the two and their neighbours.
+    /// Cubic polynomial through the two samples and their neighbours.
     Cubic,
-    /// By a windowed sinc of 12 taps.
+    /// Windowed sinc of 12 taps.
     Sinc,
-    /// Linear in fixed point, carrier phase from a table: for processors without f64, at about a third of
-    /// the instructions of [`IqInterpolation::Linear`]. Of counts only, of f_demod below twice the rate, of up to 65 536
-    /// samples of 4096 elements, and of elements within 8191 samples' way of the line. The phase errs by up to
-    /// 7.7·10⁻⁴ + 10⁻⁴·f_demod/fs rad beside what the line errs.
+    /// Linear interpolation in fixed point; carrier phase from a table.
+    ///
+    /// For processors without f64, at about a third of the instructions of [`IqInterpolation::Linear`]. Limits:
+    /// samples are counts, f_demod is below twice the sampling rate, records have up to 65 536 samples of 4096
+    /// elements, and elements are within 8191 samples' path of the line. The phase error is up to 7.7·10⁻⁴ +
+    /// 10⁻⁴·f_demod/fs rad, beside the error of linear interpolation.
     LinearFixed,
 }
 
 impl IqInterpolation {
-    /// The cheapest that errs by at most 10⁻³ of the peak of a pulse of so much bandwidth (at −6 dB, both
-    /// ways), both in Hz: linear from 32 times the bandwidth on, cubic from 8 times on. The sinc needs
-    /// 3.3 times; below that the samples themselves do not hold the pulse to 10⁻³.
+    /// The cheapest interpolation with an error of at most 10⁻³ of the peak.
+    ///
+    /// For a pulse of `bandwidth` (at −6 dB, two-sided), both in Hz: linear from 32 times the bandwidth on, cubic
+    /// from 8 times on. The sinc needs 3.3 times. Below that the samples do not hold the pulse to 10⁻³.
     ///
     /// ```
     /// use bonebeam::delay::IqInterpolation;

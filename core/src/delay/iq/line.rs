@@ -1,4 +1,4 @@
-//! A line of I/Q in floating point.
+//! One line of I/Q in floating point.
 
 use super::interpolation::Read;
 use super::parameters::{DELAY_NUMBERS, IqParameters};

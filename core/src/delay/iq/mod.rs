@@ -1,11 +1,10 @@
-//! One scan line of one transmit from I/Q: baseband samples → aligned analytic samples.
+//! One scan line of one transmit: I/Q samples → aligned analytic samples.
 //!
-//! Each active element is read where an RF record would be, `(τ_tx + τ_rx − t0)·fs`
-//! ([`delay_law`](super::delay_law)), and the interpolated value is multiplied by e^(+j2π·f_demod·(τ_tx + τ_rx)):
-//! what the analytic signal of the RF would have been there, up to the demodulator's band. No filter
-//! follows, so that there is neither a line nor a margin to be held.
+//! Each active element is read at the position of RF, `(τ_tx + τ_rx − t0)·fs` ([`delay_law`](super::delay_law)).
+//! The interpolated value is multiplied by e^(+j2π·f_demod·(τ_tx + τ_rx)). The result is the analytic signal of the
+//! RF, up to the demodulator's band. No filter follows, so no line and no margin is stored.
 //!
-//! Lanes are elements: those of a group lie side by side in the output.
+//! Lanes are elements: those of a group are neighbours in the output.
 
 mod fixed;
 mod interpolation;
@@ -26,15 +25,16 @@ use crate::simd::Vector;
 use crate::{Complex, Error};
 use interpolation::{Cubic, Linear, SINC};
 
-/// A delay stage for I/Q: validated parameters. The table of its sinc is a constant, 3 KiB.
-/// [`Stage::line`] focuses a line.
+/// A delay stage for I/Q: validated parameters. [`Stage::line`] focuses a line.
 ///
-/// Order of operations. Per depth, f64: t = start + n/fout; r = c·t/2; τ = τ_tx(r) + r/c;
-/// p = (τ − t0)·fs; v = τ·f_demod + phase/2π; then r, ⌊p⌋, p − ⌊p⌋ and v − ⌊v⌋ as f32. Per element,
-/// f32: q = (p − ⌊p⌋) + receive_delay(r); the record is read at (⌊p⌋ − ahead) + ⌊q⌋ and q − ⌊q⌋, as
-/// [`IqInterpolation`] says; cycles = (v − ⌊v⌋) + (receive_delay(r)·(f_demod/fs) + its own), where its own makes up for
-/// `ahead`; cosine and sine of that, times the scale; `re·cos − im·sin` and `re·sin + im·cos`.
-/// [`IqInterpolation::LinearFixed`] works in whole numbers instead: see `core/src/delay/iq/fixed.rs`.
+/// The table of its sinc is a constant of 3 KiB.
+///
+/// Order of operations. Per depth, f64: t = start + n/fout; r = c·t/2; τ = τ_tx(r) + r/c; p = (τ − t0)·fs; v =
+/// τ·f_demod + phase/2π; then r, ⌊p⌋, p − ⌊p⌋ and v − ⌊v⌋ as f32. Per element, f32: q = (p − ⌊p⌋) +
+/// receive_delay(r); the record is read at (⌊p⌋ − ahead) + ⌊q⌋ and q − ⌊q⌋ by [`IqInterpolation`]; cycles = (v −
+/// ⌊v⌋) + (receive_delay(r)·(f_demod/fs) + offset), with the element's offset correcting `ahead`; cosine and sine
+/// of that, times the scale; `re·cos − im·sin` and `re·sin + im·cos`. [`IqInterpolation::LinearFixed`] computes
+/// with integers instead: see `core/src/delay/iq/fixed.rs`.
 ///
 /// Cost per output sample and active element, beside the interpolation (linear: 2 products, 4 additions;
 /// cubic: 17 and 13; sinc: 37 and 48): 21 products, 20 additions, a division and a root. Per output
@@ -102,7 +102,7 @@ impl IqDelay {
     /// RAM of the stage, bytes.
     pub const BYTES: usize = size_of::<Self>();
 
-    /// A stage for `parameters`. There is nothing to be worked out, and it may be a constant.
+    /// Validates `parameters`. Nothing is computed; the stage may be a constant.
     ///
     /// # Errors
     /// [`Error::Parameter`] or [`Error::Capacity`], naming the parameter that is out of range.

@@ -12,7 +12,7 @@ pub struct IqParameters {
     pub sound_speed: f64,
     /// Sampling rate of the record fs, complex samples a second.
     pub sampling_rate: f64,
-    /// The frequency that the record was demodulated with, Hz.
+    /// Demodulation frequency of the record, Hz.
     pub demodulation_frequency: f64,
     /// Output rate fout, Hz.
     pub output_rate: f64,
@@ -24,13 +24,14 @@ pub struct IqParameters {
     pub elements: usize,
     /// Samples of each element's record, 1..=[`MAX_SAMPLES`](crate::delay::MAX_SAMPLES).
     pub record_samples: usize,
-    /// How the record is read between its samples.
+    /// Interpolation of the record.
     pub interpolation: IqInterpolation,
 }
 
 impl IqParameters {
-    /// The delay stage of a scan whose records were demodulated with so many Hz, read by the cheapest
-    /// way for a pulse of 60 % bandwidth.
+    /// Parameters of a scan and its demodulation frequency, Hz.
+    ///
+    /// The interpolation is the cheapest for a pulse of 60 % bandwidth.
     pub const fn of(scan: &Scan, demodulation_frequency: f64) -> Self {
         let p = scan.parameters();
         IqParameters {
@@ -46,8 +47,9 @@ impl IqParameters {
         }
     }
 
-    /// The scratch of [`Stage::line`](crate::delay::Stage::line) for vectors of so many lanes (1 for `f32`): seven real numbers an element, up
-    /// to full vectors.
+    /// Scratch of [`Stage::line`](crate::delay::Stage::line) for vectors of `lanes` lanes.
+    ///
+    /// `lanes` is 1 for `f32`. Seven real numbers an element, rounded up to full vectors.
     pub const fn need(&self, lanes: usize) -> Need {
         let lanes = if lanes < 1 { 1 } else { lanes };
         let elements = self.elements.div_ceil(lanes).saturating_mul(lanes);

@@ -1,14 +1,14 @@
-//! Phasors: cosine and sine of a phase in cycles, by two polynomials.
+//! Cosine and sine of a phase in cycles, by two polynomials.
 //!
 //! With x the distance to the nearest whole cycle, −½..½, and y = x²:
 //!
 //! cos 2πx ≈ 1 + y·(C₁ + y·(C₂ + y·(C₃ + y·(C₄ + y·C₅)))) and
 //! sin 2πx ≈ x·(S₀ + y·(S₁ + y·(S₂ + y·(S₃ + y·S₄)))).
 //!
-//! The coefficients make the largest error over −½..½ least (weighted least squares, weighted anew
-//! until the error is level). As polynomials they err by 8.7·10⁻⁷ and 5.9·10⁻⁶. With the roundings the
-//! cosine is right to 2·10⁻⁶ and the sine to 7·10⁻⁶, as `the_documented_error_holds` shows in steps of
-//! 2⁻²⁰ of a cycle. 23 products, additions and subtractions for both.
+//! The coefficients minimise the largest error over −½..½ (least squares, reweighted until the error is level). The
+//! polynomials err by 8.7·10⁻⁷ and 5.9·10⁻⁶. With rounding the cosine is right to 2·10⁻⁶ and the sine to 7·10⁻⁶;
+//! `the_documented_error_holds` checks steps of 2⁻²⁰ of a cycle. Cost: 23 products, additions and subtractions for
+//! both.
 
 use crate::simd::Vector;
 

@@ -8,16 +8,16 @@ use crate::error::{check_length, finite, none};
 use crate::magnitude::largest_part;
 use crate::{Complex, Error};
 
-/// Samples in the base band, as a front end delivers them.
+/// Baseband samples, as a front end delivers them.
 #[derive(Clone, Copy, Debug)]
 pub enum IqSamples<'a> {
     /// Complex numbers.
     Float(&'a [Complex<f32>]),
-    /// Counts `[I, Q]`, and what one count is.
+    /// Counts `[I, Q]`, and the value of one count.
     Counts(&'a [[i16; 2]], f32),
 }
 
-/// In which order samples lie.
+/// Order of samples in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum IqLayout {
@@ -27,8 +27,9 @@ pub enum IqLayout {
     Interleaved,
 }
 
-/// What the elements recorded of one transmit in the base band, checked once for all the lines that
-/// read it, where it lies.
+/// I/Q of one transmit, checked once for all lines that read it.
+///
+/// The samples stay in the caller's memory.
 #[derive(Clone, Copy, Debug)]
 pub struct IqRecord<'a> {
     samples: IqSamples<'a>,
@@ -45,8 +46,10 @@ pub struct IqRecord<'a> {
 pub(super) type IqSource<'a> = Source<'a, IqRecord<'a>>;
 
 impl<'a> IqRecord<'a> {
-    /// Checks that there are as many samples of each of `elements` elements, both parts within
-    /// ±[`MAX_MAGNITUDE`]. Demodulated with e^(−j2π·f_demod·t), with t from the same moment as t0.
+    /// Checks shape and magnitude of the samples of `elements` elements.
+    ///
+    /// Each element has the same number of samples, and both parts are within ±[`MAX_MAGNITUDE`]. The samples are
+    /// demodulated with e^(−j2π·f_demod·t), with the origin of t that t0 has.
     ///
     /// ```
     /// use bonebeam::delay::{IqLayout, IqRecord, IqSamples};
@@ -60,8 +63,8 @@ impl<'a> IqRecord<'a> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Parameter`] for no elements, or a sample or scale beyond the magnitude, [`Error::Length`]
-    /// for samples that are none or ragged, [`Error::NonFinite`] with the index of a sample.
+    /// [`Error::Parameter`] for no elements, or a sample or scale beyond the magnitude; [`Error::Length`] for an
+    /// empty or ragged slice; [`Error::NonFinite`] with the index of a sample.
     pub fn new(samples: IqSamples<'a>, layout: IqLayout, elements: usize) -> Result<Self, Error> {
         let Some(elements) = NonZeroUsize::new(elements) else {
             return Err(none("elements"));
@@ -97,8 +100,9 @@ impl<'a> IqRecord<'a> {
         })
     }
 
-    /// The same samples, demodulated with e^(−j(2π·f_demod·t + phase)), rad: where the demodulator began
-    /// at another moment than that from which t0 counts, or where a lens delays all of it.
+    /// Adds a phase of the demodulator: e^(−j(2π·f_demod·t + phase)), rad.
+    ///
+    /// For a demodulator whose time origin differs from that of t0, or a lens that delays all of it.
     ///
     /// # Errors
     /// [`Error::Parameter`] unless `phase` is finite.
@@ -110,12 +114,12 @@ impl<'a> IqRecord<'a> {
         })
     }
 
-    /// The number of elements.
+    /// Number of elements.
     pub fn elements(&self) -> usize {
         self.elements.get()
     }
 
-    /// The samples of each element.
+    /// Number of samples of each element.
     pub fn samples(&self) -> usize {
         self.length
     }

@@ -1,5 +1,6 @@
-//! The kernels of the delay stage: over lanes of samples where a record is decimated, positions are worked
-//! out and read. `put.rs` forms the analytic signal of what was read.
+//! Kernels of the delay stage over lanes of samples: decimation, positions, reads.
+//!
+//! `put.rs` forms the analytic signal of the values read.
 
 use core::ops::Range;
 use core::slice;

@@ -1,19 +1,21 @@
-//! Which elements are computed together, one a lane.
+//! Groups of elements that are computed together, one a lane.
 //!
-//! Where the line lies on an element or halfway between two, elements at the same distance on
-//! either side are read at the same positions with the same coefficients: they share a group.
+//! If the line is on an element or halfway between two, elements at the same distance on either side are read at
+//! the same positions with the same coefficients. They share a group.
 
 use core::ops::Range;
 
 /// Elements that are computed together: consecutive ones in the first half of the lanes, others in
 /// the second.
 pub(super) struct Group {
-    /// Those of the first half, from lane 0 on.
+    /// Elements of the first half, from lane 0 on.
     pub left: Range<usize>,
-    /// Those of the second half.
+    /// Elements of the second half.
     pub right: Range<usize>,
-    /// Whether the `k`-th of `right` lies as far from the line as the `k`-th last of `left`; one that
-    /// lies on it is in both halves. Otherwise `right` goes on where `left` ends, in lanes too.
+    /// Whether the halves are mirror images about the line.
+    ///
+    /// Then the `k`-th of `right` is as far from the line as the `k`-th last of `left`, and an element on the line
+    /// is in both halves. Otherwise `right` continues `left`, in lanes too.
     pub mirrored: bool,
 }
 

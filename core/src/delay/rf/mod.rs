@@ -1,15 +1,15 @@
-//! One scan line of one transmit: RF → aligned analytic samples (dynamic receive focusing).
+//! One scan line of one transmit: RF → aligned analytic samples.
 //!
-//! Output sample n lies at depth z = c·t/2, t = start + n/fout. Each active element is read there at
-//! (τ_tx + τ_rx − t0)·fs ([`delay_law`](super::delay_law)) through the filter that interpolates and
-//! decimates ([`interpolate`](super::interpolate)), from a record whose rate is halved first where
-//! it is much higher than the output's (`decimator`); then the analytic signal
-//! is formed along depth at the output rate ([`analytic`](super::analytic)). The line is computed
-//! a Hilbert reach beyond both ends, so that its first and last samples are as good as the others.
+//! This is dynamic receive focusing. Output sample n is at depth z = c·t/2, t = start + n/fout. Each active element
+//! is read at (τ_tx + τ_rx − t0)·fs ([`delay_law`](super::delay_law)) through the filter that interpolates and
+//! decimates ([`interpolate`](super::interpolate)). A record with a much higher rate than the output is first
+//! halved in rate (`decimator`). The analytic signal is then formed along depth at the output rate
+//! ([`analytic`](super::analytic)). The line is computed a Hilbert reach beyond both ends, so that its first and
+//! last samples are as accurate as the others.
 //!
-//! As many elements as there are lanes are worked on together (`groups`). Lanes are samples of one element
-//! where its record is decimated and read, and elements where the analytic signal is formed; numbers change
-//! positions in squares of as many registers as there are lanes.
+//! As many elements as there are lanes are computed together (`groups`). Lanes are samples of one element for
+//! decimation and reads, and elements for the analytic signal. A transposition of squares of registers connects the
+//! two.
 
 mod align;
 mod groups;
@@ -57,15 +57,16 @@ pub struct DelayParameters {
     pub elements: usize,
     /// Samples of each element's record, 1..=[`MAX_SAMPLES`].
     pub record_samples: usize,
-    /// Non-zero taps on one side of the Hilbert transformer, N, 1..=[`MAX_HILBERT_TAPS`]:
-    /// [`hilbert_taps`] is a sound choice.
+    /// Non-zero taps on one side of the Hilbert transformer, N.
+    ///
+    /// From 1 to [`MAX_HILBERT_TAPS`]; [`hilbert_taps`] is a good choice.
     ///
     /// [`MAX_HILBERT_TAPS`]: super::MAX_HILBERT_TAPS
     pub hilbert_taps: usize,
 }
 
 impl DelayParameters {
-    /// The delay stage of a scan, with a Hilbert transformer of the default length.
+    /// Parameters of a scan, with a Hilbert transformer of the default length.
     pub const fn of(scan: &Scan) -> Self {
         let p = scan.parameters();
         DelayParameters {
@@ -81,15 +82,13 @@ impl DelayParameters {
         }
     }
 
-    /// The scratch of [`Stage::line`] for vectors of so many lanes (1 for `f32`): real numbers only, f32 for all
-    /// vectors, and so a bare slice.
+    /// Scratch of [`Stage::line`] for vectors of `lanes` lanes (1 for `f32`).
     ///
-    /// A line has output_samples, up to full
-    /// thirty-twos, + 2·reach values, with the reach of the Hilbert transformer (2N − 1), up to full
-    /// sixteens. There are three lines and one a lane; a lane also takes 32 + 2·reach values. If records
-    /// are decimated, there is room for the decimated record and its margins (for two of them with several
-    /// lanes), and for up to 448 values that pass through the filters (992 where it is decimated three
-    /// times). 15 values are room for the rows to begin on a cache line.
+    /// Real numbers only, f32 for all vectors: a plain slice serves. A line has output_samples, rounded up to a
+    /// multiple of 32, + 2·reach values, with the reach of the Hilbert transformer (2N − 1) rounded up to a
+    /// multiple of 16. The scratch holds three lines and one a lane; a lane also needs 32 + 2·reach values. For
+    /// decimated records it holds the decimated record and its margins (two of them with several lanes), and up to
+    /// 448 values in the filters (992 for three halvings). 15 values align the rows to a cache line.
     ///
     /// ```
     /// use bonebeam::delay::DelayParameters;
@@ -119,8 +118,9 @@ impl DelayParameters {
         check_shapes(self.output_samples, self.record_samples, self.elements)
     }
 
-    /// The scratch of [`Stage::block`] for blocks of so many samples. Room for
-    /// decimated records is that of whole ones.
+    /// Scratch of [`Stage::block`] for blocks of `samples` samples.
+    ///
+    /// It holds whole decimated records.
     pub const fn block_need(&self, lanes: usize, samples: usize) -> Need {
         let records = if lanes < 2 { lanes } else { 2 };
         let decimated = records * self.decimated_len() + streams_len(self.halvings());
@@ -166,14 +166,15 @@ const fn within_limits(size: usize) -> usize {
 /// What a line is focused from.
 type Source<'a> = stage::Source<'a, Record<'a>>;
 
-/// A delay stage: validated parameters and their filters. [`Stage::line`] focuses a line.
+/// A delay stage for RF: validated parameters and filters.
 ///
-/// Order of operations. The record is decimated h times to the rate f = fs/2ʰ. Per depth, f64, with
-/// n from −reach: t = start + n/fout; z = c·t/2; p = ((τ_tx(z) + z/c) − t0)·f; then z, ⌊p⌋ and
-/// p − ⌊p⌋ as f32. Per element, f32: q = (p − ⌊p⌋) + receive_delay(z); the record is read at (⌊p⌋ − ahead) + ⌊q⌋
-/// and q − ⌊q⌋, where ahead and the receive delay are those of the element (0 and the plain receive delay where the line
-/// goes straight down from a linear array). The real part is that value, the imaginary part its Hilbert transform; adding
-/// is real to real, imaginary to imaginary.
+/// [`Stage::line`] focuses a line.
+///
+/// Order of operations. The record is decimated h times to the rate f = fs/2ʰ. Per depth, f64, with n from −reach:
+/// t = start + n/fout; z = c·t/2; p = ((τ_tx(z) + z/c) − t0)·f; then z, ⌊p⌋ and p − ⌊p⌋ as f32. Per element, f32: q
+/// = (p − ⌊p⌋) + receive_delay(z); the record is read at (⌊p⌋ − ahead) + ⌊q⌋ and q − ⌊q⌋, with ahead and receive
+/// delay of the element (0 and the plain receive delay for a line straight down from a linear array). The real part
+/// is that value, the imaginary part its Hilbert transform. Compounding adds real to real, imaginary to imaginary.
 ///
 /// Cost per output sample and active element: 2·taps + N products and 3·taps + 2N additions (taps = 16,
 /// or 32 where f is more than 1.25·fout; N the Hilbert taps a side), a division and a root; for the
@@ -236,15 +237,16 @@ pub struct Delay {
 }
 
 impl Delay {
-    /// Bytes of the stage (about 10 KiB, nearly all of it the interpolation table): of flash as a constant,
-    /// else of RAM.
+    /// Bytes of the stage: about 10 KiB, nearly all of it the interpolation table.
+    ///
+    /// Flash for a constant, else RAM.
     pub const BYTES: usize = size_of::<Self>();
 
-    /// A stage for `parameters`.
+    /// Validates `parameters` and computes the filters.
     ///
-    /// Where they are known when the program is compiled, it is a constant, in flash, and setting up takes
-    /// nothing. Elsewhere the filters take 11 million instructions where f64 is computed in software, and
-    /// a quarter of a million where it is in hardware.
+    /// With parameters known at compile time, the stage is a constant in flash without cost at run time. Otherwise
+    /// the filters take 11 million instructions with f64 in software, and a quarter of a million with f64 in
+    /// hardware.
     ///
     /// ```
     /// use bonebeam::delay::{Delay, DelayParameters};
@@ -283,9 +285,10 @@ impl Delay {
         Ok(delay)
     }
 
-    /// The stage for other parameters, where it lies: the same as a new one, without its way over the
-    /// stack. Filters are kept where rates, centre frequency and taps stay, so that another sound speed,
-    /// range of depths or number of elements costs next to nothing.
+    /// Sets other parameters in place, as a new stage without a copy on the stack.
+    ///
+    /// Filters are kept if rates, centre frequency and taps stay. Another sound speed, depth range or number of
+    /// elements then costs almost nothing.
     ///
     /// ```
     /// use bonebeam::delay::{Delay, DelayParameters};
@@ -308,15 +311,16 @@ impl Delay {
     /// ```
     ///
     /// # Errors
-    /// As [`Delay::new`]; the stage is then as it was.
+    /// As [`Delay::new`]; the stage is then unchanged.
     pub fn set(&mut self, parameters: DelayParameters) -> Result<(), Error> {
         self.set_by(parameters, false)
     }
 
-    /// As [`Delay::set`], with the filter that interpolates worked out in f32: for rates that are known at run
-    /// time only, where f64 is computed in software. Its taps differ from those of [`Delay::set`] by up to
-    /// 5·10⁻⁷ of the largest, a twentieth of what the best of these filters errs by, so that a line has other
-    /// bits. It takes 0.2 million instructions on a Cortex-M7, a tenth of a line's.
+    /// [`Delay::set`] with an interpolation filter computed in f32.
+    ///
+    /// For rates known at run time only, on processors with f64 in software. Its taps differ from those of
+    /// [`Delay::set`] by up to 5·10⁻⁷ of the largest, a twentieth of the error of the best of these filters. A line
+    /// therefore has other bits. Cost: 0.2 million instructions on a Cortex-M7, a tenth of a line's.
     ///
     /// ```
     /// use bonebeam::delay::{Delay, DelayParameters};

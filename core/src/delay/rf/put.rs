@@ -1,5 +1,6 @@
-//! The last kernel of the delay stage: rows of samples, a lane each element, become analytic signals and are put
-//! where the line wants them.
+//! Last kernel of the delay stage: analytic signals, written in the line's order.
+//!
+//! Its input is rows of samples with one element a lane.
 
 use super::groups::Group;
 use super::{CHUNK, Compounding, Delay};
@@ -9,7 +10,7 @@ use crate::simd::{MOST_LANES, Vector, copy, load, load_at, transpose};
 
 /// The lines of a group of elements, and what becomes of their analytic signals.
 pub(super) struct GroupLines<'a> {
-    /// A line for each element, of which there may be fewer than lanes.
+    /// A line for each element; there may be fewer elements than lanes.
     pub values: &'a [f32],
     pub line_len: usize,
     pub group: &'a Group,

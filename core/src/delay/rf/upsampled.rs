@@ -1,12 +1,14 @@
-//! Many transmits compounded: each element's record is upsampled once, and every line reads it along
-//! straight lines. Real parts are added, and the analytic signal is formed of their sum.
+//! Compounding of many transmits from records upsampled once.
 //!
-//! [`Stage::line`] reads a record through its filter once a line, and forms an analytic signal once a
-//! transmit: with n transmits into as many lines that is nearly all of the work. Here the filter is applied
-//! once a record, at [`UPSAMPLING`] positions between two samples, and a value is one product.
+//! Every line interpolates the upsampled records linearly. Real parts are added, and the analytic signal is formed
+//! of their sum.
 //!
-//! Positions are integers in units of 2⁻¹⁵ of a sample, so that the transmit's part, which all elements share,
-//! and the element's, which all transmits share, are each worked out once and added.
+//! [`Stage::line`] filters a record once a line, and forms an analytic signal once a transmit. With n transmits and
+//! as many lines, that is nearly all of the work. Here the filter is applied once a record, at [`UPSAMPLING`]
+//! positions between two samples, and a value is one product.
+//!
+//! Positions are integers in units of 2⁻¹⁵ of a sample. The transmit's part, which all elements share, and the
+//! element's part, which all transmits share, are each computed once and added.
 
 use super::groups::Group;
 use super::put::GroupLines;
@@ -20,7 +22,7 @@ use crate::memory::Need;
 use crate::simd::{PARTIAL_SUMS, Vector, copy, load, split_front};
 use crate::{Complex, Error};
 
-/// Samples that are made of each recorded one.
+/// Upsampled samples for each recorded one.
 pub const UPSAMPLING: usize = 16;
 /// Units of a position between two of those.
 const UNITS: u32 = 1 << 11;
@@ -37,7 +39,7 @@ const BLOCKS: usize = 4;
 /// Values of a line that are read together.
 const BATCH: usize = 128;
 
-/// The upsampling of records for a delay stage, and the way from there to lines.
+/// Upsampling of records for a delay stage, and reads of its lines.
 #[derive(Clone, Debug)]
 pub struct Upsampled<'a> {
     delay: &'a Delay,
@@ -45,7 +47,7 @@ pub struct Upsampled<'a> {
     filter: [[f32; UPSAMPLING]; MOST_TAPS],
 }
 
-/// What one element adds to one line.
+/// The contribution of one element to one line.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Contribution<'a> {
@@ -58,11 +60,11 @@ pub struct Contribution<'a> {
 }
 
 impl<'a> Upsampled<'a> {
-    /// For the lines of `delay`.
+    /// Prepares the upsampling for the lines of `delay`.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a record sampled at 2.5 times the output rate or more, which is to be
-    /// decimated first, [`Error::Capacity`] for one of more than 16,384 samples.
+    /// [`Error::Parameter`] for a record at 2.5 times the output rate or more, which needs decimation first;
+    /// [`Error::Capacity`] for a record of more than 16,384 samples.
     pub fn new(delay: &'a Delay) -> Result<Self, Error> {
         let p = &delay.parameters;
         if delay.interpolator.halvings() > 0 {
@@ -94,28 +96,31 @@ impl<'a> Upsampled<'a> {
         self.delay.interpolator.taps()
     }
 
-    /// Length of an upsampled record: 16 a sample, with as many samples again as the filter has taps, and
-    /// two.
+    /// Length of an upsampled record.
+    ///
+    /// 16 values a sample, with as many samples added as the filter has taps, and two.
     pub fn record_len(&self) -> usize {
         (self.delay.parameters.record_samples + self.taps() + 2) * UPSAMPLING
     }
 
-    /// The scratch of [`Upsampled::record`], real numbers.
+    /// Scratch of [`Upsampled::record`], real numbers.
     pub fn need(&self) -> Need {
         Need::real(self.delay.parameters.record_samples + 2 * self.taps() + 2 + BLOCKS)
     }
 
-    /// Values of a line: its samples, and what the Hilbert transformer reaches for at either end.
+    /// Values of a line: its samples, and the reach of the Hilbert transformer.
+    ///
+    /// The reach is added at both ends.
     pub fn line_len(&self) -> usize {
         self.block_len(self.delay.parameters.output_samples)
     }
 
-    /// Values of a block of so many samples of a line, likewise.
+    /// Values of a block of `samples` samples of a line, with the reach at both ends.
     pub fn block_len(&self, samples: usize) -> usize {
         self.delay.parameters.line_len(samples)
     }
 
-    /// Upsamples what one element recorded, `samples`, into `record`.
+    /// Upsamples the recorded `samples` of one element into `record`.
     ///
     /// Order, f32: for a recorded sample and a phase, from 0, in ascending tap k, `+ sample_k · h_k`.
     /// Cost: 16·taps products and additions a sample.
@@ -169,8 +174,10 @@ impl<'a> Upsampled<'a> {
         Ok(())
     }
 
-    /// Where a line reads an element straight above it, in units of 2⁻¹⁵ samples from the upsampled
-    /// record's beginning; far in front of it where nothing can be read.
+    /// Read positions of an element straight above the line, one a sample.
+    ///
+    /// In units of 2⁻¹⁵ samples from the beginning of the upsampled record. Positions that cannot be read are far
+    /// before it.
     ///
     /// f64: `p = ((τ_tx(z) + z/c) − t0)·fs` as in [`Stage::line`], then ⌊(p + taps/2 + 1)·2¹⁵ + ½⌋.
     ///
@@ -202,9 +209,10 @@ impl<'a> Upsampled<'a> {
         Ok(())
     }
 
-    /// How much later an element is read than one straight above the line, in the same units.
+    /// Receive delay of an element relative to one straight above the line.
     ///
-    /// f32: the receive delay of [`Stage::line`], less `ahead`, times 2¹⁵, cut to an integer.
+    /// In the units of [`Upsampled::centre`]. f32: the receive delay of [`Stage::line`], less `ahead`, times 2¹⁵,
+    /// cut to an integer.
     ///
     /// # Errors
     /// [`Error::Length`] for `receive_delays` of another length.
@@ -247,8 +255,9 @@ impl<'a> Upsampled<'a> {
         Ok(())
     }
 
-    /// Adds an element's values to a line, or to a block of one: as many as `line` has, whose positions are
-    /// `centre` and `receive_delays`.
+    /// Adds an element's values to a line or to a block of one.
+    ///
+    /// `line`, `centre` and `receive_delays` have the same length. The last two give the positions.
     ///
     /// With the position in units, `i` whole upsampled samples and the rest `u`, f32:
     /// `value + (record_i + (u/2¹¹)·(record_{i+1} − record_i))`. Cost: two products, three additions a
@@ -283,11 +292,12 @@ impl<'a> Upsampled<'a> {
         Ok(())
     }
 
-    /// The analytic samples of a line or of a block of one, as many as `out` holds, of the values `lines` of its
-    /// active elements, each of [`Upsampled::block_len`] from the block's first sample on (the line's end may
-    /// come before; values behind it are not read for these samples). Other elements become 0. `scratch`:
-    /// [`DelayParameters::need`](super::DelayParameters::need) values, contents irrelevant.
-    /// Order and cost as the analytic signal of [`Stage::line`].
+    /// Forms the analytic samples of a line or of a block of one.
+    ///
+    /// `lines` holds the values of the active elements, each [`Upsampled::block_len`] long from the block's first
+    /// sample on. (The line may end earlier; values behind its end are not read.) Other elements become 0. The
+    /// length of `out` is that of the block. `scratch`: [`DelayParameters::need`](super::DelayParameters::need)
+    /// values, contents irrelevant. Order and cost are those of the analytic signal of [`Stage::line`].
     ///
     /// # Errors
     /// [`Error::Length`] for a slice of another length, [`Error::Parameter`] for an impossible line.
