@@ -1,4 +1,4 @@
-//! The aligned samples of one beam.
+//! Aligned samples of one beam.
 
 use crate::Error;
 use crate::error::none;
@@ -10,8 +10,9 @@ use num_complex::Complex;
 /// The largest exponent of a line whose samples are summed as they are, and the least, negative.
 const MODERATE: u32 = 64;
 
-/// Aligned analytic samples of one beam, row-major `[sample][element]`, checked once: those of a whole line
-/// ([`AlignedLine::new`]) or of a block of one ([`LinePipeline::align`]).
+/// Aligned analytic samples of one beam, `[sample][element]`, checked once.
+///
+/// Row-major, of a whole line ([`AlignedLine::new`]) or of a block of one ([`LinePipeline::align`]).
 ///
 /// [`LinePipeline::align`]: crate::pipeline::LinePipeline::align
 #[derive(Clone, Copy, Debug)]
@@ -61,7 +62,7 @@ impl<'a> AlignedLine<'a> {
         })
     }
 
-    /// These samples as a block of a line of `samples`, from its sample `first` on.
+    /// Marks the samples as a block of a line of `samples`, from its sample `first` on.
     ///
     /// # Errors
     /// [`Error::Capacity`] for a block that ends behind the line.
@@ -98,12 +99,12 @@ impl<'a> AlignedLine<'a> {
         }
     }
 
-    /// The number of elements.
+    /// Number of elements.
     pub fn elements(&self) -> usize {
         self.elements.get()
     }
 
-    /// The number of samples of the whole line.
+    /// Number of samples of the whole line.
     pub fn samples(&self) -> usize {
         self.samples
     }

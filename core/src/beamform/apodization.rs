@@ -9,11 +9,12 @@ use core::f32::consts::PI;
 use num_complex::Complex;
 
 choices! {
-    /// Receive apodization: the window of the weights across the active aperture, `t` from −1 to 1.
+    /// Receive apodization: a window across the active aperture.
     ///
-    /// [`Method::Das`](super::Method::Das) weights the elements, every other method its subapertures: `Σ v_l wᴴX̄_l`
-    /// in place of the mean over `l`, with the window as `v`. Both divide by the sum of the weights, so that a unit
-    /// on-axis signal gives 1. Covariance, adaptive weights and postfilter are those without apodization.
+    /// The window is a function of `t` from −1 to 1. [`Method::Das`](super::Method::Das) weights the elements.
+    /// Every other method weights its subapertures: `Σ v_l wᴴX̄_l` with the window as `v`, in place of the mean
+    /// over `l`. Both divide by the sum of the weights, so that a unit on-axis signal gives 1. Covariance, adaptive
+    /// weights and postfilter do not change.
     Apodization {
         /// No apodization: equal weights.
         None, "none", "no apodization";
@@ -21,13 +22,15 @@ choices! {
         Hann, "hann", "Hann";
         /// Hamming window `0.54 + 0.46·cos πt`.
         Hamming, "hamming", "Hamming";
-        /// Tukey window: 1 in the middle, and a Hann window's ends over the share `tukey_taper` of the aperture.
+        /// Tukey window: 1 in the middle, Hann ends over `tukey_taper` of the aperture.
         Tukey, "tukey", "Tukey";
     }
 }
 
 impl Apodization {
-    /// The weight of place `index` of `count`, 0 to 1, as the beamformers take it: for weights of transmits, too.
+    /// The window's weight `index` of `count`, 0 to 1, as the beamformers use it.
+    ///
+    /// It serves transmit weights, too.
     ///
     /// ```
     /// use bonebeam::beamform::Apodization;

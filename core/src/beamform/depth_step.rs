@@ -1,4 +1,4 @@
-//! Which samples of a line are computed: every `depth_step`-th.
+//! Selection of computed samples: every `depth_step`-th of a line.
 
 use core::num::NonZeroUsize;
 use core::ops::Range;

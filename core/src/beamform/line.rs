@@ -1,4 +1,4 @@
-//! One beam, depth by depth, with an aperture that grows.
+//! One beam along depth, with a growing aperture.
 
 use super::aligned_line::AlignedLine;
 use super::depth_step::DepthStep;
@@ -53,15 +53,14 @@ impl<'a, F: Fn(usize) -> Active> LineBlock<'a, F> {
 }
 
 impl Beamformer {
-    /// Beamforms one beam: `z[n]` from the samples of `line`, with the active set `active(n)`. With a
-    /// [depth step](super::Parameters::depth_step) `s`, `z[i]` is sample `n = i·s`.
+    /// Beamforms one beam: `z[n]` from `line`, with the active set `active(n)`.
     ///
-    /// One active set serves the whole time window of a sample. Samples without an active element
-    /// are 0. See [`Beamformer::segments`] for scale and cost. `active` is asked twice for each sample:
-    /// the whole line is checked before anything is put out.
+    /// With a [depth step](super::Parameters::depth_step) `s`, `z[i]` is sample `n = i·s`. One active set serves
+    /// the whole time window of a sample. Samples without an active element are 0. See [`Beamformer::segments`] for
+    /// scale and cost. `active` is called twice for each sample: the whole line is checked before any output.
     ///
     /// # Errors
-    /// As [`Beamformer::segments`]; [`Error::Length`] where `z` has not [`Beamformer::line_samples`] numbers.
+    /// As [`Beamformer::segments`]; [`Error::Length`] unless `z` has [`Beamformer::line_samples`] numbers.
     #[inline]
     pub fn line<A: Averaging<f32>>(
         &self,
@@ -128,10 +127,10 @@ impl Beamformer {
         Ok(())
     }
 
-    /// [`Beamformer::line`] for the samples `adaptive`; the others are DAS of their active elements.
+    /// [`Beamformer::line`] for the samples `adaptive`, and DAS for the others.
     ///
-    /// The bits of both are those of the whole line. A time window reaches beyond `adaptive`. The memory
-    /// need only fit the active sets within. `active` is asked three times for each sample.
+    /// The bits of both are those of the whole line. A time window reaches beyond `adaptive`. The memory must fit
+    /// only the active sets within `adaptive`. `active` is called three times for each sample.
     ///
     /// # Errors
     /// As [`Beamformer::line`].

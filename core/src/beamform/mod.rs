@@ -1,8 +1,7 @@
-//! The beamformers: weights from a covariance, and a whole line from aligned samples (Eq. 1, 4–8).
+//! Beamformers: adaptive weights, and lines from aligned samples (Eq. 1, 4–8).
 //!
-//! [`Beamformer`] holds validated [`Parameters`]; a [`Workspace`] is its memory. One beam goes
-//! through [`Beamformer::line`]; where speed counts, [`Beamformer::segments`] does as many segments at
-//! once as a vector has lanes, with the same bits.
+//! [`Beamformer`] holds validated [`Parameters`], and [`Workspace`] its memory. [`Beamformer::line`] beamforms one
+//! beam. [`Beamformer::segments`] is faster: it beamforms a segment in each lane of a vector, with the same bits.
 
 mod aligned_line;
 mod apodization;

@@ -1,4 +1,4 @@
-//! What a beamformer can be asked for.
+//! Parameters of a beamformer.
 
 use super::apodization::{Apodization, Window};
 use super::depth_step::DepthStep;
@@ -19,24 +19,26 @@ macro_rules! parameters {
     )*) => {
         /// Parameters of a [`Beamformer`].
         ///
-        /// The default is the core's own: MV, `K = 0`, `Δ = 0.05`, `L = M/2`. (The command `host-sim
-        /// beamform` takes rank 1 if it is asked for no method.)
+        /// The default is the core's: MV, `K = 0`, `Δ = 0.05`, `L = M/2`. (The command `host-sim beamform` uses
+        /// rank 1 by default.)
         #[derive(Clone, Copy, Debug, PartialEq)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         pub struct Parameters {
-            /// The beamformer.
+            /// The beamforming method.
             pub method: Method,
-            /// The factor that its output is multiplied by.
+            /// The postfilter, a factor on the output.
             pub postfilter: Postfilter,
-            /// The weights across the active aperture.
+            /// The apodization, weights across the active aperture.
             pub apodization: Apodization,
-            /// Sub-lines of a line, [`Parameters::SUB_LINES`]: [`Beamformer::sub_lines`] makes them.
+            /// Sub-lines of a line, within [`Parameters::SUB_LINES`].
+            ///
+            /// [`Beamformer::sub_lines`] computes them.
             pub sub_lines: usize,
             $($(#[doc = $help])* pub $name: $number,)*
         }
 
         impl Parameters {
-            /// The default, for a `const`.
+            /// The default as a constant.
             pub const DEFAULT: Self = Parameters {
                 method: Method::Mv,
                 postfilter: Postfilter::None,
@@ -45,7 +47,7 @@ macro_rules! parameters {
                 $($name: $default,)*
             };
 
-            /// The sub-lines of a line: a power of two.
+            /// Sub-lines of a line: a power of two.
             pub const SUB_LINES: Parameter = Parameter {
                 name: "sub_lines",
                 unit: "",
@@ -59,7 +61,7 @@ macro_rules! parameters {
                 },
             };
 
-            /// The fields that are numbers and serve every function of the beamformer.
+            /// The numeric fields that every beamformer function uses.
             pub const TABLE: [Parameter; [$($default as f64),*].len()] = [$(Parameter {
                 name: stringify!($name),
                 unit: $unit,
@@ -70,13 +72,14 @@ macro_rules! parameters {
                 range: $range,
             }),*];
 
-            /// The values of the fields of [`Parameters::TABLE`].
+            /// Values of the fields of [`Parameters::TABLE`].
             pub fn values(&self) -> [f64; Self::TABLE.len()] {
                 [$(self.$name as f64),*]
             }
 
-            /// Sets the field of [`Parameters::TABLE`] of this name; `None` if there is none. The range is
-            /// checked by [`Beamformer::new`].
+            /// Sets the field of [`Parameters::TABLE`] with this name.
+            ///
+            /// Returns `None` if there is no such field. [`Beamformer::new`] checks the range.
             pub fn set(&mut self, name: &str, value: f64) -> Option<()> {
                 match name {
                     $(stringify!($name) => self.$name = value as $number,)*
@@ -89,23 +92,30 @@ macro_rules! parameters {
 }
 
 parameters! {
-    /// `K`: the covariance is averaged over the samples `n−K..=n+K`. The largest window, 8191 samples, is as long as a
-    /// whole record: 315 mm at 20 MHz.
+    /// `K`: the covariance is averaged over the samples `n−K..=n+K`.
+    ///
+    /// The largest window, 8191 samples, is as long as a whole record: 315 mm at 20 MHz.
     temporal_half_window: usize = 0 "samples" (or 2), whole true, range!(at least 0 and at most 4095);
-    /// `Δ`: `Δ/L·tr(R)` is added to the diagonal. Below about 1e-4 the rounding of f32 decides;
-    /// a covariance that is singular in f32 takes the full eigensolver, and no eigenvalue counts for
-    /// less than `2⁻²⁴` of the trace.
+    /// `Δ`: `Δ/L·tr(R)` is added to the diagonal of the covariance `R`.
+    ///
+    /// Below about 1e-4 the rounding of f32 dominates. The full eigensolver serves a covariance that is singular in
+    /// f32, with eigenvalues of at least `2⁻²⁴` of the trace.
     diagonal_loading: f32 = 0.05 "" (or 0.01), whole false, range!(0 to 1e6);
-    /// `L = max(1, floor(ratio·active elements))`: the length of the subapertures over the number of active
-    /// elements.
+    /// Length of the subapertures over the number of active elements.
+    ///
+    /// `L = max(1, floor(ratio·active elements))`.
     subaperture_ratio: f64 = 0.5 "" (or 0.4), whole false, range!(above 0, at most 1);
-    /// `M₀` of the generalized coherence factor: spatial frequencies up to so many cycles across the active aperture
-    /// count as coherent.
+    /// `M₀`: the highest coherent spatial frequency of the generalized coherence factor.
+    ///
+    /// In cycles across the active aperture.
     coherence_cutoff: usize = 1 "cycles" (or 2), whole true, range!(at least 0 and at most 64);
-    /// The share of the active aperture over which a Tukey window falls, both ends together: 1 makes it a Hann window.
+    /// Share of the active aperture in the falling ends of a Tukey window.
+    ///
+    /// It counts both ends together: 1 gives a Hann window.
     tukey_taper: f32 = 0.5 "" (or 0.25), whole false, range!(0 to 1);
-    /// Samples of a line from one that is beamformed to the next, from the first on; images interpolate between these. A
-    /// beamformed sample has the same value for every depth step.
+    /// Distance of beamformed samples of a line, from the first on.
+    ///
+    /// Images interpolate between them. A beamformed sample has the same value for every depth step.
     depth_step: usize = 1 "samples" (or 3), whole true, range!(1 to 8);
 }
 
@@ -127,8 +137,9 @@ impl Parameters {
         DepthStep::new(self.depth_step)
     }
 
-    /// The number of computed samples of a line of `samples` aligned samples: every [`Parameters::depth_step`]-th,
-    /// from the first on.
+    /// Number of computed samples of a line of `samples` aligned samples.
+    ///
+    /// Every [`Parameters::depth_step`]-th sample is computed, from the first on.
     ///
     /// ```
     /// use bonebeam::beamform::Parameters;
@@ -157,7 +168,7 @@ impl Parameters {
         }
     }
 
-    /// The shapes of the memory for up to `elements` active elements: none for DAS.
+    /// Shapes of the workspace for up to `elements` active elements; none for DAS.
     pub const fn sizes(&self, elements: usize) -> Sizes {
         match self.method.direct() {
             Some(_) => Sizes {
@@ -227,17 +238,17 @@ impl Beamformer {
         &self.parameters
     }
 
-    /// The number of computed samples of a line: [`Parameters::line_samples`].
+    /// Number of computed samples of a line: [`Parameters::line_samples`].
     pub fn line_samples(&self, samples: usize) -> usize {
         self.parameters().line_samples(samples)
     }
 
-    /// The shapes of its memory for up to `elements` active elements: [`Parameters::sizes`].
+    /// Shapes of the workspace for `elements` active elements: [`Parameters::sizes`].
     pub fn sizes(&self, elements: usize) -> Sizes {
         self.parameters.sizes(elements)
     }
 
-    /// `L` for `count ≥ 1` active elements.
+    /// Subaperture length `L` for `count ≥ 1` active elements.
     pub fn subaperture(&self, count: usize) -> usize {
         // As `Parameters::subaperture`. The call of `floor` keeps LLVM from computing the product for DAS, too, which
         // needs none (3 % of its instructions on a Cortex-M7).

@@ -1,4 +1,6 @@
-//! Postfilters: a real factor for each sample, from the aligned samples, that multiplies a method's output.
+//! Postfilters: a real factor for each sample, multiplied with a method's output.
+//!
+//! The factor is computed from the aligned samples.
 
 use super::depth_step::DepthStep;
 use super::pushes::Place;
@@ -10,15 +12,16 @@ use core::f32::consts::TAU;
 use num_complex::Complex;
 
 choices! {
-    /// A postfilter: the factor that multiplies the output of any [`Method`](super::Method).
+    /// A postfilter: a factor on the output of any [`Method`](super::Method).
     Postfilter {
         /// No postfilter.
         None, "none", "no postfilter";
         /// Coherence factor `|Σx_m|²/(M·Σ|x_m|²)` over the `M` active elements, 0 to 1.
         CoherenceFactor, "coherence-factor", "CF";
-        /// Generalized coherence factor: `Σ|p_k|²` over `k = −M₀..=M₀`, over that of all `k`, with `p_k` the discrete
-        /// Fourier transform of the `M` active elements and `M₀` the parameter `coherence_cutoff`; `M₀ = 0` is the
-        /// coherence factor.
+        /// Generalized coherence factor: `Σ|p_k|²` over `|k| ≤ M₀`, over that of all `k`.
+        ///
+        /// `p_k` is the discrete Fourier transform of the `M` active elements and `M₀` the parameter
+        /// `coherence_cutoff`; `M₀ = 0` is the coherence factor.
         GeneralizedCoherenceFactor, "generalized-coherence-factor", "GCF";
     }
 }

@@ -1,4 +1,4 @@
-//! The way of the time window along segments, from one computed sample to the next.
+//! Steps of the time window along segments, between computed samples.
 
 use super::depth_step::DepthStep;
 use super::segment::Segment;

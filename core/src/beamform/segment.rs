@@ -6,7 +6,7 @@ use crate::geometry::{Active, Steering};
 use core::ops::Range;
 use num_complex::Complex;
 
-/// Consecutive samples of one line with one active aperture: the work of a lane.
+/// Consecutive samples of one line with one active aperture: a lane's work.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Segment<'a> {
@@ -14,7 +14,7 @@ pub struct Segment<'a> {
     pub line: AlignedLine<'a>,
     /// The first active element.
     pub first_element: usize,
-    /// The first sample; the first that is put out is the first computed one from there on.
+    /// The first sample. Output begins at the first computed sample from there on.
     pub first_sample: usize,
 }
 
@@ -44,13 +44,15 @@ pub(super) struct SegmentGroup<'s, 'a> {
 /// Segments with the directions of their lines' sub-lines.
 #[derive(Clone, Copy, Debug)]
 pub struct SteeredSegments<'s, 'a> {
-    /// Up to one a lane.
+    /// At most one segment a lane.
     pub segments: &'s [Segment<'a>],
-    /// The directions of each segment's line, from the line's first sample on.
+    /// Directions of each segment's line, from the line's first sample on.
     pub steering: &'s [Steering<'a>],
 }
 
-/// Splits `0..samples` where the active set changes: `(first sample, number of samples, active)`.
+/// Splits `0..samples` at changes of the active set.
+///
+/// Items are `(first sample, number of samples, active)`.
 pub fn constant_segments(
     samples: usize,
     active: impl Fn(usize) -> Active,
@@ -71,10 +73,10 @@ pub fn constant_segments(
     })
 }
 
-/// The segments of [`constant_segments`] that the samples `wanted` lie in, each cut to what these take.
+/// The segments of [`constant_segments`] cut to the samples `wanted`.
 ///
-/// A time window of `2K+1` samples is summed in blocks counted from a segment's first sample, so a segment is cut
-/// above `wanted` at a whole number of blocks: up to `2K` samples come with it that are not wanted.
+/// A time window of `2K+1` samples is summed in blocks counted from a segment's first sample. A segment is
+/// therefore cut above `wanted` at a whole number of blocks, with up to `2K` unwanted samples.
 pub fn segments_within(
     samples: usize,
     active: impl Fn(usize) -> Active,

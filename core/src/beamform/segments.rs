@@ -1,9 +1,8 @@
-//! The kernel's drive: a segment in each lane, from aligned samples to `z`.
+//! The kernel's driver: a segment in each lane, from aligned samples to `z`.
 //!
-//! Each stage (snapshot, lag sums, matrix, solver) is a function of its own, never inlined: the
-//! compiler then knows that what its arguments refer to does not overlap, and keeps what it counts in
-//! registers. On a Cortex-M7 that takes a tenth of the instructions of MV at 16/8 away, with AVX-512 a
-//! tenth to a sixth of the time of rank 1.
+//! Each stage (snapshot, lag sums, matrix, solver) is a function of its own, never inlined. The compiler then knows
+//! that the arguments do not overlap, and keeps counters in registers. This saves a tenth of the instructions of MV
+//! at 16/8 on a Cortex-M7, and a tenth to a sixth of the time of rank 1 with AVX-512.
 
 use super::methods::{Direct, weighted_sum};
 use super::parameters::{Beamformer, Parameters};
@@ -23,29 +22,35 @@ use core::ops::Range;
 use num_complex::Complex;
 
 impl Beamformer {
-    /// Beamforms up to `V::LANES` segments with the same number `count` of active elements, one in each
-    /// lane: `z[lane][i]` is computed sample `i` of the segment, counted from the first one at or behind `first_sample`;
-    /// with a depth step of 1, sample `first_sample + i`.
+    /// Beamforms up to `V::LANES` segments, one in each lane.
     ///
-    /// Segments may differ in beam, depth and length. A lane's bits do not depend on the other lanes nor
-    /// on `V`, but for `K > 0` on where its segment begins: the time window's blocks are counted from
-    /// there, so give [`constant_segments`] whole. The scale is that of the input: a unit signal from
+    /// All have `count` active elements. `z[lane][i]` is computed sample `i` of the segment, counted from the first
+    /// computed sample at or behind `first_sample`; with a depth step of 1, sample `first_sample + i`.
+    ///
+    /// Segments may differ in beam, depth and length. A lane's bits do not depend on the other lanes nor on `V`.
+    /// For `K > 0` they depend on the beginning of its segment, from which the time window's blocks are counted:
+    /// pass the segments of [`constant_segments`] whole. The scale is that of the input: a unit signal from
     /// straight ahead gives 1 with DAS and MV. With `count = 0`, `z` is 0.
     ///
     /// [`constant_segments`]: super::constant_segments()
     ///
-    /// Cost a sample and lane, in flops with `P = count − L + 1`: DAS `2·count`. The others: the
-    /// covariance `6(count·L − L²/2) + 4PL + 4L²` once, whatever `K` is, and three additions a number
-    /// for the time window; a segment of `n` samples takes `n + 2K` covariances. MV adds `L³/3 + 3L²`;
-    /// rank 1 `L³/3 + L²`, and `2L²` a Lanczos step, of which an echo takes 2 or 3, or `4L³/3` where
-    /// no eigenvalue stands out; the full eigensolver, which serves the other methods and the lanes
-    /// whose matrix is singular, `4L³/3` and the QL steps. Forward multiplies these by 4. RAM: the
-    /// workspace.
+    /// Cost a sample and lane, in flops, with `P = count − L + 1`:
+    ///
+    /// - DAS: `2·count`.
+    /// - Covariance of the other methods: `6(count·L − L²/2) + 4PL + 4L²` once for every `K`, and three additions a
+    ///   number for the time window. A segment of `n` samples needs `n + 2K` covariances.
+    /// - MV adds `L³/3 + 3L²`.
+    /// - Rank 1 adds `L³/3 + L²`, and `2L²` a Lanczos step (2 or 3 for an echo), or `4L³/3` if no eigenvalue stands
+    ///   out.
+    /// - The full eigensolver takes `4L³/3` and the QL steps. It serves the other methods, and lanes with a
+    ///   singular matrix.
+    ///
+    /// Forward multiplies the costs of MV, rank 1 and the eigensolver by 4. RAM: the workspace.
     ///
     /// # Errors
-    /// [`Error::Capacity`] where there are more segments than lanes, or `count`, `L` or `2K+1` exceeds the
-    /// workspace; [`Error::Length`] where `z` is not as long as `segments`; [`Error::Parameter`] where
-    /// `K` is beyond a record or a segment is outside its line.
+    /// [`Error::Capacity`] for more segments than lanes, or if `count`, `L` or `2K+1` exceeds the workspace;
+    /// [`Error::Length`] if `z` and `segments` differ in length; [`Error::Parameter`] if `K` is beyond a record or
+    /// a segment is outside its line.
     #[inline]
     pub fn segments<A: Averaging<V>, V: Vector>(
         &self,

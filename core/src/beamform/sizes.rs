@@ -1,11 +1,11 @@
-//! How much memory a beamformer needs.
+//! Memory of a beamformer.
 
 use crate::covariance::{Covariance, time_window};
 use crate::linalg::lanczos::step_limit;
 use crate::linalg::panels::TILE;
 use crate::memory::Need;
 
-/// The largest shapes that a beamformer is to work on: what its memory follows from.
+/// The largest shapes that a beamformer works on; they determine its memory.
 ///
 /// ```
 /// use bonebeam::beamform::Sizes;
@@ -20,24 +20,24 @@ use crate::memory::Need;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sizes {
-    /// `M`: the most active elements.
+    /// `M`, the maximum number of active elements.
     pub elements: usize,
-    /// `L`: the longest subaperture.
+    /// `L`, the maximum subaperture length.
     pub subaperture: usize,
-    /// `K`: the covariance is averaged over up to `2K+1` samples.
+    /// `K`; the covariance is averaged over up to `2K+1` samples.
     pub temporal_half_window: usize,
-    /// The most sub-lines; one, or none, take no memory.
+    /// Maximum number of sub-lines; 0 and 1 need no memory.
     pub sub_lines: usize,
 }
 
 impl Sizes {
     /// The memory of a [`Workspace`](super::Workspace).
     ///
-    /// With `S` lag sums kept of a sample (forward `L(L+1)/2`, forward-backward a quarter of `L(L+2)`
-    /// for an even `L`), and 1 set of them for `K = 0`, else `2K+2`: `M + (5+K)·L + sets·S` complex
-    /// vectors, `5·L` real ones, and about `L² + 10·L` numbers of the matrix, which are complex for forward
-    /// and real for forward-backward. `N > 1` sub-lines take `1.5·M + (1+N)·L + 2N` complex vectors,
-    /// `2·L + N` real ones and about `(2N+1)·L` numbers of the matrix more.
+    /// `S` lag sums are kept of a sample: `L(L+1)/2` for forward, a quarter of `L(L+2)` for forward-backward with
+    /// an even `L`. There is 1 set of them for `K = 0`, else `2K+2`. The memory is `M + (5+K)·L + sets·S` complex
+    /// vectors, `5·L` real ones, and about `L² + 10·L` numbers of the matrix, complex for forward and real for
+    /// forward-backward. `N > 1` sub-lines add `1.5·M + (1+N)·L + 2N` complex vectors, `2·L + N` real ones and
+    /// about `(2N+1)·L` numbers of the matrix.
     #[inline(always)]
     pub const fn need(self, covariance: Covariance) -> Need {
         let length = self.subaperture;

@@ -1,4 +1,4 @@
-//! One sample of a vector's lanes of segments, from memory into lanes.
+//! Loads of one sample of the segments, one segment a lane.
 
 use super::apodization::Window;
 use super::pushes::Place;

@@ -1,7 +1,7 @@
-//! The tables of parameters, methods and postfilters: every list elsewhere comes from them.
+//! Tables of parameters, methods and postfilters, the source of all other lists.
 //!
-//! A row of `choices!` is a variant of an enum, a row of `parameters!` (in `parameters.rs`) a field of
-//! [`Parameters`](super::Parameters). A list that is made of rows forgets none.
+//! A row of `choices!` is a variant of an enum. A row of `parameters!` (in `parameters.rs`) is a field of
+//! [`Parameters`](super::Parameters). Lists made from rows are complete.
 
 use crate::Error;
 
@@ -18,9 +18,9 @@ use crate::Error;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameter {
-    /// The name: the field, the key of a configuration and, with `-` for `_`, the flag.
+    /// The field name, also the configuration key and, with `-` for `_`, the flag.
     pub name: &'static str,
-    /// The unit, empty for a plain number.
+    /// The unit; empty for a plain number.
     pub unit: &'static str,
     /// The help text.
     pub help: &'static str,
@@ -59,9 +59,9 @@ pub struct Range {
     pub least: f64,
     /// Whether the lower bound itself is refused.
     pub above: bool,
-    /// The largest value, infinite if there is none.
+    /// The largest value; infinite if there is none.
     pub most: f64,
-    /// The range in words: "above 0, at most 1".
+    /// The range in words, for instance "above 0, at most 1".
     pub text: &'static str,
 }
 
@@ -119,31 +119,31 @@ macro_rules! choices {
         }
 
         impl $type {
-            /// One value of every row, with an example of its argument.
+            /// An example of every row, with an example of its argument.
             pub const EXAMPLES: [Self; [$($key),*].len()] = [$($type::$variant $(($example))?),*];
 
-            /// The key: short, without spaces, the same in every version.
+            /// Key for files: short, without spaces, the same in every version.
             pub const fn key(&self) -> &'static str {
                 match self {
                     $($type::$variant { .. } => $key,)*
                 }
             }
 
-            /// The name for people.
+            /// Name for people.
             pub const fn name(&self) -> &'static str {
                 match self {
                     $($type::$variant { .. } => $name,)*
                 }
             }
 
-            /// The help text: the documentation of the row.
+            /// Help text, made from the documentation of the row.
             pub fn help(&self) -> &'static str {
                 match self {
                     $($type::$variant { .. } => concat!($($doc),*).trim_start(),)*
                 }
             }
 
-            /// The parameter that is the argument, if there is one.
+            /// Description of the argument, if the row has one.
             pub fn parameter(&self) -> Option<Parameter> {
                 match self {
                     $($type::$variant { .. } => {
@@ -154,14 +154,14 @@ macro_rules! choices {
                 }
             }
 
-            /// The argument, if there is one.
+            /// Value of the argument, if the row has one.
             pub fn argument(&self) -> Option<f64> {
                 match *self {
                     $($type::$variant $(($argument))? => None $(.or(Some($argument as f64)))?,)*
                 }
             }
 
-            /// The same choice with another argument; unchanged if it has none.
+            /// The same choice with another argument; unchanged if it has no argument.
             #[allow(unused_variables)]
             pub fn with_argument(&self, argument: f64) -> Self {
                 match self {

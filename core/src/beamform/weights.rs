@@ -1,4 +1,4 @@
-//! One sample's weights, for inspection.
+//! Weights of one sample, for inspection.
 
 use super::methods::{Method, Subspace, at_least_floor, rank_order, weighted_sum};
 use super::parameters::{Beamformer, Parameters};
@@ -12,16 +12,18 @@ use crate::simd::{ComplexVector, Scalar};
 use num_complex::Complex;
 
 impl Beamformer {
-    /// The weights of a segment's first sample, with `count` active elements: `w` (Eq. 1) or `w_p` (Eq. 7), by the full eigensolver (of
-    /// [`Method::EsmvRank1Steps`] by its own kernel), into the
-    /// first `L` entries of `weights` (for DAS `1/count`, or the apodization over its sum, into the first `count`). Returns how many.
+    /// Computes the weights of a segment's first sample with `count` active elements.
+    ///
+    /// The weights `w` (Eq. 1) or `w_p` (Eq. 7) are stored in the first `L` entries of `weights`. DAS stores
+    /// `1/count`, or the apodization over its sum, in the first `count`. Returns their number. The full eigensolver
+    /// is used, except for [`Method::EsmvRank1Steps`] with its own kernel.
     ///
     /// For inspection and tests: [`Beamformer::line`] never forms weights. `z` is `wᴴ` times the
     /// mean snapshot of the subapertures, weighted by the apodization. A sample without power has weights 0.
     ///
     /// # Errors
-    /// As [`Beamformer::segments`]; [`Error::Length`] where `weights` is too short;
-    /// [`Error::Parameter`] for a sample outside the line or an empty active set.
+    /// As [`Beamformer::segments`]; [`Error::Length`] if `weights` is too short; [`Error::Parameter`] for a sample
+    /// outside the line or an empty active set.
     pub fn weights<A: Averaging<f32>>(
         &self,
         workspace: &mut Workspace<'_, A>,

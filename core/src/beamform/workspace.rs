@@ -1,4 +1,4 @@
-//! The beamformer's memory, cut into the parts that its kernels work on.
+//! The beamformer's memory, divided into the buffers of its kernels.
 
 use super::sizes::{DirectionParts, Parts, Sizes};
 use crate::Error;
@@ -9,11 +9,10 @@ use crate::linalg::tridiagonal::Tridiagonal;
 use crate::memory::Scratch;
 use crate::simd::{ComplexVector, Vector, split_front};
 
-/// The memory of a beamformer, cut to its shapes.
+/// Memory of a beamformer, divided by its shapes.
 ///
-/// `A` is [`Forward`](crate::covariance::Forward) or [`ForwardBackward`], `V` a vector: `f32` for one
-/// output at a time, a processor's registers for as many as they have lanes. The kernels are compiled
-/// once for all sizes.
+/// `A` is [`Forward`](crate::covariance::Forward) or [`ForwardBackward`]. `V` is a vector: `f32` for one output at
+/// a time, a processor's registers for one output a lane. The kernels are compiled once for all sizes.
 ///
 /// ```
 /// use bonebeam::beamform::{AlignedLine, Beamformer, Parameters, Sizes, Workspace};
@@ -94,8 +93,10 @@ pub(super) struct Solver<'a, S, V> {
 }
 
 impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
-    /// A workspace for shapes of up to `sizes` over the lanes of `zero`, a vector of zeros, in memory of
-    /// [`Sizes::need`]. Inlined, so that the compiler knows the sizes if they are constants.
+    /// A workspace for shapes up to `sizes`, in memory of [`Sizes::need`].
+    ///
+    /// `zero` is a vector of zeros that sets the lanes. The function is inlined, so that the compiler knows
+    /// constant sizes.
     ///
     /// # Errors
     /// [`Error::Length`] if the memory is shorter.
@@ -151,7 +152,7 @@ impl<'a, A: Averaging<V>, V: Vector> Workspace<'a, A, V> {
         })
     }
 
-    /// The shapes that fit.
+    /// The shapes that fit into the workspace.
     pub fn sizes(&self) -> Sizes {
         self.sizes
     }

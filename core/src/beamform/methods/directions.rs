@@ -1,4 +1,4 @@
-//! The methods in several directions, from one factor and one set of eigenvectors.
+//! The methods for several directions, from one factor and one set of eigenvectors.
 
 use super::Method;
 use super::eigenspace::{

@@ -407,13 +407,15 @@ pub(in crate::beamform) fn at_least_floor<V: Vector>(value: V) -> V {
 /// Which eigenvectors make up a subspace.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::beamform) enum Subspace {
-    /// All of them: the weights are those of MV.
+    /// All eigenvectors: the weights of MV.
     All,
-    /// Those of so many of the largest eigenvalues.
+    /// The eigenvectors of this number of largest eigenvalues.
     Largest(usize),
-    /// Those of the largest eigenvalues that make up this fraction of the cross-spectral metric (Eq. 8).
+    /// The eigenvectors of a fraction of the cross-spectral metric (Eq. 8).
+    ///
+    /// They belong to the largest eigenvalues that make up the fraction.
     CrossSpectral(f32),
-    /// All but the largest eigenvalue's.
+    /// All eigenvectors but that of the largest eigenvalue.
     AllButLargest,
 }
 

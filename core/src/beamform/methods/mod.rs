@@ -1,7 +1,6 @@
-//! The methods: what each is called, what it may be asked for, and the kernel that makes its output.
+//! The methods: their names, arguments and kernels.
 //!
-//! A method is a file with its kernel, and its lines in this one: nothing else in the crate tells one
-//! method from another.
+//! A method is a file with its kernel, and its rows in this file. Nothing else in the crate depends on the method.
 
 mod das;
 mod directions;
@@ -23,24 +22,28 @@ use mv::mv;
 use num_complex::Complex;
 
 choices! {
-    /// The beamformer. All but [`Method::Das`] are adaptive, with weights for each sample.
+    /// The beamforming method.
+    ///
+    /// All but [`Method::Das`] are adaptive, with weights for each sample.
     Method {
         /// Delay and sum: the mean over the active elements.
         Das, "das", "DAS";
         /// Minimum variance, Capon (Eq. 1, 4).
         Mv, "mv", "MV";
-        /// Eigenspace MV (Eq. 5–7) with the cross-spectral rank rule (Eq. 8): the smallest rank `j`
-        /// with `c_j ≥ β·c_L`.
+        /// Eigenspace MV (Eq. 5–7) of the smallest rank `j` with `c_j ≥ β·c_L` (Eq. 8).
         EsmvBeta(beta: f32 = 0.1, BETA), "esmv-beta", "ESMV by β";
         /// Eigenspace MV with a fixed rank, at most the subaperture's length.
         EsmvRank(rank: usize = 3, RANK), "esmv-rank", "ESMV of a fixed rank";
-        /// Eigenspace MV with a signal subspace of rank 1: the dominant eigenpair alone, by Lanczos steps,
-        /// or by reduction to tridiagonal form if no eigenvalue stands out.
+        /// Eigenspace MV with a signal subspace of rank 1.
+        ///
+        /// It uses the dominant eigenpair alone, by Lanczos steps, or by reduction to tridiagonal form if no
+        /// eigenvalue stands out.
         EsmvRank1, "esmv-rank1", "ESMV rank 1";
-        /// [`Method::EsmvRank1`] in constant time: the eigenpair is that of so many steps of power iteration,
-        /// 1 to [`Method::MOST_STEPS`], whatever the data are. What is left of the other eigenvectors falls by
-        /// `λ₂/λ₁` a step: docs/numerics.md has a table. A sample whose covariance is singular in f32 is 0,
-        /// which takes a diagonal loading below about 10⁻³.
+        /// [`Method::EsmvRank1`] in constant time, by steps of power iteration.
+        ///
+        /// The number of steps is 1 to [`Method::MOST_STEPS`], for all data. The share of other eigenvectors falls
+        /// by `λ₂/λ₁` a step: docs/numerics.md has a table. A sample whose covariance is singular in f32 gives 0,
+        /// which requires a diagonal loading below about 10⁻³.
         EsmvRank1Steps(steps: usize = 8, STEPS), "esmv-rank1-steps", "ESMV rank 1 by steps";
         /// Eigenspace MV with all eigenvectors but the first (Fig. 2c): `w − e₁e₁ᴴw`.
         EsmvExcludeFirst, "esmv-exclude-first", "ESMV without λ₁";
@@ -96,7 +99,9 @@ pub(super) struct Direct {
 }
 
 impl Method {
-    /// The most steps of [`Method::EsmvRank1Steps`]: more take longer than the whole eigensolver.
+    /// Maximum steps of [`Method::EsmvRank1Steps`].
+    ///
+    /// More steps would take longer than the whole eigensolver.
     pub const MOST_STEPS: usize = STEPS.range.most as usize;
 
     /// The kernels of a method that takes no covariance.
