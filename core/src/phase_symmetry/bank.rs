@@ -1,4 +1,4 @@
-//! A bank of filters on images of one size: its parameters, checked, and the strips that are worked on.
+//! A filter bank for images of one size: validated parameters and strips.
 
 use super::log_gabor::{ORIENTATIONS, Scale};
 use super::memory::Sizes;
@@ -6,7 +6,7 @@ use crate::Error;
 use crate::error::at_least_one;
 use core::ops::Range;
 
-/// The most scales of a bank.
+/// Maximum number of scales of a bank.
 pub const MAX_SCALES: usize = 8;
 
 /// The parameters of a bank of filters.
@@ -15,8 +15,9 @@ pub const MAX_SCALES: usize = 8;
 pub struct Parameters<'a> {
     /// The image's size and the strip height.
     pub sizes: Sizes,
-    /// The filters' centre frequencies `r₀` in cycles per pixel, from 2⁻¹⁰ to 2⁻¹; 1 to [`MAX_SCALES`] of
-    /// them. The paper takes some of 2⁻⁵ to 2⁻⁹.
+    /// Centre frequencies `r₀` of the filters in cycles per pixel.
+    ///
+    /// From 2⁻¹⁰ to 2⁻¹; 1 to [`MAX_SCALES`] of them. The paper uses some of 2⁻⁵ to 2⁻⁹.
     pub scales: &'a [f64],
     /// The noise threshold `T_n`, in units of the image.
     pub threshold: f32,
@@ -81,12 +82,14 @@ pub struct PhaseSymmetry {
 }
 
 impl PhaseSymmetry {
-    /// A bank of six orientations (0 and −π/2 + kπ/6 for k = 0, ±1, ±2) at each of the scales.
+    /// A bank of six orientations at each scale.
+    ///
+    /// The orientations are 0 and −π/2 + kπ/6 for k = 0, ±1, ±2.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a side that is not 64, 128, 256, 512 or 1024, for no scales or
-    /// one outside 2⁻¹⁰..=2⁻¹, for a threshold that is negative or not finite, for a strip
-    /// height of 0; [`Error::Capacity`] for more than [`MAX_SCALES`] scales.
+    /// [`Error::Parameter`] for a side other than 64, 128, 256, 512 or 1024, for no scales or one outside
+    /// 2⁻¹⁰..=2⁻¹, for a threshold that is negative or not finite, and for a strip height of 0; [`Error::Capacity`]
+    /// for more than [`MAX_SCALES`] scales.
     pub fn new(parameters: &Parameters<'_>) -> Result<Self, Error> {
         let Parameters {
             sizes,
@@ -124,7 +127,7 @@ impl PhaseSymmetry {
         })
     }
 
-    /// The image's size and the strip height, at most the longer side.
+    /// Image size and strip height, at most the longer side.
     pub const fn sizes(&self) -> Sizes {
         Sizes {
             rows: self.rows,
@@ -133,23 +136,24 @@ impl PhaseSymmetry {
         }
     }
 
-    /// How many filters the bank has: 6 a scale. They count scale by scale in the order given, and within
-    /// a scale 0, −π/6, −π/3, −π/2, −2π/3, −5π/6.
+    /// Number of filters: 6 a scale.
+    ///
+    /// The order is scale by scale as given, and within a scale 0, −π/6, −π/3, −π/2, −2π/3, −5π/6.
     pub const fn filters(&self) -> usize {
         self.scale_count * ORIENTATIONS.len()
     }
 
-    /// Numbers in the [`super::GainTables`] of this bank: [`Sizes::gain_tables_len`].
+    /// Length of the [`super::GainTables`] of this bank: [`Sizes::gain_tables_len`].
     pub const fn gain_tables_len(&self) -> usize {
         self.sizes().gain_tables_len(self.scale_count)
     }
 
-    /// The strips of rows, from the top.
+    /// Strips of rows, from the top.
     pub fn row_strips(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         strips(self.rows, self.strip)
     }
 
-    /// The strips of columns of the half spectrum, from the left.
+    /// Strips of columns of the half spectrum, from the left.
     pub fn column_strips(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         strips(self.sizes().half(), self.strip)
     }

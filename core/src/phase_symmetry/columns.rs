@@ -1,4 +1,4 @@
-//! The columns of a filtered image: spectrum × gain, inversely transformed.
+//! Columns of a filtered image: inverse transform of spectrum × gain.
 
 use super::bank::PhaseSymmetry;
 use super::external::{ReadAt, WriteAt, view_or_read};
@@ -14,16 +14,15 @@ use core::ops::Range;
 use num_complex::Complex;
 
 impl PhaseSymmetry {
-    /// The second step of [`PhaseSymmetry::run`], for one filter and one of
-    /// [`PhaseSymmetry::column_strips`]: writes the filtered columns.
-    /// An example stands at [`StripSlices`].
+    /// Writes the filtered columns of one filter and one strip.
     ///
-    /// The other half of the spectrum is the mirror image of the stored one, so a strip gives the
-    /// columns of the opposite frequencies as well.
+    /// This is the second step of [`PhaseSymmetry::run`], for a filter and one of [`PhaseSymmetry::column_strips`].
+    /// [`StripSlices`] has an example. The other half of the spectrum mirrors the stored one, so a strip also gives
+    /// the columns of the opposite frequencies.
     ///
     /// # Errors
-    /// As [`PhaseSymmetry::run`]; [`Error::Capacity`] or [`Error::Parameter`] for a filter or strip
-    /// that the bank does not have.
+    /// As [`PhaseSymmetry::run`]; [`Error::Capacity`] or [`Error::Parameter`] for a filter or strip outside the
+    /// bank.
     pub fn filter_columns<V: Vector, F: Fft<V>, G: Gains<V>>(
         &self,
         kernels: &Kernels<'_, F, G>,

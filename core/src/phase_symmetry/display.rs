@@ -2,9 +2,9 @@
 
 use crate::Error;
 
-/// Scales a map in place to `255·PS/max(PS)`, the paper's intensities. A map of zeros stays so.
+/// Scales a map in place to `255·PS/max(PS)`, the paper's intensities.
 ///
-/// No memory of its own; a division a pixel.
+/// A map of zeros does not change. RAM: none. Cost: a division a pixel.
 ///
 /// ```
 /// use bonebeam::phase_symmetry::scale_for_display;
@@ -16,8 +16,8 @@ use crate::Error;
 /// ```
 ///
 /// # Errors
-/// [`Error::NonFinite`] with the flat index of a NaN or infinite value, [`Error::Parameter`] for a
-/// negative one, neither of which [`super::PhaseSymmetry`] gives; the map is then untouched.
+/// [`Error::NonFinite`] with the flat index of a NaN or infinite value, [`Error::Parameter`] for a negative one.
+/// Maps of [`super::PhaseSymmetry`] have neither. The map is then unchanged.
 pub fn scale_for_display(map: &mut [f32]) -> Result<(), Error> {
     let mut largest = 0.0;
     for (index, &value) in map.iter().enumerate() {

@@ -1,9 +1,9 @@
-//! External memory: what does not fit the fast one, reached a block at a time.
+//! External memory for matrices that exceed fast memory, in blocks.
 
 use crate::Error;
 use crate::simd::copy;
 
-/// Numbers that can be read from any offset on: SDRAM, a file, a slice.
+/// Numbers that can be read from any offset: SDRAM, a file, a slice.
 ///
 /// ```
 /// use bonebeam::Error;
@@ -22,11 +22,13 @@ pub trait ReadAt {
     /// Copies the numbers from `first` on.
     ///
     /// # Errors
-    /// [`Error::Memory`] where the memory fails or ends too early.
+    /// [`Error::Memory`] if the memory fails or ends too early.
     fn read_at(&mut self, first: usize, into: &mut [f32]) -> Result<(), Error>;
 
-    /// The `length` numbers from `first` on where they lie, so that they need not be copied: for memory that
-    /// is as fast as [`super::StripSlices`], behind a cache. None by default and for slices, which may be slow.
+    /// Borrows `length` numbers from `first` on, if the memory allows it.
+    ///
+    /// The numbers are then not copied. For memory that is as fast as [`super::StripSlices`], behind a cache.
+    /// `None` by default and for slices, which may be slow.
     fn view(&self, first: usize, length: usize) -> Option<&[f32]> {
         let _ = (first, length);
         None
@@ -38,10 +40,10 @@ pub trait WriteAt: ReadAt {
     /// Copies numbers to the offsets from `first` on.
     ///
     /// # Errors
-    /// [`Error::Memory`] where the memory fails or ends too early.
+    /// [`Error::Memory`] if the memory fails or ends too early.
     fn write_at(&mut self, first: usize, from: &[f32]) -> Result<(), Error>;
 
-    /// The same, to be changed where they lie.
+    /// Borrows the same numbers for writing.
     fn view_mut(&mut self, first: usize, length: usize) -> Option<&mut [f32]> {
         let _ = (first, length);
         None

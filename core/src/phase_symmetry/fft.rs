@@ -1,5 +1,4 @@
-//! The one-dimensional transform of rows and columns, as many lines at a time as a vector has
-//! lanes.
+//! The one-dimensional transform of rows and columns, one line a lane.
 
 use super::fft64;
 use crate::simd::Vector;
@@ -7,8 +6,8 @@ use num_complex::Complex;
 
 /// A discrete Fourier transform of independent lines, one in each lane.
 ///
-/// [`Microfft`] serves a microcontroller, [`super::LaneFft`] everything with wider vectors; they
-/// give the same numbers, so phase symmetry has the same bits by either.
+/// [`Microfft`] serves a microcontroller, [`super::LaneFft`] wider vectors. Their numbers are equal, so phase
+/// symmetry has the same bits with either.
 ///
 /// ```
 /// use bonebeam::phase_symmetry::{Fft, LaneFft, Microfft};
@@ -22,13 +21,15 @@ use num_complex::Complex;
 /// assert_eq!(by_microfft, by_lane_fft);
 /// ```
 pub trait Fft<V: Vector> {
-    /// `line[k] = Σ input(n)·exp(−2πikn/N)` in every lane, for N = 64, 128, 256, 512 or 1024, the
-    /// length of `line`. A line of another length is left as it is.
+    /// Computes `line[k] = Σ input(n)·exp(−2πikn/N)` in every lane.
+    ///
+    /// `N`, the length of `line`, is 64, 128, 256, 512 or 1024. A line of another length stays unchanged.
     fn transform(&self, input: impl Fn(usize) -> Complex<V>, line: &mut [Complex<V>]);
 }
 
-/// The transform of the `microfft` crate, with its own tables in flash. Radix 2; of 64 points the same operations, three
-/// levels at a time.
+/// The transform of the `microfft` crate, with its own tables in flash.
+///
+/// Radix 2. Lines of 64 points use the same operations, three levels at a time.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Microfft;

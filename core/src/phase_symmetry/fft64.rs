@@ -1,8 +1,9 @@
-//! The transform of 64 points of one line: microfft's operations in its order, three levels at a time in registers.
+//! The transform of one line of 64 points, three levels at a time in registers.
 //!
-//! Radix 2, decimation in time, so that the numbers are microfft's. A pass reads eight points, does three levels and
-//! writes them, so that each point is read and written twice where level by level it is seven times. Sixteen
-//! registers hold the points, of the 32 that a Cortex-M7's FPU has: 1.9 thousand instructions in place of 3.4.
+//! Radix 2, decimation in time, with microfft's operations in its order, so that the numbers are microfft's. A pass
+//! reads eight points, computes three levels and writes them. Each point is read and written twice, instead of
+//! seven times level by level. The points take sixteen of the 32 registers of a Cortex-M7's FPU. Cost: 1.9 thousand
+//! instructions instead of 3.4.
 
 use crate::sine::sin;
 use core::f64::consts::TAU;

@@ -1,4 +1,4 @@
-//! A filter's gains at the bins of neighbouring columns: computed on the fly, or from tables.
+//! A filter's gains for neighbouring columns: computed on the fly, or from tables.
 
 use super::bank::PhaseSymmetry;
 use super::fft::opposite;
@@ -9,15 +9,17 @@ use crate::error::check_length;
 use crate::simd::Vector;
 use core::ops::Range;
 
-/// Columns of the spectrum side by side in the lanes of a vector.
+/// Neighbouring columns of the spectrum, one a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LaneColumns {
-    /// The first lane's column of the half spectrum; each further lane has the next one.
+    /// Column of the half spectrum in the first lane.
+    ///
+    /// Each further lane has the next column.
     pub first: usize,
-    /// How many lanes are in use.
+    /// Number of lanes in use.
     pub lanes: usize,
-    /// Whether the columns of the opposite frequencies are meant: `columns − first` and downwards.
+    /// Whether the lanes hold the opposite frequencies, from `columns − first` down.
     pub mirrored: bool,
 }
 
@@ -33,15 +35,16 @@ impl LaneColumns {
 
 /// The gains of a bank of filters.
 pub trait Gains<V: Vector> {
-    /// Whether they are those of this bank and image size.
+    /// Checks that the gains belong to this bank and image size.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where they are another's.
+    /// [`Error::Parameter`] for gains of another bank.
     fn check(&self, bank: &PhaseSymmetry) -> Result<(), Error>;
 
-    /// The gains of a filter, by its index of [`PhaseSymmetry::filters`]: `gains[row]` for every row. What lanes not in use hold afterwards means
-    /// nothing. All are left as they are where the bank has no such filter, or no strip that holds these
-    /// columns.
+    /// Computes `gains[row]` of a filter for every row.
+    ///
+    /// `filter` is an index of [`PhaseSymmetry::filters`]. Unused lanes are undefined afterwards. The gains stay
+    /// unchanged if the bank has no such filter, or no strip with these columns.
     fn fill(&self, bank: &PhaseSymmetry, filter: usize, columns: LaneColumns, gains: &mut [V]);
 }
 
@@ -83,11 +86,10 @@ impl<V: Vector> Gains<V> for LogGabor<'_> {
 
 /// The gains of a whole bank, computed once for many images.
 ///
-/// The two factors of a gain stay apart, since they have symmetries that their product lacks: the
-/// radial factor is the same for the six orientations and for ±f of rows and columns, so a quarter
-/// of the grid serves; the angular factor is the same for all scales, and that of an orientation
-/// at −fx is that of the orientation mirrored left to right at fx, so half of the grid serves. The
-/// gains have the same bits as on the fly.
+/// The two factors of a gain are stored separately, since each has symmetries that their product lacks. The radial
+/// factor is the same for the six orientations and for ±f of rows and columns, so a quarter of the grid suffices.
+/// The angular factor is the same for all scales. At −fx it equals the factor of the mirrored orientation at fx, so
+/// half of the grid suffices. The gains have the same bits as on the fly.
 #[derive(Clone, Copy, Debug)]
 pub struct GainTables<M> {
     bank: PhaseSymmetry,
@@ -98,9 +100,9 @@ pub struct GainTables<M> {
 }
 
 impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {
-    /// Fills `memory`, which is [`PhaseSymmetry::gain_tables_len`] long: a slice or a `Vec`.
+    /// Fills `memory`, a slice or a `Vec` of [`PhaseSymmetry::gain_tables_len`] numbers.
     ///
-    /// Half a division and less than five table look-ups a pixel.
+    /// Cost: half a division and less than five table look-ups a pixel.
     ///
     /// ```
     /// use bonebeam::Error;
@@ -175,7 +177,7 @@ impl<M: AsRef<[f32]> + AsMut<[f32]>> GainTables<M> {
         })
     }
 
-    /// The bank that the tables are of.
+    /// The bank of the tables.
     pub fn bank(&self) -> &PhaseSymmetry {
         &self.bank
     }
@@ -257,9 +259,9 @@ impl<V: Vector, M: AsRef<[f32]>> Gains<V> for GainTables<M> {
 )]
 #[derive(Debug)]
 pub(crate) enum AnyGains<'m> {
-    /// On the fly.
+    /// Gains computed on the fly.
     Computed(LogGabor<'m>),
-    /// From tables.
+    /// Gains from tables.
     Tables(GainTables<&'m mut [f32]>),
 }
 

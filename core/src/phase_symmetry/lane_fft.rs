@@ -1,10 +1,9 @@
-//! A transform over lanes: radix 2, decimation in time, with the operations of `microfft` in its
-//! order, so that it gives microfft's numbers in every lane of any vector (zeros may differ in
-//! sign, which Eq. 10 does not see).
+//! Fourier transform over lanes, with the operations of `microfft` in its order.
 //!
-//! Lines in lanes need no shuffles, whatever the instruction set. Two levels of butterflies are
-//! done at a time in registers, which halves the traffic; and as the second's twiddles W and −i·W
-//! differ by an exact turn, one product serves both. The order of the roundings stays radix 2's.
+//! Radix 2, decimation in time. Every lane of any vector has microfft's numbers; zeros may differ in sign, which
+//! Eq. 10 ignores. Lines in lanes need no shuffles on any instruction set. Two levels of butterflies are computed
+//! at a time in registers, which halves the memory traffic. The second level's twiddles W and −i·W differ by an
+//! exact turn, so one product serves both. The order of the roundings stays radix 2's.
 
 use super::fft::{Fft, LONGEST, Microfft, is_supported};
 use crate::simd::Vector;
@@ -18,10 +17,10 @@ pub struct LaneFft {
 }
 
 impl LaneFft {
-    /// What it takes.
+    /// Size in bytes.
     pub const BYTES: usize = size_of::<Self>();
 
-    /// The twiddle factors are read off microfft, as its transform of a unit impulse at 1.
+    /// Twiddle factors, read from microfft's transform of a unit impulse at 1.
     pub fn new() -> Self {
         let zero = Complex::new(0.0, 0.0);
         let mut line = [zero; LONGEST];

@@ -1,4 +1,4 @@
-//! Lines in the lanes of vectors, and back in memory.
+//! Transposition of lines between memory and lanes.
 
 use crate::simd::Vector;
 use core::hint::cold_path;

@@ -1,19 +1,17 @@
-//! Log-Gabor filters (Eq. 9) from tables that a microcontroller can hold.
+//! Log-Gabor filters (Eq. 9) from tables that fit a microcontroller.
 //!
-//! A filter is a radial times an angular factor, and each is a function of one variable:
+//! A filter is a radial times an angular factor, each a function of one variable:
 //!
-//! - The radial factor depends on `m = (r/r₀)²` alone, `exp(−½·(½·ln m / ln 0.15)²)`, so one table
-//!   serves every scale. It is cut like a float: 16 segments an octave of `m`, found from its bits.
-//! - The angular factor depends on the angle from the filter's orientation. The direction is
-//!   given by one of four faces (right, up, left, down: whichever axis is nearer) and
-//!   `t = tan` of the angle from that axis, in `[−1, 1]`, cut into 64 segments. Turns by 90° change
-//!   the face and reflections the sign of `t`, so the tables of 0 and −π/6 serve all six
-//!   orientations.
+//! - The radial factor depends only on `m = (r/r₀)²`: `exp(−½·(½·ln m / ln 0.15)²)`. One table serves every scale.
+//!   Its segments are those of a float: 16 an octave of `m`, found from its bits.
+//! - The angular factor depends on the angle from the filter's orientation. The direction is given by one of four
+//!   faces (right, up, left, down: the nearer axis) and `t = tan` of the angle from that axis, in `[−1, 1]`,
+//!   divided into 64 segments. Turns by 90° change the face and reflections the sign of `t`, so the tables of 0 and
+//!   −π/6 serve all six orientations.
 //!
-//! Each segment holds the cubic through four equidistant points of the exact function, evaluated
-//! as `c₀ + x·(c₁ + x·(c₂ + x·c₃))`; the gain errs by at most 2.5·10⁻⁷ of the filter's peak.
-//! A table per filter over a 512×512 grid would take 1 MiB; these take 17.9 kB for all filters
-//! of all sizes.
+//! Each segment holds the cubic through four equidistant points of the exact function, evaluated as `c₀ + x·(c₁ +
+//! x·(c₂ + x·c₃))`. The gain errs by at most 2.5·10⁻⁷ of the filter's peak. A table per filter over a 512×512 grid
+//! would need 1 MiB; these need 17.9 kB for all filters of all sizes.
 
 use super::fft::is_supported;
 use crate::Error;
@@ -51,7 +49,7 @@ pub struct LogGaborTables {
     angular: [Angular; 2],
 }
 
-/// The filters, ready for use: tables filled in.
+/// Filters ready for use, with filled tables.
 #[derive(Clone, Copy, Debug)]
 pub struct LogGabor<'a> {
     tables: &'a LogGaborTables,
@@ -189,7 +187,7 @@ impl Bin {
 }
 
 impl LogGaborTables {
-    /// What the tables take.
+    /// Size of the tables in bytes.
     pub const BYTES: usize = size_of::<Self>();
 
     /// From the numbers in memory order, each its bytes from the lowest on.
@@ -233,7 +231,7 @@ impl Default for LogGaborTables {
 }
 
 impl LogGabor<'static> {
-    /// The filters from constants, without memory of their own.
+    /// Filters from constants, without memory of their own.
     ///
     /// ```
     /// use bonebeam::phase_symmetry::LogGabor;
@@ -247,10 +245,10 @@ impl LogGabor<'static> {
 }
 
 impl<'a> LogGabor<'a> {
-    /// Fills the tables; once serves every size, scale and orientation.
+    /// Fills the tables for every size, scale and orientation.
     ///
-    /// They are copied from constants: to where reading is fast, as a microcontroller's RAM is beside its
-    /// flash. [`LogGabor::fixed`] reads the constants where they lie.
+    /// The tables are copied from constants to faster memory, such as a microcontroller's RAM beside its flash.
+    /// [`LogGabor::fixed`] reads the constants directly.
     pub fn new(tables: &'a mut LogGaborTables) -> Self {
         tables.clone_from(&TABLES);
         LogGabor { tables }

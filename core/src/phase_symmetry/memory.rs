@@ -1,4 +1,4 @@
-//! The memory that phase symmetry works in: how much of it, the fast one and the external one.
+//! Memory of phase symmetry: sizes, fast memory and external memory.
 
 use super::external::{ReadAt, WriteAt};
 use crate::Error;
@@ -6,8 +6,9 @@ use crate::memory::{Need, Scratch};
 use crate::simd::split_front;
 use num_complex::Complex;
 
-/// An image's size, and how much of it is worked on at a time. What memory they take follows, at compile
-/// time as well; a length beyond `usize::MAX` is given as that:
+/// Image size and strip height, which determine all memory.
+///
+/// The lengths are constants if the sizes are. They saturate at `usize::MAX`.
 ///
 /// ```
 /// use bonebeam::phase_symmetry::Sizes;
@@ -22,16 +23,20 @@ use num_complex::Complex;
 pub struct Sizes {
     /// Rows of the image: 64, 128, 256, 512 or 1024.
     pub rows: usize,
-    /// Columns of the image, likewise.
+    /// Columns of the image: 64, 128, 256, 512 or 1024.
     pub columns: usize,
-    /// How many rows or columns are worked on at a time, at least 1; more than the image has means all of
-    /// them. It changes memory and time, never the result.
+    /// Rows or columns processed at a time, at least 1.
+    ///
+    /// A larger number than the image's means all of them. The strip height changes memory and time, never the
+    /// result.
     pub strip: usize,
 }
 
 impl Sizes {
-    /// The fast memory for one line at a time, [`StripSlices::new`]: `4·S·N + N` real numbers and N complex ones,
-    /// 16·S·N + 12·N bytes, with N the longer side and S the strip height.
+    /// Fast memory for one line at a time, for [`StripSlices::new`].
+    ///
+    /// `4·S·N + N` real numbers and N complex ones, 16·S·N + 12·N bytes, with N the longer side and S the strip
+    /// height.
     ///
     /// | N \\ S | 1 | 16 | 64 | N |
     /// |---:|---:|---:|---:|---:|
@@ -39,9 +44,9 @@ impl Sizes {
     /// | 128 | 3.6 kB | 34.3 kB | 132.6 kB | 263.7 kB |
     /// | 512 | 14.3 kB | 137.2 kB | 530.4 kB | 4.2 MB |
     ///
-    /// With it go the filter tables, [`super::LogGaborTables::BYTES`] for all sizes and scales. The external memory
-    /// of R × C pixels is 20·R·C + 4·R·(C + 2) bytes, the image included: 98.8 kB for 64 × 64 and 6.3 MB for
-    /// 512 × 512.
+    /// The filter tables need [`super::LogGaborTables::BYTES`] more, for all sizes and scales. The external memory
+    /// of R × C pixels is 20·R·C + 4·R·(C + 2) bytes, the image included: 98.8 kB for 64 × 64 and 6.3 MB for 512 ×
+    /// 512.
     pub const fn need(&self) -> Need {
         let strips = Need::real(self.strip_len()).and(Need::real(self.sums_len()));
         strips.and(Need {
@@ -50,55 +55,58 @@ impl Sizes {
         })
     }
 
-    /// Numbers in [`StripSlices::strip`]: `2·S·N`, with N the longer side and S the strip height.
+    /// Length of [`StripSlices::strip`]: `2·S·N` numbers.
+    ///
+    /// N is the longer side and S the strip height.
     pub const fn strip_len(&self) -> usize {
         self.height()
             .saturating_mul(self.longest())
             .saturating_mul(2)
     }
 
-    /// Numbers in [`StripSlices::sums`]: as many.
+    /// Length of [`StripSlices::sums`]: that of the strip.
     pub const fn sums_len(&self) -> usize {
         self.strip_len()
     }
 
-    /// Complex vectors in [`StripSlices::line`]: N.
+    /// Length of [`StripSlices::line`]: N complex vectors.
     pub const fn line_len(&self) -> usize {
         self.longest()
     }
 
-    /// Vectors in [`StripSlices::gains`]: N.
+    /// Length of [`StripSlices::gains`]: N vectors.
     pub const fn gains_len(&self) -> usize {
         self.longest()
     }
 
-    /// Numbers in [`External::image`]: rows × columns.
+    /// Length of [`External::image`]: rows × columns.
     pub const fn image_len(&self) -> usize {
         self.rows.saturating_mul(self.columns)
     }
 
-    /// Numbers in [`External::spectrum`]: 2 × rows × (columns/2 + 1).
+    /// Length of [`External::spectrum`]: 2 × rows × (columns/2 + 1).
     pub const fn spectrum_len(&self) -> usize {
         self.rows.saturating_mul(self.half()).saturating_mul(2)
     }
 
-    /// Numbers in [`External::filtered`]: 2 × rows × columns.
+    /// Length of [`External::filtered`]: 2 × rows × columns.
     pub const fn filtered_len(&self) -> usize {
         self.image_len().saturating_mul(2)
     }
 
-    /// Numbers in [`External::amplitude`]: rows × columns.
+    /// Length of [`External::amplitude`]: rows × columns.
     pub const fn amplitude_len(&self) -> usize {
         self.image_len()
     }
 
-    /// Numbers in [`External::symmetry`]: rows × columns.
+    /// Length of [`External::symmetry`]: rows × columns.
     pub const fn symmetry_len(&self) -> usize {
         self.image_len()
     }
 
-    /// Numbers in [`super::GainTables`] of a bank of so many scales: for R × C pixels and s scales
-    /// `(C/2 + 1)·(s·(R/2 + 1) + 8·R)`, 5.0 MB for 512² and three scales.
+    /// Length of [`super::GainTables`] for a bank of `scales` scales.
+    ///
+    /// For R × C pixels and s scales `(C/2 + 1)·(s·(R/2 + 1) + 8·R)` numbers, 5.0 MB for 512² and three scales.
     pub const fn gain_tables_len(&self, scales: usize) -> usize {
         let radial = scales.saturating_mul(self.rows / 2 + 1);
         let angular = super::log_gabor::TURNS.saturating_mul(self.rows);
@@ -129,33 +137,36 @@ impl Sizes {
     }
 }
 
-/// The five matrices in external memory. Their contents need not be initialised.
+/// The five matrices in external memory, with any initial contents.
 ///
-/// What is read and written at a time lies in one range or in a few long ones: complex numbers are
-/// in strips, and of each strip line after line, the real parts of all its columns (or rows), then
-/// the imaginary ones.
+/// Every access covers one range or a few long ones. Complex numbers are stored in strips, each line after line:
+/// the real parts of all its columns (or rows), then the imaginary parts.
 pub struct External<'a> {
     /// The image, 0..255; only read. Row-major, [`Sizes::image_len`] long.
     pub image: &'a mut dyn ReadAt,
     /// The image's half spectrum in strips of columns, [`Sizes::spectrum_len`] long.
     pub spectrum: &'a mut dyn WriteAt,
-    /// One filter's columns on the way to its rows, in strips of rows, [`Sizes::filtered_len`] long.
+    /// Columns of one filter, in strips of rows, [`Sizes::filtered_len`] long.
+    ///
+    /// Intermediate result between columns and rows.
     pub filtered: &'a mut dyn WriteAt,
-    /// Eq. 10's denominator on the way, in strips of rows, [`Sizes::amplitude_len`] long.
+    /// Denominator of Eq. 10, in strips of rows, [`Sizes::amplitude_len`] long.
     pub amplitude: &'a mut dyn WriteAt,
-    /// Eq. 10's numerator on the way, likewise, and the phase symmetry map in the end, row-major,
+    /// Numerator of Eq. 10 in strips of rows, and finally the map, row-major.
+    ///
     /// [`Sizes::symmetry_len`] long.
     pub symmetry: &'a mut dyn WriteAt,
 }
 
-/// Fast memory, cut to an image's size: by [`StripSlices::new`], or for the lanes of a vector by hand. Each slice may
-/// be longer than said. Whatever is too short is refused with [`crate::Error::Capacity`].
+/// Fast memory, divided by an image's size.
 ///
-/// The vectors are those that are computed with: `f32` for one line at a time, a processor's registers for
-/// as many as they have lanes.
+/// [`StripSlices::new`] divides a scratch for one line at a time; for the lanes of a vector, fill the fields.
+/// Slices may be longer than stated. A slice that is too short gives [`crate::Error::Capacity`].
 ///
-/// Strips of one step may be worked on side by side, each in slices of its own. One after the other, this
-/// is what [`super::PhaseSymmetry::run`] does:
+/// `V` is the vector to compute with: `f32` for one line at a time, a processor's registers for one line a lane.
+///
+/// Strips of one step may be processed in parallel, each in slices of its own. In sequence,
+/// [`super::PhaseSymmetry::run`] does this:
 ///
 /// ```
 /// use bonebeam::Error;
@@ -210,18 +221,18 @@ pub struct External<'a> {
 /// # Ok::<(), Error>(())
 /// ```
 pub struct StripSlices<'a, V> {
-    /// What a strip reads, [`Sizes::strip_len`].
+    /// Input of a strip, [`Sizes::strip_len`] long.
     pub strip: &'a mut [f32],
-    /// What it gives, or Eq. 10's two sums, [`Sizes::sums_len`].
+    /// Output of a strip, or the two sums of Eq. 10, [`Sizes::sums_len`] long.
     pub sums: &'a mut [f32],
-    /// As many lines as a vector has lanes, [`Sizes::line_len`].
+    /// One line in each lane, [`Sizes::line_len`] long.
     pub line: &'a mut [Complex<V>],
-    /// A filter's gains along them, [`Sizes::gains_len`].
+    /// A filter's gains along the lines, [`Sizes::gains_len`] long.
     pub gains: &'a mut [V],
 }
 
 impl<'a> StripSlices<'a, f32> {
-    /// The buffers for one line at a time, in memory of [`Sizes::need`].
+    /// Divides memory of [`Sizes::need`] for one line at a time.
     ///
     /// # Errors
     /// [`Error::Length`] if the memory is shorter.

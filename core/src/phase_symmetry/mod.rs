@@ -1,14 +1,14 @@
-//! Phase symmetry: a ridge filter that answers to bright lines and not to dark ones or edges.
+//! Phase symmetry: a ridge filter for bright lines, blind to dark lines and edges.
 //!
-//! The image (0..255) is filtered by a bank of log-Gabor filters (Eq. 9, [`LogGabor`]); the real
-//! and imaginary parts of each filtered image, `e` and `o`, give (Eq. 10)
+//! A bank of log-Gabor filters (Eq. 9, [`LogGabor`]) filters the image (0..255). The real and imaginary parts of
+//! each filtered image, `e` and `o`, give (Eq. 10)
 //!
 //! `PS = Σ max(e − |o| − T_n, 0) / (Σ √(e² + o²) + ε)`, `ε = 10⁻¹⁰`,
 //!
-//! over 6 orientations and 1 to 8 scales. The boundary is periodic. [`PhaseSymmetry`] computes it
-//! in strips ([`PhaseSymmetry::run`]): S rows or columns of the image sit in fast memory at a time, the rest in external
-//! memory behind [`ReadAt`] and [`WriteAt`], and the result has the same bits for every S. With all in one memory
-//! ([`PhaseSymmetry::map`]) a microcontroller takes half of the instructions, for the same bits.
+//! over 6 orientations and 1 to 8 scales. The boundary is periodic. [`PhaseSymmetry::run`] computes the map in
+//! strips: S rows or columns of the image are in fast memory at a time, and the rest in external memory behind
+//! [`ReadAt`] and [`WriteAt`]. The result has the same bits for every S. If one memory holds everything,
+//! [`PhaseSymmetry::map`] takes half of the instructions on a microcontroller, with the same bits.
 
 mod bank;
 mod columns;

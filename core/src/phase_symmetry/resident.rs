@@ -1,7 +1,7 @@
-//! Phase symmetry with all matrices in one memory, one line at a time, as on a microcontroller with enough of it.
+//! Phase symmetry with all matrices in one memory, one line at a time.
 //!
-//! The operations are those of the strips in their order, and so are the bits. Nothing is copied: a column of the
-//! spectrum, and a row of a filtered image, lies in one range.
+//! For a microcontroller with enough memory. The operations are those of the strips in their order, and so are the
+//! bits. Nothing is copied: a column of the spectrum, or a row of a filtered image, is one range.
 
 use super::bank::PhaseSymmetry;
 use super::fft::{Fft, Microfft, inverse_to, opposite};
@@ -20,8 +20,10 @@ use crate::{Complex, Error};
 const STEP: usize = 4096;
 
 impl Sizes {
-    /// The memory of [`PhaseSymmetry::map`] beside image and map, for R × C pixels and N the longer side: 4·R·C + 2·R + N
-    /// real numbers and N complex ones, 66.8 kB for 64 × 64.
+    /// Memory of [`PhaseSymmetry::map`] beside image and map.
+    ///
+    /// For R × C pixels and N the longer side: 4·R·C + 2·R + N real numbers and N complex ones, 66.8 kB for 64 ×
+    /// 64.
     pub const fn map_need(&self) -> Need {
         let images = self.filtered_len().saturating_add(self.amplitude_len());
         let whole = Need::real(self.spectrum_len()).and(Need::real(images));
@@ -48,12 +50,14 @@ struct Matrices<'a> {
 }
 
 impl PhaseSymmetry {
-    /// The bank by whose columns [`PhaseSymmetry::map`] reads gains: that of [`super::GainTables`] for it.
+    /// The bank of strip height 1, whose gains [`PhaseSymmetry::map`] reads.
+    ///
+    /// Make the [`super::GainTables`] of a map for this bank.
     pub const fn by_columns(&self) -> Self {
         PhaseSymmetry { strip: 1, ..*self }
     }
 
-    /// How many steps [`PhaseSymmetry::map`] tells of.
+    /// Number of steps that [`PhaseSymmetry::map`] reports.
     pub fn map_steps(&self) -> usize {
         let [rows, columns] = [self.rows, self.columns];
         let of = |lines: usize, length: usize| lines.div_ceil(lines_of_step(length));
@@ -63,11 +67,12 @@ impl PhaseSymmetry {
             + self.filters() * (of(columns, rows) + of(rows, columns))
     }
 
-    /// The map `PS` of an image in one memory, with the bits of [`PhaseSymmetry::run`].
+    /// Computes the map `PS` of an image in one memory.
     ///
-    /// `progress` hears the number of steps done, of [`PhaseSymmetry::map_steps`], after each: 64 lines of 64 points, or
-    /// as many points of longer lines. A step takes less than a million instructions on a Cortex-M7, so that a
-    /// watchdog can be kicked. `scratch`: [`Sizes::map_need`], contents irrelevant.
+    /// The bits are those of [`PhaseSymmetry::run`]. `progress` receives the number of steps done, of
+    /// [`PhaseSymmetry::map_steps`], after each step: 64 lines of 64 points, or as many points of longer lines. A
+    /// step takes less than a million instructions on a Cortex-M7, so a watchdog can be reset in it. `scratch`:
+    /// [`Sizes::map_need`], contents irrelevant.
     ///
     /// ```
     /// use bonebeam::memory::Memory;

@@ -1,4 +1,4 @@
-//! The rows of a filtered image: inversely transformed, and added to Eq. 10's two sums.
+//! Rows of a filtered image: inverse transform and the two sums of Eq. 10.
 
 use super::bank::PhaseSymmetry;
 use super::external::{ReadAt, WriteAt, view_or_read};
@@ -18,14 +18,15 @@ const EPSILON: f32 = 1e-10;
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 impl PhaseSymmetry {
-    /// The third step of [`PhaseSymmetry::run`], for one filter and one of
-    /// [`PhaseSymmetry::row_strips`], once every column is there: adds the filtered rows to the sums
-    /// (`symmetry` and `amplitude` of [`super::External`]), and after the last filter divides.
-    /// An example stands at [`StripSlices`].
+    /// Adds the filtered rows of one filter and one strip to the sums.
+    ///
+    /// This is the third step of [`PhaseSymmetry::run`], for a filter and one of [`PhaseSymmetry::row_strips`],
+    /// when every column is written. The sums are `symmetry` and `amplitude` of [`super::External`]. After the last
+    /// filter it divides them. [`StripSlices`] has an example.
     ///
     /// # Errors
-    /// As [`PhaseSymmetry::run`]; [`Error::Capacity`] or [`Error::Parameter`] for a filter or strip
-    /// that the bank does not have.
+    /// As [`PhaseSymmetry::run`]; [`Error::Capacity`] or [`Error::Parameter`] for a filter or strip outside the
+    /// bank.
     pub fn add_rows<V: Vector, F: Fft<V>, G: Gains<V>>(
         &self,
         kernels: &Kernels<'_, F, G>,

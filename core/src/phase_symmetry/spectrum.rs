@@ -12,12 +12,15 @@ use crate::simd::{Vector, get};
 use core::hint::cold_path;
 use num_complex::Complex;
 
-/// The largest magnitude of a pixel: far beyond an image's 255, and no step overflows below it.
+/// Largest accepted magnitude of a pixel.
+///
+/// It is far beyond an image's 255, and no step overflows below it.
 pub const MAX_PIXEL: f32 = 1e12;
 
 impl PhaseSymmetry {
-    /// Checks the image and writes its half spectrum: the first step of [`PhaseSymmetry::run`].
-    /// An example stands at [`StripSlices`].
+    /// Checks the image and writes its half spectrum.
+    ///
+    /// This is the first step of [`PhaseSymmetry::run`]. [`StripSlices`] has an example.
     ///
     /// # Errors
     /// As [`PhaseSymmetry::run`].

@@ -1,17 +1,15 @@
 //! Phase symmetry in strips: exact for every strip height.
 //!
-//! The filters reach over the whole image, so no tile with a halo gives the global result. A
-//! two-dimensional transform done one row and one column at a time does, and needs only the
-//! strip at hand in fast memory:
+//! The filters extend over the whole image, so no tile with a halo gives the global result. A two-dimensional
+//! transform computed one row and one column at a time does, with only the current strip in fast memory:
 //!
-//! 1. The image's rows are transformed, then the columns of the half spectrum that a real image
-//!    needs (0..=N/2).
-//! 2. For each filter: columns of spectrum × gain are inversely transformed, then rows, and each
-//!    row's `e` and `o` are added to Eq. 10's two sums.
+//! 1. The image's rows are transformed, then the columns of the half spectrum of a real image (0..=N/2).
+//! 2. For each filter: columns of spectrum × gain are inversely transformed, then rows. Each row's `e` and `o` are
+//!    added to the two sums of Eq. 10.
 //!
-//! The lines of a strip sit in lanes, as many as a vector has. Each is transformed by itself and
-//! each pixel's sums grow by one filter at a time, in the same order whatever the strip height and
-//! the vector; so strips of one step may also be worked on side by side.
+//! The lines of a strip are in lanes, one a lane. Each line is transformed alone, and each pixel's sums grow by one
+//! filter at a time, in the same order for every strip height and vector. Strips of one step may therefore run in
+//! parallel.
 
 use super::bank::PhaseSymmetry;
 use super::external::WriteAt;
@@ -21,33 +19,32 @@ use super::memory::{External, StripSlices};
 use crate::Error;
 use crate::simd::Vector;
 
-/// What phase symmetry computes with, whatever the image.
+/// The transform and the gains, for all images.
 #[derive(Debug)]
 pub struct Kernels<'a, F, G> {
-    /// The transform: [`super::Microfft`] for one line at a time, [`super::LaneFft`] for any vector.
+    /// The transform: [`super::Microfft`] for one line, [`super::LaneFft`] for lanes.
     pub fft: &'a F,
     /// The filters' gains: [`super::LogGabor`] or [`super::GainTables`].
     pub gains: &'a G,
 }
 
 impl PhaseSymmetry {
-    /// Computes the map `PS`, in `[0, 1)`, into [`External::symmetry`]. `progress` hears the
-    /// number of filters done, of [`PhaseSymmetry::filters`], after each. An example stands at
-    /// [`PhaseSymmetry`].
+    /// Computes the map `PS`, in `[0, 1)`, into [`External::symmetry`].
     ///
-    /// In exact arithmetic the quotient of Eq. 10 stays below 1; where it rounds to 1 the largest
-    /// float below 1 stands instead. The filters are added in the order of [`PhaseSymmetry::filters`].
-    /// A constant image gives exactly 0.
+    /// `progress` receives the number of filters done, of [`PhaseSymmetry::filters`], after each filter.
+    /// [`PhaseSymmetry`] has an example.
+    ///
+    /// In exact arithmetic the quotient of Eq. 10 is below 1. A quotient that rounds to 1 becomes the largest float
+    /// below 1. Filters are added in the order of [`PhaseSymmetry::filters`]. A constant image gives exactly 0.
     ///
     /// Cost: one complex transform per row and per half-spectrum column, then per filter one
     /// inverse transform per row and per column, and 8 bytes of traffic each way per pixel and
     /// filter for `filtered`, 8 more each way for the sums.
     ///
     /// # Errors
-    /// [`Error::Capacity`] for memory that is too small; [`Error::NonFinite`] with the flat
-    /// index of a NaN or infinite pixel; [`Error::Parameter`] for a pixel beyond
-    /// [`super::MAX_PIXEL`] or another bank's gain tables; what the external memory reports.
-    /// Only the last kind of error leaves `symmetry` changed.
+    /// [`Error::Capacity`] for memory that is too small; [`Error::NonFinite`] with the flat index of a NaN or
+    /// infinite pixel; [`Error::Parameter`] for a pixel beyond [`super::MAX_PIXEL`] or another bank's gain tables;
+    /// errors of the external memory. Only the last kind leaves `symmetry` changed.
     pub fn run<V: Vector, F: Fft<V>, G: Gains<V>>(
         &self,
         kernels: &Kernels<'_, F, G>,

@@ -1,4 +1,4 @@
-//! The plan of a detector: lengths as cells, prices as integers.
+//! Plan of a detector: lengths in cells, prices as integers.
 
 use super::logarithm::NAT;
 use super::onset::{Line, RampPlan, Window};
@@ -7,10 +7,11 @@ use crate::Error;
 use crate::error::{attempt, finite};
 use crate::memory::Need;
 
-/// Finds the bone surface in grey levels of lines: parameters, checked, and what follows from them.
+/// Bone surface detector: validated parameters and its plan.
 ///
-/// A frame takes `Detector::need` numbers of memory. On a Cortex-M7 scores and path together take about 60
-/// instructions a sample where cells have four samples, the levels of a line 20 (`firmware/count`).
+/// It finds the bone surface in grey levels of lines. A frame needs `Detector::need` numbers of memory. On a
+/// Cortex-M7, scores and path together take about 60 instructions a sample for cells of four samples, the levels of
+/// a line 20 (`firmware/count`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Detector {
@@ -21,7 +22,7 @@ pub struct Detector {
 }
 
 impl Detector {
-    /// Checks the parameters and works out the plan.
+    /// Validates the parameters and computes the plan.
     ///
     /// # Errors
     /// As [`Parameters::need`]; [`Error::Parameter`] naming a window, a term or a price that is out of range.
@@ -43,7 +44,7 @@ impl Detector {
         &self.parameters
     }
 
-    /// The memory of a [`Tracker`](super::Tracker), and of [`Detector::frame`].
+    /// Memory of a [`Tracker`](super::Tracker), and of [`Detector::frame`].
     pub const fn need(&self) -> Need {
         self.sizes.need()
     }

@@ -1,4 +1,4 @@
-//! The levels of a frame that a line's shadow is compared with.
+//! Levels of a frame, the reference of a line's shadow.
 
 use super::detector::Detector;
 use super::onset::Levels;
@@ -11,7 +11,7 @@ use crate::simd::split_front;
 
 /// Finds the [`Levels`] of a frame, line by line.
 ///
-/// Lines that come one at a time are compared with the levels of the frame before.
+/// Lines that arrive one at a time are compared with the levels of the previous frame.
 pub struct Survey<'p, 'm> {
     detector: &'p Detector,
     shadows: &'m mut [u32],
@@ -19,10 +19,10 @@ pub struct Survey<'p, 'm> {
 }
 
 impl<'p, 'm> Survey<'p, 'm> {
-    /// Of every so manyth line [`Detector::frame`] takes its levels.
+    /// Stride of the lines from which [`Detector::frame`] computes its levels.
     pub const EVERY: usize = 4;
 
-    /// No line yet, in memory of [`Detector::need`].
+    /// An empty survey in memory of [`Detector::need`].
     ///
     /// # Errors
     /// [`Error::Length`] if the memory is shorter.
@@ -41,10 +41,10 @@ impl<'p, 'm> Survey<'p, 'm> {
         })
     }
 
-    /// Counts the grey levels of a line, and the shadows from the depths that are searched.
+    /// Counts a line's grey levels, and its shadows from the depths of the search.
     ///
     /// # Errors
-    /// [`Error::Length`] if it has not as many samples as the parameters.
+    /// [`Error::Length`] if the number of samples differs from the parameters'.
     pub fn line(&mut self, grey: &[u8]) -> Result<(), Error> {
         let Detector { sizes, line, .. } = self.detector;
         check_length("line", grey.len(), self.detector.parameters().samples.count)?;
@@ -72,7 +72,7 @@ impl<'p, 'm> Survey<'p, 'm> {
         Ok(())
     }
 
-    /// The levels of the lines so far; without a line both are black.
+    /// Levels of the lines so far. Without a line both are black.
     pub fn levels(&self) -> Levels {
         Levels {
             dark: 16 * percentile(self.shadows, 2),

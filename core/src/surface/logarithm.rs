@@ -1,4 +1,4 @@
-//! The natural logarithm of an integer.
+//! Natural logarithm of an integer.
 
 /// Scores of one nat.
 pub(super) const NAT: i32 = 1024;

@@ -1,4 +1,6 @@
-//! The scores of a line: shadow onset, contrast, change of level, rest, shadow to the end.
+//! Scores of a line from five terms.
+//!
+//! Shadow onset, contrast, change of level, rest, and shadow to the end.
 
 use super::logarithm::{NAT, ln};
 use super::parameters::{PARTS, Sizes, WHITE};
@@ -77,11 +79,11 @@ fn scaled(sum: u32, reciprocal: u32) -> i32 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct RampPlan {
-    /// In 1/16 of a grey level.
+    /// Centre, in 1/16 of a grey level.
     pub centre: i32,
-    /// 2⁻¹² scores for each of them, below 2¹⁷.
+    /// Gain, 2⁻¹² scores for each 1/16 of a level; below 2¹⁷.
     pub gain: i32,
-    /// Scores.
+    /// Limit, in scores.
     pub limit: i32,
 }
 
@@ -106,25 +108,25 @@ pub(super) struct Line {
     pub far: Window,
     pub above: Window,
     pub below: Window,
-    /// What is added to the onset.
+    /// Floor, added to the onset.
     pub floor: u32,
-    /// Of the onset's logarithm, in 1/1024.
+    /// Weight of the onset's logarithm, in 1/1024.
     pub weight: i32,
     pub contrast: RampPlan,
     pub level: RampPlan,
     pub rest: RampPlan,
-    /// From this cell on nothing is as bright as the tissue above.
+    /// Offset of the first window of `rest` below a cell, cells.
     pub rest_from: usize,
-    /// The windows whose brightest counts.
+    /// Windows of `rest`, of which the brightest is taken.
     pub rest_block: Window,
-    /// From this cell on the shadow reaches to the end.
+    /// Offset of the shadow that extends to the end below a cell, cells.
     pub shadow_from: usize,
-    /// In 1/256 of what lies between dark and tissue.
+    /// Centre, in 1/256 of the range from dark to tissue.
     pub shadow_centre: i32,
-    /// 2⁻¹² scores from dark to tissue.
+    /// Gain, 2⁻¹² scores from dark to tissue.
     pub shadow_gain: i32,
     pub shadow_limit: i32,
-    /// The least from dark to tissue.
+    /// Minimum range from dark to tissue.
     pub shadow_range: i32,
 }
 

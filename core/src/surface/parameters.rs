@@ -1,4 +1,4 @@
-//! What a detector is made of, and how much memory it needs.
+//! Parameters of a detector, and its memory.
 
 use crate::Error;
 use crate::error::{attempt, positive};
@@ -19,64 +19,70 @@ pub(super) const HISTOGRAMS: usize = 512;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ramp {
-    /// The most that the term adds, and the most that it takes, nats. 0 switches it off; below 0 it falls with `x`.
+    /// Largest amount that the term adds or subtracts, nats.
+    ///
+    /// 0 disables the term. If negative, the term falls with `x`.
     pub weight: f64,
-    /// Where it is 0.
+    /// Value of `x` at which the term is 0.
     pub centre: f64,
-    /// From there to where it no longer changes, above 0.
+    /// Distance from the centre to the saturation of the term, above 0.
     pub width: f64,
 }
 
-/// Windows, terms and prices. Grey levels count from 0, black, to 1, white.
+/// Windows, terms and prices. Grey levels range from 0, black, to 1, white.
 ///
 /// The score of a cell is `onset_weight·ln(o + onset_floor) + contrast + level + rest + shadow`:
-/// - shadow onset `o = max(B − S₁, 0)·max(B − S₂, 0)`, with `B` the mean grey within ±`echo`, `S₁` that of `near` and
-///   `S₂` that of `far` below the cell;
+///
+/// - shadow onset `o = max(B − S₁, 0)·max(B − S₂, 0)`, with `B` the mean grey within ±`echo`, `S₁` that of `near`
+///   and `S₂` that of `far` below the cell;
 /// - `contrast`, a [`Ramp`] of `B − U`: the echo less the mean grey of `above` above the cell;
 /// - `level`, a ramp of `U − D`: that mean less the mean grey of `below` below the cell;
-/// - `rest`, a ramp of `U − M`: `M` the brightest mean grey of any `rest_block` that begins `rest_from` below the cell or
-///   lower. Below bone nothing is as bright as the tissue above it; below a fascia there is;
-/// - `shadow`, a ramp of `(E − d)/max(t − d, shadow_range)`: `E` the mean grey from `shadow_from` below the cell to the
-///   end of the line, `d` and `t` the frame's dark and tissue ([`Levels`](super::Levels)).
+/// - `rest`, a ramp of `U − M`, with `M` the brightest mean grey of any `rest_block` that begins `rest_from` or
+///   more below the cell. Nothing below bone is as bright as the tissue above it; below a fascia something is;
+/// - `shadow`, a ramp of `(E − d)/max(t − d, shadow_range)`, with `E` the mean grey from `shadow_from` below the
+///   cell to the end of the line, `d` and `t` the frame's dark and tissue ([`Levels`](super::Levels)).
 ///
 /// Windows are cut at the ends of the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
-    /// Cells have at least this length, m, and the fewest samples for it.
+    /// Minimum length of a cell, m. A cell has the fewest samples of this length.
     pub cell: f64,
-    /// Half the window of the echo itself, m.
+    /// Half the window of the echo, m.
     pub echo: f64,
-    /// From where to where below the echo the first window of the shadow reaches, m.
+    /// Nearest and farthest depth of the first shadow window below the echo, m.
     pub near: [f64; 2],
-    /// From where to where the second reaches, m.
+    /// Nearest and farthest depth of the second shadow window below the echo, m.
     pub far: [f64; 2],
-    /// What is added to the onset, so that its logarithm is bounded.
+    /// Floor added to the onset, which bounds its logarithm.
     pub onset_floor: f64,
-    /// How much the logarithm of the onset counts.
+    /// Weight of the logarithm of the onset.
     pub onset_weight: f64,
-    /// From where to where above the cell the tissue reaches, m.
+    /// Nearest and farthest distance of the tissue window above the cell, m.
     pub above: [f64; 2],
-    /// From where to where below it the shadow reaches, m.
+    /// Nearest and farthest distance of the shadow window below the cell, m.
     pub below: [f64; 2],
-    /// The echo beside the tissue above.
+    /// Term of the echo's contrast with the tissue above.
     pub contrast: Ramp,
-    /// The change of level from `above` to `below`.
+    /// Term of the change of level from `above` to `below`.
     pub level: Ramp,
-    /// What is brightest below, beside the tissue above.
+    /// Term of the brightest level below, relative to the tissue above.
     pub rest: Ramp,
-    /// How far below the cell it begins, m.
+    /// Distance from the cell to the beginning of `rest`, m.
     pub rest_from: f64,
-    /// Over what length the brightest is a mean, m.
+    /// Length of a mean of `rest`, m.
     pub rest_block: f64,
-    /// How far below the cell the shadow begins that reaches to the end of the line, m.
+    /// Distance from the cell to the shadow that extends to the end of the line, m.
     pub shadow_from: f64,
-    /// The mean of that shadow, from the frame's dark (0) to its tissue (1).
+    /// Term of that shadow's mean, from the frame's dark (0) to its tissue (1).
     pub shadow: Ramp,
-    /// The least that counts from dark to tissue: in a frame without a shadow there is little between them.
+    /// Minimum range from dark to tissue.
+    ///
+    /// In a frame without a shadow the measured range is small.
     pub shadow_range: f64,
-    /// The depths in which bone is looked for, m: from the first to the second, and so far from the line's end that the
-    /// near window lies within. The second may be infinite.
+    /// Depths of the search, m: the first and the last, which may be infinite.
+    ///
+    /// The search ends where the near window still fits above the line's end.
     pub depths: [f64; 2],
     /// Score of a line without bone, nats.
     pub absence: f64,
@@ -84,19 +90,26 @@ pub struct Settings {
     pub end: f64,
     /// Price of a jump to any other depth, nats; at most that of a move by 62 cells.
     pub jump: f64,
-    /// Price of a move in depth from line to line, nats per m. At `jump` a move becomes a jump.
+    /// Price of a move in depth from line to line, nats per m.
+    ///
+    /// A move that costs more than `jump` is a jump.
     pub slope: f64,
-    /// The spacing of lines for which scores count as they are, m: of lines that are closer they count less, in
-    /// proportion.
+    /// Spacing of lines whose scores count fully, m.
+    ///
+    /// Scores of closer lines count less, in proportion.
     pub spacing: f64,
-    /// The confidence of a point is `1/(1 + e^−(a + b·m))` with these `a` and `b`, and with `m` the mean of the scores
-    /// above absence, in nats, of up to four lines on either side of the same piece.
+    /// Coefficients `a` and `b` of a point's confidence.
+    ///
+    /// The confidence is `1/(1 + e^−(a + b·m))`, with `m` the mean of the scores above absence, in nats, of up to
+    /// four lines on either side of the same piece.
     pub confidence: [f32; 2],
 }
 
 impl Settings {
-    /// For lines of channel data, with 60 dB of grey levels. Tuned on simulated spinous processes, laminae, facet joints
-    /// and round bones of many sizes, positions and layers.
+    /// Settings for lines of channel data, with 60 dB of grey levels.
+    ///
+    /// Tuned on simulated spinous processes, laminae, facet joints and round bones of many sizes, positions and
+    /// layers.
     pub const DEFAULT: Settings = Settings {
         cell: 0.12e-3,
         echo: 0.3e-3,
@@ -139,8 +152,10 @@ impl Settings {
         confidence: [-0.27, 0.84],
     };
 
-    /// For pictures, whose grey levels and layers are anything. Tuned on simulated scenes with bright fasciae over dark
-    /// muscle, drawn as scanners draw them: gain, saturation, edges enhanced.
+    /// Settings for scanner pictures, with unknown grey levels and layers.
+    ///
+    /// Tuned on simulated scenes with bright fasciae over dark muscle, displayed as on scanners: gain, saturation,
+    /// enhanced edges.
     pub const PICTURE: Settings = Settings {
         cell: 0.06e-3,
         onset_weight: 1.4,
@@ -179,18 +194,19 @@ impl Default for Settings {
     }
 }
 
-/// What a [`Detector`](super::Detector) is made of.
+/// Parameters of a [`Detector`](super::Detector).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters {
     /// The depths of a line's samples, at most 65,536 of them.
     pub samples: Axis,
-    /// From one line to the next, m.
+    /// Spacing of lines, m.
     pub spacing: f64,
     /// Windows, terms and prices.
     pub settings: Settings,
-    /// After how many further lines the surface of a line is decided: at most 16,383. With as many as there are lines
-    /// less one it is the best of the whole frame.
+    /// Number of further lines before the surface of a line is decided.
+    ///
+    /// At most 16,383. With the number of lines less one, the surface is the best of the whole frame.
     pub latency: usize,
 }
 
@@ -202,14 +218,14 @@ pub(super) struct Sizes {
     pub stride: usize,
     /// Cells of a line.
     pub cells: usize,
-    /// The farthest above and below a cell to which its windows reach, cells.
+    /// Farthest reach of the windows above and below a cell, cells.
     pub above: usize,
     pub below: usize,
-    /// The first cell in which bone is looked for.
+    /// First cell of the search.
     pub first: usize,
-    /// How many there are.
+    /// Number of cells of the search.
     pub searched: usize,
-    /// Lines whose back pointers are kept.
+    /// Number of lines whose back pointers are kept.
     pub kept: usize,
 }
 
@@ -220,8 +236,10 @@ impl Parameters {
     const MAX_SAMPLES: usize = 1 << 16;
     const MAX_LATENCY: usize = (1 << 14) - 1;
 
-    /// The memory of a [`Tracker`](super::Tracker), and of [`Detector::frame`](super::Detector::frame): real numbers.
-    /// With `n` cells in the depths of the settings, `3·n + n/2·(latency + 5)` and a few hundred.
+    /// Memory of a [`Tracker`](super::Tracker) and of [`Detector::frame`](super::Detector::frame).
+    ///
+    /// Real numbers only: with `n` cells in the depths of the settings, `3·n + n/2·(latency + 5)` and a few
+    /// hundred.
     ///
     /// # Errors
     /// [`Error::Parameter`] or [`Error::Capacity`] naming what is out of range: samples that do not ascend, are too
@@ -345,16 +363,16 @@ pub(super) const fn window(name: &'static str, [from, to]: [f64; 2]) -> Result<(
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Prices {
-    /// Of a line without bone.
+    /// Score of a line without bone.
     pub absence: i32,
-    /// The same, by how much a line counts.
+    /// The same, scaled by the weight of a line.
     pub absent: i32,
-    /// Of a start and of an end.
+    /// Price of a start and of an end.
     pub end: i32,
     pub jump: i32,
-    /// Of a cell's move.
+    /// Price of a move by a cell.
     pub step: i32,
-    /// How much a line counts, in 1/256.
+    /// Weight of a line, in 1/256.
     pub factor: i32,
 }
 

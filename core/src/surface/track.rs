@@ -1,4 +1,4 @@
-//! The path of the surface over the lines: Viterbi's algorithm.
+//! Path of the surface over the lines, by Viterbi's algorithm.
 
 use super::detector::Detector;
 use super::levels::Survey;
@@ -15,11 +15,15 @@ use crate::simd::split_front;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Point {
-    /// Its depth along the line, m.
+    /// Depth along the line, m.
     pub depth: f32,
-    /// How sure it is, from 0 to 1: the share of such points that lie on bone, by the settings' `confidence`.
+    /// Confidence, from 0 to 1.
+    ///
+    /// It estimates the share of such points that are on bone, by the settings' `confidence`.
     pub confidence: f32,
-    /// Whether a piece of surface begins here: the line before has none, or one that is a jump away.
+    /// Whether a piece of surface begins here.
+    ///
+    /// Then the line before has no surface, or one at the distance of a jump.
     pub begins: bool,
 }
 
@@ -61,12 +65,13 @@ impl Pointer {
 const NEVER: i32 = -(1 << 23);
 
 impl Detector {
-    /// The surface of a whole frame, grey levels `[line][sample]`: a point or none a line. The frame's own
-    /// [`Levels`] are found first, from every fourth line.
+    /// Finds the surface of a whole frame, grey levels `[line][sample]`.
+    ///
+    /// A line gets a point or none. The frame's own [`Levels`] are computed first, from every fourth line.
     ///
     /// # Errors
-    /// [`Error::Length`] if `grey` is not as many lines as `out`, or the memory is shorter than [`Detector::need`].
-    /// [`Error::Capacity`] for more lines than the parameters' latency and one.
+    /// [`Error::Length`] if `grey` does not have as many lines as `out`, or if the memory is shorter than
+    /// [`Detector::need`]. [`Error::Capacity`] for more lines than the parameters' latency and one.
     pub fn frame(
         &self,
         grey: &[u8],
@@ -99,7 +104,7 @@ impl Detector {
     }
 }
 
-/// A detector at work on the lines of a frame.
+/// A detector with its memory, working on the lines of a frame.
 ///
 /// ```
 /// use bonebeam::geometry::Axis;
@@ -163,7 +168,7 @@ const BEGINS: u32 = 1 << 31;
 const FROM_CELL: u32 = 1 << 16;
 
 impl<'p, 'm> Tracker<'p, 'm> {
-    /// No line yet, in memory of [`Detector::need`].
+    /// A tracker before its first line, in memory of [`Detector::need`].
     ///
     /// # Errors
     /// [`Error::Length`] if the memory is shorter.
@@ -205,11 +210,13 @@ impl<'p, 'm> Tracker<'p, 'm> {
         };
     }
 
-    /// The next line, from left to right, by its grey levels; what was decided by it: the point, or none, of the line
-    /// as many lines before as the parameters' latency. `levels` are the frame's, or of the frame before.
+    /// Takes the next line and returns the line that it decides, if any.
+    ///
+    /// Lines come from left to right. The decided line is `latency` lines before: a point, or none. `levels` are
+    /// those of the frame or of the previous frame.
     ///
     /// # Errors
-    /// [`Error::Length`] if it has not as many samples as the parameters.
+    /// [`Error::Length`] if the number of samples differs from the parameters'.
     pub fn line(&mut self, grey: &[u8], levels: Levels) -> Result<Option<Option<Point>>, Error> {
         let Detector { sizes, line, .. } = self.detector;
         let parameters = self.detector.parameters();
@@ -224,7 +231,9 @@ impl<'p, 'm> Tracker<'p, 'm> {
         Ok(Some(self.decide()))
     }
 
-    /// What the lines have that are not yet decided, in their order. The next line is the first of another frame.
+    /// Passes the undecided lines to `take`, in their order.
+    ///
+    /// The next line is then the first of another frame.
     pub fn finish(&mut self, mut take: impl FnMut(Option<Point>)) {
         let undecided = self.lines.saturating_sub(self.decided);
         self.trace(undecided.saturating_add(AROUND));
