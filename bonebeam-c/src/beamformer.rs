@@ -1,4 +1,4 @@
-//! The beamformers: from aligned samples to a line.
+//! Beamformers: from aligned samples to a line.
 
 use crate::memory::{Output, array, bytes_of, complex, new, one, one_mut, sum};
 use crate::status::{Status, status};
@@ -22,24 +22,34 @@ pub enum Covariance {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct BeamformParameters {
-    /// The key of a method: "das", "mv", "esmv-rank1" and others in the tables of docs/numerics.md.
+    /// Key of the method: "das", "mv", "esmv-rank1" and others.
+    ///
+    /// docs/numerics.md has the tables of all keys.
     pub method: *const c_char,
-    /// The key of a postfilter in the same tables, for instance "coherence-factor"; null for none.
+    /// Key of the postfilter in the same tables, or null for none.
+    ///
+    /// For instance "coherence-factor".
     pub postfilter: *const c_char,
-    /// The key of an apodization in the same tables, for instance "hann"; null for none.
+    /// Key of the apodization in the same tables, or null for none.
+    ///
+    /// For instance "hann".
     pub apodization: *const c_char,
-    /// The method's argument, if it has one in the tables: β, a rank, a number of steps.
+    /// Argument of the method, if the tables give one.
+    ///
+    /// β, a rank, or a number of steps.
     pub argument: f64,
     /// One of `bonebeam_covariance`.
     pub covariance: i32,
-    /// The parameters that do not have their defaults, `count` of them; may be null for none.
+    /// Parameters other than their defaults, `count` of them; null for none.
     pub numbers: *const Number,
-    /// How many `numbers` there are.
+    /// Number of `numbers`.
     pub count: usize,
 }
 
-/// A parameter by its name in the tables of docs/numerics.md: "temporal_half_window", "diagonal_loading",
-/// "subaperture_ratio" and others. Of several with one name the last counts.
+/// A parameter by its name in the tables of docs/numerics.md.
+///
+/// For instance "temporal_half_window", "diagonal_loading" or "subaperture_ratio". The last of several with one
+/// name counts.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Number {
@@ -135,15 +145,17 @@ unsafe fn choice<T>(
 pub struct ApertureShape {
     /// Elements of the array.
     pub elements: usize,
-    /// The distance of neighbouring elements, m.
+    /// Distance of neighbouring elements, m.
     pub pitch: f64,
     /// Depth over width.
     pub f_number: f64,
-    /// The fewest active elements.
+    /// Minimum number of active elements.
     pub min_elements: usize,
 }
 
-/// Computes the active elements at each of `count` depths, m, below the position `beam`, in pitches from element 0.
+/// Computes the active elements at each of `count` depths, m.
+///
+/// `beam` is the lateral position, in pitches from element 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_active_elements(
     aperture: *const ApertureShape,
@@ -176,7 +188,7 @@ pub struct BeamformerObject {
     workspace: Workspace,
 }
 
-/// Returns the bytes of a beamformer for lines with up to `elements` active elements.
+/// Returns the bytes of a beamformer for up to `elements` active elements.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_beamformer_bytes(
     parameters: *const BeamformParameters,
@@ -212,9 +224,10 @@ pub unsafe extern "C" fn bonebeam_beamformer_new(
     }
 }
 
-/// Beamforms a line: `z[n]` from the aligned samples `x[n·elements]` to `x[n·elements + elements - 1]`, of which
-/// `active[n]` are used. `z` has the scale of `x`. With a `depth_step` of s, `z[i]` is sample `n = i·s`, and there are
-/// `samples/s` of them, rounded up.
+/// Beamforms a line: `z[n]` from aligned samples.
+///
+/// Sample n is `x[n·elements]` to `x[n·elements + elements - 1]`, of which `active[n]` are used. `z` has the scale
+/// of `x`. With a `depth_step` of s, `z[i]` is sample `n = i·s`, and there are `samples/s` of them, rounded up.
 ///
 /// `adaptive`: a depth gate. Samples outside are DAS, and need not fit the beamformer's number of elements. Null:
 /// all samples are adaptive.

@@ -1,4 +1,6 @@
-//! The delay stage: one scan line of one transmit, from RF to aligned analytic samples.
+//! The delay stage for RF, from a record to aligned analytic samples.
+//!
+//! A call processes one scan line of one transmit.
 
 use crate::Complex;
 use crate::iq::Interpolation;
@@ -8,17 +10,17 @@ use crate::status::{Status, status};
 use bonebeam::delay::{Delay, DelayParameters as Rf, IqParameters as Iq, Record, Stage};
 use core::ffi::c_void;
 
-/// The parameters of a delay stage, of RF or of I/Q. SI units.
+/// Parameters of a delay stage for RF or for I/Q. SI units.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct DelayParameters {
     /// Speed of sound, m/s.
     pub sound_speed: f64,
-    /// Sampling rate of the record, Hz; of I/Q complex samples a second.
+    /// Sampling rate of the record, Hz; for I/Q complex samples a second.
     pub sampling_rate: f64,
-    /// RF: centre frequency of the pulse, Hz. I/Q: frequency of the demodulation, Hz.
+    /// RF: centre frequency of the pulse, Hz. I/Q: demodulation frequency, Hz.
     pub frequency: f64,
-    /// Output rate, Hz; of RF at least a sixteenth of the sampling rate.
+    /// Output rate, Hz; for RF at least a sixteenth of the sampling rate.
     pub output_rate: f64,
     /// Two-way time of output sample 0, s.
     pub output_start: f64,
@@ -30,8 +32,9 @@ pub struct DelayParameters {
     pub record_samples: usize,
     /// RF: non-zero taps on one side of the Hilbert transformer, for instance 8.
     pub hilbert_taps: usize,
-    /// RF: not 0 computes the filters in single precision, for processors that compute doubles in software. It
-    /// takes a fiftieth of the instructions, and lines have other bits.
+    /// RF: not 0 computes the filters in single precision.
+    ///
+    /// For processors with doubles in software: a fiftieth of the instructions. Lines have other bits.
     pub single_precision: i32,
     /// I/Q: one of `bonebeam_interpolation`.
     pub interpolation: i32,
@@ -138,9 +141,11 @@ pub unsafe extern "C" fn bonebeam_delay_new(
     }
 }
 
-/// Changes a stage's parameters. The filters are kept if rates, frequency, taps and precision stay the same; a
-/// change of the others is cheap. The stage's memory limits the new sizes: for the largest ones, give
-/// `bonebeam_delay_new` the bytes that these need. If the parameters are refused, the stage stays as it was.
+/// Changes the parameters of a stage.
+///
+/// The filters are kept if rates, frequency, taps and precision stay the same; a change of other parameters is
+/// cheap. The stage's memory limits the new sizes: for the largest ones, give `bonebeam_delay_new` the bytes that
+/// they need. If the parameters are refused, the stage stays unchanged.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_delay_set(
     delay: *mut DelayStage,
@@ -150,8 +155,10 @@ pub unsafe extern "C" fn bonebeam_delay_set(
     status(|| unsafe { one_mut(delay)?.set(one(parameters)?) })
 }
 
-/// Aligns one scan line: `out[n·elements + m]` is the analytic sample of element `m` at output sample `n`.
-/// `rf` is `[element][record sample]`.
+/// Aligns one scan line of one transmit.
+///
+/// `out[n·elements + m]` is the analytic sample of element `m` at output sample `n`. `rf` is `[element][record
+/// sample]`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_delay_line(
     delay: *mut DelayStage,

@@ -48,12 +48,15 @@ pub unsafe extern "C" fn bonebeam_largest(envelopes: *const f32, length: usize) 
 pub enum Logarithm {
     /// libm's logarithm.
     Exact = 0,
-    /// A polynomial, a third of the instructions. `Logarithm::Polynomial` in the core's documentation has the error.
+    /// A polynomial, at a third of the instructions.
+    ///
+    /// `Logarithm::Polynomial` in the core's documentation gives the error.
     Polynomial = 1,
 }
 
-/// Computes grey levels 0 to 255: decibels relative to `reference`, of which `dynamic_range` dB are shown.
-/// `logarithm` is one of `bonebeam_logarithm`.
+/// Computes grey levels 0 to 255 from envelopes.
+///
+/// They show `dynamic_range` dB below `reference`. `logarithm` is one of `bonebeam_logarithm`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_log_compression(
     logarithm: i32,
@@ -82,7 +85,9 @@ pub unsafe extern "C" fn bonebeam_log_compression(
     })
 }
 
-/// Resamples grey levels of lines, `[beam][sample]`, to pixels `[row][column]`; 0 beyond the lines.
+/// Resamples grey levels of lines to pixels.
+///
+/// Input `[beam][sample]`, output `[row][column]`, 0 beyond the lines.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_resample(
     levels: *const f32,

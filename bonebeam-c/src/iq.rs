@@ -1,4 +1,6 @@
-//! The delay stage for I/Q: one scan line of one transmit, from baseband samples to aligned analytic samples.
+//! The delay stage for I/Q, from a record to aligned analytic samples.
+//!
+//! A call processes one scan line of one transmit.
 
 use crate::Complex;
 use crate::delay::DelayParameters;
@@ -8,17 +10,21 @@ use crate::status::{Status, status};
 use bonebeam::delay::{IqDelay, IqInterpolation, IqLayout, IqParameters, IqSamples, Stage};
 use core::ffi::c_void;
 
-/// Interpolation of I/Q. `IqInterpolation::for_band` in the core's documentation says which is enough.
+/// Interpolation of I/Q.
+///
+/// `IqInterpolation::for_band` in the core's documentation gives the cheapest for a bandwidth.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub enum Interpolation {
-    /// Linear.
+    /// Linear interpolation.
     Linear = 0,
-    /// Cubic, through four samples.
+    /// Cubic interpolation through four samples.
     Cubic = 1,
     /// A windowed sinc of 12 taps.
     Sinc = 2,
-    /// Linear in fixed point, of counts only. `IqInterpolation::LinearFixed` in the core's documentation has the limits.
+    /// Linear interpolation in fixed point, for counts only.
+    ///
+    /// `IqInterpolation::LinearFixed` in the core's documentation gives the limits.
     LinearFixed = 3,
 }
 

@@ -1,4 +1,4 @@
-//! Lines of I/Q by the core's pipeline: aligned and beamformed a block of samples at a time.
+//! Lines of I/Q by the core's pipeline, aligned and beamformed in blocks.
 
 use crate::beamformer::{ApertureShape, BeamformParameters};
 use crate::delay::DelayParameters;
@@ -15,7 +15,7 @@ use bonebeam::memory::{Need, Scratch};
 use bonebeam::pipeline::{DepthGate, IqInput, LinePipeline};
 use core::ffi::c_void;
 
-/// The most transmits that one line is compounded of.
+/// Maximum number of transmits compounded in a line.
 pub const BONEBEAM_IQ_WAVES: usize = 16;
 
 /// A scan of I/Q by a linear array that is centred on 0. SI units.
@@ -24,15 +24,17 @@ pub const BONEBEAM_IQ_WAVES: usize = 16;
 pub struct IqScan {
     /// The delay stage.
     pub delay: DelayParameters,
-    /// The receive aperture, of as many elements.
+    /// The receive aperture, with the same number of elements.
     pub aperture: ApertureShape,
     /// Lateral positions of the lines, which go straight down.
     pub lines: Axis,
-    /// The least depth of the depth gate, m; 0 for both is no gate.
+    /// Least depth of the depth gate, m; 0 for both depths means no gate.
     pub gate_from: f64,
-    /// The greatest depth of the depth gate, m: samples outside are DAS.
+    /// Greatest depth of the depth gate, m. Samples outside the gate are DAS.
     pub gate_to: f64,
-    /// Output samples that are aligned and beamformed at a time. It changes memory and time, never a line.
+    /// Number of output samples in a block of alignment and beamforming.
+    ///
+    /// It changes memory and time, never a line.
     pub block: usize,
 }
 
@@ -154,8 +156,10 @@ pub unsafe extern "C" fn bonebeam_iq_lines_new(
     }
 }
 
-/// Computes line `index`, the mean over `count` transmits. `z` has `output_samples` numbers, over the `depth_step` and
-/// rounded up if there is one; they may be changed in part if something is refused.
+/// Computes line `index`, the mean over `count` transmits.
+///
+/// `z` has `output_samples` numbers; with a `depth_step`, their number over the step, rounded up. An error may
+/// leave them changed in part.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_iq_lines_line(
     lines: *mut IqLines,

@@ -1,8 +1,8 @@
 //! The bonebeam core for C.
 //!
-//! An object lives in bytes of the caller's, whose number follows from its configuration at run time. Nothing
-//! is allocated, nothing unwinds. A function that can fail returns a [`Status`]. The header is
-//! `include/bonebeam.h`: its first comment states what a caller promises of pointers, once for all functions.
+//! An object lives in bytes of the caller, whose number follows from its configuration at run time. Nothing is
+//! allocated, nothing unwinds. A function that can fail returns a [`Status`]. The header is `include/bonebeam.h`.
+//! Its first comment states the caller's promises about pointers, once for all functions.
 
 #![no_std]
 // Stated once, in the header's first comment.
@@ -33,9 +33,9 @@ pub use status::*;
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Complex {
-    /// The real part.
+    /// Real part.
     pub re: f32,
-    /// The imaginary part.
+    /// Imaginary part.
     pub im: f32,
 }
 
@@ -43,9 +43,9 @@ pub struct Complex {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Range {
-    /// The first one.
+    /// Index of the first one.
     pub first: usize,
-    /// Their number.
+    /// Number of them.
     pub count: usize,
 }
 
@@ -53,11 +53,11 @@ pub struct Range {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Axis {
-    /// The position of index 0, m.
+    /// Position of index 0, m.
     pub first: f64,
-    /// The distance of neighbours, m; positive.
+    /// Distance of neighbours, m; positive.
     pub step: f64,
-    /// The number of positions.
+    /// Number of positions.
     pub count: usize,
 }
 

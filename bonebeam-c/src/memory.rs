@@ -1,4 +1,4 @@
-//! C's pointers as references, and an object's parts in the caller's bytes.
+//! References from C's pointers, and an object's parts in the caller's bytes.
 
 use crate::Complex;
 use crate::status::{Status, status};
@@ -8,10 +8,10 @@ use core::slice;
 /// Alignment, bytes, of the memory of every object.
 pub const BONEBEAM_ALIGN: usize = 64;
 
-/// The value that a pointer leads to.
+/// References the value that a pointer leads to.
 ///
 /// # Safety
-/// If it is not null, it leads to a `T` that nobody writes meanwhile.
+/// If it is not null, it leads to a `T` that no one writes meanwhile.
 pub unsafe fn one<'a, T>(pointer: *const T) -> Result<&'a T, Status> {
     if !pointer.is_aligned() {
         return Err(Status::Pointer);
@@ -20,10 +20,10 @@ pub unsafe fn one<'a, T>(pointer: *const T) -> Result<&'a T, Status> {
     unsafe { pointer.as_ref() }.ok_or(Status::Pointer)
 }
 
-/// [`one`], to be written.
+/// References the value that a pointer leads to, for writing.
 ///
 /// # Safety
-/// If it is not null, it leads to a `T` that nobody else uses meanwhile.
+/// If it is not null, it leads to a `T` that no one else uses meanwhile.
 pub unsafe fn one_mut<'a, T>(pointer: *mut T) -> Result<&'a mut T, Status> {
     if !pointer.is_aligned() {
         return Err(Status::Pointer);
@@ -32,10 +32,10 @@ pub unsafe fn one_mut<'a, T>(pointer: *mut T) -> Result<&'a mut T, Status> {
     unsafe { pointer.as_mut() }.ok_or(Status::Pointer)
 }
 
-/// `length` values from a pointer on.
+/// References `length` values from a pointer on.
 ///
 /// # Safety
-/// If it is not null, so many values stand there, and nobody writes them meanwhile.
+/// If it is not null, `length` values follow it, and no one writes them meanwhile.
 pub unsafe fn array<'a, T>(pointer: *const T, length: usize) -> Result<&'a [T], Status> {
     fits(pointer, length)?;
     // SAFETY: by the caller's promise; aligned, not null, and no longer than memory.
@@ -54,20 +54,22 @@ pub unsafe fn complex<'a>(
     unsafe { array(pointer.cast(), length) }
 }
 
-/// Values to be written: no reference yet, so that an input that overlaps them is refused before there are two.
+/// Values to be written, before a reference to them exists.
+///
+/// An input that overlaps them is therefore refused before there are two references.
 pub struct Output<T> {
     pointer: *mut T,
     length: usize,
 }
 
 impl<T> Output<T> {
-    /// `length` values from a pointer on.
+    /// Takes `length` values from a pointer on.
     pub fn new(pointer: *mut T, length: usize) -> Result<Self, Status> {
         fits(pointer, length)?;
         Ok(Output { pointer, length })
     }
 
-    /// An input that shares no byte with the output.
+    /// Returns an input that shares no byte with the output.
     pub fn apart<'a, U>(&self, input: &'a [U]) -> Result<&'a [U], Status> {
         let first = self.pointer.addr();
         // No longer than memory, as `fits` has checked.
@@ -79,10 +81,10 @@ impl<T> Output<T> {
         }
     }
 
-    /// The values.
+    /// References the values.
     ///
     /// # Safety
-    /// So many values stand there, and nobody else uses them meanwhile.
+    /// All values exist, and no one else uses them meanwhile.
     pub unsafe fn values<'a>(self) -> &'a mut [T] {
         // SAFETY: by the caller's promise; aligned, not null, and no longer than memory.
         unsafe { slice::from_raw_parts_mut(self.pointer, self.length) }
@@ -106,8 +108,9 @@ fn fits<T>(pointer: *const T, length: usize) -> Result<(), Status> {
     }
 }
 
-/// Bytes of `count` values in an object's memory, up to full multiples of [`BONEBEAM_ALIGN`]; `usize::MAX`
-/// if no memory holds them.
+/// Bytes of `count` values in an object's memory, in units of [`BONEBEAM_ALIGN`].
+///
+/// `usize::MAX` if no memory holds them.
 pub fn bytes_of<T>(count: usize) -> usize {
     let bytes = count.saturating_mul(size_of::<T>());
     bytes
@@ -115,23 +118,23 @@ pub fn bytes_of<T>(count: usize) -> usize {
         .unwrap_or(usize::MAX)
 }
 
-/// The sum, `usize::MAX` if it is larger.
+/// The sum; saturates at `usize::MAX`.
 pub fn sum(parts: &[usize]) -> usize {
     let add = |sum: usize, &part: &usize| sum.saturating_add(part);
     parts.iter().fold(0, add)
 }
 
-/// A type of which zeros are a value.
+/// A type for which zeros are a value.
 ///
 /// # Safety
-/// It is made of floats alone.
+/// It consists of floats alone.
 pub unsafe trait Zeros {}
 // SAFETY: a float.
 unsafe impl Zeros for f32 {}
 // SAFETY: two floats.
 unsafe impl Zeros for bonebeam::Complex<f32> {}
 
-/// Places an object in the caller's memory: it comes first, then what it takes of the bytes behind.
+/// Places an object in the caller's memory, and then its parts.
 ///
 /// # Safety
 /// As [`Bytes::new`] and [`one_mut`].
@@ -153,16 +156,18 @@ pub unsafe fn new<T>(
     })
 }
 
-/// The caller's bytes, of which an object takes its parts one after the other.
+/// The caller's bytes, from which an object takes its parts in turn.
 pub struct Bytes {
     first: *mut u8,
     left: usize,
 }
 
 impl Bytes {
+    /// Takes the caller's bytes.
+    ///
     /// # Safety
-    /// If `memory` is not null, so many `bytes` stand there, and only the object uses them from now on. What
-    /// is taken of them lives as long as the object, whatever its lifetime says.
+    /// If `memory` is not null, it has `bytes` bytes, and only the object uses them from now on. Parts live as long
+    /// as the object, whatever their lifetime says.
     pub unsafe fn new(memory: *mut c_void, bytes: usize) -> Result<Self, Status> {
         if memory.is_null() || !memory.addr().is_multiple_of(BONEBEAM_ALIGN) {
             return Err(Status::Pointer);
@@ -190,7 +195,7 @@ impl Bytes {
         Ok(place)
     }
 
-    /// So many zeros.
+    /// Takes `count` zeros.
     pub fn zeros<T: Zeros>(&mut self, count: usize) -> Result<&'static mut [T], Status> {
         let place: *mut T = self.place(count)?;
         // SAFETY: a place of its own; zeros are values.
@@ -200,7 +205,7 @@ impl Bytes {
         }
     }
 
-    /// A copy of a value, without its way over the stack.
+    /// Copies a value, without a copy on the stack.
     pub fn copy<T>(&mut self, value: &T) -> Result<&'static mut T, Status> {
         const { assert!(!core::mem::needs_drop::<T>()) };
         let place: *mut T = self.place(1)?;
@@ -211,7 +216,7 @@ impl Bytes {
         }
     }
 
-    /// All bytes that are left, as floats.
+    /// Takes all remaining bytes, as floats.
     pub fn rest(&mut self) -> Result<&'static mut [f32], Status> {
         self.zeros(self.left / BONEBEAM_ALIGN * (BONEBEAM_ALIGN / size_of::<f32>()))
     }

@@ -14,15 +14,17 @@ use core::ffi::c_void;
 pub struct PhaseSymmetryParameters {
     /// Rows of the image: 64, 128, 256, 512 or 1024.
     pub rows: usize,
-    /// Columns of the image, likewise.
+    /// Columns of the image: 64, 128, 256, 512 or 1024.
     pub columns: usize,
-    /// Rows or columns that are transformed at a time. It changes memory and time, never the map.
+    /// Number of rows or columns that are transformed at a time.
+    ///
+    /// It changes memory and time, never the map.
     pub strip: usize,
     /// Centre frequencies r₀ of the filters, cycles a pixel.
     pub scales: *const f64,
-    /// The number of scales, 1 to 8.
+    /// Number of scales, 1 to 8.
     pub scale_count: usize,
-    /// The noise threshold T_n, grey levels.
+    /// Noise threshold T_n, grey levels.
     pub threshold: f32,
 }
 
@@ -45,7 +47,7 @@ pub struct PhaseSymmetryObject {
     amplitude: &'static mut [f32],
 }
 
-/// Returns the bytes of phase symmetry that are best in fast memory: they grow with the strip.
+/// Returns the bytes of phase symmetry for fast memory; they grow with the strip.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_phase_symmetry_bytes(
     parameters: *const PhaseSymmetryParameters,
@@ -57,7 +59,9 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry_bytes(
     })
 }
 
-/// Returns the bytes of phase symmetry that may be in slow memory: they grow with the image.
+/// Returns the bytes of phase symmetry for slow memory.
+///
+/// They grow with the image.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_phase_symmetry_slow_bytes(
     parameters: *const PhaseSymmetryParameters,
@@ -73,7 +77,9 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry_slow_bytes(
     })
 }
 
-/// Places phase symmetry in `memory` and `slow`. The scales are not used afterwards.
+/// Places phase symmetry in `memory` and `slow`.
+///
+/// The scales are not used afterwards.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_phase_symmetry_new(
     memory: *mut c_void,
@@ -104,7 +110,9 @@ pub unsafe extern "C" fn bonebeam_phase_symmetry_new(
     }
 }
 
-/// Computes the map of an image of grey levels 0 to 255: at least 0, below 1. Both are `[row][column]`.
+/// Computes the map of an image of grey levels 0 to 255.
+///
+/// The map is at least 0 and below 1. Both are `[row][column]`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_phase_symmetry_map(
     phase_symmetry: *mut PhaseSymmetryObject,

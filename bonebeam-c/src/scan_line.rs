@@ -16,13 +16,15 @@ pub enum Law {
     Plane = 1,
     /// A single element at `x`, `z`.
     Element = 2,
-    /// A virtual source at `x`, `z`. `z` ≤ 0: diverging. `z` > 0: converging on it, then diverging.
+    /// A virtual source at `x`, `z`.
+    ///
+    /// `z` ≤ 0: diverging. `z` > 0: converging on the source, then diverging.
     Source = 3,
     /// The first arrival from elements that fire at `delays`.
     Delays = 4,
 }
 
-/// A position and a direction: of an element, or of a line where it leaves.
+/// A position and a direction, of an element or of a line's origin.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Element {
@@ -30,7 +32,9 @@ pub struct Element {
     pub x: f64,
     /// Depth, m.
     pub z: f64,
-    /// Angle from straight down, rad; positive towards positive x: of an element that of its normal.
+    /// Angle from straight down, rad; positive towards positive x.
+    ///
+    /// For an element the angle of its normal.
     pub angle: f64,
 }
 
@@ -60,9 +64,11 @@ pub struct Wave {
 pub struct ScanLine {
     /// The transmit.
     pub wave: Wave,
-    /// Where the line leaves, and its direction.
+    /// Origin and direction of the line.
     pub origin: Element,
-    /// Linear array: lateral positions of all elements, m, ascending and evenly spaced. Null for other arrays.
+    /// Linear array: lateral positions of all elements, m. Null for other arrays.
+    ///
+    /// Ascending and evenly spaced.
     pub element_x: *const f64,
     /// Other arrays: all elements along a line or an arc, from left to right.
     pub elements: *const Element,
@@ -70,7 +76,7 @@ pub struct ScanLine {
     pub pitch: f64,
     /// The elements to compute.
     pub active: Range,
-    /// Not 0 adds to the output, for the second and later ones of several transmits.
+    /// Not 0 adds to the output, for transmits after the first.
     pub add: i32,
 }
 
@@ -135,7 +141,9 @@ unsafe fn any_array<'a>(
     Ok(Array::At { elements, pitch })
 }
 
-/// Computes the elements of a convex array, `pitch` m apart along an arc of `radius` m with its middle at x = 0, z = 0.
+/// Computes the elements of a convex array.
+///
+/// They are `pitch` m apart along an arc of `radius` m with its middle at x = 0, z = 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_convex_array(
     pitch: f64,
@@ -155,8 +163,9 @@ pub unsafe extern "C" fn bonebeam_convex_array(
     })
 }
 
-/// Computes the origin of a line along the array's normal at `position`, in elements from element 0. The array has
-/// `count` elements, `pitch` m apart.
+/// Computes the origin of a line along the array's normal.
+///
+/// `position` is in elements from element 0. The array has `count` elements, `pitch` m apart.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bonebeam_normal(
     elements: *const Element,

@@ -1,4 +1,4 @@
-//! What a call came to.
+//! Results of calls.
 
 use bonebeam::Error;
 use core::ffi::{CStr, c_char};
@@ -11,7 +11,7 @@ pub enum Status {
     Ok = 0,
     /// A parameter is outside its range.
     Parameter = 1,
-    /// An array does not have the length that the shapes ask for.
+    /// An array's length differs from the shapes.
     Length = 2,
     /// A size exceeds a capacity.
     Capacity = 3,
@@ -21,9 +21,9 @@ pub enum Status {
     Memory = 5,
     /// A pointer is null or not aligned, or an output overlaps an input.
     Pointer = 6,
-    /// The object's memory is smaller than its `_bytes` function says.
+    /// The object's memory is smaller than the result of its `_bytes` function.
     Storage = 7,
-    /// An error that this version has no number for.
+    /// An error without a number in this version.
     Other = 8,
 }
 
@@ -48,7 +48,9 @@ pub(crate) fn status(work: impl FnOnce() -> Result<(), Status>) -> Status {
     }
 }
 
-/// Returns the meaning of a status in English, for logs. `status` may be any number.
+/// Returns the meaning of a status in English, for logs.
+///
+/// `status` may be any number.
 #[unsafe(no_mangle)]
 pub extern "C" fn bonebeam_status_text(status: i32) -> *const c_char {
     const TEXTS: [&CStr; 9] = [

@@ -1,4 +1,4 @@
-//! The stages' working memory, and the beamformers' for either covariance.
+//! Working memory of the stages, and of beamformers with either covariance.
 
 use crate::memory::{Bytes, bytes_of, sum};
 use crate::status::Status;

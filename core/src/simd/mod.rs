@@ -89,26 +89,27 @@ pub trait Vector:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// How many lanes.
+    /// Number of lanes.
     const LANES: usize;
 
-    /// How many registers there are: what the kernels' blocks are cut to.
+    /// Number of registers, which sets the block sizes of kernels.
     const REGISTERS: usize;
 
-    /// One truth value a lane.
+    /// One truth value for each lane.
     type Mask: Mask;
 
-    /// Runs `f` compiled for this vector's instruction set, as far as `f` is inlined: write
-    /// `zero.vectorize(#[inline(always)] || kernel(…))`.
+    /// Runs `f` compiled for this vector's instruction set.
+    ///
+    /// Only code that is inlined into `f` is: write `zero.vectorize(#[inline(always)] || kernel(…))`.
     fn vectorize<R>(self, f: impl FnOnce() -> R) -> R;
 
-    /// The same value in every lane of another vector of this kind.
+    /// A vector of this kind with `value` in every lane.
     fn splat(self, value: f32) -> Self;
 
-    /// The lanes.
+    /// The lanes as a slice.
     fn lanes(&self) -> &[f32];
 
-    /// The lanes.
+    /// The lanes as a mutable slice.
     fn lanes_mut(&mut self) -> &mut [f32];
 
     /// The square root of each lane, correctly rounded.
@@ -117,39 +118,43 @@ pub trait Vector:
     /// The magnitude of each lane.
     fn abs(self) -> Self;
 
-    /// Where `self < other`; false for a NaN.
+    /// True where `self < other`; false for a NaN.
     fn less(self, other: Self) -> Self::Mask;
 
     /// `yes` where `mask` is true, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// Writes the integer part of each lane, of magnitude below 2³¹, to as many `integers`, or to all
-    /// where there are fewer.
+    /// Writes the integer part of each lane to `integers`.
+    ///
+    /// Magnitudes are below 2³¹. If `integers` is shorter than a vector, only its entries are written.
     fn truncate(self, integers: &mut [i32]);
 
-    /// The lanes of both by turns, `a₀ b₀ a₁ b₁ …`: the first half of them, then the second. Values
-    /// move between lanes here, in the inverse and in [`Vector::slide`], and nowhere else; none is
-    /// computed with another.
+    /// Interleaves two vectors: `a₀ b₀ a₁ b₁ …`, first half and second half.
+    ///
+    /// Only this function, its inverse and [`Vector::slide`] move values between lanes. None computes with several
+    /// lanes.
     fn interleave(self, other: Self) -> (Self, Self);
 
-    /// The inverse of [`Vector::interleave`]: of both one after the other, the values at even indices
-    /// and those at odd ones.
+    /// The inverse of [`Vector::interleave`]: values at even and at odd indices.
+    ///
+    /// The indices count through `self` and then `other`.
     fn deinterleave(self, other: Self) -> (Self, Self);
 
-    /// The lanes from `by` on, then the first `by` of `next`: where `next` lies behind this in memory, what
-    /// lies `by` values further on. `by` is at most the number of lanes.
+    /// Lanes `by..by + LANES` of the concatenation `[self, next]`.
+    ///
+    /// `by` is at most the number of lanes.
     fn slide(self, next: Self, by: usize) -> Self;
 
-    /// The lanes `k` where `f(k)` is true.
+    /// True in the lanes `k` for which `f(k)` is true.
     fn mask(self, f: impl Fn(usize) -> bool) -> Self::Mask;
 
-    /// Where the number is neither NaN nor infinite.
+    /// True where the number is neither NaN nor infinite.
     #[inline(always)]
     fn is_finite(self) -> Self::Mask {
         !(self.splat(f32::MAX).less(self.abs())) & !self.is_nan()
     }
 
-    /// Where the number is a NaN.
+    /// True where the number is a NaN.
     #[inline(always)]
     fn is_nan(self) -> Self::Mask {
         let zero = self.splat(0.0);

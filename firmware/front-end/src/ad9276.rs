@@ -1,8 +1,8 @@
 //! Analog Devices' AD9276.
 //!
-//! A frame has 24 bits: read or write, two bits of length, 13 of the register, 8 of its value, highest bit first.
-//! A value that was written takes effect with a transfer. Registers and codes are those of a public driver of the part;
-//! the data sheet was not at hand. Not verified: the word of the synchronisation pattern, the place of a custom
+//! A frame has 24 bits: read or write, two bits of length, 13 of the register, 8 of its value, highest bit first. A
+//! written value takes effect with a transfer. Registers and codes come from a public driver of the part; the data
+//! sheet was not available. Not verified: the word of the synchronisation pattern, the position of a custom
 //! pattern's 12 bits in its 16, the time of a wake-up.
 
 use embedded_hal::spi::Operation;
@@ -15,15 +15,17 @@ use crate::{Attenuator, Error, Power, Receiver, TestPattern};
 
 /// Register 0x00: the port, and a reset of all registers.
 pub const PORT: u16 = 0x00;
-/// [`PORT`] with the reset bits, the same from either end.
+/// Value of [`PORT`] with the reset bits, the same in either bit order.
 pub const PORT_RESET: u8 = 0x3C;
 /// [`PORT`] in operation, highest bit first.
 pub const PORT_RUN: u8 = 0x18;
 /// Register 0x01: the part.
 pub const CHIP: u16 = 0x01;
-/// The value of [`CHIP`].
+/// Value of [`CHIP`].
 pub const CHIP_AD9276: u8 = 0x72;
-/// Registers 0x04 and 0x05: the channels that the next values are for, here all, and neither clock.
+/// Registers 0x04 and 0x05: the channels that further values apply to.
+///
+/// The value selects all channels and neither clock.
 pub const CHANNELS: [(u16, u8); 2] = [(0x04, 0x0F), (0x05, 0x0F)];
 /// Register 0x08, bits 0 to 2: power.
 pub const MODES: u16 = 0x08;
@@ -31,13 +33,15 @@ pub const MODES: u16 = 0x08;
 pub const TEST: u16 = 0x0D;
 /// Register 0x0F, bits 4 to 7: the low-pass filter.
 pub const FILTER: u16 = 0x0F;
-/// Register 0x11: gain of the second amplifier in bits 2 and 3, of the first in bits 0 and 1.
+/// Register 0x11: gains of both amplifiers.
+///
+/// Second amplifier in bits 2 and 3, first in bits 0 and 1.
 pub const GAIN: u16 = 0x11;
 /// Register 0x14, bits 0 and 1: the format of words.
 pub const OUTPUT: u16 = 0x14;
 /// Registers 0x19 and 0x1A: a custom pattern, its low byte first.
 pub const CUSTOM: [u16; 2] = [0x19, 0x1A];
-/// Register 0xFF: a 1 transfers what was written. It clears itself.
+/// Register 0xFF: a 1 transfers the written values. It clears itself.
 pub const TRANSFER: u16 = 0xFF;
 
 /// Time after a reset, ns. Not verified.
@@ -85,17 +89,17 @@ pub enum Filter {
     Rate16 = 0b1110,
 }
 
-/// Settings of all channels. The default is that of a reset.
+/// Settings of all channels. The default is the state after a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
-    /// The first amplifier.
+    /// Gain of the first amplifier.
     pub lna: Lna,
-    /// The second amplifier.
+    /// Gain of the second amplifier.
     pub pga: Pga,
-    /// The filter before the converter.
+    /// Filter before the converter.
     pub filter: Filter,
-    /// Whether words count from 0. An `i16` needs two's complement, which is `false`.
+    /// Whether words count from 0. `false` is two's complement, as for `i16`.
     pub offset_binary: bool,
 }
 
@@ -112,8 +116,8 @@ impl Default for Settings {
 
 /// Analog Devices' AD9276, a front end of eight channels of 12 bits.
 ///
-/// `SPI` is the part's device, in mode 0, with its select line low for a whole transaction. The part is reset by its
-/// registers.
+/// `SPI` is the part's device, in mode 0, with its select line low for a whole transaction. The driver resets the
+/// part by its registers.
 #[derive(Clone, Debug)]
 pub struct Ad9276<SPI> {
     spi: SPI,
@@ -121,7 +125,7 @@ pub struct Ad9276<SPI> {
 }
 
 impl<SPI: SpiDevice> Ad9276<SPI> {
-    /// The part behind `spi`. Nothing is sent yet.
+    /// A driver of the part on `spi`. Nothing is sent yet.
     pub fn new(spi: SPI) -> Self {
         Ad9276 {
             spi,

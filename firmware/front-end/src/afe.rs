@@ -17,7 +17,7 @@ use crate::{Attenuator, Demodulator, Error, Power, Receiver, Settings, TestPatte
 /// Time that a reset pin is held, and that the part is left alone afterwards, ns. The parts need 100 ns.
 pub(crate) const RESET_NS: u32 = 100_000;
 
-/// The select line SPI_DIG_EN of a part that has none: the AFE5808A.
+/// Select line SPI_DIG_EN of a part without one: the AFE5808A.
 #[derive(Clone, Copy, Debug)]
 pub struct NoPin;
 
@@ -37,11 +37,11 @@ impl OutputPin for NoPin {
 
 /// TI's AFE5808A or AFE5809, a front end of eight channels.
 ///
-/// `SPI` is one part's device, in mode 0 unless the board inverts the clock, with its select line (SEN) low for
-/// a whole transaction. `RESET` is active high. `SELECT` is the AFE5809's second select line, SPI_DIG_EN: the
-/// driver holds it low for the demodulator's registers only. [`registers`](crate::registers) says what is verified.
+/// `SPI` is one part's device, in mode 0 unless the board inverts the clock, with its select line (SEN) low for a
+/// whole transaction. `RESET` is active high. `SELECT` is the AFE5809's second select line, SPI_DIG_EN: the driver
+/// holds it low only for the demodulator's registers. [`registers`](crate::registers) lists the verified facts.
 ///
-/// A call that fails leaves the part between two states: [`Receiver::reset`] begins again.
+/// A call that fails leaves the part between two states; call [`Receiver::reset`].
 ///
 /// ```no_run
 /// # fn set_up<S: embedded_hal::spi::SpiDevice, P: embedded_hal::digital::OutputPin>(
@@ -58,8 +58,7 @@ impl OutputPin for NoPin {
 /// # Ok(()) }
 /// ```
 ///
-/// In async firmware, over devices of `embedded-hal-async`, `Blocking` and `block` fall away and `.await` takes
-/// their place.
+/// In async firmware, over devices of `embedded-hal-async`, drop `Blocking` and `block` and use `.await`.
 #[derive(Clone, Debug)]
 pub struct Afe<SPI, RESET, SELECT = NoPin> {
     frames: Frames<SPI>,
@@ -70,7 +69,7 @@ pub struct Afe<SPI, RESET, SELECT = NoPin> {
 }
 
 impl<SPI: SpiDevice, RESET: OutputPin> Afe<SPI, RESET> {
-    /// An AFE5808A. Nothing is sent yet.
+    /// A driver of an AFE5808A. Nothing is sent yet.
     pub fn afe5808a(spi: SPI, reset: RESET) -> Self {
         Afe {
             frames: Frames {
@@ -86,7 +85,7 @@ impl<SPI: SpiDevice, RESET: OutputPin> Afe<SPI, RESET> {
 }
 
 impl<SPI: SpiDevice, RESET: OutputPin, SELECT: OutputPin> Afe<SPI, RESET, SELECT> {
-    /// An AFE5809. Nothing is sent yet.
+    /// A driver of an AFE5809. Nothing is sent yet.
     pub fn afe5809(spi: SPI, reset: RESET, select: SELECT) -> Self {
         Afe {
             frames: Frames {
@@ -113,17 +112,20 @@ impl<SPI: SpiDevice, RESET: OutputPin, SELECT: OutputPin> Afe<SPI, RESET, SELECT
         self.frames.write(register, value).await
     }
 
-    /// Reads registers of converter or amplifiers: switches read-out on, and off again whatever happens between.
+    /// Reads registers of converter or amplifiers.
+    ///
+    /// It switches read-out on, and off again even after an error.
     ///
     /// # Errors
-    /// [`Error::Spi`], of the frame that failed first. If the last one failed, read-out is still on, and the
-    /// part takes no register: [`Receiver::reset`].
+    /// [`Error::Spi`] of the frame that failed first. If the last one failed, read-out is still on, and the part
+    /// accepts no register: call [`Receiver::reset`].
     pub async fn read<const N: usize>(&mut self, registers: [u8; N]) -> Result<[u16; N], Error> {
         self.frames.read(registers).await
     }
 
-    /// Writes a filter and the profile that uses it to the demodulator, and reads each word back. Nothing is
-    /// sent where one of them is out of range.
+    /// Writes a filter and its profile to the demodulator, and reads each word back.
+    ///
+    /// If one of them is out of range, nothing is sent.
     ///
     /// # Errors
     /// [`Error::NoDemodulator`]; [`Error::Range`] for a coefficient of more than 14 bits, for words beyond the

@@ -9,10 +9,10 @@ use crate::frames::Frames;
 use crate::registers::jd18::{DIGITAL_DOWN, DOWN, FIELDS, INTERFACE, INTERFACE_VALUE, STANDBY};
 use crate::{Attenuator, Error, Jd18LowPass, Power, Receiver, Settings, TestPattern};
 
-/// TI's AFE58JD18, a front end of 16 channels, by its LVDS lanes.
+/// TI's AFE58JD18, a front end of 16 channels, on its LVDS lanes.
 ///
 /// Device and reset pin are those of [`Afe`](crate::Afe). The part's demodulator has registers of its own behind
-/// SPI_DIG_EN, which this driver does not write: tie that line high.
+/// SPI_DIG_EN. This driver does not write them: tie that line high.
 #[derive(Clone, Debug)]
 pub struct Afe58jd18<SPI, RESET> {
     frames: Frames<SPI>,
@@ -21,7 +21,7 @@ pub struct Afe58jd18<SPI, RESET> {
 }
 
 impl<SPI: SpiDevice, RESET: OutputPin> Afe58jd18<SPI, RESET> {
-    /// The part behind `spi` and `reset`. Nothing is sent yet.
+    /// A driver of the part on `spi` and `reset`. Nothing is sent yet.
     pub fn new(spi: SPI, reset: RESET) -> Self {
         Afe58jd18 {
             frames: Frames {

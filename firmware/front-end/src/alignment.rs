@@ -1,4 +1,4 @@
-//! Bits and words of the lanes: brings a receiver and its deserialiser into step.
+//! Bit and word alignment of a receiver's lanes.
 
 use core::fmt;
 
@@ -12,7 +12,7 @@ use crate::{Receiver, TestPattern};
 pub trait Deserialiser {
     /// Reason why a call failed.
     type Error;
-    /// Taps of a channel's delay line.
+    /// Number of taps of a channel's delay line.
     const TAPS: u16;
 
     /// Sets a channel's delay.
@@ -45,23 +45,27 @@ pub trait Deserialiser {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Lane {
-    /// The tap that was chosen: the middle of the widest range of good ones.
+    /// The chosen tap, in the middle of the widest range of good taps.
     pub tap: u16,
-    /// Good taps in that range. Few of them are a warning: a line that is noisy, or badly terminated.
+    /// Number of good taps in that range.
+    ///
+    /// A small number is a warning of a noisy or badly terminated line.
     pub window: u16,
-    /// Bits by which words were moved.
+    /// Number of bits by which words were shifted.
     pub slips: u8,
 }
 
-/// Reason why lanes could not be aligned. `R` and `D` are the errors of receiver and deserialiser.
+/// Reason why lanes could not be aligned.
+///
+/// `R` and `D` are the errors of receiver and deserialiser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AlignError<R, D> {
-    /// The receiver's.
+    /// Error of the receiver.
     Receiver(R),
-    /// The deserialiser's.
+    /// Error of the deserialiser.
     Deserialiser(D),
-    /// A channel has fewer good taps than were asked for.
+    /// A channel has fewer good taps than required.
     NoEye {
         /// The channel.
         channel: usize,
@@ -75,7 +79,9 @@ pub enum AlignError<R, D> {
         /// The word that came last.
         word: u16,
     },
-    /// A word of a channel's ramp, or of words in turn, is not the next, or differs from channel 0's.
+    /// A ramp or toggle pattern has a wrong word.
+    ///
+    /// The word is not the next of its channel, or differs from channel 0's.
     Ramp {
         /// The channel.
         channel: usize,
@@ -115,18 +121,20 @@ impl<R: fmt::Debug, D: fmt::Debug> core::error::Error for AlignError<R, D> {}
 /// Words that are looked at for each tap, and of each ramp.
 const WORDS: usize = 64;
 
-/// Aligns all channels and returns how; `N` is at most the receiver's channels.
+/// Aligns all channels and returns their alignment.
 ///
-/// 1. Deskew pattern: each channel's delay goes to the middle of its widest range of taps at which all words are
-///    zeros and ones in turn. At least `least` taps are needed.
-/// 2. Synchronisation pattern: words are moved until they are [`Receiver::SYNC`].
-/// 3. Ramp: words must count up by one, alike in all channels. Where the part has none, words of zeros and of ones must
-///    take turns.
+/// `N` is at most the number of the receiver's channels.
 ///
-/// The receiver sends echoes again afterwards, and after an error as well.
+/// 1. Deskew pattern: each channel's delay is set to the middle of its widest range of taps at which all words
+///    alternate zeros and ones. At least `least` taps are needed.
+/// 2. Synchronisation pattern: words are shifted until they are [`Receiver::SYNC`].
+/// 3. Ramp: words must count up by one, equally in all channels. For a part without a ramp, words of zeros and of
+///    ones must alternate.
+///
+/// The receiver sends echoes again afterwards, also after an error.
 ///
 /// # Errors
-/// The first that is wrong.
+/// The first error found.
 pub async fn align<R: Receiver, D: Deserialiser, const N: usize>(
     receiver: &mut R,
     lanes: &mut D,

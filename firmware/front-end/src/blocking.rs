@@ -1,7 +1,7 @@
 //! Blocking use of the drivers.
 //!
-//! The drivers exist once, over `embedded-hal-async`. [`Blocking`] turns a device of `embedded-hal` into one of
-//! `embedded-hal-async` that never waits, and [`block`] runs a call to its end.
+//! The drivers exist once, over `embedded-hal-async`. [`Blocking`] adapts a device of `embedded-hal` to
+//! `embedded-hal-async` without waiting. [`block`] runs a call to completion.
 
 use core::future::Future;
 use core::pin::pin;
@@ -36,10 +36,10 @@ impl<T: embedded_hal::delay::DelayNs> embedded_hal_async::delay::DelayNs for Blo
     }
 }
 
-/// Runs `future` to its end and returns its output.
+/// Runs `future` to completion and returns its output.
 ///
 /// Over [`Blocking`] devices the first poll is the last. A future that waits for something else is polled
-/// again and again, without sleep.
+/// repeatedly, without sleep.
 pub fn block<F: Future>(future: F) -> F::Output {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());

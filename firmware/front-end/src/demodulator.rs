@@ -9,30 +9,32 @@ pub(crate) const WORDS: usize = 256;
 /// Profiles that the part holds.
 pub(crate) const PROFILES: u8 = 32;
 
-/// A set-up of the demodulator: a filter and the profile that uses it.
+/// Setup of the demodulator: a filter and the profile that uses it.
 ///
-/// The decimation filter for a factor of M has 16·M taps and is symmetric, so that 8·M coefficients
-/// describe it: M words of 8.
+/// The decimation filter for a factor of M has 16·M taps and is symmetric, so that 8·M coefficients describe it: M
+/// words of 8.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Demodulator<'a> {
-    /// Where the filter begins in the coefficient memory, in words.
+    /// First word of the filter in the coefficient memory.
     pub base: u8,
-    /// The coefficients in the memory's order, −8192 to 8191 each, 8 a word.
+    /// Coefficients in the memory's order, −8192 to 8191 each, 8 a word.
     pub coefficients: &'a [[i16; IN_A_WORD]],
-    /// Which profile is written, below 32.
+    /// Number of the profile to write, below 32.
     pub profile: u8,
-    /// The profile's 64 bits. How down-conversion frequency, decimation factor and filter lie in them could
-    /// not be verified, so they are the integrator's, from the data sheet.
+    /// The profile's 64 bits, from the data sheet.
+    ///
+    /// The positions of frequency, decimation factor and filter could not be verified, so the integrator composes
+    /// the bits.
     pub profile_bits: u64,
 }
 
-/// The step of the demodulator's phase a sample, in units of 1/65536 turn: `f_demod/f_s·2¹⁶`, rounded.
-/// `None` unless 0 ≤ `f_demod` ≤ `f_s`/2; both in Hz.
+/// Phase step of the demodulator a sample, in units of 1/65536 turn.
 ///
-/// That is 992 Hz a step at 65 MHz, which the data sheet gives as "< 1 kHz": the 16 bits follow from that, and are not
-/// verified. The beamformer needs
-/// the frequency that the part really uses: the word times `f_s`/65536.
+/// `f_demod/f_s·2¹⁶`, rounded. `None` unless 0 ≤ `f_demod` ≤ `f_s`/2; both in Hz.
+///
+/// The step is 992 Hz at 65 MHz, which the data sheet gives as "< 1 kHz". The 16 bits are derived from that, and
+/// are not verified. The beamformer needs the frequency that the part actually uses: the word times `f_s`/65536.
 pub fn frequency_word(f_demod: f64, f_s: f64) -> Option<u16> {
     let turn = f_demod / f_s;
     // 0.5 is a word of 32768; a NaN is in no range.

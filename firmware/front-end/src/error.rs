@@ -4,7 +4,7 @@ use core::fmt;
 
 use embedded_hal::{digital, spi};
 
-/// Reason why a part could not be set.
+/// Reason why the configuration of a part failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -13,8 +13,9 @@ pub enum Error {
     Spi(spi::ErrorKind),
     /// A pin could not be set.
     Pin(digital::ErrorKind),
-    /// A register does not hold the value that was written: a broken line, another part, a part without
-    /// power or in reset.
+    /// A register does not hold the value that was written.
+    ///
+    /// Causes: a broken line, another part, a part without power or in reset.
     ReadBack {
         /// The register.
         register: u16,

@@ -2,28 +2,29 @@
 
 use core::fmt;
 
-/// A transmit's delays, and the time between its trigger and the moment that the beamformer counts from.
+/// Delays of a transmit, and the time origin of its law after the trigger.
 ///
-/// Elements lie at depth 0 and look down, as the beamformer's do.
+/// Elements are at depth 0 and face down, as in the beamformer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Firing<const N: usize> {
-    /// Each element's delay after the trigger, clock cycles. The first to fire has 0.
+    /// Delay of each element after the trigger, clock cycles. The first to fire has 0.
     pub cycles: [u16; N],
-    /// When the wave passes the origin of its law, s after the trigger. A record whose first sample is
-    /// taken `t` after the trigger has `t0` = `t` − `origin`.
+    /// Time at which the wave passes the origin of its law, s after the trigger.
+    ///
+    /// A record whose first sample is taken `t` after the trigger has `t0` = `t` − `origin`.
     pub origin: f64,
 }
 
-/// Delays that the pulser does not have: longer than its longest, or not finite.
+/// Error for delays that are longer than the pulser's longest, or not finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OutOfRange {
-    /// The element.
+    /// Index of the element.
     pub element: usize,
-    /// The delay asked for, clock cycles.
+    /// The requested delay, clock cycles.
     pub cycles: f64,
-    /// The longest that the pulser has.
+    /// The pulser's longest delay, clock cycles.
     pub longest: u16,
 }
 
@@ -44,8 +45,9 @@ impl fmt::Display for OutOfRange {
 impl core::error::Error for OutOfRange {}
 
 impl<const N: usize> Firing<N> {
-    /// A plane wave by `angle` rad, positive towards positive x, from elements at `x` m. Its law's origin is
-    /// x = 0, z = 0. `clock` in Hz, `sound_speed` in m/s.
+    /// Delays of a plane wave by `angle` rad, positive towards positive x.
+    ///
+    /// Elements are at `x` m. The law's origin is x = 0, z = 0. `clock` in Hz, `sound_speed` in m/s.
     ///
     /// # Errors
     /// [`OutOfRange`] for the first element whose delay is longer than `longest` cycles.
@@ -60,8 +62,9 @@ impl<const N: usize> Firing<N> {
         Self::of(x.map(|x| x * slope), 0.0, clock, longest)
     }
 
-    /// A wave focused at `focus` = (x, z) m. Its law's origin is x = focus.0, z = 0: that of a beam along
-    /// its axis.
+    /// Delays of a wave focused at `focus` = (x, z) m.
+    ///
+    /// The law's origin is x = focus.0, z = 0, as for a beam along its axis.
     ///
     /// # Errors
     /// As [`Firing::plane`].
@@ -99,7 +102,7 @@ impl<const N: usize> Firing<N> {
         })
     }
 
-    /// The delays as a [`Profile`](crate::Profile) has them, all channels firing.
+    /// The delays for a [`Profile`](crate::Profile), with all channels firing.
     pub fn all(&self) -> [Option<u16>; N] {
         self.cycles.map(Some)
     }

@@ -1,4 +1,4 @@
-//! Frames of TI's front ends: 8 bits of a register, 16 of its value, highest bit first.
+//! Frames of TI's front ends: 8 bits of register, 16 of value, highest bit first.
 
 use embedded_hal::spi::Operation;
 use embedded_hal_async::spi::SpiDevice;
@@ -33,7 +33,7 @@ impl<SPI: SpiDevice> Frames<SPI> {
         self.spi.transaction(&mut frame).await.map_err(Error::spi)
     }
 
-    /// Reads registers: switches read-out on, and off again whatever happens between.
+    /// Reads registers: switches read-out on, and off again even after an error.
     pub async fn read<const N: usize>(&mut self, registers: [u8; N]) -> Result<[u16; N], Error> {
         let mut values = [0; N];
         let mut read = self.write(CONTROL, READ_OUT).await;
@@ -70,7 +70,7 @@ impl<SPI: SpiDevice> Frames<SPI> {
         Ok(())
     }
 
-    /// Sets fields and keeps all other bits of their registers; reads them back.
+    /// Sets fields, keeps all other bits of their registers, and reads them back.
     pub async fn set<const N: usize>(&mut self, fields: [(Field, u16); N]) -> Result<(), Error> {
         let registers = fields.map(|(field, _)| field.register);
         let mut values = self.read(registers).await?;
@@ -88,7 +88,7 @@ impl<SPI: SpiDevice> Frames<SPI> {
         self.write_checked(written).await
     }
 
-    /// Sets gains, filter, by its code, termination and words of all channels.
+    /// Sets gains, filter code, termination and word format of all channels.
     pub async fn configure<F>(
         &mut self,
         settings: &Settings<F>,
@@ -128,7 +128,7 @@ impl<SPI: SpiDevice> Frames<SPI> {
         .await
     }
 
-    /// Sends a pattern of words of so many bits.
+    /// Sends a pattern of words of `bits` bits.
     pub async fn test_pattern(&mut self, pattern: TestPattern, bits: u32) -> Result<(), Error> {
         if let TestPattern::Custom(word) = pattern {
             let word = custom(word, bits)?;

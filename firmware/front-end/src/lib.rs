@@ -1,5 +1,6 @@
-//! Drivers of the parts between transducer and processor: receivers, which amplify, digitise and demodulate
-//! echoes, and pulsers.
+//! Drivers of an ultrasound front end: receivers and pulsers.
+//!
+//! Receivers amplify, digitise and demodulate echoes.
 //!
 //! | | trait | parts |
 //! |---|---|---|
@@ -8,12 +9,12 @@
 //! | gain over depth | [`Vcat`], a converter | [`GainCurve`] makes its codes |
 //! | pulsers | [`Pulser`], behind the limits of [`Limited`] | [`tx7332::Tx7332`] |
 //!
-//! [`Firing`] computes a transmit's delays. [`mock`] has all of it without hardware.
+//! [`Firing`] computes a transmit's delays. [`mock`] simulates all parts without hardware.
 //!
 //! The drivers are async, over `embedded-hal-async`. [`Blocking`] and [`block`] run them over `embedded-hal`.
 //!
-//! No part was at hand. [`registers`], [`ad9276`] and [`tx7332`] say which facts public sources confirm, and which ones the
-//! integrator must check against the data sheet first.
+//! No part was available. [`registers`], [`ad9276`] and [`tx7332`] list the facts that public sources confirm, and
+//! the facts that the integrator must first check against the data sheet.
 
 #![no_std]
 

@@ -1,4 +1,4 @@
-//! Two receivers as one.
+//! Two receivers used as one.
 
 use core::fmt;
 
@@ -12,10 +12,10 @@ const SYNC_NS: u32 = 1_000;
 
 /// Two parts as one receiver: two AFE5809 serve 16 elements.
 ///
-/// The first part has channels 0 to `A::CHANNELS − 1`, the second the others. Both get the same settings, the
-/// first part first. `SYNC` drives one line to both parts (TX_SYNC_IN of the AFE5809): a pulse after each
-/// change starts their demodulators and patterns at the same sample. The line's edges must meet the parts'
-/// clock, by the board or the FPGA.
+/// The first part has channels 0 to `A::CHANNELS − 1`, the second the others. Both get the same settings, the first
+/// part first. `SYNC` drives one line to both parts (TX_SYNC_IN of the AFE5809): a pulse after each change starts
+/// their demodulators and patterns at the same sample. Board or FPGA must align the line's edges with the parts'
+/// clock.
 #[derive(Clone, Debug)]
 pub struct Pair<A, B, SYNC, DELAY> {
     first: A,
@@ -28,9 +28,9 @@ pub struct Pair<A, B, SYNC, DELAY> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PairError<E> {
-    /// The first part's. The second was not touched.
+    /// Error of the first part. The second did not change.
     First(E),
-    /// The second part's. The first has taken the change: reset the pair.
+    /// Error of the second part. The first has changed: reset the pair.
     Second(E),
     /// The synchronisation line could not be set.
     Sync(ErrorKind),
@@ -55,8 +55,9 @@ where
     SYNC: OutputPin,
     DELAY: DelayNs,
 {
-    /// `first` and `second` with their common synchronisation line. Nothing is sent yet. If both share a reset
-    /// line, the second part's pin is [`NoPin`](crate::NoPin).
+    /// Pairs two receivers with a common synchronisation line. Nothing is sent yet.
+    ///
+    /// If both share a reset line, the second part's pin is [`NoPin`](crate::NoPin).
     pub fn new(first: A, second: B, sync: SYNC, delay: DELAY) -> Self {
         const {
             assert!(A::BITS == B::BITS && A::SYNC == B::SYNC);
@@ -69,7 +70,9 @@ where
         }
     }
 
-    /// Both parts, for calls that [`Receiver`] does not have. Call [`Pair::synchronise`] afterwards.
+    /// Both parts, for calls outside [`Receiver`].
+    ///
+    /// Call [`Pair::synchronise`] afterwards.
     pub fn parts(&mut self) -> (&mut A, &mut B) {
         (&mut self.first, &mut self.second)
     }

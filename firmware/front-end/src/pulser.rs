@@ -1,26 +1,27 @@
-//! Pulsers, and limits that no transmit passes.
+//! Pulsers, and limits that hold for every transmit.
 
 use core::fmt;
 
 /// The signal of each element.
 ///
-/// Half cycles of alternating sign. A pulser of two levels drives all of a half cycle, one of three levels a part
-/// of it, and ground for the rest.
+/// Half cycles of alternating sign. A pulser of two levels drives a whole half cycle. A pulser of three levels
+/// drives a part of it, and ground for the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Waveform {
     /// Frequency, Hz.
     pub frequency: f64,
-    /// Half cycles.
+    /// Number of half cycles.
     pub half_cycles: u8,
     /// Whether the first half cycle is positive.
     pub positive_first: bool,
-    /// Part of a half cycle that is driven away from ground: above 0, at most 1 (two levels). At 2/3 the third
-    /// harmonic is least.
+    /// Driven part of a half cycle: above 0, at most 1 (two levels).
+    ///
+    /// At 2/3 the third harmonic is smallest.
     pub driven: f64,
     /// Voltage of both rails against ground, V.
     pub volts: f64,
-    /// Time that the element is driven to ground afterwards, s: damping.
+    /// Damping: time that the element is driven to ground afterwards, s.
     pub damping: f64,
 }
 
@@ -36,22 +37,25 @@ impl Waveform {
     }
 }
 
-/// A transmit as a pulser holds it.
+/// A transmit as a pulser stores it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Profile<'a> {
     /// The signal of each element that fires.
     pub waveform: Waveform,
-    /// Delay of each channel after the trigger, clock cycles; `None` where it is silent. Apodization is on or
-    /// off, since all channels share rails and waveform.
+    /// Delay of each channel after the trigger, clock cycles; `None` if silent.
+    ///
+    /// Apodization is on or off, since all channels share rails and waveform.
     pub delays: &'a [Option<u16>],
-    /// Time from the end of the waveform until the transmit/receive switches let echoes through, s.
+    /// Time from the end of the waveform to the opening of the receive switches, s.
+    ///
+    /// The transmit/receive switches then pass echoes.
     pub receive_after: f64,
     /// Transmits per second while this profile is selected, Hz.
     pub prf: f64,
 }
 
-/// A profile that is within the limits. Only [`Limited`] makes one.
+/// A profile within the limits. Only [`Limited`] makes one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Checked<'a> {
     profile: Profile<'a>,
@@ -64,21 +68,21 @@ impl<'a> Checked<'a> {
     }
 }
 
-/// A transmit board: holds profiles, and fires one of them at each trigger.
+/// A transmit board that holds profiles, and fires one of them at each trigger.
 ///
 /// Firmware calls it through [`Limited`], which alone can make the argument of [`Pulser::load`].
 #[allow(async_fn_in_trait)]
 pub trait Pulser {
     /// Reason why a call failed.
     type Error;
-    /// Channels that fire together.
+    /// Number of channels that fire together.
     const CHANNELS: usize;
-    /// Profiles that it holds.
+    /// Number of stored profiles.
     const PROFILES: u8;
     /// The longest delay, clock cycles.
     const LONGEST: u16;
 
-    /// The clock that delays are counted in, Hz.
+    /// Clock of the delays, Hz.
     fn clock(&self) -> f64;
 
     /// Writes a profile.
@@ -103,25 +107,27 @@ pub trait Pulser {
 
 /// Limits of a device, fixed once for a probe.
 ///
-/// They are electrical. IEC 60601-2-37 limits what reaches the patient: acoustic output, shown as thermal and
-/// mechanical index, and the temperature of the probe's surface. The maker measures both at the limits stated
-/// here, and states limits at which they are met.
+/// They are electrical. IEC 60601-2-37 limits the output at the patient: acoustic output, shown as thermal and
+/// mechanical index, and the temperature of the probe's surface. The maker measures both at these limits, and
+/// chooses limits that meet the standard.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Limits {
-    /// Most voltage of a rail, V.
+    /// Maximum voltage of a rail, V.
     pub volts: f64,
-    /// Largest part of the time that elements are driven: driven time times PRF.
+    /// Maximum driven part of the time: driven time times PRF.
     pub duty: f64,
-    /// Most electrical energy of a transmit, J: channels that fire times `volts²/load` times driven time.
+    /// Maximum electrical energy of a transmit, J.
+    ///
+    /// Firing channels times `volts²/load` times driven time.
     pub energy: f64,
-    /// Highest PRF, Hz.
+    /// Maximum PRF, Hz.
     pub prf: f64,
-    /// Resistance of an element at its centre frequency, Ω: for the energy.
+    /// Resistance of an element at its centre frequency for the energy, Ω.
     pub load: f64,
 }
 
-/// The limit that a profile passes.
+/// The limit that a profile exceeds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Limit {
@@ -133,7 +139,9 @@ pub enum Limit {
     Energy,
     /// PRF, Hz.
     Prf,
-    /// Time from a trigger until echoes come through, s: at most the time to the next trigger.
+    /// Time from a trigger to received echoes, s.
+    ///
+    /// At most the time to the next trigger.
     Period,
     /// A number that is negative, not finite, or 0 where it must not be.
     Value,
@@ -147,7 +155,7 @@ pub struct LimitError {
     pub limit: Limit,
     /// The profile's value.
     pub value: f64,
-    /// The most that is allowed.
+    /// The allowed maximum.
     pub most: f64,
 }
 
@@ -236,9 +244,9 @@ fn not_negative<const N: usize>(values: [f64; N]) -> Result<(), LimitError> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LimitedError<E> {
-    /// The profile is beyond a limit.
+    /// The profile exceeds a limit.
     Limit(LimitError),
-    /// The pulser's.
+    /// Error of the pulser.
     Pulser(E),
 }
 
@@ -253,9 +261,9 @@ impl<E: fmt::Display> fmt::Display for LimitedError<E> {
 
 impl<E: core::error::Error> core::error::Error for LimitedError<E> {}
 
-/// A pulser behind limits.
+/// A pulser within limits.
 ///
-/// It owns the pulser, and the limits cannot be changed: no profile beyond them reaches the pulser.
+/// It owns the pulser, and the limits cannot be changed. No profile beyond them reaches the pulser.
 #[derive(Clone, Debug)]
 pub struct Limited<P> {
     pulser: P,
@@ -263,7 +271,7 @@ pub struct Limited<P> {
 }
 
 impl<P: Pulser> Limited<P> {
-    /// `pulser` within `limits`.
+    /// Limits `pulser` by `limits`.
     ///
     /// # Errors
     /// [`LimitError`] for a limit that is not finite and above 0, or a duty above 1.
@@ -282,7 +290,7 @@ impl<P: Pulser> Limited<P> {
         Ok(Limited { pulser, limits })
     }
 
-    /// The pulser, to look at.
+    /// The pulser, for inspection.
     pub fn pulser(&self) -> &P {
         &self.pulser
     }
@@ -314,15 +322,15 @@ impl<P: Pulser> Limited<P> {
     /// Fires with this profile from now on.
     ///
     /// # Errors
-    /// The pulser's.
+    /// The pulser's error.
     pub async fn select(&mut self, index: u8) -> Result<(), P::Error> {
         self.pulser.select(index).await
     }
 
-    /// Stops firing, and takes the voltage away.
+    /// Stops firing, and switches the voltage off.
     ///
     /// # Errors
-    /// The pulser's.
+    /// The pulser's error.
     pub async fn stop(&mut self) -> Result<(), P::Error> {
         self.pulser.stop().await
     }

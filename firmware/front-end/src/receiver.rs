@@ -1,25 +1,28 @@
-//! Receivers: what amplifies and digitises echoes.
+//! Receivers, which amplify and digitise echoes.
 
 use embedded_hal_async::delay::DelayNs;
 
 /// A front end between transducer and processor: amplifiers, filters, converters.
 ///
 /// [`Afe`](crate::Afe), [`Afe58jd18`](crate::Afe58jd18), [`Ad9276`](crate::ad9276::Ad9276) and two of a kind as a
-/// [`Pair`](crate::Pair) implement it.
-/// [`align`](crate::align) brings the lanes of any of them up.
+/// [`Pair`](crate::Pair) implement it. [`align`](crate::align) aligns the lanes of all of them.
 #[allow(async_fn_in_trait)]
 pub trait Receiver {
     /// Reason why a call failed.
     type Error;
-    /// Gains, filter and termination, as the part has them. The default is that of a reset.
+    /// Gains, filter and termination of the part.
+    ///
+    /// The default is the state after a reset.
     type Settings;
-    /// Channels.
+    /// Number of channels.
     const CHANNELS: usize;
-    /// Bits of a word on a lane.
+    /// Number of bits of a word on a lane.
     const BITS: u32;
-    /// The word of [`TestPattern::Sync`], its first bit highest.
+    /// Word of [`TestPattern::Sync`], its first bit highest.
     const SYNC: u16;
-    /// Whether it has [`TestPattern::Ramp`]; [`TestPattern::Toggle`] serves where it has not.
+    /// Whether the receiver has [`TestPattern::Ramp`].
+    ///
+    /// Otherwise [`TestPattern::Toggle`] replaces it.
     const RAMP: bool;
 
     /// Resets the part by its pin: every register is at its default then, and the part runs.
@@ -57,9 +60,11 @@ pub trait Receiver {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Power {
-    /// All runs.
+    /// Full operation.
     On,
-    /// Partial power-down: references and clock run, so that the part wakes fast. For the time between frames.
+    /// Partial power-down for the time between frames.
+    ///
+    /// References and clock run, so that the part wakes fast.
     Standby,
     /// Complete power-down. Waking takes milliseconds.
     Down,
@@ -80,31 +85,33 @@ impl Power {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Attenuator {
-    /// By the voltage of a converter, which may follow depth: see [`GainCurve`](crate::GainCurve).
+    /// Attenuation by a converter's voltage, which may follow depth.
+    ///
+    /// See [`GainCurve`](crate::GainCurve).
     Voltage,
-    /// Fixed, by this many steps of 6 dB: 0 to 7.
+    /// Fixed attenuation by this number of steps of 6 dB: 0 to 7.
     Steps(u8),
 }
 
-/// Words that the channels send in place of echoes.
+/// Words that the channels send instead of echoes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum TestPattern {
-    /// None: echoes.
+    /// No pattern: echoes.
     Off,
-    /// Ones in one half of a word, zeros in the other: shows where words begin.
+    /// Ones in one half of a word, zeros in the other; shows word boundaries.
     Sync,
-    /// Zeros and ones in turn: shows the edges of bits.
+    /// Alternating zeros and ones; shows the edges of bits.
     Deskew,
-    /// This word, again and again.
+    /// This word, repeated.
     Custom(u16),
     /// All ones.
     Ones,
-    /// Words of zeros and words of ones in turn.
+    /// Alternating words of zeros and words of ones.
     Toggle,
     /// All zeros.
     Zeros,
-    /// Words that count up: shows lost ones.
+    /// Words that count up; shows lost ones.
     Ramp,
 }
 

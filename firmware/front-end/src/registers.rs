@@ -3,14 +3,13 @@
 //! A frame has 24 bits: 8 of the register, 16 of its value, highest bit first. While [`READ_OUT`] is set, all
 //! registers but [`CONTROL`] read as they were written, and cannot be written.
 //!
-//! The AFE5809 has two sets of registers behind one SPI. It takes the demodulator's only while its second
-//! select line, SPI_DIG_EN, is low, and all others only while it is high. Reading the demodulator needs
-//! read-out in both sets: [`DEMODULATOR_CONTROL`] with SPI_DIG_EN low, then [`CONTROL`] with SPI_DIG_EN high,
-//! then the register with SPI_DIG_EN low.
+//! The AFE5809 has two sets of registers on one SPI. It accepts the demodulator's only while its second select
+//! line, SPI_DIG_EN, is low, and all others only while it is high. Reading the demodulator needs read-out in both
+//! sets: [`DEMODULATOR_CONTROL`] with SPI_DIG_EN low, then [`CONTROL`] with SPI_DIG_EN high, then the register with
+//! SPI_DIG_EN low.
 //!
 //! # Verified facts
-//! No part was at hand, and the data sheets (SLOS729D, SLOS738E, SBAS735A) were at hand in extracts only. The
-//! sources:
+//! No part was available, and the data sheets (SLOS729D, SLOS738E, SBAS735A) only in extracts. The sources:
 //!
 //! - **A**: the extracts: features, contents with some register numbers, description.
 //! - **B**: public drivers of the AFE5808A of three projects, which agree.
@@ -63,13 +62,13 @@ impl Field {
         }
     }
 
-    /// The register's value with `bits` in this field.
+    /// Returns the register's value with `bits` in this field.
     pub const fn with(self, value: u16, bits: u16) -> u16 {
         let mask = (1u16 << self.bits) - 1;
         value & !(mask << self.shift) | (bits & mask) << self.shift
     }
 
-    /// The field's bits of the register's value.
+    /// Returns the field's bits of the register's value.
     pub const fn of(self, value: u16) -> u16 {
         value >> self.shift & ((1u16 << self.bits) - 1)
     }
@@ -77,10 +76,11 @@ impl Field {
 
 /// Register 0: reset and read-out.
 pub const CONTROL: u8 = 0;
-/// Bit 0 of [`CONTROL`]: all registers to their defaults. It clears itself.
+/// Bit 0 of [`CONTROL`]: resets all registers. It clears itself.
 pub const SOFTWARE_RESET: u16 = 1 << 0;
-/// Bit 1 of [`CONTROL`] and of [`DEMODULATOR_CONTROL`]: registers can be read, and not be written but for
-/// these two.
+/// Bit 1 of [`CONTROL`] and of [`DEMODULATOR_CONTROL`]: read-out.
+///
+/// Registers can then be read. Only these two can be written.
 pub const READ_OUT: u16 = 1 << 1;
 /// Register 5: the words of [`TestPattern::Custom`](crate::TestPattern::Custom).
 pub const CUSTOM_PATTERN: u8 = 5;
@@ -94,16 +94,16 @@ pub const VCA_STANDBY: Field = Field::new(53, 14, 14);
 /// Amplifiers off.
 pub const VCA_DOWN: Field = Field::new(53, 15, 15);
 
-/// Fields that all parts have, each in registers of its own.
+/// Fields of all parts, each in registers of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fields {
     /// The test pattern of all channels.
     pub test_pattern: Field,
-    /// Words count from 0; two's complement where it is clear.
+    /// Words count from 0 if set, two's complement if clear.
     pub offset_binary: Field,
     /// The low-pass filter.
     pub low_pass: Field,
-    /// The second amplifier: 30 dB where it is set, 24 dB where it is clear.
+    /// Second amplifier: 30 dB if set, 24 dB if clear.
     pub pga_gain: Field,
     /// The first amplifier.
     pub lna_gain: Field,
@@ -111,7 +111,7 @@ pub struct Fields {
     pub termination_enable: Field,
     /// The resistance of the active termination.
     pub termination: Field,
-    /// The digital attenuator in place of the voltage.
+    /// Use of the digital attenuator instead of the voltage.
     pub attenuation_enable: Field,
     /// Steps of 6 dB of the digital attenuator.
     pub attenuation: Field,
@@ -136,15 +136,15 @@ pub mod jd18 {
 
     /// Register 1, whose bits 2 and 4 must be set.
     pub const INTERFACE: u8 = 1;
-    /// The value of [`INTERFACE`] after a reset: LVDS on, JESD204B off.
+    /// Value of [`INTERFACE`] after a reset: LVDS on, JESD204B off.
     pub const INTERFACE_VALUE: u16 = 0x0014;
-    /// All of the part off.
+    /// Power-down of the whole part.
     pub const DIGITAL_DOWN: Field = Field::new(1, 0, 0);
     /// Fast power-down.
     pub const STANDBY: Field = Field::new(197, 14, 14);
     /// Amplifiers off.
     pub const DOWN: Field = Field::new(197, 15, 15);
-    /// Fields that the other parts have, too.
+    /// Fields that the AFE58JD18 shares with other parts.
     pub const FIELDS: Fields = Fields {
         test_pattern: Field::new(2, 9, 7),
         offset_binary: Field::new(4, 3, 3),
@@ -158,14 +158,15 @@ pub mod jd18 {
     };
 }
 
-/// Register 0xC0 of the demodulator: read-out. The two highest bits of an address name its two halves of
-/// four channels.
+/// Register 0xC0 of the demodulator: read-out.
+///
+/// The two highest bits of an address select its halves of four channels.
 pub const DEMODULATOR_CONTROL: u8 = 0xC0;
-/// Register 0xC6 of the demodulator: the word of the coefficient memory that comes next.
+/// Register 0xC6 of the demodulator: address of the next coefficient word.
 pub const COEFFICIENT_ADDRESS: u8 = 0xC6;
-/// Register 0xC7 of the demodulator: a word of 112 bits, which is 8 coefficients.
+/// Register 0xC7 of the demodulator: a word of 112 bits, 8 coefficients.
 pub const COEFFICIENTS: u8 = 0xC7;
-/// Register 0xC8 of the demodulator: the profile that comes next. Not verified.
+/// Register 0xC8 of the demodulator: number of the next profile. Not verified.
 pub const PROFILE_ADDRESS: u8 = 0xC8;
 /// Register 0xC9 of the demodulator: a profile of 64 bits. Not verified.
 pub const PROFILE: u8 = 0xC9;

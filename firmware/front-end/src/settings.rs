@@ -22,13 +22,15 @@ pub enum PgaGain {
     Db30 = 1,
 }
 
-/// Gains of both amplifiers. [`Attenuator`](crate::Attenuator) sets the attenuator between them.
+/// Gains of both amplifiers.
+///
+/// [`Attenuator`](crate::Attenuator) sets the attenuator between them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Gain {
-    /// The first amplifier.
+    /// Gain of the first amplifier.
     pub lna: LnaGain,
-    /// The second amplifier.
+    /// Gain of the second amplifier.
     pub pga: PgaGain,
 }
 
@@ -40,11 +42,11 @@ impl Gain {
     };
 }
 
-/// Active termination of the inputs, which takes the place of a resistor.
+/// Active termination of the inputs, which replaces a resistor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Termination {
-    /// None, as after a reset.
+    /// No termination, as after a reset.
     Off,
     /// 50 Ω.
     Ohm50,
@@ -83,7 +85,9 @@ pub enum LowPass {
     Mhz30 = 0b011,
 }
 
-/// Low-pass filter before the converter of the AFE58JD18. All codes but that of 10 MHz are not verified.
+/// Low-pass filter before the converter of the AFE58JD18.
+///
+/// All codes but that of 10 MHz are not verified.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Jd18LowPass {
@@ -101,17 +105,19 @@ pub enum Jd18LowPass {
     Mhz50 = 0b0111,
 }
 
-/// Settings of all channels. `F` is [`LowPass`] or [`Jd18LowPass`]. The default is that of a reset.
+/// Settings of all channels. The default is the state after a reset.
+///
+/// `F` is [`LowPass`] or [`Jd18LowPass`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings<F = LowPass> {
-    /// Both gains.
+    /// Gains of both amplifiers.
     pub gain: Gain,
-    /// The filter before the converter: below half the sampling rate.
+    /// Filter before the converter, below half the sampling rate.
     pub low_pass: F,
     /// Active termination.
     pub termination: Termination,
-    /// Whether words count from 0. An `i16` needs two's complement, which is `false`.
+    /// Whether words count from 0. `false` is two's complement, as for `i16`.
     pub offset_binary: bool,
 }
 

@@ -1,15 +1,16 @@
 //! Gain over depth, by the voltage of the attenuator.
 
-/// A converter whose voltage sets the attenuator between the amplifiers: VCNTL of TI's front ends.
+/// A converter whose voltage sets the attenuator between the amplifiers.
 ///
-/// It plays its codes from each transmit on, one a step of [`GainCurve::step`], and holds the last one.
+/// That voltage is VCNTL of TI's front ends. From each transmit on, the converter outputs its codes, one a step of
+/// [`GainCurve::step`], and holds the last one.
 #[allow(async_fn_in_trait)]
 pub trait Vcat {
     /// Reason why a call failed.
     type Error;
     /// The largest code.
     const MAX_CODE: u16;
-    /// The voltage of the largest code, V.
+    /// Voltage of the largest code, V.
     fn full_scale(&self) -> f64;
 
     /// Loads the codes of the transmits that follow.
@@ -23,36 +24,40 @@ pub trait Vcat {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct VcatRange {
-    /// The most attenuation, dB, at the highest voltage.
+    /// Maximum attenuation, at the highest voltage, dB.
     pub decibels: f64,
-    /// That voltage, V. No attenuation is at 0 V.
+    /// The highest voltage, V. At 0 V there is no attenuation.
     pub volts: f64,
 }
 
 impl VcatRange {
-    /// That of TI's front ends: 40 dB, over 1.5 V. The voltage is not verified.
+    /// Range of TI's front ends: 40 dB over 1.5 V.
+    ///
+    /// The voltage is not verified.
     pub const TI: VcatRange = VcatRange {
         decibels: 40.0,
         volts: 1.5,
     };
 }
 
-/// A gain that grows with depth, to make up for what tissue absorbs.
+/// A gain that grows with depth to compensate absorption in tissue.
 ///
 /// The gain is that of the attenuator: 0 dB at most.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct GainCurve {
-    /// The gain at the transmit, dB: −40 to 0.
+    /// Gain at the transmit, dB: −40 to 0.
     pub start: f64,
-    /// Its growth, dB/s. Tissue of 0.7 dB/(cm·MHz) at 5 MHz and 1540 m/s needs `0.7·5·154000` = 5.4·10⁵.
+    /// Growth of the gain, dB/s.
+    ///
+    /// Tissue of 0.7 dB/(cm·MHz) at 5 MHz and 1540 m/s needs `0.7·5·154000` = 5.4·10⁵.
     pub slope: f64,
     /// Time from one code to the next, s.
     pub step: f64,
 }
 
 impl GainCurve {
-    /// The gain `time` s after the transmit, dB, within `range`.
+    /// Gain at `time` s after the transmit, dB, within `range`.
     pub fn gain(&self, time: f64, range: VcatRange) -> f64 {
         let gain = self.start + self.slope * time;
         if gain > 0.0 {
@@ -64,7 +69,7 @@ impl GainCurve {
         }
     }
 
-    /// Codes of `dac` for this curve, one a step: fills `codes`.
+    /// Fills `codes` with the codes of `dac` for this curve, one a step.
     pub fn codes<D: Vcat>(&self, dac: &D, range: VcatRange, codes: &mut [u16]) {
         for (index, code) in codes.iter_mut().enumerate() {
             let attenuation = -self.gain(index as f64 * self.step, range);

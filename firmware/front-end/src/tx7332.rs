@@ -1,8 +1,8 @@
 //! TI's TX7332, a pulser of 32 channels.
 //!
-//! A frame has 42 bits: 10 of the register, 32 of its value, highest bit first. Registers are those of a public
-//! driver of the part; the data sheet was not at hand. Not verified: the fields of the transmit/receive
-//! switch in [`DELAY_SELECT`], and their unit.
+//! A frame has 42 bits: 10 of the register, 32 of its value, highest bit first. Registers come from a public driver
+//! of the part; the data sheet was not available. Not verified: the fields of the transmit/receive switch in
+//! [`DELAY_SELECT`], and their unit.
 
 use core::fmt;
 
@@ -13,30 +13,35 @@ use crate::{Checked, Error, Pulser, Waveform};
 
 /// Register 0: reading and loading.
 pub const CONTROL: u16 = 0x000;
-/// Bits of [`CONTROL`] that let registers of either half be read.
+/// Bits of [`CONTROL`] that enable reads of either half's registers.
 pub const READ: [u32; 2] = [1 << 1, 1 << 2];
-/// Bit 3 of [`CONTROL`]: the selected profiles become those of the next trigger. It clears itself.
+/// Bit 3 of [`CONTROL`]: the next trigger uses the selected profiles.
+///
+/// It clears itself.
 pub const LOAD_PROFILE: u32 = 1 << 3;
-/// Delay profile in bits 12 to 15 and 28 to 31, delay of the transmit/receive switch in bits 0 to 11 and 16 to
-/// 27: one half of the part each.
+/// Delay profile and delay of the transmit/receive switch, for each half.
+///
+/// Profile in bits 12 to 15 and 28 to 31, switch in bits 0 to 11 and 16 to 27.
 pub const DELAY_SELECT: u16 = 0x016;
 /// Clock and sign of patterns.
 pub const PATTERN_MODE: u16 = 0x018;
-/// The value of [`PATTERN_MODE`]: undivided clock.
+/// Value of [`PATTERN_MODE`]: undivided clock.
 pub const PATTERN_MODE_VALUE: u32 = 0x0200_0003;
 /// Bits of [`PATTERN_MODE`] that read as they were written.
 const PATTERN_MODE_READ: u32 = 0x0FFF_FFFF;
-/// Repetitions of a pattern in bits 1 to 5, clock cycles to ground afterwards in bits 6 to 10.
+/// Repetitions of a pattern, and clock cycles to ground afterwards.
+///
+/// Bits 1 to 5 and bits 6 to 10.
 pub const PATTERN_REPEAT: u16 = 0x019;
-/// Channels that are silent, a bit each.
+/// Silent channels, a bit each.
 pub const SILENT: u16 = 0x01B;
 /// Pattern of either half of the part.
 pub const PATTERN_SELECT: [u16; 2] = [0x01E, 0x01F];
-/// The first register of delays: 16 a profile.
+/// First register of delays: 16 a profile.
 pub const DELAYS: u16 = 0x020;
-/// The first register of patterns: 4 a profile.
+/// First register of patterns: 4 a profile.
 pub const PATTERNS: u16 = 0x120;
-/// Registers of the part.
+/// Number of the part's registers.
 pub const REGISTERS: u16 = 0x1A0;
 
 /// Bits of an SPI word: a frame is three of them.
@@ -53,7 +58,7 @@ const END: u8 = 0b111;
 /// The most that a supply may be above the voltage asked for, as a factor.
 const SUPPLY_TOLERANCE: f64 = 1.05;
 
-/// What a board has beside the pulser: its rails and its trigger.
+/// The board around the pulser: its rails and its trigger.
 #[allow(async_fn_in_trait)]
 pub trait TransmitBoard {
     /// Reason why a call failed.
@@ -72,17 +77,19 @@ pub trait TransmitBoard {
     async fn trigger(&mut self, prf: Option<f64>) -> Result<(), Self::Error>;
 }
 
-/// Reason why a [`Tx7332`] refused a call. `B` is the board's error.
+/// Reason why a [`Tx7332`] refused a call.
+///
+/// `B` is the board's error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum TxError<B> {
-    /// The part's: bus, read-back, a number beyond its range.
+    /// Error of the part: bus, read-back, a number beyond its range.
     Part(Error),
     /// There is no such profile.
     Profile(u8),
     /// The profile was never loaded.
     NotLoaded(u8),
-    /// The number of delays is not the number of channels.
+    /// The number of delays differs from the number of channels.
     Channels(usize),
     /// A channel's delay is too long.
     Delay {
@@ -91,9 +98,11 @@ pub enum TxError<B> {
         /// The delay, clock cycles.
         cycles: u16,
     },
-    /// The board's.
+    /// Error of the board.
     Board(B),
-    /// The rails are higher than the profile's voltage. Nothing fires, and they are asked for 0 V.
+    /// The rails are higher than the profile's voltage.
+    ///
+    /// Nothing fires, and the driver requests 0 V.
     Supply {
         /// The profile's voltage, V.
         asked: f64,
@@ -133,9 +142,9 @@ struct Loaded {
     prf: f64,
 }
 
-/// TI's TX7332.
+/// Driver of TI's TX7332.
 ///
-/// After an error of bus or board the trigger is stopped and the rails are asked for 0 V.
+/// After an error of bus or board the driver stops the trigger and requests 0 V.
 ///
 /// `SPI` moves words of 14 bits, in mode 0, with its select line low for a whole transaction: a frame is three
 /// words. Its controller must be set to 14 bits (STM32, i.MX RT, RP2040), or an adapter drives pins.
@@ -150,7 +159,9 @@ pub struct Tx7332<SPI, BOARD> {
 }
 
 impl<SPI: SpiDevice<u16>, BOARD: TransmitBoard> Tx7332<SPI, BOARD> {
-    /// The part behind `spi` on `board`, with this clock, Hz. Nothing is sent yet.
+    /// A driver of the part on `spi` and `board`, with a clock in Hz.
+    ///
+    /// Nothing is sent yet.
     pub fn new(spi: SPI, board: BOARD, clock: f64) -> Self {
         Tx7332 {
             spi,
@@ -161,7 +172,9 @@ impl<SPI: SpiDevice<u16>, BOARD: TransmitBoard> Tx7332<SPI, BOARD> {
         }
     }
 
-    /// The frequency that the part makes of a waveform's, Hz: a half cycle is a whole number of clock cycles.
+    /// The frequency that the part generates for a waveform, Hz.
+    ///
+    /// A half cycle is a whole number of clock cycles.
     ///
     /// # Errors
     /// [`Error::Range`] for a waveform that the part does not have.

@@ -1,27 +1,26 @@
-//! What a front end delivers of one transmit.
+//! Blocks of a front end, one for each transmit.
 
-/// What the elements recorded of one transmit: `N` samples of `M` elements, each an `S`, with the head
-/// that the front end puts before them.
+/// Record of one transmit: `N` samples of `M` elements, with a header.
 ///
-/// `S` is `[i16; 2]` for I/Q, I first, and `i16` for RF. For `[element][sample]`, `M` is the number of samples and `N`
-/// that of elements.
+/// A sample `S` is `[i16; 2]` for I/Q, I first, and `i16` for RF. For `[element][sample]`, `M` is the number of
+/// samples and `N` that of elements. The front end writes the header.
 ///
-/// It begins on a cache line of 32 bytes and fills whole ones, so that invalidating the lines of a block
-/// that DMA has written touches nothing else. The samples begin 8 bytes after the block.
+/// A block begins on a cache line of 32 bytes and fills whole ones. Invalidating the lines of a block after DMA
+/// therefore touches nothing else. The samples begin 8 bytes after the block.
 #[repr(C, align(32))]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block<S, const M: usize, const N: usize> {
-    /// The front end's count of transmits; the one after 2³²−1 is 0.
+    /// Transmit counter of the front end; 2³²−1 is followed by 0.
     pub sequence: u32,
-    /// Which beam of the frame it is.
+    /// Beam of the frame.
     pub beam: u16,
-    /// What went wrong on the way.
+    /// Faults of the acquisition.
     pub overflow: Overflow,
     /// The samples, `[sample][element]`.
     pub samples: [[S; M]; N],
 }
 
-/// What went wrong on a block's way, as flags.
+/// Faults of a block's acquisition, as flags.
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -33,7 +32,7 @@ impl Overflow {
     /// Samples were lost between converter and memory.
     pub const OVERRUN: Overflow = Overflow(1 << 1);
 
-    /// Whether nothing went wrong.
+    /// Whether there is no fault.
     pub const fn is_none(self) -> bool {
         self.0 == 0
     }
@@ -41,7 +40,7 @@ impl Overflow {
 
 /// A sample: `i16` of RF, or `[i16; 2]` of I/Q.
 pub trait Sample: Copy {
-    /// Whether one of its numbers is at `limit` or −`limit`, or beyond.
+    /// Whether one of the numbers is at `limit` or −`limit`, or beyond.
     fn saturated(self, limit: u16) -> bool;
 }
 
@@ -58,10 +57,10 @@ impl Sample for [i16; 2] {
 }
 
 impl<S: Sample, const M: usize, const N: usize> Block<S, M, N> {
-    /// Samples at the end of the converter's range, ±`limit`: 8191 for 14 bits. A pass over the block.
+    /// Counts samples at the end of the converter's range, ±`limit`.
     ///
-    /// The front end's flag [`Overflow::CLIPPED`] says that there is one. A few clipped samples do not spoil a line;
-    /// many do.
+    /// `limit` is 8191 for 14 bits. Cost: a pass over the block. The front end's flag [`Overflow::CLIPPED`] says
+    /// that there is one. A few clipped samples do not spoil a line; many do.
     pub fn saturated(&self, limit: u16) -> u32 {
         let samples = self.samples.as_flattened().iter();
         samples
@@ -71,10 +70,10 @@ impl<S: Sample, const M: usize, const N: usize> Block<S, M, N> {
 }
 
 impl<S: Copy, const M: usize, const N: usize> Block<S, M, N> {
-    /// What it takes.
+    /// Size in bytes.
     pub const BYTES: usize = size_of::<Self>();
 
-    /// A block of one value.
+    /// A block with `value` in every sample.
     pub const fn filled(value: S) -> Self {
         Block {
             sequence: 0,

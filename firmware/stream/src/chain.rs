@@ -1,4 +1,4 @@
-//! From blocks to a bone map: what the main loop does.
+//! From blocks to a bone map, for the main loop.
 
 use bonebeam::Error;
 use bonebeam::delay::Stage;
@@ -7,10 +7,10 @@ use bonebeam::pipeline::Frame;
 
 use crate::{Plan, Probe};
 
-/// A plan at work on records: a line at a time, then image and map.
+/// A plan with its memory: records in, line by line, then image and map.
 ///
-/// `LINES` is [`Probe::LINES`]. Two probes share one memory: its need is [`Need::or`] of both, and a chain of the
-/// one ends before a chain of the other begins. That plans nothing anew: both plans lie ready.
+/// `LINES` is [`Probe::LINES`]. Two probes can share one memory: its need is [`Need::or`] of both, and the chain of
+/// one ends before the chain of the other begins. Nothing is computed anew, since both plans exist.
 ///
 /// ```
 /// use bonebeam::memory::{Memory, Need};
@@ -38,13 +38,13 @@ pub struct Chain<'m, P: Probe, const LINES: usize> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Line {
-    /// The record's stamp.
+    /// Stamp of the record.
     pub stamp: Stamp,
-    /// Whether it came since the last image.
+    /// Whether the line came since the last image.
     pub fresh: bool,
 }
 
-/// What is known of a record beside its samples.
+/// Time and saturation of a record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Stamp {
@@ -59,18 +59,20 @@ pub struct Stamp {
 pub struct Image<'c> {
     /// Pixels, row-major, 0 to 255.
     pub pixels: &'c [f32],
-    /// Lines that did not come since the last image: old ones, or black ones. 0 for a whole image.
+    /// Number of lines that did not come since the last image.
+    ///
+    /// They are old or black. 0 for a complete image.
     pub missing: usize,
-    /// Samples at the end of the converter's range, in all of its lines.
+    /// Samples at the end of the converter's range, in all lines.
     pub saturated: u32,
 }
 
 impl<'m, P: Probe, const LINES: usize> Chain<'m, P, LINES> {
-    /// A chain that has seen no record.
+    /// A chain before its first record.
     ///
     /// # Errors
-    /// [`Error::Length`] for less memory than [`Probe::NEED`]; more is no error. A plan of other parameters than
-    /// the probe's is an error of [`Chain::line`], if the beamformer's shapes differ.
+    /// [`Error::Length`] for less memory than [`Probe::NEED`]; more is no error. For a plan of other parameters
+    /// than the probe's, [`Chain::line`] returns an error if the beamformer's shapes differ.
     pub fn new(plan: &'m Plan<P>, scratch: Scratch<'m>) -> Result<Self, Error> {
         const {
             assert!(LINES == P::LINES);
@@ -99,7 +101,7 @@ impl<'m, P: Probe, const LINES: usize> Chain<'m, P, LINES> {
         Ok(())
     }
 
-    /// The image of the lines.
+    /// Computes the image of the lines.
     ///
     /// # Errors
     /// None: lines are finite.
@@ -118,7 +120,7 @@ impl<'m, P: Probe, const LINES: usize> Chain<'m, P, LINES> {
         })
     }
 
-    /// The bone map of the last image, row-major, 0 to below 1.
+    /// Computes the bone map of the last image, row-major, 0 to below 1.
     ///
     /// # Errors
     /// None: images are finite.
@@ -126,12 +128,12 @@ impl<'m, P: Probe, const LINES: usize> Chain<'m, P, LINES> {
         Ok(self.frame.bone_map()?)
     }
 
-    /// The state of each line; `None` where none ever came.
+    /// State of each line; `None` for a line that never came.
     pub fn lines(&self) -> &[Option<Line>; LINES] {
         &self.lines
     }
 
-    /// The largest age of a line at `now`, ticks; `None` where a line never came.
+    /// Largest age of a line at `now`, ticks; `None` if a line never came.
     pub fn oldest(&self, now: u32) -> Option<u32> {
         let ages = self
             .lines

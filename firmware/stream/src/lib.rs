@@ -7,22 +7,22 @@
 //!       └────────── free blocks ◄───────────┘ when the main loop lets go of a block
 //! ```
 //!
-//! A [`Block`] is what the elements recorded of one transmit. A [`Pool`] owns all of them: [`Source`] is
-//! the interrupt's end, [`Sink`] the main loop's. No block is ever copied, and none is in two hands.
-//! [`Sequence`] finds lost, repeated and overflowed blocks. [`Chain`] makes lines, images and maps of any [`Probe`], by
-//! the core's pipeline. [`rf_record`] takes RF of 16 bits in either layout.
+//! A [`Block`] is the record of one transmit. A [`Pool`] owns all blocks: the interrupt has its [`Source`], the
+//! main loop its [`Sink`]. No block is copied, and each has one owner at a time. [`Sequence`] finds lost, repeated
+//! and overflowed blocks. [`Chain`] makes lines, images and maps for any [`Probe`], by the core's pipeline.
+//! [`rf_record`] reads RF of 16 bits in either layout.
 //!
 //! The main loop sleeps by `wfi`, or waits by [`Sink::ready`] under an async executor.
 //! `firmware/src/bin/rtic.rs` and `firmware/src/bin/embassy.rs` are examples of both, and run in QEMU.
 //!
 //! # Latency
-//! A pool of B blocks holds B acquisitions. A block that is not dropped has been taken by the main loop at
-//! most B acquisitions after it was complete, since the interrupt would find no free block otherwise: B
-//! times the samples from one transmit to the next. The bound holds whatever the main loop does meanwhile,
-//! and what it does not keep up with is a drop that is counted, never an older block.
-//! If less is needed, [`Sink::receive_within`] leaves blocks beyond a deadline, and counts them.
+//! A pool of B blocks holds B acquisitions. The main loop takes a block at most B acquisitions after its
+//! completion, since the interrupt would find no free block otherwise: B times the samples from one transmit to the
+//! next. The bound holds whatever the main loop does meanwhile. If the main loop is too slow, acquisitions are
+//! dropped and counted, and blocks never become older. For a shorter bound, [`Sink::receive_within`] skips blocks
+//! beyond a deadline, and counts them.
 //!
-//! Everything here runs on a workstation as well, where it is tested.
+//! Everything in this crate also runs on a workstation, where it is tested.
 
 #![no_std]
 

@@ -8,10 +8,12 @@ use core::task::Poll;
 use atomic_waker::AtomicWaker;
 use heapless::spsc::{Consumer, Producer, Queue};
 
-/// `COUNT` blocks of type `B` and the two queues between interrupt and main loop: the free ones, and those
-/// that are ready. `SLOTS` must exceed `COUNT`: a queue of heapless holds one fewer than it has slots.
+/// `COUNT` blocks of type `B`, and the queues of free and of ready blocks.
 ///
-/// For a `static`, by `static_cell`, as `firmware/src/bin/stream` has it.
+/// The queues connect interrupt and main loop. `SLOTS` must exceed `COUNT`: a queue of heapless holds one fewer
+/// than it has slots.
+///
+/// For a `static`, by `static_cell`, as in `firmware/src/bin/stream`.
 pub struct Pool<B: 'static, const COUNT: usize, const SLOTS: usize> {
     blocks: [B; COUNT],
     free: Queue<&'static mut B, SLOTS>,
@@ -20,7 +22,7 @@ pub struct Pool<B: 'static, const COUNT: usize, const SLOTS: usize> {
     waker: AtomicWaker,
 }
 
-/// What a pool has counted since the start.
+/// Counters of a pool since the start.
 #[derive(Debug)]
 pub struct Counters {
     drops: AtomicU32,
@@ -29,17 +31,17 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Acquisitions for which there was no free block.
+    /// Number of acquisitions without a free block.
     pub fn drops(&self) -> u32 {
         self.drops.load(Ordering::Relaxed)
     }
 
-    /// Blocks that were handed to the main loop.
+    /// Number of blocks handed to the main loop.
     pub fn blocks(&self) -> u32 {
         self.blocks.load(Ordering::Relaxed)
     }
 
-    /// Blocks that the main loop left since they were beyond its deadline.
+    /// Number of blocks that the main loop skipped beyond its deadline.
     pub fn late(&self) -> u32 {
         self.late.load(Ordering::Relaxed)
     }
@@ -54,7 +56,7 @@ fn count(counter: &AtomicU32) {
 }
 
 impl<B: Send, const COUNT: usize, const SLOTS: usize> Pool<B, COUNT, SLOTS> {
-    /// What it takes.
+    /// Size in bytes.
     pub const BYTES: usize = size_of::<Self>();
 
     /// A pool of these blocks.
@@ -75,7 +77,7 @@ impl<B: Send, const COUNT: usize, const SLOTS: usize> Pool<B, COUNT, SLOTS> {
         }
     }
 
-    /// The interrupt's end and the main loop's. All blocks are free.
+    /// Splits the pool for interrupt and main loop. All blocks are free.
     pub fn split(&'static mut self) -> (Source<B>, Sink<B>) {
         for block in &mut self.blocks {
             // There are more slots than blocks.
@@ -102,7 +104,7 @@ impl<B: Send, const COUNT: usize, const SLOTS: usize> Pool<B, COUNT, SLOTS> {
     }
 }
 
-/// The interrupt's end: takes free blocks, has them filled, hands them over.
+/// The interrupt's end: it takes free blocks, has them filled and passes them on.
 pub struct Source<B: 'static> {
     free: Consumer<'static, &'static mut B>,
     ready: Producer<'static, (&'static mut B, u32)>,
@@ -112,10 +114,10 @@ pub struct Source<B: 'static> {
 }
 
 impl<B> Source<B> {
-    /// The block that the next acquisition goes to: at the interrupt that starts it. `None` where no block
-    /// is free: the acquisition is left out, and counted as dropped.
+    /// Returns the block of the next acquisition, at the interrupt that starts it.
     ///
-    /// A block that was begun and not completed is given again.
+    /// `None` if no block is free: the acquisition is skipped, and counted as dropped. A block that was begun and
+    /// not completed is returned again.
     pub fn begin(&mut self) -> Option<&mut B> {
         if self.filling.is_none() {
             self.filling = self.free.dequeue();
@@ -126,16 +128,17 @@ impl<B> Source<B> {
         self.filling.as_deref_mut()
     }
 
-    /// The block that was begun, for cache maintenance between the end of DMA and [`Source::complete`]; `None` where none
-    /// was begun.
+    /// Returns the block in acquisition, for cache maintenance.
+    ///
+    /// Call it between the end of DMA and [`Source::complete`]. `None` if no block was begun.
     pub fn filling(&mut self) -> Option<&mut B> {
         self.filling.as_deref_mut()
     }
 
-    /// Hands the block that was begun to the main loop and wakes it: at the interrupt that DMA ends with. Nothing
-    /// happens where none was begun.
+    /// Passes the block in acquisition to the main loop, and wakes it.
     ///
-    /// `time` is now, in ticks of the application's clock, which may wrap.
+    /// Call it in the interrupt at the end of DMA. Without a block it does nothing. `time` is now, in ticks of the
+    /// application's clock, which may wrap.
     pub fn complete(&mut self, time: u32) {
         if let Some(block) = self.filling.take() {
             match self.ready.enqueue((block, time)) {
@@ -148,7 +151,7 @@ impl<B> Source<B> {
     }
 }
 
-/// The main loop's end: receives blocks in the order in which they came.
+/// The main loop's end: it receives blocks in their order.
 pub struct Sink<B: 'static> {
     ready: Consumer<'static, (&'static mut B, u32)>,
     free: Producer<'static, &'static mut B>,
@@ -158,7 +161,7 @@ pub struct Sink<B: 'static> {
 }
 
 impl<B> Sink<B> {
-    /// The oldest block that is ready. It is free again when it goes out of scope.
+    /// Returns the oldest ready block. Dropping it frees it.
     pub fn receive(&mut self) -> Option<Received<'_, B>> {
         let waiting = self.ready.len();
         if waiting > self.most {
@@ -172,8 +175,9 @@ impl<B> Sink<B> {
         })
     }
 
-    /// The oldest block that is ready and was complete at most `deadline` ticks ago. Older ones are left, and
-    /// counted as late.
+    /// Returns the oldest ready block of at most `deadline` ticks of age.
+    ///
+    /// The age counts from completion. Older blocks are skipped, and counted as late.
     pub fn receive_within(
         &mut self,
         deadline: u32,
@@ -189,7 +193,9 @@ impl<B> Sink<B> {
         self.receive()
     }
 
-    /// Waits until a block is ready, in an async main loop: [`Source::complete`] wakes it.
+    /// Waits until a block is ready, in an async main loop.
+    ///
+    /// [`Source::complete`] wakes it.
     pub async fn ready(&mut self) {
         poll_fn(|context| {
             // First the waker, then the look: a block that comes between the two wakes.
@@ -202,23 +208,23 @@ impl<B> Sink<B> {
         .await;
     }
 
-    /// How many blocks are ready.
+    /// Number of ready blocks.
     pub fn waiting(&self) -> usize {
         self.ready.len()
     }
 
-    /// The most blocks that were seen waiting.
+    /// Maximum number of ready blocks so far.
     pub fn most_waiting(&self) -> usize {
         self.most
     }
 
-    /// What the pool has counted.
+    /// Counters of the pool.
     pub fn counters(&self) -> &'static Counters {
         self.counters
     }
 }
 
-/// A block in the main loop's hands.
+/// A block that the main loop received.
 pub struct Received<'s, B: 'static> {
     block: Option<&'static mut B>,
     time: u32,
@@ -226,7 +232,7 @@ pub struct Received<'s, B: 'static> {
 }
 
 impl<B> Received<'_, B> {
-    /// When it was complete, ticks of the application's clock.
+    /// Time of completion, ticks of the application's clock.
     pub fn time(&self) -> u32 {
         self.time
     }

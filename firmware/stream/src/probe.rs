@@ -1,4 +1,4 @@
-//! What an application says of a probe.
+//! The probe of an application.
 
 use bonebeam::Error;
 use bonebeam::beamform::Sizes;
@@ -7,31 +7,35 @@ use bonebeam::geometry::Transmit;
 use bonebeam::memory::Need;
 use bonebeam::pipeline::{Parameters, Pipeline};
 
-/// A probe with its scan: all that is known when the program is compiled.
+/// A probe with its scan, known at compile time.
 ///
-/// [`scan::Reference`](crate::scan::Reference) is one of I/Q.
+/// [`scan::Reference`](crate::scan::Reference) is an example for I/Q.
 pub trait Probe {
     /// The delay stage: `IqDelay` for I/Q, `&Delay` for RF by a constant in flash.
     type Stage: Stage;
-    /// The scan, and what becomes of it.
+    /// Parameters of scan, beamformer and image.
     const PARAMETERS: Parameters<'static>;
-    /// Memory of a frame: `Parameters::need` or `Parameters::need_of_iq` of [`Probe::PARAMETERS`].
+    /// Memory of a frame.
+    ///
+    /// `Parameters::need` or `Parameters::need_of_iq` of [`Probe::PARAMETERS`].
     const NEED: Need;
-    /// Every beam's transmit.
+    /// Transmit of every beam.
     const TRANSMIT: Transmit<'static>;
-    /// The beamformer's shapes. Constants make its loops shorter.
+    /// Shapes of the beamformer. Constants shorten its loops.
     const SIZES: Sizes = Self::PARAMETERS
         .beamformer
         .sizes(Self::PARAMETERS.scan.array.elements());
-    /// Lines of a frame.
+    /// Number of lines of a frame.
     const LINES: usize = Self::PARAMETERS.scan.lines.count();
 
-    /// The plan: tables that follow from the parameters. Made once; plans of several probes can lie side by side.
+    /// Makes the plan, with the tables of the parameters.
+    ///
+    /// Once a program; plans of several probes can exist together.
     ///
     /// # Errors
     /// Those of [`Pipeline`], for parameters that are not valid.
     fn plan() -> Result<Plan<Self>, Error>;
 }
 
-/// A probe's plan.
+/// Plan of a probe.
 pub type Plan<P> = Pipeline<'static, <P as Probe>::Stage>;

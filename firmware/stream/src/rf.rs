@@ -1,12 +1,13 @@
-//! RF as DMA leaves it.
+//! RF from DMA.
 
 use bonebeam::Error;
 use bonebeam::delay::{IqLayout, Record};
 
-/// A record of RF counts: converts `counts` of `elements` elements into `rf`, `[element][sample]`, times `scale`.
+/// Converts RF counts of `elements` elements into a record.
 ///
-/// `counts` lie `[sample][element]` ([`IqLayout::Interleaved`]) or `[element][sample]` ([`IqLayout::Planar`]). `rf` holds as
-/// many numbers. Cost: a pass over the samples.
+/// `rf` receives `counts` times `scale`, as `[element][sample]`. `counts` are `[sample][element]`
+/// ([`IqLayout::Interleaved`]) or `[element][sample]` ([`IqLayout::Planar`]). `rf` has the length of `counts`.
+/// Cost: a pass over the samples.
 ///
 /// # Errors
 /// [`Error::Length`] for an `rf` of another length; as [`Record::new`].

@@ -1,7 +1,7 @@
-//! The scan that the image `stream` runs: I/Q of 16 elements, 24 lines of 256 samples, minimum variance over
-//! subapertures of 8.
+//! The scan of the image `stream`: I/Q, minimum variance.
 //!
-//! [`echoes`] stands in for a recording: firmware/build.rs makes the blocks of it that are compiled in.
+//! 16 elements, 24 lines of 256 samples, subapertures of 8. [`echoes`] replaces a recording: firmware/build.rs
+//! computes the blocks that are compiled in.
 
 use bonebeam::Error;
 use bonebeam::beamform::{self, Method};
@@ -13,20 +13,20 @@ use bonebeam::pipeline::{IqInput, Parameters, Pipeline};
 
 use crate::{Block, Plan, Probe};
 
-/// Elements.
+/// Number of elements.
 pub const ELEMENTS: usize = 16;
-/// Samples of a block.
+/// Number of samples of a block.
 pub const SAMPLES: usize = 280;
-/// Beams of a frame.
+/// Number of beams of a frame.
 pub const BEAMS: usize = 24;
-/// Samples of a line.
+/// Number of samples of a line.
 pub const LENGTH: usize = 256;
 
 const RATE: f64 = 10e6;
 const SOUND_SPEED: f64 = 1540.0;
 const START: f64 = 6e-6;
 
-/// The scan and what becomes of it.
+/// Parameters of scan, beamformer and image.
 pub const PARAMETERS: Parameters<'static> = Parameters {
     scan: ScanParameters {
         array: Array::linear(ELEMENTS, 0.5e-3),
@@ -56,24 +56,25 @@ pub const PARAMETERS: Parameters<'static> = Parameters {
     block: LENGTH,
 };
 
-/// What the front end demodulates with; read to 10⁻³ of the pulse's peak. docs/integration.md has what the other
-/// readings cost, and how far they err.
+/// Demodulation and interpolation of the I/Q, to 10⁻³ of the pulse's peak.
+///
+/// docs/integration.md gives cost and errors of other interpolations.
 pub const INPUT: IqInput = IqInput {
     demodulation_frequency: 5e6,
     interpolation: Some(IqInterpolation::for_band(RATE, 3e6)),
 };
 
-/// The geometry.
+/// Geometry of the scan.
 pub const SCAN: Scan<'static> = match Scan::of_iq(PARAMETERS.scan) {
     Ok(scan) => scan,
     Err(_) => panic!("the scan is not valid"),
 };
 const _: () = assert!(SCAN.samples() == LENGTH);
 
-/// A beam's transmit: focused on its axis. The record begins 5 µs after it.
+/// Transmit of a beam, focused on its axis. The record begins 5 µs later.
 pub const TRANSMIT: Transmit<'static> = Transmit::new(TransmitLaw::Focused, 5e-6);
 
-/// What the front end delivers.
+/// Block of this scan's front end.
 pub type ScanBlock = Block<[i16; 2], ELEMENTS, SAMPLES>;
 
 /// The probe of this scan.
@@ -94,7 +95,7 @@ impl Probe for Reference {
     }
 }
 
-/// A second probe over the same blocks: half of the depth.
+/// A second probe for the same blocks, with half of the depth.
 #[derive(Clone, Copy, Debug)]
 pub enum Shallow {}
 
@@ -119,10 +120,10 @@ impl Probe for Shallow {
     }
 }
 
-/// The memory of a chain of [`Reference`], for a `static`.
+/// Memory of a chain of [`Reference`], for a `static`.
 pub type ScanMemory = Memory<{ Reference::NEED.real }, { Reference::NEED.complex }>;
 
-/// A block's record.
+/// Record of a block.
 ///
 /// # Errors
 /// None: a block has the scan's elements.
@@ -131,8 +132,9 @@ pub fn record(block: &ScanBlock) -> Result<IqRecord<'_>, Error> {
     IqRecord::new(samples, IqLayout::Interleaved, ELEMENTS)
 }
 
-/// What the elements record of a beam: pulses from a bent surface, weaker ones from within tissue above
-/// it, and noise; 14 bits, demodulated as [`INPUT`] says.
+/// Simulated record of a beam: 14 bits, demodulated with [`INPUT`].
+///
+/// It has pulses from a curved surface, weaker ones from within tissue above it, and noise.
 pub fn echoes(beam: usize) -> [[[i16; 2]; ELEMENTS]; SAMPLES] {
     let scan = SCAN.parameters();
     let beam_x = scan.lines.x(beam);
@@ -178,7 +180,7 @@ impl Random {
     }
 }
 
-/// FNV-1a over the bits of a picture, a word at a time: what tells two apart.
+/// FNV-1a hash over the bits of a picture, a word at a time, to compare pictures.
 pub fn hash(picture: &[f32]) -> u64 {
     let word = |hash: u64, x: &f32| (hash ^ u64::from(x.to_bits())).wrapping_mul(0x100_0000_01b3);
     picture.iter().fold(0xcbf2_9ce4_8422_2325, word)

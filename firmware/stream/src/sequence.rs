@@ -1,8 +1,8 @@
-//! Which blocks belong to a frame, and what is wrong with those that do not.
+//! Frame sequence of blocks, and their faults.
 
 use crate::Overflow;
 
-/// What is wrong with a block, or with what came before it.
+/// Fault of a block, or of the blocks before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -14,28 +14,28 @@ pub enum Fault {
         /// The one that came.
         got: u32,
     },
-    /// The block came before, or belongs before one that came. It is passed over.
+    /// The block came before, or belongs before one that came. It is skipped.
     Repeated {
         /// The sequence number that was due.
         expected: u32,
         /// The one that came.
         got: u32,
     },
-    /// The block's samples are not what the elements recorded.
+    /// The block's samples are not those that the elements recorded.
     Overflowed {
         /// Its sequence number.
         sequence: u32,
         /// What went wrong.
         overflow: Overflow,
     },
-    /// The block is in sequence, and is of another beam than the one that was due.
+    /// The block is in sequence, but has another beam than the one due.
     Beam {
         /// The beam that was due.
         expected: u16,
         /// The one that came.
         got: u16,
     },
-    /// Frames have no such beam, whichever was due.
+    /// Frames have no such beam.
     NoBeam {
         /// The beam that came.
         beam: u16,
@@ -44,23 +44,24 @@ pub enum Fault {
     },
 }
 
-/// What to do with a block.
+/// Decision about a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Verdict {
-    /// What is wrong: of what came before, and of the block.
+    /// Faults of the blocks before, and of the block.
     pub faults: [Option<Fault>; 2],
-    /// The line that the block is for, or `None` where it is to be left.
+    /// Line of the block, or `None` to skip the block.
     pub line: Option<u16>,
-    /// Whether the frame is whole with this line.
+    /// Whether the frame is complete with this line.
     pub whole: bool,
 }
 
-/// Follows the blocks of frames of so many beams, which come in the order of their beams.
+/// Follows the blocks of frames, in the order of their beams.
 ///
-/// A frame is whole or not at all: after a fault the rest of the frame is left, and the next frame begins
-/// with its beam 0. Only a repeated block does not harm its frame. All lines of a whole frame are new, so
-/// that nothing of a frame that was left is in the next one.
+/// A frame is complete or skipped: after a fault the rest of the frame is skipped, and the next frame begins with
+/// its beam
+/// 0. Only a repeated block does not harm its frame. All lines of a complete frame are new, so the next frame
+///    contains nothing of a skipped one.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sequence {
@@ -72,7 +73,7 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Frames of `beams` beams; none of them has come.
+    /// A sequence of frames of `beams` beams, before the first block.
     pub const fn new(beams: u16) -> Self {
         Sequence {
             beams,
@@ -81,10 +82,10 @@ impl Sequence {
         }
     }
 
-    /// What to do with a block that has this head.
+    /// Decides about a block with this header.
     ///
-    /// A sequence number of at most two frames ago is a repeated block. One from further back is a front
-    /// end that began anew: what is missing is [`Fault::Lost`].
+    /// A sequence number of at most two frames ago is a repeated block. An older one means a restarted front end,
+    /// and the missing blocks are [`Fault::Lost`].
     pub fn check(&mut self, sequence: u32, beam: u16, overflow: Overflow) -> Verdict {
         let mut lost = None;
         match self.due {

@@ -1,4 +1,4 @@
-//! Analog Devices' AD9276, by its registers.
+//! Mock of Analog Devices' AD9276, by its registers.
 
 use core::cell::{Cell, RefCell};
 
@@ -10,13 +10,13 @@ use crate::ad9276::{
     TEST, TRANSFER,
 };
 
-/// A frame that an AD9276 would ignore, or would take for another.
+/// A frame that an AD9276 would ignore or misread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AdRefused {
     /// Not 24 bits with a length of one byte.
     Length,
-    /// There is no such register, or it cannot be written.
+    /// The register does not exist, or it cannot be written.
     NoRegister(u16),
 }
 
@@ -26,7 +26,7 @@ impl spi::Error for AdRefused {
     }
 }
 
-/// An AD9276: registers that were written, and those that took effect with a transfer.
+/// Mock of an AD9276: written registers, and registers in effect after a transfer.
 #[derive(Debug)]
 pub struct MockAd9276 {
     written: RefCell<[u8; 256]>,
@@ -68,12 +68,12 @@ impl MockAd9276 {
         registers
     }
 
-    /// A register as it took effect.
+    /// Value of a register that is in effect.
     pub fn register(&self, register: u16) -> u8 {
         self.active.borrow()[usize::from(register)]
     }
 
-    /// Sets a register, as something else than the driver would.
+    /// Sets a register, as by something other than the driver.
     pub fn set_register(&self, register: u16, value: u8) {
         self.written.borrow_mut()[usize::from(register)] = value;
         self.active.borrow_mut()[usize::from(register)] = value;

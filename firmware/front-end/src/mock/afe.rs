@@ -1,4 +1,4 @@
-//! TI's front ends, by their registers.
+//! Mocks of TI's front ends, by their registers.
 
 use core::cell::RefCell;
 use core::convert::Infallible;
@@ -13,7 +13,7 @@ use crate::registers::{
     PROFILE, PROFILE_ADDRESS, READ_OUT, SOFTWARE_RESET, jd18,
 };
 
-/// The parts that there are mocks of.
+/// Parts that have a mock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MockPart {
@@ -38,7 +38,7 @@ impl MockPart {
     }
 }
 
-/// A frame that the part would ignore, or would take for another.
+/// A frame that the part would ignore or misread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Refused {
@@ -51,7 +51,7 @@ pub enum Refused {
         /// Whether SPI_DIG_EN was low.
         demodulator: bool,
     },
-    /// The value has another number of bytes than the register.
+    /// The number of bytes of the value differs from the register's.
     Length {
         /// The register.
         register: u8,
@@ -64,7 +64,7 @@ pub enum Refused {
     ReadOutOff(u8),
     /// The two bits that an AFE58JD18 needs are not set in its register 1.
     Interface,
-    /// The frame that was to fail: [`MockAfe::fail`].
+    /// A failure requested by [`MockAfe::fail`].
     Asked,
 }
 
@@ -77,7 +77,7 @@ impl spi::Error for Refused {
     }
 }
 
-/// One of TI's front ends: its sets of registers, its demodulator's memories, and its pins.
+/// Mock of one of TI's front ends: registers, demodulator memories and pins.
 #[derive(Debug)]
 pub struct MockAfe {
     state: RefCell<State>,
@@ -128,27 +128,27 @@ impl MockAfe {
         }
     }
 
-    /// Its SPI device, SEN included.
+    /// SPI device of the part, SEN included.
     pub fn spi(&self) -> MockSpi<'_> {
         MockSpi(self)
     }
 
-    /// Its reset pin.
+    /// Reset pin of the part.
     pub fn reset(&self) -> MockPin<'_> {
         MockPin(self, Pin::Reset)
     }
 
-    /// Its pin SPI_DIG_EN.
+    /// Pin SPI_DIG_EN of the part.
     pub fn select(&self) -> MockPin<'_> {
         MockPin(self, Pin::Select)
     }
 
-    /// A register of converter or amplifiers.
+    /// Value of a register of converter or amplifiers.
     pub fn register(&self, register: u8) -> u16 {
         self.state.borrow().registers[usize::from(register)]
     }
 
-    /// Sets a register, as something else than the driver would.
+    /// Sets a register, as by something other than the driver.
     pub fn set_register(&self, register: u8, value: u16) {
         self.state.borrow_mut().registers[usize::from(register)] = value;
     }
@@ -163,7 +163,9 @@ impl MockAfe {
         self.state.borrow().profiles[usize::from(index)]
     }
 
-    /// Whether read-out is on in one of the sets, or SPI_DIG_EN low: it must not be between two calls.
+    /// Whether read-out is on in one of the sets, or SPI_DIG_EN low.
+    ///
+    /// Between two calls both must be off.
     pub fn is_open(&self) -> bool {
         let state = self.state.borrow();
         state.selected
@@ -176,23 +178,25 @@ impl MockAfe {
         self.state.borrow().refused
     }
 
-    /// Frames that came, refused ones included.
+    /// Number of received frames, refused ones included.
     pub fn frames(&self) -> u32 {
         self.state.borrow().frames
     }
 
-    /// Frame number `frame` from now on fails on the bus and does not reach the part; 0 is the next.
+    /// Makes a frame fail on the bus, so that it does not reach the part.
+    ///
+    /// `frame` counts from now on; 0 is the next.
     pub fn fail(&self, frame: u32) {
         let mut state = self.state.borrow_mut();
         state.fail = Some(state.frames + frame);
     }
 
-    /// All bytes read as `level`, as from a broken line; `None` mends it.
+    /// Makes all bytes read as `level`, as from a broken line; `None` mends it.
     pub fn stick(&self, level: Option<u8>) {
         self.state.borrow_mut().stuck = level;
     }
 
-    /// These bits of a register read inverted.
+    /// Makes these bits of a register read inverted.
     pub fn wrong(&self, register: u8, bits: u16) {
         self.state.borrow_mut().wrong = Some((register, bits));
     }

@@ -1,4 +1,4 @@
-//! Lanes between receivers and an FPGA.
+//! Mock of the lanes between receivers and an FPGA.
 
 use core::convert::Infallible;
 
@@ -8,7 +8,9 @@ use super::words::MockWords;
 use super::{MockAfe, PinResult};
 use crate::Deserialiser;
 
-/// One synchronisation line to several parts: a rising edge starts their ramps together.
+/// Mock of a synchronisation line to several parts.
+///
+/// A rising edge starts their ramps together.
 #[derive(Clone, Debug)]
 pub struct MockSync<'a>(pub &'a [MockAfe]);
 
@@ -29,7 +31,7 @@ impl OutputPin for MockSync<'_> {
     }
 }
 
-/// A lane: the taps at which its bits can be read, and where its words begin.
+/// A lane: its readable taps, and the first bit of its words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MockLane {
@@ -37,13 +39,13 @@ pub struct MockLane {
     pub first: u16,
     /// The first bad tap after it.
     pub end: u16,
-    /// Bits by which words must be moved.
+    /// Number of bits by which words must be shifted.
     pub offset: u32,
-    /// The tap that is set.
+    /// The tap in use.
     pub tap: u16,
 }
 
-/// Deserialiser of `N` lanes, the same number from each part.
+/// Mock deserialiser of `N` lanes, the same number from each part.
 #[derive(Clone, Debug)]
 pub struct MockLanes<'a, P, const N: usize> {
     parts: &'a [P],
@@ -54,7 +56,7 @@ pub struct MockLanes<'a, P, const N: usize> {
 }
 
 impl<'a, P: MockWords, const N: usize> MockLanes<'a, P, N> {
-    /// Lanes from these parts. Ramps of different parts start at different words.
+    /// Lanes of these parts. Ramps of different parts start at different words.
     pub fn new(parts: &'a [P], lanes: [MockLane; N]) -> Self {
         for (part, phase) in parts.iter().zip(1..) {
             part.start(phase);

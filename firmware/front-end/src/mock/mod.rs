@@ -1,6 +1,6 @@
-//! Parts without hardware, for tests of drivers and firmware.
+//! Simulated parts for tests of drivers and firmware.
 //!
-//! They hold the parts' registers, answer as the parts do, and refuse what a part would ignore.
+//! They hold the parts' registers, answer as the parts do, and refuse frames that a part would ignore.
 
 mod ad9276;
 mod afe;
@@ -18,7 +18,7 @@ pub use words::MockWords;
 
 use core::convert::Infallible;
 
-/// A delay that does not wait, and adds up how long it would have, ns.
+/// A delay that does not wait, and sums the requested times, ns.
 #[derive(Clone, Debug, Default)]
 pub struct MockDelay {
     /// The sum, ns.

@@ -1,11 +1,13 @@
-//! A pulser by its trait.
+//! Mock of a pulser by its trait.
 
 use core::cell::Cell;
 use core::fmt;
 
 use crate::{Checked, Pulser, Waveform};
 
-/// A pulser of `N` channels and four profiles: keeps its profiles, and refuses what a board would refuse.
+/// Mock of a pulser with `N` channels and four profiles.
+///
+/// It keeps its profiles, and refuses calls that a board would refuse.
 #[derive(Clone, Debug)]
 pub struct MockPulser<const N: usize> {
     clock: f64,
@@ -31,7 +33,7 @@ pub struct MockProfile<const N: usize> {
 pub enum MockPulserError {
     /// There is no such profile.
     Profile(u8),
-    /// The number of delays is not the number of channels.
+    /// The number of delays differs from the number of channels.
     Channels(usize),
     /// A channel's delay is too long.
     Delay {
@@ -42,7 +44,7 @@ pub enum MockPulserError {
     },
     /// The profile was never loaded.
     NotLoaded(u8),
-    /// The call that was to fail: [`MockPulser::fail_next`].
+    /// A failure requested by [`MockPulser::fail_next`].
     Asked,
 }
 
@@ -55,7 +57,7 @@ impl fmt::Display for MockPulserError {
 impl core::error::Error for MockPulserError {}
 
 impl<const N: usize> MockPulser<N> {
-    /// A board without profiles, with this clock, Hz.
+    /// A board without profiles, with a clock of `clock` Hz.
     pub const fn new(clock: f64) -> Self {
         MockPulser {
             clock,
@@ -65,12 +67,12 @@ impl<const N: usize> MockPulser<N> {
         }
     }
 
-    /// The next call fails, and changes nothing.
+    /// Makes the next call fail, without changes.
     pub fn fail_next(&self) {
         self.fail.set(true);
     }
 
-    /// The profile of the next trigger; `None` where none is selected.
+    /// Profile of the next trigger; `None` if none is selected.
     pub fn sends(&self) -> Option<&MockProfile<N>> {
         self.profiles[usize::from(self.selected?)].as_ref()
     }

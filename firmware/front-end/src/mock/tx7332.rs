@@ -1,4 +1,4 @@
-//! TI's TX7332, by its registers.
+//! Mock of TI's TX7332, by its registers.
 
 use core::cell::{Cell, RefCell};
 
@@ -8,19 +8,19 @@ use crate::tx7332::{
     CONTROL, DELAY_SELECT, LOAD_PROFILE, PATTERN_MODE, READ, REGISTERS, TransmitBoard,
 };
 
-/// A frame that a TX7332 would ignore, or would take for another.
+/// A frame that a TX7332 would ignore or misread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum TxRefused {
     /// Not 42 bits in three words of 14.
     Length,
-    /// There is no such register.
+    /// The register does not exist.
     NoRegister(u16),
     /// The register was written while the part is read.
     Reading(u16),
     /// The register was read while the part is written.
     NotReading(u16),
-    /// The frame that was to fail: [`MockTx7332::fail`].
+    /// A failure requested by [`MockTx7332::fail`].
     Asked,
 }
 
@@ -33,7 +33,9 @@ impl spi::Error for TxRefused {
     }
 }
 
-/// A TX7332. Registers of even numbers are read in the first half, the others in the second.
+/// Mock of a TX7332.
+///
+/// Registers of even numbers are read in the first half, the others in the second.
 #[derive(Debug)]
 pub struct MockTx7332 {
     registers: RefCell<[u32; REGISTERS as usize]>,
@@ -58,12 +60,12 @@ impl Default for MockTx7332 {
 }
 
 impl MockTx7332 {
-    /// A register. `register` is below [`REGISTERS`].
+    /// Value of a register. `register` is below [`REGISTERS`].
     pub fn register(&self, register: u16) -> u32 {
         self.registers.borrow()[usize::from(register)]
     }
 
-    /// [`DELAY_SELECT`] when profiles were last loaded.
+    /// [`DELAY_SELECT`] at the last load of profiles.
     pub fn loaded(&self) -> Option<u32> {
         self.loaded.get()
     }
@@ -73,12 +75,12 @@ impl MockTx7332 {
         self.refused.get()
     }
 
-    /// Frame number `frame` from now on fails on the bus; 0 is the next.
+    /// Makes a frame fail on the bus. `frame` counts from now on; 0 is the next.
     pub fn fail(&self, frame: u32) {
         self.fail.set(Some(self.frames.get() + frame));
     }
 
-    /// The lowest bit of this register reads inverted.
+    /// Makes the lowest bit of this register read inverted.
     pub fn wrong(&self, register: u16) {
         self.wrong.set(Some(register));
     }
@@ -159,17 +161,17 @@ impl SpiDevice<u16> for &MockTx7332 {
 pub struct MockBoard {
     /// Voltage of the rails, V.
     pub volts: Cell<f64>,
-    /// Transmits a second, Hz; `None` while there are none.
+    /// Transmits a second, Hz; `None` without triggers.
     pub prf: Cell<Option<f64>>,
-    /// Voltage that the rails have above what they were asked for, V.
+    /// Excess of the rails over the requested voltage, V.
     pub excess: Cell<f64>,
-    /// Whether rails were moved while triggers came.
+    /// Whether the rails were changed during triggers.
     pub moved: Cell<bool>,
-    /// The call from now on that fails, and changes nothing; 0 is the next.
+    /// Number of the call that fails, without changes; 0 is the next.
     pub fail: Cell<Option<u32>>,
 }
 
-/// The call that was to fail: [`MockBoard::fail`].
+/// A failure requested by [`MockBoard::fail`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BoardFailed;
