@@ -20,7 +20,7 @@ use crate::parameters::BeamformParameters;
 use crate::threads::threads;
 use crate::words::in_python;
 
-/// One frame of channel data of Python: its fields are the keys of a recording.
+/// A frame of channel data from Python; its fields are the keys of a recording.
 #[derive(FromPyObject)]
 pub struct FrameArrays<'py> {
     rf: Option<PyReadonlyArray3<'py, f32>>,
@@ -155,7 +155,7 @@ fn written<'py, D: Dimension>(
     Ok(out)
 }
 
-/// Delays channel data, into `out` where it is given.
+/// Delays channel data, into `out` if it is given.
 #[pyfunction]
 pub fn delay<'py>(
     py: Python<'py>,
@@ -200,7 +200,7 @@ pub fn delay<'py>(
     })
 }
 
-/// Lines with where and when they are.
+/// Lines with their positions and times.
 #[pyclass(frozen, get_all, module = "bonebeam._native")]
 pub struct BeamformedLines {
     z: Py<PyArray2<Complex32>>,
@@ -214,7 +214,9 @@ pub struct BeamformedLines {
     warnings: Vec<String>,
 }
 
-/// Delays and beamforms channel data, some beams at a time, into `out` where it is given.
+/// Delays and beamforms channel data, some beams at a time.
+///
+/// The lines are written into `out` if it is given.
 #[pyfunction]
 pub fn beamform_channel_data<'py>(
     py: Python<'py>,
@@ -261,7 +263,7 @@ pub fn beamform_channel_data<'py>(
     })
 }
 
-/// Where the beams of aligned data are that do not tell it, and the speed of sound of theirs.
+/// Beam positions and speed of sound of aligned data that lack them.
 #[pyfunction]
 pub fn even_beams(
     py: Python<'_>,

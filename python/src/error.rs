@@ -7,7 +7,7 @@ use pyo3::exceptions::PyValueError;
 
 use crate::words::in_python;
 
-/// The host's error.
+/// Converts an error of the host.
 pub fn refused(error: impl Display) -> PyErr {
     PyValueError::new_err(in_python(&error.to_string()))
 }

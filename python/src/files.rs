@@ -58,7 +58,9 @@ impl RecordingFile {
     }
 }
 
-/// Channel data by their keys, samples as [frame, transmit, element, sample], where they were.
+/// Channel data as a dictionary of keys, without copies of the samples.
+///
+/// The samples are [frame, transmit, element, sample].
 pub fn channel_data(py: Python<'_>, data: ChannelData) -> PyResult<Bound<'_, PyDict>> {
     let keys = PyDict::new(py);
     match data.samples {

@@ -1,8 +1,7 @@
-//! The Python package's native half: NumPy arrays in and out of the host's drive of the core.
+//! The Python package's native half: NumPy arrays to and from the host's crates.
 //!
-//! `package/bonebeam` is the other half, in Python: it brings arrays into shape and order, names the
-//! defaults, and has the documentation. Here nothing is computed. Arrays are read where they are and
-//! written in place, and the interpreter's lock is given back meanwhile.
+//! `package/bonebeam` is the other half, in Python: it checks shapes and orders, names the defaults, and has the
+//! documentation. This half computes nothing. Arrays are read and written in place, without the interpreter's lock.
 
 mod beamformer;
 mod delay;

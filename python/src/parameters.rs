@@ -1,4 +1,4 @@
-//! The command's sections, from Python's arguments.
+//! Sections of the command's configuration from Python's arguments.
 
 use bonebeam::beamform::{Apodization, Method, Parameters, Postfilter};
 use bonebeam_drive::config::{Beamform, Image, PhaseSymmetry, Size, Surface};
@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 
 use crate::error::refused;
 
-/// Section `[beamform]`, checked.
+/// Section `[beamform]`, validated.
 #[pyclass(frozen, module = "bonebeam._native")]
 pub struct BeamformParameters(pub Beamform);
 
@@ -28,7 +28,7 @@ impl BeamformParameters {
     }
 }
 
-/// Section `[image]` from the keys that are given, as JSON, checked.
+/// Validates section `[image]`, given as JSON.
 pub fn image(section: &str) -> PyResult<Image> {
     let given: Map<String, Value> = serde_json::from_str(section).map_err(refused)?;
     let section: Image = of_keys(given)?;
@@ -36,7 +36,7 @@ pub fn image(section: &str) -> PyResult<Image> {
     Ok(section)
 }
 
-/// Section `[surface]` from the keys that are given, as JSON, checked.
+/// Validates section `[surface]`, given as JSON.
 pub fn surface(section: &str) -> PyResult<Surface> {
     let given: Map<String, Value> = serde_json::from_str(section).map_err(refused)?;
     let section: Surface = of_keys(given)?;
@@ -61,7 +61,7 @@ fn of_keys<T: DeserializeOwned>(given: Map<String, Value>) -> PyResult<T> {
     serde_json::from_value(Value::Object(given)).map_err(refused)
 }
 
-/// Section `[phase_symmetry]`, checked.
+/// Section `[phase_symmetry]`, validated.
 pub fn phase_symmetry(
     scales: Vec<f64>,
     threshold: f64,
@@ -93,8 +93,10 @@ pub fn defaults() -> PyResult<String> {
     Ok(sections.to_string())
 }
 
-/// What the package's lists are tested against, as JSON: the keys of the section, the names of the methods and of
-/// the postfilters and apodizations, and an example of every method, postfilter, apodization and parameter of the core.
+/// Tables for tests of the package's lists, as JSON.
+///
+/// They hold the keys of the section, the names of the methods, postfilters and apodizations, and an example of
+/// every method, postfilter, apodization and parameter of the core.
 #[pyfunction]
 pub fn tables() -> PyResult<String> {
     let methods = Method::EXAMPLES.map(|method| Parameters {

@@ -10,7 +10,9 @@ use crate::error::refused;
 use crate::files::channel_data;
 use crate::threads::threads;
 
-/// Channel data of section `[simulate]`, given as JSON, by the keys of the `.npz` contract.
+/// Simulates channel data from section `[simulate]`, given as JSON.
+///
+/// The result has the keys of the `.npz` contract.
 #[pyfunction]
 pub fn simulate<'py>(
     py: Python<'py>,

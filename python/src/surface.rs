@@ -48,7 +48,9 @@ pub fn surface_of_lines<'py>(
     Ok(arrays(py, &found.map_err(refused)?))
 }
 
-/// The surface in a picture: points, how many lines were searched, and the fan whose beams they are.
+/// The surface in a picture: points, number of searched lines, and fan.
+///
+/// The beams of the fan are the lines.
 #[pyfunction]
 pub fn surface_of_picture<'py>(
     py: Python<'py>,

@@ -1,4 +1,4 @@
-//! The threads that compute.
+//! Threads of computations.
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,9 +13,9 @@ use crate::error::refused;
 /// How many processes share the processors.
 static PROCESSES: AtomicUsize = AtomicUsize::new(1);
 
-/// So many threads; without a number, as many as there are processors for this process.
+/// A pool of `count` threads; by default one for each processor of this process.
 ///
-/// They are this call's own and end with it: a process that is forked later finds none that it lacks.
+/// The threads belong to one call and end with it, so a process that is forked later lacks none.
 pub fn threads(count: Option<NonZeroUsize>) -> PyResult<ThreadPool> {
     let count = match count {
         Some(count) => {
@@ -27,19 +27,19 @@ pub fn threads(count: Option<NonZeroUsize>) -> PyResult<ThreadPool> {
     pool(count).map_err(refused)
 }
 
-/// How many processors there are for this process.
+/// Number of processors of this process.
 #[pyfunction]
 pub fn processors() -> usize {
     available_parallelism().map_or(1, NonZeroUsize::get)
 }
 
-/// How many threads compute where no number is given.
+/// Default number of threads.
 #[pyfunction]
 pub fn default_threads() -> usize {
     (processors() / PROCESSES.load(Ordering::Relaxed)).max(1)
 }
 
-/// This process is one of so many that compute at a time.
+/// Shares the processors with other processes that compute at the same time.
 #[pyfunction]
 pub fn share_processors(processes: NonZeroUsize) {
     PROCESSES.store(processes.get(), Ordering::Relaxed);

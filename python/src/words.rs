@@ -1,6 +1,8 @@
-//! The host's messages, which name flags of the command, in Python's words.
+//! The host's messages with Python's keywords instead of the command's flags.
 
-/// Names keywords for flags: `--beta` becomes `` `beta` ``, `--variable f0=5e6` an entry of `variables`.
+/// Replaces flags by keywords in a message.
+///
+/// `--beta` becomes `` `beta` ``, `--variable f0=5e6` an entry of `variables`.
 pub fn in_python(message: &str) -> String {
     let message = message
         .replace(" in [variables] (--variable)", " in `variables`")

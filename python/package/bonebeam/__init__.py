@@ -1,6 +1,6 @@
 """Ultrasound channel data to images of bone surfaces.
 
-Arrays in, arrays out; nothing is computed here in Python::
+Arrays in, arrays out; the computation is compiled::
 
     data = bonebeam.read("recording.npz")                    # channel data
     lines = bonebeam.beamform(data, method="esmv-rank1")     # lines with their positions
@@ -9,10 +9,9 @@ Arrays in, arrays out; nothing is computed here in Python::
     bones.plot()                                             # axes in mm, by matplotlib
     bone = bonebeam.surface(lines)                           # a depth in each line, or none
 
-The names and defaults of parameters are those of the command ``host-sim``, and so are the bits of the
-results. What is refused is a ``ValueError``. Lengths are metres, times seconds,
-frequencies hertz. Any CPU array that speaks DLPack is taken (PyTorch, JAX, CuPy on the host), without a
-copy where it has the type and order that are asked for.
+Names and defaults of parameters, and the bits of the results, are those of the command ``host-sim``. Invalid input
+raises a ``ValueError``. Units are metres, seconds and hertz. All CPU arrays with DLPack are accepted (PyTorch, JAX,
+CuPy on the host). An array of the expected type and order is not copied.
 """
 
 from ._beamform import Beamformer, beamform, delay

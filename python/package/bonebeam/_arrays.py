@@ -1,4 +1,4 @@
-"""Arrays from anywhere, in the type and order that the native half reads."""
+"""Conversion of arrays to the type and order of the native half."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 def from_anywhere(name: str, array: Any) -> npt.NDArray[Any]:
-    """A NumPy array of what is one, or speaks DLPack, or becomes one."""
+    """A NumPy array of an array, an object with DLPack, or a sequence."""
     if isinstance(array, np.ndarray) or not hasattr(array, "__dlpack__"):
         return np.asarray(array)
     try:
@@ -29,7 +29,7 @@ def taken(
     axes: Sequence[str],
     accepted: Sequence[str],
 ) -> npt.NDArray[Scalar]:
-    """The array in C order, copied only where its type or order is another."""
+    """The array in C order, copied only if its type or order differs."""
     array = from_anywhere(name, array)
     if array.dtype.name not in accepted:
         expected = " or ".join(accepted)
@@ -43,8 +43,10 @@ def taken(
 def written(
     out: Any, dtype: type[Scalar], shape: tuple[int, ...], beside: npt.NDArray[Any]
 ) -> npt.NDArray[Scalar]:
-    """Memory for a result of that type and shape: the caller's, where there is any. What is read
-    meanwhile is ``beside`` it."""
+    """Memory for a result of this type and shape: ``out`` if given, else new.
+
+    ``out`` must not overlap the input ``beside``.
+    """
     if out is None:
         return np.empty(shape, dtype)
     array = from_anywhere("out", out)
@@ -65,7 +67,7 @@ def written(
 
 
 def _writable(out: Any, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """The same memory by NumPy's own interface, which may be written where older DLPack tells nothing of that."""
+    """The same memory by NumPy's own interface, which older DLPack marks as read-only."""
     own = np.asarray(out)
     is_same = (own.shape, own.strides, own.dtype) == (array.shape, array.strides, array.dtype)
     return own if is_same and own.ctypes.data == array.ctypes.data else array

@@ -30,12 +30,12 @@ REAL = ("float32", "float64", "int16", "int32", "uint8")
 
 
 class Beamformer:
-    """A beamformer of aligned samples that keeps its threads and its memory from frame to frame.
+    """A beamformer of aligned samples that keeps threads and memory between frames.
 
     Args:
-        elements: The most active elements, those of the array where all are active.
-        threads: How many threads compute; all processors without it. The result does not depend on it.
-        parameters: The keywords of :class:`BeamformerParameters`.
+        elements: Maximum number of active elements; the array's if all are active.
+        threads: Number of threads; all processors by default. The result does not depend on it.
+        parameters: Keywords of :class:`BeamformerParameters`.
 
     >>> import numpy as np
     >>> mv = Beamformer(32, method="mv", temporal_half_window=2, threads=1)
@@ -46,7 +46,8 @@ class Beamformer:
     >>> bool(np.allclose(z, 1))
     True
 
-    Several Python threads may call one; their frames take turns. A forked process makes its own.
+    Several Python threads may call one beamformer; their frames take turns. A forked process starts its own
+    threads.
     """
 
     def __init__(
@@ -67,17 +68,17 @@ class Beamformer:
         active: npt.ArrayLike | None = None,
         out: npt.NDArray[np.complex64] | None = None,
     ) -> npt.NDArray[np.complex64]:
-        """Beamforms a frame, or several.
+        """Beamforms one or several frames.
 
         Args:
-            x: complex64 [beam, sample, element], or with frames before the beams. It is read where it is;
-                complex128 and other orders are copied.
-            active: The first active element and how many there are, [beam, sample, 2]; all without it.
-            out: complex64 [beam, sample], or with frames before, to write the lines into. With a ``depth_step`` they have
-                that fewer samples, rounded up.
+            x: Aligned samples, complex64 [beam, sample, element], or with frames as the first axis. It is read
+                without a copy; complex128 and other orders are copied.
+            active: First active element and number of active elements, [beam, sample, 2]; all elements by default.
+            out: Memory for the lines, complex64 [beam, sample], or with frames as the first axis. A ``depth_step``
+                divides the number of samples, rounded up.
 
         Returns:
-            The lines: ``out`` where it is given.
+            The lines; ``out`` if it is given.
         """
         samples = from_anywhere("x", x)
         axes = ("frame", "beam", "sample", "element")[0 if samples.ndim == 4 else 1 :]
@@ -141,18 +142,17 @@ def beamform(
     """Beamforms an array of aligned samples, or a recording.
 
     Args:
-        x: Aligned samples, complex64 [beam, sample, element], or with frames before the beams: see
-            :class:`Beamformer`. Or a recording: channel data, which are delayed first, some beams at a
-            time and frame by frame, or aligned data.
+        x: Aligned samples, complex64 [beam, sample, element], or with frames as the first axis: see
+            :class:`Beamformer`. Or a recording: aligned data, or channel data, which are delayed first, some beams
+            at a time and frame by frame.
         threads: See :class:`Beamformer`.
-        active: Arrays only: see :class:`Beamformer`.
-        out: complex64 [beam, sample], or with frames before, to write the lines into.
-        parameters: The keywords of :class:`ChannelDataParameters`, of :class:`AlignedDataParameters`, or for an
-            array of :class:`BeamformerParameters`.
+        active: For arrays only: see :class:`Beamformer`.
+        out: Memory for the lines, complex64 [beam, sample], or with frames as the first axis.
+        parameters: Keywords of :class:`ChannelDataParameters`, of :class:`AlignedDataParameters`, or, for an
+            array, of :class:`BeamformerParameters`.
 
     Returns:
-        Of an array the lines, complex64 [beam, sample]. Of a recording :class:`Lines`, which know where
-        they are.
+        For an array, the lines, complex64 [beam, sample]. For a recording, :class:`Lines` with their positions.
 
     >>> import numpy as np
     >>> x = np.ones((4, 50, 16), np.complex64)          # a unit echo from straight ahead
@@ -196,7 +196,7 @@ def _beamform_channel_data(
     threads: int | None,
     out: npt.NDArray[np.complex64] | None,
 ) -> Lines:
-    """Frame by frame, each into its place."""
+    """Beamforms frame by frame, each into its part of the result."""
     samples = data.samples
     count = None if _is_one_frame(data) else len(samples)
     if count == 0:
@@ -228,18 +228,17 @@ def delay(
     out: npt.NDArray[np.complex64] | None = None,
     **parameters: Unpack[DelayParameters],
 ) -> AlignedData:
-    """Delays channel data: analytic samples, aligned on their beams, with the active elements.
+    """Delays channel data: aligned analytic samples with the active elements.
 
-    Focused transmits make one beam each; plane waves and single-element transmits are compounded into
-    two beams an element. Aligned samples hold one direction a line: `beamform` makes of them what it makes of
-    channel data with ``sub_lines=1``.
+    Focused transmits give one beam each. Plane waves and single-element transmits are compounded into two beams an
+    element. Aligned samples hold one direction a line: `beamform` gives the lines that it gives for channel data with
+    ``sub_lines=1``.
 
     Args:
-        data: Channel data of one frame. Their samples are read where they are; other types and orders
-            are copied.
-        threads: How many threads compute; all processors without it. The result does not depend on it.
-        out: complex64 [beam, sample, element] to write the samples into.
-        parameters: The keywords of :class:`DelayParameters`.
+        data: Channel data of one frame. Samples are read without a copy; other types and orders are copied.
+        threads: Number of threads; all processors by default. The result does not depend on it.
+        out: Memory for the samples, complex64 [beam, sample, element].
+        parameters: Keywords of :class:`DelayParameters`.
 
     >>> scanner = {"elements": 32, "beams": 4, "first_beam": 14, "depth_start": 0.01, "depth_end": 0.02}
     >>> import bonebeam
@@ -262,7 +261,10 @@ def delay(
 
 
 def _memory(out: Any, beside: npt.NDArray[Any], axes: int) -> npt.NDArray[np.complex64]:
-    """The caller's memory for a result of so many axes, whose lengths the native half knows."""
+    """The caller's memory for a result with this number of axes.
+
+    The native half checks their lengths.
+    """
     shape = from_anywhere("out", out).shape
     if len(shape) != axes:
         raise ValueError(f"`out` has shape {list(shape)}; expected {axes} axes")
@@ -274,7 +276,7 @@ def _is_one_frame(data: ChannelData) -> bool:
 
 
 def _frames(data: ChannelData) -> Iterator[ChannelData]:
-    """Each frame with arrays as the native half reads them."""
+    """Frames with arrays in the types and orders of the native half."""
     samples = data.samples
     transmits = samples.shape[-3] if samples.ndim >= 3 else 0
 
@@ -304,7 +306,7 @@ def _frames(data: ChannelData) -> Iterator[ChannelData]:
 
 
 def _refuse(what: str, known: type, parameters: dict[str, Any], **given: Any) -> None:
-    """An argument that would have no effect is a mistake."""
+    """Refuses arguments that would have no effect."""
     elsewhere = names(ChannelDataParameters) | names(AlignedDataParameters)
     for name, value in {**parameters, **given}.items():
         if value is not None and (name in given or name in elsewhere - names(known)):

@@ -1,4 +1,4 @@
-"""What is passed around: arrays and where they belong."""
+"""Data types of the package: arrays with their positions and times."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ TRANSMITS = {
 
 
 class Shown:
-    """Data that show themselves: in a line, in a notebook."""
+    """Data with a representation in a line and in a notebook."""
 
     def _facts(self) -> Mapping[str, str]:
         raise NotImplementedError
@@ -62,12 +62,12 @@ class Shown:
 
 @dataclass(repr=False)
 class ChannelData(Shown):
-    """What every element recorded after every transmit.
+    """Channel data: the record of every element for every transmit.
 
-    The fields are the keys of a recording's ``.npz`` file (docs/file-formats.md), so
-    ``np.savez(path, **data.keys())`` writes one that the command reads. Samples are ``rf``, or ``iq`` and
-    ``f_demod``. Exactly one delay law is given: ``tx_x`` and ``tx_focus``, or ``tx_angle``, or
-    ``tx_element``, or ``tx_source_x`` and ``tx_source_z``, or ``tx_delay``.
+    The fields are the keys of a recording's ``.npz`` file (docs/file-formats.md). ``np.savez(path, **data.keys())``
+    writes such a file, which the command reads. Samples are ``rf``, or ``iq`` and ``f_demod``. Give exactly one delay
+    law: ``tx_x`` and ``tx_focus``, or ``tx_angle``, or ``tx_element``, or ``tx_source_x`` and ``tx_source_z``, or
+    ``tx_delay``.
 
     >>> import numpy as np
     >>> data = ChannelData(
@@ -89,48 +89,59 @@ class ChannelData(Shown):
     c: float
     """Speed of sound, m/s."""
     t0: npt.NDArray[np.float64] | float
-    """Time of sample 0, s, for each transmit or for all: from the moment at which the wave would pass the
-    origin of its delay law."""
+    """Time of sample 0, s, for each transmit or for all.
+
+    It counts from the passage of the wave through the origin of its delay law.
+    """
     element_x: npt.NDArray[np.float64]
     """Lateral positions of the elements, m, evenly spaced along the array."""
     rf: npt.NDArray[np.float32] | None = None
-    """RF, [transmit, element, sample], or with frames before the transmits."""
+    """RF, [transmit, element, sample], or with frames as the first axis."""
     iq: npt.NDArray[np.complex64] | None = None
     """I/Q, of the same shape: the analytic signal times exp(-2j pi f_demod t)."""
     f_demod: float | None = None
-    """I/Q: the frequency that they were demodulated with, Hz."""
+    """I/Q: demodulation frequency, Hz."""
     element_z: npt.NDArray[np.float64] | None = None
-    """Depths of the elements, m; 0 without them."""
+    """Depths of the elements, m; 0 by default."""
     element_angle: npt.NDArray[np.float64] | None = None
-    """Angles of the elements' normals from the z axis, rad; across the array without them."""
+    """Angles of the elements' normals from the z axis, rad.
+
+    Perpendicular to the array by default.
+    """
     lens_delay: float | None = None
-    """What a lens adds to the time of flight, one way, s."""
+    """One-way delay of a lens, s."""
     tx_x: npt.NDArray[np.float64] | None = None
     """Focused beams: lateral positions of their axes, m."""
     tx_focus: npt.NDArray[np.float64] | float | None = None
     """Focused beams: focal depths, m."""
     tx_fnumber: float | None = None
-    """Focused beams: f-number of the transmit aperture, where it is known."""
+    """Focused beams: f-number of the transmit aperture, if known."""
     tx_angle: npt.NDArray[np.float64] | None = None
     """Plane waves: angles, rad, positive towards positive x."""
     tx_element: npt.NDArray[np.int64] | None = None
-    """Single-element transmits: the element."""
+    """Single-element transmits: index of the element."""
     tx_source_x: npt.NDArray[np.float64] | None = None
-    """Virtual sources: their lateral positions, m."""
+    """Virtual sources: lateral positions, m."""
     tx_source_z: npt.NDArray[np.float64] | None = None
-    """Virtual sources: their depths, m; above 0 the wave converges on the source."""
+    """Virtual sources: depths, m; above 0 the wave converges on the source."""
     tx_delay: npt.NDArray[np.float64] | None = None
-    """Any transmits: when each element fires, s, [transmit, element]; NaN where it does not."""
+    """Any transmits: firing times, s, [transmit, element]; NaN for silent elements."""
     assumed: tuple[str, ...] = ()
-    """What the file that was read does not tell and was assumed: a sentence each. No key of a ``.npz`` file."""
+    """Assumptions about data missing in the file, a sentence each.
+
+    No key of a ``.npz`` file.
+    """
 
     def keys(self) -> dict[str, Any]:
-        """The fields that are there, by name; without ``assumed``."""
+        """The fields that have a value, by name, without ``assumed``."""
         return {key: value for key, value in vars(self).items() if value is not None and key != "assumed"}
 
     @property
     def samples(self) -> npt.NDArray[Any]:
-        """RF or I/Q as a NumPy array, [transmit, element, sample], or with frames before the transmits."""
+        """RF or I/Q as a NumPy array, [transmit, element, sample].
+
+        Several frames are the first axis.
+        """
         if (self.rf is None) == (self.iq is None):
             raise ValueError("expected either `rf`, or `iq` and `f_demod`")
         return from_anywhere("rf", self.rf) if self.iq is None else from_anywhere("iq", self.iq)
@@ -139,8 +150,8 @@ class ChannelData(Shown):
         """The envelope of one transmit, [element, sample].
 
         Args:
-            transmit: Which one; that in the middle without it.
-            frame: Of which frame, where there are several.
+            transmit: Index of the transmit; by default the middle one.
+            frame: Index of the frame, if there are several.
         """
         samples = self.samples[frame] if self.samples.ndim == 4 else self.samples
         record = samples[len(samples) // 2 if transmit is None else transmit]
@@ -157,13 +168,15 @@ class ChannelData(Shown):
         dynamic_range: float = 60.0,
         colour_bar: bool = True,
     ) -> Axes:
-        """Draws the envelope of one transmit over position along the array and depth, mm, in decibels.
+        """Draws the envelope of one transmit in decibels over position and depth.
+
+        Positions are along the array. Axes are in mm.
 
         Args:
-            ax: Where to draw; into a figure of its own without it.
+            ax: Axes to draw into; by default a new figure.
             transmit, frame: See :meth:`envelope`.
-            dynamic_range: What lies this far below the largest envelope is black, dB.
-            colour_bar: Whether to add a bar of the decibels.
+            dynamic_range: Level of black below the largest envelope, dB.
+            colour_bar: Whether to add a colour bar in decibels.
 
         Returns:
             The axes. Needs matplotlib: ``pip install 'bonebeam[plot]'``.
@@ -173,9 +186,9 @@ class ChannelData(Shown):
         return _plot.channel_data(self, ax, transmit, frame, dynamic_range, colour_bar)
 
     def to_xarray(self) -> DataArray:
-        """The samples as an ``xarray.DataArray`` whose coordinates are the other fields, with their units.
+        """The samples as an ``xarray.DataArray``.
 
-        Needs xarray: ``pip install 'bonebeam[xarray]'``.
+        Its coordinates are the other fields, with units. Needs xarray: ``pip install 'bonebeam[xarray]'``.
         """
         from . import _xarray
 
@@ -209,7 +222,7 @@ class ChannelData(Shown):
         return _show.resized(_show.grey_levels(decibels + 60.0, 60.0), (384, 256))
 
     def along_the_array(self) -> npt.NDArray[np.float64]:
-        """Positions of the elements along the array, from its middle, m."""
+        """Positions of the elements along the array from its middle, m."""
         x = np.asarray(from_anywhere("element_x", self.element_x), np.float64)
         if self.element_z is None:
             return x
@@ -221,24 +234,27 @@ class ChannelData(Shown):
 
 @dataclass(repr=False)
 class AlignedData(Shown):
-    """Analytic samples that are delayed already: aligned on their beams."""
+    """Aligned data: analytic samples after the delays of their beams."""
 
     x: npt.NDArray[np.complex64]
-    """Samples, [beam, sample, element], or with frames before the beams."""
+    """Samples, [beam, sample, element], or with frames as the first axis."""
     fs: float
     """Sampling rate, Hz."""
     t0: float
     """Two-way time of sample 0, s."""
     beam_x: npt.NDArray[np.float64] | None = None
-    """Lateral positions of the beams, m; without them, evenly spaced."""
+    """Lateral positions of the beams, m; evenly spaced by default."""
     c: float | None = None
     """Speed of sound, m/s."""
     active: npt.NDArray[np.int64] | None = None
-    """First active element and how many there are, [beam, sample, 2]; without it, all are active."""
+    """First active element and number of active elements, [beam, sample, 2].
+
+    All elements by default.
+    """
     beam_z: npt.NDArray[np.float64] | None = None
-    """Depths at which beams begin, m, where they are not straight down from z = 0."""
+    """Depths of the beams' beginnings, m, unless straight down from z = 0."""
     beam_angle: npt.NDArray[np.float64] | None = None
-    """Their angles from the z axis, rad, positive towards positive x."""
+    """Angles of the beams from the z axis, rad, positive towards positive x."""
 
     def _facts(self) -> Mapping[str, str]:
         x = from_anywhere("x", self.x)
@@ -262,10 +278,10 @@ class AlignedData(Shown):
 
 @dataclass(repr=False)
 class Lines(Shown):
-    """Beamformed lines. Sample n lies at the depth ``c * (t0 + n / fs) / 2``."""
+    """Beamformed lines; sample n is at the depth ``c * (t0 + n / fs) / 2``."""
 
     z: npt.NDArray[np.complex64]
-    """The beamformer's output, [beam, sample], or with frames before the beams."""
+    """The beamformer's output, [beam, sample], or with frames as the first axis."""
     fs: float
     """Sampling rate, Hz."""
     t0: float
@@ -275,14 +291,14 @@ class Lines(Shown):
     c: float
     """Speed of sound, m/s."""
     beam_z: npt.NDArray[np.float64] | None = None
-    """Depths at which beams begin, m, where they are not straight down from z = 0."""
+    """Depths of the beams' beginnings, m, unless straight down from z = 0."""
     beam_angle: npt.NDArray[np.float64] | None = None
-    """Their angles from the z axis, rad, positive towards positive x."""
+    """Angles of the beams from the z axis, rad, positive towards positive x."""
     sub_lines: int = 1
-    """How many beams, one after the other, are the sub-lines of one line."""
+    """Number of consecutive beams that are the sub-lines of one line."""
 
     def frame(self, index: int) -> Lines:
-        """The lines of one of several frames."""
+        """Returns the lines of one of several frames."""
         return replace(self, z=from_anywhere("z", self.z)[index])
 
     @property
@@ -302,13 +318,15 @@ class Lines(Shown):
         grid: Literal["cartesian", "polar"] = "cartesian",
         colour_bar: bool = True,
     ) -> Axes:
-        """Draws the B-mode image of one frame, with axes in mm: :func:`bmode`, then :meth:`Image.plot`.
+        """Draws the B-mode image of one frame, with axes in mm.
+
+        It calls :func:`bmode` and :meth:`Image.plot`.
 
         Args:
-            ax: Where to draw; into a figure of its own without it.
-            frame: Which frame, where there are several.
+            ax: Axes to draw into; by default a new figure.
+            frame: Index of the frame, if there are several.
             dynamic_range, pixel_size, grid: See :func:`bmode`.
-            colour_bar: Whether to add a bar of the decibels.
+            colour_bar: Whether to add a colour bar in decibels.
 
         Returns:
             The axes. Needs matplotlib: ``pip install 'bonebeam[plot]'``.
@@ -317,16 +335,16 @@ class Lines(Shown):
         return image.plot(ax, colour_bar=colour_bar)
 
     def to_xarray(self) -> DataArray:
-        """The lines as an ``xarray.DataArray`` over beams and samples, with their positions in m and times in s.
+        """The lines as an ``xarray.DataArray`` over beams and samples.
 
-        Needs xarray: ``pip install 'bonebeam[xarray]'``.
+        Its coordinates are positions in m and times in s. Needs xarray: ``pip install 'bonebeam[xarray]'``.
         """
         from . import _xarray
 
         return _xarray.lines(self)
 
     def _beams(self) -> tuple[Float64s, tuple[Float64s, Float64s] | None]:
-        """The beams' lateral positions, and where they begin and go if not straight down."""
+        """Lateral positions of the beams; depths and angles unless straight down."""
         beam_x = np.asarray(self.beam_x, np.float64)
         if self.beam_z is None and self.beam_angle is None:
             return beam_x, None
@@ -361,26 +379,35 @@ class Lines(Shown):
 
 @dataclass(repr=False)
 class Image(Shown):
-    """An image: grey levels, or a map of phase symmetry. Pixels are square, or on a polar grid."""
+    """An image of grey levels, or a map of phase symmetry.
+
+    Pixels are square, or on a polar grid.
+    """
 
     pixels: npt.NDArray[np.float32]
-    """Grey levels 0 to 255, or phase symmetry 0 to below 1; [row, column], row 0 shallowest."""
+    """Grey levels 0 to 255, or phase symmetry 0 to below 1, [row, column].
+
+    Row 0 is the shallowest.
+    """
     x0: float
     """Lateral position of column 0, m."""
     z0: float
     """Depth of row 0, m; on a polar grid along the beams."""
     pixel: float
-    """From one pixel to the next, m; on a polar grid from row to row."""
+    """Distance between pixels, m; on a polar grid between rows."""
     dynamic_range: float | None = None
-    """Grey levels: decibels from 0 to 255, where that is known."""
+    """Grey levels: decibels from 0 to 255, if known."""
     quantity: Literal["grey level", "phase symmetry"] = "grey level"
-    """What the pixels are."""
+    """Quantity of the pixels."""
     angle: npt.NDArray[np.float64] | None = None
     """On a polar grid: angles of the columns from the z axis, rad, evenly spaced."""
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
-        """The image's edges as ``extent`` of ``matplotlib.pyplot.imshow``: in mm, on a polar grid across in degrees."""
+        """The image's edges as ``extent`` of ``matplotlib.pyplot.imshow``.
+
+        In mm; on a polar grid in degrees across.
+        """
         rows, columns = self.pixels.shape
         if self.angle is None:
             first, step = 1e3 * self.x0, 1e3 * self.pixel
@@ -403,11 +430,11 @@ class Image(Shown):
         return np.asarray(self.z0 + self.pixel * np.arange(self.pixels.shape[0]), np.float64)
 
     def plot(self, ax: Axes | None = None, *, colour_bar: bool = True) -> Axes:
-        """Draws the image with axes in mm, on a polar grid over degrees.
+        """Draws the image with axes in mm; on a polar grid in degrees across.
 
         Args:
-            ax: Where to draw; into a figure of its own without it.
-            colour_bar: Whether to add a bar of the decibels of grey levels, or the values of phase symmetry.
+            ax: Axes to draw into; by default a new figure.
+            colour_bar: Whether to add a colour bar of decibels, or of phase symmetry.
 
         Returns:
             The axes. Needs matplotlib: ``pip install 'bonebeam[plot]'``.
@@ -417,17 +444,20 @@ class Image(Shown):
         return _plot.image(self, ax, colour_bar)
 
     def to_xarray(self) -> DataArray:
-        """The pixels as an ``xarray.DataArray`` over z and x in m, on a polar grid over depth and angle.
+        """The pixels as an ``xarray.DataArray`` over z and x, or depth and angle.
 
-        Needs xarray: ``pip install 'bonebeam[xarray]'``.
+        Positions are in m. Needs xarray: ``pip install 'bonebeam[xarray]'``.
         """
         from . import _xarray
 
         return _xarray.image(self)
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Writes a file, whole or not at all: ``.png`` with grey levels as the command writes them, phase
-        symmetry with its largest value at 255, or ``.npy`` with the pixels, float32 [row, column]."""
+        """Writes a complete ``.png`` or ``.npy`` file, or none after an error.
+
+        ``.png`` has the command's grey levels; the largest phase symmetry becomes 255. ``.npy`` has the pixels,
+        float32 [row, column].
+        """
         path = Path(path)
         if path.suffix.lower() not in (".png", ".npy"):
             raise ValueError(f"the image's file is {path}; expected a name that ends in .png or .npy")

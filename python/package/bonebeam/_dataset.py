@@ -1,4 +1,4 @@
-"""Frames on disk, read when they are asked for, and worked on by several processes."""
+"""Frames on disk, read on demand and processed in parallel."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ PERIOD = 10.0
 
 
 class Dataset(Sequence["ChannelData | AlignedData"]):
-    """The frames of a recording, or of several one after the other, which stay on disk.
+    """The frames of one or several recordings, read from disk on demand.
 
-    A frame is read when it is asked for, so files may be larger than memory. A slice is a data set of those
-    frames, which are not read either. A data set can be pickled: another process opens the files anew.
+    Files may be larger than memory. A slice is a data set of its frames, without reading them. A data set can be
+    pickled: another process opens the files again.
 
     Args:
-        paths: A file, or several: see :func:`read`.
-        variables: See :func:`read`; for every file.
+        paths: One or several files: see :func:`read`.
+        variables: See :func:`read`; the same for every file.
 
     >>> import bonebeam, numpy as np, tempfile, pathlib
     >>> path = pathlib.Path(tempfile.mkdtemp()) / "delayed.npz"
@@ -107,22 +107,22 @@ class Dataset(Sequence["ChannelData | AlignedData"]):
         progress: bool | Callable[[int, int], None] = False,
         **keywords: Any,
     ) -> Iterator[Result]:
-        """The results of ``function(frame, **keywords)`` for all frames, in order, as they are made.
+        """Yields ``function(frame, **keywords)`` for all frames, in order.
 
-        Each process reads its own frames, and only a few results wait to be taken. Functions of this package
-        share the processors: of 8, each of 4 processes computes with 2 threads.
+        Each process reads its own frames, and only a few results are kept in advance. Functions of this package share
+        the processors: with 8 processors, each of 4 processes computes with 2 threads.
 
         Args:
-            function: A function that another process can import, such as :func:`beamform`: of a module or of
-                the script, no lambda. A script calls ``map`` below ``if __name__ == "__main__":``, as
-                ``multiprocessing`` asks.
-            processes: How many processes; one a processor without it. With 1 nothing leaves this process,
-                and any function will do.
-            progress: Whether the number of frames done is written to the standard error, or a function of
-                it and of the number of frames.
+            function: A function that another process can import, such as :func:`beamform`: from a module or the script,
+                not a lambda. A script must call ``map`` below ``if __name__ == "__main__":``, as for
+                ``multiprocessing``.
+            processes: Number of processes; by default one a processor. With 1 no process is started, and every function
+                is allowed.
+            progress: Whether to write the number of finished frames to the standard error; or a function of that number
+                and the number of all frames.
             keywords: Further arguments of the function.
 
-        An error in a frame ends the iteration. Processes end with it, and when it is given up.
+        An error in a frame ends the iteration. The processes end with the iteration.
         """
         count = _native.processors() if processes is None else processes
         if count < 1:
@@ -190,7 +190,7 @@ def _result(frame: int) -> Any:
 
 
 class _Printed:
-    """The number of frames on the standard error: in place on a terminal, elsewhere a line from time to time."""
+    """Progress on the standard error: in place on a terminal, else line by line."""
 
     def __init__(self) -> None:
         self.begin = self.last = time.monotonic()

@@ -27,11 +27,11 @@ def read(
     The formats are those of ``host-sim beamform``: docs/file-formats.md.
 
     Args:
-        path: The file, or the folder of a SonixDAQ.
-        frames: Of many frames one, which then has no axis of frames, or some in a row; all without it.
-            Others are not read, where the format lets them be left out.
-        variables: What a MATLAB or HDF5 file calls its arrays, or what they would hold: a name, a number or
-            numbers for each key, as in the section ``[variables]`` of the command's configuration.
+        path: A file, or the folder of a SonixDAQ.
+        frames: A frame, which then has no axis of frames, or a range of consecutive frames; by default all. Others are
+            not read if the format allows it.
+        variables: For each key, the array's name in a MATLAB or HDF5 file, or its value, a number or numbers, as in
+            the section ``[variables]`` of the command's configuration.
 
     >>> import numpy as np, tempfile, pathlib
     >>> path = pathlib.Path(tempfile.mkdtemp()) / "delayed.npz"
@@ -39,8 +39,8 @@ def read(
     >>> read(path).x.shape, read(path, frames=range(1, 3)).x.shape, read(path, frames=2).x.shape
     ((3, 2, 50, 16), (2, 2, 50, 16), (2, 50, 16))
 
-    Raises FileNotFoundError or PermissionError where there is no such file or it may not be read, ValueError
-    where it holds something else.
+    Raises FileNotFoundError or PermissionError for a file that is missing or cannot be read, and ValueError for other
+    content.
     """
     file = opened(path, variables)
     if frames is None:
@@ -55,7 +55,7 @@ def read(
 def frames(
     path: str | PathLike[str], *, variables: Variables | None = None
 ) -> Iterator[ChannelData | AlignedData]:
-    """A recording's frames one after the other: those of a :class:`Dataset`.
+    """Iterates over a recording's frames, as a :class:`Dataset`.
 
     Args:
         path, variables: See :func:`read`.
@@ -75,7 +75,7 @@ def frames(
 
 
 def opened(path: str | PathLike[str], variables: Variables | None) -> _native.RecordingFile:
-    """A recording's file, of which the first frame is read."""
+    """Opens a recording's file and reads its first frame."""
     if not os.path.isdir(path):
         # Tells of a file that is missing or may not be read as Python does.
         os.stat(path)
@@ -89,7 +89,7 @@ def opened(path: str | PathLike[str], variables: Variables | None) -> _native.Re
 
 
 def recording(keys: dict[str, Any], one: bool = True) -> ChannelData | AlignedData:
-    """Data by their keys; one frame has no axis of frames, unless it was asked for."""
+    """Data from keys; with ``one``, a single frame has no axis of frames."""
     for key in ("rf", "iq", "x"):
         if one and len(keys.get(key, ())) == 1:
             keys[key] = keys[key][0]
@@ -97,7 +97,7 @@ def recording(keys: dict[str, Any], one: bool = True) -> ChannelData | AlignedDa
 
 
 def channel_data(keys: dict[str, Any]) -> ChannelData:
-    """Channel data of one frame by their keys."""
+    """Channel data of one frame from keys."""
     data = recording(keys)
     assert isinstance(data, ChannelData)
     return data

@@ -31,23 +31,22 @@ def bmode(
     pooling: Pooling = "largest",
     threads: int | None = None,
 ) -> Image:
-    """Makes a B-mode image: envelope, decibels below the largest, pixels of 0 to 255.
+    """Makes a B-mode image from lines: envelope, decibels, pixels of 0 to 255.
 
     Args:
         lines: At least two beams from left to right that do not cross, of one frame.
-        dynamic_range: What lies this far below the largest envelope is black, dB.
-        rows, columns: Pixels down and across; without them as many as fill the image, 512 the longer
-            way.
-        depth: Depth of the image's bottom, m; the lines' without it.
-        width: How far the image reaches across, centred on the beams, m; the beams' without it.
-        pixel_size: Distance from one pixel to the next, on a polar grid from row to row, m; without it what fills the
-            pixels.
-        grid: ``cartesian``, square pixels as the body is, or ``polar``: columns at even angles, rows at even depths
-            along lines that fan out, without scan conversion.
+        dynamic_range: Level of black below the largest envelope, dB.
+        rows, columns: Number of pixels down and across; by default enough to fill the image, with 512 on the longer
+            side.
+        depth: Depth of the image's bottom, m; by default the lines'.
+        width: Width of the image, centred on the beams, m; by default the beams'.
+        pixel_size: Distance between pixels, on a polar grid between rows, m; by default it fits rows and columns.
+        grid: ``cartesian``, square pixels in true proportions, or ``polar``, without scan conversion: columns at even
+            angles, and rows at even depths along lines that fan out.
         median: Whether a 3 x 3 median smooths the image.
-        pooling: The envelope of a line with sub-lines: the ``largest`` of theirs, the root of their mean square
-            (``rms``), or ``each`` as a line of its own.
-        threads: How many threads compute; all processors without it.
+        pooling: Envelope of a line from its sub-lines: the ``largest``, the root mean square (``rms``), or ``each`` as
+            a line of its own.
+        threads: Number of threads; all processors by default.
 
     >>> import numpy as np
     >>> z = np.ones((9, 100), np.complex64)
@@ -122,21 +121,23 @@ def phase_symmetry(
     threads: int | None = None,
     out: npt.NDArray[np.float32] | None = None,
 ) -> Image | npt.NDArray[np.float32]:
-    """Filters an image for ridges, bright lines such as bone surfaces (Eq. 9 and 10 of the paper).
+    """Filters an image for bright ridges such as bone surfaces.
+
+    Eq. 9 and 10 of the paper.
 
     Args:
         image: An :class:`Image`, or grey levels 0 to 255, [row, column]; sides are 64, 128, 256, 512 or 1024 pixels, or
             ``pad`` makes them so.
         scales: Centre frequencies of the filters, cycles per pixel.
         threshold: Noise threshold T_n, in grey levels.
-        strip: Rows or columns worked on at a time; it changes the time, never the result.
-        pad: Put the image into a black one of the next sides that the transform takes, and cut the map.
-        resize: Rows and columns that the image is resampled to first; the map has them, too.
-        threads: How many threads compute; all processors without it. The result does not depend on it.
-        out: float32 [row, column] to write the map into.
+        strip: Number of rows or columns computed at a time; it changes the time, never the result.
+        pad: Pad the image with black to the next sides that the transform accepts, and cut the map to the image.
+        resize: Rows and columns of the image and the map after resampling.
+        threads: Number of threads; all processors by default. The result does not depend on it.
+        out: Memory for the map, float32 [row, column].
 
     Returns:
-        The map, float32 [row, column], at least 0 and below 1; of an :class:`Image` an image at the same position.
+        The map, float32 [row, column], at least 0 and below 1. For an :class:`Image`, an image at the same position.
 
     >>> import numpy as np
     >>> image = np.zeros((64, 64), np.float32)

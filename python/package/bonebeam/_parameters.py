@@ -1,4 +1,4 @@
-"""The keywords of :func:`bonebeam.beamform`, :func:`bonebeam.delay` and :class:`bonebeam.Beamformer`.
+"""Keywords of :func:`beamform`, :func:`delay` and :class:`Beamformer`.
 
 Names, values, ranges and defaults are those of ``host-sim beamform``. A test compares them with its tables.
 """
@@ -26,25 +26,25 @@ class BeamformerParameters(TypedDict, total=False):
 
     method: ``das``, ``mv`` (minimum variance), ``esmv`` (eigenspace minimum variance by ``beta`` or ``rank``), or
         ``esmv-rank1``, the default.
-    beta: With ``esmv``: the share of the power that the signal subspace keeps, above 0 and at most 1; 0.01 if
-        neither it nor a rank is given.
-    rank: With ``esmv``: a fixed rank of the signal subspace instead.
-    exclude_first: With ``esmv-rank1``: all eigenvectors but the first.
-    power_steps: With ``esmv-rank1``: the eigenvector by so many steps of power iteration, 1 to 64, in the same time
-        whatever the data are, in place of as many Lanczos steps as it takes.
-    postfilter: A factor that multiplies the output of any method: ``coherence-factor``,
+    beta: With ``esmv``: share of the power in the signal subspace, above 0 and at most 1; 0.01 without ``beta``
+        and ``rank``.
+    rank: With ``esmv``: fixed rank of the signal subspace, instead of ``beta``.
+    exclude_first: With ``esmv-rank1``: use all eigenvectors but the first.
+    power_steps: With ``esmv-rank1``: number of steps of power iteration, 1 to 64, for a time that does not depend on
+        the data; by default Lanczos steps until convergence.
+    postfilter: Factor on the output of any method: ``coherence-factor``,
         ``generalized-coherence-factor``, or ``none``, the default.
     apodization: Receive weights across the active aperture, of the elements of ``das`` and of the subapertures of the
         other methods: ``hann``, ``hamming``, ``tukey``, or ``none``, the default.
     subaperture_ratio: Length L of the subapertures over the active elements, above 0 and at most 1; 0.5 by default.
-    temporal_half_window: K: the covariance is averaged over the samples n-K to n+K; 0 by default.
+    temporal_half_window: K; the covariance is averaged over the samples n-K to n+K. 0 by default.
     covariance: ``forward`` (Eq. 2 of the paper) or ``forward-backward`` (Eq. 3), the default.
-    diagonal_loading: Delta: Delta/L times the trace is added to the covariance's diagonal; 0.05 by default.
-    coherence_cutoff: Cycles across the active aperture up to which the generalized coherence factor counts spatial
-        frequencies as coherent, 0 to 64; 1 by default.
-    tukey_taper: Share of the active aperture over which a Tukey window falls, 0 to 1; 0.5 by default.
-    depth_step: Samples of a line from one that is beamformed to the next, 1 to 8; of channel data the others
-        are interpolated. 1 by default, for every sample.
+    diagonal_loading: Delta; Delta/L times the trace is added to the covariance's diagonal. 0.05 by default.
+    coherence_cutoff: Highest coherent spatial frequency of the generalized coherence factor, in cycles across the
+        active aperture, 0 to 64; 1 by default.
+    tukey_taper: Share of the active aperture in the falling ends of a Tukey window, 0 to 1; 0.5 by default.
+    depth_step: Distance of beamformed samples of a line, 1 to 8 samples; for channel data the others are
+        interpolated. 1 by default, for every sample.
     """
 
     method: Method
@@ -71,20 +71,21 @@ class DelayParameters(TypedDict, total=False):
     output_rate: Sampling rate of the aligned samples, Hz; by default four times the centre frequency, at most the
         data's.
     lines: Direction of the lines of compounded transmits: ``down``, along the array's ``normals``, or in a
-        ``sector``; by default what fits the array.
+        ``sector``; by default ``down`` for linear, ``normals`` for curved and ``sector`` for phased arrays.
     line_count: Number of these lines; two an element by default.
-    line_spacing: Distance between lines that go straight down, m; half the elements' by default.
-    lateral_start, lateral_end: Lateral positions between which these lines go, m; those of the first and the last
-        element by default. Of both, ``line_spacing`` and ``line_count``, three at most are given.
+    line_spacing: Distance between lines that go straight down, m; half the pitch by default.
+    lateral_start, lateral_end: Lateral positions of the first and the last of these lines, m; of the first and the last
+        element by default. Give at most three of these two, ``line_spacing`` and ``line_count``.
     sector: Angle from the first to the last line of a sector, rad; pi/2 by default.
-    transmit_weights: Weights of compounded transmits, one each, or a window over them as ``hann``; lines are the
-        weighted sum over the sum of the weights' magnitudes. Equal ones by default.
+    transmit_weights: Weights of compounded transmits, one each, or a window over them such as ``hann``. Lines are the
+        weighted sum over the sum of the weights' magnitudes. Equal weights by default.
     rf_interpolation: Interpolation of compounded RF: ``filtered`` for each line, the default, or ``upsampled`` once for
-        all, within 3e-3 of that and faster if many transmits make a line.
-    iq_interpolation: Interpolation of I/Q: ``linear``, ``cubic`` or ``sinc``; by default the cheapest within 1e-3.
-    depth_start: Shallowest depth, m; by default where the record begins.
-    depth_end: Greatest depth, m; by default where the record ends.
-    sound_speed: m/s, in place of the data's.
+        all lines, which differs by at most 3e-3 and is faster with many transmits a line.
+    iq_interpolation: Interpolation of I/Q: ``linear``, ``cubic`` or ``sinc``; by default the cheapest with an error of
+        at most 1e-3.
+    depth_start: Least depth, m; by default the record's beginning.
+    depth_end: Greatest depth, m; by default the record's end.
+    sound_speed: Speed of sound, m/s; by default the data's.
     """
 
     f_number: float | None
@@ -107,11 +108,11 @@ class DelayParameters(TypedDict, total=False):
 class ChannelDataParameters(BeamformerParameters, DelayParameters, total=False):
     """Keywords for channel data: those of the delay stage and of the beamformer.
 
-    sub_lines: Directions within the cell of each line, half way to its neighbours, from the line's one covariance: 1,
-        2, 4, 8, 16 or 32, beams one after the other. Without it, ``das`` has one, and of the others each line is the
-        largest of as many as keep a point between two lines within 2.5 dB.
-    adaptive_depth_start, adaptive_depth_end: The depths between which ``method`` is used, m; above and below them
-        is ``das``. The bits on both sides are those of either alone.
+    sub_lines: Number of directions within the cell of each line, half way to its neighbours, from the line's one
+        covariance: 1, 2, 4, 8, 16 or 32 consecutive beams. By default 1 for ``das``. Other methods choose a number
+        that keeps a point between two lines within 2.5 dB, and each line is the largest of its sub-lines.
+    adaptive_depth_start, adaptive_depth_end: Depth range of ``method``, m; ``das`` elsewhere. Each sample has the bits
+        of its method alone.
     """
 
     sub_lines: int | None
@@ -122,7 +123,7 @@ class ChannelDataParameters(BeamformerParameters, DelayParameters, total=False):
 class AlignedDataParameters(BeamformerParameters, total=False):
     """Keywords for aligned data.
 
-    sound_speed: m/s; the data's, or 1540 by default.
+    sound_speed: Speed of sound, m/s; by default the data's, or 1540.
     beam_spacing: Distance between the beams of data without ``beam_x``, m.
     """
 
@@ -131,7 +132,7 @@ class AlignedDataParameters(BeamformerParameters, total=False):
 
 
 def section(function: str, known: type, parameters: Mapping[str, Any]) -> _native.BeamformParameters:
-    """The section of the keywords that were given, checked."""
+    """Checks the given keywords as a section of the configuration."""
     for key in parameters:
         if key not in names(known):
             raise TypeError(f"{function}() got an unexpected keyword argument '{key}'")
@@ -139,7 +140,7 @@ def section(function: str, known: type, parameters: Mapping[str, Any]) -> _nativ
 
 
 def as_json(parameters: Mapping[str, Any]) -> str:
-    """The keywords that were given, for the host."""
+    """The given keywords as JSON, for the host."""
     given: dict[str, Any] = {}
     for key, value in parameters.items():
         # A number of NumPy is one of Python.

@@ -1,4 +1,4 @@
-"""Figures by matplotlib, with axes in mm. It is imported when something is drawn, and not before."""
+"""Figures by matplotlib, with axes in mm; imported on first use."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def image(image: Image, ax: Axes | None, colour_bar: bool) -> Axes:
-    """Pixels in mm: grey levels in decibels where the dynamic range is known."""
+    """Draws pixels in mm; grey levels in decibels if the dynamic range is known."""
     pixels: Any = image.pixels
     limits, label = (0.0, 255.0), "Grey level"
     if image.quantity == "phase symmetry":
@@ -39,7 +39,7 @@ def channel_data(
     dynamic_range: float,
     colour_bar: bool,
 ) -> Axes:
-    """The envelope of a transmit over positions along the array and half the way that sound goes."""
+    """Draws the envelope of a transmit over array position and half the sound path."""
     decibels = _show.in_decibels(data.envelope(transmit, frame).T, dynamic_range)
     samples, elements = decibels.shape
     starts = np.atleast_1d(data.t0)
@@ -56,7 +56,7 @@ def channel_data(
 
 
 def surface(surface: Surface, ax: Axes) -> Axes:
-    """Points in mm over whatever the axes have, from violet, doubtful, to yellow, sure."""
+    """Draws points in mm, from violet (low confidence) to yellow (high)."""
     x, z = 1e3 * surface.x, 1e3 * surface.z
     ax.scatter(x, z, s=4, c=surface.confidence, cmap="plasma", vmin=0.0, vmax=1.0)
     return ax
@@ -69,7 +69,7 @@ def _drawn(
     ax: Axes | None,
     label: str | None,
 ) -> Axes:
-    """Pixels in grey, with a bar of that label."""
+    """Draws pixels in grey, with a colour bar if it has a label."""
     if ax is None:
         _, ax = _pyplot().subplots(layout="constrained")
     drawn = ax.imshow(pixels, cmap="gray", vmin=limits[0], vmax=limits[1], extent=extent)

@@ -1,4 +1,4 @@
-"""What data show of themselves: a line of text, a picture, a page's element."""
+"""Representations of data: a line of text, a picture, an element of a page."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def megahertz(rate: float) -> str:
 
 
 def range_in_mm(first: float, last: float) -> str:
-    """A range of lengths that are given in m."""
+    """A range of lengths in mm; arguments in m."""
     return f"{1e3 * first:.1f} to {1e3 * last:.1f} mm"
 
 
@@ -49,7 +49,7 @@ def page(kind: type, facts: Mapping[str, str], picture: bytes | None) -> str:
 
 
 def grey_levels(values: npt.NDArray[Any], largest: float) -> npt.NDArray[np.uint8]:
-    """Values from 0 to the largest as bytes, rounded as the command rounds them."""
+    """Values from 0 to the largest as bytes, with the command's rounding."""
     scaled = values if largest == 255 else np.asarray(values, np.float64) * (255 / (largest or 1))
     levels: npt.NDArray[np.uint8] = (np.clip(scaled, 0, 255) + 0.5).astype(np.uint8)
     return levels
@@ -91,6 +91,6 @@ def png(levels: npt.NDArray[np.uint8]) -> bytes:
 
 
 def resized(levels: npt.NDArray[np.uint8], sides: Sequence[int]) -> npt.NDArray[np.uint8]:
-    """The picture with so many rows and columns, by the nearest of its own."""
+    """Resizes a picture to rows and columns, by nearest neighbour."""
     indices = [np.arange(side) * old // side for side, old in zip(sides, levels.shape)]
     return levels[np.ix_(*indices)]

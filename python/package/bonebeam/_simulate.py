@@ -24,18 +24,18 @@ def simulate(
     scanner: Mapping[str, Any] | None = None,
     threads: int | None = None,
 ) -> ChannelData:
-    """Simulates the channel data of a point or of a vertebra, as ``host-sim simulate`` does.
+    """Simulates channel data of a point or a vertebra, as ``host-sim simulate``.
 
     Args:
         phantom: One scatterer at the transmit focus, or a slice of a lumbar vertebra from behind.
-        offset: Point: how far it lies to the right of the middle element, m.
-        mesh: Vertebra: a closed surface (``.ply``, mm) in place of the built-in one.
+        offset: Point: lateral distance from the middle element, m; positive to the right.
+        mesh: Vertebra: a closed surface (``.ply``, mm) instead of the built-in one.
         slice: Vertebra: height of the slice, m.
         depth: Vertebra: depth of the bone's shallowest point, m.
-        tissue: Vertebra: soft tissue around the bone, not water.
-        scanner: Keys of ``[simulate.scanner]``. Without it the scanner is the paper's for the phantom;
-            what it leaves out is the paper's, without noise.
-        threads: How many threads compute; all processors without it.
+        tissue: Vertebra: whether soft tissue surrounds the bone, instead of water.
+        scanner: Keys of ``[simulate.scanner]``. By default the paper's scanner for the phantom. Missing keys are the
+            paper's, without noise.
+        threads: Number of threads; all processors by default.
 
     >>> scanner = {"elements": 32, "beams": 4, "first_beam": 14, "depth_start": 0.01, "depth_end": 0.02}
     >>> data = simulate("point", scanner=scanner)

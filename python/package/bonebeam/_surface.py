@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 
 
 class Fan(NamedTuple):
-    """Where the beams of a picture go: out from an apex."""
+    """Geometry of the beams of a picture, which go out from an apex."""
 
     x: float
     """Lateral position of the apex, m."""
     z: float
-    """Its depth, m."""
+    """Depth of the apex, m."""
     begin: float
-    """Distance from the apex at which beams begin, m."""
+    """Distance of the beams' beginning from the apex, m."""
     end: float
-    """Distance from the apex at which they end, m."""
+    """Distance of the beams' end from the apex, m."""
     first: float
     """Angle of the first beam from the z axis, rad, positive towards positive x."""
     last: float
@@ -36,39 +36,39 @@ class Fan(NamedTuple):
 
 @dataclass(repr=False)
 class Surface(Shown):
-    """A bone surface: at most a point each line, from the first line to the last."""
+    """A bone surface: at most a point for each line, in the order of lines."""
 
     line: npt.NDArray[np.int64]
-    """The line of each point: an index of the beams, or of a picture's columns."""
+    """Line of each point: an index of the beams, or of a picture's columns."""
     x: npt.NDArray[np.float64]
     """Lateral positions, m."""
     z: npt.NDArray[np.float64]
     """Depths, m."""
     confidence: npt.NDArray[np.float32]
-    """How sure each point is, 0 to 1."""
+    """Confidence of each point, 0 to 1."""
     piece: npt.NDArray[np.int64]
-    """Which piece of surface each belongs to, from 0."""
+    """Number of the piece of surface of each point, from 0."""
     lines: int
-    """How many lines were searched."""
+    """Number of searched lines."""
     source: Lines | Image
-    """What was searched."""
+    """The searched lines or picture."""
     fan: Fan | None = None
-    """Of a picture of a curved array or a sector: the fan, whose beams are the lines."""
+    """Fan of a picture of a curved array or a sector; its beams are the lines."""
 
     def __len__(self) -> int:
         return len(self.line)
 
     @property
     def points_mm(self) -> npt.NDArray[np.float64]:
-        """The points in mm, [point, 3] with x, 0 and z, as registration takes them."""
+        """Points for registration in mm, [point, 3] with x, 0 and z."""
         return 1e3 * np.column_stack([self.x, np.zeros_like(self.x), self.z])
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draws the points, coloured by their confidence, with axes in mm.
 
         Args:
-            ax: Where to draw, such as the axes of :meth:`Image.plot`; without it over what was searched, in a figure of
-                its own.
+            ax: Axes to draw into, such as those of :meth:`Image.plot`; by default a new figure of the searched lines or
+                picture.
 
         Returns:
             The axes. Needs matplotlib: ``pip install 'bonebeam[plot]'``.
@@ -113,28 +113,28 @@ def surface(
 ) -> Surface:
     """Finds the bone surface: a depth in each line, or none.
 
-    Bone is a bright echo with a shadow below it, continuous from line to line. Without a value, weights and prices are the
-    core's, which differ between lines and pictures (docs/numerics.md).
+    Bone is a bright echo with a shadow below it, continuous from line to line. Default weights and prices are the
+    core's. They differ between lines and pictures (docs/numerics.md).
 
     Args:
-        source: :class:`Lines` of one frame, best by ``das``; or an :class:`Image` or a picture, grey levels 0 to 255 as
-            [row, column]. A map of phase symmetry has no shadows, and so no surface.
+        source: :class:`Lines` of one frame, best by ``das``; or an :class:`Image` or a picture, grey levels 0 to 255,
+            [row, column]. A map of phase symmetry has no shadows, so it is refused.
         pixel_size: Side of the pixels of a picture, m.
-        fan: Of a picture of a curved array or a sector: where its beams go. Without it, the fan that black corners
-            show, if they do.
-        columns_as_lines: Columns of a picture are lines, also of what looks like a fan.
-        grey_range: Of lines, what lies this far below the largest envelope is black, dB.
-        search_start: Depth at which the search begins, m.
-        search_end: Depth at which it ends, m; 6 mm above the end of the lines without it.
-        absence: Score of a line without bone, nats: a larger one finds less.
+        fan: Geometry of the beams, for a picture of a curved array or a sector. By default it is found from black
+            corners, if there are any.
+        columns_as_lines: Whether columns of a picture are lines even if the picture looks like a fan.
+        grey_range: For lines, level of black below the largest envelope, dB.
+        search_start: Least depth of the search, m.
+        search_end: Greatest depth of the search, m; by default 6 mm above the end of the lines.
+        absence: Score of a line without bone, nats; a larger score gives fewer points.
         end_price: Price of each start and of each end of a surface, nats.
         jump_price: Price of a jump to another depth, nats.
         slope_price: Price of a move in depth from line to line, nats per mm.
-        contrast: Weight of the echo beside the tissue above, nats.
+        contrast: Weight of the echo's contrast with the tissue above, nats.
         level: Weight of the change of level from tissue above to shadow below, nats.
-        rest: Weight of the brightest below, beside the tissue above, nats.
+        rest: Weight of the brightest level below, relative to the tissue above, nats.
         shadow: Weight of the shadow down to the end of the line, nats.
-        min_confidence: Points that are less sure are left out, 0 to 1.
+        min_confidence: Least confidence of returned points, 0 to 1.
 
     >>> import numpy as np
     >>> picture = np.full((300, 40), 80.0, np.float32)

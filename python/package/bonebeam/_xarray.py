@@ -1,4 +1,4 @@
-"""Data as arrays of xarray, with coordinates and units. It is imported when it is asked for."""
+"""Data as arrays of xarray, with coordinates and units; imported on first use."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
 
 
 def image(image: Image) -> DataArray:
-    """Pixels over z and x, or over depth and angle."""
+    """An image over z and x, or over depth and angle."""
     name = image.quantity.replace(" ", "_")
     attributes: dict[str, Any] = {"long_name": image.quantity.capitalize(), "units": "1"}
     if image.dynamic_range is not None:
@@ -89,7 +89,7 @@ def channel_data(data: ChannelData) -> DataArray:
 
 
 def _fields(data: Any, keys: Any) -> dict[str, Any]:
-    """Coordinates of the fields that there are."""
+    """Coordinates of the fields that have a value."""
     coordinates = {}
     for key in keys:
         value = getattr(data, key)
